@@ -1,0 +1,107 @@
+// Errors: one closed enum, one value type, and the exceptions thrown at the API's edge.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "flipfree/base/types.h"
+
+namespace flipfree {
+
+// Every way in which a call can fail. Adding one means adding its text in `describe` (exhaustive switch).
+enum class ErrorCode {
+  // Input that no algorithm here accepts.
+  kEmptyMesh,
+  kBadShape,
+  kIndexOutOfRange,
+  kNotFinite,
+  kRepeatedCorner,
+  kDuplicateFace,
+  kNonManifoldEdge,
+  kInconsistentOrientation,
+  kNonManifoldVertex,
+  kZeroAreaFace,
+  kZeroLengthEdge,
+  kIsolatedVertex,
+  kDisconnected,
+  kNotADisk,
+  kNotAnEdge,
+  kBadOption,
+  kBadBoundary,
+  kNotConvex,
+  kBadPins,
+  kBadAngles,
+  // Targets that no map can meet.
+  kNoRoomInPolygon,
+  kNotSelfOverlapping,
+  kContradictoryPins,
+  kGaussBonnet,
+  // The solver gave up, or its result did not pass the certificate.
+  kIterationLimit,
+  kLineSearchStalled,
+  kFactorizationFailed,
+  kRoundingFlips,
+  kCertificateFailed,
+  // The caller asked to stop.
+  kCancelled,
+  // A bug of ours, caught by an invariant.
+  kInternal,
+};
+
+enum class ElementKind { kNone, kVertex, kEdge, kFace, kCorner };
+
+// What failed, where, and what to do about it.
+struct Error {
+  ErrorCode code = ErrorCode::kInternal;
+  std::string message;             // one sentence what and where, one sentence cure
+  ElementKind kind = ElementKind::kNone;
+  std::vector<Index> elements;     // ids of the elements at fault (edges as vertex pairs), at most 1000
+};
+
+// A short fixed text for the code alone, e.g. "non-manifold edge".
+std::string_view describe(ErrorCode code);
+
+// Base of everything that the library throws across its public functions.
+class Exception : public std::runtime_error {
+ public:
+  explicit Exception(Error error) : std::runtime_error(error.message), error_(std::move(error)) {}
+  const Error& error() const { return error_; }
+
+ private:
+  Error error_;
+};
+
+class InvalidInput : public Exception {
+  using Exception::Exception;
+};
+class Infeasible : public Exception {
+  using Exception::Exception;
+};
+class NotConverged : public Exception {
+  using Exception::Exception;
+};
+class Cancelled : public Exception {
+ public:
+  Cancelled() : Exception({ErrorCode::kCancelled, "Cancelled by the caller.", ElementKind::kNone, {}}) {}
+};
+class InternalError : public Exception {
+ public:
+  explicit InternalError(std::string message)
+      : Exception({ErrorCode::kInternal, std::move(message), ElementKind::kNone, {}}) {}
+};
+
+// Throws InvalidInput with these parts.
+[[noreturn]] void throw_invalid(ErrorCode code, std::string message, ElementKind kind = ElementKind::kNone,
+                                std::vector<Index> elements = {});
+// Throws Infeasible with these parts.
+[[noreturn]] void throw_infeasible(ErrorCode code, std::string message,
+                                   ElementKind kind = ElementKind::kNone,
+                                   std::vector<Index> elements = {});
+// Throws NotConverged with these parts.
+[[noreturn]] void throw_not_converged(ErrorCode code, std::string message,
+                                      ElementKind kind = ElementKind::kNone,
+                                      std::vector<Index> elements = {});
+
+}  // namespace flipfree

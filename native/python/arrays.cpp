@@ -1,0 +1,64 @@
+#include "arrays.h"
+
+namespace py = pybind11;
+
+namespace flipfree::python {
+
+py::dict to_dict(const Certificate& c) {
+  py::dict d;
+  d["ok"] = c.ok;
+  d["triangles"] = c.triangles;
+  d["flips64"] = c.flips64;
+  d["flips32"] = c.flips32;
+  d["winding_failures"] = c.winding_failures;
+  d["pin_failures"] = c.pin_failures;
+  d["seam_failures"] = c.seam_failures;
+  d["cone_failures"] = c.cone_failures;
+  d["holonomy_failures"] = c.holonomy_failures;
+  d["provenance_failures"] = c.provenance_failures;
+  d["overlaps"] = c.overlaps;
+  d["energy"] = c.energy;
+  d["max_energy"] = c.max_energy;
+  py::list failures;
+  for (const std::string& failure : c.failures) failures.append(failure);
+  d["failures"] = failures;
+  d["failed_faces"] = from_vector(c.failed_faces);
+  return d;
+}
+
+py::dict to_dict(const Stats& stats) {
+  py::dict d;
+  for (const auto& [name, value] : stats) {
+    std::visit([&, &key = name](const auto& v) { d[py::str(key)] = py::cast(v); }, value);
+  }
+  return d;
+}
+
+py::dict to_dict(const Parametrization& map) {
+  py::dict d;
+  d["vertices"] = from_matrix(map.surface.vertices);
+  d["faces"] = from_matrix(map.surface.faces);
+  d["uv"] = from_matrix(map.uv).attr("reshape")(-1, 3, 2);
+  d["uv32"] = from_matrix(map.uv32).attr("reshape")(-1, 3, 2);
+  d["parent_face"] = from_vector(map.parent_face);
+  d["vertex_parent"] = from_vector(map.vertex_parent);
+  d["vertex_barycentric"] = from_matrix(map.vertex_barycentric);
+  d["cut_edges"] = from_matrix(map.cut_edges);
+  std::vector<Index> turns;
+  Points2 translations(static_cast<Eigen::Index>(map.transitions.size()), 2);
+  for (const Transition& t : map.transitions) {
+    translations.row(static_cast<Eigen::Index>(turns.size())) = t.translation.transpose();
+    turns.push_back(t.quarter_turns);
+  }
+  d["transition_turns"] = from_vector(turns);
+  d["transition_translations"] = from_matrix(translations);
+  d["certificate"] = to_dict(map.certificate);
+  d["stats"] = to_dict(map.stats);
+  return d;
+}
+
+Surface to_surface(const Array<double>& vertices, const Array<Index>& faces) {
+  return {to_matrix<Points3>(vertices, "vertices"), to_matrix<Triangles>(faces, "faces")};
+}
+
+}  // namespace flipfree::python

@@ -1,0 +1,46 @@
+// Conversions between numpy arrays and the solver's arrays. Shapes and types were checked by the Python layer.
+#pragma once
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "flipfree/base/types.h"
+#include "flipfree/certify/parametrization.h"
+
+namespace flipfree::python {
+
+template <typename T>
+using Array = pybind11::array_t<T, pybind11::array::c_style | pybind11::array::forcecast>;
+
+// (n, columns) array -> row-major matrix with a fixed number of columns. Throws InvalidInput if the shape differs.
+template <typename Matrix>
+Matrix to_matrix(const Array<typename Matrix::Scalar>& array, const char* name);
+
+// Matrix -> (rows, columns) array; vector -> (n,) array.
+template <typename Derived>
+pybind11::array from_matrix(const Eigen::PlainObjectBase<Derived>& matrix) {
+  Array<typename Derived::Scalar> array({matrix.rows(), matrix.cols()});
+  std::copy(matrix.data(), matrix.data() + matrix.size(), array.mutable_data());
+  return array;
+}
+template <typename T>
+pybind11::array from_vector(const std::vector<T>& values) {
+  Array<T> array(static_cast<pybind11::ssize_t>(values.size()));
+  std::copy(values.begin(), values.end(), array.mutable_data());
+  return array;
+}
+
+// Plain dicts that flipfree/results.py turns into its dataclasses.
+pybind11::dict to_dict(const Certificate& certificate);
+pybind11::dict to_dict(const Stats& stats);
+pybind11::dict to_dict(const Parametrization& map);
+
+// (n,3) and (m,3) -> surface.
+Surface to_surface(const Array<double>& vertices, const Array<Index>& faces);
+
+}  // namespace flipfree::python
+
+#include "arrays_inline.h"

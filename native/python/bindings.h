@@ -1,0 +1,10 @@
+// One function per stage, each in its own bind_<stage>.cpp, called by module.cpp.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace flipfree::python {
+
+void bind_certify(pybind11::module_& module);
+
+}  // namespace flipfree::python

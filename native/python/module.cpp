@@ -1,0 +1,66 @@
+// The compiled module flipfree._native: thin, boring, no logic. One bind_*.cpp per stage.
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <new>
+
+#include "bindings.h"
+#include "flipfree/base/error.h"
+#include "job.h"
+
+namespace py = pybind11;
+
+namespace flipfree::python {
+namespace {
+
+const char* kind_name(ElementKind kind) {
+  switch (kind) {
+    case ElementKind::kNone: return "none";
+    case ElementKind::kVertex: return "vertex";
+    case ElementKind::kEdge: return "edge";
+    case ElementKind::kFace: return "face";
+    case ElementKind::kCorner: return "corner";
+  }
+  return "none";
+}
+
+// Raises flipfree.errors.<name>(message, code=..., kind=..., elements=[...]).
+void raise(const char* name, const Error& error) {
+  const py::object type = py::module_::import("flipfree.errors").attr(name);
+  const py::object instance =
+      type(error.message, py::arg("code") = std::string(describe(error.code)),
+           py::arg("kind") = kind_name(error.kind), py::arg("elements") = error.elements);
+  PyErr_SetObject(type.ptr(), instance.ptr());
+}
+
+void translate(std::exception_ptr failure) {
+  try {
+    if (failure) std::rethrow_exception(failure);
+  } catch (const InvalidInput& e) {
+    raise("InvalidInput", e.error());
+  } catch (const Infeasible& e) {
+    raise("Infeasible", e.error());
+  } catch (const NotConverged& e) {
+    raise("NotConverged", e.error());
+  } catch (const Cancelled& e) {
+    raise("Cancelled", e.error());
+  } catch (const Exception& e) {
+    raise("NotConverged", e.error());
+  }
+}
+
+}  // namespace
+}  // namespace flipfree::python
+
+PYBIND11_MODULE(_native, module) {
+  using namespace flipfree::python;
+  module.doc() = "Compiled solver of Flipfree UV; use the package `flipfree`, not this module.";
+  module.attr("version") = FLIPFREE_VERSION;
+  py::register_exception_translator(&translate);
+  py::class_<Job>(module, "Job")
+      .def("wait", &Job::wait, py::arg("seconds"))
+      .def("cancel", &Job::cancel)
+      .def("progress", &Job::progress)
+      .def("result", &Job::result);
+  bind_certify(module);
+}
