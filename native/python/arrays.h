@@ -1,4 +1,5 @@
-// Conversions between numpy arrays and the solver's arrays. Shapes and types were checked by the Python layer.
+// Conversions between numpy arrays and the solver's arrays. Shapes and types were checked by the
+// Python layer.
 #pragma once
 
 #include <pybind11/numpy.h>
@@ -15,7 +16,8 @@ namespace flipfree::python {
 template <typename T>
 using Array = pybind11::array_t<T, pybind11::array::c_style | pybind11::array::forcecast>;
 
-// (n, columns) array -> row-major matrix with a fixed number of columns. Throws InvalidInput if the shape differs.
+// (n, columns) array -> row-major matrix with a fixed number of columns. Throws InvalidInput if the
+// shape differs.
 template <typename Matrix>
 Matrix to_matrix(const Array<typename Matrix::Scalar>& array, const char* name);
 

@@ -1,6 +1,7 @@
 #include "arrays.h"
 #include "bindings.h"
 #include "flipfree/certify/certify.h"
+#include "flipfree/mesh/validate.h"
 #include "job.h"
 
 namespace py = pybind11;
@@ -11,13 +12,15 @@ void bind_certify(py::module_& module) {
   module.def(
       "certify",
       [](const Array<double>& vertices, const Array<Index>& faces, const Array<double>& uv,
-         const Array<Index>& pin_corners, const Array<double>& pin_uv, const Array<Index>& cone_vertices,
-         const Array<double>& cone_angles, const py::object& parent, bool require_bijective, int threads) {
+         const Array<Index>& pin_corners, const Array<double>& pin_uv,
+         const Array<Index>& cone_vertices, const Array<double>& cone_angles,
+         const py::object& parent, bool require_bijective, bool require_seamless, int threads) {
         Parametrization map;
         map.surface = to_surface(vertices, faces);
         map.uv = to_matrix<Points2>(uv, "uv");
         CertifyRequest request;
         request.require_bijective = require_bijective;
+        request.require_seamless = require_seamless;
         const Points2 pins = to_matrix<Points2>(pin_uv, "pin_uv");
         for (py::ssize_t i = 0; i < pin_corners.size(); ++i) {
           request.pins.push_back({pin_corners.data()[i], pins.row(i).transpose()});
@@ -25,29 +28,38 @@ void bind_certify(py::module_& module) {
         for (py::ssize_t i = 0; i < cone_vertices.size(); ++i) {
           request.cone_angles.emplace_back(cone_vertices.data()[i], cone_angles.data()[i]);
         }
-        auto input = map.surface;
+        Surface input;
         if (!parent.is_none()) {
           const auto parts = parent.cast<py::tuple>();
           input = to_surface(parts[0].cast<Array<double>>(), parts[1].cast<Array<Index>>());
           const auto parent_face = parts[2].cast<Array<Index>>();
           const auto vertex_parent = parts[3].cast<Array<Index>>();
           map.parent_face.assign(parent_face.data(), parent_face.data() + parent_face.size());
-          map.vertex_parent.assign(vertex_parent.data(), vertex_parent.data() + vertex_parent.size());
-          map.vertex_barycentric = to_matrix<Points3>(parts[4].cast<Array<double>>(), "vertex_barycentric");
-        } else {
-          set_identity_provenance(map);
+          map.vertex_parent.assign(vertex_parent.data(),
+                                   vertex_parent.data() + vertex_parent.size());
+          map.vertex_barycentric =
+              to_matrix<Points3>(parts[4].cast<Array<double>>(), "vertex_barycentric");
         }
         return start_job(
-            [map = std::move(map), input = std::move(input), request](ExecutionContext& context) mutable {
+            [map = std::move(map), input = std::move(input), request,
+             refined = !parent.is_none()](ExecutionContext& context) mutable {
+              validate(map.surface, {.reject_zero_area = false});
               map.uv32 = map.uv.cast<float>();
-              certify_map(map, input, request, context);
-              return map.certificate;
+              if (refined) {
+                certify_map(map, input, request, context);
+                return map.certificate;
+              }
+              request.surface = &map.surface;
+              request.uv = &map.uv;
+              request.uv32 = &map.uv32;
+              return certify(request, context);
             },
-            [](const Certificate& certificate) -> py::object { return to_dict(certificate); }, threads);
+            [](const Certificate& certificate) -> py::object { return to_dict(certificate); },
+            threads);
       },
-      py::arg("vertices"), py::arg("faces"), py::arg("uv"), py::arg("pin_corners"), py::arg("pin_uv"),
-      py::arg("cone_vertices"), py::arg("cone_angles"), py::arg("parent"), py::arg("require_bijective"),
-      py::arg("threads"));
+      py::arg("vertices"), py::arg("faces"), py::arg("uv"), py::arg("pin_corners"),
+      py::arg("pin_uv"), py::arg("cone_vertices"), py::arg("cone_angles"), py::arg("parent"),
+      py::arg("require_bijective"), py::arg("require_seamless"), py::arg("threads"));
 }
 
 }  // namespace flipfree::python

@@ -38,7 +38,8 @@ Job::~Job() {
 bool Job::wait(double seconds) {
   const pybind11::gil_scoped_release release;
   std::unique_lock lock(mutex_);
-  return ended_signal_.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return ended_; });
+  return ended_signal_.wait_for(lock, std::chrono::duration<double>(seconds),
+                                [this] { return ended_; });
 }
 
 pybind11::object Job::result() {

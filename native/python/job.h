@@ -1,4 +1,5 @@
-// A solver call running on its own C++ thread. The thread touches no Python; Python polls, cancels and collects.
+// A solver call running on its own C++ thread. The thread touches no Python; Python polls, cancels
+// and collects.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -30,7 +31,9 @@ class Job {
   // Waits up to `seconds` without the GIL; true when the work has ended, well or badly.
   bool wait(double seconds);
   void cancel() { context_.cancel(); }
-  std::pair<std::string, double> progress() const { return {context_.stage(), context_.fraction()}; }
+  std::pair<std::string, double> progress() const {
+    return {context_.stage(), context_.fraction()};
+  }
   // Waits for the end; returns the result or rethrows what the solver threw. May be called once.
   pybind11::object result();
 
@@ -48,7 +51,8 @@ class Job {
 template <typename Solve, typename Convert>
 std::unique_ptr<Job> start_job(Solve solve, Convert convert, int threads, std::uint64_t seed = 0) {
   return std::make_unique<Job>(
-      [solve = std::move(solve), convert = std::move(convert)](ExecutionContext& context) -> ResultMaker {
+      [solve = std::move(solve),
+       convert = std::move(convert)](ExecutionContext& context) -> ResultMaker {
         auto result = std::make_shared<decltype(solve(context))>(solve(context));
         return [result, convert]() -> pybind11::object { return convert(*result); };
       },

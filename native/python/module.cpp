@@ -15,11 +15,16 @@ namespace {
 
 const char* kind_name(ElementKind kind) {
   switch (kind) {
-    case ElementKind::kNone: return "none";
-    case ElementKind::kVertex: return "vertex";
-    case ElementKind::kEdge: return "edge";
-    case ElementKind::kFace: return "face";
-    case ElementKind::kCorner: return "corner";
+    case ElementKind::kNone:
+      return "none";
+    case ElementKind::kVertex:
+      return "vertex";
+    case ElementKind::kEdge:
+      return "edge";
+    case ElementKind::kFace:
+      return "face";
+    case ElementKind::kCorner:
+      return "corner";
   }
   return "none";
 }

@@ -1,7 +1,8 @@
 // The execution context that every long function takes: cancellation, progress, threads, seed.
 //
-// One thread solves; any other thread may read the progress and ask to cancel. Both are lock-free, so a user
-// interface can poll them as often as it likes. Functions check for cancellation at least every 50 ms of work.
+// One thread solves; any other thread may read the progress and ask to cancel. Both are lock-free,
+// so a user interface can poll them as often as it likes. Functions check for cancellation at least
+// every 50 ms of work.
 #pragma once
 
 #include <atomic>
@@ -26,7 +27,8 @@ class ExecutionContext {
 
   // From the solver: throws Cancelled if somebody asked for it.
   void check() const;
-  // From the solver: names the stage (a string literal) and its fraction in [0, 1] of the current range, then checks.
+  // From the solver: names the stage (a string literal) and its fraction in [0, 1] of the current
+  // range, then checks.
   void report(const char* stage, double fraction);
 
   // From any thread: what was last reported. The fraction never falls.
@@ -42,7 +44,8 @@ class ExecutionContext {
   double end_ = 1.0;
 };
 
-// While it lives, fractions reported on `context` cover [begin, end] of the range that was current before.
+// While it lives, fractions reported on `context` cover [begin, end] of the range that was current
+// before.
 class ProgressRange {
  public:
   ProgressRange(ExecutionContext& context, double begin, double end);

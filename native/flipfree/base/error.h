@@ -10,7 +10,8 @@
 
 namespace flipfree {
 
-// Every way in which a call can fail. Adding one means adding its text in `describe` (exhaustive switch).
+// Every way in which a call can fail. Adding one means adding its text in `describe` (exhaustive
+// switch).
 enum class ErrorCode {
   // Input that no algorithm here accepts.
   kEmptyMesh,
@@ -55,9 +56,10 @@ enum class ElementKind { kNone, kVertex, kEdge, kFace, kCorner };
 // What failed, where, and what to do about it.
 struct Error {
   ErrorCode code = ErrorCode::kInternal;
-  std::string message;             // one sentence what and where, one sentence cure
+  std::string message;  // one sentence what and where, one sentence cure
   ElementKind kind = ElementKind::kNone;
-  std::vector<Index> elements;     // ids of the elements at fault (edges as vertex pairs), at most 1000
+  std::vector<Index>
+      elements;  // ids of the elements at fault (edges as vertex pairs), at most 1000
 };
 
 // A short fixed text for the code alone, e.g. "non-manifold edge".
@@ -84,7 +86,8 @@ class NotConverged : public Exception {
 };
 class Cancelled : public Exception {
  public:
-  Cancelled() : Exception({ErrorCode::kCancelled, "Cancelled by the caller.", ElementKind::kNone, {}}) {}
+  Cancelled()
+      : Exception({ErrorCode::kCancelled, "Cancelled by the caller.", ElementKind::kNone, {}}) {}
 };
 class InternalError : public Exception {
  public:
@@ -93,7 +96,8 @@ class InternalError : public Exception {
 };
 
 // Throws InvalidInput with these parts.
-[[noreturn]] void throw_invalid(ErrorCode code, std::string message, ElementKind kind = ElementKind::kNone,
+[[noreturn]] void throw_invalid(ErrorCode code, std::string message,
+                                ElementKind kind = ElementKind::kNone,
                                 std::vector<Index> elements = {});
 // Throws Infeasible with these parts.
 [[noreturn]] void throw_infeasible(ErrorCode code, std::string message,

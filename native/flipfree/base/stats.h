@@ -1,4 +1,5 @@
-// Named figures that a result carries: seconds per stage, iterations, counts, the rung that was used.
+// Named figures that a result carries: seconds per stage, iterations, counts, the rung that was
+// used.
 #pragma once
 
 #include <chrono>

@@ -1,4 +1,5 @@
-// Index aliases and the array types that stages hand each other. Shapes are written `#V x 3`: one row per vertex.
+// Index aliases and the array types that stages hand each other. Shapes are written `#V x 3`: one
+// row per vertex.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,7 +8,8 @@
 
 namespace flipfree {
 
-// Every index is 32 bits: Blender's own limit, and half the memory traffic of 64. Aliases say what is counted.
+// Every index is 32 bits: Blender's own limit, and half the memory traffic of 64. Aliases say what
+// is counted.
 using Index = std::int32_t;
 using VertexId = Index;
 using EdgeId = Index;

@@ -10,24 +10,29 @@
 
 namespace flipfree {
 
-// Counts of -1 and NaN figures mean "not measured". `ok` is true only if every guarantee that applies was measured
-// and holds.
+// Counts of -1 and NaN figures mean "not measured". `ok` is true only if every guarantee that
+// applies was measured and holds.
 struct Certificate {
   bool ok = false;
   std::int64_t triangles = 0;
-  std::int64_t flips64 = -1;            // G1: triangles whose exact signed area is not positive, in double
-  std::int64_t flips32 = -1;            // G1: the same on the 32-bit values
-  std::int64_t winding_failures = -1;   // G2: interior vertices whose corners do not wind exactly once
-  std::int64_t pin_failures = -1;       // G3: pins not met bit for bit (32-bit and 64-bit)
-  std::int64_t seam_failures = -1;      // G4: seam edges without an exact quarter turn and translation
-  std::int64_t cone_failures = -1;      // G5
+  std::int64_t flips64 = -1;  // G1: triangles whose exact signed area is not positive, in double
+  std::int64_t flips32 = -1;  // G1: the same on the 32-bit values
+  std::int64_t winding_failures =
+      -1;                           // G2: interior vertices whose corners do not wind exactly once
+  std::int64_t pin_failures = -1;   // G3: pins not met bit for bit (32-bit and 64-bit)
+  std::int64_t seam_failures = -1;  // G4: seam edges without an exact quarter turn and translation
+  std::int64_t cone_failures = -1;  // G5
   std::int64_t holonomy_failures = -1;  // G6
-  std::int64_t provenance_failures = -1;  // G7: faces or vertices that do not lie in their input triangle
-  std::int64_t overlaps = -1;           // pairs of boundary edges of one chart that meet: 0 = globally bijective
-  double energy = std::numeric_limits<double>::quiet_NaN();  // symmetric Dirichlet at the best scale, 1 = isometric
+  std::int64_t provenance_failures =
+      -1;  // G7: faces or vertices that do not lie in their input triangle
+  std::int64_t overlaps =
+      -1;  // pairs of boundary edges of one chart that meet: 0 = globally bijective
+  double energy = std::numeric_limits<double>::quiet_NaN();      // symmetric Dirichlet at the best
+                                                                 // scale, 1 = isometric
   double max_energy = std::numeric_limits<double>::quiet_NaN();  // worst triangle at the same scale
-  std::vector<std::string> failures;    // one sentence per guarantee that does not hold, naming places
-  std::vector<Index> failed_faces;      // faces of the map named by the failures, at most 1000
+  std::vector<std::string>
+      failures;                     // one sentence per guarantee that does not hold, naming places
+  std::vector<Index> failed_faces;  // faces of the map named by the failures, at most 1000
 };
 
 }  // namespace flipfree

@@ -1,4 +1,5 @@
-// The certificate: computed from the arrays alone, by code that shares nothing with the solvers, with exact predicates.
+// The certificate: computed from the arrays alone, by code that shares nothing with the solvers,
+// with exact predicates.
 #pragma once
 
 #include <optional>
@@ -17,15 +18,17 @@ struct CornerPin {
 };
 
 struct CertifyRequest {
-  const Surface* surface = nullptr;     // #V, #F
-  const Points2* uv = nullptr;          // 3 #F x 2
-  const Points2f* uv32 = nullptr;       // 3 #F x 2; if null, uv rounded to nearest
-  std::vector<CornerPin> pins;          // G3
+  const Surface* surface = nullptr;  // #V, #F
+  const Points2* uv = nullptr;       // 3 #F x 2
+  const Points2f* uv32 = nullptr;    // 3 #F x 2; if null, uv rounded to nearest
+  std::vector<CornerPin> pins;       // G3
   bool measure_overlaps = true;
-  bool require_bijective = false;       // overlaps are a failure, not only a figure
+  bool require_bijective = false;  // overlaps are a failure, not only a figure
+  bool require_seamless = false;   // G4, on the 64-bit and on the 32-bit values
 
-  // G5: prescribed total UV angle at vertices (radians); vertices not listed: 2 pi inside, free on the boundary of
-  // the surface. Empty: cones are judged only as "corners around an uncut interior vertex wind once".
+  // G5: prescribed total UV angle at vertices (radians); vertices not listed: 2 pi inside, free on
+  // the boundary of the surface. Empty: cones are judged only as "corners around an uncut interior
+  // vertex wind once".
   std::vector<std::pair<VertexId, double>> cone_angles;
 
   // G7: the input that surface refines, with provenance. If null, the surface is the input itself.
@@ -35,10 +38,12 @@ struct CertifyRequest {
   const Points3* vertex_barycentric = nullptr;
 };
 
-// Cost: O(#F) for everything but overlaps, O(#boundary log #boundary) for those on reasonable layouts.
+// Cost: O(#F) for everything but overlaps, O(#boundary log #boundary) for those on reasonable
+// layouts.
 Certificate certify(const CertifyRequest& request, const ExecutionContext& context);
 
-// Fills map.certificate for a finished map (surface, uv, uv32, provenance); `input` is the user's surface.
+// Fills map.certificate for a finished map (surface, uv, uv32, provenance); `input` is the user's
+// surface.
 void certify_map(Parametrization& map, const Surface& input, const CertifyRequest& extra,
                  const ExecutionContext& context);
 

@@ -10,26 +10,28 @@
 
 namespace flipfree {
 
-// Across a cut edge: uv on the second side = rotation by quarter_turns * pi/2 of uv on the first side + translation.
+// Across a cut edge: uv on the second side = rotation by quarter_turns * pi/2 of uv on the first
+// side + translation.
 struct Transition {
   Index quarter_turns = 0;
   Vector2 translation = Vector2::Zero();
 };
 
 struct Parametrization {
-  Surface surface;                  // the input's vertices first; possibly refined
-  Points2 uv;                       // 3 #F x 2: row 3 f + k belongs to corner k of face f
-  Points2f uv32;                    // 3 #F x 2: the values that Blender stores, certified
-  std::vector<FaceId> parent_face;  // #F: input face that contains each face
+  Surface surface;                    // the input's vertices first; possibly refined
+  Points2 uv;                         // 3 #F x 2: row 3 f + k belongs to corner k of face f
+  Points2f uv32;                      // 3 #F x 2: the values that Blender stores, certified
+  std::vector<FaceId> parent_face;    // #F: input face that contains each face
   std::vector<FaceId> vertex_parent;  // #V: an input face that contains each vertex
-  Points3 vertex_barycentric;       // #V x 3: weights in that face
-  IndexPairs cut_edges;             // #cuts x 2: vertex pairs along which corner UVs differ, or may
+  Points3 vertex_barycentric;         // #V x 3: weights in that face
+  IndexPairs cut_edges;  // #cuts x 2: vertex pairs along which corner UVs differ, or may
   std::vector<Transition> transitions;  // per cut edge; empty where the map is not seamless
   Certificate certificate;
   Stats stats;
 };
 
-// Fills parent_face, vertex_parent and vertex_barycentric for a map on the input's own triangulation.
+// Fills parent_face, vertex_parent and vertex_barycentric for a map on the input's own
+// triangulation.
 void set_identity_provenance(Parametrization& map);
 
 }  // namespace flipfree

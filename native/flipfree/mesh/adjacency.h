@@ -1,8 +1,10 @@
 // Flat half-edge adjacency of a triangle array: the fast, read-only view of connectivity.
 //
-//            v = faces(f, k)          half-edge h = 3 f + k runs from corner k to corner k + 1 of face f,
+//            v = faces(f, k)          half-edge h = 3 f + k runs from corner k to corner k + 1 of
+//            face f,
 //           / \                       face on its left; h and its corner share the number.
-//        h /   \ previous_corner(h)   opposite[h] is the half-edge of the neighbouring face along the same
+//        h /   \ previous_corner(h)   opposite[h] is the half-edge of the neighbouring face along
+//        the same
 //         v  f  \                     edge, kInvalid on the boundary.
 //        *-------*
 //       next_corner(h)
@@ -15,12 +17,14 @@
 namespace flipfree {
 
 struct Adjacency {
-  std::vector<HalfedgeId> opposite;         // 3 #F
-  std::vector<HalfedgeId> vertex_halfedge;  // #V: an outgoing half-edge; for a boundary vertex the one from which
-                                            //     counter-clockwise rotation visits the whole fan; kInvalid if isolated
+  std::vector<HalfedgeId> opposite;  // 3 #F
+  std::vector<HalfedgeId>
+      vertex_halfedge;  // #V: an outgoing half-edge; for a boundary vertex the one from which
+                        //     counter-clockwise rotation visits the whole fan; kInvalid if isolated
 };
 
-// Precondition: `faces` passed validate() (manifold, oriented). Cost: O(#F), counting sort by the lower vertex.
+// Precondition: `faces` passed validate() (manifold, oriented). Cost: O(#F), counting sort by the
+// lower vertex.
 Adjacency build_adjacency(Index vertex_count, const Triangles& faces);
 
 inline VertexId source(const Triangles& faces, HalfedgeId h) { return faces(h / 3, h % 3); }
@@ -29,7 +33,8 @@ inline VertexId target(const Triangles& faces, HalfedgeId h) {
   return faces(n / 3, n % 3);
 }
 
-// Outgoing half-edge after h in counter-clockwise order around its source; kInvalid past a boundary.
+// Outgoing half-edge after h in counter-clockwise order around its source; kInvalid past a
+// boundary.
 inline HalfedgeId rotate_ccw(const Adjacency& adjacency, HalfedgeId h) {
   return adjacency.opposite[static_cast<std::size_t>(previous_corner(h))];
 }

@@ -7,10 +7,13 @@
 
 namespace flipfree {
 
-// Closed chains of boundary vertices, surface on the left, each starting at its smallest vertex id, ordered by it.
-std::vector<std::vector<VertexId>> boundary_loops(const Triangles& faces, const Adjacency& adjacency);
+// Closed chains of boundary vertices, surface on the left, each starting at its smallest vertex id,
+// ordered by it.
+std::vector<std::vector<VertexId>> boundary_loops(const Triangles& faces,
+                                                  const Adjacency& adjacency);
 // The same chains as boundary half-edges.
-std::vector<std::vector<HalfedgeId>> boundary_halfedge_loops(const Triangles& faces, const Adjacency& adjacency);
+std::vector<std::vector<HalfedgeId>> boundary_halfedge_loops(const Triangles& faces,
+                                                             const Adjacency& adjacency);
 
 struct Components {
   Index count = 0;

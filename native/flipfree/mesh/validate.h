@@ -10,16 +10,18 @@ namespace flipfree {
 
 struct ValidateOptions {
   bool require_connected = false;
-  bool require_disk = false;         // connected, one boundary loop, Euler characteristic 1
+  bool require_disk = false;  // connected, one boundary loop, Euler characteristic 1
   bool allow_isolated_vertices = true;
-  bool reject_zero_area = true;      // faces whose three points are exactly collinear or equal
+  bool reject_zero_area = true;  // faces whose three points are exactly collinear or equal
 };
 
-// All defects found, in the order in which they are checked, one entry per kind with its elements listed. Checks
-// that need an earlier one to hold (topology needs valid indices) are not run when it failed. Cost: O(#F log #F).
+// All defects found, in the order in which they are checked, one entry per kind with its elements
+// listed. Checks that need an earlier one to hold (topology needs valid indices) are not run when
+// it failed. Cost: O(#F log #F).
 std::vector<Error> find_defects(const Surface& surface, const ValidateOptions& options = {});
 
-// Throws InvalidInput with the first defect (and the number of further ones in its message), if there is any.
+// Throws InvalidInput with the first defect (and the number of further ones in its message), if
+// there is any.
 void validate(const Surface& surface, const ValidateOptions& options = {});
 
 }  // namespace flipfree

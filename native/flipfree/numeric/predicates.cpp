@@ -22,16 +22,17 @@ bool within_box(const Vector2& a, const Vector2& b, const Vector2& p) {
 }  // namespace
 
 int orientation(const double* a, const double* b, const double* c) {
-  // Shewchuk's semi-static filter (1997): if the two products' difference exceeds the rounding error that they can
-  // carry, its sign is right. The lower bound keeps underflow out of the argument.
+  // Shewchuk's semi-static filter (1997): if the two products' difference exceeds the rounding
+  // error that they can carry, its sign is right. The lower bound keeps underflow out of the
+  // argument.
   const double left = (a[0] - c[0]) * (b[1] - c[1]);
   const double right = (a[1] - c[1]) * (b[0] - c[0]);
   const double determinant = left - right;
   constexpr double kErrorFactor = (3.0 + 16.0 * 0x1p-53) * 0x1p-53;
   const double bound = kErrorFactor * (std::abs(left) + std::abs(right));
   if (std::abs(determinant) > bound && bound > 1e-280) return determinant > 0 ? 1 : -1;
-  return static_cast<int>(
-      CGAL::orientation(Kernel::Point_2(a[0], a[1]), Kernel::Point_2(b[0], b[1]), Kernel::Point_2(c[0], c[1])));
+  return static_cast<int>(CGAL::orientation(
+      Kernel::Point_2(a[0], a[1]), Kernel::Point_2(b[0], b[1]), Kernel::Point_2(c[0], c[1])));
 }
 
 int orientation(const float* a, const float* b, const float* c) {

@@ -1,0 +1,253 @@
+#include "flipfree/certify/certify.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/tolerances.h"
+#include "flipfree/certify/energy.h"
+#include "flipfree/certify/flips.h"
+#include "flipfree/certify/overlap.h"
+#include "flipfree/certify/provenance.h"
+#include "flipfree/certify/seamless.h"
+#include "flipfree/certify/winding.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/cut.h"
+
+namespace flipfree {
+namespace {
+
+struct Certifier {
+  const CertifyRequest& request;
+  const Surface& surface;
+  const Points2& uv;
+  const Points2f& uv32;
+  Points2 stored;  // uv32 as doubles, exact
+  Adjacency adjacency;
+  EdgeFlags cuts;
+  Certificate certificate;
+
+  void fail(const std::string& sentence, const std::vector<FaceId>& faces) {
+    certificate.failures.push_back(sentence);
+    for (const FaceId f : faces) {
+      if (certificate.failed_faces.size() >= 1000) break;
+      certificate.failed_faces.push_back(f);
+    }
+  }
+
+  static std::string counted(std::size_t count, const char* one, const char* many) {
+    return std::to_string(count) + " " + (count == 1 ? one : many);
+  }
+
+  void check_flips() {
+    const std::vector<FaceId> flips64 = flipped_faces(uv);
+    const std::vector<FaceId> flips32 = flipped_faces(uv32);
+    certificate.flips64 = static_cast<std::int64_t>(flips64.size());
+    certificate.flips32 = static_cast<std::int64_t>(flips32.size());
+    if (!flips64.empty()) {
+      fail("G1: " + counted(flips64.size(), "triangle is", "triangles are") +
+               " flipped or degenerate in 64-bit UVs, first face " + std::to_string(flips64[0]),
+           flips64);
+    }
+    if (!flips32.empty()) {
+      fail("G1: " + counted(flips32.size(), "triangle is", "triangles are") +
+               " flipped or degenerate in the stored 32-bit UVs, first face " +
+               std::to_string(flips32[0]),
+           flips32);
+    }
+  }
+
+  void check_winding() {
+    std::vector<VertexId> bad = winding_failures(surface.faces, adjacency, cuts, uv);
+    const std::vector<VertexId> bad32 = winding_failures(surface.faces, adjacency, cuts, stored);
+    bad.insert(bad.end(), bad32.begin(), bad32.end());
+    std::sort(bad.begin(), bad.end());
+    bad.erase(std::unique(bad.begin(), bad.end()), bad.end());
+    // A vertex with a prescribed angle is judged by G5 instead.
+    std::erase_if(bad, [&](VertexId v) {
+      return std::any_of(request.cone_angles.begin(), request.cone_angles.end(),
+                         [v](const auto& cone) { return cone.first == v; });
+    });
+    certificate.winding_failures = static_cast<std::int64_t>(bad.size());
+    if (!bad.empty()) {
+      fail("G2: the map winds more than once around " + counted(bad.size(), "vertex", "vertices") +
+               ", first vertex " + std::to_string(bad[0]),
+           {adjacency.vertex_halfedge[static_cast<std::size_t>(bad[0])] / 3});
+    }
+  }
+
+  void check_pins() {
+    std::int64_t missed = 0;
+    CornerId first = kInvalid;
+    for (const CornerPin& pin : request.pins) {
+      const bool met = uv(pin.corner, 0) == pin.uv.x() && uv(pin.corner, 1) == pin.uv.y() &&
+                       uv32(pin.corner, 0) == static_cast<float>(pin.uv.x()) &&
+                       uv32(pin.corner, 1) == static_cast<float>(pin.uv.y());
+      if (!met && missed++ == 0) first = pin.corner;
+    }
+    certificate.pin_failures = missed;
+    if (missed > 0) {
+      fail("G3: " + counted(static_cast<std::size_t>(missed), "pin is", "pins are") +
+               " not met bit for bit, first at vertex " +
+               std::to_string(surface.faces(first / 3, first % 3)),
+           {first / 3});
+    }
+  }
+
+  void check_seams() {
+    std::vector<HalfedgeId> bad = seam_failures(surface.faces, adjacency, cuts, uv);
+    const std::vector<HalfedgeId> bad32 = seam_failures(surface.faces, adjacency, cuts, stored);
+    bad.insert(bad.end(), bad32.begin(), bad32.end());
+    std::sort(bad.begin(), bad.end());
+    bad.erase(std::unique(bad.begin(), bad.end()), bad.end());
+    certificate.seam_failures = static_cast<std::int64_t>(bad.size());
+    if (!bad.empty()) {
+      fail("G4: " + counted(bad.size(), "seam edge is", "seam edges are") +
+               " not matched by a quarter turn and a translation, first edge " +
+               std::to_string(source(surface.faces, bad[0])) + "-" +
+               std::to_string(target(surface.faces, bad[0])),
+           {bad[0] / 3});
+    }
+  }
+
+  double corner_angle(CornerId c) const {
+    const Vector2 p = uv.row(c);
+    const Vector2 a = uv.row(next_corner(c)).transpose() - p;
+    const Vector2 b = uv.row(previous_corner(c)).transpose() - p;
+    return std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));
+  }
+
+  // G5: prescribed angles are there; an interior vertex without one has 2 pi.
+  void check_cones() {
+    if (request.cone_angles.empty()) return;
+    const auto vertex_count = static_cast<std::size_t>(surface.vertices.rows());
+    std::vector<double> target_angle(vertex_count, 2.0 * std::numbers::pi);
+    std::vector<char> judged(vertex_count, 0);
+    for (std::size_t v = 0; v < vertex_count; ++v) {
+      const HalfedgeId h = adjacency.vertex_halfedge[v];
+      judged[v] = h != kInvalid && adjacency.opposite[static_cast<std::size_t>(h)] != kInvalid;
+    }
+    for (const auto& [v, angle] : request.cone_angles) {
+      target_angle[static_cast<std::size_t>(v)] = angle;
+      judged[static_cast<std::size_t>(v)] = 1;
+    }
+    std::vector<double> sum(vertex_count, 0.0);
+    for (CornerId c = 0; c < uv.rows(); ++c)
+      sum[static_cast<std::size_t>(surface.faces(c / 3, c % 3))] += corner_angle(c);
+    std::int64_t wrong = 0;
+    VertexId first = kInvalid;
+    for (std::size_t v = 0; v < vertex_count; ++v) {
+      if (!judged[v] || std::abs(sum[v] - target_angle[v]) <= kConeAngleTolerance) continue;
+      if (wrong++ == 0) first = static_cast<VertexId>(v);
+    }
+    certificate.cone_failures = wrong;
+    if (wrong > 0) {
+      fail("G5: " + counted(static_cast<std::size_t>(wrong), "vertex has", "vertices have") +
+               " another total angle than prescribed, first vertex " + std::to_string(first) +
+               " with " + std::to_string(sum[static_cast<std::size_t>(first)]) + " instead of " +
+               std::to_string(target_angle[static_cast<std::size_t>(first)]),
+           {adjacency.vertex_halfedge[static_cast<std::size_t>(first)] / 3});
+    }
+  }
+
+  void check_overlaps() {
+    if (!request.measure_overlaps && !request.require_bijective) return;
+    const Overlaps overlaps = boundary_overlaps(surface.faces, adjacency, cuts, uv);
+    const Overlaps overlaps32 = boundary_overlaps(surface.faces, adjacency, cuts, stored);
+    certificate.overlaps = std::max(overlaps.pairs, overlaps32.pairs);
+    if (certificate.overlaps > 0 && request.require_bijective) {
+      const Overlaps& shown = overlaps.pairs > 0 ? overlaps : overlaps32;
+      fail("The boundary of a chart meets itself in " +
+               counted(static_cast<std::size_t>(certificate.overlaps), "place", "places") +
+               ", first at face " + std::to_string(shown.faces[0]),
+           shown.faces);
+    }
+  }
+
+  void check_provenance_of_refinement() {
+    if (request.parent == nullptr) return;
+    const ProvenanceReport report = check_provenance(
+        surface,
+        {request.parent, request.parent_face, request.vertex_parent, request.vertex_barycentric});
+    certificate.provenance_failures = report.failures;
+    if (report.failures > 0)
+      fail("G7: the refined mesh does not subdivide the input: " + report.first, report.faces);
+  }
+};
+
+void check_shapes(const CertifyRequest& request) {
+  if (request.surface == nullptr || request.uv == nullptr ||
+      request.uv->rows() != 3 * request.surface->faces.rows() ||
+      (request.uv32 != nullptr && request.uv32->rows() != request.uv->rows())) {
+    throw_invalid(ErrorCode::kBadShape,
+                  "The map needs one UV per face corner: shape (faces, 3, 2).");
+  }
+  const auto corners = static_cast<CornerId>(request.uv->rows());
+  for (const CornerPin& pin : request.pins) {
+    if (pin.corner < 0 || pin.corner >= corners) {
+      throw_invalid(ErrorCode::kBadPins,
+                    "A pin names corner " + std::to_string(pin.corner) + ", which does not exist.",
+                    ElementKind::kCorner, {pin.corner});
+    }
+  }
+  for (const auto& [v, angle] : request.cone_angles) {
+    if (v < 0 || v >= request.surface->vertices.rows() || !std::isfinite(angle)) {
+      throw_invalid(ErrorCode::kBadAngles,
+                    "A cone names vertex " + std::to_string(v) +
+                        ", which does not exist, or no finite angle.",
+                    ElementKind::kVertex, {v});
+    }
+  }
+}
+
+}  // namespace
+
+Certificate certify(const CertifyRequest& request, const ExecutionContext& context) {
+  check_shapes(request);
+  const Points2f rounded =
+      request.uv32 != nullptr ? Points2f() : Points2f(request.uv->cast<float>());
+  const Surface& surface = *request.surface;
+  Certifier certifier{
+      request, surface, *request.uv, request.uv32 != nullptr ? *request.uv32 : rounded,
+      {},      {},      {},          {}};
+  certifier.certificate.triangles = surface.faces.rows();
+  certifier.check_flips();
+  context.check();
+  certifier.stored = certifier.uv32.cast<double>();
+  certifier.adjacency = build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  certifier.cuts = uv_cuts(surface.faces, certifier.adjacency, certifier.uv);
+  context.check();
+  const bool flip_free = certifier.certificate.flips64 == 0 && certifier.certificate.flips32 == 0;
+  if (flip_free) {
+    certifier.check_winding();
+    context.check();
+    certifier.check_overlaps();
+    context.check();
+  }
+  certifier.check_pins();
+  if (request.require_seamless) certifier.check_seams();
+  certifier.check_cones();
+  certifier.check_provenance_of_refinement();
+  context.check();
+  const EnergyFigures energy = symmetric_dirichlet(surface, certifier.uv);
+  certifier.certificate.energy = energy.mean;
+  certifier.certificate.max_energy = energy.maximum;
+  certifier.certificate.ok = certifier.certificate.failures.empty();
+  return certifier.certificate;
+}
+
+void certify_map(Parametrization& map, const Surface& input, const CertifyRequest& extra,
+                 const ExecutionContext& context) {
+  CertifyRequest request = extra;
+  request.surface = &map.surface;
+  request.uv = &map.uv;
+  request.uv32 = &map.uv32;
+  request.parent = &input;
+  request.parent_face = &map.parent_face;
+  request.vertex_parent = &map.vertex_parent;
+  request.vertex_barycentric = &map.vertex_barycentric;
+  map.certificate = certify(request, context);
+}
+
+}  // namespace flipfree

@@ -1,0 +1,22 @@
+// The quoted distortion: symmetric Dirichlet energy, area-weighted mean at the best global scale; 1
+// = isometric.
+#pragma once
+
+#include "flipfree/mesh/surface.h"
+
+namespace flipfree {
+
+struct EnergyFigures {
+  double mean = 0.0;  // area-weighted mean of (|J|^2 + |J^-1|^2) / 4 at the scale that minimises it
+  double maximum = 0.0;  // largest value of one triangle at that scale
+  double scale = 1.0;    // factor on the UVs that attains it
+};
+
+// Infinite if a face is flipped or degenerate in UV; faces of zero area in 3D are left out. Cost:
+// O(#F).
+EnergyFigures symmetric_dirichlet(const Surface& surface, const Points2& corner_uv);
+
+// Per face (|J|^2, |J^-1|^2, 3D area): the parts from which the figures come. #F x 3.
+Points3 symmetric_dirichlet_parts(const Surface& surface, const Points2& corner_uv);
+
+}  // namespace flipfree

@@ -1,0 +1,194 @@
+#include "flipfree/mesh/cut_graph.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <queue>
+
+#include "flipfree/mesh/fill.h"
+#include "flipfree/mesh/topology.h"
+
+namespace flipfree {
+namespace {
+
+struct ShortestPaths {
+  std::vector<double> distance;     // #V
+  std::vector<HalfedgeId> arrival;  // #V: half-edge pointing at the vertex, kInvalid at the root
+};
+
+ShortestPaths shortest_paths(const Triangles& faces, const Adjacency& adjacency,
+                             const std::vector<double>& length, VertexId root,
+                             const ExecutionContext& context) {
+  const std::size_t n = adjacency.vertex_halfedge.size();
+  ShortestPaths paths{std::vector<double>(n, std::numeric_limits<double>::infinity()),
+                      std::vector<HalfedgeId>(n, kInvalid)};
+  using Entry = std::pair<double, VertexId>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  paths.distance[static_cast<std::size_t>(root)] = 0.0;
+  queue.emplace(0.0, root);
+  std::size_t steps = 0;
+  while (!queue.empty()) {
+    const auto [d, v] = queue.top();
+    queue.pop();
+    if (d > paths.distance[static_cast<std::size_t>(v)]) continue;
+    if ((++steps & 0xfff) == 0) context.check();
+    const HalfedgeId start = adjacency.vertex_halfedge[static_cast<std::size_t>(v)];
+    HalfedgeId h = start;
+    do {
+      const VertexId w = target(faces, h);
+      const double through = d + length[static_cast<std::size_t>(h)];
+      if (through < paths.distance[static_cast<std::size_t>(w)]) {
+        paths.distance[static_cast<std::size_t>(w)] = through;
+        paths.arrival[static_cast<std::size_t>(w)] = h;
+        queue.emplace(through, w);
+      }
+      h = rotate_ccw(adjacency, h);
+    } while (h != start);
+  }
+  return paths;
+}
+
+struct DisjointSets {
+  std::vector<Index> parent;
+  explicit DisjointSets(std::size_t n) : parent(n) { std::iota(parent.begin(), parent.end(), 0); }
+  Index find(Index i) {
+    while (parent[static_cast<std::size_t>(i)] != i) {
+      Index& p = parent[static_cast<std::size_t>(i)];
+      p = parent[static_cast<std::size_t>(p)];
+      i = p;
+    }
+    return i;
+  }
+  bool join(Index a, Index b) {
+    a = find(a);
+    b = find(b);
+    if (a == b) return false;
+    parent[static_cast<std::size_t>(a)] = b;
+    return true;
+  }
+};
+
+}  // namespace
+
+EdgeFlags planar_cut(const Surface& surface, const Adjacency& adjacency,
+                     const ExecutionContext& context) {
+  EdgeFlags cut(adjacency.opposite.size(), 0);
+  const Topology shape = topology(surface.faces, adjacency);
+  const bool closed = shape.boundary_loops == 0;
+  if (!closed && shape.genus() == 0) return cut;
+
+  // On the surface with its holes filled by fans, whose edges cost nothing: a loop may end in a
+  // hole.
+  const FilledSurface filled =
+      fill_holes(surface, boundary_halfedge_loops(surface.faces, adjacency));
+  const auto vertex_count = static_cast<Index>(filled.surface.vertices.rows());
+  const Adjacency full = build_adjacency(vertex_count, filled.surface.faces);
+  const Triangles& faces = filled.surface.faces;
+  const auto real_vertices = static_cast<Index>(surface.vertices.rows());
+  std::vector<double> length(full.opposite.size());
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(length.size()); ++h) {
+    const VertexId a = source(faces, h);
+    const VertexId b = target(faces, h);
+    const bool real = a < real_vertices && b < real_vertices;
+    length[static_cast<std::size_t>(h)] =
+        real ? (filled.surface.vertices.row(a) - filled.surface.vertices.row(b)).norm() : 0.0;
+  }
+
+  const auto mark = [&](HalfedgeId h) {
+    const HalfedgeId o = full.opposite[static_cast<std::size_t>(h)];
+    // Fan edges are not edges of the surface, and the rim of a hole is open already.
+    if (h >= static_cast<HalfedgeId>(cut.size()) || o >= static_cast<HalfedgeId>(cut.size()))
+      return;
+    cut[static_cast<std::size_t>(h)] = cut[static_cast<std::size_t>(o)] = 1;
+  };
+  const auto mark_path = [&](const ShortestPaths& paths, VertexId v) {
+    while (paths.arrival[static_cast<std::size_t>(v)] != kInvalid) {
+      const HalfedgeId h = paths.arrival[static_cast<std::size_t>(v)];
+      mark(h);
+      v = source(faces, h);
+    }
+  };
+  const auto farthest = [&](const ShortestPaths& paths) {
+    VertexId best = 0;
+    double distance = -1.0;
+    for (VertexId v = 0; v < real_vertices; ++v) {
+      const double d = paths.distance[static_cast<std::size_t>(v)];
+      if (d > distance && d < std::numeric_limits<double>::infinity()) {
+        best = v;
+        distance = d;
+      }
+    }
+    return best;
+  };
+
+  VertexId root = source(faces, 0);
+  ShortestPaths paths = shortest_paths(faces, full, length, root, context);
+  if (shape.genus() == 0) {
+    // Twice to the farthest vertex: the ends of a long shortest path, about a diameter.
+    root = farthest(paths);
+    paths = shortest_paths(faces, full, length, root, context);
+    mark_path(paths, farthest(paths));
+    return cut;
+  }
+
+  // Cotree: a maximum spanning tree of the dual, an edge weighing as much as the loop that it would
+  // close.
+  const auto loop_length = [&](HalfedgeId h) {
+    return paths.distance[static_cast<std::size_t>(source(faces, h))] +
+           length[static_cast<std::size_t>(h)] +
+           paths.distance[static_cast<std::size_t>(target(faces, h))];
+  };
+  std::vector<HalfedgeId> edges;
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(full.opposite.size()); ++h) {
+    const HalfedgeId o = full.opposite[static_cast<std::size_t>(h)];
+    if (h > o) continue;
+    const bool in_tree = paths.arrival[static_cast<std::size_t>(target(faces, h))] == h ||
+                         paths.arrival[static_cast<std::size_t>(source(faces, h))] == o;
+    if (!in_tree) edges.push_back(h);
+  }
+  context.check();
+  std::sort(edges.begin(), edges.end(), [&](HalfedgeId a, HalfedgeId b) {
+    const double la = loop_length(a);
+    const double lb = loop_length(b);
+    return la != lb ? la > lb : a < b;
+  });
+  DisjointSets regions(static_cast<std::size_t>(faces.rows()));
+  for (const HalfedgeId h : edges) {
+    if (regions.join(h / 3, full.opposite[static_cast<std::size_t>(h)] / 3)) continue;
+    mark(h);
+    mark_path(paths, source(faces, h));
+    mark_path(paths, target(faces, h));
+  }
+  // Paths from the root that all loops share beyond its last branch dangle: prune leaves until none
+  // is left.
+  std::vector<Index> degree(static_cast<std::size_t>(vertex_count), 0);
+  const auto flagged = [&](HalfedgeId h) {
+    return h < static_cast<HalfedgeId>(cut.size()) && cut[static_cast<std::size_t>(h)];
+  };
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cut.size()); ++h) {
+    if (flagged(h)) ++degree[static_cast<std::size_t>(source(faces, h))];
+  }
+  std::vector<VertexId> leaves;
+  const auto on_rim = [&](VertexId v) {
+    const HalfedgeId start = adjacency.vertex_halfedge[static_cast<std::size_t>(v)];
+    return adjacency.opposite[static_cast<std::size_t>(start)] == kInvalid;
+  };
+  for (VertexId v = 0; v < real_vertices; ++v) {
+    if (degree[static_cast<std::size_t>(v)] == 1 && !on_rim(v)) leaves.push_back(v);
+  }
+  while (!leaves.empty()) {
+    const VertexId v = leaves.back();
+    leaves.pop_back();
+    if (degree[static_cast<std::size_t>(v)] != 1) continue;
+    HalfedgeId h = adjacency.vertex_halfedge[static_cast<std::size_t>(v)];
+    while (!flagged(h)) h = rotate_ccw(adjacency, h);
+    const VertexId w = target(faces, h);
+    cut[static_cast<std::size_t>(h)] =
+        cut[static_cast<std::size_t>(adjacency.opposite[static_cast<std::size_t>(h)])] = 0;
+    --degree[static_cast<std::size_t>(v)];
+    if (--degree[static_cast<std::size_t>(w)] == 1 && !on_rim(w)) leaves.push_back(w);
+  }
+  return cut;
+}
+
+}  // namespace flipfree

@@ -1,0 +1,19 @@
+// Short cut graphs that open a connected surface into a disk or a planar piece.
+//
+// Handles: the loops of a tree-cotree decomposition with shortest-path tree from a root (Erickson
+// and Whittlesey 2005, greedy homotopy generators), so the graph has at most 2 g loops through the
+// root, each as short as the root allows. Sphere: one shortest path between two far apart vertices.
+#pragma once
+
+#include "flipfree/base/context.h"
+#include "flipfree/mesh/cut.h"
+
+namespace flipfree {
+
+// Flags of edges such that the surface cut along them is connected, has genus 0 and at least one
+// boundary loop; all zero if it is so already. Boundary loops are kept as they are (a loop of the
+// graph may end in one). Precondition: one connected component. Cost: O(#F log #F).
+EdgeFlags planar_cut(const Surface& surface, const Adjacency& adjacency,
+                     const ExecutionContext& context);
+
+}  // namespace flipfree

@@ -1,0 +1,23 @@
+"""Flipfree UV: UV maps that never fold over.
+
+Arrays in: ``vertices (n, 3) float64``, ``faces (m, 3) int32``, consistently oriented, manifold, triangles.
+Angles in radians. Every result carries a certificate measured with exact predicates.
+"""
+
+from ._native import version as __version__
+from .certification import certify
+from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConverged
+from .results import Certificate, Parametrization, Transitions
+
+__all__ = [
+    "Cancelled",
+    "Certificate",
+    "FlipfreeError",
+    "Infeasible",
+    "InvalidInput",
+    "NotConverged",
+    "Parametrization",
+    "Transitions",
+    "__version__",
+    "certify",
+]

@@ -1,0 +1,153 @@
+"""The certificate of any map, ours or not."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _native
+from .arrays import as_corner_uv, as_floats, as_indices
+from .errors import InvalidInput
+from .jobs import Job, Progress, run
+from .results import Certificate, Parametrization, certificate_from
+
+Pins = Mapping[Any, tuple[float, float]]
+
+
+def pins_to_corners(
+    pins: Pins | None, faces: npt.NDArray[np.int32], name: str = "pins"
+) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.float64]]:
+    """{vertex or (face, corner): (u, v)} as corner ids 3 f + k and their targets; a vertex pins all its corners."""
+    corners: list[int] = []
+    targets: list[tuple[float, float]] = []
+    by_vertex: dict[int, tuple[float, float]] = {}
+    for key, value in (pins or {}).items():
+        target = as_floats(value, f"{name}[{key!r}]")
+        if target.shape != (2,) or not np.isfinite(target).all():
+            raise InvalidInput(
+                f"{name}[{key!r}] must be two finite numbers (u, v).", code="bad pins"
+            )
+        if isinstance(key, tuple):
+            face, corner = int(key[0]), int(key[1])
+            if not (0 <= face < len(faces) and 0 <= corner < 3):
+                raise InvalidInput(
+                    f"{name} names corner {corner} of face {face}, which does not exist.",
+                    code="bad pins",
+                )
+            corners.append(3 * face + corner)
+            targets.append((float(target[0]), float(target[1])))
+        else:
+            by_vertex[int(key)] = (float(target[0]), float(target[1]))
+    if by_vertex:
+        flat = faces.reshape(-1)
+        missing = set(by_vertex) - set(np.unique(flat).tolist())
+        if missing:
+            raise InvalidInput(
+                f"{name} names vertex {min(missing)}, which belongs to no face.",
+                code="bad pins",
+                kind="vertex",
+                elements=sorted(missing)[:1000],
+            )
+        for corner in np.flatnonzero(np.isin(flat, list(by_vertex))):
+            corners.append(int(corner))
+            targets.append(by_vertex[int(flat[corner])])
+    return as_indices(corners, name), as_floats(targets, name, 2)
+
+
+def start_certify(
+    vertices: Any,
+    faces: Any,
+    uv: Any,
+    *,
+    pins: Pins | None = None,
+    cones: Mapping[int, float] | None = None,
+    signature: Any = None,
+    seamless: bool = False,
+    parent: Parametrization | tuple[Any, ...] | None = None,
+    bijective: bool = False,
+    threads: int = 2,
+) -> Job[Certificate]:
+    """As :func:`certify`, at once, on a thread."""
+    if signature is not None:
+        raise InvalidInput(
+            "This version measures no holonomy signature (G6); leave signature out.",
+            code="bad option",
+        )
+    face_array = as_indices(faces, "faces", 3)
+    pin_corners, pin_uv = pins_to_corners(pins, face_array)
+    cone_angles = {int(v): float(a) for v, a in (cones or {}).items()}
+    parent_parts = None
+    if parent is not None:
+        if isinstance(parent, Parametrization) or len(parent) != 5:
+            raise InvalidInput(
+                "parent must be (vertices, faces, parent_face, vertex_parent, vertex_barycentric): "
+                "the input mesh and the map's provenance arrays.",
+                code="bad option",
+            )
+        parent_parts = (
+            as_floats(parent[0], "parent vertices", 3),
+            as_indices(parent[1], "parent faces", 3),
+            as_indices(parent[2], "parent_face"),
+            as_indices(parent[3], "vertex_parent"),
+            as_floats(parent[4], "vertex_barycentric", 3),
+        )
+    native = _native.certify(
+        as_floats(vertices, "vertices", 3),
+        face_array,
+        as_corner_uv(uv, "uv", len(face_array)),
+        pin_corners,
+        pin_uv,
+        as_indices(list(cone_angles), "cones"),
+        as_floats(list(cone_angles.values()), "cones"),
+        parent_parts,
+        bijective,
+        seamless,
+        threads,
+    )
+    return Job(native, certificate_from)
+
+
+def certify(
+    vertices: Any,
+    faces: Any,
+    uv: Any,
+    *,
+    pins: Pins | None = None,
+    cones: Mapping[int, float] | None = None,
+    signature: Any = None,
+    seamless: bool = False,
+    parent: Parametrization | tuple[Any, ...] | None = None,
+    bijective: bool = False,
+    threads: int = 2,
+    progress: Progress | None = None,
+) -> Certificate:
+    """Measures a map with exact predicates, on the given values and on their rounding to 32 bits.
+
+    Args:
+        vertices: (n, 3) float64. faces: (m, 3). uv: (m, 3, 2), one UV per face corner.
+        pins: {vertex or (face, corner): (u, v)}; G3 demands them bit for bit.
+        cones: {vertex: total angle in radians}; G5 demands these angles, and 2 pi at every other interior vertex.
+        seamless: G4 demands that every cut is an exact quarter turn and translation.
+        parent: (vertices, faces, parent_face, vertex_parent, vertex_barycentric) of the input that this mesh
+            refines; G7 demands a subdivision.
+        bijective: overlaps of a chart with itself are a failure, not only a figure.
+
+    Returns:
+        Certificate: ``ok``, the counts, ``failures`` in words, energy.
+    """
+    job = start_certify(
+        vertices,
+        faces,
+        uv,
+        pins=pins,
+        cones=cones,
+        signature=signature,
+        seamless=seamless,
+        parent=parent,
+        bijective=bijective,
+        threads=threads,
+    )
+    return run(job, progress)

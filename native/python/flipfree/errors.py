@@ -1,0 +1,47 @@
+"""Exceptions of the public functions. No other exception leaves them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+
+class FlipfreeError(Exception):
+    """Base of all errors.
+
+    Attributes:
+        code: short name of what failed, e.g. ``"non-manifold edge"``.
+        kind: ``"vertex"``, ``"edge"``, ``"face"``, ``"corner"`` or ``"none"``: what ``elements`` counts.
+        elements: ids of the elements at fault (edges as consecutive vertex pairs), at most 1000.
+        certificate: the best certificate that was reached, where there is one.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        code: str = "",
+        kind: str = "none",
+        elements: Sequence[int] = (),
+        certificate: object | None = None,
+    ) -> None:
+        super().__init__(message)
+        self.code = code
+        self.kind = kind
+        self.elements = list(elements)
+        self.certificate = certificate
+
+
+class InvalidInput(FlipfreeError, ValueError):
+    """The input is malformed; the message names the place and the cure."""
+
+
+class Infeasible(FlipfreeError):
+    """The target provably cannot be met; the message says why."""
+
+
+class NotConverged(FlipfreeError):
+    """The solver gave up, or its result did not pass the certificate."""
+
+
+class Cancelled(FlipfreeError):
+    """The caller's progress function returned False, or the job was cancelled."""

@@ -1,0 +1,95 @@
+"""What the solvers return: plain dataclasses over numpy arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """What was measured about a map after rounding to what is stored. Counts of -1: not measured."""
+
+    ok: bool
+    triangles: int
+    flips64: int
+    flips32: int
+    winding_failures: int
+    pin_failures: int
+    seam_failures: int
+    cone_failures: int
+    holonomy_failures: int
+    provenance_failures: int
+    overlaps: int
+    energy: float
+    max_energy: float
+    failures: list[str]
+    failed_faces: IntArray
+
+    def __str__(self) -> str:
+        lines = [
+            f"certificate {'ok' if self.ok else 'FAILED'}: {self.triangles} triangles, "
+            f"flips {self.flips64} (64-bit) {self.flips32} (32-bit), overlaps {self.overlaps}, "
+            f"energy {self.energy:.6g} (worst triangle {self.max_energy:.4g})"
+        ]
+        return "\n".join(lines + [f"  {failure}" for failure in self.failures])
+
+
+@dataclass(frozen=True)
+class Transitions:
+    """Per cut edge: uv on the second side = quarter turns of uv on the first side + translation."""
+
+    quarter_turns: IntArray
+    translation: FloatArray
+
+
+@dataclass(frozen=True)
+class Parametrization:
+    """A map to the plane.
+
+    Attributes:
+        vertices: (n', 3), the input's n vertices first.
+        faces: (m', 3).
+        uv: (m', 3, 2), one per face corner.
+        parent_face: (m',), the input face that contains each face.
+        vertex_parent, vertex_barycentric: (n',), (n', 3), where each vertex lies on the input.
+        cut_edges: (s, 2), vertex pairs along which the map is cut.
+        transitions: per cut edge, empty where the map is not seamless.
+        certificate: measured on ``uv`` and ``uv32()``.
+        stats: seconds per stage, iterations, added vertices, energy.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+    uv: FloatArray
+    parent_face: IntArray
+    vertex_parent: IntArray
+    vertex_barycentric: FloatArray
+    cut_edges: IntArray
+    transitions: Transitions
+    certificate: Certificate
+    stats: dict[str, Any]
+    _uv32: npt.NDArray[np.float32] = field(repr=False)
+
+    def uv32(self) -> npt.NDArray[np.float32]:
+        """The (m', 3, 2) values that Blender stores; the certificate was measured on them."""
+        return self._uv32.copy()
+
+
+def certificate_from(data: dict[str, Any]) -> Certificate:
+    return Certificate(**data)
+
+
+def parametrization_from(data: dict[str, Any]) -> Parametrization:
+    data = dict(data)
+    transitions = Transitions(data.pop("transition_turns"), data.pop("transition_translations"))
+    certificate = certificate_from(data.pop("certificate"))
+    return Parametrization(
+        transitions=transitions, certificate=certificate, _uv32=data.pop("uv32"), **data
+    )

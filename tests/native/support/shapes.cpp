@@ -1,0 +1,179 @@
+#include "support/shapes.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+#include <stdexcept>
+#include <vector>
+
+namespace flipfree::test {
+namespace {
+
+using std::numbers::pi;
+
+// Joins a lattice of vertices id(column, row) into triangles; columns and rows count cells.
+template <typename Id>
+Triangles lattice_faces(Index columns, Index rows, Id id) {
+  Triangles faces(2 * columns * rows, 3);
+  Eigen::Index f = 0;
+  for (Index j = 0; j < rows; ++j) {
+    for (Index i = 0; i < columns; ++i) {
+      faces.row(f++) << id(i, j), id(i + 1, j), id(i + 1, j + 1);
+      faces.row(f++) << id(i, j), id(i + 1, j + 1), id(i, j + 1);
+    }
+  }
+  return faces;
+}
+
+}  // namespace
+
+Surface bumpy_grid(Index columns, Index rows, double height, double frequency) {
+  Surface surface;
+  surface.vertices.resize((columns + 1) * (rows + 1), 3);
+  const auto id = [&](Index i, Index j) { return j * (columns + 1) + i; };
+  for (Index j = 0; j <= rows; ++j) {
+    for (Index i = 0; i <= columns; ++i) {
+      const double x = static_cast<double>(i) / columns;
+      const double y = static_cast<double>(j) / rows;
+      surface.vertices.row(id(i, j)) << x, y,
+          height * std::sin(frequency * pi * x) * std::sin(frequency * pi * y);
+    }
+  }
+  surface.faces = lattice_faces(columns, rows, id);
+  return surface;
+}
+
+Surface grid(Index columns, Index rows) { return bumpy_grid(columns, rows, 0.0, 1.0); }
+
+Surface sphere(Index sectors, Index rings) {
+  Surface surface;
+  surface.vertices.resize(2 + sectors * (rings - 1), 3);
+  surface.vertices.row(0) << 0, 0, 1;
+  surface.vertices.row(1) << 0, 0, -1;
+  const auto id = [&](Index i, Index j) { return 2 + (j - 1) * sectors + i % sectors; };
+  for (Index j = 1; j < rings; ++j) {
+    for (Index i = 0; i < sectors; ++i) {
+      const double theta = pi * j / rings;
+      const double phi = 2 * pi * i / sectors;
+      surface.vertices.row(id(i, j)) << std::sin(theta) * std::cos(phi),
+          std::sin(theta) * std::sin(phi), std::cos(theta);
+    }
+  }
+  std::vector<Index> faces;
+  for (Index i = 0; i < sectors; ++i) faces.insert(faces.end(), {0, id(i, 1), id(i + 1, 1)});
+  for (Index j = 1; j + 1 < rings; ++j) {
+    for (Index i = 0; i < sectors; ++i) {
+      faces.insert(faces.end(), {id(i, j), id(i, j + 1), id(i + 1, j + 1)});
+      faces.insert(faces.end(), {id(i, j), id(i + 1, j + 1), id(i + 1, j)});
+    }
+  }
+  for (Index i = 0; i < sectors; ++i)
+    faces.insert(faces.end(), {1, id(i + 1, rings - 1), id(i, rings - 1)});
+  surface.faces =
+      Eigen::Map<const Triangles>(faces.data(), static_cast<Eigen::Index>(faces.size() / 3), 3);
+  return surface;
+}
+
+Surface torus(Index sectors, Index rings, double minor) {
+  Surface surface;
+  surface.vertices.resize(sectors * rings, 3);
+  const auto id = [&](Index i, Index j) { return (j % rings) * sectors + i % sectors; };
+  for (Index j = 0; j < rings; ++j) {
+    for (Index i = 0; i < sectors; ++i) {
+      const double phi = 2 * pi * i / sectors;
+      const double theta = 2 * pi * j / rings;
+      const double r = 1 + minor * std::cos(theta);
+      surface.vertices.row(id(i, j)) << r * std::cos(phi), r * std::sin(phi),
+          minor * std::sin(theta);
+    }
+  }
+  surface.faces = lattice_faces(sectors, rings, id);
+  return surface;
+}
+
+Surface cylinder(Index sectors, Index rings) {
+  Surface surface;
+  surface.vertices.resize(sectors * (rings + 1), 3);
+  const auto id = [&](Index i, Index j) { return j * sectors + i % sectors; };
+  for (Index j = 0; j <= rings; ++j) {
+    for (Index i = 0; i < sectors; ++i) {
+      const double phi = 2 * pi * i / sectors;
+      surface.vertices.row(id(i, j)) << std::cos(phi), std::sin(phi),
+          static_cast<double>(j) / rings;
+    }
+  }
+  surface.faces = lattice_faces(sectors, rings, id);
+  return surface;
+}
+
+Surface tetrahedron() {
+  Surface surface;
+  surface.vertices.resize(4, 3);
+  surface.vertices << 1, 1, 1, 1, -1, -1, -1, 1, -1, -1, -1, 1;
+  surface.faces.resize(4, 3);
+  surface.faces << 0, 1, 2, 0, 3, 1, 0, 2, 3, 1, 3, 2;
+  return surface;
+}
+
+std::optional<std::string> shared_data(const std::string& relative) {
+  const char* root = std::getenv("FLIPFREE_DATA");
+  if (root == nullptr) return std::nullopt;
+  const std::filesystem::path path = std::filesystem::path(root) / relative;
+  if (!std::filesystem::exists(path)) return std::nullopt;
+  return path.string();
+}
+
+Surface read_mesh(const std::string& path) {
+  std::ifstream in(path);
+  if (!in) throw std::runtime_error("cannot read " + path);
+  const bool off = path.size() > 4 && path.substr(path.size() - 4) == ".off";
+  std::vector<double> points;
+  std::vector<Index> faces;
+  const auto add_polygon = [&](const std::vector<Index>& polygon) {
+    for (std::size_t k = 2; k < polygon.size(); ++k)
+      faces.insert(faces.end(), {polygon[0], polygon[k - 1], polygon[k]});
+  };
+  std::string line;
+  if (off) {
+    std::string magic;
+    Index n = 0;
+    Index m = 0;
+    Index edges = 0;
+    in >> magic >> n >> m >> edges;
+    points.resize(static_cast<std::size_t>(3 * n));
+    for (double& x : points) in >> x;
+    for (Index f = 0; f < m; ++f) {
+      std::size_t size = 0;
+      in >> size;
+      std::vector<Index> polygon(size);
+      for (Index& v : polygon) in >> v;
+      std::getline(in, line);
+      add_polygon(polygon);
+    }
+  } else {
+    while (std::getline(in, line)) {
+      std::istringstream fields(line);
+      std::string key;
+      fields >> key;
+      if (key == "v") {
+        for (int k = 0; k < 3; ++k) fields >> points.emplace_back();
+      } else if (key == "f") {
+        std::vector<Index> polygon;
+        std::string item;
+        while (fields >> item) polygon.push_back(std::stoi(item) - 1);
+        add_polygon(polygon);
+      }
+    }
+  }
+  Surface surface;
+  surface.vertices =
+      Eigen::Map<const Points3>(points.data(), static_cast<Eigen::Index>(points.size() / 3), 3);
+  surface.faces =
+      Eigen::Map<const Triangles>(faces.data(), static_cast<Eigen::Index>(faces.size() / 3), 3);
+  return surface;
+}
+
+}  // namespace flipfree::test

@@ -1,0 +1,32 @@
+// Meshes that tests generate, each small enough to reason about or scalable by an argument.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "flipfree/mesh/surface.h"
+
+namespace flipfree::test {
+
+// Triangulated (columns x rows) unit grid in the plane z = 0: (columns + 1)(rows + 1) vertices, a
+// disk.
+Surface grid(Index columns, Index rows);
+// The same over [0, 1]^2 with z = height * sin(frequency * pi * x) * sin(frequency * pi * y).
+Surface bumpy_grid(Index columns, Index rows, double height, double frequency);
+// Sphere of radius 1 with two poles, `rings` - 1 rings of `sectors` vertices between them; closed,
+// genus 0.
+Surface sphere(Index sectors, Index rings);
+// Torus with radii 1 and `minor`; closed, genus 1.
+Surface torus(Index sectors, Index rings, double minor = 0.4);
+// Open cylinder of radius 1, unit height; two boundary loops.
+Surface cylinder(Index sectors, Index rings);
+// Regular tetrahedron, closed.
+Surface tetrahedron();
+
+// Path of a file in the shared data folder (environment variable FLIPFREE_DATA), or nothing when it
+// is not there.
+std::optional<std::string> shared_data(const std::string& relative);
+// Triangles of an .obj or .off file; polygons are fanned. Texture coordinates are ignored.
+Surface read_mesh(const std::string& path);
+
+}  // namespace flipfree::test
