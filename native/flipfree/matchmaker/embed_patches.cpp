@@ -1,0 +1,211 @@
+#include "flipfree/matchmaker/embed_patches.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <string>
+
+#include "flipfree/base/error.h"
+#include "flipfree/embedding/embed.h"
+#include "flipfree/numeric/predicates.h"
+
+namespace flipfree {
+namespace {
+
+using Mesh = EditableTriangulation;
+
+struct Patch {
+  std::vector<VertexId> loop;   // boundary, patch on the left
+  std::vector<Index> side;      // per loop edge (from loop[i]): number of its straight side
+  std::vector<FaceId> faces;
+};
+
+class PatchEmbedder {
+ public:
+  PatchEmbedder(RefinedSurface& surface, const TargetDomain& domain, const ConvexPartition& partition,
+                const Paths& paths)
+      : surface_(surface), mesh_(surface.mesh), domain_(domain), partition_(partition), paths_(paths) {}
+
+  Points2 run(ExecutionContext& context, Stats& stats) {
+    std::vector<Patch> patches;
+    for (const auto& polygon : partition_.polygons) {
+      context.check();
+      patches.push_back(outline(polygon));
+      split_chords(patches.back());
+    }
+    place_paths();
+    local_.assign(static_cast<std::size_t>(mesh_.vertex_count()), kInvalid);
+    for (std::size_t i = 0; i < patches.size(); ++i) {
+      context.report("embedding patches", static_cast<double>(i) / static_cast<double>(patches.size()));
+      flood(patches[i]);
+      embed(patches[i], context, stats);
+    }
+    return uv_;
+  }
+
+ private:
+  const Vector2& point(Index domain_vertex) const { return domain_.point[static_cast<std::size_t>(domain_vertex)]; }
+
+  // Loop of the patch left of the polygon's paths; sides are numbered by runs without a strict corner.
+  Patch outline(const std::vector<ConvexPartition::Side>& polygon) const {
+    Patch patch;
+    const std::size_t n = polygon.size();
+    const auto start = [&](std::size_t i) {
+      const auto& edge = partition_.edges[static_cast<std::size_t>(polygon[i % n].edge)];
+      return polygon[i % n].forward ? edge.a : edge.b;
+    };
+    std::size_t first = 0;
+    const auto is_corner = [&](std::size_t i) {
+      return orientation(point(start(i + n - 1)), point(start(i)), point(start(i + 1))) != 0;
+    };
+    while (first < n && !is_corner(first)) ++first;
+    Index side = -1;
+    for (std::size_t i = first; i < first + n; ++i) {
+      if (is_corner(i)) ++side;
+      std::vector<VertexId> path = paths_[static_cast<std::size_t>(polygon[i % n].edge)];
+      if (!polygon[i % n].forward) std::reverse(path.begin(), path.end());
+      for (std::size_t k = 0; k + 1 < path.size(); ++k) {
+        patch.loop.push_back(path[k]);
+        patch.side.push_back(side);
+      }
+    }
+    return patch;
+  }
+
+  HalfedgeId loop_halfedge(const Patch& patch, std::size_t i) const {
+    const HalfedgeId h = mesh_.find(patch.loop[i], patch.loop[(i + 1) % patch.loop.size()]);
+    if (h == kInvalid || mesh_.source(h) != patch.loop[i]) throw InternalError("a patch is not closed");
+    return h;
+  }
+
+  // Splits inner edges whose two ends lie on one side (its corners included).
+  void split_chords(const Patch& patch) {
+    const std::size_t n = patch.loop.size();
+    const Index sides = patch.side.back() + 1;
+    std::vector<std::pair<VertexId, std::size_t>> place;
+    for (std::size_t i = 0; i < n; ++i) place.emplace_back(patch.loop[i], i);
+    std::sort(place.begin(), place.end());
+    const auto find = [&](VertexId v) {
+      const auto it = std::lower_bound(place.begin(), place.end(), std::pair(v, std::size_t{0}));
+      return it != place.end() && it->first == v ? it->second : n;
+    };
+    const auto on_side = [&](std::size_t i, Index side) {
+      return patch.side[i] == side || patch.side[(i + n - 1) % n] == side;
+    };
+    const auto share_side = [&](std::size_t i, std::size_t j) {
+      const Index a = patch.side[i];
+      const Index b = patch.side[(i + n - 1) % n];
+      return on_side(j, a) || (sides > 1 && on_side(j, b));
+    };
+    for (std::size_t i = 0; i < n; ++i) {
+      // Around loop[i] inside the patch: from the loop's edge counter-clockwise to the one that arrives.
+      std::vector<VertexId> chords;
+      for (HalfedgeId h = loop_halfedge(patch, i);;) {
+        h = mesh_.rotate_ccw(h);
+        if (h == kInvalid || mesh_.mark(h) != Mesh::kUnmarked) break;
+        const std::size_t j = find(mesh_.target(h));
+        if (j != n && share_side(i, j)) chords.push_back(mesh_.target(h));
+      }
+      for (const VertexId w : chords) surface_.split_edge(mesh_.find(patch.loop[i], w));
+    }
+  }
+
+  void place_paths() {
+    uv_ = Points2::Zero(mesh_.vertex_count(), 2);
+    for (std::size_t e = 0; e < paths_.size(); ++e) {
+      const std::vector<VertexId>& path = paths_[e];
+      const Vector2& a = point(partition_.edges[e].a);
+      const Vector2& b = point(partition_.edges[e].b);
+      std::vector<double> along = {0.0};
+      for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+        const double step = (surface_.position[static_cast<std::size_t>(path[i + 1])] -
+                             surface_.position[static_cast<std::size_t>(path[i])]).norm();
+        along.push_back(along.back() + step);
+      }
+      // No step gets less than a tenth of the mean: equal points would leave no room for any map.
+      const double total = along.back();
+      const auto steps = static_cast<double>(path.size() - 1);
+      for (std::size_t i = 0; i < path.size(); ++i) {
+        const double t = 0.9 * (total > 0 ? along[i] / total : static_cast<double>(i) / steps) +
+                         0.1 * static_cast<double>(i) / steps;
+        uv_.row(path[i]) = (a + t * (b - a)).transpose();
+      }
+      uv_.row(path.front()) = a.transpose();
+      uv_.row(path.back()) = b.transpose();
+    }
+  }
+
+  void flood(Patch& patch) {
+    visited_.resize(static_cast<std::size_t>(mesh_.face_slots()), false);
+    patch.faces = {loop_halfedge(patch, 0) / 3};
+    visited_[static_cast<std::size_t>(patch.faces.front())] = true;
+    for (std::size_t i = 0; i < patch.faces.size(); ++i) {
+      for (HalfedgeId h = 3 * patch.faces[i]; h < 3 * patch.faces[i] + 3; ++h) {
+        if (mesh_.is_boundary(h) || mesh_.mark(h) != Mesh::kUnmarked) continue;
+        const FaceId g = mesh_.opposite(h) / 3;
+        if (visited_[static_cast<std::size_t>(g)]) continue;
+        visited_[static_cast<std::size_t>(g)] = true;
+        patch.faces.push_back(g);
+      }
+    }
+    std::sort(patch.faces.begin(), patch.faces.end());
+  }
+
+  void embed(const Patch& patch, ExecutionContext& context, Stats& stats) {
+    std::vector<VertexId> vertices;
+    Triangles faces(static_cast<Eigen::Index>(patch.faces.size()), 3);
+    for (std::size_t f = 0; f < patch.faces.size(); ++f) {
+      for (Index k = 0; k < 3; ++k) {
+        const VertexId v = mesh_.source(3 * patch.faces[f] + k);
+        Index& number = local_[static_cast<std::size_t>(v)];
+        if (number == kInvalid) {
+          number = static_cast<Index>(vertices.size());
+          vertices.push_back(v);
+        }
+        faces(static_cast<Eigen::Index>(f), k) = number;
+      }
+    }
+    std::vector<VertexId> loop;
+    Points2 boundary(static_cast<Eigen::Index>(patch.loop.size()), 2);
+    for (std::size_t i = 0; i < patch.loop.size(); ++i) {
+      loop.push_back(local_[static_cast<std::size_t>(patch.loop[i])]);
+      boundary.row(static_cast<Eigen::Index>(i)) = uv_.row(patch.loop[i]);
+    }
+    if (vertices.size() > loop.size()) {
+      EmbedOptions options;
+      options.float32 = false;
+      const ProgressRange quiet(context, 0.0, 0.0);
+      const Points2 uv = embed_disk(faces, static_cast<Index>(vertices.size()), loop, boundary, options, context, stats);
+      for (std::size_t v = 0; v < vertices.size(); ++v) uv_.row(vertices[v]) = uv.row(static_cast<Eigen::Index>(v));
+    }
+    for (const VertexId v : vertices) local_[static_cast<std::size_t>(v)] = kInvalid;
+  }
+
+  RefinedSurface& surface_;
+  Mesh& mesh_;
+  const TargetDomain& domain_;
+  const ConvexPartition& partition_;
+  const Paths& paths_;
+  Points2 uv_;
+  std::vector<Index> local_;
+  std::vector<bool> visited_;
+};
+
+}  // namespace
+
+Points2 embed_patches(RefinedSurface& surface, const TargetDomain& domain, const ConvexPartition& partition,
+                      const Paths& paths, ExecutionContext& context, Stats& stats) {
+  const Points2 uv = PatchEmbedder(surface, domain, partition, paths).run(context, stats);
+  const Triangles faces = surface.mesh.faces();
+  for (Eigen::Index f = 0; f < faces.rows(); ++f) {
+    const auto corner = [&](Index k) -> Vector2 { return uv.row(faces(f, k)).transpose(); };
+    if (orientation(corner(0), corner(1), corner(2)) <= 0) {
+      throw_not_converged(ErrorCode::kCertificateFailed,
+                          "A patch of the target is too thin for 64-bit coordinates at face " + std::to_string(f) +
+                              " of the refined mesh. Move the pins further apart.",
+                          ElementKind::kNone, {});
+    }
+  }
+  return uv;
+}
+
+}  // namespace flipfree

@@ -1,0 +1,47 @@
+// The user's disk under refinement: connectivity, and for every vertex where it lies on the input (guarantee G7).
+//
+// Vertices 0 .. input_vertices - 1 are the user's. Vertices added by splits are midpoints, so their weights are dyadic
+// and exact in double; whether faces keep their orientation within their parent is therefore decided exactly.
+// A collar, if there is one, is a ring of triangles glued around the boundary that only exists during the solve: it makes
+// the boundary free to lie anywhere inside a box. Its faces have no parent (kInvalid), its vertices no support.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "flipfree/matchmaker/editable_triangulation.h"
+#include "flipfree/mesh/surface.h"
+
+namespace flipfree {
+
+// A point of the input surface: weights of at most three input vertices, sorted by vertex; unused entries are kInvalid.
+struct Support {
+  std::array<VertexId, 3> vertex = {kInvalid, kInvalid, kInvalid};
+  std::array<double, 3> weight = {0.0, 0.0, 0.0};
+
+  bool empty() const { return vertex[0] == kInvalid; }
+  double of(VertexId v) const;
+};
+Support midpoint(const Support& a, const Support& b);
+
+struct RefinedSurface {
+  EditableTriangulation mesh;
+  std::vector<Support> support;   // #V
+  std::vector<Vector3> position;  // #V
+  const Surface* input = nullptr;
+  std::vector<VertexId> boundary;       // the input's boundary loop, surface on the left
+  std::vector<VertexId> outer_boundary;  // boundary of the mesh: the collar's, or the same
+
+  Index input_vertices() const { return static_cast<Index>(input->vertices.rows()); }
+  bool in_collar(FaceId f) const { return mesh.parent(f) == kInvalid; }
+
+  // Splits at the midpoint. The edge's two ends must have supports within one input face, or lie in the collar.
+  VertexId split_edge(HalfedgeId h);
+  // Exact orientation of three points within input face `parent`: +1 if they turn as the face does.
+  int orientation_in_parent(FaceId parent, VertexId a, VertexId b, VertexId c) const;
+};
+
+// Precondition: `surface` was validated as a disk and outlives the result.
+RefinedSurface make_refined_surface(const Surface& surface, bool with_collar);
+
+}  // namespace flipfree

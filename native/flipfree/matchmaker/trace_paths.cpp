@@ -1,0 +1,359 @@
+#include "flipfree/matchmaker/trace_paths.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <queue>
+#include <string>
+#include <tuple>
+
+#include "flipfree/base/error.h"
+
+namespace flipfree {
+namespace {
+
+using Mesh = EditableTriangulation;
+
+// A step that crosses an edge costs this factor more than one that runs along an edge: it adds a vertex.
+constexpr double kCrossingFactor = 1.5;
+
+// A node of the search: a vertex, or the midpoint of an edge that would be split.
+struct Step {
+  VertexId vertex = kInvalid;
+  std::array<VertexId, 2> edge = {kInvalid, kInvalid};
+};
+
+class Tracer {
+ public:
+  Tracer(RefinedSurface& surface, const TargetDomain& domain, const ConvexPartition& partition)
+      : surface_(surface), mesh_(surface.mesh), domain_(domain), partition_(partition),
+        paths_(partition.edges.size()) {
+    taken_.assign(static_cast<std::size_t>(mesh_.vertex_count()), false);
+    for (const VertexId v : surface.outer_boundary) taken_[static_cast<std::size_t>(v)] = true;
+    for (const VertexId v : domain.mesh_vertex) taken_[static_cast<std::size_t>(v)] = true;
+  }
+
+  const Paths& paths() const { return paths_; }
+
+  void lay_outline(Index e) {
+    const auto& edge = partition_.edges[static_cast<std::size_t>(e)];
+    const VertexId end = mesh_vertex(edge.b);
+    std::vector<VertexId> path = {mesh_vertex(edge.a)};
+    while (path.back() != end) {
+      const HalfedgeId h = mesh_.outgoing(path.back());
+      if (!mesh_.is_boundary(h) || mesh_.mark(h) != Mesh::kUnmarked) {
+        throw InternalError("outline edges do not follow the mesh boundary");
+      }
+      mesh_.set_mark(h, e);
+      path.push_back(mesh_.target(h));
+    }
+    paths_[static_cast<std::size_t>(e)] = std::move(path);
+  }
+
+  void lay_given(Index e, const std::vector<VertexId>& path) {
+    for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+      const HalfedgeId h = mesh_.find(path[i], path[i + 1]);
+      const bool inner = i > 0;
+      if (h == kInvalid || mesh_.mark(h) != Mesh::kUnmarked || (inner && taken(path[i]))) {
+        throw_invalid(ErrorCode::kBadPins,
+                      "The given path through vertex " + std::to_string(path[i]) +
+                          " leaves the mesh's edges, or meets another path, pin or the boundary there. "
+                          "Give paths that meet at pins only.",
+                      ElementKind::kVertex, {path[i]});
+      }
+      mesh_.set_mark(h, e);
+      if (inner) taken_[static_cast<std::size_t>(path[i])] = true;
+    }
+    paths_[static_cast<std::size_t>(e)] = path;
+  }
+
+  void trace(Index e) {
+    const auto& edge = partition_.edges[static_cast<std::size_t>(e)];
+    const VertexId from = mesh_vertex(edge.a);
+    const VertexId to = mesh_vertex(edge.b);
+    std::vector<VertexId> path = {from};
+    std::vector<FaceId> start = sector(edge.a, e);
+    // A shortest path that passes one face twice can cross itself when its splits are made. Then the rest is searched
+    // again from where it stopped; what was laid is a slit and cuts nothing off.
+    constexpr int kMaxRestarts = 1000;
+    for (int i = 0; !realise(e, search(path.back(), start, to, sector(edge.b, e)), path); ++i) {
+      if (i == kMaxRestarts) throw InternalError("a traced path lost its way");
+      start = mesh_.star(path.back());
+    }
+    paths_[static_cast<std::size_t>(e)] = std::move(path);
+  }
+
+ private:
+  VertexId mesh_vertex(Index domain_vertex) const {
+    return domain_.mesh_vertex[static_cast<std::size_t>(domain_vertex)];
+  }
+  bool taken(VertexId v) const { return taken_[static_cast<std::size_t>(v)]; }
+  bool traced(Index e) const { return !paths_[static_cast<std::size_t>(e)].empty(); }
+
+  // Half-edge with which the traced path of edge e leaves mesh vertex v (its inner side for arriving boundary edges
+  // is found by the caller): kInvalid if e arrives along the boundary and has no outgoing half-edge.
+  HalfedgeId leaving(VertexId v, Index e) const {
+    HalfedgeId found = kInvalid;
+    mesh_.for_each_outgoing(v, [&](HalfedgeId h) {
+      if (mesh_.mark(h) == e) found = h;
+    });
+    return found;
+  }
+
+  // Faces around the end `a` of edge e, counter-clockwise, that lie between its traced neighbours.
+  std::vector<FaceId> sector(Index a, Index e) const {
+    const VertexId v = mesh_vertex(a);
+    const auto& around = partition_.around[static_cast<std::size_t>(a)];
+    const std::size_t n = around.size();
+    const auto place = static_cast<std::size_t>(std::find(around.begin(), around.end(), e) - around.begin());
+    Index before = kInvalid;
+    Index after = kInvalid;
+    for (std::size_t i = 1; i < n && before == kInvalid; ++i) {
+      if (traced(around[(place + n - i) % n])) before = around[(place + n - i) % n];
+    }
+    for (std::size_t i = 1; i < n && after == kInvalid; ++i) {
+      if (traced(around[(place + i) % n])) after = around[(place + i) % n];
+    }
+    std::vector<FaceId> faces;
+    HalfedgeId h = before == kInvalid ? mesh_.outgoing(v) : leaving(v, before);
+    if (h == kInvalid) throw InternalError("no traced path where one was expected");
+    const HalfedgeId first = h;
+    do {
+      faces.push_back(h / 3);
+      h = mesh_.rotate_ccw(h);
+    } while (h != kInvalid && h != first && (after == kInvalid || mesh_.mark(h) != after));
+    return faces;
+  }
+
+  double length(const Vector3& a, const Vector3& b) const { return (a - b).norm(); }
+  const Vector3& place(VertexId v) const { return surface_.position[static_cast<std::size_t>(v)]; }
+  Vector3 middle(HalfedgeId h) const { return 0.5 * (place(mesh_.source(h)) + place(mesh_.target(h))); }
+
+  // Nodes: vertex v, or halfedge_node(h) for the edge of h. Distances are kept by stamps, so that a search costs only
+  // what it visits.
+  std::size_t vertex_node(VertexId v) const { return static_cast<std::size_t>(v); }
+  std::size_t edge_node(HalfedgeId h) const {
+    return static_cast<std::size_t>(mesh_.vertex_count() + mesh_.edge(h));
+  }
+
+  struct Entry {
+    double distance;
+    std::size_t node;
+    bool operator>(const Entry& other) const {
+      return std::tie(distance, node) > std::tie(other.distance, other.node);
+    }
+  };
+
+  std::vector<Step> search(VertexId from, const std::vector<FaceId>& from_sector, VertexId to,
+                           const std::vector<FaceId>& to_sector) {
+    const auto nodes = static_cast<std::size_t>(mesh_.vertex_count() + mesh_.halfedge_slots());
+    if (distance_.size() < nodes) {
+      distance_.resize(nodes + nodes / 4);
+      previous_.resize(distance_.size());
+      stamp_.resize(distance_.size(), 0);
+    }
+    ++now_;
+    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+    const auto offer = [&](std::size_t node, double distance, std::size_t previous) {
+      if (stamp_[node] == now_ && distance_[node] <= distance) return;
+      stamp_[node] = now_;
+      distance_[node] = distance;
+      previous_[node] = previous;
+      queue.push({distance, node});
+    };
+    const auto in = [](const std::vector<FaceId>& faces, FaceId f) {
+      return std::find(faces.begin(), faces.end(), f) != faces.end();
+    };
+    const auto free_vertex = [&](VertexId v) { return !taken(v); };
+    const auto free_edge = [&](HalfedgeId h) { return mesh_.mark(h) == Mesh::kUnmarked && !mesh_.is_boundary(h); };
+    // May a step along the edge h, into its target, end the path? Both faces beside it must be in the sector.
+    const auto ends_along = [&](HalfedgeId h) {
+      return mesh_.target(h) == to && mesh_.mark(h) == Mesh::kUnmarked && !mesh_.is_boundary(h) &&
+             in(to_sector, h / 3) && in(to_sector, mesh_.opposite(h) / 3);
+    };
+    // Arcs out of vertex v within face f, h being the half-edge of f that leaves v.
+    const auto relax_corner = [&](std::size_t node, double base, HalfedgeId h) {
+      const HalfedgeId facing = next_corner(h);
+      const VertexId v = mesh_.source(h);
+      if (free_edge(facing)) {
+        offer(edge_node(facing), base + kCrossingFactor * length(place(v), middle(facing)), node);
+      }
+    };
+    const auto relax_along = [&](std::size_t node, double base, HalfedgeId h) {
+      if (mesh_.mark(h) != Mesh::kUnmarked || mesh_.is_boundary(h)) return;
+      const VertexId w = mesh_.target(h);
+      if (free_vertex(w) || ends_along(h)) {
+        offer(vertex_node(w), base + length(place(mesh_.source(h)), place(w)), node);
+      }
+    };
+    const std::size_t start = vertex_node(from);
+    const std::size_t goal = vertex_node(to);
+    stamp_[start] = now_;
+    distance_[start] = 0;
+    previous_[start] = start;
+    mesh_.for_each_outgoing(from, [&](HalfedgeId h) {
+      if (!in(from_sector, h / 3)) return;
+      relax_corner(start, 0, h);
+      const HalfedgeId o = mesh_.opposite(h);
+      if (o != kInvalid && in(from_sector, o / 3)) relax_along(start, 0, h);
+    });
+    while (!queue.empty()) {
+      const Entry top = queue.top();
+      queue.pop();
+      if (top.distance > distance_[top.node]) continue;
+      if (top.node == goal) return read_path(start, goal);
+      if (top.node < static_cast<std::size_t>(mesh_.vertex_count())) {
+        mesh_.for_each_outgoing(static_cast<VertexId>(top.node), [&](HalfedgeId h) {
+          relax_corner(top.node, top.distance, h);
+          relax_along(top.node, top.distance, h);
+        });
+        continue;
+      }
+      const auto edge = static_cast<HalfedgeId>(top.node - static_cast<std::size_t>(mesh_.vertex_count()));
+      const Vector3 here = middle(edge);
+      for (const HalfedgeId h : {edge, mesh_.opposite(edge)}) {
+        const VertexId v = mesh_.apex(h);
+        if (free_vertex(v) || (v == to && in(to_sector, h / 3))) {
+          offer(vertex_node(v), top.distance + kCrossingFactor * length(here, place(v)), top.node);
+        }
+        for (const HalfedgeId side : {next_corner(h), previous_corner(h)}) {
+          if (free_edge(side)) {
+            offer(edge_node(side), top.distance + kCrossingFactor * length(here, middle(side)), top.node);
+          }
+        }
+      }
+    }
+    throw InternalError("no room for a path from vertex " + std::to_string(from) + " to vertex " +
+                        std::to_string(to));
+  }
+
+  std::vector<Step> read_path(std::size_t start, std::size_t goal) const {
+    std::vector<Step> steps;
+    for (std::size_t node = goal; node != start; node = previous_[node]) {
+      Step step;
+      if (node < static_cast<std::size_t>(mesh_.vertex_count())) {
+        step.vertex = static_cast<VertexId>(node);
+      } else {
+        const auto h = static_cast<HalfedgeId>(node - static_cast<std::size_t>(mesh_.vertex_count()));
+        step.edge = {mesh_.source(h), mesh_.target(h)};
+      }
+      steps.push_back(step);
+    }
+    std::reverse(steps.begin(), steps.end());
+    return steps;
+  }
+
+  // Splits the crossed edges, marks the path and appends it. False if a step is not possible any more.
+  bool realise(Index e, const std::vector<Step>& steps, std::vector<VertexId>& path) {
+    for (const Step& step : steps) {
+      VertexId next = step.vertex;
+      if (next == kInvalid) {
+        HalfedgeId crossed = kInvalid;
+        mesh_.for_each_outgoing(path.back(), [&](HalfedgeId h) {
+          const HalfedgeId facing = next_corner(h);
+          const VertexId p = mesh_.source(facing);
+          const VertexId q = mesh_.target(facing);
+          if ((p == step.edge[0] && q == step.edge[1]) || (p == step.edge[1] && q == step.edge[0])) crossed = facing;
+        });
+        if (crossed == kInvalid || mesh_.mark(crossed) != Mesh::kUnmarked) return false;
+        next = surface_.split_edge(crossed);
+        taken_.push_back(true);
+      }
+      const HalfedgeId h = mesh_.find(path.back(), next);
+      if (h == kInvalid || mesh_.mark(h) != Mesh::kUnmarked) return false;
+      mesh_.set_mark(h, e);
+      taken_[static_cast<std::size_t>(next)] = true;
+      path.push_back(next);
+    }
+    return true;
+  }
+
+  RefinedSurface& surface_;
+  Mesh& mesh_;
+  const TargetDomain& domain_;
+  const ConvexPartition& partition_;
+  Paths paths_;
+  std::vector<bool> taken_;  // on a path, the boundary, or a pin
+  std::vector<double> distance_;
+  std::vector<std::size_t> previous_;
+  std::vector<std::uint32_t> stamp_;
+  std::uint32_t now_ = 0;
+};
+
+// The order of tracing: a minimum spanning tree grown from what is connected already, then the rest by length.
+std::vector<Index> tracing_order(const TargetDomain& domain, const ConvexPartition& partition,
+                                 const Paths& given) {
+  const auto length = [&](Index e) {
+    const auto& edge = partition.edges[static_cast<std::size_t>(e)];
+    return (domain.point[static_cast<std::size_t>(edge.a)] - domain.point[static_cast<std::size_t>(edge.b)]).norm();
+  };
+  std::vector<bool> reached(domain.point.size(), false);
+  using Candidate = std::pair<double, Index>;
+  std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue;
+  std::vector<Index> pending;
+  const auto reach = [&](Index v) {
+    pending.push_back(v);
+    while (!pending.empty()) {
+      const Index u = pending.back();
+      pending.pop_back();
+      if (reached[static_cast<std::size_t>(u)]) continue;
+      reached[static_cast<std::size_t>(u)] = true;
+      for (const Index e : partition.around[static_cast<std::size_t>(u)]) {
+        const auto& edge = partition.edges[static_cast<std::size_t>(e)];
+        if (edge.boundary) continue;
+        // Given paths join their ends at no cost.
+        if (!given[static_cast<std::size_t>(e)].empty()) {
+          pending.push_back(edge.a == u ? edge.b : edge.a);
+        } else {
+          queue.emplace(length(e), e);
+        }
+      }
+    }
+  };
+  for (const Index v : domain.outline) reach(v);
+  std::vector<Index> order;
+  std::vector<Index> rest;
+  while (!queue.empty()) {
+    const Index e = queue.top().second;
+    queue.pop();
+    const auto& edge = partition.edges[static_cast<std::size_t>(e)];
+    const bool a = reached[static_cast<std::size_t>(edge.a)];
+    const bool b = reached[static_cast<std::size_t>(edge.b)];
+    if (a && b) {
+      rest.push_back(e);
+      continue;
+    }
+    order.push_back(e);
+    reach(a ? edge.b : edge.a);
+  }
+  std::vector<bool> used(partition.edges.size(), false);
+  for (const Index e : order) used[static_cast<std::size_t>(e)] = true;
+  for (const Index e : rest) {
+    if (used[static_cast<std::size_t>(e)]) continue;
+    used[static_cast<std::size_t>(e)] = true;
+    order.push_back(e);
+  }
+  return order;
+}
+
+}  // namespace
+
+Paths trace_paths(RefinedSurface& surface, const TargetDomain& domain, const ConvexPartition& partition,
+                  const Paths& given, ExecutionContext& context) {
+  Tracer tracer(surface, domain, partition);
+  for (Index e = 0; e < static_cast<Index>(partition.edges.size()); ++e) {
+    if (partition.edges[static_cast<std::size_t>(e)].boundary) tracer.lay_outline(e);
+  }
+  for (Index e = 0; e < static_cast<Index>(partition.edges.size()); ++e) {
+    if (!given[static_cast<std::size_t>(e)].empty()) tracer.lay_given(e, given[static_cast<std::size_t>(e)]);
+  }
+  const std::vector<Index> order = tracing_order(domain, partition, given);
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    context.report("tracing paths", static_cast<double>(i) / static_cast<double>(order.size()));
+    tracer.trace(order[i]);
+  }
+  return tracer.paths();
+}
+
+}  // namespace flipfree
