@@ -13,7 +13,9 @@ namespace {
 
 constexpr std::size_t kGrain = 8192;
 
-const double* at(const Points2& points, Index v) { return points.data() + 2 * static_cast<std::ptrdiff_t>(v); }
+const double* at(const Points2& points, Index v) {
+  return points.data() + 2 * static_cast<std::ptrdiff_t>(v);
+}
 
 const Index* corners(const Triangles& faces, std::size_t f) { return faces.data() + 3 * f; }
 
@@ -28,8 +30,13 @@ double EnergySums::at_best_scale() const { return 2.0 * std::sqrt(stretch) * std
 
 double EnergySums::best_scale() const { return std::sqrt(std::sqrt(shrink) / std::sqrt(stretch)); }
 
-EnergySums sum_energy(const Triangles& faces, const std::vector<RestTriangle>& rest, const Points2& uv,
-                      const ExecutionContext& context) {
+double EnergySums::worst_at_best_scale() const {
+  const double square = best_scale() * best_scale();
+  return square * worst_stretch + worst_shrink / square;
+}
+
+EnergySums sum_energy(const Triangles& faces, const std::vector<RestTriangle>& rest,
+                      const Points2& uv, const ExecutionContext& context) {
   const std::size_t count = rest.size();
   std::vector<EnergySums> parts(chunk_count(count, kGrain));
   parallel_for(context, count, kGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
@@ -41,7 +48,8 @@ EnergySums sum_energy(const Triangles& faces, const std::vector<RestTriangle>& r
       const double shrink = stretch / (j.determinant * j.determinant);
       sums.stretch += rest[f].weight * stretch;
       sums.shrink += rest[f].weight * shrink;
-      sums.worst = std::max(sums.worst, stretch + shrink);
+      sums.worst_stretch = std::max(sums.worst_stretch, stretch);
+      sums.worst_shrink = std::max(sums.worst_shrink, shrink);
       sums.log_area += rest[f].weight * std::log(j.determinant);
     }
     parts[chunk] = sums;
@@ -50,14 +58,16 @@ EnergySums sum_energy(const Triangles& faces, const std::vector<RestTriangle>& r
   for (const EnergySums& part : parts) {
     total.stretch += part.stretch;
     total.shrink += part.shrink;
-    total.worst = std::max(total.worst, part.worst);
+    total.worst_stretch = std::max(total.worst_stretch, part.worst_stretch);
+    total.worst_shrink = std::max(total.worst_shrink, part.worst_shrink);
     total.log_area += part.log_area;
   }
   return total;
 }
 
-double directional_derivative(const Triangles& faces, const std::vector<RestTriangle>& rest, const Points2& uv,
-                              const Points2& direction, const ExecutionContext& context) {
+double directional_derivative(const Triangles& faces, const std::vector<RestTriangle>& rest,
+                              const Points2& uv, const Points2& direction,
+                              const ExecutionContext& context) {
   const std::size_t count = rest.size();
   std::vector<double> parts(chunk_count(count, kGrain), 0.0);
   parallel_for(context, count, kGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
@@ -95,10 +105,11 @@ double step_to_first_flip(const Triangles& faces, const Points2& uv, const Point
           motion[k][axis] = at(direction, v[k + 1])[axis] - at(direction, v[0])[axis];
         }
       }
-      // det(edge + t motion) = c + b t + a t^2 with c > 0; its first positive root is 2 c / (sqrt(b^2 - 4 a c) - b).
+      // det(edge + t motion) = c + b t + a t^2 with c > 0; its first positive root is 2 c /
+      // (sqrt(b^2 - 4 a c) - b).
       const double c = positive_determinant(edge[0][0], edge[1][0], edge[0][1], edge[1][1]);
-      const double b = edge[0][0] * motion[1][1] + motion[0][0] * edge[1][1] - edge[0][1] * motion[1][0] -
-                       motion[0][1] * edge[1][0];
+      const double b = edge[0][0] * motion[1][1] + motion[0][0] * edge[1][1] -
+                       edge[0][1] * motion[1][0] - motion[0][1] * edge[1][0];
       const double a = motion[0][0] * motion[1][1] - motion[0][1] * motion[1][0];
       const double discriminant = b * b - 4 * a * c;
       if (!(discriminant >= 0)) continue;
@@ -121,7 +132,8 @@ bool is_flip_free(const Triangles& faces, const Points2& uv, const ExecutionCont
   return good;
 }
 
-std::vector<FaceId> flipped_faces(const Triangles& faces, const Points2& uv, const ExecutionContext& context) {
+std::vector<FaceId> flipped_faces(const Triangles& faces, const Points2& uv,
+                                  const ExecutionContext& context) {
   const auto count = static_cast<std::size_t>(faces.rows());
   std::vector<std::vector<FaceId>> parts(chunk_count(count, kGrain));
   parallel_for(context, count, kGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {

@@ -16,24 +16,27 @@ namespace {
 
 using namespace distortion;  // private helpers of this stage
 
-// The step goes this far towards the first flip; closer would leave a triangle whose barrier dominates the next step.
+// The step goes this far towards the first flip; closer would leave a triangle whose barrier
+// dominates the next step.
 constexpr double kShareOfFlip = 0.9;
 constexpr double kSufficientDecrease = 1e-4;
 constexpr double kShortestStep = 1e-12;
-// Below this relative size a difference of two energies is rounding (sums of 1e6 terms); slopes decide instead.
+// Below this relative size a difference of two energies is rounding (sums of 1e6 terms); slopes
+// decide instead.
 constexpr double kEnergyRounding = 1e-11;
 
 void check_input(const Surface& chart, const Points2& uv, const MinimizeOptions& options,
                  const ExecutionContext& context) {
   if (chart.faces.rows() == 0) throw_invalid(ErrorCode::kEmptyMesh, "The chart has no faces.");
   if (uv.rows() != chart.vertices.rows()) {
-    throw_invalid(ErrorCode::kBadShape, "The initial map has " + std::to_string(uv.rows()) + " points for " +
-                                            std::to_string(chart.vertices.rows()) + " vertices.");
+    throw_invalid(ErrorCode::kBadShape, "The initial map has " + std::to_string(uv.rows()) +
+                                            " points for " + std::to_string(chart.vertices.rows()) +
+                                            " vertices.");
   }
   for (const VertexId v : options.fixed) {
     if (v < 0 || v >= uv.rows()) {
-      throw_invalid(ErrorCode::kBadPins, "Fixed vertex " + std::to_string(v) + " does not exist.", ElementKind::kVertex,
-                    {v});
+      throw_invalid(ErrorCode::kBadPins, "Fixed vertex " + std::to_string(v) + " does not exist.",
+                    ElementKind::kVertex, {v});
     }
   }
   auto flipped = flipped_faces(chart.faces, uv, context);
@@ -42,7 +45,8 @@ void check_input(const Surface& chart, const Points2& uv, const MinimizeOptions&
     const std::string first = std::to_string(flipped.front());
     if (flipped.size() > 1000) flipped.resize(1000);
     throw_invalid(ErrorCode::kBadOption,
-                  "The initial map has " + count + " flipped or collapsed triangles, the first is face " + first +
+                  "The initial map has " + count +
+                      " flipped or collapsed triangles, the first is face " + first +
                       ". Unwrap it instead of improving it.",
                   ElementKind::kFace, std::move(flipped));
   }
@@ -51,9 +55,14 @@ void check_input(const Surface& chart, const Points2& uv, const MinimizeOptions&
 // One run of the method; the state that its steps share.
 class Minimizer {
  public:
-  Minimizer(const Surface& chart, const Points2& initial, const MinimizeOptions& options, ExecutionContext& context)
-      : faces_(chart.faces), options_(options), context_(context), uv_(initial),
-        fixed_(static_cast<std::size_t>(initial.rows()), 0), rest_(build_rest_shapes(chart, context)) {
+  Minimizer(const Surface& chart, const Points2& initial, const MinimizeOptions& options,
+            ExecutionContext& context)
+      : faces_(chart.faces),
+        options_(options),
+        context_(context),
+        uv_(initial),
+        fixed_(static_cast<std::size_t>(initial.rows()), 0),
+        rest_(build_rest_shapes(chart, context)) {
     for (const VertexId v : options.fixed) fixed_[static_cast<std::size_t>(v)] = 1;
     if (options.fixed.empty()) normalise();
   }
@@ -82,8 +91,8 @@ class Minimizer {
   EnergySums sums_;  // of uv_ against the true rest shapes
 };
 
-// Without fixed vertices: bounding box centred at the origin, where doubles are densest, and about as large as the
-// rest shapes. Kept only if the exact test still holds.
+// Without fixed vertices: bounding box centred at the origin, where doubles are densest, and about
+// as large as the rest shapes. Kept only if the exact test still holds.
 void Minimizer::normalise() {
   const Eigen::RowVector2d low = uv_.colwise().minCoeff();
   const Eigen::RowVector2d high = uv_.colwise().maxCoeff();
@@ -93,7 +102,8 @@ void Minimizer::normalise() {
   if (is_flip_free(faces_, trial_, context_)) uv_.swap(trial_);
 }
 
-// Brings a free map to the surface's unit; by a power of two if rounding of the exact factor would flip something.
+// Brings a free map to the surface's unit; by a power of two if rounding of the exact factor would
+// flip something.
 void Minimizer::finish_unit() {
   const double factor = rest_.length * sums_.best_scale();
   const Eigen::RowVector2d centre = 0.5 * (uv_.colwise().minCoeff() + uv_.colwise().maxCoeff());
@@ -123,8 +133,8 @@ double Minimizer::line_search(double slope, double energy, bool progressive) {
 
 Minimizer::Step Minimizer::iterate(NewtonSystem& system, bool progressive) {
   if (progressive) {
-    // Scale at which the logarithm of the area distortion averages to zero: the best scale would follow the few
-    // worst triangles.
+    // Scale at which the logarithm of the area distortion averages to zero: the best scale would
+    // follow the few worst triangles.
     const double scale = std::exp(-0.5 * sums_.log_area);
     progressive_rest(faces_, rest_.triangles, scale, uv_, context_, working_);
   } else {
@@ -139,7 +149,9 @@ Minimizer::Step Minimizer::iterate(NewtonSystem& system, bool progressive) {
   if (progressive && !(sums.at_best_scale() < sums_.at_best_scale())) return Step::kStalled;
   uv_.swap(trial_);
   sums_ = sums;
-  return !progressive && -0.5 * slope <= options_.tolerance * energy && step == 1.0 ? Step::kConverged : Step::kTaken;
+  return !progressive && -0.5 * slope <= options_.tolerance * energy && step == 1.0
+             ? Step::kConverged
+             : Step::kTaken;
 }
 
 Points2 Minimizer::run(Stats& stats) {
@@ -154,12 +166,12 @@ Points2 Minimizer::run(Stats& stats) {
   const char* stop = "iteration limit";
   double begin = 0;
   for (; iteration < options_.max_iterations && system.free_vertices() > 0; ++iteration) {
-    const double end = begin + 0.15 * (1 - begin);  // no bound on the iterations is known: geometric shares
+    const double end =
+        begin + 0.15 * (1 - begin);  // no bound on the iterations is known: geometric shares
     const ProgressRange range(context_, begin, end);
     context_.report("Reducing distortion", 0.0);
     begin = end;
-    const double s = sums_.best_scale();
-    progressive = progressive && sums_.worst * s * s > 10 * kProgressiveBound;
+    progressive = progressive && sums_.worst_at_best_scale() > 10 * kProgressiveBound;
     const Step step = iterate(system, progressive);
     progressive_iterations += progressive ? 1 : 0;
     if (step == Step::kTaken) continue;
@@ -184,8 +196,9 @@ Points2 Minimizer::run(Stats& stats) {
 
 }  // namespace
 
-Points2 minimize_distortion(const Surface& chart, const Points2& initial_uv, const MinimizeOptions& options,
-                            ExecutionContext& context, Stats& stats) {
+Points2 minimize_distortion(const Surface& chart, const Points2& initial_uv,
+                            const MinimizeOptions& options, ExecutionContext& context,
+                            Stats& stats) {
   check_input(chart, initial_uv, options, context);
   Minimizer minimizer(chart, initial_uv, options, context);
   return minimizer.run(stats);

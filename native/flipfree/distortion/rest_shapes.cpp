@@ -1,5 +1,6 @@
 #include "flipfree/distortion/rest_shapes.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 

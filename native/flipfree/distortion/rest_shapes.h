@@ -9,12 +9,12 @@
 
 namespace flipfree::distortion {
 
-// Rest triangles lower than this share of their longest edge are raised to it: the gradients of a needle would
-// drown the entries of its neighbours in rounding. Its weight stays the true area, so that energies of
-// meshes with slivers change by less than the slivers' share of the surface.
+// Rest triangles lower than this share of their longest edge are raised to it: the gradients of a
+// needle would drown the entries of its neighbours in rounding. Its weight stays the true area, so
+// that energies of meshes with slivers change by less than the slivers' share of the surface.
 inline constexpr double kFlattestRest = 1e-7;
-// Least weight of a triangle as a share of the mean weight. A triangle of no area would resist nothing until it is
-// about to flip, and then stop the line search for all others.
+// Least weight of a triangle as a share of the mean weight. A triangle of no area would resist
+// nothing until it is about to flip, and then stop the line search for all others.
 inline constexpr double kLeastWeight = 1e-3;
 
 struct RestShapes {

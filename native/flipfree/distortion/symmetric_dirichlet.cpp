@@ -7,7 +7,8 @@
 namespace flipfree::distortion {
 namespace {
 
-// Error-free product (Dekker 1971; Veltkamp splitting): x y = p + e exactly, barring overflow and underflow.
+// Error-free product (Dekker 1971; Veltkamp splitting): x y = p + e exactly, barring overflow and
+// underflow.
 struct Product {
   double p, e;
 };
@@ -23,7 +24,8 @@ Product two_product(double x, double y) {
   return {p, ((xh * yh - p) + xh * yl + xl * yh) + xl * yl};
 }
 
-// psi and its derivatives in terms of the singular values, and the parts of J that the eigen-matrices share.
+// psi and its derivatives in terms of the singular values, and the parts of J that the
+// eigen-matrices share.
 struct Spectrum {
   double e, h, f, g;  // similarity and anti-similarity parts as unit vectors divided by sqrt 2
   double s1, s2;
@@ -61,9 +63,10 @@ double evaluate(const RestTriangle& rest, const Jacobian& j, double gradient[6],
   const Spectrum s = spectrum(j);
   const double x = 1.0 / s.s1;
   const double y = 1.0 / s.s2;
-  const double g[3][2] = {{-rest.gradient[0][0] - rest.gradient[1][0], -rest.gradient[0][1] - rest.gradient[1][1]},
-                          {rest.gradient[0][0], rest.gradient[0][1]},
-                          {rest.gradient[1][0], rest.gradient[1][1]}};
+  const double g[3][2] = {
+      {-rest.gradient[0][0] - rest.gradient[1][0], -rest.gradient[0][1] - rest.gradient[1][1]},
+      {rest.gradient[0][0], rest.gradient[0][1]},
+      {rest.gradient[1][0], rest.gradient[1][1]}};
   // Each eigen-matrix applied to the three barycentric gradients.
   double p[3][2], n[3][2];
   for (int k = 0; k < 3; ++k) {
@@ -88,7 +91,8 @@ double evaluate(const RestTriangle& rest, const Jacobian& j, double gradient[6],
     const double split = rest.weight * 0.5 * (curvature1 - curvature2);
     const double twist = rest.weight * std::max(0.0, 0.5 * (1.0 - x * y * (x * x - x * y + y * y)));
     const double flip = rest.weight * 0.5 * (1.0 + x * y * (x * x + x * y + y * y));
-    // T and L are P and N turned by a quarter: T g = (-p_v, p_u); L g = (-n_v, n_u) with the signs of the header.
+    // T and L are P and N turned by a quarter: T g = (-p_v, p_u); L g = (-n_v, n_u) with the signs
+    // of the header.
     const auto entry = [&](int k, int l, int a, int b) {
       const double tk = a == 0 ? -p[k][1] : p[k][0];
       const double tl = b == 0 ? -p[l][1] : p[l][0];
@@ -153,7 +157,8 @@ std::array<double, 2> singular_values(const Jacobian& j) {
   return {s.s1, s.s2};
 }
 
-double symmetric_dirichlet_gradient(const RestTriangle& rest, const Jacobian& j, double gradient[6]) {
+double symmetric_dirichlet_gradient(const RestTriangle& rest, const Jacobian& j,
+                                    double gradient[6]) {
   return evaluate(rest, j, gradient, nullptr);
 }
 

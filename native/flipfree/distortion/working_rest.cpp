@@ -19,8 +19,8 @@ RestTriangle scaled(const RestTriangle& rest, double scale) {
   return result;
 }
 
-// The t in [0, 1] with cosh(2 t a) + cosh(2 t b) = 2 bound, a and b the logarithms of the singular values. Bisection
-// bracketed by the larger exponent alone.
+// The t in [0, 1] with cosh(2 t a) + cosh(2 t b) = 2 bound, a and b the logarithms of the singular
+// values. Bisection bracketed by the larger exponent alone.
 double exponent_of_bound(double a, double b, double bound) {
   const double largest = std::max(std::abs(a), std::abs(b));
   double high = std::min(1.0, std::acosh(2 * bound) / (2 * largest));
@@ -32,13 +32,15 @@ double exponent_of_bound(double a, double b, double bound) {
   return low;
 }
 
-// Replaces the rest shape: J = U S V' has to become U S^t V', so the gradients are multiplied by V S^(t-1) V'.
+// Replaces the rest shape: J = U S V' has to become U S^t V', so the gradients are multiplied by V
+// S^(t-1) V'.
 void draw_towards(RestTriangle& rest, const Jacobian& j) {
   const auto s = singular_values(j);
   const double t = exponent_of_bound(std::log(s[0]), std::log(s[1]), kProgressiveBound);
   const double m1 = std::pow(s[0], t - 1);
   const double m2 = std::pow(s[1], t - 1);
-  // Columns of V: eigenvectors of J'J = [p q; q r]; the angle 2 phi of the first has cosine (p - r) and sine 2 q.
+  // Columns of V: eigenvectors of J'J = [p q; q r]; the angle 2 phi of the first has cosine (p - r)
+  // and sine 2 q.
   const double p = j.a * j.a + j.c * j.c;
   const double q = j.a * j.b + j.c * j.d;
   const double r = j.b * j.b + j.d * j.d;
@@ -59,16 +61,17 @@ void draw_towards(RestTriangle& rest, const Jacobian& j) {
 
 }  // namespace
 
-void scale_rest(const std::vector<RestTriangle>& rest, double scale, const ExecutionContext& context,
-                std::vector<RestTriangle>& working) {
+void scale_rest(const std::vector<RestTriangle>& rest, double scale,
+                const ExecutionContext& context, std::vector<RestTriangle>& working) {
   working.resize(rest.size());
   parallel_for(context, rest.size(), kGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
     for (std::size_t f = begin; f < end; ++f) working[f] = scaled(rest[f], scale);
   });
 }
 
-void progressive_rest(const Triangles& faces, const std::vector<RestTriangle>& rest, double scale, const Points2& uv,
-                      const ExecutionContext& context, std::vector<RestTriangle>& working) {
+void progressive_rest(const Triangles& faces, const std::vector<RestTriangle>& rest, double scale,
+                      const Points2& uv, const ExecutionContext& context,
+                      std::vector<RestTriangle>& working) {
   working.resize(rest.size());
   const double uniform = 1.0 / static_cast<double>(rest.size());
   parallel_for(context, rest.size(), kGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
