@@ -52,7 +52,7 @@ template <typename Solve, typename Convert>
 std::unique_ptr<Job> start_job(Solve solve, Convert convert, int threads, std::uint64_t seed = 0) {
   return std::make_unique<Job>(
       [solve = std::move(solve),
-       convert = std::move(convert)](ExecutionContext& context) -> ResultMaker {
+       convert = std::move(convert)](ExecutionContext& context) mutable -> ResultMaker {
         auto result = std::make_shared<decltype(solve(context))>(solve(context));
         return [result, convert]() -> pybind11::object { return convert(*result); };
       },

@@ -1,0 +1,46 @@
+// Minimises the symmetric Dirichlet energy of a flip-free map, keeping it flip-free: projected
+// Newton.
+//
+// Based on: Smith, de Goes, Kim 2019 (analytic eigensystems, see symmetric_dirichlet.h); Smith,
+// Schaefer 2015 (step to the first flip); Liu, Ye, Ni, Fu 2018, "Progressive Parameterizations"
+// (reference shapes of bounded distortion while the map is far from its target). Thesis 3.2 and 3.3
+// end with this step.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/base/stats.h"
+#include "flipfree/mesh/surface.h"
+
+namespace flipfree {
+
+struct MinimizeOptions {
+  int max_iterations = 200;
+  // Stop when a full Newton step promises to lower the energy by less than this share of it. The
+  // step is still taken.
+  double tolerance = 1e-4;
+  // Vertices that keep their initial UV bit for bit.
+  std::vector<VertexId> fixed;
+  // The chart's boundary may not touch itself. Precondition: it does not in the initial map.
+  bool bijective = false;
+};
+
+// chart: one disk-like or any other oriented manifold piece, already cut (one UV per vertex).
+// initial_uv: #V x 2.
+//
+// Precondition: every triangle of initial_uv is positively oriented by the exact test; throws
+// InvalidInput (kBadOption) naming faces otherwise. Guarantee: the same holds for the result; fixed
+// vertices are bitwise unchanged; the energy at the best scale is not higher than the initial one,
+// except by the rounding of an optional final change of unit. The same bits for any number of
+// threads. Without fixed vertices the result is scaled to the surface's own unit (best global scale
+// 1) and its bounding box is centred at the origin. With them the scale is theirs. stats:
+// "distortion.*": iterations, progressive_iterations, factorizations, energy_start, energy,
+// seconds, stop ("converged", "iteration limit", "stalled"). Cost: about 10 iterations; one
+// factorization of a planar-like system with 2 #V unknowns each. Throws Cancelled, NotConverged
+// (kFactorizationFailed).
+Points2 minimize_distortion(const Surface& chart, const Points2& initial_uv,
+                            const MinimizeOptions& options, ExecutionContext& context,
+                            Stats& stats);
+
+}  // namespace flipfree

@@ -1,0 +1,60 @@
+// The sparse Newton system of a per-triangle energy: pattern, assembly, solve. Unknowns are the two
+// coordinates of every free vertex; fixed vertices are eliminated, they have no row at all.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/distortion/symmetric_dirichlet.h"
+#include "flipfree/numeric/cholesky.h"
+
+namespace flipfree::distortion {
+
+class NewtonSystem {
+ public:
+  // `fixed` has one entry per vertex. `places` (#V x 2) is any rough planar drawing of the mesh; it
+  // guides the elimination ordering and nothing else.
+  NewtonSystem(const Triangles& faces, const std::vector<char>& fixed, const Points2& places,
+               ExecutionContext& context);
+
+  Index free_vertices() const { return static_cast<Index>(vertex_of_.size()); }
+  // Free number of vertex v, kInvalid if it is fixed.
+  Index free_number(VertexId v) const { return number_of_[static_cast<std::size_t>(v)]; }
+
+  // Gradient and projected Hessian of the energy at `uv`. Returns the energy. Same bits for any
+  // number of threads.
+  double assemble(const std::vector<RestTriangle>& rest, const Points2& uv,
+                  ExecutionContext& context);
+
+  // Adds to the assembled system: gradient and symmetric 2 x 2 diagonal block (uu, uv, vv) of
+  // vertex v, free.
+  void add(VertexId v, const double gradient[2], const double block[3]);
+
+  // direction = -H^-1 gradient, zero on fixed vertices. The diagonal is raised by the least
+  // relative amount for which the factorization succeeds. Returns the gradient's product with the
+  // direction (<= 0). Throws NotConverged (kFactorizationFailed) if no amount helps.
+  double solve(Points2& direction, ExecutionContext& context);
+
+  const std::vector<double>& gradient() const { return gradient_; }  // 2 per free vertex
+  int factorizations() const { return factorizations_; }
+
+ private:
+  void build_pattern(const Triangles& faces);
+
+  const Triangles& faces_;
+  std::vector<Index> number_of_;      // #V -> free number
+  std::vector<VertexId> vertex_of_;   // free number -> #V
+  std::vector<Index> corner_offset_;  // free number -> range in corners_
+  std::vector<CornerId> corners_;     // corners at each free vertex, ascending
+  std::vector<Index> slot_;  // 3 #F: position of half-edge's block below the diagonal of its column
+  SparseMatrix matrix_;      // lower triangle
+  std::vector<double> diagonal_;  // of matrix_, before it is raised
+  std::vector<double> gradient_;
+  std::vector<double> face_gradient_;  // 6 per face
+  std::vector<double> face_hessian_;   // kHessianEntries per face
+  SparseCholesky cholesky_;
+  double damping_ = 0;
+  int factorizations_ = 0;
+};
+
+}  // namespace flipfree::distortion
