@@ -9,6 +9,8 @@
 #include <tuple>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/stats.h"
+#include "flipfree/embedding/embed.h"
 
 namespace flipfree {
 namespace {
@@ -68,7 +70,7 @@ class Tracer {
     paths_[static_cast<std::size_t>(e)] = path;
   }
 
-  void trace(Index e) {
+  void trace(Index e, ExecutionContext& context) {
     const auto& edge = partition_.edges[static_cast<std::size_t>(e)];
     const VertexId from = mesh_vertex(edge.a);
     const VertexId to = mesh_vertex(edge.b);
@@ -77,7 +79,9 @@ class Tracer {
     // A shortest path that passes one face twice can cross itself when its splits are made. Then the rest is searched
     // again from where it stopped; what was laid is a slit and cuts nothing off.
     constexpr int kMaxRestarts = 1000;
-    for (int i = 0; !realise(e, search(path.back(), start, to, sector(edge.b, e)), path); ++i) {
+    for (int i = 0;; ++i) {
+      draw_region(start.front(), context);
+      if (realise(e, search(path.back(), start, to, sector(edge.b, e)), path)) break;
       if (i == kMaxRestarts) throw InternalError("a traced path lost its way");
       start = mesh_.star(path.back());
     }
@@ -126,9 +130,74 @@ class Tracer {
     return faces;
   }
 
-  double length(const Vector3& a, const Vector3& b) const { return (a - b).norm(); }
-  const Vector3& place(VertexId v) const { return surface_.position[static_cast<std::size_t>(v)]; }
-  Vector3 middle(HalfedgeId h) const { return 0.5 * (place(mesh_.source(h)) + place(mesh_.target(h))); }
+  // The piece of the cut surface that contains face `seed`, drawn in a disk by Tutte's embedding; vertices on both
+  // sides of a path are two. place(h) then is where corner h lies. Shortest paths in this drawing are nearly straight
+  // and keep away from earlier paths. (On the surface itself they run along those; then every path beside an
+  // earlier one crosses a fan at each of its vertices, and the number of added vertices doubles from path to path.)
+  void draw_region(FaceId seed, ExecutionContext& context) {
+    const auto barrier = [&](HalfedgeId h) { return mesh_.is_boundary(h) || mesh_.mark(h) != Mesh::kUnmarked; };
+    const auto corners = static_cast<std::size_t>(mesh_.halfedge_slots());
+    local_.assign(corners, kInvalid);
+    std::vector<FaceId> region = {seed};
+    std::vector<bool> inside(corners / 3, false);
+    inside[static_cast<std::size_t>(seed)] = true;
+    HalfedgeId rim = kInvalid;
+    for (std::size_t i = 0; i < region.size(); ++i) {
+      for (HalfedgeId h = 3 * region[i]; h < 3 * region[i] + 3; ++h) {
+        if (barrier(h)) {
+          rim = h;
+          continue;
+        }
+        const FaceId g = mesh_.opposite(h) / 3;
+        if (inside[static_cast<std::size_t>(g)]) continue;
+        inside[static_cast<std::size_t>(g)] = true;
+        region.push_back(g);
+      }
+    }
+    Index count = 0;
+    for (const FaceId f : region) {
+      for (HalfedgeId corner = 3 * f; corner < 3 * f + 3; ++corner) {
+        if (local_[static_cast<std::size_t>(corner)] != kInvalid) continue;
+        // The fan of this corner, both ways up to a barrier.
+        HalfedgeId h = corner;
+        while (!barrier(h)) {
+          h = mesh_.rotate_cw(h);
+          if (h == corner) break;
+        }
+        const HalfedgeId first = h;
+        do {
+          local_[static_cast<std::size_t>(h)] = count;
+          if (barrier(previous_corner(h))) break;
+          h = mesh_.rotate_ccw(h);
+        } while (h != first);
+        ++count;
+      }
+    }
+    Triangles faces(static_cast<Eigen::Index>(region.size()), 3);
+    for (std::size_t i = 0; i < region.size(); ++i) {
+      for (Index k = 0; k < 3; ++k) {
+        faces(static_cast<Eigen::Index>(i), k) = local_[static_cast<std::size_t>(3 * region[i] + k)];
+      }
+    }
+    std::vector<VertexId> loop;
+    HalfedgeId h = rim;
+    do {
+      loop.push_back(local_[static_cast<std::size_t>(h)]);
+      h = next_corner(h);
+      while (!barrier(h)) h = next_corner(mesh_.opposite(h));
+    } while (h != rim);
+    const Points2 circle = place_boundary(BoundaryShape::kCircle, std::vector<double>(loop.size(), 1.0)).positions;
+    EmbedOptions options;
+    options.method = EmbedMethod::kTutte;
+    options.float32 = false;
+    Stats unused;
+    const ProgressRange quiet(context, 0.0, 0.0);
+    drawing_ = embed_disk(faces, count, loop, circle, options, context, unused);
+  }
+
+  static double length(const Vector2& a, const Vector2& b) { return (a - b).norm(); }
+  Vector2 place(HalfedgeId corner) const { return drawing_.row(local_[static_cast<std::size_t>(corner)]).transpose(); }
+  Vector2 middle(HalfedgeId h) const { return 0.5 * (place(h) + place(next_corner(h))); }
 
   // Nodes: vertex v, or halfedge_node(h) for the edge of h. Distances are kept by stamps, so that a search costs only
   // what it visits.
@@ -175,16 +244,15 @@ class Tracer {
     // Arcs out of vertex v within face f, h being the half-edge of f that leaves v.
     const auto relax_corner = [&](std::size_t node, double base, HalfedgeId h) {
       const HalfedgeId facing = next_corner(h);
-      const VertexId v = mesh_.source(h);
       if (free_edge(facing)) {
-        offer(edge_node(facing), base + kCrossingFactor * length(place(v), middle(facing)), node);
+        offer(edge_node(facing), base + kCrossingFactor * length(place(h), middle(facing)), node);
       }
     };
     const auto relax_along = [&](std::size_t node, double base, HalfedgeId h) {
       if (mesh_.mark(h) != Mesh::kUnmarked || mesh_.is_boundary(h)) return;
       const VertexId w = mesh_.target(h);
       if (free_vertex(w) || ends_along(h)) {
-        offer(vertex_node(w), base + length(place(mesh_.source(h)), place(w)), node);
+        offer(vertex_node(w), base + length(place(h), place(next_corner(h))), node);
       }
     };
     const std::size_t start = vertex_node(from);
@@ -211,11 +279,11 @@ class Tracer {
         continue;
       }
       const auto edge = static_cast<HalfedgeId>(top.node - static_cast<std::size_t>(mesh_.vertex_count()));
-      const Vector3 here = middle(edge);
+      const Vector2 here = middle(edge);
       for (const HalfedgeId h : {edge, mesh_.opposite(edge)}) {
         const VertexId v = mesh_.apex(h);
         if (free_vertex(v) || (v == to && in(to_sector, h / 3))) {
-          offer(vertex_node(v), top.distance + kCrossingFactor * length(here, place(v)), top.node);
+          offer(vertex_node(v), top.distance + kCrossingFactor * length(here, place(previous_corner(h))), top.node);
         }
         for (const HalfedgeId side : {next_corner(h), previous_corner(h)}) {
           if (free_edge(side)) {
@@ -275,6 +343,8 @@ class Tracer {
   const ConvexPartition& partition_;
   Paths paths_;
   std::vector<bool> taken_;  // on a path, the boundary, or a pin
+  std::vector<Index> local_;  // per corner: vertex of the drawing; kInvalid outside the region
+  Points2 drawing_;
   std::vector<double> distance_;
   std::vector<std::size_t> previous_;
   std::vector<std::uint32_t> stamp_;
@@ -327,6 +397,8 @@ std::vector<Index> tracing_order(const TargetDomain& domain, const ConvexPartiti
     order.push_back(e);
     reach(a ? edge.b : edge.a);
   }
+  // Longest first: they divide the domain more evenly.
+  std::stable_sort(rest.begin(), rest.end(), [&](Index a, Index b) { return length(a) > length(b); });
   std::vector<bool> used(partition.edges.size(), false);
   for (const Index e : order) used[static_cast<std::size_t>(e)] = true;
   for (const Index e : rest) {
@@ -351,7 +423,7 @@ Paths trace_paths(RefinedSurface& surface, const TargetDomain& domain, const Con
   const std::vector<Index> order = tracing_order(domain, partition, given);
   for (std::size_t i = 0; i < order.size(); ++i) {
     context.report("tracing paths", static_cast<double>(i) / static_cast<double>(order.size()));
-    tracer.trace(order[i]);
+    tracer.trace(order[i], context);
   }
   return tracer.paths();
 }

@@ -5,6 +5,7 @@
 // polygons. Order (Praun, Sweldens, Schroeder 2001): first a minimum spanning tree grown from the boundary, whose
 // paths can never close a loop around a point, then the rest, each of which divides one patch in two. Where no path runs
 // along existing free edges, it crosses edges, which are split there (Steiner points; Kraevoy, Sheffer, Gotsman 2003).
+// Deviation: paths are shortest in a Tutte drawing of the piece of surface that they divide, not on the surface.
 //
 // Termination: every edge of the partition is traced once. A path always exists: the sectors at its two ends belong to
 // the same connected piece of the cut surface, faces are joined across edges that carry no path, and a path may cross
