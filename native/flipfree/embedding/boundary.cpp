@@ -47,6 +47,23 @@ bool winds_once(const Points2& p) {
   return passes == 1;
 }
 
+// Integers held in doubles: all stay far below 2^53.
+struct LatticeVector {
+  double x = 0.0;
+  double y = 0.0;
+};
+
+// The vector with the smallest coordinates whose slope y / x lies in the open interval (low, high),
+// 0 <= low < high: walk down the Stern-Brocot tree by continued fractions.
+LatticeVector simplest_slope(double low, double high) {
+  const double whole = std::floor(low);
+  if (whole + 1 < high) return {1.0, whole + 1};
+  // Both slopes lie in [whole, whole + 1]: strip the whole part and take reciprocals.
+  const double new_high = low > whole ? 1 / (low - whole) : 1e300;
+  const LatticeVector inner = simplest_slope(1 / (high - whole), new_high);
+  return {inner.y, inner.x + whole * inner.y};
+}
+
 Points2 circle_points(const std::vector<double>& fractions) {
   const Index n = static_cast<Index>(fractions.size());
   Points2 points(n, 2);
@@ -139,58 +156,44 @@ bool is_strictly_convex(const Points2& p) {
 Points2 lattice_circle(Index count) {
   // A quarter of the edges as integer vectors with strictly increasing direction, repeated by
   // quarter turns, closes by itself. Dropping points keeps strict convexity, so counts that are no
-  // multiple of 4 are no problem.
+  // multiple of 4 are no problem. Edge i is a multiple of the shortest integer vector with a
+  // direction in the i-th part of the quarter.
   const Index quarter = std::max<Index>(1, (count + 3) / 4);
   const double step = kPi / 2 / quarter;
-  const double length =
-      step * 0x1.fp22;  // in units of 2^-23; leaves room for the rounding of edges
-  std::vector<std::pair<std::int64_t, std::int64_t>> edges;
-  std::pair<std::int64_t, std::int64_t> previous{1, -(std::int64_t{1} << 40)};
+  std::vector<LatticeVector> edges(static_cast<std::size_t>(quarter));
   for (Index i = 0; i < quarter; ++i) {
-    const double angle = step * (i + 0.5);
-    const double x = length * std::cos(angle);
-    const double y = length * std::sin(angle);
-    std::pair<std::int64_t, std::int64_t> best{0, 0};
-    double best_distance = 1e300;
-    const auto cx = std::llround(x);
-    const auto cy = std::llround(y);
-    for (std::int64_t dx = -2; dx <= 2; ++dx) {
-      for (std::int64_t dy = -2; dy <= 2; ++dy) {
-        const std::pair<std::int64_t, std::int64_t> v{cx + dx, cy + dy};
-        if (v.first <= 0 || v.second < 0) continue;  // stay within the quarter [0, pi/2)
-        if (previous.first * v.second - previous.second * v.first <= 0) continue;
-        // Not past the end of this step, or the next one finds no direction left.
-        if (std::atan2(static_cast<double>(v.second), static_cast<double>(v.first)) >=
-            angle + 0.45 * step)
-          continue;
-        const double distance =
-            std::hypot(static_cast<double>(v.first) - x, static_cast<double>(v.second) - y);
-        if (distance < best_distance) {
-          best_distance = distance;
-          best = v;
-        }
-      }
-    }
-    if (best.first == 0) return {};
-    edges.push_back(best);
-    previous = best;
+    const double low = std::tan(step * i);
+    const double high = i + 1 == quarter ? 1e300 : std::tan(step * (i + 1));
+    edges[static_cast<std::size_t>(i)] = simplest_slope(low, high);
   }
-  std::int64_t qx = 0;
-  std::int64_t qy = 0;
+  double radius = 0x1.fp22;  // in units of 2^-23
+  double perimeter = 0.0;
+  const auto scaled = [&](const LatticeVector& v, double length) {
+    return std::max(1.0, std::round(length / std::hypot(v.x, v.y)));
+  };
+  for (const LatticeVector& v : edges) perimeter += std::hypot(v.x, v.y) * scaled(v, step * radius);
+  radius *=
+      std::min(1.0, step * quarter * radius / perimeter);  // rounding up must not leave the grid
+  for (LatticeVector& v : edges) {
+    const double factor = scaled(v, step * radius);
+    v = {v.x * factor, v.y * factor};
+  }
+  double qx = 0;
+  double qy = 0;
   for (const auto& [x, y] : edges) {
     qx += x;
     qy += y;
   }
   // First point P with the quarter turn of P equal to P + (qx, qy); in units of 2^-24, edges
   // doubled to stay integer.
-  std::int64_t x = qy - qx;
-  std::int64_t y = -(qx + qy);
+  double x = qy - qx;
+  double y = -(qx + qy);
   Points2 all(4 * quarter, 2);
   for (Index i = 0; i < 4 * quarter; ++i) {
-    all(i, 0) = static_cast<double>(x) * 0x1p-24;
-    all(i, 1) = static_cast<double>(y) * 0x1p-24;
+    all(i, 0) = x * 0x1p-24;
+    all(i, 1) = y * 0x1p-24;
     auto [ex, ey] = edges[static_cast<std::size_t>(i % quarter)];
-    for (Index turn = 0; turn < i / quarter; ++turn) std::tie(ex, ey) = std::pair(-ey, ex);
+    for (Index turn = 0; turn < i / quarter; ++turn) std::tie(ex, ey) = std::pair(-ey, +ex);
     x += 2 * ex;
     y += 2 * ey;
   }
@@ -265,7 +268,7 @@ void require_convex(const Points2& p, const std::vector<VertexId>& loop) {
     if (orientation(a, b, c) >= 0) continue;
     const double height =
         std::abs((b - a).x() * (c - a).y() - (b - a).y() * (c - a).x()) / (c - a).norm();
-    if (turns > 0 && height <= 8 * 0x1p-53 * scale && (b - a).dot(c - b) > 0) continue;
+    if (turns > 0 && height <= 4 * 0x1p-24 * scale && (b - a).dot(c - b) > 0) continue;
     throw_invalid(
         ErrorCode::kNotConvex,
         turns < 0

@@ -3,7 +3,7 @@
 //
 // Polygons that are ours to choose are chosen so that they survive storage: every coordinate is a
 // 32-bit float (held in a double), neighbouring points are distinct, and the circle is strictly
-// convex by exact test, also with 300 000 points. Positions run counter-clockwise, the surface on
+// convex by exact test, also with 100 000 points. Positions run counter-clockwise, the surface on
 // the left.
 #pragma once
 
@@ -32,15 +32,15 @@ struct BoundaryPlacement {
 BoundaryPlacement place_boundary(BoundaryShape shape, const std::vector<double>& edge_lengths);
 
 // Strictly convex polygon of `count` >= 3 points near the unit circle whose coordinates are
-// multiples of 2^-24, all edges of nearly equal length. Works up to about 300 000 points (Jarnik
+// multiples of 2^-24, all edges of nearly equal length. Works up to at least 100 000 points (Jarnik
 // 1925: a convex lattice polygon in a square of N has at most c N^(2/3) vertices); beyond that
 // returns an empty matrix.
 Points2 lattice_circle(Index count);
 
 // Throws InvalidInput unless the polygon is finite, runs counter-clockwise once around, has no
-// repeated neighbours and no reflex vertex. Reflex by less than the rounding of its coordinates (8
-// ulp) is let through: samples of a straight side are so. `loop` gives the vertex ids that messages
-// name.
+// repeated neighbours and no reflex vertex. Reflex by no more than the rounding of 32-bit
+// coordinates is let through (samples of a straight side are so): this refuses wrong input early,
+// the result is judged by its own exact check. `loop` gives the vertex ids that messages name.
 void require_convex(const Points2& polygon, const std::vector<VertexId>& loop);
 
 // Every three consecutive points turn strictly left (exact), and the polygon winds once.

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/embedding/convex_combination.h"
 #include "flipfree/embedding/disk.h"
+#include "flipfree/numeric/cholesky.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree {
@@ -70,9 +72,53 @@ Points2 gather(const DiskNumbering& numbering, const std::vector<VertexId>& loop
 Points2 tutte_uniform(const Triangles& faces, Index vertex_count, const std::vector<VertexId>& loop,
                       const Points2& boundary, ExecutionContext& context) {
   const DiskNumbering numbering = number_disk(faces, vertex_count, loop);
-  const ConvexCombinations system =
-      build_system(faces, numbering, boundary, [](HalfedgeId) { return 1.0; });
-  return gather(numbering, loop, boundary, solve_convex_combinations(system, context));
+  const InnerStars stars = inner_stars(faces, numbering);
+  const Index n = static_cast<Index>(numbering.inner.size());
+  if (n == 0) return gather(numbering, loop, boundary, Points2(0, 2));
+
+  // Graph Laplacian with the boundary moved to the right-hand side; lower triangle, column by
+  // column.
+  SparseMatrix matrix(n, n);
+  matrix.resizeNonZeros(n + (stars.start.back() + 1) / 2);
+  Eigen::MatrixXd rhs = Eigen::MatrixXd::Zero(n, 2);
+  std::vector<Index> later;
+  Index used = 0;
+  for (Index i = 0; i < n; ++i) {
+    later.clear();
+    const Index begin = stars.start[static_cast<Size>(i)];
+    const Index end = stars.start[static_cast<Size>(i) + 1];
+    for (Index k = begin; k < end; ++k) {
+      const Size v =
+          static_cast<Size>(faces.data()[next_corner(stars.halfedge[static_cast<Size>(k)])]);
+      const Index j = numbering.inner_index[v];
+      if (j == kInvalid) {
+        rhs.row(i) += boundary.row(numbering.boundary_index[v]);
+      } else if (j > i) {
+        later.push_back(j);
+      }
+    }
+    std::sort(later.begin(), later.end());
+    matrix.outerIndexPtr()[i] = used;
+    matrix.innerIndexPtr()[used] = i;
+    matrix.valuePtr()[used++] = static_cast<double>(end - begin);
+    for (const Index j : later) {
+      matrix.innerIndexPtr()[used] = j;
+      matrix.valuePtr()[used++] = -1.0;
+    }
+  }
+  matrix.outerIndexPtr()[n] = used;
+  matrix.resizeNonZeros(used);
+
+  context.report("Tutte embedding", 0.1);
+  SparseCholesky cholesky;
+  cholesky.analyze(matrix, context);
+  context.report("Tutte embedding", 0.5);
+  if (!cholesky.factorize(matrix, context)) {
+    throw_not_converged(
+        ErrorCode::kFactorizationFailed,
+        "Tutte's matrix is not positive definite: a vertex has no path to the boundary.");
+  }
+  return gather(numbering, loop, boundary, cholesky.solve(rhs, context));
 }
 
 Points2 tutte_mean_value(const Triangles& faces, const Eigen::MatrixXd& shape,
