@@ -8,6 +8,7 @@ from ._native import version as __version__
 from .certification import certify
 from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConverged
 from .results import Certificate, Parametrization, Transitions
+from .unwrapping import unwrap
 
 __all__ = [
     "Cancelled",
@@ -20,4 +21,5 @@ __all__ = [
     "Transitions",
     "__version__",
     "certify",
+    "unwrap",
 ]
