@@ -63,7 +63,8 @@ std::vector<CornerPin> to_corner_pins(const Array<Index>& corners, const Array<d
     throw_invalid(ErrorCode::kBadShape, "Pins need one target per corner.");
   }
   std::vector<CornerPin> pins;
-  for (py::ssize_t i = 0; i < corners.size(); ++i) pins.push_back({corners.data()[i], targets.row(i).transpose()});
+  for (py::ssize_t i = 0; i < corners.size(); ++i)
+    pins.push_back({corners.data()[i], targets.row(i).transpose()});
   return pins;
 }
 

@@ -49,8 +49,7 @@ void translate(std::exception_ptr failure) {
   } catch (const Infeasible& e) {
     raise("Infeasible", e.error());
   } catch (const CertificateFailed& e) {
-    const py::object make =
-        py::module_::import("flipfree.results").attr("certificate_from");
+    const py::object make = py::module_::import("flipfree.results").attr("certificate_from");
     raise("NotConverged", e.error(), make(to_dict(e.certificate())));
   } catch (const NotConverged& e) {
     raise("NotConverged", e.error());

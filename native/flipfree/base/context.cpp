@@ -15,7 +15,8 @@ void ExecutionContext::report(const char* stage, double fraction) {
   stage_.store(stage, std::memory_order_relaxed);
   // Parts solved side by side may report at once: the largest value wins.
   double shown = fraction_.load(std::memory_order_relaxed);
-  while (mapped > shown && !fraction_.compare_exchange_weak(shown, mapped, std::memory_order_relaxed)) {
+  while (mapped > shown &&
+         !fraction_.compare_exchange_weak(shown, mapped, std::memory_order_relaxed)) {
   }
   check();
 }

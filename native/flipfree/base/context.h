@@ -19,7 +19,8 @@ class ExecutionContext {
 
   ExecutionContext() = default;
   // A context for one part of a job, for example one chart of many solved side by side: it has a
-  // progress of its own, `threads` of its own, and is cancelled with its parent, which must outlive it.
+  // progress of its own, `threads` of its own, and is cancelled with its parent, which must outlive
+  // it.
   ExecutionContext(const ExecutionContext* parent, int part_threads)
       : threads(part_threads), seed(parent->seed), parent_(parent) {}
   ExecutionContext(const ExecutionContext&) = delete;
@@ -28,7 +29,8 @@ class ExecutionContext {
   // From any thread: the solver throws Cancelled at its next check.
   void cancel() { cancelled_.store(true, std::memory_order_relaxed); }
   bool cancelled() const {
-    return cancelled_.load(std::memory_order_relaxed) || (parent_ != nullptr && parent_->cancelled());
+    return cancelled_.load(std::memory_order_relaxed) ||
+           (parent_ != nullptr && parent_->cancelled());
   }
 
   // From the solver: throws Cancelled if somebody asked for it.

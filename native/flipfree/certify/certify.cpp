@@ -261,8 +261,8 @@ std::string failure_text(const std::string& what, const Certificate& certificate
 }  // namespace
 
 CertificateFailed::CertificateFailed(const std::string& what, Certificate certificate)
-    : NotConverged({ErrorCode::kCertificateFailed, failure_text(what, certificate), ElementKind::kFace,
-                    certificate.failed_faces}),
+    : NotConverged({ErrorCode::kCertificateFailed, failure_text(what, certificate),
+                    ElementKind::kFace, certificate.failed_faces}),
       certificate_(std::move(certificate)) {}
 
 void require_certificate(const Parametrization& map, const char* what) {

@@ -58,7 +58,8 @@ class CertificateFailed : public NotConverged {
   Certificate certificate_;
 };
 
-// Throws CertificateFailed unless map.certificate.ok; `what` names the operation, e.g. "The unwrap".
+// Throws CertificateFailed unless map.certificate.ok; `what` names the operation, e.g. "The
+// unwrap".
 void require_certificate(const Parametrization& map, const char* what);
 
 }  // namespace flipfree

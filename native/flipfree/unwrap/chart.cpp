@@ -21,7 +21,8 @@ std::vector<double> edge_lengths(const Surface& chart, const Loop& loop) {
   lengths.reserve(loop.size());
   for (const HalfedgeId h : loop) {
     lengths.push_back(
-        (chart.vertices.row(source(chart.faces, h)) - chart.vertices.row(target(chart.faces, h))).norm());
+        (chart.vertices.row(source(chart.faces, h)) - chart.vertices.row(target(chart.faces, h)))
+            .norm());
   }
   return lengths;
 }
@@ -46,22 +47,26 @@ std::vector<Loop> outer_loop_first(const Surface& chart, std::vector<Loop> loops
 Points2 embed_on_circle(const Surface& chart, ExecutionContext& context, Stats& stats) {
   const auto vertex_count = static_cast<Index>(chart.vertices.rows());
   const Adjacency adjacency = build_adjacency(vertex_count, chart.faces);
-  const std::vector<Loop> loops = outer_loop_first(chart, boundary_halfedge_loops(chart.faces, adjacency));
+  const std::vector<Loop> loops =
+      outer_loop_first(chart, boundary_halfedge_loops(chart.faces, adjacency));
   const FilledSurface filled = fill_holes(chart, {loops.begin() + 1, loops.end()});
   std::vector<VertexId> rim;
   rim.reserve(loops[0].size());
   for (const HalfedgeId h : loops[0]) rim.push_back(source(chart.faces, h));
-  const BoundaryPlacement placement = place_boundary(BoundaryShape::kCircle, edge_lengths(chart, loops[0]));
+  const BoundaryPlacement placement =
+      place_boundary(BoundaryShape::kCircle, edge_lengths(chart, loops[0]));
   // The optimiser starts from 64 bits; only its result is rounded.
   EmbedOptions options;
   options.float32 = false;
-  const Points2 uv = embed_disk(filled.surface.faces, static_cast<Index>(filled.surface.vertices.rows()), rim,
-                                placement.positions, options, context, stats);
+  const Points2 uv =
+      embed_disk(filled.surface.faces, static_cast<Index>(filled.surface.vertices.rows()), rim,
+                 placement.positions, options, context, stats);
   return uv.topRows(vertex_count);
 }
 
 void apply(const Similarity& similarity, Points2& uv) {
-  for (Eigen::Index i = 0; i < uv.rows(); ++i) uv.row(i) = similarity(uv.row(i).transpose()).transpose();
+  for (Eigen::Index i = 0; i < uv.rows(); ++i)
+    uv.row(i) = similarity(uv.row(i).transpose()).transpose();
 }
 
 // The best placement of the free map with respect to its pins; one pin only moves it.
@@ -84,15 +89,18 @@ void reject_coincident_pins(const std::vector<std::pair<VertexId, Vector2>>& pin
   for (std::size_t i = 1; i < sorted.size(); ++i) {
     if (sorted[i].second != sorted[i - 1].second) continue;
     throw_infeasible(ErrorCode::kContradictoryPins,
-                     "Two vertices of one chart are pinned to the same point (" + std::to_string(sorted[i].second.x()) +
-                         ", " + std::to_string(sorted[i].second.y()) + "). Unpin one of them or move its pin.",
+                     "Two vertices of one chart are pinned to the same point (" +
+                         std::to_string(sorted[i].second.x()) + ", " +
+                         std::to_string(sorted[i].second.y()) +
+                         "). Unpin one of them or move its pin.",
                      ElementKind::kVertex, {sorted[i - 1].first, sorted[i].first});
   }
 }
 
 }  // namespace
 
-Points2 flatten_chart(const Surface& chart, const FlattenOptions& options, ExecutionContext& context, Stats& stats) {
+Points2 flatten_chart(const Surface& chart, const FlattenOptions& options,
+                      ExecutionContext& context, Stats& stats) {
   reject_coincident_pins(options.pins);
   Points2 uv;
   {

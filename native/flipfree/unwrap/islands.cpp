@@ -11,8 +11,9 @@ Islands make_islands(const Surface& surface, const Adjacency& adjacency, const E
   Islands islands;
   islands.cut = seams;
   islands.added.assign(seams.size(), 0);
-  // One round opens every piece; cutting through a hole can in rare cases split a piece in two, and seams around a
-  // handle can leave a part that needs another. Each round lowers the genus or opens a closed piece.
+  // One round opens every piece; cutting through a hole can in rare cases split a piece in two, and
+  // seams around a handle can leave a part that needs another. Each round lowers the genus or opens
+  // a closed piece.
   constexpr int kMostRounds = 64;
   for (int round = 0; round < kMostRounds; ++round) {
     islands.mesh = cut_along(surface.faces, adjacency, islands.cut);

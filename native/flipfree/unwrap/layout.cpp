@@ -23,8 +23,8 @@ std::vector<Vector2> convex_hull(const Points2& points) {
   return corners;
 }
 
-// Unit direction of the side on which the smallest rectangle around the convex polygon stands. The supporting corners
-// advance monotonically with the side, so the whole turn is linear.
+// Unit direction of the side on which the smallest rectangle around the convex polygon stands. The
+// supporting corners advance monotonically with the side, so the whole turn is linear.
 Vector2 smallest_rectangle_direction(const std::vector<Vector2>& hull) {
   const std::size_t n = hull.size();
   const auto at = [&](std::size_t i) { return hull[i % n]; };

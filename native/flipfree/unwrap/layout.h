@@ -1,4 +1,5 @@
-// Where charts go in UV space: turned to their smallest rectangle and set on shelves of the unit square.
+// Where charts go in UV space: turned to their smallest rectangle and set on shelves of the unit
+// square.
 #pragma once
 
 #include <vector>
@@ -7,8 +8,8 @@
 
 namespace flipfree {
 
-// Turns the map to the smallest rectangle that bounds it (rotating calipers on the convex hull), wider than high, with
-// its lower left corner at the origin.
+// Turns the map to the smallest rectangle that bounds it (rotating calipers on the convex hull),
+// wider than high, with its lower left corner at the origin.
 void turn_to_smallest_rectangle(Points2& uv);
 
 struct Placement {
@@ -16,12 +17,13 @@ struct Placement {
   double scale = 1.0;           // common factor that makes everything fit [0, 1]^2
 };
 
-// Shelf packing of rectangles (width, height), highest first; `margin` in units of the final unit square between them
-// and around. Deterministic; O(n log n).
+// Shelf packing of rectangles (width, height), highest first; `margin` in units of the final unit
+// square between them and around. Deterministic; O(n log n).
 Placement pack_rectangles(const std::vector<Vector2>& sizes, double margin);
 
-// The similarity (rotation, uniform scale, translation; no reflection) that carries the points `from` to `to` best in
-// the least-squares sense: w = a z + b over complex numbers. Identity scale if the points coincide.
+// The similarity (rotation, uniform scale, translation; no reflection) that carries the points
+// `from` to `to` best in the least-squares sense: w = a z + b over complex numbers. Identity scale
+// if the points coincide.
 struct Similarity {
   Vector2 linear = Vector2(1.0, 0.0);  // a = linear.x + i linear.y
   Vector2 translation = Vector2::Zero();

@@ -18,8 +18,8 @@
 namespace flipfree {
 namespace {
 
-// Positions moved to the origin and scaled by a power of two, which is exact, so that squares neither overflow nor
-// vanish whatever the user's unit is.
+// Positions moved to the origin and scaled by a power of two, which is exact, so that squares
+// neither overflow nor vanish whatever the user's unit is.
 Points3 normalised(const Points3& positions, const Triangles& faces) {
   Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
   Vector3 high = -low;
@@ -50,7 +50,8 @@ ChartPins pins_by_chart(const Islands& islands, const std::vector<CornerPin>& pi
   std::vector<std::pair<std::size_t, VertexId>> place(cut_vertices);
   for (std::size_t c = 0; c < islands.charts.size(); ++c) {
     for (std::size_t i = 0; i < islands.charts[c].vertices.size(); ++i) {
-      place[static_cast<std::size_t>(islands.charts[c].vertices[i])] = {c, static_cast<VertexId>(i)};
+      place[static_cast<std::size_t>(islands.charts[c].vertices[i])] = {c,
+                                                                        static_cast<VertexId>(i)};
     }
   }
   std::vector<std::optional<Vector2>> target(cut_vertices);
@@ -67,7 +68,8 @@ ChartPins pins_by_chart(const Islands& islands, const std::vector<CornerPin>& pi
       const VertexId origin = islands.mesh.vertex_origin[v];
       throw_invalid(ErrorCode::kBadPins,
                     "Vertex " + std::to_string(origin) +
-                        " is pinned to two different places within one chart. Mark a seam between them or unpin one.",
+                        " is pinned to two different places within one chart. Mark a seam between "
+                        "them or unpin one.",
                     ElementKind::kVertex, {origin});
     }
     target[v] = pin.uv;
@@ -77,15 +79,18 @@ ChartPins pins_by_chart(const Islands& islands, const std::vector<CornerPin>& pi
   return result;
 }
 
-// Solves every chart. One that holds half of all faces gets all threads; the others share them, one chart each.
-std::vector<Points2> flatten_all(const std::vector<Chart>& charts, const ChartPins& pins, const UnwrapOptions& options,
-                                 ExecutionContext& context, Stats& stats) {
+// Solves every chart. One that holds half of all faces gets all threads; the others share them, one
+// chart each.
+std::vector<Points2> flatten_all(const std::vector<Chart>& charts, const ChartPins& pins,
+                                 const UnwrapOptions& options, ExecutionContext& context,
+                                 Stats& stats) {
   std::vector<Points2> uv(charts.size());
   std::vector<Stats> chart_stats(charts.size());
   std::vector<std::size_t> order(charts.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return charts[a].faces.size() > charts[b].faces.size(); });
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return charts[a].faces.size() > charts[b].faces.size();
+  });
   std::size_t total = 0;
   for (const Chart& chart : charts) total += chart.faces.size();
 
@@ -100,13 +105,16 @@ std::vector<Points2> flatten_all(const std::vector<Chart>& charts, const ChartPi
     } catch (const Cancelled&) {
       throw;
     } catch (const Exception& e) {
-      // Elements of a chart are no elements of the user's mesh: name the face at which the chart can be found.
+      // Elements of a chart are no elements of the user's mesh: name the face at which the chart
+      // can be found.
       Error error = e.error();
       error.message = "Chart at face " + std::to_string(charts[c].faces.front()) + " (" +
                       std::to_string(charts[c].faces.size()) + " triangles): " + error.message;
       error.kind = ElementKind::kFace;
-      error.elements.assign(charts[c].faces.begin(),
-                            charts[c].faces.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(1000, charts[c].faces.size())));
+      error.elements.assign(
+          charts[c].faces.begin(),
+          charts[c].faces.begin() +
+              static_cast<std::ptrdiff_t>(std::min<std::size_t>(1000, charts[c].faces.size())));
       if (dynamic_cast<const Infeasible*>(&e) != nullptr) throw Infeasible(std::move(error));
       if (dynamic_cast<const InvalidInput*>(&e) != nullptr) throw InvalidInput(std::move(error));
       throw NotConverged(std::move(error));
@@ -117,19 +125,21 @@ std::vector<Points2> flatten_all(const std::vector<Chart>& charts, const ChartPi
   std::size_t done = 0;
   if (charts.size() == 1 || 2 * charts[order[0]].faces.size() >= total) {
     const std::size_t faces = charts[order[0]].faces.size();
-    const ProgressRange range(context, 0.0, static_cast<double>(faces) / static_cast<double>(total));
+    const ProgressRange range(context, 0.0,
+                              static_cast<double>(faces) / static_cast<double>(total));
     solve(order[0], context);
     first_small = 1;
     done = faces;
   }
   std::atomic<std::size_t> finished{done};
-  parallel_for(context, order.size() - first_small, 1, [&](std::size_t begin, std::size_t, std::size_t) {
-    const std::size_t c = order[first_small + begin];
-    ExecutionContext part(&context, 1);
-    solve(c, part);
-    const std::size_t now = finished.fetch_add(charts[c].faces.size()) + charts[c].faces.size();
-    context.report("flattening charts", static_cast<double>(now) / static_cast<double>(total));
-  });
+  parallel_for(
+      context, order.size() - first_small, 1, [&](std::size_t begin, std::size_t, std::size_t) {
+        const std::size_t c = order[first_small + begin];
+        ExecutionContext part(&context, 1);
+        solve(c, part);
+        const std::size_t now = finished.fetch_add(charts[c].faces.size()) + charts[c].faces.size();
+        context.report("flattening charts", static_cast<double>(now) / static_cast<double>(total));
+      });
   if (!order.empty()) stats.insert(chart_stats[order[0]].begin(), chart_stats[order[0]].end());
   return uv;
 }
@@ -154,15 +164,16 @@ std::optional<Points2> reference_of(const Chart& chart, const Points2& corner_uv
 }
 
 // Pinned charts stay; charts with a usable reference go where it was; the rest is packed.
-void place_charts(const std::vector<Chart>& charts, const ChartPins& pins, const UnwrapOptions& options,
-                  std::vector<Points2>& uv) {
+void place_charts(const std::vector<Chart>& charts, const ChartPins& pins,
+                  const UnwrapOptions& options, std::vector<Points2>& uv) {
   std::vector<std::size_t> packed;
   for (std::size_t c = 0; c < charts.size(); ++c) {
     if (!pins.of_chart[c].empty()) continue;
     if (options.place_like != nullptr) {
       if (const std::optional<Points2> reference = reference_of(charts[c], *options.place_like)) {
         const Similarity similarity = fit_similarity(uv[c], *reference);
-        for (Eigen::Index i = 0; i < uv[c].rows(); ++i) uv[c].row(i) = similarity(uv[c].row(i).transpose()).transpose();
+        for (Eigen::Index i = 0; i < uv[c].rows(); ++i)
+          uv[c].row(i) = similarity(uv[c].row(i).transpose()).transpose();
         continue;
       }
     }
@@ -180,7 +191,8 @@ void place_charts(const std::vector<Chart>& charts, const ChartPins& pins, const
 
 }  // namespace
 
-Parametrization unwrap(const Surface& surface, const UnwrapOptions& options, ExecutionContext& context) {
+Parametrization unwrap(const Surface& surface, const UnwrapOptions& options,
+                       ExecutionContext& context) {
   Stopwatch total;
   Stopwatch watch;
   Parametrization map;
@@ -194,7 +206,8 @@ Parametrization unwrap(const Surface& surface, const UnwrapOptions& options, Exe
   if (options.place_like != nullptr && options.place_like->rows() != 3 * surface.faces.rows()) {
     throw_invalid(ErrorCode::kBadShape, "The UVs to stay close to need one row per face corner.");
   }
-  const Adjacency adjacency = build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const Adjacency adjacency =
+      build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
   const EdgeFlags seams = flag_edges(surface.faces, adjacency, options.cuts);
   lap("seconds_validate");
 
@@ -204,7 +217,8 @@ Parametrization unwrap(const Surface& surface, const UnwrapOptions& options, Exe
   const ChartPins pins = pins_by_chart(islands, options.pins);
   stats["charts"] = static_cast<std::int64_t>(islands.charts.size());
   stats["opened_charts"] = static_cast<std::int64_t>(islands.opened);
-  stats["added_cuts"] = static_cast<std::int64_t>(std::count(islands.added.begin(), islands.added.end(), 1) / 2);
+  stats["added_cuts"] =
+      static_cast<std::int64_t>(std::count(islands.added.begin(), islands.added.end(), 1) / 2);
   lap("seconds_islands");
 
   std::vector<Points2> uv;
