@@ -10,7 +10,7 @@ from . import _native
 from .arrays import as_corner_uv, as_floats, as_indices
 from .certification import Pins, pins_to_corners
 from .errors import InvalidInput
-from .jobs import Job, Progress, run
+from .job import Job, Progress, run
 from .results import Parametrization, parametrization_from
 
 
