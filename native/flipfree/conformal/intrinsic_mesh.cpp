@@ -4,11 +4,12 @@
 
 #include "flipfree/mesh/adjacency.h"
 
-// The symmetric flips, thesis Figure 4.5 and Table 4.1; the symmetry line is vertical, primes are mirror images,
-// and (x) marks edges of copy 1 named in FlipStencil:
+// The symmetric flips, thesis Figure 4.5 and Table 4.1; the symmetry line is vertical, primes are
+// mirror images, and (x) marks edges of copy 1 named in FlipStencil:
 //
-//   kParallel: (c,d) -> (a,a')      kTriangle: (a,c), (a',c) -> (b,b')    kQuad: (a,c), (a',c') -> (b,b')
-//   kPerpendicular: the inverse     kTriangleQuad: the inverse            kQuadQuad: the inverse
+//   kParallel: (c,d) -> (a,a')      kTriangle: (a,c), (a',c) -> (b,b')    kQuad: (a,c), (a',c') ->
+//   (b,b') kPerpendicular: the inverse     kTriangleQuad: the inverse            kQuadQuad: the
+//   inverse
 //
 //          c                                  c                                  c' --v-- c
 //        / | \ y                            / | \ y                             /  |    |  \ y
@@ -16,7 +17,8 @@
 //        \ | / x                            \ a'-w-a / x                        \  |    |  / x
 //          d                                  (below: more mesh)                  a' --w-- a
 //
-// (for kParallel b is called a; for kTriangle the symmetric face is (c, a', a), for kQuad it is (a, c, c', a')).
+// (for kParallel b is called a; for kTriangle the symmetric face is (c, a', a), for kQuad it is (a,
+// c, c', a')).
 
 namespace flipfree::conformal {
 namespace {
@@ -50,7 +52,8 @@ EdgeId perpendicular_in(const IntrinsicMesh& m, HalfedgeId h) {
   return m.next[at(n)] >> 1;
 }
 
-// In which copy a face lies, told by its edges other than h; `otherwise` if they all lie on the symmetry line.
+// In which copy a face lies, told by its edges other than h; `otherwise` if they all lie on the
+// symmetry line.
 FaceLabel side_of_face(const IntrinsicMesh& m, HalfedgeId h, FaceLabel otherwise) {
   HalfedgeId s = m.next[at(h)];
   for (int i = 0; i < 2; ++i, s = m.next[at(s)]) {
@@ -82,8 +85,8 @@ void label_both_faces(IntrinsicMesh& m, EdgeId e, FaceLabel label) {
   m.face_label[at(m.face[at(2 * e + 1)])] = label;
 }
 
-// s and s2 are the side edges of a symmetric face that a flip restored; the halves named lie in that face. Their
-// outer faces get the labels 1 and 2, and so do they.
+// s and s2 are the side edges of a symmetric face that a flip restored; the halves named lie in
+// that face. Their outer faces get the labels 1 and 2, and so do they.
 void restore_sides(IntrinsicMesh& m, HalfedgeId s, HalfedgeId s2) {
   pair_by_reflection(m, s, s2);
   const FaceLabel first =
@@ -221,7 +224,9 @@ bool flip_type(const IntrinsicMesh& m, EdgeId e, FlipType& type) {
   }
   const FaceLabel lf = m.face_label[at(f)];
   const FaceLabel lg = m.face_label[at(g)];
-  const auto symmetric = [](FaceLabel l) { return l == FaceLabel::kTriangle || l == FaceLabel::kQuad; };
+  const auto symmetric = [](FaceLabel l) {
+    return l == FaceLabel::kTriangle || l == FaceLabel::kQuad;
+  };
   switch (m.edge_label[at(e)]) {
     case EdgeLabel::kDiagonal:
     case EdgeLabel::kTwo:
@@ -233,7 +238,8 @@ bool flip_type(const IntrinsicMesh& m, EdgeId e, FlipType& type) {
     case EdgeLabel::kPerpendicular:
       if (lf == FaceLabel::kQuad && lg == FaceLabel::kQuad) {
         type = FlipType::kQuadQuad;
-        // A quadrilateral glued to itself across the line bounds a loop without a vertex; it cannot arise.
+        // A quadrilateral glued to itself across the line bounds a loop without a vertex; it cannot
+        // arise.
         return quad_corner(m, 2 * e).diagonal != (quad_corner(m, 2 * e + 1).diagonal ^ 1);
       }
       type = lf == lg ? FlipType::kPerpendicular : FlipType::kTriangleQuad;
@@ -336,7 +342,8 @@ FlipStencil flip_stencil(const IntrinsicMesh& m, EdgeId e, FlipType type) {
       s.diagonal2 = c.diagonal >> 1;
       s.w = perpendicular_in(m, a.diagonal ^ 1);
       s.v = perpendicular_in(m, c.diagonal ^ 1);
-      // If the diagonals leave e at different ends, e turns into the new diagonal, else the first diagonal does.
+      // If the diagonals leave e at different ends, e turns into the new diagonal, else the first
+      // diagonal does.
       const bool different_ends = a.diagonal_follows == c.diagonal_follows;
       s.new_diagonal = different_ends ? e : s.diagonal;
       s.new_side = different_ends ? s.diagonal : e;
@@ -354,7 +361,8 @@ void flip_symmetrically(IntrinsicMesh& m, const FlipStencil& s) {
   const HalfedgeId h = 2 * s.e;
   switch (s.type) {
     case FlipType::kInterior: {
-      // Both copies turned counter-clockwise, the mirror image of which is clockwise: the halves change partners.
+      // Both copies turned counter-clockwise, the mirror image of which is clockwise: the halves
+      // change partners.
       pair_by_reflection(m, h, m.reflection[at(h)] ^ 1);
       return;
     }
@@ -439,7 +447,8 @@ std::string find_broken_invariant(const IntrinsicMesh& m) {
     const EdgeLabel label = m.edge_label[at(h >> 1)];
     if (label == EdgeLabel::kDiagonal) {
       if (r != kInvalid) return at_halfedge("diagonal has a reflection", h);
-      if (m.face_label[at(m.face[at(h)])] != FaceLabel::kQuad) return at_halfedge("diagonal outside a quad", h);
+      if (m.face_label[at(m.face[at(h)])] != FaceLabel::kQuad)
+        return at_halfedge("diagonal outside a quad", h);
       continue;
     }
     if (r == kInvalid) return at_halfedge("no reflection", h);
@@ -450,19 +459,23 @@ std::string find_broken_invariant(const IntrinsicMesh& m) {
     }
     const bool perpendicular = r == h;
     const bool parallel = r == (h ^ 1);
-    if (perpendicular != (label == EdgeLabel::kPerpendicular)) return at_halfedge("perpendicular label", h);
+    if (perpendicular != (label == EdgeLabel::kPerpendicular))
+      return at_halfedge("perpendicular label", h);
     if (parallel != (label == EdgeLabel::kParallel)) return at_halfedge("parallel label", h);
     if (label == EdgeLabel::kOne && m.edge_label[at(r >> 1)] != EdgeLabel::kTwo) {
       return at_halfedge("mirror of copy 1 is not copy 2", h);
     }
     const FaceLabel face = m.face_label[at(m.face[at(h)])];
     // Proposition 2 (a), (b), (c).
-    if (label == EdgeLabel::kPerpendicular && !is_symmetric(h)) return at_halfedge("Proposition 2 (a)", h);
+    if (label == EdgeLabel::kPerpendicular && !is_symmetric(h))
+      return at_halfedge("Proposition 2 (a)", h);
     if (label == EdgeLabel::kParallel && is_symmetric(h) != is_symmetric(h ^ 1)) {
       return at_halfedge("Proposition 2 (b)", h);
     }
-    if (label == EdgeLabel::kOne && face == FaceLabel::kTwo) return at_halfedge("Proposition 2 (c)", h);
-    if (label == EdgeLabel::kTwo && face == FaceLabel::kOne) return at_halfedge("Proposition 2 (c)", h);
+    if (label == EdgeLabel::kOne && face == FaceLabel::kTwo)
+      return at_halfedge("Proposition 2 (c)", h);
+    if (label == EdgeLabel::kTwo && face == FaceLabel::kOne)
+      return at_halfedge("Proposition 2 (c)", h);
     // next(R(h)) = R(previous(h)), around the diagonal where the face is a quadrilateral.
     HalfedgeId before = m.previous(h);
     if (m.edge_label[at(before >> 1)] == EdgeLabel::kDiagonal) before = m.previous(before ^ 1);
