@@ -5,6 +5,7 @@ Angles in radians. Every result carries a certificate measured with exact predic
 """
 
 from ._native import version as __version__
+from . import jobs
 from .certification import certify
 from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConverged
 from .results import Certificate, Parametrization, Transitions
@@ -21,5 +22,6 @@ __all__ = [
     "Transitions",
     "__version__",
     "certify",
+    "jobs",
     "unwrap",
 ]
