@@ -24,17 +24,12 @@ class FlipLengths {
   // subtraction, so relative errors stay small.
   void ptolemy(const FlipStencil& s) {
     switch (s.type) {
-      case FlipType::kInterior: {
+      case FlipType::kInterior:
+      case FlipType::kParallel:
+      case FlipType::kPerpendicular: {
         const T z = (at(s.jk) / at(s.e)) * at(s.im) + (at(s.ki) / at(s.e)) * at(s.mj);
         set(s.new_side, z);
         if (s.new_side2 != kInvalid) set(s.new_side2, z);
-        return;
-      }
-      case FlipType::kParallel:
-      case FlipType::kPerpendicular: {
-        const T z = (at(s.jk) / at(s.e)) * at(s.ki);
-        const T other = (at(s.im) / at(s.e)) * at(s.mj);
-        set(s.e, z + other);
         return;
       }
       case FlipType::kTriangle: {
