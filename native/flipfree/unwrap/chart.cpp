@@ -4,6 +4,8 @@
 #include <string>
 
 #include "flipfree/base/error.h"
+#include "flipfree/certify/certify.h"
+#include "flipfree/distortion/conformal_start.h"
 #include "flipfree/distortion/minimize.h"
 #include "flipfree/embedding/boundary.h"
 #include "flipfree/embedding/embed.h"
@@ -64,6 +66,29 @@ Points2 embed_on_circle(const Surface& chart, ExecutionContext& context, Stats& 
   return uv.topRows(vertex_count);
 }
 
+// The conformal map if it is flip-free and one-to-one, by exact test, and less distorted than the
+// map on the circle; the optimiser then needs about half the iterations.
+Points2 better_start(const Surface& chart, Points2 circle, ExecutionContext& context,
+                     Stats& stats) {
+  context.report("conformal start", 0.0);
+  const Points2 conformal = spectral_conformal_map(chart, circle, context);
+  if (conformal.rows() == 0) return circle;
+  CertifyRequest request;
+  const auto measure = [&](const Points2& uv) {
+    Points2 corners(3 * chart.faces.rows(), 2);
+    for (CornerId c = 0; c < corners.rows(); ++c)
+      corners.row(c) = uv.row(chart.faces(c / 3, c % 3));
+    request.surface = &chart;
+    request.uv = &corners;
+    return certify(request, context);
+  };
+  const Certificate found = measure(conformal);
+  const bool usable = found.flips64 == 0 && found.winding_failures <= 0 && found.overlaps <= 0;
+  stats["conformal_start.energy"] = found.energy;
+  stats["conformal_start.usable"] = static_cast<std::int64_t>(usable);
+  return usable && found.energy < measure(circle).energy ? conformal : circle;
+}
+
 void apply(const Similarity& similarity, Points2& uv) {
   for (Eigen::Index i = 0; i < uv.rows(); ++i)
     uv.row(i) = similarity(uv.row(i).transpose()).transpose();
@@ -107,12 +132,16 @@ Points2 flatten_chart(const Surface& chart, const FlattenOptions& options,
     const ProgressRange range(context, 0.0, 0.2);
     uv = embed_on_circle(chart, context, stats);
   }
+  {
+    const ProgressRange range(context, 0.2, 0.3);
+    uv = better_start(chart, std::move(uv), context, stats);
+  }
   MinimizeOptions minimize;
   minimize.max_iterations = options.max_iterations;
   minimize.tolerance = options.tolerance;
   minimize.bijective = options.bijective;
   {
-    const ProgressRange range(context, 0.2, options.pins.empty() ? 1.0 : 0.6);
+    const ProgressRange range(context, 0.3, options.pins.empty() ? 1.0 : 0.6);
     uv = minimize_distortion(chart, uv, minimize, context, stats);
   }
   if (options.pins.empty()) return uv;
