@@ -250,7 +250,7 @@ void require_convex(const Points2& p, const std::vector<VertexId>& loop) {
   if (!p.allFinite())
     throw_invalid(ErrorCode::kNotFinite, "A boundary position is not finite. Give finite numbers.");
   const double scale = p.cwiseAbs().maxCoeff();
-  int turns = 0;
+  double twice_area = 0.0;
   for (Index i = 0; i < n; ++i) {
     const Index j = (i + 1) % n;
     if (p.row(i) == p.row(j)) {
@@ -259,7 +259,9 @@ void require_convex(const Points2& p, const std::vector<VertexId>& loop) {
           "Boundary points " + at(i) + " and " + at(j) + " coincide. Give them distinct positions.",
           ElementKind::kVertex, {name(i), name(j)});
     }
-    turns += orientation(p.data() + 2 * i, p.data() + 2 * j, p.data() + 2 * ((j + 1) % n));
+    const Vector2 u = (p.row(i) - p.row(0)).transpose();
+    const Vector2 w = (p.row(j) - p.row(0)).transpose();
+    twice_area += u.x() * w.y() - u.y() * w.x();
   }
   for (Index i = 0; i < n; ++i) {
     const Vector2 a = p.row((i + n - 1) % n);
@@ -268,16 +270,16 @@ void require_convex(const Points2& p, const std::vector<VertexId>& loop) {
     if (orientation(a, b, c) >= 0) continue;
     const double height =
         std::abs((b - a).x() * (c - a).y() - (b - a).y() * (c - a).x()) / (c - a).norm();
-    if (turns > 0 && height <= 4 * 0x1p-24 * scale && (b - a).dot(c - b) > 0) continue;
+    if (twice_area > 0 && height <= 4 * 0x1p-24 * scale && (b - a).dot(c - b) > 0) continue;
     throw_invalid(
         ErrorCode::kNotConvex,
-        turns < 0
+        twice_area < 0
             ? std::string("The polygon runs clockwise. Reverse it, or reverse the boundary loop.")
             : "The polygon is not convex at point " + at(i) +
                   ". Give a convex polygon, or use match.",
         ElementKind::kVertex, {name(i)});
   }
-  if (turns <= 0) {
+  if (!(twice_area > 0)) {
     throw_invalid(ErrorCode::kNotConvex,
                   "All boundary points lie on one line. Give a polygon with an interior.");
   }
