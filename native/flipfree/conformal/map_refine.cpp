@@ -35,7 +35,7 @@ class Refiner {
     for (FaceId f = 0; f < faces; ++f) {
       if (f % 4096 == 0) context.check();
       build_polygon(f, polygon_);
-      if (!valid_triangle(polygon_[0], polygon_[1], polygon_[2])) bad.push_back(f);
+      if (!valid_triangle(polygon_[0], polygon_[1], polygon_[2], Storage::k64And32)) bad.push_back(f);
     }
     if (refinement == Refinement::kNever) {
       invalid = bad;
@@ -112,9 +112,9 @@ class Refiner {
     v.uv32 = {static_cast<float>(uv.x()), static_cast<float>(uv.y())};
   }
 
-  bool triangulate(FaceId f) {
+  bool triangulate(FaceId f, Storage storage) {
     build_polygon(f, polygon_);
-    if (!triangulate_polygon(polygon_, local_)) return false;
+    if (!triangulate_polygon(polygon_, storage, local_)) return false;
     std::vector<GlobalTriangle>& out = triangulation(f);
     out.clear();
     for (const PolygonTriangle& t : local_) {
@@ -175,7 +175,7 @@ class Refiner {
       if (i % 256 == 0) context.check();
       const FaceId f = queue[i];
       waiting[at(f)] = 0;
-      if (!all && triangulate(f)) {
+      if (!all && triangulate(f, Storage::k64And32)) {
         failed[at(f)] = 0;
         continue;
       }
@@ -188,26 +188,21 @@ class Refiner {
           queue.push_back(o / 3);
         }
       }
-      failed[at(f)] = !triangulate(f);
+      failed[at(f)] = !triangulate(f, Storage::k64And32);
     }
     for (FaceId f = 0; f < static_cast<FaceId>(failed.size()); ++f) {
       if (!failed[at(f)]) continue;
       invalid.push_back(f);
-      write_anyway(f);
+      if (!triangulate(f, Storage::k64Only)) write_anyway(f);
     }
   }
 
   // A triangulation that is valid in the input triangle, flips or not: for the report of what failed.
   void write_anyway(FaceId f) {
     build_polygon(f, polygon_);
-    double size = 0.0;
-    for (const PolygonVertex& v : polygon_) size = std::max({size, std::abs(v.domain[0]), v.domain[1]});
-    for (PolygonVertex& v : polygon_) {
-      v.uv = v.domain;
-      v.uv32 = {static_cast<float>(v.domain[0] / size), static_cast<float>(v.domain[1] / size)};
-    }
+    for (PolygonVertex& v : polygon_) v.uv = v.domain;
     std::vector<GlobalTriangle>& out = triangulation(f);
-    if (!triangulate_polygon(polygon_, local_)) {
+    if (!triangulate_polygon(polygon_, Storage::k64Only, local_)) {
       local_.clear();
       for (Index i = 1; i + 1 < static_cast<Index>(polygon_.size()); ++i) local_.push_back({0, i, i + 1});
     }
@@ -271,7 +266,7 @@ class Refiner {
         }
       }
     }
-    if (v != last || !triangulate_polygon(hole_, local_)) return false;
+    if (v != last || !triangulate_polygon(hole_, Storage::k64And32, local_)) return false;
     const double bound = std::max(kGoodDistortion, 2.0 * worst_before);
     for (const PolygonTriangle& t : local_) {
       const PolygonVertex &a = hole_[at(t[0])], &b = hole_[at(t[1])], &c = hole_[at(t[2])];

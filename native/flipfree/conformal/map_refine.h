@@ -47,7 +47,7 @@ struct RefinedMap {
   std::vector<FaceId> vertex_parent;  // #V
   Points3 vertex_barycentric;         // #V x 3
   std::vector<Index> edge_vertex;     // per point of the EdgePointMap: its vertex, kInvalid = left out
-  std::vector<FaceId> invalid;        // input faces without a valid triangulation; they are written flipped
+  std::vector<FaceId> invalid;        // input faces without a triangulation that is valid in 32 bits
 };
 
 // Cost: O(#F + points) plus O(k^3) per triangulated polygon of k points, k small after thinning.

@@ -10,7 +10,8 @@ namespace {
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 // Least-cost triangulation of a simple chain by dynamic programming over its diagonals (Klincsek 1980).
-bool triangulate_exactly(const std::vector<PolygonVertex>& p, std::vector<PolygonTriangle>& triangles) {
+bool triangulate_exactly(const std::vector<PolygonVertex>& p, Storage storage,
+                         std::vector<PolygonTriangle>& triangles) {
   const std::size_t n = p.size();
   std::vector<double> cost(n * n, 0.0);
   std::vector<std::size_t> apex(n * n, 0);
@@ -20,7 +21,7 @@ bool triangulate_exactly(const std::vector<PolygonVertex>& p, std::vector<Polygo
       double best = kNever;
       for (std::size_t k = i + 1; k < j; ++k) {
         const double sides = cost[i * n + k] + cost[k * n + j];
-        if (!(sides < best) || !valid_triangle(p[i], p[k], p[j])) continue;
+        if (!(sides < best) || !valid_triangle(p[i], p[k], p[j], storage)) continue;
         const double total = sides + distortion_cost(p[i], p[k], p[j]);
         if (total < best) {
           best = total;
@@ -44,7 +45,8 @@ bool triangulate_exactly(const std::vector<PolygonVertex>& p, std::vector<Polygo
   return true;
 }
 
-bool triangulate_by_ears(const std::vector<PolygonVertex>& p, std::vector<PolygonTriangle>& triangles) {
+bool triangulate_by_ears(const std::vector<PolygonVertex>& p, Storage storage,
+                         std::vector<PolygonTriangle>& triangles) {
   std::vector<Index> left(p.size());
   for (std::size_t i = 0; i < p.size(); ++i) left[i] = static_cast<Index>(i);
   const auto at = [&](std::size_t i) -> const PolygonVertex& {
@@ -53,7 +55,7 @@ bool triangulate_by_ears(const std::vector<PolygonVertex>& p, std::vector<Polygo
   const auto ear_cost = [&](std::size_t i) {
     const std::size_t n = left.size();
     const PolygonVertex &a = at(i + n - 1), &b = at(i), &c = at(i + 1);
-    if (!valid_triangle(a, b, c)) return kNever;
+    if (!valid_triangle(a, b, c, storage)) return kNever;
     // Relative to its own area: a sliver is as bad small as large.
     const double area = (b.domain[0] - a.domain[0]) * (c.domain[1] - a.domain[1]) -
                         (b.domain[1] - a.domain[1]) * (c.domain[0] - a.domain[0]);
@@ -76,16 +78,16 @@ bool triangulate_by_ears(const std::vector<PolygonVertex>& p, std::vector<Polygo
     cost[before] = ear_cost(before);
     cost[after] = ear_cost(after);
   }
-  if (!valid_triangle(at(0), at(1), at(2))) return false;
+  if (!valid_triangle(at(0), at(1), at(2), storage)) return false;
   triangles.push_back({left[0], left[1], left[2]});
   return true;
 }
 
 }  // namespace
 
-bool valid_triangle(const PolygonVertex& a, const PolygonVertex& b, const PolygonVertex& c) {
+bool valid_triangle(const PolygonVertex& a, const PolygonVertex& b, const PolygonVertex& c, Storage storage) {
   if ((a.sides & b.sides & c.sides) != 0) return false;
-  return orientation(a.uv32.data(), b.uv32.data(), c.uv32.data()) > 0 &&
+  return (storage == Storage::k64Only || orientation(a.uv32.data(), b.uv32.data(), c.uv32.data()) > 0) &&
          orientation(a.uv.data(), b.uv.data(), c.uv.data()) > 0 &&
          orientation(a.domain.data(), b.domain.data(), c.domain.data()) > 0;
 }
@@ -105,16 +107,17 @@ double distortion_cost(const PolygonVertex& a, const PolygonVertex& b, const Pol
   return cost > 0.0 && cost < kNever ? cost : 1e300;
 }
 
-bool triangulate_polygon(const std::vector<PolygonVertex>& polygon, std::vector<PolygonTriangle>& triangles) {
+bool triangulate_polygon(const std::vector<PolygonVertex>& polygon, Storage storage,
+                         std::vector<PolygonTriangle>& triangles) {
   triangles.clear();
   if (polygon.size() < 3) return false;
   if (polygon.size() == 3) {
-    if (!valid_triangle(polygon[0], polygon[1], polygon[2])) return false;
+    if (!valid_triangle(polygon[0], polygon[1], polygon[2], storage)) return false;
     triangles.push_back({0, 1, 2});
     return true;
   }
-  if (polygon.size() <= kExactPolygon) return triangulate_exactly(polygon, triangles);
-  return triangulate_by_ears(polygon, triangles);
+  if (polygon.size() <= kExactPolygon) return triangulate_exactly(polygon, storage, triangles);
+  return triangulate_by_ears(polygon, storage, triangles);
 }
 
 }  // namespace flipfree

@@ -18,8 +18,11 @@ struct PolygonVertex {
 };
 using PolygonTriangle = std::array<Index, 3>;  // positions in the polygon
 
-// Is (a, b, c) strictly positive in 64-bit and 32-bit UVs and not flat in the input triangle? Exact.
-bool valid_triangle(const PolygonVertex& a, const PolygonVertex& b, const PolygonVertex& c);
+// Which values must be positive.
+enum class Storage { k64And32, k64Only };
+
+// Is (a, b, c) strictly positive in UV and not flat in the input triangle? Exact.
+bool valid_triangle(const PolygonVertex& a, const PolygonVertex& b, const PolygonVertex& c, Storage storage);
 
 // Conformal distortion of (a, b, c): (|J|^2 / (2 det J)) times the domain's area; >= the area. Any frame of the
 // domain that is isometric to the surface gives the same.
@@ -29,6 +32,7 @@ double distortion_cost(const PolygonVertex& a, const PolygonVertex& b, const Pol
 // order; it may overlap itself, as long as the triangles are valid. Cost: O(k^3) up to kExactPolygon vertices, above
 // that O(k^2) by cutting the best valid ear, which may miss a solution.
 inline constexpr std::size_t kExactPolygon = 48;
-bool triangulate_polygon(const std::vector<PolygonVertex>& polygon, std::vector<PolygonTriangle>& triangles);
+bool triangulate_polygon(const std::vector<PolygonVertex>& polygon, Storage storage,
+                         std::vector<PolygonTriangle>& triangles);
 
 }  // namespace flipfree
