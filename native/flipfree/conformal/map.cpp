@@ -239,23 +239,36 @@ Place finest_place(const Layout& layout, const Placement& placement, const std::
   return best;
 }
 
+struct RoundedMap {
+  RefinedMap map;
+  std::vector<FaceId> too_small;  // input faces that 32 bits cannot hold; the map is then valid in 64 bits at best
+};
+
 // The refinement with the fewest faces that cannot be stored: first in the unit square, then, where that is too
-// coarse, with the origin moved to the finest place.
-RefinedMap refine_and_round(const Surface& surface, const Adjacency& adjacency, const Layout& layout,
+// coarse, with the origin moved to the finest place. If none can be stored in 32 bits, the best one for 64.
+RoundedMap refine_and_round(const Surface& surface, const Adjacency& adjacency, const Layout& layout,
                             const Overlay& overlay, const InputEdges& edges, Refinement refinement, Stats& stats,
                             const ExecutionContext& context) {
   constexpr int kOrigins = 3;
   Placement placement = place_charts(layout, adjacency);
-  RefinedMap best;
+  Placement best_placement = placement;
+  RoundedMap best;
   for (int attempt = 0; attempt < kOrigins; ++attempt) {
-    RefinedMap refined =
-        refine_map(surface, adjacency, to_edge_points(layout, placement, overlay, edges, adjacency), refinement, context);
-    const bool better = attempt == 0 || refined.invalid.size() < best.invalid.size();
-    if (better) best = std::move(refined);
-    if (best.invalid.empty() || !better) break;
-    stats["origin_moved"] = std::int64_t{attempt + 1};
-    placement.origin = finest_place(layout, placement, best.invalid);
+    const EdgePointMap points = to_edge_points(layout, placement, overlay, edges, adjacency);
+    RefinedMap refined = refine_map(surface, adjacency, points, refinement, Storage::k64And32, context);
+    if (attempt == 0 || refined.invalid.size() < best.too_small.size()) {
+      best.too_small = refined.invalid;
+      best.map = std::move(refined);
+      best_placement = placement;
+      stats["origin_moved"] = std::int64_t{attempt};
+    } else {
+      break;
+    }
+    if (best.too_small.empty()) return best;
+    placement.origin = finest_place(layout, placement, best.too_small);
   }
+  const EdgePointMap points = to_edge_points(layout, best_placement, overlay, edges, adjacency);
+  best.map = refine_map(surface, adjacency, points, refinement, Storage::k64Only, context);
   return best;
 }
 
@@ -288,17 +301,17 @@ std::string scientific(double x) {
   return text;
 }
 
-Error not_storable(const ConformalMetric& metric, const RefinedMap& refined) {
+Error not_storable(const ConformalMetric& metric, const std::vector<FaceId>& faces) {
   Error error;
   error.code = ErrorCode::kRoundingFlips;
   error.kind = ElementKind::kFace;
-  const std::size_t count = std::min<std::size_t>(refined.invalid.size(), 1000);
-  error.elements.assign(refined.invalid.begin(), refined.invalid.begin() + static_cast<std::ptrdiff_t>(count));
+  const std::size_t count = std::min<std::size_t>(faces.size(), 1000);
+  error.elements.assign(faces.begin(), faces.begin() + static_cast<std::ptrdiff_t>(count));
   error.message = "The metric is computed (largest angle error " + scientific(metric.angle_error) +
                   "), but its scale factors span a factor of " + scientific(std::exp(metric.scale_range)) +
-                  ", so " + std::to_string(refined.invalid.size()) +
+                  ", so " + std::to_string(faces.size()) +
                   " input faces are too small in the map for 32-bit UVs, first face " +
-                  std::to_string(refined.invalid[0]) +
+                  std::to_string(faces[0]) +
                   ". Spread the curvature over more cones (suggest_cones), add cuts, or use the metric as it is.";
   return error;
 }
@@ -345,7 +358,8 @@ ConformalMapResult map_from_metric(const Surface& surface, const std::vector<dou
   const Layout layout = lay_out_metric(metric, *overlay, edges, adjacency, cuts, context);
   lap("seconds_layout");
   context.report("refinement", 0.5);
-  RefinedMap refined = refine_and_round(surface, adjacency, layout, *overlay, edges, options.refinement, map.stats, context);
+  RoundedMap rounded = refine_and_round(surface, adjacency, layout, *overlay, edges, options.refinement, map.stats, context);
+  RefinedMap& refined = rounded.map;
   lap("seconds_refine");
   context.report("certificate", 0.8);
 
@@ -364,8 +378,8 @@ ConformalMapResult map_from_metric(const Surface& surface, const std::vector<dou
   map.stats["cones"] = static_cast<std::int64_t>(cones.size());
   map.stats["closing_error"] = layout.closing_error;
   map.stats["energy"] = map.certificate.energy;
-  if (!refined.invalid.empty()) {
-    result.failure = not_storable(metric, refined);
+  if (!rounded.too_small.empty()) {
+    result.failure = not_storable(metric, rounded.too_small);
   } else if (!map.certificate.ok) {
     result.failure = Error{ErrorCode::kCertificateFailed,
                            "The map did not pass its certificate: " + map.certificate.failures.front(),

@@ -21,10 +21,11 @@ constexpr int kThinningPasses = 4;
 
 class Refiner {
  public:
-  Refiner(const Surface& input, const Adjacency& adjacency, const EdgePointMap& map)
+  Refiner(const Surface& input, const Adjacency& adjacency, const EdgePointMap& map, Storage storage)
       : input_(input),
         adjacency_(adjacency),
         map_(map),
+        storage_(storage),
         vertex_count_(static_cast<Index>(input.vertices.rows())),
         active_(map.points.size(), 0),
         slot_(at(static_cast<Index>(input.faces.rows())), kInvalid) {}
@@ -35,7 +36,7 @@ class Refiner {
     for (FaceId f = 0; f < faces; ++f) {
       if (f % 4096 == 0) context.check();
       build_polygon(f, polygon_);
-      if (!valid_triangle(polygon_[0], polygon_[1], polygon_[2], Storage::k64And32)) bad.push_back(f);
+      if (!valid_triangle(polygon_[0], polygon_[1], polygon_[2], storage_)) bad.push_back(f);
     }
     if (refinement == Refinement::kNever) {
       invalid = bad;
@@ -59,6 +60,7 @@ class Refiner {
   const Surface& input_;
   const Adjacency& adjacency_;
   const EdgePointMap& map_;
+  Storage storage_;
   Index vertex_count_;
   std::vector<char> active_;  // per point
   std::vector<Index> slot_;   // per face: its triangulation, kInvalid = the face itself
@@ -112,9 +114,9 @@ class Refiner {
     v.uv32 = {static_cast<float>(uv.x()), static_cast<float>(uv.y())};
   }
 
-  bool triangulate(FaceId f, Storage storage) {
+  bool triangulate(FaceId f) {
     build_polygon(f, polygon_);
-    if (!triangulate_polygon(polygon_, storage, local_)) return false;
+    if (!triangulate_polygon(polygon_, storage_, local_)) return false;
     std::vector<GlobalTriangle>& out = triangulation(f);
     out.clear();
     for (const PolygonTriangle& t : local_) {
@@ -136,7 +138,8 @@ class Refiner {
     const Index e = map_.edge_of[at(h)];
     const HalfedgeId own = map_.edge_halfedge[at(e)];
     const HalfedgeId other = adjacency_.opposite[at(own)];
-    const auto same32 = [](const Vector2& a, const Vector2& b) {
+    const auto same = [this](const Vector2& a, const Vector2& b) {
+      if (storage_ == Storage::k64Only) return a == b;
       return static_cast<float>(a.x()) == static_cast<float>(b.x()) &&
              static_cast<float>(a.y()) == static_cast<float>(b.y());
     };
@@ -151,10 +154,10 @@ class Refiner {
       const EdgePoint& point = map_.points[at(p)];
       const double t = point.along.target;
       const bool keep = active_[at(p)] ||
-                        (t - last >= gap && point.along.source >= gap && !same32(point.uv_left, left) &&
-                         !same32(point.uv_left, end_left) &&
+                        (t - last >= gap && point.along.source >= gap && !same(point.uv_left, left) &&
+                         !same(point.uv_left, end_left) &&
                          (other == kInvalid ||
-                          (!same32(point.uv_right, right) && !same32(point.uv_right, end_right))));
+                          (!same(point.uv_right, right) && !same(point.uv_right, end_right))));
       if (!keep) continue;
       if (!active_[at(p)]) changed = true;
       active_[at(p)] = 1;
@@ -175,7 +178,7 @@ class Refiner {
       if (i % 256 == 0) context.check();
       const FaceId f = queue[i];
       waiting[at(f)] = 0;
-      if (!all && triangulate(f, Storage::k64And32)) {
+      if (!all && triangulate(f)) {
         failed[at(f)] = 0;
         continue;
       }
@@ -188,12 +191,12 @@ class Refiner {
           queue.push_back(o / 3);
         }
       }
-      failed[at(f)] = !triangulate(f, Storage::k64And32);
+      failed[at(f)] = !triangulate(f);
     }
     for (FaceId f = 0; f < static_cast<FaceId>(failed.size()); ++f) {
       if (!failed[at(f)]) continue;
       invalid.push_back(f);
-      if (!triangulate(f, Storage::k64Only)) write_anyway(f);
+      write_anyway(f);
     }
   }
 
@@ -266,7 +269,7 @@ class Refiner {
         }
       }
     }
-    if (v != last || !triangulate_polygon(hole_, Storage::k64And32, local_)) return false;
+    if (v != last || !triangulate_polygon(hole_, storage_, local_)) return false;
     const double bound = std::max(kGoodDistortion, 2.0 * worst_before);
     for (const PolygonTriangle& t : local_) {
       const PolygonVertex &a = hole_[at(t[0])], &b = hole_[at(t[1])], &c = hole_[at(t[2])];
@@ -365,8 +368,8 @@ RefinedMap Refiner::write() const {
 }  // namespace
 
 RefinedMap refine_map(const Surface& input, const Adjacency& adjacency, const EdgePointMap& map,
-                      Refinement refinement, const ExecutionContext& context) {
-  Refiner refiner(input, adjacency, map);
+                      Refinement refinement, Storage storage, const ExecutionContext& context) {
+  Refiner refiner(input, adjacency, map, storage);
   refiner.run(refinement, context);
   return refiner.write();
 }

@@ -13,6 +13,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/conformal/overlay_positions.h"
+#include "flipfree/conformal/polygon_triangulation.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/surface.h"
 
@@ -47,11 +48,11 @@ struct RefinedMap {
   std::vector<FaceId> vertex_parent;  // #V
   Points3 vertex_barycentric;         // #V x 3
   std::vector<Index> edge_vertex;     // per point of the EdgePointMap: its vertex, kInvalid = left out
-  std::vector<FaceId> invalid;        // input faces without a triangulation that is valid in 32 bits
+  std::vector<FaceId> invalid;        // input faces without a triangulation that is valid as stored
 };
 
 // Cost: O(#F + points) plus O(k^3) per triangulated polygon of k points, k small after thinning.
 RefinedMap refine_map(const Surface& input, const Adjacency& adjacency, const EdgePointMap& map,
-                      Refinement refinement, const ExecutionContext& context);
+                      Refinement refinement, Storage storage, const ExecutionContext& context);
 
 }  // namespace flipfree
