@@ -59,7 +59,8 @@ class Developer {
       h = mesh_.rotate_ccw(h);
       if (h == b.halfedge) return frame;
     }
-    throw InternalError("layout: input half-edge " + std::to_string(to) + " was not found around its source");
+    throw InternalError("layout: input half-edge " + std::to_string(to) +
+                        " was not found around its source");
   }
   F rotate_cw(F frame, HalfedgeId from, HalfedgeId to) const {
     const CurveStart& a = start(from);
@@ -71,11 +72,12 @@ class Developer {
       turn(frame, angles_[at(h)].cosine, -angles_[at(h)].sine);
       if (h == b.halfedge) return frame;
     }
-    throw InternalError("layout: input half-edge " + std::to_string(to) + " was not found around its source");
+    throw InternalError("layout: input half-edge " + std::to_string(to) +
+                        " was not found around its source");
   }
 
-  // Follows half-edge g of M0 from the frame of start(g); returns the frame of start(opposite(g)). Calls
-  // visit(crossing id, place) in order along g.
+  // Follows half-edge g of M0 from the frame of start(g); returns the frame of start(opposite(g)).
+  // Calls visit(crossing id, place) in order along g.
   template <typename Visit>
   F follow(F frame, HalfedgeId g, const Visit& visit) const {
     const CurveStart& s = start(g);
@@ -90,11 +92,14 @@ class Developer {
     const std::int64_t begin = trace.begin[curve], end = trace.begin[curve + 1];
     for (std::int64_t i = 0; i < end - begin; ++i) {
       const auto id = static_cast<std::size_t>(forward ? begin + i : end - 1 - i);
-      // Against the curve's own direction it is the opposite half-edge through which a face is left.
+      // Against the curve's own direction it is the opposite half-edge through which a face is
+      // left.
       const HalfedgeId recorded = trace.crossings[id].through;
       const HalfedgeId through = forward ? recorded : FlipMesh::opposite_of(recorded);
       for (int k = 0; h != through; ++k) {
-        if (k == 3) throw InternalError("layout: input half-edge " + std::to_string(g) + " jumps between faces");
+        if (k == 3)
+          throw InternalError("layout: input half-edge " + std::to_string(g) +
+                              " jumps between faces");
         to_next(frame, h);
         h = mesh_.next_of(h);
       }
@@ -110,7 +115,8 @@ class Developer {
     to_next(frame, h);
     h = mesh_.next_of(h);
     if (h != start(FlipMesh::opposite_of(g)).halfedge) {
-      throw InternalError("layout: input half-edge " + std::to_string(g) + " ends in the wrong corner");
+      throw InternalError("layout: input half-edge " + std::to_string(g) +
+                          " ends in the wrong corner");
     }
     return frame;
   }
@@ -135,7 +141,8 @@ class Developer {
     f.dx = -f.dx;
     f.dy = -f.dy;
   }
-  // The angle at the source of h in its face, by half-angle formulas that keep small angles relatively accurate.
+  // The angle at the source of h in its face, by half-angle formulas that keep small angles
+  // relatively accurate.
   Angle<Real> corner_angle(HalfedgeId h) const {
     using std::sqrt;
     const Real& a = lengths_[at(h >> 1)];
@@ -143,7 +150,8 @@ class Developer {
     const Real& c = lengths_[at(mesh_.next_of(h) >> 1)];
     const Real zero(0.0), two(2.0);
     const auto positive = [&](const Real& x) { return x > zero ? x : zero; };
-    const Real p = (a > b) ? positive(c - (a - b)) * (c + (a - b)) : positive(c - (b - a)) * (c + (b - a));
+    const Real p =
+        (a > b) ? positive(c - (a - b)) * (c + (a - b)) : positive(c - (b - a)) * (c + (b - a));
     const Real q = positive((a + b) - c) * ((a + b) + c);
     // tan^2(angle / 2) = p / q; cos = (q - p) / (q + p), sin = 2 sqrt(p q) / (p + q).
     const Real sum = p + q;
@@ -162,11 +170,13 @@ template <typename Real>
 struct Front {
   long double size;
   CornerId corner;  // the half-edge of the face to be entered
-  Frame<Real> at_source, at_target;  // frames of start(g) and start(opposite(g)), g the half-edge of `corner`
+  Frame<Real> at_source,
+      at_target;  // frames of start(g) and start(opposite(g)), g the half-edge of `corner`
 };
 
 template <typename Real>
-Layout develop(const LayoutInput& input, std::vector<Real> lengths, const ExecutionContext& context) {
+Layout develop(const LayoutInput& input, std::vector<Real> lengths,
+               const ExecutionContext& context) {
   const std::vector<HalfedgeId>& halfedges = *input.halfedge_of_corner;
   const auto corner_count = static_cast<Index>(halfedges.size());
   const Index face_count = corner_count / 3;
@@ -241,7 +251,8 @@ Layout develop(const LayoutInput& input, std::vector<Real> lengths, const Execut
     return layout.chart_of_face[at(mate / 3)] != kInvalid;
   };
 
-  // Roots: the face with the longest final edge goes first, found by a scan in order of size of one corner.
+  // Roots: the face with the longest final edge goes first, found by a scan in order of size of one
+  // corner.
   std::vector<CornerId> roots(at(face_count));
   {
     std::vector<long double> size(at(face_count));
@@ -254,7 +265,8 @@ Layout develop(const LayoutInput& input, std::vector<Real> lengths, const Execut
       }
       size[at(f)] = largest_here;
     }
-    std::stable_sort(roots.begin(), roots.end(), [&](Index a, Index b) { return size[at(a)] > size[at(b)]; });
+    std::stable_sort(roots.begin(), roots.end(),
+                     [&](Index a, Index b) { return size[at(a)] > size[at(b)]; });
   }
   Index done = 0;
   for (const FaceId root : roots) {
@@ -290,8 +302,10 @@ Layout develop(const LayoutInput& input, std::vector<Real> lengths, const Execut
       const CornerId n = next_corner(c), p = previous_corner(c);
       settle(c, developer.place(front.at_source));
       settle(n, developer.place(front.at_target));
-      const F left = developer.rotate_ccw(front.at_source, g, FlipMesh::opposite_of(halfedges[at(p)]));
-      const F right = developer.rotate_cw(front.at_target, FlipMesh::opposite_of(g), halfedges[at(n)]);
+      const F left =
+          developer.rotate_ccw(front.at_source, g, FlipMesh::opposite_of(halfedges[at(p)]));
+      const F right =
+          developer.rotate_cw(front.at_target, FlipMesh::opposite_of(g), halfedges[at(n)]);
       if (!known(n)) settle(p, developer.place(develop_edge(n, right, false)));
       if (!known(p)) settle(p, developer.place(develop_edge(p, left, true)));
     }
@@ -302,18 +316,23 @@ Layout develop(const LayoutInput& input, std::vector<Real> lengths, const Execut
 
 }  // namespace
 
-// Doubles are developed in 80 bits: the range costs nothing, and the map's rounding is then the only one.
+// Doubles are developed in 80 bits: the range costs nothing, and the map's rounding is then the
+// only one.
 template <>
 Layout lay_out<double>(const LayoutInput& input, const std::vector<double>& lengths,
                        const ExecutionContext& context) {
   return develop(input, std::vector<long double>(lengths.begin(), lengths.end()), context);
 }
 template <typename Real>
-Layout lay_out(const LayoutInput& input, const std::vector<Real>& lengths, const ExecutionContext& context) {
+Layout lay_out(const LayoutInput& input, const std::vector<Real>& lengths,
+               const ExecutionContext& context) {
   return develop(input, lengths, context);
 }
-template Layout lay_out<BigFloat<4>>(const LayoutInput&, const std::vector<BigFloat<4>>&, const ExecutionContext&);
-template Layout lay_out<BigFloat<16>>(const LayoutInput&, const std::vector<BigFloat<16>>&, const ExecutionContext&);
-template Layout lay_out<BigFloat<64>>(const LayoutInput&, const std::vector<BigFloat<64>>&, const ExecutionContext&);
+template Layout lay_out<BigFloat<4>>(const LayoutInput&, const std::vector<BigFloat<4>>&,
+                                     const ExecutionContext&);
+template Layout lay_out<BigFloat<16>>(const LayoutInput&, const std::vector<BigFloat<16>>&,
+                                      const ExecutionContext&);
+template Layout lay_out<BigFloat<64>>(const LayoutInput&, const std::vector<BigFloat<64>>&,
+                                      const ExecutionContext&);
 
 }  // namespace flipfree

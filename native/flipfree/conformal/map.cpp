@@ -52,7 +52,8 @@ OverlayCoordinates replay(const ConformalMetric& metric, const ExecutionContext&
   for (const conformal::FlipRecord& record : metric.flips) {
     if ((++steps & 0xffff) == 0) context.check();
     for (int i = 0; i < record.plain.count; ++i) {
-      coordinates.flip(conformal::IntrinsicMesh::halfedge(record.plain.edges[static_cast<std::size_t>(i)]));
+      coordinates.flip(
+          conformal::IntrinsicMesh::halfedge(record.plain.edges[static_cast<std::size_t>(i)]));
     }
   }
   if (coordinates.current().next != metric.mesh.next) {
@@ -87,8 +88,8 @@ struct Overlay {
   OverlayPositions positions;
 };
 
-Overlay build_overlay(const ConformalMetric& metric, const InputEdges& edges, std::int64_t max_crossings,
-                      const ExecutionContext& context) {
+Overlay build_overlay(const ConformalMetric& metric, const InputEdges& edges,
+                      std::int64_t max_crossings, const ExecutionContext& context) {
   Overlay overlay{replay(metric, context), {}, {}};
   std::vector<HalfedgeId> curves;
   curves.reserve(edges.halfedge.size());
@@ -98,12 +99,14 @@ Overlay build_overlay(const ConformalMetric& metric, const InputEdges& edges, st
   std::vector<long double> scale;
   scale.reserve(metric.mesh.unknown.size());
   for (const VertexId v : metric.mesh.unknown) scale.push_back(u[at(v)]);
-  overlay.positions = locate_crossings(overlay.coordinates, overlay.trace, widen(metric.length), scale, context);
+  overlay.positions =
+      locate_crossings(overlay.coordinates, overlay.trace, widen(metric.length), scale, context);
   return overlay;
 }
 
-Layout lay_out_metric(const ConformalMetric& metric, const Overlay& overlay, const InputEdges& edges,
-                      const Adjacency& adjacency, const EdgeFlags& cuts, const ExecutionContext& context) {
+Layout lay_out_metric(const ConformalMetric& metric, const Overlay& overlay,
+                      const InputEdges& edges, const Adjacency& adjacency, const EdgeFlags& cuts,
+                      const ExecutionContext& context) {
   std::vector<Index> curve_of_edge(metric.initial.edge_count(), kInvalid);
   std::vector<char> cut(metric.initial.edge_count(), 0);
   for (std::size_t e = 0; e < edges.halfedge.size(); ++e) {
@@ -112,13 +115,14 @@ Layout lay_out_metric(const ConformalMetric& metric, const Overlay& overlay, con
     curve_of_edge[at(own)] = static_cast<Index>(e);
     cut[at(own)] = adjacency.opposite[at(h)] == kInvalid || cuts[at(h)];
   }
-  const LayoutInput input{&overlay.coordinates,   &overlay.trace,  &overlay.positions,
+  const LayoutInput input{&overlay.coordinates,   &overlay.trace, &overlay.positions,
                           &metric.input_halfedge, &curve_of_edge, &cut};
-  return std::visit([&](const auto& lengths) { return lay_out(input, lengths, context); }, metric.length);
+  return std::visit([&](const auto& lengths) { return lay_out(input, lengths, context); },
+                    metric.length);
 }
 
-// Turns every chart so that its longest boundary edge is horizontal, sets charts side by side, and scales the whole
-// into the unit square.
+// Turns every chart so that its longest boundary edge is horizontal, sets charts side by side, and
+// scales the whole into the unit square.
 struct Placement {
   std::vector<Place> direction;  // per chart: unit complex number by which it is turned
   std::vector<Place> shift;      // per chart, added after turning
@@ -193,8 +197,9 @@ Placement place_charts(const Layout& layout, const Adjacency& adjacency) {
   return placement;
 }
 
-EdgePointMap to_edge_points(const Layout& layout, const Placement& placement, const Overlay& overlay,
-                            const InputEdges& edges, const Adjacency& adjacency) {
+EdgePointMap to_edge_points(const Layout& layout, const Placement& placement,
+                            const Overlay& overlay, const InputEdges& edges,
+                            const Adjacency& adjacency) {
   EdgePointMap map;
   map.edge_halfedge = edges.halfedge;
   map.edge_of = edges.of_corner;
@@ -220,14 +225,17 @@ EdgePointMap to_edge_points(const Layout& layout, const Placement& placement, co
   return map;
 }
 
-// Where the map is finest among the faces that could not be rounded: 32-bit numbers are finest around zero.
-Place finest_place(const Layout& layout, const Placement& placement, const std::vector<FaceId>& faces) {
+// Where the map is finest among the faces that could not be rounded: 32-bit numbers are finest
+// around zero.
+Place finest_place(const Layout& layout, const Placement& placement,
+                   const std::vector<FaceId>& faces) {
   Place best;
   long double least = std::numeric_limits<long double>::infinity();
   for (const FaceId f : faces) {
     const auto at_corner = [&](Index k) { return layout.corner[at(3 * f + k)]; };
     const Place a = at_corner(0), b = at_corner(1), c = at_corner(2);
-    const long double size = std::max(std::hypot(b.x - a.x, b.y - a.y), std::hypot(c.x - a.x, c.y - a.y));
+    const long double size =
+        std::max(std::hypot(b.x - a.x, b.y - a.y), std::hypot(c.x - a.x, c.y - a.y));
     if (size < least) {
       least = size;
       const Index chart = layout.chart_of_face[at(f)];
@@ -241,21 +249,24 @@ Place finest_place(const Layout& layout, const Placement& placement, const std::
 
 struct RoundedMap {
   RefinedMap map;
-  std::vector<FaceId> too_small;  // input faces that 32 bits cannot hold; the map is then valid in 64 bits at best
+  std::vector<FaceId>
+      too_small;  // input faces that 32 bits cannot hold; the map is then valid in 64 bits at best
 };
 
-// The refinement with the fewest faces that cannot be stored: first in the unit square, then, where that is too
-// coarse, with the origin moved to the finest place. If none can be stored in 32 bits, the best one for 64.
-RoundedMap refine_and_round(const Surface& surface, const Adjacency& adjacency, const Layout& layout,
-                            const Overlay& overlay, const InputEdges& edges, Refinement refinement, Stats& stats,
-                            const ExecutionContext& context) {
+// The refinement with the fewest faces that cannot be stored: first in the unit square, then, where
+// that is too coarse, with the origin moved to the finest place. If none can be stored in 32 bits,
+// the best one for 64.
+RoundedMap refine_and_round(const Surface& surface, const Adjacency& adjacency,
+                            const Layout& layout, const Overlay& overlay, const InputEdges& edges,
+                            Refinement refinement, Stats& stats, const ExecutionContext& context) {
   constexpr int kOrigins = 3;
   Placement placement = place_charts(layout, adjacency);
   Placement best_placement = placement;
   RoundedMap best;
   for (int attempt = 0; attempt < kOrigins; ++attempt) {
     const EdgePointMap points = to_edge_points(layout, placement, overlay, edges, adjacency);
-    RefinedMap refined = refine_map(surface, adjacency, points, refinement, Storage::k64And32, context);
+    RefinedMap refined =
+        refine_map(surface, adjacency, points, refinement, Storage::k64And32, context);
     if (attempt == 0 || refined.invalid.size() < best.too_small.size()) {
       best.too_small = refined.invalid;
       best.map = std::move(refined);
@@ -308,11 +319,13 @@ Error not_storable(const ConformalMetric& metric, const std::vector<FaceId>& fac
   const std::size_t count = std::min<std::size_t>(faces.size(), 1000);
   error.elements.assign(faces.begin(), faces.begin() + static_cast<std::ptrdiff_t>(count));
   error.message = "The metric is computed (largest angle error " + scientific(metric.angle_error) +
-                  "), but its scale factors span a factor of " + scientific(std::exp(metric.scale_range)) +
-                  ", so " + std::to_string(faces.size()) +
+                  "), but its scale factors span a factor of " +
+                  scientific(std::exp(metric.scale_range)) + ", so " +
+                  std::to_string(faces.size()) +
                   " input faces are too small in the map for 32-bit UVs, first face " +
                   std::to_string(faces[0]) +
-                  ". Spread the curvature over more cones (suggest_cones), add cuts, or use the metric as it is.";
+                  ". Spread the curvature over more cones (suggest_cones), add cuts, or use the "
+                  "metric as it is.";
   return error;
 }
 
@@ -330,9 +343,11 @@ ConformalMapResult map_from_metric(const Surface& surface, const std::vector<dou
   CertifyRequest request;
   for (VertexId v = 0; v < vertex_count; ++v) {
     const bool boundary = metric.on_boundary[at(v)];
-    const bool cone = !boundary && std::abs(target_angles[at(v)] - 2 * std::numbers::pi) > options.flat_tolerance;
+    const bool cone =
+        !boundary && std::abs(target_angles[at(v)] - 2 * std::numbers::pi) > options.flat_tolerance;
     if (cone) cones.push_back(v);
-    if (cone || (boundary && target_angles[at(v)] > 0)) request.cone_angles.emplace_back(v, target_angles[at(v)]);
+    if (cone || (boundary && target_angles[at(v)] > 0))
+      request.cone_angles.emplace_back(v, target_angles[at(v)]);
   }
 
   ConformalMapResult result;
@@ -358,7 +373,8 @@ ConformalMapResult map_from_metric(const Surface& surface, const std::vector<dou
   const Layout layout = lay_out_metric(metric, *overlay, edges, adjacency, cuts, context);
   lap("seconds_layout");
   context.report("refinement", 0.5);
-  RoundedMap rounded = refine_and_round(surface, adjacency, layout, *overlay, edges, options.refinement, map.stats, context);
+  RoundedMap rounded = refine_and_round(surface, adjacency, layout, *overlay, edges,
+                                        options.refinement, map.stats, context);
   RefinedMap& refined = rounded.map;
   lap("seconds_refine");
   context.report("certificate", 0.8);
@@ -373,7 +389,8 @@ ConformalMapResult map_from_metric(const Surface& surface, const std::vector<dou
   certify_map(map, surface, request, context);
   lap("seconds_certify");
   map.stats["overlay_crossings"] = static_cast<std::int64_t>(overlay->trace.crossings.size());
-  map.stats["added_vertices"] = static_cast<std::int64_t>(map.surface.vertices.rows()) - vertex_count;
+  map.stats["added_vertices"] =
+      static_cast<std::int64_t>(map.surface.vertices.rows()) - vertex_count;
   map.stats["charts"] = static_cast<std::int64_t>(layout.chart_count);
   map.stats["cones"] = static_cast<std::int64_t>(cones.size());
   map.stats["closing_error"] = layout.closing_error;
@@ -381,21 +398,28 @@ ConformalMapResult map_from_metric(const Surface& surface, const std::vector<dou
   if (!rounded.too_small.empty()) {
     result.failure = not_storable(metric, rounded.too_small);
   } else if (!map.certificate.ok) {
-    result.failure = Error{ErrorCode::kCertificateFailed,
-                           "The map did not pass its certificate: " + map.certificate.failures.front(),
-                           ElementKind::kFace, map.certificate.failed_faces};
+    result.failure =
+        Error{ErrorCode::kCertificateFailed,
+              "The map did not pass its certificate: " + map.certificate.failures.front(),
+              ElementKind::kFace, map.certificate.failed_faces};
   }
   context.report("certificate", 1.0);
   result.metric = std::move(metric);
   return result;
 }
 
-ConformalMapResult conformal_map(const Surface& surface, const std::vector<double>& target_angles,
+ConformalMapResult conformal_map(const Surface& surface, const Points3* lengths,
+                                 const std::vector<double>& target_angles,
                                  const ConformalMapOptions& options, ExecutionContext& context) {
   conformal::ConformalMetric metric;
   {
     const ProgressRange range(context, 0.0, 0.7);
-    metric = conformal::compute_conformal_metric(surface, target_angles, options.metric, context);
+    metric =
+        lengths == nullptr
+            ? conformal::compute_conformal_metric(surface, target_angles, options.metric, context)
+            : conformal::compute_conformal_metric(static_cast<Index>(surface.vertices.rows()),
+                                                  surface.faces, *lengths, target_angles,
+                                                  options.metric, context);
   }
   const ProgressRange range(context, 0.7, 1.0);
   return map_from_metric(surface, target_angles, std::move(metric), options, context);

@@ -75,7 +75,8 @@ class PathForest {
 
  public:
   std::vector<double> distance;
-  std::vector<HalfedgeId> arrival;  // the half-edge, in either direction, along which the path arrives
+  std::vector<HalfedgeId>
+      arrival;  // the half-edge, in either direction, along which the path arrives
 };
 
 Index find_root(std::vector<Index>& parent, Index i) {

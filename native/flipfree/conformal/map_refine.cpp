@@ -11,17 +11,18 @@ namespace {
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
-// Points nearer to each other or to an end than this part of their edge are not told apart: the 32-bit positions that
-// Blender stores could not hold them either.
+// Points nearer to each other or to an end than this part of their edge are not told apart: the
+// 32-bit positions that Blender stores could not hold them either.
 constexpr double kLeastGap = 1e-6;
-// A point is taken out if the triangles around it get no more distorted by it than this (K = |J|^2 / (2 det J), 1 =
-// conformal), or twice what they were.
+// A point is taken out if the triangles around it get no more distorted by it than this (K = |J|^2
+// / (2 det J), 1 = conformal), or twice what they were.
 constexpr double kGoodDistortion = 8.0;
 constexpr int kThinningPasses = 4;
 
 class Refiner {
  public:
-  Refiner(const Surface& input, const Adjacency& adjacency, const EdgePointMap& map, Storage storage)
+  Refiner(const Surface& input, const Adjacency& adjacency, const EdgePointMap& map,
+          Storage storage)
       : input_(input),
         adjacency_(adjacency),
         map_(map),
@@ -71,7 +72,8 @@ class Refiner {
 
   bool is_left(HalfedgeId h) const { return map_.edge_halfedge[at(map_.edge_of[at(h)])] == h; }
 
-  // The face's image as a polygon of its corners and active points, in a frame isometric to the surface.
+  // The face's image as a polygon of its corners and active points, in a frame isometric to the
+  // surface.
   void build_polygon(FaceId f, std::vector<PolygonVertex>& polygon) const {
     polygon.clear();
     const Vector3 a = input_.vertices.row(input_.faces(f, 0));
@@ -128,12 +130,14 @@ class Refiner {
     if (slot_[at(f)] == kInvalid) {
       slot_[at(f)] = static_cast<Index>(triangulations_.size());
       triangulations_.emplace_back();
-      triangulations_.back().push_back({input_.faces(f, 0), input_.faces(f, 1), input_.faces(f, 2)});
+      triangulations_.back().push_back(
+          {input_.faces(f, 0), input_.faces(f, 1), input_.faces(f, 2)});
     }
     return triangulations_[at(slot_[at(f)])];
   }
 
-  // Makes the points of h's edge active that can be told apart from each other; true if any was not before.
+  // Makes the points of h's edge active that can be told apart from each other; true if any was not
+  // before.
   bool activate_edge(HalfedgeId h, bool all) {
     const Index e = map_.edge_of[at(h)];
     const HalfedgeId own = map_.edge_halfedge[at(e)];
@@ -153,11 +157,11 @@ class Refiner {
     for (std::int64_t p = map_.begin[at(e)]; p < map_.begin[at(e) + 1]; ++p) {
       const EdgePoint& point = map_.points[at(p)];
       const double t = point.along.target;
-      const bool keep = active_[at(p)] ||
-                        (t - last >= gap && point.along.source >= gap && !same(point.uv_left, left) &&
-                         !same(point.uv_left, end_left) &&
-                         (other == kInvalid ||
-                          (!same(point.uv_right, right) && !same(point.uv_right, end_right))));
+      const bool keep =
+          active_[at(p)] || (t - last >= gap && point.along.source >= gap &&
+                             !same(point.uv_left, left) && !same(point.uv_left, end_left) &&
+                             (other == kInvalid ||
+                              (!same(point.uv_right, right) && !same(point.uv_right, end_right))));
       if (!keep) continue;
       if (!active_[at(p)]) changed = true;
       active_[at(p)] = 1;
@@ -168,8 +172,8 @@ class Refiner {
     return changed;
   }
 
-  // Adds the points of bad faces until every face has a triangulation or nothing is left to add. Every face enters the
-  // queue at most once more than it has edges.
+  // Adds the points of bad faces until every face has a triangulation or nothing is left to add.
+  // Every face enters the queue at most once more than it has edges.
   void activate(std::vector<FaceId> queue, bool all, const ExecutionContext& context) {
     std::vector<char> waiting(slot_.size(), 0);
     for (const FaceId f : queue) waiting[at(f)] = 1;
@@ -200,14 +204,16 @@ class Refiner {
     }
   }
 
-  // A triangulation that is valid in the input triangle, flips or not: for the report of what failed.
+  // A triangulation that is valid in the input triangle, flips or not: for the report of what
+  // failed.
   void write_anyway(FaceId f) {
     build_polygon(f, polygon_);
     for (PolygonVertex& v : polygon_) v.uv = v.domain;
     std::vector<GlobalTriangle>& out = triangulation(f);
     if (!triangulate_polygon(polygon_, Storage::k64Only, local_)) {
       local_.clear();
-      for (Index i = 1; i + 1 < static_cast<Index>(polygon_.size()); ++i) local_.push_back({0, i, i + 1});
+      for (Index i = 1; i + 1 < static_cast<Index>(polygon_.size()); ++i)
+        local_.push_back({0, i, i + 1});
     }
     out.clear();
     for (const PolygonTriangle& t : local_) {
@@ -254,7 +260,8 @@ class Refiner {
       }
       const Index b = t[(k + 1) % 3], c = t[(k + 2) % 3];
       link.push_back({b, c});
-      worst_before = std::max(worst_before, distortion(polygon_[own], polygon_[position(b)], polygon_[position(c)]));
+      worst_before = std::max(
+          worst_before, distortion(polygon_[own], polygon_[position(b)], polygon_[position(c)]));
     }
     // The fan runs from the point after p on its side to the point before it.
     Index v = polygon_[(own + 1) % n].id;
@@ -332,12 +339,14 @@ RefinedMap Refiner::write() const {
       out.vertex_parent[at(v)] = h / 3;
       out.vertex_barycentric(v, h % 3) = along.source;
       out.vertex_barycentric(v, next % 3) = along.target;
-      out.surface.vertices.row(v) = along.source * input_.vertices.row(input_.faces(h / 3, h % 3)) +
-                                    along.target * input_.vertices.row(input_.faces(h / 3, next % 3));
+      out.surface.vertices.row(v) =
+          along.source * input_.vertices.row(input_.faces(h / 3, h % 3)) +
+          along.target * input_.vertices.row(input_.faces(h / 3, next % 3));
     }
   }
   Index total = 0;
-  for (const Index s : slot_) total += s == kInvalid ? 1 : static_cast<Index>(triangulations_[at(s)].size());
+  for (const Index s : slot_)
+    total += s == kInvalid ? 1 : static_cast<Index>(triangulations_[at(s)].size());
   out.surface.faces.resize(total, 3);
   out.uv.resize(3 * total, 2);
   out.parent_face.resize(at(total));
@@ -354,7 +363,8 @@ RefinedMap Refiner::write() const {
     for (const GlobalTriangle& t : triangulations_[at(slot_[at(f)])]) {
       for (Index k = 0; k < 3; ++k) {
         const Index id = t[at(k)];
-        out.surface.faces(row, k) = id < vertex_count_ ? id : out.edge_vertex[at(id - vertex_count_)];
+        out.surface.faces(row, k) =
+            id < vertex_count_ ? id : out.edge_vertex[at(id - vertex_count_)];
         for (const PolygonVertex& v : polygon) {
           if (v.id == id) out.uv.row(3 * row + k) = Vector2(v.uv[0], v.uv[1]);
         }

@@ -10,13 +10,14 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-// Curves that start at the corner between sides a and b and cross side c, for crossing numbers a, b, c.
+// Curves that start at the corner between sides a and b and cross side c, for crossing numbers a,
+// b, c.
 std::int64_t emanating(std::int64_t a, std::int64_t b, std::int64_t c) {
   return std::max<std::int64_t>(0, c - a - b);
 }
 
-// Curves that cross both a and b. At most one corner of a triangle has emanating curves (two such curves would cross);
-// those of another corner are not counted twice.
+// Curves that cross both a and b. At most one corner of a triangle has emanating curves (two such
+// curves would cross); those of another corner are not counted twice.
 std::int64_t turning(std::int64_t a, std::int64_t b, std::int64_t c) {
   if (c >= a + b) return 0;
   if (a >= b + c) return b;
@@ -99,18 +100,19 @@ void OverlayCoordinates::flip(HalfedgeId h) {
   const std::int64_t ij = crossings(h), jk = crossings(hn), ki = crossings(hp);
   const std::int64_t il = crossings(on), lj = crossings(op);
 
-  // Curves across ij in order from i: in the upper triangle first those that turn around i, then those that end at k,
-  // then those that turn around j; in the lower triangle the same with l. A curve crosses kl if it passes from the
-  // side of i to the side of j, or separates k or l from the diagonal, or starts at i or j into the opposite side.
+  // Curves across ij in order from i: in the upper triangle first those that turn around i, then
+  // those that end at k, then those that turn around j; in the lower triangle the same with l. A
+  // curve crosses kl if it passes from the side of i to the side of j, or separates k or l from the
+  // diagonal, or starts at i or j into the opposite side.
   const std::int64_t up_i = turning(ij, ki, jk), up_k = emanating(jk, ki, ij);
   const std::int64_t low_i = turning(ij, il, lj), low_l = emanating(il, lj, ij);
-  std::int64_t kl = turning(jk, ki, ij) + turning(il, lj, ij)                   // around k, around l
-                    + emanating(ij, ki, jk) + emanating(ij, jk, ki)             // from i or j, upper
-                    + emanating(ij, il, lj) + emanating(ij, lj, il)             // from i or j, lower
-                    + std::max<std::int64_t>(0, up_i - low_i - low_l)           // ki to lj
-                    + std::max<std::int64_t>(0, low_i - up_i - up_k)            // il to jk
-                    + (shared(h) ? 1 : 0);                                      // ij itself
-  if (std::min(up_i + up_k, low_i + low_l) > std::max(up_i, low_i)) kl = -1;    // a curve from k to l
+  std::int64_t kl = turning(jk, ki, ij) + turning(il, lj, ij)                 // around k, around l
+                    + emanating(ij, ki, jk) + emanating(ij, jk, ki)           // from i or j, upper
+                    + emanating(ij, il, lj) + emanating(ij, lj, il)           // from i or j, lower
+                    + std::max<std::int64_t>(0, up_i - low_i - low_l)         // ki to lj
+                    + std::max<std::int64_t>(0, low_i - up_i - up_k)          // il to jk
+                    + (shared(h) ? 1 : 0);                                    // ij itself
+  if (std::min(up_i + up_k, low_i + low_l) > std::max(up_i, low_i)) kl = -1;  // a curve from k to l
   if (kl > (std::int64_t{1} << 60)) {
     throw InternalError("overlay: an edge is crossed more than 2^60 times");
   }

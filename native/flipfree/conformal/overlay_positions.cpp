@@ -25,7 +25,8 @@ Between normalised(long double source, long double target) {
 
 OverlayPositions locate_crossings(const OverlayCoordinates& coordinates, const OverlayTrace& trace,
                                   const std::vector<long double>& lengths,
-                                  const std::vector<long double>& scale, const ExecutionContext& context) {
+                                  const std::vector<long double>& scale,
+                                  const ExecutionContext& context) {
   const FlipMesh& mesh = coordinates.current();
   const auto length = [&](HalfedgeId h) { return lengths[at(h >> 1)]; };
   OverlayPositions positions;
@@ -41,23 +42,27 @@ OverlayPositions locate_crossings(const OverlayCoordinates& coordinates, const O
     ahead.resize(count);
     {
       const HalfedgeId last = FlipMesh::opposite_of(crossings[count - 1].through);
-      // `last` runs target -> source of the crossed half-edge; its next leaves the source, its previous the apex.
+      // `last` runs target -> source of the crossed half-edge; its next leaves the source, its
+      // previous the apex.
       ahead[count - 1] = {length(mesh.next_of(last)), length(mesh.previous_of(last))};
       for (std::size_t i = count - 1; i-- > 0;) {
-        // The triangle between crossings i and i + 1: sides `near` (crossed before) and `far` (crossed after) share
-        // one vertex; the other end of `near` is new as seen from b.
+        // The triangle between crossings i and i + 1: sides `near` (crossed before) and `far`
+        // (crossed after) share one vertex; the other end of `near` is new as seen from b.
         const HalfedgeId near = FlipMesh::opposite_of(crossings[i].through);
         const HalfedgeId far = crossings[i + 1].through;
         const Reach& r = ahead[i + 1];
-        const HalfedgeId third = far == mesh.next_of(near) ? mesh.previous_of(near) : mesh.next_of(near);
+        const HalfedgeId third =
+            far == mesh.next_of(near) ? mesh.previous_of(near) : mesh.next_of(near);
         // b's lengths to the ends of `near` (source(near) = target of the crossed half-edge i).
         if (far == mesh.next_of(near)) {
           // far: source(crossed) -> apex, shared vertex = source(crossed i) = source(far).
-          const long double fresh = (r.source * length(third) + r.target * length(near)) / length(far);
+          const long double fresh =
+              (r.source * length(third) + r.target * length(near)) / length(far);
           ahead[i] = {r.source, fresh};
         } else {
           // far: apex -> target(crossed i), shared vertex = target(far).
-          const long double fresh = (r.target * length(third) + r.source * length(near)) / length(far);
+          const long double fresh =
+              (r.target * length(third) + r.source * length(near)) / length(far);
           ahead[i] = {fresh, r.target};
         }
       }
@@ -71,8 +76,8 @@ OverlayPositions locate_crossings(const OverlayCoordinates& coordinates, const O
       if (i > 0) {
         const HalfedgeId near = FlipMesh::opposite_of(crossings[i - 1].through);
         const HalfedgeId far = crossings[i].through;
-        // Ptolemy across `near`: fresh = (a to one end * opposite side + ...) / near; `behind` is for the crossed
-        // half-edge i - 1, whose source is target(near).
+        // Ptolemy across `near`: fresh = (a to one end * opposite side + ...) / near; `behind` is
+        // for the crossed half-edge i - 1, whose source is target(near).
         const HalfedgeId next = mesh.next_of(near), previous = mesh.previous_of(near);
         const long double apex =
             (behind.source * length(previous) + behind.target * length(next)) / length(near);

@@ -37,8 +37,8 @@ std::vector<CurveStart> find_starts(const OverlayCoordinates& coordinates) {
   return start;
 }
 
-// Position of a curve on half-edge `through`, counted from its source; moves it into the next face. Returns false if
-// the curve ends at the vertex opposite to `through` there.
+// Position of a curve on half-edge `through`, counted from its source; moves it into the next face.
+// Returns false if the curve ends at the vertex opposite to `through` there.
 bool advance(const OverlayCoordinates& coordinates, HalfedgeId& through, std::int64_t& position) {
   const FlipMesh& mesh = coordinates.current();
   const HalfedgeId o = FlipMesh::opposite_of(through);
@@ -76,10 +76,11 @@ OverlayTrace trace_overlay(const OverlayCoordinates& coordinates, std::vector<Ha
       std::int64_t position = coordinates.crossings(s.halfedge) + s.place;
       do {
         if (static_cast<std::int64_t>(trace.crossings.size()) >= max_crossings) {
-          throw_not_converged(ErrorCode::kIterationLimit,
-                              "The common refinement of input and final triangulation has more than " +
-                                  std::to_string(max_crossings) +
-                                  " crossings. Use a finer or better shaped mesh, or milder target angles.");
+          throw_not_converged(
+              ErrorCode::kIterationLimit,
+              "The common refinement of input and final triangulation has more than " +
+                  std::to_string(max_crossings) +
+                  " crossings. Use a finer or better shaped mesh, or milder target angles.");
         }
         if (trace.crossings.size() % 65536 == 65535) context.check();
         trace.crossings.push_back({through});

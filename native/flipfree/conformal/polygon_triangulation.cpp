@@ -9,7 +9,8 @@ namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-// Least-cost triangulation of a simple chain by dynamic programming over its diagonals (Klincsek 1980).
+// Least-cost triangulation of a simple chain by dynamic programming over its diagonals (Klincsek
+// 1980).
 bool triangulate_exactly(const std::vector<PolygonVertex>& p, Storage storage,
                          std::vector<PolygonTriangle>& triangles) {
   const std::size_t n = p.size();
@@ -85,9 +86,11 @@ bool triangulate_by_ears(const std::vector<PolygonVertex>& p, Storage storage,
 
 }  // namespace
 
-bool valid_triangle(const PolygonVertex& a, const PolygonVertex& b, const PolygonVertex& c, Storage storage) {
+bool valid_triangle(const PolygonVertex& a, const PolygonVertex& b, const PolygonVertex& c,
+                    Storage storage) {
   if ((a.sides & b.sides & c.sides) != 0) return false;
-  return (storage == Storage::k64Only || orientation(a.uv32.data(), b.uv32.data(), c.uv32.data()) > 0) &&
+  return (storage == Storage::k64Only ||
+          orientation(a.uv32.data(), b.uv32.data(), c.uv32.data()) > 0) &&
          orientation(a.uv.data(), b.uv.data(), c.uv.data()) > 0 &&
          orientation(a.domain.data(), b.domain.data(), c.domain.data()) > 0;
 }

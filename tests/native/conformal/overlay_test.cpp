@@ -89,7 +89,8 @@ TEST(Overlay, RandomFlipsAndTheirInversesEndWhereTheyBegan) {
     crossings += coordinates.crossings(h);
   }
   for (HalfedgeId h = 0; h < coordinates.current().halfedge_count(); ++h) {
-    if (coordinates.current().rotate_ccw(h) == h) valence_one.insert(coordinates.current().source_of(h));
+    if (coordinates.current().rotate_ccw(h) == h)
+      valence_one.insert(coordinates.current().source_of(h));
   }
   EXPECT_EQ(crossings, static_cast<std::int64_t>(trace.crossings.size()));
   EXPECT_GT(crossings, 500);
@@ -107,8 +108,9 @@ TEST(Overlay, RandomFlipsAndTheirInversesEndWhereTheyBegan) {
   }
 }
 
-// Flips of convex quadrilaterals of a planar triangulation keep edges straight, so curves cross exactly where
-// segments do; Penner lengths are not Euclidean here, only the combinatorics is compared.
+// Flips of convex quadrilaterals of a planar triangulation keep edges straight, so curves cross
+// exactly where segments do; Penner lengths are not Euclidean here, only the combinatorics is
+// compared.
 TEST(Overlay, CrossingsAreThoseOfStraightSegmentsInThePlane) {
   std::mt19937 random(3);
   Surface surface = test::grid(7, 7);
@@ -117,7 +119,9 @@ TEST(Overlay, CrossingsAreThoseOfStraightSegmentsInThePlane) {
     surface.vertices(v, 0) += jitter(random);
     surface.vertices(v, 1) += jitter(random);
   }
-  const auto point = [&](Index v) { return Vector2(surface.vertices(v, 0), surface.vertices(v, 1)); };
+  const auto point = [&](Index v) {
+    return Vector2(surface.vertices(v, 0), surface.vertices(v, 1));
+  };
   OverlayCoordinates coordinates(closed_mesh(surface));
   const auto apex_vertex = static_cast<Index>(surface.vertices.rows());
   const FlipMesh& mesh = coordinates.current();
@@ -125,15 +129,19 @@ TEST(Overlay, CrossingsAreThoseOfStraightSegmentsInThePlane) {
   for (int i = 0; i < 4000; ++i) {
     const auto h = static_cast<HalfedgeId>(random() % static_cast<unsigned>(mesh.halfedge_count()));
     const Index a = mesh.source_of(h), b = mesh.source_of(h ^ 1);
-    const Index k = mesh.source_of(mesh.previous_of(h)), l = mesh.source_of(mesh.previous_of(h ^ 1));
+    const Index k = mesh.source_of(mesh.previous_of(h)),
+                l = mesh.source_of(mesh.previous_of(h ^ 1));
     if (std::max({a, b, k, l}) >= apex_vertex) continue;
-    if (orientation(point(l), point(k), point(a)) <= 0 || orientation(point(k), point(l), point(b)) <= 0) continue;
+    if (orientation(point(l), point(k), point(a)) <= 0 ||
+        orientation(point(k), point(l), point(b)) <= 0)
+      continue;
     coordinates.flip(h);
     ++flips;
   }
   ASSERT_GT(flips, 300);
   ExecutionContext context;
-  const OverlayTrace trace = trace_overlay(coordinates, all_curves(coordinates.input()), 1'000'000, context);
+  const OverlayTrace trace =
+      trace_overlay(coordinates, all_curves(coordinates.input()), 1'000'000, context);
   const auto cross = [&](Index a, Index b, Index c, Index d) {
     if (a == c || a == d || b == c || b == d) return false;
     return orientation(point(a), point(b), point(c)) != orientation(point(a), point(b), point(d)) &&
@@ -154,8 +162,10 @@ TEST(Overlay, CrossingsAreThoseOfStraightSegmentsInThePlane) {
       found.insert(crossing.through >> 1);
       // In order along the curve.
       const Vector2 p = point(a), d = point(b) - p;
-      const Vector2 s = point(mesh.source_of(crossing.through)), e = point(mesh.source_of(crossing.through ^ 1)) - s;
-      const double along = ((s - p).x() * e.y() - (s - p).y() * e.x()) / (d.x() * e.y() - d.y() * e.x());
+      const Vector2 s = point(mesh.source_of(crossing.through)),
+                    e = point(mesh.source_of(crossing.through ^ 1)) - s;
+      const double along =
+          ((s - p).x() * e.y() - (s - p).y() * e.x()) / (d.x() * e.y() - d.y() * e.x());
       EXPECT_GT(along, last);
       // The curve leaves through the half-edge: the face it comes from is on its left.
       EXPECT_LT(e.x() * d.y() - e.y() * d.x(), 0.0);
