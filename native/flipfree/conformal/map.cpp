@@ -143,14 +143,24 @@ Placement place_charts(const Layout& layout, const Adjacency& adjacency) {
   struct Box {
     long double x0 = std::numeric_limits<long double>::infinity(), y0 = x0, x1 = -x0, y1 = -x0;
   };
+  // Of edges that are about as long the first: rounding must not turn the map.
+  constexpr long double kAboutAsLong = 1 - 1e-6L;
   std::vector<Place> longest(at(layout.chart_count), Place{0, 0});
-  for (CornerId c = 0; c < corner_count; ++c) {
-    if (adjacency.opposite[at(c)] != kInvalid) continue;
-    const Place &p = layout.corner[at(c)], &q = layout.corner[at(next_corner(c))];
-    Place& best = longest[at(layout.chart_of_face[at(c / 3)])];
-    const Place d{q.x - p.x, q.y - p.y};
-    if (std::hypot(d.x, d.y) > std::hypot(best.x, best.y)) best = d;
-  }
+  std::vector<long double> most(at(layout.chart_count), 0);
+  const auto over_boundary = [&](const auto& visit) {
+    for (CornerId c = 0; c < corner_count; ++c) {
+      if (adjacency.opposite[at(c)] != kInvalid) continue;
+      const Place &p = layout.corner[at(c)], &q = layout.corner[at(next_corner(c))];
+      visit(at(layout.chart_of_face[at(c / 3)]), Place{q.x - p.x, q.y - p.y});
+    }
+  };
+  over_boundary([&](std::size_t chart, const Place& d) {
+    most[chart] = std::max(most[chart], std::hypot(d.x, d.y));
+  });
+  over_boundary([&](std::size_t chart, const Place& d) {
+    Place& best = longest[chart];
+    if (best.x == 0 && best.y == 0 && std::hypot(d.x, d.y) >= kAboutAsLong * most[chart]) best = d;
+  });
   for (Place& d : longest) {
     const long double norm = std::hypot(d.x, d.y);
     d = norm > 0 ? Place{d.x / norm, -d.y / norm} : Place{1, 0};
