@@ -57,6 +57,17 @@ py::dict to_dict(const Parametrization& map) {
   return d;
 }
 
+std::vector<CornerPin> to_corner_pins(const Array<Index>& corners, const Array<double>& uv) {
+  const Points2 targets = to_matrix<Points2>(uv, "pin_uv");
+  if (corners.size() != targets.rows()) {
+    throw_invalid(ErrorCode::kBadShape, "Pins need one target per corner.");
+  }
+  std::vector<CornerPin> pins;
+  for (py::ssize_t i = 0; i < corners.size(); ++i)
+    pins.push_back({corners.data()[i], targets.row(i).transpose()});
+  return pins;
+}
+
 Surface to_surface(const Array<double>& vertices, const Array<Index>& faces) {
   return {to_matrix<Points3>(vertices, "vertices"), to_matrix<Triangles>(faces, "faces")};
 }

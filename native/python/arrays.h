@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "flipfree/base/types.h"
-#include "flipfree/certify/parametrization.h"
+#include "flipfree/certify/certify.h"
 
 namespace flipfree::python {
 
@@ -39,6 +39,9 @@ pybind11::array from_vector(const std::vector<T>& values) {
 pybind11::dict to_dict(const Certificate& certificate);
 pybind11::dict to_dict(const Stats& stats);
 pybind11::dict to_dict(const Parametrization& map);
+
+// (p,) corner ids and (p,2) targets -> pins.
+std::vector<CornerPin> to_corner_pins(const Array<Index>& corners, const Array<double>& uv);
 
 // (n,3) and (m,3) -> surface.
 Surface to_surface(const Array<double>& vertices, const Array<Index>& faces);

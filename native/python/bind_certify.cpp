@@ -21,10 +21,7 @@ void bind_certify(py::module_& module) {
         CertifyRequest request;
         request.require_bijective = require_bijective;
         request.require_seamless = require_seamless;
-        const Points2 pins = to_matrix<Points2>(pin_uv, "pin_uv");
-        for (py::ssize_t i = 0; i < pin_corners.size(); ++i) {
-          request.pins.push_back({pin_corners.data()[i], pins.row(i).transpose()});
-        }
+        request.pins = to_corner_pins(pin_corners, pin_uv);
         for (py::ssize_t i = 0; i < cone_vertices.size(); ++i) {
           request.cone_angles.emplace_back(cone_vertices.data()[i], cone_angles.data()[i]);
         }

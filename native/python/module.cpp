@@ -4,8 +4,10 @@
 
 #include <new>
 
+#include "arrays.h"
 #include "bindings.h"
 #include "flipfree/base/error.h"
+#include "flipfree/certify/certify.h"
 #include "job.h"
 
 namespace py = pybind11;
@@ -30,11 +32,12 @@ const char* kind_name(ElementKind kind) {
 }
 
 // Raises flipfree.errors.<name>(message, code=..., kind=..., elements=[...]).
-void raise(const char* name, const Error& error) {
+void raise(const char* name, const Error& error, const py::object& certificate = py::none()) {
   const py::object type = py::module_::import("flipfree.errors").attr(name);
   const py::object instance =
       type(error.message, py::arg("code") = std::string(describe(error.code)),
-           py::arg("kind") = kind_name(error.kind), py::arg("elements") = error.elements);
+           py::arg("kind") = kind_name(error.kind), py::arg("elements") = error.elements,
+           py::arg("certificate") = certificate);
   PyErr_SetObject(type.ptr(), instance.ptr());
 }
 
@@ -45,6 +48,9 @@ void translate(std::exception_ptr failure) {
     raise("InvalidInput", e.error());
   } catch (const Infeasible& e) {
     raise("Infeasible", e.error());
+  } catch (const CertificateFailed& e) {
+    const py::object make = py::module_::import("flipfree.results").attr("certificate_from");
+    raise("NotConverged", e.error(), make(to_dict(e.certificate())));
   } catch (const NotConverged& e) {
     raise("NotConverged", e.error());
   } catch (const Cancelled& e) {
@@ -68,4 +74,6 @@ PYBIND11_MODULE(_native, module) {
       .def("progress", &Job::progress)
       .def("result", &Job::result);
   bind_certify(module);
+  bind_conformal_map(module);
+  bind_unwrap(module);
 }

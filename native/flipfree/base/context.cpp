@@ -13,8 +13,10 @@ void ExecutionContext::check() const {
 void ExecutionContext::report(const char* stage, double fraction) {
   const double mapped = begin_ + (end_ - begin_) * std::clamp(fraction, 0.0, 1.0);
   stage_.store(stage, std::memory_order_relaxed);
-  if (mapped > fraction_.load(std::memory_order_relaxed)) {
-    fraction_.store(mapped, std::memory_order_relaxed);
+  // Parts solved side by side may report at once: the largest value wins.
+  double shown = fraction_.load(std::memory_order_relaxed);
+  while (mapped > shown &&
+         !fraction_.compare_exchange_weak(shown, mapped, std::memory_order_relaxed)) {
   }
   check();
 }

@@ -18,12 +18,20 @@ class ExecutionContext {
   std::uint64_t seed = 0;
 
   ExecutionContext() = default;
+  // A context for one part of a job, for example one chart of many solved side by side: it has a
+  // progress of its own, `threads` of its own, and is cancelled with its parent, which must outlive
+  // it.
+  ExecutionContext(const ExecutionContext* parent, int part_threads)
+      : threads(part_threads), seed(parent->seed), parent_(parent) {}
   ExecutionContext(const ExecutionContext&) = delete;
   ExecutionContext& operator=(const ExecutionContext&) = delete;
 
   // From any thread: the solver throws Cancelled at its next check.
   void cancel() { cancelled_.store(true, std::memory_order_relaxed); }
-  bool cancelled() const { return cancelled_.load(std::memory_order_relaxed); }
+  bool cancelled() const {
+    return cancelled_.load(std::memory_order_relaxed) ||
+           (parent_ != nullptr && parent_->cancelled());
+  }
 
   // From the solver: throws Cancelled if somebody asked for it.
   void check() const;
@@ -42,6 +50,7 @@ class ExecutionContext {
   std::atomic<double> fraction_{0.0};
   double begin_ = 0.0;
   double end_ = 1.0;
+  const ExecutionContext* parent_ = nullptr;
 };
 
 // While it lives, fractions reported on `context` cover [begin, end] of the range that was current

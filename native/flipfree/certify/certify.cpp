@@ -250,4 +250,23 @@ void certify_map(Parametrization& map, const Surface& input, const CertifyReques
   map.certificate = certify(request, context);
 }
 
+namespace {
+
+std::string failure_text(const std::string& what, const Certificate& certificate) {
+  std::string text = what + " did not pass its certificate, so nothing is returned.";
+  for (const std::string& failure : certificate.failures) text += " " + failure + ".";
+  return text;
+}
+
+}  // namespace
+
+CertificateFailed::CertificateFailed(const std::string& what, Certificate certificate)
+    : NotConverged({ErrorCode::kCertificateFailed, failure_text(what, certificate),
+                    ElementKind::kFace, certificate.failed_faces}),
+      certificate_(std::move(certificate)) {}
+
+void require_certificate(const Parametrization& map, const char* what) {
+  if (!map.certificate.ok) throw CertificateFailed(what, map.certificate);
+}
+
 }  // namespace flipfree

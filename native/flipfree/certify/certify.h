@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/base/error.h"
 #include "flipfree/certify/certificate.h"
 #include "flipfree/certify/parametrization.h"
 
@@ -46,5 +47,19 @@ Certificate certify(const CertifyRequest& request, const ExecutionContext& conte
 // surface.
 void certify_map(Parametrization& map, const Surface& input, const CertifyRequest& extra,
                  const ExecutionContext& context);
+
+// A finished map that did not pass: carries what was measured.
+class CertificateFailed : public NotConverged {
+ public:
+  CertificateFailed(const std::string& what, Certificate certificate);
+  const Certificate& certificate() const { return certificate_; }
+
+ private:
+  Certificate certificate_;
+};
+
+// Throws CertificateFailed unless map.certificate.ok; `what` names the operation, e.g. "The
+// unwrap".
+void require_certificate(const Parametrization& map, const char* what);
 
 }  // namespace flipfree

@@ -39,6 +39,8 @@ struct MetricOptions {
       0;  // mantissa: 0 = auto (double, then only as many as needed); 53 = double; up to 4096
   int max_iterations = 500;  // Newton steps, all precisions together
   double max_seconds = 0.0;  // give up after so many seconds of wall time; 0 = never
+  bool require_convergence =
+      true;  // throw NotConverged; else return what was reached, converged = false
   bool refine_bad_start =
       true;  // with bits = 0: intrinsic Delaunay refinement when the start is bad (4.6.4)
 };

@@ -23,7 +23,7 @@ std::size_t size(Index i) { return static_cast<std::size_t>(i); }
 }  // namespace
 
 NewtonSystem::NewtonSystem(const Triangles& faces, const std::vector<char>& fixed,
-                           const Points2& /*places*/, ExecutionContext& context)
+                           const Points2& places, ExecutionContext& context)
     : faces_(faces), number_of_(fixed.size(), kInvalid) {
   std::vector<char> used(fixed.size(), 0);
   for (Eigen::Index i = 0; i < faces.size(); ++i) used[size(faces.data()[i])] = 1;
@@ -39,7 +39,11 @@ NewtonSystem::NewtonSystem(const Triangles& faces, const std::vector<char>& fixe
   face_hessian_.resize(kHessianEntries * static_cast<std::size_t>(faces.rows()));
   gradient_.resize(2 * vertex_of_.size());
   if (vertex_of_.empty()) return;
-  cholesky_.analyze(matrix_, context);
+  Points2 place(static_cast<Eigen::Index>(vertex_of_.size()), 2);
+  for (std::size_t i = 0; i < vertex_of_.size(); ++i) {
+    place.row(static_cast<Eigen::Index>(i)) = places.row(vertex_of_[i]);
+  }
+  cholesky_.analyze(matrix_, context, &place);
 }
 
 void NewtonSystem::build_pattern(const Triangles& faces) {

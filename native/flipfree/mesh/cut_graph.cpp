@@ -127,7 +127,15 @@ EdgeFlags planar_cut(const Surface& surface, const Adjacency& adjacency,
     // Twice to the farthest vertex: the ends of a long shortest path, about a diameter.
     root = farthest(paths);
     paths = shortest_paths(faces, full, length, root, context);
-    mark_path(paths, farthest(paths));
+    const VertexId end = farthest(paths);
+    mark_path(paths, end);
+    if (paths.arrival[static_cast<std::size_t>(end)] != kInvalid &&
+        source(faces, paths.arrival[static_cast<std::size_t>(end)]) == root) {
+      // A single edge opens nothing: go on by one more.
+      const HalfedgeId last =
+          full.opposite[static_cast<std::size_t>(paths.arrival[static_cast<std::size_t>(end)])];
+      mark(rotate_ccw(full, last));
+    }
     return cut;
   }
 

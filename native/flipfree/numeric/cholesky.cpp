@@ -1,89 +1,125 @@
 #include "flipfree/numeric/cholesky.h"
 
-#include <cholmod.h>
-
-#include <cstring>
+#include <algorithm>
+#include <optional>
 
 #include "flipfree/base/error.h"
+#include "flipfree/numeric/multifrontal.h"
+#include "flipfree/numeric/nested_dissection.h"
+#include "flipfree/numeric/symbolic_cholesky.h"
 
 namespace flipfree {
-
-struct SparseCholesky::State {
-  cholmod_common common;
-  cholmod_factor* factor = nullptr;
-  bool factorized = false;
-
-  State() {
-    cholmod_start(&common);
-    common.print = 0;
-    common.error_handler = nullptr;
-    common.supernodal = CHOLMOD_SUPERNODAL;
-    common.nmethods = 2;
-    common.method[0].ordering = CHOLMOD_METIS;
-    common.method[1].ordering = CHOLMOD_AMD;
-    common.postorder = 1;
-    common.final_ll = 1;
-  }
-  ~State() {
-    if (factor != nullptr) cholmod_free_factor(&factor, &common);
-    cholmod_finish(&common);
-  }
-  State(const State&) = delete;
-  State& operator=(const State&) = delete;
-};
-
 namespace {
 
-// A view of the lower triangle; nothing is copied.
-cholmod_sparse view(const SparseMatrix& matrix) {
-  cholmod_sparse view;
-  std::memset(&view, 0, sizeof(view));
-  view.nrow = static_cast<std::size_t>(matrix.rows());
-  view.ncol = static_cast<std::size_t>(matrix.cols());
-  view.nzmax = static_cast<std::size_t>(matrix.nonZeros());
-  view.p = const_cast<Index*>(matrix.outerIndexPtr());
-  view.i = const_cast<Index*>(matrix.innerIndexPtr());
-  view.x = const_cast<double*>(matrix.valuePtr());
-  view.stype = -1;
-  view.itype = CHOLMOD_INT;
-  view.xtype = CHOLMOD_REAL;
-  view.dtype = CHOLMOD_DOUBLE;
-  view.sorted = 1;
-  view.packed = 1;
-  return view;
+std::size_t size(Index i) { return static_cast<std::size_t>(i); }
+
+// Lower triangle as sorted ranges, whatever else the matrix stores.
+struct Column {
+  const Index* begin;
+  const Index* end;
+};
+Column lower_column(const SparseMatrix& matrix, Index j) {
+  const Index* begin = matrix.innerIndexPtr() + matrix.outerIndexPtr()[j];
+  const Index* end = matrix.innerIndexPtr() + matrix.outerIndexPtr()[j + 1];
+  return {std::lower_bound(begin, end, j), end};
+}
+
+// Do unknowns 2 i and 2 i + 1 always occur together? Then the graph has half the vertices and a
+// quarter of the edges.
+bool has_pairs(const SparseMatrix& matrix) {
+  if (matrix.rows() % 2 != 0) return false;
+  for (Index j = 0; j < static_cast<Index>(matrix.cols()); j += 2) {
+    const Column even = lower_column(matrix, j);
+    const Column odd = lower_column(matrix, j + 1);
+    if ((even.end - even.begin) % 2 != 0 || even.end - even.begin < 2 || even.begin[0] != j ||
+        even.begin[1] != j + 1) {
+      return false;
+    }
+    if (odd.end - odd.begin != even.end - even.begin - 1 ||
+        !std::equal(odd.begin, odd.end, even.begin + 1)) {
+      return false;
+    }
+    for (const Index* row = even.begin + 2; row != even.end; row += 2) {
+      if (row[0] % 2 != 0 || row[1] != row[0] + 1) return false;
+    }
+  }
+  return true;
+}
+
+Graph graph_of(const SparseMatrix& matrix, Index block) {
+  const Index count = static_cast<Index>(matrix.cols()) / block;
+  Graph graph;
+  graph.offset.assign(size(count) + 1, 0);
+  const auto for_edges = [&](auto visit) {
+    for (Index v = 0; v < count; ++v) {
+      const Column column = lower_column(matrix, block * v);
+      for (const Index* row = column.begin; row != column.end; row += block) {
+        if (*row / block != v) visit(v, *row / block);
+      }
+    }
+  };
+  for_edges([&](Index v, Index u) {
+    ++graph.offset[size(v) + 1];
+    ++graph.offset[size(u) + 1];
+  });
+  for (Index v = 0; v < count; ++v) graph.offset[size(v) + 1] += graph.offset[size(v)];
+  graph.neighbour.resize(size(graph.offset.back()));
+  std::vector<Index> next(graph.offset.begin(), graph.offset.end() - 1);
+  for_edges([&](Index v, Index u) {
+    graph.neighbour[size(next[size(v)]++)] = u;
+    graph.neighbour[size(next[size(u)]++)] = v;
+  });
+  return graph;
 }
 
 }  // namespace
+
+struct SparseCholesky::State {
+  std::optional<Multifrontal> numeric;
+  Index unknowns = 0;
+  bool factorized = false;
+};
 
 SparseCholesky::SparseCholesky() : state_(std::make_unique<State>()) {}
 SparseCholesky::~SparseCholesky() = default;
 SparseCholesky::SparseCholesky(SparseCholesky&&) noexcept = default;
 SparseCholesky& SparseCholesky::operator=(SparseCholesky&&) noexcept = default;
 
-bool SparseCholesky::analyzed() const { return state_->factor != nullptr; }
+bool SparseCholesky::analyzed() const { return state_->numeric.has_value(); }
 
-void SparseCholesky::analyze(const SparseMatrix& matrix, ExecutionContext& context) {
+void SparseCholesky::analyze(const SparseMatrix& matrix, ExecutionContext& context,
+                             const Points2* places) {
   context.check();
-  if (state_->factor != nullptr) cholmod_free_factor(&state_->factor, &state_->common);
-  cholmod_sparse lower = view(matrix);
-  state_->factor = cholmod_analyze(&lower, &state_->common);
+  state_->numeric.reset();
   state_->factorized = false;
-  if (state_->factor == nullptr) {
-    throw_not_converged(ErrorCode::kFactorizationFailed,
-                        "The symbolic analysis of a sparse matrix failed: not enough memory, or "
-                        "too large for 32-bit "
-                        "indices. Split the mesh into smaller charts.");
-  }
+  state_->unknowns = static_cast<Index>(matrix.cols());
+  const Index block = has_pairs(matrix) ? 2 : 1;
+  const Graph graph = graph_of(matrix, block);
   context.check();
+  std::vector<double> place;
+  if (places != nullptr && places->rows() > 0) {
+    // One place per vertex of the graph: the first of each pair, if they came per unknown.
+    const Eigen::Index stride = places->rows() == graph.count() ? 1 : block;
+    place.resize(2 * size(graph.count()));
+    for (Index v = 0; v < graph.count(); ++v) {
+      place[2 * size(v)] = (*places)(stride * v, 0);
+      place[2 * size(v) + 1] = (*places)(stride * v, 1);
+    }
+  }
+  const std::vector<Index> order =
+      nested_dissection(graph, place.empty() ? nullptr : place.data(), context);
+  Supernodes supernodes = analyze_supernodes(graph, order, context);
+  state_->numeric.emplace(std::move(supernodes), block, state_->unknowns, matrix.outerIndexPtr(),
+                          matrix.innerIndexPtr(), context);
 }
 
 bool SparseCholesky::factorize(const SparseMatrix& matrix, ExecutionContext& context) {
   context.check();
-  cholmod_sparse lower = view(matrix);
-  const bool ran = cholmod_factorize(&lower, state_->factor, &state_->common) != 0;
-  state_->factorized =
-      ran && state_->common.status == CHOLMOD_OK && state_->factor->minor == state_->factor->n;
-  context.check();
+  if (!state_->numeric || matrix.cols() != state_->unknowns) {
+    throw InternalError("factorize() without analyze() of the same pattern");
+  }
+  state_->factorized = false;
+  state_->factorized = state_->numeric->factorize(matrix.valuePtr(), context);
   return state_->factorized;
 }
 
@@ -91,25 +127,17 @@ Eigen::MatrixXd SparseCholesky::solve(const Eigen::Ref<const Eigen::MatrixXd>& r
                                       ExecutionContext& context) const {
   context.check();
   if (!state_->factorized) throw InternalError("solve() without a successful factorize()");
-  cholmod_dense b;
-  std::memset(&b, 0, sizeof(b));
-  b.nrow = static_cast<std::size_t>(rhs.rows());
-  b.ncol = static_cast<std::size_t>(rhs.cols());
-  b.d = static_cast<std::size_t>(rhs.outerStride());
-  b.nzmax = b.d * b.ncol;
-  b.x = const_cast<double*>(rhs.data());
-  b.xtype = CHOLMOD_REAL;
-  b.dtype = CHOLMOD_DOUBLE;
-  cholmod_dense* x = cholmod_solve(CHOLMOD_A, state_->factor, &b, &state_->common);
-  if (x == nullptr) throw InternalError("cholmod_solve failed");
-  Eigen::MatrixXd result =
-      Eigen::Map<const Eigen::MatrixXd>(static_cast<const double*>(x->x), rhs.rows(), rhs.cols());
-  cholmod_free_dense(&x, &state_->common);
-  return result;
+  Eigen::MatrixXd x = rhs;
+  state_->numeric->solve(x.data(), static_cast<Index>(x.cols()), context);
+  return x;
 }
 
 std::int64_t SparseCholesky::factor_nonzeros() const {
-  return static_cast<std::int64_t>(state_->common.lnz);
+  return state_->numeric ? state_->numeric->factor_nonzeros() : 0;
+}
+
+double SparseCholesky::factor_flops() const {
+  return state_->numeric ? state_->numeric->flops() : 0;
 }
 
 }  // namespace flipfree

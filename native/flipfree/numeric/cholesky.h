@@ -1,5 +1,9 @@
-// Sparse Cholesky factorization that keeps its symbolic analysis (SuiteSparse/CHOLMOD: Chen, Davis,
-// Hager, Rajamanickam 2008). Symmetric positive definite matrices only.
+// Sparse Cholesky factorization that keeps its symbolic analysis. Symmetric positive definite
+// matrices only.
+//
+// Nested dissection, supernodes, multifrontal numeric phase: nested_dissection.h,
+// symbolic_cholesky.h, multifrontal.h. Of our own, because no library call can be cancelled within
+// its largest front or ordering, and because the bits must not depend on the number of threads.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,23 +24,27 @@ class SparseCholesky {
   SparseCholesky(SparseCholesky&&) noexcept;
   SparseCholesky& operator=(SparseCholesky&&) noexcept;
 
-  // Orders (METIS or AMD, whichever predicts less fill) and analyses the pattern of `matrix`, n x
-  // n, of which the lower triangle is read; compressed, sorted columns. The pattern is kept until
-  // the next call.
-  void analyze(const SparseMatrix& matrix, ExecutionContext& context);
+  // Orders and analyses the pattern of `matrix`, n x n, of which the lower triangle is read;
+  // compressed, sorted columns. The pattern is kept until the next call. Pairs of unknowns (2 i, 2
+  // i + 1) that always occur together are found and handled as one. `places`, if given, is a rough
+  // planar drawing of the unknowns (n x 2) or of those pairs (n / 2 x 2): it speeds the ordering up
+  // and has no influence on correctness.
+  void analyze(const SparseMatrix& matrix, ExecutionContext& context,
+               const Points2* places = nullptr);
   bool analyzed() const;
 
   // Numeric factorization of a matrix with exactly the analysed pattern. False if it is not
   // positive definite to working precision (the factor is then unusable until the next success).
-  // Same bits for any number of threads.
+  // Same bits for any number of threads. Reports progress over the context's current range.
   [[nodiscard]] bool factorize(const SparseMatrix& matrix, ExecutionContext& context);
 
   // Solves A X = B; B is n x k. Requires a successful factorize().
   Eigen::MatrixXd solve(const Eigen::Ref<const Eigen::MatrixXd>& rhs,
                         ExecutionContext& context) const;
 
-  // Nonzeros of the factor predicted by the analysis.
+  // Nonzeros of the factor predicted by the analysis, and the flops of one factorization.
   std::int64_t factor_nonzeros() const;
+  double factor_flops() const;
 
  private:
   struct State;

@@ -5,9 +5,12 @@ Angles in radians. Every result carries a certificate measured with exact predic
 """
 
 from ._native import version as __version__
+from . import jobs
 from .certification import certify
+from .conformal_map import conformal
 from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConverged
 from .results import Certificate, Parametrization, Transitions
+from .unwrapping import unwrap
 
 __all__ = [
     "Cancelled",
@@ -20,4 +23,7 @@ __all__ = [
     "Transitions",
     "__version__",
     "certify",
+    "conformal",
+    "jobs",
+    "unwrap",
 ]

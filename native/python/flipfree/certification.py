@@ -11,7 +11,7 @@ import numpy.typing as npt
 from . import _native
 from .arrays import as_corner_uv, as_floats, as_indices
 from .errors import InvalidInput
-from .jobs import Job, Progress, run
+from .job import Job, Progress, run
 from .results import Certificate, Parametrization, certificate_from
 
 Pins = Mapping[Any, tuple[float, float]]

@@ -1,0 +1,78 @@
+// The metric while it evolves: intrinsic triangulation and lengths in one precision, behind an
+// interface in doubles.
+//
+// The Newton iteration (newton.h) works in double whatever the precision; only what suffers from
+// cancellation is computed in the engine's scalar type: lengths, the Delaunay test where a filter
+// in double leaves it open, and the differences of lengths from which angles follow. Scaling uses
+// factors that are doubles and exact by definition: vertex v's factor exp(u_v / 2) is the product
+// of all factors it was given, so u is known to full precision although every step is a vector of
+// doubles.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/conformal/intrinsic_mesh.h"
+#include "flipfree/conformal/metric.h"
+
+namespace flipfree::conformal {
+
+struct Gradient {
+  std::vector<double> value;  // per unknown: target angle - angle
+  double max_error = 0.0;     // largest |value|; infinite if some angle is not a number
+  // Half-cotangents of the angles opposite each half-edge, times the weight of its face (symmetric
+  // faces count half, copy 2 not at all): what the Hessian is assembled from. Zero on diagonals.
+  std::vector<double> half_cotangent;
+  double noise = 0.0;  // estimate of the rounding error in `value`
+};
+
+class MetricEngine {
+ public:
+  virtual ~MetricEngine() = default;
+
+  virtual int bits() const = 0;
+  virtual const IntrinsicMesh& mesh() const = 0;
+
+  // Multiplies the length of every edge (i, j) by factor[unknown i] * factor[unknown j]; factors
+  // are positive.
+  virtual void scale(const std::vector<double>& factor) = 0;
+  // Ptolemy flips until every edge is Delaunay (Weeks' algorithm, 4.2.4). False if it gave up:
+  // lengths left the exponent range, or the number of flips exceeded a multiple of the number of
+  // edges.
+  virtual bool restore_delaunay(ExecutionContext& context) = 0;
+  // Angles, gradient and cotangents. `accuracy`: absolute error of an angle that is good enough;
+  // below 1e-14 angles are computed in the precision of the engine, else in double from
+  // well-conditioned quotients.
+  virtual void evaluate(double accuracy, Gradient& out) = 0;
+
+  // Flips done so far, of which the first euclidean_flips() are Euclidean.
+  virtual const std::vector<FlipRecord>& flips() const = 0;
+  virtual std::size_t euclidean_flips() const = 0;
+  // Delaunay tests that the filter in double left to the scalar type.
+  virtual std::size_t exact_tests() const = 0;
+
+  // Fills mesh, lengths, u, flips and bits of the result.
+  virtual void finish(ConformalMetric& result) const = 0;
+};
+
+// What an engine starts from: plain data, shared by the rungs of the precision ladder.
+struct EngineInput {
+  IntrinsicSetup setup;
+  Index vertex_count = 0;
+  const Points3* positions = nullptr;  // lengths come from positions,
+  std::vector<double> edge_length;     // or are given per edge of the mesh
+  std::vector<double> target;          // per input vertex
+};
+
+// Starts at u = 0 with the Euclidean intrinsic Delaunay triangulation of the input. bits 53 is
+// double, up to 4096 MPFR.
+std::unique_ptr<MetricEngine> make_engine(const EngineInput& input, int bits,
+                                          ExecutionContext& context);
+std::unique_ptr<MetricEngine> make_double_engine(const EngineInput& input,
+                                                 ExecutionContext& context);
+std::unique_ptr<MetricEngine> make_mpfr_engine(const EngineInput& input, int bits,
+                                               ExecutionContext& context);
+
+}  // namespace flipfree::conformal

@@ -1,0 +1,472 @@
+// MetricEngine over a scalar type. Private to the engines' translation units.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "flipfree/base/error.h"
+#include "flipfree/conformal/engine.h"
+#include "flipfree/conformal/flip_lengths.h"
+#include "flipfree/numeric/scalar.h"
+
+namespace flipfree::conformal {
+
+template <typename T>
+class ScalarEngine final : public MetricEngine {
+ public:
+  ScalarEngine(const EngineInput& input, int bits, ExecutionContext& context)
+      : input_(input), bits_(bits), mesh_(input.setup.mesh) {
+    initialise_lengths();
+    initial_length_ = length_;
+    const std::size_t edges = mesh_.edge_count();
+    queued_.assign(edges, 0);
+    stack_.reserve(edges);
+    factor_product_.assign(static_cast<std::size_t>(input.vertex_count), Traits::make(1.0, bits));
+    if (!flip_to_delaunay<false>(context)) {
+      throw_not_converged(
+          ErrorCode::kIterationLimit,
+          "The intrinsic Delaunay triangulation of the input metric was not reached. Remove "
+          "nearly degenerate triangles from the mesh.");
+    }
+    euclidean_flips_ = flips_.size();
+  }
+
+  int bits() const override { return bits_; }
+  const IntrinsicMesh& mesh() const override { return mesh_; }
+  const std::vector<FlipRecord>& flips() const override { return flips_; }
+  std::size_t euclidean_flips() const override { return euclidean_flips_; }
+  std::size_t exact_tests() const override { return exact_tests_; }
+
+  void scale(const std::vector<double>& factor) override {
+    for (std::size_t v = 0; v < factor_product_.size(); ++v) factor_product_[v] *= T(factor[v]);
+    for (std::size_t e = 0; e < length_.size(); ++e) {
+      const double fi = factor[at(mesh_.unknown[at(mesh_.origin[2 * e])])];
+      const double fj = factor[at(mesh_.unknown[at(mesh_.origin[2 * e + 1])])];
+      length_[e] = (length_[e] * T(fi)) * T(fj);
+    }
+    shadow_valid_ = false;
+  }
+
+  bool restore_delaunay(ExecutionContext& context) override {
+    return flip_to_delaunay<true>(context);
+  }
+
+  void evaluate(double accuracy, Gradient& out) override {
+    if constexpr (!Traits::kIsDouble) {
+      if (accuracy < 1e-14) {
+        evaluate_exactly(out);
+        return;
+      }
+    }
+    const std::size_t unknowns = input_.target.size();
+    out.value.resize(unknowns);
+    std::copy(input_.target.begin(), input_.target.end(), out.value.begin());
+    out.half_cotangent.assign(mesh_.halfedge_count(), 0.0);
+    double smallest = 1.0;
+    bool good = true;
+    for (std::size_t f = 0; f < mesh_.face_count(); ++f) {
+      const double weight = face_weight(f);
+      if (weight == 0.0) continue;
+      HalfedgeId h[3];
+      double x[3];
+      const double radius = shape(f, h, x);
+      if (!(radius > 0.0)) good = false;
+      smallest = std::min(smallest, radius);
+      // tan(angle / 2) = radius / x; the two smallest angles are computed, the third completes pi.
+      const int widest = x[0] <= x[1] ? (x[0] <= x[2] ? 0 : 2) : (x[1] <= x[2] ? 1 : 2);
+      double rest = 0.5 * kPi;
+      double angle[3];
+      for (int k = 0; k < 3; ++k) {
+        const double t = radius / x[k];
+        if (k != widest) {
+          angle[k] = std::atan(t);
+          rest -= angle[k];
+        }
+        if (mesh_.label_of_edge(h[k] >> 1) != EdgeLabel::kDiagonal) {
+          out.half_cotangent[at(h[k])] = 0.25 * weight * (1.0 / t - t);
+        }
+      }
+      angle[widest] = rest;
+      // The angle opposite h[k] sits at the origin of h[k + 2].
+      for (int k = 0; k < 3; ++k) {
+        out.value[unknown_at(h[(k + 2) % 3])] -= 2.0 * weight * angle[k];
+      }
+    }
+    out.noise = noise_of(smallest, 2.2e-16);
+    finish_gradient(out, good);
+  }
+
+  void finish(ConformalMetric& result) const override {
+    result.mesh = mesh_;
+    result.initial = input_.setup.mesh;
+    result.input_halfedge = input_.setup.input_halfedge;
+    result.on_boundary = input_.setup.on_boundary;
+    result.initial_length = initial_length_;
+    result.flips = flips_;
+    result.euclidean_flips = euclidean_flips_;
+    result.bits = bits_;
+    // u = 2 log(product of factors), shifted to mean zero; lengths are shifted with it.
+    using std::exp;
+    using std::log;
+    std::vector<T> u(factor_product_.size());
+    T sum = Traits::make(0.0, bits_);
+    for (std::size_t v = 0; v < u.size(); ++v) {
+      u[v] = T(2.0) * log(factor_product_[v]);
+      sum += u[v];
+    }
+    const T mean = sum / T(static_cast<double>(u.size()));
+    result.scale_factors.resize(u.size());
+    double low = std::numeric_limits<double>::infinity();
+    double high = -low;
+    for (std::size_t v = 0; v < u.size(); ++v) {
+      u[v] -= mean;
+      result.scale_factors[v] = Traits::to_double(u[v]);
+      low = std::min(low, result.scale_factors[v]);
+      high = std::max(high, result.scale_factors[v]);
+    }
+    result.scale_range = high - low;
+    const T shrink = exp(-mean);
+    std::vector<T> length = length_;
+    for (T& l : length) l *= shrink;
+    result.u = std::move(u);
+    result.length = std::move(length);
+    result.flip_counts.fill(0);
+    for (std::size_t i = euclidean_flips_; i < flips_.size(); ++i) {
+      ++result.flip_counts[static_cast<std::size_t>(flips_[i].type)];
+    }
+  }
+
+ private:
+  using Traits = ScalarTraits<T>;
+  static constexpr double kPi = std::numbers::pi;
+  static constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+  static constexpr std::size_t slot(int i) { return static_cast<std::size_t>(i); }
+  std::size_t unknown_at(HalfedgeId h) const { return at(mesh_.unknown[at(mesh_.origin[at(h)])]); }
+
+  void initialise_lengths() {
+    using std::sqrt;
+    const std::size_t edges = mesh_.edge_count();
+    length_.resize(edges);
+    for (std::size_t e = 0; e < edges; ++e) {
+      if (input_.positions == nullptr) {
+        length_[e] = Traits::make(input_.edge_length[e], bits_);
+        continue;
+      }
+      const auto a = input_.positions->row(mesh_.unknown[at(mesh_.origin[2 * e])]);
+      const auto b = input_.positions->row(mesh_.unknown[at(mesh_.origin[2 * e + 1])]);
+      T sum = Traits::make(0.0, bits_);
+      for (int k = 0; k < 3; ++k) {
+        const T d = Traits::make(a[k], bits_) - Traits::make(b[k], bits_);
+        sum += d * d;
+      }
+      length_[e] = sqrt(sum);
+    }
+  }
+
+  double face_weight(std::size_t f) const {
+    if (!mesh_.symmetric()) return 1.0;
+    switch (mesh_.face_label[f]) {
+      case FaceLabel::kOne:
+        return 1.0;
+      case FaceLabel::kTwo:
+        return 0.0;
+      case FaceLabel::kTriangle:
+      case FaceLabel::kQuad:
+        return 0.5;
+    }
+    return 0.0;
+  }
+
+  // Half-edges of a face, x[k] = s - 2 length[k] relative to the perimeter s, and the factor
+  // `radius` with tan(angle opposite k / 2) = radius / x[k]. Not positive if the triangle
+  // inequality fails.
+  double shape(std::size_t f, HalfedgeId h[3], double x[3]) const {
+    h[0] = mesh_.face_halfedge[f];
+    h[1] = mesh_.next[at(h[0])];
+    h[2] = mesh_.next[at(h[1])];
+    const T& a = length_[at(h[0] >> 1)];
+    const T& b = length_[at(h[1] >> 1)];
+    const T& c = length_[at(h[2] >> 1)];
+    const T s = a + b + c;
+    if constexpr (Traits::kIsDouble) {
+      const double inverse = 1.0 / s;
+      x[0] = ((b - a) + c) * inverse;
+      x[1] = ((c - b) + a) * inverse;
+      x[2] = ((a - c) + b) * inverse;
+    } else {
+      x[0] = ratio(b - a + c, s);
+      x[1] = ratio(c - b + a, s);
+      x[2] = ratio(a - c + b, s);
+    }
+    const double product = x[0] * x[1] * x[2];
+    if (!(product > 0.0)) {
+      // Degenerate to working precision: the best reading is a flat triangle whose longest edge
+      // sees pi.
+      for (int k = 0; k < 3; ++k) x[k] = std::max(x[k], 1e-300);
+      return -1e-300;
+    }
+    return std::sqrt(product);
+  }
+
+  double noise_of(double smallest_radius, double angle_error) const {
+    // An angle changes by at most (relative error of lengths) / radius; a few roundings per length.
+    const double length_error = 4.0 * std::ldexp(1.0, -bits_);
+    return length_error / std::max(smallest_radius, 1e-300) + 4.0 * angle_error;
+  }
+
+  static void finish_gradient(Gradient& out, bool good) {
+    out.max_error = 0.0;
+    for (const double g : out.value) {
+      if (!(std::abs(g) <= out.max_error)) out.max_error = std::abs(g);
+    }
+    if (!good || std::isnan(out.max_error)) out.noise = std::numeric_limits<double>::infinity();
+    if (std::isnan(out.max_error)) out.max_error = std::numeric_limits<double>::infinity();
+  }
+
+  // Everything in T, for accuracies beyond double. Target angles are doubles; what their sum misses
+  // of Gauss-Bonnet by rounding is spread evenly, since no metric could meet it.
+  void evaluate_exactly(Gradient& out) {
+    using std::atan2;
+    using std::sqrt;
+    const std::size_t unknowns = input_.target.size();
+    if (exact_target_.empty()) spread_remainder();
+    sums_ = exact_target_;
+    out.value.resize(unknowns);
+    out.half_cotangent.assign(mesh_.halfedge_count(), 0.0);
+    const T half_pi = Traits::pi(bits_) / T(2.0);
+    double smallest = 1.0;
+    bool good = true;
+    for (std::size_t f = 0; f < mesh_.face_count(); ++f) {
+      const double weight = face_weight(f);
+      if (weight == 0.0) continue;
+      HalfedgeId h[3];
+      double x[3];
+      const double radius = shape(f, h, x);
+      smallest = std::min(smallest, radius);
+      if (!(radius > 0.0)) {
+        good = false;
+        continue;
+      }
+      const T& a = length_[at(h[0] >> 1)];
+      const T& b = length_[at(h[1] >> 1)];
+      const T& c = length_[at(h[2] >> 1)];
+      const T s = a + b + c;
+      const T y[3] = {b - a + c, c - b + a, a - c + b};
+      const T r = sqrt((y[0] / s) * y[1] * y[2]);
+      const int widest = x[0] <= x[1] ? (x[0] <= x[2] ? 0 : 2) : (x[1] <= x[2] ? 1 : 2);
+      T rest = half_pi;
+      const T twice = T(2.0 * weight);
+      for (int k = 0; k < 3; ++k) {
+        const double t = radius / x[k];
+        if (mesh_.label_of_edge(h[k] >> 1) != EdgeLabel::kDiagonal) {
+          out.half_cotangent[at(h[k])] = 0.25 * weight * (1.0 / t - t);
+        }
+        if (k == widest) continue;
+        const T angle = atan2(r, y[k]);
+        rest -= angle;
+        sums_[unknown_at(h[(k + 2) % 3])] -= twice * angle;
+      }
+      sums_[unknown_at(h[(widest + 2) % 3])] -= twice * rest;
+    }
+    for (std::size_t v = 0; v < unknowns; ++v) out.value[v] = Traits::to_double(sums_[v]);
+    out.noise = noise_of(smallest, std::ldexp(1.0, 2 - bits_));
+    finish_gradient(out, good);
+  }
+
+  void spread_remainder() {
+    const std::size_t unknowns = input_.target.size();
+    // Angles of all triangles sum to pi per triangle of the user's mesh.
+    const T total =
+        Traits::pi(bits_) * T(static_cast<double>(input_.setup.input_halfedge.size() / 3));
+    T sum = Traits::make(0.0, bits_);
+    for (const double t : input_.target) sum += T(t);
+    const T share = (total - sum) / T(static_cast<double>(unknowns));
+    exact_target_.resize(unknowns);
+    for (std::size_t v = 0; v < unknowns; ++v) exact_target_[v] = T(input_.target[v]) + share;
+  }
+
+  // Sign of the Delaunay criterion (4.4) times the product of the four outer lengths: -1 violated,
+  // +1 satisfied, 0 within rounding. Lengths are taken relative to the edge, so only their ratios
+  // must be representable.
+  static int delaunay_sign(double c, double a, double b, double a2, double b2) {
+    const double inverse = 1.0 / c;
+    a *= inverse;
+    b *= inverse;
+    a2 *= inverse;
+    b2 *= inverse;
+    const double ab = a * b;
+    const double ab2 = a2 * b2;
+    const double left = a * a + b * b;
+    const double right = a2 * a2 + b2 * b2;
+    const double sum = (left - 1.0) * ab2 + (right - 1.0) * ab;
+    // Every operand carries at most a few roundings: 16 half-ulps of the sum of absolute values
+    // bound them all.
+    const double bound = 16.0 * 1.2e-16 * ((left + 1.0) * ab2 + (right + 1.0) * ab);
+    if (sum > bound) return 1;
+    if (sum < -bound) return -1;
+    return 0;
+  }
+
+  bool violates_delaunay(EdgeId e) {
+    const HalfedgeId h = 2 * e;
+    const HalfedgeId hn = mesh_.next[at(h)];
+    const HalfedgeId hp = mesh_.next[at(hn)];
+    const HalfedgeId on = mesh_.next[at(h + 1)];
+    const HalfedgeId op = mesh_.next[at(on)];
+    const std::size_t i[5] = {at(e), at(hn >> 1), at(hp >> 1), at(on >> 1), at(op >> 1)};
+    if constexpr (Traits::kIsDouble) {
+      return delaunay_sign(length_[i[0]], length_[i[1]], length_[i[2]], length_[i[3]],
+                           length_[i[4]]) < 0;
+    } else {
+      if (shadow_valid_) {
+        const int sign = delaunay_sign(shadow_[i[0]], shadow_[i[1]], shadow_[i[2]], shadow_[i[3]],
+                                       shadow_[i[4]]);
+        if (sign != 0) return sign < 0;
+      }
+      ++exact_tests_;
+      const T& c = length_[i[0]];
+      const T& a = length_[i[1]];
+      const T& b = length_[i[2]];
+      const T& a2 = length_[i[3]];
+      const T& b2 = length_[i[4]];
+      const T cc = c * c;
+      const T left = a * a + b * b;
+      const T right = a2 * a2 + b2 * b2;
+      const T ab = a * b;
+      const T ab2 = a2 * b2;
+      const T sum = (left - cc) * ab2 + (right - cc) * ab;
+      const T size = (left + cc) * ab2 + (right + cc) * ab;
+      return sum < T(-std::ldexp(16.0, -bits_)) * size;
+    }
+  }
+
+  // Doubles of all lengths for the filter, unless some leave a safe part of the exponent range.
+  void refresh_shadow() {
+    if constexpr (!Traits::kIsDouble) {
+      shadow_.resize(length_.size());
+      shadow_valid_ = true;
+      for (std::size_t e = 0; e < length_.size(); ++e) {
+        shadow_[e] = Traits::to_double(length_[e]);
+        if (!(shadow_[e] > 1e-280 && shadow_[e] < 1e280)) {
+          shadow_valid_ = false;
+          return;
+        }
+      }
+    }
+  }
+  void update_shadow(EdgeId e) {
+    if constexpr (!Traits::kIsDouble) {
+      if (e == kInvalid || !shadow_valid_) return;
+      shadow_[at(e)] = Traits::to_double(length_[at(e)]);
+      if (!(shadow_[at(e)] > 1e-280 && shadow_[at(e)] < 1e280)) shadow_valid_ = false;
+    }
+  }
+
+  void push(EdgeId e) {
+    if (mesh_.symmetric()) {
+      const EdgeLabel label = mesh_.edge_label[at(e)];
+      if (label == EdgeLabel::kDiagonal) return;
+      if (label == EdgeLabel::kTwo) e = mesh_.reflection[at(2 * e)] >> 1;
+    }
+    if (queued_[at(e)] != 0) return;
+    queued_[at(e)] = 1;
+    stack_.push_back(e);
+  }
+
+  // Terminates: each flip strictly lowers the hyperbolic Delaunay functional (Weeks), and flips
+  // happen only where the criterion is violated beyond rounding; the cap is a guard against what
+  // rounding could still do.
+  template <bool kPtolemy>
+  bool flip_to_delaunay(ExecutionContext& context) {
+    const std::size_t edges = mesh_.edge_count();
+    const std::size_t cap = 100 * edges + 10000;
+    stack_.clear();
+    refresh_shadow();
+    FlipType type = FlipType::kInterior;
+    for (std::size_t e = edges; e-- > 0;) {
+      queued_[e] = 0;
+      if (violates_delaunay(static_cast<EdgeId>(e)) &&
+          flip_type(mesh_, static_cast<EdgeId>(e), type)) {
+        queued_[e] = 1;
+        stack_.push_back(static_cast<EdgeId>(e));
+      }
+    }
+    FlipLengths<T> lengths(length_);
+    std::size_t done = 0;
+    while (!stack_.empty()) {
+      const EdgeId e = stack_.back();
+      stack_.pop_back();
+      queued_[at(e)] = 0;
+      if (!flip_type(mesh_, e, type) || !violates_delaunay(e)) continue;
+      const FlipStencil stencil = flip_stencil(mesh_, e, type);
+      for (std::size_t i = 0; i < 3; ++i) {
+        const EdgeId p = stencil.plain.edges[i];
+        if (p != kInvalid) before_[i] = length_[at(p)];
+      }
+      if constexpr (kPtolemy) {
+        lengths.ptolemy(stencil);
+      } else {
+        lengths.euclidean(stencil);
+      }
+      if (!usable(stencil)) {
+        for (std::size_t i = 0; i < 3; ++i) {
+          const EdgeId p = stencil.plain.edges[i];
+          if (p != kInvalid) length_[at(p)] = before_[i];
+        }
+        return false;
+      }
+      flip_symmetrically(mesh_, stencil);
+      flips_.push_back({type, stencil.plain});
+      update_shadows(stencil);
+      for (int i = 0; i < stencil.plain.count; ++i) {
+        const EdgeId p = stencil.plain.edges[slot(i)];
+        push(p);
+        for (const HalfedgeId h : {2 * p, 2 * p + 1}) {
+          const HalfedgeId n = mesh_.next[at(h)];
+          push(n >> 1);
+          push(mesh_.next[at(n)] >> 1);
+        }
+      }
+      if (++done % 1024 == 0) context.check();
+      if (done > cap) return false;
+    }
+    return true;
+  }
+
+  bool usable(const FlipStencil& s) const {
+    for (const EdgeId e : {s.new_side, s.new_cross, s.new_diagonal, s.new_diagonal2}) {
+      if (e == kInvalid) continue;
+      const T& l = length_[at(e)];
+      if (!Traits::finite(l) || !(l > T(0.0))) return false;
+    }
+    return true;
+  }
+  void update_shadows(const FlipStencil& s) {
+    for (const EdgeId e :
+         {s.e, s.new_side, s.new_side2, s.new_cross, s.new_diagonal, s.new_diagonal2}) {
+      update_shadow(e);
+    }
+  }
+
+  const EngineInput& input_;
+  int bits_;
+  IntrinsicMesh mesh_;
+  std::vector<T> length_;
+  std::array<T, 3> before_;  // lengths that a flip overwrites
+  std::vector<T> initial_length_;
+  std::vector<T> factor_product_;
+  std::vector<T> exact_target_;
+  std::vector<T> sums_;
+  std::vector<double> shadow_;
+  bool shadow_valid_ = false;
+  std::vector<FlipRecord> flips_;
+  std::size_t euclidean_flips_ = 0;
+  std::size_t exact_tests_ = 0;
+  std::vector<char> queued_;
+  std::vector<EdgeId> stack_;
+};
+
+}  // namespace flipfree::conformal

@@ -1,0 +1,59 @@
+// Writes a map that is known at the input's corners and at points along its edges with as little
+// refinement as it can: input triangles that are flip-free as they are stay whole; points are added
+// where they are not, then taken out again wherever the triangles around them stay positive without
+// them.
+//
+// New vertices lie on edges of the input only, so a refined triangle is a triangle fan of its own
+// three sides' points: the provenance (G7) is exact, and whatever triangulation is chosen, a face
+// of positive UV area in every part makes the map locally injective. Every decision is an exact
+// orientation test on both the 64-bit and the 32-bit values.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/conformal/overlay_positions.h"
+#include "flipfree/conformal/polygon_triangulation.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/surface.h"
+
+namespace flipfree {
+
+// A point inside an edge of the input.
+struct EdgePoint {
+  Between along;     // weights of the edge's two ends
+  Vector2 uv_left;   // seen from the edge's half-edge
+  Vector2 uv_right;  // seen from its opposite; equal to the left one away from cuts
+};
+
+// The map before triangulation.
+struct EdgePointMap {
+  Points2 corner_uv;                      // 3 #F x 2
+  std::vector<HalfedgeId> edge_halfedge;  // #E: one half-edge (corner) of each edge
+  std::vector<Index> edge_of;             // 3 #F: edge of every half-edge
+  std::vector<std::int64_t> begin;        // #E + 1: points of edge e in order along its half-edge
+  std::vector<EdgePoint> points;
+};
+
+enum class Refinement {
+  kAuto,   // only where needed
+  kNever,  // the input's triangles, valid or not
+  kFull    // every point, whether needed or not
+};
+
+struct RefinedMap {
+  Surface surface;
+  Points2 uv;                         // 3 #F x 2
+  std::vector<FaceId> parent_face;    // #F
+  std::vector<FaceId> vertex_parent;  // #V
+  Points3 vertex_barycentric;         // #V x 3
+  std::vector<Index> edge_vertex;  // per point of the EdgePointMap: its vertex, kInvalid = left out
+  std::vector<FaceId> invalid;     // input faces without a triangulation that is valid as stored
+};
+
+// Cost: O(#F + points) plus O(k^3) per triangulated polygon of k points, k small after thinning.
+RefinedMap refine_map(const Surface& input, const Adjacency& adjacency, const EdgePointMap& map,
+                      Refinement refinement, Storage storage, const ExecutionContext& context);
+
+}  // namespace flipfree

@@ -1,0 +1,260 @@
+#include "flipfree/conformal/metric.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <string>
+
+#include "flipfree/base/error.h"
+#include "flipfree/conformal/engine.h"
+#include "flipfree/conformal/newton.h"
+#include "flipfree/mesh/validate.h"
+
+namespace flipfree::conformal {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr int kLargestBits = 4096;
+
+std::string text(double value) {
+  char buffer[40];
+  std::snprintf(buffer, sizeof(buffer), "%.6g", value);
+  return buffer;
+}
+
+void check_options(const MetricOptions& options) {
+  if (!(options.tolerance > 0.0) || !std::isfinite(options.tolerance)) {
+    throw_invalid(ErrorCode::kBadOption, "tolerance must be a positive number of radians.");
+  }
+  if (options.bits != 0 && (options.bits < 53 || options.bits > kLargestBits)) {
+    throw_invalid(ErrorCode::kBadOption,
+                  "precision must be \"auto\" or 53 to 4096 mantissa bits, not " +
+                      std::to_string(options.bits) + ".");
+  }
+}
+
+// Positive, finite, one per vertex, and meeting Gauss-Bonnet: the angles of #F triangles sum to pi
+// #F. What rounding leaves of the remainder is spread evenly. Returns the targets to solve for.
+std::vector<double> checked_targets(const std::vector<double>& target, const IntrinsicSetup& setup,
+                                    Index vertex_count, Index face_count, Index euler,
+                                    double tolerance) {
+  if (target.size() != static_cast<std::size_t>(vertex_count)) {
+    throw_invalid(ErrorCode::kBadShape, "target_angles has " + std::to_string(target.size()) +
+                                            " entries for " + std::to_string(vertex_count) +
+                                            " vertices. Give one angle per vertex.");
+  }
+  std::vector<Index> bad;
+  for (std::size_t v = 0; v < target.size(); ++v) {
+    if (!(target[v] > 0.0) || !std::isfinite(target[v])) bad.push_back(static_cast<Index>(v));
+  }
+  if (!bad.empty()) {
+    const Index first = bad.front();
+    if (bad.size() > 1000) bad.resize(1000);
+    throw_invalid(
+        ErrorCode::kBadAngles,
+        "The target angle of vertex " + std::to_string(first) +
+            " is not a positive number. Every angle must be greater than 0 (flat interior is 2 pi, "
+            "straight boundary pi).",
+        ElementKind::kVertex, std::move(bad));
+  }
+  long double sum = 0.0L;
+  long double curvature = 0.0L;
+  for (std::size_t v = 0; v < target.size(); ++v) {
+    sum += target[v];
+    curvature += (setup.on_boundary[v] ? 1.0L : 2.0L) * std::numbers::pi_v<long double> - target[v];
+  }
+  const long double missing = std::numbers::pi_v<long double> * face_count - sum;
+  const double share = static_cast<double>(missing / vertex_count);
+  if (std::abs(share) > std::max(0.5 * tolerance, 1e-12)) {
+    throw_infeasible(ErrorCode::kGaussBonnet,
+                     "The prescribed curvatures sum to " + text(static_cast<double>(curvature)) +
+                         ", but 2 pi times the Euler "
+                         "characteristic " +
+                         std::to_string(euler) + " is " + text(2.0 * kPi * euler) +
+                         " (Gauss-Bonnet). Add " + text(static_cast<double>(missing)) +
+                         " radians (" + text(static_cast<double>(missing) / (0.5 * kPi)) +
+                         " quarter turns) to the sum of the target angles.");
+  }
+  std::vector<double> spread = target;
+  for (double& t : spread) t += share;
+  return spread;
+}
+
+void check_topology(const std::vector<Error>& defects) {
+  if (!defects.empty()) throw InvalidInput(defects.front());
+}
+
+// Lengths per edge from lengths per corner; both sides must agree and every face be a proper
+// triangle.
+std::vector<double> edge_lengths(const IntrinsicSetup& setup, const Points3& lengths) {
+  std::vector<double> result(setup.mesh.edge_count(), 0.0);
+  for (Eigen::Index f = 0; f < lengths.rows(); ++f) {
+    const auto l = lengths.row(f);
+    const bool proper = l.allFinite() && l.minCoeff() > 0.0 && l[0] + l[1] > l[2] &&
+                        l[1] + l[2] > l[0] && l[2] + l[0] > l[1];
+    if (!proper) {
+      throw_invalid(ErrorCode::kZeroAreaFace,
+                    "The lengths of face " + std::to_string(f) + " (" + text(l[0]) + ", " +
+                        text(l[1]) + ", " + text(l[2]) +
+                        ") do not satisfy the strict triangle inequality. Correct them.",
+                    ElementKind::kFace, {static_cast<Index>(f)});
+    }
+    for (int k = 0; k < 3; ++k) {
+      const HalfedgeId h = setup.input_halfedge[static_cast<std::size_t>(3 * f + k)];
+      double& stored = result[static_cast<std::size_t>(h >> 1)];
+      if (stored != 0.0 && std::abs(stored - l[k]) > 1e-12 * stored) {
+        throw_invalid(ErrorCode::kBadShape,
+                      "The two faces at the edge from corner " + std::to_string(k) + " of face " +
+                          std::to_string(f) + " give it different lengths, " + text(stored) +
+                          " and " + text(l[k]) + ". Make them equal.",
+                      ElementKind::kFace, {static_cast<Index>(f)});
+      }
+      if (stored == 0.0) stored = l[k];
+    }
+  }
+  if (setup.mesh.symmetric()) {
+    for (std::size_t e = 0; e < result.size(); ++e) {
+      const HalfedgeId r = setup.mesh.reflection[2 * e];
+      if (result[e] == 0.0) result[e] = result[static_cast<std::size_t>(r >> 1)];
+    }
+  }
+  return result;
+}
+
+Index euler_characteristic(const IntrinsicSetup& setup, Index vertex_count, Index face_count) {
+  const IntrinsicMesh& m = setup.mesh;
+  Index edges = static_cast<Index>(m.edge_count());
+  if (m.symmetric()) {
+    edges =
+        static_cast<Index>(std::count_if(m.edge_label.begin(), m.edge_label.end(),
+                                         [](EdgeLabel label) { return label != EdgeLabel::kTwo; }));
+  }
+  return vertex_count - edges + face_count;
+}
+
+// The precision ladder: Newton in double, and from where rounding decides, with ever more bits.
+ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
+                      ExecutionContext& context) {
+  const Stopwatch watch;
+  ConformalMetric result;
+  std::vector<double> u(static_cast<std::size_t>(input.vertex_count), 0.0);
+  NewtonSystem system;
+  NewtonOptions newton;
+  newton.tolerance = options.tolerance;
+  int bits = options.bits == 0 ? 53 : options.bits;
+  std::size_t exact_tests = 0;
+  int evaluations = 0;
+  int rungs = 0;
+  for (;;) {
+    ++rungs;
+    newton.max_iterations = options.max_iterations - result.iterations;
+    newton.max_seconds =
+        options.max_seconds > 0.0 ? std::max(1e-3, options.max_seconds - watch.seconds()) : 0.0;
+    const std::unique_ptr<MetricEngine> engine = make_engine(input, bits, context);
+    bool reached = true;
+    if (rungs > 1) {
+      std::vector<double> factor(u.size());
+      for (std::size_t v = 0; v < u.size(); ++v) factor[v] = std::exp(0.5 * u[v]);
+      engine->scale(factor);
+      reached = engine->restore_delaunay(context);
+    }
+    NewtonRun run;
+    if (reached) {
+      run = run_newton(*engine, system, newton, u, context);
+      result.iterations += run.iterations;
+      evaluations += run.evaluations;
+      const bool repeated = rungs > 1 && !run.error_history.empty();
+      result.error_history.insert(result.error_history.end(),
+                                  run.error_history.begin() + (repeated ? 1 : 0),
+                                  run.error_history.end());
+    } else {
+      run.end = NewtonEnd::kPrecision;
+      run.error = std::numeric_limits<double>::infinity();
+    }
+    exact_tests += engine->exact_tests();
+    const bool last = run.end != NewtonEnd::kPrecision || options.bits != 0 || bits >= kLargestBits;
+    if (last) {
+      result.converged = run.end == NewtonEnd::kConverged;
+      engine->finish(result);
+      Gradient gradient;
+      engine->evaluate(options.tolerance < 1e-13 ? options.tolerance : 1e-13, gradient);
+      result.angle_error = gradient.max_error;
+      result.angles.resize(u.size());
+      for (std::size_t v = 0; v < u.size(); ++v)
+        result.angles[v] = input.target[v] - gradient.value[v];
+      result.stats["noise"] = run.noise;
+      result.stats["stopped_by"] = std::string(run.end == NewtonEnd::kConverged    ? "tolerance"
+                                               : run.end == NewtonEnd::kPrecision  ? "precision"
+                                               : run.end == NewtonEnd::kIterations ? "iterations"
+                                                                                   : "seconds");
+      break;
+    }
+    bits = bits == 53 ? 128 : std::min(2 * bits, kLargestBits);
+  }
+  result.stats["seconds"] = watch.seconds();
+  result.stats["precision_rungs"] = static_cast<std::int64_t>(rungs);
+  result.stats["evaluations"] = static_cast<std::int64_t>(evaluations);
+  result.stats["factorizations"] = static_cast<std::int64_t>(system.factorizations());
+  result.stats["symbolic_analyses"] = static_cast<std::int64_t>(system.analyses());
+  result.stats["exact_delaunay_tests"] = static_cast<std::int64_t>(exact_tests);
+  result.stats["intrinsic_refinement"] = static_cast<std::int64_t>(0);
+  if (!result.converged && options.require_convergence) {
+    throw_not_converged(ErrorCode::kIterationLimit,
+                        "The conformal metric was not reached: the largest angle error is " +
+                            text(result.angle_error) + " radians after " +
+                            std::to_string(result.iterations) + " Newton steps with " +
+                            std::to_string(result.bits) + " bits (stopped by " +
+                            std::get<std::string>(result.stats["stopped_by"]) + "). " +
+                            (options.bits != 0 ? "Use precision=\"auto\" or more bits."
+                                               : "Spread the curvature over more vertices."));
+  }
+  return result;
+}
+
+ConformalMetric solve(EngineInput& input, const std::vector<double>& target_angles,
+                      Index face_count, const MetricOptions& options, ExecutionContext& context) {
+  const Index euler = euler_characteristic(input.setup, input.vertex_count, face_count);
+  input.target = checked_targets(target_angles, input.setup, input.vertex_count, face_count, euler,
+                                 options.tolerance);
+  return climb(input, options, context);
+}
+
+}  // namespace
+
+ConformalMetric compute_conformal_metric(const Surface& surface,
+                                         const std::vector<double>& target_angles,
+                                         const MetricOptions& options, ExecutionContext& context) {
+  check_options(options);
+  ValidateOptions rules;
+  rules.require_connected = true;
+  rules.allow_isolated_vertices = false;
+  check_topology(find_defects(surface, rules));
+  EngineInput input;
+  input.vertex_count = static_cast<Index>(surface.vertices.rows());
+  input.setup = build_intrinsic_mesh(input.vertex_count, surface.faces);
+  input.positions = &surface.vertices;
+  return solve(input, target_angles, static_cast<Index>(surface.faces.rows()), options, context);
+}
+
+ConformalMetric compute_conformal_metric(Index vertex_count, const Triangles& faces,
+                                         const Points3& lengths,
+                                         const std::vector<double>& target_angles,
+                                         const MetricOptions& options, ExecutionContext& context) {
+  check_options(options);
+  if (lengths.rows() != faces.rows()) {
+    throw_invalid(ErrorCode::kBadShape, "lengths must have one row per face.");
+  }
+  ValidateOptions rules;
+  rules.require_connected = true;
+  rules.allow_isolated_vertices = false;
+  rules.reject_zero_area = false;
+  check_topology(find_defects({Points3::Zero(vertex_count, 3), faces}, rules));
+  EngineInput input;
+  input.vertex_count = vertex_count;
+  input.setup = build_intrinsic_mesh(vertex_count, faces);
+  input.edge_length = edge_lengths(input.setup, lengths);
+  return solve(input, target_angles, static_cast<Index>(faces.rows()), options, context);
+}
+
+}  // namespace flipfree::conformal

@@ -1,0 +1,157 @@
+#include "flipfree/conformal/newton.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace flipfree::conformal {
+namespace {
+
+constexpr double kAlpha = 0.1;       // Armijo-like constant of Algorithm 3
+constexpr double kNormStep = 1e-10;  // below this step the norm decrease is no longer asked for
+constexpr double kSmallestStep = 1e-16;
+
+double dot(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+double norm(const std::vector<double>& a) {
+  // Scaled: gradients of 1e-200 are legitimate with many bits.
+  double largest = 0.0;
+  for (const double x : a) largest = std::max(largest, std::abs(x));
+  if (!(largest > 0.0)) return largest;
+  double sum = 0.0;
+  for (const double x : a) sum += (x / largest) * (x / largest);
+  return largest * std::sqrt(sum);
+}
+
+// The engine on the ray u + step d.
+class Ray {
+ public:
+  Ray(MetricEngine& engine, const std::vector<double>& direction, double accuracy, double tolerance)
+      : engine_(engine), direction_(direction), accuracy_(accuracy), tolerance_(tolerance) {
+    factor_.resize(direction.size());
+  }
+
+  // Moves to `step` and evaluates there. False if the engine could not follow; it is then somewhere
+  // on the ray still.
+  bool move(double step, Gradient& gradient, ExecutionContext& context) {
+    const double change = 0.5 * (step - step_);
+    for (std::size_t v = 0; v < factor_.size(); ++v) factor_[v] = std::exp(change * direction_[v]);
+    engine_.scale(factor_);
+    step_ = step;
+    ++evaluations_;
+    if (!engine_.restore_delaunay(context)) return false;
+    evaluate(gradient);
+    return std::isfinite(gradient.max_error);
+  }
+
+  void evaluate(Gradient& gradient) {
+    engine_.evaluate(accuracy_, gradient);
+    if (tolerance_ < 1e-13 && engine_.bits() > 53 && gradient.max_error < 1e-10) {
+      engine_.evaluate(tolerance_, gradient);
+    }
+  }
+
+  double step() const { return step_; }
+  int evaluations() const { return evaluations_; }
+
+ private:
+  MetricEngine& engine_;
+  const std::vector<double>& direction_;
+  double accuracy_;
+  double tolerance_;
+  double step_ = 0.0;
+  int evaluations_ = 0;
+  std::vector<double> factor_;
+};
+
+// Algorithm 3, LineSearch. The midpoint of the Armijo-like condition is only evaluated when the
+// full step has passed the minimum along the ray: otherwise the full step is taken by the first
+// test of the loop anyway. On return the engine stands at the step taken and `trial` is the
+// gradient there. False if no step can be told from rounding.
+bool line_search(Ray& ray, double first_step, const std::vector<double>& d, const Gradient& start,
+                 Gradient& trial, ExecutionContext& context) {
+  const double slope = dot(d, start.value);
+  const double start_norm = norm(start.value);
+  double step = first_step;
+  double descending = 0.0;  // largest step seen at which the energy still descends
+  bool known = false;       // trial belongs to `step` already
+  for (bool first = true;; first = false) {
+    const bool moved = known || ray.move(step, trial, context);
+    known = false;
+    const double projected = moved ? dot(d, trial.value) : std::numeric_limits<double>::infinity();
+    if (projected <= 0.0) {
+      if (norm(trial.value) < start_norm) return true;
+      if (descending == 0.0) descending = step;
+    } else if (first && moved) {
+      if (ray.move(0.5 * step, trial, context)) {
+        if (0.5 * (projected + dot(d, trial.value)) <= kAlpha * slope) {
+          return ray.move(step, trial, context);
+        }
+        known = true;
+      }
+    }
+    step *= 0.5;
+    if (descending > 0.0 && step < kNormStep * first_step)
+      return ray.move(descending, trial, context);
+    if (step < kSmallestStep * first_step) return false;
+  }
+}
+
+}  // namespace
+
+NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
+                     std::vector<double>& u, ExecutionContext& context) {
+  const Stopwatch watch;
+  NewtonRun run;
+  Gradient gradient;
+  Gradient trial;
+  std::vector<double> direction(u.size(), 0.0);
+  const double accuracy = 1e-13;
+  Ray(engine, direction, accuracy, options.tolerance).evaluate(gradient);
+  run.error_history.push_back(gradient.max_error);
+  const double start_error = std::max(gradient.max_error, options.tolerance);
+  for (;;) {
+    run.error = gradient.max_error;
+    run.noise = gradient.noise;
+    if (run.error <= options.tolerance) {
+      run.end = NewtonEnd::kConverged;
+      return run;
+    }
+    if (run.iterations >= options.max_iterations) return run;
+    if (options.max_seconds > 0.0 && watch.seconds() > options.max_seconds) {
+      run.end = NewtonEnd::kSeconds;
+      return run;
+    }
+    // Most of the way is measured in digits of the error.
+    context.report("conformal metric",
+                   std::clamp(std::log(start_error / run.error) /
+                                  std::log(start_error / options.tolerance + 1.0),
+                              0.0, 1.0));
+    if (gradient.noise > 0.1 * run.error ||
+        !system.solve(engine.mesh(), gradient, direction, context) ||
+        !(dot(direction, gradient.value) < 0.0)) {
+      run.end = NewtonEnd::kPrecision;
+      return run;
+    }
+    double range = 0.0;
+    for (const double x : direction) range = std::max(range, 2.0 * std::abs(x));
+    const double first_step = range > options.max_step_range ? options.max_step_range / range : 1.0;
+    Ray ray(engine, direction, accuracy, options.tolerance);
+    const bool found = line_search(ray, first_step, direction, gradient, trial, context);
+    run.evaluations += ray.evaluations();
+    for (std::size_t v = 0; v < u.size(); ++v) u[v] += ray.step() * direction[v];
+    if (!found) {
+      run.end = NewtonEnd::kPrecision;
+      return run;
+    }
+    std::swap(gradient, trial);
+    ++run.iterations;
+    run.error_history.push_back(gradient.max_error);
+  }
+}
+
+}  // namespace flipfree::conformal

@@ -1,0 +1,43 @@
+// Newton's method with the energy-free line search (thesis 4.3, Algorithm 3) on a MetricEngine.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/stats.h"
+#include "flipfree/conformal/engine.h"
+#include "flipfree/conformal/newton_system.h"
+
+namespace flipfree::conformal {
+
+struct NewtonOptions {
+  double tolerance = 1e-10;
+  int max_iterations = 500;
+  double max_seconds = 0.0;  // 0 = never
+  // A step changes no difference of scale factors by more than this (4.6.1: "the range of the
+  // coefficients"): it keeps factors representable and the flips of one trial few.
+  double max_step_range = 40.0;
+};
+
+enum class NewtonEnd {
+  kConverged,
+  kPrecision,  // rounding decides from here on: go on with more bits
+  kIterations,
+  kSeconds,
+};
+
+struct NewtonRun {
+  NewtonEnd end = NewtonEnd::kIterations;
+  double error = 0.0;
+  double noise = 0.0;
+  int iterations = 0;
+  int evaluations = 0;
+  std::vector<double> error_history;
+};
+
+// Iterates from the engine's present state. `u` receives the sum of the steps (doubles), for
+// another engine to start from. Every step either lowers the convex energy or ends the run. Checks
+// for cancellation in every evaluation.
+NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
+                     std::vector<double>& u, ExecutionContext& context);
+
+}  // namespace flipfree::conformal

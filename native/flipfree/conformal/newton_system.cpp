@@ -1,0 +1,140 @@
+#include "flipfree/conformal/newton_system.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace flipfree::conformal {
+namespace {
+
+constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+void NewtonSystem::assemble(const IntrinsicMesh& mesh, const Gradient& gradient) {
+  const std::size_t n = gradient.value.size();
+  // Edges of copy 2 couple the same unknowns as their mirror images; only their part from symmetric
+  // faces is not zero.
+  unsorted_.clear();
+  for (std::size_t e = 0; e < mesh.edge_count(); ++e) {
+    const Index a = mesh.unknown[at(mesh.origin[2 * e])];
+    const Index b = mesh.unknown[at(mesh.origin[2 * e + 1])];
+    if (a == b || mesh.label_of_edge(static_cast<EdgeId>(e)) == EdgeLabel::kDiagonal) continue;
+    const double w = gradient.half_cotangent[2 * e] + gradient.half_cotangent[2 * e + 1];
+    if (w == 0.0 && mesh.label_of_edge(static_cast<EdgeId>(e)) == EdgeLabel::kTwo) continue;
+    unsorted_.push_back({std::min(a, b), std::max(a, b), w});
+  }
+  // Sorted by (low, high): two stable counting sorts.
+  const auto sort_by = [&](auto key) {
+    bucket_.assign(n + 1, 0);
+    for (const Coupling& c : unsorted_) ++bucket_[at(key(c)) + 1];
+    for (std::size_t i = 0; i < n; ++i) bucket_[i + 1] += bucket_[i];
+    couplings_.resize(unsorted_.size());
+    for (const Coupling& c : unsorted_) couplings_[at(bucket_[at(key(c))]++)] = c;
+    unsorted_.swap(couplings_);
+  };
+  sort_by([](const Coupling& c) { return c.high; });
+  sort_by([](const Coupling& c) { return c.low; });
+  couplings_.clear();
+  for (const Coupling& c : unsorted_) {
+    if (!couplings_.empty() && couplings_.back().low == c.low && couplings_.back().high == c.high) {
+      couplings_.back().weight += c.weight;
+    } else {
+      couplings_.push_back(c);
+    }
+  }
+  // Delaunay weights are not negative; what rounding says otherwise is zero.
+  for (Coupling& c : couplings_) c.weight = std::max(c.weight, 0.0);
+
+  const Index last = static_cast<Index>(n) - 1;
+  matrix_.resize(last, last);
+  matrix_.resizeNonZeros(last + static_cast<Index>(couplings_.size()));
+  Index* outer = matrix_.outerIndexPtr();
+  Index* inner = matrix_.innerIndexPtr();
+  double* value = matrix_.valuePtr();
+  Index position = 0;
+  std::size_t next = 0;
+  for (Index column = 0; column < last; ++column) {
+    outer[column] = position;
+    inner[position] = column;
+    value[position] = 0.0;
+    ++position;
+    for (; next < couplings_.size() && couplings_[next].low == column; ++next) {
+      if (couplings_[next].high == last) continue;
+      inner[position] = couplings_[next].high;
+      value[position] = -couplings_[next].weight;
+      ++position;
+    }
+  }
+  outer[last] = position;
+  matrix_.resizeNonZeros(position);
+  value = matrix_.valuePtr();
+  for (const Coupling& c : couplings_) {
+    value[outer[c.low]] += c.weight;
+    if (c.high != last) value[outer[c.high]] += c.weight;
+  }
+}
+
+double NewtonSystem::residual(const std::vector<double>& g, const std::vector<double>& d,
+                              std::vector<double>& r) const {
+  // r = -g - H d with H d as weighted differences: no cancellation of diagonals.
+  for (std::size_t i = 0; i < g.size(); ++i) r[i] = -g[i];
+  for (const Coupling& c : couplings_) {
+    const double flow = c.weight * (d[at(c.high)] - d[at(c.low)]);
+    r[at(c.low)] += flow;
+    r[at(c.high)] -= flow;
+  }
+  double largest = 0.0;
+  for (std::size_t i = 0; i + 1 < r.size(); ++i) largest = std::max(largest, std::abs(r[i]));
+  return largest;
+}
+
+bool NewtonSystem::solve(const IntrinsicMesh& mesh, const Gradient& gradient,
+                         std::vector<double>& d, ExecutionContext& context) {
+  const std::vector<double>& g = gradient.value;
+  const std::size_t n = g.size();
+  assemble(mesh, gradient);
+  const Index* outer = matrix_.outerIndexPtr();
+  const Index* inner = matrix_.innerIndexPtr();
+  const auto outer_count = at(static_cast<Index>(matrix_.cols()) + 1);
+  const auto inner_count = at(static_cast<Index>(matrix_.nonZeros()));
+  const bool same = analysed_outer_.size() == outer_count &&
+                    analysed_inner_.size() == inner_count &&
+                    std::equal(analysed_outer_.begin(), analysed_outer_.end(), outer) &&
+                    std::equal(analysed_inner_.begin(), analysed_inner_.end(), inner);
+  if (!same) {
+    cholesky_.analyze(matrix_, context);
+    analysed_outer_.assign(outer, outer + outer_count);
+    analysed_inner_.assign(inner, inner + inner_count);
+    ++analyses_;
+  }
+  ++factorizations_;
+  if (!cholesky_.factorize(matrix_, context)) return false;
+
+  const auto last = static_cast<Eigen::Index>(n - 1);
+  Eigen::VectorXd rhs(last);
+  d.assign(n, 0.0);
+  std::vector<double> r(n);
+  double before = residual(g, d, r);
+  // At most three corrections; each must halve the residual.
+  for (int round = 0; round < 4; ++round) {
+    std::copy(r.begin(), r.end() - 1, rhs.data());
+    const Eigen::VectorXd x = cholesky_.solve(rhs, context);
+    for (Eigen::Index i = 0; i < last; ++i) d[static_cast<std::size_t>(i)] += x[i];
+    const double after = residual(g, d, r);
+    if (!std::isfinite(after)) return false;
+    if (after <= 1e-10 * gradient.max_error || after > 0.5 * before) break;
+    before = after;
+  }
+  double low = d[0];
+  double high = d[0];
+  for (const double x : d) {
+    low = std::min(low, x);
+    high = std::max(high, x);
+  }
+  if (!std::isfinite(low) || !std::isfinite(high)) return false;
+  const double middle = 0.5 * (low + high);
+  for (double& x : d) x -= middle;
+  return true;
+}
+
+}  // namespace flipfree::conformal

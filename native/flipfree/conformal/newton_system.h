@@ -1,0 +1,48 @@
+// The Newton direction: cotan Laplacian of the current triangulation, factorized by CHOLMOD,
+// refined in double.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/conformal/engine.h"
+#include "flipfree/numeric/cholesky.h"
+
+namespace flipfree::conformal {
+
+class NewtonSystem {
+ public:
+  // Solves H d = -g up to a constant, d shifted so that its largest and smallest entries are
+  // opposite. The Hessian has the entries -w_ij, w_ij = (cot + cot) / 2 over the edges between
+  // unknowns i and j, and zero row sums; the last unknown is fixed. The symbolic analysis is kept
+  // while the pattern stays, its order while only flips changed it. False if the matrix is not
+  // positive definite to working precision or the solution not finite.
+  bool solve(const IntrinsicMesh& mesh, const Gradient& gradient, std::vector<double>& direction,
+             ExecutionContext& context);
+
+  int analyses() const { return analyses_; }
+  int factorizations() const { return factorizations_; }
+
+ private:
+  void assemble(const IntrinsicMesh& mesh, const Gradient& gradient);
+  double residual(const std::vector<double>& g, const std::vector<double>& d,
+                  std::vector<double>& r) const;
+
+  struct Coupling {
+    Index low;
+    Index high;
+    double weight;
+  };
+  std::vector<Coupling> couplings_;  // one per pair of different unknowns, weight > = 0
+  std::vector<Coupling> unsorted_;
+  std::vector<Index> bucket_;
+  SparseMatrix matrix_;
+  std::vector<Index> analysed_outer_;
+  std::vector<Index> analysed_inner_;
+  SparseCholesky cholesky_;
+  std::size_t order_edges_ = 0;
+  int analyses_ = 0;
+  int factorizations_ = 0;
+};
+
+}  // namespace flipfree::conformal

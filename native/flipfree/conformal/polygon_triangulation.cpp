@@ -1,0 +1,126 @@
+#include "flipfree/conformal/polygon_triangulation.h"
+
+#include <limits>
+
+#include "flipfree/numeric/predicates.h"
+
+namespace flipfree {
+namespace {
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+// Least-cost triangulation of a simple chain by dynamic programming over its diagonals (Klincsek
+// 1980).
+bool triangulate_exactly(const std::vector<PolygonVertex>& p, Storage storage,
+                         std::vector<PolygonTriangle>& triangles) {
+  const std::size_t n = p.size();
+  std::vector<double> cost(n * n, 0.0);
+  std::vector<std::size_t> apex(n * n, 0);
+  for (std::size_t span = 2; span < n; ++span) {
+    for (std::size_t i = 0; i + span < n; ++i) {
+      const std::size_t j = i + span;
+      double best = kNever;
+      for (std::size_t k = i + 1; k < j; ++k) {
+        const double sides = cost[i * n + k] + cost[k * n + j];
+        if (!(sides < best) || !valid_triangle(p[i], p[k], p[j], storage)) continue;
+        const double total = sides + distortion_cost(p[i], p[k], p[j]);
+        if (total < best) {
+          best = total;
+          apex[i * n + j] = k;
+        }
+      }
+      cost[i * n + j] = best;
+    }
+  }
+  if (!(cost[n - 1] < kNever)) return false;
+  std::vector<std::array<std::size_t, 2>> stack{{0, n - 1}};
+  while (!stack.empty()) {
+    const auto [i, j] = stack.back();
+    stack.pop_back();
+    if (j < i + 2) continue;
+    const std::size_t k = apex[i * n + j];
+    triangles.push_back({static_cast<Index>(i), static_cast<Index>(k), static_cast<Index>(j)});
+    stack.push_back({i, k});
+    stack.push_back({k, j});
+  }
+  return true;
+}
+
+bool triangulate_by_ears(const std::vector<PolygonVertex>& p, Storage storage,
+                         std::vector<PolygonTriangle>& triangles) {
+  std::vector<Index> left(p.size());
+  for (std::size_t i = 0; i < p.size(); ++i) left[i] = static_cast<Index>(i);
+  const auto at = [&](std::size_t i) -> const PolygonVertex& {
+    return p[static_cast<std::size_t>(left[i % left.size()])];
+  };
+  const auto ear_cost = [&](std::size_t i) {
+    const std::size_t n = left.size();
+    const PolygonVertex &a = at(i + n - 1), &b = at(i), &c = at(i + 1);
+    if (!valid_triangle(a, b, c, storage)) return kNever;
+    // Relative to its own area: a sliver is as bad small as large.
+    const double area = (b.domain[0] - a.domain[0]) * (c.domain[1] - a.domain[1]) -
+                        (b.domain[1] - a.domain[1]) * (c.domain[0] - a.domain[0]);
+    return distortion_cost(a, b, c) / area;
+  };
+  std::vector<double> cost(p.size());
+  for (std::size_t i = 0; i < p.size(); ++i) cost[i] = ear_cost(i);
+  while (left.size() > 3) {
+    const std::size_t n = left.size();
+    std::size_t best = 0;
+    for (std::size_t i = 1; i < n; ++i) {
+      if (cost[i] < cost[best]) best = i;
+    }
+    if (!(cost[best] < kNever)) return false;
+    triangles.push_back({left[(best + n - 1) % n], left[best], left[(best + 1) % n]});
+    left.erase(left.begin() + static_cast<std::ptrdiff_t>(best));
+    cost.erase(cost.begin() + static_cast<std::ptrdiff_t>(best));
+    const std::size_t m = left.size();
+    const std::size_t before = (best + m - 1) % m, after = best % m;
+    cost[before] = ear_cost(before);
+    cost[after] = ear_cost(after);
+  }
+  if (!valid_triangle(at(0), at(1), at(2), storage)) return false;
+  triangles.push_back({left[0], left[1], left[2]});
+  return true;
+}
+
+}  // namespace
+
+bool valid_triangle(const PolygonVertex& a, const PolygonVertex& b, const PolygonVertex& c,
+                    Storage storage) {
+  if ((a.sides & b.sides & c.sides) != 0) return false;
+  return (storage == Storage::k64Only ||
+          orientation(a.uv32.data(), b.uv32.data(), c.uv32.data()) > 0) &&
+         orientation(a.uv.data(), b.uv.data(), c.uv.data()) > 0 &&
+         orientation(a.domain.data(), b.domain.data(), c.domain.data()) > 0;
+}
+
+double distortion_cost(const PolygonVertex& a, const PolygonVertex& b, const PolygonVertex& c) {
+  const double e1x = b.domain[0] - a.domain[0], e1y = b.domain[1] - a.domain[1];
+  const double e2x = c.domain[0] - a.domain[0], e2y = c.domain[1] - a.domain[1];
+  const double f1x = b.uv[0] - a.uv[0], f1y = b.uv[1] - a.uv[1];
+  const double f2x = c.uv[0] - a.uv[0], f2y = c.uv[1] - a.uv[1];
+  const double area = e1x * e2y - e1y * e2x;
+  const double image = f1x * f2y - f1y * f2x;
+  // |J|^2 = |f1 (x) e2' - f2 (x) e1'|^2 / area^2 with e' the quarter-turned edges.
+  const double j00 = f1x * e2y - f2x * e1y, j01 = f2x * e1x - f1x * e2x;
+  const double j10 = f1y * e2y - f2y * e1y, j11 = f2y * e1x - f1y * e2x;
+  const double squared = (j00 * j00 + j01 * j01 + j10 * j10 + j11 * j11) / area;
+  const double cost = squared / (2.0 * image);  // = |J|^2 area / (2 det J), det J = image / area
+  return cost > 0.0 && cost < kNever ? cost : 1e300;
+}
+
+bool triangulate_polygon(const std::vector<PolygonVertex>& polygon, Storage storage,
+                         std::vector<PolygonTriangle>& triangles) {
+  triangles.clear();
+  if (polygon.size() < 3) return false;
+  if (polygon.size() == 3) {
+    if (!valid_triangle(polygon[0], polygon[1], polygon[2], storage)) return false;
+    triangles.push_back({0, 1, 2});
+    return true;
+  }
+  if (polygon.size() <= kExactPolygon) return triangulate_exactly(polygon, storage, triangles);
+  return triangulate_by_ears(polygon, storage, triangles);
+}
+
+}  // namespace flipfree

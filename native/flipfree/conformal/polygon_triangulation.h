@@ -1,0 +1,41 @@
+// Triangulates the image of one input triangle whose sides carry points: a polygon in the UV plane.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "flipfree/base/types.h"
+
+namespace flipfree {
+
+struct PolygonVertex {
+  Index id = kInvalid;     // the caller's name for it
+  std::uint8_t sides = 0;  // bit k: lies on side k of the input triangle (corners lie on two)
+  std::array<double, 2>
+      domain{};  // place in the input triangle, any affine frame of positive orientation
+  std::array<double, 2> uv{};
+  std::array<float, 2> uv32{};
+};
+using PolygonTriangle = std::array<Index, 3>;  // positions in the polygon
+
+// Which values must be positive.
+enum class Storage { k64And32, k64Only };
+
+// Is (a, b, c) strictly positive in UV and not flat in the input triangle? Exact.
+bool valid_triangle(const PolygonVertex& a, const PolygonVertex& b, const PolygonVertex& c,
+                    Storage storage);
+
+// Conformal distortion of (a, b, c): (|J|^2 / (2 det J)) times the domain's area; >= the area. Any
+// frame of the domain that is isometric to the surface gives the same.
+double distortion_cost(const PolygonVertex& a, const PolygonVertex& b, const PolygonVertex& c);
+
+// Triangles of least summed cost, all valid; false if there are none. The polygon's vertices are in
+// counter-clockwise order; it may overlap itself, as long as the triangles are valid. Cost: O(k^3)
+// up to kExactPolygon vertices, above that O(k^2) by cutting the best valid ear, which may miss a
+// solution.
+inline constexpr std::size_t kExactPolygon = 48;
+bool triangulate_polygon(const std::vector<PolygonVertex>& polygon, Storage storage,
+                         std::vector<PolygonTriangle>& triangles);
+
+}  // namespace flipfree

@@ -1,0 +1,278 @@
+#include "flipfree/embedding/embed.h"
+
+#include <algorithm>
+#include <string>
+
+#include "flipfree/base/error.h"
+#include "flipfree/embedding/chords.h"
+#include "flipfree/embedding/planar_map.h"
+#include "flipfree/embedding/progressive.h"
+#include "flipfree/embedding/tutte.h"
+#include "flipfree/mesh/adjacency.h"
+
+namespace flipfree {
+namespace {
+
+using Size = std::size_t;
+
+// More bad faces than this share: repairing them costs more, and gives worse maps, than starting
+// from nothing.
+constexpr double kRepairableShare = 0.02;
+
+void require_disk_with_boundary(const Triangles& faces, Index vertex_count,
+                                const std::vector<VertexId>& loop, const Points2& boundary) {
+  if (static_cast<Index>(loop.size()) != boundary.rows()) {
+    throw_invalid(ErrorCode::kBadBoundary,
+                  "The boundary loop has " + std::to_string(loop.size()) + " vertices, but " +
+                      std::to_string(boundary.rows()) +
+                      " positions were given. Give one position per vertex.");
+  }
+  std::vector<Index> place(static_cast<Size>(vertex_count), kInvalid);
+  for (Size i = 0; i < loop.size(); ++i) {
+    if (loop[i] < 0 || loop[i] >= vertex_count) {
+      throw_invalid(
+          ErrorCode::kIndexOutOfRange,
+          "The boundary loop names vertex " + std::to_string(loop[i]) + ", which does not exist.",
+          ElementKind::kVertex, {loop[i]});
+    }
+    if (place[static_cast<Size>(loop[i])] != kInvalid) {
+      throw_invalid(
+          ErrorCode::kBadBoundary,
+          "The boundary loop passes vertex " + std::to_string(loop[i]) + " twice. List it once.",
+          ElementKind::kVertex, {loop[i]});
+    }
+    place[static_cast<Size>(loop[i])] = static_cast<Index>(i);
+  }
+  const Adjacency adjacency = build_adjacency(vertex_count, faces);
+  Index edges = 0;
+  Index used = 0;
+  Index boundary_edges = 0;
+  for (const HalfedgeId h : adjacency.vertex_halfedge) used += h != kInvalid;
+  for (HalfedgeId h = 0; h < faces.size(); ++h) {
+    const HalfedgeId o = adjacency.opposite[static_cast<Size>(h)];
+    edges += o < h;  // also counts boundary edges: kInvalid < h
+    if (o != kInvalid) continue;
+    ++boundary_edges;
+    const Index i = place[static_cast<Size>(source(faces, h))];
+    const Index j = place[static_cast<Size>(target(faces, h))];
+    if (i != kInvalid && j == (i + 1) % static_cast<Index>(loop.size())) continue;
+    throw_invalid(
+        ErrorCode::kBadBoundary,
+        "The boundary edge from vertex " + std::to_string(source(faces, h)) + " to " +
+            std::to_string(target(faces, h)) +
+            " is not in the boundary loop. List the whole boundary in order, surface on the left.",
+        ElementKind::kEdge, {source(faces, h), target(faces, h)});
+  }
+  if (boundary_edges != static_cast<Index>(loop.size()) ||
+      used - edges + static_cast<Index>(faces.rows()) != 1) {
+    throw_invalid(ErrorCode::kNotADisk,
+                  "The mesh is not a disk with this boundary. Cut it open to a disk first.");
+  }
+}
+
+// Faces whose vertices all lie on the boundary have no freedom: they must be positive as they are.
+void require_positive_fixed_faces(const PlanarMap& map) {
+  for (FaceId f = 0; f < map.mesh.face_count(); ++f) {
+    const VertexId a = map.mesh.source(3 * f);
+    const VertexId b = map.mesh.source(3 * f + 1);
+    const VertexId c = map.mesh.source(3 * f + 2);
+    if (!map.mesh.is_boundary(a) || !map.mesh.is_boundary(b) || !map.mesh.is_boundary(c)) continue;
+    if (map.positive(f)) continue;
+    throw_infeasible(ErrorCode::kNoRoomInPolygon,
+                     "Face " + std::to_string(f) + " has all its vertices (" + std::to_string(a) +
+                         ", " + std::to_string(b) + ", " + std::to_string(c) +
+                         ") on the boundary, and their positions, as given or rounded to 32 bits, "
+                         "do not turn left. "
+                         "Move them apart, or nearer to the origin.",
+                     ElementKind::kFace, {f});
+  }
+}
+
+Size count_bad(const PlanarMap& map) {
+  Size bad = 0;
+  for (FaceId f = 0; f < map.mesh.face_count(); ++f) bad += !map.positive(f);
+  return bad;
+}
+
+void set_rung(Stats& stats, const char* name) { stats["rung"] = std::string(name); }
+
+class Ladder {
+ public:
+  Ladder(Embedding& result, Index vertex_count, const std::vector<VertexId>& loop,
+         const Points2& boundary, const EmbedOptions& options, ExecutionContext& context,
+         Stats& stats)
+      : result_(result),
+        vertex_count_(vertex_count),
+        loop_(loop),
+        boundary_(boundary),
+        options_(options),
+        context_(context),
+        stats_(stats) {}
+
+  void climb() {
+    switch (options_.method) {
+      case EmbedMethod::kTutte:
+        tutte();
+        return;
+      case EmbedMethod::kProgressive:
+        progressive();
+        return;
+      case EmbedMethod::kLadder:
+        break;
+    }
+    if (tutte()) return;
+    if (repair()) return;
+    from_nothing();
+  }
+
+ private:
+  PlanarMap start_map(const Points2& uv) {
+    PlanarMap map = make_planar_map(result_.faces, loop_, uv, options_.float32);
+    require_positive_fixed_faces(map);
+    return map;
+  }
+
+  // Initial map if there is one, else Tutte's. True: certified. Else uv_ and bad_ describe the best
+  // so far.
+  bool tutte() {
+    Stopwatch watch;
+    uv_ = initial_or_tutte();
+    stats_["seconds_tutte"] = watch.seconds();
+    PlanarMap map = start_map(uv_);
+    bad_ = count_bad(map);
+    stats_["tutte_flips"] = static_cast<std::int64_t>(bad_);
+    if (options_.method == EmbedMethod::kTutte || bad_ == 0) {
+      set_rung(stats_, options_.initial != nullptr ? "initial" : "tutte");
+      result_.uv = options_.method == EmbedMethod::kTutte ? uv_ : map.uv;
+      return true;
+    }
+    return false;
+  }
+
+  bool repair() {
+    const double share = static_cast<double>(bad_) / static_cast<double>(result_.faces.rows());
+    if (share > kRepairableShare) return false;
+    try {
+      PlanarMap map = start_map(uv_);
+      ProgressiveOptions options;
+      options.start = ProgressiveStart::kRepair;
+      return finish(map, options, "repair");
+    } catch (const NotConverged&) {
+      return false;
+    } catch (const Infeasible&) {
+      return false;  // decided again, and named, where nothing else is in the way
+    }
+  }
+
+  void from_nothing() {
+    PlanarMap map = start_map(boundary_only());
+    ProgressiveOptions options;
+    options.start = ProgressiveStart::kNothing;
+    if (!finish(map, options, "progressive")) {
+      throw_not_converged(ErrorCode::kCertificateFailed,
+                          "The embedding is not flip-free after all insertions.");
+    }
+  }
+
+  void progressive() {
+    if (options_.initial == nullptr && !options_.start_from_tutte) return from_nothing();
+    try {
+      PlanarMap map = start_map(initial_or_tutte());
+      stats_["tutte_flips"] = static_cast<std::int64_t>(count_bad(map));
+      ProgressiveOptions options;
+      options.start = ProgressiveStart::kInitial;
+      if (finish(map, options, "progressive")) return;
+    } catch (const NotConverged&) {
+      stats_["restarts"] = std::int64_t{1};
+    } catch (const Infeasible&) {
+      stats_["restarts"] = std::int64_t{1};
+    }
+    from_nothing();
+  }
+
+  bool finish(PlanarMap& map, const ProgressiveOptions& options, const char* rung) {
+    progressive_embedding(map, options, context_, stats_);
+    if (count_bad(map) > 0) return false;
+    result_.uv = map.uv;
+    set_rung(stats_, rung);
+    return true;
+  }
+
+  Points2 boundary_only() const {
+    Points2 uv = Points2::Zero(vertex_count_, 2);
+    for (Size i = 0; i < loop_.size(); ++i) uv.row(loop_[i]) = boundary_.row(static_cast<Index>(i));
+    return uv;
+  }
+
+  Points2 initial_or_tutte() {
+    if (options_.initial == nullptr) {
+      return tutte_uniform(result_.faces, vertex_count_, loop_, boundary_, context_);
+    }
+    Points2 uv = boundary_only();
+    const Index given = static_cast<Index>(options_.initial->rows());
+    for (VertexId v = 0; v < given; ++v) {
+      if (std::find(loop_.begin(), loop_.end(), v) == loop_.end())
+        uv.row(v) = options_.initial->row(v);
+    }
+    for (Size k = 0; k < result_.added.size(); ++k) {
+      const AddedVertex& added = result_.added[k];
+      uv.row(given + static_cast<Index>(k)) =
+          (1 - added.t) * uv.row(added.a) + added.t * uv.row(added.b);
+    }
+    return uv;
+  }
+
+  Embedding& result_;
+  Index vertex_count_;
+  const std::vector<VertexId>& loop_;
+  const Points2& boundary_;
+  const EmbedOptions& options_;
+  ExecutionContext& context_;
+  Stats& stats_;
+  Points2 uv_;
+  Size bad_ = 0;
+};
+
+}  // namespace
+
+Embedding embed_disk_refined(const Triangles& faces, Index vertex_count,
+                             const std::vector<VertexId>& loop, const Points2& boundary,
+                             const EmbedOptions& options, ExecutionContext& context, Stats& stats) {
+  require_disk_with_boundary(faces, vertex_count, loop, boundary);
+  require_convex(boundary, loop);
+  if (options.initial != nullptr &&
+      (options.initial->rows() != vertex_count || !options.initial->allFinite())) {
+    throw_invalid(ErrorCode::kBadShape,
+                  "The initial map must have one finite position per vertex (" +
+                      std::to_string(vertex_count) + ").");
+  }
+  context.report("Embedding", 0.0);
+  Stopwatch watch;
+  const std::vector<HalfedgeId> chords =
+      chords_to_split(faces, vertex_count, loop, boundary, options.float32);
+  Embedding result = split_edges(faces, vertex_count, chords);
+  stats["added_vertices"] = static_cast<std::int64_t>(result.added.size());
+  const Index total = vertex_count + static_cast<Index>(result.added.size());
+  Ladder(result, total, loop, boundary, options, context, stats).climb();
+  stats["seconds_embedding"] = watch.seconds();
+  context.report("Embedding", 1.0);
+  return result;
+}
+
+Points2 embed_disk(const Triangles& faces, Index vertex_count, const std::vector<VertexId>& loop,
+                   const Points2& boundary, const EmbedOptions& options, ExecutionContext& context,
+                   Stats& stats) {
+  Embedding result =
+      embed_disk_refined(faces, vertex_count, loop, boundary, options, context, stats);
+  if (!result.added.empty()) {
+    const AddedVertex& first = result.added.front();
+    throw_infeasible(
+        ErrorCode::kNoRoomInPolygon,
+        "The edge between vertices " + std::to_string(first.a) + " and " + std::to_string(first.b) +
+            " joins two points of one straight side. Allow refinement, or bend the side.",
+        ElementKind::kEdge, {first.a, first.b});
+  }
+  return result.uv;
+}
+
+}  // namespace flipfree

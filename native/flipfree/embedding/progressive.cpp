@@ -1,0 +1,122 @@
+#include "flipfree/embedding/progressive.h"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "flipfree/base/error.h"
+#include "flipfree/embedding/insert.h"
+#include "flipfree/embedding/simplify.h"
+#include "flipfree/embedding/smoothing.h"
+
+namespace flipfree {
+namespace {
+
+using Size = std::size_t;
+
+constexpr double kSettled =
+    0.1;  // star sizes: a vertex that moved less does not wake its neighbours
+constexpr Size kLocalSteps =
+    10;  // Newton steps per vertex of the star after an insertion (thesis: 10 iterations)
+constexpr int kMaxRetries = 12;
+
+// Inner vertices within `rings` edges of v.
+std::vector<VertexId> neighbourhood(const PlanarMap& map, VertexId v, int rings,
+                                    std::vector<Index>& mark, Index stamp) {
+  std::vector<VertexId> found{v};
+  mark[static_cast<Size>(v)] = stamp;
+  Size begin = 0;
+  for (int ring = 0; ring < rings; ++ring) {
+    const Size end = found.size();
+    for (; begin < end; ++begin) {
+      const HalfedgeId first = map.mesh.outgoing(found[begin]);
+      HalfedgeId h = first;
+      do {
+        const VertexId w = map.mesh.target(h);
+        if (!map.mesh.is_boundary(w) && mark[static_cast<Size>(w)] != stamp) {
+          mark[static_cast<Size>(w)] = stamp;
+          found.push_back(w);
+        }
+        h = map.mesh.rotate(h);
+      } while (h != first);
+    }
+  }
+  return found;
+}
+
+}  // namespace
+
+void progressive_embedding(PlanarMap& map, const ProgressiveOptions& options,
+                           ExecutionContext& context, Stats& stats) {
+  Stopwatch watch;
+  CollapseRecord record;
+  if (options.start == ProgressiveStart::kNothing) {
+    const ProgressRange range(context, 0.0, 0.2);
+    collapse_all(map, record, context);
+  } else {
+    collapse_invalid(map, options.start == ProgressiveStart::kRepair, record, context);
+  }
+  stats["collapses"] = static_cast<std::int64_t>(record.size());
+  stats["seconds_simplify"] = watch.seconds();
+  watch.restart();
+
+  std::vector<VertexId> alive;
+  {
+    std::vector<char> removed(static_cast<Size>(map.mesh.vertex_count()), 0);
+    for (const HalfedgeId h : record) removed[static_cast<Size>(map.mesh.source(h))] = 1;
+    for (VertexId v = 0; v < map.mesh.vertex_count(); ++v) {
+      if (map.mesh.outgoing(v) != kInvalid && !map.mesh.is_boundary(v) &&
+          removed[static_cast<Size>(v)] == 0) {
+        alive.push_back(v);
+      }
+    }
+  }
+  const Size total = record.size();
+  const bool local_only = options.start == ProgressiveStart::kRepair;
+  if (!local_only) smooth_sweeps(map, alive, options.final_sweeps, kSettled / 10, context);
+  Size next_sweep = static_cast<Size>(static_cast<double>(alive.size()) * options.growth) + 1;
+
+  InsertScratch scratch;
+  SmoothingQueue queue(map.mesh.vertex_count());
+  std::vector<Index> mark(static_cast<Size>(map.mesh.vertex_count()), kInvalid);
+  Index stamp = 0;
+  std::int64_t retries = 0;
+  while (!record.empty()) {
+    const HalfedgeId h = record.back();
+    const VertexId v0 = map.mesh.target(h);
+    if (record.size() % 64 == 0) {
+      context.report(
+          "Progressive embedding",
+          0.2 + 0.7 * (1.0 - static_cast<double>(record.size()) / static_cast<double>(total)));
+    }
+    for (int attempt = 0; !insert_vertex(map, h, scratch); ++attempt) {
+      // Algorithm 2, line 11: improve the quality and try again, over ever more rings.
+      if (attempt == kMaxRetries) {
+        throw_not_converged(ErrorCode::kIterationLimit,
+                            "Vertex " + std::to_string(map.mesh.source(h)) +
+                                " found no valid position beside vertex " + std::to_string(v0) +
+                                ".",
+                            ElementKind::kVertex, {map.mesh.source(h), v0});
+      }
+      ++retries;
+      const std::vector<VertexId> around = neighbourhood(map, v0, 2 + attempt, mark, stamp++);
+      smooth_sweeps(map, around, 50, 1e-3, context);
+    }
+    record.pop_back();
+    const VertexId m = map.mesh.source(h);
+    alive.push_back(m);
+    queue.push_star(map, m);
+    queue.push_star(map, v0);
+    queue.run(map, kLocalSteps * static_cast<Size>(std::min<Index>(16, map.mesh.degree(m))),
+              kSettled);
+    if (!local_only && alive.size() >= next_sweep) {
+      smooth_sweeps(map, alive, options.sweeps, kSettled / 10, context);
+      next_sweep = static_cast<Size>(static_cast<double>(alive.size()) * options.growth) + 1;
+    }
+  }
+  if (!local_only) smooth_sweeps(map, alive, options.final_sweeps, kSettled / 10, context);
+  stats["insertion_retries"] = retries;
+  stats["seconds_insert"] = watch.seconds();
+}
+
+}  // namespace flipfree

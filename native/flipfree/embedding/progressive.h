@@ -1,0 +1,37 @@
+// Progressive embedding (thesis 3.2.2): collapse what is invalid, insert it again one vertex at a
+// time, smooth.
+//
+// Deviations from the thesis, measured in docs/embedding.md: smoothing covers a work queue around
+// each insertion instead of the whole mesh, and whole-mesh sweeps run only each time the mesh has
+// grown by a fixed ratio, so that the total is near-linear; the energy's reference triangles carry
+// shares (planar_map.h); positions are kept on the grid of 32-bit floats when the result has to
+// survive storage.
+#pragma once
+
+#include "flipfree/base/context.h"
+#include "flipfree/base/stats.h"
+#include "flipfree/embedding/planar_map.h"
+
+namespace flipfree {
+
+enum class ProgressiveStart {
+  kRepair,   // keep map.uv, first move vertices into their kernels, collapse where that fails
+  kInitial,  // keep map.uv, collapse invalid triangles (thesis)
+  kNothing,  // ignore map.uv: collapse everything
+};
+
+struct ProgressiveOptions {
+  ProgressiveStart start = ProgressiveStart::kInitial;
+  int sweeps = 3;  // per growth of the mesh by `growth`
+  double growth = 1.25;
+  int final_sweeps = 10;
+};
+
+// On return every face of map is positive by exact test, as given and as stored.
+// Stats: "collapses", "insertion_retries", "seconds_simplify", "seconds_insert".
+// Throws Infeasible (no room for a vertex alone), NotConverged (kIterationLimit: an insertion
+// failed whatever the smoothing), Cancelled.
+void progressive_embedding(PlanarMap& map, const ProgressiveOptions& options,
+                           ExecutionContext& context, Stats& stats);
+
+}  // namespace flipfree

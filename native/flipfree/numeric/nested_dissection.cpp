@@ -1,0 +1,475 @@
+#include "flipfree/numeric/nested_dissection.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <numeric>
+#include <queue>
+
+#include "flipfree/base/parallel.h"
+
+namespace flipfree {
+namespace {
+
+constexpr Index kLeaf = 64;    // parts up to this size are ordered by minimum degree on 64-bit sets
+constexpr int kPlaceKeys = 4;  // x, y, x + y, x - y (as ranks)
+constexpr int kDistanceKeys =
+    2;  // distance from one end, difference of the distances from both ends
+constexpr int kKeys = kPlaceKeys + kDistanceKeys;
+constexpr int kBuckets = 512;
+constexpr double kLeastSide = 0.30;  // smaller side of a sweep, share of the part
+constexpr double kMostSide = 0.62;   // larger side during refinement
+constexpr int kRefinePasses = 4;
+
+std::size_t size(Index i) { return static_cast<std::size_t>(i); }
+
+enum Side : char { kLeft = 0, kRight = 1, kSeparator = 2 };
+
+// A subgraph with local numbers, and where its vertices go in the order.
+struct Part {
+  std::vector<Index> vertices;  // local -> vertex of the whole graph
+  std::vector<Index> offset;
+  std::vector<Index> neighbour;
+  std::vector<Index> outside;  // neighbours already in separators
+  std::vector<std::array<Index, 2>>
+      rank;         // ranks of the coordinates in the whole graph; may be empty
+  Index begin = 0;  // first elimination position
+
+  Index count() const { return static_cast<Index>(vertices.size()); }
+};
+
+template <typename Visit>
+void for_neighbours(const Part& part, Index v, Visit visit) {
+  for (Index i = part.offset[size(v)]; i < part.offset[size(v) + 1]; ++i)
+    visit(part.neighbour[size(i)]);
+}
+
+// Breadth-first distances from `start`; kInvalid where it does not reach. Returns the vertices in
+// visiting order.
+std::vector<Index> distances(const Part& part, Index start, std::vector<Index>& distance) {
+  distance.assign(size(part.count()), kInvalid);
+  std::vector<Index> queue;
+  queue.reserve(size(part.count()));
+  queue.push_back(start);
+  distance[size(start)] = 0;
+  for (std::size_t head = 0; head < queue.size(); ++head) {
+    const Index next = distance[size(queue[head])] + 1;
+    for_neighbours(part, queue[head], [&](Index u) {
+      if (distance[size(u)] != kInvalid) return;
+      distance[size(u)] = next;
+      queue.push_back(u);
+    });
+  }
+  return queue;
+}
+
+// Sides when the part is not connected: components go to the lighter side, no separator.
+std::vector<char> split_components(const Part& part) {
+  std::vector<char> side(size(part.count()), kSeparator);
+  std::vector<Index> stack;
+  Index weight[2] = {0, 0};
+  for (Index seed = 0; seed < part.count(); ++seed) {
+    if (side[size(seed)] != kSeparator) continue;
+    const char to = weight[1] < weight[0] ? kRight : kLeft;
+    stack.push_back(seed);
+    side[size(seed)] = to;
+    while (!stack.empty()) {
+      const Index v = stack.back();
+      stack.pop_back();
+      ++weight[static_cast<int>(to)];
+      for_neighbours(part, v, [&](Index u) {
+        if (side[size(u)] != kSeparator) return;
+        side[size(u)] = to;
+        stack.push_back(u);
+      });
+    }
+  }
+  return side;
+}
+
+using Buckets = std::array<std::uint16_t, kKeys>;
+
+// Spreads values over the buckets. Returns false if they are all the same.
+template <typename Value>
+bool fill_buckets(const Part& part, int key, std::vector<Buckets>& buckets, Value value) {
+  std::int64_t low = value(0);
+  std::int64_t high = low;
+  for (Index v = 1; v < part.count(); ++v) {
+    low = std::min<std::int64_t>(low, value(v));
+    high = std::max<std::int64_t>(high, value(v));
+  }
+  const std::int64_t width = high - low + 1;
+  for (Index v = 0; v < part.count(); ++v) {
+    const std::int64_t at =
+        width <= kBuckets ? value(v) - low : (value(v) - low) * kBuckets / width;
+    buckets[size(v)][size(key)] = static_cast<std::uint16_t>(at);
+  }
+  return high > low;
+}
+
+struct Sweep {
+  double score = 0;
+  int key = kInvalid;
+  int cut = 0;            // left: bucket < cut
+  bool from_left = true;  // the separator is taken from the left side
+};
+
+// Tries every cut of every key: the separator is the vertices of one side with a neighbour on the
+// other.
+Sweep best_sweep(const Part& part, const std::vector<Buckets>& buckets,
+                 const std::array<bool, kKeys>& usable) {
+  struct Counts {
+    Index mass = 0;  // vertices in this bucket
+    Index left = 0;  // differences of the separator sizes at this cut
+    Index right = 0;
+  };
+  std::vector<std::array<Counts, kKeys>> counts(kBuckets + 1);
+  for (Index v = 0; v < part.count(); ++v) {
+    Buckets low = buckets[size(v)];
+    Buckets high = low;
+    for_neighbours(part, v, [&](Index u) {
+      const Buckets& other = buckets[size(u)];
+      for (std::size_t k = 0; k < kKeys; ++k) {
+        low[k] = std::min(low[k], other[k]);
+        high[k] = std::max(high[k], other[k]);
+      }
+    });
+    const Buckets& own = buckets[size(v)];
+    for (std::size_t k = 0; k < kKeys; ++k) {
+      ++counts[own[k]][k].mass;
+      ++counts[own[k] + 1u][k].left;  // in the left separator for own < cut <= high
+      --counts[std::min<std::size_t>(high[k] + 1u, kBuckets)][k].left;
+      ++counts[low[k] + 1u][k].right;  // in the right separator for low < cut <= own
+      --counts[std::min<std::size_t>(own[k] + 1u, kBuckets)][k].right;
+    }
+  }
+  Sweep best;
+  for (std::size_t k = 0; k < kKeys; ++k) {
+    if (!usable[k]) continue;
+    Index below = 0;
+    Index left = 0;
+    Index right = 0;
+    for (std::size_t cut = 1; cut < kBuckets; ++cut) {
+      below += counts[cut - 1][k].mass;
+      left += counts[cut][k].left;
+      right += counts[cut][k].right;
+      const double share =
+          static_cast<double>(std::min(below, part.count() - below)) / part.count();
+      if (share < kLeastSide) continue;
+      // Uneven sides cost more further down.
+      const double score = std::min(left, right) * (1.0 + 1.5 * (0.5 - share));
+      if (best.key == kInvalid || score < best.score) {
+        best = {score, static_cast<int>(k), static_cast<int>(cut), left <= right};
+      }
+    }
+  }
+  return best;
+}
+
+// Moves vertices out of the separator, pulling their neighbours on the far side in, while that
+// helps; climbs over small hills and goes back to the best state seen.
+class Refinement {
+ public:
+  Refinement(const Part& part, std::vector<char>& side)
+      : part_(part), side_(side), locked_(size(part.count()), 0) {
+    for (const char s : side) ++weight_[static_cast<std::size_t>(s)];
+  }
+
+  void run() {
+    for (int pass = 0; pass < kRefinePasses && improve(); ++pass) {
+    }
+  }
+
+ private:
+  struct Move {
+    Index gain;
+    Index vertex;
+    char to;
+    bool operator<(const Move& o) const {
+      return gain != o.gain ? gain < o.gain : vertex != o.vertex ? vertex > o.vertex : to > o.to;
+    }
+  };
+
+  // Change of the separator's size, negated, when v leaves it for side `to`.
+  Index gain(Index v, char to) const {
+    Index pulled = 0;
+    for_neighbours(part_, v, [&](Index u) { pulled += side_[size(u)] == 1 - to ? 1 : 0; });
+    return 1 - pulled;
+  }
+
+  void push(Index v) {
+    for (const char to : {kLeft, kRight}) queue_.push({gain(v, to), v, to});
+  }
+
+  void put(Index v, char to) {
+    log_.push_back({v, side_[size(v)]});
+    --weight_[static_cast<std::size_t>(side_[size(v)])];
+    side_[size(v)] = to;
+    ++weight_[static_cast<std::size_t>(to)];
+  }
+
+  // One pass; true if the separator shrank, or stayed as small with better balance.
+  bool improve() {
+    const auto imbalance = [&] { return std::abs(weight_[0] - weight_[1]); };
+    queue_ = {};
+    log_.clear();
+    std::vector<Index> touched;
+    for (Index v = 0; v < part_.count(); ++v) {
+      if (side_[size(v)] == kSeparator) push(v);
+    }
+    const Index start = weight_[kSeparator];
+    const Index start_imbalance = imbalance();
+    Index best = start;
+    Index best_imbalance = start_imbalance;
+    std::size_t best_log = 0;
+    Index idle = 0;
+    const Index patience = std::max<Index>(40, start / 3);
+    const auto most = static_cast<Index>(kMostSide * part_.count());
+    while (!queue_.empty() && idle < patience) {
+      const Move move = queue_.top();
+      queue_.pop();
+      const Index v = move.vertex;
+      if (side_[size(v)] != kSeparator || locked_[size(v)] || gain(v, move.to) != move.gain)
+        continue;
+      if (weight_[static_cast<std::size_t>(move.to)] >= most) continue;
+      locked_[size(v)] = 1;
+      touched.push_back(v);
+      put(v, move.to);
+      for_neighbours(part_, v, [&](Index u) {
+        if (side_[size(u)] == 1 - move.to) {
+          put(u, kSeparator);
+          if (!locked_[size(u)]) push(u);
+          for_neighbours(part_, u, [&](Index w) {
+            if (side_[size(w)] == kSeparator && !locked_[size(w)] && w != u) push(w);
+          });
+        } else if (side_[size(u)] == kSeparator && !locked_[size(u)]) {
+          push(u);
+        }
+      });
+      ++idle;
+      if (weight_[kSeparator] < best ||
+          (weight_[kSeparator] == best && imbalance() < best_imbalance)) {
+        best = weight_[kSeparator];
+        best_imbalance = imbalance();
+        best_log = log_.size();
+        idle = 0;
+      }
+    }
+    while (log_.size() > best_log) {
+      const auto [v, from] = log_.back();
+      log_.pop_back();
+      --weight_[static_cast<std::size_t>(side_[size(v)])];
+      side_[size(v)] = from;
+      ++weight_[static_cast<std::size_t>(from)];
+    }
+    for (const Index v : touched) locked_[size(v)] = 0;
+    return best < start || best_imbalance < start_imbalance;
+  }
+
+  const Part& part_;
+  std::vector<char>& side_;
+  std::vector<char> locked_;
+  std::array<Index, 3> weight_{0, 0, 0};
+  std::priority_queue<Move> queue_;
+  std::vector<std::pair<Index, char>> log_;
+};
+
+// Sides of a part with more than kLeaf vertices.
+std::vector<char> split(const Part& part, const ExecutionContext& context) {
+  std::vector<Index> from_one;
+  std::vector<Index> from_other;
+  const auto seen = distances(part, 0, from_one);
+  if (static_cast<Index>(seen.size()) < part.count()) return split_components(part);
+  const Index one = seen.back();
+  context.check();
+  const Index other = distances(part, one, from_one).back();
+  context.check();
+  distances(part, other, from_other);
+  context.check();
+
+  std::vector<Buckets> buckets(size(part.count()));
+  std::array<bool, kKeys> usable{};
+  if (!part.rank.empty()) {
+    const auto rank = [&](Index v, int axis) -> std::int64_t {
+      return part.rank[size(v)][size(axis)];
+    };
+    usable[0] = fill_buckets(part, 0, buckets, [&](Index v) { return rank(v, 0); });
+    usable[1] = fill_buckets(part, 1, buckets, [&](Index v) { return rank(v, 1); });
+    usable[2] = fill_buckets(part, 2, buckets, [&](Index v) { return rank(v, 0) + rank(v, 1); });
+    usable[3] = fill_buckets(part, 3, buckets, [&](Index v) { return rank(v, 0) - rank(v, 1); });
+    context.check();
+  }
+  usable[4] =
+      fill_buckets(part, 4, buckets, [&](Index v) -> std::int64_t { return from_one[size(v)]; });
+  usable[5] = fill_buckets(part, 5, buckets, [&](Index v) -> std::int64_t {
+    return from_one[size(v)] - from_other[size(v)];
+  });
+  context.check();
+  const Sweep sweep = best_sweep(part, buckets, usable);
+  context.check();
+
+  std::vector<char> side(size(part.count()));
+  if (sweep.key == kInvalid) {
+    // No cut is balanced (a star, a clique): half of the vertices by number.
+    for (Index v = 0; v < part.count(); ++v) side[size(v)] = v < part.count() / 2 ? kLeft : kRight;
+  } else {
+    for (Index v = 0; v < part.count(); ++v) {
+      side[size(v)] = buckets[size(v)][size(sweep.key)] < sweep.cut ? kLeft : kRight;
+    }
+  }
+  const char donor = sweep.from_left ? kLeft : kRight;
+  std::vector<Index> separator;
+  for (Index v = 0; v < part.count(); ++v) {
+    if (side[size(v)] != donor) continue;
+    bool touches = false;
+    for_neighbours(part, v, [&](Index u) { touches = touches || side[size(u)] == 1 - donor; });
+    if (touches) separator.push_back(v);
+  }
+  for (const Index v : separator) side[size(v)] = kSeparator;
+  Refinement(part, side).run();
+  return side;
+}
+
+// Local elimination order of a small graph by minimum degree; outside neighbours, which
+// are eliminated later, count as far as the input names them.
+std::vector<Index> minimum_degree(const Part& part) {
+  const Index count = part.count();
+  std::vector<std::uint64_t> near(size(count), 0);
+  for (Index v = 0; v < count; ++v) {
+    for_neighbours(part, v, [&](Index u) { near[size(v)] |= std::uint64_t{1} << u; });
+  }
+  std::vector<Index> order;
+  std::uint64_t left = count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
+  while (left != 0) {
+    Index best = kInvalid;
+    Index best_degree = 0;
+    for (std::uint64_t set = left; set != 0; set &= set - 1) {
+      const Index v = std::countr_zero(set);
+      const Index degree = std::popcount(near[size(v)]) + part.outside[size(v)];
+      if (best == kInvalid || degree < best_degree) {
+        best = v;
+        best_degree = degree;
+      }
+    }
+    order.push_back(best);
+    left &= ~(std::uint64_t{1} << best);
+    const std::uint64_t clique = near[size(best)];
+    for (std::uint64_t set = clique; set != 0; set &= set - 1) {
+      const Index u = std::countr_zero(set);
+      near[size(u)] |= clique;
+      near[size(u)] &= ~((std::uint64_t{1} << u) | (std::uint64_t{1} << best));
+    }
+  }
+  return order;
+}
+
+// The vertices of one side as a part of their own.
+Part extract(const Part& part, const std::vector<char>& side, char which,
+             const std::vector<Index>& local, Index count) {
+  Part child;
+  child.vertices.reserve(size(count));
+  child.outside.reserve(size(count));
+  child.offset.reserve(size(count) + 1);
+  child.offset.push_back(0);
+  if (!part.rank.empty()) child.rank.reserve(size(count));
+  for (Index v = 0; v < part.count(); ++v) {
+    if (side[size(v)] != which) continue;
+    child.vertices.push_back(part.vertices[size(v)]);
+    if (!part.rank.empty()) child.rank.push_back(part.rank[size(v)]);
+    Index outside = part.outside[size(v)];
+    for_neighbours(part, v, [&](Index u) {
+      if (side[size(u)] == which) {
+        child.neighbour.push_back(local[size(u)]);
+      } else {
+        ++outside;
+      }
+    });
+    child.outside.push_back(outside);
+    child.offset.push_back(static_cast<Index>(child.neighbour.size()));
+  }
+  return child;
+}
+
+// Orders a leaf, or orders the separator of a part and leaves its two sides in `children`.
+void dissect(Part& part, std::vector<Index>& order, std::vector<Part>& children,
+             const ExecutionContext& context) {
+  if (part.count() <= kLeaf) {
+    Index at = part.begin;
+    for (const Index v : minimum_degree(part)) order[size(at++)] = part.vertices[size(v)];
+    return;
+  }
+  const std::vector<char> side = split(part, context);
+  context.check();
+  std::vector<Index> local(size(part.count()));
+  std::array<Index, 3> count{0, 0, 0};
+  for (Index v = 0; v < part.count(); ++v)
+    local[size(v)] = count[static_cast<std::size_t>(side[size(v)])]++;
+  Index at = part.begin + count[kLeft] + count[kRight];
+  for (Index v = 0; v < part.count(); ++v) {
+    if (side[size(v)] == kSeparator) order[size(at++)] = part.vertices[size(v)];
+  }
+  Index begin = part.begin;
+  for (const char which : {kLeft, kRight}) {
+    const Index n = count[static_cast<std::size_t>(which)];
+    if (n == 0) continue;
+    children.push_back(extract(part, side, which, local, n));
+    children.back().begin = begin;
+    begin += n;
+    context.check();
+  }
+}
+
+std::vector<std::array<Index, 2>> ranks(Index count, const double* places,
+                                        const ExecutionContext& context) {
+  std::vector<std::array<Index, 2>> rank(size(count));
+  parallel_for(context, 2, 1, [&](std::size_t axis, std::size_t, std::size_t) {
+    std::vector<Index> order(size(count));
+    std::iota(order.begin(), order.end(), 0);
+    std::sort(order.begin(), order.end(), [&](Index a, Index b) {
+      const double x = places[2 * size(a) + axis];
+      const double y = places[2 * size(b) + axis];
+      return x != y ? x < y : a < b;
+    });
+    for (Index i = 0; i < count; ++i) rank[size(order[size(i)])][axis] = i;
+  });
+  return rank;
+}
+
+}  // namespace
+
+std::vector<Index> nested_dissection(const Graph& graph, const double* places,
+                                     const ExecutionContext& context) {
+  std::vector<Index> order(size(graph.count()));
+  if (graph.count() == 0) return order;
+  std::vector<Part> parts(1);
+  Part& root = parts.front();
+  root.vertices.resize(size(graph.count()));
+  std::iota(root.vertices.begin(), root.vertices.end(), 0);
+  root.offset = graph.offset;
+  root.neighbour = graph.neighbour;
+  root.outside.assign(size(graph.count()), 0);
+  if (places != nullptr) root.rank = ranks(graph.count(), places, context);
+
+  // All parts of a level at once. Parts below kSubtree are taken to their leaves by one task.
+  constexpr Index kSubtree = 4096;
+  while (!parts.empty()) {
+    std::vector<std::vector<Part>> children(parts.size());
+    parallel_for(context, parts.size(), 1, [&](std::size_t p, std::size_t, std::size_t) {
+      std::vector<Part> stack;
+      stack.push_back(std::move(parts[p]));
+      while (!stack.empty()) {
+        Part part = std::move(stack.back());
+        stack.pop_back();
+        dissect(part, order, part.count() > kSubtree ? children[p] : stack, context);
+      }
+    });
+    parts.clear();
+    for (auto& group : children) {
+      for (Part& part : group) parts.push_back(std::move(part));
+    }
+  }
+  return order;
+}
+
+}  // namespace flipfree

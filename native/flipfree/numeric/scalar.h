@@ -1,0 +1,59 @@
+// What templates over the scalar type need beyond arithmetic: conversions, precision, pi. Types:
+// double and BigFloat.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+#include "flipfree/numeric/big_float.h"
+
+namespace flipfree {
+
+template <typename T>
+struct ScalarTraits;
+
+template <>
+struct ScalarTraits<double> {
+  static constexpr bool kIsDouble = true;
+  static constexpr int kMaxBits = 53;
+  static double make(double value, int /*bits*/) { return value; }
+  static double pi(int /*bits*/) { return std::numbers::pi; }
+  static double to_double(double value) { return value; }
+  static double scaled(double value, std::int64_t& exponent) {
+    exponent = 0;
+    return value;
+  }
+  static bool finite(double value) { return std::isfinite(value); }
+};
+
+template <int Limbs>
+struct ScalarTraits<BigFloat<Limbs>> {
+  static constexpr bool kIsDouble = false;
+  static constexpr int kMaxBits = BigFloat<Limbs>::kMaxBits;
+  static BigFloat<Limbs> make(double value, int bits) { return BigFloat<Limbs>(value, bits); }
+  static BigFloat<Limbs> pi(int bits) { return BigFloat<Limbs>::pi(bits); }
+  static double to_double(const BigFloat<Limbs>& value) { return value.to_double(); }
+  static double scaled(const BigFloat<Limbs>& value, std::int64_t& exponent) {
+    return value.to_double_scaled(exponent);
+  }
+  static bool finite(const BigFloat<Limbs>& value) { return value.finite(); }
+};
+
+// numerator / denominator as a double, without over- or underflow on the way.
+template <typename T>
+double ratio(const T& numerator, const T& denominator) {
+  if constexpr (ScalarTraits<T>::kIsDouble) {
+    return numerator / denominator;
+  } else {
+    std::int64_t en = 0;
+    std::int64_t ed = 0;
+    const double n = ScalarTraits<T>::scaled(numerator, en);
+    const double d = ScalarTraits<T>::scaled(denominator, ed);
+    const std::int64_t e = en - ed;
+    if (e < -1070) return 0.0;
+    return std::ldexp(n / d, e > 1000 ? 1000 : static_cast<int>(e));
+  }
+}
+
+}  // namespace flipfree

@@ -1,0 +1,27 @@
+// From a surface and its seams to charts that can be flattened: planar pieces with at least one
+// boundary loop.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/mesh/cut.h"
+
+namespace flipfree {
+
+struct Islands {
+  EdgeFlags cut;              // seams plus the cuts that were added
+  EdgeFlags added;            // only the cuts that were added
+  CutMesh mesh;               // the surface cut along `cut`
+  std::vector<Chart> charts;  // chart.vertices index mesh.vertex_origin
+  Index opened = 0;           // charts that had to be cut: closed, or with handles
+};
+
+// Cuts along the seams; every piece that is closed or has handles is cut further along a short cut
+// graph (mesh/cut_graph.h) until each chart is connected, of genus 0 and has a boundary. Holes
+// stay. A seam that opens nothing (a single edge inside a chart) is not a cut of the result.
+// Precondition: a validated surface. Cost: O(#F log #F).
+Islands make_islands(const Surface& surface, const Adjacency& adjacency, const EdgeFlags& seams,
+                     ExecutionContext& context);
+
+}  // namespace flipfree

@@ -1,0 +1,147 @@
+#include "flipfree/unwrap/layout.h"
+
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/convex_hull_2.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace flipfree {
+namespace {
+
+std::vector<Vector2> convex_hull(const Points2& points) {
+  using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+  std::vector<Kernel::Point_2> input;
+  input.reserve(static_cast<std::size_t>(points.rows()));
+  for (Eigen::Index i = 0; i < points.rows(); ++i) input.emplace_back(points(i, 0), points(i, 1));
+  std::vector<Kernel::Point_2> hull;
+  CGAL::convex_hull_2(input.begin(), input.end(), std::back_inserter(hull));
+  std::vector<Vector2> corners;
+  corners.reserve(hull.size());
+  for (const auto& p : hull) corners.emplace_back(p.x(), p.y());
+  return corners;
+}
+
+// Unit direction of the side on which the smallest rectangle around the convex polygon stands. The
+// supporting corners advance monotonically with the side, so the whole turn is linear.
+Vector2 smallest_rectangle_direction(const std::vector<Vector2>& hull) {
+  const std::size_t n = hull.size();
+  const auto at = [&](std::size_t i) { return hull[i % n]; };
+  std::size_t right = 1;
+  std::size_t top = 1;
+  std::size_t left = 1;
+  double best_area = std::numeric_limits<double>::infinity();
+  Vector2 best(1.0, 0.0);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vector2 side = at(i + 1) - at(i);
+    const double length = side.norm();
+    if (!(length > 0.0)) continue;
+    const Vector2 x = side / length;
+    const Vector2 y(-x.y(), x.x());
+    // At most one turn each: a guard against rounding on nearly equal corners.
+    right = std::max(right, i);
+    for (std::size_t k = 0; k < n && (at(right + 1) - at(right)).dot(x) > 0.0; ++k) ++right;
+    top = std::max(top, right);
+    for (std::size_t k = 0; k < n && (at(top + 1) - at(top)).dot(y) > 0.0; ++k) ++top;
+    left = std::max(left, top);
+    for (std::size_t k = 0; k < n && (at(left + 1) - at(left)).dot(x) < 0.0; ++k) ++left;
+    const double area = (at(right) - at(left)).dot(x) * (at(top) - at(i)).dot(y);
+    if (area < best_area) {
+      best_area = area;
+      best = x;
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+void turn_to_smallest_rectangle(Points2& uv) {
+  const std::vector<Vector2> hull = convex_hull(uv);
+  if (hull.size() < 3) return;
+  const Vector2 x = smallest_rectangle_direction(hull);
+  const auto turn = [&](const Vector2& direction) {
+    for (Eigen::Index i = 0; i < uv.rows(); ++i) {
+      const Vector2 p = uv.row(i);
+      uv.row(i) << p.dot(direction), p.y() * direction.x() - p.x() * direction.y();
+    }
+  };
+  turn(x);
+  const Vector2 extent = (uv.colwise().maxCoeff() - uv.colwise().minCoeff()).transpose();
+  if (extent.y() > extent.x()) turn(Vector2(0.0, 1.0));
+  uv.rowwise() -= uv.colwise().minCoeff().eval();
+}
+
+Placement pack_rectangles(const std::vector<Vector2>& sizes, double margin) {
+  Placement placement;
+  placement.offset.assign(sizes.size(), Vector2::Zero());
+  if (sizes.empty()) return placement;
+  std::vector<std::size_t> order(sizes.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return sizes[a].y() > sizes[b].y(); });
+  double area = 0.0;
+  double widest = 0.0;
+  for (const Vector2& size : sizes) {
+    area += size.x() * size.y();
+    widest = std::max(widest, size.x());
+  }
+  const auto shelve = [&](double width, double gap) {
+    Vector2 cursor(gap, gap);
+    double shelf = 0.0;
+    double reach = 0.0;
+    for (const std::size_t i : order) {
+      if (cursor.x() > gap && cursor.x() + sizes[i].x() + gap > width) {
+        cursor = Vector2(gap, cursor.y() + shelf + gap);
+        shelf = 0.0;
+      }
+      placement.offset[i] = cursor;
+      shelf = std::max(shelf, sizes[i].y());
+      cursor.x() += sizes[i].x() + gap;
+      reach = std::max(reach, cursor.x());
+    }
+    return Vector2(reach, cursor.y() + shelf + gap);
+  };
+  // A few shelf widths around the square root of the area; the one with the smallest square wins.
+  const double side = std::max(widest, std::sqrt(area));
+  double best_width = side;
+  double best_square = std::numeric_limits<double>::infinity();
+  constexpr int kTries = 24;
+  for (int t = 0; t <= kTries; ++t) {
+    const double width = side * (1.0 + 0.5 * t / kTries);
+    const Vector2 used = shelve(width, margin * width);
+    const double square = used.maxCoeff();
+    if (square < best_square) {
+      best_square = square;
+      best_width = width;
+    }
+  }
+  const Vector2 used = shelve(best_width, margin * best_width);
+  placement.scale = used.maxCoeff() > 0.0 ? 1.0 / used.maxCoeff() : 1.0;
+  return placement;
+}
+
+Similarity fit_similarity(const Points2& from, const Points2& to) {
+  Similarity similarity;
+  const Eigen::RowVector2d from_mean = from.colwise().mean();
+  const Eigen::RowVector2d to_mean = to.colwise().mean();
+  double dot = 0.0;
+  double cross = 0.0;
+  double square = 0.0;
+  for (Eigen::Index i = 0; i < from.rows(); ++i) {
+    const Vector2 p = from.row(i) - from_mean;
+    const Vector2 q = to.row(i) - to_mean;
+    dot += p.dot(q);
+    cross += p.x() * q.y() - p.y() * q.x();
+    square += p.squaredNorm();
+  }
+  const double size = std::hypot(dot, cross);
+  if (square > 0.0 && size > 0.0) similarity.linear = Vector2(dot, cross) / square;
+  const Vector2 mean = from_mean;
+  similarity.translation = Vector2::Zero();
+  similarity.translation = to_mean.transpose() - similarity(mean);
+  return similarity;
+}
+
+}  // namespace flipfree

@@ -1,0 +1,266 @@
+#include "flipfree/unwrap/unwrap.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <string>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/parallel.h"
+#include "flipfree/certify/flips.h"
+#include "flipfree/mesh/validate.h"
+#include "flipfree/unwrap/chart.h"
+#include "flipfree/unwrap/islands.h"
+#include "flipfree/unwrap/layout.h"
+
+namespace flipfree {
+namespace {
+
+// Positions moved to the origin and scaled by a power of two, which is exact, so that squares
+// neither overflow nor vanish whatever the user's unit is.
+Points3 normalised(const Points3& positions, const Triangles& faces) {
+  Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
+  Vector3 high = -low;
+  for (const VertexId v : faces.reshaped()) {
+    low = low.cwiseMin(positions.row(v).transpose());
+    high = high.cwiseMax(positions.row(v).transpose());
+  }
+  // Halves first: the sum of two huge coordinates may not be finite.
+  const Vector3 centre = 0.5 * low + 0.5 * high;
+  const double size = (0.5 * high - 0.5 * low).maxCoeff();
+  int exponent = 0;
+  std::frexp(size, &exponent);
+  Points3 result = positions.rowwise() - centre.transpose();
+  for (double& x : result.reshaped()) x = std::ldexp(x, -exponent);
+  return result;
+}
+
+struct ChartPins {
+  std::vector<std::vector<std::pair<VertexId, Vector2>>> of_chart;  // chart vertices
+};
+
+// Corner pins as pins of chart vertices; corners that share a chart vertex must agree.
+ChartPins pins_by_chart(const Islands& islands, const std::vector<CornerPin>& pins) {
+  ChartPins result;
+  result.of_chart.resize(islands.charts.size());
+  if (pins.empty()) return result;
+  const std::size_t cut_vertices = islands.mesh.vertex_origin.size();
+  std::vector<std::pair<std::size_t, VertexId>> place(cut_vertices);
+  for (std::size_t c = 0; c < islands.charts.size(); ++c) {
+    for (std::size_t i = 0; i < islands.charts[c].vertices.size(); ++i) {
+      place[static_cast<std::size_t>(islands.charts[c].vertices[i])] = {c,
+                                                                        static_cast<VertexId>(i)};
+    }
+  }
+  std::vector<std::optional<Vector2>> target(cut_vertices);
+  for (const CornerPin& pin : pins) {
+    if (pin.corner < 0 || pin.corner >= 3 * islands.mesh.faces.rows() || !pin.uv.allFinite()) {
+      throw_invalid(ErrorCode::kBadPins,
+                    "A pin names corner " + std::to_string(pin.corner) +
+                        ", which does not exist, or a place that is not finite. Correct the pin.",
+                    ElementKind::kCorner, {pin.corner});
+    }
+    const auto v = static_cast<std::size_t>(islands.mesh.faces(pin.corner / 3, pin.corner % 3));
+    if (target[v]) {
+      if (*target[v] == pin.uv) continue;
+      const VertexId origin = islands.mesh.vertex_origin[v];
+      throw_invalid(ErrorCode::kBadPins,
+                    "Vertex " + std::to_string(origin) +
+                        " is pinned to two different places within one chart. Mark a seam between "
+                        "them or unpin one.",
+                    ElementKind::kVertex, {origin});
+    }
+    target[v] = pin.uv;
+    const auto [chart, local] = place[v];
+    result.of_chart[chart].emplace_back(local, pin.uv);
+  }
+  return result;
+}
+
+// Solves every chart. One that holds half of all faces gets all threads; the others share them, one
+// chart each.
+std::vector<Points2> flatten_all(const std::vector<Chart>& charts, const ChartPins& pins,
+                                 const UnwrapOptions& options, ExecutionContext& context,
+                                 Stats& stats) {
+  std::vector<Points2> uv(charts.size());
+  std::vector<Stats> chart_stats(charts.size());
+  std::vector<std::size_t> order(charts.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return charts[a].faces.size() > charts[b].faces.size();
+  });
+  std::size_t total = 0;
+  for (const Chart& chart : charts) total += chart.faces.size();
+
+  const auto solve = [&](std::size_t c, ExecutionContext& chart_context) {
+    FlattenOptions flatten;
+    flatten.bijective = options.bijective;
+    flatten.max_iterations = options.max_iterations;
+    flatten.tolerance = options.tolerance;
+    flatten.pins = pins.of_chart[c];
+    try {
+      uv[c] = flatten_chart(charts[c].surface, flatten, chart_context, chart_stats[c]);
+    } catch (const Cancelled&) {
+      throw;
+    } catch (const Exception& e) {
+      // Elements of a chart are no elements of the user's mesh: name the face at which the chart
+      // can be found.
+      Error error = e.error();
+      error.message = "Chart at face " + std::to_string(charts[c].faces.front()) + " (" +
+                      std::to_string(charts[c].faces.size()) + " triangles): " + error.message;
+      error.kind = ElementKind::kFace;
+      error.elements.assign(
+          charts[c].faces.begin(),
+          charts[c].faces.begin() +
+              static_cast<std::ptrdiff_t>(std::min<std::size_t>(1000, charts[c].faces.size())));
+      if (dynamic_cast<const Infeasible*>(&e) != nullptr) throw Infeasible(std::move(error));
+      if (dynamic_cast<const InvalidInput*>(&e) != nullptr) throw InvalidInput(std::move(error));
+      throw NotConverged(std::move(error));
+    }
+  };
+
+  std::size_t first_small = 0;
+  std::size_t done = 0;
+  if (charts.size() == 1 || 2 * charts[order[0]].faces.size() >= total) {
+    const std::size_t faces = charts[order[0]].faces.size();
+    const ProgressRange range(context, 0.0,
+                              static_cast<double>(faces) / static_cast<double>(total));
+    solve(order[0], context);
+    first_small = 1;
+    done = faces;
+  }
+  std::atomic<std::size_t> finished{done};
+  parallel_for(
+      context, order.size() - first_small, 1, [&](std::size_t begin, std::size_t, std::size_t) {
+        const std::size_t c = order[first_small + begin];
+        ExecutionContext part(&context, 1);
+        solve(c, part);
+        const std::size_t now = finished.fetch_add(charts[c].faces.size()) + charts[c].faces.size();
+        context.report("flattening charts", static_cast<double>(now) / static_cast<double>(total));
+      });
+  if (!order.empty()) stats.insert(chart_stats[order[0]].begin(), chart_stats[order[0]].end());
+  return uv;
+}
+
+// The reference UVs of a chart's vertices, if the chart was one flip-free island of them.
+std::optional<Points2> reference_of(const Chart& chart, const Points2& corner_uv) {
+  Points2 reference(chart.surface.vertices.rows(), 2);
+  Points2 corners(3 * chart.surface.faces.rows(), 2);
+  std::vector<char> known(static_cast<std::size_t>(reference.rows()), 0);
+  for (FaceId f = 0; f < chart.surface.faces.rows(); ++f) {
+    for (Index k = 0; k < 3; ++k) {
+      const VertexId v = chart.surface.faces(f, k);
+      const auto uv = corner_uv.row(3 * chart.faces[static_cast<std::size_t>(f)] + k);
+      corners.row(3 * f + k) = uv;
+      if (known[static_cast<std::size_t>(v)] && reference.row(v) != uv) return std::nullopt;
+      known[static_cast<std::size_t>(v)] = 1;
+      reference.row(v) = uv;
+    }
+  }
+  if (!flipped_faces(corners).empty()) return std::nullopt;
+  return reference;
+}
+
+// Pinned charts stay; charts with a usable reference go where it was; the rest is packed.
+void place_charts(const std::vector<Chart>& charts, const ChartPins& pins,
+                  const UnwrapOptions& options, std::vector<Points2>& uv) {
+  std::vector<std::size_t> packed;
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    if (!pins.of_chart[c].empty()) continue;
+    if (options.place_like != nullptr) {
+      if (const std::optional<Points2> reference = reference_of(charts[c], *options.place_like)) {
+        const Similarity similarity = fit_similarity(uv[c], *reference);
+        for (Eigen::Index i = 0; i < uv[c].rows(); ++i)
+          uv[c].row(i) = similarity(uv[c].row(i).transpose()).transpose();
+        continue;
+      }
+    }
+    turn_to_smallest_rectangle(uv[c]);
+    packed.push_back(c);
+  }
+  std::vector<Vector2> sizes;
+  sizes.reserve(packed.size());
+  for (const std::size_t c : packed) sizes.emplace_back(uv[c].colwise().maxCoeff().transpose());
+  const Placement placement = pack_rectangles(sizes, options.margin);
+  for (std::size_t i = 0; i < packed.size(); ++i) {
+    uv[packed[i]] = (uv[packed[i]].rowwise() + placement.offset[i].transpose()) * placement.scale;
+  }
+}
+
+}  // namespace
+
+Parametrization unwrap(const Surface& surface, const UnwrapOptions& options,
+                       ExecutionContext& context) {
+  Stopwatch total;
+  Stopwatch watch;
+  Parametrization map;
+  Stats& stats = map.stats;
+  const auto lap = [&](const char* name) {
+    stats[name] = watch.seconds();
+    watch.restart();
+  };
+  context.report("checking the mesh", 0.0);
+  validate(surface);
+  if (options.place_like != nullptr && options.place_like->rows() != 3 * surface.faces.rows()) {
+    throw_invalid(ErrorCode::kBadShape, "The UVs to stay close to need one row per face corner.");
+  }
+  const Adjacency adjacency =
+      build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const EdgeFlags seams = flag_edges(surface.faces, adjacency, options.cuts);
+  lap("seconds_validate");
+
+  context.report("cutting into charts", 0.02);
+  const Surface working{normalised(surface.vertices, surface.faces), surface.faces};
+  const Islands islands = make_islands(working, adjacency, seams, context);
+  const ChartPins pins = pins_by_chart(islands, options.pins);
+  stats["charts"] = static_cast<std::int64_t>(islands.charts.size());
+  stats["opened_charts"] = static_cast<std::int64_t>(islands.opened);
+  stats["added_cuts"] =
+      static_cast<std::int64_t>(std::count(islands.added.begin(), islands.added.end(), 1) / 2);
+  lap("seconds_islands");
+
+  std::vector<Points2> uv;
+  {
+    const ProgressRange range(context, 0.05, 0.92);
+    uv = flatten_all(islands.charts, pins, options, context, stats);
+  }
+  lap("seconds_flatten");
+
+  context.report("placing charts", 0.92);
+  place_charts(islands.charts, pins, options, uv);
+  map.surface = surface;
+  map.uv.resize(3 * surface.faces.rows(), 2);
+  map.uv32.resize(3 * surface.faces.rows(), 2);
+  for (std::size_t c = 0; c < islands.charts.size(); ++c) {
+    const Chart& chart = islands.charts[c];
+    const Points2f stored = uv[c].cast<float>();
+    for (std::size_t i = 0; i < chart.faces.size(); ++i) {
+      for (Index k = 0; k < 3; ++k) {
+        const VertexId v = chart.surface.faces(static_cast<Eigen::Index>(i), k);
+        map.uv.row(3 * chart.faces[i] + k) = uv[c].row(v);
+        map.uv32.row(3 * chart.faces[i] + k) = stored.row(v);
+      }
+    }
+  }
+  lap("seconds_place");
+
+  context.report("certifying", 0.95);
+  set_identity_provenance(map);
+  map.cut_edges = flagged_edges(surface.faces, adjacency, islands.cut);
+  CertifyRequest request;
+  request.pins = options.pins;
+  request.require_bijective = options.bijective;
+  certify_map(map, surface, request, context);
+  lap("seconds_certify");
+  stats["energy"] = map.certificate.energy;
+  stats["max_energy"] = map.certificate.max_energy;
+  stats["added_vertices"] = std::int64_t{0};
+  stats["seconds"] = total.seconds();
+  require_certificate(map, "The unwrap");
+  context.report("done", 1.0);
+  return map;
+}
+
+}  // namespace flipfree

@@ -1,0 +1,34 @@
+// Unwrap Flip-Free: every seam island onto the plane without a flipped triangle, with low
+// distortion, on the input's own triangulation (design: section 1).
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/certify/certify.h"
+#include "flipfree/certify/parametrization.h"
+
+namespace flipfree {
+
+struct UnwrapOptions {
+  IndexPairs cuts;  // seam edges as vertex pairs
+  std::vector<CornerPin>
+      pins;               // met bit for bit; corners that share a vertex of a chart share the pin
+  bool bijective = true;  // no chart overlaps itself
+  int max_iterations = 200;  // of the optimiser, per chart
+  double tolerance = 1e-4;   // share of the energy that a step must still promise
+  double margin = 0.005;     // between charts, in units of the unit square
+  // Corner UVs (3 #F x 2) to stay close to, or null: a chart that was an island of these without
+  // flips keeps its place, size and direction; the others are packed into the unit square.
+  const Points2* place_like = nullptr;
+};
+
+// Result: uv and uv32 certified (G1, G2, G3 for pins, G7; overlaps 0 if bijective), cut_edges =
+// seams and added cuts. Stats: "charts", "opened_charts", "added_cuts", "energy", "seconds_*", and
+// what the chart solvers report of the largest chart. Throws InvalidInput (see validate()),
+// NotConverged with what failed, Cancelled. Nothing is returned that did not pass the certificate.
+// Cost: a few factorizations of a planar-like system per chart; docs/benchmarks.md.
+Parametrization unwrap(const Surface& surface, const UnwrapOptions& options,
+                       ExecutionContext& context);
+
+}  // namespace flipfree

@@ -1,0 +1,93 @@
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "arrays.h"
+#include "bindings.h"
+#include "flipfree/conformal/map.h"
+#include "job.h"
+
+namespace py = pybind11;
+
+namespace flipfree::python {
+namespace {
+
+Refinement to_refinement(const std::string& name) {
+  if (name == "never") return Refinement::kNever;
+  if (name == "full") return Refinement::kFull;
+  return Refinement::kAuto;
+}
+
+const char* kind_name(ElementKind kind) { return kind == ElementKind::kFace ? "face" : "none"; }
+
+py::dict metric_to_dict(const conformal::ConformalMetric& metric) {
+  py::dict d;
+  d["scale_factors"] = from_vector(metric.scale_factors);
+  d["angles"] = from_vector(metric.angles);
+  d["angle_error"] = metric.angle_error;
+  d["scale_range"] = metric.scale_range;
+  d["flips"] = metric.flips.size();
+  d["iterations"] = metric.iterations;
+  d["bits"] = metric.bits;
+  d["converged"] = metric.converged;
+  d["stats"] = to_dict(metric.stats);
+  return d;
+}
+
+// {map, metric, error}: error is None or {message, code, kind, elements}; the map is valid only
+// without one.
+py::object to_object(const ConformalMapResult& result) {
+  py::dict d;
+  d["map"] = to_dict(result.map);
+  d["metric"] = metric_to_dict(result.metric);
+  d["error"] = py::none();
+  if (result.failure) {
+    py::dict error;
+    error["message"] = result.failure->message;
+    error["code"] = std::string(describe(result.failure->code));
+    error["kind"] = kind_name(result.failure->kind);
+    error["elements"] = from_vector(result.failure->elements);
+    d["error"] = error;
+  }
+  return d;
+}
+
+}  // namespace
+
+void bind_conformal_map(py::module_& module) {
+  module.def(
+      "conformal",
+      [](const Array<double>& vertices, const Array<Index>& faces,
+         const Array<double>& target_angles, const Array<Index>& cuts, double tolerance, int bits,
+         const std::string& refinement, const py::object& lengths, int threads) {
+        struct Request {
+          Surface surface;
+          std::vector<double> target_angles;
+          Points3 lengths;
+          ConformalMapOptions options;
+        };
+        Request request;
+        request.surface = to_surface(vertices, faces);
+        request.target_angles.assign(target_angles.data(),
+                                     target_angles.data() + target_angles.size());
+        request.options.cuts = to_matrix<IndexPairs>(cuts, "cuts");
+        request.options.metric.tolerance = tolerance;
+        request.options.metric.bits = bits;
+        request.options.refinement = to_refinement(refinement);
+        const bool own_lengths = !lengths.is_none();
+        if (own_lengths)
+          request.lengths = to_matrix<Points3>(lengths.cast<Array<double>>(), "lengths");
+        return start_job(
+            [request = std::move(request), own_lengths](ExecutionContext& context) {
+              return conformal_map(request.surface, own_lengths ? &request.lengths : nullptr,
+                                   request.target_angles, request.options, context);
+            },
+            [](const ConformalMapResult& result) -> py::object { return to_object(result); },
+            threads);
+      },
+      py::arg("vertices"), py::arg("faces"), py::arg("target_angles"), py::arg("cuts"),
+      py::arg("tolerance"), py::arg("bits"), py::arg("refinement"), py::arg("lengths"),
+      py::arg("threads"));
+}
+
+}  // namespace flipfree::python

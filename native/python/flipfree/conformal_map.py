@@ -1,0 +1,152 @@
+"""Conformal maps with prescribed cone and boundary angles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _native
+from .arrays import as_floats, as_indices
+from .errors import InvalidInput, NotConverged
+from .job import Job, Progress, run
+from .results import Parametrization, parametrization_from
+
+_REFINEMENT = {"auto": "auto", True: "never", False: "full"}
+
+
+@dataclass(frozen=True)
+class ReachedMetric:
+    """The conformal metric that a map was, or could not be, written from.
+
+    Attributes:
+        scale_factors: (n,), logarithmic, mean 0. angles: (n,), total angle reached at each vertex.
+        angle_error: largest distance from the prescribed angles, radians. scale_range: of the scale factors.
+        flips, iterations, bits, converged: of the solver.
+    """
+
+    scale_factors: npt.NDArray[np.float64]
+    angles: npt.NDArray[np.float64]
+    angle_error: float
+    scale_range: float
+    flips: int
+    iterations: int
+    bits: int
+    converged: bool
+    stats: dict[str, Any]
+
+
+def _result_from(data: dict[str, Any]) -> Parametrization:
+    metric = ReachedMetric(**data["metric"])
+    error = data["error"]
+    if error is None:
+        parametrization = parametrization_from(data["map"])
+        parametrization.stats.update(
+            {
+                "scale_range": metric.scale_range,
+                "angle_error": metric.angle_error,
+                "iterations": metric.iterations,
+                "flips": metric.flips,
+                "bits": metric.bits,
+            }
+        )
+        return parametrization
+    failure = NotConverged(error["message"], code=error["code"], kind=error["kind"], elements=error["elements"])
+    if len(data["map"]["faces"]):
+        parametrization = parametrization_from(data["map"])
+        failure.certificate = parametrization.certificate
+        failure.parametrization = parametrization
+    failure.metric = metric
+    raise failure
+
+
+def start_conformal(
+    vertices: Any,
+    faces: Any,
+    target_angles: Any,
+    *,
+    cuts: Any = None,
+    tolerance: float = 1e-10,
+    precision: int | str = "auto",
+    lengths: Any = None,
+    original_triangles: bool | str = "auto",
+    threads: int = 2,
+) -> Job[Parametrization]:
+    """As :func:`conformal`, at once, on a thread."""
+    if not (np.isfinite(tolerance) and tolerance > 0.0):
+        raise InvalidInput(f"tolerance must be positive, not {tolerance}.", code="bad option")
+    if precision != "auto" and (isinstance(precision, str) or precision < 53):
+        raise InvalidInput(
+            f"precision must be 'auto' or at least 53 bits, not {precision!r}.", code="bad option"
+        )
+    if original_triangles not in ("auto", True, False):
+        raise InvalidInput(
+            f"original_triangles must be 'auto', True or False, not {original_triangles!r}.",
+            code="bad option",
+        )
+    if threads < 1:
+        raise InvalidInput("threads must be at least 1.", code="bad option")
+    native = _native.conformal(
+        as_floats(vertices, "vertices", 3),
+        as_indices(faces, "faces", 3),
+        as_floats(target_angles, "target_angles"),
+        as_indices([] if cuts is None else cuts, "cuts", 2),
+        float(tolerance),
+        0 if precision == "auto" else int(precision),
+        _REFINEMENT[original_triangles],
+        None if lengths is None else as_floats(lengths, "lengths", 3),
+        int(threads),
+    )
+    return Job(native, _result_from)
+
+
+def conformal(
+    vertices: Any,
+    faces: Any,
+    target_angles: Any,
+    *,
+    cuts: Any = None,
+    tolerance: float = 1e-10,
+    precision: int | str = "auto",
+    lengths: Any = None,
+    original_triangles: bool | str = "auto",
+    threads: int = 2,
+    progress: Progress | None = None,
+) -> Parametrization:
+    """The conformal map with exactly these angles, as a locally injective, certified map.
+
+    The discrete metric that is conformally equivalent to the surface and has the prescribed angles (see
+    ``conformal_metric``) is laid out in the plane, cut along a short graph through all cones, and written on the
+    input's triangles. Where one of them would be flipped, points are added on input edges, where these cross the
+    final triangulation.
+
+    Args:
+        vertices: (n, 3) float64. faces: (m, 3), manifold, consistently oriented, connected.
+        target_angles: (n,) total angle at every vertex: 2 pi - curvature inside, pi - geodesic curvature on the
+            boundary. They must add up (Gauss-Bonnet).
+        cuts: (s, 2) vertex pairs: seam edges. More are added only where cones or handles need them.
+        tolerance: largest angle error of the metric, radians. precision: "auto", or mantissa bits.
+        lengths: (m, 3) edge lengths (corner k to k + 1) to be used instead of those of the vertex positions.
+        original_triangles: "auto" adds points only where a triangle would flip; True never does and raises
+            NotConverged instead; False writes the common refinement with the final triangulation.
+        threads: the result has the same bits for every number.
+        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
+
+    Raises:
+        InvalidInput, Infeasible, Cancelled; NotConverged if the metric was not reached, or if 32-bit UVs cannot
+        hold the map (then ``error.metric`` has the metric, ``error.parametrization`` the best map).
+    """
+    job = start_conformal(
+        vertices,
+        faces,
+        target_angles,
+        cuts=cuts,
+        tolerance=tolerance,
+        precision=precision,
+        lengths=lengths,
+        original_triangles=original_triangles,
+        threads=threads,
+    )
+    return run(job, progress)

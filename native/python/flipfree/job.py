@@ -1,0 +1,69 @@
+"""Solver calls that run on a C++ thread while Python goes on: poll, cancel, collect.
+
+``start_*`` functions return a :class:`Job` at once; the blocking functions of the package are ``run(start_*(...))``.
+The solver thread touches neither Python nor the caller's arrays (they are copied at the start).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Generic, TypeVar
+
+from .errors import Cancelled, FlipfreeError, NotConverged
+
+Result = TypeVar("Result")
+Progress = Callable[[str, float], bool | None]
+
+#: Seconds between two calls of a progress function.
+POLL_SECONDS = 0.05
+
+
+class Job(Generic[Result]):
+    """A running solver call."""
+
+    def __init__(self, native: Any, convert: Callable[[Any], Result]) -> None:
+        self._native = native
+        self._convert = convert
+
+    def wait(self, seconds: float) -> bool:
+        """Waits up to ``seconds``, without the GIL; True when the call has ended, well or badly."""
+        return self._native.wait(seconds)
+
+    def progress(self) -> tuple[str, float]:
+        """(stage, fraction) as last reported; the fraction never falls."""
+        return self._native.progress()
+
+    def cancel(self) -> None:
+        """Asks the solver to stop; it does within 0.2 s. Then ``result`` raises Cancelled."""
+        self._native.cancel()
+
+    def result(self) -> Result:
+        """Waits for the end; the result, or the solver's exception. Call it once."""
+        try:
+            return self._convert(self._native.result())
+        except FlipfreeError:
+            raise
+        except MemoryError:
+            raise NotConverged(
+                "Not enough memory for this mesh. Split it, or close other programs.",
+                code="out of memory",
+            ) from None
+
+
+def run(job: Job[Result], progress: Progress | None = None) -> Result:
+    """Waits for ``job``, calling ``progress(stage, fraction)`` about 20 times per second.
+
+    Raises Cancelled when it returns False; an exception that it raises cancels too and goes through.
+    """
+    try:
+        while not job.wait(POLL_SECONDS):
+            if progress is not None and progress(*job.progress()) is False:
+                job.cancel()
+                break
+    except BaseException:
+        job.cancel()
+        raise
+    result = job.result()
+    if progress is not None and progress("done", 1.0) is False:
+        raise Cancelled("Cancelled by the caller.", code="cancelled")
+    return result

@@ -1,0 +1,106 @@
+"""Unwrap Flip-Free: seam islands onto the plane."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from . import _native
+from .arrays import as_corner_uv, as_floats, as_indices
+from .certification import Pins, pins_to_corners
+from .errors import InvalidInput
+from .job import Job, Progress, run
+from .results import Parametrization, parametrization_from
+
+
+def start_unwrap(
+    vertices: Any,
+    faces: Any,
+    *,
+    cuts: Any = None,
+    pins: Pins | None = None,
+    bijective: bool = True,
+    iterations: int = 200,
+    tolerance: float = 1e-4,
+    margin: float = 0.005,
+    place_like: Any = None,
+    threads: int = 2,
+) -> Job[Parametrization]:
+    """As :func:`unwrap`, at once, on a thread."""
+    if not (np.isfinite(margin) and 0.0 <= margin < 0.5):
+        raise InvalidInput(f"margin must lie in [0, 0.5), not {margin}.", code="bad option")
+    if not (np.isfinite(tolerance) and tolerance > 0.0):
+        raise InvalidInput(f"tolerance must be positive, not {tolerance}.", code="bad option")
+    if iterations < 0 or threads < 1:
+        raise InvalidInput(
+            "iterations must not be negative, threads at least 1.", code="bad option"
+        )
+    face_array = as_indices(faces, "faces", 3)
+    pin_corners, pin_uv = pins_to_corners(pins, face_array)
+    reference = (
+        None if place_like is None else as_corner_uv(place_like, "place_like", len(face_array))
+    )
+    native = _native.unwrap(
+        as_floats(vertices, "vertices", 3),
+        face_array,
+        as_indices([] if cuts is None else cuts, "cuts", 2),
+        pin_corners,
+        pin_uv,
+        bool(bijective),
+        int(iterations),
+        float(tolerance),
+        float(margin),
+        reference,
+        int(threads),
+    )
+    return Job(native, parametrization_from)
+
+
+def unwrap(
+    vertices: Any,
+    faces: Any,
+    *,
+    cuts: Any = None,
+    pins: Pins | None = None,
+    bijective: bool = True,
+    iterations: int = 200,
+    tolerance: float = 1e-4,
+    margin: float = 0.005,
+    place_like: Any = None,
+    threads: int = 2,
+    progress: Progress | None = None,
+) -> Parametrization:
+    """One flip-free chart per seam island, free boundary, low distortion, on the given triangulation.
+
+    Closed islands and islands with handles are cut along a short cut graph (``cut_edges`` has it,
+    ``stats["added_cuts"]`` counts it); islands with holes keep them.
+
+    Args:
+        vertices: (n, 3) float64. faces: (m, 3), manifold, consistently oriented.
+        cuts: (s, 2) vertex pairs: seam edges.
+        pins: {vertex or (face, corner): (u, v)}, met bit for bit. A pin that cannot be reached without a flip on
+            this triangulation raises NotConverged; ``match`` refines the mesh instead.
+        bijective: charts do not overlap themselves.
+        iterations: most optimiser iterations per chart. tolerance: share of the energy that a step must promise.
+        margin: space between charts, in units of the unit square.
+        place_like: (m, 3, 2) UVs; islands that are flip-free there keep their place, size and direction.
+        threads: the result has the same bits for every number.
+        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
+
+    Raises:
+        InvalidInput, Infeasible, NotConverged, Cancelled.
+    """
+    job = start_unwrap(
+        vertices,
+        faces,
+        cuts=cuts,
+        pins=pins,
+        bijective=bijective,
+        iterations=iterations,
+        tolerance=tolerance,
+        margin=margin,
+        place_like=place_like,
+        threads=threads,
+    )
+    return run(job, progress)

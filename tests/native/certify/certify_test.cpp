@@ -1,0 +1,263 @@
+#include "flipfree/certify/certify.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "support/shapes.h"
+
+namespace flipfree {
+namespace {
+
+// Corner UVs from one UV per vertex.
+Points2 corners(const Surface& surface, const Points2& vertex_uv) {
+  Points2 uv(3 * surface.faces.rows(), 2);
+  for (CornerId c = 0; c < uv.rows(); ++c) uv.row(c) = vertex_uv.row(surface.faces(c / 3, c % 3));
+  return uv;
+}
+
+// The map of a flat grid that drops z.
+Points2 flat(const Surface& surface) { return corners(surface, surface.vertices.leftCols<2>()); }
+
+Certificate measure(const Surface& surface, const Points2& uv, CertifyRequest request = {}) {
+  request.surface = &surface;
+  request.uv = &uv;
+  return certify(request, ExecutionContext());
+}
+
+TEST(Certify, an_isometry_passes_with_energy_one) {
+  const Surface surface = test::grid(6, 5);
+  const Certificate c = measure(surface, flat(surface));
+  EXPECT_TRUE(c.ok);
+  EXPECT_EQ(c.flips64, 0);
+  EXPECT_EQ(c.flips32, 0);
+  EXPECT_EQ(c.winding_failures, 0);
+  EXPECT_EQ(c.overlaps, 0);
+  EXPECT_NEAR(c.energy, 1.0, 1e-12);
+  EXPECT_NEAR(c.max_energy, 1.0, 1e-12);
+}
+
+TEST(Certify, energy_is_that_of_the_closed_form_and_does_not_depend_on_scale) {
+  const Surface surface = test::grid(4, 4);
+  for (const double scale : {1e-6, 1.0, 1e6}) {
+    Points2 uv = flat(surface);
+    uv.col(0) *= 2.0 * scale;
+    uv.col(1) *= scale;
+    // Singular values (2, 1): (|J|^2)(|J^-1|^2) = 5 * 5/4, mean = 2 sqrt(25/4) / 4.
+    EXPECT_NEAR(measure(surface, uv).energy, 1.25, 1e-9);
+  }
+}
+
+TEST(Certify, one_flipped_triangle_is_found_and_named) {
+  const Surface surface = test::grid(6, 5);
+  Points2 vertex_uv = surface.vertices.leftCols<2>();
+  vertex_uv.row(8) += Eigen::RowVector2d(0.4, 0.0);
+  const Certificate c = measure(surface, corners(surface, vertex_uv));
+  EXPECT_FALSE(c.ok);
+  EXPECT_GT(c.flips64, 0);
+  ASSERT_FALSE(c.failures.empty());
+  EXPECT_EQ(c.failures[0].substr(0, 3), "G1:");
+  EXPECT_FALSE(c.failed_faces.empty());
+}
+
+TEST(Certify, a_triangle_that_only_rounding_to_32_bits_flips_is_found) {
+  Surface surface;
+  surface.vertices = Points3::Zero(3, 3);
+  surface.vertices << 0, 0, 0, 1, 0, 0, 0, 1, 0;
+  surface.faces = Triangles(1, 3);
+  surface.faces << 0, 1, 2;
+  Points2 uv(3, 2);
+  uv << 1.0, 1.0, 2.0, 1.0, 1.5, 1.0 + 1e-9;
+  const Certificate c = measure(surface, uv);
+  EXPECT_EQ(c.flips64, 0);
+  EXPECT_EQ(c.flips32, 1);
+  EXPECT_FALSE(c.ok);
+}
+
+TEST(Certify, nan_uvs_count_as_flips) {
+  const Surface surface = test::grid(2, 2);
+  Points2 uv = flat(surface);
+  uv(5, 1) = std::numeric_limits<double>::quiet_NaN();
+  const Certificate c = measure(surface, uv);
+  EXPECT_GE(c.flips64, 1);
+  EXPECT_FALSE(c.ok);
+}
+
+TEST(Certify, a_map_that_winds_twice_around_a_vertex_fails_g2_without_any_flip) {
+  // A fan of eight triangles laid out over two full turns: every triangle is positive.
+  Surface surface;
+  surface.vertices.resize(9, 3);
+  surface.vertices.row(8).setZero();
+  Points2 uv(9, 2);
+  uv.row(8).setZero();
+  for (Index i = 0; i < 8; ++i) {
+    const double once = 2.0 * std::numbers::pi * i / 8;
+    surface.vertices.row(i) << std::cos(once), std::sin(once), 0.0;
+    uv.row(i) << std::cos(2.0 * once), std::sin(2.0 * once);
+  }
+  surface.faces.resize(8, 3);
+  for (Index i = 0; i < 8; ++i) surface.faces.row(i) << 8, i, (i + 1) % 8;
+  const Certificate c = measure(surface, corners(surface, uv));
+  EXPECT_EQ(c.flips64, 0);
+  EXPECT_EQ(c.winding_failures, 1);
+  EXPECT_FALSE(c.ok);
+}
+
+TEST(Certify, a_strip_that_crosses_itself_is_counted_and_fails_only_if_bijectivity_is_asked_for) {
+  // A strip bent by 1.5 turns on a circle: locally injective, globally not.
+  const Surface surface = test::grid(60, 1);
+  Points2 uv(surface.vertices.rows(), 2);
+  for (VertexId v = 0; v < uv.rows(); ++v) {
+    const double angle = 3.0 * std::numbers::pi * surface.vertices(v, 0);
+    const double radius = 2.0 - 0.2 * surface.vertices(v, 1);
+    uv.row(v) << radius * std::cos(angle), radius * std::sin(angle);
+  }
+  EXPECT_TRUE(measure(surface, corners(surface, uv)).ok);
+  EXPECT_GT(measure(surface, corners(surface, uv)).overlaps, 0);
+  CertifyRequest bijective;
+  bijective.require_bijective = true;
+  EXPECT_FALSE(measure(surface, corners(surface, uv), bijective).ok);
+}
+
+TEST(Certify, overlap_counts_agree_with_testing_all_pairs) {
+  const Surface surface = test::grid(40, 1);
+  Points2 uv(surface.vertices.rows(), 2);
+  for (VertexId v = 0; v < uv.rows(); ++v) {
+    const double angle = 3.4 * std::numbers::pi * surface.vertices(v, 0);
+    const double radius = 2.0 - 0.5 * surface.vertices(v, 1) + 0.03 * angle;
+    uv.row(v) << radius * std::cos(angle), radius * std::sin(angle);
+  }
+  // The boundary of the grid in order, as a polygon; independent of the certificate's own walk.
+  std::vector<VertexId> rim;
+  for (Index i = 0; i <= 40; ++i) rim.push_back(i);
+  for (Index i = 40; i >= 0; --i) rim.push_back(41 + i);
+  const auto cross = [&](VertexId a, VertexId b, VertexId c) {
+    const Vector2 p = uv.row(a), q = uv.row(b), r = uv.row(c);
+    return (q.x() - p.x()) * (r.y() - p.y()) - (q.y() - p.y()) * (r.x() - p.x());
+  };
+  std::int64_t pairs = 0;
+  const std::size_t n = rim.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = i + 2; j < n; ++j) {
+      if (i == 0 && j == n - 1) continue;
+      const VertexId a = rim[i], b = rim[(i + 1) % n], c = rim[j], d = rim[(j + 1) % n];
+      pairs += cross(a, b, c) * cross(a, b, d) < 0 && cross(c, d, a) * cross(c, d, b) < 0;
+    }
+  }
+  ASSERT_GT(pairs, 0);
+  EXPECT_EQ(measure(surface, corners(surface, uv)).overlaps, pairs);
+}
+
+TEST(Certify, pins_are_compared_bit_for_bit) {
+  const Surface surface = test::grid(3, 3);
+  const Points2 uv = flat(surface);
+  CertifyRequest request;
+  request.pins = {{4, uv.row(4).transpose()}};
+  EXPECT_TRUE(measure(surface, uv, request).ok);
+  request.pins[0].uv.x() = std::nextafter(request.pins[0].uv.x(), 2.0);
+  const Certificate c = measure(surface, uv, request);
+  EXPECT_EQ(c.pin_failures, 1);
+  EXPECT_FALSE(c.ok);
+}
+
+// A unit square whose second triangle was cut off and moved by `turn` quarter turns and a
+// translation.
+Certificate moved_triangle(int turn, double dx) {
+  const Surface surface = test::grid(1, 1);
+  Points2 uv = flat(surface);
+  for (CornerId c = 3; c < 6; ++c) {
+    Vector2 p = uv.row(c);
+    for (int k = 0; k < turn; ++k) p = Vector2(-p.y(), p.x());
+    uv.row(c) << p.x() + dx, p.y() + 3.0;
+  }
+  CertifyRequest request;
+  request.require_seamless = true;
+  return measure(surface, uv, request);
+}
+
+TEST(Certify, seams_must_match_by_exact_quarter_turns) {
+  for (int turn = 0; turn < 4; ++turn)
+    EXPECT_EQ(moved_triangle(turn, 5.0).seam_failures, 0) << turn;
+  // A translation that rounds the difference across the seam by one unit in the last place.
+  EXPECT_EQ(moved_triangle(0, 0.1).seam_failures, 1);
+}
+
+TEST(Certify, cone_angles_are_judged_where_prescribed_and_two_pi_elsewhere) {
+  const Surface surface = test::grid(4, 4);
+  CertifyRequest request;
+  request.cone_angles = {{12, 2.0 * std::numbers::pi}};
+  EXPECT_EQ(measure(surface, flat(surface), request).cone_failures, 0);
+  request.cone_angles = {{12, 1.5 * std::numbers::pi}};
+  EXPECT_EQ(measure(surface, flat(surface), request).cone_failures, 1);
+}
+
+// A grid whose first face (0, 1, 5) is split at its centroid.
+Parametrization split_face(const Surface& parent) {
+  Parametrization map;
+  const Eigen::Index n = parent.vertices.rows();
+  const Eigen::Index m = parent.faces.rows();
+  map.surface.vertices.resize(n + 1, 3);
+  map.surface.vertices.topRows(n) = parent.vertices;
+  const auto corner = [&](Index k) { return parent.vertices.row(parent.faces(0, k)); };
+  map.surface.vertices.row(n) = (corner(0) + corner(1) + corner(2)) / 3.0;
+  map.surface.faces.resize(m + 2, 3);
+  map.surface.faces.topRows(m) = parent.faces;
+  const auto c = static_cast<Index>(n);
+  const Index a = parent.faces(0, 0), b = parent.faces(0, 1), d = parent.faces(0, 2);
+  map.surface.faces.row(0) << a, b, c;
+  map.surface.faces.row(m) << b, d, c;
+  map.surface.faces.row(m + 1) << d, a, c;
+  map.uv = corners(map.surface, map.surface.vertices.leftCols<2>());
+  map.uv32 = map.uv.cast<float>();
+  set_identity_provenance(map);
+  map.parent_face[static_cast<std::size_t>(m)] = 0;
+  map.parent_face[static_cast<std::size_t>(m + 1)] = 0;
+  map.vertex_parent[static_cast<std::size_t>(n)] = 0;
+  map.vertex_barycentric.row(n).setConstant(1.0 / 3.0);
+  return map;
+}
+
+TEST(Certify, a_true_subdivision_passes_g7) {
+  const Surface parent = test::bumpy_grid(3, 3, 0.3, 2.0);
+  Parametrization map = split_face(parent);
+  certify_map(map, parent, {}, ExecutionContext());
+  EXPECT_EQ(map.certificate.provenance_failures, 0);
+  EXPECT_TRUE(map.certificate.ok);
+}
+
+TEST(Certify, g7_sees_moved_vertices_missing_faces_and_wrong_parents) {
+  const Surface parent = test::bumpy_grid(3, 3, 0.3, 2.0);
+  {
+    Parametrization map = split_face(parent);
+    map.surface.vertices(2, 2) += 1e-12;
+    certify_map(map, parent, {}, ExecutionContext());
+    EXPECT_GT(map.certificate.provenance_failures, 0);
+  }
+  {
+    Parametrization map = split_face(parent);
+    map.surface.vertices(map.surface.vertices.rows() - 1, 2) += 1e-6;
+    certify_map(map, parent, {}, ExecutionContext());
+    EXPECT_GT(map.certificate.provenance_failures, 0);
+  }
+  {
+    Parametrization map = split_face(parent);
+    map.parent_face.back() = 1;
+    certify_map(map, parent, {}, ExecutionContext());
+    EXPECT_GT(map.certificate.provenance_failures, 0);
+  }
+  {
+    Parametrization map = split_face(parent);
+    const Eigen::Index kept = map.surface.faces.rows() - 1;
+    map.surface.faces = Triangles(map.surface.faces.topRows(kept));
+    map.uv = Points2(map.uv.topRows(3 * kept));
+    map.uv32 = Points2f(map.uv32.topRows(3 * kept));
+    map.parent_face.pop_back();
+    certify_map(map, parent, {}, ExecutionContext());
+    EXPECT_GT(map.certificate.provenance_failures, 0);
+    EXPECT_THROW(require_certificate(map, "The test"), CertificateFailed);
+  }
+}
+
+}  // namespace
+}  // namespace flipfree

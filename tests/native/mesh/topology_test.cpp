@@ -1,0 +1,172 @@
+#include "flipfree/mesh/topology.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "flipfree/base/error.h"
+#include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/cut_graph.h"
+#include "support/shapes.h"
+
+namespace flipfree {
+namespace {
+
+Adjacency adjacency_of(const Surface& surface) {
+  return build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+}
+
+Topology topology_of(const Surface& surface) {
+  return topology(surface.faces, adjacency_of(surface));
+}
+
+TEST(Adjacency, opposite_is_an_involution_between_reversed_halfedges) {
+  for (const Surface& surface : {test::grid(5, 4), test::torus(7, 6), test::sphere(6, 4)}) {
+    const Adjacency adjacency = adjacency_of(surface);
+    for (HalfedgeId h = 0; h < 3 * surface.faces.rows(); ++h) {
+      const HalfedgeId o = adjacency.opposite[static_cast<std::size_t>(h)];
+      if (o == kInvalid) continue;
+      EXPECT_EQ(adjacency.opposite[static_cast<std::size_t>(o)], h);
+      EXPECT_EQ(source(surface.faces, h), target(surface.faces, o));
+      EXPECT_EQ(target(surface.faces, h), source(surface.faces, o));
+    }
+  }
+}
+
+TEST(Adjacency, rotation_from_the_stored_halfedge_visits_the_whole_fan) {
+  const Surface surface = test::grid(4, 3);
+  const Adjacency adjacency = adjacency_of(surface);
+  std::vector<Index> degree(static_cast<std::size_t>(surface.vertices.rows()), 0);
+  for (const VertexId v : surface.faces.reshaped()) ++degree[static_cast<std::size_t>(v)];
+  for (VertexId v = 0; v < surface.vertices.rows(); ++v) {
+    const HalfedgeId start = adjacency.vertex_halfedge[static_cast<std::size_t>(v)];
+    Index fan = 0;
+    for (HalfedgeId h = start; h != kInvalid && (fan == 0 || h != start);
+         h = rotate_ccw(adjacency, h))
+      ++fan;
+    EXPECT_EQ(fan, degree[static_cast<std::size_t>(v)]);
+  }
+}
+
+TEST(Topology, counts_loops_genus_and_components) {
+  const Topology disk = topology_of(test::grid(3, 3));
+  EXPECT_TRUE(disk.is_disk());
+  EXPECT_EQ(disk.genus(), 0);
+  const Topology sphere = topology_of(test::sphere(8, 6));
+  EXPECT_EQ(sphere.boundary_loops, 0);
+  EXPECT_EQ(sphere.genus(), 0);
+  EXPECT_EQ(sphere.euler(), 2);
+  const Topology torus = topology_of(test::torus(8, 6));
+  EXPECT_EQ(torus.genus(), 1);
+  const Topology tube = topology_of(test::cylinder(8, 2));
+  EXPECT_EQ(tube.boundary_loops, 2);
+  EXPECT_EQ(tube.genus(), 0);
+}
+
+TEST(BoundaryLoops, run_with_the_surface_on_the_left) {
+  const Surface surface = test::grid(2, 1);
+  const auto loops = boundary_loops(surface.faces, adjacency_of(surface));
+  ASSERT_EQ(loops.size(), 1U);
+  EXPECT_EQ(loops[0], (std::vector<VertexId>{0, 1, 2, 5, 4, 3}));
+}
+
+TEST(CutAlong, a_ring_around_a_torus_leaves_a_tube) {
+  const Surface surface = test::torus(6, 5);
+  const Adjacency adjacency = adjacency_of(surface);
+  IndexPairs ring(6, 2);
+  for (Index i = 0; i < 6; ++i) ring.row(i) << i, (i + 1) % 6;
+  const EdgeFlags flags = flag_edges(surface.faces, adjacency, ring);
+  EXPECT_EQ(flagged_edges(surface.faces, adjacency, flags).rows(), 6);
+  const CutMesh cut = cut_along(surface.faces, adjacency, flags);
+  const auto charts = split_into_charts(surface.vertices, cut);
+  ASSERT_EQ(charts.size(), 1U);
+  const Topology tube = topology_of(charts[0].surface);
+  EXPECT_EQ(tube.boundary_loops, 2);
+  EXPECT_EQ(tube.genus(), 0);
+  EXPECT_EQ(tube.vertices, surface.vertices.rows() + 6);
+  for (std::size_t v = 0; v < cut.vertex_origin.size(); ++v)
+    EXPECT_LT(cut.vertex_origin[v], surface.vertices.rows());
+}
+
+TEST(CutAlong, nothing_cut_keeps_one_vertex_per_vertex) {
+  const Surface surface = test::sphere(7, 5);
+  const Adjacency adjacency = adjacency_of(surface);
+  const CutMesh cut = cut_along(surface.faces, adjacency, EdgeFlags(adjacency.opposite.size(), 0));
+  EXPECT_EQ(static_cast<Eigen::Index>(cut.vertex_origin.size()), surface.vertices.rows());
+  for (Eigen::Index f = 0; f < surface.faces.rows(); ++f) {
+    for (Index k = 0; k < 3; ++k) {
+      EXPECT_EQ(cut.vertex_origin[static_cast<std::size_t>(cut.faces(f, k))], surface.faces(f, k));
+    }
+  }
+}
+
+TEST(FlagEdges, names_the_pair_that_is_no_edge) {
+  const Surface surface = test::grid(3, 3);
+  IndexPairs pairs(2, 2);
+  pairs << 0, 1, 0, 15;
+  try {
+    flag_edges(surface.faces, adjacency_of(surface), pairs);
+    FAIL();
+  } catch (const InvalidInput& e) {
+    EXPECT_EQ(e.error().code, ErrorCode::kNotAnEdge);
+    EXPECT_EQ(e.error().elements, (std::vector<Index>{0, 15}));
+  }
+}
+
+TEST(UvCuts, welding_back_finds_exactly_the_cut) {
+  const Surface surface = test::sphere(9, 6);
+  const Adjacency adjacency = adjacency_of(surface);
+  IndexPairs path(3, 2);
+  path << 0, 2, 2, 11, 11, 20;
+  const EdgeFlags flags = flag_edges(surface.faces, adjacency, path);
+  const CutMesh cut = cut_along(surface.faces, adjacency, flags);
+  // One distinct value per cut vertex: the cut can be read off the corners.
+  Points2 uv(3 * surface.faces.rows(), 2);
+  for (CornerId c = 0; c < uv.rows(); ++c) uv.row(c) << cut.faces(c / 3, c % 3), 0.5;
+  EXPECT_EQ(uv_cuts(surface.faces, adjacency, uv), flags);
+}
+
+void expect_planar_after_cut(const Surface& surface) {
+  const ExecutionContext context;
+  const Adjacency adjacency = adjacency_of(surface);
+  const EdgeFlags graph = planar_cut(surface, adjacency, context);
+  const auto charts =
+      split_into_charts(surface.vertices, cut_along(surface.faces, adjacency, graph));
+  ASSERT_EQ(charts.size(), 1U);
+  const Topology open = topology_of(charts[0].surface);
+  EXPECT_EQ(open.genus(), 0);
+  EXPECT_GE(open.boundary_loops, 1);
+}
+
+TEST(PlanarCut, opens_spheres_tori_and_their_punctured_versions) {
+  expect_planar_after_cut(test::sphere(12, 9));
+  expect_planar_after_cut(test::torus(9, 7));
+  expect_planar_after_cut(test::tetrahedron());
+  Surface punctured = test::torus(12, 10);
+  punctured.faces = Triangles(punctured.faces.bottomRows(punctured.faces.rows() - 1));
+  expect_planar_after_cut(punctured);
+}
+
+TEST(PlanarCut, leaves_planar_surfaces_alone) {
+  const ExecutionContext context;
+  const Surface surface = test::cylinder(8, 3);
+  const EdgeFlags graph = planar_cut(surface, adjacency_of(surface), context);
+  EXPECT_EQ(std::count(graph.begin(), graph.end(), 1), 0);
+}
+
+TEST(PlanarCut, of_a_torus_is_not_much_longer_than_its_two_shortest_loops) {
+  const Surface surface = test::torus(60, 30, 0.4);
+  const ExecutionContext context;
+  const Adjacency adjacency = adjacency_of(surface);
+  const IndexPairs edges =
+      flagged_edges(surface.faces, adjacency, planar_cut(surface, adjacency, context));
+  double length = 0.0;
+  for (Eigen::Index i = 0; i < edges.rows(); ++i) {
+    length += (surface.vertices.row(edges(i, 0)) - surface.vertices.row(edges(i, 1))).norm();
+  }
+  // 2 pi 0.4 around the tube and 2 pi 0.6 along the inner equator.
+  EXPECT_LT(length, 1.6 * 2.0 * 3.15 * (0.4 + 0.6));
+}
+
+}  // namespace
+}  // namespace flipfree

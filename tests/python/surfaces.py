@@ -1,0 +1,88 @@
+"""Small meshes that the Python tests generate: (vertices, faces) pairs."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+Mesh = tuple[npt.NDArray[np.float64], npt.NDArray[np.int32]]
+
+
+def _cells(columns: int, rows: int, index: npt.NDArray[np.int64]) -> npt.NDArray[np.int32]:
+    """Two triangles per cell of a lattice of vertex ids (rows + 1, columns + 1)."""
+    a, b = index[:-1, :-1].ravel(), index[:-1, 1:].ravel()
+    c, d = index[1:, 1:].ravel(), index[1:, :-1].ravel()
+    assert len(a) == columns * rows
+    return np.stack([np.stack([a, b, c], 1), np.stack([a, c, d], 1)], 1).reshape(-1, 3).astype(np.int32)
+
+
+def bumpy_grid(columns: int = 20, rows: int = 15, height: float = 0.2, frequency: float = 3.0) -> Mesh:
+    """A disk over the unit square."""
+    x, y = np.meshgrid(np.linspace(0, 1, columns + 1), np.linspace(0, 1, rows + 1))
+    z = height * np.sin(frequency * np.pi * x) * np.cos(frequency * np.pi * y)
+    index = np.arange((columns + 1) * (rows + 1)).reshape(rows + 1, columns + 1)
+    return np.stack([x, y, z], -1).reshape(-1, 3), _cells(columns, rows, index)
+
+
+def cylinder(sectors: int = 16, rings: int = 6) -> Mesh:
+    """Two boundary loops."""
+    angle = 2 * np.pi * np.arange(sectors) / sectors
+    height = np.linspace(0, 2, rings + 1)
+    points = np.stack(
+        [
+            np.tile(np.cos(angle), rings + 1),
+            np.tile(np.sin(angle), rings + 1),
+            np.repeat(height, sectors),
+        ],
+        -1,
+    )
+    index = np.arange(sectors * (rings + 1)).reshape(rings + 1, sectors)
+    return points, _cells(sectors, rings, np.hstack([index, index[:, :1]]))
+
+
+def torus(sectors: int = 24, rings: int = 12, minor: float = 0.4) -> Mesh:
+    """Closed, genus 1."""
+    phi, theta = np.meshgrid(
+        2 * np.pi * np.arange(sectors) / sectors, 2 * np.pi * np.arange(rings) / rings
+    )
+    radius = 1 + minor * np.cos(theta)
+    points = np.stack([radius * np.cos(phi), radius * np.sin(phi), minor * np.sin(theta)], -1)
+    index = np.arange(sectors * rings).reshape(rings, sectors)
+    index = np.vstack([index, index[:1]])
+    return points.reshape(-1, 3), _cells(sectors, rings, np.hstack([index, index[:, :1]]))
+
+
+def octahedron_sphere(levels: int = 3) -> Mesh:
+    """Closed, genus 0: an octahedron subdivided and pushed to the unit sphere."""
+    points = [np.array(p, float) for p in [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]]
+    faces = [(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)]
+    for _ in range(levels):
+        middle: dict[tuple[int, int], int] = {}
+
+        def split(a: int, b: int, middle: dict[tuple[int, int], int] = middle) -> int:
+            key = (min(a, b), max(a, b))
+            if key not in middle:
+                p = points[a] + points[b]
+                points.append(p / np.linalg.norm(p))
+                middle[key] = len(points) - 1
+            return middle[key]
+
+        finer = []
+        for a, b, c in faces:
+            ab, bc, ca = split(a, b), split(b, c), split(c, a)
+            finer += [(a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca)]
+        faces = finer
+    return np.array(points), np.array(faces, np.int32)
+
+
+def shuffled(mesh: Mesh, seed: int) -> Mesh:
+    """The same surface with vertices, faces and the first corner of each face in another order."""
+    random = np.random.default_rng(seed)
+    vertices, faces = mesh
+    order = random.permutation(len(vertices))
+    place = np.empty_like(order)
+    place[order] = np.arange(len(order))
+    faces = place[faces][random.permutation(len(faces))]
+    turn = random.integers(0, 3, len(faces))
+    corners = (np.arange(3)[None, :] + turn[:, None]) % 3
+    return vertices[order], np.take_along_axis(faces, corners, 1).astype(np.int32)

@@ -1,0 +1,205 @@
+"""Properties of ff.conformal over generated surfaces."""
+
+from __future__ import annotations
+
+import time
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from surfaces import bumpy_grid, cylinder, octahedron_sphere, shuffled, torus
+
+import flipfree as ff
+
+
+def boundary_vertices(faces: np.ndarray) -> np.ndarray:
+    edges = {(a, b) for f in faces.tolist() for a, b in zip(f, f[1:] + f[:1], strict=True)}
+    return np.unique([v for a, b in edges if (b, a) not in edges for v in (a, b)]).astype(int)
+
+
+def flat_angles(faces: np.ndarray) -> np.ndarray:
+    angles = np.full(faces.max() + 1, 2 * np.pi)
+    angles[boundary_vertices(faces)] = np.pi
+    return angles
+
+
+def random_sphere_angles(count: int, seed: int) -> np.ndarray:
+    """Positive angles that add up for a sphere."""
+    random = np.random.default_rng(seed)
+    curvature = random.uniform(-0.9 * np.pi, 0.9 * np.pi, count)
+    return 2 * np.pi - (curvature + (4 * np.pi - curvature.sum()) / count)
+
+
+def uv_angles(result: ff.Parametrization, count: int) -> np.ndarray:
+    """Total UV angle at each of the first ``count`` vertices."""
+    uv, total = result.uv, np.zeros(len(result.vertices))
+    for k in range(3):
+        a, b = uv[:, (k + 1) % 3] - uv[:, k], uv[:, (k + 2) % 3] - uv[:, k]
+        angle = np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(1))
+        np.add.at(total, result.faces[:, k], angle)
+    return total[:count]
+
+
+def exact_flips(uv: np.ndarray) -> int:
+    flips = 0
+    for a, b, c in uv.astype(float).tolist():
+        ax, ay, bx, by, cx, cy = map(Fraction, (*a, *b, *c))
+        flips += (bx - ax) * (cy - ay) - (by - ay) * (cx - ax) <= 0
+    return flips
+
+
+def octahedral_case() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Eight cones of angle 3 pi / 2 on a sphere."""
+    vertices, faces = octahedron_sphere(3)
+    angles = flat_angles(faces)
+    directions = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+    angles[np.argmax(vertices @ directions.T, 0)] = 1.5 * np.pi
+    return vertices, faces, angles
+
+
+def rectangle_case() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    vertices, faces = bumpy_grid(20, 15)
+    angles = flat_angles(faces)
+    angles[[0, 20, 15 * 21, 15 * 21 + 20]] = np.pi / 2
+    return vertices, faces, angles
+
+
+def flat_torus_case() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    vertices, faces = torus()
+    return vertices, faces, flat_angles(faces)
+
+
+def annulus_case() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    vertices, faces = cylinder()
+    return vertices, faces, flat_angles(faces)
+
+
+CASES = {
+    "sphere": octahedral_case,
+    "disk": rectangle_case,
+    "torus": flat_torus_case,
+    "annulus": annulus_case,
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_map_has_the_prescribed_angles_and_no_flip(name: str) -> None:
+    vertices, faces, angles = CASES[name]()
+    result = ff.conformal(vertices, faces, angles)
+    assert result.certificate.ok
+    assert exact_flips(result.uv) == exact_flips(result.uv32()) == 0
+    assert result.certificate.provenance_failures == 0
+    np.testing.assert_allclose(uv_angles(result, len(vertices)), angles, atol=1e-7)
+    np.testing.assert_array_equal(result.vertices[: len(vertices)], vertices)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_angles_everywhere_need_refinement_and_get_it(seed: int) -> None:
+    vertices, faces = octahedron_sphere(3)
+    angles = random_sphere_angles(len(vertices), seed)
+    result = ff.conformal(vertices, faces, angles)
+    assert result.certificate.ok
+    assert result.stats["added_vertices"] > 0
+    assert exact_flips(result.uv32()) == 0
+    np.testing.assert_allclose(uv_angles(result, len(vertices)), angles, atol=1e-6)
+    # Every added vertex lies where its weights say, on an edge of its input face.
+    new = slice(len(vertices), None)
+    weights = result.vertex_barycentric[new]
+    corners = vertices[faces[result.vertex_parent[new]]]
+    np.testing.assert_allclose((weights[:, :, None] * corners).sum(1), result.vertices[new], atol=1e-12)
+    assert (weights.min(1) == 0).all() and (weights.max(1) < 1).all()
+
+
+def test_the_full_refinement_is_certified_too_and_larger() -> None:
+    vertices, faces = octahedron_sphere(3)
+    angles = random_sphere_angles(len(vertices), 1)
+    few = ff.conformal(vertices, faces, angles)
+    all_points = ff.conformal(vertices, faces, angles, original_triangles=False)
+    assert all_points.certificate.ok
+    assert all_points.stats["added_vertices"] == all_points.stats["overlay_crossings"]
+    assert few.stats["added_vertices"] < all_points.stats["added_vertices"]
+
+
+def test_original_triangles_are_kept_where_possible_and_refused_where_not() -> None:
+    kept = ff.conformal(*rectangle_case(), original_triangles=True)
+    assert kept.certificate.ok and kept.stats["added_vertices"] == 0
+    vertices, faces = octahedron_sphere(3)
+    with pytest.raises(ff.NotConverged) as caught:
+        ff.conformal(vertices, faces, random_sphere_angles(len(vertices), 1), original_triangles=True)
+    assert caught.value.certificate.flips64 > 0
+    assert caught.value.metric.converged
+
+
+def test_a_map_too_fine_for_32_bits_is_refused_and_the_metric_returned() -> None:
+    vertices, faces = octahedron_sphere(4)
+    angles = np.full(len(vertices), 2 * np.pi)
+    near = np.argsort(-vertices[:, 2])[:30]
+    angles[near] = 2 * np.pi - 4 * np.pi / len(near)
+    # All curvature around one pole: the rest of the sphere is one long thin cylinder... or too fine.
+    try:
+        result = ff.conformal(vertices, faces, angles)
+    except ff.NotConverged as failure:
+        assert failure.metric.converged
+        assert failure.metric.angle_error <= 1e-10
+        assert not failure.certificate.ok
+    else:
+        assert result.certificate.ok and exact_flips(result.uv32()) == 0
+
+
+def test_given_cuts_are_part_of_the_cut() -> None:
+    vertices, faces, angles = octahedral_case()
+    edge = faces[100, :2]
+    result = ff.conformal(vertices, faces, angles, cuts=[edge])
+    assert result.certificate.ok
+    assert sorted(edge.tolist()) in np.sort(result.cut_edges, 1).tolist()
+
+
+def test_scale_and_numbering_do_not_matter() -> None:
+    vertices, faces, angles = rectangle_case()
+    result = ff.conformal(vertices, faces, angles)
+    for scale in (1e-4, 1e5):
+        scaled = ff.conformal(vertices * scale, faces, angles)
+        assert scaled.certificate.ok
+        np.testing.assert_allclose(scaled.uv, result.uv, atol=1e-9)
+    moved_vertices, moved_faces = shuffled((vertices, faces), 3)[:2]
+    moved_angles = flat_angles(moved_faces)
+    corners = [np.argmin(((moved_vertices - vertices[c]) ** 2).sum(1)) for c in (0, 20, 315, 335)]
+    moved_angles[corners] = np.pi / 2
+    moved = ff.conformal(moved_vertices, moved_faces, moved_angles)
+    assert moved.certificate.ok
+    assert moved.stats["scale_range"] == pytest.approx(result.stats["scale_range"], abs=1e-9)
+
+
+def test_the_same_bits_for_any_number_of_threads() -> None:
+    vertices, faces = octahedron_sphere(3)
+    angles = random_sphere_angles(len(vertices), 2)
+    one = ff.conformal(vertices, faces, angles, threads=1)
+    two = ff.conformal(vertices, faces, angles, threads=2)
+    assert one.uv.tobytes() == two.uv.tobytes()
+    assert one.faces.tobytes() == two.faces.tobytes()
+
+
+def test_cancelling_stops_soon() -> None:
+    vertices, faces = octahedron_sphere(5)
+    job = ff.jobs.conformal(vertices, faces, random_sphere_angles(len(vertices), 0))
+    time.sleep(0.05)
+    start = time.monotonic()
+    job.cancel()
+    with pytest.raises(ff.Cancelled):
+        job.result()
+    assert time.monotonic() - start < 2.0  # 0.2 s by contract; the machine of the tests may be busy
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"tolerance": 0.0}, {"precision": 12}, {"precision": "high"}, {"original_triangles": "maybe"}, {"threads": 0}],
+)
+def test_bad_options_are_named(options: dict[str, object]) -> None:
+    with pytest.raises(ff.InvalidInput, match=next(iter(options))):
+        ff.conformal(*rectangle_case(), **options)
+
+
+def test_cuts_that_are_no_edges_are_named() -> None:
+    with pytest.raises(ff.InvalidInput) as caught:
+        ff.conformal(*rectangle_case(), cuts=[[0, 300]])
+    assert caught.value.kind == "edge"

@@ -1,0 +1,217 @@
+"""Properties of ff.unwrap over generated surfaces; the shared meshes are benchmarks/unwrap_corpus.py's."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import numpy as np
+import pytest
+from surfaces import bumpy_grid, cylinder, octahedron_sphere, shuffled, torus
+
+import flipfree as ff
+
+SURFACES = {
+    "disk": bumpy_grid,
+    "annulus": cylinder,
+    "sphere": octahedron_sphere,
+    "torus": torus,
+}
+
+
+def exact_flips(uv: np.ndarray) -> int:
+    """Triangles that are not positive, in integer arithmetic on the values' binary expansions: independent of the certificate."""
+    from fractions import Fraction
+
+    flips = 0
+    for a, b, c in uv.astype(float).tolist():
+        ax, ay, bx, by, cx, cy = map(Fraction, (*a, *b, *c))
+        flips += (bx - ax) * (cy - ay) - (by - ay) * (cx - ax) <= 0
+    return flips
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_every_topology_is_unwrapped_flip_free_and_without_overlaps(name: str) -> None:
+    vertices, faces = SURFACES[name]()
+    result = ff.unwrap(vertices, faces)
+    assert result.certificate.ok
+    assert result.certificate.flips64 == result.certificate.flips32 == result.certificate.overlaps == 0
+    assert exact_flips(result.uv32()) == 0
+    assert exact_flips(result.uv) == 0
+    assert np.array_equal(result.vertices, vertices)
+    assert np.array_equal(result.faces, faces)
+    assert result.uv32().min() >= 0.0 and result.uv32().max() <= 1.0
+
+
+def test_a_developable_surface_is_unwrapped_isometrically() -> None:
+    x, y = np.meshgrid(np.linspace(0, 1, 31), np.linspace(0, 1, 21))
+    _, faces = bumpy_grid(30, 20)
+    rolled = np.stack([np.cos(2 * x), np.sin(2 * x), y], -1).reshape(-1, 3)
+    assert ff.unwrap(rolled, faces).certificate.energy == pytest.approx(1.0, abs=1e-5)
+
+
+def test_seams_become_charts_and_only_they_are_cut() -> None:
+    vertices, faces = bumpy_grid(10, 8)
+    column = np.arange(9) * 11 + 5
+    seam = np.stack([column[:-1], column[1:]], -1)
+    result = ff.unwrap(vertices, faces, cuts=seam)
+    assert result.stats["charts"] == 2
+    assert result.stats["added_cuts"] == 0
+    assert {tuple(e) for e in result.cut_edges.tolist()} == {tuple(sorted(e)) for e in seam.tolist()}
+
+
+def test_closed_and_handled_pieces_report_their_added_cuts() -> None:
+    for make, charts in ((octahedron_sphere, 1), (torus, 1)):
+        result = ff.unwrap(*make())
+        assert result.stats["opened_charts"] == charts
+        assert result.stats["added_cuts"] == len(result.cut_edges) > 0
+
+
+def test_the_annulus_keeps_its_hole() -> None:
+    result = ff.unwrap(*cylinder())
+    assert result.stats["added_cuts"] == 0
+
+
+def test_components_are_unwrapped_side_by_side() -> None:
+    v1, f1 = bumpy_grid(6, 6)
+    v2, f2 = octahedron_sphere(2)
+    result = ff.unwrap(np.vstack([v1, v2 + 5]), np.vstack([f1, f2 + len(v1)]))
+    assert result.stats["charts"] == 2
+    first, second = result.uv[: len(f1)].reshape(-1, 2), result.uv[len(f1) :].reshape(-1, 2)
+    apart = (first.max(0) < second.min(0)) | (second.max(0) < first.min(0))
+    assert apart.any()
+
+
+@pytest.mark.parametrize("scale", [1e-4, 1e-2, 1e2, 1e5])
+@pytest.mark.parametrize("name", SURFACES)
+def test_scale_and_place_of_the_input_change_nothing_but_rounding(name: str, scale: float) -> None:
+    vertices, faces = SURFACES[name]()
+    reference = ff.unwrap(vertices, faces).certificate.energy
+    moved = ff.unwrap(vertices * scale + 3.0 * scale, faces)
+    assert moved.certificate.ok
+    assert moved.certificate.energy == pytest.approx(reference, rel=1e-3)
+
+
+def test_a_power_of_two_changes_no_bit() -> None:
+    vertices, faces = bumpy_grid()
+    assert np.array_equal(ff.unwrap(vertices, faces).uv, ff.unwrap(vertices * 2.0**20, faces).uv)
+
+
+def test_rotation_of_the_input_changes_nothing_but_rounding() -> None:
+    vertices, faces = bumpy_grid()
+    rotation, _ = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))
+    rotation *= np.sign(np.linalg.det(rotation))
+    a = ff.unwrap(vertices, faces).certificate.energy
+    b = ff.unwrap(vertices @ rotation.T, faces).certificate.energy
+    assert a == pytest.approx(b, rel=1e-3)
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("name", SURFACES)
+def test_order_of_vertices_and_faces_does_not_decide_success(name: str, seed: int) -> None:
+    mesh = SURFACES[name]()
+    assert ff.unwrap(*shuffled(mesh, seed)).certificate.ok
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_one_and_two_threads_give_the_same_bits(name: str) -> None:
+    vertices, faces = SURFACES[name]()
+    one = ff.unwrap(vertices, faces, threads=1)
+    two = ff.unwrap(vertices, faces, threads=2)
+    assert np.array_equal(one.uv, two.uv)
+    assert np.array_equal(one.uv32(), two.uv32())
+
+
+def test_many_charts_give_the_same_bits_on_one_and_two_threads() -> None:
+    vertices, faces = bumpy_grid(24, 24)
+    rows = [np.stack([np.arange(24) + 25 * r, np.arange(1, 25) + 25 * r], -1) for r in range(4, 24, 4)]
+    cuts = np.vstack(rows)
+    one = ff.unwrap(vertices, faces, cuts=cuts, threads=1)
+    two = ff.unwrap(vertices, faces, cuts=cuts, threads=2)
+    assert one.stats["charts"] == 6
+    assert np.array_equal(one.uv, two.uv)
+
+
+def test_islands_keep_their_place_when_asked_to() -> None:
+    vertices, faces = bumpy_grid(8, 8)
+    before = vertices[faces][:, :, :2] * 0.25 + [0.6, 0.1]
+    result = ff.unwrap(vertices, faces, place_like=before)
+    assert np.abs(result.uv.mean((0, 1)) - before.mean((0, 1))).max() < 0.02
+    assert np.abs(np.ptp(result.uv.reshape(-1, 2), axis=0) - 0.25).max() < 0.08
+
+
+def test_progress_is_monotone_and_ends_at_one() -> None:
+    seen: list[tuple[str, float]] = []
+
+    def progress(stage: str, fraction: float) -> bool:
+        seen.append((stage, fraction))
+        return True
+
+    ff.unwrap(*bumpy_grid(120, 120), progress=progress)
+    fractions = [fraction for _, fraction in seen]
+    assert fractions == sorted(fractions)
+    assert fractions[-1] == 1.0
+    assert len(seen) > 1
+
+
+def test_returning_false_cancels_and_the_next_call_works() -> None:
+    mesh = bumpy_grid(200, 200)
+    with pytest.raises(ff.Cancelled):
+        ff.unwrap(*mesh, progress=lambda stage, fraction: False)
+    assert ff.unwrap(*bumpy_grid()).certificate.ok
+
+
+def test_an_exception_of_the_progress_function_comes_through() -> None:
+    def progress(stage: str, fraction: float) -> bool:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        ff.unwrap(*bumpy_grid(150, 150), progress=progress)
+
+
+def test_the_gil_is_released_while_solving() -> None:
+    ticks = 0
+    stop = threading.Event()
+
+    def count() -> None:
+        nonlocal ticks
+        while not stop.is_set():
+            ticks += 1
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    ff.unwrap(*bumpy_grid(120, 120))
+    stop.set()
+    thread.join()
+    assert ticks > 3
+
+
+def test_a_job_can_be_polled_and_collected_once() -> None:
+    job = ff.jobs.unwrap(*bumpy_grid(60, 60))
+    while not job.wait(0.01):
+        stage, fraction = job.progress()
+        assert isinstance(stage, str) and 0.0 <= fraction <= 1.0
+    assert job.result().certificate.ok
+    with pytest.raises(ff.FlipfreeError):
+        job.result()
+
+
+def test_a_job_that_is_dropped_while_running_is_cancelled_quietly() -> None:
+    job = ff.jobs.unwrap(*bumpy_grid(300, 300))
+    job.wait(0.05)
+    del job
+
+
+def test_one_triangle_and_two_triangles_are_charts_too() -> None:
+    assert ff.unwrap([[0, 0, 0], [3, 0, 0], [0, 1, 2]], [[0, 1, 2]]).certificate.energy == pytest.approx(1)
+    square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    assert ff.unwrap(square, [[0, 1, 2], [0, 2, 3]]).certificate.energy == pytest.approx(1)
+
+
+def test_every_face_a_chart_of_its_own() -> None:
+    vertices, faces = octahedron_sphere(2)
+    edges = {tuple(sorted((int(f[k]), int(f[(k + 1) % 3])))) for f in faces for k in range(3)}
+    result = ff.unwrap(vertices, faces, cuts=sorted(edges))
+    assert result.stats["charts"] == len(faces)
+    assert result.certificate.energy == pytest.approx(1.0, abs=1e-6)
