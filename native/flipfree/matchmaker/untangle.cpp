@@ -18,6 +18,10 @@ constexpr std::size_t kGrain = 2048;
 // Share of the mean weight that no triangle falls below: small triangles must unfold as well.
 constexpr double kLeastWeight = 0.1;
 constexpr double kArmijo = 1e-4;
+// A full Newton step that promises less than this share of the energy ends the minimisation for one eps.
+constexpr double kConverged = 0.02;
+// Least share by which eps may fall otherwise (their section 3).
+constexpr double kSlowPace = 0.1;
 
 using Matrix4 = Eigen::Matrix4d;
 using Vector4 = Eigen::Vector4d;
@@ -268,7 +272,7 @@ UntangleResult Untangler::run(const Points2& initial, const UntangleOptions& opt
   double least = 0;
   energy(result.uv, options.lambda, 1.0, least, context);
   double epsilon = least > 0 ? 1e-10 : std::sqrt(1e-12 + 0.04 * least * least);
-  Index fewest = result.flips;
+  double best = -std::numeric_limits<double>::infinity();
   int since_progress = 0;
   int extra = 0;
   Points2 trial = result.uv;
@@ -314,15 +318,15 @@ UntangleResult Untangler::run(const Points2& initial, const UntangleOptions& opt
     }
     result.flips = static_cast<Index>(find_flips(surface_.faces, result.uv, context).size());
     if (result.flips == 0 && extra++ >= options.extra_iterations) break;
-    if (result.flips < fewest) {
-      fewest = result.flips;
+    if (least > 0.9 * best) {
+      best = least;
       since_progress = 0;
-    } else if (result.flips > 0 && ++since_progress > options.patience) {
+    } else if (++since_progress > options.patience) {
       break;
     }
-    if (getenv("DBG") && result.iterations%10==0) fprintf(stderr,"it %d before %g after %g t %g eps %g least %g flips %d slope %g\n",result.iterations,before,after,t,epsilon,least,result.flips,slope);
     // Garanzha et al. 2021, equation 6: how far eps may fall depends on how well the last step did.
-    static const double SG=getenv("SG")?atof(getenv("SG")):0.1; const double sigma = std::max(1.0 - after / before, (moved && t==1.0 && -slope < 0.02*before)?SG:0.1);
+    const bool converged = moved && t == 1.0 && -slope < kConverged * before;
+    const double sigma = std::max(1.0 - after / before, converged ? options.pace : kSlowPace);
     const double mu = (1.0 - sigma) * chi(least, epsilon);
     epsilon = least < mu ? std::max(1e-10, 2.0 * std::sqrt(mu * (mu - least))) : 1e-10;
     if (!moved && epsilon <= 1e-9) break;

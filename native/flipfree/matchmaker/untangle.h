@@ -20,10 +20,12 @@ namespace flipfree {
 
 struct UntangleOptions {
   int max_iterations = 200;
-  // Give up when the number of flips has not fallen for so many iterations.
-  int patience = 40;
+  // Give up when the worst triangle has not improved for so many iterations although eps is small.
+  int patience = 60;
+  // How fast eps may fall once the energy is minimised for it, in (0, 1): faster ends sooner, slower folds less.
+  double pace = 0.4;
   // Newton steps after the map has become flip-free, which spread what is still squeezed.
-  int extra_iterations = 3;
+  int extra_iterations = 2;
   double lambda = 0.1;
   // Area of the whole map at which triangles are at rest; 0: the absolute area of the initial map.
   double target_area = 0.0;
