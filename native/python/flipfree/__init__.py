@@ -8,6 +8,7 @@ from ._native import version as __version__
 from . import jobs
 from .certification import certify
 from .conformal_map import conformal
+from .embedding import embed
 from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConverged
 from .results import Certificate, Parametrization, Transitions
 from .unwrapping import unwrap
@@ -24,6 +25,7 @@ __all__ = [
     "__version__",
     "certify",
     "conformal",
+    "embed",
     "jobs",
     "unwrap",
 ]

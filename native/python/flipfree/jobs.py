@@ -5,7 +5,8 @@ For user interfaces: poll ``job.wait(0.0)`` and ``job.progress()``, offer ``job.
 
 from .certification import start_certify as certify
 from .conformal_map import start_conformal as conformal
+from .embedding import start_embed as embed
 from .job import Job
 from .unwrapping import start_unwrap as unwrap
 
-__all__ = ["Job", "certify", "conformal", "unwrap"]
+__all__ = ["Job", "certify", "conformal", "embed", "unwrap"]
