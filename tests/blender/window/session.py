@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tests that need a window, run by a timer of a real Blender: blender --enable-event-simulate --python session.py -- REPORT [SHOTS]
+"""Tests that need a window, run by a timer of a real Blender:
+
+    blender --enable-event-simulate --python session.py -- REPORT [SHOTS]
 
 Each test is a generator: it yields the seconds that Blender shall go on (drawing, timers, events) before its next line. REPORT is
 a JUnit file. With SHOTS, a folder, pictures of the screen are put there (needs ImageMagick's `import`).
