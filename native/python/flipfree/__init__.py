@@ -11,6 +11,7 @@ from .conformal_map import conformal
 from .embedding import embed
 from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConverged
 from .results import Certificate, Parametrization, Transitions
+from .target_angles import boundary_angles, suggest_cones
 from .unwrapping import unwrap
 
 __all__ = [
@@ -23,9 +24,11 @@ __all__ = [
     "Parametrization",
     "Transitions",
     "__version__",
+    "boundary_angles",
     "certify",
     "conformal",
     "embed",
     "jobs",
+    "suggest_cones",
     "unwrap",
 ]
