@@ -39,9 +39,9 @@ struct MinimizeOptions {
 // stats: "distortion.*": iterations, progressive_iterations, factorizations, energy_start, energy,
 // seconds, barrier (1 if the boundary had to be held apart), stop ("converged", "iteration limit",
 // "stalled").
-// Cost: about 10 iterations, each one factorization of a planar-like system with 2 #V unknowns; with
-// `bijective`, twice that for maps whose boundary would meet itself.
-// Throws Cancelled, NotConverged (kFactorizationFailed).
+// Cost: about 10 iterations, each one factorization of a planar-like system with 2 #V unknowns;
+// with `bijective`, twice that for maps whose boundary would meet itself. Throws Cancelled,
+// NotConverged (kFactorizationFailed).
 Points2 minimize_distortion(const Surface& chart, const Points2& initial_uv,
                             const MinimizeOptions& options, ExecutionContext& context,
                             Stats& stats);

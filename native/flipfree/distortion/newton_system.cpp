@@ -184,6 +184,26 @@ double NewtonSystem::assemble(const std::vector<RestTriangle>& rest, const Point
   return energy;
 }
 
+void NewtonSystem::add_prescribed(const Points2& motion) {
+  for (std::size_t f = 0; f < size(static_cast<Index>(faces_.rows())); ++f) {
+    const Index* v = faces_.data() + 3 * f;
+    const double* h = &face_hessian_[kHessianEntries * f];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t l = (k + 1) % 3;
+      const double* block = h + 9 + 4 * k;
+      const auto add_to = [&](VertexId to, VertexId from, double uu, double uv, double vu,
+                              double vv) {
+        const Index i = number_of_[size(to)];
+        if (i == kInvalid || number_of_[size(from)] != kInvalid) return;
+        gradient_[2 * size(i)] += uu * motion(from, 0) + uv * motion(from, 1);
+        gradient_[2 * size(i) + 1] += vu * motion(from, 0) + vv * motion(from, 1);
+      };
+      add_to(v[k], v[l], block[0], block[1], block[2], block[3]);
+      add_to(v[l], v[k], block[0], block[2], block[1], block[3]);
+    }
+  }
+}
+
 void NewtonSystem::add(VertexId v, const double gradient[2], const double block[3]) {
   if (number_of_[size(v)] == kInvalid) return;
   const std::size_t i = size(number_of_[size(v)]);

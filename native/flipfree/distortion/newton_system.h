@@ -28,6 +28,10 @@ class NewtonSystem {
   double assemble(const std::vector<RestTriangle>& rest, const Points2& uv,
                   ExecutionContext& context);
 
+  // Adds to the gradient what moving fixed vertices by `motion` (#V x 2, zero elsewhere) does to it
+  // to first order: the solution then is the best motion of the free vertices that goes with it. To
+  // be called after assemble().
+  void add_prescribed(const Points2& motion);
   // Adds to the assembled system: symmetric 2 x 2 diagonal block (uu, uv, vv) and gradient of
   // vertex v. Nothing happens if it is fixed.
   void add(VertexId v, const double gradient[2], const double block[3]);
