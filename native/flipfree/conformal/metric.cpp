@@ -180,8 +180,7 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
     // start again, which the uniqueness of the Delaunay triangulation allows, then Newton to remove
     // what rounding left.
     const std::size_t direct = engine->flips().size() - engine->euclidean_flips();
-    if (run.end == NewtonEnd::kConverged && !replayed && direct > engine->mesh().edge_count() / 4 &&
-        rungs == 1) {
+    if (run.end == NewtonEnd::kConverged && !replayed && direct > engine->mesh().edge_count() / 4) {
       replayed = true;
       continue;
     }
