@@ -22,8 +22,8 @@ fi
 
 for tool in apt-get dpkg-deb; do
   command -v "$tool" >/dev/null || {
-    echo "setup-blender.sh needs $tool (Debian or Ubuntu). Elsewhere: unpack a Blender 4.2 or newer yourself and pass its" \
-         "path in FLIPFREE_BLENDERS." >&2
+    echo "setup-blender.sh needs $tool (Debian or Ubuntu). Elsewhere: install the extension into" \
+         "a Blender of your own." >&2
     exit 1
   }
 done

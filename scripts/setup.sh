@@ -13,6 +13,7 @@ packages=(
   libopenblas-dev libcgal-dev libgmp-dev libmpfr-dev libboost-dev
   libgtest-dev libbenchmark-dev clang-format                     # tests
   python3 python3-dev python3-venv
+  xvfb xauth binutils                                            # tests with a window
   debian-archive-keyring                                         # scripts/setup-blender.sh
 )
 

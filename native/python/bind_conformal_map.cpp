@@ -4,7 +4,9 @@
 
 #include "arrays.h"
 #include "bindings.h"
+#include "flipfree/conformal/boundary_angles.h"
 #include "flipfree/conformal/map.h"
+#include "flipfree/conformal/suggest_cones.h"
 #include "job.h"
 
 namespace py = pybind11;
@@ -88,6 +90,49 @@ void bind_conformal_map(py::module_& module) {
       py::arg("vertices"), py::arg("faces"), py::arg("target_angles"), py::arg("cuts"),
       py::arg("tolerance"), py::arg("bits"), py::arg("refinement"), py::arg("lengths"),
       py::arg("threads"));
+  module.def(
+      "suggest_cones",
+      [](const Array<double>& vertices, const Array<Index>& faces, double bound, int max_cones,
+         double quantum, double least_angle, int threads) {
+        SuggestConesOptions options;
+        options.bound = bound;
+        options.max_cones = max_cones;
+        options.quantum = quantum;
+        options.least_angle = least_angle;
+        return start_job(
+            [surface = to_surface(vertices, faces), options](ExecutionContext& context) {
+              return suggest_cones(surface, options, context);
+            },
+            [](const SuggestedCones& cones) -> py::object {
+              return py::make_tuple(from_vector(cones.target_angles), from_vector(cones.cones),
+                                    cones.scale_ratio, cones.bound_holds);
+            },
+            threads);
+      },
+      py::arg("vertices"), py::arg("faces"), py::arg("bound"), py::arg("max_cones"),
+      py::arg("quantum"), py::arg("least_angle"), py::arg("threads"));
+  module.def(
+      "boundary_angles",
+      [](const Array<double>& vertices, const Array<Index>& faces, const std::string& shape,
+         const Array<Index>& cone_vertices, const Array<double>& cone_angles,
+         const Array<Index>& corners, int threads) {
+        BoundaryAnglesOptions options;
+        options.shape = shape == "straight" ? BoundaryShape::kStraight
+                        : shape == "circle" ? BoundaryShape::kCircle
+                                            : BoundaryShape::kFree;
+        for (py::ssize_t i = 0; i < cone_vertices.size(); ++i) {
+          options.cones.emplace_back(cone_vertices.data()[i], cone_angles.data()[i]);
+        }
+        options.corners.assign(corners.data(), corners.data() + corners.size());
+        return start_job(
+            [surface = to_surface(vertices, faces), options](ExecutionContext& context) {
+              return boundary_angles(surface, options, context);
+            },
+            [](const std::vector<double>& angles) -> py::object { return from_vector(angles); },
+            threads);
+      },
+      py::arg("vertices"), py::arg("faces"), py::arg("shape"), py::arg("cone_vertices"),
+      py::arg("cone_angles"), py::arg("corners"), py::arg("threads"));
 }
 
 }  // namespace flipfree::python

@@ -75,5 +75,6 @@ PYBIND11_MODULE(_native, module) {
       .def("result", &Job::result);
   bind_certify(module);
   bind_conformal_map(module);
+  bind_embedding(module);
   bind_unwrap(module);
 }

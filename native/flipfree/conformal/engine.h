@@ -47,6 +47,13 @@ class MetricEngine {
   // well-conditioned quotients.
   virtual void evaluate(double accuracy, Gradient& out) = 0;
 
+  // Nonlinear relaxation: for each unknown listed, in order, moves its scale factor alone until its
+  // own angle error is at most `accuracy` (a monotone equation in one variable; the triangulation
+  // around it is kept Delaunay). Adds the changes to `u`. Every move lowers the convex energy.
+  // False if the engine could not follow.
+  virtual bool relax(const std::vector<VertexId>& unknowns, double accuracy, std::vector<double>& u,
+                     ExecutionContext& context) = 0;
+
   // Flips done so far, of which the first euclidean_flips() are Euclidean.
   virtual const std::vector<FlipRecord>& flips() const = 0;
   virtual std::size_t euclidean_flips() const = 0;

@@ -40,12 +40,17 @@ class ScalarEngine final : public MetricEngine {
   std::size_t euclidean_flips() const override { return euclidean_flips_; }
   std::size_t exact_tests() const override { return exact_tests_; }
 
-  void scale(const std::vector<double>& factor) override {
-    for (std::size_t v = 0; v < factor_product_.size(); ++v) factor_product_[v] *= T(factor[v]);
+  void scale(const std::vector<double>& growth) override {
+    const T one = T(1.0);
+    factor_.resize(growth.size());
+    for (std::size_t v = 0; v < growth.size(); ++v) {
+      factor_[v] = one + Traits::make(growth[v], bits_);
+      factor_product_[v] *= factor_[v];
+    }
     for (std::size_t e = 0; e < length_.size(); ++e) {
-      const double fi = factor[at(mesh_.unknown[at(mesh_.origin[2 * e])])];
-      const double fj = factor[at(mesh_.unknown[at(mesh_.origin[2 * e + 1])])];
-      length_[e] = (length_[e] * T(fi)) * T(fj);
+      const T& fi = factor_[at(mesh_.unknown[at(mesh_.origin[2 * e])])];
+      const T& fj = factor_[at(mesh_.unknown[at(mesh_.origin[2 * e + 1])])];
+      length_[e] = (length_[e] * fi) * fj;
     }
     shadow_valid_ = false;
   }
@@ -97,6 +102,42 @@ class ScalarEngine final : public MetricEngine {
     }
     out.noise = noise_of(smallest, 2.2e-16);
     finish_gradient(out, good);
+  }
+
+  bool relax(const std::vector<VertexId>& unknowns, double accuracy, std::vector<double>& u,
+             ExecutionContext& context) override {
+    index_stars();
+    refresh_shadow();
+    for (const VertexId v : unknowns) {
+      context.check();
+      double low = -std::numeric_limits<double>::infinity();
+      double high = -low;
+      double offset = 0.0;
+      for (int i = 0; i < 60; ++i) {
+        double slope = 0.0;
+        const double error = input_.target[at(v)] - star_angle(v, slope);
+        if (!std::isfinite(error)) {
+          u[at(v)] += offset;
+          return false;
+        }
+        if (std::abs(error) <= accuracy) break;
+        // The error grows with the scale factor.
+        (error > 0.0 ? high : low) = offset;
+        double step = slope > 0.0 ? -error / slope : (error > 0.0 ? -1.0 : 1.0);
+        step = std::clamp(step, -2.0, 2.0);
+        double next = offset + step;
+        if (!(next > low && next < high)) next = 0.5 * (low + high);
+        if (next == offset) break;
+        const bool followed = scale_star(v, std::expm1(0.5 * (next - offset)), context);
+        offset = next;
+        if (!followed) {
+          u[at(v)] += offset;
+          return false;
+        }
+      }
+      u[at(v)] += offset;
+    }
+    return true;
   }
 
   void finish(ConformalMetric& result) const override {
@@ -209,6 +250,68 @@ class ScalarEngine final : public MetricEngine {
       return -1e-300;
     }
     return std::sqrt(product);
+  }
+
+  // An outgoing half-edge of every vertex, kept through flips once it exists.
+  void index_stars() {
+    if (!star_.empty()) return;
+    star_.resize(mesh_.vertex_count());
+    mirror_.assign(input_.target.size(), kInvalid);
+    for (std::size_t h = 0; h < mesh_.halfedge_count(); ++h)
+      star_[at(mesh_.origin[h])] = static_cast<HalfedgeId>(h);
+    for (std::size_t v = input_.target.size(); v < mesh_.vertex_count(); ++v) {
+      mirror_[at(mesh_.unknown[v])] = static_cast<VertexId>(v);
+    }
+  }
+  template <typename Visit>
+  void around(VertexId v, Visit visit) const {
+    const HalfedgeId first = star_[at(v)];
+    HalfedgeId h = first;
+    do {
+      visit(h);
+      h = mesh_.next[at(h ^ 1)];
+    } while (h != first);
+  }
+
+  // Total angle at an unknown (half of it per copy if the mesh is symmetric) and its Hessian
+  // diagonal.
+  double star_angle(VertexId v, double& slope) const {
+    double sum = 0.0;
+    slope = 0.0;
+    const double share = !mesh_.symmetric() ? 1.0 : 0.5;
+    const auto corner = [&](HalfedgeId out) {
+      HalfedgeId h[3];
+      double x[3];
+      const double radius = shape(at(mesh_.face[at(out)]), h, x);
+      // out = h[k]; its corner is opposite h[k + 1]; the angles that act on it are opposite h[k]
+      // and h[k + 2].
+      const int k = h[0] == out ? 0 : h[1] == out ? 1 : 2;
+      sum += 2.0 * std::atan2(radius, x[(k + 1) % 3]) * share;
+      for (const int i : {k, (k + 2) % 3}) {
+        const double t = radius / x[i];
+        slope += 0.25 * share * (1.0 / t - t);
+      }
+    };
+    around(v, corner);
+    if (mesh_.symmetric()) {
+      if (mirror_[at(v)] != kInvalid) around(mirror_[at(v)], corner);
+    }
+    return sum;
+  }
+
+  bool scale_star(VertexId v, double growth, ExecutionContext& context) {
+    const T factor = T(1.0) + Traits::make(growth, bits_);
+    factor_product_[at(v)] *= factor;
+    stack_.clear();
+    const auto scale_one = [&](HalfedgeId h) {
+      length_[at(h >> 1)] *= factor;
+      update_shadow(h >> 1);
+      push(h >> 1);
+      push(mesh_.next[at(h)] >> 1);
+    };
+    around(v, scale_one);
+    if (mesh_.symmetric() && mirror_[at(v)] != kInvalid) around(mirror_[at(v)], scale_one);
+    return empty_stack<true>(context);
   }
 
   double noise_of(double smallest_radius, double angle_error) const {
@@ -382,7 +485,6 @@ class ScalarEngine final : public MetricEngine {
   template <bool kPtolemy>
   bool flip_to_delaunay(ExecutionContext& context) {
     const std::size_t edges = mesh_.edge_count();
-    const std::size_t cap = 100 * edges + 10000;
     stack_.clear();
     refresh_shadow();
     FlipType type = FlipType::kInterior;
@@ -394,6 +496,13 @@ class ScalarEngine final : public MetricEngine {
         stack_.push_back(static_cast<EdgeId>(e));
       }
     }
+    return empty_stack<kPtolemy>(context);
+  }
+
+  template <bool kPtolemy>
+  bool empty_stack(ExecutionContext& context) {
+    const std::size_t cap = 100 * mesh_.edge_count() + 10000;
+    FlipType type = FlipType::kInterior;
     FlipLengths<T> lengths(length_);
     std::size_t done = 0;
     while (!stack_.empty()) {
@@ -421,6 +530,15 @@ class ScalarEngine final : public MetricEngine {
       flip_symmetrically(mesh_, stencil);
       flips_.push_back({type, stencil.plain});
       update_shadows(stencil);
+      if (!star_.empty()) {
+        for (const EdgeId p : stencil.plain.edges) {
+          if (p == kInvalid) continue;
+          for (const HalfedgeId h : {2 * p, 2 * p + 1}) {
+            HalfedgeId g = h;
+            for (int k = 0; k < 3; ++k, g = mesh_.next[at(g)]) star_[at(mesh_.origin[at(g)])] = g;
+          }
+        }
+      }
       for (int i = 0; i < stencil.plain.count; ++i) {
         const EdgeId p = stencil.plain.edges[slot(i)];
         push(p);
@@ -457,7 +575,8 @@ class ScalarEngine final : public MetricEngine {
   std::vector<T> length_;
   std::array<T, 3> before_;  // lengths that a flip overwrites
   std::vector<T> initial_length_;
-  std::vector<T> factor_product_;
+  std::vector<T> factor_;          // of the last scaling
+  std::vector<T> factor_product_;  // exp(u / 2)
   std::vector<T> exact_target_;
   std::vector<T> sums_;
   std::vector<double> shadow_;
@@ -465,6 +584,8 @@ class ScalarEngine final : public MetricEngine {
   std::vector<FlipRecord> flips_;
   std::size_t euclidean_flips_ = 0;
   std::size_t exact_tests_ = 0;
+  std::vector<HalfedgeId> star_;
+  std::vector<VertexId> mirror_;
   std::vector<char> queued_;
   std::vector<EdgeId> stack_;
 };

@@ -146,6 +146,8 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
   std::size_t exact_tests = 0;
   int evaluations = 0;
   int rungs = 0;
+  int relaxed = 0;
+  bool replayed = false;
   for (;;) {
     ++rungs;
     newton.max_iterations = options.max_iterations - result.iterations;
@@ -154,9 +156,9 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
     const std::unique_ptr<MetricEngine> engine = make_engine(input, bits, context);
     bool reached = true;
     if (rungs > 1) {
-      std::vector<double> factor(u.size());
-      for (std::size_t v = 0; v < u.size(); ++v) factor[v] = std::exp(0.5 * u[v]);
-      engine->scale(factor);
+      std::vector<double> growth(u.size());
+      for (std::size_t v = 0; v < u.size(); ++v) growth[v] = std::expm1(0.5 * u[v]);
+      engine->scale(growth);
       reached = engine->restore_delaunay(context);
     }
     NewtonRun run;
@@ -164,6 +166,7 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
       run = run_newton(*engine, system, newton, u, context);
       result.iterations += run.iterations;
       evaluations += run.evaluations;
+      relaxed += run.relaxed_iterations;
       const bool repeated = rungs > 1 && !run.error_history.empty();
       result.error_history.insert(result.error_history.end(),
                                   run.error_history.begin() + (repeated ? 1 : 0),
@@ -173,6 +176,14 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
       run.error = std::numeric_limits<double>::infinity();
     }
     exact_tests += engine->exact_tests();
+    // A long way there and back is replaced by the direct one: the same scale factors from the
+    // start again, which the uniqueness of the Delaunay triangulation allows, then Newton to remove
+    // what rounding left.
+    const std::size_t direct = engine->flips().size() - engine->euclidean_flips();
+    if (run.end == NewtonEnd::kConverged && !replayed && direct > engine->mesh().edge_count() / 4) {
+      replayed = true;
+      continue;
+    }
     const bool last = run.end != NewtonEnd::kPrecision || options.bits != 0 || bits >= kLargestBits;
     if (last) {
       result.converged = run.end == NewtonEnd::kConverged;
@@ -196,6 +207,9 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
   result.stats["precision_rungs"] = static_cast<std::int64_t>(rungs);
   result.stats["evaluations"] = static_cast<std::int64_t>(evaluations);
   result.stats["factorizations"] = static_cast<std::int64_t>(system.factorizations());
+  result.stats["accurate_factorizations"] =
+      static_cast<std::int64_t>(system.accurate_factorizations());
+  result.stats["relaxed_iterations"] = static_cast<std::int64_t>(relaxed);
   result.stats["symbolic_analyses"] = static_cast<std::int64_t>(system.analyses());
   result.stats["exact_delaunay_tests"] = static_cast<std::int64_t>(exact_tests);
   result.stats["intrinsic_refinement"] = static_cast<std::int64_t>(0);

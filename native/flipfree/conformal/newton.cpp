@@ -10,6 +10,12 @@ namespace {
 constexpr double kAlpha = 0.1;       // Armijo-like constant of Algorithm 3
 constexpr double kNormStep = 1e-10;  // below this step the norm decrease is no longer asked for
 constexpr double kSmallestStep = 1e-16;
+// When a line search had to cut its step below kShortStep, vertices whose angle is off by more than
+// kRelaxError radians are relaxed one by one, kRelaxSweeps times at most. Chosen by measurement
+// (docs/conformal.md).
+constexpr double kShortStep = 0.3;
+constexpr double kRelaxError = 0.03;
+constexpr int kRelaxSweeps = 4;
 
 double dot(const std::vector<double>& a, const std::vector<double>& b) {
   double sum = 0.0;
@@ -32,15 +38,16 @@ class Ray {
  public:
   Ray(MetricEngine& engine, const std::vector<double>& direction, double accuracy, double tolerance)
       : engine_(engine), direction_(direction), accuracy_(accuracy), tolerance_(tolerance) {
-    factor_.resize(direction.size());
+    growth_.resize(direction.size());
   }
 
   // Moves to `step` and evaluates there. False if the engine could not follow; it is then somewhere
   // on the ray still.
   bool move(double step, Gradient& gradient, ExecutionContext& context) {
     const double change = 0.5 * (step - step_);
-    for (std::size_t v = 0; v < factor_.size(); ++v) factor_[v] = std::exp(change * direction_[v]);
-    engine_.scale(factor_);
+    for (std::size_t v = 0; v < growth_.size(); ++v)
+      growth_[v] = std::expm1(change * direction_[v]);
+    engine_.scale(growth_);
     step_ = step;
     ++evaluations_;
     if (!engine_.restore_delaunay(context)) return false;
@@ -50,8 +57,9 @@ class Ray {
 
   void evaluate(Gradient& gradient) {
     engine_.evaluate(accuracy_, gradient);
-    if (tolerance_ < 1e-13 && engine_.bits() > 53 && gradient.max_error < 1e-10) {
-      engine_.evaluate(tolerance_, gradient);
+    // Close to the end sums of thousands of angles at one vertex need more than double.
+    if (engine_.bits() > 53 && gradient.max_error < std::max(1e-9, 1e2 * tolerance_)) {
+      engine_.evaluate(std::min(tolerance_, 1e-15), gradient);
     }
   }
 
@@ -65,15 +73,15 @@ class Ray {
   double tolerance_;
   double step_ = 0.0;
   int evaluations_ = 0;
-  std::vector<double> factor_;
+  std::vector<double> growth_;
 };
 
 // Algorithm 3, LineSearch. The midpoint of the Armijo-like condition is only evaluated when the
 // full step has passed the minimum along the ray: otherwise the full step is taken by the first
 // test of the loop anyway. On return the engine stands at the step taken and `trial` is the
 // gradient there. False if no step can be told from rounding.
-bool line_search(Ray& ray, double first_step, const std::vector<double>& d, const Gradient& start,
-                 Gradient& trial, ExecutionContext& context) {
+bool line_search(Ray& ray, double first_step, bool ask_norm, const std::vector<double>& d,
+                 const Gradient& start, Gradient& trial, ExecutionContext& context) {
   const double slope = dot(d, start.value);
   const double start_norm = norm(start.value);
   double step = first_step;
@@ -84,7 +92,7 @@ bool line_search(Ray& ray, double first_step, const std::vector<double>& d, cons
     known = false;
     const double projected = moved ? dot(d, trial.value) : std::numeric_limits<double>::infinity();
     if (projected <= 0.0) {
-      if (norm(trial.value) < start_norm) return true;
+      if (!ask_norm || norm(trial.value) < start_norm) return true;
       if (descending == 0.0) descending = step;
     } else if (first && moved) {
       if (ray.move(0.5 * step, trial, context)) {
@@ -101,6 +109,27 @@ bool line_search(Ray& ray, double first_step, const std::vector<double>& d, cons
   }
 }
 
+// Thesis 4.6.4 describes the stalls: where triangles are nearly degenerate, a few stiff unknowns -
+// the scale of a vertex among neighbours that are far away - allow only tiny steps, and one step
+// length serves all. Our cure is nonlinear elimination: those vertices solve their own equation
+// alone, by a monotone search that flips only around them, after which the next Newton direction
+// fits again. It leaves the minimum of the convex energy where it is.
+bool relax(MetricEngine& engine, Ray& ray, Gradient& gradient, std::vector<double>& u,
+           ExecutionContext& context) {
+  std::vector<VertexId> list;
+  for (int sweep = 0; sweep < kRelaxSweeps; ++sweep) {
+    list.clear();
+    for (std::size_t v = 0; v < u.size(); ++v) {
+      if (std::abs(gradient.value[v]) > kRelaxError) list.push_back(static_cast<VertexId>(v));
+    }
+    if (list.empty()) break;
+    if (!engine.relax(list, 0.1 * kRelaxError, u, context)) return false;
+    ray.evaluate(gradient);
+    if (!std::isfinite(gradient.max_error)) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
@@ -113,6 +142,7 @@ NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOpt
   const double accuracy = 1e-13;
   Ray(engine, direction, accuracy, options.tolerance).evaluate(gradient);
   run.error_history.push_back(gradient.max_error);
+  bool hard = false;  // the norm decrease, a heuristic, is no longer asked for
   const double start_error = std::max(gradient.max_error, options.tolerance);
   for (;;) {
     run.error = gradient.max_error;
@@ -141,7 +171,7 @@ NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOpt
     for (const double x : direction) range = std::max(range, 2.0 * std::abs(x));
     const double first_step = range > options.max_step_range ? options.max_step_range / range : 1.0;
     Ray ray(engine, direction, accuracy, options.tolerance);
-    const bool found = line_search(ray, first_step, direction, gradient, trial, context);
+    const bool found = line_search(ray, first_step, !hard, direction, gradient, trial, context);
     run.evaluations += ray.evaluations();
     for (std::size_t v = 0; v < u.size(); ++v) u[v] += ray.step() * direction[v];
     if (!found) {
@@ -150,6 +180,14 @@ NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOpt
     }
     std::swap(gradient, trial);
     ++run.iterations;
+    if (ray.step() < kShortStep) {
+      hard = true;
+      ++run.relaxed_iterations;
+      if (!relax(engine, ray, gradient, u, context)) {
+        run.end = NewtonEnd::kPrecision;
+        return run;
+      }
+    }
     run.error_history.push_back(gradient.max_error);
   }
 }

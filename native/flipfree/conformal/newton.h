@@ -15,7 +15,7 @@ struct NewtonOptions {
   double max_seconds = 0.0;  // 0 = never
   // A step changes no difference of scale factors by more than this (4.6.1: "the range of the
   // coefficients"): it keeps factors representable and the flips of one trial few.
-  double max_step_range = 40.0;
+  double max_step_range = 10.0;
 };
 
 enum class NewtonEnd {
@@ -31,6 +31,7 @@ struct NewtonRun {
   double noise = 0.0;
   int iterations = 0;
   int evaluations = 0;
+  int relaxed_iterations = 0;  // Newton steps followed by nonlinear relaxation
   std::vector<double> error_history;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace flipfree::conformal {
 namespace {
@@ -88,11 +89,7 @@ double NewtonSystem::residual(const std::vector<double>& g, const std::vector<do
   return largest;
 }
 
-bool NewtonSystem::solve(const IntrinsicMesh& mesh, const Gradient& gradient,
-                         std::vector<double>& d, ExecutionContext& context) {
-  const std::vector<double>& g = gradient.value;
-  const std::size_t n = g.size();
-  assemble(mesh, gradient);
+bool NewtonSystem::factorize(ExecutionContext& context) {
   const Index* outer = matrix_.outerIndexPtr();
   const Index* inner = matrix_.innerIndexPtr();
   const auto outer_count = at(static_cast<Index>(matrix_.cols()) + 1);
@@ -108,22 +105,48 @@ bool NewtonSystem::solve(const IntrinsicMesh& mesh, const Gradient& gradient,
     ++analyses_;
   }
   ++factorizations_;
-  if (!cholesky_.factorize(matrix_, context)) return false;
+  return cholesky_.factorize(matrix_, context);
+}
 
-  const auto last = static_cast<Eigen::Index>(n - 1);
-  Eigen::VectorXd rhs(last);
-  d.assign(n, 0.0);
+bool NewtonSystem::solve(const IntrinsicMesh& mesh, const Gradient& gradient,
+                         std::vector<double>& d, ExecutionContext& context) {
+  const std::vector<double>& g = gradient.value;
+  const std::size_t n = g.size();
+  assemble(mesh, gradient);
   std::vector<double> r(n);
-  double before = residual(g, d, r);
-  // At most three corrections; each must halve the residual.
-  for (int round = 0; round < 4; ++round) {
-    std::copy(r.begin(), r.end() - 1, rhs.data());
-    const Eigen::VectorXd x = cholesky_.solve(rhs, context);
-    for (Eigen::Index i = 0; i < last; ++i) d[static_cast<std::size_t>(i)] += x[i];
-    const double after = residual(g, d, r);
-    if (!std::isfinite(after)) return false;
-    if (after <= 1e-10 * gradient.max_error || after > 0.5 * before) break;
-    before = after;
+  // Cholesky first; where it fails or leaves a residual, the factorization that is accurate entry
+  // by entry.
+  double residual_left = std::numeric_limits<double>::infinity();
+  const double good = 1e-8 * gradient.max_error;
+  if (!use_accurate_ && factorize(context)) {
+    const auto last = static_cast<Eigen::Index>(n - 1);
+    Eigen::VectorXd rhs(last);
+    d.assign(n, 0.0);
+    double before = residual(g, d, r);
+    for (int round = 0; round < 3; ++round) {
+      std::copy(r.begin(), r.end() - 1, rhs.data());
+      const Eigen::VectorXd x = cholesky_.solve(rhs, context);
+      for (Eigen::Index i = 0; i < last; ++i) d[static_cast<std::size_t>(i)] += x[i];
+      residual_left = residual(g, d, r);
+      if (!(residual_left > 1e-10 * gradient.max_error) || residual_left > 0.5 * before) break;
+      before = residual_left;
+    }
+  }
+  if (!(residual_left <= good)) {
+    use_accurate_ = true;
+    ++accurate_factorizations_;
+    if (!accurate_.factorize(static_cast<Index>(n), couplings_, context)) return false;
+    d.assign(n, 0.0);
+    double before = residual(g, d, r);
+    for (int round = 0; round < 3; ++round) {
+      std::vector<double> x = r;
+      accurate_.solve(x);
+      for (std::size_t i = 0; i < n; ++i) x[i] += d[i];
+      residual_left = residual(g, x, r);
+      if (round > 0 && !(residual_left < 0.5 * before)) break;
+      d = x;
+      before = residual_left;
+    }
   }
   double low = d[0];
   double high = d[0];

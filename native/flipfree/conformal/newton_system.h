@@ -7,6 +7,7 @@
 #include "flipfree/base/context.h"
 #include "flipfree/conformal/engine.h"
 #include "flipfree/numeric/cholesky.h"
+#include "flipfree/numeric/laplacian_factor.h"
 
 namespace flipfree::conformal {
 
@@ -21,18 +22,15 @@ class NewtonSystem {
              ExecutionContext& context);
 
   int analyses() const { return analyses_; }
+  int accurate_factorizations() const { return accurate_factorizations_; }
   int factorizations() const { return factorizations_; }
 
  private:
+  bool factorize(ExecutionContext& context);
   void assemble(const IntrinsicMesh& mesh, const Gradient& gradient);
   double residual(const std::vector<double>& g, const std::vector<double>& d,
                   std::vector<double>& r) const;
 
-  struct Coupling {
-    Index low;
-    Index high;
-    double weight;
-  };
   std::vector<Coupling> couplings_;  // one per pair of different unknowns, weight > = 0
   std::vector<Coupling> unsorted_;
   std::vector<Index> bucket_;
@@ -40,6 +38,9 @@ class NewtonSystem {
   std::vector<Index> analysed_outer_;
   std::vector<Index> analysed_inner_;
   SparseCholesky cholesky_;
+  LaplacianFactor accurate_;
+  bool use_accurate_ = false;
+  int accurate_factorizations_ = 0;
   std::size_t order_edges_ = 0;
   int analyses_ = 0;
   int factorizations_ = 0;

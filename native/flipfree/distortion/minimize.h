@@ -34,11 +34,14 @@ struct MinimizeOptions {
 // vertices are bitwise unchanged; the energy at the best scale is not higher than the initial one,
 // except by the rounding of an optional final change of unit. The same bits for any number of
 // threads. Without fixed vertices the result is scaled to the surface's own unit (best global scale
-// 1) and its bounding box is centred at the origin. With them the scale is theirs. stats:
-// "distortion.*": iterations, progressive_iterations, factorizations, energy_start, energy,
-// seconds, stop ("converged", "iteration limit", "stalled"). Cost: about 10 iterations; one
-// factorization of a planar-like system with 2 #V unknowns each. Throws Cancelled, NotConverged
-// (kFactorizationFailed).
+// 1) and its bounding box is centred at the origin. With them the scale is theirs.
+//
+// stats: "distortion.*": iterations, progressive_iterations, factorizations, energy_start, energy,
+// seconds, barrier (1 if the boundary had to be held apart), stop ("converged", "iteration limit",
+// "stalled").
+// Cost: about 10 iterations, each one factorization of a planar-like system with 2 #V unknowns;
+// with `bijective`, twice that for maps whose boundary would meet itself. Throws Cancelled,
+// NotConverged (kFactorizationFailed).
 Points2 minimize_distortion(const Surface& chart, const Points2& initial_uv,
                             const MinimizeOptions& options, ExecutionContext& context,
                             Stats& stats);

@@ -23,7 +23,9 @@ std::size_t size(Index i) { return static_cast<std::size_t>(i); }
 }  // namespace
 
 NewtonSystem::NewtonSystem(const Triangles& faces, const std::vector<char>& fixed,
-                           const Points2& places, ExecutionContext& context)
+                           const Points2& places,
+                           const std::vector<std::array<VertexId, 2>>& couplings,
+                           ExecutionContext& context)
     : faces_(faces), number_of_(fixed.size(), kInvalid) {
   std::vector<char> used(fixed.size(), 0);
   for (Eigen::Index i = 0; i < faces.size(); ++i) used[size(faces.data()[i])] = 1;
@@ -33,7 +35,7 @@ NewtonSystem::NewtonSystem(const Triangles& faces, const std::vector<char>& fixe
     vertex_of_.push_back(static_cast<VertexId>(v));
   }
   context.check();
-  build_pattern(faces);
+  build_pattern(faces, couplings);
   context.check();
   face_gradient_.resize(6 * static_cast<std::size_t>(faces.rows()));
   face_hessian_.resize(kHessianEntries * static_cast<std::size_t>(faces.rows()));
@@ -46,7 +48,8 @@ NewtonSystem::NewtonSystem(const Triangles& faces, const std::vector<char>& fixe
   cholesky_.analyze(matrix_, context, &place);
 }
 
-void NewtonSystem::build_pattern(const Triangles& faces) {
+void NewtonSystem::build_pattern(const Triangles& faces,
+                                 const std::vector<std::array<VertexId, 2>>& couplings) {
   const std::size_t count = vertex_of_.size();
   corner_offset_.assign(count + 1, 0);
   for (Eigen::Index c = 0; c < faces.size(); ++c) {
@@ -60,6 +63,14 @@ void NewtonSystem::build_pattern(const Triangles& faces) {
     const Index i = number_of_[size(faces.data()[c])];
     if (i != kInvalid) corners_[size(next[size(i)]++)] = c;
   }
+
+  std::vector<std::array<Index, 2>> extra;  // couplings as free numbers, lower first
+  for (const auto& [v, w] : couplings) {
+    const auto [low, high] = std::minmax(number_of_[size(v)], number_of_[size(w)]);
+    if (low != kInvalid) extra.push_back({low, high});
+  }
+  std::sort(extra.begin(), extra.end());
+  auto next_extra = extra.begin();
 
   // Column of block i: its diagonal block, then its neighbours j > i ascending.
   slot_.assign(static_cast<std::size_t>(faces.size()), kInvalid);
@@ -77,6 +88,9 @@ void NewtonSystem::build_pattern(const Triangles& faces) {
       for (const CornerId neighbour : {next_corner(c), previous_corner(c)}) {
         if (other(neighbour) > number) below.push_back(other(neighbour));
       }
+    }
+    for (; next_extra != extra.end() && (*next_extra)[0] == number; ++next_extra) {
+      below.push_back((*next_extra)[1]);
     }
     std::sort(below.begin(), below.end());
     below.erase(std::unique(below.begin(), below.end()), below.end());
@@ -170,7 +184,28 @@ double NewtonSystem::assemble(const std::vector<RestTriangle>& rest, const Point
   return energy;
 }
 
+void NewtonSystem::add_prescribed(const Points2& motion) {
+  for (std::size_t f = 0; f < size(static_cast<Index>(faces_.rows())); ++f) {
+    const Index* v = faces_.data() + 3 * f;
+    const double* h = &face_hessian_[kHessianEntries * f];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t l = (k + 1) % 3;
+      const double* block = h + 9 + 4 * k;
+      const auto add_to = [&](VertexId to, VertexId from, double uu, double uv, double vu,
+                              double vv) {
+        const Index i = number_of_[size(to)];
+        if (i == kInvalid || number_of_[size(from)] != kInvalid) return;
+        gradient_[2 * size(i)] += uu * motion(from, 0) + uv * motion(from, 1);
+        gradient_[2 * size(i) + 1] += vu * motion(from, 0) + vv * motion(from, 1);
+      };
+      add_to(v[k], v[l], block[0], block[1], block[2], block[3]);
+      add_to(v[l], v[k], block[0], block[2], block[1], block[3]);
+    }
+  }
+}
+
 void NewtonSystem::add(VertexId v, const double gradient[2], const double block[3]) {
+  if (number_of_[size(v)] == kInvalid) return;
   const std::size_t i = size(number_of_[size(v)]);
   gradient_[2 * i] += gradient[0];
   gradient_[2 * i + 1] += gradient[1];
@@ -179,6 +214,23 @@ void NewtonSystem::add(VertexId v, const double gradient[2], const double block[
   first[0] += block[0];
   first[1] += block[1];
   matrix_.valuePtr()[column[2 * i + 1]] += block[2];
+}
+
+bool NewtonSystem::add_pair(VertexId v, VertexId w, const double block[3]) {
+  const auto [low, high] = std::minmax(number_of_[size(v)], number_of_[size(w)]);
+  if (low == kInvalid) return true;
+  const Index* column = matrix_.outerIndexPtr() + 2 * low;
+  const Index* begin = matrix_.innerIndexPtr() + column[0];
+  const Index* end = matrix_.innerIndexPtr() + column[1];
+  const Index* found = std::lower_bound(begin, end, 2 * high);
+  if (found == end || *found != 2 * high) return false;
+  double* first = matrix_.valuePtr() + column[0] + (found - begin);
+  double* second = matrix_.valuePtr() + column[1] + (found - begin - 1);
+  first[0] += block[0];
+  first[1] += block[1];
+  second[0] += block[1];
+  second[1] += block[2];
+  return true;
 }
 
 double NewtonSystem::solve(Points2& direction, ExecutionContext& context) {

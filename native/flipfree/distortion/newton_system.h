@@ -2,6 +2,7 @@
 // coordinates of every free vertex; fixed vertices are eliminated, they have no row at all.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -12,10 +13,11 @@ namespace flipfree::distortion {
 
 class NewtonSystem {
  public:
+  // `couplings` are vertex pairs beyond the mesh's edges that add_pair() will be called for.
   // `fixed` has one entry per vertex. `places` (#V x 2) is any rough planar drawing of the mesh; it
   // guides the elimination ordering and nothing else.
   NewtonSystem(const Triangles& faces, const std::vector<char>& fixed, const Points2& places,
-               ExecutionContext& context);
+               const std::vector<std::array<VertexId, 2>>& couplings, ExecutionContext& context);
 
   Index free_vertices() const { return static_cast<Index>(vertex_of_.size()); }
   // Free number of vertex v, kInvalid if it is fixed.
@@ -26,9 +28,16 @@ class NewtonSystem {
   double assemble(const std::vector<RestTriangle>& rest, const Points2& uv,
                   ExecutionContext& context);
 
-  // Adds to the assembled system: gradient and symmetric 2 x 2 diagonal block (uu, uv, vv) of
-  // vertex v, free.
+  // Adds to the gradient what moving fixed vertices by `motion` (#V x 2, zero elsewhere) does to it
+  // to first order: the solution then is the best motion of the free vertices that goes with it. To
+  // be called after assemble().
+  void add_prescribed(const Points2& motion);
+  // Adds to the assembled system: symmetric 2 x 2 diagonal block (uu, uv, vv) and gradient of
+  // vertex v. Nothing happens if it is fixed.
   void add(VertexId v, const double gradient[2], const double block[3]);
+  // Adds a symmetric block (uu, uv, vv) between two different vertices. Nothing happens if one is
+  // fixed. Returns false if the pair is neither an edge nor a coupling.
+  [[nodiscard]] bool add_pair(VertexId v, VertexId w, const double block[3]);
 
   // direction = -H^-1 gradient, zero on fixed vertices. The diagonal is raised by the least
   // relative amount for which the factorization succeeds. Returns the gradient's product with the
@@ -39,7 +48,7 @@ class NewtonSystem {
   int factorizations() const { return factorizations_; }
 
  private:
-  void build_pattern(const Triangles& faces);
+  void build_pattern(const Triangles& faces, const std::vector<std::array<VertexId, 2>>& couplings);
 
   const Triangles& faces_;
   std::vector<Index> number_of_;      // #V -> free number

@@ -208,12 +208,10 @@ class Ladder {
     if (options_.initial == nullptr) {
       return tutte_uniform(result_.faces, vertex_count_, loop_, boundary_, context_);
     }
-    Points2 uv = boundary_only();
     const Index given = static_cast<Index>(options_.initial->rows());
-    for (VertexId v = 0; v < given; ++v) {
-      if (std::find(loop_.begin(), loop_.end(), v) == loop_.end())
-        uv.row(v) = options_.initial->row(v);
-    }
+    Points2 uv = Points2::Zero(vertex_count_, 2);
+    uv.topRows(given) = *options_.initial;
+    for (Size i = 0; i < loop_.size(); ++i) uv.row(loop_[i]) = boundary_.row(static_cast<Index>(i));
     for (Size k = 0; k < result_.added.size(); ++k) {
       const AddedVertex& added = result_.added[k];
       uv.row(given + static_cast<Index>(k)) =

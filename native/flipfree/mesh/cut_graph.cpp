@@ -71,7 +71,7 @@ struct DisjointSets {
 }  // namespace
 
 EdgeFlags planar_cut(const Surface& surface, const Adjacency& adjacency,
-                     const ExecutionContext& context) {
+                     const ExecutionContext& context, const EdgeFlags& uncuttable) {
   EdgeFlags cut(adjacency.opposite.size(), 0);
   const Topology shape = topology(surface.faces, adjacency);
   const bool closed = shape.boundary_loops == 0;
@@ -92,6 +92,10 @@ EdgeFlags planar_cut(const Surface& surface, const Adjacency& adjacency,
     const bool real = a < real_vertices && b < real_vertices;
     length[static_cast<std::size_t>(h)] =
         real ? (filled.surface.vertices.row(a) - filled.surface.vertices.row(b)).norm() : 0.0;
+  }
+  // Infinitely long, such an edge lies on no shortest path, and the cotree takes it first.
+  for (std::size_t h = 0; h < uncuttable.size(); ++h) {
+    if (uncuttable[h]) length[h] = std::numeric_limits<double>::infinity();
   }
 
   const auto mark = [&](HalfedgeId h) {
@@ -134,7 +138,11 @@ EdgeFlags planar_cut(const Surface& surface, const Adjacency& adjacency,
       // A single edge opens nothing: go on by one more.
       const HalfedgeId last =
           full.opposite[static_cast<std::size_t>(paths.arrival[static_cast<std::size_t>(end)])];
-      mark(rotate_ccw(full, last));
+      HalfedgeId next = rotate_ccw(full, last);
+      while (length[static_cast<std::size_t>(next)] == std::numeric_limits<double>::infinity()) {
+        next = rotate_ccw(full, next);
+      }
+      mark(next);
     }
     return cut;
   }

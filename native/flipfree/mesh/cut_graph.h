@@ -12,8 +12,11 @@ namespace flipfree {
 
 // Flags of edges such that the surface cut along them is connected, has genus 0 and at least one
 // boundary loop; all zero if it is so already. Boundary loops are kept as they are (a loop of the
-// graph may end in one). Precondition: one connected component. Cost: O(#F log #F).
+// graph may end in one). `uncuttable` (empty, or one flag per half-edge) are edges that the graph
+// must not use: the diagonals of polygons.
+// Precondition: one connected component, connected by its other edges as well; triangles joined
+// through uncuttable edges form trees. Cost: O(#F log #F).
 EdgeFlags planar_cut(const Surface& surface, const Adjacency& adjacency,
-                     const ExecutionContext& context);
+                     const ExecutionContext& context, const EdgeFlags& uncuttable = {});
 
 }  // namespace flipfree

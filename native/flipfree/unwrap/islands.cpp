@@ -7,7 +7,7 @@
 namespace flipfree {
 
 Islands make_islands(const Surface& surface, const Adjacency& adjacency, const EdgeFlags& seams,
-                     ExecutionContext& context) {
+                     const EdgeFlags& uncuttable, ExecutionContext& context) {
   Islands islands;
   islands.cut = seams;
   islands.added.assign(seams.size(), 0);
@@ -23,7 +23,11 @@ Islands make_islands(const Surface& surface, const Adjacency& adjacency, const E
       context.check();
       const Adjacency local =
           build_adjacency(static_cast<Index>(chart.surface.vertices.rows()), chart.surface.faces);
-      const EdgeFlags graph = planar_cut(chart.surface, local, context);
+      EdgeFlags local_uncuttable(uncuttable.empty() ? 0 : local.opposite.size());
+      for (std::size_t h = 0; h < local_uncuttable.size(); ++h) {
+        local_uncuttable[h] = uncuttable[3 * static_cast<std::size_t>(chart.faces[h / 3]) + h % 3];
+      }
+      const EdgeFlags graph = planar_cut(chart.surface, local, context, local_uncuttable);
       bool opened = false;
       for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(graph.size()); ++h) {
         if (!graph[static_cast<std::size_t>(h)]) continue;

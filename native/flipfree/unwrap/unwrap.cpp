@@ -213,7 +213,10 @@ Parametrization unwrap(const Surface& surface, const UnwrapOptions& options,
 
   context.report("cutting into charts", 0.02);
   const Surface working{normalised(surface.vertices, surface.faces), surface.faces};
-  const Islands islands = make_islands(working, adjacency, seams, context);
+  const EdgeFlags uncuttable = options.uncuttable.rows() == 0
+                                   ? EdgeFlags{}
+                                   : flag_edges(surface.faces, adjacency, options.uncuttable);
+  const Islands islands = make_islands(working, adjacency, seams, uncuttable, context);
   const ChartPins pins = pins_by_chart(islands, options.pins);
   stats["charts"] = static_cast<std::int64_t>(islands.charts.size());
   stats["opened_charts"] = static_cast<std::int64_t>(islands.opened);

@@ -11,7 +11,8 @@
 namespace flipfree {
 
 struct UnwrapOptions {
-  IndexPairs cuts;  // seam edges as vertex pairs
+  IndexPairs cuts;        // seam edges as vertex pairs
+  IndexPairs uncuttable;  // edges that automatic cuts avoid: diagonals of polygons
   std::vector<CornerPin>
       pins;               // met bit for bit; corners that share a vertex of a chart share the pin
   bool bijective = true;  // no chart overlaps itself

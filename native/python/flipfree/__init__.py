@@ -8,8 +8,10 @@ from ._native import version as __version__
 from . import jobs
 from .certification import certify
 from .conformal_map import conformal
+from .embedding import embed
 from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConverged
 from .results import Certificate, Parametrization, Transitions
+from .target_angles import boundary_angles, suggest_cones
 from .unwrapping import unwrap
 
 __all__ = [
@@ -22,8 +24,11 @@ __all__ = [
     "Parametrization",
     "Transitions",
     "__version__",
+    "boundary_angles",
     "certify",
     "conformal",
+    "embed",
     "jobs",
+    "suggest_cones",
     "unwrap",
 ]

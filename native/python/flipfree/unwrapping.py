@@ -19,6 +19,7 @@ def start_unwrap(
     faces: Any,
     *,
     cuts: Any = None,
+    uncuttable: Any = None,
     pins: Pins | None = None,
     bijective: bool = True,
     iterations: int = 200,
@@ -45,6 +46,7 @@ def start_unwrap(
         as_floats(vertices, "vertices", 3),
         face_array,
         as_indices([] if cuts is None else cuts, "cuts", 2),
+        as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
         pin_corners,
         pin_uv,
         bool(bijective),
@@ -62,6 +64,7 @@ def unwrap(
     faces: Any,
     *,
     cuts: Any = None,
+    uncuttable: Any = None,
     pins: Pins | None = None,
     bijective: bool = True,
     iterations: int = 200,
@@ -79,6 +82,7 @@ def unwrap(
     Args:
         vertices: (n, 3) float64. faces: (m, 3), manifold, consistently oriented.
         cuts: (s, 2) vertex pairs: seam edges.
+        uncuttable: (d, 2) vertex pairs that automatic cuts must avoid, such as diagonals of polygons.
         pins: {vertex or (face, corner): (u, v)}, met bit for bit. A pin that cannot be reached without a flip on
             this triangulation raises NotConverged; ``match`` refines the mesh instead.
         bijective: charts do not overlap themselves.
@@ -95,6 +99,7 @@ def unwrap(
         vertices,
         faces,
         cuts=cuts,
+        uncuttable=uncuttable,
         pins=pins,
         bijective=bijective,
         iterations=iterations,

@@ -27,11 +27,13 @@ TEST(SpectralConformalMap, of_a_rolled_sheet_unrolls_it) {
   Surface surface = test::grid(40, 10);
   for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v) {
     const double angle = 2.0 * surface.vertices(v, 0);
-    surface.vertices.row(v) << 0.5 * std::cos(angle), 0.5 * std::sin(angle), surface.vertices(v, 1);
+    const double y = surface.vertices(v, 1);
+    surface.vertices.row(v) << 0.5 * std::cos(angle), 0.5 * std::sin(angle), y;
   }
   const Points2 seed = test::grid(40, 10).vertices.leftCols<2>();
   ExecutionContext context;
   const Points2 uv = spectral_conformal_map(surface, seed, context);
+  ASSERT_EQ(uv.rows(), surface.vertices.rows());
   const double width = (uv.row(40) - uv.row(0)).norm();
   const double height = (uv.row(410) - uv.row(0)).norm();
   EXPECT_NEAR(width / height, 1.0, 1e-3);

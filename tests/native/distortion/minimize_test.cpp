@@ -6,6 +6,7 @@
 #include <random>
 
 #include "flipfree/base/error.h"
+#include "flipfree/distortion/boundary_grid.h"
 #include "flipfree/distortion/energy.h"
 #include "flipfree/distortion/rest_shapes.h"
 #include "support/shapes.h"
@@ -89,6 +90,40 @@ TEST(Minimize, FixedVerticesKeepTheirBits) {
   for (const VertexId v : options.fixed) EXPECT_EQ(uv.row(v), start.row(v));
   EXPECT_TRUE(distortion::is_flip_free(surface.faces, uv, context));
   EXPECT_LT(number(stats, "distortion.energy"), number(stats, "distortion.energy_start"));
+}
+
+// A ramp that winds around an axis `turns` times, nearly flat: its isometric development is a ring
+// that overlaps itself.
+Surface ramp(Index length, Index width, double turns) {
+  Surface surface = test::grid(length, width);
+  for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v) {
+    const double angle = turns * 2 * std::acos(-1.0) * surface.vertices(v, 0);
+    const double radius = 1.0 - 0.3 * surface.vertices(v, 1);
+    surface.vertices.row(v) << radius * std::cos(angle), radius * std::sin(angle), 0.05 * angle;
+  }
+  return surface;
+}
+
+TEST(Minimize, BijectiveMapsDoNotMeetThemselvesWhereFreeOnesDo) {
+  const Surface surface = ramp(120, 6, 1.6);
+  Points2 start(surface.vertices.rows(), 2);
+  const Surface flat = test::grid(120, 6);
+  start = plan(flat);
+  start.col(1) *= 0.05;
+  const auto boundary =
+      distortion::find_boundary(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  ExecutionContext context;
+  MinimizeOptions options;
+  Stats free;
+  const Points2 overlapping = minimize_distortion(surface, start, options, context, free);
+  ASSERT_TRUE(distortion::boundary_conflicts(boundary, overlapping, context));
+  options.bijective = true;
+  Stats held;
+  const Points2 uv = minimize_distortion(surface, start, options, context, held);
+  EXPECT_EQ(std::get<std::int64_t>(held.at("distortion.barrier")), 1);
+  EXPECT_TRUE(distortion::is_flip_free(surface.faces, uv, context));
+  EXPECT_FALSE(distortion::boundary_conflicts(boundary, uv, context));
+  EXPECT_LT(number(held, "distortion.energy"), 1.5);
 }
 
 TEST(Minimize, NumberOfThreadsDoesNotChangeABit) {

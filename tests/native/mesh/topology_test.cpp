@@ -147,6 +147,32 @@ TEST(PlanarCut, opens_spheres_tori_and_their_punctured_versions) {
   expect_planar_after_cut(punctured);
 }
 
+TEST(PlanarCut, avoids_the_diagonals_of_polygons) {
+  const ExecutionContext context;
+  for (const Surface& surface : {test::torus(9, 7), test::sphere(12, 9)}) {
+    const Adjacency adjacency = adjacency_of(surface);
+    const EdgeFlags free_graph = planar_cut(surface, adjacency, context);
+    // Pair triangles to quads greedily, first across the edges that the free graph would use.
+    EdgeFlags diagonals(adjacency.opposite.size(), 0);
+    std::vector<char> paired(static_cast<std::size_t>(surface.faces.rows()), 0);
+    for (const bool used : {true, false}) {
+      for (std::size_t h = 0; h < diagonals.size(); ++h) {
+        const auto o = static_cast<std::size_t>(adjacency.opposite[h]);
+        if ((free_graph[h] != 0) != used || paired[h / 3] || paired[o / 3]) continue;
+        paired[h / 3] = paired[o / 3] = 1;
+        diagonals[h] = diagonals[o] = 1;
+      }
+    }
+    const EdgeFlags graph = planar_cut(surface, adjacency, context, diagonals);
+    for (std::size_t h = 0; h < graph.size(); ++h) EXPECT_FALSE(graph[h] && diagonals[h]);
+    const auto charts =
+        split_into_charts(surface.vertices, cut_along(surface.faces, adjacency, graph));
+    ASSERT_EQ(charts.size(), 1U);
+    EXPECT_EQ(topology_of(charts[0].surface).genus(), 0);
+    EXPECT_GE(topology_of(charts[0].surface).boundary_loops, 1);
+  }
+}
+
 TEST(PlanarCut, leaves_planar_surfaces_alone) {
   const ExecutionContext context;
   const Surface surface = test::cylinder(8, 3);

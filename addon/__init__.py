@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Flipfree UV: UV maps that never fold over, each written only with a certificate.
+
+operators/*   what the menus offer: options, tasks, report lines
+modal         drives a solver job from a menu, from scripts, in the background
+mesh_io       Blender meshes <-> arrays            compat   Blender's versions
+errors        what the user is told                cli      blender -b -c flipfree ...
+solver        the package flipfree (a wheel)       menus    where all this appears
+"""
+
+import bpy
+
+from . import cli, menus, modal, solver
+from .operators import check, unwrap
+
+_CLASSES = (*unwrap.CLASSES, *check.CLASSES)
+
+
+def register():
+    solver.check_version()
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
+    menus.register()
+    cli.register()
+
+
+def unregister():
+    modal.close_all()
+    cli.unregister()
+    menus.unregister()
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the user is told when a map cannot be made: what is wrong, where in their mesh, and what to do in Blender.
+
+The solver names a defect by a fixed code and by ids of its own submesh; here both are put into the user's terms.
+docs/errors.md has the same table for readers; tests/blender/test_errors.py makes one mesh for each.
+"""
+
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from . import mesh_io
+
+# Solver's code -> (what is wrong with the place that is named, what to do about it in Blender).
+TEXTS = {
+    "empty mesh": ("has no faces", "Add or select some"),
+    "array of the wrong shape": ("was read wrongly", "Please report this as a bug"),
+    "index out of range": ("was read wrongly", "Please report this as a bug"),
+    "coordinate is not finite": ("has a coordinate that is no number", "Delete it"),
+    "face uses a vertex twice": (
+        "uses one vertex twice",
+        "Mesh > Clean Up > Degenerate Dissolve removes such faces",
+    ),
+    "duplicate face": ("has the same vertices as another face", "Delete one of them"),
+    "non-manifold edge": (
+        "belongs to more than two faces",
+        "Delete the inner faces, or split them off with Mesh > Split",
+    ),
+    "inconsistent orientation": (
+        "joins two faces that look to opposite sides",
+        "Use Mesh > Normals > Recalculate Outside",
+    ),
+    "non-manifold vertex": (
+        "joins parts of the surface that share no edge",
+        "Use Mesh > Split > Faces & Edges by Vertices",
+    ),
+    "zero-area face": (
+        "has a triangle without area",
+        "Use Mesh > Clean Up > Degenerate Dissolve, or move a corner",
+    ),
+    "zero-length edge": ("has no length", "Use Mesh > Merge > By Distance"),
+    "isolated vertex": ("belongs to no face", "Use Mesh > Clean Up > Delete Loose"),
+    "mesh is not connected": ("has separate parts", "Use Mesh > Separate > By Loose Parts"),
+    "mesh is not a disk": (
+        "cannot be flattened in one piece",
+        "Mark seams that open it, or choose a part of it",
+    ),
+    "not an edge of the mesh": ("is no edge", "Please report this as a bug"),
+    "bad option": ("cannot be treated with these options", "Change them in the redo panel"),
+    "bad boundary": (
+        "has a boundary that does not fit its target",
+        "Pin the whole loop or none of it",
+    ),
+    "polygon is not convex": (
+        "has a target boundary that is not convex",
+        "Use Match Pins for such targets",
+    ),
+    "bad pins": ("has a pin that cannot be met", "Move it, or unpin it with Alt P"),
+    "bad angles": ("has a cone angle that no surface has", "Give it an angle above zero"),
+    "no room in the polygon": (
+        "does not fit into its target",
+        "Make the target larger or move its pins",
+    ),
+    "polygon is not weakly self-overlapping": (
+        "has a target boundary that bounds no surface",
+        "Move the pinned boundary so that it turns once in total",
+    ),
+    "contradictory pins": ("has pins that contradict each other", "Move or unpin one of them"),
+    "angles violate Gauss-Bonnet": (
+        "has cones that do not sum to what its shape needs",
+        "Mark Cone shows the missing remainder",
+    ),
+    "iteration limit reached": (
+        "took more steps than allowed",
+        "Mark more seams, or clean up thin faces",
+    ),
+    "line search stalled": (
+        "could not be improved further",
+        "Mark more seams, or clean up thin faces",
+    ),
+    "factorization failed": (
+        "is numerically too badly shaped",
+        "Clean up thin or tiny faces there",
+    ),
+    "rounding to 32 bits flips triangles": (
+        "is too finely detailed for Blender's 32-bit UVs",
+        "Mark more seams, so that each island needs less range",
+    ),
+    "certificate failed": ("has a map that failed its check", "Please report this as a bug"),
+    "out of memory": (
+        "needs more memory than there is",
+        "Close other programs, or unwrap it in parts",
+    ),
+    "cancelled": ("was not finished", "Run the operator again"),
+    "internal error": ("met an error inside the solver", "Please report this as a bug"),
+}
+
+
+@dataclass
+class Failure:
+    """Why one object got no map. `kind` and `elements` are ids of the Blender mesh, for selecting them."""
+
+    object_name: str
+    message: str
+    kind: str = "none"
+    elements: np.ndarray = None
+
+    def __str__(self):
+        return self.message
+
+    def show(self):
+        """Selects the place in the object, and says so."""
+        ob = bpy.data.objects.get(self.object_name)
+        if ob is not None and self.elements is not None and len(self.elements):
+            mesh_io.select_only(ob, self.kind, self.elements)
+            self.message += ". Now selected"
+
+
+def _place(kind: str, elements: np.ndarray) -> str:
+    if kind == "none" or len(elements) == 0:
+        return ""
+    more = f" (and {len(elements) - 1} more)" if len(elements) > 1 else ""
+    return f"{kind} {elements[0]}{more} "
+
+
+def from_solver(snapshot: mesh_io.Snapshot, error) -> Failure:
+    """Failure for an exception of flipfree.errors."""
+    kind, elements = mesh_io.to_mesh_elements(snapshot, error.kind, error.elements)
+    known = TEXTS.get(error.code)
+    if known is None:
+        return Failure(snapshot.object_name, f"{snapshot.object_name}: {error}", kind, elements)
+    what, cure = known
+    place = _place(kind, elements)
+    message = f"{snapshot.object_name}: {place or 'the surface '}{what}. {cure}"
+    # Numbers that only the solver knows (a missing angle, two pins) follow in its own words.
+    if not place or error.code in WITH_SOLVER_TEXT:
+        message += f" ({error})"
+    return Failure(snapshot.object_name, message, kind, elements)
+
+
+# Codes whose solver message says more than the place.
+WITH_SOLVER_TEXT = {
+    "bad option",
+    "bad pins",
+    "bad angles",
+    "contradictory pins",
+    "no room in the polygon",
+    "angles violate Gauss-Bonnet",
+    "certificate failed",
+    "internal error",
+}
+
+
+def from_problem(object_name: str, problem: mesh_io.MeshProblem) -> Failure:
+    return Failure(object_name, str(problem), problem.kind, problem.elements)

@@ -1,0 +1,264 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One driver for every operator that solves: reads all objects, solves them one after the other, writes at the end.
+
+                 invoke (window)                             execute (redo panel, scripts, background)
+                    |  timer, 10 per second                      |  waits
+                    v                                            v
+    make_tasks -> Run.advance() ... -> Run.finish() -> report, undo step
+
+The solver runs on a C++ thread that touches neither Python nor Blender's data; no Python thread exists. Meshes are
+written only after the last solver has ended, so Esc leaves every one of them as it was.
+"""
+
+import time
+import weakref
+
+import bpy
+import flipfree
+
+from . import errors, mesh_io
+
+_INTERVAL = 0.1  # seconds between looks at the solver
+# Navigating stays possible while solving; everything else waits, so the mesh cannot change
+# meanwhile.
+_NAVIGATION = {
+    "MIDDLEMOUSE",
+    "WHEELUPMOUSE",
+    "WHEELDOWNMOUSE",
+    "WHEELINMOUSE",
+    "WHEELOUTMOUSE",
+    "TRACKPADPAN",
+    "TRACKPADZOOM",
+    "MOUSEROTATE",
+    "MOUSESMARTZOOM",
+    "NDOF_MOTION",
+}
+_live_runs: "weakref.WeakSet[Run]" = weakref.WeakSet()
+
+
+class Task:
+    """The work for one object. Subclasses hold plain arrays and names, never Blender data."""
+
+    def __init__(self, snapshot: mesh_io.Snapshot):
+        self.snapshot = snapshot
+
+    def start(self):
+        """Starts the solver; returns its job (flipfree.jobs)."""
+        raise NotImplementedError
+
+    def collect(self, result):
+        """Takes the job's result. Returns the next job if there is a further stage, else None."""
+        raise NotImplementedError
+
+    def write(self, ob: bpy.types.Object):
+        """Puts the result into the mesh. Called once, after every task has ended."""
+        raise NotImplementedError
+
+
+class Run:
+    """A row of tasks: what is being solved, what has ended, what failed."""
+
+    def __init__(self, tasks: list[Task], failures: list[errors.Failure] | None = None):
+        """failures: of objects that could not even be read."""
+        self._waiting = list(tasks)
+        self._total = len(tasks) + len(failures or [])
+        self._task = None
+        self._job = None
+        self._cancelled = False
+        self.done: list[Task] = []
+        self.failures: list[errors.Failure] = list(failures or [])
+        self.started = time.perf_counter()
+        _live_runs.add(self)
+
+    def advance(self, seconds: float) -> bool:
+        """Waits up to `seconds` for the solver; True once nothing is left to solve."""
+        while True:
+            if self._job is None:
+                if self._cancelled or not self._waiting:
+                    return True
+                self._task = self._waiting.pop(0)
+                self._guard(lambda: self._set_job(self._task.start()))
+            elif not self._job.wait(seconds):
+                return False
+            else:
+                job, self._job = self._job, None
+                self._guard(lambda job=job: self._set_job(self._task.collect(job.result())))
+            if self._job is None and self._task is not None:
+                self.done.append(self._task)
+                self._task = None
+
+    def _set_job(self, job):
+        self._job = job
+
+    def _guard(self, step):
+        """Runs one step of the current task; turns what it raises into a Failure and drops the task."""
+        task = self._task
+        try:
+            step()
+            return
+        except flipfree.Cancelled:
+            self._cancelled = True
+        except flipfree.FlipfreeError as error:
+            self.failures.append(errors.from_solver(task.snapshot, error))
+        except mesh_io.MeshProblem as problem:
+            self.failures.append(errors.from_problem(task.snapshot.object_name, problem))
+        self._task = None
+        self._job = None
+
+    def cancel(self):
+        self._cancelled = True
+        if self._job is not None:
+            self._job.cancel()
+
+    @property
+    def cancelled(self) -> bool:
+        return self._cancelled
+
+    def progress(self) -> tuple[str, float]:
+        """(text, fraction over all tasks)."""
+        stage, fraction = self._job.progress() if self._job is not None else ("", 0.0)
+        ended = len(self.done) + len(self.failures)
+        name = self._task.snapshot.object_name if self._task is not None else ""
+        text = f"{name}: {stage}" if stage else name
+        return text, min((ended + fraction) / max(self._total, 1), 1.0)
+
+    def finish(self):
+        """Writes every result, unless cancelled. A task that cannot be written joins the failures."""
+        if self._cancelled:
+            self.done = []
+            return
+        written = []
+        for task in self.done:
+            try:
+                ob = bpy.data.objects.get(task.snapshot.object_name)
+                if ob is None:
+                    raise mesh_io.MeshProblem(
+                        f"{task.snapshot.object_name}: the object was deleted meanwhile"
+                    )
+                task.write(ob)
+                written.append(task)
+            except mesh_io.MeshProblem as problem:
+                self.failures.append(errors.from_problem(task.snapshot.object_name, problem))
+        self.done = written
+
+    def close(self):
+        """Ends the solver, whatever it is doing; waits for its thread (a fraction of a second)."""
+        self.cancel()
+        if self._job is not None:
+            self._job.wait(10.0)
+            self._job = None
+
+
+def close_all():
+    """For unregister: no solver thread outlives the extension."""
+    for run in list(_live_runs):
+        run.close()
+
+
+class SolverOperator:
+    """Mixin for bpy.types.Operator: subclasses give `make_run(context)` and `summary(tasks)`."""
+
+    # Name in the status bar, e.g. "Unwrap".
+    verb = "Solve"
+
+    def make_run(self, context) -> Run:
+        """One task per object; raises MeshProblem if the selection cannot be worked on."""
+        raise NotImplementedError
+
+    def summary(self, tasks: list[Task]) -> str:
+        """The report line for tasks that were written."""
+        raise NotImplementedError
+
+    # -- blocking: scripts, redo panel, background
+    # ---------------------------------------------------------
+    def execute(self, context):
+        run = self._start(context)
+        if run is None:
+            return {"CANCELLED"}
+        manager = context.window_manager
+        quiet = bpy.app.background
+        if not quiet:
+            manager.progress_begin(0, 100)
+        try:
+            while not run.advance(_INTERVAL):
+                if not quiet:
+                    manager.progress_update(int(100 * run.progress()[1]))
+        except BaseException:  # a keyboard interrupt in a script
+            run.close()
+            raise
+        finally:
+            if not quiet:
+                manager.progress_end()
+        return self._conclude(context, run)
+
+    # -- modal: menus
+    # --------------------------------------------------------------------------------------
+    def invoke(self, context, event):
+        if bpy.app.background:
+            return self.execute(context)
+        self._run = self._start(context)
+        if self._run is None:
+            return {"CANCELLED"}
+        # Small meshes are done at once, without a flicker in the status bar.
+        if self._run.advance(0.15):
+            return self._conclude(context, self._run)
+        self._timer = context.window_manager.event_timer_add(_INTERVAL, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        self._show_progress(context)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        if event.type == "ESC" and event.value == "PRESS":
+            self._run.cancel()
+        if event.type in _NAVIGATION:
+            return {"PASS_THROUGH"}
+        if event.type != "TIMER":
+            return {"RUNNING_MODAL"}
+        if not self._run.advance(0.0):
+            self._show_progress(context)
+            return {"RUNNING_MODAL"}
+        self._stop_showing(context)
+        return self._conclude(context, self._run)
+
+    def cancel(self, context):
+        """Blender ends the operator: a file is loaded, or Blender quits."""
+        self._run.close()
+        self._stop_showing(context)
+
+    def _show_progress(self, context):
+        text, fraction = self._run.progress()
+        hint = "stopping ..." if self._run.cancelled else "[Esc] cancel"
+        context.workspace.status_text_set(f"{self.verb}  {100 * fraction:.0f} %   {text}   {hint}")
+
+    def _stop_showing(self, context):
+        context.window_manager.event_timer_remove(self._timer)
+        context.workspace.status_text_set(None)
+
+    # -- both
+    # ----------------------------------------------------------------------------------------------
+    def _start(self, context) -> Run | None:
+        try:
+            return self.make_run(context)
+        except mesh_io.MeshProblem as problem:
+            self.report({"ERROR"}, str(problem))
+            return None
+
+    def _conclude(self, context, run: Run):
+        if run.cancelled:
+            self.report({"INFO"}, "Cancelled. Nothing was changed")
+            return {"CANCELLED"}
+        run.finish()
+        seconds = time.perf_counter() - run.started
+        if run.failures:
+            self._report_failures(run.failures, written=bool(run.done))
+        if not run.done:
+            return {"CANCELLED"}
+        self.report({"INFO"}, f"{self.summary(run.done)}, {seconds:.2f} s")
+        return {"FINISHED"}
+
+    def _report_failures(self, failures, written: bool):
+        """Says what failed and selects the place. With results for other objects it is a warning: an error would
+        make the whole call fail for scripts."""
+        for failure in failures:
+            failure.show()
+        self.report({"WARNING"} if written else {"ERROR"}, "\n".join(str(f) for f in failures))

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Check: the certificate of any UV map, ours or not; selects what is wrong (docs/unwrap.md)."""
+
+import bpy
+import numpy as np
+
+from .. import mesh_io, modal, solver
+from . import common
+
+
+class CheckTask(modal.Task):
+    def __init__(self, snapshot):
+        super().__init__(snapshot)
+        self.certificate = None
+        self.islands = 0
+
+    def start(self):
+        bad = ~np.isfinite(self.snapshot.corner_uv).all(axis=(1, 2))
+        if bad.any():
+            faces = np.unique(self.snapshot.triangle_face[bad])
+            raise mesh_io.MeshProblem(
+                f"{self.snapshot.object_name}: face {faces[0]}{mesh_io.more(faces)} has a UV that is no number. "
+                "Unwrap it again",
+                "face",
+                faces,
+            )
+        self.islands = mesh_io.count_islands(self.snapshot.triangles, self.snapshot.corner_uv)
+        return solver.certify(self.snapshot, self.snapshot.corner_uv, bijective=True)
+
+    def collect(self, result):
+        self.certificate = result
+
+    def failed_faces(self) -> np.ndarray:
+        return np.unique(self.snapshot.triangle_face[self.certificate.failed_faces])
+
+    def write(self, ob):
+        """Leaves UVs alone; shows the faces that the certificate names."""
+        if not self.certificate.ok:
+            mesh_io.select_only(ob, "face", self.failed_faces())
+
+
+def summary(tasks: list[CheckTask]) -> str:
+    """The report line, without the time."""
+    text = common.figures([t.certificate for t in tasks], sum(t.islands for t in tasks))
+    wrong = sum(len(t.failed_faces()) for t in tasks)
+    verdict = f"{common.plural(wrong, 'face')} wrong, now selected" if wrong else "Nothing wrong"
+    return f"{verdict}: {text}"
+
+
+class UV_OT_flipfree_check(modal.SolverOperator, bpy.types.Operator):
+    bl_idname = "uv.flipfree_check"
+    bl_label = "Check Flips and Overlaps"
+    bl_description = (
+        "Check the UV map with exact arithmetic: count flipped and overlapping faces, measure distortion, and select the faces "
+        "that are wrong"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+    verb = "Check"
+
+    @classmethod
+    def poll(cls, context):
+        return common.poll(cls, context, needs_uv=True)
+
+    def make_run(self, context):
+        snapshots, failures = common.read_meshes(context)
+        tasks = [CheckTask(snapshot) for snapshot in snapshots if snapshot.layer_name]
+        if not tasks and not failures:
+            raise mesh_io.MeshProblem("The mesh has no UV map yet. Unwrap it first")
+        return modal.Run(tasks, failures)
+
+    def summary(self, tasks):
+        return summary(tasks)
+
+
+CLASSES = (UV_OT_flipfree_check,)

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the operators share: which objects they work on, and the numbers they report."""
+
+import math
+
+import numpy as np
+
+from .. import errors, mesh_io
+
+
+def meshes(context) -> list:
+    """The mesh objects an operator works on: those in edit mode, or the selected ones. One per mesh."""
+    if context.mode == "EDIT_MESH":
+        return [ob for ob in context.objects_in_mode_unique_data if ob.type == "MESH"]
+    found = {}
+    for ob in context.selected_objects:
+        if ob.type == "MESH" and ob.mode == "OBJECT" and ob.data.is_editable:
+            found.setdefault(ob.data, ob)
+    return list(found.values())
+
+
+def poll(cls, context, *, needs_uv: bool = False) -> bool:
+    """Poll of all operators, with the reason shown in the menu's tooltip."""
+    if context.mode not in {"OBJECT", "EDIT_MESH"}:
+        cls.poll_message_set("Works in Object Mode and in Edit Mode of meshes")
+        return False
+    objects = meshes(context)
+    if not objects:
+        cls.poll_message_set("Select a mesh object")
+        return False
+    if needs_uv and not any(ob.data.uv_layers.active for ob in objects):
+        cls.poll_message_set("The mesh has no UV map yet: unwrap it first")
+        return False
+    return True
+
+
+def read_meshes(context) -> tuple[list[mesh_io.Snapshot], list[errors.Failure]]:
+    """Snapshots of the faces to work on, and failures of objects that cannot be read. Objects in edit mode without
+    selected faces are passed over as long as one other has some. Raises MeshProblem if nothing is left at all."""
+    editing = context.mode == "EDIT_MESH"
+    in_uv_editor = context.area is not None and context.area.type == "IMAGE_EDITOR"
+    uv_selection = editing and in_uv_editor and not context.tool_settings.use_uv_select_sync
+    snapshots, failures, unselected = [], [], None
+    for ob in meshes(context):
+        try:
+            snapshots.append(mesh_io.read(ob, only_selected=editing, uv_selection=uv_selection))
+        except mesh_io.NothingSelected as problem:
+            unselected = unselected or problem
+        except mesh_io.MeshProblem as problem:
+            failures.append(errors.from_problem(ob.name, problem))
+    if not snapshots and not failures:
+        raise unselected or mesh_io.MeshProblem("Select a mesh object")
+    return snapshots, failures
+
+
+def pins_of(snapshot: mesh_io.Snapshot) -> dict:
+    """Pinned UVs as {(triangle, corner): (u, v)}. Raises MeshProblem if one is no number."""
+    pinned = snapshot.pinned[snapshot.triangle_loops]
+    rows, corners = np.nonzero(pinned)
+    values = snapshot.corner_uv[rows, corners].astype(np.float64)
+    bad = ~np.isfinite(values).all(axis=1)
+    if bad.any():
+        faces = np.unique(snapshot.triangle_face[rows[bad]])
+        raise mesh_io.MeshProblem(
+            f"{snapshot.object_name}: face {faces[0]}{mesh_io.more(faces)} has a pinned UV that is no number. "
+            "Unpin it with Alt P",
+            "face",
+            faces,
+        )
+    keys = zip(rows.tolist(), corners.tolist(), strict=True)
+    return dict(zip(keys, map(tuple, values.tolist()), strict=True))
+
+
+def plural(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def figures(certificates, islands: int) -> str:
+    """The numbers of a report line: islands, flips, overlaps, distortion (1 = none)."""
+    flips = sum(max(c.flips32, 0) for c in certificates)
+    overlaps = sum(max(c.overlaps, 0) for c in certificates)
+    triangles = sum(c.triangles for c in certificates)
+    known = [c for c in certificates if math.isfinite(c.energy)]
+    parts = [
+        plural(islands, "island"),
+        plural(flips, "flip"),
+        plural(overlaps, "overlap"),
+    ]
+    if known:
+        mean = sum(c.energy * c.triangles for c in known) / max(sum(c.triangles for c in known), 1)
+        worst = max(c.max_energy for c in known)
+        parts.append(f"distortion mean {mean:.3f} max {worst:.3g}")
+    return ", ".join(parts) + f" on {plural(triangles, 'triangle')}"

@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Unwrap Flip-Free: one flip-free island per seam island (thesis 3.2, docs/unwrap.md)."""
+
+import bpy
+import numpy as np
+
+from .. import mesh_io, modal, solver
+from . import common
+
+
+class MapTask(modal.Task):
+    """A task whose result is a map on the mesh's own triangles."""
+
+    def __init__(self, snapshot: mesh_io.Snapshot):
+        super().__init__(snapshot)
+        self.result = None
+        self._loops = self._values = None
+
+    def collect(self, result):
+        # The solver returns nothing without a valid certificate; what is written is judged here all
+        # the same.
+        if not result.certificate.ok:
+            raise mesh_io.MeshProblem(
+                f"{self.snapshot.object_name}: the map failed its check: "
+                f"{'; '.join(result.certificate.failures)}"
+            )
+        self.result = result
+        self._loops, self._values = mesh_io.loop_values(self.snapshot, result.uv32())
+
+    @property
+    def certificate(self):
+        return self.result.certificate
+
+    @property
+    def islands(self) -> int:
+        return int(self.result.stats["charts"])
+
+    def write(self, ob):
+        mesh_io.write_uv(ob, self.snapshot, self._loops, self._values, self.new_seams())
+
+    def new_seams(self) -> np.ndarray | None:
+        """Edges to be marked as seams."""
+        return None
+
+
+class UnwrapTask(MapTask):
+    def __init__(
+        self, snapshot, *, bijective=True, use_pins=True, mark_seams=False, pack=False, margin=0.005
+    ):
+        super().__init__(snapshot)
+        self.use_pins = use_pins
+        self.bijective = bijective
+        self.pack = pack
+        self.margin = margin
+        self.mark_seams = mark_seams
+
+    def start(self):
+        return solver.unwrap(
+            self.snapshot,
+            pins=common.pins_of(self.snapshot) if self.use_pins else {},
+            bijective=self.bijective,
+            margin=self.margin,
+            keep_places=not self.pack,
+        )
+
+    def automatic_cuts(self) -> np.ndarray:
+        """Edges that the solver cut although they are no seams."""
+        cut = mesh_io.edge_ids(self.snapshot, self.result.cut_edges)
+        return cut[~self.snapshot.seams[cut]]
+
+    def new_seams(self):
+        return self.automatic_cuts() if self.mark_seams else None
+
+
+OPTIONS = ("bijective", "use_pins", "mark_seams", "pack", "margin")
+
+
+def summary(tasks: list[UnwrapTask]) -> str:
+    """The report line, without the time."""
+    text = common.figures([t.certificate for t in tasks], sum(t.islands for t in tasks))
+    cuts = sum(len(t.automatic_cuts()) for t in tasks)
+    return f"{text}, {common.plural(cuts, 'edge')} cut automatically" if cuts else text
+
+
+class UV_OT_flipfree_unwrap(modal.SolverOperator, bpy.types.Operator):
+    bl_idname = "uv.flipfree_unwrap"
+    bl_label = "Unwrap Flip-Free"
+    bl_description = (
+        "Unwrap along the seams so that no face is flipped, with low distortion; "
+        "pinned UVs stay exactly where they are"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+    verb = "Unwrap Flip-Free"
+
+    bijective: bpy.props.BoolProperty(
+        name="No Overlaps",
+        description="No island may overlap itself",
+        default=True,
+    )
+    use_pins: bpy.props.BoolProperty(
+        name="Keep Pins",
+        description="Pinned UVs keep their place exactly",
+        default=True,
+    )
+    mark_seams: bpy.props.BoolProperty(
+        name="Mark Cuts as Seams",
+        description="Closed parts without seams are cut open automatically; mark these cuts as seams",
+        default=False,
+    )
+    pack: bpy.props.BoolProperty(
+        name="Pack Islands",
+        description=(
+            "Pack the islands into the unit square. Otherwise they keep their former place, size and direction "
+            "wherever they had one"
+        ),
+        default=False,
+    )
+    margin: bpy.props.FloatProperty(
+        name="Margin",
+        description="Space between packed islands",
+        default=0.005,
+        min=0.0,
+        max=0.2,
+        precision=3,
+    )
+
+    @classmethod
+    def poll(cls, context):
+        return common.poll(cls, context)
+
+    def draw(self, context):
+        self.layout.use_property_split = True
+        self.layout.use_property_decorate = False
+        for name in OPTIONS:
+            self.layout.prop(self, name)
+
+    def make_run(self, context):
+        snapshots, failures = common.read_meshes(context)
+        options = {name: getattr(self, name) for name in OPTIONS}
+        return modal.Run([UnwrapTask(snapshot, **options) for snapshot in snapshots], failures)
+
+    def summary(self, tasks):
+        return summary(tasks)
+
+
+CLASSES = (UV_OT_flipfree_unwrap,)

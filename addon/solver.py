@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The solver package as the extension uses it: the version handshake and the calls that start jobs."""
+
+import os
+import tomllib
+from pathlib import Path
+
+import flipfree
+import numpy as np
+from flipfree import jobs
+
+THREADS = max(1, min(os.cpu_count() or 1, 8))
+
+
+def check_version() -> None:
+    """Wheels of all extensions share one folder, so another flipfree may have been found. Raises ImportError."""
+    manifest = tomllib.loads(Path(__file__).with_name("blender_manifest.toml").read_text("utf-8"))
+    if flipfree.__version__ != manifest["version"]:
+        raise ImportError(
+            f"Flipfree UV {manifest['version']} found version {flipfree.__version__} of its solver. "
+            "Install the extension again and restart Blender"
+        )
+
+
+def certify(snapshot, uv, *, pins=None, bijective=False):
+    """Starts the certificate of uv (m, 3, 2) on the snapshot's triangles; returns the job."""
+    return jobs.certify(
+        snapshot.vertices,
+        snapshot.triangles,
+        uv,
+        pins=pins,
+        bijective=bijective,
+        threads=THREADS,
+    )
+
+
+def unwrap(snapshot, *, pins, bijective, margin, keep_places):
+    """Starts the unwrap of a snapshot. keep_places: islands that have a place keep it; others are packed."""
+    old = None
+    if keep_places and snapshot.layer_name:
+        old = np.nan_to_num(snapshot.corner_uv.astype(np.float64), posinf=0.0, neginf=0.0)
+    return jobs.unwrap(
+        snapshot.vertices,
+        snapshot.triangles,
+        cuts=snapshot.cuts,
+        uncuttable=snapshot.diagonals,
+        pins=pins or None,
+        bijective=bijective,
+        margin=margin,
+        place_like=old,
+        threads=THREADS,
+    )

@@ -1,0 +1,236 @@
+#include "flipfree/conformal/boundary_angles.h"
+
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "flipfree/base/error.h"
+#include "flipfree/conformal/metric.h"
+#include "flipfree/conformal/pinned_metric.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/topology.h"
+#include "flipfree/mesh/validate.h"
+
+namespace flipfree {
+namespace {
+
+using std::numbers::pi;
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+constexpr double kPinnedTolerance = 1e-11;
+constexpr int kCircleRounds = 60;
+constexpr double kCircleTolerance = 1e-10;  // radians, change of the targets
+
+struct Shape {
+  Adjacency adjacency;
+  std::vector<std::vector<VertexId>> loops;
+  std::vector<bool> on_boundary;
+  Index euler = 0;
+};
+
+Shape shape_of(const Surface& surface) {
+  ValidateOptions rules;
+  rules.require_connected = true;
+  rules.allow_isolated_vertices = false;
+  validate(surface, rules);
+  Shape shape;
+  shape.adjacency = build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  shape.loops = boundary_loops(surface.faces, shape.adjacency);
+  shape.on_boundary.assign(at(static_cast<Index>(surface.vertices.rows())), false);
+  for (const auto& loop : shape.loops) {
+    for (const VertexId v : loop) shape.on_boundary[at(v)] = true;
+  }
+  shape.euler = topology(surface.faces, shape.adjacency).euler();
+  return shape;
+}
+
+void check_places(const Shape& shape, const BoundaryAnglesOptions& options) {
+  const auto count = static_cast<Index>(shape.on_boundary.size());
+  for (const auto& [v, angle] : options.cones) {
+    if (v < 0 || v >= count || shape.on_boundary[at(v)] || !(angle > 0.0) ||
+        !std::isfinite(angle)) {
+      throw_invalid(ErrorCode::kBadAngles,
+                    "The cone at vertex " + std::to_string(v) +
+                        " is not an interior vertex with a positive angle. Give interior vertices "
+                        "and angles in "
+                        "radians.",
+                    ElementKind::kVertex, {v});
+    }
+  }
+  for (const VertexId v : options.corners) {
+    if (v < 0 || v >= count || !shape.on_boundary[at(v)]) {
+      throw_invalid(ErrorCode::kBadBoundary,
+                    "Corner " + std::to_string(v) +
+                        " is not a boundary vertex. Give boundary vertices as corners.",
+                    ElementKind::kVertex, {v});
+    }
+  }
+}
+
+// What the boundary must turn altogether: 2 pi chi minus the curvature of the cones.
+double total_turning(const Shape& shape, const BoundaryAnglesOptions& options) {
+  double total = 2 * pi * shape.euler;
+  for (const auto& [v, angle] : options.cones) total -= 2 * pi - angle;
+  return total;
+}
+
+void make_straight(const Shape& shape, const BoundaryAnglesOptions& options,
+                   std::vector<double>& angles) {
+  const double turning = total_turning(shape, options);
+  if (options.corners.empty()) return;  // close_gauss_bonnet complains if something is left
+  const double share = turning / static_cast<double>(options.corners.size());
+  if (share >= pi) {
+    throw_infeasible(
+        ErrorCode::kGaussBonnet,
+        std::to_string(options.corners.size()) + " corners cannot take " + std::to_string(turning) +
+            " radians of turning: each must turn by less than pi. Add corners or cones.");
+  }
+  for (const VertexId v : options.corners) angles[at(v)] = pi - share;
+}
+
+// Lengths of boundary edges in the metric of scale factors u, half of both neighbours per vertex.
+std::vector<double> boundary_shares(const Surface& surface, const std::vector<VertexId>& loop,
+                                    const std::vector<double>& u) {
+  std::vector<double> share(loop.size(), 0.0);
+  double total = 0.0;
+  for (std::size_t i = 0; i < loop.size(); ++i) {
+    const std::size_t j = (i + 1) % loop.size();
+    const VertexId a = loop[i], b = loop[j];
+    const double length = (surface.vertices.row(a) - surface.vertices.row(b)).norm() *
+                          std::exp(0.5 * (u[at(a)] + u[at(b)]));
+    share[i] += 0.5 * length;
+    share[j] += 0.5 * length;
+    total += length;
+  }
+  for (double& s : share) s /= total;
+  return share;
+}
+
+// Fixed point: curvature proportional to length in the metric that this curvature gives. The
+// longest loop turns once around, the others turn the other way; it takes what cones and handles
+// leave.
+void make_round(const Surface& surface, const Shape& shape, const BoundaryAnglesOptions& options,
+                std::vector<double>& angles, ExecutionContext& context) {
+  std::size_t outer = 0;
+  double longest = -1.0;
+  for (std::size_t l = 0; l < shape.loops.size(); ++l) {
+    double length = 0.0;
+    const auto& loop = shape.loops[l];
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      length += (surface.vertices.row(loop[i]) - surface.vertices.row(loop[(i + 1) % loop.size()]))
+                    .norm();
+    }
+    if (length > longest) {
+      longest = length;
+      outer = l;
+    }
+  }
+  const double others = -2 * pi;
+  const double turning =
+      total_turning(shape, options) - others * static_cast<double>(shape.loops.size() - 1);
+  std::vector<double> u(angles.size(), 0.0);
+  double change = 0.0;
+  for (int round = 0; round < kCircleRounds; ++round) {
+    const ProgressRange range(context, round / double{kCircleRounds},
+                              (round + 1) / double{kCircleRounds});
+    change = 0.0;
+    for (std::size_t l = 0; l < shape.loops.size(); ++l) {
+      const std::vector<double> share = boundary_shares(surface, shape.loops[l], u);
+      for (std::size_t i = 0; i < share.size(); ++i) {
+        double& angle = angles[at(shape.loops[l][i])];
+        const double next = pi - share[i] * (l == outer ? turning : others);
+        change = std::max(change, std::abs(next - angle));
+        angle = next;
+      }
+    }
+    for (const auto& loop : shape.loops) {
+      for (const VertexId v : loop) {
+        if (angles[at(v)] > 0.0) continue;
+        throw_infeasible(
+            ErrorCode::kBadAngles,
+            "The boundary edges at vertex " + std::to_string(v) +
+                " are too long for a round boundary: its angle would not be positive. Split them.",
+            ElementKind::kVertex, {v});
+      }
+    }
+    close_gauss_bonnet(angles, shape.on_boundary, shape.euler, 1e-6);
+    if (change <= kCircleTolerance) return;
+    conformal::MetricOptions metric;
+    metric.tolerance = 1e-11;
+    metric.require_convergence = true;
+    u = conformal::compute_conformal_metric(surface, angles, metric, context).scale_factors;
+  }
+  throw_not_converged(ErrorCode::kIterationLimit,
+                      "The round boundary was not reached: angles still change by " +
+                          std::to_string(change) +
+                          " radians. Use a finer boundary, or a free one.");
+}
+
+void make_free(const Surface& surface, const Shape& shape, std::vector<double>& angles,
+               ExecutionContext& context) {
+  std::vector<char> pinned(angles.size(), 0);
+  for (std::size_t v = 0; v < pinned.size(); ++v) pinned[v] = shape.on_boundary[v];
+  const conformal::PinnedMetric metric =
+      conformal::compute_pinned_metric(surface, angles, pinned, kPinnedTolerance, context);
+  for (std::size_t v = 0; v < pinned.size(); ++v) {
+    if (metric.angles[v] > 0.0 && metric.error <= 1e-6) continue;
+    throw_not_converged(ErrorCode::kIterationLimit,
+                        "No metric with u = 0 on the boundary was found (largest angle error " +
+                            std::to_string(metric.error) + "). Use a straight or round boundary.",
+                        ElementKind::kVertex, {static_cast<Index>(v)});
+  }
+  angles = metric.angles;
+}
+
+}  // namespace
+
+void close_gauss_bonnet(std::vector<double>& angles, const std::vector<bool>& on_boundary,
+                        Index euler, double tolerance) {
+  long double missing = 2 * std::numbers::pi_v<long double> * euler;
+  for (std::size_t v = 0; v < angles.size(); ++v) {
+    missing -= (on_boundary[v] ? 1 : 2) * std::numbers::pi_v<long double> - angles[v];
+  }
+  if (!(std::abs(missing) <= tolerance)) {
+    throw_infeasible(
+        ErrorCode::kGaussBonnet,
+        "The angles do not add up (Gauss-Bonnet): " + std::to_string(static_cast<double>(missing)) +
+            " radians of curvature are missing. Add corners or cones, or another boundary.");
+  }
+  // The largest angle takes it: flat vertices stay exactly flat.
+  std::size_t largest = 0;
+  for (std::size_t v = 0; v < angles.size(); ++v) {
+    const double flat = (on_boundary[v] ? 1 : 2) * pi;
+    if (std::abs(angles[v] - flat) >
+        std::abs(angles[largest] - (on_boundary[largest] ? 1 : 2) * pi))
+      largest = v;
+  }
+  angles[largest] -= static_cast<double>(missing);
+}
+
+std::vector<double> boundary_angles(const Surface& surface, const BoundaryAnglesOptions& options,
+                                    ExecutionContext& context) {
+  const Shape shape = shape_of(surface);
+  check_places(shape, options);
+  std::vector<double> angles(shape.on_boundary.size());
+  for (std::size_t v = 0; v < angles.size(); ++v) angles[v] = shape.on_boundary[v] ? pi : 2 * pi;
+  for (const auto& [v, angle] : options.cones) angles[at(v)] = angle;
+  context.report("boundary", 0.0);
+  if (!shape.loops.empty()) {
+    switch (options.shape) {
+      case BoundaryShape::kFree:
+        make_free(surface, shape, angles, context);
+        break;
+      case BoundaryShape::kStraight:
+        make_straight(shape, options, angles);
+        break;
+      case BoundaryShape::kCircle:
+        make_round(surface, shape, options, angles, context);
+        break;
+    }
+  }
+  close_gauss_bonnet(angles, shape.on_boundary, shape.euler, 1e-6);
+  return angles;
+}
+
+}  // namespace flipfree

@@ -1,0 +1,325 @@
+#include "flipfree/distortion/minimizer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <string>
+
+#include "flipfree/base/error.h"
+
+namespace flipfree::distortion {
+namespace {
+
+// The step goes this far towards the first flip; closer would leave a triangle whose barrier
+// dominates the next step.
+constexpr double kShareOfFlip = 0.9;
+constexpr double kSufficientDecrease = 1e-4;
+constexpr double kShortestStep = 1e-12;
+// Below this relative size a difference of two energies is rounding (sums of 1e6 terms); slopes
+// decide instead.
+constexpr double kEnergyRounding = 1e-11;
+// Targets go this far towards the first flip at once, at most so many times, with so many steps of
+// recovery in between; they have got stuck when this many rounds in a row brought them no more than
+// a hundredth nearer.
+constexpr double kPullShare = 0.7;
+constexpr int kMostPulls = 200;
+constexpr int kRecoveries = 3;
+constexpr int kIdlePulls = 8;
+// Weight of a contact in units of a mean triangle's.
+constexpr double kBarrierWeight = 1.0;
+
+}  // namespace
+
+Minimizer::Minimizer(const Triangles& faces, RestShapes rest, const Surface* surface,
+                     const Points2& initial, const MinimizeOptions& options,
+                     ExecutionContext& context)
+    : faces_(faces),
+      options_(options),
+      context_(context),
+      uv_(initial),
+      fixed_(static_cast<std::size_t>(initial.rows()), 0),
+      rest_(std::move(rest)) {
+  for (const VertexId v : options.fixed) fixed_[static_cast<std::size_t>(v)] = 1;
+  if (options.bijective) barrier_.emplace(*surface);
+  if (options.fixed.empty()) normalise();
+}
+
+// Exact: may trial_ replace uv_?
+bool Minimizer::acceptable() {
+  return trial_.allFinite() && is_flip_free(faces_, trial_, context_) &&
+         !(barrier_on_ && boundary_conflicts(barrier_->boundary(), trial_, context_));
+}
+
+// Without fixed vertices: bounding box centred at the origin, where doubles are densest, and about
+// as large as the rest shapes. Kept only if the exact tests still hold.
+void Minimizer::normalise() {
+  const Eigen::RowVector2d low = uv_.colwise().minCoeff();
+  const Eigen::RowVector2d high = uv_.colwise().maxCoeff();
+  trial_ = uv_.rowwise() - 0.5 * (low + high);
+  // A power of two: changes no triangle's sign.
+  trial_ *= std::ldexp(1.0, -std::ilogb((high - low).maxCoeff()));
+  barrier_on_ = barrier_.has_value();
+  if (acceptable()) uv_.swap(trial_);
+  barrier_on_ = false;
+}
+
+// Brings a free map to the surface's unit; by a power of two if rounding of the exact factor would
+// spoil something.
+void Minimizer::finish_unit() {
+  const double factor = rest_.length * sums_.best_scale();
+  const Eigen::RowVector2d centre = 0.5 * (uv_.colwise().minCoeff() + uv_.colwise().maxCoeff());
+  trial_ = factor * (uv_.rowwise() - centre);
+  barrier_on_ = barrier_.has_value();
+  if (acceptable()) {
+    uv_.swap(trial_);
+  } else {
+    uv_ *= std::ldexp(1.0, static_cast<int>(std::lround(std::log2(factor))));
+  }
+}
+
+// Longest acceptable step along direction_, 0 if there is none; leaves the new map in trial_.
+double Minimizer::line_search(double slope, double energy, bool progressive) {
+  double step = std::min(1.0, kShareOfFlip * step_to_first_flip(faces_, uv_, direction_, context_));
+  for (; step > kShortestStep; step *= 0.5) {
+    trial_ = uv_ + step * direction_;
+    if (!acceptable()) continue;
+    const EnergySums sums = sum_energy(faces_, working_, trial_, context_);
+    double now = progressive || barrier_on_ ? sums.value() : sums.at_best_scale();
+    if (barrier_on_)
+      now += barrier_->value(trial_, barrier_unit_,
+                             kBarrierWeight / static_cast<double>(faces_.rows()));
+    if (now <= energy + kSufficientDecrease * step * slope) return step;
+    if (std::abs(step * slope) < kEnergyRounding * energy &&
+        directional_derivative(faces_, working_, trial_, direction_, context_) <= 0) {
+      return step;
+    }
+  }
+  return 0;
+}
+
+bool Minimizer::add_contacts(const std::vector<BoundaryBarrier::Contact>& contacts) {
+  for (const auto& contact : contacts) {
+    const double factor[3] = {1.0, contact.t - 1.0, -contact.t};
+    const Vector2& n = contact.normal;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = i; j < 3; ++j) {
+        const double c = contact.curvature * factor[i] * factor[j];
+        const double block[3] = {c * n.x() * n.x(), c * n.x() * n.y(), c * n.y() * n.y()};
+        if (i != j) {
+          if (!system_->add_pair(contact.vertices[static_cast<std::size_t>(i)],
+                                 contact.vertices[static_cast<std::size_t>(j)], block)) {
+            return false;
+          }
+          continue;
+        }
+        const double gradient[2] = {contact.slope * factor[i] * n.x(),
+                                    contact.slope * factor[i] * n.y()};
+        system_->add(contact.vertices[static_cast<std::size_t>(i)], gradient, block);
+      }
+    }
+  }
+  return true;
+}
+
+// Gradient and Hessian at uv_ for the working rest shapes; returns the energy. The system's pattern
+// is extended when parts of the boundary come near each other that were not before.
+double Minimizer::assemble(double scale) {
+  if (!barrier_on_) {
+    if (!system_)
+      system_.emplace(faces_, fixed_, uv_, std::vector<std::array<VertexId, 2>>{}, context_);
+    return system_->assemble(working_, uv_, context_);
+  }
+  barrier_unit_ = unit(scale);
+  const auto contacts =
+      barrier_->contacts(uv_, barrier_unit_, kBarrierWeight / static_cast<double>(faces_.rows()));
+  double energy = 0;
+  const auto all = [&] {
+    energy = system_->assemble(working_, uv_, context_);
+    return add_contacts(contacts);
+  };
+  if (!system_ || !all()) {
+    system_.emplace(faces_, fixed_, uv_, barrier_->couplings(uv_, barrier_unit_), context_);
+    if (!all()) throw InternalError("a contact of the boundary barrier is missing in the pattern");
+  }
+  for (const auto& contact : contacts) energy += contact.value;
+  return energy;
+}
+
+Minimizer::Step Minimizer::iterate(bool progressive) {
+  double scale = sums_.best_scale();
+  if (progressive) {
+    // Scale at which the logarithm of the area distortion averages to zero: the best scale would
+    // follow the few worst triangles.
+    scale = std::exp(-0.5 * sums_.log_area);
+    progressive_rest(faces_, rest_.triangles, scale, uv_, context_, working_);
+  } else {
+    if (barrier_on_ && frozen_scale_ == 0) frozen_scale_ = scale;
+    if (barrier_on_) scale = frozen_scale_;
+    scale_rest(rest_.triangles, scale, context_, working_);
+  }
+  const double energy = assemble(scale);
+  const double slope = system_->solve(direction_, context_);
+  ++factorizations_;
+  if (!(slope < 0)) return slope == 0 ? Step::kConverged : Step::kStalled;
+  const double step = line_search(slope, energy, progressive);
+  if (step == 0) return -slope < kEnergyRounding * energy ? Step::kConverged : Step::kStalled;
+  const EnergySums sums = sum_energy(faces_, rest_.triangles, trial_, context_);
+  if (progressive && !(sums.at_best_scale() < sums_.at_best_scale())) return Step::kStalled;
+  uv_.swap(trial_);
+  sums_ = sums;
+  return !progressive && -0.5 * slope <= options_.tolerance * energy && step == 1.0
+             ? Step::kConverged
+             : Step::kTaken;
+}
+
+// Steps until nothing is to be gained; returns why it stopped.
+const char* Minimizer::descend() {
+  bool progressive = true;
+  for (int i = 0; i < options_.max_iterations; ++i) {
+    const double end =
+        progress_ + 0.15 * (1 - progress_);  // no bound on the steps is known: geometric shares
+    const ProgressRange range(context_, progress_, end);
+    context_.report("reducing distortion", 0.0);
+    progress_ = end;
+    progressive = progressive && sums_.worst_at_best_scale() > 10 * kProgressiveBound;
+    const Step step = iterate(progressive);
+    ++iterations_;
+    progressive_iterations_ += progressive ? 1 : 0;
+    if (step == Step::kTaken) {
+      if (barrier_ && !barrier_on_ && !boundary_conflicts(barrier_->boundary(), uv_, context_))
+        one_to_one_ = uv_;
+      continue;
+    }
+    if (!progressive) return step == Step::kConverged ? "converged" : "stalled";
+    progressive = false;
+  }
+  return "iteration limit";
+}
+
+// Turns, scales and moves the whole map to where the targets are met best in the mean: z -> a z + b
+// in complex numbers. Only if nothing is fixed yet, and the exact tests still hold.
+void Minimizer::align(const std::vector<std::pair<VertexId, Vector2>>& targets) {
+  using Complex = std::complex<double>;
+  const auto from = [&](VertexId v) { return Complex(uv_(v, 0), uv_(v, 1)); };
+  const auto to = [](const Vector2& p) { return Complex(p.x(), p.y()); };
+  Complex from_mean = 0;
+  Complex to_mean = 0;
+  const auto count = static_cast<double>(targets.size());
+  for (const auto& [v, target] : targets) {
+    from_mean += from(v) / count;
+    to_mean += to(target) / count;
+  }
+  Complex product = 0;
+  double square = 0;
+  double to_square = 0;
+  for (const auto& [v, target] : targets) {
+    product += std::conj(from(v) - from_mean) * (to(target) - to_mean);
+    square += std::norm(from(v) - from_mean);
+    to_square += std::norm(to(target) - to_mean);
+  }
+  Complex a = 1;
+  if (square > 0) {
+    a = product / square;
+    // Targets that are reflected or scattered have no direction; then only the size is taken over.
+    const double size = std::sqrt(to_square / square);
+    if (std::abs(a) < 0.2 * size) a = size;
+    if (a == 0.0) a = 1;
+  }
+  trial_.resize(uv_.rows(), 2);
+  for (Eigen::Index v = 0; v < uv_.rows(); ++v) {
+    const Complex w = a * (Complex(uv_(v, 0), uv_(v, 1)) - from_mean) + to_mean;
+    trial_.row(v) << w.real(), w.imag();
+  }
+  if (acceptable()) uv_.swap(trial_);
+}
+
+// The Newton step with the targets' remaining way prescribed: minimises the quadratic model over
+// all other vertices. It goes as far as triangles stay open, then the map recovers with the targets
+// held, and again.
+double Minimizer::pull(const std::vector<std::pair<VertexId, Vector2>>& targets) {
+  if (targets.empty()) return 1.0;
+  barrier_on_ = barrier_.has_value();
+  if (options_.fixed.size() == targets.size()) align(targets);
+  sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
+  for (const auto& [v, target] : targets) fixed_[static_cast<std::size_t>(v)] = 1;
+  system_.reset();
+  const auto distance = [&] {
+    double sum = 0;
+    for (const auto& [v, target] : targets) sum += (target - uv_.row(v).transpose()).norm();
+    return sum;
+  };
+  const double whole = distance();
+  double left = whole;
+  int idle = 0;
+  for (int round = 0; left > 0 && round < kMostPulls && idle < kIdlePulls; ++round) {
+    const ProgressRange range(context_, progress_, 1.0);
+    context_.report("moving to the targets", 0.5 * (1 - left / whole));
+    Points2 motion = Points2::Zero(uv_.rows(), 2);
+    for (const auto& [v, target] : targets) motion.row(v) = target.transpose() - uv_.row(v);
+    const double scale = sums_.best_scale();
+    frozen_scale_ = scale;
+    scale_rest(rest_.triangles, scale, context_, working_);
+    assemble(scale);
+    system_->add_prescribed(motion);
+    system_->solve(direction_, context_);
+    ++factorizations_;
+    direction_ += motion;  // the system leaves fixed vertices where they are
+    double step = std::min(1.0, kPullShare * step_to_first_flip(faces_, uv_, direction_, context_));
+    for (; step > kShortestStep; step *= 0.5) {
+      trial_ = uv_ + step * direction_;
+      if (step == 1.0) {
+        for (const auto& [v, target] : targets) trial_.row(v) = target.transpose();
+      }
+      if (acceptable()) break;
+    }
+    if (step <= kShortestStep) ++idle;
+    if (step > kShortestStep) {
+      uv_.swap(trial_);
+      sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
+    }
+    const double now = distance();
+    idle = now < 0.99 * left ? 0 : idle + 1;
+    left = now;
+    for (int i = 0; i < kRecoveries && left > 0; ++i) {
+      frozen_scale_ = 0;
+      const Step result = iterate(sums_.worst_at_best_scale() > 10 * kProgressiveBound);
+      ++iterations_;
+      if (result != Step::kTaken) break;
+    }
+  }
+  frozen_scale_ = 0;
+  barrier_on_ = false;
+  return whole > 0 ? 1 - left / whole : 1.0;
+}
+
+Points2 Minimizer::run(Stats& stats) {
+  const Stopwatch watch;
+  system_.reset();
+  sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
+  stats["distortion.energy_start"] = sums_.at_best_scale();
+  const char* stop = "converged";
+  const bool all_fixed = std::all_of(fixed_.begin(), fixed_.end(), [](char f) { return f != 0; });
+  if (!all_fixed) {
+    if (barrier_) one_to_one_ = uv_;
+    stop = descend();
+    if (barrier_ && boundary_conflicts(barrier_->boundary(), uv_, context_)) {
+      uv_ = std::move(one_to_one_);
+      sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
+      barrier_on_ = true;
+      system_.reset();
+      stop = descend();
+    }
+  }
+  stats["distortion.barrier"] = static_cast<std::int64_t>(barrier_on_);
+  if (std::none_of(fixed_.begin(), fixed_.end(), [](char f) { return f != 0; })) finish_unit();
+  sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
+  stats["distortion.energy"] = sums_.at_best_scale();
+  stats["distortion.iterations"] = static_cast<std::int64_t>(iterations_);
+  stats["distortion.progressive_iterations"] = static_cast<std::int64_t>(progressive_iterations_);
+  stats["distortion.factorizations"] = static_cast<std::int64_t>(factorizations_);
+  stats["distortion.stop"] = std::string(stop);
+  stats["distortion.seconds"] = watch.seconds();
+  return std::move(uv_);
+}
+
+}  // namespace flipfree::distortion

@@ -1,0 +1,324 @@
+#include "flipfree/distortion/rounding.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "flipfree/base/error.h"
+#include "flipfree/distortion/boundary_grid.h"
+#include "flipfree/distortion/minimizer.h"
+#include "flipfree/numeric/predicates.h"
+
+namespace flipfree {
+namespace {
+
+using namespace distortion;
+
+constexpr int kMostSweeps = 6;  // over single points, before the region is opened as a whole
+constexpr int kFirstRings = 2;  // around the vertices at fault
+
+std::size_t size(Index i) { return static_cast<std::size_t>(i); }
+
+double rounded(double x) { return static_cast<double>(static_cast<float>(x)); }
+
+// Opens crowded triangles in 64 bits: minimises the distortion of the region with respect to
+// equilateral triangles of one size, its rim held. A valid map all the time, so that a cluster of
+// any depth can be opened, unlike by moves of single points. `region` holds vertices; all triangles
+// at them take part.
+void open_region(const Triangles& faces, const std::vector<VertexId>& region,
+                 const RoundingOptions& options, Points2& uv, ExecutionContext& context) {
+  std::vector<char> inside(size(static_cast<Index>(uv.rows())), 0);
+  for (const VertexId v : region) inside[size(v)] = 1;
+  std::vector<FaceId> chosen;
+  std::vector<char> held(inside.size(), 0);
+  for (const VertexId v : options.fixed) held[size(v)] = 1;
+  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
+    const bool takes_part =
+        inside[size(faces(f, 0))] && inside[size(faces(f, 1))] && inside[size(faces(f, 2))];
+    if (takes_part) {
+      chosen.push_back(f);
+      continue;
+    }
+    for (int k = 0; k < 3; ++k) held[size(faces(f, k))] = 1;
+  }
+  std::vector<Index> local(inside.size(), kInvalid);
+  std::vector<VertexId> vertices;
+  Triangles part(static_cast<Eigen::Index>(chosen.size()), 3);
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    for (int k = 0; k < 3; ++k) {
+      const VertexId v = faces(chosen[i], k);
+      if (local[size(v)] == kInvalid) {
+        local[size(v)] = static_cast<Index>(vertices.size());
+        vertices.push_back(v);
+      }
+      part(static_cast<Eigen::Index>(i), k) = local[size(v)];
+    }
+  }
+  if (vertices.empty()) return;
+  MinimizeOptions minimize;
+  minimize.max_iterations = 60;
+  minimize.tolerance = 1e-2;
+  Points2 start(static_cast<Eigen::Index>(vertices.size()), 2);
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    start.row(static_cast<Eigen::Index>(i)) = uv.row(vertices[i]);
+    if (held[size(vertices[i])]) minimize.fixed.push_back(static_cast<VertexId>(i));
+  }
+  if (minimize.fixed.empty()) minimize.fixed.push_back(0);  // keeps the place and the unit
+  RestTriangle equilateral;
+  const double root = std::sqrt(3.0);
+  equilateral.gradient[0][0] = 1;
+  equilateral.gradient[0][1] = -1 / root;
+  equilateral.gradient[1][1] = 2 / root;
+  equilateral.determinant = 2 / root;
+  equilateral.weight = 1.0 / static_cast<double>(chosen.size());
+  RestShapes rest;
+  rest.triangles.assign(chosen.size(), equilateral);
+  Stats ignored;
+  const Points2 opened =
+      Minimizer(part, std::move(rest), nullptr, start, minimize, context).run(ignored);
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    uv.row(vertices[i]) = opened.row(static_cast<Eigen::Index>(i));
+  }
+}
+
+// Moves 32-bit points of a region so that the lowest triangle around each vertex gets as high as
+// possible.
+class Repair {
+ public:
+  Repair(const Triangles& faces, const RoundingOptions& options, Points2& points,
+         const ExecutionContext& context)
+      : faces_(faces),
+        options_(options),
+        points_(points),
+        context_(context),
+        movable_(size(static_cast<Index>(points.rows())), 1) {
+    for (const VertexId v : options.fixed) movable_[size(v)] = 0;
+    offset_.assign(movable_.size() + 1, 0);
+    for (const Index v : faces.reshaped()) ++offset_[size(v) + 1];
+    for (std::size_t v = 0; v < movable_.size(); ++v) offset_[v + 1] += offset_[v];
+    corners_.resize(size(offset_.back()));
+    std::vector<Index> next(offset_.begin(), offset_.end() - 1);
+    for (Index c = 0; c < static_cast<Index>(faces.size()); ++c) {
+      corners_[size(next[size(faces.data()[c])]++)] = c;
+    }
+    if (options.bijective) {
+      boundary_ = find_boundary(static_cast<Index>(points.rows()), faces);
+      edges_at_.resize(movable_.size());
+      for (std::size_t e = 0; e < boundary_.edges.size(); ++e) {
+        for (const VertexId v : boundary_.edges[e])
+          edges_at_[size(v)].push_back(static_cast<Index>(e));
+      }
+    }
+  }
+
+  // Vertices at fault: corners of bad triangles, ends of boundary edges that meet.
+  std::vector<VertexId> seeds(std::vector<FaceId>& bad) const {
+    bad = flipped_faces(faces_, points_, context_);
+    std::vector<VertexId> found;
+    for (const FaceId f : bad) {
+      for (int k = 0; k < 3; ++k) found.push_back(faces_(f, k));
+    }
+    if (options_.bijective) {
+      const auto pair = BoundaryGrid(boundary_, points_).first_conflict(context_);
+      for (const Index e : pair) {
+        if (e == kInvalid) continue;
+        found.insert(found.end(), boundary_.edges[size(e)].begin(), boundary_.edges[size(e)].end());
+      }
+    }
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    return found;
+  }
+
+  // The region and every vertex that shares a triangle with it.
+  std::vector<VertexId> grow(const std::vector<VertexId>& region) const {
+    std::vector<VertexId> wider = region;
+    for (const VertexId v : region) {
+      for (Index i = offset_[size(v)]; i < offset_[size(v) + 1]; ++i) {
+        for (int k = 0; k < 3; ++k) wider.push_back(faces_(corners_[size(i)] / 3, k));
+      }
+    }
+    std::sort(wider.begin(), wider.end());
+    wider.erase(std::unique(wider.begin(), wider.end()), wider.end());
+    return wider;
+  }
+
+  // Moves the points of a region that starts at `seeds` and slowly grows; returns the vertices
+  // still at fault.
+  std::vector<VertexId> sweep(std::vector<VertexId> faulty, std::vector<FaceId>& bad) {
+    std::vector<VertexId> region = faulty;
+    for (int round = 0; !faulty.empty() && round < kMostSweeps; ++round) {
+      bool any = false;
+      for (std::size_t i = 0; i < region.size(); ++i) {
+        if (i % 64 == 0) context_.check();
+        any = improve(region[i]) || any;
+      }
+      faulty = seeds(bad);
+      const std::size_t before = region.size();
+      region.insert(region.end(), faulty.begin(), faulty.end());
+      std::sort(region.begin(), region.end());
+      region.erase(std::unique(region.begin(), region.end()), region.end());
+      if (!any || round % 2 == 1) region = grow(region);
+      if (!any && region.size() == before) break;
+    }
+    return faulty;
+  }
+
+ private:
+  // Tries other 32-bit points for v; true if it moved.
+  bool improve(VertexId v) {
+    if (!movable_[size(v)]) return false;
+    const Vector2 start = points_.row(v).transpose();
+    double best = score(v);
+    Vector2 place = start;
+    const auto attempt = [&](const Vector2& candidate) {
+      const Vector2 p(rounded(candidate.x()), rounded(candidate.y()));
+      if (p == place || !p.allFinite()) return;
+      points_.row(v) = p.transpose();
+      const double s = score(v);
+      if (s > best) {
+        best = s;
+        place = p;
+      }
+    };
+    // Pattern search from the whole star's size down to neighbouring floats, from the best point so
+    // far.
+    const auto [centre, radius] = star(v);
+    attempt(centre);
+    const double grain =
+        std::max(std::abs(start.x()), std::abs(start.y())) * std::numeric_limits<float>::epsilon();
+    for (double r = radius; r > 0.25 * grain && r > 0; r *= 0.5) {
+      const Vector2 around = place;
+      for (int dx = -1; dx <= 1; ++dx) {
+        for (int dy = -1; dy <= 1; ++dy) {
+          if (dx != 0 || dy != 0) attempt(around + r * Vector2(dx, dy));
+        }
+      }
+    }
+    points_.row(v) = place.transpose();
+    return place != start;
+  }
+
+  // Mean of the neighbours and the largest distance to one.
+  std::pair<Vector2, double> star(VertexId v) const {
+    Vector2 sum = Vector2::Zero();
+    double radius = 0;
+    int count = 0;
+    for (Index i = offset_[size(v)]; i < offset_[size(v) + 1]; ++i) {
+      for (const CornerId c :
+           {next_corner(corners_[size(i)]), previous_corner(corners_[size(i)])}) {
+        const Vector2 p = points_.row(faces_.data()[c]).transpose();
+        sum += p;
+        radius = std::max(radius, (p - points_.row(v).transpose()).norm());
+        ++count;
+      }
+    }
+    return {count > 0 ? Vector2(sum / count) : Vector2(points_.row(v).transpose()), radius};
+  }
+
+  // Lowest height of a triangle at v, signed; counted as negative by the exact test, whatever its
+  // value. Boundary edges at v that meet others count like a flipped triangle.
+  double score(VertexId v) const {
+    double lowest = std::numeric_limits<double>::infinity();
+    double penalty = 0;
+    for (Index i = offset_[size(v)]; i < offset_[size(v) + 1]; ++i) {
+      const FaceId f = corners_[size(i)] / 3;
+      const Vector2 a = points_.row(faces_(f, 0)).transpose();
+      const Vector2 b = points_.row(faces_(f, 1)).transpose();
+      const Vector2 c = points_.row(faces_(f, 2)).transpose();
+      const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm(), 1e-300});
+      const double area = (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x();
+      const int sign = orientation(a, b, c);
+      const double height = std::abs(area) / longest;
+      lowest = std::min(lowest, sign > 0 ? height : -height);
+      if (sign <= 0) penalty += kFlipPenalty;
+    }
+    return lowest - penalty - kFlipPenalty * conflicts(v);
+  }
+
+  double conflicts(VertexId v) const {
+    if (!options_.bijective || edges_at_[size(v)].empty()) return 0;
+    double count = 0;
+    const auto point = [&](VertexId w) -> Vector2 { return points_.row(w).transpose(); };
+    for (const Index e : edges_at_[size(v)]) {
+      const auto& [a, b] = boundary_.edges[size(e)];
+      for (std::size_t f = 0; f < boundary_.edges.size(); ++f) {
+        const auto& [c, d] = boundary_.edges[f];
+        if (static_cast<Index>(f) == e) continue;
+        const bool joined = a == c || a == d || b == c || b == d;
+        const bool same = !joined && (point(a) == point(c) || point(a) == point(d) ||
+                                      point(b) == point(c) || point(b) == point(d));
+        if (same || segments_conflict(point(a), point(b), point(c), point(d))) count += 1;
+      }
+    }
+    return count;
+  }
+
+  // Outweighs every height: maps are scaled to at most this size before they are stored.
+  static constexpr double kFlipPenalty = 1e9;
+
+  const Triangles& faces_;
+  const RoundingOptions& options_;
+  Points2& points_;
+  const ExecutionContext& context_;
+  std::vector<char> movable_;
+  std::vector<Index> offset_;
+  std::vector<CornerId> corners_;
+  Boundary boundary_;
+  std::vector<std::vector<Index>> edges_at_;
+};
+
+[[noreturn]] void give_up(std::vector<FaceId> bad, const std::vector<VertexId>& seeds) {
+  const std::string what = bad.empty() ? "The boundary meets itself near vertex " +
+                                             std::to_string(seeds.empty() ? 0 : seeds.front())
+                                       : std::to_string(bad.size()) +
+                                             " triangles flip or collapse, the first is face " +
+                                             std::to_string(bad.front());
+  if (bad.size() > 1000) bad.resize(1000);
+  throw_not_converged(
+      ErrorCode::kRoundingFlips,
+      what +
+          ", when the map is rounded to the 32-bit values that are stored, and no 32-bit points "
+          "near by "
+          "avoid it. Cut the chart into smaller ones, or enlarge its smallest parts.",
+      ElementKind::kFace, std::move(bad));
+}
+
+}  // namespace
+
+Points2f round_to_storage(const Triangles& faces, const Points2& uv, const RoundingOptions& options,
+                          ExecutionContext& context, Stats& stats) {
+  const Points2 nearest = uv.cast<float>().cast<double>();
+  const bool good =
+      is_flip_free(faces, nearest, context) &&
+      !(options.bijective &&
+        boundary_conflicts(find_boundary(static_cast<Index>(uv.rows()), faces), nearest, context));
+  std::int64_t moved = 0;
+  Points2 points = nearest;
+  if (!good) {
+    Points2 wide = uv;
+    Repair repair(faces, options, points, context);
+    std::vector<FaceId> bad;
+    std::vector<VertexId> seeds = repair.seeds(bad);
+    std::vector<VertexId> region = seeds;
+    std::vector<VertexId> left = repair.sweep(seeds, bad);
+    for (int rings = kFirstRings; !left.empty(); rings *= 2) {
+      region.insert(region.end(), seeds.begin(), seeds.end());
+      for (int r = 0; r < rings; ++r) region = repair.grow(region);
+      const bool everything = static_cast<Eigen::Index>(region.size()) == uv.rows();
+      open_region(faces, region, options, wide, context);
+      points = wide.cast<float>().cast<double>();
+      seeds = repair.seeds(bad);
+      left = seeds.empty() ? seeds : repair.sweep(seeds, bad);
+      if (!left.empty() && everything) give_up(std::move(bad), left);
+    }
+    for (Eigen::Index v = 0; v < points.rows(); ++v) {
+      moved += points.row(v) != nearest.row(v) ? 1 : 0;
+    }
+  }
+  stats["rounding.repaired"] = moved;
+  return points.cast<float>();
+}
+
+}  // namespace flipfree

@@ -1,0 +1,201 @@
+#include "flipfree/embedding/embed_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "flipfree/base/error.h"
+#include "flipfree/certify/certify.h"
+#include "flipfree/certify/energy.h"
+#include "flipfree/distortion/minimize.h"
+#include "flipfree/embedding/planar_map.h"
+#include "flipfree/embedding/progressive.h"
+#include "flipfree/embedding/tutte.h"
+#include "flipfree/mesh/topology.h"
+#include "flipfree/mesh/validate.h"
+
+namespace flipfree {
+namespace {
+
+using Size = std::size_t;
+
+struct Boundary {
+  std::vector<VertexId> loop;
+  Points2 positions;
+};
+
+std::vector<VertexId> own_loop(const Surface& surface) {
+  const Adjacency adjacency =
+      build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  return boundary_loops(surface.faces, adjacency).front();
+}
+
+// Turns the caller's loop around if it runs against the surface's own loop. Returns whether it did.
+bool orient_loop(std::vector<VertexId>& loop, const std::vector<VertexId>& own) {
+  if (loop.size() < 3) return false;
+  const auto at = std::find(own.begin(), own.end(), loop[0]);
+  if (at == own.end()) return false;
+  const Size i = static_cast<Size>(at - own.begin());
+  if (own[(i + own.size() - 1) % own.size()] != loop[1]) return false;
+  std::reverse(loop.begin(), loop.end());
+  return true;
+}
+
+Boundary place(const Surface& surface, const EmbedSurfaceOptions& options) {
+  Boundary boundary;
+  const std::vector<VertexId> own = own_loop(surface);
+  boundary.loop = options.loop.empty() ? own : options.loop;
+  for (const VertexId v : boundary.loop) {
+    if (v >= 0 && v < static_cast<Index>(surface.vertices.rows())) continue;
+    throw_invalid(ErrorCode::kIndexOutOfRange,
+                  "The boundary loop names vertex " + std::to_string(v) + ", which does not exist.",
+                  ElementKind::kVertex, {v});
+  }
+  const bool turned = orient_loop(boundary.loop, own);
+  if (options.polygon) {
+    boundary.positions = *options.polygon;
+    if (turned) boundary.positions = options.polygon->colwise().reverse();
+    return boundary;
+  }
+  std::vector<double> lengths(boundary.loop.size());
+  for (Size i = 0; i < lengths.size(); ++i) {
+    const VertexId a = boundary.loop[i];
+    const VertexId b = boundary.loop[(i + 1) % lengths.size()];
+    lengths[i] = (surface.vertices.row(a) - surface.vertices.row(b)).norm();
+  }
+  boundary.positions = place_boundary(options.shape, lengths).positions;
+  return boundary;
+}
+
+Points2 corner_uv(const Triangles& faces, const Points2& uv) {
+  Points2 corners(faces.size(), 2);
+  for (CornerId c = 0; c < faces.size(); ++c) corners.row(c) = uv.row(faces.data()[c]);
+  return corners;
+}
+
+// Surface and provenance of the refined mesh.
+void set_refined(Parametrization& map, const Surface& input, const Embedding& embedding) {
+  const Index n = static_cast<Index>(input.vertices.rows());
+  const Index added = static_cast<Index>(embedding.added.size());
+  map.surface.faces = embedding.faces;
+  map.surface.vertices.resize(n + added, 3);
+  map.surface.vertices.topRows(n) = input.vertices;
+  map.vertex_parent.assign(static_cast<Size>(n + added), kInvalid);
+  map.vertex_barycentric = Points3::Zero(n + added, 3);
+  map.parent_face = embedding.parent_face;
+  for (CornerId c = 0; c < input.faces.size(); ++c) {
+    const VertexId v = input.faces.data()[c];
+    if (map.vertex_parent[static_cast<Size>(v)] != kInvalid) continue;
+    map.vertex_parent[static_cast<Size>(v)] = c / 3;
+    map.vertex_barycentric(v, c % 3) = 1.0;
+  }
+  for (Index k = 0; k < added; ++k) {
+    const AddedVertex& vertex = embedding.added[static_cast<Size>(k)];
+    map.surface.vertices.row(n + k) =
+        (1 - vertex.t) * input.vertices.row(vertex.a) + vertex.t * input.vertices.row(vertex.b);
+  }
+  // Any face that uses a new vertex has a parent with the split edge.
+  for (FaceId f = 0; f < embedding.faces.rows(); ++f) {
+    for (Index k = 0; k < 3; ++k) {
+      const VertexId v = embedding.faces(f, k);
+      if (v < n || map.vertex_parent[static_cast<Size>(v)] != kInvalid) continue;
+      const AddedVertex& vertex = embedding.added[static_cast<Size>(v - n)];
+      const FaceId parent = embedding.parent_face[static_cast<Size>(f)];
+      map.vertex_parent[static_cast<Size>(v)] = parent;
+      for (Index c = 0; c < 3; ++c) {
+        if (input.faces(parent, c) == vertex.a) map.vertex_barycentric(v, c) = 1 - vertex.t;
+        if (input.faces(parent, c) == vertex.b) map.vertex_barycentric(v, c) = vertex.t;
+      }
+    }
+  }
+}
+
+// The certificate also judges that the boundary is bitwise where it was asked for.
+CertifyRequest boundary_pins(const Triangles& faces, const Boundary& boundary) {
+  std::vector<Index> place(static_cast<Size>(faces.maxCoeff()) + 1, kInvalid);
+  for (Size i = 0; i < boundary.loop.size(); ++i) {
+    place[static_cast<Size>(boundary.loop[i])] = static_cast<Index>(i);
+  }
+  CertifyRequest request;
+  for (CornerId c = 0; c < faces.size(); ++c) {
+    const Index i = place[static_cast<Size>(faces.data()[c])];
+    if (i != kInvalid) request.pins.push_back({c, boundary.positions.row(i).transpose()});
+  }
+  return request;
+}
+
+}  // namespace
+
+bool make_storable(const Triangles& faces, const std::vector<VertexId>& loop, Points2& uv,
+                   ExecutionContext& context, Stats& stats) {
+  PlanarMap map = make_planar_map(faces, loop, uv, true);
+  Size flips = 0;
+  for (FaceId f = 0; f < faces.rows(); ++f) flips += !map.positive(f);
+  stats["rounding_flips"] = static_cast<std::int64_t>(flips);
+  if (flips > 0) {
+    // Only what flips is repaired; small triangles are the optimiser's choice.
+    map.invalid_energy = HUGE_VAL;
+    try {
+      ProgressiveOptions options;
+      options.start = ProgressiveStart::kRepair;
+      progressive_embedding(map, options, context, stats);
+    } catch (const NotConverged&) {
+      return false;
+    } catch (const Infeasible&) {
+      return false;
+    }
+    for (FaceId f = 0; f < faces.rows(); ++f) {
+      if (!map.positive(f)) return false;
+    }
+  }
+  uv = map.uv;
+  return true;
+}
+
+Parametrization embed_surface(const Surface& surface, const EmbedSurfaceOptions& options,
+                              ExecutionContext& context) {
+  Stopwatch watch;
+  ValidateOptions rules;
+  rules.require_disk = true;
+  validate(surface, rules);
+  const Boundary boundary = place(surface, options);
+  Parametrization map;
+  EmbedOptions embed;
+  embed.method = options.method;
+  embed.initial = options.initial ? &*options.initial : nullptr;
+  embed.start_from_tutte = options.start_from_tutte;
+  const Index n = static_cast<Index>(surface.vertices.rows());
+  Embedding embedding;
+  {
+    const ProgressRange range(context, 0.0, options.optimise ? 0.3 : 0.95);
+    embedding = embed_disk_refined(surface.faces, n, boundary.loop, boundary.positions, embed,
+                                   context, map.stats);
+  }
+  set_refined(map, surface, embedding);
+  Points2 uv = embedding.uv;
+  if (options.optimise && options.method != EmbedMethod::kTutte) {
+    map.stats["energy_embedding"] =
+        symmetric_dirichlet(map.surface, corner_uv(map.surface.faces, uv)).mean;
+    const ProgressRange range(context, 0.3, 0.95);
+    MinimizeOptions minimize;
+    minimize.fixed = boundary.loop;
+    minimize.max_iterations = options.max_iterations;
+    minimize.tolerance = options.tolerance;
+    Points2 better = minimize_distortion(map.surface, uv, minimize, context, map.stats);
+    if (make_storable(map.surface.faces, boundary.loop, better, context, map.stats)) {
+      uv = better;
+    } else {
+      map.stats["optimisation_dropped"] = std::int64_t{1};
+    }
+  }
+  map.uv = corner_uv(map.surface.faces, uv);
+  map.uv32 = map.uv.cast<float>();
+  certify_map(map, surface, boundary_pins(map.surface.faces, boundary), context);
+  map.stats["seconds"] = watch.seconds();
+  map.stats["energy"] = map.certificate.energy;
+  require_certificate(map, "The embedding");
+  context.report("Embedding", 1.0);
+  return map;
+}
+
+}  // namespace flipfree

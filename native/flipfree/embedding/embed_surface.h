@@ -1,0 +1,45 @@
+// ff.embed: a disk-like surface onto a convex polygon, certified as stored (thesis 3.2).
+//
+// Overview: validate -> place the boundary -> embed_disk_refined -> optionally less distortion with
+// the boundary fixed
+// -> values that survive storage -> certificate.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "flipfree/certify/parametrization.h"
+#include "flipfree/embedding/embed.h"
+
+namespace flipfree {
+
+struct EmbedSurfaceOptions {
+  // Where the boundary goes: `polygon` (one position per vertex of `loop`, counter-clockwise) if
+  // given, else `shape`.
+  BoundaryShape shape = BoundaryShape::kCircle;
+  std::optional<Points2> polygon;
+  // Boundary vertices in order; empty: the surface's own loop from its smallest vertex. May run
+  // against the surface's orientation, then so does the polygon.
+  std::vector<VertexId> loop;
+  std::optional<Points2> initial;  // #V x 2
+  EmbedMethod method = EmbedMethod::kLadder;
+  bool start_from_tutte = true;  // kProgressive without initial
+  bool optimise = false;         // symmetric Dirichlet of the surface, boundary fixed
+  int max_iterations = 200;
+  double tolerance = 1e-4;
+};
+
+// Certificate: G1 in 64 and 32 bits, G2, G7, and the boundary is bitwise where the caller wanted
+// it. Throws what embed_disk_refined throws, InvalidInput for meshes that are no disk, NotConverged
+// if the certificate fails (method kTutte only: the others climb until it passes). Stats: those of
+// embed_disk_refined, "energy_embedding" (before optimisation), "distortion.*".
+Parametrization embed_surface(const Surface& surface, const EmbedSurfaceOptions& options,
+                              ExecutionContext& context);
+
+// Inner vertices of a flip-free map in double moved to 32-bit floats, such that it is flip-free as
+// stored too: rounded to nearest, and where that flips, repaired by progressive embedding. False if
+// the repair failed; uv is then unchanged. Precondition: every face is positive in double.
+bool make_storable(const Triangles& faces, const std::vector<VertexId>& loop, Points2& uv,
+                   ExecutionContext& context, Stats& stats);
+
+}  // namespace flipfree

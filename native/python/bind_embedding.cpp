@@ -1,0 +1,66 @@
+#include <pybind11/stl.h>
+
+#include <utility>
+
+#include "arrays.h"
+#include "bindings.h"
+#include "flipfree/base/error.h"
+#include "flipfree/embedding/embed_surface.h"
+#include "job.h"
+
+namespace py = pybind11;
+
+namespace flipfree::python {
+namespace {
+
+BoundaryShape shape_of(const std::string& name) {
+  if (name == "circle") return BoundaryShape::kCircle;
+  if (name == "square") return BoundaryShape::kSquare;
+  if (name == "triangle") return BoundaryShape::kTriangle;
+  throw_invalid(
+      ErrorCode::kBadOption,
+      "boundary must be \"circle\", \"square\", \"triangle\" or an array, not \"" + name + "\".");
+}
+
+EmbedMethod method_of(const std::string& name) {
+  if (name == "ladder") return EmbedMethod::kLadder;
+  if (name == "progressive") return EmbedMethod::kProgressive;
+  if (name == "tutte") return EmbedMethod::kTutte;
+  throw_invalid(ErrorCode::kBadOption,
+                "method must be \"ladder\", \"progressive\" or \"tutte\", not \"" + name + "\".");
+}
+
+}  // namespace
+
+void bind_embedding(py::module_& module) {
+  module.def(
+      "embed",
+      [](const Array<double>& vertices, const Array<Index>& faces, const std::string& shape,
+         const py::object& polygon, const std::vector<VertexId>& loop, const py::object& initial,
+         const std::string& method, bool start_from_tutte, bool optimise, int iterations,
+         double tolerance, int threads) {
+        EmbedSurfaceOptions options;
+        const Surface surface = to_surface(vertices, faces);
+        options.shape = shape_of(shape);
+        if (!polygon.is_none())
+          options.polygon = to_matrix<Points2>(polygon.cast<Array<double>>(), "boundary");
+        options.loop = loop;
+        if (!initial.is_none())
+          options.initial = to_matrix<Points2>(initial.cast<Array<double>>(), "initial_uv");
+        options.method = method_of(method);
+        options.start_from_tutte = start_from_tutte;
+        options.optimise = optimise;
+        options.max_iterations = iterations;
+        options.tolerance = tolerance;
+        return start_job(
+            [surface, options](ExecutionContext& context) {
+              return embed_surface(surface, options, context);
+            },
+            [](const Parametrization& map) -> py::object { return to_dict(map); }, threads);
+      },
+      py::arg("vertices"), py::arg("faces"), py::arg("shape"), py::arg("polygon"), py::arg("loop"),
+      py::arg("initial"), py::arg("method"), py::arg("start_from_tutte"), py::arg("optimise"),
+      py::arg("iterations"), py::arg("tolerance"), py::arg("threads"));
+}
+
+}  // namespace flipfree::python

@@ -1,0 +1,121 @@
+"""Disks onto convex polygons, flip-free (thesis 3.2)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from . import _native
+from .arrays import as_floats, as_indices
+from .errors import InvalidInput
+from .job import Job, Progress, run
+from .results import Parametrization, parametrization_from
+
+SHAPES = ("circle", "square", "triangle")
+METHODS = ("ladder", "progressive", "tutte")
+
+
+def start_embed(
+    vertices: Any,
+    faces: Any,
+    *,
+    boundary: Any = "circle",
+    boundary_loop: Any = None,
+    initial_uv: Any = None,
+    method: str = "ladder",
+    start: str = "tutte",
+    optimise: bool = False,
+    iterations: int = 200,
+    tolerance: float = 1e-4,
+    threads: int = 2,
+) -> Job[Parametrization]:
+    """As :func:`embed`, at once, on a thread."""
+    shape, polygon = "circle", None
+    if isinstance(boundary, str):
+        if boundary not in SHAPES:
+            raise InvalidInput(
+                f"boundary must be one of {', '.join(SHAPES)}, or an array of positions, not {boundary!r}.",
+                code="bad option",
+            )
+        shape = boundary
+    else:
+        polygon = as_floats(boundary, "boundary", 2)
+    if method not in METHODS:
+        raise InvalidInput(f"method must be one of {', '.join(METHODS)}, not {method!r}.", code="bad option")
+    if start not in ("tutte", "nothing"):
+        raise InvalidInput(f'start must be "tutte" or "nothing", not {start!r}.', code="bad option")
+    if not (np.isfinite(tolerance) and tolerance > 0.0):
+        raise InvalidInput(f"tolerance must be positive, not {tolerance}.", code="bad option")
+    if iterations < 0 or threads < 1:
+        raise InvalidInput("iterations must not be negative, threads at least 1.", code="bad option")
+    native = _native.embed(
+        as_floats(vertices, "vertices", 3),
+        as_indices(faces, "faces", 3),
+        shape,
+        polygon,
+        [] if boundary_loop is None else as_indices(boundary_loop, "boundary_loop").tolist(),
+        None if initial_uv is None else as_floats(initial_uv, "initial_uv", 2),
+        method,
+        start == "tutte",
+        bool(optimise),
+        int(iterations),
+        float(tolerance),
+        int(threads),
+    )
+    return Job(native, parametrization_from)
+
+
+def embed(
+    vertices: Any,
+    faces: Any,
+    *,
+    boundary: Any = "circle",
+    boundary_loop: Any = None,
+    initial_uv: Any = None,
+    method: str = "ladder",
+    start: str = "tutte",
+    optimise: bool = False,
+    iterations: int = 200,
+    tolerance: float = 1e-4,
+    threads: int = 2,
+    progress: Progress | None = None,
+) -> Parametrization:
+    """A disk onto a convex polygon without flips, in 64 bits and as stored in 32.
+
+    Inner edges between two points of one straight side of the polygon are split (``stats["added_vertices"]``);
+    everything else keeps the given triangulation.
+
+    Args:
+        vertices: (n, 3) float64. faces: (m, 3), one disk, consistently oriented.
+        boundary: "circle" (radius 1), "square" ([-1, 1]^2) or "triangle" (equilateral, circumradius 1), all around
+            the origin, by arc length; or (b, 2) positions of a convex polygon, kept bit for bit.
+        boundary_loop: (b,) the boundary's vertex ids in order; default: from the smallest id, surface on the left.
+        initial_uv: (n, 2) start, may be invalid or random; boundary rows are ignored.
+        method: "ladder" (Tutte, Schnyder-weighted Tutte, repair, progressive embedding; the first that is flip-free by
+            exact test), "progressive" (the thesis' algorithm alone) or "tutte" (raises NotConverged if it flips).
+        start: with method "progressive" and no initial_uv: "tutte" or "nothing".
+        optimise: lower the distortion with the boundary fixed. iterations, tolerance: of that optimisation.
+        threads: the result has the same bits for every number.
+        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
+
+    Returns:
+        A certified map; ``stats["rung"]`` says which step of the ladder made it.
+
+    Raises:
+        InvalidInput, Infeasible (the polygon has no room in these numbers), NotConverged, Cancelled.
+    """
+    job = start_embed(
+        vertices,
+        faces,
+        boundary=boundary,
+        boundary_loop=boundary_loop,
+        initial_uv=initial_uv,
+        method=method,
+        start=start,
+        optimise=optimise,
+        iterations=iterations,
+        tolerance=tolerance,
+        threads=threads,
+    )
+    return run(job, progress)

@@ -1,0 +1,162 @@
+"""Target angles for conformal maps: suggested cones, and boundaries that are free, straight or round."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _native
+from .arrays import as_floats, as_indices
+from .errors import InvalidInput
+from .job import Job, Progress, run
+
+FloatArray = npt.NDArray[np.float64]
+
+
+class SuggestedAngles(np.ndarray):
+    """(n,) target angles, with ``cones`` (vertex ids in order of placement), ``scale_ratio``, ``bound_holds``."""
+
+    cones: npt.NDArray[np.int32]
+    scale_ratio: float
+    bound_holds: bool
+
+    def __array_finalize__(self, parent: Any) -> None:
+        self.cones = getattr(parent, "cones", np.zeros(0, np.int32))
+        self.scale_ratio = getattr(parent, "scale_ratio", float("nan"))
+        self.bound_holds = getattr(parent, "bound_holds", False)
+
+
+def _suggestion(data: tuple[FloatArray, npt.NDArray[np.int32], float, bool]) -> SuggestedAngles:
+    angles = np.asarray(data[0]).view(SuggestedAngles)
+    angles.cones, angles.scale_ratio, angles.bound_holds = data[1], data[2], data[3]
+    return angles
+
+
+def start_suggest_cones(
+    vertices: Any,
+    faces: Any,
+    *,
+    bound: float = 4.0,
+    max_cones: int = 200,
+    quarter_turns: bool = False,
+    least_angle: float = np.pi / 6,
+    threads: int = 2,
+) -> Job[SuggestedAngles]:
+    """As :func:`suggest_cones`, at once, on a thread."""
+    if not (np.isfinite(bound) and bound > 1.0):
+        raise InvalidInput(f"bound must be larger than 1, not {bound}.", code="bad option")
+    if max_cones < 1 or threads < 1:
+        raise InvalidInput("max_cones and threads must be at least 1.", code="bad option")
+    if not 0.0 < least_angle < 2 * np.pi:
+        raise InvalidInput(
+            f"least_angle must lie in (0, 2 pi), not {least_angle}.", code="bad option"
+        )
+    native = _native.suggest_cones(
+        as_floats(vertices, "vertices", 3),
+        as_indices(faces, "faces", 3),
+        float(bound),
+        int(max_cones),
+        np.pi / 2 if quarter_turns else 0.0,
+        float(least_angle),
+        int(threads),
+    )
+    return Job(native, _suggestion)
+
+
+def suggest_cones(
+    vertices: Any,
+    faces: Any,
+    *,
+    bound: float = 4.0,
+    max_cones: int = 200,
+    quarter_turns: bool = False,
+    least_angle: float = np.pi / 6,
+    threads: int = 2,
+    progress: Progress | None = None,
+) -> SuggestedAngles:
+    """Cones that keep the scale distortion of the conformal map within a bound, as (n,) target angles.
+
+    Greedy: the next cone is where the scale factor is most extreme with the present ones. The boundary is free
+    (u = 0).
+
+    Args:
+        vertices: (n, 3) float64. faces: (m, 3), manifold, consistently oriented, connected.
+        bound: largest allowed ratio between the largest and the smallest scale over all vertices.
+        max_cones: stop there even if the bound does not hold (``result.bound_holds`` says so).
+        quarter_turns: round cone angles to multiples of pi / 2, as seamless maps want them.
+        least_angle: no suggested cone is sharper.
+
+    Raises:
+        InvalidInput, NotConverged (no positive angles with so few cones), Cancelled.
+    """
+    job = start_suggest_cones(
+        vertices,
+        faces,
+        bound=bound,
+        max_cones=max_cones,
+        quarter_turns=quarter_turns,
+        least_angle=least_angle,
+        threads=threads,
+    )
+    return run(job, progress)
+
+
+def start_boundary_angles(
+    vertices: Any,
+    faces: Any,
+    boundary: str = "free",
+    *,
+    cones: Mapping[int, float] | None = None,
+    corners: Any = None,
+    threads: int = 2,
+) -> Job[FloatArray]:
+    """As :func:`boundary_angles`, at once, on a thread."""
+    if boundary not in ("free", "straight", "circle"):
+        raise InvalidInput(
+            f"boundary must be 'free', 'straight' or 'circle', not {boundary!r}.",
+            code="bad option",
+        )
+    if threads < 1:
+        raise InvalidInput("threads must be at least 1.", code="bad option")
+    cones = {} if cones is None else dict(cones)
+    native = _native.boundary_angles(
+        as_floats(vertices, "vertices", 3),
+        as_indices(faces, "faces", 3),
+        boundary,
+        as_indices(list(cones.keys()), "cones"),
+        as_floats(list(cones.values()), "cones"),
+        as_indices([] if corners is None else corners, "corners"),
+        int(threads),
+    )
+    return Job(native, np.asarray)
+
+
+def boundary_angles(
+    vertices: Any,
+    faces: Any,
+    boundary: str = "free",
+    *,
+    cones: Mapping[int, float] | None = None,
+    corners: Any = None,
+    threads: int = 2,
+    progress: Progress | None = None,
+) -> FloatArray:
+    """(n,) target angles that are flat inside except at ``cones``, for a boundary of this shape.
+
+    Args:
+        vertices: (n, 3) float64. faces: (m, 3), manifold, consistently oriented, connected.
+        boundary: "free" (no scaling on the boundary, least area distortion), "straight" (angle pi except at the
+            corners, which share what is left) or "circle" (constant geodesic curvature; further loops turn the other
+            way).
+        cones: {interior vertex: total angle}. corners: boundary vertices, for "straight".
+
+    Raises:
+        InvalidInput, Infeasible (Gauss-Bonnet; names the remainder), NotConverged, Cancelled.
+    """
+    job = start_boundary_angles(
+        vertices, faces, boundary, cones=cones, corners=corners, threads=threads
+    )
+    return run(job, progress)

@@ -1,0 +1,18 @@
+#!/bin/bash
+# Configures and builds into build/. Options for CMake come first, targets after --:
+#
+#   scripts/build.sh [-DNAME=VALUE ...] [-- TARGET ...]
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+options=()
+while [ $# -gt 0 ] && [ "$1" != -- ]; do
+  options+=("$1")
+  shift
+done
+[ $# -eq 0 ] || shift
+
+log=build/configure.log
+cmake -S . -B build -G Ninja -DCMAKE_BUILD_TYPE=Release -DPython_EXECUTABLE="$PWD/build/venv/bin/python" "${options[@]}" \
+  > "$log" 2>&1 || { cat "$log" >&2; exit 1; }
+ninja -C build --quiet "$@"

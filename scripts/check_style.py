@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Style as a test: ruff over the Python sources, clang-format over the C++ ones. check_style.py REPORT.xml"""
+
+import re
+import shutil
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+# Other versions break lines differently.
+CLANG_FORMAT = 14
+
+
+def ruff() -> str | None:
+    """What is wrong, or None."""
+    program = Path(sys.executable).with_name("ruff")
+    result = subprocess.run(
+        [program, "check", "--quiet", "addon", "benchmarks", "native", "scripts", "tests"],
+        capture_output=True,
+        text=True,
+    )
+    return result.stdout + result.stderr if result.returncode else None
+
+
+def clang_format() -> str | None:
+    sources = [str(p) for p in (*Path("native").rglob("*.h"), *Path("native").rglob("*.cpp"))]
+    sources += [str(p) for p in (*Path("tests").rglob("*.h"), *Path("tests").rglob("*.cpp"))]
+    result = subprocess.run(
+        ["clang-format", "--dry-run", "--Werror", *sorted(sources)], capture_output=True, text=True
+    )
+    return result.stderr if result.returncode else None
+
+
+def clang_format_missing() -> str | None:
+    """Why clang-format cannot judge here, or None."""
+    if not shutil.which("clang-format"):
+        return f"clang-format {CLANG_FORMAT} is not installed"
+    version = subprocess.run(["clang-format", "--version"], capture_output=True, text=True).stdout
+    found = re.search(r"version (\d+)", version)
+    if not found or int(found[1]) != CLANG_FORMAT:
+        return f"clang-format is not version {CLANG_FORMAT}: {version.strip()}"
+    return None
+
+
+def main(report: str) -> int:
+    suite = ET.Element("testsuite", name="style")
+    failed = 0
+    for name, check, missing in (
+        ("ruff", ruff, None),
+        ("clang-format", clang_format, clang_format_missing()),
+    ):
+        case = ET.SubElement(suite, "testcase", name=name)
+        if missing:
+            ET.SubElement(case, "skipped", message=missing)
+            print(f"{name}: skipped, {missing}")
+            continue
+        complaint = check()
+        if complaint:
+            failed += 1
+            ET.SubElement(case, "failure", message="style").text = complaint
+            print(complaint[:4000])
+    ET.ElementTree(suite).write(report)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))

@@ -1,0 +1,282 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The demo's part inside Blender: a mesh, seams, Unwrap Flip-Free through its operator, two renderings.
+
+    blender -b --python in_blender.py -- OUT_FOLDER [MESH]
+
+Without MESH a scan-like bust is made: voxel-remeshed, with the noise of a scanner, open at the neck. Meshes without seams get
+some along the borders between patches that grow from far apart faces. Writes OUT_FOLDER/demo.npz, checker.png and distortion.png.
+"""
+
+import heapq
+import sys
+import time
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+PATCHES = 14
+# Colours of the distortion scale, from none to much.
+SCALE = np.array(
+    [
+        [0.93, 0.94, 0.95],
+        [0.99, 0.86, 0.55],
+        [0.97, 0.55, 0.29],
+        [0.80, 0.19, 0.25],
+        [0.35, 0.05, 0.35],
+    ]
+)
+
+
+def bust() -> bpy.types.Object:
+    bpy.ops.mesh.primitive_monkey_add(size=2.0)
+    ob = bpy.context.object
+    ob.name = "Bust"
+    smooth = ob.modifiers.new("Smooth", "SUBSURF")
+    smooth.levels = 3
+    bpy.ops.object.modifier_apply(modifier=smooth.name)
+    ob.data.remesh_voxel_size = 0.021
+    bpy.ops.object.voxel_remesh()
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.ops.mesh.bisect(plane_co=(0, 0, -0.80), plane_no=(0, 0, 1), clear_inner=True)
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.ops.mesh.quads_convert_to_tris()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    # A scanner's noise: every point a little off along its normal, the same on every machine.
+    normals = np.array([v.normal for v in ob.data.vertices])
+    co = np.array([v.co for v in ob.data.vertices])
+    noise = np.random.default_rng(7).normal(0.0, 0.0016, (len(co), 1))
+    ob.data.vertices.foreach_set("co", (co + noise * normals).astype(np.float32).ravel())
+    ob.data.update()
+    return ob
+
+
+def load(path: Path) -> bpy.types.Object:
+    readers = {
+        ".obj": bpy.ops.wm.obj_import,
+        ".ply": bpy.ops.wm.ply_import,
+        ".stl": bpy.ops.wm.stl_import,
+        ".glb": bpy.ops.import_scene.gltf,
+    }
+    if path.suffix.lower() == ".blend":
+        bpy.ops.wm.open_mainfile(filepath=str(path))
+    elif path.suffix.lower() in readers:
+        readers[path.suffix.lower()](filepath=str(path))
+    else:
+        sys.exit(f"{path}: not a file that this demo can read (.blend, {', '.join(readers)})")
+    meshes = [ob for ob in bpy.context.scene.objects if ob.type == "MESH"]
+    if not meshes:
+        sys.exit(f"{path}: no mesh in this file")
+    return max(meshes, key=lambda ob: len(ob.data.polygons))
+
+
+def mark_seams(mesh: bpy.types.Mesh) -> None:
+    """Seams between patches: every face belongs to the nearest of some far apart faces, by way over the surface."""
+    if any(edge.use_seam for edge in mesh.edges):
+        return
+    centres = np.array([f.center for f in mesh.polygons])
+    of_edge = {}
+    for face in mesh.polygons:
+        for key in face.edge_keys:
+            of_edge.setdefault(key, []).append(face.index)
+    neighbours = [[] for _ in mesh.polygons]
+    for pair in of_edge.values():
+        if len(pair) == 2:
+            length = float(np.linalg.norm(centres[pair[0]] - centres[pair[1]]))
+            neighbours[pair[0]].append((pair[1], length))
+            neighbours[pair[1]].append((pair[0], length))
+    distance = np.full(len(centres), np.inf)
+    patch = np.full(len(centres), -1)
+    seed = int(np.argmin(centres[:, 1]))
+    for number in range(PATCHES):
+        distance[seed], patch[seed] = 0.0, number
+        queue = [(0.0, seed)]
+        while queue:
+            d, face = heapq.heappop(queue)
+            if d > distance[face]:
+                continue
+            for other, length in neighbours[face]:
+                if d + length < distance[other]:
+                    distance[other], patch[other] = d + length, number
+                    heapq.heappush(queue, (d + length, other))
+        reached = np.where(np.isfinite(distance), distance, 0.0)
+        seed = int(np.argmax(reached)) if np.isfinite(distance).all() else int(np.argmax(distance))
+    seams = {
+        key for key, pair in of_edge.items() if len(pair) == 2 and patch[pair[0]] != patch[pair[1]]
+    }
+    for edge in mesh.edges:
+        edge.use_seam = edge.key in seams
+
+
+def stored_triangles(mesh):
+    """(m, 3, 3) positions, (m, 3, 2) stored UVs, (m, 3) loops."""
+    mesh.calc_loop_triangles()
+    loops = np.array([t.loops for t in mesh.loop_triangles])
+    corners = np.array([t.vertices for t in mesh.loop_triangles])
+    co = np.array([v.co for v in mesh.vertices])
+    uv = np.empty((len(mesh.loops), 2), np.float32)
+    mesh.uv_layers.active.uv.foreach_get("vector", uv.ravel())
+    return co[corners], uv[loops].astype(float), loops, corners
+
+
+def distortions(points: np.ndarray, uv: np.ndarray) -> np.ndarray:
+    """(|J|^2 + |J^-1|^2) / 4 per triangle, at the best global scale; 1 = isometric."""
+    e1, e2 = points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]
+    x1 = np.linalg.norm(e1, axis=1)
+    x2 = (e1 * e2).sum(axis=1) / x1
+    y2 = np.linalg.norm(np.cross(e1, e2), axis=1) / x1
+    f1, f2 = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
+    a = f1 / x1[:, None]
+    b = (f2 - a * x2[:, None]) / y2[:, None]
+    norm = (a**2).sum(axis=1) + (b**2).sum(axis=1)
+    det = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    area = 0.5 * x1 * y2
+    inverse = norm / det**2
+    scale2 = np.sqrt((area * inverse).sum() / (area * norm).sum())
+    return 0.25 * (norm * scale2 + inverse / scale2)
+
+
+def colours(values: np.ndarray, top: float) -> np.ndarray:
+    """(m, 3) on a logarithmic scale from 1 to `top`."""
+    t = np.clip(np.log(values) / np.log(top), 0.0, 1.0) * (len(SCALE) - 1)
+    i = np.minimum(t.astype(int), len(SCALE) - 2)
+    return SCALE[i] + (t - i)[:, None] * (SCALE[i + 1] - SCALE[i])
+
+
+def material(name: str, build) -> bpy.types.Material:
+    result = bpy.data.materials.new(name)
+    result.use_nodes = True
+    nodes, links = result.node_tree.nodes, result.node_tree.links
+    shader = next(n for n in nodes if n.type == "BSDF_PRINCIPLED")
+    shader.inputs["Roughness"].default_value = 0.65
+    links.new(build(nodes, links), shader.inputs["Base Color"])
+    return result
+
+
+def checker(nodes, links):
+    coordinates = nodes.new("ShaderNodeUVMap")
+    pattern = nodes.new("ShaderNodeTexChecker")
+    pattern.inputs["Scale"].default_value = 64.0
+    pattern.inputs["Color1"].default_value = (0.90, 0.91, 0.93, 1.0)
+    pattern.inputs["Color2"].default_value = (0.06, 0.20, 0.42, 1.0)
+    links.new(coordinates.outputs["UV"], pattern.inputs["Vector"])
+    return pattern.outputs["Color"]
+
+
+def distortion_colour(nodes, links):
+    attribute = nodes.new("ShaderNodeAttribute")
+    attribute.attribute_name = "Distortion"
+    return attribute.outputs["Color"]
+
+
+def studio(ob) -> None:
+    """Camera, light and Cycles on the processor: Blender's other engines want a graphics card."""
+    scene = bpy.context.scene
+    for other in list(bpy.data.objects):
+        if other.type in {"CAMERA", "LIGHT"} or (other.type == "MESH" and other is not ob):
+            bpy.data.objects.remove(other)
+    corners = np.array([ob.matrix_world @ v.co for v in ob.data.vertices])
+    centre = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+    radius = np.linalg.norm(corners - centre, axis=1).max()
+
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    camera.data.type = "ORTHO"
+    camera.data.ortho_scale = 1.9 * radius
+    camera.data.clip_end = 20 * radius
+    direction = np.array([0.55, -1.0, 0.32])
+    direction /= np.linalg.norm(direction)
+    from mathutils import Vector
+
+    camera.location = Vector(centre + 6 * radius * direction)
+    camera.rotation_euler = Vector(-direction).to_track_quat("-Z", "Y").to_euler()
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+
+    for energy, where in ((2.6, (-0.5, -1.0, 1.1)), (0.9, (1.2, -0.6, 0.3))):
+        light = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
+        light.data.energy = energy
+        light.data.angle = 0.25
+        light.rotation_euler = Vector(-np.array(where)).to_track_quat("-Z", "Y").to_euler()
+        scene.collection.objects.link(light)
+    world = bpy.data.worlds.new("World")
+    world.use_nodes = True
+    world.node_tree.nodes["Background"].inputs[0].default_value = (1, 1, 1, 1)
+    world.node_tree.nodes["Background"].inputs[1].default_value = 0.45
+    scene.world = world
+    scene.render.engine = "CYCLES"
+    scene.cycles.device = "CPU"
+    scene.cycles.samples = 24
+    scene.cycles.use_denoising = False
+    scene.cycles.seed = 0
+    scene.render.resolution_x = scene.render.resolution_y = 900
+    scene.render.film_transparent = True
+    scene.view_settings.view_transform = "Standard"
+
+
+def render(ob, surface, path) -> None:
+    ob.data.materials.clear()
+    ob.data.materials.append(surface)
+    ob.data.polygons.foreach_set("material_index", np.zeros(len(ob.data.polygons), np.int32))
+    bpy.context.scene.render.filepath = str(path)
+    bpy.ops.render.render(write_still=True)
+
+
+def main() -> None:
+    out, *mesh = sys.argv[sys.argv.index("--") + 1 :]
+    out = Path(out)
+    if not mesh:
+        bpy.ops.wm.read_homefile(use_empty=True)
+    ob = load(Path(mesh[0])) if mesh else bust()
+    for other in bpy.context.view_layer.objects:
+        other.select_set(other is ob)
+    bpy.context.view_layer.objects.active = ob
+    mark_seams(ob.data)
+    print(f"{ob.name}: {len(ob.data.vertices)} vertices, {len(ob.data.polygons)} faces", flush=True)
+
+    started = time.perf_counter()
+    if bpy.ops.uv.flipfree_unwrap(pack=True, mark_seams=True) != {"FINISHED"}:
+        sys.exit("The mesh was not unwrapped: see above.")
+    seconds = time.perf_counter() - started
+
+    # Measured again from what is stored now, by the package's own certificate.
+    import flipfree
+
+    mesh = ob.data
+    points, uv, loops, corners = stored_triangles(mesh)
+    certificate = flipfree.certify(
+        np.array([v.co for v in mesh.vertices], dtype=float),
+        corners.astype(np.int32),
+        uv,
+        bijective=True,
+    )
+    print(certificate, flush=True)
+    value = distortions(points, uv)
+    top = max(1.2, float(np.percentile(value, 99.5)))
+    attribute = mesh.color_attributes.new("Distortion", "FLOAT_COLOR", "CORNER")
+    linear = np.ones((len(mesh.loops), 4), np.float32)
+    linear[loops.ravel(), :3] = np.repeat(colours(value, top), 3, axis=0) ** 2.2
+    attribute.data.foreach_set("color", linear.ravel())
+    for polygon in mesh.polygons:
+        polygon.use_smooth = True
+    np.savez(
+        out / "demo.npz",
+        uv=uv,
+        corners=corners,
+        value=value,
+        colour=colours(value, top),
+        top=top,
+        scale=SCALE,
+        name=ob.name,
+        certificate=str(certificate),
+        seconds=seconds,
+        blender=bpy.app.version_string,
+    )
+    studio(ob)
+    render(ob, material("Checker", checker), out / "checker.png")
+    render(ob, material("Distortion", distortion_colour), out / "distortion.png")
+    if not certificate.ok:
+        sys.exit("The stored map is not what was certified.")
+
+
+main()

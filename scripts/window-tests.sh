@@ -1,0 +1,22 @@
+#!/bin/bash
+# Runs the tests that need a window, on a virtual screen with software GL.
+#
+#   scripts/window-tests.sh BLENDER NAME [SHOTS]
+#
+# Uses the profile that scripts/blender-tests.sh made for NAME; report in build/reports/NAME-window.xml. SHOTS: folder for pictures.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+blender=$(realpath -s "${1:?usage: window-tests.sh BLENDER NAME [SHOTS]}")
+name=${2:?usage: window-tests.sh BLENDER NAME [SHOTS]}
+shots=${3:-}
+report=$PWD/build/reports/$name-window.xml
+mkdir -p build/reports
+if ! command -v xvfb-run >/dev/null; then
+  echo "xvfb-run is missing (apt install xvfb xauth): the tests with a window are skipped"
+  echo '<testsuite name="window"><testcase name="window"><skipped message="xvfb-run is missing"/></testcase></testsuite>' > "$report"
+  exit 0
+fi
+[ -z "$shots" ] || { mkdir -p "$shots"; shots=$(realpath "$shots"); }
+export BLENDER_USER_RESOURCES=$PWD/build/profile-$name PYTHONDONTWRITEBYTECODE=1 LIBGL_ALWAYS_SOFTWARE=1
+timeout 400 xvfb-run -a -s "-screen 0 1280x800x24" "$blender" -p 0 0 1280 800 --enable-event-simulate \
+  --python tests/blender/window/session.py -- "$report" ${shots:+"$shots"}

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fixtures of the tests that run inside Blender, against the extension as it was installed from its zip."""
+
+import importlib
+
+import bpy
+import pytest
+
+PACKAGE = "bl_ext.user_default.flipfree_uv"
+
+
+@pytest.fixture
+def addon():
+    """The installed extension's package; submodules through `part`."""
+    return importlib.import_module(PACKAGE)
+
+
+@pytest.fixture
+def part():
+    """part("mesh_io") is the extension's module of that name."""
+    return lambda name: importlib.import_module(f"{PACKAGE}.{name}")
+
+
+@pytest.fixture(autouse=True)
+def empty_scene():
+    """Every test starts in object mode without objects."""
+    if bpy.context.mode != "OBJECT":
+        bpy.ops.object.mode_set(mode="OBJECT")
+    for collection in (bpy.data.objects, bpy.data.meshes):
+        bpy.data.batch_remove(list(collection))
+    settings = bpy.context.tool_settings
+    settings.mesh_select_mode = (True, False, False)
+    yield
+    if bpy.context.mode != "OBJECT":
+        bpy.ops.object.mode_set(mode="OBJECT")

@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Meshes for the tests, made from nothing, and looks at what is stored in them."""
+
+import bpy
+import numpy as np
+
+
+def add(name, vertices, faces, *, uv=False, edges=()):
+    """A new selected and active mesh object."""
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(
+        [tuple(map(float, v)) for v in vertices], list(edges), [tuple(f) for f in faces]
+    )
+    if uv:
+        mesh.uv_layers.new(name="UVMap")
+    ob = bpy.data.objects.new(name, mesh)
+    bpy.context.scene.collection.objects.link(ob)
+    activate(ob)
+    return ob
+
+
+def activate(ob, *, only=True):
+    if only:
+        for other in bpy.context.view_layer.objects:
+            other.select_set(False)
+    ob.select_set(True)
+    bpy.context.view_layer.objects.active = ob
+    return ob
+
+
+def grid(n=8, name="Grid", *, bump=0.3, uv=False, x=0.0):
+    """A bumpy sheet of n x n quads."""
+    t = np.linspace(-1, 1, n + 1)
+    xs, ys = np.meshgrid(t, t, indexing="ij")
+    zs = bump * np.exp(-3 * (xs**2 + ys**2))
+    vertices = np.column_stack([xs.ravel() + x, ys.ravel(), zs.ravel()])
+    faces = [
+        (i * (n + 1) + j, (i + 1) * (n + 1) + j, (i + 1) * (n + 1) + j + 1, i * (n + 1) + j + 1)
+        for i in range(n)
+        for j in range(n)
+    ]
+    return add(name, vertices, faces, uv=uv)
+
+
+def cube(name="Cube"):
+    bpy.ops.mesh.primitive_cube_add()
+    ob = bpy.context.object
+    ob.name = name
+    return ob
+
+
+def monkey(levels=1):
+    """Suzanne, subdivided, cut open along her plane of symmetry: quads and triangles, several parts, holes."""
+    bpy.ops.mesh.primitive_monkey_add()
+    ob = bpy.context.object
+    mesh = ob.data
+    middle = np.array([abs(v.co.x) < 1e-6 for v in mesh.vertices])
+    for edge in mesh.edges:
+        edge.use_seam = bool(middle[list(edge.vertices)].all())
+    if levels:
+        modifier = ob.modifiers.new("Subdivision", "SUBSURF")
+        modifier.levels = levels
+        bpy.ops.object.modifier_apply(modifier=modifier.name)
+    return ob
+
+
+def uv_of(ob, layer=None):
+    """(loops, 2) float32, in either mode."""
+    if ob.mode == "EDIT":
+        ob.update_from_editmode()
+        copy = ob.data.copy()
+        values = _uv(copy, layer)
+        bpy.data.meshes.remove(copy)
+        return values
+    return _uv(ob.data, layer)
+
+
+def _uv(mesh, layer):
+    uv_layer = mesh.uv_layers[layer] if layer else mesh.uv_layers.active
+    values = np.empty((len(mesh.loops), 2), np.float32)
+    uv_layer.uv.foreach_get("vector", values.ravel())
+    return values
+
+
+def set_uv(ob, values):
+    flat = np.ascontiguousarray(values, np.float32).ravel()
+    ob.data.uv_layers.active.uv.foreach_set("vector", flat)
+
+
+def set_pins(ob, loops):
+    name = ob.data.uv_layers.active.name
+    mask = np.zeros(len(ob.data.loops), bool)
+    mask[loops] = True
+    attribute = ob.data.attributes.get(f".pn.{name}")
+    if attribute is None:
+        attribute = ob.data.attributes.new(f".pn.{name}", "BOOLEAN", "CORNER")
+    attribute.data.foreach_set("value", mask)
+
+
+def select_faces(ob, faces):
+    """Selects these faces only, in edit mode."""
+    import bmesh
+
+    bpy.context.tool_settings.mesh_select_mode = (False, False, True)
+    bpy.ops.mesh.select_all(action="DESELECT")
+    bm = bmesh.from_edit_mesh(ob.data)
+    bm.faces.ensure_lookup_table()
+    for face in faces:
+        bm.faces[face].select_set(True)
+    bmesh.update_edit_mesh(ob.data)
+
+
+def selected(ob, kind):
+    """Indices of the selected vertices, edges or faces, in object mode."""
+    sequence = {"vertex": ob.data.vertices, "edge": ob.data.edges, "face": ob.data.polygons}[kind]
+    mask = np.empty(len(sequence), bool)
+    sequence.foreach_get("select", mask)
+    return np.flatnonzero(mask).tolist()
+
+
+def everything(ob):
+    """All that a failed operator must leave alone: geometry, UVs, pins, seams."""
+    mesh = ob.data
+    co = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.vertices.foreach_get("co", co)
+    corners = np.empty(len(mesh.loops), np.int32)
+    mesh.loops.foreach_get("vertex_index", corners)
+    seams = np.empty(len(mesh.edges), bool)
+    mesh.edges.foreach_get("use_seam", seams)
+    layers = [(layer.name, uv_of(ob, layer.name).tobytes()) for layer in mesh.uv_layers]
+    return co.tobytes(), corners.tobytes(), seams.tobytes(), layers
+
+
+def exact_flips(ob):
+    """Flipped or degenerate triangles of the stored UVs, by rational arithmetic that shares nothing with the solver."""
+    from fractions import Fraction
+
+    mesh = ob.data
+    mesh.calc_loop_triangles()
+    uv = uv_of(ob).astype(np.float64)
+    loops = np.array([tri.loops for tri in mesh.loop_triangles])
+    a, b, c = (uv[loops[:, k]] for k in range(3))
+    area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    clear = area > 1e-12 * (np.abs(uv).max() + 1) ** 2
+    flips = 0
+    for p, q, r in zip(a[~clear], b[~clear], c[~clear], strict=True):
+        (ax, ay), (bx, by), (cx, cy) = (map(Fraction, map(float, t)) for t in (p, q, r))
+        flips += (bx - ax) * (cy - ay) - (by - ay) * (cx - ax) <= 0
+    return flips

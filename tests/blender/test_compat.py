@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Each difference between Blender's versions that addon/compat.py hides."""
+
+import bmesh
+import bpy
+import numpy as np
+import shapes
+
+
+def test_uv_values_come_back_bit_for_bit(part):
+    ob = shapes.grid(4, uv=True)
+    values = np.random.default_rng(0).random((len(ob.data.loops), 2), np.float32)
+    part("compat").set_uv_values(ob.data, "UVMap", values)
+    assert part("compat").uv_values(ob.data, "UVMap").tobytes() == values.tobytes()
+    # Blender's slow interface sees the same.
+    assert tuple(ob.data.uv_layers.active.data[5].uv) == tuple(map(float, values[5]))
+
+
+def test_pins_set_in_the_uv_editor_are_read(part):
+    ob = shapes.grid(4, uv=True)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bm = bmesh.from_edit_mesh(ob.data)
+    layer = bm.loops.layers.uv.verify()
+    bm.faces.ensure_lookup_table()
+    bm.faces[3].loops[1][layer].pin_uv = True
+    bpy.ops.object.mode_set(mode="OBJECT")
+    expected = ob.data.polygons[3].loop_start + 1
+    assert np.flatnonzero(part("compat").pinned_loops(ob.data, "UVMap")).tolist() == [expected]
+
+
+def test_pins_written_are_blenders_pins_and_no_others(part):
+    ob = shapes.grid(40, uv=True)
+    mask = np.zeros(len(ob.data.loops), bool)
+    mask[[0, 17, 500]] = True
+    part("compat").set_pinned_loops(ob.data, "UVMap", mask)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bm = bmesh.from_edit_mesh(ob.data)
+    layer = bm.loops.layers.uv.verify()
+    pinned = [loop[layer].pin_uv for face in bm.faces for loop in face.loops]
+    assert np.flatnonzero(pinned).tolist() == [0, 17, 500]
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert np.array_equal(part("compat").pinned_loops(ob.data, "UVMap"), mask)
+
+
+def test_mesh_without_pins_has_none(part):
+    ob = shapes.grid(3, uv=True)
+    assert not part("compat").pinned_loops(ob.data, "UVMap").any()
+
+
+def test_seams_are_those_that_mark_seam_makes(part):
+    ob = shapes.grid(3)
+    bpy.context.tool_settings.mesh_select_mode = (False, True, False)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="DESELECT")
+    bm = bmesh.from_edit_mesh(ob.data)
+    bm.edges.ensure_lookup_table()
+    bm.edges[4].select_set(True)
+    bmesh.update_edit_mesh(ob.data)
+    bpy.ops.mesh.mark_seam()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert np.flatnonzero(part("compat").seam_edges(ob.data)).tolist() == [4]
+    mask = np.zeros(len(ob.data.edges), bool)
+    mask[7] = True
+    part("compat").set_seam_edges(ob.data, mask)
+    assert [edge.index for edge in ob.data.edges if edge.use_seam] == [7]
+
+
+def test_faces_selected_in_the_uv_editor_are_found(part):
+    """Blender's own operator selects; what is read must agree with it."""
+    ob = shapes.grid(3, uv=True)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    bm = bmesh.from_edit_mesh(ob.data)
+    layer = bm.loops.layers.uv.verify()
+    bm.faces.ensure_lookup_table()
+    for face in bm.faces:
+        chosen = face.index in (2, 5)
+        if hasattr(face, "uv_select"):
+            face.uv_select = chosen
+            for loop in face.loops:
+                loop.uv_select_vert = loop.uv_select_edge = chosen
+        else:
+            for loop in face.loops:
+                loop[layer].select = loop[layer].select_edge = chosen
+    bmesh.update_edit_mesh(ob.data)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    found = part("compat").uv_selected_faces(ob.data, "UVMap")
+    assert np.flatnonzero(found).tolist() == [2, 5]
+
+
+def test_fresh_meshes_count_as_selected_in_the_uv_editor(part):
+    ob = shapes.grid(3, uv=True)
+    for name in (".uv_select_face", ".vs.UVMap"):
+        attribute = ob.data.attributes.get(name)
+        if attribute:
+            ob.data.attributes.remove(attribute)
+    assert part("compat").uv_selected_faces(ob.data, "UVMap").all()
+
+
+def test_a_mesh_holds_as_many_uv_maps_as_compat_says(part):
+    ob = shapes.grid(2)
+    made = 0
+    while ob.data.uv_layers.new(name=f"Map {made}") is not None and made < 20:
+        made += 1
+    assert made == part("compat").MAX_UV_LAYERS

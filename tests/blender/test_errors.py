@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Each kind of bad input: its own message, the place selected, the mesh untouched (docs/errors.md)."""
+
+import re
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+import shapes
+
+REPOSITORY = Path(__file__).parents[2]
+
+
+def refused(ob, *expected, **options):
+    """The operator refuses with a message that has all of `expected` and leaves everything alone."""
+    before = shapes.everything(ob)
+    with pytest.raises(RuntimeError) as error:
+        bpy.ops.uv.flipfree_unwrap(**options)
+    message = str(error.value)
+    for text in expected:
+        assert text in message
+    assert ob.name in message
+    assert shapes.everything(ob) == before
+    return message
+
+
+def test_mesh_without_faces():
+    refused(shapes.add("Points", [(0, 0, 0), (1, 0, 0)], [], edges=[(0, 1)]), "no faces")
+
+
+def test_no_selected_faces():
+    ob = shapes.grid(3, uv=True)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="DESELECT")
+    with pytest.raises(RuntimeError, match="no faces are selected"):
+        bpy.ops.uv.flipfree_unwrap()
+    assert ob.mode == "EDIT"
+
+
+def test_no_object_selected():
+    ob = shapes.grid(3)
+    ob.select_set(False)
+    with pytest.raises(RuntimeError, match="poll"):
+        bpy.ops.uv.flipfree_unwrap()
+
+
+def test_coordinate_that_is_no_number():
+    ob = shapes.grid(3, uv=True)
+    ob.data.vertices[5].co.x = float("nan")
+    refused(ob, "vertex 5", "no number", "Delete it")
+    assert shapes.selected(ob, "vertex") == [5]
+
+
+def test_edge_with_three_faces():
+    ob = shapes.add(
+        "Book",
+        [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, -1, 0.5), (0, 0, 1)],
+        [(0, 1, 2), (1, 0, 3), (0, 1, 4)],
+        uv=True,
+    )
+    refused(ob, "edge", "more than two faces")
+    edge = next(e.index for e in ob.data.edges if set(e.vertices) == {0, 1})
+    assert shapes.selected(ob, "edge") == [edge]
+
+
+def test_faces_that_look_to_opposite_sides():
+    ob = shapes.add(
+        "Twist", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, -1, 0)], [(0, 1, 2), (0, 1, 3)], uv=True
+    )
+    refused(ob, "edge", "opposite sides", "Recalculate Outside")
+    assert len(shapes.selected(ob, "edge")) == 1
+
+
+def test_zero_area_face():
+    ob = shapes.add(
+        "Sliver",
+        [(0, 0, 0), (1, 0, 0), (2, 0, 0), (1, 1, 0)],
+        [(0, 1, 3), (1, 2, 3), (2, 1, 0)],
+        uv=True,
+    )
+    refused(ob, "face 2", "without area", "Degenerate Dissolve")
+    assert shapes.selected(ob, "face") == [2]
+
+
+def test_zero_length_edge():
+    ob = shapes.add(
+        "Double", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 1, 0)], [(0, 1, 2), (1, 3, 2)], uv=True
+    )
+    refused(ob, "edge", "no length", "By Distance")
+
+
+def test_duplicate_face():
+    ob = shapes.add("Twice", [(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2), (0, 1, 2)], uv=True)
+    refused(ob, "face 1", "same vertices")
+
+
+def test_pin_that_is_no_number():
+    ob = shapes.grid(3, uv=True)
+    uv = shapes.uv_of(ob)
+    uv[9] = np.nan
+    shapes.set_uv(ob, uv)
+    shapes.set_pins(ob, [9])
+    refused(ob, "face 2", "pinned UV", "Alt P")
+    assert shapes.selected(ob, "face") == [2]
+
+
+def test_two_vertices_pinned_to_one_point():
+    ob = shapes.grid(3, uv=True)
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    uv = shapes.uv_of(ob)
+    uv[np.isin(corner, [5, 10])] = 0.5
+    shapes.set_uv(ob, uv)
+    shapes.set_pins(ob, np.isin(corner, [5, 10]))
+    refused(ob, "pins that contradict each other")
+
+
+def test_one_vertex_pinned_to_two_points():
+    ob = shapes.grid(3, uv=True)
+    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    uv = np.random.default_rng(2).random((len(corner), 2), np.float32)
+    shapes.set_uv(ob, uv)
+    shapes.set_pins(ob, corner == 5)
+    refused(ob, "pin")
+
+
+def test_one_bad_object_does_not_spoil_the_others(capfd):
+    good = shapes.grid(4, "Good", uv=True)
+    bad = shapes.add("Bad", [(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(0, 1, 2)], uv=True)
+    before = shapes.everything(bad)
+    shapes.activate(good, only=False)
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    assert shapes.exact_flips(good) == 0
+    assert shapes.everything(bad) == before
+    assert "Bad: face 0 has a triangle without area" in capfd.readouterr().out
+
+
+def test_places_are_named_in_the_whole_mesh_when_only_a_part_is_selected():
+    flat = [(5 + x, y, 0) for x, y in ((0, 0), (1, 0), (2, 0))]
+    ob = shapes.grid(3, uv=True)
+    mesh = ob.data
+    vertices = [tuple(v.co) for v in mesh.vertices] + flat
+    faces = [tuple(f.vertices) for f in mesh.polygons] + [(16, 17, 18)]
+    ob = shapes.add("Part", vertices, faces, uv=True)
+    bpy.ops.object.mode_set(mode="EDIT")
+    shapes.select_faces(ob, [8, 9])
+    with pytest.raises(RuntimeError, match="face 9"):
+        bpy.ops.uv.flipfree_unwrap()
+
+
+def test_a_map_that_fails_its_certificate_is_not_written(part, monkeypatch):
+    """The solver never returns one; if it did, the mesh would stay as it is."""
+    from dataclasses import replace
+
+    ob = shapes.grid(3, uv=True)
+    original = part("operators.unwrap").UnwrapTask.collect
+
+    def broken(self, result):
+        certificate = replace(result.certificate, ok=False, failures=["3 triangles are flipped."])
+        return original(self, replace(result, certificate=certificate))
+
+    monkeypatch.setattr(part("operators.unwrap").UnwrapTask, "collect", broken)
+    refused(ob, "failed its check", "3 triangles are flipped")
+
+
+def test_every_code_of_the_solver_has_a_text_for_users(part):
+    source = (REPOSITORY / "native/flipfree/base/error.cpp").read_text()
+    codes = set(re.findall(r'return "([^"]+)";', source)) - {"unknown error"}
+    assert codes <= set(part("errors").TEXTS)
+    assert codes | {"out of memory"} == set(part("errors").TEXTS)
+
+
+def test_the_documented_messages_are_the_real_ones(part):
+    page = (REPOSITORY / "docs/unwrap.md").read_text()
+    for what, cure in part("errors").TEXTS.values():
+        assert what in page and cure in page

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The driver that runs solver jobs: cancelling, failing, ending. What needs a window is in window/."""
+
+import time
+
+import pytest
+import shapes
+
+
+@pytest.fixture
+def big_run(part):
+    """A run that takes seconds, just started, and its object."""
+    ob = shapes.grid(250, uv=True)
+    snapshot = part("mesh_io").read(ob, only_selected=False)
+    task = part("operators.unwrap").UnwrapTask(snapshot)
+    run = part("modal").Run([task])
+    assert run.advance(0.05) is False, "too small a mesh for this test"
+    yield ob, run
+    run.close()
+
+
+def test_cancelling_stops_soon_and_changes_nothing(big_run):
+    ob, run = big_run
+    before = shapes.everything(ob)
+    run.cancel()
+    deadline = time.monotonic() + 10.0
+    while not run.advance(0.05):
+        assert time.monotonic() < deadline
+    assert run.cancelled and not run.done and not run.failures
+    assert shapes.everything(ob) == before
+
+
+def test_progress_never_falls_and_names_object_and_stage(big_run):
+    ob, run = big_run
+    seen = []
+    while not run.advance(0.02):
+        seen.append(run.progress())
+    fractions = [fraction for _, fraction in seen]
+    assert len(set(fractions)) > 3 and fractions == sorted(fractions)
+    assert all(text.startswith("Grid: ") for text, _ in seen if text)
+    assert 0.0 <= fractions[0] and fractions[-1] <= 1.0
+
+
+def test_closing_ends_the_solvers_thread(big_run, part):
+    _, run = big_run
+    job = run._job
+    part("modal").close_all()
+    assert job.wait(0.0)
+
+
+def test_an_object_that_was_deleted_meanwhile_is_a_failure_not_a_crash(part):
+    import bpy
+
+    ob = shapes.grid(4, uv=True)
+    snapshot = part("mesh_io").read(ob, only_selected=False)
+    task = part("operators.unwrap").UnwrapTask(snapshot)
+    run = part("modal").Run([task])
+    while not run.advance(0.05):
+        pass
+    bpy.data.objects.remove(ob)
+    run.finish()
+    assert not run.done and "deleted" in str(run.failures[0])

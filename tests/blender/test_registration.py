@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The extension as Blender sees it: operators, menus, coming and going, what it loads."""
+
+import sys
+from pathlib import Path
+
+import bpy
+import pytest
+
+OPERATORS = ["flipfree_unwrap", "flipfree_check"]
+
+
+@pytest.mark.parametrize("name", OPERATORS)
+def test_operators_are_there_with_undo_and_a_redo_panel(name, addon):
+    rna = getattr(bpy.ops.uv, name).get_rna_type()
+    assert rna.description
+    cls = getattr(bpy.types, f"UV_OT_{name}")
+    assert cls.bl_options == {"REGISTER", "UNDO"}
+
+
+def drawn_in(menu):
+    """Names of the functions that extensions have added to a menu."""
+    return [f"{f.__module__}.{f.__name__}" for f in menu._dyn_ui_initialize()]
+
+
+def test_the_unwrap_menu_has_the_entries_once(addon, part):
+    entries = drawn_in(part("compat").unwrap_menu())
+    assert entries.count(f"{addon.__name__}.menus._draw") == 1
+    for other in (bpy.types.VIEW3D_MT_uv_map, bpy.types.IMAGE_MT_uvs):
+        assert f"{addon.__name__}.menus._draw" not in drawn_in(other)
+
+
+def test_it_can_be_disabled_and_enabled_again(addon, part):
+    addon.unregister()
+    assert not hasattr(bpy.types, "UV_OT_flipfree_unwrap")
+    assert f"{addon.__name__}.menus._draw" not in drawn_in(part("compat").unwrap_menu())
+    addon.register()
+    assert hasattr(bpy.types, "UV_OT_flipfree_unwrap")
+
+
+def test_another_version_of_the_solver_is_refused(part, monkeypatch):
+    import flipfree
+
+    monkeypatch.setattr(flipfree, "__version__", "0.0.1")
+    with pytest.raises(ImportError, match="Install the extension again"):
+        part("solver").check_version()
+
+
+def test_the_solver_comes_from_the_extensions_wheel():
+    import flipfree
+
+    home = Path(bpy.utils.user_resource("EXTENSIONS")).resolve()
+    assert home in Path(flipfree.__file__).resolve().parents
+
+
+def loaded_libraries():
+    maps = Path("/proc/self/maps")
+    if not maps.exists():
+        pytest.skip("/proc/self/maps is missing: this is not Linux")
+    return {Path(line.split()[-1]) for line in maps.read_text().splitlines() if ".so" in line}
+
+
+def test_the_solver_uses_no_library_but_glibc_and_its_own(tmp_path):
+    """Seen in a process of its own: all that `import flipfree` maps beyond numpy lies in the wheel's folders."""
+    import os
+    import subprocess
+
+    import flipfree
+
+    code = f"""
+import sys, numpy
+from pathlib import Path
+def maps():
+    return {{line.split()[-1] for line in open("/proc/self/maps") if ".so" in line}}
+before = maps()
+sys.path.insert(0, {str(Path(flipfree.__file__).parents[1])!r})
+import flipfree as ff
+t = numpy.linspace(0, 1, 21)
+x, y = numpy.meshgrid(t, t, indexing="ij")
+v = numpy.column_stack([x.ravel(), y.ravel(), (x * y).ravel()])
+a = (21 * numpy.arange(20)[:, None] + numpy.arange(20)).ravel()
+f = numpy.concatenate([numpy.column_stack([a, a + 21, a + 22]), numpy.column_stack([a, a + 22, a + 1])])
+assert ff.unwrap(v, f).certificate.ok
+print("NEW", *sorted(maps() - before), sep="|")
+"""
+    script = tmp_path / "load.py"
+    script.write_text(code)
+    result = subprocess.run(
+        [
+            os.environ["FLIPFREE_BLENDER"],
+            "-b",
+            "--factory-startup",
+            "--python-exit-code",
+            "1",
+            "--python",
+            str(script),
+        ],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    line = next(line for line in result.stdout.splitlines() if line.startswith("NEW|"))
+    new = [Path(p) for p in line.split("|")[1:]]
+    own = Path(flipfree.__file__).resolve().parents[1]
+    assert any("openblas" in p.name for p in new), "the fast BLAS is in use"
+    foreign = [p for p in new if own not in p.parents and not is_glibc_or_python(p)]
+    assert foreign == []
+
+
+def is_glibc_or_python(path):
+    """glibc, or a module of Python's own standard library."""
+    glibc = ("libc.so", "libm.so", "libpthread", "libdl", "librt", "ld-linux")
+    return path.name.startswith(glibc) or "lib-dynload" in path.parts
+
+
+def test_prefixed_symbols_keep_blenders_libraries_out():
+    """Blender has a BLAS, a GMP and more of its own loaded; ours must not be bound to them."""
+    import shutil
+    import subprocess
+
+    import flipfree
+
+    if not shutil.which("nm"):
+        pytest.skip("nm is missing: install binutils")
+    package = Path(flipfree.__file__).parent
+    bundled = list((package.parent / "flipfree_uv.libs").iterdir())
+    assert any(path.name.startswith("libopenblas") for path in bundled)
+    runtime = ("libstdc++", "libgcc_s", "libgfortran", "libquadmath", "libgomp", "libOpenMesh")
+    shared = {"dgemm_", "dsyrk_", "cholmod_start", "METIS_NodeND", "__gmpz_init", "mpfr_init2"}
+    for path in [*package.glob("_native*.so"), *bundled]:
+        if path.name.startswith(runtime):
+            continue
+        listing = subprocess.run(
+            ["nm", "-D", path], capture_output=True, text=True, check=True
+        ).stdout
+        names = {line.split()[-1].partition("@")[0] for line in listing.splitlines()}
+        assert not names & shared, path.name
+
+
+def test_nothing_is_written_into_the_extensions_folder(addon):
+    folder = Path(addon.__file__).parent
+    shipped = {"__init__.py", "blender_manifest.toml", "LICENSE", "operators", "wheels"}
+    extra = {p.name for p in folder.iterdir()} - shipped
+    assert {p for p in extra if not p.endswith(".py") and p != "__pycache__"} == set()
+    assert sys.modules[addon.__name__] is addon

@@ -1,0 +1,277 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Unwrap Flip-Free through its operator, in every mode; judged by arithmetic that shares nothing with the solver."""
+
+import bmesh
+import bpy
+import numpy as np
+import pytest
+import shapes
+
+
+def unwrap(**options):
+    assert bpy.ops.uv.flipfree_unwrap(**options) == {"FINISHED"}
+
+
+def counter_islands(ob):
+    """Connected parts of the UV map, by vertices that share a corner's UV: independent of the extension."""
+    mesh = ob.data
+    uv = shapes.uv_of(ob)
+    keys = {}
+    corner = np.empty(len(mesh.loops), np.int64)
+    for i, loop in enumerate(mesh.loops):
+        corner[i] = keys.setdefault((loop.vertex_index, uv[i].tobytes()), len(keys))
+    parent = list(range(len(keys)))
+
+    def find(i):
+        while parent[i] != i:
+            parent[i] = parent[parent[i]]
+            i = parent[i]
+        return i
+
+    for face in mesh.polygons:
+        first = find(corner[face.loop_start])
+        for loop in face.loop_indices:
+            parent[find(corner[loop])] = first
+            first = find(first)
+    return len({find(i) for i in range(len(keys))})
+
+
+@pytest.mark.parametrize("levels", [0, 1, 2])
+def test_the_monkey_is_unwrapped_along_its_seams(levels):
+    ob = shapes.monkey(levels)
+    unwrap()
+    assert shapes.exact_flips(ob) == 0
+    assert counter_islands(ob) == 4  # two halves of the head, two eyes
+
+
+@pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
+def test_both_modes_give_the_same_bits(mode):
+    ob = shapes.grid(12, uv=True)
+    unwrap()
+    expected = shapes.uv_of(ob)
+    other = shapes.grid(12, uv=True)
+    bpy.ops.object.mode_set(mode=mode)
+    if mode == "EDIT":
+        bpy.ops.mesh.select_all(action="SELECT")
+    unwrap()
+    assert bpy.context.mode == ("EDIT_MESH" if mode == "EDIT" else "OBJECT")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert shapes.uv_of(other).tobytes() == expected.tobytes()
+
+
+def test_a_flat_sheet_is_only_moved_turned_and_scaled():
+    ob = shapes.grid(6, bump=0.0, uv=True)
+    unwrap()
+    uv = shapes.uv_of(ob).astype(float)
+    co = np.array([ob.data.vertices[loop.vertex_index].co[:2] for loop in ob.data.loops])
+    d_uv = np.linalg.norm(uv[:, None] - uv[None], axis=2)
+    d_co = np.linalg.norm(co[:, None] - co[None], axis=2)
+    scale = d_uv.sum() / d_co.sum()
+    # The optimiser stops when a step promises less than a ten-thousandth of the energy.
+    assert np.abs(d_uv - scale * d_co).max() < 0.02 * d_uv.max()
+
+
+def test_new_maps_lie_in_the_unit_square():
+    ob = shapes.monkey(1)
+    while ob.data.uv_layers:
+        ob.data.uv_layers.remove(ob.data.uv_layers[0])
+    unwrap()
+    uv = shapes.uv_of(ob)
+    assert uv.min() >= 0 and uv.max() <= 1 and uv.max() > 0.9
+
+
+def test_islands_keep_their_place_unless_packing_is_asked_for():
+    ob = shapes.grid(8, uv=True)
+    unwrap()
+    uv = shapes.uv_of(ob)
+    moved = uv * np.float32(0.25) + np.float32(3.0)
+    shapes.set_uv(ob, moved)
+    unwrap()
+    again = shapes.uv_of(ob)
+    assert np.abs(again - moved).max() < 0.02
+    unwrap(pack=True)
+    packed = shapes.uv_of(ob)
+    assert packed.min() >= 0 and packed.max() <= 1
+
+
+def test_only_selected_faces_move():
+    ob = shapes.grid(10, uv=True)
+    rng = np.random.default_rng(5)
+    before = rng.random((len(ob.data.loops), 2), np.float32)
+    shapes.set_uv(ob, before)
+    bpy.ops.object.mode_set(mode="EDIT")
+    chosen = [0, 1, 2, 10, 11, 12, 55, 66]  # the last two touch in one point only
+    shapes.select_faces(ob, chosen)
+    unwrap()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    after = shapes.uv_of(ob)
+    inside = np.isin(np.repeat(np.arange(100), 4), chosen)
+    assert after[~inside].tobytes() == before[~inside].tobytes()
+    assert (after[inside] != before[inside]).any(axis=1).mean() > 0.9
+
+
+def test_several_objects_at_once_and_shared_meshes_once():
+    first = shapes.grid(6, "First", uv=True)
+    second = shapes.cube("Second")
+    twin = bpy.data.objects.new("Twin", first.data)
+    bpy.context.scene.collection.objects.link(twin)
+    bystander = shapes.grid(4, "Bystander", uv=True)
+    bystander.select_set(False)
+    before = shapes.uv_of(bystander).tobytes()
+    for ob in (first, second, twin):
+        shapes.activate(ob, only=False)
+    unwrap()
+    assert shapes.exact_flips(first) == 0 and shapes.exact_flips(second) == 0
+    assert shapes.uv_of(bystander).tobytes() == before
+
+
+def test_several_objects_in_edit_mode():
+    first, second = shapes.grid(6, "First", uv=True), shapes.grid(5, "Second", uv=True)
+    shapes.activate(first, only=False)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    unwrap()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    for ob in (first, second):
+        assert shapes.exact_flips(ob) == 0
+
+
+@pytest.mark.parametrize("pins", [[60]])
+def test_pins_stay_bit_for_bit(pins):
+    ob = shapes.grid(10, uv=True)
+    unwrap()
+    uv = shapes.uv_of(ob)
+    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    pinned = np.isin(corner, pins)
+    uv[corner == 60] += np.float32([0.01, -0.013])
+    shapes.set_uv(ob, uv)
+    shapes.set_pins(ob, pinned)
+    unwrap()
+    after = shapes.uv_of(ob)
+    assert after[pinned].tobytes() == uv[pinned].tobytes()
+    assert shapes.exact_flips(ob) == 0
+
+
+def test_pins_can_be_ignored():
+    ob = shapes.grid(6, uv=True)
+    unwrap()
+    uv = shapes.uv_of(ob)
+    shapes.set_uv(ob, uv)
+    shapes.set_pins(ob, np.arange(8))
+    uv[:8] = np.linspace(0, 1, 16).reshape(8, 2)
+    shapes.set_uv(ob, uv)
+    unwrap(use_pins=False)
+    assert (shapes.uv_of(ob)[:8] != uv[:8]).any()
+    assert shapes.exact_flips(ob) == 0
+
+
+def test_a_closed_mesh_without_seams_is_cut_along_edges_never_through_faces():
+    ob = shapes.cube()
+    unwrap()
+    assert shapes.exact_flips(ob) == 0
+    assert not any(edge.use_seam for edge in ob.data.edges)
+    # One UV per corner of each quad: every quad is whole, as its two triangles are not flipped.
+    assert counter_islands(ob) == 1
+
+
+def test_automatic_cuts_become_seams_if_allowed():
+    ob = shapes.cube()
+    unwrap(mark_seams=True)
+    assert sum(edge.use_seam for edge in ob.data.edges) >= 3
+    uv = shapes.uv_of(ob)
+    # With these seams nothing is left to cut.
+    islands = counter_islands(ob)
+    unwrap(mark_seams=True)
+    assert counter_islands(ob) == islands and uv.shape == shapes.uv_of(ob).shape
+
+
+def test_a_torus_of_quads_without_seams_is_unwrapped():
+    bpy.ops.mesh.primitive_torus_add(major_segments=24, minor_segments=12)
+    ob = bpy.context.object
+    unwrap(pack=True)
+    assert shapes.exact_flips(ob) == 0
+
+
+def test_holes_stay_holes():
+    ob = shapes.grid(9, uv=True)
+    bm = bmesh.new()
+    bm.from_mesh(ob.data)
+    bm.faces.ensure_lookup_table()
+    bmesh.ops.delete(bm, geom=[bm.faces[i] for i in (40, 20, 22)], context="FACES_ONLY")
+    bm.to_mesh(ob.data)
+    bm.free()
+    faces = len(ob.data.polygons)
+    unwrap()
+    assert len(ob.data.polygons) == faces and shapes.exact_flips(ob) == 0
+
+
+def test_ngons_are_mapped_whole():
+    vertices = [
+        (np.cos(a), np.sin(a), 0.2 * np.cos(2 * a)) for a in np.linspace(0, 2 * np.pi, 9)[:-1]
+    ]
+    vertices += [(2.2 * np.cos(a), 2.2 * np.sin(a), 0) for a in np.linspace(0, 2 * np.pi, 9)[:-1]]
+    faces = [tuple(range(8))] + [(i, 8 + i, 8 + (i + 1) % 8, (i + 1) % 8) for i in range(8)]
+    ob = shapes.add("Ngon", vertices, faces, uv=True)
+    unwrap()
+    assert shapes.exact_flips(ob) == 0
+
+
+def test_hidden_faces_are_left_alone_in_edit_mode():
+    ob = shapes.grid(6, uv=True)
+    before = shapes.uv_of(ob)
+    bpy.ops.object.mode_set(mode="EDIT")
+    shapes.select_faces(ob, [3])
+    bpy.ops.mesh.hide()
+    bpy.ops.mesh.select_all(action="SELECT")
+    unwrap()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert shapes.uv_of(ob)[12:16].tobytes() == before[12:16].tobytes()
+    assert (shapes.uv_of(ob)[:12] != before[:12]).any()
+
+
+def test_the_uv_editors_own_selection_counts_where_it_is_in_use(part, monkeypatch):
+    """No window here: the operator's helper is called with the area that it would see."""
+    from types import SimpleNamespace
+
+    ob = shapes.grid(3, uv=True)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    bm = bmesh.from_edit_mesh(ob.data)
+    layer = bm.loops.layers.uv.verify()
+    for face in bm.faces:
+        chosen = face.index == 4
+        if hasattr(face, "uv_select"):
+            face.uv_select = chosen
+        else:
+            for loop in face.loops:
+                loop[layer].select = chosen
+    bmesh.update_edit_mesh(ob.data)
+
+    def context(area, sync):
+        return SimpleNamespace(
+            mode="EDIT_MESH",
+            objects_in_mode_unique_data=[ob],
+            area=SimpleNamespace(type=area),
+            tool_settings=SimpleNamespace(use_uv_select_sync=sync),
+        )
+
+    def faces(area, sync):
+        (snapshot,), _ = part("operators.common").read_meshes(context(area, sync))
+        return set(snapshot.triangle_face.tolist())
+
+    assert faces("IMAGE_EDITOR", False) == {4}
+    assert len(faces("IMAGE_EDITOR", True)) == 9
+    assert len(faces("VIEW_3D", False)) == 9
+
+
+def test_the_report_has_the_numbers(capfd):
+    shapes.grid(8, uv=True)
+    unwrap()
+    out = capfd.readouterr().out
+    assert "1 island, 0 flips, 0 overlaps, distortion mean 1.0" in out and " s" in out
+
+
+def test_islands_may_overlap_themselves_if_allowed():
+    ob = shapes.monkey(1)
+    unwrap(bijective=False)
+    assert shapes.exact_flips(ob) == 0

@@ -1,0 +1,142 @@
+#include "flipfree/distortion/rounding.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "flipfree/base/error.h"
+#include "flipfree/distortion/boundary_grid.h"
+#include "flipfree/distortion/energy.h"
+#include "support/shapes.h"
+
+namespace flipfree {
+namespace {
+
+Points2 plan(const Surface& surface) { return surface.vertices.leftCols<2>(); }
+
+std::int64_t repaired(const Stats& stats) {
+  return std::get<std::int64_t>(stats.at("rounding.repaired"));
+}
+
+bool stored_flip_free(const Triangles& faces, const Points2f& uv) {
+  return distortion::is_flip_free(faces, uv.cast<double>(), ExecutionContext());
+}
+
+TEST(Rounding, OrdinaryMapsAreRoundedToNearest) {
+  const Surface surface = test::grid(30, 30);
+  const Points2 uv = plan(surface) / 3.0;
+  ExecutionContext context;
+  Stats stats;
+  const Points2f stored = round_to_storage(surface.faces, uv, {}, context, stats);
+  EXPECT_EQ(stored, Points2f(uv.cast<float>()));
+  EXPECT_EQ(repaired(stats), 0);
+}
+
+// A grid far from the origin, turned, whose cells shrink to `cell` and below the spacing of 32-bit
+// numbers in the middle.
+Points2 crowded(const Surface& grid, double cell) {
+  Points2 uv = plan(grid);
+  for (double& coordinate : uv.reshaped()) {
+    const double x = coordinate - 0.5;
+    coordinate = std::pow(2.0 * x, 7) + cell * x;
+  }
+  Points2 turned(uv.rows(), 2);
+  turned.col(0) = 2.3 + std::cos(0.5) * uv.col(0).array() - std::sin(0.5) * uv.col(1).array();
+  turned.col(1) = 1.7 + std::sin(0.5) * uv.col(0).array() + std::cos(0.5) * uv.col(1).array();
+  return turned;
+}
+
+TEST(Rounding, TrianglesBelowTheSpacingOfFloatsAreOpened) {
+  const Surface surface = test::grid(40, 40);
+  for (const double cell : {1e-6, 1e-9, 1e-12}) {
+    SCOPED_TRACE(cell);
+    const Points2 uv = crowded(surface, cell);
+    ExecutionContext context;
+    ASSERT_TRUE(distortion::is_flip_free(surface.faces, uv, context));
+    ASSERT_FALSE(stored_flip_free(surface.faces, uv.cast<float>()));
+    Stats stats;
+    const Points2f stored = round_to_storage(surface.faces, uv, {}, context, stats);
+    EXPECT_TRUE(stored_flip_free(surface.faces, stored));
+    EXPECT_GT(repaired(stats), 0);
+    EXPECT_LT(repaired(stats), 600);
+    EXPECT_LT((stored.cast<double>() - uv).cwiseAbs().maxCoeff(), 1e-2);
+  }
+}
+
+TEST(Rounding, FixedVerticesStayWhereTheyAreRoundedTo) {
+  const Surface surface = test::grid(40, 40);
+  const Points2 uv = crowded(surface, 1e-8);
+  RoundingOptions options;
+  ASSERT_FALSE(stored_flip_free(surface.faces, uv.cast<float>()));
+  const Index centre = 20 * 41 + 20;
+  options.fixed = {0, 40, centre};
+  ExecutionContext context;
+  Stats stats;
+  const Points2f stored = round_to_storage(surface.faces, uv, options, context, stats);
+  EXPECT_TRUE(stored_flip_free(surface.faces, stored));
+  for (const VertexId v : options.fixed) {
+    EXPECT_EQ(stored.row(v), Eigen::RowVector2f(uv.row(v).cast<float>()));
+  }
+}
+
+TEST(Rounding, BoundariesThatWouldTouchAreMovedApart) {
+  // Two strips joined at their left end, apart by less than the spacing of floats at 1 elsewhere.
+  const Index length = 10;
+  Surface strip = test::grid(length, 2);
+  Points2 uv = plan(strip);
+  // Bend the strip into a hairpin: first half forward, second half back above it.
+  const double gap = 1e-9;
+  for (Eigen::Index v = 0; v < uv.rows(); ++v) {
+    const double x = strip.vertices(v, 0);
+    const double y = strip.vertices(v, 1);
+    const double turn = std::acos(-1.0) * std::clamp((x - 0.3) / 0.4, 0.0, 1.0);
+    const double inner = 0.5 * gap;
+    const double radius = inner + 0.2 * (1.0 - y);
+    if (x <= 0.3) {
+      uv.row(v) << x, -radius;
+    } else if (x >= 0.7) {
+      uv.row(v) << 0.3 - (x - 0.7), radius;
+    } else {
+      uv.row(v) << 0.3 + radius * std::sin(turn), -radius * std::cos(turn);
+    }
+    uv.row(v).array() += 0.9;
+  }
+  ExecutionContext context;
+  if (!distortion::is_flip_free(strip.faces, uv, context)) uv.col(1) = 2 - uv.col(1).array();
+  ASSERT_TRUE(distortion::is_flip_free(strip.faces, uv, context));
+  const auto boundary = distortion::find_boundary(static_cast<Index>(uv.rows()), strip.faces);
+  ASSERT_FALSE(distortion::boundary_conflicts(boundary, uv, context));
+  const Points2 nearest = uv.cast<float>().cast<double>();
+  ASSERT_TRUE(distortion::boundary_conflicts(boundary, nearest, context) ||
+              !distortion::is_flip_free(strip.faces, nearest, context));
+  RoundingOptions options;
+  options.bijective = true;
+  Stats stats;
+  const Points2f stored = round_to_storage(strip.faces, uv, options, context, stats);
+  EXPECT_TRUE(stored_flip_free(strip.faces, stored));
+  EXPECT_FALSE(distortion::boundary_conflicts(boundary, stored.cast<double>(), context));
+}
+
+TEST(Rounding, ImpossibleMapsAreRefusedAndNamed) {
+  // All corners of a triangle are fixed within one 32-bit step.
+  const Surface surface = test::grid(4, 4);
+  Points2 uv = plan(surface);
+  RoundingOptions options;
+  for (Index v = 0; v < static_cast<Index>(uv.rows()); ++v) options.fixed.push_back(v);
+  uv *= 1e-9;
+  uv.array() += 1.0;
+  ExecutionContext context;
+  ASSERT_TRUE(distortion::is_flip_free(surface.faces, uv, context));
+  Stats stats;
+  try {
+    round_to_storage(surface.faces, uv, options, context, stats);
+    FAIL() << "collapsed triangles were accepted";
+  } catch (const NotConverged& e) {
+    EXPECT_EQ(e.error().code, ErrorCode::kRoundingFlips);
+    EXPECT_EQ(e.error().kind, ElementKind::kFace);
+    EXPECT_FALSE(e.error().elements.empty());
+  }
+}
+
+}  // namespace
+}  // namespace flipfree
