@@ -76,5 +76,6 @@ PYBIND11_MODULE(_native, module) {
   bind_certify(module);
   bind_conformal_map(module);
   bind_embedding(module);
+  bind_matchmaker(module);
   bind_unwrap(module);
 }

@@ -16,14 +16,16 @@ Target embedded_target(const RefinedSurface& surface, const Constraints& constra
   Polygon outline = constraints.outline;
   std::vector<VertexId> vertex = surface.boundary;
   if (constraints.free_boundary()) {
-    // A box with a margin as wide as the pins' own extent, its corners spread evenly over the collar.
+    // A box with a margin as wide as the pins' own extent, its corners spread evenly over the
+    // collar.
     Vector2 low = constraints.pins.front().uv;
     Vector2 high = low;
     for (const PinnedVertex& p : constraints.pins) {
       low = low.cwiseMin(p.uv);
       high = high.cwiseMax(p.uv);
     }
-    const double extent = std::max((high - low).maxCoeff(), 1e-3 * std::max(low.cwiseAbs().maxCoeff(), 1e-300));
+    const double extent =
+        std::max((high - low).maxCoeff(), 1e-3 * std::max(low.cwiseAbs().maxCoeff(), 1e-300));
     const Vector2 margin = Vector2::Constant(extent);
     low -= margin;
     high += margin;
@@ -52,11 +54,12 @@ Target embedded_target(const RefinedSurface& surface, const Constraints& constra
   return target;
 }
 
-// The outline with a slit for every path: ... b, p, b, ... Slits that leave the same boundary vertex follow each other
-// clockwise around it, as the outline meets them with the surface on its left.
+// The outline with a slit for every path: ... b, p, b, ... Slits that leave the same boundary
+// vertex follow each other clockwise around it, as the outline meets them with the surface on its
+// left.
 struct SlitOutline {
   Polygon corners;
-  std::vector<Index> vertex;       // per corner its domain vertex
+  std::vector<Index> vertex;          // per corner its domain vertex
   std::vector<VertexId> mesh_vertex;  // per domain vertex
 };
 
@@ -76,8 +79,8 @@ SlitOutline cut_slits(const RefinedSurface& surface, const Constraints& constrai
   for (std::size_t i = n; i-- > 0;) {
     const auto paths = at.find(surface.boundary[i]);
     if (paths == at.end()) continue;
-    // Counter-clockwise around the vertex, from its outgoing boundary edge on; walking the outline, with the surface on
-    // the left, the arriving edge comes first: the reverse order.
+    // Counter-clockwise around the vertex, from its outgoing boundary edge on; walking the outline,
+    // with the surface on the left, the arriving edge comes first: the reverse order.
     std::vector<std::pair<std::size_t, const std::vector<VertexId>*>> ordered;
     std::size_t turn = 0;
     surface.mesh.for_each_outgoing(surface.boundary[i], [&](HalfedgeId h) {
@@ -86,7 +89,8 @@ SlitOutline cut_slits(const RefinedSurface& surface, const Constraints& constrai
       }
       ++turn;
     });
-    std::sort(ordered.begin(), ordered.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+    std::sort(ordered.begin(), ordered.end(),
+              [](const auto& a, const auto& b) { return a.first > b.first; });
     std::vector<Vector2> corners;
     std::vector<Index> vertices;
     for (const auto& [place, path] : ordered) {
@@ -108,8 +112,10 @@ SlitOutline cut_slits(const RefinedSurface& surface, const Constraints& constrai
       constraints.paths.empty()
           ? "although it turns " + std::to_string(constraints.turning_number) +
                 " times, no way of filling it with counter-clockwise triangles exists"
-          : std::string("no disk with this outline contains the straight slits from the given paths' ends to their "
-                        "pins; give other paths, or move the pins");
+          : std::string(
+                "no disk with this outline contains the straight slits from the given paths' ends "
+                "to their "
+                "pins; give other paths, or move the pins");
   throw_infeasible(ErrorCode::kNotSelfOverlapping,
                    "The boundary's targets are not weakly self-overlapping: " + why + ".");
 }
@@ -120,8 +126,8 @@ Target immersed_outline(const RefinedSurface& surface, const Constraints& constr
   const SelfOverlap overlap = find_self_overlap(slit.corners, context);
   if (!overlap.exists) refuse(constraints);
   Target target;
-  target.domain = triangulate_immersed(slit.corners, slit.vertex, static_cast<Index>(slit.mesh_vertex.size()),
-                                       overlap.triangles);
+  target.domain = triangulate_immersed(
+      slit.corners, slit.vertex, static_cast<Index>(slit.mesh_vertex.size()), overlap.triangles);
   target.domain.mesh_vertex = slit.mesh_vertex;
   target.given = constraints.paths;
   for (const Index corner : overlap.singular_corners) {
@@ -138,21 +144,25 @@ void insert_pins(Target& target, const Constraints& constraints) {
     const std::vector<FaceId> sheets = sheets_at(target.domain, p.uv);
     const std::string who = "Vertex " + std::to_string(p.vertex) + " is pinned to a point ";
     if (sheets.empty()) {
-      throw_infeasible(ErrorCode::kContradictoryPins, who + "outside the boundary's targets. Move it inside.",
+      throw_infeasible(ErrorCode::kContradictoryPins,
+                       who + "outside the boundary's targets. Move it inside.",
                        ElementKind::kVertex, {p.vertex});
     }
     if (sheets.size() > 1) {
-      throw_invalid(ErrorCode::kBadPins,
-                    who + "where the target overlaps itself " + std::to_string(sheets.size()) +
-                        " times. Give a path from it to the boundary, which says on which sheet it lies.",
-                    ElementKind::kVertex, {p.vertex});
+      throw_invalid(
+          ErrorCode::kBadPins,
+          who + "where the target overlaps itself " + std::to_string(sheets.size()) +
+              " times. Give a path from it to the boundary, which says on which sheet it lies.",
+          ElementKind::kVertex, {p.vertex});
     }
     const EditableTriangulation& mesh = target.domain.triangulation;
     for (HalfedgeId h = 3 * sheets[0]; h < 3 * sheets[0] + 3; ++h) {
       const Vector2& a = target.domain.point[static_cast<std::size_t>(mesh.source(h))];
       const Vector2& b = target.domain.point[static_cast<std::size_t>(mesh.target(h))];
-      if (a == p.uv || (mesh.mark(h) != EditableTriangulation::kUnmarked && orientation(a, b, p.uv) == 0)) {
-        throw_infeasible(ErrorCode::kContradictoryPins, who + "on the boundary's targets, or on another pin. Move it.",
+      if (a == p.uv ||
+          (mesh.mark(h) != EditableTriangulation::kUnmarked && orientation(a, b, p.uv) == 0)) {
+        throw_infeasible(ErrorCode::kContradictoryPins,
+                         who + "on the boundary's targets, or on another pin. Move it.",
                          ElementKind::kVertex, {p.vertex});
       }
     }
@@ -162,19 +172,24 @@ void insert_pins(Target& target, const Constraints& constraints) {
 
 }  // namespace
 
-Target outline_target(const RefinedSurface& surface, const Constraints& constraints, const ExecutionContext& context) {
+Target outline_target(const RefinedSurface& surface, const Constraints& constraints,
+                      const ExecutionContext& context) {
   Constraints outline;
   outline.outline = constraints.outline;
   outline.turning_number = constraints.turning_number;
   outline.simple_outline = constraints.simple_outline;
-  return outline.simple_outline ? embedded_target(surface, outline) : immersed_outline(surface, outline, context);
+  return outline.simple_outline ? embedded_target(surface, outline)
+                                : immersed_outline(surface, outline, context);
 }
 
-Target full_target(const RefinedSurface& surface, const Constraints& constraints, const ExecutionContext& context) {
-  if (constraints.free_boundary() || constraints.simple_outline) return embedded_target(surface, constraints);
+Target full_target(const RefinedSurface& surface, const Constraints& constraints,
+                   const ExecutionContext& context) {
+  if (constraints.free_boundary() || constraints.simple_outline)
+    return embedded_target(surface, constraints);
   if (!constraints.edges.empty()) {
     throw_invalid(ErrorCode::kBadPins,
-                  "Lines inside a target that overlaps itself are not supported. Pin their vertices as points.");
+                  "Lines inside a target that overlaps itself are not supported. Pin their "
+                  "vertices as points.");
   }
   Target target = immersed_outline(surface, constraints, context);
   insert_pins(target, constraints);

@@ -32,7 +32,8 @@ class Locator {
       f = next;
     }
     if (contains(f, p)) return f;
-    // The point lies outside by rounding, or the walk went astray: take the face that misses it least.
+    // The point lies outside by rounding, or the walk went astray: take the face that misses it
+    // least.
     for (FaceId g = 0; g < mesh_.face_slots(); ++g) {
       if (mesh_.alive(g) && contains(g, p)) return g;
     }
@@ -55,24 +56,27 @@ double cross(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() 
 
 }  // namespace
 
-Points2 compose_through_disk(const RefinedSurface& surface, const TargetDomain& domain, ExecutionContext& context,
-                             Stats& stats) {
+Points2 compose_through_disk(const RefinedSurface& surface, const TargetDomain& domain,
+                             ExecutionContext& context, Stats& stats) {
   const std::size_t n = domain.outline.size();
   std::vector<VertexId> loop;
   std::vector<double> lengths;
   for (std::size_t i = 0; i < n; ++i) {
     loop.push_back(domain.mesh_vertex[static_cast<std::size_t>(domain.outline[i])]);
     lengths.push_back((domain.point[static_cast<std::size_t>(domain.outline[(i + 1) % n])] -
-                       domain.point[static_cast<std::size_t>(domain.outline[i])]).norm());
+                       domain.point[static_cast<std::size_t>(domain.outline[i])])
+                          .norm());
   }
   const Points2 circle = place_boundary(BoundaryShape::kCircle, lengths).positions;
   std::vector<Vector2> place(domain.point.size());
   for (std::size_t i = 0; i < n; ++i) {
-    place[static_cast<std::size_t>(domain.outline[i])] = circle.row(static_cast<Eigen::Index>(i)).transpose();
+    place[static_cast<std::size_t>(domain.outline[i])] =
+        circle.row(static_cast<Eigen::Index>(i)).transpose();
   }
   EmbedOptions options;
   options.float32 = false;
-  const Points2 disk = embed_disk(surface.mesh.faces(), surface.mesh.vertex_count(), loop, circle, options, context, stats);
+  const Points2 disk = embed_disk(surface.mesh.faces(), surface.mesh.vertex_count(), loop, circle,
+                                  options, context, stats);
 
   Points2 uv = Points2::Zero(disk.rows(), 2);
   const Locator locator(domain.triangulation, place);

@@ -16,7 +16,8 @@ std::string name(VertexId v) { return "vertex " + std::to_string(v); }
 
 class Reader {
  public:
-  Reader(RefinedSurface& surface, const MatchRequest& request) : surface_(surface), request_(request) {}
+  Reader(RefinedSurface& surface, const MatchRequest& request)
+      : surface_(surface), request_(request) {}
 
   Constraints read() {
     read_boundary();
@@ -35,7 +36,8 @@ class Reader {
   void check_vertex(VertexId v) const {
     if (v < 0 || v >= surface_.input_vertices() || surface_.mesh.outgoing(v) == kInvalid) {
       throw_invalid(ErrorCode::kIndexOutOfRange,
-                    "A constraint names " + name(v) + ", which belongs to no face. Name vertices of the mesh.",
+                    "A constraint names " + name(v) +
+                        ", which belongs to no face. Name vertices of the mesh.",
                     ElementKind::kVertex, {v});
     }
   }
@@ -43,15 +45,18 @@ class Reader {
   void read_boundary() {
     if (request_.boundary_uv.empty()) {
       if (!request_.boundary_loop.empty()) {
-        throw_invalid(ErrorCode::kBadBoundary, "boundary_loop is given without boundary_uv. Give both, or neither.");
+        throw_invalid(ErrorCode::kBadBoundary,
+                      "boundary_loop is given without boundary_uv. Give both, or neither.");
       }
       return;
     }
     const std::vector<VertexId>& loop = surface_.boundary;
     const std::size_t n = loop.size();
-    if (request_.boundary_uv.size() != n || (!request_.boundary_loop.empty() && request_.boundary_loop.size() != n)) {
-      throw_invalid(ErrorCode::kBadBoundary, "The boundary has " + std::to_string(n) +
-                                                 " vertices; boundary_uv and boundary_loop must have as many.");
+    if (request_.boundary_uv.size() != n ||
+        (!request_.boundary_loop.empty() && request_.boundary_loop.size() != n)) {
+      throw_invalid(ErrorCode::kBadBoundary,
+                    "The boundary has " + std::to_string(n) +
+                        " vertices; boundary_uv and boundary_loop must have as many.");
     }
     result_.outline.resize(n);
     if (request_.boundary_loop.empty()) {
@@ -67,9 +72,10 @@ class Reader {
       };
       const bool ahead = at != loop.end() && follows(1);
       if (at == loop.end() || (!ahead && !follows(n - 1))) {
-        throw_invalid(ErrorCode::kBadBoundary,
-                      "boundary_loop is not the mesh's boundary in order. List every boundary vertex once, "
-                      "each followed by its neighbour.");
+        throw_invalid(
+            ErrorCode::kBadBoundary,
+            "boundary_loop is not the mesh's boundary in order. List every boundary vertex once, "
+            "each followed by its neighbour.");
       }
       for (std::size_t i = 0; i < n; ++i) {
         result_.outline[(start + i * (ahead ? 1 : n - 1)) % n] = request_.boundary_uv[i];
@@ -78,13 +84,15 @@ class Reader {
     for (std::size_t i = 0; i < n; ++i) {
       on_boundary_.emplace(loop[i], i);
       if (!result_.outline[i].allFinite()) {
-        throw_invalid(ErrorCode::kNotFinite, "The target of boundary " + name(loop[i]) + " is not finite.",
+        throw_invalid(ErrorCode::kNotFinite,
+                      "The target of boundary " + name(loop[i]) + " is not finite.",
                       ElementKind::kVertex, {loop[i]});
       }
       if (result_.outline[i] == result_.outline[(i + 1) % n]) {
         throw_infeasible(ErrorCode::kContradictoryPins,
                          "Neighbouring boundary vertices " + std::to_string(loop[i]) + " and " +
-                             std::to_string(loop[(i + 1) % n]) + " have the same target. Move one of them.",
+                             std::to_string(loop[(i + 1) % n]) +
+                             " have the same target. Move one of them.",
                          ElementKind::kVertex, {loop[i], loop[(i + 1) % n]});
       }
     }
@@ -93,7 +101,8 @@ class Reader {
   void pin(VertexId v, const Vector2& uv, bool added = false) {
     if (!added) check_vertex(v);
     if (!uv.allFinite()) {
-      throw_invalid(ErrorCode::kNotFinite, "The target of " + name(v) + " is not finite.", ElementKind::kVertex, {v});
+      throw_invalid(ErrorCode::kNotFinite, "The target of " + name(v) + " is not finite.",
+                    ElementKind::kVertex, {v});
     }
     const auto boundary = on_boundary_.find(v);
     const Vector2* known = nullptr;
@@ -132,19 +141,22 @@ class Reader {
       pin(chain[corner[j]], line.polyline[j], chain[corner[j]] >= surface_.input_vertices());
       if (j == 0) continue;
       for (std::size_t i = corner[j - 1] + 1; i < corner[j]; ++i) {
-        const double t = (along[i] - along[corner[j - 1]]) / (along[corner[j]] - along[corner[j - 1]]);
+        const double t =
+            (along[i] - along[corner[j - 1]]) / (along[corner[j]] - along[corner[j - 1]]);
         const Vector2 uv = line.polyline[j - 1] + t * (line.polyline[j] - line.polyline[j - 1]);
         pin(chain[i], uv, chain[i] >= surface_.input_vertices());
       }
     }
-    for (std::size_t i = 0; i + 1 < chain.size(); ++i) result_.edges.emplace_back(chain[i], chain[i + 1]);
+    for (std::size_t i = 0; i + 1 < chain.size(); ++i)
+      result_.edges.emplace_back(chain[i], chain[i + 1]);
   }
 
   std::vector<double> lengths(const std::vector<VertexId>& chain) const {
     std::vector<double> along = {0.0};
     for (std::size_t i = 0; i + 1 < chain.size(); ++i) {
       along.push_back(along.back() + (surface_.position[static_cast<std::size_t>(chain[i + 1])] -
-                                      surface_.position[static_cast<std::size_t>(chain[i])]).norm());
+                                      surface_.position[static_cast<std::size_t>(chain[i])])
+                                         .norm());
     }
     return along;
   }
@@ -160,7 +172,8 @@ class Reader {
   }
 
   // Place in the chain of every point of the polyline, increasing, by relative length.
-  std::vector<std::size_t> assign_corners(const std::vector<VertexId>& chain, const Polygon& polyline) const {
+  std::vector<std::size_t> assign_corners(const std::vector<VertexId>& chain,
+                                          const Polygon& polyline) const {
     const std::vector<double> along = lengths(chain);
     std::vector<double> at = {0.0};
     for (std::size_t j = 0; j + 1 < polyline.size(); ++j) {
@@ -184,7 +197,8 @@ class Reader {
       const bool pinned = path.size() >= 2 && pins_.count(path.front()) > 0;
       if (!pinned || on_boundary_.count(path.back()) == 0) {
         throw_invalid(ErrorCode::kBadPins,
-                      "A path must run from a pinned inner vertex to the boundary, whose targets must be given.",
+                      "A path must run from a pinned inner vertex to the boundary, whose targets "
+                      "must be given.",
                       ElementKind::kVertex, path);
       }
       result_.paths.push_back(path);
@@ -199,22 +213,25 @@ class Reader {
     const std::string turns = std::to_string(result_.turning_number);
     if (result_.turning_number == -1 && !conflict) {
       throw_infeasible(ErrorCode::kContradictoryPins,
-                       "The boundary's targets run clockwise, against the surface's orientation: every map onto them "
+                       "The boundary's targets run clockwise, against the surface's orientation: "
+                       "every map onto them "
                        "is turned over. Mirror the targets, or reverse their order.",
                        ElementKind::kVertex, {});
     }
     if (result_.turning_number < 1) {
       std::vector<VertexId> elements;
       if (conflict) elements = {at_loop(conflict->first), at_loop(conflict->second)};
-      throw_infeasible(ErrorCode::kNotSelfOverlapping,
-                       "The boundary's targets form a polygon with turning number " + turns +
-                           "; the outline of a flip-free map turns at least once counter-clockwise. It crosses itself "
-                           "as a figure-eight does" +
-                           (conflict ? ", for instance after vertices " + std::to_string(elements[0]) + " and " +
-                                           std::to_string(elements[1])
-                                     : std::string()) +
-                           ".",
-                       ElementKind::kVertex, elements);
+      throw_infeasible(
+          ErrorCode::kNotSelfOverlapping,
+          "The boundary's targets form a polygon with turning number " + turns +
+              "; the outline of a flip-free map turns at least once counter-clockwise. It crosses "
+              "itself "
+              "as a figure-eight does" +
+              (conflict ? ", for instance after vertices " + std::to_string(elements[0]) + " and " +
+                              std::to_string(elements[1])
+                        : std::string()) +
+              ".",
+          ElementKind::kVertex, elements);
     }
   }
   VertexId at_loop(Index i) const { return surface_.boundary[static_cast<std::size_t>(i)]; }
@@ -223,15 +240,19 @@ class Reader {
   void check_distinct() const {
     std::vector<PinnedVertex> all = result_.pins;
     if (result_.simple_outline) {
-      for (std::size_t i = 0; i < result_.outline.size(); ++i) all.push_back({surface_.boundary[i], result_.outline[i]});
+      for (std::size_t i = 0; i < result_.outline.size(); ++i)
+        all.push_back({surface_.boundary[i], result_.outline[i]});
     }
     std::sort(all.begin(), all.end(), [](const PinnedVertex& a, const PinnedVertex& b) {
-      return a.uv.x() != b.uv.x() ? a.uv.x() < b.uv.x() : a.uv.y() != b.uv.y() ? a.uv.y() < b.uv.y() : a.vertex < b.vertex;
+      return a.uv.x() != b.uv.x()   ? a.uv.x() < b.uv.x()
+             : a.uv.y() != b.uv.y() ? a.uv.y() < b.uv.y()
+                                    : a.vertex < b.vertex;
     });
     for (std::size_t i = 0; i + 1 < all.size(); ++i) {
       if (all[i].uv != all[i + 1].uv) continue;
       throw_infeasible(ErrorCode::kContradictoryPins,
-                       "Vertices " + std::to_string(all[i].vertex) + " and " + std::to_string(all[i + 1].vertex) +
+                       "Vertices " + std::to_string(all[i].vertex) + " and " +
+                           std::to_string(all[i + 1].vertex) +
                            " are pinned to the same point. Move or release one of them.",
                        ElementKind::kVertex, {all[i].vertex, all[i + 1].vertex});
     }
@@ -252,8 +273,9 @@ class Reader {
         if (!segments_conflict(a, b, target(edges[j].first), target(edges[j].second))) continue;
         throw_infeasible(ErrorCode::kContradictoryPins,
                          "The line through vertices " + std::to_string(edges[i].first) + ", " +
-                             std::to_string(edges[i].second) + " crosses the one through vertices " +
-                             std::to_string(edges[j].first) + ", " + std::to_string(edges[j].second) +
+                             std::to_string(edges[i].second) +
+                             " crosses the one through vertices " + std::to_string(edges[j].first) +
+                             ", " + std::to_string(edges[j].second) +
                              ". Lines of the mesh that do not meet may not meet in the map.",
                          ElementKind::kVertex,
                          {edges[i].first, edges[i].second, edges[j].first, edges[j].second});
@@ -261,9 +283,10 @@ class Reader {
       for (const PinnedVertex& p : result_.pins) {
         if (!segments_conflict(a, b, p.uv, p.uv)) continue;
         throw_infeasible(ErrorCode::kContradictoryPins,
-                         "Vertex " + std::to_string(p.vertex) + " is pinned onto the line through vertices " +
-                             std::to_string(edges[i].first) + ", " + std::to_string(edges[i].second) +
-                             ". Move it off the line.",
+                         "Vertex " + std::to_string(p.vertex) +
+                             " is pinned onto the line through vertices " +
+                             std::to_string(edges[i].first) + ", " +
+                             std::to_string(edges[i].second) + ". Move it off the line.",
                          ElementKind::kVertex, {p.vertex, edges[i].first, edges[i].second});
       }
     }
@@ -273,22 +296,25 @@ class Reader {
     if (result_.free_boundary() || !result_.simple_outline) return;
     for (const PinnedVertex& p : result_.pins) {
       if (locate_in_polygon(result_.outline, p.uv) > 0) continue;
-      throw_infeasible(ErrorCode::kContradictoryPins,
-                       "Inner vertex " + std::to_string(p.vertex) +
-                           " is pinned outside the boundary's targets, or onto them. Move it inside.",
-                       ElementKind::kVertex, {p.vertex});
+      throw_infeasible(
+          ErrorCode::kContradictoryPins,
+          "Inner vertex " + std::to_string(p.vertex) +
+              " is pinned outside the boundary's targets, or onto them. Move it inside.",
+          ElementKind::kVertex, {p.vertex});
     }
     const std::size_t n = result_.outline.size();
     for (const auto& [a, b] : result_.edges) {
       for (std::size_t i = 0; i < n; ++i) {
-        if (!segments_conflict(target(a), target(b), result_.outline[i], result_.outline[(i + 1) % n])) continue;
+        if (!segments_conflict(target(a), target(b), result_.outline[i],
+                               result_.outline[(i + 1) % n]))
+          continue;
         const VertexId c = surface_.boundary[i];
         const VertexId d = surface_.boundary[(i + 1) % n];
         if ((a == c && b == d) || (a == d && b == c)) continue;
         throw_infeasible(ErrorCode::kContradictoryPins,
-                         "The line through vertices " + std::to_string(a) + ", " + std::to_string(b) +
-                             " crosses the boundary's targets at vertices " + std::to_string(c) + ", " +
-                             std::to_string(d) + ".",
+                         "The line through vertices " + std::to_string(a) + ", " +
+                             std::to_string(b) + " crosses the boundary's targets at vertices " +
+                             std::to_string(c) + ", " + std::to_string(d) + ".",
                          ElementKind::kVertex, {a, b, c, d});
       }
     }

@@ -14,9 +14,9 @@ struct PinnedVertex {
   Vector2 uv = Vector2::Zero();
 };
 
-// A chain of mesh edges that is laid along a polyline. With as many points as vertices they correspond one to one;
-// otherwise ends to ends, inner points to the nearest vertices by length (the chain is split where it has too few), and
-// the remaining vertices are spread in between.
+// A chain of mesh edges that is laid along a polyline. With as many points as vertices they
+// correspond one to one; otherwise ends to ends, inner points to the nearest vertices by length
+// (the chain is split where it has too few), and the remaining vertices are spread in between.
 struct PinnedLine {
   std::vector<VertexId> vertices;
   Polygon polyline;
@@ -25,7 +25,8 @@ struct PinnedLine {
 struct MatchRequest {
   std::vector<PinnedVertex> points;
   std::vector<PinnedLine> lines;
-  // The whole boundary, or nothing: then it is free. Without a loop, boundary_uv follows boundary_loops().
+  // The whole boundary, or nothing: then it is free. Without a loop, boundary_uv follows
+  // boundary_loops().
   std::vector<VertexId> boundary_loop;
   Polygon boundary_uv;
   // For targets that overlap themselves: from a pinned vertex along mesh edges to the boundary.
@@ -33,20 +34,22 @@ struct MatchRequest {
 };
 
 struct Constraints {
-  std::vector<PinnedVertex> pins;  // inner pins and those of lines, ascending by vertex; without a prescribed boundary's
+  std::vector<PinnedVertex>
+      pins;  // inner pins and those of lines, ascending by vertex; without a prescribed boundary's
   std::vector<std::pair<VertexId, VertexId>> edges;  // mesh edges laid along lines
-  Polygon outline;                 // by place in RefinedSurface::boundary; empty: free boundary
-  int turning_number = 1;          // of the outline
+  Polygon outline;         // by place in RefinedSurface::boundary; empty: free boundary
+  int turning_number = 1;  // of the outline
   bool simple_outline = true;
   std::vector<std::vector<VertexId>> paths;  // each from a pin to the boundary
 
   bool free_boundary() const { return outline.empty(); }
 };
 
-// Splits chain edges of `surface` where lines have more points than vertices. Throws InvalidInput (kBadPins,
-// kIndexOutOfRange, kBadBoundary, kNotFinite, kNotAnEdge) for malformed requests, Infeasible (kContradictoryPins, kNotSelfOverlapping)
-// for demands that no map can meet: two vertices at one point, crossing lines, a pin outside the outline, an outline
-// that runs clockwise or winds wrongly.
+// Splits chain edges of `surface` where lines have more points than vertices. Throws InvalidInput
+// (kBadPins, kIndexOutOfRange, kBadBoundary, kNotFinite, kNotAnEdge) for malformed requests,
+// Infeasible (kContradictoryPins, kNotSelfOverlapping) for demands that no map can meet: two
+// vertices at one point, crossing lines, a pin outside the outline, an outline that runs clockwise
+// or winds wrongly.
 Constraints read_constraints(RefinedSurface& surface, const MatchRequest& request);
 
 }  // namespace flipfree

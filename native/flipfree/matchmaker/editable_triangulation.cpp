@@ -145,7 +145,8 @@ void EditableTriangulation::flip_edge(HalfedgeId h) {
   replace(faces, triangles, parents);
 }
 
-void EditableTriangulation::replace(std::span<const FaceId> faces, std::span<const Triangle> triangles,
+void EditableTriangulation::replace(std::span<const FaceId> faces,
+                                    std::span<const Triangle> triangles,
                                     std::span<const FaceId> parents) {
   struct OutlineEdge {
     VertexId source, target;
@@ -154,6 +155,8 @@ void EditableTriangulation::replace(std::span<const FaceId> faces, std::span<con
   };
   std::vector<OutlineEdge> outline;
   std::vector<VertexId> touched;
+  Index old_boundary = 0;
+  Index new_boundary = 0;
   const auto removed = [&](HalfedgeId h) {
     return std::find(faces.begin(), faces.end(), h / 3) != faces.end();
   };
@@ -161,6 +164,7 @@ void EditableTriangulation::replace(std::span<const FaceId> faces, std::span<con
     for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
       touched.push_back(source(h));
       const HalfedgeId o = opposite(h);
+      if (o == kInvalid) ++old_boundary;
       if (o == kInvalid || !removed(o)) outline.push_back({source(h), target(h), o, mark(h)});
     }
   }
@@ -186,14 +190,20 @@ void EditableTriangulation::replace(std::span<const FaceId> faces, std::span<con
     const auto mate = std::find_if(made.begin(), made.end(), [&](HalfedgeId g) {
       return source(g) == target(h) && target(g) == source(h);
     });
-    if (mate == made.end()) throw InternalError("replace: the triangles do not fill the outline");
-    link(h, *mate);
+    if (mate != made.end()) {
+      link(h, *mate);
+    } else {
+      ++new_boundary;
+    }
   }
+  if (new_boundary > old_boundary)
+    throw InternalError("replace: the triangles do not fill the outline");
   for (const HalfedgeId h : made) offer_outgoing(source(h), h);
   for (const OutlineEdge& e : outline) {
     if (e.opposite != kInvalid) {
       offer_outgoing(e.target, e.opposite);
-      // A boundary half-edge of the source beyond the outline: it starts the fan that ends at this edge.
+      // A boundary half-edge of the source beyond the outline: it starts the fan that ends at this
+      // edge.
       HalfedgeId h = e.opposite;
       for (HalfedgeId n = next_corner(h); n != kInvalid && !is_boundary(n);) {
         n = next_corner(opposite(n));
@@ -244,7 +254,8 @@ void EditableTriangulation::check_invariants() const {
     const HalfedgeId h = outgoing(v);
     if (h == kInvalid) continue;
     require(alive(h / 3) && source(h) == v, "outgoing half-edge belongs to another vertex");
-    require(!on_boundary[static_cast<std::size_t>(v)] || is_boundary(h), "outgoing is not on the boundary");
+    require(!on_boundary[static_cast<std::size_t>(v)] || is_boundary(h),
+            "outgoing is not on the boundary");
   }
 }
 

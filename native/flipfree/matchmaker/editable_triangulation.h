@@ -1,8 +1,9 @@
-// A triangulation that can be refined and coarsened in place: flat half-edge arrays with local operations in O(valence).
+// A triangulation that can be refined and coarsened in place: flat half-edge arrays with local
+// operations in O(valence).
 //
-// Half-edge h = 3 f + k runs from corner k to corner k + 1 of face f, as in mesh/adjacency.h. Every edge carries a mark
-// (both its half-edges the same; kUnmarked at first) that splits hand on, every face the parent it lies in. Faces can
-// die; their slots are kept and skipped (`alive`).
+// Half-edge h = 3 f + k runs from corner k to corner k + 1 of face f, as in mesh/adjacency.h. Every
+// edge carries a mark (both its half-edges the same; kUnmarked at first) that splits hand on, every
+// face the parent it lies in. Faces can die; their slots are kept and skipped (`alive`).
 #pragma once
 
 #include <array>
@@ -30,7 +31,9 @@ class EditableTriangulation {
 
   VertexId source(HalfedgeId h) const { return at(source_, h); }
   VertexId target(HalfedgeId h) const { return at(source_, next_corner(h)); }
-  VertexId apex(HalfedgeId h) const { return at(source_, previous_corner(h)); }  // third corner of h's face
+  VertexId apex(HalfedgeId h) const {
+    return at(source_, previous_corner(h));
+  }  // third corner of h's face
   HalfedgeId opposite(HalfedgeId h) const { return at(opposite_, h); }
   bool is_boundary(HalfedgeId h) const { return at(opposite_, h) == kInvalid; }
   // One of the two half-edges of h's edge, the same for both.
@@ -38,15 +41,19 @@ class EditableTriangulation {
     const HalfedgeId o = opposite(h);
     return o != kInvalid && o < h ? o : h;
   }
-  // Outgoing half-edge; of a boundary vertex the one on the boundary, from which rotate_ccw visits the whole fan.
+  // Outgoing half-edge; of a boundary vertex the one on the boundary, from which rotate_ccw visits
+  // the whole fan.
   HalfedgeId outgoing(VertexId v) const { return at(outgoing_, v); }
   HalfedgeId rotate_ccw(HalfedgeId h) const { return at(opposite_, previous_corner(h)); }
   HalfedgeId rotate_cw(HalfedgeId h) const {
     const HalfedgeId o = opposite(h);
     return o == kInvalid ? kInvalid : next_corner(o);
   }
-  bool is_boundary_vertex(VertexId v) const { return outgoing(v) == kInvalid || is_boundary(outgoing(v)); }
-  // The half-edge from a to b, or, if only the other direction exists (boundary), that one; kInvalid if no edge.
+  bool is_boundary_vertex(VertexId v) const {
+    return outgoing(v) == kInvalid || is_boundary(outgoing(v));
+  }
+  // The half-edge from a to b, or, if only the other direction exists (boundary), that one;
+  // kInvalid if no edge.
   HalfedgeId find(VertexId a, VertexId b) const;
   Triangle corners(FaceId f) const { return {source(3 * f), source(3 * f + 1), source(3 * f + 2)}; }
 
@@ -55,14 +62,18 @@ class EditableTriangulation {
   FaceId parent(FaceId f) const { return at(parent_, f); }
   void set_parent(FaceId f, FaceId parent) { at(parent_, f) = parent; }
 
-  // Puts a new vertex on the edge of h = a -> b and joins it to the apexes; afterwards h runs from a to it.
+  // Puts a new vertex on the edge of h = a -> b and joins it to the apexes; afterwards h runs from
+  // a to it.
   VertexId split_edge(HalfedgeId h);
   // Puts a new vertex into face f.
   VertexId split_face(FaceId f);
-  // Replaces an inner edge by the other diagonal. Precondition: the other diagonal is not an edge yet.
+  // Replaces an inner edge by the other diagonal. Precondition: the other diagonal is not an edge
+  // yet.
   void flip_edge(HalfedgeId h);
-  // Replaces connected faces by other triangles with the same outline, of the given parents (one per triangle).
-  // Marks of outline edges stay, inner edges become unmarked. Vertices inside that no triangle uses become isolated.
+  // Replaces connected faces by other triangles with the same outline, of the given parents (one
+  // per triangle). Boundary edges among the outline may give way to new ones (a boundary vertex is
+  // left out). Marks of outline edges stay, inner edges become unmarked. Vertices inside that no
+  // triangle uses become isolated.
   void replace(std::span<const FaceId> faces, std::span<const Triangle> triangles,
                std::span<const FaceId> parents);
 

@@ -1,5 +1,6 @@
 #include "flipfree/matchmaker/embed_patches.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cstddef>
 #include <string>
@@ -14,16 +15,44 @@ namespace {
 using Mesh = EditableTriangulation;
 
 struct Patch {
-  std::vector<VertexId> loop;   // boundary, patch on the left
-  std::vector<Index> side;      // per loop edge (from loop[i]): number of its straight side
+  std::vector<VertexId> loop;  // boundary, patch on the left
+  std::vector<Index> side;     // per loop edge (from loop[i]): number of its straight side
   std::vector<FaceId> faces;
 };
 
+// An affine frame in which a polygon is about as wide as high, near the origin: thin polygons are
+// judged and solved there as well as any other. Affine maps keep convex combinations, hence
+// embeddings.
+struct Frame {
+  Vector2 origin;
+  Eigen::Matrix2d to_round, from_round;
+};
+
+Frame round_frame(const Points2& polygon) {
+  Frame frame;
+  frame.origin = polygon.colwise().mean().transpose();
+  const Eigen::Matrix<double, Eigen::Dynamic, 2> centred =
+      polygon.rowwise() - frame.origin.transpose();
+  const Eigen::Matrix2d spread =
+      centred.transpose() * centred / static_cast<double>(polygon.rows());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(spread);
+  const Vector2 size = eigen.eigenvalues().cwiseMax(1e-30 * eigen.eigenvalues()[1]).cwiseSqrt();
+  Eigen::Matrix2d axes = eigen.eigenvectors();
+  if (axes.determinant() < 0) axes.col(0) *= -1;
+  frame.to_round = size.cwiseInverse().asDiagonal() * axes.transpose();
+  frame.from_round = axes * size.asDiagonal();
+  return frame;
+}
+
 class PatchEmbedder {
  public:
-  PatchEmbedder(RefinedSurface& surface, const TargetDomain& domain, const ConvexPartition& partition,
-                const Paths& paths)
-      : surface_(surface), mesh_(surface.mesh), domain_(domain), partition_(partition), paths_(paths) {}
+  PatchEmbedder(RefinedSurface& surface, const TargetDomain& domain,
+                const ConvexPartition& partition, const Paths& paths)
+      : surface_(surface),
+        mesh_(surface.mesh),
+        domain_(domain),
+        partition_(partition),
+        paths_(paths) {}
 
   Points2 run(ExecutionContext& context, Stats& stats) {
     std::vector<Patch> patches;
@@ -35,7 +64,8 @@ class PatchEmbedder {
     place_paths();
     local_.assign(static_cast<std::size_t>(mesh_.vertex_count()), kInvalid);
     for (std::size_t i = 0; i < patches.size(); ++i) {
-      context.report("embedding patches", static_cast<double>(i) / static_cast<double>(patches.size()));
+      context.report("embedding patches",
+                     static_cast<double>(i) / static_cast<double>(patches.size()));
       flood(patches[i]);
       embed(patches[i], context, stats);
     }
@@ -43,9 +73,12 @@ class PatchEmbedder {
   }
 
  private:
-  const Vector2& point(Index domain_vertex) const { return domain_.point[static_cast<std::size_t>(domain_vertex)]; }
+  const Vector2& point(Index domain_vertex) const {
+    return domain_.point[static_cast<std::size_t>(domain_vertex)];
+  }
 
-  // Loop of the patch left of the polygon's paths; sides are numbered by runs without a strict corner.
+  // Loop of the patch left of the polygon's paths; sides are numbered by runs without a strict
+  // corner.
   Patch outline(const std::vector<ConvexPartition::Side>& polygon) const {
     Patch patch;
     const std::size_t n = polygon.size();
@@ -73,7 +106,8 @@ class PatchEmbedder {
 
   HalfedgeId loop_halfedge(const Patch& patch, std::size_t i) const {
     const HalfedgeId h = mesh_.find(patch.loop[i], patch.loop[(i + 1) % patch.loop.size()]);
-    if (h == kInvalid || mesh_.source(h) != patch.loop[i]) throw InternalError("a patch is not closed");
+    if (h == kInvalid || mesh_.source(h) != patch.loop[i])
+      throw InternalError("a patch is not closed");
     return h;
   }
 
@@ -97,7 +131,8 @@ class PatchEmbedder {
       return on_side(j, a) || (sides > 1 && on_side(j, b));
     };
     for (std::size_t i = 0; i < n; ++i) {
-      // Around loop[i] inside the patch: from the loop's edge counter-clockwise to the one that arrives.
+      // Around loop[i] inside the patch: from the loop's edge counter-clockwise to the one that
+      // arrives.
       std::vector<VertexId> chords;
       for (HalfedgeId h = loop_halfedge(patch, i);;) {
         h = mesh_.rotate_ccw(h);
@@ -118,7 +153,8 @@ class PatchEmbedder {
       std::vector<double> along = {0.0};
       for (std::size_t i = 0; i + 1 < path.size(); ++i) {
         const double step = (surface_.position[static_cast<std::size_t>(path[i + 1])] -
-                             surface_.position[static_cast<std::size_t>(path[i])]).norm();
+                             surface_.position[static_cast<std::size_t>(path[i])])
+                                .norm();
         along.push_back(along.back() + step);
       }
       // No step gets less than a tenth of the mean: equal points would leave no room for any map.
@@ -174,8 +210,20 @@ class PatchEmbedder {
       EmbedOptions options;
       options.float32 = false;
       const ProgressRange quiet(context, 0.0, 0.0);
-      const Points2 uv = embed_disk(faces, static_cast<Index>(vertices.size()), loop, boundary, options, context, stats);
-      for (std::size_t v = 0; v < vertices.size(); ++v) uv_.row(vertices[v]) = uv.row(static_cast<Eigen::Index>(v));
+      const Frame frame = round_frame(boundary);
+      for (Eigen::Index i = 0; i < boundary.rows(); ++i) {
+        boundary.row(i) =
+            (frame.to_round * (boundary.row(i).transpose() - frame.origin)).transpose();
+      }
+      const Points2 uv = embed_disk(faces, static_cast<Index>(vertices.size()), loop, boundary,
+                                    options, context, stats);
+      std::vector<char> on_loop(vertices.size(), 0);
+      for (const VertexId v : loop) on_loop[static_cast<std::size_t>(v)] = 1;
+      for (std::size_t v = 0; v < vertices.size(); ++v) {
+        if (on_loop[v] != 0) continue;
+        const Vector2 p = uv.row(static_cast<Eigen::Index>(v)).transpose();
+        uv_.row(vertices[v]) = (frame.origin + frame.from_round * p).transpose();
+      }
     }
     for (const VertexId v : vertices) local_[static_cast<std::size_t>(v)] = kInvalid;
   }
@@ -192,15 +240,17 @@ class PatchEmbedder {
 
 }  // namespace
 
-Points2 embed_patches(RefinedSurface& surface, const TargetDomain& domain, const ConvexPartition& partition,
-                      const Paths& paths, ExecutionContext& context, Stats& stats) {
+Points2 embed_patches(RefinedSurface& surface, const TargetDomain& domain,
+                      const ConvexPartition& partition, const Paths& paths,
+                      ExecutionContext& context, Stats& stats) {
   const Points2 uv = PatchEmbedder(surface, domain, partition, paths).run(context, stats);
   const Triangles faces = surface.mesh.faces();
   for (Eigen::Index f = 0; f < faces.rows(); ++f) {
     const auto corner = [&](Index k) -> Vector2 { return uv.row(faces(f, k)).transpose(); };
     if (orientation(corner(0), corner(1), corner(2)) <= 0) {
       throw_not_converged(ErrorCode::kCertificateFailed,
-                          "A patch of the target is too thin for 64-bit coordinates at face " + std::to_string(f) +
+                          "A patch of the target is too thin for 64-bit coordinates at face " +
+                              std::to_string(f) +
                               " of the refined mesh. Move the pins further apart.",
                           ElementKind::kNone, {});
     }

@@ -1,4 +1,5 @@
-// The constrained Delaunay triangulation behind triangulate_embedded; apart from the rest because of CGAL's headers.
+// The constrained Delaunay triangulation behind triangulate_embedded; apart from the rest because
+// of CGAL's headers.
 #include <CGAL/Constrained_Delaunay_triangulation_2.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Triangulation_face_base_with_info_2.h>
@@ -17,9 +18,11 @@ using VertexBase = CGAL::Triangulation_vertex_base_with_info_2<Index, Kernel>;
 using FaceBase = CGAL::Constrained_triangulation_face_base_2<
     Kernel, CGAL::Triangulation_face_base_with_info_2<bool, Kernel>>;
 using Cdt = CGAL::Constrained_Delaunay_triangulation_2<
-    Kernel, CGAL::Triangulation_data_structure_2<VertexBase, FaceBase>, CGAL::No_constraint_intersection_tag>;
+    Kernel, CGAL::Triangulation_data_structure_2<VertexBase, FaceBase>,
+    CGAL::No_constraint_intersection_tag>;
 
-// info() of a face becomes true if it lies outside the outline: reachable from infinity without crossing it.
+// info() of a face becomes true if it lies outside the outline: reachable from infinity without
+// crossing it.
 void mark_outside(Cdt& cdt, const std::vector<bool>& is_outline_vertex, std::size_t outline_size) {
   const auto on_outline = [&](const Cdt::Edge& e) {
     if (!cdt.is_constrained(e)) return false;
@@ -62,7 +65,8 @@ TargetDomain triangulate_embedded(const Polygon& outline, std::span<const Vector
     handle.back()->info() = static_cast<Index>(i);
     is_outline[i] = i < outline.size();
   }
-  if (cdt.number_of_vertices() != domain.point.size()) throw InternalError("target points coincide");
+  if (cdt.number_of_vertices() != domain.point.size())
+    throw InternalError("target points coincide");
   const std::size_t n = outline.size();
   for (std::size_t i = 0; i < n; ++i) {
     domain.outline.push_back(static_cast<Index>(i));

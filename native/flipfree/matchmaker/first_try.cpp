@@ -29,7 +29,8 @@ Points2 flatten(const RefinedSurface& surface, ExecutionContext& context, Stats&
   const std::size_t n = surface.boundary.size();
   for (std::size_t i = 0; i < n; ++i) {
     lengths.push_back((surface.position[static_cast<std::size_t>(surface.boundary[(i + 1) % n])] -
-                       surface.position[static_cast<std::size_t>(surface.boundary[i])]).norm());
+                       surface.position[static_cast<std::size_t>(surface.boundary[i])])
+                          .norm());
   }
   EmbedOptions options;
   options.float32 = false;
@@ -37,8 +38,8 @@ Points2 flatten(const RefinedSurface& surface, ExecutionContext& context, Stats&
   Points2 uv;
   {
     const ProgressRange range(context, 0.0, 0.2);
-    uv = embed_disk(arrays.faces, static_cast<Index>(arrays.vertices.rows()), surface.boundary, circle, options,
-                    context, stats);
+    uv = embed_disk(arrays.faces, static_cast<Index>(arrays.vertices.rows()), surface.boundary,
+                    circle, options, context, stats);
   }
   const ProgressRange range(context, 0.2, 0.6);
   MinimizeOptions minimize;
@@ -46,7 +47,8 @@ Points2 flatten(const RefinedSurface& surface, ExecutionContext& context, Stats&
   return minimize_distortion(arrays, uv, minimize, context, stats);
 }
 
-// Turns, scales and moves `uv` to lie over the pins: rotation of least squares, scale by the spreads' ratio.
+// Turns, scales and moves `uv` to lie over the pins: rotation of least squares, scale by the
+// spreads' ratio.
 void lay_over(Points2& uv, const std::vector<PinnedVertex>& pins) {
   if (pins.empty()) return;
   Vector2 from = Vector2::Zero();
@@ -83,7 +85,8 @@ void split_blind_chords(RefinedSurface& surface, const Constraints& constraints)
   const EditableTriangulation& mesh = surface.mesh;
   std::vector<Index> place(static_cast<std::size_t>(mesh.vertex_count()), kInvalid);
   const std::size_t n = surface.boundary.size();
-  for (std::size_t i = 0; i < n; ++i) place[static_cast<std::size_t>(surface.boundary[i])] = static_cast<Index>(i);
+  for (std::size_t i = 0; i < n; ++i)
+    place[static_cast<std::size_t>(surface.boundary[i])] = static_cast<Index>(i);
   const Polygon& outline = constraints.outline;
   const auto sees = [&](std::size_t i, std::size_t j) {
     if (!constraints.simple_outline) return false;
@@ -97,7 +100,8 @@ void split_blind_chords(RefinedSurface& surface, const Constraints& constraints)
     const Vector2& after = outline[(i + 1) % n];
     const bool left_of_out = orientation(a, after, b) > 0;
     const bool left_of_in = orientation(before, a, b) > 0;
-    return orientation(before, a, after) > 0 ? left_of_out && left_of_in : left_of_out || left_of_in;
+    return orientation(before, a, after) > 0 ? left_of_out && left_of_in
+                                             : left_of_out || left_of_in;
   };
   std::vector<std::pair<VertexId, VertexId>> blind;
   for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
@@ -105,7 +109,8 @@ void split_blind_chords(RefinedSurface& surface, const Constraints& constraints)
     const Index i = place[static_cast<std::size_t>(mesh.source(h))];
     const Index j = place[static_cast<std::size_t>(mesh.target(h))];
     if (i == kInvalid || j == kInvalid) continue;
-    if (!sees(static_cast<std::size_t>(i), static_cast<std::size_t>(j))) blind.emplace_back(mesh.source(h), mesh.target(h));
+    if (!sees(static_cast<std::size_t>(i), static_cast<std::size_t>(j)))
+      blind.emplace_back(mesh.source(h), mesh.target(h));
   }
   for (const auto& [a, b] : blind) surface.split_edge(mesh.find(a, b));
 }
@@ -135,16 +140,19 @@ Surface to_surface(const RefinedSurface& surface) {
 std::vector<VertexId> held_vertices(const RefinedSurface& surface, const Constraints& constraints) {
   std::vector<VertexId> held;
   for (const PinnedVertex& p : constraints.pins) held.push_back(p.vertex);
-  if (!constraints.free_boundary()) held.insert(held.end(), surface.boundary.begin(), surface.boundary.end());
+  if (!constraints.free_boundary())
+    held.insert(held.end(), surface.boundary.begin(), surface.boundary.end());
   std::sort(held.begin(), held.end());
   return held;
 }
 
 std::optional<Points2> untangle_from(const RefinedSurface& surface, const Constraints& constraints,
-                                     const Points2& start, ExecutionContext& context, Stats& stats) {
+                                     const Points2& start, ExecutionContext& context,
+                                     Stats& stats) {
   const Surface arrays = to_surface(surface);
   std::vector<char> fixed(surface.position.size(), 0);
-  for (const VertexId v : held_vertices(surface, constraints)) fixed[static_cast<std::size_t>(v)] = 1;
+  for (const VertexId v : held_vertices(surface, constraints))
+    fixed[static_cast<std::size_t>(v)] = 1;
   Points2 begin = start;
   hold(surface, constraints, begin);
   Untangler untangler(arrays, fixed, context);
@@ -163,19 +171,23 @@ std::optional<Points2> untangle_from(const RefinedSurface& surface, const Constr
   return std::nullopt;
 }
 
-std::optional<Points2> first_try(RefinedSurface& surface, const Constraints& constraints, ExecutionContext& context,
-                                 Stats& stats) {
-  Points2 start;
+std::optional<Points2> first_try(RefinedSurface& surface, const Constraints& constraints,
+                                 ExecutionContext& context, Stats& stats) {
   if (constraints.free_boundary()) {
-    start = flatten(surface, context, stats);
-    lay_over(start, constraints.pins);
-  } else {
-    split_blind_chords(surface, constraints);
-    const Target target = outline_target(surface, constraints, context);
-    start = compose_through_disk(surface, target.domain, context, stats);
+    Points2 uv = flatten(surface, context, stats);
+    lay_over(uv, constraints.pins);
+    if (find_flips(surface.mesh.faces(), uv, context).empty()) return uv;
+    return std::nullopt;  // needles that lose their area when turned; MatchMaker++ starts from
+                          // combinatorics
   }
-  const ProgressRange range(context, 0.6, 1.0);
-  return untangle_from(surface, constraints, start, context, stats);
+  split_blind_chords(surface, constraints);
+  Constraints boundary_only;
+  boundary_only.outline = constraints.outline;
+  boundary_only.simple_outline = constraints.simple_outline;
+  boundary_only.turning_number = constraints.turning_number;
+  const Target target = outline_target(surface, boundary_only, context);
+  const Points2 start = compose_through_disk(surface, target.domain, context, stats);
+  return untangle_from(surface, boundary_only, start, context, stats);
 }
 
 }  // namespace flipfree

@@ -1,5 +1,5 @@
-// The fast first try: a flip-free map on the triangles as they are, found by untangling (untangle.h). No guarantee that it
-// finds one, exact when it says so. Most requests end here, without any added vertex.
+// Where the search begins: a valid map without the inner pins, on the triangles as they are, as a
+// rule.
 #pragma once
 
 #include <optional>
@@ -10,15 +10,20 @@
 
 namespace flipfree {
 
-// A flip-free position per vertex (#V x 2), all constraints met bit for bit; nothing if the search failed.
+// A flip-free position per vertex (#V x 2) with a prescribed boundary met bit for bit, inner pins
+// not yet; nothing if the search failed, which it cannot with a free boundary.
 //
-// Free boundary: from the surface's own flattening, laid over the pins by the best similarity. Prescribed boundary: from
-// compose_through_disk(); inner edges between boundary vertices whose targets do not see each other are split first, in
-// `surface` (no map of the unsplit mesh exists). Stats: "first_try.*".
-std::optional<Points2> first_try(RefinedSurface& surface, const Constraints& constraints, ExecutionContext& context,
-                                 Stats& stats);
+// Free boundary: the surface's own flattening, laid over the pins by the best similarity.
+// Prescribed boundary: from compose_through_disk(), untangled; inner edges between boundary
+// vertices whose targets do not see each other are split first, in `surface` (no map of the unsplit
+// mesh exists). Stats: "first_try.*".
+std::optional<Points2> first_try(RefinedSurface& surface, const Constraints& constraints,
+                                 ExecutionContext& context, Stats& stats);
 
-// The same search from a given start, e.g. a map of a finer mesh restricted to these vertices.
+// A flip-free map that meets all constraints, pins included, untangled from a given start (e.g. a
+// map of a finer mesh restricted to these vertices); nothing if the search failed. Precondition:
+// the boundary is prescribed. (With a free one positive triangles may wind twice around an inner
+// vertex; with a simple outline they cannot, see self_overlapping.h.)
 std::optional<Points2> untangle_from(const RefinedSurface& surface, const Constraints& constraints,
                                      const Points2& start, ExecutionContext& context, Stats& stats);
 

@@ -27,8 +27,9 @@ int turning_number(const Polygon& polygon) {
     const bool up_before = points_up(previous, corner);
     const bool up_after = points_up(corner, next);
     if (up_before == up_after) continue;
-    // The direction passes the positive x-axis counter-clockwise exactly when it turns left out of the lower half
-    // circle into the upper one; clockwise when it turns right (or back) out of the upper one.
+    // The direction passes the positive x-axis counter-clockwise exactly when it turns left out of
+    // the lower half circle into the upper one; clockwise when it turns right (or back) out of the
+    // upper one.
     const int side = orientation(previous, corner, next);
     if (side > 0 && up_after) ++turns;
     if (side <= 0 && up_before) --turns;
@@ -84,7 +85,8 @@ int locate_in_polygon(const Polygon& polygon, const Vector2& point) {
       continue;
     }
     // Half-open in y, so that a corner on the ray is counted once.
-    if ((a.y() <= point.y()) != (b.y() <= point.y()) && (side > 0) == (b.y() > a.y())) inside = !inside;
+    if ((a.y() <= point.y()) != (b.y() <= point.y()) && (side > 0) == (b.y() > a.y()))
+      inside = !inside;
   }
   return inside ? 1 : -1;
 }

@@ -56,46 +56,106 @@ int RefinedSurface::orientation_in_parent(FaceId parent, VertexId a, VertexId b,
   return orientation(planar(a), planar(b), planar(c));
 }
 
-RefinedSurface make_refined_surface(const Surface& surface, bool with_collar) {
+namespace {
+
+std::vector<VertexId> walk_boundary(const EditableTriangulation& mesh, VertexId start) {
+  std::vector<VertexId> loop;
+  VertexId v = start;
+  do {
+    loop.push_back(v);
+    v = mesh.target(mesh.outgoing(v));
+  } while (v != start);
+  return loop;
+}
+
+}  // namespace
+
+RefinedSurface make_refined_surface(const Surface& surface) {
   RefinedSurface refined;
   refined.input = &surface;
   const auto n = static_cast<Index>(surface.vertices.rows());
-  const auto m = static_cast<Index>(surface.faces.rows());
   refined.boundary = boundary_loops(surface.faces, build_adjacency(n, surface.faces)).front();
   refined.outer_boundary = refined.boundary;
-  Triangles faces = surface.faces;
-  const auto loop = static_cast<Index>(refined.boundary.size());
-  refined.support.resize(static_cast<std::size_t>(n));
-  refined.position.resize(static_cast<std::size_t>(n));
   for (Index v = 0; v < n; ++v) {
-    refined.support[static_cast<std::size_t>(v)] = {{v, kInvalid, kInvalid}, {1.0, 0.0, 0.0}};
-    refined.position[static_cast<std::size_t>(v)] = surface.vertices.row(v).transpose();
+    refined.support.push_back({{v, kInvalid, kInvalid}, {1.0, 0.0, 0.0}});
+    refined.position.emplace_back(surface.vertices.row(v).transpose());
   }
-  if (with_collar) {
-    //  n+i ---- n+i+1     the collar lies to the right of the loop b_i -> b_i+1
-    //   | \       |
-    //  b_i --- b_i+1
-    faces.conservativeResize(m + 2 * loop, 3);
-    Vector3 centre = Vector3::Zero();
-    for (const VertexId v : refined.boundary) centre += surface.vertices.row(v).transpose();
-    centre /= static_cast<double>(loop);
-    for (Index i = 0; i < loop; ++i) {
-      const VertexId b0 = refined.boundary[static_cast<std::size_t>(i)];
-      const VertexId b1 = refined.boundary[static_cast<std::size_t>((i + 1) % loop)];
-      const VertexId c0 = n + i;
-      const VertexId c1 = n + (i + 1) % loop;
-      faces.row(m + 2 * i) << b1, b0, c0;
-      faces.row(m + 2 * i + 1) << b1, c0, c1;
-      refined.outer_boundary[static_cast<std::size_t>(i)] = c0;
-      refined.support.emplace_back();
-      const Vector3 p = surface.vertices.row(b0).transpose();
-      refined.position.emplace_back(p + 0.2 * (p - centre));
+  refined.mesh = EditableTriangulation(n, surface.faces);
+  return refined;
+}
+
+RefinedSurface with_collar(const RefinedSurface& surface) {
+  RefinedSurface refined;
+  refined.input = surface.input;
+  refined.support = surface.support;
+  refined.position = surface.position;
+  refined.boundary = walk_boundary(surface.mesh, surface.boundary.front());
+  std::vector<FaceId> slots;
+  Triangles faces = surface.mesh.faces(&slots);
+  const auto m = static_cast<Index>(faces.rows());
+  const auto n = static_cast<Index>(surface.position.size());
+  const auto loop = static_cast<Index>(refined.boundary.size());
+  //  n+i ---- n+i+1     the collar lies to the right of the loop b_i -> b_i+1
+  //   | \       |
+  //  b_i --- b_i+1
+  faces.conservativeResize(m + 2 * loop, 3);
+  Vector3 centre = Vector3::Zero();
+  for (const VertexId v : refined.boundary) centre += refined.position[static_cast<std::size_t>(v)];
+  centre /= static_cast<double>(loop);
+  for (Index i = 0; i < loop; ++i) {
+    const VertexId b0 = refined.boundary[static_cast<std::size_t>(i)];
+    const VertexId b1 = refined.boundary[static_cast<std::size_t>((i + 1) % loop)];
+    faces.row(m + 2 * i) << b1, b0, n + i;
+    faces.row(m + 2 * i + 1) << b1, n + i, n + (i + 1) % loop;
+    refined.support.emplace_back();
+    const Vector3 p = refined.position[static_cast<std::size_t>(b0)];
+    refined.position.emplace_back(p + 0.2 * (p - centre));
+  }
+  refined.mesh = EditableTriangulation(static_cast<Index>(refined.position.size()), faces);
+  for (FaceId f = 0; f < refined.mesh.face_slots(); ++f) {
+    refined.mesh.set_parent(
+        f, f < m ? surface.mesh.parent(slots[static_cast<std::size_t>(f)]) : kInvalid);
+  }
+  if (loop == 3) refined.split_edge(refined.mesh.outgoing(n));
+  refined.outer_boundary = walk_boundary(refined.mesh, n);
+  return refined;
+}
+
+RefinedSurface compacted(const RefinedSurface& surface, std::vector<VertexId>& old_vertex) {
+  const EditableTriangulation& mesh = surface.mesh;
+  std::vector<FaceId> slots;
+  for (FaceId f = 0; f < mesh.face_slots(); ++f) {
+    if (mesh.alive(f) && !surface.in_collar(f)) slots.push_back(f);
+  }
+  std::vector<VertexId> number(static_cast<std::size_t>(mesh.vertex_count()), kInvalid);
+  for (const FaceId f : slots) {
+    for (const VertexId v : mesh.corners(f)) number[static_cast<std::size_t>(v)] = v;
+  }
+  RefinedSurface result;
+  result.input = surface.input;
+  old_vertex.clear();
+  for (VertexId v = 0; v < mesh.vertex_count(); ++v) {
+    // Isolated vertices of the input stay.
+    if (v >= surface.input_vertices() && number[static_cast<std::size_t>(v)] == kInvalid) continue;
+    number[static_cast<std::size_t>(v)] = static_cast<VertexId>(old_vertex.size());
+    old_vertex.push_back(v);
+    result.support.push_back(surface.support[static_cast<std::size_t>(v)]);
+    result.position.push_back(surface.position[static_cast<std::size_t>(v)]);
+  }
+  Triangles faces(static_cast<Eigen::Index>(slots.size()), 3);
+  for (std::size_t f = 0; f < slots.size(); ++f) {
+    for (Index k = 0; k < 3; ++k) {
+      faces(static_cast<Eigen::Index>(f), k) =
+          number[static_cast<std::size_t>(mesh.source(3 * slots[f] + k))];
     }
   }
-  const auto vertex_count = static_cast<Index>(refined.support.size());
-  refined.mesh = EditableTriangulation(vertex_count, faces);
-  for (FaceId f = m; f < refined.mesh.face_slots(); ++f) refined.mesh.set_parent(f, kInvalid);
-  return refined;
+  result.mesh = EditableTriangulation(static_cast<Index>(old_vertex.size()), faces);
+  for (std::size_t f = 0; f < slots.size(); ++f) {
+    result.mesh.set_parent(static_cast<FaceId>(f), mesh.parent(slots[f]));
+  }
+  result.boundary = walk_boundary(result.mesh, surface.boundary.front());
+  result.outer_boundary = result.boundary;
+  return result;
 }
 
 }  // namespace flipfree

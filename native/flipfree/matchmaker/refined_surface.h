@@ -1,9 +1,11 @@
-// The user's disk under refinement: connectivity, and for every vertex where it lies on the input (guarantee G7).
+// The user's disk under refinement: connectivity, and for every vertex where it lies on the input
+// (guarantee G7).
 //
-// Vertices 0 .. input_vertices - 1 are the user's. Vertices added by splits are midpoints, so their weights are dyadic
-// and exact in double; whether faces keep their orientation within their parent is therefore decided exactly.
-// A collar, if there is one, is a ring of triangles glued around the boundary that only exists during the solve: it makes
-// the boundary free to lie anywhere inside a box. Its faces have no parent (kInvalid), its vertices no support.
+// Vertices 0 .. input_vertices - 1 are the user's. Vertices added by splits are midpoints, so their
+// weights are dyadic and exact in double; whether faces keep their orientation within their parent
+// is therefore decided exactly. A collar, if there is one, is a ring of triangles glued around the
+// boundary that only exists during the solve: it makes the boundary free to lie anywhere inside a
+// box. Its faces have no parent (kInvalid), its vertices no support.
 #pragma once
 
 #include <array>
@@ -14,7 +16,8 @@
 
 namespace flipfree {
 
-// A point of the input surface: weights of at most three input vertices, sorted by vertex; unused entries are kInvalid.
+// A point of the input surface: weights of at most three input vertices, sorted by vertex; unused
+// entries are kInvalid.
 struct Support {
   std::array<VertexId, 3> vertex = {kInvalid, kInvalid, kInvalid};
   std::array<double, 3> weight = {0.0, 0.0, 0.0};
@@ -29,19 +32,28 @@ struct RefinedSurface {
   std::vector<Support> support;   // #V
   std::vector<Vector3> position;  // #V
   const Surface* input = nullptr;
-  std::vector<VertexId> boundary;       // the input's boundary loop, surface on the left
+  std::vector<VertexId> boundary;        // the input's boundary loop, surface on the left
   std::vector<VertexId> outer_boundary;  // boundary of the mesh: the collar's, or the same
 
   Index input_vertices() const { return static_cast<Index>(input->vertices.rows()); }
   bool in_collar(FaceId f) const { return mesh.parent(f) == kInvalid; }
 
-  // Splits at the midpoint. The edge's two ends must have supports within one input face, or lie in the collar.
+  // Splits at the midpoint. The edge's two ends must have supports within one input face, or lie in
+  // the collar.
   VertexId split_edge(HalfedgeId h);
   // Exact orientation of three points within input face `parent`: +1 if they turn as the face does.
   int orientation_in_parent(FaceId parent, VertexId a, VertexId b, VertexId c) const;
 };
 
 // Precondition: `surface` was validated as a disk and outlives the result.
-RefinedSurface make_refined_surface(const Surface& surface, bool with_collar);
+RefinedSurface make_refined_surface(const Surface& surface);
+
+// The same surface inside a ring of triangles, whose outer boundary has at least four vertices.
+// Vertices keep their ids, the collar's come after them. Marks are forgotten.
+RefinedSurface with_collar(const RefinedSurface& surface);
+
+// Without collar, dead faces and vertices that no face uses; the input's vertices keep their ids,
+// others move up. `old_vertex`, #V, receives the former id of each. Marks are forgotten.
+RefinedSurface compacted(const RefinedSurface& surface, std::vector<VertexId>& old_vertex);
 
 }  // namespace flipfree

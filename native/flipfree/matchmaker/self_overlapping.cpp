@@ -11,7 +11,8 @@
 namespace flipfree {
 namespace {
 
-// Which chords (i, j), i < j, close a sub-polygon i..j that is triangulated, and by which third corner.
+// Which chords (i, j), i < j, close a sub-polygon i..j that is triangulated, and by which third
+// corner.
 class ChordTable {
  public:
   explicit ChordTable(std::size_t n)
@@ -26,7 +27,8 @@ class ChordTable {
   }
   Index apex(std::size_t i, std::size_t j) const { return apex_[i * n_ + j]; }
 
-  // The first k in (i, j) for which both (i, k) and (k, j) are closed and accept(k); kInvalid if there is none.
+  // The first k in (i, j) for which both (i, k) and (k, j) are closed and accept(k); kInvalid if
+  // there is none.
   template <typename Accept>
   Index find_apex(std::size_t i, std::size_t j, const Accept& accept) const {
     const std::uint64_t* row = &from_[i * words_];
@@ -34,7 +36,8 @@ class ChordTable {
     for (std::size_t w = i / 64; w <= j / 64; ++w) {
       std::uint64_t both = row[w] & column[w];
       while (both != 0) {
-        const auto k = static_cast<Index>(w * 64 + static_cast<std::size_t>(std::countr_zero(both)));
+        const auto k =
+            static_cast<Index>(w * 64 + static_cast<std::size_t>(std::countr_zero(both)));
         if (accept(k)) return k;
         both &= both - 1;
       }
@@ -66,8 +69,8 @@ Triangles read_triangles(const ChordTable& table, std::size_t n) {
   return triangles;
 }
 
-// Corners whose triangles' angles sum to theta + 2 pi k with k > 0. Sums of angles are counted in double: they differ
-// by whole turns, far above rounding.
+// Corners whose triangles' angles sum to theta + 2 pi k with k > 0. Sums of angles are counted in
+// double: they differ by whole turns, far above rounding.
 std::vector<Index> singular_corners(const Polygon& polygon, const Triangles& triangles) {
   std::vector<double> angle(polygon.size(), 0.0);
   for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
@@ -98,7 +101,8 @@ SelfOverlap find_self_overlap(const Polygon& polygon, const ExecutionContext& co
   ChordTable table(n);
   for (std::size_t j = 2; j < n; ++j) {
     context.check();
-    // Descending i: (i, k) with k < j was decided in earlier rounds, (k, j) with k > i earlier in this one.
+    // Descending i: (i, k) with k < j was decided in earlier rounds, (k, j) with k > i earlier in
+    // this one.
     for (std::size_t i = j - 1; i-- > 0;) {
       const Index apex = table.find_apex(i, j, [&](Index k) {
         return orientation(polygon[i], polygon[static_cast<std::size_t>(k)], polygon[j]) > 0;
@@ -109,7 +113,8 @@ SelfOverlap find_self_overlap(const Polygon& polygon, const ExecutionContext& co
   if (table.apex(0, n - 1) == kInvalid) return result;
   result.exists = true;
   result.triangles = read_triangles(table, n);
-  if (result.turning_number > 1) result.singular_corners = singular_corners(polygon, result.triangles);
+  if (result.turning_number > 1)
+    result.singular_corners = singular_corners(polygon, result.triangles);
   return result;
 }
 

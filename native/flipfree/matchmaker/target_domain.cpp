@@ -18,7 +18,8 @@ const Vector2& point_of(const TargetDomain& domain, Index v) {
   return domain.point[static_cast<std::size_t>(v)];
 }
 
-// Can the edge be flipped (its two triangles form a strictly convex quadrilateral), and is it not locally Delaunay?
+// Can the edge be flipped (its two triangles form a strictly convex quadrilateral), and is it not
+// locally Delaunay?
 bool wants_flip(const TargetDomain& domain, HalfedgeId h) {
   const Mesh& mesh = domain.triangulation;
   if (mesh.is_boundary(h) || mesh.mark(h) != Mesh::kUnmarked) return false;
@@ -32,7 +33,8 @@ bool wants_flip(const TargetDomain& domain, HalfedgeId h) {
   return in_circle(a, b, c, d) > 0;
 }
 
-// Lawson's flips from the given edges. The queue holds vertex pairs, because flips renumber half-edges.
+// Lawson's flips from the given edges. The queue holds vertex pairs, because flips renumber
+// half-edges.
 void restore_delaunay(TargetDomain& domain, std::deque<std::pair<Index, Index>> queue) {
   Mesh& mesh = domain.triangulation;
   while (!queue.empty()) {
@@ -66,7 +68,8 @@ TargetDomain triangulate_immersed(const Polygon& outline, std::span<const Index>
   domain.point.resize(static_cast<std::size_t>(vertex_count));
   domain.mesh_vertex.assign(static_cast<std::size_t>(vertex_count), kInvalid);
   const std::size_t n = outline.size();
-  for (std::size_t i = 0; i < n; ++i) domain.point[static_cast<std::size_t>(corner_vertex[i])] = outline[i];
+  for (std::size_t i = 0; i < n; ++i)
+    domain.point[static_cast<std::size_t>(corner_vertex[i])] = outline[i];
   Triangles faces = triangles;
   for (Eigen::Index i = 0; i < faces.size(); ++i) {
     faces.data()[i] = corner_vertex[static_cast<std::size_t>(faces.data()[i])];
@@ -76,7 +79,8 @@ TargetDomain triangulate_immersed(const Polygon& outline, std::span<const Index>
     const Index a = corner_vertex[i];
     const Index b = corner_vertex[(i + 1) % n];
     const HalfedgeId h = domain.triangulation.find(a, b);
-    if (h == kInvalid) throw InternalError("the outline of an immersed target is not in its triangulation");
+    if (h == kInvalid)
+      throw InternalError("the outline of an immersed target is not in its triangulation");
     domain.triangulation.set_mark(h, TargetDomain::kFixedEdge);
   }
   Index start = kInvalid;
@@ -122,13 +126,15 @@ Index insert_point(TargetDomain& domain, FaceId sheet, const Vector2& point, Ver
   Mesh& mesh = domain.triangulation;
   HalfedgeId on_edge = kInvalid;
   for (HalfedgeId h = 3 * sheet; h < 3 * sheet + 3; ++h) {
-    if (orientation(point_of(domain, mesh.source(h)), point_of(domain, mesh.target(h)), point) == 0) on_edge = h;
+    if (orientation(point_of(domain, mesh.source(h)), point_of(domain, mesh.target(h)), point) == 0)
+      on_edge = h;
   }
   const Index v = on_edge == kInvalid ? mesh.split_face(sheet) : mesh.split_edge(on_edge);
   domain.point.push_back(point);
   domain.mesh_vertex.push_back(mesh_vertex);
   std::deque<std::pair<Index, Index>> queue;
-  mesh.for_each_outgoing(v, [&](HalfedgeId h) { queue.emplace_back(mesh.target(h), mesh.apex(h)); });
+  mesh.for_each_outgoing(v,
+                         [&](HalfedgeId h) { queue.emplace_back(mesh.target(h), mesh.apex(h)); });
   restore_delaunay(domain, std::move(queue));
   return v;
 }
@@ -139,7 +145,8 @@ namespace {
 class Merger {
  public:
   explicit Merger(const TargetDomain& domain)
-      : domain_(domain), mesh_(domain.triangulation),
+      : domain_(domain),
+        mesh_(domain.triangulation),
         kept_(static_cast<std::size_t>(mesh_.halfedge_slots()), true) {}
 
   bool kept(HalfedgeId h) const { return kept_[static_cast<std::size_t>(h)]; }
@@ -179,8 +186,9 @@ class Merger {
     const Vector2& e = point_of(domain_, mesh_.target(h));
     const Vector2& p = point_of(domain_, out);
     const Vector2& q = point_of(domain_, in);
-    // The angles from out to h and from h to in are at most pi each, so the sign of orientation(v, p, q) tells whether
-    // their sum is below pi; if it is exactly pi, the first one is below pi; if 2 pi, both are straight.
+    // The angles from out to h and from h to in are at most pi each, so the sign of orientation(v,
+    // p, q) tells whether their sum is below pi; if it is exactly pi, the first one is below pi; if
+    // 2 pi, both are straight.
     const int side = orientation(v, p, q);
     if (side > 0) return true;
     return side == 0 && orientation(v, p, e) > 0;
@@ -197,7 +205,8 @@ ConvexPartition merge_convex(const TargetDomain& domain) {
   const Mesh& mesh = domain.triangulation;
   std::vector<HalfedgeId> order;
   for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
-    if (mesh.alive(h / 3) && mesh.edge(h) == h && !mesh.is_boundary(h) && mesh.mark(h) == Mesh::kUnmarked) {
+    if (mesh.alive(h / 3) && mesh.edge(h) == h && !mesh.is_boundary(h) &&
+        mesh.mark(h) == Mesh::kUnmarked) {
       order.push_back(h);
     }
   }
@@ -215,14 +224,17 @@ ConvexPartition merge_convex(const TargetDomain& domain) {
     if (!mesh.alive(h / 3) || mesh.edge(h) != h || !merger.kept(h)) continue;
     edge_of[static_cast<std::size_t>(h)] = static_cast<Index>(partition.edges.size());
     if (!mesh.is_boundary(h)) {
-      edge_of[static_cast<std::size_t>(mesh.opposite(h))] = static_cast<Index>(partition.edges.size());
+      edge_of[static_cast<std::size_t>(mesh.opposite(h))] =
+          static_cast<Index>(partition.edges.size());
     }
     partition.edges.push_back(
         {mesh.source(h), mesh.target(h), mesh.is_boundary(h), mesh.mark(h) != Mesh::kUnmarked});
   }
   std::vector<bool> done(edge_of.size(), false);
   for (HalfedgeId first = 0; first < mesh.halfedge_slots(); ++first) {
-    if (edge_of[static_cast<std::size_t>(first)] == kInvalid || done[static_cast<std::size_t>(first)]) continue;
+    if (edge_of[static_cast<std::size_t>(first)] == kInvalid ||
+        done[static_cast<std::size_t>(first)])
+      continue;
     auto& polygon = partition.polygons.emplace_back();
     HalfedgeId h = first;
     do {
@@ -238,10 +250,12 @@ ConvexPartition merge_convex(const TargetDomain& domain) {
     auto& list = partition.around[static_cast<std::size_t>(v)];
     HalfedgeId last = kInvalid;
     mesh.for_each_outgoing(v, [&](HalfedgeId h) {
-      if (edge_of[static_cast<std::size_t>(h)] != kInvalid) list.push_back(edge_of[static_cast<std::size_t>(h)]);
+      if (edge_of[static_cast<std::size_t>(h)] != kInvalid)
+        list.push_back(edge_of[static_cast<std::size_t>(h)]);
       last = previous_corner(h);
     });
-    if (last != kInvalid && mesh.is_boundary(last)) list.push_back(edge_of[static_cast<std::size_t>(last)]);
+    if (last != kInvalid && mesh.is_boundary(last))
+      list.push_back(edge_of[static_cast<std::size_t>(last)]);
   }
   return partition;
 }

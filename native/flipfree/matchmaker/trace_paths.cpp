@@ -17,7 +17,8 @@ namespace {
 
 using Mesh = EditableTriangulation;
 
-// A step that crosses an edge costs this factor more than one that runs along an edge: it adds a vertex.
+// A step that crosses an edge costs this factor more than one that runs along an edge: it adds a
+// vertex.
 constexpr double kCrossingFactor = 1.5;
 
 // A node of the search: a vertex, or the midpoint of an edge that would be split.
@@ -29,8 +30,12 @@ struct Step {
 class Tracer {
  public:
   Tracer(RefinedSurface& surface, const TargetDomain& domain, const ConvexPartition& partition)
-      : surface_(surface), mesh_(surface.mesh), domain_(domain), partition_(partition),
-        paths_(partition.edges.size()) {
+      : surface_(surface),
+        mesh_(surface.mesh),
+        domain_(domain),
+        partition_(partition),
+        paths_(partition.edges.size()),
+        anchored_(partition.edges.size(), false) {
     taken_.assign(static_cast<std::size_t>(mesh_.vertex_count()), false);
     for (const VertexId v : surface.outer_boundary) taken_[static_cast<std::size_t>(v)] = true;
     for (const VertexId v : domain.mesh_vertex) taken_[static_cast<std::size_t>(v)] = true;
@@ -58,11 +63,12 @@ class Tracer {
       const HalfedgeId h = mesh_.find(path[i], path[i + 1]);
       const bool inner = i > 0;
       if (h == kInvalid || mesh_.mark(h) != Mesh::kUnmarked || (inner && taken(path[i]))) {
-        throw_invalid(ErrorCode::kBadPins,
-                      "The given path through vertex " + std::to_string(path[i]) +
-                          " leaves the mesh's edges, or meets another path, pin or the boundary there. "
-                          "Give paths that meet at pins only.",
-                      ElementKind::kVertex, {path[i]});
+        throw_invalid(
+            ErrorCode::kBadPins,
+            "The given path through vertex " + std::to_string(path[i]) +
+                " leaves the mesh's edges, or meets another path, pin or the boundary there. "
+                "Give paths that meet at pins only.",
+            ElementKind::kVertex, {path[i]});
       }
       mesh_.set_mark(h, e);
       if (inner) taken_[static_cast<std::size_t>(path[i])] = true;
@@ -76,8 +82,9 @@ class Tracer {
     const VertexId to = mesh_vertex(edge.b);
     std::vector<VertexId> path = {from};
     std::vector<FaceId> start = sector(edge.a, e);
-    // A shortest path that passes one face twice can cross itself when its splits are made. Then the rest is searched
-    // again from where it stopped; what was laid is a slit and cuts nothing off.
+    // A shortest path that passes one face twice can cross itself when its splits are made. Then
+    // the rest is searched again from where it stopped; what was laid is a slit and cuts nothing
+    // off.
     constexpr int kMaxRestarts = 1000;
     for (int i = 0;; ++i) {
       draw_region(start.front(), context);
@@ -86,6 +93,23 @@ class Tracer {
       start = mesh_.star(path.back());
     }
     paths_[static_cast<std::size_t>(e)] = std::move(path);
+    anchor(edge.a);
+    anchor(edge.b);
+  }
+
+  // All edges laid so far that hang together with domain vertex v hang together with the boundary.
+  void anchor(Index v) {
+    std::vector<Index> open = {v};
+    while (!open.empty()) {
+      const Index u = open.back();
+      open.pop_back();
+      for (const Index e : partition_.around[static_cast<std::size_t>(u)]) {
+        if (!traced(e) || anchored_[static_cast<std::size_t>(e)]) continue;
+        anchored_[static_cast<std::size_t>(e)] = true;
+        open.push_back(partition_.edges[static_cast<std::size_t>(e)].a);
+        open.push_back(partition_.edges[static_cast<std::size_t>(e)].b);
+      }
+    }
   }
 
  private:
@@ -95,8 +119,9 @@ class Tracer {
   bool taken(VertexId v) const { return taken_[static_cast<std::size_t>(v)]; }
   bool traced(Index e) const { return !paths_[static_cast<std::size_t>(e)].empty(); }
 
-  // Half-edge with which the traced path of edge e leaves mesh vertex v (its inner side for arriving boundary edges
-  // is found by the caller): kInvalid if e arrives along the boundary and has no outgoing half-edge.
+  // Half-edge with which the traced path of edge e leaves mesh vertex v (its inner side for
+  // arriving boundary edges is found by the caller): kInvalid if e arrives along the boundary and
+  // has no outgoing half-edge.
   HalfedgeId leaving(VertexId v, Index e) const {
     HalfedgeId found = kInvalid;
     mesh_.for_each_outgoing(v, [&](HalfedgeId h) {
@@ -110,7 +135,8 @@ class Tracer {
     const VertexId v = mesh_vertex(a);
     const auto& around = partition_.around[static_cast<std::size_t>(a)];
     const std::size_t n = around.size();
-    const auto place = static_cast<std::size_t>(std::find(around.begin(), around.end(), e) - around.begin());
+    const auto place =
+        static_cast<std::size_t>(std::find(around.begin(), around.end(), e) - around.begin());
     Index before = kInvalid;
     Index after = kInvalid;
     for (std::size_t i = 1; i < n && before == kInvalid; ++i) {
@@ -130,12 +156,17 @@ class Tracer {
     return faces;
   }
 
-  // The piece of the cut surface that contains face `seed`, drawn in a disk by Tutte's embedding; vertices on both
-  // sides of a path are two. place(h) then is where corner h lies. Shortest paths in this drawing are nearly straight
-  // and keep away from earlier paths. (On the surface itself they run along those; then every path beside an
-  // earlier one crosses a fan at each of its vertices, and the number of added vertices doubles from path to path.)
+  // The piece of the cut surface that contains face `seed`, drawn in a disk by Tutte's embedding;
+  // vertices on both sides of a path are two. place(h) then is where corner h lies. Shortest paths
+  // in this drawing are nearly straight and keep away from earlier paths. Lines that are not joined
+  // to the boundary yet do not cut the drawing, which would not be a disk. (On the surface itself
+  // they run along those; then every path beside an earlier one crosses a fan at each of its
+  // vertices, and the number of added vertices doubles from path to path.)
   void draw_region(FaceId seed, ExecutionContext& context) {
-    const auto barrier = [&](HalfedgeId h) { return mesh_.is_boundary(h) || mesh_.mark(h) != Mesh::kUnmarked; };
+    const auto barrier = [&](HalfedgeId h) {
+      return mesh_.is_boundary(h) || (mesh_.mark(h) != Mesh::kUnmarked &&
+                                      anchored_[static_cast<std::size_t>(mesh_.mark(h))]);
+    };
     const auto corners = static_cast<std::size_t>(mesh_.halfedge_slots());
     local_.assign(corners, kInvalid);
     std::vector<FaceId> region = {seed};
@@ -176,7 +207,8 @@ class Tracer {
     Triangles faces(static_cast<Eigen::Index>(region.size()), 3);
     for (std::size_t i = 0; i < region.size(); ++i) {
       for (Index k = 0; k < 3; ++k) {
-        faces(static_cast<Eigen::Index>(i), k) = local_[static_cast<std::size_t>(3 * region[i] + k)];
+        faces(static_cast<Eigen::Index>(i), k) =
+            local_[static_cast<std::size_t>(3 * region[i] + k)];
       }
     }
     std::vector<VertexId> loop;
@@ -186,7 +218,8 @@ class Tracer {
       h = next_corner(h);
       while (!barrier(h)) h = next_corner(mesh_.opposite(h));
     } while (h != rim);
-    const Points2 circle = place_boundary(BoundaryShape::kCircle, std::vector<double>(loop.size(), 1.0)).positions;
+    const Points2 circle =
+        place_boundary(BoundaryShape::kCircle, std::vector<double>(loop.size(), 1.0)).positions;
     EmbedOptions options;
     options.method = EmbedMethod::kTutte;
     options.float32 = false;
@@ -196,11 +229,13 @@ class Tracer {
   }
 
   static double length(const Vector2& a, const Vector2& b) { return (a - b).norm(); }
-  Vector2 place(HalfedgeId corner) const { return drawing_.row(local_[static_cast<std::size_t>(corner)]).transpose(); }
+  Vector2 place(HalfedgeId corner) const {
+    return drawing_.row(local_[static_cast<std::size_t>(corner)]).transpose();
+  }
   Vector2 middle(HalfedgeId h) const { return 0.5 * (place(h) + place(next_corner(h))); }
 
-  // Nodes: vertex v, or halfedge_node(h) for the edge of h. Distances are kept by stamps, so that a search costs only
-  // what it visits.
+  // Nodes: vertex v, or halfedge_node(h) for the edge of h. Distances are kept by stamps, so that a
+  // search costs only what it visits.
   std::size_t vertex_node(VertexId v) const { return static_cast<std::size_t>(v); }
   std::size_t edge_node(HalfedgeId h) const {
     return static_cast<std::size_t>(mesh_.vertex_count() + mesh_.edge(h));
@@ -235,8 +270,11 @@ class Tracer {
       return std::find(faces.begin(), faces.end(), f) != faces.end();
     };
     const auto free_vertex = [&](VertexId v) { return !taken(v); };
-    const auto free_edge = [&](HalfedgeId h) { return mesh_.mark(h) == Mesh::kUnmarked && !mesh_.is_boundary(h); };
-    // May a step along the edge h, into its target, end the path? Both faces beside it must be in the sector.
+    const auto free_edge = [&](HalfedgeId h) {
+      return mesh_.mark(h) == Mesh::kUnmarked && !mesh_.is_boundary(h);
+    };
+    // May a step along the edge h, into its target, end the path? Both faces beside it must be in
+    // the sector.
     const auto ends_along = [&](HalfedgeId h) {
       return mesh_.target(h) == to && mesh_.mark(h) == Mesh::kUnmarked && !mesh_.is_boundary(h) &&
              in(to_sector, h / 3) && in(to_sector, mesh_.opposite(h) / 3);
@@ -278,16 +316,19 @@ class Tracer {
         });
         continue;
       }
-      const auto edge = static_cast<HalfedgeId>(top.node - static_cast<std::size_t>(mesh_.vertex_count()));
+      const auto edge =
+          static_cast<HalfedgeId>(top.node - static_cast<std::size_t>(mesh_.vertex_count()));
       const Vector2 here = middle(edge);
       for (const HalfedgeId h : {edge, mesh_.opposite(edge)}) {
         const VertexId v = mesh_.apex(h);
         if (free_vertex(v) || (v == to && in(to_sector, h / 3))) {
-          offer(vertex_node(v), top.distance + kCrossingFactor * length(here, place(previous_corner(h))), top.node);
+          offer(vertex_node(v),
+                top.distance + kCrossingFactor * length(here, place(previous_corner(h))), top.node);
         }
         for (const HalfedgeId side : {next_corner(h), previous_corner(h)}) {
           if (free_edge(side)) {
-            offer(edge_node(side), top.distance + kCrossingFactor * length(here, middle(side)), top.node);
+            offer(edge_node(side), top.distance + kCrossingFactor * length(here, middle(side)),
+                  top.node);
           }
         }
       }
@@ -303,7 +344,8 @@ class Tracer {
       if (node < static_cast<std::size_t>(mesh_.vertex_count())) {
         step.vertex = static_cast<VertexId>(node);
       } else {
-        const auto h = static_cast<HalfedgeId>(node - static_cast<std::size_t>(mesh_.vertex_count()));
+        const auto h =
+            static_cast<HalfedgeId>(node - static_cast<std::size_t>(mesh_.vertex_count()));
         step.edge = {mesh_.source(h), mesh_.target(h)};
       }
       steps.push_back(step);
@@ -312,7 +354,8 @@ class Tracer {
     return steps;
   }
 
-  // Splits the crossed edges, marks the path and appends it. False if a step is not possible any more.
+  // Splits the crossed edges, marks the path and appends it. False if a step is not possible any
+  // more.
   bool realise(Index e, const std::vector<Step>& steps, std::vector<VertexId>& path) {
     for (const Step& step : steps) {
       VertexId next = step.vertex;
@@ -322,7 +365,8 @@ class Tracer {
           const HalfedgeId facing = next_corner(h);
           const VertexId p = mesh_.source(facing);
           const VertexId q = mesh_.target(facing);
-          if ((p == step.edge[0] && q == step.edge[1]) || (p == step.edge[1] && q == step.edge[0])) crossed = facing;
+          if ((p == step.edge[0] && q == step.edge[1]) || (p == step.edge[1] && q == step.edge[0]))
+            crossed = facing;
         });
         if (crossed == kInvalid || mesh_.mark(crossed) != Mesh::kUnmarked) return false;
         next = surface_.split_edge(crossed);
@@ -342,8 +386,9 @@ class Tracer {
   const TargetDomain& domain_;
   const ConvexPartition& partition_;
   Paths paths_;
-  std::vector<bool> taken_;  // on a path, the boundary, or a pin
-  std::vector<Index> local_;  // per corner: vertex of the drawing; kInvalid outside the region
+  std::vector<bool> anchored_;  // per partition edge: laid and joined to the boundary by laid edges
+  std::vector<bool> taken_;     // on a path, the boundary, or a pin
+  std::vector<Index> local_;    // per corner: vertex of the drawing; kInvalid outside the region
   Points2 drawing_;
   std::vector<double> distance_;
   std::vector<std::size_t> previous_;
@@ -351,12 +396,15 @@ class Tracer {
   std::uint32_t now_ = 0;
 };
 
-// The order of tracing: a minimum spanning tree grown from what is connected already, then the rest by length.
+// The order of tracing: a minimum spanning tree grown from what is connected already, then the rest
+// by length.
 std::vector<Index> tracing_order(const TargetDomain& domain, const ConvexPartition& partition,
                                  const Paths& given) {
   const auto length = [&](Index e) {
     const auto& edge = partition.edges[static_cast<std::size_t>(e)];
-    return (domain.point[static_cast<std::size_t>(edge.a)] - domain.point[static_cast<std::size_t>(edge.b)]).norm();
+    return (domain.point[static_cast<std::size_t>(edge.a)] -
+            domain.point[static_cast<std::size_t>(edge.b)])
+        .norm();
   };
   std::vector<bool> reached(domain.point.size(), false);
   using Candidate = std::pair<double, Index>;
@@ -398,7 +446,8 @@ std::vector<Index> tracing_order(const TargetDomain& domain, const ConvexPartiti
     reach(a ? edge.b : edge.a);
   }
   // Longest first: they divide the domain more evenly.
-  std::stable_sort(rest.begin(), rest.end(), [&](Index a, Index b) { return length(a) > length(b); });
+  std::stable_sort(rest.begin(), rest.end(),
+                   [&](Index a, Index b) { return length(a) > length(b); });
   std::vector<bool> used(partition.edges.size(), false);
   for (const Index e : order) used[static_cast<std::size_t>(e)] = true;
   for (const Index e : rest) {
@@ -411,15 +460,17 @@ std::vector<Index> tracing_order(const TargetDomain& domain, const ConvexPartiti
 
 }  // namespace
 
-Paths trace_paths(RefinedSurface& surface, const TargetDomain& domain, const ConvexPartition& partition,
-                  const Paths& given, ExecutionContext& context) {
+Paths trace_paths(RefinedSurface& surface, const TargetDomain& domain,
+                  const ConvexPartition& partition, const Paths& given, ExecutionContext& context) {
   Tracer tracer(surface, domain, partition);
   for (Index e = 0; e < static_cast<Index>(partition.edges.size()); ++e) {
     if (partition.edges[static_cast<std::size_t>(e)].boundary) tracer.lay_outline(e);
   }
   for (Index e = 0; e < static_cast<Index>(partition.edges.size()); ++e) {
-    if (!given[static_cast<std::size_t>(e)].empty()) tracer.lay_given(e, given[static_cast<std::size_t>(e)]);
+    if (!given[static_cast<std::size_t>(e)].empty())
+      tracer.lay_given(e, given[static_cast<std::size_t>(e)]);
   }
+  for (const Index v : domain.outline) tracer.anchor(v);
   const std::vector<Index> order = tracing_order(domain, partition, given);
   for (std::size_t i = 0; i < order.size(); ++i) {
     context.report("tracing paths", static_cast<double>(i) / static_cast<double>(order.size()));

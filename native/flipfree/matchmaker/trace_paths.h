@@ -1,15 +1,17 @@
 // Phase 2 of MatchMaker++ (thesis 3.3): the convex partition of the target drawn on the surface.
 //
-// Every edge of the partition becomes a path of mesh edges between the mesh vertices of its ends; paths meet at their
-// ends only, leave each vertex in the target's cyclic order, and so cut the surface into patches that correspond to the
-// polygons. Order (Praun, Sweldens, Schroeder 2001): first a minimum spanning tree grown from the boundary, whose
-// paths can never close a loop around a point, then the rest, each of which divides one patch in two. Where no path runs
-// along existing free edges, it crosses edges, which are split there (Steiner points; Kraevoy, Sheffer, Gotsman 2003).
-// Deviation: paths are shortest in a Tutte drawing of the piece of surface that they divide, not on the surface.
+// Every edge of the partition becomes a path of mesh edges between the mesh vertices of its ends;
+// paths meet at their ends only, leave each vertex in the target's cyclic order, and so cut the
+// surface into patches that correspond to the polygons. Order (Praun, Sweldens, Schroeder 2001):
+// first a minimum spanning tree grown from the boundary, whose paths can never close a loop around
+// a point, then the rest, each of which divides one patch in two. Where no path runs along existing
+// free edges, it crosses edges, which are split there (Steiner points; Kraevoy, Sheffer, Gotsman
+// 2003). Deviation: paths are shortest in a Tutte drawing of the piece of surface that they divide,
+// not on the surface.
 //
-// Termination: every edge of the partition is traced once. A path always exists: the sectors at its two ends belong to
-// the same connected piece of the cut surface, faces are joined across edges that carry no path, and a path may cross
-// any of these.
+// Termination: every edge of the partition is traced once. A path always exists: the sectors at its
+// two ends belong to the same connected piece of the cut surface, faces are joined across edges
+// that carry no path, and a path may cross any of these.
 #pragma once
 
 #include <vector>
@@ -23,10 +25,11 @@ namespace flipfree {
 // Paths by partition edge, each from the mesh vertex of `a` to that of `b`, both included.
 using Paths = std::vector<std::vector<VertexId>>;
 
-// `given[e]`, if not empty, prescribes the path of edge e along existing mesh edges. Outline edges follow the mesh
-// boundary. Marks of mesh edges become the partition edge that runs along them. Throws InvalidInput (kBadPins) if given
-// paths contradict each other, InternalError if the preconditions (matching orders on the boundary) do not hold.
-Paths trace_paths(RefinedSurface& surface, const TargetDomain& domain, const ConvexPartition& partition,
-                  const Paths& given, ExecutionContext& context);
+// `given[e]`, if not empty, prescribes the path of edge e along existing mesh edges. Outline edges
+// follow the mesh boundary. Marks of mesh edges become the partition edge that runs along them.
+// Throws InvalidInput (kBadPins) if given paths contradict each other, InternalError if the
+// preconditions (matching orders on the boundary) do not hold.
+Paths trace_paths(RefinedSurface& surface, const TargetDomain& domain,
+                  const ConvexPartition& partition, const Paths& given, ExecutionContext& context);
 
 }  // namespace flipfree

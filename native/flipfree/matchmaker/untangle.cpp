@@ -18,7 +18,8 @@ constexpr std::size_t kGrain = 2048;
 // Share of the mean weight that no triangle falls below: small triangles must unfold as well.
 constexpr double kLeastWeight = 0.1;
 constexpr double kArmijo = 1e-4;
-// A full Newton step that promises less than this share of the energy ends the minimisation for one eps.
+// A full Newton step that promises less than this share of the energy ends the minimisation for one
+// eps.
 constexpr double kConverged = 0.02;
 // Least share by which eps may fall otherwise (their section 3).
 constexpr double kSlowPace = 0.1;
@@ -33,7 +34,8 @@ double chi(double d, double epsilon) {
 }
 
 // J as (J00, J01, J10, J11): row = coordinate of the map, column = coordinate of the rest triangle.
-Vector4 jacobian(const double (&gradient)[3][2], const double* p0, const double* p1, const double* p2) {
+Vector4 jacobian(const double (&gradient)[3][2], const double* p0, const double* p1,
+                 const double* p2) {
   Vector4 j = Vector4::Zero();
   const double* p[3] = {p0, p1, p2};
   // Corner 0 is subtracted: large translations must not cost digits.
@@ -48,7 +50,8 @@ Vector4 jacobian(const double (&gradient)[3][2], const double* p0, const double*
 double determinant(const Vector4& j) { return j[0] * j[3] - j[1] * j[2]; }
 
 // Gradient and clamped Hessian of f with respect to J.
-void derivatives(const Vector4& j, double lambda, double epsilon, Vector4& gradient, Matrix4& hessian) {
+void derivatives(const Vector4& j, double lambda, double epsilon, Vector4& gradient,
+                 Matrix4& hessian) {
   const double d = determinant(j);
   const double c = chi(d, epsilon);
   const double root = std::sqrt(d * d + epsilon * epsilon);
@@ -61,10 +64,11 @@ void derivatives(const Vector4& j, double lambda, double epsilon, Vector4& gradi
   d2(0, 3) = d2(3, 0) = 1.0;
   d2(1, 2) = d2(2, 1) = -1.0;
   gradient = n1 / c - (n * c1 / (c * c)) * cofactor;
-  hessian = (2.0 * Matrix4::Identity() + 2.0 * lambda * (cofactor * cofactor.transpose() + d * d2)) / c -
-            (c1 / (c * c)) * (n1 * cofactor.transpose() + cofactor * n1.transpose()) +
-            (2.0 * n * c1 * c1 / (c * c * c) - n * c2 / (c * c)) * (cofactor * cofactor.transpose()) -
-            (n * c1 / (c * c)) * d2;
+  hessian =
+      (2.0 * Matrix4::Identity() + 2.0 * lambda * (cofactor * cofactor.transpose() + d * d2)) / c -
+      (c1 / (c * c)) * (n1 * cofactor.transpose() + cofactor * n1.transpose()) +
+      (2.0 * n * c1 * c1 / (c * c * c) - n * c2 / (c * c)) * (cofactor * cofactor.transpose()) -
+      (n * c1 / (c * c)) * d2;
   const Eigen::SelfAdjointEigenSolver<Matrix4> eigen(hessian);
   if (eigen.eigenvalues()[0] > 0) return;
   const double least = 1e-9 * std::max(std::abs(eigen.eigenvalues()[0]), eigen.eigenvalues()[3]);
@@ -76,13 +80,17 @@ constexpr int kLocal = 27;
 
 }  // namespace
 
-std::vector<FaceId> find_flips(const Triangles& faces, const Points2& uv, const ExecutionContext& context) {
+std::vector<FaceId> find_flips(const Triangles& faces, const Points2& uv,
+                               const ExecutionContext& context) {
   const auto count = static_cast<std::size_t>(faces.rows());
   std::vector<std::vector<FaceId>> found(chunk_count(count, kGrain));
   parallel_for(context, count, kGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
     for (std::size_t f = begin; f < end; ++f) {
-      const auto corner = [&](Index k) { return uv.row(faces(static_cast<Eigen::Index>(f), k)).data(); };
-      if (orientation(corner(0), corner(1), corner(2)) <= 0) found[chunk].push_back(static_cast<FaceId>(f));
+      const auto corner = [&](Index k) {
+        return uv.row(faces(static_cast<Eigen::Index>(f), k)).data();
+      };
+      if (orientation(corner(0), corner(1), corner(2)) <= 0)
+        found[chunk].push_back(static_cast<FaceId>(f));
     }
   });
   std::vector<FaceId> all;
@@ -90,10 +98,12 @@ std::vector<FaceId> find_flips(const Triangles& faces, const Points2& uv, const 
   return all;
 }
 
-Untangler::Untangler(const Surface& surface, const std::vector<char>& fixed, ExecutionContext& context)
+Untangler::Untangler(const Surface& surface, const std::vector<char>& fixed,
+                     ExecutionContext& context)
     : surface_(surface), number_(fixed.size(), kInvalid) {
   std::vector<char> used(fixed.size(), 0);
-  for (Eigen::Index i = 0; i < surface.faces.size(); ++i) used[static_cast<std::size_t>(surface.faces.data()[i])] = 1;
+  for (Eigen::Index i = 0; i < surface.faces.size(); ++i)
+    used[static_cast<std::size_t>(surface.faces.data()[i])] = 1;
   for (std::size_t v = 0; v < fixed.size(); ++v) {
     if (fixed[v] || !used[v]) continue;
     number_[v] = unknowns_;
@@ -103,7 +113,8 @@ Untangler::Untangler(const Surface& surface, const std::vector<char>& fixed, Exe
   std::vector<Eigen::Triplet<double, Index>> triplets;
   triplets.reserve(12 * face_count);
   const auto unknown = [&](std::size_t f, int i) {
-    const Index first = number_[static_cast<std::size_t>(surface_.faces(static_cast<Eigen::Index>(f), i / 2))];
+    const Index first =
+        number_[static_cast<std::size_t>(surface_.faces(static_cast<Eigen::Index>(f), i / 2))];
     return first == kInvalid ? kInvalid : first + i % 2;
   };
   for (std::size_t f = 0; f < face_count; ++f) {
@@ -111,7 +122,8 @@ Untangler::Untangler(const Surface& surface, const std::vector<char>& fixed, Exe
       for (int j = 0; j <= i; ++j) {
         const Index a = unknown(f, i);
         const Index b = unknown(f, j);
-        if (a != kInvalid && b != kInvalid) triplets.emplace_back(std::max(a, b), std::min(a, b), 1.0);
+        if (a != kInvalid && b != kInvalid)
+          triplets.emplace_back(std::max(a, b), std::min(a, b), 1.0);
       }
     }
   }
@@ -128,7 +140,8 @@ Untangler::Untangler(const Surface& surface, const std::vector<char>& fixed, Exe
         const Index column = std::min(a, b);
         const Index* begin = matrix_.innerIndexPtr() + matrix_.outerIndexPtr()[column];
         const Index* end = matrix_.innerIndexPtr() + matrix_.outerIndexPtr()[column + 1];
-        slot_[at] = static_cast<Index>(std::lower_bound(begin, end, std::max(a, b)) - matrix_.innerIndexPtr());
+        slot_[at] = static_cast<Index>(std::lower_bound(begin, end, std::max(a, b)) -
+                                       matrix_.innerIndexPtr());
       }
     }
   }
@@ -139,7 +152,8 @@ Untangler::Untangler(const Surface& surface, const std::vector<char>& fixed, Exe
   if (unknowns_ > 0) cholesky_.analyze(matrix_, context);
 }
 
-void Untangler::build_rest(const UntangleOptions& options, double target_area, const ExecutionContext& context) {
+void Untangler::build_rest(const UntangleOptions& options, double target_area,
+                           const ExecutionContext& context) {
   const auto count = static_cast<std::size_t>(surface_.faces.rows());
   std::vector<double> area(count);
   struct Flat {
@@ -154,7 +168,8 @@ void Untangler::build_rest(const UntangleOptions& options, double target_area, c
       }
       int base = 0;
       for (int k = 1; k < 3; ++k) {
-        if ((p[(k + 1) % 3] - p[k]).squaredNorm() > (p[(base + 1) % 3] - p[base]).squaredNorm()) base = k;
+        if ((p[(k + 1) % 3] - p[k]).squaredNorm() > (p[(base + 1) % 3] - p[base]).squaredNorm())
+          base = k;
       }
       const Vector3 e = p[(base + 1) % 3] - p[base];
       const Vector3 s = p[(base + 2) % 3] - p[base];
@@ -186,14 +201,16 @@ void Untangler::build_rest(const UntangleOptions& options, double target_area, c
   }
 }
 
-double Untangler::energy(const Points2& uv, double lambda, double epsilon, double& least_determinant,
-                         const ExecutionContext& context) const {
+double Untangler::energy(const Points2& uv, double lambda, double epsilon,
+                         double& least_determinant, const ExecutionContext& context) const {
   const std::size_t count = rest_.size();
   std::vector<double> sums(chunk_count(count, kGrain), 0.0);
   std::vector<double> least(sums.size(), std::numeric_limits<double>::infinity());
   parallel_for(context, count, kGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
     for (std::size_t f = begin; f < end; ++f) {
-      const auto corner = [&](Index k) { return uv.row(surface_.faces(static_cast<Eigen::Index>(f), k)).data(); };
+      const auto corner = [&](Index k) {
+        return uv.row(surface_.faces(static_cast<Eigen::Index>(f), k)).data();
+      };
       const Vector4 j = jacobian(rest_[f].gradient, corner(0), corner(1), corner(2));
       const double d = determinant(j);
       sums[chunk] += rest_[f].weight * (j.squaredNorm() + lambda * (d * d + 1.0)) / chi(d, epsilon);
@@ -209,15 +226,19 @@ double Untangler::energy(const Points2& uv, double lambda, double epsilon, doubl
   return sum;
 }
 
-void Untangler::assemble(const Points2& uv, double lambda, double epsilon, const ExecutionContext& context) {
+void Untangler::assemble(const Points2& uv, double lambda, double epsilon,
+                         const ExecutionContext& context) {
   const std::size_t count = rest_.size();
   parallel_for(context, count, kGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
     Vector4 gradient;
     Matrix4 hessian;
     for (std::size_t f = begin; f < end; ++f) {
-      const auto corner = [&](Index k) { return uv.row(surface_.faces(static_cast<Eigen::Index>(f), k)).data(); };
+      const auto corner = [&](Index k) {
+        return uv.row(surface_.faces(static_cast<Eigen::Index>(f), k)).data();
+      };
       const Rest& rest = rest_[f];
-      derivatives(jacobian(rest.gradient, corner(0), corner(1), corner(2)), lambda, epsilon, gradient, hessian);
+      derivatives(jacobian(rest.gradient, corner(0), corner(1), corner(2)), lambda, epsilon,
+                  gradient, hessian);
       double* out = &local_[kLocal * f];
       for (int i = 0; i < 6; ++i) {
         const double* g = rest.gradient[i / 2];
@@ -231,8 +252,9 @@ void Untangler::assemble(const Points2& uv, double lambda, double epsilon, const
         for (int j = 0; j <= i; ++j, ++entry) {
           const double* h = rest.gradient[j / 2];
           const int column = 2 * (j % 2);
-          *entry = rest.weight * (g[0] * (hessian(row, column) * h[0] + hessian(row, column + 1) * h[1]) +
-                                  g[1] * (hessian(row + 1, column) * h[0] + hessian(row + 1, column + 1) * h[1]));
+          *entry = rest.weight *
+                   (g[0] * (hessian(row, column) * h[0] + hessian(row, column + 1) * h[1]) +
+                    g[1] * (hessian(row + 1, column) * h[0] + hessian(row + 1, column + 1) * h[1]));
         }
       }
     }
@@ -243,7 +265,8 @@ void Untangler::assemble(const Points2& uv, double lambda, double epsilon, const
   for (std::size_t f = 0; f < count; ++f) {
     const double* in = &local_[kLocal * f];
     for (int i = 0; i < 6; ++i) {
-      const Index first = number_[static_cast<std::size_t>(surface_.faces(static_cast<Eigen::Index>(f), i / 2))];
+      const Index first =
+          number_[static_cast<std::size_t>(surface_.faces(static_cast<Eigen::Index>(f), i / 2))];
       if (first != kInvalid) gradient_[first + i % 2] += in[i];
     }
     const Index* slot = &slot_[21 * f];
@@ -253,7 +276,8 @@ void Untangler::assemble(const Points2& uv, double lambda, double epsilon, const
   }
 }
 
-UntangleResult Untangler::run(const Points2& initial, const UntangleOptions& options, ExecutionContext& context) {
+UntangleResult Untangler::run(const Points2& initial, const UntangleOptions& options,
+                              ExecutionContext& context) {
   UntangleResult result;
   result.uv = initial;
   result.flips = static_cast<Index>(find_flips(surface_.faces, initial, context).size());
@@ -261,7 +285,9 @@ UntangleResult Untangler::run(const Points2& initial, const UntangleOptions& opt
   double target_area = options.target_area;
   if (target_area <= 0) {
     for (Eigen::Index f = 0; f < surface_.faces.rows(); ++f) {
-      const auto at = [&](Index k) -> Vector2 { return initial.row(surface_.faces(f, k)).transpose(); };
+      const auto at = [&](Index k) -> Vector2 {
+        return initial.row(surface_.faces(f, k)).transpose();
+      };
       const Vector2 a = at(1) - at(0);
       const Vector2 b = at(2) - at(0);
       target_area += 0.5 * std::abs(a.x() * b.y() - a.y() * b.x());
@@ -283,7 +309,8 @@ UntangleResult Untangler::run(const Points2& initial, const UntangleOptions& opt
     double damping = 1e-10;
     while (true) {
       SparseMatrix damped = matrix_;
-      for (Index i = 0; i < unknowns_; ++i) damped.valuePtr()[damped.outerIndexPtr()[i]] *= 1.0 + damping;
+      for (Index i = 0; i < unknowns_; ++i)
+        damped.valuePtr()[damped.outerIndexPtr()[i]] *= 1.0 + damping;
       if (cholesky_.factorize(damped, context)) break;
       damping *= 100;
       if (damping > 1.0) return result;
@@ -311,7 +338,8 @@ UntangleResult Untangler::run(const Points2& initial, const UntangleOptions& opt
     if (moved) result.uv.swap(trial);
     if (moved) {
       for (std::size_t v = 0; v < number_.size(); ++v) {
-        if (number_[v] == kInvalid) trial.row(static_cast<Eigen::Index>(v)) = result.uv.row(static_cast<Eigen::Index>(v));
+        if (number_[v] == kInvalid)
+          trial.row(static_cast<Eigen::Index>(v)) = result.uv.row(static_cast<Eigen::Index>(v));
       }
     } else {
       energy(result.uv, options.lambda, epsilon, least, context);

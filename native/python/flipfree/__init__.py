@@ -10,6 +10,7 @@ from .certification import certify
 from .conformal_map import conformal
 from .embedding import embed
 from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConverged
+from .matching import match
 from .results import Certificate, Parametrization, Transitions
 from .target_angles import boundary_angles, suggest_cones
 from .unwrapping import unwrap
@@ -29,6 +30,7 @@ __all__ = [
     "conformal",
     "embed",
     "jobs",
+    "match",
     "suggest_cones",
     "unwrap",
 ]

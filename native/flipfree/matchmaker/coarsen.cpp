@@ -1,0 +1,217 @@
+#include "flipfree/matchmaker/coarsen.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <limits>
+
+#include "flipfree/base/error.h"
+#include "flipfree/distortion/minimize.h"
+#include "flipfree/matchmaker/first_try.h"
+#include "flipfree/matchmaker/polygon.h"
+#include "flipfree/numeric/predicates.h"
+
+namespace flipfree {
+namespace {
+
+using Mesh = EditableTriangulation;
+
+constexpr int kMostPasses = 12;
+constexpr int kRelaxIterations = 6;
+// A star with more corners than this is left alone.
+constexpr std::size_t kMostCorners = 40;
+
+// One side of a star: corners counter-clockwise, closed by the edge from the last to the first.
+struct Side {
+  std::vector<VertexId> corners;
+  FaceId parent = kInvalid;
+};
+
+class Remover {
+ public:
+  explicit Remover(RefinedMap& map) : map_(map), mesh_(map.surface.mesh) {}
+
+  bool remove(VertexId v) {
+    std::vector<Side> sides;
+    const std::vector<FaceId> star = mesh_.star(v);
+    if (star.empty() || !split_star(v, sides)) return false;
+    std::vector<Mesh::Triangle> triangles;
+    std::vector<FaceId> parents;
+    for (const Side& side : sides) {
+      if (!triangulate(side, triangles)) return false;
+      parents.resize(triangles.size(), side.parent);
+    }
+    mesh_.replace(star, triangles, parents);
+    return true;
+  }
+
+ private:
+  const Support& support(VertexId v) const {
+    return map_.surface.support[static_cast<std::size_t>(v)];
+  }
+  Vector2 uv(VertexId v) const { return map_.uv.row(v).transpose(); }
+
+  // Does w lie on the input edge that v, with two supports, lies on?
+  bool on_edge_of(VertexId v, VertexId w) const {
+    const Support& s = support(v);
+    const Support& t = support(w);
+    for (std::size_t i = 0; i < 3 && t.vertex[i] != kInvalid; ++i) {
+      if (t.vertex[i] != s.vertex[0] && t.vertex[i] != s.vertex[1]) return false;
+    }
+    return true;
+  }
+
+  // False if v is not where its support says: then it is left alone.
+  bool split_star(VertexId v, std::vector<Side>& sides) const {
+    const bool on_edge = support(v).vertex[2] == kInvalid;
+    std::vector<HalfedgeId> fan;
+    mesh_.for_each_outgoing(v, [&](HalfedgeId h) { fan.push_back(h); });
+    if (!on_edge) {
+      Side side;
+      for (const HalfedgeId h : fan) side.corners.push_back(mesh_.target(h));
+      side.parent = mesh_.parent(fan.front() / 3);
+      sides.push_back(std::move(side));
+      return !mesh_.is_boundary_vertex(v);
+    }
+    const bool boundary = mesh_.is_boundary_vertex(v);
+    std::size_t first = 0;
+    if (!boundary) {
+      while (first < fan.size() && !on_edge_of(v, mesh_.target(fan[first]))) ++first;
+      if (first == fan.size()) return false;
+      std::rotate(fan.begin(), fan.begin() + static_cast<std::ptrdiff_t>(first), fan.end());
+    } else if (!on_edge_of(v, mesh_.target(fan.front()))) {
+      return false;
+    }
+    for (const HalfedgeId h : fan) {
+      if (on_edge_of(v, mesh_.target(h))) {
+        sides.emplace_back();
+        sides.back().parent = mesh_.parent(h / 3);
+      }
+      if (mesh_.parent(h / 3) != sides.back().parent) return false;
+      sides.back().corners.push_back(mesh_.target(h));
+      const VertexId next = mesh_.apex(h);
+      const bool ends = on_edge_of(v, next);
+      if (ends) sides.back().corners.push_back(next);
+    }
+    return sides.size() == (boundary ? 1U : 2U);
+  }
+
+  // Best triangulation by dynamic programming: largest worst quality; all triangles positive in
+  // both planes.
+  bool triangulate(const Side& side, std::vector<Mesh::Triangle>& triangles) const {
+    const std::vector<VertexId>& c = side.corners;
+    const std::size_t n = c.size();
+    if (n < 3 || n > kMostCorners) return false;
+    Polygon polygon;
+    for (const VertexId v : c) polygon.push_back(uv(v));
+    for (std::size_t i = 0; i < n; ++i) {
+      if (polygon[i] == polygon[(i + 1) % n]) return false;
+    }
+    if (turning_number(polygon) != 1) return false;
+    constexpr double kNone = -std::numeric_limits<double>::infinity();
+    std::vector<double> best(n * n, kNone);
+    std::vector<std::size_t> apex(n * n, 0);
+    for (std::size_t i = 0; i + 1 < n; ++i)
+      best[i * n + i + 1] = std::numeric_limits<double>::infinity();
+    for (std::size_t length = 2; length < n; ++length) {
+      for (std::size_t i = 0; i + length < n; ++i) {
+        const std::size_t j = i + length;
+        for (std::size_t k = i + 1; k < j; ++k) {
+          const double parts = std::min(best[i * n + k], best[k * n + j]);
+          if (parts <= best[i * n + j]) continue;
+          if (orientation(polygon[i], polygon[k], polygon[j]) <= 0) continue;
+          if (map_.surface.orientation_in_parent(side.parent, c[i], c[k], c[j]) <= 0) continue;
+          const double value = std::min(parts, quality(polygon[i], polygon[k], polygon[j]));
+          if (value <= best[i * n + j]) continue;
+          best[i * n + j] = value;
+          apex[i * n + j] = k;
+        }
+      }
+    }
+    if (best[n - 1] == kNone) return false;
+    std::vector<std::array<std::size_t, 2>> open = {{0, n - 1}};
+    while (!open.empty()) {
+      const auto [i, j] = open.back();
+      open.pop_back();
+      if (j == i + 1) continue;
+      const std::size_t k = apex[i * n + j];
+      triangles.push_back({c[i], c[k], c[j]});
+      open.push_back({i, k});
+      open.push_back({k, j});
+    }
+    return true;
+  }
+
+  static double quality(const Vector2& a, const Vector2& b, const Vector2& c) {
+    const Vector2 p = b - a;
+    const Vector2 q = c - a;
+    return (p.x() * q.y() - p.y() * q.x()) /
+           (p.squaredNorm() + q.squaredNorm() + (b - c).squaredNorm());
+  }
+
+  RefinedMap& map_;
+  Mesh& mesh_;
+};
+
+RefinedMap compacted_map(const RefinedMap& map) {
+  RefinedMap result;
+  std::vector<VertexId> old_vertex;
+  result.surface = compacted(map.surface, old_vertex);
+  result.uv.resize(static_cast<Eigen::Index>(old_vertex.size()), 2);
+  for (std::size_t v = 0; v < old_vertex.size(); ++v) {
+    result.uv.row(static_cast<Eigen::Index>(v)) = map.uv.row(old_vertex[v]);
+  }
+  return result;
+}
+
+}  // namespace
+
+Index remove_vertices(RefinedMap& map, const std::vector<char>& removable,
+                      ExecutionContext& context) {
+  Remover remover(map);
+  Index removed = 0;
+  for (VertexId v = map.surface.mesh.vertex_count(); v-- > 0;) {
+    if (v % 256 == 0) context.check();
+    if (removable[static_cast<std::size_t>(v)] != 0 && remover.remove(v)) ++removed;
+  }
+  return removed;
+}
+
+RefinedMap coarsen(RefinedMap map, const Constraints& constraints, Index keep,
+                   ExecutionContext& context, Stats& stats) {
+  std::int64_t total = 0;
+  std::int64_t passes = 0;
+  int idle = 0;
+  for (int pass = 0; pass < kMostPasses && idle < 2; ++pass, ++passes) {
+    context.report("taking refinement back", static_cast<double>(pass) / kMostPasses);
+    std::vector<char> removable(map.surface.position.size(), 0);
+    std::fill(removable.begin() +
+                  std::min<std::ptrdiff_t>(keep, static_cast<std::ptrdiff_t>(removable.size())),
+              removable.end(), char{1});
+    const std::vector<VertexId> held = held_vertices(map.surface, constraints);
+    for (const VertexId v : held) removable[static_cast<std::size_t>(v)] = 0;
+    const Index removed = remove_vertices(map, removable, context);
+    total += removed;
+    idle = removed == 0 ? idle + 1 : 0;
+    map = compacted_map(map);
+    if (map.surface.mesh.vertex_count() == keep) break;
+    MinimizeOptions options;
+    options.max_iterations = kRelaxIterations;
+    options.fixed = held;
+    Stats unused;
+    const ProgressRange quiet(context, static_cast<double>(pass) / kMostPasses,
+                              static_cast<double>(pass + 1) / kMostPasses);
+    if (static_cast<Index>(held.size()) < map.surface.mesh.vertex_count()) {
+      try {
+        map.uv = minimize_distortion(to_surface(map.surface), map.uv, options, context, unused);
+      } catch (const NotConverged&) {
+        break;  // too squeezed to be relaxed; what is removed is removed
+      }
+    }
+  }
+  stats["coarsen.removed"] = total;
+  stats["coarsen.passes"] = passes;
+  return map;
+}
+
+}  // namespace flipfree

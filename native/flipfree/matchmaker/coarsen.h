@@ -1,0 +1,27 @@
+// Takes refinement back: removes added vertices wherever the map stays valid without them
+// (thesis 3.3 leaves them in).
+//
+// Removing a vertex retriangulates its star so that every new triangle is positive in the map and
+// in the input face it lies in, both by exact test. A star that lies on an edge of the input is
+// retriangulated on both sides of that edge. Between passes the map is relaxed, which frees further
+// vertices.
+#pragma once
+
+#include "flipfree/base/context.h"
+#include "flipfree/base/stats.h"
+#include "flipfree/matchmaker/pipeline.h"
+
+namespace flipfree {
+
+// Guarantee: valid as before, constraints as before, no vertex more. Vertices below `keep` are not
+// removed. Stats: "coarsen.removed", "coarsen.passes". Cost: O(valence^3) per removal and a few
+// Newton steps per pass.
+RefinedMap coarsen(RefinedMap map, const Constraints& constraints, Index keep,
+                   ExecutionContext& context, Stats& stats);
+
+// One pass without relaxing, in the order of decreasing vertex ids (the last added first). Returns
+// the number removed; removed vertices stay as isolated ones until compacted.
+Index remove_vertices(RefinedMap& map, const std::vector<char>& removable,
+                      ExecutionContext& context);
+
+}  // namespace flipfree

@@ -1,0 +1,225 @@
+#include "flipfree/matchmaker/match.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <string>
+
+#include "flipfree/base/error.h"
+#include "flipfree/certify/certify.h"
+#include "flipfree/certify/overlap.h"
+#include "flipfree/distortion/minimize.h"
+#include "flipfree/distortion/rounding.h"
+#include "flipfree/matchmaker/coarsen.h"
+#include "flipfree/matchmaker/first_try.h"
+#include "flipfree/matchmaker/pipeline.h"
+#include "flipfree/matchmaker/walk_pins.h"
+#include "flipfree/mesh/validate.h"
+
+namespace flipfree {
+namespace {
+
+// Lowers the distortion with the constraints held. Returns the map unchanged if there is nothing to
+// move.
+Points2 optimise(const RefinedSurface& surface, const Constraints& constraints, const Points2& uv,
+                 int iterations, bool bijective, ExecutionContext& context, Stats& stats) {
+  MinimizeOptions options;
+  options.max_iterations = iterations;
+  options.fixed = held_vertices(surface, constraints);
+  options.bijective = bijective;
+  if (static_cast<Index>(options.fixed.size()) >= surface.mesh.vertex_count()) return uv;
+  try {
+    return minimize_distortion(to_surface(surface), uv, options, context, stats);
+  } catch (const NotConverged& failure) {
+    // A valid map that cannot be improved is still the map that was asked for.
+    stats["optimise_failure"] = failure.error().message;
+    return uv;
+  }
+}
+
+// The map at the vertices of a coarser refinement of the same input; added vertices are put where
+// their weights say.
+Points2 restricted(const RefinedMap& map, const RefinedSurface& coarse) {
+  const Index kept = coarse.input_vertices();
+  Points2 uv(static_cast<Eigen::Index>(coarse.position.size()), 2);
+  uv.topRows(kept) = map.uv.topRows(kept);
+  for (Eigen::Index v = kept; v < uv.rows(); ++v) {
+    const Support& support = coarse.support[static_cast<std::size_t>(v)];
+    uv.row(v).setZero();
+    for (std::size_t i = 0; i < 3 && support.vertex[i] != kInvalid; ++i) {
+      uv.row(v) += support.weight[i] * map.uv.row(support.vertex[i]);
+    }
+  }
+  return uv;
+}
+
+// Does the image of the boundary meet itself? Exact.
+bool overlaps(const RefinedSurface& surface, const Points2& uv) {
+  const Triangles faces = surface.mesh.faces();
+  Points2 corner_uv(faces.size(), 2);
+  for (CornerId c = 0; c < faces.size(); ++c) corner_uv.row(c) = uv.row(faces.data()[c]);
+  const Adjacency adjacency = build_adjacency(surface.mesh.vertex_count(), faces);
+  const EdgeFlags no_cuts(static_cast<std::size_t>(faces.size()), 0);
+  return boundary_overlaps(faces, adjacency, no_cuts, corner_uv).pairs > 0;
+}
+
+// Positive triangles alone keep interior vertices from winding twice exactly if the boundary is
+// prescribed and turns once (the count of angles in self_overlapping.h).
+bool untangling_is_safe(const Constraints& constraints) {
+  return !constraints.free_boundary() && constraints.turning_number == 1;
+}
+
+RefinedMap guaranteed(const RefinedSurface& surface, const Constraints& constraints,
+                      ExecutionContext& context, Stats& stats) {
+  RefinedMap fine;
+  {
+    const ProgressRange range(context, 0.0, 0.3);
+    fine = run_matchmaker(surface, constraints, context, stats);
+  }
+  {
+    const ProgressRange range(context, 0.3, 0.7);
+    // Its distortion is enormous at first; what counts is that the refinement can be taken back.
+    constexpr int kIterations = 40;
+    fine.uv = optimise(fine.surface, constraints, fine.uv, kIterations, false, context, stats);
+  }
+  if (untangling_is_safe(constraints)) {
+    const ProgressRange range(context, 0.7, 0.9);
+    const Points2 start = restricted(fine, surface);
+    if (std::optional<Points2> uv = untangle_from(surface, constraints, start, context, stats)) {
+      stats["engine"] = std::string("matchmaker, restricted");
+      return {surface, std::move(*uv)};
+    }
+  }
+  const ProgressRange range(context, 0.9, 1.0);
+  stats["engine"] = std::string("matchmaker, coarsened");
+  return coarsen(std::move(fine), constraints, surface.mesh.vertex_count(), context, stats);
+}
+
+// The map that needs no guarantee: a valid map without the pins, then the pins walked to their
+// targets.
+std::optional<RefinedMap> walked(RefinedSurface& surface, const Constraints& constraints,
+                                 const MatchOptions& options, ExecutionContext& context,
+                                 Stats& stats) {
+  if (!constraints.free_boundary() && !untangling_is_safe(constraints)) return std::nullopt;
+  std::optional<Points2> start = first_try(surface, constraints, context, stats);
+  if (!start) return std::nullopt;
+  RefinedMap map{surface, std::move(*start)};
+  const Index limit = options.engine == MatchEngine::kFirstTry ? 0 : surface.input_vertices() / 4;
+  if (!walk_pins(map, constraints, limit, context, stats)) return std::nullopt;
+  if (options.bijective && overlaps(map.surface, map.uv)) return std::nullopt;
+  if (map.surface.mesh.vertex_count() > surface.mesh.vertex_count()) {
+    map = coarsen(std::move(map), constraints, surface.mesh.vertex_count(), context, stats);
+  }
+  return map;
+}
+
+RefinedMap solve(RefinedSurface& surface, const Constraints& constraints,
+                 const MatchOptions& options, ExecutionContext& context, Stats& stats) {
+  // What the target's domain refuses is refused before any work.
+  if (!constraints.free_boundary()) full_target(surface, constraints, context);
+  if (options.engine != MatchEngine::kMatchmaker) {
+    const ProgressRange range(context, 0.0, 0.5);
+    if (std::optional<RefinedMap> map = walked(surface, constraints, options, context, stats)) {
+      stats["engine"] = std::string("first try");
+      return std::move(*map);
+    }
+    if (options.engine == MatchEngine::kFirstTry) {
+      throw_not_converged(
+          ErrorCode::kIterationLimit,
+          "The first try found no flip-free map on these triangles. Allow refinement.");
+    }
+  }
+  const ProgressRange range(context, 0.5, 1.0);
+  return guaranteed(surface, constraints, context, stats);
+}
+
+Parametrization to_parametrization(const RefinedMap& solution, const Points2& uv,
+                                   const Points2f& uv32) {
+  Parametrization map;
+  const RefinedSurface& refined = solution.surface;
+  std::vector<FaceId> slots;
+  map.surface = to_surface(refined);
+  refined.mesh.faces(&slots);
+  map.surface.vertices.topRows(refined.input_vertices()) = refined.input->vertices;
+  map.vertex_parent.assign(refined.position.size(), kInvalid);
+  map.vertex_barycentric = Points3::Zero(static_cast<Eigen::Index>(refined.position.size()), 3);
+  map.uv.resize(map.surface.faces.size(), 2);
+  map.uv32.resize(map.surface.faces.size(), 2);
+  for (FaceId f = 0; f < map.surface.faces.rows(); ++f) {
+    const FaceId parent = refined.mesh.parent(slots[static_cast<std::size_t>(f)]);
+    map.parent_face.push_back(parent);
+    for (Index k = 0; k < 3; ++k) {
+      const VertexId v = map.surface.faces(f, k);
+      map.uv.row(3 * f + k) = uv.row(v);
+      map.uv32.row(3 * f + k) = uv32.row(v);
+      map.vertex_parent[static_cast<std::size_t>(v)] = parent;
+      for (Index c = 0; c < 3; ++c) {
+        map.vertex_barycentric(v, c) =
+            refined.support[static_cast<std::size_t>(v)].of(refined.input->faces(parent, c));
+      }
+    }
+  }
+  map.cut_edges.resize(0, 2);
+  return map;
+}
+
+CertifyRequest certify_request(const RefinedSurface& surface, const Constraints& constraints,
+                               const Parametrization& map, bool bijective) {
+  std::vector<const Vector2*> target(surface.position.size(), nullptr);
+  for (const PinnedVertex& p : constraints.pins) target[static_cast<std::size_t>(p.vertex)] = &p.uv;
+  for (std::size_t i = 0; i < constraints.outline.size(); ++i) {
+    target[static_cast<std::size_t>(surface.boundary[i])] = &constraints.outline[i];
+  }
+  CertifyRequest request;
+  request.require_bijective = bijective;
+  for (CornerId c = 0; c < map.surface.faces.size(); ++c) {
+    const Vector2* uv = target[static_cast<std::size_t>(map.surface.faces.data()[c])];
+    if (uv != nullptr) request.pins.push_back({c, *uv});
+  }
+  return request;
+}
+
+}  // namespace
+
+Parametrization match(const Surface& surface, const MatchRequest& request,
+                      const MatchOptions& options, ExecutionContext& context) {
+  ValidateOptions validation;
+  validation.require_disk = true;
+  validate(surface, validation);
+  Stats stats;
+  const Stopwatch watch;
+  RefinedSurface refined = make_refined_surface(surface);
+  const Constraints constraints = read_constraints(refined, request);
+  const bool bijective = options.bijective && constraints.free_boundary();
+
+  RefinedMap solution;
+  {
+    const ProgressRange range(context, 0.0, 0.7);
+    solution = solve(refined, constraints, options, context, stats);
+  }
+  stats["seconds_map"] = watch.seconds();
+  if (options.optimise) {
+    const ProgressRange range(context, 0.7, 0.9);
+    solution.uv = optimise(solution.surface, constraints, solution.uv, options.max_iterations,
+                           bijective, context, stats);
+  }
+  stats["seconds_optimise"] = watch.seconds() - std::get<double>(stats["seconds_map"]);
+
+  const ProgressRange range(context, 0.9, 1.0);
+  RoundingOptions rounding;
+  rounding.fixed = held_vertices(solution.surface, constraints);
+  rounding.bijective = bijective;
+  const Points2f uv32 =
+      round_to_storage(to_surface(solution.surface).faces, solution.uv, rounding, context, stats);
+  Parametrization map = to_parametrization(solution, solution.uv, uv32);
+  stats["added_vertices"] =
+      static_cast<std::int64_t>(map.surface.vertices.rows() - surface.vertices.rows());
+  certify_map(map, surface, certify_request(solution.surface, constraints, map, bijective),
+              context);
+  require_certificate(map, "The match");
+  stats["energy"] = map.certificate.energy;
+  stats["seconds"] = watch.seconds();
+  map.stats = std::move(stats);
+  return map;
+}
+
+}  // namespace flipfree

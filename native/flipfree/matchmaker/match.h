@@ -1,0 +1,41 @@
+// Hard constraints (thesis 3.3): pinned vertices, lines and whole boundaries met bit for bit,
+// without a fold.
+//
+// Two engines behind one door:
+//   first_try.h   untangling on the triangles as they are: no added vertex, no guarantee of
+//   success; pipeline.h    MatchMaker++: always succeeds (up to 64-bit resolution), refines.
+// The second one's map is optimised, restricted to the user's vertices and untangled there; where
+// that fails, its refinement is taken back vertex by vertex (coarsen.h) as far as the map stays
+// valid.
+#pragma once
+
+#include "flipfree/base/context.h"
+#include "flipfree/certify/parametrization.h"
+#include "flipfree/matchmaker/constraints.h"
+
+namespace flipfree {
+
+enum class MatchEngine {
+  kAuto,        // first try, then MatchMaker++
+  kFirstTry,    // for tests and papers: NotConverged if the first try fails
+  kMatchmaker,  // for tests and papers: straight to MatchMaker++
+};
+
+struct MatchOptions {
+  bool optimise = true;  // lower the distortion with all constraints held
+  bool bijective =
+      false;  // with a free boundary: the map must be one-to-one as a whole, not only locally
+  int max_iterations = 200;
+  MatchEngine engine = MatchEngine::kAuto;
+};
+
+// surface: a disk. Guarantee: the certificate of the result holds: no flips in 64 and 32 bits (G1),
+// corners wind once (G2), constraints are met bit for bit in 64 bits and, rounded, in 32 (G3), the
+// mesh subdivides the input (G7). Throws InvalidInput, Infeasible (see constraints.h,
+// build_target.h), NotConverged, Cancelled. Stats: "engine" ("first try", "matchmaker, restricted",
+// "matchmaker, coarsened"), "added_vertices", "energy", "seconds_*", "first_try.*", "matchmaker.*",
+// "distortion.*", "rounding.*". Deterministic for any number of threads.
+Parametrization match(const Surface& surface, const MatchRequest& request,
+                      const MatchOptions& options, ExecutionContext& context);
+
+}  // namespace flipfree

@@ -1,0 +1,37 @@
+#include "flipfree/matchmaker/pipeline.h"
+
+#include <algorithm>
+#include <cstddef>
+
+#include "flipfree/matchmaker/embed_patches.h"
+
+namespace flipfree {
+
+RefinedMap run_matchmaker(const RefinedSurface& surface, const Constraints& constraints,
+                          ExecutionContext& context, Stats& stats) {
+  RefinedSurface work = constraints.free_boundary() ? with_collar(surface) : surface;
+  const Target target = full_target(work, constraints, context);
+  const ConvexPartition partition = merge_convex(target.domain);
+  Paths paths;
+  {
+    const ProgressRange range(context, 0.0, 0.5);
+    paths = trace_paths(work, target.domain, partition, given_paths(target, partition), context);
+  }
+  const ProgressRange range(context, 0.5, 1.0);
+  const Points2 uv = embed_patches(work, target.domain, partition, paths, context, stats);
+  RefinedMap map;
+  std::vector<VertexId> old_vertex;
+  map.surface = compacted(work, old_vertex);
+  map.uv.resize(static_cast<Eigen::Index>(old_vertex.size()), 2);
+  for (std::size_t v = 0; v < old_vertex.size(); ++v) {
+    map.uv.row(static_cast<Eigen::Index>(v)) = uv.row(old_vertex[v]);
+  }
+  stats["matchmaker.polygons"] = static_cast<std::int64_t>(partition.polygons.size());
+  stats["matchmaker.paths"] = static_cast<std::int64_t>(partition.edges.size());
+  stats["matchmaker.added_vertices"] =
+      static_cast<std::int64_t>(map.surface.mesh.vertex_count() - map.surface.input_vertices());
+  stats["matchmaker.singular_corners"] = static_cast<std::int64_t>(target.singular.size());
+  return map;
+}
+
+}  // namespace flipfree

@@ -1,0 +1,23 @@
+// MatchMaker++ from constraints to a valid map: phases 1 to 3 of thesis 3.3.
+#pragma once
+
+#include "flipfree/base/context.h"
+#include "flipfree/base/stats.h"
+#include "flipfree/matchmaker/build_target.h"
+
+namespace flipfree {
+
+struct RefinedMap {
+  RefinedSurface surface;  // without collar
+  Points2 uv;  // #V x 2, every face positive by exact test, all constraints met bit for bit
+};
+
+// Guarantee: the result exists for every target that full_target() accepts, up to the resolution of
+// 64-bit coordinates (NotConverged if a piece of the target is thinner). With a free boundary the
+// map is one-to-one. It is refined generously and distorted; optimising it and taking the
+// refinement back come after. Stats: "matchmaker.*". Precondition: at least one pin, or a
+// prescribed boundary.
+RefinedMap run_matchmaker(const RefinedSurface& surface, const Constraints& constraints,
+                          ExecutionContext& context, Stats& stats);
+
+}  // namespace flipfree

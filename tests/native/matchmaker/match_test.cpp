@@ -1,0 +1,174 @@
+#include "flipfree/matchmaker/match.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "flipfree/base/error.h"
+#include "flipfree/mesh/topology.h"
+#include "support/shapes.h"
+
+namespace flipfree {
+namespace {
+
+MatchRequest random_pins(const Surface& surface, int count, unsigned seed) {
+  std::mt19937 random(seed);
+  std::vector<char> used(static_cast<std::size_t>(surface.vertices.rows()), 0);
+  MatchRequest request;
+  while (static_cast<int>(request.points.size()) < count) {
+    const auto v = static_cast<VertexId>(random() % static_cast<unsigned>(surface.vertices.rows()));
+    if (used[static_cast<std::size_t>(v)]++ != 0) continue;
+    const auto coordinate = [&] { return static_cast<double>(random()) * 0x1p-32; };
+    const double u = coordinate();
+    request.points.push_back({v, {u, coordinate()}});
+  }
+  return request;
+}
+
+void expect_met(const Parametrization& map, const MatchRequest& request) {
+  EXPECT_TRUE(map.certificate.ok);
+  for (const PinnedVertex& p : request.points) {
+    for (CornerId c = 0; c < map.surface.faces.size(); ++c) {
+      if (map.surface.faces.data()[c] != p.vertex) continue;
+      EXPECT_EQ(map.uv.row(c).transpose(), p.uv);
+      EXPECT_EQ(map.uv32.row(c).transpose(), p.uv.cast<float>());
+    }
+  }
+}
+
+TEST(Match, RandomPinsAreMetBitForBitByEitherEngine) {
+  const Surface surface = test::bumpy_grid(12, 12, 0.2, 3);
+  for (const MatchEngine engine : {MatchEngine::kAuto, MatchEngine::kMatchmaker}) {
+    for (unsigned seed = 0; seed < 3; ++seed) {
+      for (const int count : {1, 2, 3, 8}) {
+        ExecutionContext context;
+        const MatchRequest request = random_pins(surface, count, seed);
+        MatchOptions options;
+        options.engine = engine;
+        expect_met(match(surface, request, options, context), request);
+      }
+    }
+  }
+}
+
+TEST(Match, SameBitsForAnyNumberOfThreads) {
+  const Surface surface = test::bumpy_grid(12, 12, 0.2, 3);
+  const MatchRequest request = random_pins(surface, 6, 5);
+  ExecutionContext one;
+  one.threads = 1;
+  ExecutionContext two;
+  two.threads = 2;
+  const Parametrization a = match(surface, request, {}, one);
+  const Parametrization b = match(surface, request, {}, two);
+  ASSERT_EQ(a.uv.rows(), b.uv.rows());
+  EXPECT_EQ(a.uv, b.uv);
+}
+
+std::vector<VertexId> boundary_of(const Surface& surface) {
+  return boundary_loops(surface.faces,
+                        build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces))
+      .front();
+}
+
+TEST(Match, WholeBoundaryOnARibbonThatOverlapsItself) {
+  const Surface surface = test::grid(40, 4);
+  const std::vector<VertexId> loop = boundary_of(surface);
+  MatchRequest request;
+  request.boundary_loop = loop;
+  for (const VertexId v : loop) {
+    const double angle = 2 * std::numbers::pi * 1.5 * surface.vertices(v, 0);
+    const double radius = 2 - surface.vertices(v, 1) + 0.3 * angle / (2 * std::numbers::pi);
+    request.boundary_uv.emplace_back(-radius * std::cos(angle), radius * std::sin(angle));
+  }
+  for (const MatchEngine engine : {MatchEngine::kAuto, MatchEngine::kMatchmaker}) {
+    ExecutionContext context;
+    MatchOptions options;
+    options.engine = engine;
+    Parametrization map;
+    try {
+      map = match(surface, request, options, context);
+    } catch (const Infeasible&) {
+      for (Vector2& uv : request.boundary_uv) uv.x() = -uv.x();
+      map = match(surface, request, options, context);
+    }
+    EXPECT_TRUE(map.certificate.ok);
+    EXPECT_GT(map.certificate.overlaps, 0);
+  }
+}
+
+TEST(Match, ContradictionsNameTheVertices) {
+  const Surface surface = test::grid(6, 6);
+  const std::vector<VertexId> loop = boundary_of(surface);
+  const auto expect_contradiction = [&](const MatchRequest& request, ErrorCode code,
+                                        std::vector<Index> named) {
+    ExecutionContext context;
+    try {
+      match(surface, request, {}, context);
+      FAIL() << "accepted";
+    } catch (const Infeasible& failure) {
+      EXPECT_EQ(failure.error().code, code) << failure.what();
+      for (const Index v : named) {
+        EXPECT_NE(std::find(failure.error().elements.begin(), failure.error().elements.end(), v),
+                  failure.error().elements.end());
+      }
+    }
+  };
+  MatchRequest same;
+  same.points = {{8, {0.5, 0.5}}, {16, {0.5, 0.5}}};
+  expect_contradiction(same, ErrorCode::kContradictoryPins, {8, 16});
+
+  MatchRequest crossing;
+  crossing.lines = {{{8, 9}, {{0, 0}, {1, 1}}}, {{22, 23}, {{0, 1}, {1, 0}}}};
+  expect_contradiction(crossing, ErrorCode::kContradictoryPins, {8, 9, 22, 23});
+
+  MatchRequest clockwise;
+  MatchRequest eight;
+  MatchRequest outside;
+  for (std::size_t i = 0; i < loop.size(); ++i) {
+    const double t =
+        2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(loop.size());
+    clockwise.boundary_uv.emplace_back(std::cos(t), -std::sin(t));
+    eight.boundary_uv.emplace_back(std::sin(2 * t + 0.1), std::sin(t + 0.05));
+    outside.boundary_uv.emplace_back(std::cos(t), std::sin(t));
+  }
+  expect_contradiction(clockwise, ErrorCode::kContradictoryPins, {});
+  expect_contradiction(eight, ErrorCode::kNotSelfOverlapping, {});
+  outside.points = {{24, {3, 3}}};
+  expect_contradiction(outside, ErrorCode::kContradictoryPins, {24});
+}
+
+TEST(Match, LinesLieOnTheirPolylines) {
+  const Surface surface = test::grid(10, 10);
+  MatchRequest request;
+  // Vertices 35 .. 41 run along a row; the polyline has a corner in the middle.
+  request.lines = {{{35, 36, 37, 38, 39, 40, 41}, {{0, 0}, {0.5, 0.25}, {1, 0}}}};
+  for (const MatchEngine engine : {MatchEngine::kAuto, MatchEngine::kMatchmaker}) {
+    ExecutionContext context;
+    MatchOptions options;
+    options.engine = engine;
+    const Parametrization map = match(surface, request, options, context);
+    EXPECT_TRUE(map.certificate.ok);
+    for (CornerId c = 0; c < map.surface.faces.size(); ++c) {
+      const VertexId v = map.surface.faces.data()[c];
+      if (v == 38) {
+        EXPECT_EQ(map.uv.row(c).transpose(), Vector2(0.5, 0.25));
+      } else if (v == 41) {
+        EXPECT_EQ(map.uv.row(c).transpose(), Vector2(1, 0));
+      }
+    }
+  }
+}
+
+TEST(Match, CancelsWithoutAResult) {
+  const Surface surface = test::bumpy_grid(30, 30, 0.2, 3);
+  const MatchRequest request = random_pins(surface, 10, 1);
+  ExecutionContext context;
+  context.cancel();
+  EXPECT_THROW(match(surface, request, {}, context), Cancelled);
+}
+
+}  // namespace
+}  // namespace flipfree

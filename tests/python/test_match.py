@@ -1,0 +1,113 @@
+"""ff.match: hard constraints met bit for bit, contradictions named."""
+
+from __future__ import annotations
+
+import flipfree as ff
+import numpy as np
+import pytest
+from surfaces import bumpy_grid
+
+
+def boundary_of_grid(columns: int, rows: int) -> list[int]:
+    index = np.arange((columns + 1) * (rows + 1)).reshape(rows + 1, columns + 1)
+    sides = [index[0, :-1], index[:-1, -1], index[-1, :0:-1], index[:0:-1, 0]]
+    return np.concatenate(sides).tolist()
+
+
+def assert_pins_met(result: ff.Parametrization, points: dict[int, tuple[float, float]]) -> None:
+    for vertex, target in points.items():
+        corners = result.faces == vertex
+        assert corners.any()
+        assert (result.uv[corners] == np.array(target)).all()
+        assert (result.uv32()[corners] == np.array(target, dtype=np.float32)).all()
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 10])
+@pytest.mark.parametrize("engine", ["auto", "matchmaker"])
+def test_random_pins_are_met_bit_for_bit(count: int, engine: str) -> None:
+    vertices, faces = bumpy_grid(14, 12)
+    for seed in range(3):
+        random = np.random.default_rng(seed)
+        ids = random.choice(len(vertices), count, replace=False)
+        points = {int(v): (float(u[0]), float(u[1])) for v, u in zip(ids, random.random((count, 2)))}
+        result = ff.match(vertices, faces, points=points, engine=engine)
+        assert result.certificate.ok
+        assert result.certificate.flips64 == result.certificate.flips32 == 0
+        assert_pins_met(result, points)
+        assert result.stats["added_vertices"] == len(result.vertices) - len(vertices)
+
+
+def test_small_moves_add_no_vertices() -> None:
+    vertices, faces = bumpy_grid(20, 15)
+    free = ff.match(vertices, faces)
+    uv = np.zeros((len(vertices), 2))
+    uv[faces.reshape(-1)] = free.uv.reshape(-1, 2)
+    points = {int(v): tuple(uv[v] + 0.03) for v in (40, 120, 200)}
+    points[250] = tuple(uv[250] - 0.03)
+    result = ff.match(vertices, faces, points=points)
+    assert result.certificate.ok
+    assert result.stats["added_vertices"] == 0
+    assert_pins_met(result, points)
+
+
+def test_whole_boundary_with_collinear_samples() -> None:
+    vertices, faces = bumpy_grid(10, 10)
+    loop = boundary_of_grid(10, 10)
+    # The letter L, forty samples along its six straight sides.
+    corners = np.array([[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]], float)
+    lengths = np.array([2, 1, 1, 1, 1, 2]) * 5
+    sides = zip(corners, np.roll(corners, -1, 0), lengths)
+    target = np.concatenate([a + (b - a) * np.arange(n)[:, None] / n for a, b, n in sides])
+    result = ff.match(vertices, faces, boundary_loop=loop, boundary_uv=target)
+    assert result.certificate.ok
+    assert_pins_met(result, {v: tuple(t) for v, t in zip(loop, target)})
+    assert result.certificate.overlaps == 0
+
+
+def test_figure_eight_is_refused_with_the_reason() -> None:
+    vertices, faces = bumpy_grid(10, 10)
+    t = 2 * np.pi * np.arange(40) / 40 + 0.05
+    with pytest.raises(ff.Infeasible, match="turning number 0"):
+        ff.match(vertices, faces, boundary_uv=np.stack([np.sin(2 * t), np.sin(t)], 1))
+
+
+def test_two_vertices_at_one_point_are_named() -> None:
+    vertices, faces = bumpy_grid(10, 10)
+    with pytest.raises(ff.Infeasible) as caught:
+        ff.match(vertices, faces, points={30: (0.5, 0.5), 60: (0.5, 0.5)})
+    assert sorted(caught.value.elements) == [30, 60]
+
+
+def test_crossing_lines_are_named() -> None:
+    vertices, faces = bumpy_grid(10, 10)
+    with pytest.raises(ff.Infeasible) as caught:
+        ff.match(
+            vertices,
+            faces,
+            lines=[([24, 25], [(0, 0), (1, 1)]), ([70, 71], [(0, 1), (1, 0)])],
+        )
+    assert sorted(caught.value.elements) == [24, 25, 70, 71]
+
+
+def test_malformed_requests_are_invalid_input() -> None:
+    vertices, faces = bumpy_grid(6, 6)
+    bad = [
+        {"points": {9999: (0, 0)}},
+        {"points": {3: (np.nan, 0)}},
+        {"boundary_uv": np.zeros((3, 2))},
+        {"boundary_loop": [0, 1, 2]},
+        {"lines": [([0, 20], [(0, 0), (1, 1)])]},
+        {"engine": "magic"},
+    ]
+    for arguments in bad:
+        with pytest.raises(ff.InvalidInput):
+            ff.match(vertices, faces, **arguments)
+
+
+def test_cancel_raises_cancelled() -> None:
+    vertices, faces = bumpy_grid(60, 60)
+    random = np.random.default_rng(0)
+    ids = random.choice(len(vertices), 20, replace=False)
+    points = {int(v): tuple(random.random(2)) for v in ids}
+    with pytest.raises(ff.Cancelled):
+        ff.match(vertices, faces, points=points, progress=lambda stage, fraction: False)
