@@ -74,6 +74,7 @@ PYBIND11_MODULE(_native, module) {
       .def("progress", &Job::progress)
       .def("result", &Job::result);
   bind_certify(module);
+  bind_conformal(module);
   bind_conformal_map(module);
   bind_embedding(module);
   bind_unwrap(module);

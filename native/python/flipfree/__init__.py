@@ -7,6 +7,7 @@ Angles in radians. Every result carries a certificate measured with exact predic
 from ._native import version as __version__
 from . import jobs
 from .certification import certify
+from .conformal import ConformalMetric, conformal_metric
 from .conformal_map import conformal
 from .embedding import embed
 from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConverged
@@ -17,6 +18,7 @@ from .unwrapping import unwrap
 __all__ = [
     "Cancelled",
     "Certificate",
+    "ConformalMetric",
     "FlipfreeError",
     "Infeasible",
     "InvalidInput",
@@ -27,6 +29,7 @@ __all__ = [
     "boundary_angles",
     "certify",
     "conformal",
+    "conformal_metric",
     "embed",
     "jobs",
     "suggest_cones",
