@@ -76,6 +76,7 @@ PYBIND11_MODULE(_native, module) {
   bind_certify(module);
   bind_conformal(module);
   bind_conformal_map(module);
+  bind_distortion(module);
   bind_embedding(module);
   bind_unwrap(module);
 }

@@ -11,6 +11,7 @@ from .conformal import ConformalMetric, conformal_metric
 from .conformal_map import conformal
 from .embedding import embed
 from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConverged
+from .improving import improve
 from .results import Certificate, Parametrization, Transitions
 from .target_angles import boundary_angles, suggest_cones
 from .unwrapping import unwrap
@@ -31,6 +32,7 @@ __all__ = [
     "conformal",
     "conformal_metric",
     "embed",
+    "improve",
     "jobs",
     "suggest_cones",
     "unwrap",
