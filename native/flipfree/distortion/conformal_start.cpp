@@ -12,7 +12,7 @@ namespace {
 
 // Relative to the mean diagonal: keeps the matrix definite (its kernel are the translations and, on
 // developable surfaces, the similarities) without moving the smallest other eigenvectors visibly.
-constexpr double kShift = 1e-8;
+constexpr double kShift = 1e-11;
 constexpr int kInverseIterations = 5;
 
 // Lower triangle of the conformal energy (Dirichlet energy minus image area); unknown 2 v + d is
