@@ -16,6 +16,7 @@
 #include "flipfree/conformal/overlay_positions.h"
 #include "flipfree/conformal/overlay_trace.h"
 #include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/validate.h"
 
 namespace flipfree {
 namespace {
@@ -339,6 +340,19 @@ Error not_storable(const ConformalMetric& metric, const std::vector<FaceId>& fac
   return error;
 }
 
+Error needs_refinement(const std::vector<FaceId>& faces) {
+  Error error;
+  error.code = ErrorCode::kCertificateFailed;
+  error.kind = ElementKind::kFace;
+  error.elements.assign(
+      faces.begin(),
+      faces.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(faces.size(), 1000)));
+  error.message = "On the original triangles " + std::to_string(faces.size()) +
+                  " faces would flip, first face " + std::to_string(faces[0]) +
+                  ". Allow points to be added (original_triangles=\"auto\").";
+  return error;
+}
+
 }  // namespace
 
 ConformalMapResult map_from_metric(const Surface& surface, const std::vector<double>& target_angles,
@@ -406,7 +420,9 @@ ConformalMapResult map_from_metric(const Surface& surface, const std::vector<dou
   map.stats["closing_error"] = layout.closing_error;
   map.stats["energy"] = map.certificate.energy;
   if (!rounded.too_small.empty()) {
-    result.failure = not_storable(metric, rounded.too_small);
+    result.failure = options.refinement == Refinement::kNever
+                         ? needs_refinement(rounded.too_small)
+                         : not_storable(metric, rounded.too_small);
   } else if (!map.certificate.ok) {
     result.failure =
         Error{ErrorCode::kCertificateFailed,
@@ -421,6 +437,13 @@ ConformalMapResult map_from_metric(const Surface& surface, const std::vector<dou
 ConformalMapResult conformal_map(const Surface& surface, const Points3* lengths,
                                  const std::vector<double>& target_angles,
                                  const ConformalMapOptions& options, ExecutionContext& context) {
+  if (options.cuts.rows() > 0) {
+    // Complain about cuts before the work, not after.
+    validate(surface);
+    flag_edges(surface.faces,
+               build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces),
+               options.cuts);
+  }
   conformal::ConformalMetric metric;
   {
     const ProgressRange range(context, 0.0, 0.7);
