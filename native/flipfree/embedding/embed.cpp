@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "flipfree/base/error.h"
 #include "flipfree/embedding/chords.h"
 #include "flipfree/embedding/planar_map.h"
 #include "flipfree/embedding/progressive.h"
+#include "flipfree/embedding/schnyder.h"
+#include "flipfree/embedding/smoothing.h"
 #include "flipfree/embedding/tutte.h"
 #include "flipfree/mesh/adjacency.h"
 
@@ -18,6 +21,7 @@ using Size = std::size_t;
 // More bad faces than this share: repairing them costs more, and gives worse maps, than starting
 // from nothing.
 constexpr double kRepairableShare = 0.02;
+constexpr int kSchnyderSweeps = 10;
 
 void require_disk_with_boundary(const Triangles& faces, Index vertex_count,
                                 const std::vector<VertexId>& loop, const Points2& boundary) {
@@ -94,6 +98,14 @@ Size count_bad(const PlanarMap& map) {
   return bad;
 }
 
+std::vector<VertexId> inner_vertices(const PlanarMap& map) {
+  std::vector<VertexId> inner;
+  for (VertexId v = 0; v < map.mesh.vertex_count(); ++v) {
+    if (map.mesh.outgoing(v) != kInvalid && !map.mesh.is_boundary(v)) inner.push_back(v);
+  }
+  return inner;
+}
+
 void set_rung(Stats& stats, const char* name) { stats["rung"] = std::string(name); }
 
 class Ladder {
@@ -117,10 +129,12 @@ class Ladder {
       case EmbedMethod::kProgressive:
         progressive();
         return;
+      case EmbedMethod::kSchnyder:
       case EmbedMethod::kLadder:
         break;
     }
-    if (tutte()) return;
+    if (options_.method == EmbedMethod::kLadder && tutte()) return;
+    if (schnyder()) return;
     if (repair()) return;
     from_nothing();
   }
@@ -145,6 +159,46 @@ class Ladder {
       set_rung(stats_, options_.initial != nullptr ? "initial" : "tutte");
       result_.uv = options_.method == EmbedMethod::kTutte ? uv_ : map.uv;
       return true;
+    }
+    return false;
+  }
+
+  // Schnyder-weighted Tutte. If it is valid in double and only rounding flips something, a little
+  // smoothing in double usually makes the room that rounding needs. Keeps the better of this and
+  // the previous map in uv_, bad_.
+  bool schnyder() {
+    Stopwatch watch;
+    Points2 uv;
+    try {
+      uv = schnyder_embedding(result_.faces, vertex_count_, loop_, boundary_, context_);
+    } catch (const NotConverged&) {
+      return false;  // weights beyond the range of double
+    }
+    PlanarMap map = start_map(uv);
+    Size bad = count_bad(map);
+    if (bad > 0 && options_.float32) {
+      PlanarMap exact = make_planar_map(result_.faces, loop_, uv, false);
+      if (count_bad(exact) == 0) {
+        smooth_sweeps(exact, inner_vertices(exact), kSchnyderSweeps, 0.0, context_);
+        PlanarMap smoothed = start_map(exact.uv);
+        const Size less = count_bad(smoothed);
+        if (less < bad) {
+          bad = less;
+          uv = exact.uv;
+          map = std::move(smoothed);
+        }
+      }
+    }
+    stats_["seconds_schnyder"] = watch.seconds();
+    stats_["schnyder_flips"] = static_cast<std::int64_t>(bad);
+    if (bad == 0) {
+      result_.uv = map.uv;
+      set_rung(stats_, "schnyder");
+      return true;
+    }
+    if (uv_.rows() == 0 || bad < bad_) {
+      uv_ = uv;
+      bad_ = bad;
     }
     return false;
   }

@@ -21,6 +21,7 @@ enum class EmbedMethod {
   kProgressive,  // thesis 3.2.2 alone, from the initial map, from Tutte, or from nothing (for
                  // papers and tests)
   kTutte,        // Tutte alone; flips are reported, not repaired
+  kSchnyder,     // the ladder without its first rung (for papers and tests)
 };
 
 struct EmbedOptions {
