@@ -8,6 +8,7 @@
 #include "flipfree/embedding/chords.h"
 #include "flipfree/embedding/planar_map.h"
 #include "flipfree/embedding/progressive.h"
+#include "flipfree/embedding/room.h"
 #include "flipfree/embedding/schnyder.h"
 #include "flipfree/embedding/smoothing.h"
 #include "flipfree/embedding/tutte.h"
@@ -134,8 +135,10 @@ class Ladder {
         break;
     }
     if (options_.method == EmbedMethod::kLadder && tutte()) return;
-    if (schnyder()) return;
-    if (repair()) return;
+    if (!options_.low_distortion) {
+      if (schnyder()) return;
+      if (repair()) return;
+    }
     from_nothing();
   }
 
@@ -222,7 +225,14 @@ class Ladder {
     PlanarMap map = start_map(boundary_only());
     ProgressiveOptions options;
     options.start = ProgressiveStart::kNothing;
-    if (!finish(map, options, "progressive")) {
+    bool done = false;
+    try {
+      done = finish(map, options, "progressive");
+    } catch (const NotConverged&) {
+      require_room_for_all();
+      throw;
+    }
+    if (!done) {
       throw_not_converged(ErrorCode::kCertificateFailed,
                           "The embedding is not flip-free after all insertions.");
     }
@@ -242,6 +252,24 @@ class Ladder {
       stats_["restarts"] = std::int64_t{1};
     }
     from_nothing();
+  }
+
+  // Throws Infeasible if the polygon holds fewer grid points than there are inner vertices.
+  void require_room_for_all() {
+    const PlanarMap map = start_map(boundary_only());
+    Star ring;
+    for (const VertexId v : loop_) {
+      ring.ring.push_back(v);
+      ring.at.push_back(map.at(v));
+    }
+    const Room room = find_room(map, ring);
+    const Size inner = inner_vertices(map).size();
+    if (!room.exact || room.points >= inner) return;
+    throw_infeasible(ErrorCode::kNoRoomInPolygon,
+                     "The polygon holds " + std::to_string(room.points) + " points with " +
+                         (options_.float32 ? "32-bit" : "64-bit") + " coordinates, " +
+                         std::to_string(inner) + " inner vertices need one each. Make it wider " +
+                         narrowest_extent(ring) + ", or move it to the origin.");
   }
 
   bool finish(PlanarMap& map, const ProgressiveOptions& options, const char* rung) {

@@ -32,6 +32,9 @@ struct EmbedOptions {
   bool float32 = true;
   // Start map (#V x 2, may be invalid or random); null: Tutte. Only inner positions are used.
   const Points2* initial = nullptr;
+  // Spend a little more time for a map of much lower distortion: where Tutte fails, start from
+  // nothing at once. The right start for an optimisation.
+  bool low_distortion = false;
   // kProgressive without initial: start from Tutte's map, or from nothing.
   bool start_from_tutte = true;
 };

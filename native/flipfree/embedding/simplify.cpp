@@ -7,6 +7,7 @@
 #include <string>
 
 #include "flipfree/base/error.h"
+#include "flipfree/embedding/room.h"
 
 namespace flipfree {
 namespace {
@@ -48,11 +49,25 @@ Outcome outcome_of(const PlanarMap& map, HalfedgeId h) {
 // Puts a vertex that cannot be collapsed into the kernel of its star.
 void place_alone(PlanarMap& map, VertexId v, Star& star) {
   if (centre_in_kernel(map, v, star)) return;
-  throw_infeasible(
-      ErrorCode::kNoRoomInPolygon,
-      "No number of the required precision lies inside the part of the polygon around vertex " +
-          std::to_string(v) + ". Use a larger or less flat polygon near the origin.",
-      ElementKind::kVertex, {v});
+  const Room room = find_room(map, star);
+  if (room.points > 0) {
+    map.move(v, room.middle);
+    return;
+  }
+  const std::string place = narrowest_extent(star);
+  const std::string numbers = map.float32 ? "32-bit" : "64-bit";
+  if (room.exact) {
+    throw_infeasible(ErrorCode::kNoRoomInPolygon,
+                     "The polygon has no room for vertex " + std::to_string(v) +
+                         ": no point with " + numbers + " coordinates lies " + place +
+                         ". Make the polygon wider there, or move it to the origin.",
+                     ElementKind::kVertex, {v});
+  }
+  throw_not_converged(ErrorCode::kIterationLimit,
+                      "No point with " + numbers + " coordinates was found for vertex " +
+                          std::to_string(v) + " " + place +
+                          ". Make the polygon wider there, or move it to the origin.",
+                      ElementKind::kVertex, {v});
 }
 
 // kAccepted: positive, of high energy, and nothing can be done about it.
