@@ -9,6 +9,7 @@
 #include "flipfree/conformal/metric.h"
 #include "flipfree/numeric/scalar.h"
 #include "job.h"
+#include "metric_object.h"
 
 namespace py = pybind11;
 
@@ -60,6 +61,8 @@ void add_mesh(const conformal::ConformalMetric& metric, py::dict& d) {
   d["face_labels"] = from_vector(label);
 }
 
+}  // namespace
+
 py::object to_object(const conformal::ConformalMetric& metric) {
   py::dict d;
   d["scale_factors"] = from_vector(metric.scale_factors);
@@ -79,8 +82,6 @@ py::object to_object(const conformal::ConformalMetric& metric) {
   return d;
 }
 
-}  // namespace
-
 void bind_conformal(py::module_& module) {
   module.def(
       "conformal_metric",
@@ -98,9 +99,11 @@ void bind_conformal(py::module_& module) {
         request.options.require_convergence = require_convergence;
         if (!lengths.is_none())
           request.lengths = to_matrix<Points3>(lengths.cast<Array<double>>(), "lengths");
-        return start_job([request = std::move(request)](
-                             ExecutionContext& context) { return solve(request, context); },
-                         to_object, threads);
+        return start_job(
+            [request = std::move(request)](ExecutionContext& context) {
+              return solve(request, context);
+            },
+            [](const conformal::ConformalMetric& metric) { return to_object(metric); }, threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("target_angles"), py::arg("tolerance"),
       py::arg("bits"), py::arg("max_iterations"), py::arg("max_seconds"),
