@@ -45,20 +45,6 @@ std::vector<VertexId> neighbourhood(const PlanarMap& map, VertexId v, int rings,
   return found;
 }
 
-// Inner vertices that no collapse in the record has removed, by id.
-std::vector<VertexId> vertices_left(const PlanarMap& map, const CollapseRecord& record) {
-  std::vector<char> removed(static_cast<Size>(map.mesh.vertex_count()), 0);
-  for (const HalfedgeId h : record) removed[static_cast<Size>(map.mesh.source(h))] = 1;
-  std::vector<VertexId> left;
-  for (VertexId v = 0; v < map.mesh.vertex_count(); ++v) {
-    if (map.mesh.outgoing(v) != kInvalid && !map.mesh.is_boundary(v) &&
-        removed[static_cast<Size>(v)] == 0) {
-      left.push_back(v);
-    }
-  }
-  return left;
-}
-
 }  // namespace
 
 void progressive_embedding(PlanarMap& map, const ProgressiveOptions& options,
@@ -87,6 +73,7 @@ void progressive_embedding(PlanarMap& map, const ProgressiveOptions& options,
   Index stamp = 0;
   std::int64_t retries = 0;
   std::int64_t recollapses = 0;
+  bool from_nothing = options.start == ProgressiveStart::kNothing;
   while (!record.empty()) {
     const HalfedgeId h = record.back();
     const VertexId v0 = map.mesh.target(h);
@@ -107,17 +94,22 @@ void progressive_embedding(PlanarMap& map, const ProgressiveOptions& options,
       // The surroundings are too small for the grid, and smoothing opens them too slowly. Collapse
       // what is small, smooth the coarser map, where that is cheap, and come back to this insertion
       // later: the record is a stack.
-      if (map.invalid_energy <= kLeastInvalidEnergy) {
+      if (from_nothing) {
         throw_not_converged(ErrorCode::kIterationLimit,
                             "Vertex " + std::to_string(map.mesh.source(h)) +
                                 " found no valid position beside vertex " + std::to_string(v0) +
                                 ".",
                             ElementKind::kVertex, {map.mesh.source(h), v0});
       }
-      map.invalid_energy =
-          std::max(kLeastInvalidEnergy, std::min(map.invalid_energy, kInvalidEnergyDouble) / 1e4);
       const Size before = record.size();
-      collapse_invalid(map, false, record, context);
+      if (map.invalid_energy > kLeastInvalidEnergy) {
+        map.invalid_energy =
+            std::max(kLeastInvalidEnergy, std::min(map.invalid_energy, kInvalidEnergyDouble) / 1e4);
+        collapse_invalid(map, false, record, context);
+      } else {
+        collapse_all(map, record, context);
+        from_nothing = true;
+      }
       recollapses += static_cast<std::int64_t>(record.size() - before);
       alive = vertices_left(map, record);
       smooth_sweeps(map, alive, options.final_sweeps, 1e-3, context);

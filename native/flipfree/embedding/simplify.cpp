@@ -234,6 +234,19 @@ class Simplifier {
 
 }  // namespace
 
+std::vector<VertexId> vertices_left(const PlanarMap& map, const CollapseRecord& record) {
+  std::vector<char> removed(static_cast<Size>(map.mesh.vertex_count()), 0);
+  for (const HalfedgeId h : record) removed[static_cast<Size>(map.mesh.source(h))] = 1;
+  std::vector<VertexId> left;
+  for (VertexId v = 0; v < map.mesh.vertex_count(); ++v) {
+    if (map.mesh.outgoing(v) != kInvalid && !map.mesh.is_boundary(v) &&
+        removed[static_cast<Size>(v)] == 0) {
+      left.push_back(v);
+    }
+  }
+  return left;
+}
+
 void collapse_vertex(PlanarMap& map, HalfedgeId h) {
   const HalfedgeId g = map.mesh.opposite(h);
   const double vanishing = share(map, h) + share(map, g);
@@ -269,10 +282,7 @@ void collapse_all(PlanarMap& map, CollapseRecord& record, ExecutionContext& cont
   // Rounds: in each, vertices of low degree that touch no vertex removed or grown in the same
   // round.
   const Index n = map.mesh.vertex_count();
-  std::vector<VertexId> alive;
-  for (VertexId v = 0; v < n; ++v) {
-    if (map.mesh.outgoing(v) != kInvalid && !map.mesh.is_boundary(v)) alive.push_back(v);
-  }
+  std::vector<VertexId> alive = vertices_left(map, record);
   std::vector<Index> blocked(static_cast<Size>(n),
                              kInvalid);  // round in which the vertex was touched
   std::vector<char> removed(static_cast<Size>(n), 0);
