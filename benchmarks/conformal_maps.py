@@ -15,9 +15,10 @@ import time
 from pathlib import Path
 
 import numpy as np
-from mesh_files import data_folder, read_mesh
 
 import flipfree as ff
+
+from mesh_files import data_folder, read_mesh
 
 REFERENCE_SECONDS = {"aircraft": 0.48, "fertility_tri": 4.3, "elephant": 9.2}
 

@@ -14,9 +14,10 @@ from collections import Counter
 from pathlib import Path
 
 import numpy as np
-from mesh_files import data_folder, read_mesh
 
 import flipfree as ff
+
+from mesh_files import data_folder, read_mesh
 
 
 def main() -> int:

@@ -19,9 +19,9 @@ import numpy as np
 from PIL import Image
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "benchmarks"))
-from mesh_files import data_folder, read_mesh  # noqa: E402
-
 import flipfree as ff  # noqa: E402
+
+from mesh_files import data_folder, read_mesh  # noqa: E402
 
 SIZE = 900
 LINES = 24.0  # grid lines over the surface's diameter where the scale is average

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from embedding_meshes import Disk, boundary_loop, corpus, stacked, tube, wavy_grid
-from mesh_files import data_folder
 
 import flipfree as ff
+
+from mesh_files import data_folder
 
 
 def corner_of_vertex(disk: Disk, result: ff.Parametrization) -> dict[int, np.ndarray]:

@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from surfaces import bumpy_grid, cylinder, octahedron_sphere, torus
 
 import flipfree as ff
+
+from surfaces import bumpy_grid, cylinder, octahedron_sphere, torus
 
 SHAPES = [lambda: bumpy_grid(7, 6), lambda: cylinder(9, 3), lambda: torus(8, 6), lambda: octahedron_sphere(2)]
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from surfaces import bumpy_grid
 
 import flipfree as ff
+
+from surfaces import bumpy_grid
 
 
 def planar_map(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:

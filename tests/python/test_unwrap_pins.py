@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from surfaces import bumpy_grid
 
 import flipfree as ff
+
+from surfaces import bumpy_grid
 
 
 def free_map() -> tuple[np.ndarray, np.ndarray, np.ndarray]:

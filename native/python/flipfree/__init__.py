@@ -4,8 +4,8 @@ Arrays in: ``vertices (n, 3) float64``, ``faces (m, 3) int32``, consistently ori
 Angles in radians. Every result carries a certificate measured with exact predicates.
 """
 
-from ._native import version as __version__
 from . import jobs
+from ._native import version as __version__
 from .certification import certify
 from .conformal import ConformalMetric, conformal_metric
 from .conformal_map import conformal

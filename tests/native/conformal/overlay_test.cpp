@@ -15,7 +15,6 @@
 namespace flipfree {
 namespace {
 
-
 bool flippable(const FlipMesh& mesh, HalfedgeId h) {
   const HalfedgeId o = h ^ 1;
   return mesh.next_of(h) != o && mesh.previous_of(h) != o;
