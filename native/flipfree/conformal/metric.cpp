@@ -173,9 +173,11 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
                                   run.error_history.end());
     } else {
       run.end = NewtonEnd::kPrecision;
+      run.reason = "scale factors out of range";
       run.error = std::numeric_limits<double>::infinity();
     }
     exact_tests += engine->exact_tests();
+    if (run.end == NewtonEnd::kPrecision && rungs == 1) result.stats["climbed_because"] = std::string(run.reason);
     // A long way there and back is replaced by the direct one: the same scale factors from the
     // start again, which the uniqueness of the Delaunay triangulation allows, then Newton to remove
     // what rounding left.
