@@ -117,7 +117,7 @@ void NewtonSystem::build_pattern(const Triangles& faces,
   diagonal_.resize(size(unknowns));
 }
 
-double NewtonSystem::assemble(const std::vector<RestTriangle>& rest, const Points2& uv,
+double NewtonSystem::assemble(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft,
                               ExecutionContext& context) {
   std::vector<double> parts(chunk_count(rest.size(), kFaceGrain), 0.0);
   parallel_for(
@@ -130,7 +130,8 @@ double NewtonSystem::assemble(const std::vector<RestTriangle>& rest, const Point
           };
           const Jacobian j = jacobian(rest[f], point(0), point(1), point(2));
           sum += rest[f].weight * symmetric_dirichlet_hessian(rest[f], j, &face_gradient_[6 * f],
-                                                              &face_hessian_[kHessianEntries * f]);
+                                                              &face_hessian_[kHessianEntries * f],
+                                                              soft);
         }
         parts[chunk] = sum;
       });
