@@ -48,7 +48,8 @@ class NewtonSystem {
   int factorizations() const { return factorizations_; }
 
  private:
-  void build_pattern(const Triangles& faces, const std::vector<std::array<VertexId, 2>>& couplings);
+  void build_pattern(const Triangles& faces, const std::vector<std::array<VertexId, 2>>& couplings,
+                     const ExecutionContext& context);
 
   const Triangles& faces_;
   std::vector<Index> number_of_;      // #V -> free number
