@@ -14,6 +14,7 @@ import time
 import weakref
 
 import bpy
+
 import flipfree
 
 from . import errors, mesh_io

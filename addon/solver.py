@@ -5,8 +5,9 @@ import os
 import tomllib
 from pathlib import Path
 
-import flipfree
 import numpy as np
+
+import flipfree
 from flipfree import jobs
 
 THREADS = max(1, min(os.cpu_count() or 1, 8))

@@ -12,9 +12,9 @@ import sys
 import time
 from pathlib import Path
 
-from mesh_files import data_folder, read_mesh
-
 import flipfree as ff
+
+from mesh_files import data_folder, read_mesh
 
 
 def default_files() -> list[Path]:

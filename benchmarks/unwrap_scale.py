@@ -19,9 +19,9 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests" / "python"))
-from surfaces import bumpy_grid  # noqa: E402
-
 import flipfree as ff  # noqa: E402
+
+from surfaces import bumpy_grid  # noqa: E402
 
 
 def sheet(triangles: int) -> tuple[np.ndarray, np.ndarray]:

@@ -8,6 +8,7 @@
 #include "flipfree/conformal/map.h"
 #include "flipfree/conformal/suggest_cones.h"
 #include "job.h"
+#include "metric_object.h"
 
 namespace py = pybind11;
 
@@ -22,27 +23,20 @@ Refinement to_refinement(const std::string& name) {
 
 const char* kind_name(ElementKind kind) { return kind == ElementKind::kFace ? "face" : "none"; }
 
-py::dict metric_to_dict(const conformal::ConformalMetric& metric) {
-  py::dict d;
-  d["scale_factors"] = from_vector(metric.scale_factors);
-  d["angles"] = from_vector(metric.angles);
-  d["angle_error"] = metric.angle_error;
-  d["scale_range"] = metric.scale_range;
-  d["flips"] = metric.flips.size();
-  d["iterations"] = metric.iterations;
-  d["bits"] = metric.bits;
-  d["converged"] = metric.converged;
-  d["stats"] = to_dict(metric.stats);
-  return d;
-}
-
-// {map, metric, error}: error is None or {message, code, kind, elements}; the map is valid only
-// without one.
+// {map, figures, error, metric}: error is None or {message, code, kind, elements}, with the metric;
+// the map is valid only without one.
 py::object to_object(const ConformalMapResult& result) {
   py::dict d;
   d["map"] = to_dict(result.map);
-  d["metric"] = metric_to_dict(result.metric);
+  py::dict figures;
+  figures["angle_error"] = result.metric.angle_error;
+  figures["scale_range"] = result.metric.scale_range;
+  figures["flips"] = result.metric.flips.size();
+  figures["iterations"] = result.metric.iterations;
+  figures["bits"] = result.metric.bits;
+  d["figures"] = figures;
   d["error"] = py::none();
+  d["metric"] = py::none();
   if (result.failure) {
     py::dict error;
     error["message"] = result.failure->message;
@@ -50,6 +44,7 @@ py::object to_object(const ConformalMapResult& result) {
     error["kind"] = kind_name(result.failure->kind);
     error["elements"] = from_vector(result.failure->elements);
     d["error"] = error;
+    d["metric"] = python::to_object(result.metric);
   }
   return d;
 }

@@ -26,8 +26,10 @@ EmbedMethod method_of(const std::string& name) {
   if (name == "ladder") return EmbedMethod::kLadder;
   if (name == "progressive") return EmbedMethod::kProgressive;
   if (name == "tutte") return EmbedMethod::kTutte;
+  if (name == "schnyder") return EmbedMethod::kSchnyder;
   throw_invalid(ErrorCode::kBadOption,
-                "method must be \"ladder\", \"progressive\" or \"tutte\", not \"" + name + "\".");
+                "method must be \"ladder\", \"schnyder\", \"progressive\" or \"tutte\", not \"" +
+                    name + "\".");
 }
 
 }  // namespace

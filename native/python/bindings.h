@@ -6,7 +6,9 @@
 namespace flipfree::python {
 
 void bind_certify(pybind11::module_& module);
+void bind_conformal(pybind11::module_& module);
 void bind_conformal_map(pybind11::module_& module);
+void bind_distortion(pybind11::module_& module);
 void bind_embedding(pybind11::module_& module);
 void bind_matchmaker(pybind11::module_& module);
 void bind_unwrap(pybind11::module_& module);

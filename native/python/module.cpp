@@ -74,7 +74,9 @@ PYBIND11_MODULE(_native, module) {
       .def("progress", &Job::progress)
       .def("result", &Job::result);
   bind_certify(module);
+  bind_conformal(module);
   bind_conformal_map(module);
+  bind_distortion(module);
   bind_embedding(module);
   bind_matchmaker(module);
   bind_unwrap(module);

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from surfaces import bumpy_grid, octahedron_sphere
 
 import flipfree as ff
+
+from surfaces import bumpy_grid, octahedron_sphere
 
 DOCS = Path(__file__).resolve().parent.parent.parent / "docs" / "errors.md"
 

@@ -7,9 +7,10 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from surfaces import bumpy_grid, cylinder, octahedron_sphere, shuffled, torus
 
 import flipfree as ff
+
+from surfaces import bumpy_grid, cylinder, octahedron_sphere, shuffled, torus
 
 
 def boundary_vertices(faces: np.ndarray) -> np.ndarray:

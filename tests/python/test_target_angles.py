@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from surfaces import bumpy_grid, cylinder, octahedron_sphere, torus
 from test_conformal_map import boundary_vertices, uv_angles
 
 import flipfree as ff
+
+from surfaces import bumpy_grid, cylinder, octahedron_sphere, torus
 
 CLOSED = {"sphere": octahedron_sphere, "torus": torus}
 OPEN = {"disk": lambda: bumpy_grid(30, 30, 0.4), "annulus": cylinder}

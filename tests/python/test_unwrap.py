@@ -7,9 +7,10 @@ import time
 
 import numpy as np
 import pytest
-from surfaces import bumpy_grid, cylinder, octahedron_sphere, shuffled, torus
 
 import flipfree as ff
+
+from surfaces import bumpy_grid, cylinder, octahedron_sphere, shuffled, torus
 
 SURFACES = {
     "disk": bumpy_grid,

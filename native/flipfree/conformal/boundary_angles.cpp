@@ -1,5 +1,6 @@
 #include "flipfree/conformal/boundary_angles.h"
 
+#include <Eigen/QR>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -20,7 +21,7 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 constexpr double kPinnedTolerance = 1e-11;
 constexpr int kCircleRounds = 60;
-constexpr double kCircleTolerance = 1e-10;  // radians, change of the targets
+constexpr double kCircleTolerance = 1e-9;  // relative change of boundary lengths
 
 struct Shape {
   Adjacency adjacency;
@@ -107,9 +108,44 @@ std::vector<double> boundary_shares(const Surface& surface, const std::vector<Ve
   return share;
 }
 
-// Fixed point: curvature proportional to length in the metric that this curvature gives. The
-// longest loop turns once around, the others turn the other way; it takes what cones and handles
-// leave.
+// Anderson acceleration of x -> g(x): combines the last few steps so that their residuals cancel
+// best (Walker, Ni 2011).
+class Anderson {
+ public:
+  Eigen::VectorXd next(const Eigen::VectorXd& x, const Eigen::VectorXd& g) {
+    const Eigen::VectorXd residual = g - x;
+    if (last_g_.size() > 0) {
+      if (steps_.size() == kDepth) {
+        steps_.erase(steps_.begin());
+        changes_.erase(changes_.begin());
+      }
+      steps_.push_back(g - last_g_);
+      changes_.push_back(residual - last_residual_);
+    }
+    last_g_ = g;
+    last_residual_ = residual;
+    if (changes_.empty()) return g;
+    Eigen::MatrixXd matrix(x.size(), static_cast<Eigen::Index>(changes_.size()));
+    for (std::size_t i = 0; i < changes_.size(); ++i) {
+      matrix.col(static_cast<Eigen::Index>(i)) = changes_[i];
+    }
+    const Eigen::VectorXd weight = matrix.colPivHouseholderQr().solve(residual);
+    Eigen::VectorXd out = g;
+    for (std::size_t i = 0; i < steps_.size(); ++i) {
+      out -= weight[static_cast<Eigen::Index>(i)] * steps_[i];
+    }
+    return out.allFinite() ? out : g;
+  }
+
+ private:
+  static constexpr std::size_t kDepth = 6;
+  Eigen::VectorXd last_g_, last_residual_;
+  std::vector<Eigen::VectorXd> steps_, changes_;
+};
+
+// Fixed point: curvature proportional to length in the metric that this curvature gives; the
+// unknowns are the logarithms of the lengths' shares. The longest loop turns once around, the
+// others turn the other way; it takes what cones and handles leave.
 void make_round(const Surface& surface, const Shape& shape, const BoundaryAnglesOptions& options,
                 std::vector<double>& angles, ExecutionContext& context) {
   std::size_t outer = 0;
@@ -130,22 +166,25 @@ void make_round(const Surface& surface, const Shape& shape, const BoundaryAngles
   const double turning =
       total_turning(shape, options) - others * static_cast<double>(shape.loops.size() - 1);
   std::vector<double> u(angles.size(), 0.0);
-  double change = 0.0;
-  for (int round = 0; round < kCircleRounds; ++round) {
-    const ProgressRange range(context, round / double{kCircleRounds},
-                              (round + 1) / double{kCircleRounds});
-    change = 0.0;
-    for (std::size_t l = 0; l < shape.loops.size(); ++l) {
-      const std::vector<double> share = boundary_shares(surface, shape.loops[l], u);
-      for (std::size_t i = 0; i < share.size(); ++i) {
-        double& angle = angles[at(shape.loops[l][i])];
-        const double next = pi - share[i] * (l == outer ? turning : others);
-        change = std::max(change, std::abs(next - angle));
-        angle = next;
-      }
-    }
+  Eigen::Index count = 0;
+  for (const auto& loop : shape.loops) count += static_cast<Eigen::Index>(loop.size());
+  const auto measure = [&] {
+    Eigen::VectorXd logs(count);
+    Eigen::Index row = 0;
     for (const auto& loop : shape.loops) {
-      for (const VertexId v : loop) {
+      for (const double share : boundary_shares(surface, loop, u)) logs[row++] = std::log(share);
+    }
+    return logs;
+  };
+  const auto set_angles = [&](const Eigen::VectorXd& logs) {
+    Eigen::Index row = 0;
+    for (std::size_t l = 0; l < shape.loops.size(); ++l) {
+      const auto size = static_cast<Eigen::Index>(shape.loops[l].size());
+      const Eigen::VectorXd share = logs.segment(row, size).array().exp();
+      const double total = share.sum();
+      for (Index i = 0; i < size; ++i) {
+        const VertexId v = shape.loops[l][at(i)];
+        angles[at(v)] = pi - share[i] / total * (l == outer ? turning : others);
         if (angles[at(v)] > 0.0) continue;
         throw_infeasible(
             ErrorCode::kBadAngles,
@@ -153,18 +192,28 @@ void make_round(const Surface& surface, const Shape& shape, const BoundaryAngles
                 " are too long for a round boundary: its angle would not be positive. Split them.",
             ElementKind::kVertex, {v});
       }
+      row += size;
     }
     close_gauss_bonnet(angles, shape.on_boundary, shape.euler, 1e-6);
-    if (change <= kCircleTolerance) return;
+  };
+  Anderson anderson;
+  Eigen::VectorXd x = measure();
+  double change = 0.0;
+  for (int round = 0; round < kCircleRounds; ++round) {
+    const ProgressRange range(context, round / double{kCircleRounds},
+                              (round + 1) / double{kCircleRounds});
+    set_angles(x);
     conformal::MetricOptions metric;
     metric.tolerance = 1e-11;
-    metric.require_convergence = true;
     u = conformal::compute_conformal_metric(surface, angles, metric, context).scale_factors;
+    const Eigen::VectorXd g = measure();
+    change = (g - x).cwiseAbs().maxCoeff();
+    if (change <= kCircleTolerance) return;
+    x = anderson.next(x, g);
   }
   throw_not_converged(ErrorCode::kIterationLimit,
-                      "The round boundary was not reached: angles still change by " +
-                          std::to_string(change) +
-                          " radians. Use a finer boundary, or a free one.");
+                      "The round boundary was not reached: lengths still change by a factor of " +
+                          std::to_string(1.0 + change) + ". Use a finer boundary, or a free one.");
 }
 
 void make_free(const Surface& surface, const Shape& shape, std::vector<double>& angles,

@@ -71,14 +71,12 @@ class ScalarEngine final : public MetricEngine {
     std::copy(input_.target.begin(), input_.target.end(), out.value.begin());
     out.half_cotangent.assign(mesh_.halfedge_count(), 0.0);
     double smallest = 1.0;
-    bool good = true;
     for (std::size_t f = 0; f < mesh_.face_count(); ++f) {
       const double weight = face_weight(f);
       if (weight == 0.0) continue;
       HalfedgeId h[3];
       double x[3];
       const double radius = shape(f, h, x);
-      if (!(radius > 0.0)) good = false;
       smallest = std::min(smallest, radius);
       // tan(angle / 2) = radius / x; the two smallest angles are computed, the third completes pi.
       const int widest = x[0] <= x[1] ? (x[0] <= x[2] ? 0 : 2) : (x[1] <= x[2] ? 1 : 2);
@@ -101,7 +99,7 @@ class ScalarEngine final : public MetricEngine {
       }
     }
     out.noise = noise_of(smallest, 2.2e-16);
-    finish_gradient(out, good);
+    finish_gradient(out);
   }
 
   bool relax(const std::vector<VertexId>& unknowns, double accuracy, std::vector<double>& u,
@@ -222,8 +220,7 @@ class ScalarEngine final : public MetricEngine {
   }
 
   // Half-edges of a face, x[k] = s - 2 length[k] relative to the perimeter s, and the factor
-  // `radius` with tan(angle opposite k / 2) = radius / x[k]. Not positive if the triangle
-  // inequality fails.
+  // `radius` with tan(angle opposite k / 2) = radius / x[k].
   double shape(std::size_t f, HalfedgeId h[3], double x[3]) const {
     h[0] = mesh_.face_halfedge[f];
     h[1] = mesh_.next[at(h[0])];
@@ -242,14 +239,15 @@ class ScalarEngine final : public MetricEngine {
       x[1] = ratio(c - b + a, s);
       x[2] = ratio(a - c + b, s);
     }
-    const double product = x[0] * x[1] * x[2];
-    if (!(product > 0.0)) {
-      // Degenerate to working precision: the best reading is a flat triangle whose longest edge
-      // sees pi.
-      for (int k = 0; k < 3; ++k) x[k] = std::max(x[k], 1e-300);
-      return -1e-300;
+    // Below rounding a length difference is not known; the triangle is then read as barely valid,
+    // and the noise estimate says what that is worth.
+    const double least = std::ldexp(1.0, -bits_);
+    for (int k = 0; k < 3; ++k) x[k] = std::max(x[k], least);
+    if constexpr (Traits::kIsDouble) {
+      return std::sqrt(x[0] * x[1] * x[2]);
+    } else {
+      return std::sqrt(x[0]) * std::sqrt(x[1]) * std::sqrt(x[2]);  // the product may underflow
     }
-    return std::sqrt(product);
   }
 
   // An outgoing half-edge of every vertex, kept through flips once it exists.
@@ -320,12 +318,11 @@ class ScalarEngine final : public MetricEngine {
     return length_error / std::max(smallest_radius, 1e-300) + 4.0 * angle_error;
   }
 
-  static void finish_gradient(Gradient& out, bool good) {
+  static void finish_gradient(Gradient& out) {
     out.max_error = 0.0;
     for (const double g : out.value) {
       if (!(std::abs(g) <= out.max_error)) out.max_error = std::abs(g);
     }
-    if (!good || std::isnan(out.max_error)) out.noise = std::numeric_limits<double>::infinity();
     if (std::isnan(out.max_error)) out.max_error = std::numeric_limits<double>::infinity();
   }
 
@@ -341,7 +338,6 @@ class ScalarEngine final : public MetricEngine {
     out.half_cotangent.assign(mesh_.halfedge_count(), 0.0);
     const T half_pi = Traits::pi(bits_) / T(2.0);
     double smallest = 1.0;
-    bool good = true;
     for (std::size_t f = 0; f < mesh_.face_count(); ++f) {
       const double weight = face_weight(f);
       if (weight == 0.0) continue;
@@ -349,15 +345,14 @@ class ScalarEngine final : public MetricEngine {
       double x[3];
       const double radius = shape(f, h, x);
       smallest = std::min(smallest, radius);
-      if (!(radius > 0.0)) {
-        good = false;
-        continue;
-      }
       const T& a = length_[at(h[0] >> 1)];
       const T& b = length_[at(h[1] >> 1)];
       const T& c = length_[at(h[2] >> 1)];
       const T s = a + b + c;
-      const T y[3] = {b - a + c, c - b + a, a - c + b};
+      T y[3] = {b - a + c, c - b + a, a - c + b};
+      for (T& difference : y) {
+        if (!(difference > T(0.0))) difference = s * T(std::ldexp(1.0, -bits_));
+      }
       const T r = sqrt((y[0] / s) * y[1] * y[2]);
       const int widest = x[0] <= x[1] ? (x[0] <= x[2] ? 0 : 2) : (x[1] <= x[2] ? 1 : 2);
       T rest = half_pi;
@@ -376,7 +371,7 @@ class ScalarEngine final : public MetricEngine {
     }
     for (std::size_t v = 0; v < unknowns; ++v) out.value[v] = Traits::to_double(sums_[v]);
     out.noise = noise_of(smallest, std::ldexp(1.0, 2 - bits_));
-    finish_gradient(out, good);
+    finish_gradient(out);
   }
 
   void spread_remainder() {

@@ -52,25 +52,14 @@ EdgeId perpendicular_in(const IntrinsicMesh& m, HalfedgeId h) {
   return m.next[at(n)] >> 1;
 }
 
-// In which copy a face lies, told by its edges other than h; `otherwise` if they all lie on the
-// symmetry line.
-FaceLabel side_of_face(const IntrinsicMesh& m, HalfedgeId h, FaceLabel otherwise) {
-  HalfedgeId s = m.next[at(h)];
-  for (int i = 0; i < 2; ++i, s = m.next[at(s)]) {
-    const EdgeLabel label = m.edge_label[at(s >> 1)];
-    if (label == EdgeLabel::kOne) return FaceLabel::kOne;
-    if (label == EdgeLabel::kTwo) return FaceLabel::kTwo;
-  }
-  return otherwise;
-}
-
 void pair_by_reflection(IntrinsicMesh& m, HalfedgeId a, HalfedgeId b) {
   m.reflection[at(a)] = b;
   m.reflection[at(b)] = a;
   m.reflection[at(a ^ 1)] = b ^ 1;
   m.reflection[at(b ^ 1)] = a ^ 1;
 }
-void make_perpendicular(IntrinsicMesh& m, EdgeId e) {
+void make_perpendicular(IntrinsicMesh& m, EdgeId e, bool starts_in_two) {
+  m.starts_in_two[at(e)] = starts_in_two ? 1 : 0;
   m.edge_label[at(e)] = EdgeLabel::kPerpendicular;
   m.reflection[at(2 * e)] = 2 * e;
   m.reflection[at(2 * e + 1)] = 2 * e + 1;
@@ -85,19 +74,26 @@ void label_both_faces(IntrinsicMesh& m, EdgeId e, FaceLabel label) {
   m.face_label[at(m.face[at(2 * e + 1)])] = label;
 }
 
-// s and s2 are the side edges of a symmetric face that a flip restored; the halves named lie in
-// that face. Their outer faces get the labels 1 and 2, and so do they.
-void restore_sides(IntrinsicMesh& m, HalfedgeId s, HalfedgeId s2) {
+// s and s2 are the halves, in a symmetric face that a flip restored, of its side edges; s is the
+// one of copy 1 or not. They and their outer faces get the labels 1 and 2.
+void restore_sides(IntrinsicMesh& m, HalfedgeId s, HalfedgeId s2, bool s_is_one) {
   pair_by_reflection(m, s, s2);
-  const FaceLabel first =
-      side_of_face(m, s ^ 1,
-                   side_of_face(m, s2 ^ 1, FaceLabel::kTwo) == FaceLabel::kOne ? FaceLabel::kTwo
-                                                                               : FaceLabel::kOne);
-  const bool one = first == FaceLabel::kOne;
-  m.face_label[at(m.face[at(s ^ 1)])] = one ? FaceLabel::kOne : FaceLabel::kTwo;
-  m.face_label[at(m.face[at(s2 ^ 1)])] = one ? FaceLabel::kTwo : FaceLabel::kOne;
-  m.edge_label[at(s >> 1)] = one ? EdgeLabel::kOne : EdgeLabel::kTwo;
-  m.edge_label[at(s2 >> 1)] = one ? EdgeLabel::kTwo : EdgeLabel::kOne;
+  const HalfedgeId one = s_is_one ? s : s2;
+  const HalfedgeId two = s_is_one ? s2 : s;
+  m.face_label[at(m.face[at(one ^ 1)])] = FaceLabel::kOne;
+  m.face_label[at(m.face[at(two ^ 1)])] = FaceLabel::kTwo;
+  m.edge_label[at(one >> 1)] = EdgeLabel::kOne;
+  m.edge_label[at(two >> 1)] = EdgeLabel::kTwo;
+}
+
+// Whether the side half-edge s of a symmetric triangle, or of a half of a quadrilateral, lies in
+// copy 1: told by the perpendicular edge beside it. A half whose perpendicular edge is w reads (w,
+// side) or (side, w) around the corner.
+bool side_is_one(const IntrinsicMesh& m, HalfedgeId s) {
+  const HalfedgeId n = m.next[at(s)];
+  // s ends where n starts: if n leaves copy 1, that corner is in copy 1.
+  if (is_perpendicular(m, n)) return m.leaves_one(n);
+  return !m.leaves_one(m.next[at(n)]);
 }
 
 // The half of edge e that lies in face f (the even one if both do).
@@ -164,6 +160,7 @@ IntrinsicSetup build_intrinsic_mesh(Index vertex_count, const Triangles& faces) 
   m.reflection.assign(at(2 * all_edges), kInvalid);
   m.edge_label.assign(at(all_edges), EdgeLabel::kOne);
   m.face_label.assign(at(all_faces), FaceLabel::kOne);
+  m.starts_in_two.assign(at(all_edges), 0);
   std::vector<VertexId> mirror(at(vertex_count));
   for (Index v = 0; v < vertex_count; ++v) {
     mirror[at(v)] = v;
@@ -356,6 +353,11 @@ FlipStencil flip_stencil(const IntrinsicMesh& m, EdgeId e, FlipType type) {
 }
 
 void flip_symmetrically(IntrinsicMesh& m, const FlipStencil& s) {
+  const bool left_was_one =
+      m.symmetric() && m.face_label[at(m.face[at(2 * s.e)])] == FaceLabel::kOne;
+  const bool cross_was_inside =
+      s.new_cross != kInvalid &&
+      m.face_label[at(m.face[at(2 * s.new_cross)])] == FaceLabel::kTriangle;
   for (int i = 0; i < s.plain.count; ++i) flip_edge(m, s.plain.edges[static_cast<std::size_t>(i)]);
   if (!m.symmetric()) return;
   const HalfedgeId h = 2 * s.e;
@@ -367,15 +369,18 @@ void flip_symmetrically(IntrinsicMesh& m, const FlipStencil& s) {
       return;
     }
     case FlipType::kParallel:
-      make_perpendicular(m, s.e);
+      // The even half starts at the apex of what was the odd half's face.
+      make_perpendicular(m, s.e, left_was_one);
       label_both_faces(m, s.e, FaceLabel::kTriangle);
       return;
     case FlipType::kPerpendicular: {
       m.edge_label[at(s.e)] = EdgeLabel::kParallel;
       m.reflection[at(h)] = h + 1;
       m.reflection[at(h + 1)] = h;
-      const FaceLabel left = side_of_face(m, h, FaceLabel::kOne);
-      const FaceLabel right = left == FaceLabel::kOne ? FaceLabel::kTwo : FaceLabel::kOne;
+      // The face of the even half keeps the vertex from which that half started.
+      const bool one = m.starts_in_two[at(s.e)] == 0;
+      const FaceLabel left = one ? FaceLabel::kOne : FaceLabel::kTwo;
+      const FaceLabel right = one ? FaceLabel::kTwo : FaceLabel::kOne;
       m.face_label[at(m.face[at(h)])] = left;
       m.face_label[at(m.face[at(h + 1)])] = right;
       return;
@@ -383,7 +388,8 @@ void flip_symmetrically(IntrinsicMesh& m, const FlipStencil& s) {
     case FlipType::kTriangle: {
       label_both_faces(m, s.new_cross, FaceLabel::kTriangle);
       label_both_faces(m, s.new_diagonal, FaceLabel::kQuad);
-      make_perpendicular(m, s.new_cross);
+      // The mirror image of e was turned last; its half in t got b' (copy 2) as origin.
+      make_perpendicular(m, s.new_cross, cross_was_inside);
       make_diagonal(m, s.new_diagonal);
       return;
     }
@@ -394,15 +400,19 @@ void flip_symmetrically(IntrinsicMesh& m, const FlipStencil& s) {
       const bool shares = m.face[at(h)] == f || m.face[at(h + 1)] == f;
       const FaceId t = shares ? f : g;
       m.face_label[at(t)] = FaceLabel::kTriangle;
-      restore_sides(m, half_in_face(m, s.new_side, t), half_in_face(m, s.new_side2, t));
+      const HalfedgeId side = half_in_face(m, s.new_side, t);
+      restore_sides(m, side, half_in_face(m, s.new_side2, t), side_is_one(m, side));
       return;
     }
     case FlipType::kQuad: {
       label_both_faces(m, s.new_diagonal, FaceLabel::kQuad);
       label_both_faces(m, s.new_diagonal2, FaceLabel::kQuad);
-      make_perpendicular(m, s.new_cross);
       make_diagonal(m, s.new_diagonal);
       make_diagonal(m, s.new_diagonal2);
+      // Of the two diagonals, that of the flipped edge of copy 1 touches b, the other one b'.
+      const QuadCorner corner = quad_corner(m, 2 * s.new_cross);
+      const bool touches_one = (corner.diagonal >> 1) == s.e;
+      make_perpendicular(m, s.new_cross, touches_one == corner.diagonal_follows);
       return;
     }
     case FlipType::kQuadQuad: {
@@ -414,7 +424,8 @@ void flip_symmetrically(IntrinsicMesh& m, const FlipStencil& s) {
         const FaceId side = m.face[at(2 * e)];
         return side == f || side == g ? 2 * e : 2 * e + 1;
       };
-      restore_sides(m, half_in_quad(s.new_side), half_in_quad(s.new_side2));
+      const HalfedgeId side = half_in_quad(s.new_side);
+      restore_sides(m, side, half_in_quad(s.new_side2), side_is_one(m, side));
       return;
     }
   }

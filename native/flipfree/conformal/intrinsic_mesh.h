@@ -70,6 +70,10 @@ struct IntrinsicMesh {
   // Per edge and face; empty for a closed surface (all are then kOne).
   std::vector<EdgeLabel> edge_label;
   std::vector<FaceLabel> face_label;
+  // Per edge, for perpendicular ones: 1 if half-edge 2e runs from copy 2 to copy 1. It is what
+  // tells the copies apart when a flip restores the two sides of a symmetric face whose
+  // surroundings all lie on the symmetry line.
+  std::vector<std::uint8_t> starts_in_two;
   // Per face: one of its half-edges.
   std::vector<HalfedgeId> face_halfedge;
   // Per vertex of this mesh: the vertex of the user's mesh whose unknown it shares. The first
@@ -91,6 +95,8 @@ struct IntrinsicMesh {
   EdgeLabel label_of_edge(EdgeId e) const {
     return edge_label.empty() ? EdgeLabel::kOne : edge_label[at(e)];
   }
+  // For half-edges of perpendicular edges: does it run from copy 1 to copy 2?
+  bool leaves_one(HalfedgeId h) const { return (starts_in_two[at(h >> 1)] != 0) == ((h & 1) != 0); }
   FaceLabel label_of_face(FaceId f) const {
     return face_label.empty() ? FaceLabel::kOne : face_label[at(f)];
   }

@@ -15,7 +15,9 @@
 #include "flipfree/conformal/overlay_coordinates.h"
 #include "flipfree/conformal/overlay_positions.h"
 #include "flipfree/conformal/overlay_trace.h"
+#include "flipfree/distortion/rounding.h"
 #include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/validate.h"
 
 namespace flipfree {
 namespace {
@@ -24,6 +26,10 @@ using conformal::ConformalMetric;
 using conformal::Scalars;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+// Radians. Values that are moved on the 32-bit grid to keep every triangle positive may bend the
+// cones in triangles of a few grid steps; a cone of quarter turns must remain recognisable.
+constexpr double kStoredAngle = 0.3;
 
 long double widen(double x) { return x; }
 template <int Limbs>
@@ -293,6 +299,45 @@ RoundedMap refine_and_round(const Surface& surface, const Adjacency& adjacency,
   return best;
 }
 
+// A map that is valid in 64 bits, rounded to other 32-bit points than the nearest where these would
+// flip a triangle. False if there are none.
+bool repair_rounding(const Parametrization& map, Points2f& uv32, Stats& stats,
+                     ExecutionContext& context) {
+  const Adjacency adjacency =
+      build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
+  const CutMesh cut =
+      cut_along(map.surface.faces, adjacency, uv_cuts(map.surface.faces, adjacency, map.uv));
+  Points2 uv(static_cast<Eigen::Index>(cut.vertex_origin.size()), 2);
+  for (Index c = 0; c < static_cast<Index>(map.uv.rows()); ++c) {
+    uv.row(cut.faces(c / 3, c % 3)) = map.uv.row(c);
+  }
+  try {
+    const Points2f stored = round_to_storage(cut.faces, uv, {}, context, stats);
+    for (Index c = 0; c < static_cast<Index>(uv32.rows()); ++c)
+      uv32.row(c) = stored.row(cut.faces(c / 3, c % 3));
+    return true;
+  } catch (const NotConverged&) {
+    return false;
+  }
+}
+
+// Largest difference, over the vertices with a prescribed angle, between that angle and the one of
+// the stored values.
+double stored_angle_error(const Parametrization& map,
+                          const std::vector<std::pair<VertexId, double>>& prescribed) {
+  std::vector<double> sum(static_cast<std::size_t>(map.surface.vertices.rows()), 0.0);
+  for (CornerId c = 0; c < static_cast<CornerId>(map.uv32.rows()); ++c) {
+    const Vector2 p = map.uv32.row(c).cast<double>();
+    const Vector2 a = map.uv32.row(next_corner(c)).cast<double>().transpose() - p;
+    const Vector2 b = map.uv32.row(previous_corner(c)).cast<double>().transpose() - p;
+    sum[at(map.surface.faces(c / 3, c % 3))] += std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));
+  }
+  double largest = 0.0;
+  for (const auto& [v, angle] : prescribed)
+    largest = std::max(largest, std::abs(sum[at(v)] - angle));
+  return largest;
+}
+
 // Cut edges of the input as vertex pairs of the refined mesh.
 IndexPairs refined_cuts(const Surface& surface, const EdgeFlags& cuts, const InputEdges& edges,
                         const std::vector<std::int64_t>& begin, const RefinedMap& refined) {
@@ -336,6 +381,19 @@ Error not_storable(const ConformalMetric& metric, const std::vector<FaceId>& fac
                   std::to_string(faces[0]) +
                   ". Spread the curvature over more cones (suggest_cones), add cuts, or use the "
                   "metric as it is.";
+  return error;
+}
+
+Error needs_refinement(const std::vector<FaceId>& faces) {
+  Error error;
+  error.code = ErrorCode::kCertificateFailed;
+  error.kind = ElementKind::kFace;
+  error.elements.assign(
+      faces.begin(),
+      faces.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(faces.size(), 1000)));
+  error.message = "On the original triangles " + std::to_string(faces.size()) +
+                  " faces would flip, first face " + std::to_string(faces[0]) +
+                  ". Allow points to be added (original_triangles=\"auto\").";
   return error;
 }
 
@@ -396,7 +454,14 @@ ConformalMapResult map_from_metric(const Surface& surface, const std::vector<dou
   map.parent_face = std::move(refined.parent_face);
   map.vertex_parent = std::move(refined.vertex_parent);
   map.vertex_barycentric = std::move(refined.vertex_barycentric);
+  if (!rounded.too_small.empty() && options.refinement != Refinement::kNever &&
+      refined.invalid.empty() && repair_rounding(map, map.uv32, map.stats, context) &&
+      stored_angle_error(map, request.cone_angles) < kStoredAngle) {
+    rounded.too_small.clear();
+  }
+  lap("seconds_round");
   certify_map(map, surface, request, context);
+  map.stats["stored_angle_error"] = stored_angle_error(map, request.cone_angles);
   lap("seconds_certify");
   map.stats["overlay_crossings"] = static_cast<std::int64_t>(overlay->trace.crossings.size());
   map.stats["added_vertices"] =
@@ -406,7 +471,9 @@ ConformalMapResult map_from_metric(const Surface& surface, const std::vector<dou
   map.stats["closing_error"] = layout.closing_error;
   map.stats["energy"] = map.certificate.energy;
   if (!rounded.too_small.empty()) {
-    result.failure = not_storable(metric, rounded.too_small);
+    result.failure = options.refinement == Refinement::kNever
+                         ? needs_refinement(rounded.too_small)
+                         : not_storable(metric, rounded.too_small);
   } else if (!map.certificate.ok) {
     result.failure =
         Error{ErrorCode::kCertificateFailed,
@@ -421,6 +488,13 @@ ConformalMapResult map_from_metric(const Surface& surface, const std::vector<dou
 ConformalMapResult conformal_map(const Surface& surface, const Points3* lengths,
                                  const std::vector<double>& target_angles,
                                  const ConformalMapOptions& options, ExecutionContext& context) {
+  if (options.cuts.rows() > 0) {
+    // Complain about cuts before the work, not after.
+    validate(surface);
+    flag_edges(surface.faces,
+               build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces),
+               options.cuts);
+  }
   conformal::ConformalMetric metric;
   {
     const ProgressRange range(context, 0.0, 0.7);

@@ -82,8 +82,10 @@ class Refiner {
     const double length = (b - a).norm();
     const Vector3 x = (b - a) / length;
     const double along = (c - a).dot(x);
-    const std::array<std::array<double, 2>, 3> corner{
+    std::array<std::array<double, 2>, 3> corner{
         {{0.0, 0.0}, {length, 0.0}, {along, ((c - a) - along * x).norm()}}};
+    // Positions that have no triangle here (the metric came from given lengths): any frame will do.
+    if (!(corner[1][0] * corner[2][1] > 0.0)) corner = {{{0.0, 0.0}, {1.0, 0.0}, {0.5, 0.75}}};
     for (Index k = 0; k < 3; ++k) {
       const HalfedgeId h = 3 * f + k;
       PolygonVertex v;

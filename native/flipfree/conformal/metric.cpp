@@ -173,14 +173,16 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
                                   run.error_history.end());
     } else {
       run.end = NewtonEnd::kPrecision;
+      run.reason = "scale factors out of range";
       run.error = std::numeric_limits<double>::infinity();
     }
     exact_tests += engine->exact_tests();
+    if (run.end == NewtonEnd::kPrecision && rungs == 1) result.stats["climbed_because"] = std::string(run.reason);
     // A long way there and back is replaced by the direct one: the same scale factors from the
     // start again, which the uniqueness of the Delaunay triangulation allows, then Newton to remove
     // what rounding left.
     const std::size_t direct = engine->flips().size() - engine->euclidean_flips();
-    if (run.end == NewtonEnd::kConverged && !replayed && direct > engine->mesh().edge_count() / 4) {
+    if (run.end == NewtonEnd::kConverged && !replayed && direct > engine->mesh().edge_count() / 2) {
       replayed = true;
       continue;
     }
@@ -210,6 +212,7 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
   result.stats["accurate_factorizations"] =
       static_cast<std::int64_t>(system.accurate_factorizations());
   result.stats["relaxed_iterations"] = static_cast<std::int64_t>(relaxed);
+  result.stats["orderings"] = static_cast<std::int64_t>(system.orderings());
   result.stats["symbolic_analyses"] = static_cast<std::int64_t>(system.analyses());
   result.stats["exact_delaunay_tests"] = static_cast<std::int64_t>(exact_tests);
   result.stats["intrinsic_refinement"] = static_cast<std::int64_t>(0);

@@ -151,7 +151,10 @@ NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOpt
       run.end = NewtonEnd::kConverged;
       return run;
     }
-    if (run.iterations >= options.max_iterations) return run;
+    if (run.iterations >= options.max_iterations) {
+      run.end = NewtonEnd::kIterations;
+      return run;
+    }
     if (options.max_seconds > 0.0 && watch.seconds() > options.max_seconds) {
       run.end = NewtonEnd::kSeconds;
       return run;
@@ -161,10 +164,14 @@ NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOpt
                    std::clamp(std::log(start_error / run.error) /
                                   std::log(start_error / options.tolerance + 1.0),
                               0.0, 1.0));
-    if (gradient.noise > 0.1 * run.error ||
-        !system.solve(engine.mesh(), gradient, direction, context) ||
+    run.end = NewtonEnd::kPrecision;
+    if (gradient.noise > 0.1 * run.error) {
+      run.reason = "gradient below its noise";
+      return run;
+    }
+    if (!system.solve(engine.mesh(), gradient, direction, context) ||
         !(dot(direction, gradient.value) < 0.0)) {
-      run.end = NewtonEnd::kPrecision;
+      run.reason = "no descent direction";
       return run;
     }
     double range = 0.0;
@@ -175,7 +182,7 @@ NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOpt
     run.evaluations += ray.evaluations();
     for (std::size_t v = 0; v < u.size(); ++v) u[v] += ray.step() * direction[v];
     if (!found) {
-      run.end = NewtonEnd::kPrecision;
+      run.reason = "no step along the direction";
       return run;
     }
     std::swap(gradient, trial);
@@ -184,7 +191,7 @@ NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOpt
       hard = true;
       ++run.relaxed_iterations;
       if (!relax(engine, ray, gradient, u, context)) {
-        run.end = NewtonEnd::kPrecision;
+        run.reason = "relaxation left the range of numbers";
         return run;
       }
     }

@@ -27,6 +27,7 @@ enum class NewtonEnd {
 
 struct NewtonRun {
   NewtonEnd end = NewtonEnd::kIterations;
+  const char* reason = "";  // with kPrecision: what rounding spoiled
   double error = 0.0;
   double noise = 0.0;
   int iterations = 0;

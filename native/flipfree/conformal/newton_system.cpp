@@ -99,7 +99,14 @@ bool NewtonSystem::factorize(ExecutionContext& context) {
                     std::equal(analysed_outer_.begin(), analysed_outer_.end(), outer) &&
                     std::equal(analysed_inner_.begin(), analysed_inner_.end(), inner);
   if (!same) {
-    cholesky_.analyze(matrix_, context);
+    // A new order costs as much as some thousand flops per unknown: it must save more than that.
+    const double order_cost = 4000.0 * static_cast<double>(matrix_.cols());
+    if (cholesky_.analyzed()) cholesky_.analyze_again(matrix_, context);
+    if (!cholesky_.analyzed() || cholesky_.factor_flops() > 1.2 * order_flops_ + order_cost) {
+      cholesky_.analyze(matrix_, context);
+      order_flops_ = cholesky_.factor_flops();
+      ++orderings_;
+    }
     analysed_outer_.assign(outer, outer + outer_count);
     analysed_inner_.assign(inner, inner + inner_count);
     ++analyses_;

@@ -23,6 +23,7 @@ class NewtonSystem {
 
   int analyses() const { return analyses_; }
   int accurate_factorizations() const { return accurate_factorizations_; }
+  int orderings() const { return orderings_; }
   int factorizations() const { return factorizations_; }
 
  private:
@@ -41,7 +42,8 @@ class NewtonSystem {
   LaplacianFactor accurate_;
   bool use_accurate_ = false;
   int accurate_factorizations_ = 0;
-  std::size_t order_edges_ = 0;
+  double order_flops_ = 0.0;
+  int orderings_ = 0;
   int analyses_ = 0;
   int factorizations_ = 0;
 };

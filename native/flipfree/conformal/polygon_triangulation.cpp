@@ -57,6 +57,12 @@ bool triangulate_by_ears(const std::vector<PolygonVertex>& p, Storage storage,
     const std::size_t n = left.size();
     const PolygonVertex &a = at(i + n - 1), &b = at(i), &c = at(i + 1);
     if (!valid_triangle(a, b, c, storage)) return kNever;
+    // What is left must not lie within one side.
+    unsigned common = 0xff;
+    for (std::size_t j = 0; j < n && common != 0; ++j) {
+      if (j != i) common &= at(j).sides;
+    }
+    if (common != 0) return kNever;
     // Relative to its own area: a sliver is as bad small as large.
     const double area = (b.domain[0] - a.domain[0]) * (c.domain[1] - a.domain[1]) -
                         (b.domain[1] - a.domain[1]) * (c.domain[0] - a.domain[0]);
@@ -71,6 +77,9 @@ bool triangulate_by_ears(const std::vector<PolygonVertex>& p, Storage storage,
       if (cost[i] < cost[best]) best = i;
     }
     if (!(cost[best] < kNever)) return false;
+    // Cutting others may have left this ear the last corner off one side.
+    cost[best] = ear_cost(best);
+    if (!(cost[best] < kNever)) continue;
     triangles.push_back({left[(best + n - 1) % n], left[best], left[(best + 1) % n]});
     left.erase(left.begin() + static_cast<std::ptrdiff_t>(best));
     cost.erase(cost.begin() + static_cast<std::ptrdiff_t>(best));
@@ -120,7 +129,9 @@ bool triangulate_polygon(const std::vector<PolygonVertex>& polygon, Storage stor
     return true;
   }
   if (polygon.size() <= kExactPolygon) return triangulate_exactly(polygon, storage, triangles);
-  return triangulate_by_ears(polygon, storage, triangles);
+  if (triangulate_by_ears(polygon, storage, triangles)) return true;
+  triangles.clear();
+  return polygon.size() <= kLargestExactPolygon && triangulate_exactly(polygon, storage, triangles);
 }
 
 }  // namespace flipfree

@@ -32,8 +32,9 @@ double distortion_cost(const PolygonVertex& a, const PolygonVertex& b, const Pol
 
 // Triangles of least summed cost, all valid; false if there are none. The polygon's vertices are in
 // counter-clockwise order; it may overlap itself, as long as the triangles are valid. Cost: O(k^3)
-// up to kExactPolygon vertices, above that O(k^2) by cutting the best valid ear, which may miss a
-// solution.
+// up to kExactPolygon vertices. Above that the best valid ear is cut, in O(k^2); where that fails,
+// the exact way is tried up to kLargestExactPolygon vertices, and beyond a solution may be missed.
+inline constexpr std::size_t kLargestExactPolygon = 256;
 inline constexpr std::size_t kExactPolygon = 48;
 bool triangulate_polygon(const std::vector<PolygonVertex>& polygon, Storage storage,
                          std::vector<PolygonTriangle>& triangles);

@@ -123,18 +123,18 @@ bool Minimizer::add_contacts(const std::vector<BoundaryBarrier::Contact>& contac
 
 // Gradient and Hessian at uv_ for the working rest shapes; returns the energy. The system's pattern
 // is extended when parts of the boundary come near each other that were not before.
-double Minimizer::assemble(double scale) {
+double Minimizer::assemble(double scale, bool soft) {
   if (!barrier_on_) {
     if (!system_)
       system_.emplace(faces_, fixed_, uv_, std::vector<std::array<VertexId, 2>>{}, context_);
-    return system_->assemble(working_, uv_, context_);
+    return system_->assemble(working_, uv_, soft, context_);
   }
   barrier_unit_ = unit(scale);
   const auto contacts =
       barrier_->contacts(uv_, barrier_unit_, kBarrierWeight / static_cast<double>(faces_.rows()));
   double energy = 0;
   const auto all = [&] {
-    energy = system_->assemble(working_, uv_, context_);
+    energy = system_->assemble(working_, uv_, soft, context_);
     return add_contacts(contacts);
   };
   if (!system_ || !all()) {
@@ -157,7 +157,7 @@ Minimizer::Step Minimizer::iterate(bool progressive) {
     if (barrier_on_) scale = frozen_scale_;
     scale_rest(rest_.triangles, scale, context_, working_);
   }
-  const double energy = assemble(scale);
+  const double energy = assemble(scale, progressive);
   const double slope = system_->solve(direction_, context_);
   ++factorizations_;
   if (!(slope < 0)) return slope == 0 ? Step::kConverged : Step::kStalled;
@@ -259,7 +259,7 @@ double Minimizer::pull(const std::vector<std::pair<VertexId, Vector2>>& targets)
     const double scale = sums_.best_scale();
     frozen_scale_ = scale;
     scale_rest(rest_.triangles, scale, context_, working_);
-    assemble(scale);
+    assemble(scale, false);
     system_->add_prescribed(motion);
     system_->solve(direction_, context_);
     ++factorizations_;

@@ -40,7 +40,7 @@ class Minimizer {
   void align(const std::vector<std::pair<VertexId, Vector2>>& targets);
   const char* descend();
   Step iterate(bool progressive);
-  double assemble(double scale);
+  double assemble(double scale, bool soft);
   bool add_contacts(const std::vector<BoundaryBarrier::Contact>& contacts);
   double line_search(double slope, double energy, bool progressive);
   bool acceptable();

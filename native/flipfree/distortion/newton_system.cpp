@@ -35,7 +35,7 @@ NewtonSystem::NewtonSystem(const Triangles& faces, const std::vector<char>& fixe
     vertex_of_.push_back(static_cast<VertexId>(v));
   }
   context.check();
-  build_pattern(faces, couplings);
+  build_pattern(faces, couplings, context);
   context.check();
   face_gradient_.resize(6 * static_cast<std::size_t>(faces.rows()));
   face_hessian_.resize(kHessianEntries * static_cast<std::size_t>(faces.rows()));
@@ -49,7 +49,8 @@ NewtonSystem::NewtonSystem(const Triangles& faces, const std::vector<char>& fixe
 }
 
 void NewtonSystem::build_pattern(const Triangles& faces,
-                                 const std::vector<std::array<VertexId, 2>>& couplings) {
+                                 const std::vector<std::array<VertexId, 2>>& couplings,
+                                 const ExecutionContext& context) {
   const std::size_t count = vertex_of_.size();
   corner_offset_.assign(count + 1, 0);
   for (Eigen::Index c = 0; c < faces.size(); ++c) {
@@ -80,6 +81,7 @@ void NewtonSystem::build_pattern(const Triangles& faces,
   std::vector<Index> rows;
   std::vector<Index> below;
   for (std::size_t i = 0; i < count; ++i) {
+    if (i % 8192 == 0) context.check();
     below.clear();
     const auto number = static_cast<Index>(i);
     const auto other = [&](CornerId c) { return number_of_[size(faces.data()[c])]; };
@@ -117,7 +119,7 @@ void NewtonSystem::build_pattern(const Triangles& faces,
   diagonal_.resize(size(unknowns));
 }
 
-double NewtonSystem::assemble(const std::vector<RestTriangle>& rest, const Points2& uv,
+double NewtonSystem::assemble(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft,
                               ExecutionContext& context) {
   std::vector<double> parts(chunk_count(rest.size(), kFaceGrain), 0.0);
   parallel_for(
@@ -130,7 +132,8 @@ double NewtonSystem::assemble(const std::vector<RestTriangle>& rest, const Point
           };
           const Jacobian j = jacobian(rest[f], point(0), point(1), point(2));
           sum += rest[f].weight * symmetric_dirichlet_hessian(rest[f], j, &face_gradient_[6 * f],
-                                                              &face_hessian_[kHessianEntries * f]);
+                                                              &face_hessian_[kHessianEntries * f],
+                                                              soft);
         }
         parts[chunk] = sum;
       });

@@ -23,9 +23,9 @@ class NewtonSystem {
   // Free number of vertex v, kInvalid if it is fixed.
   Index free_number(VertexId v) const { return number_of_[static_cast<std::size_t>(v)]; }
 
-  // Gradient and projected Hessian of the energy at `uv`. Returns the energy. Same bits for any
-  // number of threads.
-  double assemble(const std::vector<RestTriangle>& rest, const Points2& uv,
+  // Gradient and projected Hessian of the energy at `uv`. `soft`: see
+  // symmetric_dirichlet_hessian(). Returns the energy. Same bits for any number of threads.
+  double assemble(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft,
                   ExecutionContext& context);
 
   // Adds to the gradient what moving fixed vertices by `motion` (#V x 2, zero elsewhere) does to it
@@ -48,7 +48,8 @@ class NewtonSystem {
   int factorizations() const { return factorizations_; }
 
  private:
-  void build_pattern(const Triangles& faces, const std::vector<std::array<VertexId, 2>>& couplings);
+  void build_pattern(const Triangles& faces, const std::vector<std::array<VertexId, 2>>& couplings,
+                     const ExecutionContext& context);
 
   const Triangles& faces_;
   std::vector<Index> number_of_;      // #V -> free number

@@ -58,8 +58,12 @@ Spectrum spectrum(const Jacobian& j) {
 
 double slope(double s) { return 0.5 * (s - 1.0 / (s * s * s)); }
 
+// psi'(s) / (s - 1): the curvature of the parabola about s = 1 with the slope of psi at s.
+double secant(double s) { return 0.5 * (s + 1) * (s * s + 1) / (s * s * s); }
+
 // Gradient and, if `hessian` is not null, Hessian from the spectrum.
-double evaluate(const RestTriangle& rest, const Jacobian& j, double gradient[6], double* hessian) {
+double evaluate(const RestTriangle& rest, const Jacobian& j, double gradient[6], double* hessian,
+                bool soft) {
   const Spectrum s = spectrum(j);
   const double x = 1.0 / s.s1;
   const double y = 1.0 / s.s2;
@@ -85,12 +89,18 @@ double evaluate(const RestTriangle& rest, const Jacobian& j, double gradient[6],
     gradient[2 * k + 1] = gp * p[k][1] + gn * n[k][1];
   }
   if (hessian != nullptr) {
-    const double curvature1 = 0.5 + 1.5 * (x * x) * (x * x);
-    const double curvature2 = 0.5 + 1.5 * (y * y) * (y * y);
+    double curvature1 = 0.5 + 1.5 * (x * x) * (x * x);
+    double curvature2 = 0.5 + 1.5 * (y * y) * (y * y);
+    double flip_curvature = 0.5 * (1.0 + x * y * (x * x + x * y + y * y));
+    if (soft) {
+      curvature1 = secant(s.s1);
+      curvature2 = secant(s.s2);
+      flip_curvature = std::min(flip_curvature, std::max(curvature1, curvature2));
+    }
     const double mean = rest.weight * 0.5 * (curvature1 + curvature2);
     const double split = rest.weight * 0.5 * (curvature1 - curvature2);
     const double twist = rest.weight * std::max(0.0, 0.5 * (1.0 - x * y * (x * x - x * y + y * y)));
-    const double flip = rest.weight * 0.5 * (1.0 + x * y * (x * x + x * y + y * y));
+    const double flip = rest.weight * flip_curvature;
     // T and L are P and N turned by a quarter: T g = (-p_v, p_u); L g = (-n_v, n_u) with the signs
     // of the header.
     const auto entry = [&](int k, int l, int a, int b) {
@@ -159,12 +169,12 @@ std::array<double, 2> singular_values(const Jacobian& j) {
 
 double symmetric_dirichlet_gradient(const RestTriangle& rest, const Jacobian& j,
                                     double gradient[6]) {
-  return evaluate(rest, j, gradient, nullptr);
+  return evaluate(rest, j, gradient, nullptr, false);
 }
 
 double symmetric_dirichlet_hessian(const RestTriangle& rest, const Jacobian& j, double gradient[6],
-                                   double hessian[kHessianEntries]) {
-  return evaluate(rest, j, gradient, hessian);
+                                   double hessian[kHessianEntries], bool soft) {
+  return evaluate(rest, j, gradient, hessian, soft);
 }
 
 }  // namespace flipfree::distortion

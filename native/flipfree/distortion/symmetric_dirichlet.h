@@ -55,8 +55,12 @@ double symmetric_dirichlet_gradient(const RestTriangle& rest, const Jacobian& j,
 
 // The same, and the projected Hessian, weighted: blocks (0,0) (1,1) (2,2) as (uu, uv, vv) and then
 // blocks (0,1) (1,2) (2,0) as (uu, uv, vu, vv), first letter for the first corner.
+// With `soft`, the curvature of the scale modes is that of the parabola that has its minimum at an
+// isometry and the right slope (Rabinovich, Poranne, Panozzo, Sorkine-Hornung 2017, "Scalable
+// Locally Injective Mappings"), and the flip mode's is not larger: for small singular values the
+// true curvature, s^-4, allows only steps of s / 3.
 inline constexpr int kHessianEntries = 21;
 double symmetric_dirichlet_hessian(const RestTriangle& rest, const Jacobian& j, double gradient[6],
-                                   double hessian[kHessianEntries]);
+                                   double hessian[kHessianEntries], bool soft = false);
 
 }  // namespace flipfree::distortion

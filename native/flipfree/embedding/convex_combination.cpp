@@ -1,12 +1,11 @@
 #include "flipfree/embedding/convex_combination.h"
 
-#include <Eigen/OrderingMethods>
-#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <string>
 
 #include "flipfree/base/error.h"
+#include "flipfree/numeric/nested_dissection.h"
 
 namespace flipfree {
 namespace {
@@ -14,24 +13,13 @@ namespace {
 using Size = std::size_t;
 
 // position[i]: when unknown i is eliminated.
-std::vector<Index> elimination_order(const ConvexCombinations& system) {
-  const Index n = static_cast<Index>(system.start.size()) - 1;
-  Eigen::SparseMatrix<double> pattern(n, n);
-  pattern.resizeNonZeros(static_cast<Index>(system.column.size()));
-  std::copy(system.start.begin(), system.start.end(), pattern.outerIndexPtr());
-  for (Index i = 0; i < n; ++i) {
-    const auto begin = system.column.begin() + system.start[static_cast<Size>(i)];
-    const auto end = system.column.begin() + system.start[static_cast<Size>(i) + 1];
-    auto* out = pattern.innerIndexPtr() + system.start[static_cast<Size>(i)];
-    std::copy(begin, end, out);
-    std::sort(out, out + (end - begin));
-  }
-  std::fill(pattern.valuePtr(), pattern.valuePtr() + system.column.size(), 1.0);
-  Eigen::AMDOrdering<int> ordering;
-  Eigen::AMDOrdering<int>::PermutationType permutation;
-  ordering(pattern, permutation);  // permutation.indices()[k] = k-th unknown to eliminate
-  std::vector<Index> position(static_cast<Size>(n));
-  for (Index k = 0; k < n; ++k) position[static_cast<Size>(permutation.indices()[k])] = k;
+std::vector<Index> elimination_order(const ConvexCombinations& system,
+                                     const ExecutionContext& context) {
+  const Graph graph{system.start, system.column};
+  const std::vector<Index> order = nested_dissection(graph, nullptr, context);
+  std::vector<Index> position(order.size());
+  for (Size k = 0; k < order.size(); ++k)
+    position[static_cast<Size>(order[k])] = static_cast<Index>(k);
   return position;
 }
 
@@ -40,7 +28,7 @@ std::vector<Index> elimination_order(const ConvexCombinations& system) {
 Points2 solve_convex_combinations(const ConvexCombinations& system, ExecutionContext& context) {
   const Index n = static_cast<Index>(system.start.size()) - 1;
   if (n == 0) return Points2(0, 2);
-  const std::vector<Index> position = elimination_order(system);
+  const std::vector<Index> position = elimination_order(system, context);
   std::vector<Index> unknown(static_cast<Size>(n));
   for (Index i = 0; i < n; ++i) unknown[static_cast<Size>(position[static_cast<Size>(i)])] = i;
 

@@ -2,11 +2,15 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "flipfree/base/error.h"
 #include "flipfree/embedding/chords.h"
 #include "flipfree/embedding/planar_map.h"
 #include "flipfree/embedding/progressive.h"
+#include "flipfree/embedding/room.h"
+#include "flipfree/embedding/schnyder.h"
+#include "flipfree/embedding/smoothing.h"
 #include "flipfree/embedding/tutte.h"
 #include "flipfree/mesh/adjacency.h"
 
@@ -18,6 +22,7 @@ using Size = std::size_t;
 // More bad faces than this share: repairing them costs more, and gives worse maps, than starting
 // from nothing.
 constexpr double kRepairableShare = 0.02;
+constexpr int kSchnyderSweeps = 10;
 
 void require_disk_with_boundary(const Triangles& faces, Index vertex_count,
                                 const std::vector<VertexId>& loop, const Points2& boundary) {
@@ -94,6 +99,14 @@ Size count_bad(const PlanarMap& map) {
   return bad;
 }
 
+std::vector<VertexId> inner_vertices(const PlanarMap& map) {
+  std::vector<VertexId> inner;
+  for (VertexId v = 0; v < map.mesh.vertex_count(); ++v) {
+    if (map.mesh.outgoing(v) != kInvalid && !map.mesh.is_boundary(v)) inner.push_back(v);
+  }
+  return inner;
+}
+
 void set_rung(Stats& stats, const char* name) { stats["rung"] = std::string(name); }
 
 class Ladder {
@@ -117,11 +130,15 @@ class Ladder {
       case EmbedMethod::kProgressive:
         progressive();
         return;
+      case EmbedMethod::kSchnyder:
       case EmbedMethod::kLadder:
         break;
     }
-    if (tutte()) return;
-    if (repair()) return;
+    if (options_.method == EmbedMethod::kLadder && tutte()) return;
+    if (!options_.low_distortion) {
+      if (schnyder()) return;
+      if (repair()) return;
+    }
     from_nothing();
   }
 
@@ -149,6 +166,46 @@ class Ladder {
     return false;
   }
 
+  // Schnyder-weighted Tutte. If it is valid in double and only rounding flips something, a little
+  // smoothing in double usually makes the room that rounding needs. Keeps the better of this and
+  // the previous map in uv_, bad_.
+  bool schnyder() {
+    Stopwatch watch;
+    Points2 uv;
+    try {
+      uv = schnyder_embedding(result_.faces, vertex_count_, loop_, boundary_, context_);
+    } catch (const NotConverged&) {
+      return false;  // weights beyond the range of double
+    }
+    PlanarMap map = start_map(uv);
+    Size bad = count_bad(map);
+    if (bad > 0 && options_.float32) {
+      PlanarMap exact = make_planar_map(result_.faces, loop_, uv, false);
+      if (count_bad(exact) == 0) {
+        smooth_sweeps(exact, inner_vertices(exact), kSchnyderSweeps, 0.0, context_);
+        PlanarMap smoothed = start_map(exact.uv);
+        const Size less = count_bad(smoothed);
+        if (less < bad) {
+          bad = less;
+          uv = exact.uv;
+          map = std::move(smoothed);
+        }
+      }
+    }
+    stats_["seconds_schnyder"] = watch.seconds();
+    stats_["schnyder_flips"] = static_cast<std::int64_t>(bad);
+    if (bad == 0) {
+      result_.uv = map.uv;
+      set_rung(stats_, "schnyder");
+      return true;
+    }
+    if (uv_.rows() == 0 || bad < bad_) {
+      uv_ = uv;
+      bad_ = bad;
+    }
+    return false;
+  }
+
   bool repair() {
     const double share = static_cast<double>(bad_) / static_cast<double>(result_.faces.rows());
     if (share > kRepairableShare) return false;
@@ -168,7 +225,14 @@ class Ladder {
     PlanarMap map = start_map(boundary_only());
     ProgressiveOptions options;
     options.start = ProgressiveStart::kNothing;
-    if (!finish(map, options, "progressive")) {
+    bool done = false;
+    try {
+      done = finish(map, options, "progressive");
+    } catch (const NotConverged&) {
+      require_room_for_all();
+      throw;
+    }
+    if (!done) {
       throw_not_converged(ErrorCode::kCertificateFailed,
                           "The embedding is not flip-free after all insertions.");
     }
@@ -188,6 +252,24 @@ class Ladder {
       stats_["restarts"] = std::int64_t{1};
     }
     from_nothing();
+  }
+
+  // Throws Infeasible if the polygon holds fewer grid points than there are inner vertices.
+  void require_room_for_all() {
+    const PlanarMap map = start_map(boundary_only());
+    Star ring;
+    for (const VertexId v : loop_) {
+      ring.ring.push_back(v);
+      ring.at.push_back(map.at(v));
+    }
+    const Room room = find_room(map, ring);
+    const Size inner = inner_vertices(map).size();
+    if (!room.exact || room.points >= inner) return;
+    throw_infeasible(ErrorCode::kNoRoomInPolygon,
+                     "The polygon holds " + std::to_string(room.points) + " points with " +
+                         (options_.float32 ? "32-bit" : "64-bit") + " coordinates, " +
+                         std::to_string(inner) + " inner vertices need one each. Make it wider " +
+                         narrowest_extent(ring) + ", or move it to the origin.");
   }
 
   bool finish(PlanarMap& map, const ProgressiveOptions& options, const char* rung) {

@@ -21,6 +21,7 @@ enum class EmbedMethod {
   kProgressive,  // thesis 3.2.2 alone, from the initial map, from Tutte, or from nothing (for
                  // papers and tests)
   kTutte,        // Tutte alone; flips are reported, not repaired
+  kSchnyder,     // the ladder without its first rung (for papers and tests)
 };
 
 struct EmbedOptions {
@@ -31,6 +32,9 @@ struct EmbedOptions {
   bool float32 = true;
   // Start map (#V x 2, may be invalid or random); null: Tutte. Only inner positions are used.
   const Points2* initial = nullptr;
+  // Spend a little more time for a map of much lower distortion: where Tutte fails, start from
+  // nothing at once. The right start for an optimisation.
+  bool low_distortion = false;
   // kProgressive without initial: start from Tutte's map, or from nothing.
   bool start_from_tutte = true;
 };

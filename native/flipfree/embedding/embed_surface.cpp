@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <variant>
 
 #include "flipfree/base/error.h"
 #include "flipfree/certify/certify.h"
@@ -18,6 +19,9 @@ namespace flipfree {
 namespace {
 
 using Size = std::size_t;
+
+// Energy of a start map above which a start from nothing is tried too.
+constexpr double kPoorStart = 10.0;
 
 struct Boundary {
   std::vector<VertexId> loop;
@@ -164,6 +168,7 @@ Parametrization embed_surface(const Surface& surface, const EmbedSurfaceOptions&
   embed.method = options.method;
   embed.initial = options.initial ? &*options.initial : nullptr;
   embed.start_from_tutte = options.start_from_tutte;
+  embed.low_distortion = options.optimise;
   const Index n = static_cast<Index>(surface.vertices.rows());
   Embedding embedding;
   {
@@ -174,9 +179,28 @@ Parametrization embed_surface(const Surface& surface, const EmbedSurfaceOptions&
   set_refined(map, surface, embedding);
   Points2 uv = embedding.uv;
   if (options.optimise && options.method != EmbedMethod::kTutte) {
-    map.stats["energy_embedding"] =
-        symmetric_dirichlet(map.surface, corner_uv(map.surface.faces, uv)).mean;
-    const ProgressRange range(context, 0.3, 0.95);
+    double energy = symmetric_dirichlet(map.surface, corner_uv(map.surface.faces, uv)).mean;
+    if (!(energy < kPoorStart) && options.method == EmbedMethod::kLadder &&
+        std::get<std::string>(map.stats["rung"]) != "progressive") {
+      // Valid, but so compressed that the optimiser would need hundreds of iterations to open it.
+      const ProgressRange range(context, 0.3, 0.4);
+      embed.method = EmbedMethod::kProgressive;
+      embed.initial = nullptr;
+      embed.start_from_tutte = false;
+      Stats stats;
+      const Points2 other = embed_disk_refined(surface.faces, n, boundary.loop, boundary.positions,
+                                               embed, context, stats)
+                                .uv;
+      const double other_energy =
+          symmetric_dirichlet(map.surface, corner_uv(map.surface.faces, other)).mean;
+      if (other_energy < energy) {
+        energy = other_energy;
+        uv = other;
+        map.stats["rung"] = std::string("progressive");
+      }
+    }
+    map.stats["energy_embedding"] = energy;
+    const ProgressRange range(context, 0.4, 0.95);
     MinimizeOptions minimize;
     minimize.fixed = boundary.loop;
     minimize.max_iterations = options.max_iterations;

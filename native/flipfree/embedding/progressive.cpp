@@ -18,7 +18,8 @@ constexpr double kSettled =
     0.1;  // star sizes: a vertex that moved less does not wake its neighbours
 constexpr Size kLocalSteps =
     10;  // Newton steps per vertex of the star after an insertion (thesis: 10 iterations)
-constexpr int kMaxRetries = 12;
+constexpr int kMaxRetries = 4;
+constexpr double kLeastInvalidEnergy = 1e2;
 
 // Inner vertices within `rings` edges of v.
 std::vector<VertexId> neighbourhood(const PlanarMap& map, VertexId v, int rings,
@@ -60,17 +61,7 @@ void progressive_embedding(PlanarMap& map, const ProgressiveOptions& options,
   stats["seconds_simplify"] = watch.seconds();
   watch.restart();
 
-  std::vector<VertexId> alive;
-  {
-    std::vector<char> removed(static_cast<Size>(map.mesh.vertex_count()), 0);
-    for (const HalfedgeId h : record) removed[static_cast<Size>(map.mesh.source(h))] = 1;
-    for (VertexId v = 0; v < map.mesh.vertex_count(); ++v) {
-      if (map.mesh.outgoing(v) != kInvalid && !map.mesh.is_boundary(v) &&
-          removed[static_cast<Size>(v)] == 0) {
-        alive.push_back(v);
-      }
-    }
-  }
+  std::vector<VertexId> alive = vertices_left(map, record);
   const Size total = record.size();
   const bool local_only = options.start == ProgressiveStart::kRepair;
   if (!local_only) smooth_sweeps(map, alive, options.final_sweeps, kSettled / 10, context);
@@ -81,26 +72,49 @@ void progressive_embedding(PlanarMap& map, const ProgressiveOptions& options,
   std::vector<Index> mark(static_cast<Size>(map.mesh.vertex_count()), kInvalid);
   Index stamp = 0;
   std::int64_t retries = 0;
+  std::int64_t recollapses = 0;
+  bool from_nothing = options.start == ProgressiveStart::kNothing;
   while (!record.empty()) {
     const HalfedgeId h = record.back();
     const VertexId v0 = map.mesh.target(h);
     if (record.size() % 64 == 0) {
-      context.report(
-          "Progressive embedding",
-          0.2 + 0.7 * (1.0 - static_cast<double>(record.size()) / static_cast<double>(total)));
+      context.report("Progressive embedding",
+                     0.2 + 0.7 * std::max(0.0, 1.0 - static_cast<double>(record.size()) /
+                                                         static_cast<double>(total)));
     }
-    for (int attempt = 0; !insert_vertex(map, h, scratch); ++attempt) {
+    bool inserted = insert_vertex(map, h, scratch);
+    for (int attempt = 0; !inserted && attempt < kMaxRetries; ++attempt) {
       // Algorithm 2, line 11: improve the quality and try again, over ever more rings.
-      if (attempt == kMaxRetries) {
+      ++retries;
+      const std::vector<VertexId> around = neighbourhood(map, v0, 2 + 2 * attempt, mark, stamp++);
+      smooth_sweeps(map, around, 50, 1e-3, context);
+      inserted = insert_vertex(map, h, scratch);
+    }
+    if (!inserted) {
+      // The surroundings are too small for the grid, and smoothing opens them too slowly. Collapse
+      // what is small, smooth the coarser map, where that is cheap, and come back to this insertion
+      // later: the record is a stack.
+      if (from_nothing) {
         throw_not_converged(ErrorCode::kIterationLimit,
                             "Vertex " + std::to_string(map.mesh.source(h)) +
                                 " found no valid position beside vertex " + std::to_string(v0) +
                                 ".",
                             ElementKind::kVertex, {map.mesh.source(h), v0});
       }
-      ++retries;
-      const std::vector<VertexId> around = neighbourhood(map, v0, 2 + attempt, mark, stamp++);
-      smooth_sweeps(map, around, 50, 1e-3, context);
+      const Size before = record.size();
+      if (map.invalid_energy > kLeastInvalidEnergy) {
+        map.invalid_energy =
+            std::max(kLeastInvalidEnergy, std::min(map.invalid_energy, kInvalidEnergyDouble) / 1e4);
+        collapse_invalid(map, false, record, context);
+      } else {
+        collapse_all(map, record, context);
+        from_nothing = true;
+      }
+      recollapses += static_cast<std::int64_t>(record.size() - before);
+      alive = vertices_left(map, record);
+      smooth_sweeps(map, alive, options.final_sweeps, 1e-3, context);
+      next_sweep = static_cast<Size>(static_cast<double>(alive.size()) * options.growth) + 1;
+      continue;
     }
     record.pop_back();
     const VertexId m = map.mesh.source(h);
@@ -116,6 +130,7 @@ void progressive_embedding(PlanarMap& map, const ProgressiveOptions& options,
   }
   if (!local_only) smooth_sweeps(map, alive, options.final_sweeps, kSettled / 10, context);
   stats["insertion_retries"] = retries;
+  stats["recollapses"] = recollapses;
   stats["seconds_insert"] = watch.seconds();
 }
 

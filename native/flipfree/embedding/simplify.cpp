@@ -7,6 +7,7 @@
 #include <string>
 
 #include "flipfree/base/error.h"
+#include "flipfree/embedding/room.h"
 
 namespace flipfree {
 namespace {
@@ -48,11 +49,25 @@ Outcome outcome_of(const PlanarMap& map, HalfedgeId h) {
 // Puts a vertex that cannot be collapsed into the kernel of its star.
 void place_alone(PlanarMap& map, VertexId v, Star& star) {
   if (centre_in_kernel(map, v, star)) return;
-  throw_infeasible(
-      ErrorCode::kNoRoomInPolygon,
-      "No number of the required precision lies inside the part of the polygon around vertex " +
-          std::to_string(v) + ". Use a larger or less flat polygon near the origin.",
-      ElementKind::kVertex, {v});
+  const Room room = find_room(map, star);
+  if (room.points > 0) {
+    map.move(v, room.middle);
+    return;
+  }
+  const std::string place = narrowest_extent(star);
+  const std::string numbers = map.float32 ? "32-bit" : "64-bit";
+  if (room.exact) {
+    throw_infeasible(ErrorCode::kNoRoomInPolygon,
+                     "The polygon has no room for vertex " + std::to_string(v) +
+                         ": no point with " + numbers + " coordinates lies " + place +
+                         ". Make the polygon wider there, or move it to the origin.",
+                     ElementKind::kVertex, {v});
+  }
+  throw_not_converged(ErrorCode::kIterationLimit,
+                      "No point with " + numbers + " coordinates was found for vertex " +
+                          std::to_string(v) + " " + place +
+                          ". Make the polygon wider there, or move it to the origin.",
+                      ElementKind::kVertex, {v});
 }
 
 // kAccepted: positive, of high energy, and nothing can be done about it.
@@ -219,6 +234,19 @@ class Simplifier {
 
 }  // namespace
 
+std::vector<VertexId> vertices_left(const PlanarMap& map, const CollapseRecord& record) {
+  std::vector<char> removed(static_cast<Size>(map.mesh.vertex_count()), 0);
+  for (const HalfedgeId h : record) removed[static_cast<Size>(map.mesh.source(h))] = 1;
+  std::vector<VertexId> left;
+  for (VertexId v = 0; v < map.mesh.vertex_count(); ++v) {
+    if (map.mesh.outgoing(v) != kInvalid && !map.mesh.is_boundary(v) &&
+        removed[static_cast<Size>(v)] == 0) {
+      left.push_back(v);
+    }
+  }
+  return left;
+}
+
 void collapse_vertex(PlanarMap& map, HalfedgeId h) {
   const HalfedgeId g = map.mesh.opposite(h);
   const double vanishing = share(map, h) + share(map, g);
@@ -254,10 +282,7 @@ void collapse_all(PlanarMap& map, CollapseRecord& record, ExecutionContext& cont
   // Rounds: in each, vertices of low degree that touch no vertex removed or grown in the same
   // round.
   const Index n = map.mesh.vertex_count();
-  std::vector<VertexId> alive;
-  for (VertexId v = 0; v < n; ++v) {
-    if (map.mesh.outgoing(v) != kInvalid && !map.mesh.is_boundary(v)) alive.push_back(v);
-  }
+  std::vector<VertexId> alive = vertices_left(map, record);
   std::vector<Index> blocked(static_cast<Size>(n),
                              kInvalid);  // round in which the vertex was touched
   std::vector<char> removed(static_cast<Size>(n), 0);

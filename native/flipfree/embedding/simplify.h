@@ -13,6 +13,9 @@ namespace flipfree {
 // Half-edges collapsed so far, in order; split(collapses.back()) first.
 using CollapseRecord = std::vector<HalfedgeId>;
 
+// Inner vertices that no collapse in the record has removed, by id.
+std::vector<VertexId> vertices_left(const PlanarMap& map, const CollapseRecord& record);
+
 // PlanarMesh::collapse, and hands the shares of the two faces that vanish to the rest of the
 // vertex's star.
 void collapse_vertex(PlanarMap& map, HalfedgeId h);

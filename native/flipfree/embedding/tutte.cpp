@@ -22,7 +22,7 @@ double half_tangent(double opposite, double left, double right) {
   const double s_left = std::max(0.0, (opposite + right - left) / 2);
   const double s_right = std::max(0.0, (opposite + left - right) / 2);
   const double s = (opposite + left + right) / 2;
-  constexpr double kLargest = 1e150;
+  constexpr double kLargest = 1e50;  // products of normalised weights stay far from underflow
   if (!(s * s_opposite > 0.0)) return kLargest;
   return std::min(kLargest, std::sqrt(s_left * s_right / (s * s_opposite)));
 }
@@ -156,8 +156,8 @@ Points2 tutte_mean_value(const Triangles& faces, const Eigen::MatrixXd& shape,
   const ConvexCombinations system = build_system(faces, numbering, boundary, [&](HalfedgeId h) {
     const double distance = length(faces.data()[h], faces.data()[next_corner(h)]);
     const double w =
-        (tangent[static_cast<Size>(h)] + other[static_cast<Size>(h)]) / std::max(distance, 1e-150);
-    return std::clamp(w, 1e-150, 1e150);
+        (tangent[static_cast<Size>(h)] + other[static_cast<Size>(h)]) / std::max(distance, 1e-50);
+    return std::clamp(w, 1e-100, 1e100);
   });
   return gather(numbering, loop, boundary, solve_convex_combinations(system, context));
 }

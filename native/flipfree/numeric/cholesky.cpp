@@ -76,6 +76,7 @@ Graph graph_of(const SparseMatrix& matrix, Index block) {
 
 struct SparseCholesky::State {
   std::optional<Multifrontal> numeric;
+  std::vector<Index> order;  // of the graph's vertices: unknowns, or pairs of them
   Index unknowns = 0;
   bool factorized = false;
 };
@@ -106,9 +107,23 @@ void SparseCholesky::analyze(const SparseMatrix& matrix, ExecutionContext& conte
       place[2 * size(v) + 1] = (*places)(stride * v, 1);
     }
   }
-  const std::vector<Index> order =
-      nested_dissection(graph, place.empty() ? nullptr : place.data(), context);
-  Supernodes supernodes = analyze_supernodes(graph, order, context);
+  state_->order = nested_dissection(graph, place.empty() ? nullptr : place.data(), context);
+  Supernodes supernodes = analyze_supernodes(graph, state_->order, context);
+  state_->numeric.emplace(std::move(supernodes), block, state_->unknowns, matrix.outerIndexPtr(),
+                          matrix.innerIndexPtr(), context);
+}
+
+void SparseCholesky::analyze_again(const SparseMatrix& matrix, ExecutionContext& context) {
+  const Index block = has_pairs(matrix) ? 2 : 1;
+  if (state_->order.size() * size(block) != size(static_cast<Index>(matrix.cols()))) {
+    analyze(matrix, context);
+    return;
+  }
+  context.check();
+  state_->numeric.reset();
+  state_->factorized = false;
+  const Graph graph = graph_of(matrix, block);
+  Supernodes supernodes = analyze_supernodes(graph, state_->order, context);
   state_->numeric.emplace(std::move(supernodes), block, state_->unknowns, matrix.outerIndexPtr(),
                           matrix.innerIndexPtr(), context);
 }

@@ -31,6 +31,9 @@ class SparseCholesky {
   // and has no influence on correctness.
   void analyze(const SparseMatrix& matrix, ExecutionContext& context,
                const Points2* places = nullptr);
+  // The same for another pattern of the same size, in the elimination order of the last analyze():
+  // for patterns that changed in a few places, where a new order would cost more than it saves.
+  void analyze_again(const SparseMatrix& matrix, ExecutionContext& context);
   bool analyzed() const;
 
   // Numeric factorization of a matrix with exactly the analysed pattern. False if it is not

@@ -90,6 +90,7 @@ void Multifrontal::plan_entries(const Index* column, const Index* row,
   entry_begin_.assign(size(s_.count()) + 1, 0);
   std::int64_t total = 0;
   for (Index j = 0; j < size_; ++j) {
+    if (j % 65536 == 0) context.check();
     const Index pj = place(j);
     for (Index e = column[j]; e < column[j + 1]; ++e) {
       if (row[e] < j) continue;
@@ -104,6 +105,7 @@ void Multifrontal::plan_entries(const Index* column, const Index* row,
   std::vector<Index> lower(size(total));
   std::vector<std::int64_t> next(entry_begin_.begin(), entry_begin_.end() - 1);
   for (Index j = 0; j < size_; ++j) {
+    if (j % 65536 == 0) context.check();
     const Index pj = place(j);
     for (Index e = column[j]; e < column[j + 1]; ++e) {
       if (row[e] < j) continue;

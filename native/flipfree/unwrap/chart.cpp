@@ -7,6 +7,7 @@
 #include "flipfree/certify/certify.h"
 #include "flipfree/distortion/conformal_start.h"
 #include "flipfree/distortion/minimize.h"
+#include "flipfree/distortion/targets.h"
 #include "flipfree/embedding/boundary.h"
 #include "flipfree/embedding/embed.h"
 #include "flipfree/mesh/fill.h"
@@ -145,8 +146,21 @@ Points2 flatten_chart(const Surface& chart, const FlattenOptions& options,
     uv = minimize_distortion(chart, uv, minimize, context, stats);
   }
   if (options.pins.empty()) return uv;
+  // The free map, put where the pins want it, is the start from which they are pulled to their
+  // places.
   apply(place_by_pins(uv, options.pins), uv);
-  return uv;
+  const ProgressRange range(context, 0.6, 1.0);
+  TargetsResult result = minimize_with_targets(chart, uv, options.pins, minimize, context, stats);
+  if (!result.missed.empty()) {
+    throw_not_converged(
+        ErrorCode::kLineSearchStalled,
+        std::to_string(result.missed.size()) + " of " + std::to_string(options.pins.size()) +
+            " pins cannot be reached without folding this triangulation; the map came " +
+            std::to_string(static_cast<int>(100.0 * result.fraction)) +
+            " % of the way. Use Match Pins, which refines the mesh, or move or unpin them.",
+        ElementKind::kVertex, result.missed);
+  }
+  return std::move(result.uv);
 }
 
 }  // namespace flipfree

@@ -10,6 +10,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/certify/flips.h"
+#include "flipfree/distortion/rounding.h"
 #include "flipfree/mesh/validate.h"
 #include "flipfree/unwrap/chart.h"
 #include "flipfree/unwrap/islands.h"
@@ -79,11 +80,38 @@ ChartPins pins_by_chart(const Islands& islands, const std::vector<CornerPin>& pi
   return result;
 }
 
+// An error about chart `c`, with elements of the user's mesh instead of the chart's own.
+Error in_terms_of_input(Error error, const Islands& islands, std::size_t c) {
+  const Chart& chart = islands.charts[c];
+  const auto origin = [&](VertexId v) {
+    return islands.mesh
+        .vertex_origin[static_cast<std::size_t>(chart.vertices[static_cast<std::size_t>(v)])];
+  };
+  std::string place;
+  if (error.kind == ElementKind::kVertex || error.kind == ElementKind::kEdge) {
+    for (Index& v : error.elements) v = origin(v);
+    if (!error.elements.empty())
+      place = ", first at vertex " + std::to_string(error.elements.front());
+  } else if (error.kind == ElementKind::kFace && !error.elements.empty()) {
+    for (Index& f : error.elements) f = chart.faces[static_cast<std::size_t>(f)];
+    place = ", first at face " + std::to_string(error.elements.front());
+  } else {
+    const std::size_t shown = std::min<std::size_t>(1000, chart.faces.size());
+    error.kind = ElementKind::kFace;
+    error.elements.assign(chart.faces.begin(),
+                          chart.faces.begin() + static_cast<std::ptrdiff_t>(shown));
+  }
+  error.message = "Chart of face " + std::to_string(chart.faces.front()) + " (" +
+                  std::to_string(chart.faces.size()) + " triangles" + place + "): " + error.message;
+  return error;
+}
+
 // Solves every chart. One that holds half of all faces gets all threads; the others share them, one
 // chart each.
-std::vector<Points2> flatten_all(const std::vector<Chart>& charts, const ChartPins& pins,
+std::vector<Points2> flatten_all(const Islands& islands, const ChartPins& pins,
                                  const UnwrapOptions& options, ExecutionContext& context,
                                  Stats& stats) {
+  const std::vector<Chart>& charts = islands.charts;
   std::vector<Points2> uv(charts.size());
   std::vector<Stats> chart_stats(charts.size());
   std::vector<std::size_t> order(charts.size());
@@ -104,20 +132,12 @@ std::vector<Points2> flatten_all(const std::vector<Chart>& charts, const ChartPi
       uv[c] = flatten_chart(charts[c].surface, flatten, chart_context, chart_stats[c]);
     } catch (const Cancelled&) {
       throw;
-    } catch (const Exception& e) {
-      // Elements of a chart are no elements of the user's mesh: name the face at which the chart
-      // can be found.
-      Error error = e.error();
-      error.message = "Chart at face " + std::to_string(charts[c].faces.front()) + " (" +
-                      std::to_string(charts[c].faces.size()) + " triangles): " + error.message;
-      error.kind = ElementKind::kFace;
-      error.elements.assign(
-          charts[c].faces.begin(),
-          charts[c].faces.begin() +
-              static_cast<std::ptrdiff_t>(std::min<std::size_t>(1000, charts[c].faces.size())));
-      if (dynamic_cast<const Infeasible*>(&e) != nullptr) throw Infeasible(std::move(error));
-      if (dynamic_cast<const InvalidInput*>(&e) != nullptr) throw InvalidInput(std::move(error));
-      throw NotConverged(std::move(error));
+    } catch (const Infeasible& e) {
+      throw Infeasible(in_terms_of_input(e.error(), islands, c));
+    } catch (const InvalidInput& e) {
+      throw InvalidInput(in_terms_of_input(e.error(), islands, c));
+    } catch (const NotConverged& e) {
+      throw NotConverged(in_terms_of_input(e.error(), islands, c));
     }
   };
 
@@ -142,6 +162,34 @@ std::vector<Points2> flatten_all(const std::vector<Chart>& charts, const ChartPi
       });
   if (!order.empty()) stats.insert(chart_stats[order[0]].begin(), chart_stats[order[0]].end());
   return uv;
+}
+
+// The values to be stored, chart by chart.
+std::vector<Points2f> round_all(const Islands& islands, const ChartPins& pins, bool bijective,
+                                const std::vector<Points2>& uv, ExecutionContext& context,
+                                Stats& stats) {
+  const std::size_t count = islands.charts.size();
+  std::vector<Points2f> stored(count);
+  std::vector<Stats> chart_stats(count);
+  parallel_for(context, count, 1, [&](std::size_t c, std::size_t, std::size_t) {
+    ExecutionContext part(&context, 1);
+    RoundingOptions rounding;
+    rounding.bijective = bijective;
+    for (const auto& [v, target] : pins.of_chart[c]) rounding.fixed.push_back(v);
+    try {
+      stored[c] =
+          round_to_storage(islands.charts[c].surface.faces, uv[c], rounding, part, chart_stats[c]);
+    } catch (const NotConverged& e) {
+      throw NotConverged(in_terms_of_input(e.error(), islands, c));
+    }
+  });
+  std::int64_t repaired = 0;
+  for (const Stats& s : chart_stats) {
+    const auto found = s.find("rounding.repaired");
+    if (found != s.end()) repaired += std::get<std::int64_t>(found->second);
+  }
+  stats["rounding.repaired"] = repaired;
+  return stored;
 }
 
 // The reference UVs of a chart's vertices, if the chart was one flip-free island of them.
@@ -227,7 +275,7 @@ Parametrization unwrap(const Surface& surface, const UnwrapOptions& options,
   std::vector<Points2> uv;
   {
     const ProgressRange range(context, 0.05, 0.92);
-    uv = flatten_all(islands.charts, pins, options, context, stats);
+    uv = flatten_all(islands, pins, options, context, stats);
   }
   lap("seconds_flatten");
 
@@ -236,14 +284,15 @@ Parametrization unwrap(const Surface& surface, const UnwrapOptions& options,
   map.surface = surface;
   map.uv.resize(3 * surface.faces.rows(), 2);
   map.uv32.resize(3 * surface.faces.rows(), 2);
+  const std::vector<Points2f> stored =
+      round_all(islands, pins, options.bijective, uv, context, stats);
   for (std::size_t c = 0; c < islands.charts.size(); ++c) {
     const Chart& chart = islands.charts[c];
-    const Points2f stored = uv[c].cast<float>();
     for (std::size_t i = 0; i < chart.faces.size(); ++i) {
       for (Index k = 0; k < 3; ++k) {
         const VertexId v = chart.surface.faces(static_cast<Eigen::Index>(i), k);
         map.uv.row(3 * chart.faces[i] + k) = uv[c].row(v);
-        map.uv32.row(3 * chart.faces[i] + k) = stored.row(v);
+        map.uv32.row(3 * chart.faces[i] + k) = stored[c].row(v);
       }
     }
   }

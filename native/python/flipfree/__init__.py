@@ -4,12 +4,14 @@ Arrays in: ``vertices (n, 3) float64``, ``faces (m, 3) int32``, consistently ori
 Angles in radians. Every result carries a certificate measured with exact predicates.
 """
 
-from ._native import version as __version__
 from . import jobs
+from ._native import version as __version__
 from .certification import certify
+from .conformal import ConformalMetric, conformal_metric
 from .conformal_map import conformal
 from .embedding import embed
 from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConverged
+from .improving import improve
 from .matching import match
 from .results import Certificate, Parametrization, Transitions
 from .target_angles import boundary_angles, suggest_cones
@@ -18,6 +20,7 @@ from .unwrapping import unwrap
 __all__ = [
     "Cancelled",
     "Certificate",
+    "ConformalMetric",
     "FlipfreeError",
     "Infeasible",
     "InvalidInput",
@@ -28,7 +31,9 @@ __all__ = [
     "boundary_angles",
     "certify",
     "conformal",
+    "conformal_metric",
     "embed",
+    "improve",
     "jobs",
     "match",
     "suggest_cones",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from operator import index
 from typing import Any
 
 import numpy as np
@@ -24,23 +25,33 @@ def pins_to_corners(
     corners: list[int] = []
     targets: list[tuple[float, float]] = []
     by_vertex: dict[int, tuple[float, float]] = {}
+    if pins is not None and not isinstance(pins, Mapping):
+        raise InvalidInput(f"{name} must be a dict {{vertex: (u, v)}}.", code="bad pins")
     for key, value in (pins or {}).items():
         target = as_floats(value, f"{name}[{key!r}]")
         if target.shape != (2,) or not np.isfinite(target).all():
             raise InvalidInput(
                 f"{name}[{key!r}] must be two finite numbers (u, v).", code="bad pins"
             )
-        if isinstance(key, tuple):
-            face, corner = int(key[0]), int(key[1])
-            if not (0 <= face < len(faces) and 0 <= corner < 3):
-                raise InvalidInput(
-                    f"{name} names corner {corner} of face {face}, which does not exist.",
-                    code="bad pins",
-                )
+        place = (float(target[0]), float(target[1]))
+        try:
+            face, corner = key if isinstance(key, tuple) else (None, key)
+            corner, face = index(corner), None if face is None else index(face)
+        except (TypeError, ValueError):
+            raise InvalidInput(
+                f"{name} has the key {key!r}, which is neither a vertex nor a pair (face, corner).",
+                code="bad pins",
+            ) from None
+        if face is None:
+            by_vertex[corner] = place
+        elif 0 <= face < len(faces) and 0 <= corner < 3:
             corners.append(3 * face + corner)
-            targets.append((float(target[0]), float(target[1])))
+            targets.append(place)
         else:
-            by_vertex[int(key)] = (float(target[0]), float(target[1]))
+            raise InvalidInput(
+                f"{name} names corner {corner} of face {face}, which does not exist.",
+                code="bad pins",
+            )
     if by_vertex:
         flat = faces.reshape(-1)
         missing = set(by_vertex) - set(np.unique(flat).tolist())

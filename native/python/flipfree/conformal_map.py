@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from . import _native
 from .arrays import as_floats, as_indices
+from .conformal import metric_from
 from .errors import InvalidInput, NotConverged
 from .job import Job, Progress, run
 from .results import Parametrization, parametrization_from
@@ -17,48 +16,19 @@ from .results import Parametrization, parametrization_from
 _REFINEMENT = {"auto": "auto", True: "never", False: "full"}
 
 
-@dataclass(frozen=True)
-class ReachedMetric:
-    """The conformal metric that a map was, or could not be, written from.
-
-    Attributes:
-        scale_factors: (n,), logarithmic, mean 0. angles: (n,), total angle reached at each vertex.
-        angle_error: largest distance from the prescribed angles, radians. scale_range: of the scale factors.
-        flips, iterations, bits, converged: of the solver.
-    """
-
-    scale_factors: npt.NDArray[np.float64]
-    angles: npt.NDArray[np.float64]
-    angle_error: float
-    scale_range: float
-    flips: int
-    iterations: int
-    bits: int
-    converged: bool
-    stats: dict[str, Any]
-
-
 def _result_from(data: dict[str, Any]) -> Parametrization:
-    metric = ReachedMetric(**data["metric"])
     error = data["error"]
     if error is None:
         parametrization = parametrization_from(data["map"])
-        parametrization.stats.update(
-            {
-                "scale_range": metric.scale_range,
-                "angle_error": metric.angle_error,
-                "iterations": metric.iterations,
-                "flips": metric.flips,
-                "bits": metric.bits,
-            }
-        )
+        parametrization.stats.update(data["figures"])
         return parametrization
-    failure = NotConverged(error["message"], code=error["code"], kind=error["kind"], elements=error["elements"])
+    failure = NotConverged(
+        error["message"], code=error["code"], kind=error["kind"], elements=error["elements"]
+    )
     if len(data["map"]["faces"]):
-        parametrization = parametrization_from(data["map"])
-        failure.certificate = parametrization.certificate
-        failure.parametrization = parametrization
-    failure.metric = metric
+        failure.parametrization = parametrization_from(data["map"])
+        failure.certificate = failure.parametrization.certificate
+    failure.metric = metric_from(data["metric"])
     raise failure
 
 

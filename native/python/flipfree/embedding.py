@@ -13,7 +13,7 @@ from .job import Job, Progress, run
 from .results import Parametrization, parametrization_from
 
 SHAPES = ("circle", "square", "triangle")
-METHODS = ("ladder", "progressive", "tutte")
+METHODS = ("ladder", "schnyder", "progressive", "tutte")
 
 
 def start_embed(
@@ -93,7 +93,8 @@ def embed(
         boundary_loop: (b,) the boundary's vertex ids in order; default: from the smallest id, surface on the left.
         initial_uv: (n, 2) start, may be invalid or random; boundary rows are ignored.
         method: "ladder" (Tutte, Schnyder-weighted Tutte, repair, progressive embedding; the first that is flip-free by
-            exact test), "progressive" (the thesis' algorithm alone) or "tutte" (raises NotConverged if it flips).
+            exact test), "schnyder" (the ladder without Tutte), "progressive" (the thesis' algorithm alone) or "tutte"
+            (raises NotConverged if it flips).
         start: with method "progressive" and no initial_uv: "tutte" or "nothing".
         optimise: lower the distortion with the boundary fixed. iterations, tolerance: of that optimisation.
         threads: the result has the same bits for every number.

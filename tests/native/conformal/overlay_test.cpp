@@ -1,61 +1,19 @@
 // The overlay is checked against geometry it knows nothing of: straight segments in the plane.
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
-#include <map>
 #include <random>
 #include <set>
 
 #include "flipfree/conformal/overlay_coordinates.h"
 #include "flipfree/conformal/overlay_positions.h"
 #include "flipfree/conformal/overlay_trace.h"
-#include "flipfree/mesh/adjacency.h"
 #include "flipfree/numeric/predicates.h"
+#include "support/flip_meshes.h"
 #include "support/shapes.h"
 
 namespace flipfree {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-// A closed mesh: the surface's faces, with every boundary edge joined to one new vertex.
-FlipMesh closed_mesh(const Surface& surface) {
-  const auto n = static_cast<Index>(surface.vertices.rows());
-  const Adjacency adjacency = build_adjacency(n, surface.faces);
-  std::vector<std::array<Index, 3>> faces;
-  for (Index f = 0; f < surface.faces.rows(); ++f) {
-    faces.push_back({surface.faces(f, 0), surface.faces(f, 1), surface.faces(f, 2)});
-  }
-  bool open = false;
-  for (HalfedgeId h = 0; h < 3 * static_cast<Index>(surface.faces.rows()); ++h) {
-    if (adjacency.opposite[at(h)] != kInvalid) continue;
-    faces.push_back({target(surface.faces, h), source(surface.faces, h), n});
-    open = true;
-  }
-  FlipMesh mesh;
-  mesh.vertex_count = n + (open ? 1 : 0);
-  std::map<std::pair<Index, Index>, HalfedgeId> ids;
-  mesh.next.resize(faces.size() * 3);
-  mesh.source.resize(faces.size() * 3);
-  Index edges = 0;
-  for (const auto& f : faces) {
-    std::array<HalfedgeId, 3> h;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Index a = f[k], b = f[(k + 1) % 3];
-      if (!ids.count({a, b})) {
-        ids[{a, b}] = 2 * edges;
-        ids[{b, a}] = 2 * edges + 1;
-        ++edges;
-      }
-      h[k] = ids[{a, b}];
-      mesh.source[at(h[k])] = a;
-    }
-    for (std::size_t k = 0; k < 3; ++k) mesh.next[at(h[k])] = h[(k + 1) % 3];
-  }
-  mesh.check_invariants();
-  return mesh;
-}
 
 bool flippable(const FlipMesh& mesh, HalfedgeId h) {
   const HalfedgeId o = h ^ 1;
@@ -71,7 +29,7 @@ std::vector<HalfedgeId> all_curves(const FlipMesh& mesh) {
 TEST(Overlay, RandomFlipsAndTheirInversesEndWhereTheyBegan) {
   std::mt19937 random(7);
   const Surface surface = test::sphere(9, 6);
-  OverlayCoordinates coordinates(closed_mesh(surface));
+  OverlayCoordinates coordinates(test::closed_mesh(surface));
   std::vector<HalfedgeId> done;
   const auto count = static_cast<unsigned>(coordinates.current().halfedge_count());
   for (int i = 0; i < 400; ++i) {
@@ -122,7 +80,7 @@ TEST(Overlay, CrossingsAreThoseOfStraightSegmentsInThePlane) {
   const auto point = [&](Index v) {
     return Vector2(surface.vertices(v, 0), surface.vertices(v, 1));
   };
-  OverlayCoordinates coordinates(closed_mesh(surface));
+  OverlayCoordinates coordinates(test::closed_mesh(surface));
   const auto apex_vertex = static_cast<Index>(surface.vertices.rows());
   const FlipMesh& mesh = coordinates.current();
   int flips = 0;

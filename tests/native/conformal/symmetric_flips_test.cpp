@@ -3,6 +3,7 @@
 // undoing must give the lengths back.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <random>
@@ -100,6 +101,82 @@ TEST(SymmetricFlips, closed_forms_agree_with_plain_ptolemy_flips_for_all_seven_t
   }
   for (int t = 0; t < kFlipTypes; ++t)
     EXPECT_GT(count[static_cast<std::size_t>(t)], 10) << "type " << t;
+}
+
+TEST(SymmetricFlips, flipping_back_restores_lengths_and_connectivity) {
+  std::mt19937 random(9);
+  for (int round = 0; round < 40; ++round) {
+    const Surface surface = round % 2 == 0 ? test::torus(4, 3) : test::grid(3, 2);
+    IntrinsicSetup setup =
+        build_intrinsic_mesh(static_cast<Index>(surface.vertices.rows()), surface.faces);
+    Walk w;
+    w.mesh = setup.mesh;
+    w.plain_mesh = setup.mesh;
+    w.length = random_lengths(w.mesh, random, 0.2);
+    w.plain_length = w.length;
+    walk(w, random, 30);
+    if (HasFatalFailure()) return;
+    FlipLengths<double> lengths(w.length);
+    for (EdgeId e = 0; e < static_cast<EdgeId>(w.mesh.edge_count()); ++e) {
+      FlipType type = FlipType::kInterior;
+      if (!flip_type(w.mesh, e, type)) continue;
+      const IntrinsicMesh mesh_before = w.mesh;
+      const std::vector<double> length_before = w.length;
+      const FlipStencil there = flip_stencil(w.mesh, e, type);
+      lengths.ptolemy(there);
+      flip_symmetrically(w.mesh, there);
+      // The edge that now stands for the flipped one: the crossing edge, or the one in copy 1.
+      EdgeId created = there.new_cross != kInvalid ? there.new_cross : there.new_side;
+      if (w.mesh.symmetric() && w.mesh.label_of_edge(created) == EdgeLabel::kTwo)
+        created = there.new_side2;
+      FlipType inverse = FlipType::kInterior;
+      ASSERT_TRUE(flip_type(w.mesh, created, inverse));
+      const FlipStencil back = flip_stencil(w.mesh, created, inverse);
+      lengths.ptolemy(back);
+      flip_symmetrically(w.mesh, back);
+      // Ids may be permuted among the edges that the flip touched; as sets of (length, ends) they
+      // are the same.
+      std::vector<std::array<double, 3>> before;
+      std::vector<std::array<double, 3>> after;
+      const auto describe = [](const IntrinsicMesh& m, const std::vector<double>& l, auto& out) {
+        for (std::size_t k = 0; k < l.size(); ++k) {
+          const double a = m.unknown[at(m.origin[2 * k])];
+          const double b = m.unknown[at(m.origin[2 * k + 1])];
+          out.push_back({std::min(a, b), std::max(a, b), std::round(l[k] / 1e-6)});
+        }
+        std::sort(out.begin(), out.end());
+      };
+      describe(mesh_before, length_before, before);
+      describe(w.mesh, w.length, after);
+      for (std::size_t k = 0; k < before.size(); ++k) {
+        ASSERT_EQ(before[k][0], after[k][0]);
+        ASSERT_EQ(before[k][1], after[k][1]);
+        ASSERT_NEAR(before[k][2], after[k][2], 1.0 + 1e-6 * before[k][2]);
+      }
+      ASSERT_EQ(find_broken_invariant(w.mesh), "");
+    }
+  }
+}
+
+TEST(SymmetricFlips, a_single_triangle_with_boundary_can_flip_into_faces_glued_to_themselves) {
+  Surface surface;
+  surface.vertices.resize(3, 3);
+  surface.vertices << 0, 0, 0, 1, 0, 0, 0, 1, 0;
+  surface.faces.resize(1, 3);
+  surface.faces << 0, 1, 2;
+  IntrinsicMesh mesh = build_intrinsic_mesh(3, surface.faces).mesh;
+  FlipType type = FlipType::kInterior;
+  ASSERT_TRUE(flip_type(mesh, 0, type));
+  ASSERT_EQ(type, FlipType::kParallel);
+  flip_symmetrically(mesh, flip_stencil(mesh, 0, type));
+  EXPECT_EQ(find_broken_invariant(mesh), "");
+  // Both other edges are now glued to themselves around vertices of valence 1 and never flip.
+  EXPECT_FALSE(flip_type(mesh, 1, type));
+  EXPECT_FALSE(flip_type(mesh, 2, type));
+  ASSERT_TRUE(flip_type(mesh, 0, type));
+  EXPECT_EQ(type, FlipType::kPerpendicular);
+  flip_symmetrically(mesh, flip_stencil(mesh, 0, type));
+  EXPECT_EQ(find_broken_invariant(mesh), "");
 }
 
 }  // namespace

@@ -1,10 +1,13 @@
 #include "support/shapes.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <numbers>
+#include <random>
 #include <sstream>
 #include <stdexcept>
 #include <vector>
@@ -115,6 +118,59 @@ Surface tetrahedron() {
   surface.vertices << 1, 1, 1, 1, -1, -1, -1, 1, -1, -1, -1, 1;
   surface.faces.resize(4, 3);
   surface.faces << 0, 1, 2, 0, 3, 1, 0, 2, 3, 1, 3, 2;
+  return surface;
+}
+
+Surface tube(Index sectors, Index rings) {
+  Surface surface;
+  surface.vertices.resize(sectors * rings + 1, 3);
+  surface.faces.resize(2 * sectors * (rings - 1) + sectors, 3);
+  for (Index r = 0; r < rings; ++r) {
+    for (Index s = 0; s < sectors; ++s) {
+      const double angle = 2 * M_PI * s / sectors;
+      surface.vertices.row(r * sectors + s) << std::cos(angle), std::sin(angle), r;
+    }
+  }
+  const VertexId tip = sectors * rings;
+  surface.vertices.row(tip) << 0, 0, rings;
+  Index f = 0;
+  for (Index r = 0; r < rings; ++r) {
+    for (Index s = 0; s < sectors; ++s) {
+      const VertexId a = r * sectors + s;
+      const VertexId b = r * sectors + (s + 1) % sectors;
+      if (r + 1 == rings) {
+        surface.faces.row(f++) << a, b, tip;
+        continue;
+      }
+      surface.faces.row(f++) << a, b, b + sectors;
+      surface.faces.row(f++) << a, b + sectors, a + sectors;
+    }
+  }
+  return surface;
+}
+
+Surface stacked(Index vertices, Stacking stacking, unsigned seed) {
+  std::vector<std::array<VertexId, 3>> faces{{0, 1, 2}};
+  Surface surface;
+  surface.vertices.resize(vertices, 3);
+  surface.vertices.topRows(3) << 0, 0, 0, 1, 0, 1, 0, 1, 1;
+  std::mt19937 random(seed);
+  for (VertexId v = 3; v < vertices; ++v) {
+    const auto newest = std::min<std::size_t>(faces.size(), 3);
+    const std::size_t k = stacking == Stacking::kRandom ? random() % faces.size()
+                          : stacking == Stacking::kDeep ? faces.size() - 1
+                                                        : faces.size() - 1 - random() % newest;
+    const auto [a, b, c] = faces[k];
+    surface.vertices.row(v) =
+        (surface.vertices.row(a) + surface.vertices.row(b) + surface.vertices.row(c)) / 3;
+    faces[k] = {a, b, v};
+    faces.push_back({b, c, v});
+    faces.push_back({c, a, v});
+  }
+  surface.faces.resize(static_cast<Index>(faces.size()), 3);
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    surface.faces.row(static_cast<Index>(f)) << faces[f][0], faces[f][1], faces[f][2];
+  }
   return surface;
 }
 

@@ -23,6 +23,16 @@ Surface cylinder(Index sectors, Index rings);
 // Regular tetrahedron, closed.
 Surface tetrahedron();
 
+// Tube of radius 1 and unit ring distance, closed at the far end by a fan, open at ring 0: a disk
+// with `sectors` boundary vertices whose Tutte map decays exponentially with `rings`.
+Surface tube(Index sectors, Index rings);
+// Stacked (Apollonian) triangulation: starting from one triangle, a vertex is put into a face and
+// joined to its corners, `vertices` - 3 times. kRandom: any face; kDeep: always the newest one;
+// kMixed: one of the three newest. A disk with three boundary vertices; new vertices lie at the
+// centroids of their faces.
+enum class Stacking { kRandom, kDeep, kMixed };
+Surface stacked(Index vertices, Stacking stacking, unsigned seed = 1);
+
 // Path of a file in the shared data folder (environment variable FLIPFREE_DATA), or nothing when it
 // is not there.
 std::optional<std::string> shared_data(const std::string& relative);

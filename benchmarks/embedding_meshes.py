@@ -1,0 +1,139 @@
+"""Disks for the embedding benchmarks and tests: the shared data folder's cases and synthetic ones of any size."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from mesh_files import data_folder, read_mesh
+
+
+@dataclass
+class Disk:
+    name: str
+    vertices: npt.NDArray[np.float64]
+    faces: npt.NDArray[np.int32]
+    uv: npt.NDArray[np.float64] | None = None  # (n, 2), given with the file
+    loop: npt.NDArray[np.int32] | None = None
+
+
+def boundary_loop(faces: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+    """The single boundary loop, surface on the left; empty if closed."""
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).astype(np.int64)
+    n = int(edges.max()) + 1
+    forward, backward = edges[:, 0] * n + edges[:, 1], edges[:, 1] * n + edges[:, 0]
+    open_edges = edges[~np.isin(forward, backward)]
+    if len(open_edges) == 0:
+        return np.zeros(0, np.int32)
+    following = dict(open_edges.tolist())
+    start = int(open_edges[:, 0].min())
+    loop = [start]
+    while following[loop[-1]] != start:
+        loop.append(following[loop[-1]])
+    assert len(loop) == len(following), "several boundary loops"
+    return np.array(loop, np.int32)
+
+
+def tube(sectors: int, rings: int) -> Disk:
+    """Tube closed at its far end, open at ring 0; uniform Tutte maps decay exponentially with `rings`."""
+    angle = 2 * np.pi * np.arange(sectors) / sectors
+    points = np.stack(
+        [
+            np.tile(np.cos(angle), rings),
+            np.tile(np.sin(angle), rings),
+            np.repeat(np.arange(rings), sectors),
+        ],
+        -1,
+    )
+    points = np.vstack([points, [[0, 0, rings]]])
+    index = np.arange(sectors * rings).reshape(rings, sectors)
+    a, c = index[:-1], index[1:]
+    b, d = np.roll(a, -1, 1), np.roll(c, -1, 1)
+    sides = np.concatenate(
+        [np.stack([a, b, d], -1).reshape(-1, 3), np.stack([a, d, c], -1).reshape(-1, 3)]
+    )
+    last = index[-1]
+    fan = np.stack([last, np.roll(last, -1), np.full(sectors, sectors * rings)], -1)
+    return Disk(f"tube {sectors} x {rings}", points, np.vstack([sides, fan]).astype(np.int32))
+
+
+def stacked(vertices: int, kind: str = "random", seed: int = 1) -> Disk:
+    """Apollonian triangulation: each vertex is put into a random face, the newest ("deep") or one of the three newest
+    ("mixed"); placed by an equal-area subdivision on a paraboloid, so that the surface has ordinary triangles."""
+    random = np.random.default_rng(seed)
+    faces = [(0, 1, 2)]
+    for v in range(3, vertices):
+        newest = min(len(faces), 3)
+        k = {
+            "random": int(random.integers(len(faces))),
+            "deep": len(faces) - 1,
+            "mixed": len(faces) - 1 - int(random.integers(newest)),
+        }[kind]
+        a, b, c = faces[k]
+        faces[k] = (a, b, v)
+        faces += [(b, c, v), (c, a, v)]
+    return Disk(
+        f"stacked {vertices} {kind}",
+        random.normal(size=(vertices, 3)),
+        np.array(faces, np.int32),
+    )
+
+
+def wavy_grid(columns: int, rows: int) -> Disk:
+    """A disk with 2 columns rows triangles over the unit square."""
+    x, y = np.meshgrid(np.linspace(0, 1, columns + 1), np.linspace(0, 1, rows + 1))
+    z = 0.1 * np.sin(5 * np.pi * x) * np.sin(4 * np.pi * y)
+    index = np.arange((columns + 1) * (rows + 1)).reshape(rows + 1, columns + 1)
+    a, b = index[:-1, :-1].ravel(), index[:-1, 1:].ravel()
+    c, d = index[1:, 1:].ravel(), index[1:, :-1].ravel()
+    faces = np.stack([np.stack([a, b, c], 1), np.stack([a, c, d], 1)], 1).reshape(-1, 3)
+    return Disk(
+        f"grid {columns} x {rows}", np.stack([x, y, z], -1).reshape(-1, 3), faces.astype(np.int32)
+    )
+
+
+
+
+def _by_texture(name: str, path: Path) -> Disk:
+    """The disk that a file's texture coordinates describe: corners with equal vertex and texture are one vertex."""
+    mesh = read_mesh(path)
+    assert mesh.uv is not None
+    key = np.concatenate([mesh.faces.reshape(-1, 1), mesh.uv.reshape(-1, 2)], 1)
+    _, first, inverse = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    faces = inverse.reshape(-1, 3).astype(np.int32)
+    vertices = mesh.vertices[mesh.faces.reshape(-1)[first]]
+    return Disk(name, vertices, faces, mesh.uv.reshape(-1, 2)[first], boundary_loop(faces))
+
+
+def corpus(opened_faces: int = 1) -> Iterator[Disk]:
+    """The cases of the shared data folder's embedding/; closed ones without their last face (two: and its first
+    neighbour, so that there are four boundary vertices)."""
+    folder = data_folder()
+    if folder is None:
+        raise SystemExit("The shared data folder is not here (FLIPFREE_DATA).")
+    for path in sorted((folder / "embedding").glob("*.obj")):
+        if path.stem.startswith("retinal"):
+            yield _by_texture(path.stem, path)
+            continue
+        mesh = read_mesh(path)
+        faces = mesh.faces
+        if len(boundary_loop(faces)) == 0:
+            if opened_faces == 2:
+                a, b = faces[-1][0], faces[-1][1]
+                beside = (faces == a).any(1) & (faces == b).any(1)
+                beside[-1] = True
+                faces = faces[~beside]
+            else:
+                faces = faces[:-1]
+        yield Disk(path.stem, mesh.vertices, faces)
+
+
+def synthetic() -> Iterator[Disk]:
+    for rings in (160, 400, 1000, 10_000):
+        yield tube(8, rings)
+    for kind in ("random", "deep", "mixed"):
+        yield stacked(20_000, kind)

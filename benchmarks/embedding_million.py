@@ -1,0 +1,51 @@
+"""Disks of up to a million triangles onto the circle: seconds and peak memory, one process per size.
+
+    PYTHONPATH=build/python python3 benchmarks/embedding_million.py [--triangles N ...] [--method ...] [--start nothing]
+"""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import resource
+import time
+
+from embedding_meshes import wavy_grid
+
+
+def run(triangles: int, method: str, start_from: str) -> None:
+    import flipfree as ff
+
+    side = round((triangles / 2) ** 0.5)
+    disk = wavy_grid(side, side)
+    base = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    wall, cpu = time.perf_counter(), time.process_time()
+    result = ff.embed(disk.vertices, disk.faces, method=method, start=start_from)
+    wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    c, s = result.certificate, result.stats
+    print(
+        f"| {len(disk.faces)} | {s['rung']} | {c.flips64} / {c.flips32} | {s['seconds_embedding']:.2f} | {wall:.2f} "
+        f"| {cpu:.2f} | {peak:.0f} ({base:.0f} before) | {c.energy:.4g} |",
+        flush=True,
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--triangles", type=int, nargs="+", default=[10_000, 100_000, 1_000_000])
+    parser.add_argument("--method", default="ladder")
+    parser.add_argument("--start", default="tutte")
+    arguments = parser.parse_args()
+    print("| triangles | rung | flips 64 / 32 | embedding s | whole call s | CPU s | peak MB | energy |")
+    print("|---|---|---|---|---|---|---|---|")
+    for triangles in arguments.triangles:
+        process = multiprocessing.get_context("spawn").Process(
+            target=run, args=(triangles, arguments.method, arguments.start)
+        )
+        process.start()
+        process.join()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,300 @@
+#include "flipfree/distortion/improve.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numeric>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/parallel.h"
+#include "flipfree/certify/flips.h"
+#include "flipfree/distortion/boundary_grid.h"
+#include "flipfree/distortion/energy.h"
+#include "flipfree/distortion/rounding.h"
+#include "flipfree/distortion/targets.h"
+#include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/validate.h"
+
+namespace flipfree {
+namespace {
+
+using Complex = std::complex<double>;
+using Targets = std::vector<std::pair<VertexId, Vector2>>;
+
+std::size_t size(Index i) { return static_cast<std::size_t>(i); }
+
+Complex point(const Points2& uv, Eigen::Index v) { return {uv(v, 0), uv(v, 1)}; }
+
+struct ChartMap {
+  Points2 uv;
+  Points2f uv32;
+  Targets pins;
+  bool bijective = false;
+  Stats stats;
+};
+
+void check_map(const Surface& surface, const Points2& corner_uv) {
+  validate(surface);
+  if (corner_uv.rows() != 3 * surface.faces.rows()) {
+    throw_invalid(ErrorCode::kBadShape, "uv has " + std::to_string(corner_uv.rows()) +
+                                            " rows for " + std::to_string(surface.faces.rows()) +
+                                            " faces. Give one row per face corner.");
+  }
+  std::vector<FaceId> flipped = flipped_faces(corner_uv);
+  if (flipped.empty()) return;
+  const std::string what =
+      std::to_string(flipped.size()) +
+      " triangles of the map are flipped, collapsed or not finite, the first is face " +
+      std::to_string(flipped.front());
+  if (flipped.size() > 1000) flipped.resize(1000);
+  throw_invalid(ErrorCode::kBadOption, what + ". Unwrap the mesh instead of improving its map.",
+                ElementKind::kFace, std::move(flipped));
+}
+
+// Corner pins as targets of chart vertices; corners of one vertex must agree.
+void assign_pins(const Surface& surface, const std::vector<Chart>& charts,
+                 const ImproveOptions& options, std::vector<ChartMap>& maps) {
+  if (options.pins.empty()) return;
+  std::vector<std::pair<Index, Index>> place(size(static_cast<Index>(surface.faces.rows())));
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    for (std::size_t f = 0; f < charts[c].faces.size(); ++f) {
+      place[size(charts[c].faces[f])] = {static_cast<Index>(c), static_cast<Index>(f)};
+    }
+  }
+  for (const CornerPin& pin : options.pins) {
+    if (pin.corner < 0 || pin.corner >= 3 * surface.faces.rows() || !pin.uv.allFinite()) {
+      throw_invalid(ErrorCode::kBadPins,
+                    "A pin names corner " + std::to_string(pin.corner) +
+                        ", which does not exist, or a place that is not finite. Correct the pin.",
+                    ElementKind::kCorner, {pin.corner});
+    }
+    const auto [c, f] = place[size(pin.corner / 3)];
+    Targets& pins = maps[size(c)].pins;
+    pins.emplace_back(charts[size(c)].surface.faces(f, pin.corner % 3), pin.uv);
+  }
+  for (ChartMap& map : maps) {
+    Targets& pins = map.pins;
+    std::stable_sort(pins.begin(), pins.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (std::size_t i = 1; i < pins.size(); ++i) {
+      if (pins[i].first != pins[i - 1].first || pins[i].second == pins[i - 1].second) continue;
+      throw_invalid(ErrorCode::kBadPins,
+                    "Two corners that share one place in the map are pinned to different places. "
+                    "Unpin one of them.");
+    }
+    pins.erase(std::unique(pins.begin(), pins.end(),
+                           [](const auto& a, const auto& b) { return a.first == b.first; }),
+               pins.end());
+  }
+}
+
+// UV length of a surface length 1, over the whole map.
+double common_scale(const Surface& surface, const Points2& corner_uv) {
+  double uv_area = 0;
+  double area = 0;
+  for (Eigen::Index f = 0; f < surface.faces.rows(); ++f) {
+    const Vector2 a = (corner_uv.row(3 * f + 1) - corner_uv.row(3 * f)).transpose();
+    const Vector2 b = (corner_uv.row(3 * f + 2) - corner_uv.row(3 * f)).transpose();
+    uv_area += std::abs(a.x() * b.y() - a.y() * b.x());
+    const Vector3 p =
+        surface.vertices.row(surface.faces(f, 1)) - surface.vertices.row(surface.faces(f, 0));
+    const Vector3 q =
+        surface.vertices.row(surface.faces(f, 2)) - surface.vertices.row(surface.faces(f, 0));
+    area += std::sqrt(std::max(0.0, p.squaredNorm() * q.squaredNorm() - p.dot(q) * p.dot(q)));
+  }
+  return std::sqrt(uv_area / area);
+}
+
+// Turns `uv` by the angle that brings it nearest to `like`, centres it there, scales it; only if it
+// stays flip-free.
+void place_like(const Triangles& faces, const Points2& like, double scale, bool bijective,
+                Points2& uv, const ExecutionContext& context) {
+  Complex from = 0;
+  Complex to = 0;
+  const auto count = static_cast<double>(uv.rows());
+  for (Eigen::Index v = 0; v < uv.rows(); ++v) {
+    from += point(uv, v) / count;
+    to += point(like, v) / count;
+  }
+  Complex turn = 0;
+  for (Eigen::Index v = 0; v < uv.rows(); ++v)
+    turn += std::conj(point(uv, v) - from) * (point(like, v) - to);
+  const Complex factor = std::abs(turn) > 0 ? scale * turn / std::abs(turn) : Complex(scale);
+  Points2 placed(uv.rows(), 2);
+  for (Eigen::Index v = 0; v < uv.rows(); ++v) {
+    const Complex w = factor * (point(uv, v) - from) + to;
+    placed.row(v) << w.real(), w.imag();
+  }
+  if (!distortion::is_flip_free(faces, placed, context)) return;
+  if (bijective &&
+      distortion::boundary_conflicts(
+          distortion::find_boundary(static_cast<Index>(uv.rows()), faces), placed, context)) {
+    return;
+  }
+  uv = std::move(placed);
+}
+
+// Names the chart by its first face: elements of a chart are no elements of the user's mesh.
+Error in_chart(const Error& error, const Chart& chart) {
+  Error named = error;
+  named.message = "Chart at face " + std::to_string(chart.faces.front()) + ": " + error.message;
+  named.kind = ElementKind::kFace;
+  named.elements = {chart.faces.front()};
+  return named;
+}
+
+void improve_chart(const Chart& chart, const ImproveOptions& options, double scale, ChartMap& map,
+                   ExecutionContext& context) {
+  const Points2 before = map.uv;
+  const Triangles& faces = chart.surface.faces;
+  MinimizeOptions minimize;
+  minimize.max_iterations = options.max_iterations;
+  minimize.tolerance = options.tolerance;
+  minimize.bijective = map.bijective;
+  RoundingOptions rounding;
+  rounding.bijective = map.bijective;
+  try {
+    if (map.pins.empty()) {
+      map.uv = minimize_distortion(chart.surface, before, minimize, context, map.stats);
+      place_like(faces, before, scale, map.bijective, map.uv, context);
+    } else {
+      TargetsResult result =
+          minimize_with_targets(chart.surface, before, map.pins, minimize, context, map.stats);
+      if (!result.missed.empty()) {
+        const VertexId v = result.missed.front();
+        throw_not_converged(ErrorCode::kLineSearchStalled,
+                            "The pin at (" + std::to_string(point(before, v).real()) + ", " +
+                                std::to_string(point(before, v).imag()) +
+                                ") in the map came only " +
+                                std::to_string(static_cast<int>(100 * result.fraction)) +
+                                " % of its way without flipping a triangle. Match pins instead, "
+                                "which refines the mesh.");
+      }
+      map.uv = std::move(result.uv);
+      for (const auto& [v, target] : map.pins) rounding.fixed.push_back(v);
+    }
+    map.uv32 = round_to_storage(faces, map.uv, rounding, context, map.stats);
+  } catch (const NotConverged& e) {
+    throw NotConverged(in_chart(e.error(), chart));
+  } catch (const InvalidInput& e) {
+    throw InvalidInput(in_chart(e.error(), chart));
+  }
+}
+
+// The largest chart alone if it is half of everything, the others side by side.
+void improve_all(const std::vector<Chart>& charts, const ImproveOptions& options, double scale,
+                 std::vector<ChartMap>& maps, ExecutionContext& context) {
+  std::vector<std::size_t> order(charts.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return charts[a].faces.size() > charts[b].faces.size();
+  });
+  std::size_t total = 0;
+  for (const Chart& chart : charts) total += chart.faces.size();
+  std::size_t alone = 0;
+  if (2 * charts[order[0]].faces.size() >= total) {
+    const ProgressRange range(
+        context, 0.0,
+        static_cast<double>(charts[order[0]].faces.size()) / static_cast<double>(total));
+    improve_chart(charts[order[0]], options, scale, maps[order[0]], context);
+    alone = 1;
+  }
+  parallel_for(context, order.size() - alone, 1, [&](std::size_t i, std::size_t, std::size_t) {
+    ExecutionContext part(&context, 1);
+    improve_chart(charts[order[alone + i]], options, scale, maps[order[alone + i]], part);
+  });
+}
+
+// Spreads the charts' UVs over the corners.
+template <typename Pick>
+auto corners_of(const Surface& surface, const std::vector<Chart>& charts,
+                const std::vector<ChartMap>& maps, Pick pick) {
+  std::decay_t<decltype(pick(maps.front()))> corners(3 * surface.faces.rows(), 2);
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    for (std::size_t f = 0; f < charts[c].faces.size(); ++f) {
+      for (Index k = 0; k < 3; ++k) {
+        corners.row(3 * charts[c].faces[f] + k) =
+            pick(maps[c]).row(charts[c].surface.faces(static_cast<Eigen::Index>(f), k));
+      }
+    }
+  }
+  return corners;
+}
+
+}  // namespace
+
+Parametrization improve(const Surface& surface, const Points2& corner_uv,
+                        const ImproveOptions& options, ExecutionContext& context) {
+  const Stopwatch watch;
+  context.report("checking the map", 0.0);
+  check_map(surface, corner_uv);
+  const Adjacency adjacency =
+      build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const EdgeFlags cuts = uv_cuts(surface.faces, adjacency, corner_uv);
+  const CutMesh cut = cut_along(surface.faces, adjacency, cuts);
+  const std::vector<Chart> charts = split_into_charts(surface.vertices, cut);
+  std::vector<ChartMap> maps(charts.size());
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    const Triangles& faces = charts[c].surface.faces;
+    maps[c].uv.resize(charts[c].surface.vertices.rows(), 2);
+    for (Eigen::Index f = 0; f < faces.rows(); ++f) {
+      for (Index k = 0; k < 3; ++k) {
+        maps[c].uv.row(faces(f, k)) =
+            corner_uv.row(3 * charts[c].faces[static_cast<std::size_t>(f)] + k);
+      }
+    }
+    maps[c].bijective = options.keep_bijective &&
+                        !distortion::boundary_conflicts(
+                            distortion::find_boundary(static_cast<Index>(maps[c].uv.rows()), faces),
+                            maps[c].uv, context);
+  }
+  assign_pins(surface, charts, options, maps);
+
+  Parametrization map;
+  map.surface = surface;
+  map.cut_edges = flagged_edges(surface.faces, adjacency, cuts);
+  set_identity_provenance(map);
+  CertifyRequest request;
+  request.surface = &surface;
+  request.uv = &corner_uv;
+  request.measure_overlaps = false;
+  const double energy_before = certify(request, context).energy;
+  {
+    const ProgressRange range(context, 0.05, 0.93);
+    improve_all(charts, options, common_scale(surface, corner_uv), maps, context);
+  }
+  context.report("certifying", 0.95);
+  map.uv =
+      corners_of(surface, charts, maps, [](const ChartMap& m) -> const Points2& { return m.uv; });
+  map.uv32 = corners_of(surface, charts, maps,
+                        [](const ChartMap& m) -> const Points2f& { return m.uv32; });
+  const auto largest = std::max_element(
+      charts.begin(), charts.end(),
+      [](const Chart& a, const Chart& b) { return a.faces.size() < b.faces.size(); });
+  map.stats = maps[static_cast<std::size_t>(largest - charts.begin())].stats;
+  CertifyRequest final_request;
+  final_request.pins = options.pins;
+  certify_map(map, surface, final_request, context);
+  const bool keeps_input =
+      options.pins.empty() && map.certificate.ok && map.certificate.energy > energy_before;
+  if (keeps_input) {
+    // Nothing was gained: the user's own values, as far as 32 bits hold them.
+    map.uv = corner_uv;
+    map.uv32 = corner_uv.cast<float>();
+    certify_map(map, surface, final_request, context);
+  }
+  map.stats["charts"] = static_cast<std::int64_t>(charts.size());
+  map.stats["energy_before"] = energy_before;
+  map.stats["energy"] = map.certificate.energy;
+  map.stats["max_energy"] = map.certificate.max_energy;
+  map.stats["added_vertices"] = std::int64_t{0};
+  map.stats["seconds"] = watch.seconds();
+  require_certificate(map, "The improved map");
+  context.report("done", 1.0);
+  return map;
+}
+
+}  // namespace flipfree

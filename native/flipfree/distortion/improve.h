@@ -1,0 +1,33 @@
+// Less distortion for an existing map, without a flip on the way.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/certify/certify.h"
+#include "flipfree/certify/parametrization.h"
+
+namespace flipfree {
+
+struct ImproveOptions {
+  std::vector<CornerPin>
+      pins;                    // met bit for bit; corners that share a chart's vertex share the pin
+  bool keep_bijective = true;  // charts that do not overlap themselves go on not to
+  int max_iterations = 200;    // per chart
+  double tolerance = 1e-4;     // share of the energy that a step must still promise
+};
+
+// corner_uv: 3 #F x 2, every triangle positively oriented. The map is cut where the UVs on the two
+// sides of an edge differ; each piece is one chart. All charts get one common scale, that of the
+// whole map before; each keeps its centre and direction as well as it can, so charts that touched
+// may overlap each other afterwards. Charts with pins are where the pins say.
+//
+// Guarantee: the result is certified as by certify_map (G1, G2, G3, G7); without pins its energy is
+// not higher than the input's (if no improvement was found, the input's own UVs come back). Stats:
+// "charts", "energy_before", "energy", "seconds", and what the solver reports of the largest chart.
+// Throws InvalidInput (mesh defects, see validate(); kBadOption naming the flipped faces;
+// kBadPins), NotConverged (a pin was not reached; rounding; certificate), Cancelled.
+Parametrization improve(const Surface& surface, const Points2& corner_uv,
+                        const ImproveOptions& options, ExecutionContext& context);
+
+}  // namespace flipfree

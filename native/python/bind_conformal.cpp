@@ -1,0 +1,113 @@
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <pybind11/stl.h>
+
+#include "arrays.h"
+#include "bindings.h"
+#include "flipfree/conformal/metric.h"
+#include "flipfree/numeric/scalar.h"
+#include "job.h"
+#include "metric_object.h"
+
+namespace py = pybind11;
+
+namespace flipfree::python {
+namespace {
+
+struct MetricRequest {
+  Surface surface;
+  std::optional<Points3> lengths;
+  std::vector<double> target_angles;
+  conformal::MetricOptions options;
+};
+
+conformal::ConformalMetric solve(const MetricRequest& request, ExecutionContext& context) {
+  if (!request.lengths) {
+    return conformal::compute_conformal_metric(request.surface, request.target_angles,
+                                               request.options, context);
+  }
+  return conformal::compute_conformal_metric(static_cast<Index>(request.surface.vertices.rows()),
+                                             request.surface.faces, *request.lengths,
+                                             request.target_angles, request.options, context);
+}
+
+// Final triangulation as the single cover sees it: vertices of the user's mesh, natural logarithms
+// of lengths.
+void add_mesh(const conformal::ConformalMetric& metric, py::dict& d) {
+  const conformal::IntrinsicMesh& mesh = metric.mesh;
+  Triangles faces(static_cast<Eigen::Index>(mesh.face_count()), 3);
+  Points3 log_length(faces.rows(), 3);
+  std::vector<std::int8_t> label(mesh.face_count());
+  std::visit(
+      [&](const auto& length) {
+        using std::log;
+        for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+          HalfedgeId h = mesh.face_halfedge[f];
+          label[f] = static_cast<std::int8_t>(mesh.label_of_face(static_cast<FaceId>(f)));
+          for (int k = 0; k < 3; ++k, h = mesh.next[static_cast<std::size_t>(h)]) {
+            const auto row = static_cast<Eigen::Index>(f);
+            faces(row, k) =
+                mesh.unknown[static_cast<std::size_t>(mesh.origin[static_cast<std::size_t>(h)])];
+            const auto l = log(length[static_cast<std::size_t>(h >> 1)]);
+            log_length(row, k) = ScalarTraits<std::decay_t<decltype(l)>>::to_double(l);
+          }
+        }
+      },
+      metric.length);
+  d["faces"] = from_matrix(faces);
+  d["log_lengths"] = from_matrix(log_length);
+  d["face_labels"] = from_vector(label);
+}
+
+}  // namespace
+
+py::object to_object(const conformal::ConformalMetric& metric) {
+  py::dict d;
+  d["scale_factors"] = from_vector(metric.scale_factors);
+  d["angles"] = from_vector(metric.angles);
+  d["angle_error"] = metric.angle_error;
+  d["scale_range"] = metric.scale_range;
+  d["flips"] = metric.flips.size() - metric.euclidean_flips;
+  d["euclidean_flips"] = metric.euclidean_flips;
+  d["flip_counts"] = std::vector<std::size_t>(metric.flip_counts.begin(), metric.flip_counts.end());
+  d["iterations"] = metric.iterations;
+  d["bits"] = metric.bits;
+  d["converged"] = metric.converged;
+  d["error_history"] = from_vector(metric.error_history);
+  d["symmetric"] = metric.mesh.symmetric();
+  add_mesh(metric, d);
+  d["stats"] = to_dict(metric.stats);
+  return d;
+}
+
+void bind_conformal(py::module_& module) {
+  module.def(
+      "conformal_metric",
+      [](const Array<double>& vertices, const Array<Index>& faces,
+         const Array<double>& target_angles, double tolerance, int bits, int max_iterations,
+         double max_seconds, bool require_convergence, const py::object& lengths, int threads) {
+        MetricRequest request;
+        request.surface = to_surface(vertices, faces);
+        request.target_angles.assign(target_angles.data(),
+                                     target_angles.data() + target_angles.size());
+        request.options.tolerance = tolerance;
+        request.options.bits = bits;
+        request.options.max_iterations = max_iterations;
+        request.options.max_seconds = max_seconds;
+        request.options.require_convergence = require_convergence;
+        if (!lengths.is_none())
+          request.lengths = to_matrix<Points3>(lengths.cast<Array<double>>(), "lengths");
+        return start_job(
+            [request = std::move(request)](ExecutionContext& context) {
+              return solve(request, context);
+            },
+            [](const conformal::ConformalMetric& metric) { return to_object(metric); }, threads);
+      },
+      py::arg("vertices"), py::arg("faces"), py::arg("target_angles"), py::arg("tolerance"),
+      py::arg("bits"), py::arg("max_iterations"), py::arg("max_seconds"),
+      py::arg("require_convergence"), py::arg("lengths"), py::arg("threads"));
+}
+
+}  // namespace flipfree::python

@@ -1,0 +1,158 @@
+"""Discretely conformally equivalent metrics with prescribed cone and boundary angles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _native
+from .arrays import as_floats, as_indices
+from .errors import InvalidInput
+from .job import Job, Progress, run
+
+#: Names of the symmetric flip types in the order of ``ConformalMetric.flip_counts`` (faces left and right of the edge).
+FLIP_TYPES = (
+    "(1,1,1)",
+    "(1,par,2)",
+    "(t,perp,t)",
+    "(1,1,t)",
+    "(t,perp,q)",
+    "(1,1,q)",
+    "(q,perp,q)",
+)
+
+
+@dataclass(frozen=True)
+class ConformalMetric:
+    """A metric that is discretely conformally equivalent to the input, with the prescribed angles.
+
+    Attributes:
+        scale_factors: (n,) natural logarithms u of the scale factors, mean 0. Where no edge was flipped, the new length
+            of edge (i, j) is the old one times exp((u_i + u_j) / 2).
+        angles: (n,) total angle reached at every vertex. angle_error: the largest distance from the targets, radians,
+            measured in the precision of the run.
+        flips: Ptolemy flips from the Delaunay triangulation of the input to the final one; flip_counts: by type, see
+            FLIP_TYPES. euclidean_flips: flips that made the input Delaunay first.
+        iterations: Newton steps. bits: mantissa of the lengths. error_history: largest angle error at the start and
+            after every step.
+        scale_range: max u - min u. converged: angle_error is within the tolerance.
+        faces, log_lengths: (k, 3) final intrinsic triangulation and logarithms of its lengths (corner j to j + 1). For a
+            surface with boundary these are the faces of its symmetric double cover, both copies of a vertex bearing its
+            number, with face_labels 0 = this copy, 1 = the mirrored one, 2 and 3 = symmetric triangle and (half of a)
+            quadrilateral.
+        symmetric: the double cover was used. stats: seconds and counts.
+    """
+
+    scale_factors: npt.NDArray[np.float64]
+    angles: npt.NDArray[np.float64]
+    angle_error: float
+    scale_range: float
+    flips: int
+    euclidean_flips: int
+    flip_counts: tuple[int, ...]
+    iterations: int
+    bits: int
+    converged: bool
+    error_history: npt.NDArray[np.float64]
+    symmetric: bool
+    faces: npt.NDArray[np.int32]
+    log_lengths: npt.NDArray[np.float64]
+    face_labels: npt.NDArray[np.int8]
+    stats: dict[str, Any]
+
+
+def metric_from(data: dict[str, Any]) -> ConformalMetric:
+    """The dataclass from what the compiled module returns."""
+    return ConformalMetric(**{**data, "flip_counts": tuple(data["flip_counts"])})
+
+
+def start_conformal_metric(
+    vertices: Any,
+    faces: Any,
+    target_angles: Any,
+    *,
+    tolerance: float = 1e-10,
+    precision: int | str = "auto",
+    lengths: Any = None,
+    max_iterations: int = 500,
+    max_seconds: float = 0.0,
+    require_convergence: bool = True,
+    threads: int = 2,
+) -> Job[ConformalMetric]:
+    """As :func:`conformal_metric`, at once, on a thread."""
+    if not (np.isfinite(tolerance) and tolerance > 0.0):
+        raise InvalidInput(f"tolerance must be positive, not {tolerance}.", code="bad option")
+    automatic = isinstance(precision, str) and precision == "auto"
+    if not automatic and (isinstance(precision, (str, bool)) or int(precision) != precision):
+        raise InvalidInput(
+            f"precision must be 'auto' or a number of mantissa bits, not {precision!r}.", code="bad option"
+        )
+    if max_iterations < 0 or not max_seconds >= 0.0:
+        raise InvalidInput("max_iterations and max_seconds must not be negative.", code="bad option")
+    if threads < 1:
+        raise InvalidInput("threads must be at least 1.", code="bad option")
+    native = _native.conformal_metric(
+        as_floats(vertices, "vertices", 3),
+        as_indices(faces, "faces", 3),
+        as_floats(target_angles, "target_angles"),
+        float(tolerance),
+        0 if automatic else int(precision),
+        int(max_iterations),
+        float(max_seconds),
+        bool(require_convergence),
+        None if lengths is None else as_floats(lengths, "lengths", 3),
+        int(threads),
+    )
+    return Job(native, metric_from)
+
+
+def conformal_metric(
+    vertices: Any,
+    faces: Any,
+    target_angles: Any,
+    *,
+    tolerance: float = 1e-10,
+    precision: int | str = "auto",
+    lengths: Any = None,
+    max_iterations: int = 500,
+    max_seconds: float = 0.0,
+    require_convergence: bool = True,
+    threads: int = 2,
+    progress: Progress | None = None,
+) -> ConformalMetric:
+    """The metric with exactly these angles that is discretely conformally equivalent to the surface.
+
+    It exists and is unique up to scale for all positive angles that satisfy Gauss-Bonnet, on closed surfaces of any
+    genus and on surfaces with boundary; the triangulation changes by intrinsic flips on the way.
+
+    Args:
+        vertices: (n, 3) float64. faces: (m, 3), manifold, consistently oriented, connected, without unused vertices.
+        target_angles: (n,) total angle at every vertex, > 0: 2 pi - curvature inside, pi - geodesic curvature on the
+            boundary. Their sum must be pi m (Gauss-Bonnet).
+        tolerance: largest angle error, radians. Below 1e-13 ask for more bits, or leave precision at "auto".
+        precision: "auto" starts in double and adds bits only when rounding decides; or mantissa bits, 53 to 4096.
+        lengths: (m, 3) edge lengths (corner k to k + 1) instead of those of the vertex positions.
+        max_iterations: of Newton. max_seconds: 0 is no limit.
+        require_convergence: False returns what was reached, with ``converged`` False, instead of raising NotConverged.
+        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
+
+    Raises:
+        InvalidInput: the mesh, an angle, or a length; names the place. Infeasible: Gauss-Bonnet fails; names the
+        remainder. NotConverged: says what was reached. Cancelled.
+    """
+    job = start_conformal_metric(
+        vertices,
+        faces,
+        target_angles,
+        tolerance=tolerance,
+        precision=precision,
+        lengths=lengths,
+        max_iterations=max_iterations,
+        max_seconds=max_seconds,
+        require_convergence=require_convergence,
+        threads=threads,
+    )
+    return run(job, progress)

@@ -1,0 +1,94 @@
+"""Improve: less distortion for an existing map, without a flip on the way."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from . import _native
+from .arrays import as_corner_uv, as_floats, as_indices
+from .certification import Pins, pins_to_corners
+from .errors import InvalidInput
+from .job import Job, Progress, run
+from .results import Parametrization, parametrization_from
+
+
+def start_improve(
+    map_or_arrays: Any,
+    *,
+    pins: Pins | None = None,
+    keep_bijective: bool = True,
+    iterations: int = 200,
+    tolerance: float = 1e-4,
+    threads: int = 2,
+) -> Job[Parametrization]:
+    """As :func:`improve`, at once, on a thread."""
+    if not (np.isfinite(tolerance) and tolerance > 0.0):
+        raise InvalidInput(f"tolerance must be positive, not {tolerance}.", code="bad option")
+    if iterations < 0 or threads < 1:
+        raise InvalidInput(
+            "iterations must not be negative, threads at least 1.", code="bad option"
+        )
+    if isinstance(map_or_arrays, Parametrization):
+        given = map_or_arrays
+        vertices, faces, uv = given.vertices, given.faces, given.uv
+    else:
+        try:
+            vertices, faces, uv = map_or_arrays
+        except (TypeError, ValueError):
+            raise InvalidInput(
+                "improve takes a Parametrization or (vertices, faces, uv).",
+                code="array of the wrong shape",
+            ) from None
+    face_array = as_indices(faces, "faces", 3)
+    pin_corners, pin_uv = pins_to_corners(pins, face_array)
+    native = _native.improve(
+        as_floats(vertices, "vertices", 3),
+        face_array,
+        as_corner_uv(uv, "uv", len(face_array)),
+        pin_corners,
+        pin_uv,
+        bool(keep_bijective),
+        int(iterations),
+        float(tolerance),
+        int(threads),
+    )
+    return Job(native, parametrization_from)
+
+
+def improve(
+    map_or_arrays: Any,
+    *,
+    pins: Pins | None = None,
+    keep_bijective: bool = True,
+    iterations: int = 200,
+    tolerance: float = 1e-4,
+    threads: int = 2,
+    progress: Progress | None = None,
+) -> Parametrization:
+    """Lowers the distortion of a flip-free map; every step keeps every triangle open.
+
+    The map is cut where the UVs on the two sides of an edge differ. Charts get one common scale and keep their
+    centres and directions; they are not packed again. Without pins the energy is never higher than before.
+
+    Args:
+        map_or_arrays: a Parametrization, or (vertices, faces, uv) with uv (m, 3, 2), one per face corner.
+        pins: {vertex or (face, corner): (u, v)}, met bit for bit.
+        keep_bijective: charts that do not overlap themselves go on not to.
+        iterations: most optimiser iterations per chart. tolerance: share of the energy that a step must promise.
+        threads: the result has the same bits for every number.
+        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
+
+    Raises:
+        InvalidInput (also for a map with flipped triangles, which are named), NotConverged, Cancelled.
+    """
+    job = start_improve(
+        map_or_arrays,
+        pins=pins,
+        keep_bijective=keep_bijective,
+        iterations=iterations,
+        tolerance=tolerance,
+        threads=threads,
+    )
+    return run(job, progress)

@@ -1,0 +1,36 @@
+// Disks for the embedding tests: a surface, its boundary loop and where the boundary goes.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/embedding/boundary.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/topology.h"
+#include "support/shapes.h"
+
+namespace flipfree::test {
+
+struct Disk {
+  Surface surface;
+  std::vector<VertexId> loop;
+  Points2 boundary;
+  Index vertex_count() const { return static_cast<Index>(surface.vertices.rows()); }
+};
+
+inline Disk make_disk(Surface surface, BoundaryShape shape) {
+  Disk disk;
+  disk.surface = std::move(surface);
+  const Adjacency adjacency = build_adjacency(disk.vertex_count(), disk.surface.faces);
+  disk.loop = boundary_loops(disk.surface.faces, adjacency).front();
+  const std::vector<double> lengths(disk.loop.size(), 1.0);
+  disk.boundary = place_boundary(shape, lengths).positions;
+  return disk;
+}
+
+// Closed surface without its last face, onto the triangle.
+inline Disk opened(Surface surface) {
+  surface.faces.conservativeResize(surface.faces.rows() - 1, 3);
+  return make_disk(std::move(surface), BoundaryShape::kTriangle);
+}
+
+}  // namespace flipfree::test

@@ -1,0 +1,199 @@
+#include "flipfree/embedding/embed.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "disks.h"
+#include "flipfree/base/error.h"
+#include "flipfree/embedding/tutte.h"
+
+namespace flipfree {
+namespace {
+
+Embedding embed(const test::Disk& disk, const EmbedOptions& options, Stats& stats) {
+  ExecutionContext context;
+  return embed_disk_refined(disk.surface.faces, disk.vertex_count(), disk.loop, disk.boundary,
+                            options, context, stats);
+}
+
+void expect_flip_free(const Embedding& e) {
+  ExecutionContext context;
+  EXPECT_EQ(count_flips(e.faces, e.uv, context), 0U);
+  EXPECT_EQ(count_flips(e.faces, round_to_float(e.uv), context), 0U);
+}
+
+std::string rung(const Stats& stats) { return std::get<std::string>(stats.at("rung")); }
+
+TEST(Embed, AnOrdinaryDiskNeedsOnlyTutte) {
+  Stats stats;
+  const auto disk = test::make_disk(test::bumpy_grid(20, 20, 0.2, 3), BoundaryShape::kCircle);
+  const Embedding e = embed(disk, {}, stats);
+  expect_flip_free(e);
+  EXPECT_EQ(rung(stats), "tutte");
+  EXPECT_TRUE(e.added.empty());
+}
+
+TEST(Embed, TheLadderIsClimbedWhereTutteFoldsAndSaysSo) {
+  for (const auto shape : {BoundaryShape::kCircle, BoundaryShape::kSquare}) {
+    for (const Index rings : {160, 400}) {
+      Stats stats;
+      expect_flip_free(embed(test::make_disk(test::tube(8, rings), shape), {}, stats));
+      EXPECT_NE(rung(stats), "tutte");
+      EXPECT_GT(std::get<std::int64_t>(stats.at("tutte_flips")), 0);
+    }
+  }
+}
+
+TEST(Embed, EveryOuterFaceOfASphereWorks) {
+  const Surface sphere = test::sphere(14, 9);
+  for (FaceId f = 0; f < sphere.faces.rows(); ++f) {
+    Surface open = sphere;
+    open.faces.row(f).swap(open.faces.row(open.faces.rows() - 1));
+    Stats stats;
+    expect_flip_free(embed(test::opened(open), {}, stats));
+  }
+}
+
+TEST(Embed, LowDistortionStartsFromNothingWhereTutteFolds) {
+  Stats stats;
+  EmbedOptions options;
+  options.low_distortion = true;
+  expect_flip_free(
+      embed(test::make_disk(test::tube(8, 200), BoundaryShape::kCircle), options, stats));
+  EXPECT_EQ(rung(stats), "progressive");
+}
+
+TEST(Embed, OnlyChordsOfOneStraightSideAreSplit) {
+  // A 1 x 4 strip without inner vertices: every inner edge is a chord. On the square, with corners
+  // at loop positions chosen by arc length, some chords join points of one side.
+  const auto disk = test::make_disk(test::grid(4, 1), BoundaryShape::kSquare);
+  Stats stats;
+  const Embedding e = embed(disk, {}, stats);
+  expect_flip_free(e);
+  const auto circle = test::make_disk(test::grid(4, 1), BoundaryShape::kCircle);
+  const Embedding kept = embed(circle, {}, stats);
+  expect_flip_free(kept);
+  EXPECT_TRUE(kept.added.empty());
+
+  // All boundary vertices but one on the lower side of a triangle.
+  test::Disk flat = test::make_disk(test::grid(3, 1), BoundaryShape::kCircle);
+  const Index n = static_cast<Index>(flat.loop.size());
+  for (Index i = 0; i + 1 < n; ++i) flat.boundary.row(i) << static_cast<double>(i) / (n - 2), 0.0;
+  flat.boundary.row(n - 1) << 0.5, 1.0;
+  const Embedding split = embed(flat, {}, stats);
+  expect_flip_free(split);
+  EXPECT_GT(split.added.size(), 0U);
+  for (const AddedVertex& added : split.added) {
+    EXPECT_EQ(flat.boundary(
+                  std::find(flat.loop.begin(), flat.loop.end(), added.a) - flat.loop.begin(), 1),
+              0.0);
+    EXPECT_EQ(flat.boundary(
+                  std::find(flat.loop.begin(), flat.loop.end(), added.b) - flat.loop.begin(), 1),
+              0.0);
+  }
+  ExecutionContext context;
+  EXPECT_THROW(embed_disk(flat.surface.faces, flat.vertex_count(), flat.loop, flat.boundary, {},
+                          context, stats),
+               Infeasible);
+}
+
+TEST(Embed, SameBitsForOneAndTwoThreads) {
+  const auto disk = test::make_disk(test::tube(12, 300), BoundaryShape::kCircle);
+  for (const auto method : {EmbedMethod::kLadder, EmbedMethod::kProgressive}) {
+    EmbedOptions options;
+    options.method = method;
+    options.low_distortion = true;
+    Points2 first;
+    for (const int threads : {1, 2, 2}) {
+      ExecutionContext context;
+      context.threads = threads;
+      Stats stats;
+      const Points2 uv = embed_disk(disk.surface.faces, disk.vertex_count(), disk.loop,
+                                    disk.boundary, options, context, stats);
+      if (threads == 1) {
+        first = uv;
+      } else {
+        EXPECT_EQ(first, uv);
+      }
+    }
+  }
+}
+
+TEST(Embed, WrongLoopsAreNamed) {
+  const auto disk = test::make_disk(test::grid(3, 3), BoundaryShape::kCircle);
+  ExecutionContext context;
+  Stats stats;
+  const auto code = [&](const std::vector<VertexId>& loop, const Points2& positions) {
+    try {
+      embed_disk(disk.surface.faces, disk.vertex_count(), loop, positions, {}, context, stats);
+    } catch (const InvalidInput& e) {
+      return e.error().code;
+    }
+    return ErrorCode::kInternal;
+  };
+  EXPECT_EQ(code(disk.loop, disk.boundary.topRows(5)), ErrorCode::kBadBoundary);
+  auto loop = disk.loop;
+  loop[0] = 99;
+  EXPECT_EQ(code(loop, disk.boundary), ErrorCode::kIndexOutOfRange);
+  loop[0] = loop[1];
+  EXPECT_EQ(code(loop, disk.boundary), ErrorCode::kBadBoundary);
+  loop = disk.loop;
+  std::swap(loop[2], loop[3]);
+  EXPECT_EQ(code(loop, disk.boundary), ErrorCode::kBadBoundary);
+}
+
+// Thesis 3.5, Figure 3.13: the polygon's rows hold no number.
+TEST(Embed, APolygonWithoutRoomIsInfeasibleByExactDecision) {
+  Triangles fan(3, 3);
+  fan << 0, 1, 3, 1, 2, 3, 2, 0, 3;
+  const auto run = [&](const Points2& p, bool float32) {
+    ExecutionContext context;
+    Stats stats;
+    EmbedOptions options;
+    options.float32 = float32;
+    const Points2 uv = embed_disk(fan, 4, {0, 1, 2}, p, options, context, stats);
+    EXPECT_EQ(count_flips(fan, uv, context), 0U);
+  };
+  Points2 flat(3, 2);
+  flat << -0.5, 1, 0.5, 1, 0, 1 + 0x1p-52;
+  EXPECT_THROW(run(flat, false), Infeasible);
+  flat(2, 1) = 1 + 0x1p-51;  // one row inside
+  EXPECT_NO_THROW(run(flat, false));
+  EXPECT_THROW(run(flat, true), Infeasible);
+  flat(2, 1) = 1 + 0x1p-23;
+  EXPECT_THROW(run(flat, true), Infeasible);
+  EXPECT_NO_THROW(run(flat, false));
+  flat(2, 1) = 1 + 0x1p-22;
+  EXPECT_NO_THROW(run(flat, true));
+  try {
+    flat(2, 1) = 1 + 0x1p-23;
+    run(flat, true);
+  } catch (const Infeasible& e) {
+    EXPECT_EQ(e.error().code, ErrorCode::kNoRoomInPolygon);
+    EXPECT_NE(e.error().message.find("edge (0, 1) and vertex 2"), std::string::npos);
+  }
+}
+
+TEST(Embed, ScaleAndPlaceOfThePolygonDecideNothingButRoom) {
+  const auto disk = test::make_disk(test::tube(8, 100), BoundaryShape::kCircle);
+  ExecutionContext context;
+  for (const double scale : {1e-30, 1e-4, 1.0, 1e5, 1e30}) {
+    Stats stats;
+    test::Disk scaled = disk;
+    scaled.boundary *= scale;
+    expect_flip_free(embed(scaled, {}, stats));
+  }
+  // Far away, 32-bit floats hold too few points: said so, and 64 bits still work.
+  test::Disk far = disk;
+  far.boundary.col(0).array() += 1e9;
+  Stats stats;
+  EXPECT_THROW(embed(far, {}, stats), Infeasible);
+  EmbedOptions options;
+  options.float32 = false;
+  const Embedding e = embed(far, options, stats);
+  EXPECT_EQ(count_flips(e.faces, e.uv, context), 0U);
+}
+
+}  // namespace
+}  // namespace flipfree

@@ -1,0 +1,161 @@
+"""ff.conformal_metric: shapes, options, refusals, progress and cancellation, agreement with closed forms."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import flipfree as ff
+
+DATA = Path(os.environ.get("FLIPFREE_DATA", Path(__file__).parents[3] / "shared" / "data"))
+
+
+def octahedron(levels: int) -> tuple[np.ndarray, np.ndarray]:
+    """Subdivided octahedron on the unit sphere."""
+    points = [np.array(p, float) for p in [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]]
+    faces = [(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)]
+    for _ in range(levels):
+        middle: dict[tuple[int, int], int] = {}
+
+        def between(a: int, b: int, middle: dict[tuple[int, int], int] = middle) -> int:
+            key = (min(a, b), max(a, b))
+            if key not in middle:
+                middle[key] = len(points)
+                p = points[a] + points[b]
+                points.append(p / np.linalg.norm(p))
+            return middle[key]
+
+        finer = []
+        for a, b, c in faces:
+            ab, bc, ca = between(a, b), between(b, c), between(c, a)
+            finer += [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        faces = finer
+    return np.array(points), np.array(faces, np.int32)
+
+
+def random_targets(count: int, faces: int, seed: int) -> np.ndarray:
+    target = np.random.default_rng(seed).uniform(np.pi, 3 * np.pi, count)
+    return target * (np.pi * faces / target.sum())
+
+
+def final_angles(metric: ff.ConformalMetric, count: int) -> np.ndarray:
+    """Total angles of a closed result, from its lengths alone."""
+    length = np.exp(metric.log_lengths - metric.log_lengths.mean())
+    a, b, c = length[:, 0], length[:, 1], length[:, 2]
+    corner = np.stack(
+        [np.arccos((x * x + z * z - y * y) / (2 * x * z)) for x, y, z in [(a, b, c), (b, c, a), (c, a, b)]], axis=1
+    )
+    return np.bincount(metric.faces.ravel(), corner.ravel(), minlength=count)
+
+
+def test_random_angles_are_met_as_measured_from_the_returned_lengths() -> None:
+    vertices, faces = octahedron(3)
+    target = random_targets(len(vertices), len(faces), 1)
+    metric = ff.conformal_metric(vertices, faces, target)
+    assert metric.converged and metric.angle_error <= 1e-10 and metric.bits == 53
+    assert metric.scale_factors.shape == (len(vertices),)
+    assert abs(metric.scale_factors.mean()) < 1e-12
+    assert metric.scale_range == pytest.approx(np.ptp(metric.scale_factors))
+    assert metric.flips == sum(metric.flip_counts) > 0
+    assert metric.error_history[-1] <= 1e-10
+    np.testing.assert_allclose(metric.angles, target, atol=1e-10)
+    np.testing.assert_allclose(final_angles(metric, len(vertices)), target, atol=1e-7)
+
+
+def test_lengths_replace_positions() -> None:
+    vertices, faces = octahedron(2)
+    target = random_targets(len(vertices), len(faces), 5)
+    corners = vertices[faces]
+    lengths = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2)
+    from_lengths = ff.conformal_metric(np.zeros_like(vertices), faces, target, lengths=lengths)
+    from_positions = ff.conformal_metric(vertices, faces, target)
+    np.testing.assert_allclose(from_lengths.scale_factors, from_positions.scale_factors, atol=1e-8)
+
+
+def test_more_bits_reach_smaller_errors() -> None:
+    vertices, faces = octahedron(1)
+    target = random_targets(len(vertices), len(faces), 2)
+    metric = ff.conformal_metric(vertices, faces, target, precision=200, tolerance=1e-40)
+    assert metric.bits == 200 and metric.angle_error <= 1e-40
+
+
+def test_auto_precision_climbs_for_a_tolerance_that_double_cannot_reach() -> None:
+    vertices, faces = octahedron(1)
+    metric = ff.conformal_metric(vertices, faces, random_targets(len(vertices), len(faces), 2), tolerance=1e-30)
+    assert metric.bits > 53 and metric.angle_error <= 1e-30
+
+
+def test_a_disk_uses_the_symmetric_double_cover() -> None:
+    n = 9
+    x, y = np.meshgrid(np.arange(n, dtype=float), np.arange(n, dtype=float), indexing="ij")
+    vertices = np.stack([x.ravel(), y.ravel(), 2 * np.sin(x.ravel() * y.ravel() / 11)], axis=1)
+    cells = np.arange(n * n).reshape(n, n)
+    a, b, c, d = cells[:-1, :-1].ravel(), cells[1:, :-1].ravel(), cells[1:, 1:].ravel(), cells[:-1, 1:].ravel()
+    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]).astype(np.int32)
+    target = np.full(n * n, 2 * np.pi)
+    target[np.concatenate([cells[0], cells[-1], cells[:, 0], cells[:, -1]])] = np.pi
+    target[cells[[0, 0, -1, -1], [0, -1, 0, -1]]] = np.pi / 2
+    metric = ff.conformal_metric(vertices, faces, target)
+    assert metric.symmetric and metric.angle_error <= 1e-10
+    assert set(np.unique(metric.face_labels)) <= {0, 1, 2, 3}
+
+
+def test_refusals_name_the_place_and_the_remainder() -> None:
+    vertices, faces = octahedron(0)
+    target = np.full(6, 8 * np.pi / 6)
+    with pytest.raises(ff.Infeasible, match="quarter turns"):
+        ff.conformal_metric(vertices, faces, target + 0.1)
+    bad = target.copy()
+    bad[3] = -1.0
+    with pytest.raises(ff.InvalidInput, match="vertex 3") as caught:
+        ff.conformal_metric(vertices, faces, bad)
+    assert list(caught.value.elements) == [3]
+    with pytest.raises(ff.InvalidInput):
+        ff.conformal_metric(vertices, faces, target[:5])
+    for option in ({"precision": "high"}, {"precision": 20}, {"tolerance": 0.0}, {"lengths": np.ones((2, 3))}):
+        with pytest.raises(ff.InvalidInput):
+            ff.conformal_metric(vertices, faces, target, **option)
+    two = np.concatenate([vertices, vertices + 5.0]), np.concatenate([faces, faces + 6])
+    with pytest.raises(ff.InvalidInput):
+        ff.conformal_metric(*two, np.concatenate([target, target]))
+
+
+def test_not_converged_says_what_was_reached() -> None:
+    vertices, faces = octahedron(2)
+    target = random_targets(len(vertices), len(faces), 3)
+    with pytest.raises(ff.NotConverged, match="after 1 Newton steps"):
+        ff.conformal_metric(vertices, faces, target, max_iterations=1)
+    metric = ff.conformal_metric(vertices, faces, target, max_iterations=1, require_convergence=False)
+    assert not metric.converged and metric.iterations == 1
+
+
+def test_cancel_stops_within_a_fifth_of_a_second() -> None:
+    vertices, faces = octahedron(6)
+    job = ff.jobs.conformal_metric(vertices, faces, random_targets(len(vertices), len(faces), 4))
+    time.sleep(0.1)
+    job.cancel()
+    start = time.monotonic()
+    with pytest.raises(ff.Cancelled):
+        job.result()
+    # Generous for a busy machine; an uninterruptible solve of this size takes longer.
+    assert time.monotonic() - start < 2.0
+
+
+def test_a_single_cone_on_a_high_genus_surface() -> None:
+    mesh, angles = DATA / "conformal" / "gtorus013.obj", DATA / "conformal" / "gtorus013_singlecone_Th_hat"
+    if not mesh.exists():
+        pytest.skip(f"{mesh} is missing (set FLIPFREE_DATA)")
+    vertices, faces = [], []
+    for line in mesh.read_text().splitlines():
+        word = line.split()
+        if word[:1] == ["v"]:
+            vertices.append([float(x) for x in word[1:4]])
+        elif word[:1] == ["f"]:
+            faces.append([int(x.split("/")[0]) - 1 for x in word[1:]])
+    metric = ff.conformal_metric(vertices, faces, np.loadtxt(angles))
+    assert metric.angle_error <= 1e-10
+    assert metric.iterations <= 60

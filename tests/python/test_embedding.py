@@ -1,0 +1,185 @@
+"""ff.embed: disks onto convex polygons, certified as stored."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from embedding_meshes import Disk, boundary_loop, corpus, stacked, tube, wavy_grid
+
+import flipfree as ff
+
+from mesh_files import data_folder
+
+
+def corner_of_vertex(disk: Disk, result: ff.Parametrization) -> dict[int, np.ndarray]:
+    return dict(zip(result.faces.ravel().tolist(), result.uv.reshape(-1, 2), strict=True))
+
+
+def assert_certified(result: ff.Parametrization) -> None:
+    c = result.certificate
+    assert c.ok and c.flips64 == 0 and c.flips32 == 0 and c.winding_failures == 0, c.failures
+    assert c.provenance_failures == 0 and c.overlaps == 0
+
+
+@pytest.mark.parametrize("boundary", ["circle", "square", "triangle"])
+@pytest.mark.parametrize(
+    "disk", [wavy_grid(12, 9), tube(8, 120), tube(5, 200)], ids=lambda d: d.name.replace(" ", "")
+)
+def test_every_disk_goes_onto_every_shape(disk: Disk, boundary: str) -> None:
+    result = ff.embed(disk.vertices, disk.faces, boundary=boundary)
+    assert_certified(result)
+    assert np.array_equal(result.uv, result.uv.astype(np.float32))
+    assert np.array_equal(result.vertices[: len(disk.vertices)], disk.vertices)
+
+
+def test_the_given_polygon_is_kept_bit_for_bit() -> None:
+    disk = wavy_grid(10, 10)
+    loop = boundary_loop(disk.faces)
+    angle = 2 * np.pi * np.arange(len(loop)) / len(loop)
+    polygon = np.stack([0.3 + np.cos(angle) / 3, np.sin(angle) * np.pi], -1)
+    result = ff.embed(disk.vertices, disk.faces, boundary=polygon, boundary_loop=loop)
+    assert_certified(result)
+    where = corner_of_vertex(disk, result)
+    assert all(np.array_equal(where[v], p) for v, p in zip(loop.tolist(), polygon, strict=True))
+    # The same polygon with loop and positions reversed is the same request.
+    again = ff.embed(disk.vertices, disk.faces, boundary=polygon[::-1], boundary_loop=loop[::-1])
+    assert np.array_equal(result.uv, again.uv)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("method", ["ladder", "progressive"])
+def test_random_starts_succeed(seed: int, method: str) -> None:
+    disk = tube(7, 150)
+    start = np.random.default_rng(seed).random((len(disk.vertices), 2))
+    result = ff.embed(disk.vertices, disk.faces, initial_uv=start, method=method)
+    assert_certified(result)
+    assert result.stats["tutte_flips"] > 0
+
+
+def test_methods_report_their_rung() -> None:
+    disk = tube(8, 200)
+    assert ff.embed(disk.vertices, disk.faces, method="schnyder").stats["rung"] in ("schnyder", "repair")
+    assert (
+        ff.embed(disk.vertices, disk.faces, method="progressive", start="nothing").stats["rung"] == "progressive"
+    )
+    with pytest.raises(ff.NotConverged):
+        ff.embed(disk.vertices, disk.faces, method="tutte")
+    grid = wavy_grid(8, 8)
+    assert ff.embed(grid.vertices, grid.faces).stats["rung"] == "tutte"
+
+
+def test_stacked_triangulations_succeed() -> None:
+    for kind in ("random", "deep", "mixed"):
+        disk = stacked(2000, kind)
+        assert_certified(ff.embed(disk.vertices, disk.faces, boundary="triangle"))
+
+
+def test_optimisation_lowers_the_energy_and_keeps_the_boundary() -> None:
+    disk = tube(8, 60)
+    plain = ff.embed(disk.vertices, disk.faces)
+    better = ff.embed(disk.vertices, disk.faces, optimise=True)
+    assert_certified(better)
+    assert better.certificate.energy < plain.certificate.energy
+    assert better.certificate.energy <= better.stats["energy_embedding"]
+    assert better.certificate.energy < 500
+    loop = boundary_loop(disk.faces)
+    a, b = corner_of_vertex(disk, plain), corner_of_vertex(disk, better)
+    assert all(np.array_equal(a[v], b[v]) for v in loop.tolist())
+
+
+def test_same_bits_for_one_and_two_threads() -> None:
+    disk = tube(16, 150)
+    for method in ("ladder", "progressive"):
+        one = ff.embed(disk.vertices, disk.faces, method=method, threads=1)
+        two = ff.embed(disk.vertices, disk.faces, method=method, threads=2)
+        assert np.array_equal(one.uv, two.uv)
+
+
+@pytest.mark.parametrize("scale", [1e-4, 1e5])
+def test_scale_and_place_of_the_surface_do_not_matter(scale: float) -> None:
+    disk = tube(8, 90)
+    moved = disk.vertices * scale + 7 * scale
+    assert_certified(ff.embed(moved, disk.faces))
+
+
+def test_vertex_and_face_order_do_not_decide_success() -> None:
+    disk = tube(6, 120)
+    random = np.random.default_rng(5)
+    for _ in range(3):
+        order = random.permutation(len(disk.vertices))
+        place = np.argsort(order)
+        faces = place[disk.faces][random.permutation(len(disk.faces))]
+        assert_certified(ff.embed(disk.vertices[order], faces))
+
+
+def test_chords_of_one_side_are_split_and_every_new_vertex_has_its_place() -> None:
+    disk = wavy_grid(6, 1)  # no inner vertex: every inner edge is a chord
+    result = ff.embed(disk.vertices, disk.faces, boundary="triangle")
+    assert_certified(result)
+    assert result.stats["added_vertices"] == len(result.vertices) - len(disk.vertices) > 0
+    kept = ff.embed(disk.vertices, disk.faces, boundary="circle")
+    assert kept.stats["added_vertices"] == 0 and np.array_equal(kept.faces, disk.faces)
+
+
+def test_polygons_without_room_are_infeasible_and_say_where() -> None:
+    vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.3, 0.3, 0.2]]
+    faces = [[0, 1, 3], [1, 2, 3], [2, 0, 3]]
+    flat = [[-0.5, 1], [0.5, 1], [0, 1 + 2.0**-52]]
+    with pytest.raises(ff.Infeasible, match=r"edge \(0, 1\) and vertex 2"):
+        ff.embed(vertices, faces, boundary=flat, boundary_loop=[0, 1, 2])
+
+
+def test_bad_arguments_are_named() -> None:
+    disk = wavy_grid(4, 4)
+    loop = boundary_loop(disk.faces)
+    cases = [
+        (dict(boundary="pentagon"), "circle, square, triangle"),
+        (dict(method="magic"), "ladder"),
+        (dict(start="random"), "tutte"),
+        (dict(boundary=np.zeros((3, 3))), "boundary must have shape"),
+        (dict(boundary=np.zeros((3, 2))), "one position per vertex"),
+        (dict(initial_uv=np.zeros((3, 2))), "one finite position per vertex"),
+        (dict(boundary_loop=[0, 1, 99]), "vertex 99"),
+        (dict(boundary_loop=loop[:-1]), "boundary loop"),
+        (dict(threads=0), "threads"),
+        (dict(tolerance=-1.0), "tolerance"),
+    ]
+    for options, text in cases:
+        with pytest.raises(ff.InvalidInput, match=text):
+            ff.embed(disk.vertices, disk.faces, **options)
+    dent = np.stack([np.cos(np.arange(16) * np.pi / 8), np.sin(np.arange(16) * np.pi / 8)], -1)
+    dent[3] *= 0.2
+    with pytest.raises(ff.InvalidInput, match="not convex at point 3"):
+        ff.embed(disk.vertices, disk.faces, boundary=dent, boundary_loop=loop)
+    sphere_like = np.vstack([disk.faces, disk.faces[:, ::-1]])
+    with pytest.raises(ff.InvalidInput):
+        ff.embed(disk.vertices, sphere_like)
+
+
+def test_cancel_and_progress() -> None:
+    disk = tube(20, 1500)
+    seen: list[float] = []
+
+    def watch(stage: str, fraction: float) -> bool:
+        seen.append(fraction)
+        return True
+
+    ff.embed(disk.vertices, disk.faces, method="progressive", start="nothing", progress=watch)
+    assert seen == sorted(seen)
+    with pytest.raises(ff.Cancelled):
+        ff.embed(disk.vertices, disk.faces, method="progressive", start="nothing", progress=lambda *_: False)
+
+
+@pytest.mark.skipif(data_folder() is None, reason="shared data folder (FLIPFREE_DATA) is missing")
+@pytest.mark.parametrize("boundary", ["circle", "triangle"])
+def test_the_thesis_cases_are_certified(boundary: str) -> None:
+    for disk in corpus():
+        loop = boundary_loop(disk.faces)
+        assert_certified(ff.embed(disk.vertices, disk.faces, boundary=boundary, boundary_loop=loop))
+        if len(disk.faces) < 8000:
+            start = np.random.default_rng(0).random((len(disk.vertices), 2))
+            assert_certified(
+                ff.embed(
+                    disk.vertices, disk.faces, boundary=boundary, boundary_loop=loop, initial_uv=start, method="progressive"
+                )
+            )

@@ -1,0 +1,94 @@
+"""Properties of ff.improve."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import flipfree as ff
+
+from surfaces import bumpy_grid
+
+
+def planar_map(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """The projection to the xy plane: flip-free for height fields."""
+    return vertices[faces][:, :, :2].copy()
+
+
+def two_charts() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A height field whose right half was moved away in the map."""
+    vertices, faces = bumpy_grid()
+    uv = planar_map(vertices, faces)
+    uv[vertices[faces][:, :, 0].mean(axis=1) > 0.5] += (3.0, 0.5)
+    return vertices, faces, uv
+
+
+def test_energy_falls_and_the_map_stays_valid() -> None:
+    vertices, faces = bumpy_grid(height=0.4)
+    uv = planar_map(vertices, faces)
+    before = ff.certify(vertices, faces, uv).energy
+    result = ff.improve((vertices, faces, uv))
+    assert result.certificate.ok
+    assert result.certificate.energy < before
+    assert result.stats["energy_before"] == pytest.approx(before)
+    assert len(result.cut_edges) == 0
+
+
+def test_charts_are_found_and_keep_their_places() -> None:
+    vertices, faces, uv = two_charts()
+    result = ff.improve((vertices, faces, uv))
+    assert result.stats["charts"] == 2
+    assert result.certificate.ok
+    right = uv[:, 0, 0] > 2.0
+    for part in (right, ~right):
+        assert np.allclose(result.uv[part].mean(axis=(0, 1)), uv[part].mean(axis=(0, 1)), atol=0.05)
+
+
+def test_an_optimal_map_comes_back_no_worse() -> None:
+    vertices, faces = bumpy_grid()
+    once = ff.improve((vertices, faces, planar_map(vertices, faces)), tolerance=1e-12)
+    twice = ff.improve(once)
+    assert twice.certificate.energy <= once.certificate.energy * (1 + 1e-12)
+
+
+def test_pins_are_met_bit_for_bit() -> None:
+    vertices, faces = bumpy_grid()
+    uv = planar_map(vertices, faces)
+    pins = {30: (1 / 3, 0.1), 200: (0.7, 2 / 3)}
+    result = ff.improve((vertices, faces, uv), pins=pins)
+    assert result.certificate.ok
+    assert result.certificate.pin_failures == 0
+    for vertex, target in pins.items():
+        assert np.all(result.uv[faces == vertex] == target)
+        assert np.all(result.uv32()[faces == vertex] == np.asarray(target, np.float32))
+
+
+def test_same_bits_for_any_number_of_threads() -> None:
+    vertices, faces, uv = two_charts()
+    one = ff.improve((vertices, faces, uv), threads=1)
+    two = ff.improve((vertices, faces, uv), threads=2)
+    assert np.array_equal(one.uv, two.uv)
+    assert np.array_equal(one.uv32(), two.uv32())
+
+
+def test_flipped_maps_are_refused_by_face() -> None:
+    vertices, faces = bumpy_grid()
+    uv = planar_map(vertices, faces)
+    uv[17] = uv[17][::-1]
+    with pytest.raises(ff.InvalidInput) as caught:
+        ff.improve((vertices, faces, uv))
+    assert 17 in caught.value.elements
+
+
+def test_contradictory_pins_are_refused() -> None:
+    vertices, faces = bumpy_grid()
+    uv = planar_map(vertices, faces)
+    corner = tuple(np.argwhere(faces == 30)[0])
+    with pytest.raises(ff.InvalidInput):
+        ff.improve((vertices, faces, uv), pins={30: (0.0, 0.0), corner: (1.0, 0.0)})
+
+
+def test_cancel() -> None:
+    vertices, faces = bumpy_grid(200, 200)
+    with pytest.raises(ff.Cancelled):
+        ff.improve((vertices, faces, planar_map(vertices, faces)), progress=lambda *_: False)
