@@ -50,10 +50,10 @@ struct Side {
 
 }  // namespace
 
-bool angles_are_developed(const EdgePointMap& map, Index vertex_count, FaceId f,
-                          const std::vector<PolygonVertex>& polygon,
-                          const std::vector<std::array<Index, 3>>& triangles) {
+std::vector<double> developed_angles(const EdgePointMap& map, Index vertex_count, FaceId f,
+                                     const std::vector<PolygonVertex>& polygon) {
   const std::size_t n = polygon.size();
+  std::vector<double> angles(n);
   const std::array<Side, 3> sides{Side(map, 3 * f), Side(map, 3 * f + 1), Side(map, 3 * f + 2)};
   std::size_t side = 2;  // of the way into the current vertex
   for (std::size_t i = 0; i < n; ++i) {
@@ -76,20 +76,29 @@ bool angles_are_developed(const EdgePointMap& map, Index vertex_count, FaceId f,
       angle = turn(way_out.uv(place_out + 1) - origin, way_in.uv(place_in - 1) - origin);
       if (angle < 0.0) angle += 2 * std::numbers::pi;
     }
-    angle += way_in.winding(origin, place_in - 1, previous) -
-             way_out.winding(origin, place_out + 1, next);
-    for (const auto& t : triangles) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        if (t[k] != v.id) continue;
-        Vector2 b = origin, c = origin;
-        for (const PolygonVertex& w : polygon) {
-          if (w.id == t[(k + 1) % 3]) b = Vector2(w.uv[0], w.uv[1]);
-          if (w.id == t[(k + 2) % 3]) c = Vector2(w.uv[0], w.uv[1]);
-        }
-        angle -= turn(b - origin, c - origin);
-      }
+    angles[i] = angle + way_in.winding(origin, place_in - 1, previous) -
+                way_out.winding(origin, place_out + 1, next);
+  }
+  return angles;
+}
+
+bool angles_are_developed(const std::vector<double>& developed,
+                          const std::vector<PolygonVertex>& polygon,
+                          const std::vector<std::array<Index, 3>>& triangles) {
+  std::vector<double> left = developed;
+  std::array<std::size_t, 3> place{};
+  for (const auto& t : triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      place[k] = 0;
+      while (polygon[place[k]].id != t[k]) ++place[k];
     }
-    if (!(std::abs(angle) < 1.0)) return false;
+    for (std::size_t k = 0; k < 3; ++k) {
+      left[place[k]] -=
+          corner_angle(polygon[place[k]], polygon[place[(k + 1) % 3]], polygon[place[(k + 2) % 3]]);
+    }
+  }
+  for (const double angle : left) {
+    if (!(std::abs(angle) < kAngleSlack)) return false;
   }
   return true;
 }

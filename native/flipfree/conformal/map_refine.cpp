@@ -40,7 +40,9 @@ class Refiner {
       build_polygon(f, polygon_);
       const GlobalTriangle whole{polygon_[0].id, polygon_[1].id, polygon_[2].id};
       if (!valid_triangle(polygon_[0], polygon_[1], polygon_[2], storage_) ||
-          (has_points(f) && !angles_are_developed(map_, vertex_count_, f, polygon_, {whole}))) {
+          (has_points(f) &&
+           !angles_are_developed(developed_angles(map_, vertex_count_, f, polygon_), polygon_,
+                                 {whole}))) {
         bad.push_back(f);
       }
     }
@@ -125,13 +127,13 @@ class Refiner {
 
   bool triangulate(FaceId f) {
     build_polygon(f, polygon_);
-    if (!triangulate_polygon(polygon_, storage_, local_)) return false;
+    const std::vector<double> angles =
+        has_points(f) ? developed_angles(map_, vertex_count_, f, polygon_) : std::vector<double>();
+    if (!triangulate_polygon(polygon_, angles, storage_, local_)) return false;
     std::vector<GlobalTriangle> found;
     for (const PolygonTriangle& t : local_) {
       found.push_back({polygon_[at(t[0])].id, polygon_[at(t[1])].id, polygon_[at(t[2])].id});
     }
-    if (has_points(f) && !angles_are_developed(map_, vertex_count_, f, polygon_, found))
-      return false;
     triangulation(f) = std::move(found);
     return true;
   }
@@ -227,7 +229,7 @@ class Refiner {
     build_polygon(f, polygon_);
     for (PolygonVertex& v : polygon_) v.uv = v.domain;
     std::vector<GlobalTriangle>& out = triangulation(f);
-    if (!triangulate_polygon(polygon_, Storage::k64Only, local_)) {
+    if (!triangulate_polygon(polygon_, {}, Storage::k64Only, local_)) {
       local_.clear();
       for (Index i = 1; i + 1 < static_cast<Index>(polygon_.size()); ++i)
         local_.push_back({0, i, i + 1});
@@ -252,7 +254,9 @@ class Refiner {
     for (std::size_t side = 0; side < 2; ++side) {
       if (faces[side] == kInvalid) continue;
       build_polygon(faces[side], polygon_);
-      if (angles_are_developed(map_, vertex_count_, faces[side], polygon_, result[side])) continue;
+      if (angles_are_developed(developed_angles(map_, vertex_count_, faces[side], polygon_),
+                               polygon_, result[side]))
+        continue;
       active_[at(p)] = 1;
       return false;
     }
@@ -300,7 +304,7 @@ class Refiner {
         }
       }
     }
-    if (v != last || !triangulate_polygon(hole_, storage_, local_)) return false;
+    if (v != last || !triangulate_polygon(hole_, {}, storage_, local_)) return false;
     const double bound = std::max(kGoodDistortion, 2.0 * worst_before);
     for (const PolygonTriangle& t : local_) {
       const PolygonVertex &a = hole_[at(t[0])], &b = hole_[at(t[1])], &c = hole_[at(t[2])];

@@ -52,7 +52,7 @@ TEST(PolygonTriangulation, NeverUsesATriangleWithinOneSide) {
       return std::array<double, 2>{t, t * (t - 1)};
     });
     std::vector<PolygonTriangle> triangles;
-    ASSERT_TRUE(triangulate_polygon(polygon, Storage::k64And32, triangles)) << count;
+    ASSERT_TRUE(triangulate_polygon(polygon, {}, Storage::k64And32, triangles)) << count;
     EXPECT_EQ(triangles.size(), polygon.size() - 2);
     EXPECT_NEAR(total_area(polygon, triangles), 0.5, 1e-12);
     for (const PolygonTriangle& t : triangles) {
@@ -67,7 +67,7 @@ TEST(PolygonTriangulation, SaysWhenThereIsNone) {
   // The middle of the side is beyond the far corner: no triangle fan can be positive everywhere.
   const auto polygon = side_polygon(1, [](double) { return std::array<double, 2>{0.2, 2.0}; });
   std::vector<PolygonTriangle> triangles;
-  EXPECT_FALSE(triangulate_polygon(polygon, Storage::k64And32, triangles));
+  EXPECT_FALSE(triangulate_polygon(polygon, {}, Storage::k64And32, triangles));
 }
 
 TEST(PolygonTriangulation, DecidesOnTheStoredValues) {
@@ -80,8 +80,8 @@ TEST(PolygonTriangulation, DecidesOnTheStoredValues) {
   for (PolygonVertex& v : polygon)
     v.uv32 = {static_cast<float>(v.uv[0]), static_cast<float>(v.uv[1])};
   std::vector<PolygonTriangle> triangles;
-  EXPECT_TRUE(triangulate_polygon(polygon, Storage::k64Only, triangles));
-  EXPECT_FALSE(triangulate_polygon(polygon, Storage::k64And32, triangles));
+  EXPECT_TRUE(triangulate_polygon(polygon, {}, Storage::k64Only, triangles));
+  EXPECT_FALSE(triangulate_polygon(polygon, {}, Storage::k64And32, triangles));
 }
 
 TEST(PolygonTriangulation, CostIsTheAreaExactlyForConformalTriangles) {
@@ -113,7 +113,7 @@ TEST(PolygonTriangulation, FindsThePathThroughANarrowBend) {
   for (PolygonVertex& v : polygon)
     v.uv32 = {static_cast<float>(v.uv[0]), static_cast<float>(v.uv[1])};
   std::vector<PolygonTriangle> triangles;
-  ASSERT_TRUE(triangulate_polygon(polygon, Storage::k64And32, triangles));
+  ASSERT_TRUE(triangulate_polygon(polygon, {}, Storage::k64And32, triangles));
   EXPECT_EQ(triangles.size(), polygon.size() - 2);
 }
 
