@@ -39,8 +39,8 @@ void bind_embedding(py::module_& module) {
       "embed",
       [](const Array<double>& vertices, const Array<Index>& faces, const std::string& shape,
          const py::object& polygon, const std::vector<VertexId>& loop, const py::object& initial,
-         const std::string& method, bool start_from_tutte, bool optimise, int iterations,
-         double tolerance, int threads) {
+         const std::string& method, bool start_from_tutte, bool low_distortion, bool optimise,
+         int iterations, double tolerance, int threads) {
         EmbedSurfaceOptions options;
         const Surface surface = to_surface(vertices, faces);
         options.shape = shape_of(shape);
@@ -51,6 +51,7 @@ void bind_embedding(py::module_& module) {
           options.initial = to_matrix<Points2>(initial.cast<Array<double>>(), "initial_uv");
         options.method = method_of(method);
         options.start_from_tutte = start_from_tutte;
+        options.low_distortion = low_distortion;
         options.optimise = optimise;
         options.max_iterations = iterations;
         options.tolerance = tolerance;
@@ -61,8 +62,8 @@ void bind_embedding(py::module_& module) {
             [](const Parametrization& map) -> py::object { return to_dict(map); }, threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("shape"), py::arg("polygon"), py::arg("loop"),
-      py::arg("initial"), py::arg("method"), py::arg("start_from_tutte"), py::arg("optimise"),
-      py::arg("iterations"), py::arg("tolerance"), py::arg("threads"));
+      py::arg("initial"), py::arg("method"), py::arg("start_from_tutte"), py::arg("low_distortion"),
+      py::arg("optimise"), py::arg("iterations"), py::arg("tolerance"), py::arg("threads"));
 }
 
 }  // namespace flipfree::python

@@ -132,19 +132,65 @@ def test_original_triangles_are_kept_where_possible_and_refused_where_not() -> N
 
 
 def test_a_map_too_fine_for_32_bits_is_refused_and_the_metric_returned() -> None:
-    vertices, faces = octahedron_sphere(4)
+    # All positive curvature at one pole: scale falls along the way to it by more than 32-bit numbers hold.
+    vertices, faces = octahedron_sphere(3)
+    vertices = vertices * [1, 1, 30]
     angles = np.full(len(vertices), 2 * np.pi)
-    near = np.argsort(-vertices[:, 2])[:30]
-    angles[near] = 2 * np.pi - 4 * np.pi / len(near)
-    # All curvature around one pole: the rest of the sphere is one long thin cylinder... or too fine.
+    near = np.argsort(-vertices[:, 2])[:8]
+    angles[near] -= 4 * np.pi / len(near)
+    with pytest.raises(ff.NotConverged, match="32-bit") as caught:
+        ff.conformal(vertices, faces, angles)
+    failure = caught.value
+    assert failure.metric.converged and failure.metric.angle_error <= 1e-10
+    assert failure.metric.scale_range > np.log(2.0**24)
+    assert len(failure.elements) and failure.kind == "face"
+    assert failure.certificate is failure.parametrization.certificate
+
+
+def random_case(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, dict[str, object]]:
+    """A noisy surface of any topology here with curvature at few or many vertices, in the boundary too."""
+    random = np.random.default_rng(seed)
+    vertices, faces = [
+        lambda: octahedron_sphere(int(random.integers(0, 4))),
+        lambda: torus(int(random.integers(5, 30)), int(random.integers(4, 15))),
+        lambda: cylinder(int(random.integers(3, 20)), int(random.integers(1, 8))),
+        lambda: bumpy_grid(int(random.integers(1, 20)), int(random.integers(1, 20))),
+    ][seed % 4]()
+    count = len(vertices)
+    noise = random.choice([0, 0.01, 0.1]) * np.linalg.norm(np.ptp(vertices, 0)) / np.sqrt(count)
+    vertices = vertices + random.normal(size=vertices.shape) * noise
+    flat = flat_angles(faces)
+    boundary = len(boundary_vertices(faces))
+    edges = (3 * len(faces) + boundary) // 2
+    wanted = 2 * np.pi * (count - edges + len(faces))
+    for _ in range(100):
+        amount = random.choice([0.1, 0.5, 0.9])
+        share = random.choice([0.02, 0.3, 1.0])
+        curvature = random.uniform(-amount, amount, count) * flat * (random.random(count) < share)
+        rest = wanted - curvature.sum()
+        some = random.choice(count, min(count, int(abs(rest) / 1.5) + 1), replace=False)
+        curvature[some] += rest / len(some)
+        if (flat - curvature).min() > 0.05:
+            break
+    options = {"cuts": faces[random.integers(len(faces), size=3)][:, :2]} if seed % 3 == 0 else {}
+    return vertices, faces, flat - curvature, options
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_random_angles_on_random_surfaces(seed: int) -> None:
+    vertices, faces, angles, options = random_case(seed)
+    if angles.min() <= 0:
+        pytest.skip("no positive angles drawn")
     try:
-        result = ff.conformal(vertices, faces, angles)
-    except ff.NotConverged as failure:
-        assert failure.metric.converged
-        assert failure.metric.angle_error <= 1e-10
+        result = ff.conformal(vertices, faces, angles, **options)
+    except ff.NotConverged as failure:  # refused honestly: too fine for 32 bits, the metric is there
+        assert failure.metric.converged and failure.metric.scale_range > 12
         assert not failure.certificate.ok
-    else:
-        assert result.certificate.ok and exact_flips(result.uv32()) == 0
+        return
+    assert result.certificate.ok
+    assert exact_flips(result.uv) == exact_flips(result.uv32()) == 0
+    # No sum is off by a full turn either, where a cone is wider than its faces can show.
+    np.testing.assert_allclose(uv_angles(result, len(vertices)), angles, atol=1e-6)
 
 
 def test_given_cuts_are_part_of_the_cut() -> None:

@@ -76,6 +76,23 @@ class Developer {
                         " was not found around its source");
   }
 
+  // Angle from the first piece of half-edge `from` of M0 counter-clockwise to that of `to`, the
+  // next one around.
+  double angle_between(HalfedgeId from, HalfedgeId to) const {
+    const CurveStart& a = start(from);
+    const CurveStart& b = start(to);
+    double sum = offset(to) - offset(from);
+    if (a.halfedge == b.halfedge && b.place > a.place) return sum;
+    HalfedgeId h = a.halfedge;
+    do {
+      const Angle<Real>& angle = angles_[at(h)];
+      sum += std::atan2(static_cast<double>(widen(angle.sine)),
+                        static_cast<double>(widen(angle.cosine)));
+      h = mesh_.rotate_ccw(h);
+    } while (h != b.halfedge);
+    return sum;
+  }
+
   // Follows half-edge g of M0 from the frame of start(g); returns the frame of start(opposite(g)).
   // Calls visit(crossing id, place) in order along g.
   template <typename Visit>
@@ -122,6 +139,24 @@ class Developer {
   }
 
  private:
+  // Angle from the half-edge of T at which half-edge g of M0 starts to g's first piece.
+  double offset(HalfedgeId g) const {
+    const CurveStart& s = start(g);
+    if (s.shared()) return 0.0;
+    const auto curve = static_cast<std::size_t>((*input_.curve_of_edge)[at(g >> 1)]);
+    const OverlayTrace& trace = *input_.trace;
+    const bool forward = trace.curves[curve] == g;
+    const auto id =
+        static_cast<std::size_t>(forward ? trace.begin[curve] : trace.begin[curve + 1] - 1);
+    const Between& between = input_.positions->on_edge[id];
+    // The opposite side runs from the target of h; seen against the curve its ends are swapped.
+    const long double near = forward ? between.source : between.target;
+    const long double far = forward ? between.target : between.source;
+    const Angle<Real>& angle = angles_[at(s.halfedge)];
+    const long double a = length(s.halfedge) * near,
+                      b = length(mesh_.previous_of(s.halfedge)) * far;
+    return static_cast<double>(std::atan2(b * widen(angle.sine), a + b * widen(angle.cosine)));
+  }
   static void turn(F& f, const Real& c, const Real& s) {
     const Real x = f.dx * c - f.dy * s;
     f.dy = f.dx * s + f.dy * c;
@@ -309,6 +344,11 @@ Layout develop(const LayoutInput& input, std::vector<Real> lengths,
       if (!known(n)) settle(p, developer.place(develop_edge(n, right, false)));
       if (!known(p)) settle(p, developer.place(develop_edge(p, left, true)));
     }
+  }
+  layout.corner_angle.resize(at(corner_count));
+  for (CornerId c = 0; c < corner_count; ++c) {
+    layout.corner_angle[at(c)] = developer.angle_between(
+        halfedges[at(c)], FlipMesh::opposite_of(halfedges[at(previous_corner(c))]));
   }
   layout.closing_error = largest > 0 ? static_cast<double>(gap / largest) : 0.0;
   return layout;

@@ -221,6 +221,7 @@ EdgePointMap to_edge_points(const Layout& layout, const Placement& placement,
   map.edge_of = edges.of_corner;
   map.begin = overlay.trace.begin;
   const auto corner_count = static_cast<CornerId>(layout.corner.size());
+  map.corner_angle = layout.corner_angle;
   map.corner_uv.resize(corner_count, 2);
   for (CornerId c = 0; c < corner_count; ++c) {
     map.corner_uv.row(c) = placement.apply(layout.corner[at(c)], layout.chart_of_face[at(c / 3)]);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "flipfree/conformal/developed_angles.h"
 #include "flipfree/conformal/polygon_triangulation.h"
 
 namespace flipfree {
@@ -37,7 +38,13 @@ class Refiner {
     for (FaceId f = 0; f < faces; ++f) {
       if (f % 4096 == 0) context.check();
       build_polygon(f, polygon_);
-      if (!valid_triangle(polygon_[0], polygon_[1], polygon_[2], storage_)) bad.push_back(f);
+      const GlobalTriangle whole{polygon_[0].id, polygon_[1].id, polygon_[2].id};
+      if (!valid_triangle(polygon_[0], polygon_[1], polygon_[2], storage_) ||
+          (has_points(f) &&
+           !angles_are_developed(developed_angles(map_, vertex_count_, f, polygon_), polygon_,
+                                 {whole}))) {
+        bad.push_back(f);
+      }
     }
     if (refinement == Refinement::kNever) {
       invalid = bad;
@@ -120,13 +127,23 @@ class Refiner {
 
   bool triangulate(FaceId f) {
     build_polygon(f, polygon_);
-    if (!triangulate_polygon(polygon_, storage_, local_)) return false;
-    std::vector<GlobalTriangle>& out = triangulation(f);
-    out.clear();
+    const std::vector<double> angles =
+        has_points(f) ? developed_angles(map_, vertex_count_, f, polygon_) : std::vector<double>();
+    if (!triangulate_polygon(polygon_, angles, storage_, local_)) return false;
+    std::vector<GlobalTriangle> found;
     for (const PolygonTriangle& t : local_) {
-      out.push_back({polygon_[at(t[0])].id, polygon_[at(t[1])].id, polygon_[at(t[2])].id});
+      found.push_back({polygon_[at(t[0])].id, polygon_[at(t[1])].id, polygon_[at(t[2])].id});
     }
+    triangulation(f) = std::move(found);
     return true;
+  }
+  // Does any side of the face have points, active or not?
+  bool has_points(FaceId f) const {
+    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+      const Index e = map_.edge_of[at(h)];
+      if (map_.begin[at(e)] != map_.begin[at(e) + 1]) return true;
+    }
+    return false;
   }
   std::vector<GlobalTriangle>& triangulation(FaceId f) {
     if (slot_[at(f)] == kInvalid) {
@@ -212,7 +229,7 @@ class Refiner {
     build_polygon(f, polygon_);
     for (PolygonVertex& v : polygon_) v.uv = v.domain;
     std::vector<GlobalTriangle>& out = triangulation(f);
-    if (!triangulate_polygon(polygon_, Storage::k64Only, local_)) {
+    if (!triangulate_polygon(polygon_, {}, Storage::k64Only, local_)) {
       local_.clear();
       for (Index i = 1; i + 1 < static_cast<Index>(polygon_.size()); ++i)
         local_.push_back({0, i, i + 1});
@@ -234,6 +251,15 @@ class Refiner {
       if (!without(faces[side], id, result[side])) return false;
     }
     active_[at(p)] = 0;
+    for (std::size_t side = 0; side < 2; ++side) {
+      if (faces[side] == kInvalid) continue;
+      build_polygon(faces[side], polygon_);
+      if (angles_are_developed(developed_angles(map_, vertex_count_, faces[side], polygon_),
+                               polygon_, result[side]))
+        continue;
+      active_[at(p)] = 1;
+      return false;
+    }
     for (std::size_t side = 0; side < 2; ++side) {
       if (faces[side] != kInvalid) triangulation(faces[side]) = std::move(result[side]);
     }
@@ -278,7 +304,7 @@ class Refiner {
         }
       }
     }
-    if (v != last || !triangulate_polygon(hole_, storage_, local_)) return false;
+    if (v != last || !triangulate_polygon(hole_, {}, storage_, local_)) return false;
     const double bound = std::max(kGoodDistortion, 2.0 * worst_before);
     for (const PolygonTriangle& t : local_) {
       const PolygonVertex &a = hole_[at(t[0])], &b = hole_[at(t[1])], &c = hole_[at(t[2])];

@@ -13,28 +13,12 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/conformal/overlay_positions.h"
+#include "flipfree/conformal/edge_point_map.h"
 #include "flipfree/conformal/polygon_triangulation.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree {
-
-// A point inside an edge of the input.
-struct EdgePoint {
-  Between along;     // weights of the edge's two ends
-  Vector2 uv_left;   // seen from the edge's half-edge
-  Vector2 uv_right;  // seen from its opposite; equal to the left one away from cuts
-};
-
-// The map before triangulation.
-struct EdgePointMap {
-  Points2 corner_uv;                      // 3 #F x 2
-  std::vector<HalfedgeId> edge_halfedge;  // #E: one half-edge (corner) of each edge
-  std::vector<Index> edge_of;             // 3 #F: edge of every half-edge
-  std::vector<std::int64_t> begin;        // #E + 1: points of edge e in order along its half-edge
-  std::vector<EdgePoint> points;
-};
 
 enum class Refinement {
   kAuto,   // only where needed

@@ -1,5 +1,6 @@
 #include "flipfree/conformal/polygon_triangulation.h"
 
+#include <cmath>
 #include <limits>
 
 #include "flipfree/numeric/predicates.h"
@@ -9,42 +10,78 @@ namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-// Least-cost triangulation of a simple chain by dynamic programming over its diagonals (Klincsek
-// 1980).
-bool triangulate_exactly(const std::vector<PolygonVertex>& p, Storage storage,
-                         std::vector<PolygonTriangle>& triangles) {
-  const std::size_t n = p.size();
-  std::vector<double> cost(n * n, 0.0);
-  std::vector<std::size_t> apex(n * n, 0);
-  for (std::size_t span = 2; span < n; ++span) {
-    for (std::size_t i = 0; i + span < n; ++i) {
-      const std::size_t j = i + span;
-      double best = kNever;
-      for (std::size_t k = i + 1; k < j; ++k) {
-        const double sides = cost[i * n + k] + cost[k * n + j];
-        if (!(sides < best) || !valid_triangle(p[i], p[k], p[j], storage)) continue;
-        const double total = sides + distortion_cost(p[i], p[k], p[j]);
-        if (total < best) {
-          best = total;
-          apex[i * n + j] = k;
-        }
-      }
-      cost[i * n + j] = best;
+// Least-cost triangulation by dynamic programming over diagonals (Klincsek 1980). A vertex is
+// complete when the triangle that joins the two chains ending in it is chosen; its angles must then
+// sum to the prescribed one.
+class ExactTriangulation {
+ public:
+  ExactTriangulation(const std::vector<PolygonVertex>& polygon, const std::vector<double>& angles,
+                     Storage storage)
+      : p_(polygon), angles_(angles), storage_(storage), n_(polygon.size()), chains_(n_ * n_) {}
+
+  bool run(std::vector<PolygonTriangle>& triangles) {
+    for (std::size_t span = 2; span < n_; ++span) {
+      for (std::size_t i = 0; i + span < n_; ++i) best_apex(i, i + span);
     }
+    const Chain& whole = chains_[n_ - 1];
+    if (!(whole.cost < kNever) || !fits(0, whole.at_start) || !fits(n_ - 1, whole.at_end))
+      return false;
+    std::vector<std::array<std::size_t, 2>> stack{{0, n_ - 1}};
+    while (!stack.empty()) {
+      const auto [i, j] = stack.back();
+      stack.pop_back();
+      if (j < i + 2) continue;
+      const std::size_t k = chains_[i * n_ + j].apex;
+      triangles.push_back({static_cast<Index>(i), static_cast<Index>(k), static_cast<Index>(j)});
+      stack.push_back({i, k});
+      stack.push_back({k, j});
+    }
+    return true;
   }
-  if (!(cost[n - 1] < kNever)) return false;
-  std::vector<std::array<std::size_t, 2>> stack{{0, n - 1}};
-  while (!stack.empty()) {
-    const auto [i, j] = stack.back();
-    stack.pop_back();
-    if (j < i + 2) continue;
-    const std::size_t k = apex[i * n + j];
-    triangles.push_back({static_cast<Index>(i), static_cast<Index>(k), static_cast<Index>(j)});
-    stack.push_back({i, k});
-    stack.push_back({k, j});
+
+ private:
+  // The part of the polygon between vertices i and j, closed by the diagonal.
+  struct Chain {
+    double cost = 0.0;
+    double at_start = 0.0, at_end = 0.0;  // angles of its triangles at i and j
+    std::size_t apex = 0;
+  };
+
+  bool fits(std::size_t i, double sum) const {
+    return angles_.empty() || std::abs(sum - angles_[i]) < kAngleSlack;
   }
-  return true;
-}
+
+  void best_apex(std::size_t i, std::size_t j) {
+    Chain best;
+    best.cost = kNever;
+    for (std::size_t k = i + 1; k < j; ++k) {
+      const Chain &left = chains_[i * n_ + k], &right = chains_[k * n_ + j];
+      const double sides = left.cost + right.cost;
+      if (!(sides < best.cost) || !valid_triangle(p_[i], p_[k], p_[j], storage_)) continue;
+      const double total = sides + distortion_cost(p_[i], p_[k], p_[j]);
+      if (!(total < best.cost)) continue;
+      Chain chain{total, 0.0, 0.0, k};
+      if (!angles_.empty()) {
+        if (!fits(k, left.at_end + corner_angle(p_[k], p_[j], p_[i]) + right.at_start)) continue;
+        chain.at_start = left.at_start + corner_angle(p_[i], p_[k], p_[j]);
+        chain.at_end = right.at_end + corner_angle(p_[j], p_[i], p_[k]);
+      }
+      // The ends are not complete yet, but can only grow.
+      if (!angles_.empty() &&
+          (chain.at_start > angles_[i] + kAngleSlack || chain.at_end > angles_[j] + kAngleSlack)) {
+        continue;
+      }
+      best = chain;
+    }
+    chains_[i * n_ + j] = best;
+  }
+
+  const std::vector<PolygonVertex>& p_;
+  const std::vector<double>& angles_;
+  Storage storage_;
+  std::size_t n_;
+  std::vector<Chain> chains_;
+};
 
 bool triangulate_by_ears(const std::vector<PolygonVertex>& p, Storage storage,
                          std::vector<PolygonTriangle>& triangles) {
@@ -119,19 +156,36 @@ double distortion_cost(const PolygonVertex& a, const PolygonVertex& b, const Pol
   return cost > 0.0 && cost < kNever ? cost : 1e300;
 }
 
-bool triangulate_polygon(const std::vector<PolygonVertex>& polygon, Storage storage,
+double corner_angle(const PolygonVertex& a, const PolygonVertex& b, const PolygonVertex& c) {
+  const double ux = b.uv[0] - a.uv[0], uy = b.uv[1] - a.uv[1];
+  const double vx = c.uv[0] - a.uv[0], vy = c.uv[1] - a.uv[1];
+  return std::atan2(ux * vy - uy * vx, ux * vx + uy * vy);
+}
+
+bool triangulate_polygon(const std::vector<PolygonVertex>& polygon,
+                         const std::vector<double>& angles, Storage storage,
                          std::vector<PolygonTriangle>& triangles) {
   triangles.clear();
   if (polygon.size() < 3) return false;
-  if (polygon.size() == 3) {
-    if (!valid_triangle(polygon[0], polygon[1], polygon[2], storage)) return false;
-    triangles.push_back({0, 1, 2});
-    return true;
+  if (polygon.size() <= kExactPolygon)
+    return ExactTriangulation(polygon, angles, storage).run(triangles);
+  if (triangulate_by_ears(polygon, storage, triangles)) {
+    std::vector<double> sums(polygon.size(), 0.0);
+    for (const PolygonTriangle& t : triangles) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto place = [&](std::size_t i) { return static_cast<std::size_t>(t[i % 3]); };
+        sums[place(k)] +=
+            corner_angle(polygon[place(k)], polygon[place(k + 1)], polygon[place(k + 2)]);
+      }
+    }
+    bool right = true;
+    for (std::size_t i = 0; i < angles.size(); ++i)
+      right = right && std::abs(sums[i] - angles[i]) < kAngleSlack;
+    if (right) return true;
   }
-  if (polygon.size() <= kExactPolygon) return triangulate_exactly(polygon, storage, triangles);
-  if (triangulate_by_ears(polygon, storage, triangles)) return true;
   triangles.clear();
-  return polygon.size() <= kLargestExactPolygon && triangulate_exactly(polygon, storage, triangles);
+  return polygon.size() <= kLargestExactPolygon &&
+         ExactTriangulation(polygon, angles, storage).run(triangles);
 }
 
 }  // namespace flipfree

@@ -211,9 +211,7 @@ class Ladder {
     if (share > kRepairableShare) return false;
     try {
       PlanarMap map = start_map(uv_);
-      ProgressiveOptions options;
-      options.start = ProgressiveStart::kRepair;
-      return finish(map, options, "repair");
+      return finish(map, thorough(ProgressiveStart::kRepair), "repair");
     } catch (const NotConverged&) {
       return false;
     } catch (const Infeasible&) {
@@ -222,15 +220,14 @@ class Ladder {
   }
 
   void from_nothing() {
-    PlanarMap map = start_map(boundary_only());
-    ProgressiveOptions options;
-    options.start = ProgressiveStart::kNothing;
     bool done = false;
     try {
-      done = finish(map, options, "progressive");
+      PlanarMap map = start_map(boundary_only());
+      done = finish(map, {.start = ProgressiveStart::kNothing}, "progressive");
     } catch (const NotConverged&) {
       require_room_for_all();
-      throw;
+      PlanarMap map = start_map(boundary_only());
+      done = finish(map, thorough(ProgressiveStart::kNothing), "progressive");
     }
     if (!done) {
       throw_not_converged(ErrorCode::kCertificateFailed,
@@ -243,9 +240,7 @@ class Ladder {
     try {
       PlanarMap map = start_map(initial_or_tutte());
       stats_["tutte_flips"] = static_cast<std::int64_t>(count_bad(map));
-      ProgressiveOptions options;
-      options.start = ProgressiveStart::kInitial;
-      if (finish(map, options, "progressive")) return;
+      if (finish(map, thorough(ProgressiveStart::kInitial), "progressive")) return;
     } catch (const NotConverged&) {
       stats_["restarts"] = std::int64_t{1};
     } catch (const Infeasible&) {

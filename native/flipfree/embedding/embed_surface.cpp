@@ -140,9 +140,7 @@ bool make_storable(const Triangles& faces, const std::vector<VertexId>& loop, Po
     // Only what flips is repaired; small triangles are the optimiser's choice.
     map.invalid_energy = HUGE_VAL;
     try {
-      ProgressiveOptions options;
-      options.start = ProgressiveStart::kRepair;
-      progressive_embedding(map, options, context, stats);
+      progressive_embedding(map, thorough(ProgressiveStart::kRepair), context, stats);
     } catch (const NotConverged&) {
       return false;
     } catch (const Infeasible&) {
@@ -168,7 +166,7 @@ Parametrization embed_surface(const Surface& surface, const EmbedSurfaceOptions&
   embed.method = options.method;
   embed.initial = options.initial ? &*options.initial : nullptr;
   embed.start_from_tutte = options.start_from_tutte;
-  embed.low_distortion = options.optimise;
+  embed.low_distortion = options.low_distortion || options.optimise;
   const Index n = static_cast<Index>(surface.vertices.rows());
   Embedding embedding;
   {

@@ -14,10 +14,6 @@ namespace {
 
 using Size = std::size_t;
 
-constexpr double kSettled =
-    0.1;  // star sizes: a vertex that moved less does not wake its neighbours
-constexpr Size kLocalSteps =
-    10;  // Newton steps per vertex of the star after an insertion (thesis: 10 iterations)
 constexpr int kMaxRetries = 4;
 constexpr double kLeastInvalidEnergy = 1e2;
 
@@ -64,7 +60,7 @@ void progressive_embedding(PlanarMap& map, const ProgressiveOptions& options,
   std::vector<VertexId> alive = vertices_left(map, record);
   const Size total = record.size();
   const bool local_only = options.start == ProgressiveStart::kRepair;
-  if (!local_only) smooth_sweeps(map, alive, options.final_sweeps, kSettled / 10, context);
+  if (!local_only) smooth_sweeps(map, alive, options.final_sweeps, options.settled / 10, context);
   Size next_sweep = static_cast<Size>(static_cast<double>(alive.size()) * options.growth) + 1;
 
   InsertScratch scratch;
@@ -121,14 +117,16 @@ void progressive_embedding(PlanarMap& map, const ProgressiveOptions& options,
     alive.push_back(m);
     queue.push_star(map, m);
     queue.push_star(map, v0);
-    queue.run(map, kLocalSteps * static_cast<Size>(std::min<Index>(16, map.mesh.degree(m))),
-              kSettled);
+    queue.run(map,
+              static_cast<Size>(options.local_steps) *
+                  static_cast<Size>(std::min<Index>(16, map.mesh.degree(m))),
+              options.settled);
     if (!local_only && alive.size() >= next_sweep) {
-      smooth_sweeps(map, alive, options.sweeps, kSettled / 10, context);
+      smooth_sweeps(map, alive, options.sweeps, options.settled / 10, context);
       next_sweep = static_cast<Size>(static_cast<double>(alive.size()) * options.growth) + 1;
     }
   }
-  if (!local_only) smooth_sweeps(map, alive, options.final_sweeps, kSettled / 10, context);
+  if (!local_only) smooth_sweeps(map, alive, options.final_sweeps, options.settled / 10, context);
   stats["insertion_retries"] = retries;
   stats["recollapses"] = recollapses;
   stats["seconds_insert"] = watch.seconds();

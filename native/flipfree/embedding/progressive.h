@@ -22,10 +22,26 @@ enum class ProgressiveStart {
 
 struct ProgressiveOptions {
   ProgressiveStart start = ProgressiveStart::kInitial;
-  int sweeps = 3;  // per growth of the mesh by `growth`
-  double growth = 1.25;
-  int final_sweeps = 10;
+  // Whole-mesh sweeps, run each time the mesh has grown by `growth`, and at the end.
+  int sweeps = 2;
+  double growth = 1.5;
+  int final_sweeps = 5;
+  // Around each insertion: at most this many Newton steps per edge of the new vertex (thesis: 10
+  // iterations over the whole mesh); a vertex that moved less than `settled` star sizes does not
+  // wake its neighbours.
+  int local_steps = 2;
+  double settled = 0.3;
 };
+
+// Two to three times as much smoothing: for starts that are far from a good map.
+inline ProgressiveOptions thorough(ProgressiveStart start) {
+  return {.start = start,
+          .sweeps = 3,
+          .growth = 1.25,
+          .final_sweeps = 10,
+          .local_steps = 10,
+          .settled = 0.1};
+}
 
 // On return every face of map is positive by exact test, as given and as stored.
 // Stats: "collapses", "insertion_retries", "recollapses" (collapses repeated because an insertion

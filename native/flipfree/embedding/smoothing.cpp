@@ -61,7 +61,7 @@ Quadratic expand(const Star& star, const Vector2& p) {
 Vector2 newton_direction(const Quadratic& e) {
   const double mean = (e.hxx + e.hyy) / 2;
   const double half = (e.hxx - e.hyy) / 2;
-  const double radius = std::hypot(half, e.hxy);
+  const double radius = std::sqrt(half * half + e.hxy * e.hxy);
   double large = mean + radius;
   double small = mean - radius;
   if (!(large > 0) || !std::isfinite(large)) return Vector2::Zero();
@@ -69,7 +69,7 @@ Vector2 newton_direction(const Quadratic& e) {
   // Unit eigenvector of the large eigenvalue.
   double cx = half >= 0 ? half + radius : e.hxy;
   double cy = half >= 0 ? e.hxy : radius - half;
-  const double norm = std::hypot(cx, cy);
+  const double norm = std::sqrt(cx * cx + cy * cy);
   if (norm > 0) {
     cx /= norm;
     cy /= norm;

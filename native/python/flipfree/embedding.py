@@ -25,6 +25,7 @@ def start_embed(
     initial_uv: Any = None,
     method: str = "ladder",
     start: str = "tutte",
+    low_distortion: bool = False,
     optimise: bool = False,
     iterations: int = 200,
     tolerance: float = 1e-4,
@@ -58,6 +59,7 @@ def start_embed(
         None if initial_uv is None else as_floats(initial_uv, "initial_uv", 2),
         method,
         start == "tutte",
+        bool(low_distortion),
         bool(optimise),
         int(iterations),
         float(tolerance),
@@ -75,6 +77,7 @@ def embed(
     initial_uv: Any = None,
     method: str = "ladder",
     start: str = "tutte",
+    low_distortion: bool = False,
     optimise: bool = False,
     iterations: int = 200,
     tolerance: float = 1e-4,
@@ -96,6 +99,8 @@ def embed(
             exact test), "schnyder" (the ladder without Tutte), "progressive" (the thesis' algorithm alone) or "tutte"
             (raises NotConverged if it flips).
         start: with method "progressive" and no initial_uv: "tutte" or "nothing".
+        low_distortion: where Tutte fails, go to progressive embedding at once: about twice the time, and energies that are
+            a thousand times smaller. Implied by optimise.
         optimise: lower the distortion with the boundary fixed. iterations, tolerance: of that optimisation.
         threads: the result has the same bits for every number.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
@@ -114,6 +119,7 @@ def embed(
         initial_uv=initial_uv,
         method=method,
         start=start,
+        low_distortion=low_distortion,
         optimise=optimise,
         iterations=iterations,
         tolerance=tolerance,

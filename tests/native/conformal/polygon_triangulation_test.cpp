@@ -52,7 +52,7 @@ TEST(PolygonTriangulation, NeverUsesATriangleWithinOneSide) {
       return std::array<double, 2>{t, t * (t - 1)};
     });
     std::vector<PolygonTriangle> triangles;
-    ASSERT_TRUE(triangulate_polygon(polygon, Storage::k64And32, triangles)) << count;
+    ASSERT_TRUE(triangulate_polygon(polygon, {}, Storage::k64And32, triangles)) << count;
     EXPECT_EQ(triangles.size(), polygon.size() - 2);
     EXPECT_NEAR(total_area(polygon, triangles), 0.5, 1e-12);
     for (const PolygonTriangle& t : triangles) {
@@ -67,7 +67,7 @@ TEST(PolygonTriangulation, SaysWhenThereIsNone) {
   // The middle of the side is beyond the far corner: no triangle fan can be positive everywhere.
   const auto polygon = side_polygon(1, [](double) { return std::array<double, 2>{0.2, 2.0}; });
   std::vector<PolygonTriangle> triangles;
-  EXPECT_FALSE(triangulate_polygon(polygon, Storage::k64And32, triangles));
+  EXPECT_FALSE(triangulate_polygon(polygon, {}, Storage::k64And32, triangles));
 }
 
 TEST(PolygonTriangulation, DecidesOnTheStoredValues) {
@@ -80,8 +80,8 @@ TEST(PolygonTriangulation, DecidesOnTheStoredValues) {
   for (PolygonVertex& v : polygon)
     v.uv32 = {static_cast<float>(v.uv[0]), static_cast<float>(v.uv[1])};
   std::vector<PolygonTriangle> triangles;
-  EXPECT_TRUE(triangulate_polygon(polygon, Storage::k64Only, triangles));
-  EXPECT_FALSE(triangulate_polygon(polygon, Storage::k64And32, triangles));
+  EXPECT_TRUE(triangulate_polygon(polygon, {}, Storage::k64Only, triangles));
+  EXPECT_FALSE(triangulate_polygon(polygon, {}, Storage::k64And32, triangles));
 }
 
 TEST(PolygonTriangulation, CostIsTheAreaExactlyForConformalTriangles) {
@@ -113,8 +113,47 @@ TEST(PolygonTriangulation, FindsThePathThroughANarrowBend) {
   for (PolygonVertex& v : polygon)
     v.uv32 = {static_cast<float>(v.uv[0]), static_cast<float>(v.uv[1])};
   std::vector<PolygonTriangle> triangles;
-  ASSERT_TRUE(triangulate_polygon(polygon, Storage::k64And32, triangles));
+  ASSERT_TRUE(triangulate_polygon(polygon, {}, Storage::k64And32, triangles));
   EXPECT_EQ(triangles.size(), polygon.size() - 2);
+}
+
+// A corner of 2 pi + 0.6 in the plane: the three corners of the input triangle alone form a
+// positive triangle too, but one that winds around its corner once too little.
+TEST(PolygonTriangulation, AnglesTellAWideCornerFromANarrowOne) {
+  const double wide = 2 * std::numbers::pi + 0.6;
+  std::vector<PolygonVertex> polygon;
+  const auto add = [&](std::uint8_t sides, double x, double y, double u, double v) {
+    PolygonVertex vertex;
+    vertex.id = static_cast<Index>(polygon.size());
+    vertex.sides = sides;
+    vertex.domain = {x, y};
+    vertex.uv = {u, v};
+    vertex.uv32 = {static_cast<float>(u), static_cast<float>(v)};
+    polygon.push_back(vertex);
+  };
+  // Corner 0 in the origin; side 1, from corner 1 to corner 2, runs around it by `wide`.
+  add(0b101, 0, 0, 0, 0);
+  const Index count = 8;
+  for (Index i = 0; i <= count; ++i) {
+    const double t = static_cast<double>(i) / count;
+    const auto sides = static_cast<std::uint8_t>(i == 0 ? 0b011 : i == count ? 0b110 : 0b010);
+    add(sides, 1 - t, t, std::cos(wide * t), std::sin(wide * t));
+  }
+  std::vector<double> angles(polygon.size(), std::numbers::pi - wide / count);
+  angles[0] = wide;
+  angles[1] = angles[count + 1] = std::numbers::pi / 2 - wide / (2 * count);
+  std::vector<PolygonTriangle> triangles;
+  ASSERT_TRUE(triangulate_polygon(polygon, angles, Storage::k64And32, triangles));
+  EXPECT_EQ(triangles.size(), static_cast<std::size_t>(count));
+  for (const PolygonTriangle& t : triangles)
+    EXPECT_TRUE(t[0] == 0 || t[1] == 0 || t[2] == 0);  // a fan
+
+  const std::vector<PolygonVertex> whole{polygon[0], polygon[1], polygon[count + 1]};
+  EXPECT_TRUE(triangulate_polygon(whole, {}, Storage::k64And32, triangles));
+  EXPECT_FALSE(triangulate_polygon(whole,
+                                   {wide, (std::numbers::pi - 0.6) / 2 - std::numbers::pi,
+                                    (std::numbers::pi - 0.6) / 2 - std::numbers::pi},
+                                   Storage::k64And32, triangles));
 }
 
 }  // namespace

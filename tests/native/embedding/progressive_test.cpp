@@ -42,9 +42,9 @@ Points2 solve(const test::Disk& disk, const Points2& start, ProgressiveStart kin
   ExecutionContext context;
   Stats stats;
   PlanarMap map = make_planar_map(disk.surface.faces, disk.loop, start, float32);
-  ProgressiveOptions options;
-  options.start = kind;
-  progressive_embedding(map, options, context, stats);
+  const bool nothing = kind == ProgressiveStart::kNothing;
+  progressive_embedding(map, nothing ? ProgressiveOptions{.start = kind} : thorough(kind), context,
+                        stats);
   return map.uv;
 }
 
