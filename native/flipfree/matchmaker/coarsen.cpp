@@ -108,6 +108,9 @@ class Remover {
       if (polygon[i] == polygon[(i + 1) % n]) return false;
     }
     if (turning_number(polygon) != 1) return false;
+    // As stored: triangles between held vertices could not be repaired when the map is rounded.
+    Polygon stored;
+    for (const Vector2& p : polygon) stored.push_back(p.cast<float>().cast<double>());
     constexpr double kNone = -std::numeric_limits<double>::infinity();
     std::vector<double> best(n * n, kNone);
     std::vector<std::size_t> apex(n * n, 0);
@@ -120,6 +123,7 @@ class Remover {
           const double parts = std::min(best[i * n + k], best[k * n + j]);
           if (parts <= best[i * n + j]) continue;
           if (orientation(polygon[i], polygon[k], polygon[j]) <= 0) continue;
+          if (orientation(stored[i], stored[k], stored[j]) <= 0) continue;
           if (map_.surface.orientation_in_parent(side.parent, c[i], c[k], c[j]) <= 0) continue;
           const double value = std::min(parts, quality(polygon[i], polygon[k], polygon[j]));
           if (value <= best[i * n + j]) continue;

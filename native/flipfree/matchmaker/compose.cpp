@@ -57,7 +57,8 @@ double cross(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() 
 }  // namespace
 
 Points2 compose_through_disk(const RefinedSurface& surface, const TargetDomain& domain,
-                             ExecutionContext& context, Stats& stats) {
+                             ExecutionContext& context, Stats& stats,
+                             std::vector<std::array<Vector2, 3>>* shapes) {
   const std::size_t n = domain.outline.size();
   std::vector<VertexId> loop;
   std::vector<double> lengths;
@@ -87,6 +88,20 @@ Points2 compose_through_disk(const RefinedSurface& surface, const TargetDomain& 
     found[static_cast<std::size_t>(loop[i])] = domain.triangulation.outgoing(domain.outline[i]) / 3;
     queue.push_back(loop[i]);
   }
+  // The affine piece of the target's map in domain face f, at place p of the disk.
+  const auto piece = [&](FaceId f, const Vector2& p) -> Vector2 {
+    const Mesh::Triangle t = domain.triangulation.corners(f);
+    std::array<Vector2, 3> from;
+    std::array<Vector2, 3> to;
+    for (std::size_t k = 0; k < 3; ++k) {
+      from[k] = place[static_cast<std::size_t>(t[k])];
+      to[k] = domain.point[static_cast<std::size_t>(t[k])];
+    }
+    const double area = cross(from[1] - from[0], from[2] - from[0]);
+    const double b1 = cross(p - from[0], from[2] - from[0]) / area;
+    const double b2 = cross(from[1] - from[0], p - from[0]) / area;
+    return to[0] + b1 * (to[1] - to[0]) + b2 * (to[2] - to[0]);
+  };
   // Breadth first from the boundary: every vertex starts its walk where a neighbour ended.
   while (!queue.empty()) {
     const VertexId v = queue.front();
@@ -98,18 +113,17 @@ Points2 compose_through_disk(const RefinedSurface& surface, const TargetDomain& 
       const FaceId f = locator.find(p, found[static_cast<std::size_t>(v)]);
       found[static_cast<std::size_t>(w)] = f;
       queue.push_back(w);
-      const Mesh::Triangle t = domain.triangulation.corners(f);
-      std::array<Vector2, 3> from;
-      std::array<Vector2, 3> to;
-      for (std::size_t k = 0; k < 3; ++k) {
-        from[k] = place[static_cast<std::size_t>(t[k])];
-        to[k] = domain.point[static_cast<std::size_t>(t[k])];
-      }
-      const double area = cross(from[1] - from[0], from[2] - from[0]);
-      const double b1 = cross(p - from[0], from[2] - from[0]) / area;
-      const double b2 = cross(from[1] - from[0], p - from[0]) / area;
-      uv.row(w) = (to[0] + b1 * (to[1] - to[0]) + b2 * (to[2] - to[0])).transpose();
+      uv.row(w) = piece(f, p).transpose();
     });
+  }
+  if (shapes != nullptr) {
+    const Triangles faces = surface.mesh.faces();
+    for (Eigen::Index f = 0; f < faces.rows(); ++f) {
+      const auto at = [&](Index k) -> Vector2 { return disk.row(faces(f, k)).transpose(); };
+      const FaceId g =
+          locator.find((at(0) + at(1) + at(2)) / 3.0, found[static_cast<std::size_t>(faces(f, 0))]);
+      shapes->push_back({piece(g, at(0)), piece(g, at(1)), piece(g, at(2))});
+    }
   }
   return uv;
 }

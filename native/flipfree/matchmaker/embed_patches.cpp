@@ -87,7 +87,18 @@ class PatchEmbedder {
       return polygon[i % n].forward ? edge.a : edge.b;
     };
     std::size_t first = 0;
+    // Samples of a straight side are collinear up to rounding only; embed_disk judges them by a
+    // tolerance as well. A corner that is taken for straight costs a few splits, nothing else.
+    constexpr double kStraight = 1e-5;
+    const auto bend = [&](std::size_t i) {
+      const Vector2 a = point(start(i)) - point(start(i + n - 1));
+      const Vector2 b = point(start(i + 1)) - point(start(i));
+      return (a.x() * b.y() - a.y() * b.x()) / (a.norm() * b.norm());
+    };
+    std::size_t strict = 0;
+    for (std::size_t i = 0; i < n; ++i) strict += bend(i) > kStraight ? 1 : 0;
     const auto is_corner = [&](std::size_t i) {
+      if (strict >= 3) return bend(i) > kStraight;
       return orientation(point(start(i + n - 1)), point(start(i)), point(start(i + 1))) != 0;
     };
     while (first < n && !is_corner(first)) ++first;
@@ -215,8 +226,18 @@ class PatchEmbedder {
         boundary.row(i) =
             (frame.to_round * (boundary.row(i).transpose() - frame.origin)).transpose();
       }
-      const Points2 uv = embed_disk(faces, static_cast<Index>(vertices.size()), loop, boundary,
-                                    options, context, stats);
+      Points2 uv;
+      try {
+        uv = embed_disk(faces, static_cast<Index>(vertices.size()), loop, boundary, options,
+                        context, stats);
+      } catch (const Exception& failure) {
+        if (failure.error().code == ErrorCode::kCancelled) throw;
+        // The ids in the message are the patch's own.
+        throw_not_converged(
+            ErrorCode::kCertificateFailed,
+            "A patch of the target is too thin to be mapped in 64-bit coordinates. Move the pins "
+            "further apart, or make the target wider.");
+      }
       std::vector<char> on_loop(vertices.size(), 0);
       for (const VertexId v : loop) on_loop[static_cast<std::size_t>(v)] = 1;
       for (std::size_t v = 0; v < vertices.size(); ++v) {

@@ -87,9 +87,11 @@ void split_blind_chords(RefinedSurface& surface, const Constraints& constraints)
   const std::size_t n = surface.boundary.size();
   for (std::size_t i = 0; i < n; ++i)
     place[static_cast<std::size_t>(surface.boundary[i])] = static_cast<Index>(i);
-  const Polygon& outline = constraints.outline;
-  const auto sees = [&](std::size_t i, std::size_t j) {
-    if (!constraints.simple_outline) return false;
+  // In the 32-bit values that are stored as well: chords along straight sides are seen by rounding
+  // alone.
+  Polygon stored = constraints.outline;
+  for (Vector2& p : stored) p = p.cast<float>().cast<double>();
+  const auto sees_in = [&](const Polygon& outline, std::size_t i, std::size_t j) {
     const Vector2& a = outline[i];
     const Vector2& b = outline[j];
     for (std::size_t k = 0; k < n; ++k) {
@@ -102,6 +104,10 @@ void split_blind_chords(RefinedSurface& surface, const Constraints& constraints)
     const bool left_of_in = orientation(before, a, b) > 0;
     return orientation(before, a, after) > 0 ? left_of_out && left_of_in
                                              : left_of_out || left_of_in;
+  };
+  const auto sees = [&](std::size_t i, std::size_t j) {
+    return constraints.simple_outline && sees_in(constraints.outline, i, j) &&
+           sees_in(stored, i, j);
   };
   std::vector<std::pair<VertexId, VertexId>> blind;
   for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
@@ -147,8 +153,8 @@ std::vector<VertexId> held_vertices(const RefinedSurface& surface, const Constra
 }
 
 std::optional<Points2> untangle_from(const RefinedSurface& surface, const Constraints& constraints,
-                                     const Points2& start, ExecutionContext& context,
-                                     Stats& stats) {
+                                     const Points2& start, ExecutionContext& context, Stats& stats,
+                                     const std::vector<std::array<Vector2, 3>>* shapes) {
   const Surface arrays = to_surface(surface);
   std::vector<char> fixed(surface.position.size(), 0);
   for (const VertexId v : held_vertices(surface, constraints))
@@ -161,6 +167,10 @@ std::optional<Points2> untangle_from(const RefinedSurface& surface, const Constr
   for (const double pace : {0.4, 0.15}) {
     UntangleOptions options;
     options.pace = pace;
+    if (shapes != nullptr) {
+      options.shapes = shapes;
+      options.least_height = 0.01;
+    }
     if (!constraints.free_boundary()) options.target_area = outline_area(constraints.outline);
     UntangleResult result = untangler.run(begin, options, context);
     iterations += result.iterations;
@@ -186,8 +196,13 @@ std::optional<Points2> first_try(RefinedSurface& surface, const Constraints& con
   boundary_only.simple_outline = constraints.simple_outline;
   boundary_only.turning_number = constraints.turning_number;
   const Target target = outline_target(surface, boundary_only, context);
-  const Points2 start = compose_through_disk(surface, target.domain, context, stats);
-  return untangle_from(surface, boundary_only, start, context, stats);
+  std::vector<std::array<Vector2, 3>> shapes;
+  const Points2 start = compose_through_disk(surface, target.domain, context, stats, &shapes);
+  std::optional<Points2> uv = untangle_from(surface, boundary_only, start, context, stats);
+  // Long narrow targets stretch triangles far from their shapes on the surface: rather those of the
+  // composition.
+  if (!uv) uv = untangle_from(surface, boundary_only, start, context, stats, &shapes);
+  return uv;
 }
 
 }  // namespace flipfree

@@ -2,7 +2,9 @@
 // rule.
 #pragma once
 
+#include <array>
 #include <optional>
+#include <vector>
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
@@ -25,7 +27,8 @@ std::optional<Points2> first_try(RefinedSurface& surface, const Constraints& con
 // the boundary is prescribed. (With a free one positive triangles may wind twice around an inner
 // vertex; with a simple outline they cannot, see self_overlapping.h.)
 std::optional<Points2> untangle_from(const RefinedSurface& surface, const Constraints& constraints,
-                                     const Points2& start, ExecutionContext& context, Stats& stats);
+                                     const Points2& start, ExecutionContext& context, Stats& stats,
+                                     const std::vector<std::array<Vector2, 3>>* shapes = nullptr);
 
 // Arrays of the live mesh.
 Surface to_surface(const RefinedSurface& surface);

@@ -165,6 +165,8 @@ void Untangler::build_rest(const UntangleOptions& options, double target_area,
       Vector3 p[3];
       for (Index k = 0; k < 3; ++k) {
         p[k] = surface_.vertices.row(surface_.faces(static_cast<Eigen::Index>(f), k)).transpose();
+        if (options.shapes != nullptr)
+          p[k] << (*options.shapes)[f][static_cast<std::size_t>(k)], 0.0;
       }
       int base = 0;
       for (int k = 1; k < 3; ++k) {

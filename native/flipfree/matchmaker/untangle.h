@@ -12,6 +12,7 @@
 // J clamped) instead of L-BFGS.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -34,6 +35,8 @@ struct UntangleOptions {
   double target_area = 0.0;
   // Rest triangles are raised to this height, as a share of their longest edge.
   double least_height = 0.1;
+  // The shape at which each face is at rest (#F); null: its shape on the surface.
+  const std::vector<std::array<Vector2, 3>>* shapes = nullptr;
 };
 
 struct UntangleResult {
