@@ -123,6 +123,11 @@ bool relax(MetricEngine& engine, Ray& ray, Gradient& gradient, std::vector<doubl
       if (std::abs(gradient.value[v]) > kRelaxError) list.push_back(static_cast<VertexId>(v));
     }
     if (list.empty()) break;
+    // The worst last: its neighbours' moves would spoil it again.
+    std::stable_sort(list.begin(), list.end(), [&](VertexId a, VertexId b) {
+      return std::abs(gradient.value[static_cast<std::size_t>(a)]) <
+             std::abs(gradient.value[static_cast<std::size_t>(b)]);
+    });
     if (!engine.relax(list, 0.1 * kRelaxError, u, context)) return false;
     ray.evaluate(gradient);
     if (!std::isfinite(gradient.max_error)) return false;
