@@ -16,9 +16,10 @@ import scipy.sparse.linalg as spl
 from embedding_meshes import Disk, boundary_loop, corpus, tube
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import Normalize
-from mesh_files import ROOT
 
 import flipfree as ff
+
+from mesh_files import ROOT
 
 Array = npt.NDArray[np.float64]
 
