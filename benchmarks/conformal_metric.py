@@ -18,11 +18,11 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from conformal_maps import cases
 
 import flipfree as ff
 from flipfree.conformal import FLIP_TYPES
 
-from conformal_maps import cases
 from mesh_files import data_folder, read_mesh
 
 Mesh = tuple[npt.NDArray[np.float64], npt.NDArray[np.int32]]
