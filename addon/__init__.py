@@ -11,9 +11,14 @@ solver        the package flipfree (a wheel)       menus    where all this appea
 import bpy
 
 from . import cli, menus, modal, solver
-from .operators import check, unwrap
+from .operators import check, conformal, improve, unwrap
 
-_CLASSES = (*unwrap.CLASSES, *check.CLASSES)
+_CLASSES = (
+    *unwrap.CLASSES,
+    *improve.CLASSES,
+    *conformal.CLASSES,
+    *check.CLASSES,
+)
 
 
 def register():

@@ -26,8 +26,10 @@ def uv_values(mesh: bpy.types.Mesh, layer_name: str) -> np.ndarray:
 
 
 def set_uv_values(mesh: bpy.types.Mesh, layer_name: str, values: np.ndarray) -> None:
+    """Writes through the attribute: in 4.3.2 `layer.uv` writes into arrays that the mesh shares with its copies and with
+    undo steps, so that undo would not bring the old UVs back."""
     values = np.ascontiguousarray(values, dtype=np.float32)
-    mesh.uv_layers[layer_name].uv.foreach_set("vector", values.ravel())
+    mesh.attributes[layer_name].data.foreach_set("vector", values.ravel())
 
 
 def _bool_attribute(mesh: bpy.types.Mesh, name: str, size: int) -> np.ndarray | None:

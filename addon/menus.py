@@ -3,12 +3,21 @@
 
 from . import compat
 
+ENTRIES = (
+    "uv.flipfree_unwrap",
+    "uv.flipfree_improve",
+    "uv.flipfree_conformal",
+    "uv.flipfree_suggest_cones",
+    "mesh.flipfree_mark_cone",
+    "uv.flipfree_check",
+)
+
 
 def _draw(self, _context):
     layout = self.layout
     layout.separator()
     layout.operator_context = "INVOKE_DEFAULT"
-    for name in ("uv.flipfree_unwrap", "uv.flipfree_check"):
+    for name in ENTRIES:
         layout.operator(name)
 
 

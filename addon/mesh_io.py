@@ -236,17 +236,28 @@ def count_islands(triangles: np.ndarray, uv: np.ndarray) -> int:
     return len(np.unique(label))
 
 
-def loop_values(snapshot: Snapshot, corner_uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(#St, 3, 2) per triangle corner -> loops (k,), float32 values (k, 2): one per loop.
-
-    A face's corner shared by several of its triangles must have one value in all of them, bit for bit; otherwise the map
-    is torn inside a face and MeshProblem names it.
-    """
+def _per_loop(snapshot: Snapshot, corner_uv: np.ndarray):
+    """(loops, row of `values` that holds each loop's value, values (3 #St, 2) float32, rows that disagree)."""
     values = np.asarray(corner_uv, dtype=np.float32).reshape(-1, 2)
     loops, first, inverse = np.unique(
         snapshot.triangle_loops.ravel(), return_index=True, return_inverse=True
     )
     torn = np.flatnonzero((values != values[first][inverse]).any(axis=1))
+    return loops, first, values, torn
+
+
+def torn_faces(snapshot: Snapshot, corner_uv: np.ndarray) -> np.ndarray:
+    """Faces of which a corner would need different UVs in different triangles."""
+    return np.unique(snapshot.triangle_face[_per_loop(snapshot, corner_uv)[3] // 3])
+
+
+def loop_values(snapshot: Snapshot, corner_uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(#St, 3, 2) per triangle corner -> loops (k,), float32 values (k, 2): one per loop.
+
+    A face's corner shared by several of its triangles must have one value in all of them, bit for bit; otherwise the
+    map is torn inside a face and MeshProblem names it.
+    """
+    loops, first, values, torn = _per_loop(snapshot, corner_uv)
     if len(torn):
         faces = np.unique(snapshot.triangle_face[torn // 3])
         raise MeshProblem(

@@ -51,3 +51,47 @@ def unwrap(snapshot, *, pins, bijective, margin, keep_places):
         place_like=old,
         threads=THREADS,
     )
+
+
+def improve(snapshot, *, pins, bijective, iterations):
+    """Starts lowering the distortion of the snapshot's own map."""
+    return jobs.improve(
+        (snapshot.vertices, snapshot.triangles, snapshot.corner_uv),
+        pins=pins or None,
+        keep_bijective=bijective,
+        iterations=iterations,
+        threads=THREADS,
+    )
+
+
+def boundary_angles(snapshot, *, boundary, cones, corners):
+    """Starts computing the target angles: flat but for `cones` {submesh vertex: angle}, on the boundary as asked.
+
+    corners: boundary vertices, for a straight boundary.
+    """
+    return jobs.boundary_angles(
+        snapshot.vertices,
+        snapshot.triangles,
+        boundary,
+        cones=cones,
+        corners=corners if boundary == "straight" else None,
+        threads=THREADS,
+    )
+
+
+def conformal(snapshot, angles):
+    """Starts the conformal map with these (n,) total angles."""
+    return jobs.conformal(
+        snapshot.vertices, snapshot.triangles, angles, cuts=snapshot.cuts, threads=THREADS
+    )
+
+
+def suggest_cones(snapshot, *, bound, quarter_turns):
+    """Starts looking for cones that keep the scale within a ratio of `bound`."""
+    return jobs.suggest_cones(
+        snapshot.vertices,
+        snapshot.triangles,
+        bound=bound,
+        quarter_turns=quarter_turns,
+        threads=THREADS,
+    )

@@ -16,9 +16,10 @@ import scipy.sparse.linalg as spl
 from embedding_meshes import Disk, boundary_loop, corpus, tube
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import Normalize
-from mesh_files import ROOT
 
 import flipfree as ff
+
+from mesh_files import ROOT
 
 Array = npt.NDArray[np.float64]
 
@@ -64,19 +65,20 @@ def distortion(disk_vertices: Array, faces: npt.NDArray[np.int32], uv: Array) ->
 
 
 def draw(axes, triangles: Array, colour: Array, norm: Normalize, title: str) -> PolyCollection:
-    shown = PolyCollection(triangles, array=np.log10(colour), cmap="viridis", norm=norm, lw=0.12, edgecolors="#202020")
+    width = 0.25 if len(triangles) < 3000 else 0.1
+    shown = PolyCollection(triangles, array=np.log10(colour), cmap="viridis", norm=norm, lw=width, edgecolors="#00000060")
     axes.add_collection(shown)
     flipped = np.isnan(colour)
     if flipped.any():
-        axes.add_collection(PolyCollection(triangles[flipped], facecolors="none", edgecolors="red", lw=0.8))
+        axes.add_collection(PolyCollection(triangles[flipped], facecolors="none", edgecolors="red", lw=1.0))
     axes.autoscale_view()
     axes.set_aspect("equal")
     axes.axis("off")
-    axes.set_title(title, fontsize=9)
+    axes.set_title(title, fontsize=11)
     return shown
 
 
-def figure(disk: Disk, boundary: str, path: str, zoom: float) -> None:
+def figure(disk: Disk, boundary: str, path: str) -> None:
     loop = boundary_loop(disk.faces)
     fast = ff.embed(disk.vertices, disk.faces, boundary=boundary, boundary_loop=loop)
     nothing = ff.embed(
@@ -89,31 +91,33 @@ def figure(disk: Disk, boundary: str, path: str, zoom: float) -> None:
     flips32 = int((areas(folded.astype(np.float32).astype(float)) <= 0).sum())
 
     norm = Normalize(0, 4)
-    fig = plt.figure(figsize=(15, 4.2), dpi=110)
-    space = fig.add_subplot(1, 5, 1, projection="3d")
+    fig = plt.figure(figsize=(13, 8.6), dpi=100)
+    space = fig.add_subplot(2, 3, 1, projection="3d")
     space.plot_trisurf(*disk.vertices.T, triangles=disk.faces, color="#c8d4e0", edgecolor="#404040", lw=0.1)
-    space.set_box_aspect(np.ptp(disk.vertices, 0) + 1e-9)
+    space.set_box_aspect(np.ptp(disk.vertices, 0) + 1e-9, zoom=1.4)
     space.axis("off")
-    space.set_title(f"{disk.name}: {len(disk.faces)} triangles", fontsize=9)
+    space.set_title(f"{disk.name}: {len(disk.faces)} triangles\n", fontsize=11)
+    # Where the fold is, and how small: three edges around a flipped triangle.
+    fold = folded[areas(folded) <= 0]
+    sizes = np.linalg.norm(fold[:, 1] - fold[:, 0], axis=1)
+    worst = int(np.argsort(sizes)[len(sizes) * 3 // 4])
+    reach = 4 * sizes[worst]
     maps = [
-        (folded, f"uniform Tutte, double: {flips} flips (red),\n{flips32} as stored"),
+        (folded, f"uniform Tutte in double: {flips} flips,\n{flips32} as stored in 32 bits"),
+        (folded, f"the same, magnified {1 / reach:.0e} times:\nflips in red"),
         (fast.uv32(), f"ladder ({fast.stats['rung']}): 0 flips,\nE = {fast.certificate.energy:.3g}"),
         (nothing.uv32(), f"progressive embedding: 0 flips,\nE = {nothing.certificate.energy:.3g}"),
         (best.uv32(), f"optimised, boundary fixed: 0 flips,\nE = {best.certificate.energy:.3g}"),
     ]
     for k, (uv, title) in enumerate(maps):
-        axes = fig.add_subplot(1, 5, k + 2)
+        axes = fig.add_subplot(2, 3, k + 2)
         triangles = np.asarray(uv, np.float64)
         shown = draw(axes, triangles, distortion(disk.vertices, disk.faces, triangles), norm, title)
-        if k == 0:
-            # What happens in the middle of the fold, magnified.
-            centre = triangles[areas(triangles) <= 0].reshape(-1, 2)
-            middle = np.median(centre, 0) if len(centre) else triangles.reshape(-1, 2).mean(0)
-            inset = axes.inset_axes([0.62, 0.55, 0.42, 0.42])
-            draw(inset, triangles, distortion(disk.vertices, disk.faces, triangles), norm, f"x {1 / zoom:.0e}")
-            inset.set_xlim(middle[0] - zoom, middle[0] + zoom)
-            inset.set_ylim(middle[1] - zoom, middle[1] + zoom)
-    fig.colorbar(shown, ax=fig.axes, shrink=0.6, label="log10 symmetric Dirichlet per triangle (0 = isometric)", pad=0.01)
+        if k == 1:
+            middle = fold[worst].mean(0)
+            axes.set_xlim(middle[0] - reach, middle[0] + reach)
+            axes.set_ylim(middle[1] - reach, middle[1] + reach)
+    fig.colorbar(shown, ax=fig.axes, shrink=0.5, label="log10 of symmetric Dirichlet per triangle (0 = isometric)", pad=0.02)
     target = ROOT / "docs" / "images" / path
     target.parent.mkdir(parents=True, exist_ok=True)
     fig.savefig(target, bbox_inches="tight")
@@ -123,9 +127,9 @@ def figure(disk: Disk, boundary: str, path: str, zoom: float) -> None:
 
 def main() -> None:
     disks = {disk.name: disk for disk in corpus()}
-    figure(disks["62415_sf"], "triangle", "embedding_propeller.png", 1e-16)
-    figure(disks["octopus_f500"], "triangle", "embedding_octopus.png", 1e-15)
-    figure(tube(8, 160), "circle", "embedding_tube.png", 1e-15)
+    figure(disks["62415_sf"], "triangle", "embedding_propeller.png")
+    figure(disks["octopus_f500"], "triangle", "embedding_octopus.png")
+    figure(tube(8, 160), "circle", "embedding_tube.png")
 
 
 if __name__ == "__main__":

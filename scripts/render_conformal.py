@@ -45,7 +45,9 @@ def camera(vertices: np.ndarray, view: View) -> np.ndarray:
     up = np.cross(right, forward)
     screen = np.stack([points @ right, -(points @ up), -(points @ forward)], 1)
     low, high = screen[:, :2].min(0), screen[:, :2].max(0)
-    screen[:, :2] = (screen[:, :2] - (low + high) / 2) * (0.92 * SIZE / (high - low).max()) + SIZE / 2
+    screen[:, :2] = (screen[:, :2] - (low + high) / 2) * (
+        0.92 * SIZE / (high - low).max()
+    ) + SIZE / 2
     return screen
 
 
@@ -101,11 +103,17 @@ def grid_colour(uv: np.ndarray, log_scale: np.ndarray, spacing: float) -> np.nda
 def scale_colour(value: np.ndarray) -> np.ndarray:
     """-1 blue, 0 nearly white, 1 red."""
     v = np.clip(value, -1, 1)[..., None]
-    blue, white, red = np.array([0.15, 0.35, 0.8]), np.array([0.97, 0.96, 0.93]), np.array([0.85, 0.2, 0.12])
+    blue, white, red = (
+        np.array([0.15, 0.35, 0.8]),
+        np.array([0.97, 0.96, 0.93]),
+        np.array([0.85, 0.2, 0.12]),
+    )
     return np.where(v < 0, white + (blue - white) * -v, white + (red - white) * v)
 
 
-def draw_dots(image: np.ndarray, depth: np.ndarray, places: np.ndarray, colours: np.ndarray, radius: int) -> None:
+def draw_dots(
+    image: np.ndarray, depth: np.ndarray, places: np.ndarray, colours: np.ndarray, radius: int
+) -> None:
     y, x = np.mgrid[-radius : radius + 1, -radius : radius + 1]
     disc = np.argwhere(x * x + y * y <= radius * radius) - radius
     near = (np.ptp(places[:, 2]) if len(places) else 0.0) * 1e-9
@@ -169,7 +177,9 @@ def render(
     # Of a curved boundary only corners are worth a dot.
     cones = np.nonzero(np.abs(angles - flat) > np.where(flat < 6, 0.6, 1e-3))[0]
     if len(cones) < 500:
-        colours = np.where((angles[cones] < flat[cones])[:, None], [0.85, 0.1, 0.1], [0.1, 0.6, 0.2])
+        colours = np.where(
+            (angles[cones] < flat[cones])[:, None], [0.85, 0.1, 0.1], [0.1, 0.6, 0.2]
+        )
         for picture in (left, right):
             draw_dots(picture, depth, screen[cones], colours, 6)
     both = (np.clip(np.hstack([left, right]), 0, 1) * 255).astype(np.uint8)
@@ -196,12 +206,23 @@ def bump(shape: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     z = 0.9 * np.exp(-5 * ((x - 0.2) ** 2 + (y + 0.1) ** 2)) + 0.08 * np.sin(7 * x) * np.sin(6 * y)
     vertices = np.stack([x, y, z], -1).reshape(-1, 3)
     index = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
-    a, b, c, d = (index[i, j].ravel() for i, j in
-                  ((np.s_[:-1], np.s_[:-1]), (np.s_[:-1], np.s_[1:]), (np.s_[1:], np.s_[1:]), (np.s_[1:], np.s_[:-1])))
+    a, b, c, d = (
+        index[i, j].ravel()
+        for i, j in (
+            (np.s_[:-1], np.s_[:-1]),
+            (np.s_[:-1], np.s_[1:]),
+            (np.s_[1:], np.s_[1:]),
+            (np.s_[1:], np.s_[:-1]),
+        )
+    )
     faces = np.vstack([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]).astype(np.int32)
     corners = index[[0, 0, -1, -1], [0, -1, 0, -1]]
-    return vertices, faces, ff.boundary_angles(
-        vertices, faces, shape, corners=corners if shape == "straight" else None
+    return (
+        vertices,
+        faces,
+        ff.boundary_angles(
+            vertices, faces, shape, corners=corners if shape == "straight" else None
+        ),
     )
 
 

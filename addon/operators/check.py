@@ -15,15 +15,7 @@ class CheckTask(modal.Task):
         self.islands = 0
 
     def start(self):
-        bad = ~np.isfinite(self.snapshot.corner_uv).all(axis=(1, 2))
-        if bad.any():
-            faces = np.unique(self.snapshot.triangle_face[bad])
-            raise mesh_io.MeshProblem(
-                f"{self.snapshot.object_name}: face {faces[0]}{mesh_io.more(faces)} has a UV that is no number. "
-                "Unwrap it again",
-                "face",
-                faces,
-            )
+        common.refuse_nonfinite_uvs(self.snapshot)
         self.islands = mesh_io.count_islands(self.snapshot.triangles, self.snapshot.corner_uv)
         return solver.certify(self.snapshot, self.snapshot.corner_uv, bijective=True)
 

@@ -71,6 +71,19 @@ def pins_of(snapshot: mesh_io.Snapshot) -> dict:
     return dict(zip(keys, map(tuple, values.tolist()), strict=True))
 
 
+def refuse_nonfinite_uvs(snapshot: mesh_io.Snapshot) -> None:
+    """Raises MeshProblem naming the faces with a UV that is no number."""
+    bad = ~np.isfinite(snapshot.corner_uv).all(axis=(1, 2))
+    if bad.any():
+        faces = np.unique(snapshot.triangle_face[bad])
+        raise mesh_io.MeshProblem(
+            f"{snapshot.object_name}: face {faces[0]}{mesh_io.more(faces)} has a UV that is no number. "
+            "Unwrap it again",
+            "face",
+            faces,
+        )
+
+
 def plural(count: int, noun: str) -> str:
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 

@@ -14,12 +14,13 @@ from pathlib import Path
 
 import bpy
 import numpy as np
+from mathutils import Vector
 
-PATCHES = 14
+PATCHES = 12
 # Colours of the distortion scale, from none to much.
 SCALE = np.array(
     [
-        [0.93, 0.94, 0.95],
+        [0.84, 0.87, 0.90],
         [0.99, 0.86, 0.55],
         [0.97, 0.55, 0.29],
         [0.80, 0.19, 0.25],
@@ -38,6 +39,17 @@ def bust() -> bpy.types.Object:
     ob.data.remesh_voxel_size = 0.021
     bpy.ops.object.voxel_remesh()
     bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    # Closed bubbles inside, as scans have them too, go; the head stays.
+    bpy.ops.mesh.select_all(action="DESELECT")
+    bpy.ops.mesh.select_mode(type="VERT")
+    import bmesh
+
+    bm = bmesh.from_edit_mesh(ob.data)
+    max(bm.verts, key=lambda v: v.co.x).select_set(True)
+    bpy.ops.mesh.select_linked()
+    bpy.ops.mesh.select_all(action="INVERT")
+    bpy.ops.mesh.delete(type="VERT")
     bpy.ops.mesh.select_all(action="SELECT")
     bpy.ops.mesh.bisect(plane_co=(0, 0, -0.80), plane_no=(0, 0, 1), clear_inner=True)
     bpy.ops.mesh.select_all(action="SELECT")
@@ -177,19 +189,18 @@ def studio(ob) -> None:
         if other.type in {"CAMERA", "LIGHT"} or (other.type == "MESH" and other is not ob):
             bpy.data.objects.remove(other)
     corners = np.array([ob.matrix_world @ v.co for v in ob.data.vertices])
-    centre = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
-    radius = np.linalg.norm(corners - centre, axis=1).max()
-
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    towards = Vector((0.55, -1.0, 0.32)).normalized()
+    camera.rotation_euler = (-towards).to_track_quat("-Z", "Y").to_euler()
+    # The picture's frame: the model's extent seen from there, with a small border.
+    axes = np.array(camera.rotation_euler.to_matrix()).T
+    seen = corners @ axes.T
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    distance = float(np.ptp(corners, axis=0).max())
+    camera.location = axes.T @ np.append(0.5 * (low + high)[:2], high[2] + distance)
     camera.data.type = "ORTHO"
-    camera.data.ortho_scale = 1.9 * radius
-    camera.data.clip_end = 20 * radius
-    direction = np.array([0.55, -1.0, 0.32])
-    direction /= np.linalg.norm(direction)
-    from mathutils import Vector
-
-    camera.location = Vector(centre + 6 * radius * direction)
-    camera.rotation_euler = Vector(-direction).to_track_quat("-Z", "Y").to_euler()
+    camera.data.ortho_scale = 1.04 * float((high - low)[:2].max())
+    camera.data.clip_end = 10 * distance
     scene.collection.objects.link(camera)
     scene.camera = camera
 

@@ -33,9 +33,9 @@ def island_borders(corners: np.ndarray, uv: np.ndarray) -> np.ndarray:
 def main(folder: str, out: str) -> None:
     data = np.load(Path(folder, "demo.npz"))
     scale = LinearSegmentedColormap.from_list("distortion", data["scale"])
-    figure = plt.figure(figsize=(15, 5.9), dpi=100, facecolor="white")
+    figure = plt.figure(figsize=(15, 5.4), dpi=100, facecolor="white")
     grid = figure.add_gridspec(1, 4, width_ratios=[1, 1, 1, 0.035], wspace=0.06)
-    figure.subplots_adjust(left=0.02, right=0.945, top=0.90, bottom=0.115)
+    figure.subplots_adjust(left=0.02, right=0.945, top=0.93, bottom=0.10)
 
     layout = figure.add_subplot(grid[0])
     layout.add_collection(

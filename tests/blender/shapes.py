@@ -42,6 +42,13 @@ def grid(n=8, name="Grid", *, bump=0.3, uv=False, x=0.0):
     return add(name, vertices, faces, uv=uv)
 
 
+def slow(name="Grid"):
+    """A surface that takes the solver seconds: for watching and stopping it."""
+    ob = grid(200, name, bump=6.0, uv=True)
+    ob.display_type = "BOUNDS"  # so that drawing it takes no time
+    return ob
+
+
 def cube(name="Cube"):
     bpy.ops.mesh.primitive_cube_add()
     ob = bpy.context.object
@@ -84,7 +91,8 @@ def _uv(mesh, layer):
 
 def set_uv(ob, values):
     flat = np.ascontiguousarray(values, np.float32).ravel()
-    ob.data.uv_layers.active.uv.foreach_set("vector", flat)
+    # Not through the layer: 4.3.2 writes into arrays shared with undo steps.
+    ob.data.attributes[ob.data.uv_layers.active.name].data.foreach_set("vector", flat)
 
 
 def set_pins(ob, loops):

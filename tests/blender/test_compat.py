@@ -16,6 +16,21 @@ def test_uv_values_come_back_bit_for_bit(part):
     assert tuple(ob.data.uv_layers.active.data[5].uv) == tuple(map(float, values[5]))
 
 
+def test_writing_uvs_pins_and_seams_does_not_reach_copies_of_the_mesh(part):
+    """Copies and undo steps share arrays with the mesh until one of them is written."""
+    compat = part("compat")
+    ob = shapes.grid(3, uv=True)
+    compat.set_pinned_loops(ob.data, "UVMap", np.zeros(36, bool))
+    copy = ob.data.copy()
+    before = compat.uv_values(copy, "UVMap")
+    compat.set_uv_values(ob.data, "UVMap", before + 1)
+    compat.set_pinned_loops(ob.data, "UVMap", np.ones(36, bool))
+    compat.set_seam_edges(ob.data, np.ones(len(ob.data.edges), bool))
+    assert compat.uv_values(copy, "UVMap").tobytes() == before.tobytes()
+    assert not compat.pinned_loops(copy, "UVMap").any()
+    assert not compat.seam_edges(copy).any()
+
+
 def test_pins_set_in_the_uv_editor_are_read(part):
     ob = shapes.grid(4, uv=True)
     bpy.ops.object.mode_set(mode="EDIT")

@@ -10,7 +10,7 @@ import shapes
 @pytest.fixture
 def big_run(part):
     """A run that takes seconds, just started, and its object."""
-    ob = shapes.grid(250, uv=True)
+    ob = shapes.slow()
     snapshot = part("mesh_io").read(ob, only_selected=False)
     task = part("operators.unwrap").UnwrapTask(snapshot)
     run = part("modal").Run([task])

@@ -7,7 +7,13 @@ from pathlib import Path
 import bpy
 import pytest
 
-OPERATORS = ["flipfree_unwrap", "flipfree_check"]
+OPERATORS = [
+    "flipfree_unwrap",
+    "flipfree_improve",
+    "flipfree_conformal",
+    "flipfree_suggest_cones",
+    "flipfree_check",
+]
 
 
 @pytest.mark.parametrize("name", OPERATORS)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-import flipfree as ff
 import numpy as np
 import pytest
+
+import flipfree as ff
+
 from surfaces import bumpy_grid
 
 
@@ -29,7 +31,7 @@ def test_random_pins_are_met_bit_for_bit(count: int, engine: str) -> None:
     for seed in range(3):
         random = np.random.default_rng(seed)
         ids = random.choice(len(vertices), count, replace=False)
-        points = {int(v): (float(u[0]), float(u[1])) for v, u in zip(ids, random.random((count, 2)))}
+        points = {int(v): (float(u[0]), float(u[1])) for v, u in zip(ids, random.random((count, 2)), strict=True)}
         result = ff.match(vertices, faces, points=points, engine=engine)
         assert result.certificate.ok
         assert result.certificate.flips64 == result.certificate.flips32 == 0
@@ -56,11 +58,11 @@ def test_whole_boundary_with_collinear_samples() -> None:
     # The letter L, forty samples along its six straight sides.
     corners = np.array([[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]], float)
     lengths = np.array([2, 1, 1, 1, 1, 2]) * 5
-    sides = zip(corners, np.roll(corners, -1, 0), lengths)
+    sides = zip(corners, np.roll(corners, -1, 0), lengths, strict=True)
     target = np.concatenate([a + (b - a) * np.arange(n)[:, None] / n for a, b, n in sides])
     result = ff.match(vertices, faces, boundary_loop=loop, boundary_uv=target)
     assert result.certificate.ok
-    assert_pins_met(result, {v: tuple(t) for v, t in zip(loop, target)})
+    assert_pins_met(result, {v: tuple(t) for v, t in zip(loop, target, strict=True)})
     assert result.certificate.overlaps == 0
 
 

@@ -125,7 +125,8 @@ class ScalarEngine final : public MetricEngine {
         step = std::clamp(step, -2.0, 2.0);
         double next = offset + step;
         if (!(next > low && next < high)) next = 0.5 * (low + high);
-        if (next == offset) break;
+        // Not finite: the step was lost in rounding before both ends of the bracket were known.
+        if (next == offset || !std::isfinite(next)) break;
         const bool followed = scale_star(v, std::expm1(0.5 * (next - offset)), context);
         offset = next;
         if (!followed) {

@@ -200,13 +200,18 @@ class Developer {
   std::vector<Angle<Real>> angles_;
 };
 
-// An uncut input edge over which the next face may be developed.
+// An uncut input edge over which the next face may be developed: frames of start(g) and
+// start(opposite(g)), g the half-edge of the corner in the face to be entered.
 template <typename Real>
+struct EdgeFrames {
+  Frame<Real> at_source, at_target;
+};
+
+// What the queue moves around: small, the frames stay where they are.
 struct Front {
   long double size;
-  CornerId corner;  // the half-edge of the face to be entered
-  Frame<Real> at_source,
-      at_target;  // frames of start(g) and start(opposite(g)), g the half-edge of `corner`
+  CornerId corner;
+  std::size_t frames;
 };
 
 template <typename Real>
@@ -251,10 +256,23 @@ Layout develop(const LayoutInput& input, std::vector<Real> lengths,
       set(d);
     }
   };
-  const auto longer = [](const Front<Real>& a, const Front<Real>& b) {
+  const auto longer = [](const Front& a, const Front& b) {
     return a.size != b.size ? a.size < b.size : a.corner > b.corner;
   };
-  std::priority_queue<Front<Real>, std::vector<Front<Real>>, decltype(longer)> queue(longer);
+  std::priority_queue<Front, std::vector<Front>, decltype(longer)> queue(longer);
+  std::vector<EdgeFrames<Real>> frames;
+  std::vector<std::size_t> unused;  // places in `frames`
+  const auto push = [&](long double size, CornerId corner, EdgeFrames<Real> edge) {
+    std::size_t slot = frames.size();
+    if (unused.empty()) {
+      frames.push_back(std::move(edge));
+    } else {
+      slot = unused.back();
+      unused.pop_back();
+      frames[slot] = std::move(edge);
+    }
+    queue.push({size, corner, slot});
+  };
 
   // Places the crossings of the half-edge of `c` from the frame at one end; pushes its other side.
   const auto develop_edge = [&](CornerId c, const F& from, bool backwards) {
@@ -274,7 +292,7 @@ Layout develop(const LayoutInput& input, std::vector<Real> lengths,
     largest = std::max(largest, size);
     if (!cut) {
       const CornerId mate = corner_of[at(FlipMesh::opposite_of(g))];
-      if (layout.chart_of_face[at(mate / 3)] == kInvalid) queue.push({size, mate, target, source});
+      if (layout.chart_of_face[at(mate / 3)] == kInvalid) push(size, mate, {target, source});
     }
     return to;
   };
@@ -327,9 +345,11 @@ Layout develop(const LayoutInput& input, std::vector<Real> lengths,
                    true);
     }
     while (!queue.empty()) {
-      const Front<Real> front = queue.top();
+      const Front top = queue.top();
       queue.pop();
-      const CornerId c = front.corner;
+      const EdgeFrames<Real> front = frames[top.frames];
+      unused.push_back(top.frames);
+      const CornerId c = top.corner;
       if (layout.chart_of_face[at(c / 3)] != kInvalid) continue;
       layout.chart_of_face[at(c / 3)] = chart;
       if (++done % 1024 == 0) context.check();

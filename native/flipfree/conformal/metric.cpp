@@ -142,7 +142,8 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
   NewtonSystem system;
   NewtonOptions newton;
   newton.tolerance = options.tolerance;
-  int bits = options.bits == 0 ? 53 : options.bits;
+  int bits =
+      53;  // also before a given precision: it takes most of the way at a fraction of the cost
   std::size_t exact_tests = 0;
   int evaluations = 0;
   int rungs = 0;
@@ -177,16 +178,22 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
       run.error = std::numeric_limits<double>::infinity();
     }
     exact_tests += engine->exact_tests();
-    if (run.end == NewtonEnd::kPrecision && rungs == 1) result.stats["climbed_because"] = std::string(run.reason);
+    if (run.end == NewtonEnd::kPrecision && rungs == 1)
+      result.stats["climbed_because"] = std::string(run.reason);
     // A long way there and back is replaced by the direct one: the same scale factors from the
     // start again, which the uniqueness of the Delaunay triangulation allows, then Newton to remove
     // what rounding left.
+    const bool enough_bits = options.bits == 0 || bits == options.bits;
     const std::size_t direct = engine->flips().size() - engine->euclidean_flips();
-    if (run.end == NewtonEnd::kConverged && !replayed && direct > engine->mesh().edge_count() / 2) {
+    if (enough_bits && run.end == NewtonEnd::kConverged && !replayed &&
+        direct > engine->mesh().edge_count() / 2) {
       replayed = true;
       continue;
     }
-    const bool last = run.end != NewtonEnd::kPrecision || options.bits != 0 || bits >= kLargestBits;
+    const bool more_bits_help =
+        run.end == NewtonEnd::kPrecision && options.bits == 0 && bits < kLargestBits;
+    const bool out_of_time = run.end == NewtonEnd::kIterations || run.end == NewtonEnd::kSeconds;
+    const bool last = out_of_time || (enough_bits && !more_bits_help);
     if (last) {
       result.converged = run.end == NewtonEnd::kConverged;
       engine->finish(result);
@@ -203,7 +210,7 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
                                                                                    : "seconds");
       break;
     }
-    bits = bits == 53 ? 128 : std::min(2 * bits, kLargestBits);
+    bits = options.bits != 0 ? options.bits : bits == 53 ? 128 : std::min(2 * bits, kLargestBits);
   }
   result.stats["seconds"] = watch.seconds();
   result.stats["precision_rungs"] = static_cast<std::int64_t>(rungs);

@@ -123,6 +123,11 @@ bool relax(MetricEngine& engine, Ray& ray, Gradient& gradient, std::vector<doubl
       if (std::abs(gradient.value[v]) > kRelaxError) list.push_back(static_cast<VertexId>(v));
     }
     if (list.empty()) break;
+    // The worst last: its neighbours' moves would spoil it again.
+    std::stable_sort(list.begin(), list.end(), [&](VertexId a, VertexId b) {
+      return std::abs(gradient.value[static_cast<std::size_t>(a)]) <
+             std::abs(gradient.value[static_cast<std::size_t>(b)]);
+    });
     if (!engine.relax(list, 0.1 * kRelaxError, u, context)) return false;
     ray.evaluate(gradient);
     if (!std::isfinite(gradient.max_error)) return false;
@@ -142,9 +147,12 @@ NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOpt
   const double accuracy = 1e-13;
   Ray(engine, direction, accuracy, options.tolerance).evaluate(gradient);
   run.error_history.push_back(gradient.max_error);
+  std::vector<double> last_good =
+      u;              // where the gradient was finite: what another engine starts from
   bool hard = false;  // the norm decrease, a heuristic, is no longer asked for
   const double start_error = std::max(gradient.max_error, options.tolerance);
   for (;;) {
+    last_good = u;
     run.error = gradient.max_error;
     run.noise = gradient.noise;
     if (run.error <= options.tolerance) {
@@ -182,6 +190,7 @@ NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOpt
     run.evaluations += ray.evaluations();
     for (std::size_t v = 0; v < u.size(); ++v) u[v] += ray.step() * direction[v];
     if (!found) {
+      u = last_good;
       run.reason = "no step along the direction";
       return run;
     }
@@ -190,7 +199,9 @@ NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOpt
     if (ray.step() < kShortStep) {
       hard = true;
       ++run.relaxed_iterations;
+      last_good = u;
       if (!relax(engine, ray, gradient, u, context)) {
+        u = last_good;
         run.reason = "relaxation left the range of numbers";
         return run;
       }

@@ -117,8 +117,12 @@ bool NewtonSystem::factorize(ExecutionContext& context) {
 
 bool NewtonSystem::solve(const IntrinsicMesh& mesh, const Gradient& gradient,
                          std::vector<double>& d, ExecutionContext& context) {
-  const std::vector<double>& g = gradient.value;
+  // A gradient sums to zero; what rounding adds would all land on the fixed unknown.
+  std::vector<double> g = gradient.value;
   const std::size_t n = g.size();
+  double mean = 0.0;
+  for (const double x : g) mean += x / static_cast<double>(n);
+  for (double& x : g) x -= mean;
   assemble(mesh, gradient);
   std::vector<double> r(n);
   // Cholesky first; where it fails or leaves a residual, the factorization that is accurate entry

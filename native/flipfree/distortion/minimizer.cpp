@@ -25,8 +25,15 @@ constexpr double kPullShare = 0.7;
 constexpr int kMostPulls = 200;
 constexpr int kRecoveries = 3;
 constexpr int kIdlePulls = 8;
+// This many steps in a row shorter than kCreep lead nowhere.
+constexpr double kCreep = 1e-4;
+constexpr int kMostCreeping = 6;
 // Weight of a contact in units of a mean triangle's.
 constexpr double kBarrierWeight = 1.0;
+// Reach of the barrier while the map is far from its target, in units of the ordinary reach; it is
+// halved whenever a step promises less than the share kSettled of the energy.
+constexpr double kFarReach = 8.0;
+constexpr double kSettled = 5e-3;
 
 }  // namespace
 
@@ -85,9 +92,7 @@ double Minimizer::line_search(double slope, double energy, bool progressive) {
     if (!acceptable()) continue;
     const EnergySums sums = sum_energy(faces_, working_, trial_, context_);
     double now = progressive || barrier_on_ ? sums.value() : sums.at_best_scale();
-    if (barrier_on_)
-      now += barrier_->value(trial_, barrier_unit_,
-                             kBarrierWeight / static_cast<double>(faces_.rows()));
+    if (barrier_on_) now += barrier_->value(trial_, reach_);
     if (now <= energy + kSufficientDecrease * step * slope) return step;
     if (std::abs(step * slope) < kEnergyRounding * energy &&
         directional_derivative(faces_, working_, trial_, direction_, context_) <= 0) {
@@ -129,16 +134,16 @@ double Minimizer::assemble(double scale, bool soft) {
       system_.emplace(faces_, fixed_, uv_, std::vector<std::array<VertexId, 2>>{}, context_);
     return system_->assemble(working_, uv_, soft, context_);
   }
-  barrier_unit_ = unit(scale);
-  const auto contacts =
-      barrier_->contacts(uv_, barrier_unit_, kBarrierWeight / static_cast<double>(faces_.rows()));
+  reach_ = {unit(scale), soft ? kFarReach : reach_factor_,
+            kBarrierWeight / static_cast<double>(faces_.rows())};
+  const auto contacts = barrier_->contacts(uv_, reach_);
   double energy = 0;
   const auto all = [&] {
     energy = system_->assemble(working_, uv_, soft, context_);
     return add_contacts(contacts);
   };
   if (!system_ || !all()) {
-    system_.emplace(faces_, fixed_, uv_, barrier_->couplings(uv_, barrier_unit_), context_);
+    system_.emplace(faces_, fixed_, uv_, barrier_->couplings(uv_, reach_), context_);
     if (!all()) throw InternalError("a contact of the boundary barrier is missing in the pattern");
   }
   for (const auto& contact : contacts) energy += contact.value;
@@ -165,11 +170,17 @@ Minimizer::Step Minimizer::iterate(bool progressive) {
   if (step == 0) return -slope < kEnergyRounding * energy ? Step::kConverged : Step::kStalled;
   const EnergySums sums = sum_energy(faces_, rest_.triangles, trial_, context_);
   if (progressive && !(sums.at_best_scale() < sums_.at_best_scale())) return Step::kStalled;
+  creeping_ = step < kCreep ? creeping_ + 1 : 0;
   uv_.swap(trial_);
   sums_ = sums;
-  return !progressive && -0.5 * slope <= options_.tolerance * energy && step == 1.0
-             ? Step::kConverged
-             : Step::kTaken;
+  if (progressive) return Step::kTaken;
+  const double promise = -0.5 * slope / energy;
+  if (barrier_on_ && reach_factor_ > 1) {
+    // Far reach keeps parts apart for longer steps; it is drawn in as the map settles.
+    if (promise < kSettled) reach_factor_ = std::max(1.0, 0.5 * reach_factor_);
+    return Step::kTaken;
+  }
+  return promise <= options_.tolerance && step == 1.0 ? Step::kConverged : Step::kTaken;
 }
 
 // Steps until nothing is to be gained; returns why it stopped.
@@ -186,8 +197,13 @@ const char* Minimizer::descend() {
     ++iterations_;
     progressive_iterations_ += progressive ? 1 : 0;
     if (step == Step::kTaken) {
+      if (!progressive && creeping_ >= kMostCreeping) return "stalled";
       if (barrier_ && !barrier_on_ && !boundary_conflicts(barrier_->boundary(), uv_, context_))
         one_to_one_ = uv_;
+      continue;
+    }
+    if (!progressive && reach_factor_ > 1) {
+      reach_factor_ = 1;
       continue;
     }
     if (!progressive) return step == Step::kConverged ? "converged" : "stalled";
@@ -306,6 +322,7 @@ Points2 Minimizer::run(Stats& stats) {
       uv_ = std::move(one_to_one_);
       sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
       barrier_on_ = true;
+      reach_factor_ = kFarReach;
       system_.reset();
       stop = descend();
     }

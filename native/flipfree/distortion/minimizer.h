@@ -60,9 +60,11 @@ class Minimizer {
   std::optional<NewtonSystem> system_;
   std::optional<BoundaryBarrier> barrier_;  // bijective maps only
   bool barrier_on_ = false;
-  double barrier_unit_ = 0;  // unit() of the current step
+  BoundaryBarrier::Reach reach_;  // of the current step
+  double reach_factor_ = 1;
   double frozen_scale_ = 0;  // with the barrier on, the scale no longer changes between steps
   Points2 one_to_one_;  // last map of the run without barrier whose boundary did not meet itself
+  int creeping_ = 0;    // very short steps in a row
   int iterations_ = 0;
   int progressive_iterations_ = 0;
   int factorizations_ = 0;

@@ -144,7 +144,9 @@ class Ladder {
 
  private:
   PlanarMap start_map(const Points2& uv) {
+    context_.check();
     PlanarMap map = make_planar_map(result_.faces, loop_, uv, options_.float32);
+    context_.check();
     require_positive_fixed_faces(map);
     return map;
   }
@@ -172,6 +174,7 @@ class Ladder {
   bool schnyder() {
     Stopwatch watch;
     Points2 uv;
+    context_.report("Schnyder drawing", 0.1);
     try {
       uv = schnyder_embedding(result_.faces, vertex_count_, loop_, boundary_, context_);
     } catch (const NotConverged&) {
@@ -325,8 +328,10 @@ Embedding embed_disk_refined(const Triangles& faces, Index vertex_count,
   Stopwatch watch;
   const std::vector<HalfedgeId> chords =
       chords_to_split(faces, vertex_count, loop, boundary, options.float32);
+  context.check();
   Embedding result = split_edges(faces, vertex_count, chords);
   stats["added_vertices"] = static_cast<std::int64_t>(result.added.size());
+  context.check();
   const Index total = vertex_count + static_cast<Index>(result.added.size());
   Ladder(result, total, loop, boundary, options, context, stats).climb();
   stats["seconds_embedding"] = watch.seconds();

@@ -157,10 +157,13 @@ bool make_storable(const Triangles& faces, const std::vector<VertexId>& loop, Po
 Parametrization embed_surface(const Surface& surface, const EmbedSurfaceOptions& options,
                               ExecutionContext& context) {
   Stopwatch watch;
+  context.report("Validating", 0.0);
   ValidateOptions rules;
   rules.require_disk = true;
   validate(surface, rules);
+  context.check();
   const Boundary boundary = place(surface, options);
+  context.check();
   Parametrization map;
   EmbedOptions embed;
   embed.method = options.method;
@@ -174,6 +177,7 @@ Parametrization embed_surface(const Surface& surface, const EmbedSurfaceOptions&
     embedding = embed_disk_refined(surface.faces, n, boundary.loop, boundary.positions, embed,
                                    context, map.stats);
   }
+  context.check();
   set_refined(map, surface, embedding);
   Points2 uv = embedding.uv;
   if (options.optimise && options.method != EmbedMethod::kTutte) {
@@ -212,6 +216,7 @@ Parametrization embed_surface(const Surface& surface, const EmbedSurfaceOptions&
   }
   map.uv = corner_uv(map.surface.faces, uv);
   map.uv32 = map.uv.cast<float>();
+  context.check();
   certify_map(map, surface, boundary_pins(map.surface.faces, boundary), context);
   map.stats["seconds"] = watch.seconds();
   map.stats["energy"] = map.certificate.energy;

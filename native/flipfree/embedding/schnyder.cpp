@@ -124,7 +124,9 @@ class Peeler {
 
 GridPoints schnyder_drawing(const Triangles& faces, Index vertex_count, FaceId outer,
                             ExecutionContext& context) {
+  context.check();
   const Adjacency adjacency = build_adjacency(vertex_count, faces);
+  context.check();
   const VertexId a1 = faces(outer, 0);
   const VertexId a2 = faces(outer, 2);
   const VertexId a3 = faces(outer, 1);
@@ -172,6 +174,7 @@ GridPoints schnyder_drawing(const Triangles& faces, Index vertex_count, FaceId o
   };
   GridPoints points(vertex_count, 3);
   for (int i = 0; i < 3; ++i) {
+    context.check();
     const int up = (i + 1) % 3;
     const int down = (i + 2) % 3;
     const auto& t = subtree[static_cast<Size>(i)];

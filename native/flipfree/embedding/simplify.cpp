@@ -195,20 +195,27 @@ class Simplifier {
 
   bool collapse_face(FaceId f) {
     Outcome best;
-    for (HalfedgeId k = 3 * f; k < 3 * f + 3; ++k) {
-      const HalfedgeId o = map_.mesh.opposite(k);
-      if (o == kInvalid) continue;
-      for (const HalfedgeId h : {k, o}) {
-        if (!map_.mesh.can_collapse(h)) continue;
-        const Outcome outcome = outcome_of(map_, h);
-        if (outcome.better_than(best)) best = outcome;
+    for (const bool hubs : {false, true}) {
+      for (HalfedgeId k = 3 * f; k < 3 * f + 3; ++k) {
+        const HalfedgeId o = map_.mesh.opposite(k);
+        if (o == kInvalid) continue;
+        for (const HalfedgeId h : {k, o}) {
+          // Removing a hub costs its degree: only where nothing else can be removed.
+          if ((map_.mesh.degree(map_.mesh.source(h)) > kMaxQueuedDegree) != hubs) continue;
+          if (!map_.mesh.can_collapse(h)) continue;
+          const Outcome outcome = outcome_of(map_, h);
+          if (outcome.better_than(best)) best = outcome;
+        }
       }
+      if (best.halfedge != kInvalid) break;
     }
     if (best.halfedge == kInvalid) return false;
     const VertexId v0 = map_.mesh.target(best.halfedge);
     collapse_vertex(map_, best.halfedge);
     record_.push_back(best.halfedge);
-    if (best.invalid > 0) centre_in_kernel(map_, v0, star_);
+    if (best.invalid > 0 && map_.mesh.degree(v0) <= kMaxQueuedDegree) {
+      centre_in_kernel(map_, v0, star_);
+    }
     // Its star may be invalid now, or stuck faces in it may have become collapsible.
     const HalfedgeId first = map_.mesh.outgoing(v0);
     HalfedgeId h = first;

@@ -202,6 +202,16 @@ double improve_vertex(PlanarMap& map, VertexId v, Star& star) {
 
 bool centre_in_kernel(PlanarMap& map, VertexId v, Star& star) {
   gather_star(map, v, star);
+  if (star.ring.size() > 64) {
+    // Clipping is quadratic; the ring of a hub often is convex, or star-shaped around its mean.
+    Vector2 mean = Vector2::Zero();
+    for (const Vector2& q : star.at) mean += q;
+    const Vector2 candidate = map.snap(mean / static_cast<double>(star.ring.size()));
+    if (star_positive(map, star, candidate)) {
+      map.move(v, candidate);
+      return true;
+    }
+  }
   // Clip the ring's bounding box by the half-planes of its edges, then take the kernel's centroid.
   Vector2 low = star.at[0];
   Vector2 high = star.at[0];
@@ -273,6 +283,7 @@ void smooth_sweeps(PlanarMap& map, const std::vector<VertexId>& vertices, int sw
 }
 
 void SmoothingQueue::push_star(const PlanarMap& map, VertexId v) {
+  if (map.mesh.degree(v) > kMaxQueuedDegree) return;
   push(map, v);
   const HalfedgeId first = map.mesh.outgoing(v);
   HalfedgeId h = first;

@@ -45,16 +45,23 @@ bool centre_in_kernel(PlanarMap& map, VertexId v, Star& scratch);
 void smooth_sweeps(PlanarMap& map, const std::vector<VertexId>& vertices, int sweeps,
                    double tolerance, ExecutionContext& context);
 
+// Vertices of higher degree are moved by sweeps only: one step for each insertion beside a hub
+// would be quadratic.
+inline constexpr Index kMaxQueuedDegree = 200;
+
 // Work queue for smoothing around an insertion.
 class SmoothingQueue {
  public:
   explicit SmoothingQueue(Index vertex_count)
       : queued_(static_cast<std::size_t>(vertex_count), 0) {}
   void push(const PlanarMap& map, VertexId v) {
-    if (map.mesh.is_boundary(v) || queued_[static_cast<std::size_t>(v)] != 0) return;
+    if (map.mesh.is_boundary(v) || map.mesh.degree(v) > kMaxQueuedDegree ||
+        queued_[static_cast<std::size_t>(v)] != 0)
+      return;
     queued_[static_cast<std::size_t>(v)] = 1;
     queue_.push_back(v);
   }
+  // v and its neighbours; nothing if v is a hub.
   void push_star(const PlanarMap& map, VertexId v);
   // Improves queued vertices, first in first out; a vertex that moves by more than `tolerance` star
   // sizes queues its neighbours and itself. At most `steps` Newton steps; what is left is dropped.

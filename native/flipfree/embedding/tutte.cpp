@@ -73,6 +73,7 @@ Points2 tutte_uniform(const Triangles& faces, Index vertex_count, const std::vec
                       const Points2& boundary, ExecutionContext& context) {
   const DiskNumbering numbering = number_disk(faces, vertex_count, loop);
   const InnerStars stars = inner_stars(faces, numbering);
+  context.check();
   const Index n = static_cast<Index>(numbering.inner.size());
   if (n == 0) return gather(numbering, loop, boundary, Points2(0, 2));
 
@@ -139,6 +140,7 @@ Points2 tutte_mean_value(const Triangles& faces, const Eigen::MatrixXd& shape,
   // Face on the other side of the edge a -> b of half-edge h is the one whose previous corner edge
   // ends at a from b: found among the star of a as the half-edge whose face has b as the last
   // corner.
+  context.check();
   std::vector<double> other(static_cast<Size>(faces.size()), 0.0);
   const InnerStars stars = inner_stars(faces, numbering);
   std::vector<HalfedgeId> ending(static_cast<Size>(shape.rows()), kInvalid);

@@ -139,6 +139,42 @@ TEST(Minimize, NumberOfThreadsDoesNotChangeABit) {
   EXPECT_EQ(results[0], results[2]);
 }
 
+TEST(Minimize, NumberOfThreadsDoesNotChangeABitOfBijectiveMapsEither) {
+  const Surface surface = ramp(120, 6, 1.6);
+  Points2 start = plan(test::grid(120, 6));
+  start.col(1) *= 0.05;
+  MinimizeOptions options;
+  options.bijective = true;
+  Points2 results[2];
+  for (int threads = 1; threads <= 2; ++threads) {
+    ExecutionContext context;
+    context.threads = threads;
+    Stats stats;
+    results[threads - 1] = minimize_distortion(surface, start, options, context, stats);
+  }
+  EXPECT_EQ(results[0], results[1]);
+}
+
+TEST(Minimize, AnOverlappingStartIsRefusedWhenTheMapIsToBeBijective) {
+  const Surface surface = ramp(120, 6, 1.6);
+  // The plan of the ramp covers part of the ring twice, without a flip.
+  Points2 start = surface.vertices.leftCols<2>();
+  ExecutionContext context;
+  if (!distortion::is_flip_free(surface.faces, start, context)) start.col(0) *= -1;
+  ASSERT_TRUE(distortion::is_flip_free(surface.faces, start, context));
+  MinimizeOptions options;
+  Stats stats;
+  EXPECT_NO_THROW(minimize_distortion(surface, start, options, context, stats));
+  options.bijective = true;
+  try {
+    minimize_distortion(surface, start, options, context, stats);
+    FAIL() << "an overlapping start was accepted";
+  } catch (const InvalidInput& e) {
+    EXPECT_EQ(e.error().kind, ElementKind::kEdge);
+    EXPECT_EQ(e.error().elements.size(), 4u);
+  }
+}
+
 TEST(Minimize, UnitOfTheInputDoesNotMatter) {
   for (const double unit : {1e-4, 1e5}) {
     Surface surface = test::bumpy_grid(30, 30, 0.4, 3);

@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Cones in Blender's terms (design: section 5): vertex groups `Cone +1`, `Cone -1`, ... or the point attribute `cone_angle`.
+
+A cone of c quarter turns has the angle 2 pi - c pi / 2 (on the boundary pi - c pi / 2): +1 is the corner of a cube, -1 a
+saddle. `cone_angle` holds angles in radians; 0 means flat. Where both name a vertex, the attribute counts.
+"""
+
+import math
+import re
+
+import bmesh
+import bpy
+import numpy as np
+
+ATTRIBUTE = "cone_angle"
+_GROUP = re.compile(r"Cone ([+-]\d+)")
+
+
+def group_name(quarter_turns: int) -> str:
+    return f"Cone {quarter_turns:+d}"
+
+
+def groups(ob: bpy.types.Object) -> dict[int, int]:
+    """Index of each cone group -> its quarter turns."""
+    found = {}
+    for group in ob.vertex_groups:
+        match = _GROUP.fullmatch(group.name)
+        if match and int(match[1]) != 0:
+            found[group.index] = int(match[1])
+    return found
+
+
+def read(ob: bpy.types.Object, mesh: bpy.types.Mesh, boundary: np.ndarray) -> dict[int, float]:
+    """{vertex: total angle in radians} of the mesh's cones. `mesh` is outside edit mode (or a copy); boundary (n,) bool."""
+    angles = {}
+    turns = groups(ob)
+    if turns:
+        for vertex in mesh.vertices:
+            for entry in vertex.groups:
+                if entry.group in turns and entry.weight > 0.0:
+                    flat = math.pi if boundary[vertex.index] else 2 * math.pi
+                    angles[vertex.index] = flat - turns[entry.group] * math.pi / 2
+    attribute = mesh.attributes.get(ATTRIBUTE)
+    if attribute is not None and attribute.domain == "POINT" and attribute.data_type == "FLOAT":
+        values = np.empty(len(mesh.vertices), np.float32)
+        attribute.data.foreach_get("value", values)
+        for index in np.flatnonzero(values).tolist():
+            angles[index] = float(values[index])
+    return angles
+
+
+def boundary_vertices(mesh: bpy.types.Mesh) -> np.ndarray:
+    """(n,) bool: vertices of edges with one face. Loose vertices count as inside."""
+    loop_edges = np.empty(len(mesh.loops), np.int32)
+    mesh.loops.foreach_get("edge_index", loop_edges)
+    uses = np.bincount(loop_edges, minlength=len(mesh.edges))
+    ends = np.empty((len(mesh.edges), 2), np.int32)
+    mesh.edges.foreach_get("vertices", ends.ravel())
+    result = np.zeros(len(mesh.vertices), bool)
+    result[ends[uses == 1].ravel()] = True
+    return result
+
+
+def remainder(
+    vertices: int, edges: int, faces: int, angles: dict[int, float], boundary: np.ndarray
+) -> float:
+    """Curvature that the cones still lack, in quarter turns: 0 where they fit the surface (Gauss-Bonnet).
+
+    Sum over inner vertices of 2 pi - angle and over boundary vertices of pi - angle must be 2 pi chi. A boundary can bend,
+    so with one the remainder is what it will take.
+    """
+    total = 2 * math.pi * (vertices - edges + faces)
+    for index, angle in angles.items():
+        total -= (math.pi if boundary[index] else 2 * math.pi) - angle
+    return total / (math.pi / 2)
+
+
+def balance(ob: bpy.types.Object) -> str:
+    """What the cones of the whole mesh still lack, in words."""
+    if ob.mode == "EDIT":
+        ob.update_from_editmode()
+    mesh = ob.data.copy()
+    try:
+        boundary = boundary_vertices(mesh)
+        angles = read(ob, mesh, boundary)
+        used = np.unique(np.array([loop.vertex_index for loop in mesh.loops]))
+        missing = remainder(len(used), len(mesh.edges), len(mesh.polygons), angles, boundary)
+    finally:
+        bpy.data.meshes.remove(mesh)
+    if boundary.any():
+        return f"The boundary has to bend by {missing:+.3g} quarter turns"
+    if abs(missing) < 1e-6:
+        return "The cones fit the surface"
+    return f"The cones still lack {missing:+.3g} quarter turns"
+
+
+def _remove_all(ob: bpy.types.Object, vertices: list[int]) -> None:
+    """Outside edit mode: these vertices are no cones any more."""
+    for index in groups(ob):
+        ob.vertex_groups[index].remove(vertices)
+    attribute = ob.data.attributes.get(ATTRIBUTE)
+    if attribute is not None:
+        for vertex in vertices:
+            attribute.data[vertex].value = 0.0
+
+
+def _group(ob: bpy.types.Object, quarter_turns: int) -> bpy.types.VertexGroup:
+    name = group_name(quarter_turns)
+    return ob.vertex_groups.get(name) or ob.vertex_groups.new(name=name)
+
+
+def mark_selected(ob: bpy.types.Object, quarter_turns: int) -> int:
+    """In edit mode: the selected vertices become cones of so many quarter turns, or none for 0. Returns their number."""
+    bm = bmesh.from_edit_mesh(ob.data)
+    selected = [v for v in bm.verts if v.select and not v.hide]
+    if not selected:
+        return 0
+    target = _group(ob, quarter_turns).index if quarter_turns else None
+    bm = bmesh.from_edit_mesh(ob.data)
+    deform = bm.verts.layers.deform.verify()
+    attribute = bm.verts.layers.float.get(ATTRIBUTE)
+    cone_groups = groups(ob)
+    count = 0
+    for vertex in bm.verts:
+        if not vertex.select or vertex.hide:
+            continue
+        count += 1
+        for index in cone_groups:
+            if index in vertex[deform]:
+                del vertex[deform][index]
+        if attribute is not None:
+            vertex[attribute] = 0.0
+        if target is not None:
+            vertex[deform][target] = 1.0
+    bmesh.update_edit_mesh(ob.data, loop_triangles=False, destructive=False)
+    return count
+
+
+def write(ob: bpy.types.Object, angles: dict[int, tuple[float, bool]], *, as_groups: bool) -> None:
+    """Replaces the object's cones by these: {vertex: (angle, on the boundary)}, in either mode."""
+    editing = ob.mode == "EDIT"
+    if editing:
+        bpy.ops.object.mode_set(mode="OBJECT")
+    try:
+        _remove_all(ob, list(range(len(ob.data.vertices))))
+        if as_groups:
+            for vertex, (angle, on_boundary) in angles.items():
+                flat = math.pi if on_boundary else 2 * math.pi
+                turns = round((flat - angle) / (math.pi / 2))
+                if turns:
+                    _group(ob, turns).add([vertex], 1.0, "REPLACE")
+        else:
+            mesh = ob.data
+            if mesh.attributes.get(ATTRIBUTE) is None:
+                mesh.attributes.new(ATTRIBUTE, "FLOAT", "POINT")
+            values = np.zeros(len(mesh.vertices), np.float32)
+            for vertex, (angle, _) in angles.items():
+                values[vertex] = angle
+            mesh.attributes[ATTRIBUTE].data.foreach_set("value", values)
+        ob.data.update()
+    finally:
+        if editing:
+            bpy.ops.object.mode_set(mode="EDIT")

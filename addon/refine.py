@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Writes a map whose solver had to subdivide some triangles: those faces are replaced, all others stay as they are.
+
+A new vertex lies on an edge or in the interior of one of the user's triangles (design: guarantee G7). Everything the
+mesh carries is interpolated there by Blender's own code: vertex groups, shape keys, colours, other UV maps; pieces of
+an edge keep its seam, sharpness and crease; new faces keep their face's material. Nothing else moves.
+"""
+
+from dataclasses import dataclass
+
+import bmesh
+import bpy
+import numpy as np
+
+from . import mesh_io
+
+
+@dataclass
+class Plan:
+    """What has to change. Vertices are numbered as in the result: the submesh's first, then the new ones."""
+
+    kept: np.ndarray  # (k,) result triangles that are triangles of faces which stay
+    children: dict  # face id -> result triangles that replace it
+    supports: list  # per new vertex: the input vertices (submesh) between which it lies
+
+
+def is_refined(snapshot: mesh_io.Snapshot, result) -> bool:
+    return len(result.vertices) != len(snapshot.vertices) or len(result.faces) != len(
+        snapshot.triangles
+    )
+
+
+def needs_new_faces(snapshot: mesh_io.Snapshot, result) -> bool:
+    """Whether the result fits the mesh's own faces: no new vertices, one UV per corner of each face."""
+    if is_refined(snapshot, result) or not np.array_equal(result.faces, snapshot.triangles):
+        return True
+    return len(mesh_io.torn_faces(snapshot, result.uv32())) > 0
+
+
+def plan(snapshot: mesh_io.Snapshot, result) -> Plan:
+    triangles = len(snapshot.triangles)
+    copies = np.bincount(result.parent_face, minlength=triangles)
+    # A triangle with one child is that child, whatever its first corner.
+    whole = copies == 1
+    broken = set(np.unique(snapshot.triangle_face[~whole]).tolist())
+    uv = result.uv32()
+    aligned = np.zeros((triangles, 3, 2), np.float32)
+    for child in np.flatnonzero(whole[result.parent_face]).tolist():
+        parent = result.parent_face[child]
+        order = [_corner_of(snapshot.triangles[parent], v) for v in result.faces[child].tolist()]
+        aligned[parent, order] = uv[child]
+    broken |= set(mesh_io.torn_faces(snapshot, aligned).tolist())
+    face_of = snapshot.triangle_face[result.parent_face]
+    replaced = np.isin(face_of, list(broken))
+    children = {}
+    for child in np.flatnonzero(replaced).tolist():
+        children.setdefault(int(face_of[child]), []).append(child)
+    n = len(snapshot.vertices)
+    supports = []
+    for v in range(n, len(result.vertices)):
+        weights = result.vertex_barycentric[v]
+        corners = snapshot.triangles[result.vertex_parent[v]]
+        supports.append(
+            frozenset(int(c) for c, w in zip(corners, weights, strict=True) if w != 0.0)
+        )
+    return Plan(np.flatnonzero(~replaced), children, supports)
+
+
+def _corner_of(triangle: np.ndarray, vertex: int) -> int:
+    found = np.flatnonzero(triangle == vertex)
+    if len(found) != 1:
+        raise mesh_io.MeshProblem("the solver's triangles do not fit the mesh")
+    return int(found[0])
+
+
+def write(ob: bpy.types.Object, snapshot: mesh_io.Snapshot, result, *, mark_cuts: bool) -> int:
+    """Replaces the faces that need it and stores all UVs; returns the number of new vertices.
+
+    mark_cuts: edges along which the map is cut become seams. Raises MeshProblem, with nothing changed, if the mesh is no
+    longer the one that was read.
+    """
+    todo = plan(snapshot, result)
+    editing = ob.mode == "EDIT"
+    if editing:
+        bm = bmesh.from_edit_mesh(ob.data)
+    else:
+        bm = bmesh.new()
+        bm.from_mesh(ob.data)
+    try:
+        loops = sum(len(face.loops) for face in bm.faces)
+        if (len(bm.verts), len(bm.edges), loops, len(bm.faces)) != snapshot.counts:
+            raise mesh_io.MeshProblem(
+                f"{ob.name}: the mesh was changed while its map was computed. Run the operator again"
+            )
+        _rebuild(bm, snapshot, result, todo, mark_cuts)
+        if editing:
+            bmesh.update_edit_mesh(ob.data)
+        else:
+            bm.to_mesh(ob.data)
+            ob.data.update()
+    finally:
+        if not editing:
+            bm.free()
+    return len(todo.supports)
+
+
+def _rebuild(bm, snapshot, result, todo, mark_cuts) -> None:
+    layers = bm.loops.layers.uv
+    layer = layers[snapshot.layer_name] if snapshot.layer_name else layers.new("UVMap")
+    # Adding elements makes Blender's own index tables stale.
+    old_vertices, old_faces = list(bm.verts), list(bm.faces)
+    uv = result.uv32().astype(np.float64).tolist()
+    faces = result.faces.tolist()
+
+    points = [old_vertices[i] for i in snapshot.vertex_ids.tolist()]
+    n = len(points)
+    for v in range(n, len(result.vertices)):
+        points.append(_new_vertex(bm, snapshot, result, points, v))
+
+    for child in todo.kept.tolist():
+        parent = int(result.parent_face[child])
+        face = old_faces[int(snapshot.triangle_face[parent])]
+        for corner, vertex in enumerate(faces[child]):
+            _loop_at(face, points[vertex])[layer].uv = uv[child][corner]
+
+    doomed, old_edges = [], set()
+    for face_id, children in todo.children.items():
+        face = old_faces[face_id]
+        doomed.append(face)
+        old_edges.update(face.edges)
+        for child in children:
+            _make_pieces_of_edges(bm, faces[child], points, todo.supports, n)
+            new = bm.faces.new([points[v] for v in faces[child]], face)
+            new.select = face.select
+            for corner, loop in enumerate(new.loops):
+                loop.copy_from_face_interp(face, False)
+                loop[layer].uv = uv[child][corner]
+    bmesh.ops.delete(bm, geom=doomed, context="FACES_ONLY")
+    loose = [edge for edge in old_edges if edge.is_valid and not edge.link_faces]
+    bmesh.ops.delete(bm, geom=loose, context="EDGES")
+    if mark_cuts:
+        for a, b in result.cut_edges.tolist():
+            edge = bm.edges.get((points[a], points[b]))
+            if edge is not None:
+                edge.seam = True
+    bm.normal_update()
+
+
+def _new_vertex(bm, snapshot, result, points, v):
+    """Vertex v of the result, with the weighted mean of what the corners of its triangle carry."""
+    corners = snapshot.triangles[result.vertex_parent[v]].tolist()
+    weighted = [
+        (w, points[c]) for w, c in zip(result.vertex_barycentric[v].tolist(), corners, strict=True)
+    ]
+    weighted = [pair for pair in weighted if pair[0] > 0.0]
+    vertex = bm.verts.new(result.vertices[v].tolist())
+    total, first = weighted[0]
+    if len(weighted) == 1:
+        vertex.copy_from_vert_interp((first, first), 0.0)
+    for weight, corner in weighted[1:]:
+        total += weight
+        vertex.copy_from_vert_interp((first, corner), weight / total)
+        first = vertex
+    return vertex
+
+
+def _loop_at(face, vertex):
+    return next(loop for loop in face.loops if loop.vert == vertex)
+
+
+def _make_pieces_of_edges(bm, vertices, points, supports, n) -> None:
+    """Makes those edges of a coming face that lie on an old edge, with all that the old edge carries."""
+    for k in range(3):
+        a, b = vertices[k], vertices[(k + 1) % 3]
+        if a < n and b < n:
+            continue
+        ends = (supports[a - n] if a >= n else {a}) | (supports[b - n] if b >= n else {b})
+        if len(ends) != 2 or bm.edges.get((points[a], points[b])) is not None:
+            continue
+        i, j = ends
+        old = bm.edges.get((points[i], points[j]))
+        if old is not None:
+            # Not edge.copy_from: it leaves Blender's own reference to the copy dangling.
+            piece = bm.edges.new((points[a], points[b]), old)
+            piece.seam, piece.smooth, piece.select = old.seam, old.smooth, old.select

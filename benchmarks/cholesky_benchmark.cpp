@@ -1,0 +1,107 @@
+// Sparse Cholesky on Newton-like systems of triangulated grids: analysis, factorization, solve.
+//
+//   build/benchmarks/cholesky_benchmark
+//
+// Arguments: vertices per side, threads. `flops` is what the analysis predicts for one
+// factorization; with `iterations` and the time it gives the rate.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "flipfree/numeric/cholesky.h"
+
+namespace {
+
+using flipfree::ExecutionContext;
+using flipfree::Index;
+using flipfree::Points2;
+using flipfree::SparseCholesky;
+using flipfree::SparseMatrix;
+
+// Two unknowns per vertex of a triangulated grid, diagonally dominant; lower triangle.
+SparseMatrix system_of_grid(Index side) {
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  const auto couple = [&](Index a, Index b) {
+    for (Index k = 0; k < 2; ++k) {
+      entries.emplace_back(2 * a + k, 2 * a + k, 1.1);
+      entries.emplace_back(2 * b + k, 2 * b + k, 1.1);
+      for (Index l = 0; l < 2; ++l)
+        entries.emplace_back(2 * b + k, 2 * a + l, k == l ? -1.0 : 0.01);
+    }
+  };
+  for (Index v = 0; v < side * side; ++v) {
+    entries.emplace_back(2 * v + 1, 2 * v, 0.0);
+    if (v % side + 1 < side) couple(v, v + 1);
+    if (v / side + 1 < side) couple(v, v + side);
+    if (v % side + 1 < side && v / side + 1 < side) couple(v, v + side + 1);
+  }
+  SparseMatrix matrix(2 * side * side, 2 * side * side);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  return matrix;
+}
+
+Points2 places_of_grid(Index side) {
+  Points2 places(side * side, 2);
+  for (Index v = 0; v < side * side; ++v) places.row(v) << v % side, v / side;
+  return places;
+}
+
+void analyze(benchmark::State& state) {
+  const auto side = static_cast<Index>(state.range(0));
+  const SparseMatrix matrix = system_of_grid(side);
+  const Points2 places = places_of_grid(side);
+  ExecutionContext context;
+  context.threads = static_cast<int>(state.range(1));
+  for (auto _ : state) {
+    SparseCholesky solver;
+    solver.analyze(matrix, context, &places);
+    benchmark::DoNotOptimize(solver.factor_nonzeros());
+  }
+}
+
+void factorize(benchmark::State& state) {
+  const auto side = static_cast<Index>(state.range(0));
+  const SparseMatrix matrix = system_of_grid(side);
+  const Points2 places = places_of_grid(side);
+  ExecutionContext context;
+  context.threads = static_cast<int>(state.range(1));
+  SparseCholesky solver;
+  solver.analyze(matrix, context, &places);
+  if (!solver.factorize(matrix, context)) state.SkipWithError("not positive definite");
+  for (auto _ : state) benchmark::DoNotOptimize(solver.factorize(matrix, context));
+  state.counters["flops"] = solver.factor_flops();
+  state.counters["nonzeros"] = static_cast<double>(solver.factor_nonzeros());
+}
+
+void solve(benchmark::State& state) {
+  const auto side = static_cast<Index>(state.range(0));
+  const SparseMatrix matrix = system_of_grid(side);
+  ExecutionContext context;
+  context.threads = static_cast<int>(state.range(1));
+  SparseCholesky solver;
+  solver.analyze(matrix, context);
+  if (!solver.factorize(matrix, context)) state.SkipWithError("not positive definite");
+  const Eigen::VectorXd rhs = Eigen::VectorXd::Ones(matrix.rows());
+  for (auto _ : state) benchmark::DoNotOptimize(solver.solve(rhs, context));
+}
+
+BENCHMARK(analyze)
+    ->ArgsProduct({{71, 224, 708}, {1, 2}})
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
+BENCHMARK(factorize)
+    ->ArgsProduct({{71, 224, 708}, {1, 2}})
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
+BENCHMARK(solve)
+    ->ArgsProduct({{71, 224, 708}, {1, 2}})
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
+
+}  // namespace
+
+BENCHMARK_MAIN();
