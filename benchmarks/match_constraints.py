@@ -13,9 +13,11 @@ import resource
 from pathlib import Path
 from typing import Any
 
-import flipfree as ff
 import numpy as np
 from match_pictures import draw
+
+import flipfree as ff
+
 from mesh_files import read_mesh
 
 SHAPES = ("G", "S", "comb", "spiral")

@@ -13,8 +13,10 @@ import os
 import resource
 from pathlib import Path
 
-import flipfree as ff
 import numpy as np
+
+import flipfree as ff
+
 from mesh_files import read_mesh
 
 FILES = (
@@ -45,7 +47,7 @@ def main() -> None:
                 random = np.random.default_rng(1000 * count + seed)
                 used = np.unique(faces)
                 ids = random.choice(used, count, replace=False)
-                points = {int(v): (float(u), float(w)) for v, (u, w) in zip(ids, random.random((count, 2)))}
+                points = {int(v): (float(u), float(w)) for v, (u, w) in zip(ids, random.random((count, 2)), strict=True)}
                 before = resource.getrusage(resource.RUSAGE_SELF).ru_utime
                 try:
                     result = ff.match(vertices, faces, points=points)

@@ -103,7 +103,7 @@ std::optional<RefinedMap> walked(RefinedSurface& surface, const Constraints& con
   std::optional<Points2> start = first_try(surface, constraints, context, stats);
   if (!start) return std::nullopt;
   RefinedMap map{surface, std::move(*start)};
-  const Index limit = options.engine == MatchEngine::kFirstTry ? 0 : surface.input_vertices() / 4;
+  const Index limit = options.engine == MatchEngine::kFirstTry ? 0 : surface.input_vertices() / 2;
   if (!walk_pins(map, constraints, limit, context, stats)) return std::nullopt;
   if (options.bijective && overlaps(map.surface, map.uv)) return std::nullopt;
   if (map.surface.mesh.vertex_count() > surface.mesh.vertex_count()) {

@@ -218,6 +218,16 @@ class Tracer {
       h = next_corner(h);
       while (!barrier(h)) h = next_corner(mesh_.opposite(h));
     } while (h != rim);
+    // Strictly convex polygons of distinct 64-bit points end somewhere above this; so does
+    // patience.
+    constexpr std::size_t kLongestRim = 250000;
+    if (loop.size() > kLongestRim) {
+      throw_not_converged(
+          ErrorCode::kIterationLimit,
+          "The lines between these pins wind around each other so often that the surface would "
+          "have "
+          "to be refined beyond all measure. Pin fewer vertices, or to places in a similar order.");
+    }
     const Points2 circle =
         place_boundary(BoundaryShape::kCircle, std::vector<double>(loop.size(), 1.0)).positions;
     EmbedOptions options;
