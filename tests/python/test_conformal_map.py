@@ -145,6 +145,7 @@ def test_a_map_too_fine_for_32_bits_is_refused_and_the_metric_returned() -> None
     assert failure.metric.scale_range > np.log(2.0**24)
     assert len(failure.elements) and failure.kind == "face"
     assert failure.certificate is failure.parametrization.certificate
+    assert not failure.certificate.ok and failure.certificate.failures
 
 
 def random_case(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, dict[str, object]]:

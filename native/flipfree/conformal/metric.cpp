@@ -133,6 +133,22 @@ Index euler_characteristic(const IntrinsicSetup& setup, Index vertex_count, Inde
   return vertex_count - edges + face_count;
 }
 
+// Moves a fresh engine to the scale factors u, in stages: a long way at once would go through
+// triangulations far from both ends and cost many times the flips.
+bool go_to(MetricEngine& engine, const std::vector<double>& u, ExecutionContext& context) {
+  constexpr double kStageRange = 4.0;
+  const auto [low, high] = std::minmax_element(u.begin(), u.end());
+  const int stages =
+      std::max(1, static_cast<int>(std::min(1000.0, std::ceil((*high - *low) / kStageRange))));
+  std::vector<double> growth(u.size());
+  for (std::size_t v = 0; v < u.size(); ++v) growth[v] = std::expm1(0.5 * u[v] / stages);
+  for (int stage = 0; stage < stages; ++stage) {
+    engine.scale(growth);
+    if (!engine.restore_delaunay(context)) return false;
+  }
+  return true;
+}
+
 // The precision ladder: Newton in double, and from where rounding decides, with ever more bits.
 ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
                       ExecutionContext& context) {
@@ -157,10 +173,7 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
     const std::unique_ptr<MetricEngine> engine = make_engine(input, bits, context);
     bool reached = true;
     if (rungs > 1) {
-      std::vector<double> growth(u.size());
-      for (std::size_t v = 0; v < u.size(); ++v) growth[v] = std::expm1(0.5 * u[v]);
-      engine->scale(growth);
-      reached = engine->restore_delaunay(context);
+      reached = go_to(*engine, u, context);
     }
     NewtonRun run;
     if (reached) {

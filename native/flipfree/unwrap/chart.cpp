@@ -61,6 +61,7 @@ Points2 embed_on_circle(const Surface& chart, ExecutionContext& context, Stats& 
   // The optimiser starts from 64 bits; only its result is rounded.
   EmbedOptions options;
   options.float32 = false;
+  options.low_distortion = true;  // where Tutte fails: a start the optimiser can open
   const Points2 uv =
       embed_disk(filled.surface.faces, static_cast<Index>(filled.surface.vertices.rows()), rim,
                  placement.positions, options, context, stats);
