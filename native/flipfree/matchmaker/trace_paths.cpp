@@ -220,22 +220,28 @@ class Tracer {
     } while (h != rim);
     // Strictly convex polygons of distinct 64-bit points end somewhere above this; so does
     // patience.
-    constexpr std::size_t kLongestRim = 250000;
-    if (loop.size() > kLongestRim) {
-      throw_not_converged(
-          ErrorCode::kIterationLimit,
-          "The lines between these pins wind around each other so often that the surface would "
-          "have "
-          "to be refined beyond all measure. Pin fewer vertices, or to places in a similar order.");
-    }
-    const Points2 circle =
-        place_boundary(BoundaryShape::kCircle, std::vector<double>(loop.size(), 1.0)).positions;
+    constexpr std::size_t kLongestRim = 100000;
     EmbedOptions options;
     options.method = EmbedMethod::kTutte;
     options.float32 = false;
     Stats unused;
     const ProgressRange quiet(context, 0.0, 0.0);
-    drawing_ = embed_disk(faces, count, loop, circle, options, context, unused);
+    try {
+      if (loop.size() <= kLongestRim) {
+        const std::vector<double> even(loop.size(), 1.0);
+        const Points2 circle = place_boundary(BoundaryShape::kCircle, even).positions;
+        drawing_ = embed_disk(faces, count, loop, circle, options, context, unused);
+        return;
+      }
+    } catch (const InvalidInput&) {
+      // A rim for which no circle of distinct points was found: the same complaint in the caller's
+      // terms.
+    }
+    throw_not_converged(
+        ErrorCode::kIterationLimit,
+        "The lines between these pins wind around each other so often that the surface would have "
+        "to be "
+        "refined beyond all measure. Pin fewer vertices, or to places in a similar order.");
   }
 
   static double length(const Vector2& a, const Vector2& b) { return (a - b).norm(); }
