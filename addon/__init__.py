@@ -11,10 +11,11 @@ solver        the package flipfree (a wheel)       menus    where all this appea
 import bpy
 
 from . import cli, menus, modal, solver
-from .operators import check, conformal, improve, unwrap
+from .operators import check, conformal, improve, match, unwrap
 
 _CLASSES = (
     *unwrap.CLASSES,
+    *match.CLASSES,
     *improve.CLASSES,
     *conformal.CLASSES,
     *check.CLASSES,

@@ -5,6 +5,7 @@ from . import compat
 
 ENTRIES = (
     "uv.flipfree_unwrap",
+    "uv.flipfree_match",
     "uv.flipfree_improve",
     "uv.flipfree_conformal",
     "uv.flipfree_suggest_cones",

@@ -167,12 +167,15 @@ def _cuts(corners: np.ndarray, triangles: np.ndarray, seam_vertices: np.ndarray)
     return np.unique(pairs, axis=0).astype(np.int32)
 
 
-def split_fans(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def split_fans(
+    corners: np.ndarray, cuts: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Renumbers triangles so that every fan of edge-connected triangles around a point has its own vertex.
 
     corners (m, 3) mesh vertices -> triangles (m, 3) int32, vertex_ids (n,) mesh vertex of each new vertex. Vertices keep the
     mesh's order, fans of one vertex the order of their triangles. All triangles of an edge count as connected, however
-    many they are and whichever way they run: the solver's validation shall name such an edge and nothing else.
+    many they are and whichever way they run: the solver's validation shall name such an edge and nothing else. Edges in
+    `cuts` (s, 2) connect nothing.
     """
     m = len(corners)
     start = corners.ravel().astype(np.int64)
@@ -183,7 +186,10 @@ def split_fans(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     high = np.where(start < end, following, half_edges)
     key = _edge_keys(np.column_stack([start, end]))
     order = np.argsort(key, kind="stable")
-    same = np.flatnonzero(key[order][1:] == key[order][:-1])
+    joined = key[order][1:] == key[order][:-1]
+    if cuts is not None and len(cuts):
+        joined &= ~np.isin(key[order][1:], _edge_keys(cuts))
+    same = np.flatnonzero(joined)
     a, b = order[same], order[same + 1]
     links_a, links_b = np.concatenate([low[a], high[a]]), np.concatenate([low[b], high[b]])
     label = connected_components(3 * m, links_a, links_b)

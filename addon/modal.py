@@ -51,6 +51,9 @@ class Task:
         """Takes the job's result. Returns the next job if there is a further stage, else None."""
         raise NotImplementedError
 
+    def explain(self, error) -> None:
+        """May turn ids in a solver's exception into ids of the snapshot, where the task gave it another mesh."""
+
     def write(self, ob: bpy.types.Object):
         """Puts the result into the mesh. Called once, after every task has ended."""
         raise NotImplementedError
@@ -100,6 +103,7 @@ class Run:
         except flipfree.Cancelled:
             self._cancelled = True
         except flipfree.FlipfreeError as error:
+            task.explain(error)
             self.failures.append(errors.from_solver(task.snapshot, error))
         except mesh_io.MeshProblem as problem:
             self.failures.append(errors.from_problem(task.snapshot.object_name, problem))

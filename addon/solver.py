@@ -95,3 +95,16 @@ def suggest_cones(snapshot, *, bound, quarter_turns):
         quarter_turns=quarter_turns,
         threads=THREADS,
     )
+
+
+def match(vertices, faces, *, points, boundary_loop, boundary_uv, bijective):
+    """Starts the map of one disk that meets `points` {vertex: (u, v)} and, if given, its whole boundary."""
+    return jobs.match(
+        vertices,
+        faces,
+        points=points or None,
+        boundary_loop=boundary_loop,
+        boundary_uv=boundary_uv,
+        bijective=bijective,
+        threads=THREADS,
+    )

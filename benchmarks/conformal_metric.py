@@ -72,14 +72,14 @@ def disk(rings: int) -> Mesh:
     return np.array(points), np.array(faces, np.int32)
 
 
-def plate(holes: int) -> Mesh:
-    """A square plate of voxels with that many square holes: closed, genus `holes`."""
+def plate(holes: int, fineness: int = 1) -> Mesh:
+    """A square plate with that many square holes: closed, genus `holes`; walls and holes are `fineness` voxels wide."""
     columns = int(np.ceil(np.sqrt(holes)))
     rows = -(-holes // columns)
     filled = np.ones((2 * columns + 1, 2 * rows + 1, 1), bool)
     for h in range(holes):
         filled[2 * (h % columns) + 1, 2 * (h // columns) + 1, 0] = False
-    padded = np.pad(filled, 1)
+    padded = np.pad(np.kron(filled, np.ones((fineness,) * 3, bool)), 1)
     quads = []
     for axis in range(3):
         for sign in (0, 1):
@@ -258,16 +258,26 @@ def run_bits(arguments: argparse.Namespace) -> bool:
 
 
 def run_gtori(arguments: argparse.Namespace) -> bool:
-    """A single cone of 2 pi (2 g - 1) on surfaces of genus g, 200 bits, tolerance 1e-25."""
-    heading("genus", "V", "steps", "error", "range of u", "flips", "CPU s")
-    good = True
+    """A single cone of 2 pi (2 g - 1) on surfaces of genus g, 200 bits, tolerance 1e-25 (thesis Figure 4.11)."""
+    problems = []
     for genus in (1, 2, 5, 10, 20, 40, 80, 150):
         mesh = plate(genus)
         target = np.full(len(mesh[0]), 2 * np.pi)
         target[0] = 2 * np.pi * (2 * genus - 1)
+        problems.append((f"plate, {genus} holes", mesh, target))
+    folder = data_folder()
+    for name, path, angles in cases(folder / "conformal") if folder else []:
+        if name.startswith("gtorus") and name.endswith("singlecone"):
+            file = read_mesh(path)
+            problems.append((name, (file.vertices, file.faces), np.loadtxt(angles)))
+    heading("case", "V", "steps", "error", "range of u", "flips", "CPU s")
+    good = True
+    for name, mesh, target in problems:
+        if arguments.only not in name:
+            continue
         m, seconds = solve(mesh, target, precision=200, tolerance=1e-25, max_seconds=arguments.seconds)
         good &= m.angle_error <= 1e-25
-        row(genus, len(mesh[0]), m.iterations, f"{m.angle_error:.1e}", f"{m.scale_range:.1f}", m.flips, f"{seconds:.2f}")
+        row(name, len(mesh[0]), m.iterations, f"{m.angle_error:.1e}", f"{m.scale_range:.1f}", m.flips, f"{seconds:.2f}")
     return good
 
 

@@ -40,7 +40,7 @@ void bind_certify(py::module_& module) {
         return start_job(
             [map = std::move(map), input = std::move(input), request,
              refined = !parent.is_none()](ExecutionContext& context) mutable {
-              validate(map.surface, {.reject_zero_area = false});
+              validate(map.surface, {.reject_zero_area = false}, context);
               map.uv32 = map.uv.cast<float>();
               if (refined) {
                 certify_map(map, input, request, context);

@@ -9,6 +9,7 @@ import pytest
 
 OPERATORS = [
     "flipfree_unwrap",
+    "flipfree_match",
     "flipfree_improve",
     "flipfree_conformal",
     "flipfree_suggest_cones",

@@ -136,7 +136,7 @@ def test_several_objects_in_edit_mode():
         assert shapes.exact_flips(ob) == 0
 
 
-@pytest.mark.parametrize("pins", [[60]])
+@pytest.mark.parametrize("pins", [[60], [0, 120], [0, 60, 120]])
 def test_pins_stay_bit_for_bit(pins):
     ob = shapes.grid(10, uv=True)
     unwrap()

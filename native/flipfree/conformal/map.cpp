@@ -498,7 +498,7 @@ ConformalMapResult conformal_map(const Surface& surface, const Points3* lengths,
                                  const ConformalMapOptions& options, ExecutionContext& context) {
   if (options.cuts.rows() > 0) {
     // Complain about cuts before the work, not after.
-    validate(surface);
+    validate(surface, {}, context);
     flag_edges(surface.faces,
                build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces),
                options.cuts);

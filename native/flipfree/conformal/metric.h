@@ -41,8 +41,6 @@ struct MetricOptions {
   double max_seconds = 0.0;  // give up after so many seconds of wall time; 0 = never
   bool require_convergence =
       true;  // throw NotConverged; else return what was reached, converged = false
-  bool refine_bad_start =
-      true;  // with bits = 0: intrinsic Delaunay refinement when the start is bad (4.6.4)
 };
 
 struct ConformalMetric {

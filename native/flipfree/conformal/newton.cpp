@@ -168,10 +168,11 @@ NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOpt
       return run;
     }
     // Most of the way is measured in digits of the error.
-    context.report("conformal metric",
-                   std::clamp(std::log(start_error / run.error) /
-                                  std::log(start_error / options.tolerance + 1.0),
-                              0.0, 1.0));
+    const double fraction = std::clamp(
+        std::log(start_error / run.error) / std::log(start_error / options.tolerance + 1.0), 0.0,
+        1.0);
+    context.report("conformal metric", fraction);
+    const ProgressRange still(context, fraction, fraction);  // factorizations report as well
     run.end = NewtonEnd::kPrecision;
     if (gradient.noise > 0.1 * run.error) {
       run.reason = "gradient below its noise";

@@ -169,7 +169,7 @@ SuggestedCones suggest_cones(const Surface& surface, const SuggestConesOptions& 
   ValidateOptions rules;
   rules.require_connected = true;
   rules.allow_isolated_vertices = false;
-  validate(surface, rules);
+  validate(surface, rules, context);
   const auto count = static_cast<Index>(surface.vertices.rows());
   const Adjacency adjacency = build_adjacency(count, surface.faces);
   const Index euler = topology(surface.faces, adjacency).euler();

@@ -36,8 +36,8 @@ struct ChartMap {
   Stats stats;
 };
 
-void check_map(const Surface& surface, const Points2& corner_uv) {
-  validate(surface);
+void check_map(const Surface& surface, const Points2& corner_uv, const ExecutionContext& context) {
+  validate(surface, {}, context);
   if (corner_uv.rows() != 3 * surface.faces.rows()) {
     throw_invalid(ErrorCode::kBadShape, "uv has " + std::to_string(corner_uv.rows()) +
                                             " rows for " + std::to_string(surface.faces.rows()) +
@@ -230,7 +230,7 @@ Parametrization improve(const Surface& surface, const Points2& corner_uv,
                         const ImproveOptions& options, ExecutionContext& context) {
   const Stopwatch watch;
   context.report("checking the map", 0.0);
-  check_map(surface, corner_uv);
+  check_map(surface, corner_uv, context);
   const Adjacency adjacency =
       build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
   const EdgeFlags cuts = uv_cuts(surface.faces, adjacency, corner_uv);

@@ -160,7 +160,7 @@ Parametrization embed_surface(const Surface& surface, const EmbedSurfaceOptions&
   context.report("Validating", 0.0);
   ValidateOptions rules;
   rules.require_disk = true;
-  validate(surface, rules);
+  validate(surface, rules, context);
   context.check();
   const Boundary boundary = place(surface, options);
   context.check();

@@ -184,7 +184,7 @@ Parametrization match(const Surface& surface, const MatchRequest& request,
                       const MatchOptions& options, ExecutionContext& context) {
   ValidateOptions validation;
   validation.require_disk = true;
-  validate(surface, validation);
+  validate(surface, validation, context);
   Stats stats;
   const Stopwatch watch;
   RefinedSurface refined = make_refined_surface(surface);

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <string>
+#include <utility>
 
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/topology.h"
@@ -92,49 +94,89 @@ void check_values(const Surface& surface, std::vector<Error>& defects) {
   report(defects, infinite, "has a coordinate that is NaN or infinite", "Delete or move it.");
 }
 
-void check_faces_distinct(const Surface& surface, std::vector<Error>& defects) {
-  using Key = std::array<Index, 4>;  // sorted corners, face
-  std::vector<Key> keys(static_cast<std::size_t>(surface.faces.rows()));
-  for (std::size_t f = 0; f < keys.size(); ++f) {
-    const auto row = surface.faces.row(static_cast<Eigen::Index>(f));
-    keys[f] = {row[0], row[1], row[2], static_cast<Index>(f)};
-    std::sort(keys[f].begin(), keys[f].begin() + 3);
+// Items grouped by a vertex (counting sort): groups are as small as a vertex' degree, so sorting
+// within them is linear overall, and a cancel is seen between them.
+struct Groups {
+  std::vector<Index> begin;  // #V + 1
+  std::vector<Index> items;
+};
+
+template <typename Key>
+Groups group_by_vertex(Index item_count, Index vertex_count, Key key) {
+  Groups groups;
+  groups.begin.assign(static_cast<std::size_t>(vertex_count) + 1, 0);
+  for (Index i = 0; i < item_count; ++i) ++groups.begin[static_cast<std::size_t>(key(i)) + 1];
+  std::partial_sum(groups.begin.begin(), groups.begin.end(), groups.begin.begin());
+  groups.items.resize(static_cast<std::size_t>(item_count));
+  std::vector<Index> fill(groups.begin.begin(), groups.begin.end() - 1);
+  for (Index i = 0; i < item_count; ++i) {
+    groups.items[static_cast<std::size_t>(fill[static_cast<std::size_t>(key(i))]++)] = i;
   }
-  std::sort(keys.begin(), keys.end());
+  return groups;
+}
+
+constexpr Index kCheckEvery = 1 << 14;
+
+void check_faces_distinct(const Surface& surface, const ExecutionContext& context,
+                          std::vector<Error>& defects) {
+  const auto vertex_count = static_cast<Index>(surface.vertices.rows());
+  const Groups groups = group_by_vertex(static_cast<Index>(surface.faces.rows()), vertex_count,
+                                        [&](FaceId f) { return surface.faces.row(f).minCoeff(); });
   Finding duplicate{ErrorCode::kDuplicateFace, ElementKind::kFace, {}};
-  for (std::size_t i = 1; i < keys.size(); ++i) {
-    if (std::equal(keys[i].begin(), keys[i].begin() + 3, keys[i - 1].begin()))
-      duplicate.add({keys[i][3]});
+  using Key = std::array<Index, 3>;  // middle and highest corner, face
+  std::vector<Key> keys;
+  std::vector<FaceId> found;
+  for (VertexId v = 0; v < vertex_count; ++v) {
+    if (v % kCheckEvery == 0) context.check();
+    keys.clear();
+    for (Index i = groups.begin[static_cast<std::size_t>(v)];
+         i < groups.begin[static_cast<std::size_t>(v) + 1]; ++i) {
+      const FaceId f = groups.items[static_cast<std::size_t>(i)];
+      const auto row = surface.faces.row(f);
+      const Index high = row.maxCoeff();
+      keys.push_back({row.sum() - v - high, high, f});
+    }
+    std::sort(keys.begin(), keys.end());
+    for (std::size_t i = 1; i < keys.size(); ++i) {
+      if (keys[i][0] == keys[i - 1][0] && keys[i][1] == keys[i - 1][1]) found.push_back(keys[i][2]);
+    }
   }
+  std::sort(found.begin(), found.end());
+  for (const FaceId f : found) duplicate.add({f});
   report(defects, duplicate, "has the same three vertices as another face",
          "Delete one of the two.");
 }
 
-void check_edges(const Surface& surface, std::vector<Error>& defects) {
-  struct Use {
-    Index low, high;
-    bool forward;
-    bool operator<(const Use& o) const { return low != o.low ? low < o.low : high < o.high; }
-  };
-  std::vector<Use> uses;
-  uses.reserve(static_cast<std::size_t>(3 * surface.faces.rows()));
-  for (HalfedgeId h = 0; h < 3 * surface.faces.rows(); ++h) {
-    const VertexId a = source(surface.faces, h);
-    const VertexId b = target(surface.faces, h);
-    uses.push_back({std::min(a, b), std::max(a, b), a < b});
-  }
-  std::sort(uses.begin(), uses.end());
+void check_edges(const Surface& surface, const ExecutionContext& context,
+                 std::vector<Error>& defects) {
+  const auto vertex_count = static_cast<Index>(surface.vertices.rows());
+  const Triangles& faces = surface.faces;
+  const Groups groups =
+      group_by_vertex(static_cast<Index>(3 * faces.rows()), vertex_count,
+                      [&](HalfedgeId h) { return std::min(source(faces, h), target(faces, h)); });
   Finding crowded{ErrorCode::kNonManifoldEdge, ElementKind::kEdge, {}};
   Finding twisted{ErrorCode::kInconsistentOrientation, ElementKind::kEdge, {}};
-  for (std::size_t i = 0; i < uses.size();) {
-    std::size_t j = i + 1;
-    while (j < uses.size() && !(uses[i] < uses[j])) ++j;
-    if (j - i > 2) {
-      crowded.add({uses[i].low, uses[i].high});
-    } else if (j - i == 2 && uses[i].forward == uses[i + 1].forward) {
-      twisted.add({uses[i].low, uses[i].high});
+  std::vector<std::pair<VertexId, bool>> uses;  // higher end, whether it is the target
+  for (VertexId v = 0; v < vertex_count; ++v) {
+    if (v % kCheckEvery == 0) context.check();
+    uses.clear();
+    for (Index i = groups.begin[static_cast<std::size_t>(v)];
+         i < groups.begin[static_cast<std::size_t>(v) + 1]; ++i) {
+      const HalfedgeId h = groups.items[static_cast<std::size_t>(i)];
+      const bool forward = source(faces, h) == v;
+      uses.emplace_back(forward ? target(faces, h) : source(faces, h), forward);
     }
-    i = j;
+    std::sort(uses.begin(), uses.end());
+    for (std::size_t i = 0; i < uses.size();) {
+      std::size_t j = i + 1;
+      while (j < uses.size() && uses[j].first == uses[i].first) ++j;
+      if (j - i > 2) {
+        crowded.add({v, uses[i].first});
+      } else if (j - i == 2 && uses[i].second == uses[i + 1].second) {
+        twisted.add({v, uses[i].first});
+      }
+      i = j;
+    }
   }
   report(defects, crowded, "belongs to more than two faces",
          "Split the surface there or delete the extra faces (Select Non Manifold shows them).");
@@ -190,7 +232,7 @@ void check_vertices(const Surface& surface, const ValidateOptions& options,
 }
 
 void check_shape(const Surface& surface, const ValidateOptions& options,
-                 std::vector<Error>& defects) {
+                 const ExecutionContext& context, std::vector<Error>& defects) {
   if (!options.reject_zero_area) return;
   using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
   const auto point = [&](VertexId v) {
@@ -199,6 +241,7 @@ void check_shape(const Surface& surface, const ValidateOptions& options,
   Finding edge{ErrorCode::kZeroLengthEdge, ElementKind::kEdge, {}};
   Finding face{ErrorCode::kZeroAreaFace, ElementKind::kFace, {}};
   for (FaceId f = 0; f < surface.faces.rows(); ++f) {
+    if (f % kCheckEvery == 0) context.check();
     const Vector3 a = surface.vertices.row(surface.faces(f, 0));
     const Vector3 b = surface.vertices.row(surface.faces(f, 1));
     const Vector3 c = surface.vertices.row(surface.faces(f, 2));
@@ -232,19 +275,23 @@ void check_shape(const Surface& surface, const ValidateOptions& options,
 
 }  // namespace
 
-std::vector<Error> find_defects(const Surface& surface, const ValidateOptions& options) {
+std::vector<Error> find_defects(const Surface& surface, const ValidateOptions& options,
+                                const ExecutionContext& context) {
   std::vector<Error> defects;
   check_values(surface, defects);
   if (!defects.empty()) return defects;
-  check_faces_distinct(surface, defects);
-  check_edges(surface, defects);
+  check_faces_distinct(surface, context, defects);
+  check_edges(surface, context, defects);
+  context.check();
   if (defects.empty()) check_vertices(surface, options, defects);
-  check_shape(surface, options, defects);
+  context.check();
+  check_shape(surface, options, context, defects);
   return defects;
 }
 
-void validate(const Surface& surface, const ValidateOptions& options) {
-  const std::vector<Error> defects = find_defects(surface, options);
+void validate(const Surface& surface, const ValidateOptions& options,
+              const ExecutionContext& context) {
+  const std::vector<Error> defects = find_defects(surface, options, context);
   if (defects.empty()) return;
   Error first = defects.front();
   for (std::size_t i = 1; i < defects.size(); ++i) {

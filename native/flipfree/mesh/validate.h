@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "flipfree/base/context.h"
 #include "flipfree/base/error.h"
 #include "flipfree/mesh/surface.h"
 
@@ -17,11 +18,14 @@ struct ValidateOptions {
 
 // All defects found, in the order in which they are checked, one entry per kind with its elements
 // listed. Checks that need an earlier one to hold (topology needs valid indices) are not run when
-// it failed. Cost: O(#F log #F).
-std::vector<Error> find_defects(const Surface& surface, const ValidateOptions& options = {});
+// it failed. Cost: O(#F) and the sorting of each vertex' neighbours.
+// Throws Cancelled.
+std::vector<Error> find_defects(const Surface& surface, const ValidateOptions& options = {},
+                                const ExecutionContext& context = ExecutionContext());
 
 // Throws InvalidInput with the first defect (and the number of further ones in its message), if
 // there is any.
-void validate(const Surface& surface, const ValidateOptions& options = {});
+void validate(const Surface& surface, const ValidateOptions& options = {},
+              const ExecutionContext& context = ExecutionContext());
 
 }  // namespace flipfree

@@ -250,7 +250,7 @@ Parametrization unwrap(const Surface& surface, const UnwrapOptions& options,
     watch.restart();
   };
   context.report("checking the mesh", 0.0);
-  validate(surface);
+  validate(surface, {}, context);
   if (options.place_like != nullptr && options.place_like->rows() != 3 * surface.faces.rows()) {
     throw_invalid(ErrorCode::kBadShape, "The UVs to stay close to need one row per face corner.");
   }

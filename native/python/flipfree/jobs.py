@@ -9,6 +9,7 @@ from .conformal_map import start_conformal as conformal
 from .embedding import start_embed as embed
 from .improving import start_improve as improve
 from .job import Job
+from .matching import start_match as match
 from .target_angles import start_boundary_angles as boundary_angles
 from .target_angles import start_suggest_cones as suggest_cones
 from .unwrapping import start_unwrap as unwrap
@@ -21,6 +22,7 @@ __all__ = [
     "conformal_metric",
     "embed",
     "improve",
+    "match",
     "suggest_cones",
     "unwrap",
 ]
