@@ -1,10 +1,14 @@
-// Sparse Cholesky on Newton-like systems of triangulated grids: analysis, factorization, solve.
+// Sparse Cholesky on Newton-like systems of triangulated grids: analysis, factorization, solve; and CHOLMOD with METIS
+// ordering on the same systems, where it is installed.
 //
 //   build/benchmarks/cholesky_benchmark
 //
 // Arguments: vertices per side, threads. `flops` is what the analysis predicts for one
 // factorization; with `iterations` and the time it gives the rate.
 #include <benchmark/benchmark.h>
+#if FLIPFREE_HAVE_CHOLMOD
+#include <cholmod.h>
+#endif
 
 #include <algorithm>
 #include <vector>
@@ -101,6 +105,80 @@ BENCHMARK(solve)
     ->Unit(benchmark::kMillisecond)
     ->MeasureProcessCPUTime()
     ->UseRealTime();
+
+#if FLIPFREE_HAVE_CHOLMOD
+
+struct Cholmod {
+  cholmod_common common;
+  cholmod_sparse matrix{};
+  cholmod_factor* factor = nullptr;
+
+  explicit Cholmod(const SparseMatrix& lower) {
+    cholmod_start(&common);
+    common.supernodal = CHOLMOD_SUPERNODAL;
+    common.nmethods = 1;
+    common.method[0].ordering = CHOLMOD_METIS;
+    matrix.nrow = matrix.ncol = static_cast<std::size_t>(lower.rows());
+    matrix.nzmax = static_cast<std::size_t>(lower.nonZeros());
+    matrix.p = const_cast<Index*>(lower.outerIndexPtr());
+    matrix.i = const_cast<Index*>(lower.innerIndexPtr());
+    matrix.x = const_cast<double*>(lower.valuePtr());
+    matrix.stype = -1;
+    matrix.itype = CHOLMOD_INT;
+    matrix.xtype = CHOLMOD_REAL;
+    matrix.dtype = CHOLMOD_DOUBLE;
+    matrix.sorted = matrix.packed = 1;
+  }
+  ~Cholmod() {
+    release();
+    cholmod_finish(&common);
+  }
+  Cholmod(const Cholmod&) = delete;
+  Cholmod& operator=(const Cholmod&) = delete;
+  void release() {
+    if (factor != nullptr) cholmod_free_factor(&factor, &common);
+  }
+};
+
+void cholmod_metis_analyze(benchmark::State& state) {
+  const SparseMatrix matrix = system_of_grid(static_cast<Index>(state.range(0)));
+  Cholmod solver(matrix);
+  for (auto _ : state) {
+    solver.release();
+    solver.factor = cholmod_analyze(&solver.matrix, &solver.common);
+  }
+  state.counters["nonzeros"] = solver.common.lnz;
+}
+
+void cholmod_metis_factorize(benchmark::State& state) {
+  const SparseMatrix matrix = system_of_grid(static_cast<Index>(state.range(0)));
+  Cholmod solver(matrix);
+  solver.factor = cholmod_analyze(&solver.matrix, &solver.common);
+  for (auto _ : state) {
+    if (cholmod_factorize(&solver.matrix, solver.factor, &solver.common) == 0) {
+      state.SkipWithError("not positive definite");
+    }
+  }
+  state.counters["flops"] = solver.common.fl;
+  state.counters["nonzeros"] = solver.common.lnz;
+}
+
+BENCHMARK(cholmod_metis_analyze)
+    ->Args({71})
+    ->Args({224})
+    ->Args({708})
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
+BENCHMARK(cholmod_metis_factorize)
+    ->Args({71})
+    ->Args({224})
+    ->Args({708})
+    ->Unit(benchmark::kMillisecond)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime();
+
+#endif
 
 }  // namespace
 

@@ -5,8 +5,6 @@ find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 
 find_path(OPENMESH_INCLUDE OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh REQUIRED)
 find_library(OPENMESH_CORE OpenMeshCore REQUIRED)
-find_path(CHOLMOD_INCLUDE cholmod.h PATH_SUFFIXES suitesparse REQUIRED)
-find_library(CHOLMOD_LIBRARY cholmod REQUIRED)
 find_library(OPENBLAS_LIBRARY openblas REQUIRED)
 find_path(CGAL_INCLUDE CGAL/Exact_predicates_inexact_constructions_kernel.h REQUIRED)
 find_path(BOOST_INCLUDE boost/multiprecision/mpfr.hpp REQUIRED)
@@ -15,9 +13,9 @@ find_library(MPFR_LIBRARY mpfr REQUIRED)
 
 add_library(flipfree_dependencies INTERFACE)
 target_include_directories(flipfree_dependencies SYSTEM INTERFACE
-  ${OPENMESH_INCLUDE} ${CHOLMOD_INCLUDE} ${CGAL_INCLUDE} ${BOOST_INCLUDE})
+  ${OPENMESH_INCLUDE} ${CGAL_INCLUDE} ${BOOST_INCLUDE})
 target_link_libraries(flipfree_dependencies INTERFACE
-  Eigen3::Eigen Threads::Threads ${OPENMESH_CORE} ${CHOLMOD_LIBRARY} ${OPENBLAS_LIBRARY}
+  Eigen3::Eigen Threads::Threads ${OPENMESH_CORE} ${OPENBLAS_LIBRARY}
   ${MPFR_LIBRARY} ${GMP_LIBRARY})
 target_compile_definitions(flipfree_dependencies INTERFACE CGAL_HEADER_ONLY=1
   CGAL_DISABLE_ROUNDING_MATH_CHECK=1)
