@@ -3,8 +3,6 @@
 find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 
-find_path(OPENMESH_INCLUDE OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh REQUIRED)
-find_library(OPENMESH_CORE OpenMeshCore REQUIRED)
 find_library(OPENBLAS_LIBRARY openblas REQUIRED)
 find_path(CGAL_INCLUDE CGAL/Exact_predicates_inexact_constructions_kernel.h REQUIRED)
 find_path(BOOST_INCLUDE boost/multiprecision/mpfr.hpp REQUIRED)
@@ -12,10 +10,8 @@ find_library(GMP_LIBRARY gmp REQUIRED)
 find_library(MPFR_LIBRARY mpfr REQUIRED)
 
 add_library(flipfree_dependencies INTERFACE)
-target_include_directories(flipfree_dependencies SYSTEM INTERFACE
-  ${OPENMESH_INCLUDE} ${CGAL_INCLUDE} ${BOOST_INCLUDE})
+target_include_directories(flipfree_dependencies SYSTEM INTERFACE ${CGAL_INCLUDE} ${BOOST_INCLUDE})
 target_link_libraries(flipfree_dependencies INTERFACE
-  Eigen3::Eigen Threads::Threads ${OPENMESH_CORE} ${OPENBLAS_LIBRARY}
-  ${MPFR_LIBRARY} ${GMP_LIBRARY})
+  Eigen3::Eigen Threads::Threads ${OPENBLAS_LIBRARY} ${MPFR_LIBRARY} ${GMP_LIBRARY})
 target_compile_definitions(flipfree_dependencies INTERFACE CGAL_HEADER_ONLY=1
   CGAL_DISABLE_ROUNDING_MATH_CHECK=1)
