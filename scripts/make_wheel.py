@@ -35,8 +35,6 @@ GLIBC = re.compile(
 # Runtime libraries of the compilers: versioned and compatible upwards, so they may meet newer ones
 # of Blender's.
 COMPILER_RUNTIME = re.compile(r"lib(stdc\+\+|gcc_s|gfortran|quadmath|gomp|atomic)\.so")
-# C++ names of OpenMesh are its own; renaming mangled names would hide its type information.
-KEEPS_SYMBOLS = re.compile(COMPILER_RUNTIME.pattern + r"|libOpenMesh")
 REPLACED_BY_OPENBLAS = re.compile(r"lib(blas|lapack|cblas|lapacke)\.so\.3")
 
 
@@ -140,7 +138,7 @@ def bundle(module: Path, folder: Path) -> list[Path]:
 
     renames = set()
     for name, copy in copies.items():
-        if not KEEPS_SYMBOLS.match(name):
+        if not COMPILER_RUNTIME.match(name):
             renames |= dynamic_symbols(copy)[0]
     # _init and _fini are found by the loader through the dynamic section, never by name.
     renames -= {"_init", "_fini", "_edata", "_end", "__bss_start"}
