@@ -13,4 +13,9 @@ inline constexpr double kConeAngleTolerance = 1e-6;
 // triangle (G7).
 inline constexpr double kProvenanceTolerance = 1e-9;
 
+// Radians. A conformal map whose rounding to 32 bits had to be repaired on the float grid is
+// accepted only if its stored cone angles differ by less: triangles of a few grid steps bend, and a
+// quarter turn must remain recognisable.
+inline constexpr double kStoredAngleTolerance = 0.3;
+
 }  // namespace flipfree

@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "flipfree/base/tolerances.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/conformal/layout.h"
 #include "flipfree/conformal/map_cut.h"
@@ -26,10 +27,6 @@ using conformal::ConformalMetric;
 using conformal::Scalars;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-// Radians. Values that are moved on the 32-bit grid to keep every triangle positive may bend the
-// cones in triangles of a few grid steps; a cone of quarter turns must remain recognisable.
-constexpr double kStoredAngle = 0.3;
 
 long double widen(double x) { return x; }
 template <int Limbs>
@@ -457,7 +454,7 @@ ConformalMapResult map_from_metric(const Surface& surface, const std::vector<dou
   map.vertex_barycentric = std::move(refined.vertex_barycentric);
   if (!rounded.too_small.empty() && options.refinement != Refinement::kNever &&
       refined.invalid.empty() && repair_rounding(map, map.uv32, map.stats, context) &&
-      stored_angle_error(map, request.cone_angles) < kStoredAngle) {
+      stored_angle_error(map, request.cone_angles) < kStoredAngleTolerance) {
     rounded.too_small.clear();
   }
   lap("seconds_round");
