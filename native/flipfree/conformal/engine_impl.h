@@ -277,7 +277,6 @@ class ScalarEngine final : public MetricEngine {
   double star_angle(VertexId v, double& slope) const {
     double sum = 0.0;
     slope = 0.0;
-    const double share = !mesh_.symmetric() ? 1.0 : 0.5;
     const auto corner = [&](HalfedgeId out) {
       HalfedgeId h[3];
       double x[3];
@@ -285,17 +284,18 @@ class ScalarEngine final : public MetricEngine {
       // out = h[k]; its corner is opposite h[k + 1]; the angles that act on it are opposite h[k]
       // and h[k + 2].
       const int k = h[0] == out ? 0 : h[1] == out ? 1 : 2;
-      sum += 2.0 * std::atan2(radius, x[(k + 1) % 3]) * share;
-      for (const int i : {k, (k + 2) % 3}) {
-        const double t = radius / x[i];
-        slope += 0.25 * share * (1.0 / t - t);
-      }
+      sum += std::atan(radius / x[(k + 1) % 3]);
+      const double s = x[k] + x[(k + 2) % 3];
+      // Both 1 / t - t with t = radius / x, since radius^2 = x[0] x[1] x[2].
+      slope += s / radius - radius * (s / (x[k] * x[(k + 2) % 3]));
     };
     around(v, corner);
     if (mesh_.symmetric()) {
       if (mirror_[at(v)] != kInvalid) around(mirror_[at(v)], corner);
     }
-    return sum;
+    const double share = !mesh_.symmetric() ? 1.0 : 0.5;
+    slope *= 0.25 * share;
+    return 2.0 * share * sum;
   }
 
   bool scale_star(VertexId v, double growth, ExecutionContext& context) {

@@ -16,6 +16,9 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr int kLargestBits = 4096;
+// Flips per edge from which on a direct way is worth its search: an overlay replays a flip in some
+// 50 ns, while the search costs about a microsecond per edge.
+constexpr std::size_t kLongWay = 4;
 
 std::string text(double value) {
   char buffer[40];
@@ -164,23 +167,32 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
   int evaluations = 0;
   int rungs = 0;
   int relaxed = 0;
+  double seconds_flips = 0.0;
+  double seconds_angles = 0.0;
+  double seconds_relax = 0.0;
+  double seconds_start = 0.0;
   bool replayed = false;
   for (;;) {
     ++rungs;
     newton.max_iterations = options.max_iterations - result.iterations;
     newton.max_seconds =
         options.max_seconds > 0.0 ? std::max(1e-3, options.max_seconds - watch.seconds()) : 0.0;
+    const Stopwatch starting;
     const std::unique_ptr<MetricEngine> engine = make_engine(input, bits, context);
     bool reached = true;
     if (rungs > 1) {
       reached = go_to(*engine, u, context);
     }
+    seconds_start += starting.seconds();
     NewtonRun run;
     if (reached) {
       run = run_newton(*engine, system, newton, u, context);
       result.iterations += run.iterations;
       evaluations += run.evaluations;
       relaxed += run.relaxed_iterations;
+      seconds_flips += run.seconds_flips;
+      seconds_angles += run.seconds_angles;
+      seconds_relax += run.seconds_relax;
       const bool repeated = rungs > 1 && !run.error_history.empty();
       result.error_history.insert(result.error_history.end(),
                                   run.error_history.begin() + (repeated ? 1 : 0),
@@ -193,13 +205,13 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
     exact_tests += engine->exact_tests();
     if (run.end == NewtonEnd::kPrecision && rungs == 1)
       result.stats["climbed_because"] = std::string(run.reason);
-    // A long way there and back is replaced by the direct one: the same scale factors from the
-    // start again, which the uniqueness of the Delaunay triangulation allows, then Newton to remove
-    // what rounding left.
+    // A long way there and back is replaced by the direct one, for the sake of what replays the
+    // flips: the same scale factors from the start again, which the uniqueness of the Delaunay
+    // triangulation allows, then Newton to remove what rounding left.
     const bool enough_bits = options.bits == 0 || bits == options.bits;
     const std::size_t direct = engine->flips().size() - engine->euclidean_flips();
     if (enough_bits && run.end == NewtonEnd::kConverged && !replayed &&
-        direct > engine->mesh().edge_count() / 2) {
+        direct > kLongWay * engine->mesh().edge_count()) {
       replayed = true;
       continue;
     }
@@ -226,6 +238,12 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
     bits = options.bits != 0 ? options.bits : bits == 53 ? 128 : std::min(2 * bits, kLargestBits);
   }
   result.stats["seconds"] = watch.seconds();
+  result.stats["seconds_start"] = seconds_start;
+  result.stats["seconds_flips"] = seconds_flips;
+  result.stats["seconds_angles"] = seconds_angles;
+  result.stats["seconds_relax"] = seconds_relax;
+  result.stats["seconds_symbolic"] = system.seconds_symbolic();
+  result.stats["seconds_direction"] = system.seconds_numeric();
   result.stats["precision_rungs"] = static_cast<std::int64_t>(rungs);
   result.stats["evaluations"] = static_cast<std::int64_t>(evaluations);
   result.stats["factorizations"] = static_cast<std::int64_t>(system.factorizations());

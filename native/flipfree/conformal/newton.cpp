@@ -36,35 +36,44 @@ double norm(const std::vector<double>& a) {
 // The engine on the ray u + step d.
 class Ray {
  public:
-  Ray(MetricEngine& engine, const std::vector<double>& direction, double accuracy, double tolerance)
-      : engine_(engine), direction_(direction), accuracy_(accuracy), tolerance_(tolerance) {
+  Ray(MetricEngine& engine, const std::vector<double>& direction, double accuracy, double tolerance,
+      NewtonRun& run)
+      : engine_(engine),
+        direction_(direction),
+        accuracy_(accuracy),
+        tolerance_(tolerance),
+        run_(run) {
     growth_.resize(direction.size());
   }
 
   // Moves to `step` and evaluates there. False if the engine could not follow; it is then somewhere
   // on the ray still.
   bool move(double step, Gradient& gradient, ExecutionContext& context) {
+    const Stopwatch watch;
     const double change = 0.5 * (step - step_);
     for (std::size_t v = 0; v < growth_.size(); ++v)
       growth_[v] = std::expm1(change * direction_[v]);
     engine_.scale(growth_);
     step_ = step;
-    ++evaluations_;
-    if (!engine_.restore_delaunay(context)) return false;
+    ++run_.evaluations;
+    const bool followed = engine_.restore_delaunay(context);
+    run_.seconds_flips += watch.seconds();
+    if (!followed) return false;
     evaluate(gradient);
     return std::isfinite(gradient.max_error);
   }
 
   void evaluate(Gradient& gradient) {
+    const Stopwatch watch;
     engine_.evaluate(accuracy_, gradient);
     // Close to the end sums of thousands of angles at one vertex need more than double.
     if (engine_.bits() > 53 && gradient.max_error < std::max(1e-9, 1e2 * tolerance_)) {
       engine_.evaluate(std::min(tolerance_, 1e-15), gradient);
     }
+    run_.seconds_angles += watch.seconds();
   }
 
   double step() const { return step_; }
-  int evaluations() const { return evaluations_; }
 
  private:
   MetricEngine& engine_;
@@ -72,7 +81,7 @@ class Ray {
   double accuracy_;
   double tolerance_;
   double step_ = 0.0;
-  int evaluations_ = 0;
+  NewtonRun& run_;
   std::vector<double> growth_;
 };
 
@@ -145,7 +154,7 @@ NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOpt
   Gradient trial;
   std::vector<double> direction(u.size(), 0.0);
   const double accuracy = 1e-13;
-  Ray(engine, direction, accuracy, options.tolerance).evaluate(gradient);
+  Ray(engine, direction, accuracy, options.tolerance, run).evaluate(gradient);
   run.error_history.push_back(gradient.max_error);
   std::vector<double> last_good =
       u;              // where the gradient was finite: what another engine starts from
@@ -186,9 +195,8 @@ NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOpt
     double range = 0.0;
     for (const double x : direction) range = std::max(range, 2.0 * std::abs(x));
     const double first_step = range > options.max_step_range ? options.max_step_range / range : 1.0;
-    Ray ray(engine, direction, accuracy, options.tolerance);
+    Ray ray(engine, direction, accuracy, options.tolerance, run);
     const bool found = line_search(ray, first_step, !hard, direction, gradient, trial, context);
-    run.evaluations += ray.evaluations();
     for (std::size_t v = 0; v < u.size(); ++v) u[v] += ray.step() * direction[v];
     if (!found) {
       u = last_good;
@@ -201,7 +209,10 @@ NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOpt
       hard = true;
       ++run.relaxed_iterations;
       last_good = u;
-      if (!relax(engine, ray, gradient, u, context)) {
+      const Stopwatch relaxing;
+      const bool relaxed = relax(engine, ray, gradient, u, context);
+      run.seconds_relax += relaxing.seconds();
+      if (!relaxed) {
         u = last_good;
         run.reason = "relaxation left the range of numbers";
         return run;

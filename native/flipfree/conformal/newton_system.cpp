@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "flipfree/base/stats.h"
+
 namespace flipfree::conformal {
 namespace {
 
@@ -99,6 +101,7 @@ bool NewtonSystem::factorize(ExecutionContext& context) {
                     std::equal(analysed_outer_.begin(), analysed_outer_.end(), outer) &&
                     std::equal(analysed_inner_.begin(), analysed_inner_.end(), inner);
   if (!same) {
+    const Stopwatch watch;
     // A new order costs as much as some thousand flops per unknown: it must save more than that.
     const double order_cost = 4000.0 * static_cast<double>(matrix_.cols());
     if (cholesky_.analyzed()) cholesky_.analyze_again(matrix_, context);
@@ -110,6 +113,7 @@ bool NewtonSystem::factorize(ExecutionContext& context) {
     analysed_outer_.assign(outer, outer + outer_count);
     analysed_inner_.assign(inner, inner + inner_count);
     ++analyses_;
+    seconds_symbolic_ += watch.seconds();
   }
   ++factorizations_;
   return cholesky_.factorize(matrix_, context);
@@ -117,6 +121,15 @@ bool NewtonSystem::factorize(ExecutionContext& context) {
 
 bool NewtonSystem::solve(const IntrinsicMesh& mesh, const Gradient& gradient,
                          std::vector<double>& d, ExecutionContext& context) {
+  const Stopwatch watch;
+  const double symbolic_before = seconds_symbolic_;
+  const bool solved = find_direction(mesh, gradient, d, context);
+  seconds_numeric_ += watch.seconds() - (seconds_symbolic_ - symbolic_before);
+  return solved;
+}
+
+bool NewtonSystem::find_direction(const IntrinsicMesh& mesh, const Gradient& gradient,
+                                  std::vector<double>& d, ExecutionContext& context) {
   // A gradient sums to zero; what rounding adds would all land on the fixed unknown.
   std::vector<double> g = gradient.value;
   const std::size_t n = g.size();

@@ -25,8 +25,13 @@ class NewtonSystem {
   int accurate_factorizations() const { return accurate_factorizations_; }
   int orderings() const { return orderings_; }
   int factorizations() const { return factorizations_; }
+  // Wall-clock seconds so far: symbolic (orderings and analyses), and everything else.
+  double seconds_symbolic() const { return seconds_symbolic_; }
+  double seconds_numeric() const { return seconds_numeric_; }
 
  private:
+  bool find_direction(const IntrinsicMesh& mesh, const Gradient& gradient,
+                      std::vector<double>& direction, ExecutionContext& context);
   bool factorize(ExecutionContext& context);
   void assemble(const IntrinsicMesh& mesh, const Gradient& gradient);
   double residual(const std::vector<double>& g, const std::vector<double>& d,
@@ -46,6 +51,8 @@ class NewtonSystem {
   int orderings_ = 0;
   int analyses_ = 0;
   int factorizations_ = 0;
+  double seconds_symbolic_ = 0.0;
+  double seconds_numeric_ = 0.0;
 };
 
 }  // namespace flipfree::conformal

@@ -77,6 +77,7 @@ Graph graph_of(const SparseMatrix& matrix, Index block) {
 struct SparseCholesky::State {
   std::optional<Multifrontal> numeric;
   std::vector<Index> order;  // of the graph's vertices: unknowns, or pairs of them
+  DissectionTree tree;       // of the same vertices
   Index unknowns = 0;
   bool factorized = false;
 };
@@ -107,7 +108,8 @@ void SparseCholesky::analyze(const SparseMatrix& matrix, ExecutionContext& conte
       place[2 * size(v) + 1] = (*places)(stride * v, 1);
     }
   }
-  state_->order = nested_dissection(graph, place.empty() ? nullptr : place.data(), context);
+  state_->order =
+      nested_dissection(graph, place.empty() ? nullptr : place.data(), context, &state_->tree);
   Supernodes supernodes = analyze_supernodes(graph, state_->order, context);
   state_->numeric.emplace(std::move(supernodes), block, state_->unknowns, matrix.outerIndexPtr(),
                           matrix.innerIndexPtr(), context);
@@ -123,6 +125,7 @@ void SparseCholesky::analyze_again(const SparseMatrix& matrix, ExecutionContext&
   state_->numeric.reset();
   state_->factorized = false;
   const Graph graph = graph_of(matrix, block);
+  state_->order = repair_dissection(graph, state_->order, state_->tree, context);
   Supernodes supernodes = analyze_supernodes(graph, state_->order, context);
   state_->numeric.emplace(std::move(supernodes), block, state_->unknowns, matrix.outerIndexPtr(),
                           matrix.innerIndexPtr(), context);

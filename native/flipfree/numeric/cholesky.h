@@ -31,8 +31,9 @@ class SparseCholesky {
   // and has no influence on correctness.
   void analyze(const SparseMatrix& matrix, ExecutionContext& context,
                const Points2* places = nullptr);
-  // The same for another pattern of the same size, in the elimination order of the last analyze():
-  // for patterns that changed in a few places, where a new order would cost more than it saves.
+  // The same for another pattern of the same size, in the elimination order of the last analysis,
+  // repaired where it separates no more (dissection_tree.h): for patterns that changed in a few
+  // places, where a new order would cost more than it saves.
   void analyze_again(const SparseMatrix& matrix, ExecutionContext& context);
   bool analyzed() const;
 

@@ -2,17 +2,17 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstdint>
 #include <numeric>
 #include <queue>
 
 #include "flipfree/base/parallel.h"
+#include "flipfree/numeric/minimum_degree.h"
 
 namespace flipfree {
 namespace {
 
-constexpr Index kLeaf = 64;    // parts up to this size are ordered by minimum degree on 64-bit sets
+constexpr Index kLeaf = kMinimumDegreeLimit;
 constexpr int kPlaceKeys = 4;  // x, y, x + y, x - y (as ranks)
 constexpr int kDistanceKeys =
     2;  // distance from one end, difference of the distances from both ends
@@ -35,6 +35,7 @@ struct Part {
   std::vector<std::array<Index, 2>>
       rank;         // ranks of the coordinates in the whole graph; may be empty
   Index begin = 0;  // first elimination position
+  TreeNode node;
 
   Index count() const { return static_cast<Index>(vertices.size()); }
 };
@@ -331,37 +332,12 @@ std::vector<char> split(const Part& part, const ExecutionContext& context) {
   return side;
 }
 
-// Local elimination order of a small graph by minimum degree; outside neighbours, which
-// are eliminated later, count as far as the input names them.
-std::vector<Index> minimum_degree(const Part& part) {
-  const Index count = part.count();
-  std::vector<std::uint64_t> near(size(count), 0);
-  for (Index v = 0; v < count; ++v) {
+std::vector<Index> leaf_order(const Part& part) {
+  std::vector<std::uint64_t> near(size(part.count()), 0);
+  for (Index v = 0; v < part.count(); ++v) {
     for_neighbours(part, v, [&](Index u) { near[size(v)] |= std::uint64_t{1} << u; });
   }
-  std::vector<Index> order;
-  std::uint64_t left = count == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
-  while (left != 0) {
-    Index best = kInvalid;
-    Index best_degree = 0;
-    for (std::uint64_t set = left; set != 0; set &= set - 1) {
-      const Index v = std::countr_zero(set);
-      const Index degree = std::popcount(near[size(v)]) + part.outside[size(v)];
-      if (best == kInvalid || degree < best_degree) {
-        best = v;
-        best_degree = degree;
-      }
-    }
-    order.push_back(best);
-    left &= ~(std::uint64_t{1} << best);
-    const std::uint64_t clique = near[size(best)];
-    for (std::uint64_t set = clique; set != 0; set &= set - 1) {
-      const Index u = std::countr_zero(set);
-      near[size(u)] |= clique;
-      near[size(u)] &= ~((std::uint64_t{1} << u) | (std::uint64_t{1} << best));
-    }
-  }
-  return order;
+  return minimum_degree(near, part.outside);
 }
 
 // The vertices of one side as a part of their own.
@@ -392,11 +368,12 @@ Part extract(const Part& part, const std::vector<char>& side, char which,
 }
 
 // Orders a leaf, or orders the separator of a part and leaves its two sides in `children`.
-void dissect(Part& part, std::vector<Index>& order, std::vector<Part>& children,
-             const ExecutionContext& context) {
+void dissect(Part& part, std::vector<Index>& order, DissectionTree& tree,
+             std::vector<Part>& children, const ExecutionContext& context) {
   if (part.count() <= kLeaf) {
     Index at = part.begin;
-    for (const Index v : minimum_degree(part)) order[size(at++)] = part.vertices[size(v)];
+    for (const Index v : leaf_order(part)) order[size(at++)] = part.vertices[size(v)];
+    for (const Index v : part.vertices) tree[size(v)] = part.node;
     return;
   }
   const std::vector<char> side = split(part, context);
@@ -407,7 +384,9 @@ void dissect(Part& part, std::vector<Index>& order, std::vector<Part>& children,
     local[size(v)] = count[static_cast<std::size_t>(side[size(v)])]++;
   Index at = part.begin + count[kLeft] + count[kRight];
   for (Index v = 0; v < part.count(); ++v) {
-    if (side[size(v)] == kSeparator) order[size(at++)] = part.vertices[size(v)];
+    if (side[size(v)] != kSeparator) continue;
+    order[size(at++)] = part.vertices[size(v)];
+    tree[size(part.vertices[size(v)])] = part.node;
   }
   Index begin = part.begin;
   for (const char which : {kLeft, kRight}) {
@@ -415,6 +394,9 @@ void dissect(Part& part, std::vector<Index>& order, std::vector<Part>& children,
     if (n == 0) continue;
     children.push_back(extract(part, side, which, local, n));
     children.back().begin = begin;
+    // Beyond the deepest node that can be named the whole subtree counts as one.
+    children.back().node =
+        part.node.depth() < TreeNode::kDeepest ? part.node.child(which) : part.node;
     begin += n;
     context.check();
   }
@@ -439,8 +421,11 @@ std::vector<std::array<Index, 2>> ranks(Index count, const double* places,
 }  // namespace
 
 std::vector<Index> nested_dissection(const Graph& graph, const double* places,
-                                     const ExecutionContext& context) {
+                                     const ExecutionContext& context, DissectionTree* tree) {
   std::vector<Index> order(size(graph.count()));
+  DissectionTree own;
+  DissectionTree& nodes = tree != nullptr ? *tree : own;
+  nodes.assign(size(graph.count()), TreeNode());
   if (graph.count() == 0) return order;
   std::vector<Part> parts(1);
   Part& root = parts.front();
@@ -461,7 +446,7 @@ std::vector<Index> nested_dissection(const Graph& graph, const double* places,
       while (!stack.empty()) {
         Part part = std::move(stack.back());
         stack.pop_back();
-        dissect(part, order, part.count() > kSubtree ? children[p] : stack, context);
+        dissect(part, order, nodes, part.count() > kSubtree ? children[p] : stack, context);
       }
     });
     parts.clear();

@@ -13,6 +13,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/types.h"
+#include "flipfree/numeric/dissection_tree.h"
 
 namespace flipfree {
 
@@ -24,9 +25,10 @@ struct Graph {
 };
 
 // Elimination position -> vertex. places: null, or x and y per vertex; any finite values are
-// correct, a good drawing is faster. Cost: O(n log n). Checks for cancel. The same order for any
-// number of threads.
+// correct, a good drawing is faster. tree: null, or receives the node of every vertex. Cost:
+// O(n log n). Checks for cancel. The same order for any number of threads.
 std::vector<Index> nested_dissection(const Graph& graph, const double* places,
-                                     const ExecutionContext& context);
+                                     const ExecutionContext& context,
+                                     DissectionTree* tree = nullptr);
 
 }  // namespace flipfree
