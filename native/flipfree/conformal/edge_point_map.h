@@ -18,9 +18,9 @@ struct EdgePoint {
 };
 
 struct EdgePointMap {
-  Points2 corner_uv;  // 3 #F x 2
-  std::vector<double>
-      corner_angle;  // 3 #F: developed angle between the first pieces of its sides, may pass 2 pi
+  Points2 corner_uv;                 // 3 #F x 2
+  std::vector<double> corner_angle;  // 3 #F: developed angle between the first pieces of its sides,
+                                     // may pass 2 pi; of faces with points on their sides
   std::vector<HalfedgeId> edge_halfedge;  // #E: one half-edge (corner) of each edge
   std::vector<Index> edge_of;             // 3 #F: edge of every half-edge
   std::vector<std::int64_t> begin;        // #E + 1: points of edge e in order along its half-edge

@@ -20,6 +20,9 @@ long double widen(const BigFloat<Limbs>& x) {
   return mpfr_get_ld(x.raw(), MPFR_RNDN);
 }
 
+// Squares stay in the range of 80-bit numbers, so no scaling is needed.
+long double length_of(long double x, long double y) { return std::sqrt(x * x + y * y); }
+
 // A half-edge of T in the plane: place of its source, unit direction.
 template <typename Real>
 struct Frame {
@@ -191,7 +194,8 @@ class Developer {
     // tan^2(angle / 2) = p / q; cos = (q - p) / (q + p), sin = 2 sqrt(p q) / (p + q).
     const Real sum = p + q;
     if (!(sum > zero)) return {};
-    return {(q - p) / sum, two * sqrt(p) * sqrt(q) / sum};
+    const Real inverse = Real(1.0) / sum;
+    return {(q - p) * inverse, two * sqrt(p * q) * inverse};  // p q stays in range: not a double
   }
 
   const LayoutInput& input_;
@@ -239,7 +243,7 @@ Layout develop(const LayoutInput& input, std::vector<Real> lengths,
   const auto settle = [&](CornerId c, const Place& p) {
     if (placed[at(c)]) {
       const Place& q = layout.corner[at(c)];
-      gap = std::max(gap, std::hypot(q.x - p.x, q.y - p.y));
+      gap = std::max(gap, length_of(q.x - p.x, q.y - p.y));
       return;
     }
     const auto set = [&](CornerId d) { layout.corner[at(d)] = p, placed[at(d)] = 1; };
@@ -288,7 +292,7 @@ Layout develop(const LayoutInput& input, std::vector<Real> lengths,
     const F& source = backwards ? to : from;
     const F& target = backwards ? from : to;
     const Place p = developer.place(source), q = developer.place(target);
-    const long double size = std::hypot(p.x - q.x, p.y - q.y);
+    const long double size = length_of(p.x - q.x, p.y - q.y);
     largest = std::max(largest, size);
     if (!cut) {
       const CornerId mate = corner_of[at(FlipMesh::opposite_of(g))];
@@ -365,8 +369,14 @@ Layout develop(const LayoutInput& input, std::vector<Real> lengths,
       if (!known(p)) settle(p, developer.place(develop_edge(p, left, true)));
     }
   }
-  layout.corner_angle.resize(at(corner_count));
+  layout.corner_angle.assign(at(corner_count), 0.0);
+  std::vector<char> has_crossings(at(face_count), 0);
   for (CornerId c = 0; c < corner_count; ++c) {
+    const auto curve = static_cast<std::size_t>((*input.curve_of_edge)[at(halfedges[at(c)] >> 1)]);
+    if (input.trace->begin[curve + 1] > input.trace->begin[curve]) has_crossings[at(c / 3)] = 1;
+  }
+  for (CornerId c = 0; c < corner_count; ++c) {
+    if (!has_crossings[at(c / 3)]) continue;
     layout.corner_angle[at(c)] = developer.angle_between(
         halfedges[at(c)], FlipMesh::opposite_of(halfedges[at(previous_corner(c))]));
   }

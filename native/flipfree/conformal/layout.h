@@ -38,9 +38,9 @@ struct LayoutInput {
 };
 
 struct Layout {
-  std::vector<Place> corner;  // 3 #F
-  std::vector<double>
-      corner_angle;  // 3 #F: angle between the first pieces of a corner's two sides; may pass 2 pi
+  std::vector<Place> corner;         // 3 #F
+  std::vector<double> corner_angle;  // 3 #F: angle between the first pieces of a corner's two
+                                     // sides, may pass 2 pi; 0 in faces without crossings
   std::vector<std::array<Place, 2>>
       crossing;  // per crossing: left and right of its curve; equal away from cuts
   std::vector<Index> chart_of_face;  // #F
