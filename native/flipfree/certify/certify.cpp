@@ -59,8 +59,8 @@ struct Certifier {
   }
 
   void check_winding() {
-    std::vector<VertexId> bad = winding_failures(surface.faces, adjacency, cuts, uv);
-    const std::vector<VertexId> bad32 = winding_failures(surface.faces, adjacency, cuts, stored);
+    std::vector<VertexId> bad = winding_failures(adjacency, cuts, uv);
+    const std::vector<VertexId> bad32 = winding_failures(adjacency, cuts, stored);
     bad.insert(bad.end(), bad32.begin(), bad32.end());
     std::sort(bad.begin(), bad.end());
     bad.erase(std::unique(bad.begin(), bad.end()), bad.end());
@@ -96,8 +96,8 @@ struct Certifier {
   }
 
   void check_seams() {
-    std::vector<HalfedgeId> bad = seam_failures(surface.faces, adjacency, cuts, uv);
-    const std::vector<HalfedgeId> bad32 = seam_failures(surface.faces, adjacency, cuts, stored);
+    std::vector<HalfedgeId> bad = seam_failures(adjacency, cuts, uv);
+    const std::vector<HalfedgeId> bad32 = seam_failures(adjacency, cuts, stored);
     bad.insert(bad.end(), bad32.begin(), bad32.end());
     std::sort(bad.begin(), bad.end());
     bad.erase(std::unique(bad.begin(), bad.end()), bad.end());
@@ -216,7 +216,7 @@ Certificate certify(const CertifyRequest& request, const ExecutionContext& conte
   context.check();
   certifier.stored = certifier.uv32.cast<double>();
   certifier.adjacency = build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
-  certifier.cuts = uv_cuts(surface.faces, certifier.adjacency, certifier.uv);
+  certifier.cuts = uv_cuts(certifier.adjacency, certifier.uv);
   context.check();
   const bool flip_free = certifier.certificate.flips64 == 0 && certifier.certificate.flips32 == 0;
   if (flip_free) {

@@ -21,9 +21,8 @@ Difference difference(double a, double b) {
 
 }  // namespace
 
-std::vector<HalfedgeId> seam_failures(const Triangles& faces, const Adjacency& adjacency,
-                                      const EdgeFlags& cuts, const Points2& corner_uv) {
-  (void)faces;
+std::vector<HalfedgeId> seam_failures(const Adjacency& adjacency, const EdgeFlags& cuts,
+                                      const Points2& corner_uv) {
   std::vector<HalfedgeId> failures;
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cuts.size()); ++h) {
     const HalfedgeId o = adjacency.opposite[static_cast<std::size_t>(h)];

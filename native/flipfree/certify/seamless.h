@@ -11,7 +11,7 @@ namespace flipfree {
 // Half-edges of cut edges (the lower of the two) whose UV vector is no exact quarter turn of the
 // one on the other side. Differences are compared without rounding, so equality means equality of
 // real numbers.
-std::vector<HalfedgeId> seam_failures(const Triangles& faces, const Adjacency& adjacency,
-                                      const EdgeFlags& cuts, const Points2& corner_uv);
+std::vector<HalfedgeId> seam_failures(const Adjacency& adjacency, const EdgeFlags& cuts,
+                                      const Points2& corner_uv);
 
 }  // namespace flipfree

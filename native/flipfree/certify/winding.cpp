@@ -11,11 +11,10 @@ bool upper(const Points2& uv, CornerId o, CornerId p) {
 
 }  // namespace
 
-std::vector<VertexId> winding_failures(const Triangles& faces, const Adjacency& adjacency,
-                                       const EdgeFlags& cuts, const Points2& corner_uv) {
+std::vector<VertexId> winding_failures(const Adjacency& adjacency, const EdgeFlags& cuts,
+                                       const Points2& corner_uv) {
   std::vector<VertexId> failures;
   const auto vertex_count = static_cast<VertexId>(adjacency.vertex_halfedge.size());
-  (void)faces;
   for (VertexId v = 0; v < vertex_count; ++v) {
     const HalfedgeId start = adjacency.vertex_halfedge[static_cast<std::size_t>(v)];
     if (start == kInvalid || adjacency.opposite[static_cast<std::size_t>(start)] == kInvalid)

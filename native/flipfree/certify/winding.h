@@ -11,7 +11,7 @@ namespace flipfree {
 // Interior vertices without a cut edge around which the corners do not wind exactly once.
 // Precondition: no flipped face, so that each corner turns by less than half a turn. Ascending.
 // Cost: O(#F).
-std::vector<VertexId> winding_failures(const Triangles& faces, const Adjacency& adjacency,
-                                       const EdgeFlags& cuts, const Points2& corner_uv);
+std::vector<VertexId> winding_failures(const Adjacency& adjacency, const EdgeFlags& cuts,
+                                       const Points2& corner_uv);
 
 }  // namespace flipfree

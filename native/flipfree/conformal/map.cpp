@@ -303,8 +303,7 @@ bool repair_rounding(const Parametrization& map, Points2f& uv32, Stats& stats,
                      ExecutionContext& context) {
   const Adjacency adjacency =
       build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
-  const CutMesh cut =
-      cut_along(map.surface.faces, adjacency, uv_cuts(map.surface.faces, adjacency, map.uv));
+  const CutMesh cut = cut_along(map.surface.faces, adjacency, uv_cuts(adjacency, map.uv));
   Points2 uv(static_cast<Eigen::Index>(cut.vertex_origin.size()), 2);
   for (Index c = 0; c < static_cast<Index>(map.uv.rows()); ++c) {
     uv.row(cut.faces(c / 3, c % 3)) = map.uv.row(c);

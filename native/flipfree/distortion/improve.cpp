@@ -233,7 +233,7 @@ Parametrization improve(const Surface& surface, const Points2& corner_uv,
   check_map(surface, corner_uv, context);
   const Adjacency adjacency =
       build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
-  const EdgeFlags cuts = uv_cuts(surface.faces, adjacency, corner_uv);
+  const EdgeFlags cuts = uv_cuts(adjacency, corner_uv);
   const CutMesh cut = cut_along(surface.faces, adjacency, cuts);
   const std::vector<Chart> charts = split_into_charts(surface.vertices, cut);
   std::vector<ChartMap> maps(charts.size());

@@ -57,8 +57,7 @@ IndexPairs flagged_edges(const Triangles& faces, const Adjacency& adjacency,
   return Eigen::Map<const IndexPairs>(pairs.data(), static_cast<Eigen::Index>(pairs.size() / 2), 2);
 }
 
-EdgeFlags uv_cuts(const Triangles& faces, const Adjacency& adjacency, const Points2& corner_uv) {
-  (void)faces;
+EdgeFlags uv_cuts(const Adjacency& adjacency, const Points2& corner_uv) {
   EdgeFlags flags(adjacency.opposite.size(), 0);
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(flags.size()); ++h) {
     const HalfedgeId o = adjacency.opposite[static_cast<std::size_t>(h)];

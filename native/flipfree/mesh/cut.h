@@ -24,7 +24,7 @@ IndexPairs flagged_edges(const Triangles& faces, const Adjacency& adjacency,
                          const EdgeFlags& flags);
 
 // Edges across which the corner UVs (3 #F x 2) differ in at least one end point.
-EdgeFlags uv_cuts(const Triangles& faces, const Adjacency& adjacency, const Points2& corner_uv);
+EdgeFlags uv_cuts(const Adjacency& adjacency, const Points2& corner_uv);
 
 // The surface with corners separated: every fan of faces between two cut (or boundary) edges around
 // a vertex gets a vertex of its own. Vertices are numbered by their first corner.

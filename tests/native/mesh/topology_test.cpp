@@ -123,7 +123,7 @@ TEST(UvCuts, welding_back_finds_exactly_the_cut) {
   // One distinct value per cut vertex: the cut can be read off the corners.
   Points2 uv(3 * surface.faces.rows(), 2);
   for (CornerId c = 0; c < uv.rows(); ++c) uv.row(c) << cut.faces(c / 3, c % 3), 0.5;
-  EXPECT_EQ(uv_cuts(surface.faces, adjacency, uv), flags);
+  EXPECT_EQ(uv_cuts(adjacency, uv), flags);
 }
 
 void expect_planar_after_cut(const Surface& surface) {
