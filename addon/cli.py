@@ -73,6 +73,9 @@ def _parser() -> argparse.ArgumentParser:
     unwrap.add_argument(
         "--allow-overlaps", action="store_true", help="islands may overlap themselves"
     )
+    unwrap.add_argument(
+        "--short-cuts", action="store_true", help="do not cut closed parts along legs and fingers"
+    )
     unwrap.add_argument("--ignore-pins", action="store_true")
     unwrap.add_argument("--mark-seams", action="store_true", help="mark automatic cuts as seams")
     check = commands.add_parser("check", help="certificate of every UV map of a file")
@@ -112,6 +115,7 @@ def _run(options) -> int:
         lambda snapshot: unwrap.UnwrapTask(
             snapshot,
             bijective=not options.allow_overlaps,
+            cut_extremities=not options.short_cuts,
             use_pins=not options.ignore_pins,
             mark_seams=options.mark_seams,
             pack=options.pack,

@@ -35,7 +35,7 @@ def certify(snapshot, uv, *, pins=None, bijective=False):
     )
 
 
-def unwrap(snapshot, *, pins, bijective, margin, keep_places):
+def unwrap(snapshot, *, pins, bijective, cut_extremities, margin, keep_places):
     """Starts the unwrap of a snapshot. keep_places: islands that have a place keep it; others are packed."""
     old = None
     if keep_places and snapshot.layer_name:
@@ -47,6 +47,7 @@ def unwrap(snapshot, *, pins, bijective, margin, keep_places):
         uncuttable=snapshot.diagonals,
         pins=pins or None,
         bijective=bijective,
+        cut_extremities=cut_extremities,
         margin=margin,
         place_like=old,
         threads=THREADS,

@@ -45,11 +45,12 @@ class MapTask(modal.Task):
 
 class UnwrapTask(MapTask):
     def __init__(
-        self, snapshot, *, bijective=True, use_pins=True, mark_seams=False, pack=False, margin=0.005
+        self, snapshot, *, bijective=True, cut_extremities=True, use_pins=True, mark_seams=False, pack=False, margin=0.005
     ):
         super().__init__(snapshot)
         self.use_pins = use_pins
         self.bijective = bijective
+        self.cut_extremities = cut_extremities
         self.pack = pack
         self.margin = margin
         self.mark_seams = mark_seams
@@ -59,6 +60,7 @@ class UnwrapTask(MapTask):
             self.snapshot,
             pins=common.pins_of(self.snapshot) if self.use_pins else {},
             bijective=self.bijective,
+            cut_extremities=self.cut_extremities,
             margin=self.margin,
             keep_places=not self.pack,
         )
@@ -72,7 +74,7 @@ class UnwrapTask(MapTask):
         return self.automatic_cuts() if self.mark_seams else None
 
 
-OPTIONS = ("bijective", "use_pins", "mark_seams", "pack", "margin")
+OPTIONS = ("bijective", "cut_extremities", "use_pins", "mark_seams", "pack", "margin")
 
 
 def summary(tasks: list[UnwrapTask]) -> str:
@@ -100,6 +102,14 @@ class UV_OT_flipfree_unwrap(modal.SolverOperator, bpy.types.Operator):
     use_pins: bpy.props.BoolProperty(
         name="Keep Pins",
         description="Pinned UVs keep their place exactly",
+        default=True,
+    )
+    cut_extremities: bpy.props.BoolProperty(
+        name="Cut to Extremities",
+        description=(
+            "Closed parts without seams are cut open automatically: also along legs, fingers and whatever else "
+            "would shrink many times. Off: one short cut. Without effect where UVs are pinned"
+        ),
         default=True,
     )
     mark_seams: bpy.props.BoolProperty(

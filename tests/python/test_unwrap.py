@@ -216,3 +216,25 @@ def test_every_face_a_chart_of_its_own() -> None:
     result = ff.unwrap(vertices, faces, cuts=sorted(edges))
     assert result.stats["charts"] == len(faces)
     assert result.certificate.energy == pytest.approx(1.0, abs=1e-6)
+
+
+def spiky_sphere() -> tuple[np.ndarray, np.ndarray]:
+    """A sphere with six long horns."""
+    vertices, faces = octahedron_sphere(4)
+    return vertices * (1.0 + 5.0 * np.abs(vertices).max(1, keepdims=True) ** 40), faces
+
+
+def test_closed_islands_are_cut_along_their_horns_unless_told_not_to() -> None:
+    vertices, faces = spiky_sphere()
+    short = ff.unwrap(vertices, faces, cut_extremities=False)
+    slit = ff.unwrap(vertices, faces)
+    assert slit.stats["charts"] == short.stats["charts"] == 1
+    assert slit.stats["added_cuts"] > short.stats["added_cuts"]
+    assert slit.certificate.energy < 1.2 < 1.5 < short.certificate.energy
+
+
+def test_islands_with_pins_are_not_slit_further() -> None:
+    vertices, faces = spiky_sphere()
+    short = ff.unwrap(vertices, faces, cut_extremities=False)
+    pinned = ff.unwrap(vertices, faces, pins={100: (0.25, 0.5)})
+    assert np.array_equal(pinned.cut_edges, short.cut_edges)

@@ -1,75 +1,13 @@
 #include "flipfree/mesh/cut_graph.h"
 
 #include <algorithm>
-#include <limits>
-#include <numeric>
-#include <queue>
 
+#include "flipfree/base/disjoint_sets.h"
 #include "flipfree/mesh/fill.h"
+#include "flipfree/mesh/shortest_paths.h"
 #include "flipfree/mesh/topology.h"
 
 namespace flipfree {
-namespace {
-
-struct ShortestPaths {
-  std::vector<double> distance;     // #V
-  std::vector<HalfedgeId> arrival;  // #V: half-edge pointing at the vertex, kInvalid at the root
-};
-
-ShortestPaths shortest_paths(const Triangles& faces, const Adjacency& adjacency,
-                             const std::vector<double>& length, VertexId root,
-                             const ExecutionContext& context) {
-  const std::size_t n = adjacency.vertex_halfedge.size();
-  ShortestPaths paths{std::vector<double>(n, std::numeric_limits<double>::infinity()),
-                      std::vector<HalfedgeId>(n, kInvalid)};
-  using Entry = std::pair<double, VertexId>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-  paths.distance[static_cast<std::size_t>(root)] = 0.0;
-  queue.emplace(0.0, root);
-  std::size_t steps = 0;
-  while (!queue.empty()) {
-    const auto [d, v] = queue.top();
-    queue.pop();
-    if (d > paths.distance[static_cast<std::size_t>(v)]) continue;
-    if ((++steps & 0xfff) == 0) context.check();
-    const HalfedgeId start = adjacency.vertex_halfedge[static_cast<std::size_t>(v)];
-    HalfedgeId h = start;
-    do {
-      const VertexId w = target(faces, h);
-      const double through = d + length[static_cast<std::size_t>(h)];
-      if (through < paths.distance[static_cast<std::size_t>(w)]) {
-        paths.distance[static_cast<std::size_t>(w)] = through;
-        paths.arrival[static_cast<std::size_t>(w)] = h;
-        queue.emplace(through, w);
-      }
-      h = rotate_ccw(adjacency, h);
-    } while (h != start);
-  }
-  return paths;
-}
-
-struct DisjointSets {
-  std::vector<Index> parent;
-  explicit DisjointSets(std::size_t n) : parent(n) { std::iota(parent.begin(), parent.end(), 0); }
-  Index find(Index i) {
-    while (parent[static_cast<std::size_t>(i)] != i) {
-      Index& p = parent[static_cast<std::size_t>(i)];
-      p = parent[static_cast<std::size_t>(p)];
-      i = p;
-    }
-    return i;
-  }
-  bool join(Index a, Index b) {
-    a = find(a);
-    b = find(b);
-    if (a == b) return false;
-    parent[static_cast<std::size_t>(a)] = b;
-    return true;
-  }
-};
-
-}  // namespace
-
 EdgeFlags planar_cut(const Surface& surface, const Adjacency& adjacency,
                      const ExecutionContext& context, const EdgeFlags& uncuttable) {
   EdgeFlags cut(adjacency.opposite.size(), 0);
@@ -95,7 +33,7 @@ EdgeFlags planar_cut(const Surface& surface, const Adjacency& adjacency,
   }
   // Infinitely long, such an edge lies on no shortest path, and the cotree takes it first.
   for (std::size_t h = 0; h < uncuttable.size(); ++h) {
-    if (uncuttable[h]) length[h] = std::numeric_limits<double>::infinity();
+    if (uncuttable[h]) length[h] = ShortestPaths::kUnreached;
   }
 
   const auto mark = [&](HalfedgeId h) {
@@ -106,18 +44,17 @@ EdgeFlags planar_cut(const Surface& surface, const Adjacency& adjacency,
     cut[static_cast<std::size_t>(h)] = cut[static_cast<std::size_t>(o)] = 1;
   };
   const auto mark_path = [&](const ShortestPaths& paths, VertexId v) {
-    while (paths.arrival[static_cast<std::size_t>(v)] != kInvalid) {
-      const HalfedgeId h = paths.arrival[static_cast<std::size_t>(v)];
-      mark(h);
-      v = source(faces, h);
+    while (paths.arrival(v) != kInvalid) {
+      mark(paths.arrival(v));
+      v = paths.before(v);
     }
   };
   const auto farthest = [&](const ShortestPaths& paths) {
     VertexId best = 0;
     double distance = -1.0;
     for (VertexId v = 0; v < real_vertices; ++v) {
-      const double d = paths.distance[static_cast<std::size_t>(v)];
-      if (d > distance && d < std::numeric_limits<double>::infinity()) {
+      const double d = paths.distance(v);
+      if (d > distance && d < ShortestPaths::kUnreached) {
         best = v;
         distance = d;
       }
@@ -125,21 +62,24 @@ EdgeFlags planar_cut(const Surface& surface, const Adjacency& adjacency,
     return best;
   };
 
+  const auto paths_from = [&](VertexId v) {
+    ShortestPaths paths(faces, full, length);
+    paths.add_source(v);
+    paths.grow(context);
+    return paths;
+  };
   VertexId root = source(faces, 0);
-  ShortestPaths paths = shortest_paths(faces, full, length, root, context);
   if (shape.genus() == 0) {
     // Twice to the farthest vertex: the ends of a long shortest path, about a diameter.
-    root = farthest(paths);
-    paths = shortest_paths(faces, full, length, root, context);
+    root = farthest(paths_from(root));
+    const ShortestPaths paths = paths_from(root);
     const VertexId end = farthest(paths);
     mark_path(paths, end);
-    if (paths.arrival[static_cast<std::size_t>(end)] != kInvalid &&
-        source(faces, paths.arrival[static_cast<std::size_t>(end)]) == root) {
+    if (paths.arrival(end) != kInvalid && paths.before(end) == root) {
       // A single edge opens nothing: go on by one more.
-      const HalfedgeId last =
-          full.opposite[static_cast<std::size_t>(paths.arrival[static_cast<std::size_t>(end)])];
+      const HalfedgeId last = full.opposite[static_cast<std::size_t>(paths.arrival(end))];
       HalfedgeId next = rotate_ccw(full, last);
-      while (length[static_cast<std::size_t>(next)] == std::numeric_limits<double>::infinity()) {
+      while (length[static_cast<std::size_t>(next)] == ShortestPaths::kUnreached) {
         next = rotate_ccw(full, next);
       }
       mark(next);
@@ -147,19 +87,19 @@ EdgeFlags planar_cut(const Surface& surface, const Adjacency& adjacency,
     return cut;
   }
 
+  const ShortestPaths paths = paths_from(root);
   // Cotree: a maximum spanning tree of the dual, an edge weighing as much as the loop that it would
   // close.
   const auto loop_length = [&](HalfedgeId h) {
-    return paths.distance[static_cast<std::size_t>(source(faces, h))] +
-           length[static_cast<std::size_t>(h)] +
-           paths.distance[static_cast<std::size_t>(target(faces, h))];
+    return paths.distance(source(faces, h)) + length[static_cast<std::size_t>(h)] +
+           paths.distance(target(faces, h));
   };
   std::vector<HalfedgeId> edges;
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(full.opposite.size()); ++h) {
     const HalfedgeId o = full.opposite[static_cast<std::size_t>(h)];
     if (h > o) continue;
-    const bool in_tree = paths.arrival[static_cast<std::size_t>(target(faces, h))] == h ||
-                         paths.arrival[static_cast<std::size_t>(source(faces, h))] == o;
+    const bool in_tree =
+        paths.arrival(target(faces, h)) == h || paths.arrival(source(faces, h)) == o;
     if (!in_tree) edges.push_back(h);
   }
   context.check();
@@ -168,7 +108,7 @@ EdgeFlags planar_cut(const Surface& surface, const Adjacency& adjacency,
     const double lb = loop_length(b);
     return la != lb ? la > lb : a < b;
   });
-  DisjointSets regions(static_cast<std::size_t>(faces.rows()));
+  DisjointSets regions(static_cast<Index>(faces.rows()));
   for (const HalfedgeId h : edges) {
     if (regions.join(h / 3, full.opposite[static_cast<std::size_t>(h)] / 3)) continue;
     mark(h);

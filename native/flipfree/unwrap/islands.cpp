@@ -1,48 +1,101 @@
 #include "flipfree/unwrap/islands.h"
 
+#include <utility>
+
 #include "flipfree/base/error.h"
 #include "flipfree/mesh/cut_graph.h"
 #include "flipfree/mesh/topology.h"
+#include "flipfree/unwrap/extremities.h"
 
 namespace flipfree {
+namespace {
+
+class Cutter {
+ public:
+  Cutter(const Surface& surface, const EdgeFlags& seams, const EdgeFlags& uncuttable,
+         ExecutionContext& context)
+      : surface_(surface), uncuttable_(uncuttable), context_(context) {
+    islands_.cut = seams;
+    islands_.added.assign(seams.size(), 0);
+    opened_.assign(static_cast<std::size_t>(surface.faces.rows()), 0);
+  }
+
+  // Rebuilds the charts and cuts each along what `find(surface, adjacency, uncuttable)` flags of
+  // its edges; charts for which `wanted` is false stay. True if anything was cut.
+  template <typename Find, typename Wanted>
+  bool cut_charts(const Adjacency& adjacency, Find find, Wanted wanted) {
+    islands_.mesh = cut_along(surface_.faces, adjacency, islands_.cut);
+    islands_.charts = split_into_charts(surface_.vertices, islands_.mesh);
+    bool any = false;
+    for (const Chart& chart : islands_.charts) {
+      context_.check();
+      if (!wanted(chart)) continue;
+      const Adjacency local =
+          build_adjacency(static_cast<Index>(chart.surface.vertices.rows()), chart.surface.faces);
+      const auto global = [&](std::size_t h) {
+        return 3 * static_cast<std::size_t>(chart.faces[h / 3]) + h % 3;
+      };
+      EdgeFlags local_uncuttable(uncuttable_.empty() ? 0 : local.opposite.size());
+      for (std::size_t h = 0; h < local_uncuttable.size(); ++h)
+        local_uncuttable[h] = uncuttable_[global(h)];
+      const EdgeFlags graph = find(chart.surface, local, local_uncuttable);
+      bool opened = false;
+      for (std::size_t h = 0; h < graph.size(); ++h) {
+        if (!graph[h]) continue;
+        opened = true;
+        islands_.cut[global(h)] = islands_.added[global(h)] = 1;
+      }
+      if (!opened) continue;
+      any = true;
+      for (const FaceId f : chart.faces) opened_[static_cast<std::size_t>(f)] = 1;
+    }
+    return any;
+  }
+
+  bool opened(const Chart& chart) const {
+    return opened_[static_cast<std::size_t>(chart.faces.front())] != 0;
+  }
+
+  Islands& islands() { return islands_; }
+
+ private:
+  const Surface& surface_;
+  const EdgeFlags& uncuttable_;
+  ExecutionContext& context_;
+  Islands islands_;
+  std::vector<char> opened_;  // faces of charts that were cut
+};
+
+}  // namespace
 
 Islands make_islands(const Surface& surface, const Adjacency& adjacency, const EdgeFlags& seams,
-                     const EdgeFlags& uncuttable, ExecutionContext& context) {
-  Islands islands;
-  islands.cut = seams;
-  islands.added.assign(seams.size(), 0);
+                     const EdgeFlags& uncuttable, bool extremities, ExecutionContext& context) {
+  Cutter cutter(surface, seams, uncuttable, context);
+  const auto open_up = [&](const Surface& chart, const Adjacency& local, const EdgeFlags& avoid) {
+    return planar_cut(chart, local, context, avoid);
+  };
+  const auto slit = [&](const Surface& chart, const Adjacency& local, const EdgeFlags& avoid) {
+    return cut_to_extremities(chart, local, avoid, context);
+  };
   // One round opens every piece; cutting through a hole can in rare cases split a piece in two, and
   // seams around a handle can leave a part that needs another. Each round lowers the genus or opens
   // a closed piece.
   constexpr int kMostRounds = 64;
-  for (int round = 0; round < kMostRounds; ++round) {
-    islands.mesh = cut_along(surface.faces, adjacency, islands.cut);
-    islands.charts = split_into_charts(surface.vertices, islands.mesh);
-    bool planar = true;
-    for (const Chart& chart : islands.charts) {
-      context.check();
-      const Adjacency local =
-          build_adjacency(static_cast<Index>(chart.surface.vertices.rows()), chart.surface.faces);
-      EdgeFlags local_uncuttable(uncuttable.empty() ? 0 : local.opposite.size());
-      for (std::size_t h = 0; h < local_uncuttable.size(); ++h) {
-        local_uncuttable[h] = uncuttable[3 * static_cast<std::size_t>(chart.faces[h / 3]) + h % 3];
-      }
-      const EdgeFlags graph = planar_cut(chart.surface, local, context, local_uncuttable);
-      bool opened = false;
-      for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(graph.size()); ++h) {
-        if (!graph[static_cast<std::size_t>(h)]) continue;
-        opened = true;
-        const HalfedgeId global = 3 * chart.faces[static_cast<std::size_t>(h / 3)] + h % 3;
-        islands.cut[static_cast<std::size_t>(global)] = 1;
-        islands.added[static_cast<std::size_t>(global)] = 1;
-      }
-      if (!opened) continue;
-      planar = false;
-      if (round == 0) ++islands.opened;
-    }
-    if (planar) return islands;
+  bool planar = false;
+  for (int round = 0; round < kMostRounds && !planar; ++round) {
+    planar = !cutter.cut_charts(adjacency, open_up, [](const Chart&) { return true; });
+    if (round > 0) continue;
+    for (const Chart& chart : cutter.islands().charts)
+      cutter.islands().opened += cutter.opened(chart);
   }
-  throw InternalError("a chart could not be cut open; please report this mesh");
+  if (!planar) throw InternalError("a chart could not be cut open; please report this mesh");
+  const auto was_opened = [&](const Chart& chart) { return cutter.opened(chart); };
+  if (extremities && cutter.islands().opened > 0 &&
+      cutter.cut_charts(adjacency, slit, was_opened)) {
+    cutter.islands().mesh = cut_along(surface.faces, adjacency, cutter.islands().cut);
+    cutter.islands().charts = split_into_charts(surface.vertices, cutter.islands().mesh);
+  }
+  return std::move(cutter.islands());
 }
 
 }  // namespace flipfree

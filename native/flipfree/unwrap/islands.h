@@ -20,9 +20,12 @@ struct Islands {
 // Cuts along the seams; every piece that is closed or has handles is cut further along a short cut
 // graph (mesh/cut_graph.h) until each chart is connected, of genus 0 and has a boundary. Holes
 // stay. A seam that opens nothing (a single edge inside a chart) is not a cut of the result.
+// With `extremities`, charts that had to be opened are also slit to theirs (extremities.h); pieces
+// whose seams were enough never are.
 // Added cuts avoid the flagged edges of `uncuttable` (see planar_cut; may be empty).
-// Precondition: a validated surface. Cost: O(#F log #F).
+// Precondition: a validated surface. Cost: O(#F log #F), and a sparse
+// factorization or two with `extremities`.
 Islands make_islands(const Surface& surface, const Adjacency& adjacency, const EdgeFlags& seams,
-                     const EdgeFlags& uncuttable, ExecutionContext& context);
+                     const EdgeFlags& uncuttable, bool extremities, ExecutionContext& context);
 
 }  // namespace flipfree

@@ -16,6 +16,9 @@ struct UnwrapOptions {
   std::vector<CornerPin>
       pins;               // met bit for bit; corners that share a vertex of a chart share the pin
   bool bijective = true;  // no chart overlaps itself
+  // Charts that have to be cut open anyway are slit to their extremities too (extremities.h). Not
+  // done if there are pins: both sides of a slit through a pinned vertex would share its place.
+  bool cut_extremities = true;
   int max_iterations = 200;  // of the optimiser, per chart
   double tolerance = 1e-4;   // share of the energy that a step must still promise
   double margin = 0.005;     // between charts, in units of the unit square

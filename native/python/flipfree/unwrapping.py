@@ -22,6 +22,7 @@ def start_unwrap(
     uncuttable: Any = None,
     pins: Pins | None = None,
     bijective: bool = True,
+    cut_extremities: bool = True,
     iterations: int = 200,
     tolerance: float = 1e-4,
     margin: float = 0.005,
@@ -50,6 +51,7 @@ def start_unwrap(
         pin_corners,
         pin_uv,
         bool(bijective),
+        bool(cut_extremities),
         int(iterations),
         float(tolerance),
         float(margin),
@@ -67,6 +69,7 @@ def unwrap(
     uncuttable: Any = None,
     pins: Pins | None = None,
     bijective: bool = True,
+    cut_extremities: bool = True,
     iterations: int = 200,
     tolerance: float = 1e-4,
     margin: float = 0.005,
@@ -86,6 +89,8 @@ def unwrap(
         pins: {vertex or (face, corner): (u, v)}, met bit for bit. A pin that cannot be reached without a flip on
             this triangulation raises NotConverged; ``match`` refines the mesh instead.
         bijective: charts do not overlap themselves.
+        cut_extremities: closed islands, which have to be cut open anyway, are also slit to their legs, fingers, and
+            whatever else a flat map would have to shrink many times. Off: one short cut. Not done if there are pins.
         iterations: most optimiser iterations per chart. tolerance: share of the energy that a step must promise.
         margin: space between charts, in units of the unit square.
         place_like: (m, 3, 2) UVs; islands that are flip-free there keep their place, size and direction.
@@ -102,6 +107,7 @@ def unwrap(
         uncuttable=uncuttable,
         pins=pins,
         bijective=bijective,
+        cut_extremities=cut_extremities,
         iterations=iterations,
         tolerance=tolerance,
         margin=margin,

@@ -1,0 +1,40 @@
+// Disjoint sets of indices with path halving (Tarjan and van Leeuwen 1984).
+#pragma once
+
+#include <numeric>
+#include <vector>
+
+#include "flipfree/base/types.h"
+
+namespace flipfree {
+
+class DisjointSets {
+ public:
+  explicit DisjointSets(Index count) : parent_(static_cast<std::size_t>(count)) {
+    std::iota(parent_.begin(), parent_.end(), 0);
+  }
+
+  // The representative of i's set.
+  Index find(Index i) {
+    while (parent_[static_cast<std::size_t>(i)] != i) {
+      Index& p = parent_[static_cast<std::size_t>(i)];
+      p = parent_[static_cast<std::size_t>(p)];
+      i = p;
+    }
+    return i;
+  }
+
+  // The set of a becomes part of that of b, whose representative stays. False if they were one set.
+  bool join(Index a, Index b) {
+    a = find(a);
+    b = find(b);
+    if (a == b) return false;
+    parent_[static_cast<std::size_t>(a)] = b;
+    return true;
+  }
+
+ private:
+  std::vector<Index> parent_;
+};
+
+}  // namespace flipfree

@@ -1,0 +1,47 @@
+// Shortest paths along edges from a set of sources that may grow (Dijkstra 1959).
+#pragma once
+
+#include <limits>
+#include <queue>
+#include <utility>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/mesh/adjacency.h"
+
+namespace flipfree {
+
+class ShortestPaths {
+ public:
+  static constexpr double kUnreached = std::numeric_limits<double>::infinity();
+
+  // `length`: one per half-edge, >= 0, the same for both half-edges of an edge; infinite for edges
+  // that no path may use. All three must outlive this.
+  ShortestPaths(const Triangles& faces, const Adjacency& adjacency,
+                const std::vector<double>& length);
+
+  void add_source(VertexId v);
+  // Brings all distances up to date with the sources. Adding sources after a call costs only what
+  // they bring nearer; O(#F log #F) at most.
+  void grow(const ExecutionContext& context);
+
+  double distance(VertexId v) const { return distance_[static_cast<std::size_t>(v)]; }
+  // The edge by which the shortest path arrives at v: the half-edge that points at v, or the only
+  // one that a boundary edge has. kInvalid at sources and at vertices that no path reaches.
+  HalfedgeId arrival(VertexId v) const { return arrival_[static_cast<std::size_t>(v)]; }
+  // The vertex before v on its path. Precondition: arrival(v) is valid.
+  VertexId before(VertexId v) const;
+
+ private:
+  void relax(VertexId from, VertexId to, HalfedgeId h);
+
+  const Triangles& faces_;
+  const Adjacency& adjacency_;
+  const std::vector<double>& length_;
+  std::vector<double> distance_;
+  std::vector<HalfedgeId> arrival_;
+  using Entry = std::pair<double, VertexId>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue_;
+};
+
+}  // namespace flipfree
