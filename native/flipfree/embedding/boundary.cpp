@@ -78,10 +78,10 @@ Points2 circle_points(const std::vector<double>& fractions) {
 
 Points2 place_circle(const std::vector<double>& lengths) {
   for (const double share : {0.02, 0.1, 0.3, 0.6}) {
-    const Points2 points = circle_points(raised(lengths, share));
+    Points2 points = circle_points(raised(lengths, share));
     if (is_strictly_convex(points)) return points;
   }
-  const Points2 points = lattice_circle(static_cast<Index>(lengths.size()));
+  Points2 points = lattice_circle(static_cast<Index>(lengths.size()));
   if (points.rows() > 0) return points;
   return circle_points(
       raised(lengths, 1e300));  // only weakly convex: more points than the grid has corners

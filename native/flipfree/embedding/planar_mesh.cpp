@@ -16,7 +16,7 @@ PlanarMesh::PlanarMesh(const Triangles& faces, Index vertex_count,
   opposite_ = std::move(adjacency.opposite);
   outgoing_ = std::move(adjacency.vertex_halfedge);
   for (const VertexId v : loop) boundary_[static_cast<Size>(v)] = 1;
-  for (Size h = 0; h < vertex_.size(); ++h) ++degree_[static_cast<Size>(vertex_[h])];
+  for (const VertexId v : vertex_) ++degree_[static_cast<Size>(v)];
   for (const VertexId v : loop)
     ++degree_[static_cast<Size>(v)];  // a boundary fan has one edge more than faces
 }

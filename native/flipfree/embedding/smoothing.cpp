@@ -235,7 +235,7 @@ bool centre_in_kernel(PlanarMap& map, VertexId v, Star& star) {
       const double sa = side(a);
       const double sb = side(b);
       if (sa >= 0) next.push_back(a);
-      if ((sa >= 0) != (sb >= 0)) next.push_back(a + (b - a) * (sa / (sa - sb)));
+      if ((sa >= 0) != (sb >= 0)) next.emplace_back(a + (b - a) * (sa / (sa - sb)));
     }
     kernel.swap(next);
   }
