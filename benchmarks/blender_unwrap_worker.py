@@ -8,28 +8,15 @@ Writes the triangles, the seams and, per method, the UVs with wall-clock and CPU
 import os
 import sys
 import time
+from pathlib import Path
 
 import bpy
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+sys.dont_write_bytecode = True
 
-def subdivided_monkey(levels: int) -> bpy.types.Object:
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    bpy.ops.mesh.primitive_monkey_add(calc_uvs=True)
-    monkey = bpy.context.object
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
-    bpy.ops.uv.select_all(action="SELECT")
-    bpy.ops.uv.seams_from_islands()
-    bpy.ops.object.mode_set(mode="OBJECT")
-    modifier = monkey.modifiers.new("Subdivision", "SUBSURF")
-    modifier.levels = levels
-    bpy.ops.object.modifier_apply(modifier=modifier.name)
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
-    bpy.ops.mesh.quads_convert_to_tris()
-    bpy.ops.object.mode_set(mode="OBJECT")
-    return monkey
+from blender_monkey import subdivided_monkey  # noqa: E402
 
 
 def main() -> None:

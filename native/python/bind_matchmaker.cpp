@@ -3,7 +3,7 @@
 #include "arrays.h"
 #include "bindings.h"
 #include "flipfree/base/error.h"
-#include "flipfree/matchmaker/match.h"
+#include "flipfree/matchmaker/match_piece.h"
 #include "job.h"
 
 namespace py = pybind11;
@@ -59,7 +59,7 @@ void bind_matchmaker(py::module_& module) {
         if (engine == "matchmaker") job.options.engine = MatchEngine::kMatchmaker;
         return start_job(
             [job = std::move(job)](ExecutionContext& context) {
-              return match(job.surface, job.request, job.options, context);
+              return match_piece(job.surface, job.request, job.options, context);
             },
             [](const Parametrization& map) -> py::object { return to_dict(map); }, threads);
       },

@@ -197,6 +197,11 @@ Parametrization match(const Surface& surface, const MatchRequest& request,
     solution = solve(refined, constraints, options, context, stats);
   }
   stats["seconds_map"] = watch.seconds();
+  if (bijective && overlaps(solution.surface, solution.uv)) {
+    throw_not_converged(ErrorCode::kLineSearchStalled,
+                        "All pins can be met without a flip, but the piece then overlaps "
+                        "itself. Allow overlaps, or move a pin.");
+  }
   if (options.optimise) {
     const ProgressRange range(context, 0.7, 0.9);
     solution.uv = optimise(solution.surface, constraints, solution.uv, options.max_iterations,

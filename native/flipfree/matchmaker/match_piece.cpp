@@ -1,0 +1,316 @@
+#include "flipfree/matchmaker/match_piece.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "flipfree/base/error.h"
+#include "flipfree/certify/certify.h"
+#include "flipfree/distortion/improve.h"
+#include "flipfree/mesh/fill.h"
+#include "flipfree/mesh/topology.h"
+#include "flipfree/mesh/validate.h"
+#include "flipfree/unwrap/unwrap.h"
+
+namespace flipfree {
+namespace {
+
+using Loop = std::vector<HalfedgeId>;
+using Edge = std::pair<VertexId, VertexId>;
+
+Edge edge(VertexId a, VertexId b) { return {std::min(a, b), std::max(a, b)}; }
+
+double length(const Surface& surface, const Loop& loop) {
+  double sum = 0.0;
+  for (const HalfedgeId h : loop) {
+    sum += (surface.vertices.row(target(surface.faces, h)) -
+            surface.vertices.row(source(surface.faces, h)))
+               .norm();
+  }
+  return sum;
+}
+
+// The loop that is no hole.
+std::size_t outer_loop(const Surface& surface, const std::vector<Loop>& loops,
+                       const MatchRequest& request) {
+  if (!request.boundary_uv.empty()) {
+    for (std::size_t i = 0; i < loops.size() && !request.boundary_loop.empty(); ++i) {
+      for (const HalfedgeId h : loops[i]) {
+        if (source(surface.faces, h) == request.boundary_loop.front()) return i;
+      }
+    }
+    throw_invalid(
+        ErrorCode::kBadBoundary,
+        "The piece has " + std::to_string(loops.size()) +
+            " boundary loops. Name the one that boundary_uv belongs to by boundary_loop.");
+  }
+  std::size_t longest = 0;
+  for (std::size_t i = 1; i < loops.size(); ++i) {
+    if (length(surface, loops[i]) > length(surface, loops[longest])) longest = i;
+  }
+  return longest;
+}
+
+// Lifts the fan's centre off the loop's middle where a triangle would be much thinner than the loop
+// is wide: match() refuses triangles without area.
+void lift_apex(std::span<const VertexId> loop, VertexId apex, Points3& vertices) {
+  const auto at = [&](std::size_t i) -> Vector3 {
+    return vertices.row(loop[i % loop.size()]).transpose();
+  };
+  const Vector3 centre = vertices.row(apex).transpose();
+  Vector3 normal = Vector3::Zero();
+  double radius = 0.0;
+  double thinnest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < loop.size(); ++i) {
+    const Vector3 a = at(i) - centre;
+    const Vector3 side = at(i + 1) - at(i);
+    normal += a.cross(side);
+    radius = std::max(radius, a.norm());
+    thinnest = std::min(thinnest, a.cross(side).norm() / side.norm());
+  }
+  constexpr double kThin = 0.05;  // of the loop's radius
+  if (thinnest > kThin * radius) return;
+  // A loop without an area of its own is left across any of its sides.
+  if (normal.norm() < kThin * radius * radius) normal = (at(1) - at(0)).unitOrthogonal();
+  vertices.row(apex) += 0.5 * radius * normal.normalized().transpose();
+}
+
+// The piece with its holes filled by fans.
+Surface as_disk(const Surface& piece, const std::vector<std::vector<HalfedgeId>>& holes) {
+  Surface disk = fill_holes(piece, holes).surface;
+  auto apex = static_cast<VertexId>(piece.vertices.rows());
+  for (const std::vector<HalfedgeId>& hole : holes) {
+    std::vector<VertexId> loop;
+    for (const HalfedgeId h : hole) loop.push_back(source(piece.faces, h));
+    lift_apex(loop, apex++, disk.vertices);
+  }
+  return disk;
+}
+
+// The map of the piece alone, with vertices in their old order and provenance in the piece's own
+// faces.
+Parametrization without_fans(const Parametrization& filled, const Surface& disk,
+                             const Surface& input) {
+  const auto n = static_cast<VertexId>(input.vertices.rows());
+  std::vector<FaceId> kept;
+  std::vector<FaceId> child_at(static_cast<std::size_t>(filled.surface.vertices.rows()), kInvalid);
+  for (FaceId f = 0; f < filled.surface.faces.rows(); ++f) {
+    if (filled.parent_face[static_cast<std::size_t>(f)] >= input.faces.rows()) continue;
+    kept.push_back(f);
+    for (Index k = 0; k < 3; ++k)
+      child_at[static_cast<std::size_t>(filled.surface.faces(f, k))] = f;
+  }
+  std::vector<VertexId> number(child_at.size(), kInvalid);
+  std::vector<VertexId> old;
+  for (VertexId v = 0; v < static_cast<VertexId>(child_at.size()); ++v) {
+    if (v >= n && child_at[static_cast<std::size_t>(v)] == kInvalid) continue;
+    number[static_cast<std::size_t>(v)] = static_cast<VertexId>(old.size());
+    old.push_back(v);
+  }
+
+  Parametrization map;
+  map.surface.vertices.resize(static_cast<Eigen::Index>(old.size()), 3);
+  map.vertex_parent.assign(old.size(), kInvalid);
+  map.vertex_barycentric = Points3::Zero(static_cast<Eigen::Index>(old.size()), 3);
+  for (std::size_t i = 0; i < old.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    map.surface.vertices.row(row) = filled.surface.vertices.row(old[i]);
+    const FaceId child = child_at[static_cast<std::size_t>(old[i])];
+    if (child == kInvalid) continue;  // an isolated vertex of the input
+    // A vertex on a hole's rim may have its weights in the fan: the corners they belong to are the
+    // rim's.
+    const FaceId home = filled.parent_face[static_cast<std::size_t>(child)];
+    const FaceId from = filled.vertex_parent[static_cast<std::size_t>(old[i])];
+    map.vertex_parent[i] = home;
+    for (Index c = 0; c < 3; ++c) {
+      for (Index d = 0; d < 3; ++d) {
+        if (disk.faces(from, d) == input.faces(home, c))
+          map.vertex_barycentric(row, c) = filled.vertex_barycentric(old[i], d);
+      }
+    }
+  }
+  const auto count = static_cast<Eigen::Index>(kept.size());
+  map.surface.faces.resize(count, 3);
+  map.uv.resize(3 * count, 2);
+  map.uv32.resize(3 * count, 2);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const FaceId f = kept[static_cast<std::size_t>(i)];
+    map.parent_face.push_back(filled.parent_face[static_cast<std::size_t>(f)]);
+    for (Index k = 0; k < 3; ++k) {
+      map.surface.faces(i, k) = number[static_cast<std::size_t>(filled.surface.faces(f, k))];
+      map.uv.row(3 * i + k) = filled.uv.row(3 * f + k);
+      map.uv32.row(3 * i + k) = filled.uv32.row(3 * f + k);
+    }
+  }
+  map.cut_edges.resize(0, 2);
+  map.stats = filled.stats;
+  return map;
+}
+
+// Vertices whose place the request prescribes, new ones on its lines and boundary included.
+std::vector<char> held_vertices(const Parametrization& map, const Surface& input,
+                                const MatchRequest& request) {
+  std::vector<char> held(static_cast<std::size_t>(map.surface.vertices.rows()), 0);
+  for (const PinnedVertex& p : request.points) held[static_cast<std::size_t>(p.vertex)] = 1;
+  std::set<Edge> edges;
+  for (const PinnedLine& line : request.lines) {
+    for (const VertexId v : line.vertices) held[static_cast<std::size_t>(v)] = 1;
+    for (std::size_t i = 1; i < line.vertices.size(); ++i)
+      edges.insert(edge(line.vertices[i - 1], line.vertices[i]));
+  }
+  const std::vector<VertexId>& loop = request.boundary_loop;
+  for (std::size_t i = 0; i < loop.size() && !request.boundary_uv.empty(); ++i) {
+    held[static_cast<std::size_t>(loop[i])] = 1;
+    edges.insert(edge(loop[i], loop[(i + 1) % loop.size()]));
+  }
+  for (Eigen::Index v = input.vertices.rows(); v < map.surface.vertices.rows(); ++v) {
+    std::vector<VertexId> ends;
+    for (Index c = 0; c < 3; ++c) {
+      if (map.vertex_barycentric(v, c) != 0.0)
+        ends.push_back(input.faces(map.vertex_parent[static_cast<std::size_t>(v)], c));
+    }
+    if (ends.size() == 2 && edges.contains(edge(ends[0], ends[1])))
+      held[static_cast<std::size_t>(v)] = 1;
+  }
+  return held;
+}
+
+// The solver's ids without those of the fans, which the caller does not know.
+Error of_input(Error error, const Surface& input) {
+  const Eigen::Index limit = error.kind == ElementKind::kFace     ? input.faces.rows()
+                             : error.kind == ElementKind::kCorner ? input.faces.size()
+                                                                  : input.vertices.rows();
+  const auto foreign = [&](Index i) { return i >= limit; };
+  if (std::any_of(error.elements.begin(), error.elements.end(), foreign)) {
+    error.kind = ElementKind::kNone;
+    error.elements.clear();
+  }
+  return error;
+}
+
+Parametrization match_disk(const Surface& disk, const Surface& input, const MatchRequest& request,
+                           const MatchOptions& options, ExecutionContext& context) {
+  try {
+    return match(disk, request, options, context);
+  } catch (const InvalidInput& e) {
+    throw InvalidInput(of_input(e.error(), input));
+  } catch (const Infeasible& e) {
+    throw Infeasible(of_input(e.error(), input));
+  } catch (const CertificateFailed&) {
+    throw;
+  } catch (const NotConverged& e) {
+    throw NotConverged(of_input(e.error(), input));
+  }
+}
+
+// Lets the holes deform. A valid map that cannot be improved stays as it is.
+void release_holes(Parametrization& map, const CertifyRequest& extra, const MatchOptions& options,
+                   ExecutionContext& context) {
+  ImproveOptions improvement;
+  improvement.pins = extra.pins;
+  improvement.keep_bijective = extra.require_bijective;
+  improvement.max_iterations = options.max_iterations;
+  try {
+    Parametrization better = improve(map.surface, map.uv, improvement, context);
+    map.uv = std::move(better.uv);
+    map.uv32 = std::move(better.uv32);
+    map.stats["hole_energy_before"] = better.stats["energy_before"];
+  } catch (const NotConverged& failure) {
+    map.stats["optimise_failure"] = failure.error().message;
+  }
+}
+
+// Pins alone that shall not make the piece overlap itself: continuation of the unwrap under its
+// boundary barrier, which walking the pins does not have. No added vertex, and no guarantee:
+// nothing if it stops.
+std::optional<Parametrization> unwrapped(const Surface& surface, const MatchRequest& request,
+                                         const MatchOptions& options, ExecutionContext& context) {
+  if (!options.bijective || !options.optimise || options.engine == MatchEngine::kMatchmaker ||
+      request.points.empty() || !request.lines.empty() || !request.boundary_uv.empty()) {
+    return std::nullopt;
+  }
+  std::vector<const Vector2*> pin(static_cast<std::size_t>(surface.vertices.rows()), nullptr);
+  std::set<std::pair<double, double>> places;
+  for (const PinnedVertex& p : request.points) {
+    // Malformed and contradictory requests are refused by match(), in its own words.
+    if (p.vertex < 0 || p.vertex >= surface.vertices.rows() || !p.uv.allFinite())
+      return std::nullopt;
+    const Vector2*& known = pin[static_cast<std::size_t>(p.vertex)];
+    if (known != nullptr || !places.emplace(p.uv.x(), p.uv.y()).second) return std::nullopt;
+    known = &p.uv;
+  }
+  UnwrapOptions unwrapping;
+  unwrapping.max_iterations = options.max_iterations;
+  for (CornerId c = 0; c < surface.faces.size(); ++c) {
+    const Vector2* uv = pin[static_cast<std::size_t>(surface.faces.data()[c])];
+    if (uv != nullptr) unwrapping.pins.push_back({c, *uv});
+  }
+  try {
+    Parametrization map = unwrap(surface, unwrapping, context);
+    map.stats["engine"] = std::string("first try");
+    return map;
+  } catch (const NotConverged&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
+Parametrization match_piece(const Surface& surface, const MatchRequest& request,
+                            const MatchOptions& options, ExecutionContext& context) {
+  validate(surface, {}, context);
+  const Adjacency adjacency =
+      build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const Topology shape = topology(surface.faces, adjacency);
+  const bool planar = shape.components == 1 && shape.genus() == 0 && shape.boundary_loops > 0;
+  const Stopwatch watch;
+  double begin = 0.0;
+  if (planar) {
+    // The progress of an attempt that fails stays at its part of the bar.
+    const ProgressRange range(context, 0.0, 0.3);
+    if (std::optional<Parametrization> map = unwrapped(surface, request, options, context))
+      return std::move(*map);
+    begin = 0.3;
+  }
+  const ProgressRange whole(context, begin, 1.0);
+  if (!planar || shape.boundary_loops < 2) return match(surface, request, options, context);
+
+  std::vector<Loop> holes = boundary_halfedge_loops(surface.faces, adjacency);
+  holes.erase(holes.begin() + static_cast<std::ptrdiff_t>(outer_loop(surface, holes, request)));
+  Parametrization map;
+  {
+    const ProgressRange range(context, 0.0, 0.7);
+    const Surface disk = as_disk(surface, holes);
+    map = without_fans(match_disk(disk, surface, request, options, context), disk, surface);
+  }
+  const std::vector<char> held = held_vertices(map, surface, request);
+  CertifyRequest extra;
+  extra.require_bijective = options.bijective && request.boundary_uv.empty();
+  for (CornerId c = 0; c < map.surface.faces.size(); ++c) {
+    if (held[static_cast<std::size_t>(map.surface.faces.data()[c])] != 0)
+      extra.pins.push_back({c, map.uv.row(c).transpose()});
+  }
+  if (options.optimise) {
+    const ProgressRange range(context, 0.7, 0.95);
+    release_holes(map, extra, options, context);
+  }
+  context.report("certifying", 0.95);
+  certify_map(map, surface, extra, context);
+  require_certificate(map, "The match");
+  map.stats["holes"] = static_cast<std::int64_t>(holes.size());
+  map.stats["added_vertices"] =
+      static_cast<std::int64_t>(map.surface.vertices.rows() - surface.vertices.rows());
+  map.stats["energy"] = map.certificate.energy;
+  map.stats["seconds"] = watch.seconds();
+  context.report("done", 1.0);
+  return map;
+}
+
+}  // namespace flipfree
