@@ -173,7 +173,8 @@ def main() -> None:
                 stored = ff.certify(result.vertices, result.faces, result.uv32(), bijective=True)
                 added = f"{len(result.vertices) - len(vertices)} vertices added"
                 row(share, seed, name, stored, pin_error(result.uv32(), result.faces, points), wall, cpu, added)
-                maps[name] = (result.uv32(), result.faces)
+                if bijective:
+                    maps[name] = (result.uv32(), result.faces)
             if arguments.pictures is not None:
                 layout = data["layout"]
                 start = {v: layout[faces == v][0] for v in points}

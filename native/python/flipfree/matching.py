@@ -90,10 +90,11 @@ def match(
     threads: int = 2,
     progress: Progress | None = None,
 ) -> Parametrization:
-    """Maps a disk so that every constraint is met bit for bit and no triangle folds.
+    """Maps a disk, or a piece with holes, so that every constraint is met bit for bit and no triangle folds.
 
     Args:
-        vertices: (n, 3) float64. faces: (m, 3), a disk.
+        vertices: (n, 3) float64. faces: (m, 3), connected, of genus 0, with a boundary. Of several boundary loops the
+            longest counts as the outer one, or the one that boundary_loop names; the others are holes.
         points: {vertex: (u, v)}.
         lines: [(vertices along mesh edges, (k, 2) polyline)]; with as many points as vertices they correspond one to
             one, otherwise ends to ends and inner points to the nearest vertices by length.
