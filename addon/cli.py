@@ -2,10 +2,13 @@
 """Batch work without a window:
 
     blender -b -c flipfree unwrap IN OUT [--pack] [--allow-overlaps] ...
+    blender -b -c flipfree match IN OUT [--cut-open] [--unwrap-rest] ...
+    blender -b -c flipfree improve IN OUT [--pack] [--iterations N] ...
+    blender -b -c flipfree conformal IN OUT [--boundary straight] ...
     blender -b -c flipfree check IN
 
-IN and OUT are .blend, .obj, .ply, .stl, .glb or .gltf files. Prints one line per object; the exit status is 0 only if every
-object got its map (unwrap; otherwise nothing is written) or has nothing wrong (check).
+IN and OUT are .blend, .obj, .ply, .stl, .glb or .gltf files; pins, vertex groups and cones come with .blend only. Prints one line
+per object; the exit status is 0 only if every object got its map (otherwise nothing is written) or has nothing wrong (check).
 """
 
 import argparse
@@ -15,7 +18,7 @@ from pathlib import Path
 import bpy
 
 from . import errors, mesh_io, modal
-from .operators import check, unwrap
+from .operators import check, conformal, improve, match, unwrap
 
 _handles = []
 
@@ -65,22 +68,120 @@ def _parser() -> argparse.ArgumentParser:
         prog="blender -b -c flipfree", description="Flip-free UV maps in batches"
     )
     commands = parser.add_subparsers(dest="command", required=True)
-    unwrap = commands.add_parser("unwrap", help="unwrap every mesh of a file")
-    unwrap.add_argument("input", type=Path)
-    unwrap.add_argument("output", type=Path)
-    unwrap.add_argument("--pack", action="store_true", help="pack all islands into the unit square")
-    unwrap.add_argument("--margin", type=float, default=0.005, help="between packed islands")
-    unwrap.add_argument(
-        "--allow-overlaps", action="store_true", help="islands may overlap themselves"
+
+    def command(name, text, make_options):
+        added = commands.add_parser(name, help=text)
+        added.add_argument("input", type=Path)
+        added.add_argument("output", type=Path)
+        added.set_defaults(options=make_options)
+        return added
+
+    def flags(added, **texts):
+        for name, text in texts.items():
+            added.add_argument(f"--{name.replace('_', '-')}", action="store_true", help=text)
+
+    overlaps = "islands may overlap themselves"
+    added = command("unwrap", "unwrap every mesh of a file", _unwrap_options)
+    flags(
+        added,
+        pack="pack all islands into the unit square",
+        allow_overlaps=overlaps,
+        short_cuts="do not cut closed parts along legs and fingers",
+        ignore_pins="treat pinned UVs as any other",
+        mark_seams="mark automatic cuts as seams",
     )
-    unwrap.add_argument(
-        "--short-cuts", action="store_true", help="do not cut closed parts along legs and fingers"
+    _margin(added)
+    added = command("match", "meet the pins of every mesh exactly", _match_options)
+    flags(
+        added,
+        allow_overlaps=overlaps,
+        bend_lines="edges between two pins may bend where triangles are subdivided",
+        cut_open="cut pinned islands open that are closed or have handles",
+        unwrap_rest="unwrap islands without pins; otherwise they stay",
     )
-    unwrap.add_argument("--ignore-pins", action="store_true")
-    unwrap.add_argument("--mark-seams", action="store_true", help="mark automatic cuts as seams")
-    check = commands.add_parser("check", help="certificate of every UV map of a file")
-    check.add_argument("input", type=Path)
+    added = command("improve", "less distortion for maps without flips", _improve_options)
+    flags(
+        added,
+        pack="pack all islands into the unit square",
+        allow_overlaps=overlaps,
+        ignore_pins="treat pinned UVs as any other",
+    )
+    added.add_argument("--iterations", type=int, default=200, help="most steps per island")
+    _margin(added)
+    added = command("conformal", "map without shear, with the marked cones", _conformal_options)
+    boundaries = [name for name, _, _ in conformal.BOUNDARIES]
+    added.add_argument("--boundary", choices=boundaries, default="free")
+    flags(
+        added,
+        no_seams="do not mark the cuts as seams",
+        no_pack="leave islands where the layout puts them",
+        metric_scale="pack parts in the size of their metric, not of their surface",
+    )
+    _margin(added)
+    added = commands.add_parser("check", help="certificate of every UV map of a file")
+    added.add_argument("input", type=Path)
     return parser
+
+
+def _margin(added):
+    added.add_argument("--margin", type=float, default=0.005, help="between packed islands")
+
+
+# Arguments -> (task maker, summary, options of the task).
+def _unwrap_options(given):
+    return (
+        unwrap.UnwrapTask,
+        unwrap.summary,
+        {
+            "bijective": not given.allow_overlaps,
+            "cut_extremities": not given.short_cuts,
+            "use_pins": not given.ignore_pins,
+            "mark_seams": given.mark_seams,
+            "pack": given.pack,
+            "margin": given.margin,
+        },
+    )
+
+
+def _match_options(given):
+    return (
+        match.make_task,
+        match.summary,
+        {
+            "bijective": not given.allow_overlaps,
+            "straight_lines": not given.bend_lines,
+            "cut_open": given.cut_open,
+            "rest": "unwrap" if given.unwrap_rest else "keep",
+        },
+    )
+
+
+def _improve_options(given):
+    return (
+        improve.ImproveTask,
+        improve.summary,
+        {
+            "bijective": not given.allow_overlaps,
+            "use_pins": not given.ignore_pins,
+            "iterations": given.iterations,
+            "pack": given.pack,
+            "margin": given.margin,
+        },
+    )
+
+
+def _conformal_options(given):
+    return (
+        conformal.make_task,
+        conformal.summary,
+        {
+            "boundary": given.boundary,
+            "mark_cuts": not given.no_seams,
+            "pack": not given.no_pack,
+            "scale_true": not given.metric_scale,
+            "margin": given.margin,
+        },
+    )
 
 
 def _solve(objects, make_task, summary) -> list[modal.Task]:
@@ -110,19 +211,8 @@ def _run(options) -> int:
     if options.command == "check":
         done = _solve(objects, check.CheckTask, check.summary)
         return 0 if len(done) == len(objects) and all(t.certificate.ok for t in done) else 1
-    done = _solve(
-        objects,
-        lambda snapshot: unwrap.UnwrapTask(
-            snapshot,
-            bijective=not options.allow_overlaps,
-            cut_extremities=not options.short_cuts,
-            use_pins=not options.ignore_pins,
-            mark_seams=options.mark_seams,
-            pack=options.pack,
-            margin=options.margin,
-        ),
-        unwrap.summary,
-    )
+    make_task, summary, values = options.options(options)
+    done = _solve(objects, lambda snapshot: make_task(snapshot, **values), summary)
     if len(done) < len(objects):
         return 1
     _write(options.output)

@@ -8,7 +8,7 @@ A vertex where faces touch only in that point becomes one vertex per fan of face
 nothing is lost, and "selected faces only" often leaves such points.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import bmesh
 import bpy
@@ -58,8 +58,27 @@ class Snapshot:
         """(d, 2) submesh vertex pairs: edges of triangles inside faces. A map cannot be cut there, as a face's corner has
         one UV."""
         ends = np.concatenate([self.triangles[:, e] for e in ((0, 1), (1, 2), (2, 0))])
-        inside = ~np.isin(_edge_keys(self.vertex_ids[ends]), _edge_keys(self.edges))
+        inside = ~np.isin(edge_keys(self.vertex_ids[ends]), edge_keys(self.edges))
         return np.unique(np.sort(ends[inside], axis=1), axis=0).astype(np.int32)
+
+    def part(self, triangles: np.ndarray) -> tuple["Snapshot", np.ndarray]:
+        """These triangles as a snapshot of their own, and the (#part,) submesh vertex of each of its vertices."""
+        corners = self.triangles[triangles]
+        used, compact = np.unique(corners, return_inverse=True)
+        number = np.full(len(self.vertices), -1, np.int32)
+        number[used] = np.arange(len(used))
+        ends = np.concatenate([corners[:, e] for e in ((0, 1), (1, 2), (2, 0))])
+        cuts = self.cuts[np.isin(edge_keys(self.cuts), edge_keys(ends))]
+        part = replace(
+            self,
+            vertices=self.vertices[used],
+            triangles=compact.reshape(-1, 3).astype(np.int32),
+            cuts=number[cuts],
+            vertex_ids=self.vertex_ids[used],
+            triangle_loops=self.triangle_loops[triangles],
+            triangle_face=self.triangle_face[triangles],
+        )
+        return part, used
 
 
 def _get(collection, name: str, count: int, dtype, width: int = 1) -> np.ndarray:
@@ -149,7 +168,7 @@ def more(elements) -> str:
     return f" (and {len(elements) - 1} more)" if len(elements) > 1 else ""
 
 
-def _edge_keys(pairs: np.ndarray) -> np.ndarray:
+def edge_keys(pairs: np.ndarray) -> np.ndarray:
     """One int64 per vertex pair, the same for both directions."""
     pairs = pairs.astype(np.int64)
     return np.minimum(pairs[:, 0], pairs[:, 1]) << 32 | np.maximum(pairs[:, 0], pairs[:, 1])
@@ -162,7 +181,7 @@ def _cuts(corners: np.ndarray, triangles: np.ndarray, seam_vertices: np.ndarray)
     ends = ((0, 1), (1, 2), (2, 0))
     in_mesh = np.concatenate([corners[:, e] for e in ends])
     in_submesh = np.concatenate([triangles[:, e] for e in ends])
-    on_seam = np.isin(_edge_keys(in_mesh), _edge_keys(seam_vertices))
+    on_seam = np.isin(edge_keys(in_mesh), edge_keys(seam_vertices))
     pairs = np.sort(in_submesh[on_seam], axis=1)
     return np.unique(pairs, axis=0).astype(np.int32)
 
@@ -184,11 +203,11 @@ def split_fans(
     following = half_edges // 3 * 3 + (half_edges + 1) % 3
     low = np.where(start < end, half_edges, following)
     high = np.where(start < end, following, half_edges)
-    key = _edge_keys(np.column_stack([start, end]))
+    key = edge_keys(np.column_stack([start, end]))
     order = np.argsort(key, kind="stable")
     joined = key[order][1:] == key[order][:-1]
     if cuts is not None and len(cuts):
-        joined &= ~np.isin(key[order][1:], _edge_keys(cuts))
+        joined &= ~np.isin(key[order][1:], edge_keys(cuts))
     same = np.flatnonzero(joined)
     a, b = order[same], order[same + 1]
     links_a, links_b = np.concatenate([low[a], high[a]]), np.concatenate([low[b], high[b]])
@@ -217,6 +236,15 @@ def connected_components(n: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:
                 break
             label = up
     return label
+
+
+def face_components(triangles: np.ndarray) -> np.ndarray:
+    """(m,) smallest triangle of each triangle's component; triangles are joined by common edges."""
+    m = len(triangles)
+    key = edge_keys(np.concatenate([triangles[:, e] for e in ((0, 1), (1, 2), (2, 0))]))
+    order = np.argsort(key, kind="stable")
+    same = np.flatnonzero(key[order][1:] == key[order][:-1])
+    return connected_components(m, order[same] % m, order[same + 1] % m)
 
 
 def count_islands(triangles: np.ndarray, uv: np.ndarray) -> int:
@@ -337,7 +365,7 @@ def _write_edit_mode(ob, snapshot, loops, values, new_seams) -> None:
 def edge_ids(snapshot: Snapshot, submesh_pairs: np.ndarray) -> np.ndarray:
     """Ids of the mesh's edges between these submesh vertices; pairs that are no edge (diagonals) are left out."""
     pairs = snapshot.vertex_ids[np.asarray(submesh_pairs, dtype=np.int64).reshape(-1, 2)]
-    return np.flatnonzero(np.isin(_edge_keys(snapshot.edges), _edge_keys(pairs)))
+    return np.flatnonzero(np.isin(edge_keys(snapshot.edges), edge_keys(pairs)))
 
 
 def to_mesh_elements(snapshot: Snapshot, kind: str, elements) -> tuple[str, np.ndarray]:

@@ -59,6 +59,23 @@ class Task:
         raise NotImplementedError
 
 
+class StagedTask(Task):
+    """A task of several jobs, written down as one generator: `result = yield job`."""
+
+    def stages(self):
+        raise NotImplementedError
+
+    def start(self):
+        self._stages = self.stages()
+        return next(self._stages, None)
+
+    def collect(self, result):
+        try:
+            return self._stages.send(result)
+        except StopIteration:
+            return None
+
+
 class Run:
     """A row of tasks: what is being solved, what has ended, what failed."""
 
@@ -72,6 +89,7 @@ class Run:
         self.done: list[Task] = []
         self.failures: list[errors.Failure] = list(failures or [])
         self.started = time.perf_counter()
+        self._shown = 0.0  # largest fraction so far: a task's next job starts at zero again
         _live_runs.add(self)
 
     def advance(self, seconds: float) -> bool:
@@ -120,12 +138,13 @@ class Run:
         return self._cancelled
 
     def progress(self) -> tuple[str, float]:
-        """(text, fraction over all tasks)."""
+        """(text, fraction over all tasks); the fraction never falls."""
         stage, fraction = self._job.progress() if self._job is not None else ("", 0.0)
         ended = len(self.done) + len(self.failures)
         name = self._task.snapshot.object_name if self._task is not None else ""
         text = f"{name}: {stage}" if stage else name
-        return text, min((ended + fraction) / max(self._total, 1), 1.0)
+        self._shown = max(self._shown, min((ended + fraction) / max(self._total, 1), 1.0))
+        return text, self._shown
 
     def finish(self):
         """Writes every result, unless cancelled. A task that cannot be written joins the failures."""

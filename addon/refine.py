@@ -123,27 +123,73 @@ def _rebuild(bm, snapshot, result, todo, mark_cuts) -> None:
         for corner, vertex in enumerate(faces[child]):
             _loop_at(face, points[vertex])[layer].uv = uv[child][corner]
 
+    if mark_cuts:
+        _mark(bm, points, result.cut_edges)  # pieces of these edges inherit the seam
     doomed, old_edges = [], set()
+    neighbours = _outside_neighbours(bm, todo, points, old_faces, n)
     for face_id, children in todo.children.items():
         face = old_faces[face_id]
         doomed.append(face)
         old_edges.update(face.edges)
         for child in children:
             _make_pieces_of_edges(bm, faces[child], points, todo.supports, n)
-            new = bm.faces.new([points[v] for v in faces[child]], face)
-            new.select = face.select
+            new = _new_face(bm, [points[v] for v in faces[child]], face)
             for corner, loop in enumerate(new.loops):
-                loop.copy_from_face_interp(face, False)
                 loop[layer].uv = uv[child][corner]
+    for face, outline in neighbours:
+        doomed.append(face)
+        old_edges.update(face.edges)
+        _new_face(bm, outline, face)
     bmesh.ops.delete(bm, geom=doomed, context="FACES_ONLY")
     loose = [edge for edge in old_edges if edge.is_valid and not edge.link_faces]
     bmesh.ops.delete(bm, geom=loose, context="EDGES")
     if mark_cuts:
-        for a, b in result.cut_edges.tolist():
-            edge = bm.edges.get((points[a], points[b]))
-            if edge is not None:
-                edge.seam = True
+        _mark(bm, points, result.cut_edges)
     bm.normal_update()
+
+
+def _mark(bm, points, cut_edges) -> None:
+    for a, b in cut_edges.tolist():
+        edge = bm.edges.get((points[a], points[b]))
+        if edge is not None:
+            edge.seam = True
+
+
+def _new_face(bm, outline, face):
+    """A face that lies in `face`, with what that carries: exactly at its own corners, interpolated elsewhere."""
+    new = bm.faces.new(outline, face)
+    new.select = face.select
+    old_loops = {loop.vert: loop for loop in face.loops}
+    for loop in new.loops:
+        old = old_loops.get(loop.vert)
+        if old is None:
+            loop.copy_from_face_interp(face, False)
+        else:
+            loop.copy_from(old)
+    return new
+
+
+def _outside_neighbours(bm, todo, points, old_faces, n) -> list:
+    """Faces that are not replaced beside an edge with new vertices (they were not selected), each with its outline once
+    these are in it: [(face, vertices)]. Without them the mesh would come apart there."""
+    on_edge: dict = {}
+    for index, support in enumerate(todo.supports):
+        if len(support) == 2:
+            a, b = (points[i] for i in sorted(support))
+            edge = bm.edges.get((a, b))
+            if edge is not None:
+                on_edge.setdefault(edge, []).append(points[n + index])
+    replaced = {old_faces[face_id] for face_id in todo.children}
+    outside = {face for edge in on_edge for face in edge.link_faces} - replaced
+    result = []
+    for face in sorted(outside, key=lambda face: face.index):
+        outline = []
+        for loop in face.loops:
+            start = loop.vert.co
+            new = on_edge.get(loop.edge, [])
+            outline += [loop.vert, *sorted(new, key=lambda v: (v.co - start).length_squared)]
+        result.append((face, outline))
+    return result
 
 
 def _new_vertex(bm, snapshot, result, points, v):

@@ -35,6 +35,18 @@ def certify(snapshot, uv, *, pins=None, bijective=False):
     )
 
 
+def certify_arrays(vertices, faces, uv, *, bijective):
+    """Starts the certificate of any map; vertices that no face uses are left out."""
+    used, compact = np.unique(faces, return_inverse=True)
+    return jobs.certify(
+        vertices[used],
+        compact.reshape(-1, 3).astype(np.int32),
+        uv,
+        bijective=bijective,
+        threads=THREADS,
+    )
+
+
 def unwrap(snapshot, *, pins, bijective, cut_extremities, margin, keep_places):
     """Starts the unwrap of a snapshot. keep_places: islands that have a place keep it; others are packed."""
     old = None
@@ -61,6 +73,31 @@ def improve(snapshot, *, pins, bijective, iterations):
         pins=pins or None,
         keep_bijective=bijective,
         iterations=iterations,
+        threads=THREADS,
+    )
+
+
+def pack(
+    vertices,
+    faces,
+    uv,
+    *,
+    margin,
+    keep_bijective=True,
+    together=False,
+    scale_true=False,
+    unmoved=None,
+):
+    """Starts moving the islands of a map into the unit square; see flipfree.pack."""
+    return jobs.pack(
+        vertices,
+        faces,
+        uv,
+        margin=margin,
+        keep_bijective=keep_bijective,
+        together=together,
+        scale_true=scale_true,
+        unmoved=unmoved,
         threads=THREADS,
     )
 
@@ -98,12 +135,13 @@ def suggest_cones(snapshot, *, bound, quarter_turns):
     )
 
 
-def match(vertices, faces, *, points, boundary_loop, boundary_uv, bijective):
-    """Starts the map of one disk that meets `points` {vertex: (u, v)} and, if given, its whole boundary."""
+def match(island, *, points, lines, boundary_loop, boundary_uv, bijective):
+    """Starts the map of one island that meets `points` {vertex: (u, v)}, `lines` and, if given, its whole outline."""
     return jobs.match(
-        vertices,
-        faces,
+        island.vertices,
+        island.faces,
         points=points or None,
+        lines=lines or None,
         boundary_loop=boundary_loop,
         boundary_uv=boundary_uv,
         bijective=bijective,

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 
 from .. import mesh_io, modal, solver
-from . import common
+from . import common, options
 
 
 class CheckTask(modal.Task):
@@ -39,7 +39,7 @@ def summary(tasks: list[CheckTask]) -> str:
     return f"{verdict}: {text}"
 
 
-class UV_OT_flipfree_check(modal.SolverOperator, bpy.types.Operator):
+class UV_OT_flipfree_check(options.MapOperator, bpy.types.Operator):
     bl_idname = "uv.flipfree_check"
     bl_label = "Check Flips and Overlaps"
     bl_description = (
@@ -48,17 +48,10 @@ class UV_OT_flipfree_check(modal.SolverOperator, bpy.types.Operator):
     )
     bl_options = {"REGISTER", "UNDO"}
     verb = "Check"
+    needs_uv = True
 
-    @classmethod
-    def poll(cls, context):
-        return common.poll(cls, context, needs_uv=True)
-
-    def make_run(self, context):
-        snapshots, failures = common.read_meshes(context)
-        tasks = [CheckTask(snapshot) for snapshot in snapshots if snapshot.layer_name]
-        if not tasks and not failures:
-            raise mesh_io.MeshProblem("The mesh has no UV map yet. Unwrap it first")
-        return modal.Run(tasks, failures)
+    def make_task(self, snapshot):
+        return CheckTask(snapshot)
 
     def summary(self, tasks):
         return summary(tasks)

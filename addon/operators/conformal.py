@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Conformal Map with Cones, Suggest Cones, Mark Cone (thesis 4, docs/conformal-blender.md)."""
 
+import functools
 import math
 
 import bpy
 import numpy as np
 
-from .. import cones, mesh_io, modal, refine, solver
-from . import common
+from .. import cones, islands, mesh_io, modal, refine, solver
+from . import common, options
 
 # Radians by which a 32-bit cone angle may be off its 64-bit value (half a unit in the last place below 64).
 ROUNDING = 2e-6
@@ -54,18 +55,78 @@ def submesh_boundary(snapshot) -> np.ndarray:
     return result
 
 
-class ConformalTask(modal.Task):
-    def __init__(self, snapshot, cone_angles, boundary_vertices, *, boundary, mark_cuts):
+class ConformalTask(modal.StagedTask):
+    """Every connected part of the faces is a surface of its own, with cones that must fit it alone."""
+
+    def __init__(
+        self,
+        snapshot,
+        cone_angles,
+        boundary_vertices,
+        *,
+        boundary="free",
+        mark_cuts=True,
+        pack=True,
+        scale_true=True,
+        margin=0.005,
+    ):
         super().__init__(snapshot)
-        self.cone_angles = cone_angles
+        self.cone_angles = cone_angles  # {submesh vertex: angle}
         self.boundary_vertices = boundary_vertices
         self.boundary = boundary
         self.mark_cuts = mark_cuts
+        self.pack = pack
+        self.scale_true = scale_true
+        self.margin = margin
         self.result = None
+        self.certificates = []
+        self.angle_error = 0.0
         self.new_vertices = 0
-        self._have_angles = False
+        self._solving = (
+            None  # (submesh vertices, triangles) of the part the solver has, for explain()
+        )
 
-    def start(self):
+    def stages(self):
+        self._refuse_bad_angles()
+        label = mesh_io.face_components(self.snapshot.triangles)
+        parts = [np.flatnonzero(label == root) for root in np.unique(label)]
+        requests = [self._request(triangles) for triangles in parts]
+        self._refuse_unbalanced(parts, requests)
+        pieces = []
+        for triangles, (part, used, angles) in zip(parts, requests, strict=True):
+            self._solving = used, triangles
+            if callable(angles):
+                angles = yield angles()
+            result = self._checked((yield solver.conformal(part, angles)))
+            self.angle_error = max(self.angle_error, result.stats["angle_error"])
+            pieces.append(islands.Piece(triangles, used, result))
+        self._solving = None
+        self.result = islands.combine(self.snapshot, pieces)
+        self.result.cut_edges = self._combined_cuts(pieces)
+        if self.pack:
+            packed = yield solver.pack(
+                self.result.vertices,
+                self.result.faces,
+                self.result.uv,
+                margin=self.margin,
+                together=True,
+                scale_true=self.scale_true,
+            )
+            self.result.uv, self.result.stored = packed.uv, packed.uv32()
+
+    def _combined_cuts(self, pieces) -> np.ndarray:
+        """Cut edges of all parts in the numbers of the combined map."""
+        total = len(self.snapshot.vertices)
+        cuts = []
+        for piece in pieces:
+            old = len(piece.submesh)
+            new = len(piece.result.vertices) - old
+            number = np.concatenate([piece.submesh, np.arange(total, total + new)])
+            total += new
+            cuts.append(number[piece.result.cut_edges])
+        return np.concatenate(cuts)
+
+    def _refuse_bad_angles(self):
         bad = [v for v, angle in self.cone_angles.items() if not angle > 0.0]
         if bad:
             ids = self.snapshot.vertex_ids[bad]
@@ -75,51 +136,80 @@ class ConformalTask(modal.Task):
                 "vertex",
                 ids,
             )
-        self._balance()
-        if self.boundary == "prescribed":
-            self._have_angles = True
-            return solver.conformal(self.snapshot, self._prescribed())
-        inner = {v: a for v, a in self.cone_angles.items() if not self.boundary_vertices[v]}
-        corners = [v for v in self.cone_angles if self.boundary_vertices[v]]
+
+    def _request(self, triangles):
+        """(part, its submesh vertices, target angles or a function that starts computing them)."""
+        part, used = self.snapshot.part(triangles)
+        boundary = self.boundary_vertices[used]
+        cones = {
+            i: self.cone_angles[v] for i, v in enumerate(used.tolist()) if v in self.cone_angles
+        }
+        # Without a boundary there is nothing to choose: all angles are known.
+        if self.boundary == "prescribed" or not boundary.any():
+            return part, used, target_angles(part, cones, boundary)
+        inner = {v: a for v, a in cones.items() if not boundary[v]}
+        corners = [v for v in cones if boundary[v]]
         if self.boundary == "straight" and not corners:
             raise mesh_io.MeshProblem(
-                f"{self.snapshot.object_name}: a straight boundary needs corners. Mark at least three of its "
-                "vertices as cones, or choose another boundary"
+                f"{self._name(triangles)}: a straight boundary needs corners. Mark at least three of its "
+                "vertices as cones, or choose another boundary",
+                "face",
+                np.unique(self.snapshot.triangle_face[triangles]),
             )
-        return solver.boundary_angles(
-            self.snapshot, boundary=self.boundary, cones=inner, corners=corners
+        start = functools.partial(
+            solver.boundary_angles, part, boundary=self.boundary, cones=inner, corners=corners
         )
+        return part, used, start
 
-    def _balance(self) -> None:
-        """On a closed surface the cones must sum up exactly, and Blender stores angles in 32 bits: what rounding left
-        over is shared among them. A larger remainder is the user's, and the solver will name it."""
-        if self.boundary_vertices.any() or not self.cone_angles:
+    def _name(self, triangles) -> str:
+        """How messages call a part."""
+        name = self.snapshot.object_name
+        if len(triangles) == len(self.snapshot.triangles):
+            return name
+        faces = np.unique(self.snapshot.triangle_face[triangles])
+        return f"{name}, the part of face {faces[0]} ({common.plural(len(faces), 'face')})"
+
+    def _refuse_unbalanced(self, parts, requests):
+        """All parts whose cones do not sum to what their shape needs, each with its remainder."""
+        wrong, faces = [], []
+        for triangles, (part, _, angles) in zip(parts, requests, strict=True):
+            if callable(angles):
+                continue
+            missing = curvature_left(part, angles, submesh_boundary(part)) / (math.pi / 2)
+            if abs(missing) > 1e-6:
+                wrong.append(f"{self._name(triangles)}: {missing:+.6g} quarter turns")
+                faces.append(np.unique(self.snapshot.triangle_face[triangles]))
+        if wrong:
+            raise mesh_io.MeshProblem(
+                "The cones do not sum to what the shape needs. Still missing:\n"
+                + "\n".join(wrong)
+                + "\nMark Cone adds and removes cones",
+                "face",
+                np.concatenate(faces),
+            )
+
+    def explain(self, error):
+        """The solver's ids are those of a part: to the snapshot's. Where it names none: the part."""
+        if self._solving is None:
             return
-        triangles = self.snapshot.triangles
-        characteristic = len(self.snapshot.vertices) - len(triangles) // 2
-        total = sum(2 * math.pi - angle for angle in self.cone_angles.values())
-        left = 2 * math.pi * characteristic - total
-        if abs(left) < ROUNDING * len(self.cone_angles):
-            share = left / len(self.cone_angles)
-            self.cone_angles = {v: angle - share for v, angle in self.cone_angles.items()}
+        used, triangles = self._solving
+        ids = np.asarray(error.elements, dtype=np.int64).ravel()
+        if error.kind in ("vertex", "edge") and len(ids):
+            error.elements = used[ids[ids < len(used)]].tolist()
+        elif error.kind in ("face", "corner") and len(ids):
+            ids = ids // 3 if error.kind == "corner" else ids
+            error.kind, error.elements = "face", triangles[ids[ids < len(triangles)]].tolist()
+        elif len(triangles) < len(self.snapshot.triangles):
+            error.kind, error.elements = "face", triangles.tolist()
 
-    def _prescribed(self) -> np.ndarray:
-        angles = np.where(self.boundary_vertices, math.pi, 2 * math.pi)
-        for vertex, angle in self.cone_angles.items():
-            angles[vertex] = angle
-        return angles
-
-    def collect(self, result):
-        if not self._have_angles:
-            self._have_angles = True
-            return solver.conformal(self.snapshot, result)
+    def _checked(self, result):
         if not result.certificate.ok:
             raise mesh_io.MeshProblem(
                 f"{self.snapshot.object_name}: the map failed its check: "
                 f"{'; '.join(result.certificate.failures)}"
             )
-        self.result = result
-        return None
+        self.certificates.append(result.certificate)
+        return result
 
     def write(self, ob):
         if refine.needs_new_faces(self.snapshot, self.result):
@@ -132,7 +222,42 @@ class ConformalTask(modal.Task):
         mesh_io.write_uv(ob, self.snapshot, loops, values, seams)
 
 
-class UV_OT_flipfree_conformal(modal.SolverOperator, bpy.types.Operator):
+def curvature_left(part, angles: np.ndarray, boundary: np.ndarray) -> float:
+    """2 pi chi minus the curvature of these total angles, which Gauss-Bonnet wants to be zero; radians."""
+    ends = np.concatenate([part.triangles[:, e] for e in ((0, 1), (1, 2), (2, 0))])
+    edges = len(np.unique(np.sort(ends, axis=1), axis=0))
+    euler = len(part.vertices) - edges + len(part.triangles)
+    return 2 * math.pi * euler - float(np.sum(np.where(boundary, math.pi, 2 * math.pi) - angles))
+
+
+def target_angles(part, cones: dict[int, float], boundary: np.ndarray) -> np.ndarray:
+    """Flat but for the cones. They must sum up exactly, and Blender stores angles in 32 bits: what rounding left over is
+    shared among them. A larger remainder is the user's and stays."""
+    angles = np.where(boundary, math.pi, 2 * math.pi)
+    marked = list(cones)
+    angles[marked] = list(cones.values())
+    left = curvature_left(part, angles, boundary)
+    if abs(left) < ROUNDING * len(marked):
+        angles[marked] -= left / len(marked)
+    return angles
+
+
+def make_task(snapshot, **options) -> ConformalTask:
+    marked, boundary = _cones_of(bpy.data.objects[snapshot.object_name], snapshot)
+    return ConformalTask(snapshot, marked, boundary, **options)
+
+
+def summary(tasks: list[ConformalTask]) -> str:
+    """The report line, without the time."""
+    count = sum(mesh_io.count_islands(t.result.faces, t.result.uv32()) for t in tasks)
+    text = common.figures([c for t in tasks for c in t.certificates], count)
+    error = max(t.angle_error for t in tasks)
+    added = sum(t.new_vertices for t in tasks)
+    noun = "vertex" if added == 1 else "vertices"
+    return f"{text}, cone angles within {error:.1e} rad, {added} {noun} added"
+
+
+class UV_OT_flipfree_conformal(options.Packing, options.MapOperator, bpy.types.Operator):
     bl_idname = "uv.flipfree_conformal"
     bl_label = "Conformal Map with Cones"
     bl_description = (
@@ -141,6 +266,7 @@ class UV_OT_flipfree_conformal(modal.SolverOperator, bpy.types.Operator):
     )
     bl_options = {"REGISTER", "UNDO"}
     verb = "Conformal Map"
+    option_names = ("boundary", "mark_cuts", "pack", "scale_true", "margin")
 
     boundary: bpy.props.EnumProperty(name="Boundary", items=BOUNDARIES, default="free")
     mark_cuts: bpy.props.BoolProperty(
@@ -148,71 +274,66 @@ class UV_OT_flipfree_conformal(modal.SolverOperator, bpy.types.Operator):
         description="Mark the edges along which the map is cut",
         default=True,
     )
+    pack: bpy.props.BoolProperty(
+        name="Pack Islands",
+        description=(
+            "Pack the islands into the unit square. Islands of one connected part turn and scale together, so that "
+            "quarter turns across seams stay quarter turns"
+        ),
+        default=True,
+    )
+    scale_true: bpy.props.BoolProperty(
+        name="True Scale",
+        description="Separate parts get the size of their surface when they are packed. Off: the size the metric has",
+        default=True,
+    )
 
-    @classmethod
-    def poll(cls, context):
-        return common.poll(cls, context)
-
-    def draw(self, context):
-        self.layout.use_property_split = True
-        self.layout.use_property_decorate = False
-        self.layout.prop(self, "boundary")
-        self.layout.prop(self, "mark_cuts")
-
-    def make_run(self, context):
-        snapshots, failures = common.read_meshes(context)
-        tasks = []
-        for snapshot in snapshots:
-            marked, boundary = _cones_of(bpy.data.objects[snapshot.object_name], snapshot)
-            tasks.append(
-                ConformalTask(
-                    snapshot, marked, boundary, boundary=self.boundary, mark_cuts=self.mark_cuts
-                )
-            )
-        return modal.Run(tasks, failures)
+    def make_task(self, snapshot, **options):
+        return make_task(snapshot, **options)
 
     def summary(self, tasks):
-        islands = sum(mesh_io.count_islands(t.result.faces, t.result.uv32()) for t in tasks)
-        text = common.figures([t.result.certificate for t in tasks], islands)
-        error = max(t.result.stats["angle_error"] for t in tasks)
-        added = sum(t.new_vertices for t in tasks)
-        text += f", cone angles within {error:.1e} rad"
-        return f"{text}, {common.plural(added, 'vertex').replace('vertexs', 'vertices')} added"
+        return summary(tasks)
 
 
-class SuggestTask(modal.Task):
+class SuggestTask(modal.StagedTask):
+    """Each connected part of the faces by itself."""
+
     def __init__(self, snapshot, *, bound, quarter_turns):
         super().__init__(snapshot)
         self.bound = bound
         self.quarter_turns = quarter_turns
-        self.suggestion = None
+        self.cones = {}  # {submesh vertex: angle}
+        self.scale_ratio = 1.0
+        self.bound_holds = True
 
-    def start(self):
-        return solver.suggest_cones(
-            self.snapshot, bound=self.bound, quarter_turns=self.quarter_turns
-        )
-
-    def collect(self, result):
-        self.suggestion = result
+    def stages(self):
+        label = mesh_io.face_components(self.snapshot.triangles)
+        for root in np.unique(label):
+            part, used = self.snapshot.part(np.flatnonzero(label == root))
+            found = yield solver.suggest_cones(
+                part, bound=self.bound, quarter_turns=self.quarter_turns
+            )
+            self.cones.update({int(used[v]): float(found[v]) for v in found.cones.tolist()})
+            self.scale_ratio = max(self.scale_ratio, found.scale_ratio)
+            self.bound_holds = self.bound_holds and found.bound_holds
 
     def write(self, ob):
         """Cones of quarter turns go into groups, others into the attribute."""
         boundary = submesh_boundary(self.snapshot)
-        angles = {}
-        for vertex in self.suggestion.cones.tolist():
-            angles[int(self.snapshot.vertex_ids[vertex])] = (
-                float(self.suggestion[vertex]),
-                bool(boundary[vertex]),
-            )
+        angles = {
+            int(self.snapshot.vertex_ids[vertex]): (angle, bool(boundary[vertex]))
+            for vertex, angle in self.cones.items()
+        }
         cones.write(ob, angles, as_groups=self.quarter_turns)
 
 
-class UV_OT_flipfree_suggest_cones(modal.SolverOperator, bpy.types.Operator):
+class UV_OT_flipfree_suggest_cones(options.MapOperator, bpy.types.Operator):
     bl_idname = "uv.flipfree_suggest_cones"
     bl_label = "Suggest Cones"
     bl_description = "Place cones one by one where a conformal map would scale most, until scales differ no more than the bound"
     bl_options = {"REGISTER", "UNDO"}
     verb = "Suggest Cones"
+    option_names = ("bound", "quarter_turns")
 
     bound: bpy.props.FloatProperty(
         name="Scale Bound",
@@ -227,21 +348,13 @@ class UV_OT_flipfree_suggest_cones(modal.SolverOperator, bpy.types.Operator):
         default=False,
     )
 
-    @classmethod
-    def poll(cls, context):
-        return common.poll(cls, context)
-
-    def make_run(self, context):
-        snapshots, failures = common.read_meshes(context)
-        tasks = [
-            SuggestTask(s, bound=self.bound, quarter_turns=self.quarter_turns) for s in snapshots
-        ]
-        return modal.Run(tasks, failures)
+    def make_task(self, snapshot, **options):
+        return SuggestTask(snapshot, **options)
 
     def summary(self, tasks):
-        count = sum(len(t.suggestion.cones) for t in tasks)
-        ratio = max(t.suggestion.scale_ratio for t in tasks)
-        missed = "" if all(t.suggestion.bound_holds for t in tasks) else ", bound not reached"
+        count = sum(len(t.cones) for t in tasks)
+        ratio = max(t.scale_ratio for t in tasks)
+        missed = "" if all(t.bound_holds for t in tasks) else ", bound not reached"
         return f"{common.plural(count, 'cone')}, scales differ by {ratio:.3g}{missed}"
 
 

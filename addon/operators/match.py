@@ -1,215 +1,261 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Match Pins: pinned UVs met bit for bit without a fold, subdividing where that is needed (thesis 3.3, docs/unwrap.md)."""
-
-from types import SimpleNamespace
+"""Match Pins: pinned UVs met bit for bit without a fold, subdividing where that is needed (thesis 3.3, docs/pins.md)."""
 
 import bpy
 import numpy as np
 
-from .. import mesh_io, modal, refine, solver
-from . import common
+from .. import islands, mesh_io, modal, refine, solver
+from . import common, options
 
 GROUP = "Pins"
 
-
-class Island:
-    """One seam island as a mesh of its own."""
-
-    def __init__(self, snapshot, triangles: np.ndarray):
-        self.triangles = triangles  # ids of the snapshot's triangles
-        faces, submesh = mesh_io.split_fans(snapshot.triangles[triangles], snapshot.cuts)
-        self.faces = faces
-        self.submesh = submesh  # island vertex -> submesh vertex
-        self.vertices = snapshot.vertices[submesh]
-        self.pins: dict[int, tuple[float, float]] = {}
-
-    def boundary_loops(self) -> list[list[int]]:
-        """Vertices of each loop in order, the surface on the left."""
-        start = self.faces.ravel()
-        end = np.roll(self.faces, -1, axis=1).ravel()
-        inner = set(zip(end.tolist(), start.tolist(), strict=True))
-        follow = {
-            a: b for a, b in zip(start.tolist(), end.tolist(), strict=True) if (a, b) not in inner
-        }
-        loops = []
-        while follow:
-            loop = [min(follow)]
-            vertex = follow.pop(loop[0])
-            while vertex != loop[0]:
-                loop.append(vertex)
-                vertex = follow.pop(vertex)
-            loops.append(loop)
-        return loops
+REST = (
+    ("keep", "Stay", "Islands without pins keep their UVs"),
+    (
+        "unwrap",
+        "Unwrap",
+        "Islands without pins are unwrapped and keep their place where they had one",
+    ),
+)
 
 
-def islands_of(snapshot) -> list[Island]:
-    """Seam islands of the snapshot, by their first triangle."""
-    triangles = snapshot.triangles
-    split, _ = mesh_io.split_fans(triangles, snapshot.cuts)
-    m = len(triangles)
-    ends = [(k, (k + 1) % 3) for k in range(3)]
-    key = np.concatenate([np.sort(split[:, e], axis=1) for e in ends]).astype(np.int64)
-    code = key[:, 0] << 32 | key[:, 1]
-    order = np.argsort(code, kind="stable")
-    same = np.flatnonzero(code[order][1:] == code[order][:-1])
-    label = mesh_io.connected_components(m, order[same] % m, order[same + 1] % m)
-    return [Island(snapshot, np.flatnonzero(label == root)) for root in np.unique(label)]
-
-
-class MatchTask(modal.Task):
-    def __init__(self, snapshot, group_vertices, *, bijective):
+class MatchTask(modal.StagedTask):
+    def __init__(
+        self,
+        snapshot,
+        group_vertices,
+        *,
+        bijective=True,
+        straight_lines=True,
+        cut_open=False,
+        rest="keep",
+    ):
         super().__init__(snapshot)
         self.group_vertices = group_vertices  # mesh vertices of the group `Pins`
         self.bijective = bijective
-        self.results = []
+        self.straight_lines = straight_lines
+        self.cut_open = cut_open
+        self.rest = rest
+        self.certificates = []
+        self.charts = 0
         self.result = None
         self.new_vertices = 0
-        self._waiting = []
-        self._island = None
+        self._cuts = np.zeros((0, 2), np.int32)  # added, as submesh pairs
+        self._solving = (
+            None  # (submesh vertices, triangles, outline) of what the solver has, for explain()
+        )
 
-    def start(self):
-        self._waiting = [island for island in islands_of(self.snapshot)]
-        for island in self._waiting:
-            self._collect_pins(island)
-        self._waiting = [island for island in self._waiting if island.pins]
-        if not self._waiting:
+    def stages(self):
+        pinned, free = yield from self._sort_islands()
+        pieces = []
+        for island in pinned:
+            request = self._request(island)
+            outline = request["boundary_loop"] or list(island.pins)
+            self._solving = island.submesh, island.triangles, island.submesh[outline]
+            result = yield solver.match(island, **request)
+            pieces.append(islands.Piece(island.triangles, island.submesh, self._checked(result)))
+        if self.rest == "unwrap" and free:
+            triangles = np.sort(np.concatenate([island.triangles for island in free]))
+            result, used = yield from self._unwrap(triangles)
+            pieces.append(islands.Piece(triangles, used, self._checked(result)))
+        self.result = islands.combine(self.snapshot, pieces, self._cuts)
+        if len(self.result.seam_triangles):
+            yield from self._check_seams(pieces)
+
+    def _sort_islands(self):
+        """(islands with pins, islands without); closed ones are refused, or cut open first."""
+        found = islands.islands_of(self.snapshot)
+        self._collect_pins(found)
+        if not any(island.pins for island in found):
             raise mesh_io.MeshProblem(
                 f"{self.snapshot.object_name}: no UV is pinned. Pin some with P in the UV editor, or put vertices "
                 f"into the group '{GROUP}'"
             )
-        return self._next()
+        closed = [island for island in found if island.pins and self._needs_cut(island)]
+        if closed:
+            triangles = np.sort(np.concatenate([island.triangles for island in closed]))
+            result, used = yield from self._unwrap(triangles)
+            self._cuts = np.setdiff1d(
+                used[result.cut_edges] @ [1 << 32, 1],
+                np.sort(self.snapshot.cuts, axis=1).astype(np.int64) @ [1 << 32, 1],
+            )
+            self._cuts = np.column_stack([self._cuts >> 32, self._cuts & 0xFFFFFFFF])
+            found = islands.islands_of(
+                self.snapshot, np.concatenate([self.snapshot.cuts, self._cuts])
+            )
+            self._collect_pins(found)
+        return [i for i in found if i.pins], [i for i in found if not i.pins]
 
-    def _collect_pins(self, island):
-        """Pinned corners as pins of the island's vertices; two places for one vertex are refused by name."""
-        snapshot = self.snapshot
-        loops = snapshot.triangle_loops[island.triangles]
-        in_group = np.isin(snapshot.vertex_ids[island.submesh[island.faces]], self.group_vertices)
-        rows, corners = np.nonzero(snapshot.pinned[loops] | in_group)
-        for row, corner in zip(rows.tolist(), corners.tolist(), strict=True):
-            vertex = int(island.faces[row, corner])
-            target = tuple(map(float, snapshot.uv[loops[row, corner]]))
-            mesh_vertex = int(snapshot.vertex_ids[island.submesh[vertex]])
-            if not np.isfinite(target).all():
-                raise mesh_io.MeshProblem(
-                    f"{snapshot.object_name}: vertex {mesh_vertex} has a pinned UV that is no number. Unpin it with Alt P",
-                    "vertex",
-                    [mesh_vertex],
-                )
-            if island.pins.setdefault(vertex, target) != target:
-                raise mesh_io.MeshProblem(
-                    f"{snapshot.object_name}: vertex {mesh_vertex} is pinned to two places in one island. Mark a seam "
-                    "between them, or unpin one with Alt P",
-                    "vertex",
-                    [mesh_vertex],
-                )
-
-    def _next(self):
-        if not self._waiting:
-            return None
-        island = self._island = self._waiting.pop(0)
-        loops = island.boundary_loops()
-        boundary_loop = boundary_uv = None
-        points = dict(island.pins)
-        if len(loops) == 1 and all(v in points for v in loops[0]):
-            boundary_loop = loops[0]
-            boundary_uv = [points.pop(v) for v in boundary_loop]
-        return solver.match(
-            island.vertices,
-            island.faces,
-            points=points,
-            boundary_loop=boundary_loop,
-            boundary_uv=boundary_uv,
-            bijective=self.bijective and boundary_uv is None,
+    def _needs_cut(self, island) -> bool:
+        """Whether no flat piece is like this island. Raises MeshProblem, naming it, unless it may be cut."""
+        loops = len(island.boundary_loops())
+        if loops and island.genus(loops) == 0:
+            return False
+        if self.cut_open:
+            return True
+        faces = np.unique(self.snapshot.triangle_face[island.triangles])
+        handles = f"{island.genus(loops)} handle{'s' * (island.genus(loops) != 1)}"
+        raise mesh_io.MeshProblem(
+            f"{self.snapshot.object_name}: the island of face {faces[0]} ({len(faces)} faces) "
+            f"{'has ' + handles if loops else 'is closed'} and cannot be flattened in one piece. Mark seams that open "
+            "it, or turn on Cut Open in the redo panel",
+            "face",
+            faces,
         )
 
-    def explain(self, error):
-        """The solver's ids are the island's: to the snapshot's."""
-        island = self._island
-        if island is None:
-            return
-        ids = np.asarray(error.elements, dtype=np.int64).ravel()
-        if error.kind in ("vertex", "edge"):
-            ids = ids[ids < len(island.submesh)]
-            error.elements = island.submesh[ids].tolist()
-        elif error.kind == "face":
-            error.elements = island.triangles[ids[ids < len(island.triangles)]].tolist()
+    def _unwrap(self, triangles):
+        """(result of unwrapping these triangles, submesh vertex of each of its vertices)."""
+        part, used = self.snapshot.part(triangles)
+        self._solving = used, triangles, np.zeros(0, np.int64)
+        result = yield solver.unwrap(
+            part,
+            pins={},
+            bijective=self.bijective,
+            cut_extremities=False,
+            margin=0.005,
+            keep_places=True,
+        )
+        return result, used
 
-    def collect(self, result):
+    def _collect_pins(self, found):
+        """Pinned corners as pins of the islands' vertices; two places for one vertex are refused by name."""
+        snapshot = self.snapshot
+        name = snapshot.object_name
+        for island in found:
+            loops = snapshot.triangle_loops[island.triangles]
+            mesh_vertices = snapshot.vertex_ids[island.submesh]
+            in_group = np.isin(mesh_vertices[island.faces], self.group_vertices)
+            rows, corners = np.nonzero(snapshot.pinned[loops] | in_group)
+            for row, corner in zip(rows.tolist(), corners.tolist(), strict=True):
+                vertex = int(island.faces[row, corner])
+                target = tuple(map(float, snapshot.uv[loops[row, corner]]))
+                mesh_vertex = int(mesh_vertices[vertex])
+                if not np.isfinite(target).all():
+                    raise mesh_io.MeshProblem(
+                        f"{name}: vertex {mesh_vertex} has a pinned UV that is no number. Unpin it with Alt P",
+                        "vertex",
+                        [mesh_vertex],
+                    )
+                if island.pins.setdefault(vertex, target) != target:
+                    raise mesh_io.MeshProblem(
+                        f"{name}: vertex {mesh_vertex} is pinned to two places in one island. Mark a seam "
+                        "between them, or unpin one with Alt P",
+                        "vertex",
+                        [mesh_vertex],
+                    )
+
+    def _request(self, island) -> dict:
+        """Pins in the solver's terms: the whole boundary if all of it is pinned, lines, points."""
+        points = dict(island.pins)
+        outline = self._outline(island)
+        request = {"boundary_loop": None, "boundary_uv": None, "bijective": self.bijective}
+        if outline is not None:
+            request["boundary_loop"] = outline
+            request["boundary_uv"] = [points.pop(v) for v in outline]
+            request["bijective"] = False  # the targets say whether it overlaps itself
+        lines = self._lines(island, points, set(outline or ())) if self.straight_lines else []
+        request["lines"] = [((a, b), (island.pins[a], island.pins[b])) for a, b in lines]
+        request["points"] = points
+        return request
+
+    def _outline(self, island) -> list[int] | None:
+        """The loop that the whole outline is prescribed by: all pinned; of several loops, one that runs as an outline does."""
+        loops = island.boundary_loops()
+        whole = [loop for loop in loops if all(v in island.pins for v in loop)]
+        if len(loops) == 1:
+            return whole[0] if whole else None
+        for loop in whole:
+            uv = np.array([island.pins[v] for v in loop])
+            following = np.roll(uv, -1, axis=0)
+            if float(np.sum(uv[:, 0] * following[:, 1] - uv[:, 1] * following[:, 0])) > 0.0:
+                return loop
+        return None
+
+    def _lines(self, island, points, outline: set) -> list[tuple[int, int]]:
+        """Mesh edges between pinned vertices that are to stay straight when triangles beside them are subdivided.
+
+        Not those of triangles with three pins, which have no room to bend, and not those between two vertices of the
+        outline, which may have to be subdivided for it.
+        """
+        pinned = np.zeros(len(island.vertices), bool)
+        pinned[list(island.pins)] = True
+        solid = island.faces[pinned[island.faces].all(axis=1)]
+        ends = np.concatenate([solid[:, e] for e in ((0, 1), (1, 2), (2, 0))])
+        edges = island.edges()
+        edges = edges[pinned[edges].all(axis=1)]
+        edges = edges[~np.isin(mesh_io.edge_keys(edges), mesh_io.edge_keys(ends))]
+        in_mesh = self.snapshot.vertex_ids[island.submesh[edges]]
+        real = np.isin(mesh_io.edge_keys(in_mesh), mesh_io.edge_keys(self.snapshot.edges))
+        return [(a, b) for a, b in edges[real].tolist() if a not in outline or b not in outline]
+
+    def explain(self, error):
+        """The solver's ids are those of a part: to the snapshot's. Where it names none: the outline, or the whole part."""
+        if self._solving is None:
+            return
+        submesh, triangles, outline = self._solving
+        ids = np.asarray(error.elements, dtype=np.int64).ravel()
+        if error.kind in ("vertex", "edge") and len(ids):
+            error.elements = submesh[ids[ids < len(submesh)]].tolist()
+        elif error.kind in ("face", "corner") and len(ids):
+            faces = ids // 3 if error.kind == "corner" else ids
+            error.kind = "face"
+            error.elements = triangles[faces[faces < len(triangles)]].tolist()
+        elif error.code in ("contradictory pins", "polygon is not weakly self-overlapping"):
+            error.kind, error.elements = "vertex", outline.tolist()
+        else:
+            error.kind, error.elements = "face", triangles.tolist()
+
+    def _checked(self, result):
         if not result.certificate.ok:
             raise mesh_io.MeshProblem(
                 f"{self.snapshot.object_name}: the map failed its check: "
                 f"{'; '.join(result.certificate.failures)}"
             )
-        self._refuse_new_vertices_on_seams(self._island, result)
-        self.results.append((self._island, result))
-        job = self._next()
-        if job is None:
-            self.result = self._combined()
-        return job
+        self.certificates.append(result.certificate)
+        self.charts += int(result.stats.get("charts", 1))
+        return result
 
-    def _refuse_new_vertices_on_seams(self, island, result):
-        """A seam has faces of another island, or of the same one, on its other side, which know nothing of the vertex."""
-        n = len(island.vertices)
-        if len(result.vertices) == n or not len(self.snapshot.cuts):
-            return
-        seams = {tuple(pair) for pair in np.sort(self.snapshot.cuts, axis=1).tolist()}
-        for v in range(n, len(result.vertices)):
-            corners = island.faces[result.vertex_parent[v]][result.vertex_barycentric[v] != 0.0]
-            if len(corners) == 2 and tuple(sorted(island.submesh[corners].tolist())) in seams:
-                ids = self.snapshot.vertex_ids[island.submesh[corners]]
+    def _check_seams(self, pieces):
+        """Pieces whose rims got vertices from across a seam are certified again, as they are stored now."""
+        result = self.result
+        for piece in pieces:
+            if not np.isin(result.seam_triangles, piece.triangles).any():
+                continue
+            chosen = np.isin(result.parent_face, piece.triangles)
+            certificate = yield solver.certify_arrays(
+                result.vertices,
+                result.faces[chosen],
+                result.stored[chosen],
+                bijective=self.bijective and piece.result.certificate.overlaps == 0,
+            )
+            if not certificate.ok:
                 raise mesh_io.MeshProblem(
-                    f"{self.snapshot.object_name}: these pins need a new vertex on the seam between vertices "
-                    f"{ids[0]} and {ids[1]}, which the other side does not have. Subdivide that edge, or move a pin",
-                    "vertex",
-                    ids,
+                    f"{self.snapshot.object_name}: a seam could not be subdivided on both sides: "
+                    f"{'; '.join(certificate.failures)}. Subdivide it by hand, or move a pin"
                 )
-
-    def _combined(self):
-        """One result over the snapshot: triangles of islands without pins keep their UVs."""
-        snapshot = self.snapshot
-        n = len(snapshot.vertices)
-        done = np.zeros(len(snapshot.triangles), bool)
-        vertices, faces, uv = [snapshot.vertices], [], []
-        parent_face, vertex_parent, weights = [], [np.full(n, -1)], [np.zeros((n, 3))]
-        total = n
-        for island, result in self.results:
-            done[island.triangles] = True
-            old = len(island.vertices)
-            new = len(result.vertices) - old
-            number = np.concatenate([island.submesh, np.arange(total, total + new)])
-            total += new
-            vertices.append(result.vertices[old:])
-            vertex_parent.append(island.triangles[result.vertex_parent[old:]])
-            weights.append(result.vertex_barycentric[old:])
-            faces.append(number[result.faces])
-            parent_face.append(island.triangles[result.parent_face])
-            uv.append(result.uv32())
-        rest = np.flatnonzero(~done)
-        faces.append(snapshot.triangles[rest])
-        parent_face.append(rest)
-        uv.append(snapshot.corner_uv[rest])
-        parent_face = np.concatenate(parent_face)
-        order = np.argsort(parent_face, kind="stable")
-        stored = np.concatenate(uv)[order]
-        return SimpleNamespace(
-            vertices=np.concatenate(vertices),
-            faces=np.concatenate(faces)[order].astype(np.int32),
-            parent_face=parent_face[order],
-            vertex_parent=np.concatenate(vertex_parent),
-            vertex_barycentric=np.concatenate(weights),
-            cut_edges=np.zeros((0, 2), np.int32),
-            uv32=lambda: stored,
-        )
 
     def write(self, ob):
         if refine.needs_new_faces(self.snapshot, self.result):
-            self.new_vertices = refine.write(ob, self.snapshot, self.result, mark_cuts=False)
+            self.new_vertices = refine.write(ob, self.snapshot, self.result, mark_cuts=True)
             return
         loops, values = mesh_io.loop_values(self.snapshot, self.result.uv32())
-        mesh_io.write_uv(ob, self.snapshot, loops, values)
+        seams = mesh_io.edge_ids(self.snapshot, self._cuts) if len(self._cuts) else None
+        mesh_io.write_uv(ob, self.snapshot, loops, values, seams)
 
 
-class UV_OT_flipfree_match(modal.SolverOperator, bpy.types.Operator):
+def summary(tasks: list[MatchTask]) -> str:
+    """The report line, without the time."""
+    certificates = [c for task in tasks for c in task.certificates]
+    added = sum(task.new_vertices for task in tasks)
+    text = common.figures(certificates, sum(task.charts for task in tasks))
+    return f"{text}, {added} {'vertex' if added == 1 else 'vertices'} added"
+
+
+def make_task(snapshot, **options) -> MatchTask:
+    return MatchTask(snapshot, _group_vertices(bpy.data.objects[snapshot.object_name]), **options)
+
+
+class UV_OT_flipfree_match(options.NoOverlaps, options.MapOperator, bpy.types.Operator):
     bl_idname = "uv.flipfree_match"
     bl_label = "Match Pins"
     bl_description = (
@@ -218,33 +264,26 @@ class UV_OT_flipfree_match(modal.SolverOperator, bpy.types.Operator):
     )
     bl_options = {"REGISTER", "UNDO"}
     verb = "Match Pins"
+    needs_uv = True
+    option_names = ("bijective", "straight_lines", "cut_open", "rest")
 
-    bijective: bpy.props.BoolProperty(
-        name="No Overlaps",
-        description="Islands with a free boundary may not overlap themselves",
+    straight_lines: bpy.props.BoolProperty(
+        name="Straight Lines",
+        description="Edges between two pinned vertices stay straight, even where triangles beside them are subdivided",
         default=True,
     )
+    cut_open: bpy.props.BoolProperty(
+        name="Cut Open",
+        description="Pinned islands that are closed or have handles are cut open, and the cuts marked as seams",
+        default=False,
+    )
+    rest: bpy.props.EnumProperty(name="Islands without Pins", items=REST, default="keep")
 
-    @classmethod
-    def poll(cls, context):
-        return common.poll(cls, context, needs_uv=True)
-
-    def make_run(self, context):
-        snapshots, failures = common.read_meshes(context)
-        tasks = [
-            MatchTask(s, _group_vertices(bpy.data.objects[s.object_name]), bijective=self.bijective)
-            for s in snapshots
-            if s.layer_name
-        ]
-        if not tasks and not failures:
-            raise mesh_io.MeshProblem("The mesh has no UV map yet. Unwrap it first")
-        return modal.Run(tasks, failures)
+    def make_task(self, snapshot, **options):
+        return make_task(snapshot, **options)
 
     def summary(self, tasks):
-        certificates = [result.certificate for task in tasks for _, result in task.results]
-        added = sum(task.new_vertices for task in tasks)
-        noun = "vertex" if added == 1 else "vertices"
-        return f"{common.figures(certificates, len(certificates))}, {added} {noun} added"
+        return summary(tasks)
 
 
 def _group_vertices(ob) -> list[int]:

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 
 from .. import mesh_io, modal, solver
-from . import common
+from . import common, options
 
 
 class MapTask(modal.Task):
@@ -17,6 +17,9 @@ class MapTask(modal.Task):
         self._loops = self._values = None
 
     def collect(self, result):
+        self.take(result)
+
+    def take(self, result):
         # The solver returns nothing without a valid certificate; what is written is judged here all
         # the same.
         if not result.certificate.ok:
@@ -45,7 +48,15 @@ class MapTask(modal.Task):
 
 class UnwrapTask(MapTask):
     def __init__(
-        self, snapshot, *, bijective=True, cut_extremities=True, use_pins=True, mark_seams=False, pack=False, margin=0.005
+        self,
+        snapshot,
+        *,
+        bijective=True,
+        cut_extremities=True,
+        use_pins=True,
+        mark_seams=False,
+        pack=False,
+        margin=0.005,
     ):
         super().__init__(snapshot)
         self.use_pins = use_pins
@@ -74,9 +85,6 @@ class UnwrapTask(MapTask):
         return self.automatic_cuts() if self.mark_seams else None
 
 
-OPTIONS = ("bijective", "cut_extremities", "use_pins", "mark_seams", "pack", "margin")
-
-
 def summary(tasks: list[UnwrapTask]) -> str:
     """The report line, without the time."""
     text = common.figures([t.certificate for t in tasks], sum(t.islands for t in tasks))
@@ -84,7 +92,13 @@ def summary(tasks: list[UnwrapTask]) -> str:
     return f"{text}, {common.plural(cuts, 'edge')} cut automatically" if cuts else text
 
 
-class UV_OT_flipfree_unwrap(modal.SolverOperator, bpy.types.Operator):
+class UV_OT_flipfree_unwrap(
+    options.NoOverlaps,
+    options.KeepPins,
+    options.Packing,
+    options.MapOperator,
+    bpy.types.Operator,
+):
     bl_idname = "uv.flipfree_unwrap"
     bl_label = "Unwrap Flip-Free"
     bl_description = (
@@ -93,17 +107,8 @@ class UV_OT_flipfree_unwrap(modal.SolverOperator, bpy.types.Operator):
     )
     bl_options = {"REGISTER", "UNDO"}
     verb = "Unwrap Flip-Free"
+    option_names = ("bijective", "cut_extremities", "use_pins", "mark_seams", "pack", "margin")
 
-    bijective: bpy.props.BoolProperty(
-        name="No Overlaps",
-        description="No island may overlap itself",
-        default=True,
-    )
-    use_pins: bpy.props.BoolProperty(
-        name="Keep Pins",
-        description="Pinned UVs keep their place exactly",
-        default=True,
-    )
     cut_extremities: bpy.props.BoolProperty(
         name="Cut to Extremities",
         description=(
@@ -117,37 +122,9 @@ class UV_OT_flipfree_unwrap(modal.SolverOperator, bpy.types.Operator):
         description="Closed parts without seams are cut open automatically; mark these cuts as seams",
         default=False,
     )
-    pack: bpy.props.BoolProperty(
-        name="Pack Islands",
-        description=(
-            "Pack the islands into the unit square. Otherwise they keep their former place, size and direction "
-            "wherever they had one"
-        ),
-        default=False,
-    )
-    margin: bpy.props.FloatProperty(
-        name="Margin",
-        description="Space between packed islands",
-        default=0.005,
-        min=0.0,
-        max=0.2,
-        precision=3,
-    )
 
-    @classmethod
-    def poll(cls, context):
-        return common.poll(cls, context)
-
-    def draw(self, context):
-        self.layout.use_property_split = True
-        self.layout.use_property_decorate = False
-        for name in OPTIONS:
-            self.layout.prop(self, name)
-
-    def make_run(self, context):
-        snapshots, failures = common.read_meshes(context)
-        options = {name: getattr(self, name) for name in OPTIONS}
-        return modal.Run([UnwrapTask(snapshot, **options) for snapshot in snapshots], failures)
+    def make_task(self, snapshot, **options):
+        return UnwrapTask(snapshot, **options)
 
     def summary(self, tasks):
         return summary(tasks)

@@ -2,6 +2,7 @@
 
 #include "arrays.h"
 #include "bindings.h"
+#include "flipfree/unwrap/pack.h"
 #include "flipfree/unwrap/unwrap.h"
 #include "job.h"
 
@@ -45,6 +46,26 @@ void bind_unwrap(py::module_& module) {
       py::arg("pin_corners"), py::arg("pin_uv"), py::arg("bijective"), py::arg("cut_extremities"),
       py::arg("iterations"), py::arg("tolerance"), py::arg("margin"), py::arg("place_like"),
       py::arg("threads"));
+  module.def(
+      "pack",
+      [](const Array<double>& vertices, const Array<Index>& faces, const Array<double>& uv,
+         double margin, bool together, bool scale_true, bool keep_bijective,
+         const Array<Index>& unmoved, int threads) {
+        PackOptions options;
+        options.margin = margin;
+        options.together = together;
+        options.scale_true = scale_true;
+        options.keep_bijective = keep_bijective;
+        options.unmoved.assign(unmoved.data(), unmoved.data() + unmoved.size());
+        return start_job(
+            [surface = to_surface(vertices, faces), uv = to_matrix<Points2>(uv, "uv"),
+             options = std::move(options)](ExecutionContext& context) {
+              return pack(surface, uv, options, context);
+            },
+            [](const Parametrization& map) -> py::object { return to_dict(map); }, threads);
+      },
+      py::arg("vertices"), py::arg("faces"), py::arg("uv"), py::arg("margin"), py::arg("together"),
+      py::arg("scale_true"), py::arg("keep_bijective"), py::arg("unmoved"), py::arg("threads"));
 }
 
 }  // namespace flipfree::python

@@ -13,6 +13,7 @@ from .embedding import embed
 from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConverged
 from .improving import improve
 from .matching import match
+from .packing import pack
 from .results import Certificate, Parametrization, Transitions
 from .target_angles import boundary_angles, suggest_cones
 from .unwrapping import unwrap
@@ -36,6 +37,7 @@ __all__ = [
     "improve",
     "jobs",
     "match",
+    "pack",
     "suggest_cones",
     "unwrap",
 ]

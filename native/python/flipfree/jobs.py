@@ -10,6 +10,7 @@ from .embedding import start_embed as embed
 from .improving import start_improve as improve
 from .job import Job
 from .matching import start_match as match
+from .packing import start_pack as pack
 from .target_angles import start_boundary_angles as boundary_angles
 from .target_angles import start_suggest_cones as suggest_cones
 from .unwrapping import start_unwrap as unwrap
@@ -23,6 +24,7 @@ __all__ = [
     "embed",
     "improve",
     "match",
+    "pack",
     "suggest_cones",
     "unwrap",
 ]

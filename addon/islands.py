@@ -1,0 +1,244 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Seam islands of a snapshot as meshes of their own, and their refined maps put together again.
+
+    Snapshot --islands_of--> [Island] --solver, one by one--> [Piece] --combine--> Combined, in the snapshot's numbers
+
+The solver of one island may add vertices on its rim. If that is a seam, the faces across it, of another island or of the
+same one, get the same points: `combine` splits them there, each side with UVs of its own, so that the mesh stays closed.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from . import mesh_io
+
+_SIDES = ((0, 1), (1, 2), (2, 0))
+
+
+class Island:
+    """One seam island as a mesh of its own. Its vertices differ from the submesh's where it lies on both sides of a seam."""
+
+    def __init__(self, snapshot, triangles: np.ndarray, cuts: np.ndarray):
+        self.triangles = triangles  # ids of the snapshot's triangles
+        self.faces, self.submesh = mesh_io.split_fans(snapshot.triangles[triangles], cuts)
+        self.vertices = snapshot.vertices[self.submesh]
+        self.pins: dict[int, tuple[float, float]] = {}
+
+    def boundary_loops(self) -> list[list[int]]:
+        """Vertices of each loop in order, the surface on the left; the longest loop in space first."""
+        start = self.faces.ravel()
+        end = np.roll(self.faces, -1, axis=1).ravel()
+        inner = set(zip(end.tolist(), start.tolist(), strict=True))
+        pairs = zip(start.tolist(), end.tolist(), strict=True)
+        follow = {a: b for a, b in pairs if (a, b) not in inner}
+        loops = []
+        while follow:
+            loop = [min(follow)]
+            vertex = follow.pop(loop[0])
+            while vertex != loop[0]:
+                loop.append(vertex)
+                vertex = follow.pop(vertex)
+            loops.append(loop)
+        return sorted(loops, key=lambda loop: -self._length(loop))
+
+    def _length(self, loop: list[int]) -> float:
+        points = self.vertices[loop]
+        return float(np.linalg.norm(points - np.roll(points, -1, axis=0), axis=1).sum())
+
+    def genus(self, loops: int) -> int:
+        ends = np.concatenate([self.faces[:, e] for e in _SIDES])
+        edges = len(np.unique(np.sort(ends, axis=1), axis=0))
+        euler = len(self.vertices) - edges + len(self.faces)
+        return (2 - loops - euler) // 2
+
+    def edges(self) -> np.ndarray:
+        """(e, 2) island vertices, lower first, each once."""
+        ends = np.concatenate([self.faces[:, e] for e in _SIDES])
+        return np.unique(np.sort(ends, axis=1), axis=0)
+
+
+def islands_of(snapshot, cuts: np.ndarray | None = None) -> list[Island]:
+    """Islands by their first triangle. cuts: (s, 2) submesh vertex pairs; default the snapshot's seams."""
+    cuts = snapshot.cuts if cuts is None else cuts
+    triangles = snapshot.triangles
+    split, _ = mesh_io.split_fans(triangles, cuts)
+    label = mesh_io.face_components(split)
+    return [Island(snapshot, np.flatnonzero(label == root), cuts) for root in np.unique(label)]
+
+
+@dataclass
+class Piece:
+    """A map of some of the snapshot's triangles, perhaps refined; numbers are its own."""
+
+    triangles: np.ndarray  # (#pt,) ids of the snapshot's triangles
+    submesh: np.ndarray  # (#pv,) submesh vertex of each of the piece's vertices before refinement
+    result: object  # flipfree.Parametrization
+
+
+@dataclass
+class Combined:
+    """A map of the whole snapshot in the shape of flipfree.Parametrization, as refine.write takes it."""
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    parent_face: np.ndarray
+    vertex_parent: np.ndarray
+    vertex_barycentric: np.ndarray
+    cut_edges: np.ndarray
+    uv: np.ndarray  # (m', 3, 2) float64
+    stored: np.ndarray  # (m', 3, 2) float32
+    seam_triangles: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    # triangles of the snapshot that were split because of a vertex across a seam
+
+    def uv32(self) -> np.ndarray:
+        return self.stored
+
+
+def combine(snapshot, pieces: list[Piece], cut_edges: np.ndarray | None = None) -> Combined:
+    """One map over the snapshot; triangles of no piece keep their UVs. cut_edges: (s, 2) submesh pairs that were cut."""
+    n = len(snapshot.vertices)
+    done = np.zeros(len(snapshot.triangles), bool)
+    vertices, faces, uv, stored = [snapshot.vertices], [], [], []
+    parent_face, vertex_parent, weights = [], [np.full(n, -1)], [np.zeros((n, 3))]
+    total = n
+    for piece in pieces:
+        result = piece.result
+        done[piece.triangles] = True
+        old = len(piece.submesh)
+        new = len(result.vertices) - old
+        number = np.concatenate([piece.submesh, np.arange(total, total + new)])
+        total += new
+        vertices.append(result.vertices[old:])
+        vertex_parent.append(piece.triangles[result.vertex_parent[old:]])
+        weights.append(result.vertex_barycentric[old:])
+        faces.append(number[result.faces])
+        parent_face.append(piece.triangles[result.parent_face])
+        uv.append(result.uv)
+        stored.append(result.uv32())
+    rest = np.flatnonzero(~done)
+    faces.append(snapshot.triangles[rest])
+    parent_face.append(rest)
+    uv.append(snapshot.corner_uv[rest].astype(np.float64))
+    stored.append(snapshot.corner_uv[rest])
+    parent_face = np.concatenate(parent_face)
+    order = np.argsort(parent_face, kind="stable")
+    combined = Combined(
+        vertices=np.concatenate(vertices),
+        faces=np.concatenate(faces)[order].astype(np.int32),
+        parent_face=parent_face[order],
+        vertex_parent=np.concatenate(vertex_parent),
+        vertex_barycentric=np.concatenate(weights),
+        cut_edges=np.zeros((0, 2), np.int32) if cut_edges is None else cut_edges,
+        uv=np.concatenate(uv)[order],
+        stored=np.concatenate(stored)[order],
+    )
+    _close_seams(snapshot, combined)
+    return combined
+
+
+def _rim_points(snapshot, combined) -> dict[tuple[int, int], list[tuple[float, int]]]:
+    """New vertices on edges of the snapshot: {(i, j), i < j: [(share of the way from i to j, vertex), ...] in order}."""
+    points: dict[tuple[int, int], list[tuple[float, int]]] = {}
+    for v in range(len(snapshot.vertices), len(combined.vertices)):
+        weights = combined.vertex_barycentric[v]
+        support = np.flatnonzero(weights != 0.0)
+        if len(support) != 2:
+            continue
+        corners = snapshot.triangles[combined.vertex_parent[v]][support]
+        first, second = support if corners[0] < corners[1] else support[::-1]
+        key = (int(min(corners)), int(max(corners)))
+        share = float(weights[second] / (weights[first] + weights[second]))
+        points.setdefault(key, []).append((share, v))
+    return {key: sorted(found) for key, found in points.items()}
+
+
+def _close_seams(snapshot, combined) -> None:
+    """Gives every triangle beside an edge with new vertices all of these."""
+    points = _rim_points(snapshot, combined)
+    if not points:
+        return
+    # Two islands may have split a seam at the very same place: one vertex then.
+    same = np.arange(len(combined.vertices))
+    for key, found in points.items():
+        kept = [found[0]]
+        for share, vertex in found[1:]:
+            if share == kept[-1][0]:
+                same[vertex] = kept[-1][1]
+            else:
+                kept.append((share, vertex))
+        points[key] = kept
+    combined.faces = same[combined.faces].astype(np.int32)
+
+    beside: dict[tuple[int, int], list[int]] = {key: [] for key in points}
+    wanted = mesh_io.edge_keys(np.array(list(points)))
+    for k, m in _SIDES:
+        ends = snapshot.triangles[:, (k, m)]
+        for t in np.flatnonzero(np.isin(mesh_io.edge_keys(ends), wanted)).tolist():
+            beside[int(ends[t].min()), int(ends[t].max())].append(t)
+    near = np.isin(combined.parent_face, np.unique(np.concatenate(list(beside.values()))))
+    children: dict[int, list] = {}
+    for child in np.flatnonzero(near).tolist():
+        corners = list(
+            zip(
+                combined.faces[child].tolist(),
+                combined.uv[child],
+                combined.stored[child],
+                strict=True,
+            )
+        )
+        children.setdefault(int(combined.parent_face[child]), []).append(corners)
+    touched = set()
+    for (i, j), found in points.items():
+        share = {i: 0.0, j: 1.0, **{v: s for s, v in found}}
+        for t in beside[i, j]:
+            for _, vertex in found:
+                if _insert(children[t], share, vertex):
+                    touched.add(t)
+    _drop_unused(combined, same, children, near, touched)
+
+
+def _insert(children: list, share: dict[int, float], vertex: int) -> bool:
+    """Splits that child whose side contains the place of `vertex` on the edge, unless a child has the vertex already."""
+    for corners in children:
+        if any(corner[0] == vertex for corner in corners):
+            return False
+    place = share[vertex]
+    for at, corners in enumerate(children):
+        for k, m in _SIDES:
+            (a, uv_a, _), (b, uv_b, _) = corners[k], corners[m]
+            if a not in share or b not in share:
+                continue
+            low, high = sorted((share[a], share[b]))
+            if not low < place < high:
+                continue
+            step = (place - share[a]) / (share[b] - share[a])
+            middle = uv_a * (1.0 - step) + uv_b * step
+            new = (vertex, middle, middle.astype(np.float32))
+            apex = corners[3 - k - m]
+            children[at : at + 1] = [[corners[k], new, apex], [new, corners[m], apex]]
+            return True
+    raise mesh_io.MeshProblem("a new vertex on a seam has no place on the other side")
+
+
+def _drop_unused(combined, same, children, near, touched) -> None:
+    """Rebuilds the arrays from the split children, without the vertices that became others."""
+    corners = [c for found in children.values() for child in found for c in child]
+    parents = np.array([t for t, found in children.items() for _ in found], np.int64)
+    parent_face = np.concatenate([combined.parent_face[~near], parents])
+    order = np.argsort(parent_face, kind="stable")
+
+    def rebuilt(old, at, *shape):
+        new = np.array([c[at] for c in corners], old.dtype).reshape(-1, *shape)
+        return np.concatenate([old[~near], new])[order]
+
+    faces = rebuilt(combined.faces, 0, 3)
+    combined.uv = rebuilt(combined.uv, 1, 3, 2)
+    combined.stored = rebuilt(combined.stored, 2, 3, 2)
+    combined.parent_face = parent_face[order]
+    kept = same == np.arange(len(same))
+    combined.faces = (np.cumsum(kept) - 1)[faces].astype(np.int32)
+    combined.vertices = combined.vertices[kept]
+    combined.vertex_parent = combined.vertex_parent[kept]
+    combined.vertex_barycentric = combined.vertex_barycentric[kept]
+    combined.seam_triangles = np.array(sorted(touched), np.int64)

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Options that several operators offer, each declared once, and what all map operators do alike.
+
+    class UV_OT_x(options.NoOverlaps, options.MapOperator, bpy.types.Operator):
+        option_names = ("bijective", "mine")  # passed on to the task, in the order of the redo panel
+        mine: bpy.props.IntProperty(...)
+
+Blender collects annotations of plain base classes as well when it registers an operator, so a property is a line of one of
+these classes. `tests/blender/test_registration.py` looks at every operator's properties.
+"""
+
+import bpy
+
+from .. import mesh_io, modal
+from . import common
+
+
+class NoOverlaps:
+    bijective: bpy.props.BoolProperty(
+        name="No Overlaps",
+        description="No island may overlap itself",
+        default=True,
+    )
+
+
+class KeepPins:
+    use_pins: bpy.props.BoolProperty(
+        name="Keep Pins",
+        description="Pinned UVs keep their place exactly",
+        default=True,
+    )
+
+
+class Packing:
+    pack: bpy.props.BoolProperty(
+        name="Pack Islands",
+        description=(
+            "Pack the islands into the unit square. Otherwise they keep their former place, size and direction "
+            "wherever they had one. Islands with pins always stay"
+        ),
+        default=False,
+    )
+    margin: bpy.props.FloatProperty(
+        name="Margin",
+        description="Space between packed islands",
+        default=0.005,
+        min=0.0,
+        max=0.2,
+        precision=3,
+    )
+
+
+class MapOperator(modal.SolverOperator):
+    """Mixin for operators with one task per object. Subclasses give `option_names` and `make_task`."""
+
+    option_names: tuple = ()
+    needs_uv = False
+
+    def make_task(self, snapshot, **options) -> modal.Task:
+        """options: the operator's properties named in `option_names`."""
+        raise NotImplementedError
+
+    @classmethod
+    def poll(cls, context):
+        return common.poll(cls, context, needs_uv=cls.needs_uv)
+
+    def draw(self, context):
+        self.layout.use_property_split = True
+        self.layout.use_property_decorate = False
+        for name in self.option_names:
+            self.layout.prop(self, name)
+
+    def make_run(self, context):
+        snapshots, failures = common.read_meshes(context)
+        if self.needs_uv:
+            snapshots = [s for s in snapshots if s.layer_name]
+            if not snapshots and not failures:
+                raise mesh_io.MeshProblem("The mesh has no UV map yet. Unwrap it first")
+        values = {name: getattr(self, name) for name in self.option_names}
+        return modal.Run([self.make_task(s, **values) for s in snapshots], failures)

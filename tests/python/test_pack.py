@@ -1,0 +1,85 @@
+"""ff.pack: charts into the unit square by similarities."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import flipfree as ff
+
+from surfaces import bumpy_grid
+
+
+def two_sheets(second: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Two components and a map of each that is its x, y; the second's is scaled."""
+    vertices, faces = bumpy_grid(8, 6)
+    n = len(vertices)
+    both = np.concatenate([vertices, vertices + [5, 0, 0]])
+    faces = np.concatenate([faces, faces + n]).astype(np.int32)
+    uv = both[faces][:, :, :2].copy()
+    uv[len(faces) // 2 :] *= second
+    return both, faces, uv
+
+
+def area(uv: np.ndarray) -> float:
+    a, b = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
+    return float(np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / 2)
+
+
+def boxes(uv: np.ndarray, m: int) -> list[tuple[np.ndarray, np.ndarray]]:
+    return [(part.reshape(-1, 2).min(0), part.reshape(-1, 2).max(0)) for part in (uv[:m], uv[m:])]
+
+
+@pytest.mark.parametrize("together", [False, True])
+def test_charts_lie_side_by_side_in_the_unit_square(together: bool) -> None:
+    vertices, faces, uv = two_sheets(3.0)
+    packed = ff.pack(vertices, faces, uv, together=together, margin=0.01)
+    assert packed.certificate.ok
+    (low_a, high_a), (low_b, high_b) = boxes(packed.uv, len(faces) // 2)
+    for low, high in ((low_a, high_a), (low_b, high_b)):
+        assert (low > 0.0).all() and (high < 1.0).all()
+    apart = (low_b - high_a > 0.007) | (low_a - high_b > 0.007)
+    assert apart.any()
+
+
+@pytest.mark.parametrize(("scale_true", "ratio"), [(True, 1.0), (False, 9.0)])
+def test_scales_keep_their_ratio_or_follow_the_surface(scale_true: bool, ratio: float) -> None:
+    vertices, faces, uv = two_sheets(3.0)
+    packed = ff.pack(vertices, faces, uv, scale_true=scale_true)
+    m = len(faces) // 2
+    assert area(packed.uv[m:]) / area(packed.uv[:m]) == pytest.approx(ratio, rel=1e-6)
+
+
+def test_charts_of_one_component_keep_their_rotations_only_together() -> None:
+    vertices, faces = bumpy_grid(8, 6)
+    uv = vertices[faces][:, :, :2].copy()
+    left = uv[:, :, 0].mean(1) < np.median(uv[:, :, 0])
+    # The second half is turned by a quarter and lies elsewhere: its own chart.
+    uv[~left] = np.stack([-uv[~left][:, :, 1], uv[~left][:, :, 0]], -1) * 1.0 + [7.0, 3.0]
+    packed = ff.pack(vertices, faces, uv, together=True).uv
+
+    def turn(part: np.ndarray) -> complex:
+        before = uv[part][:, 1] - uv[part][:, 0]
+        after = packed[part][:, 1] - packed[part][:, 0]
+        z = (after[:, 0] + 1j * after[:, 1]) / (before[:, 0] + 1j * before[:, 1])
+        assert np.abs(z - z[0]).max() < 1e-9
+        return complex(z[0])
+
+    assert turn(left) == pytest.approx(turn(~left), abs=1e-9)
+
+
+def test_unmoved_charts_stay_bit_for_bit() -> None:
+    vertices, faces, uv = two_sheets(1.0)
+    m = len(faces) // 2
+    uv[:m] += 4.0
+    packed = ff.pack(vertices, faces, uv, unmoved=[7])
+    assert (packed.uv[:m] == uv[:m]).all()
+    assert packed.uv[m:].max() < 1.0
+
+
+def test_flipped_triangles_are_refused_by_name() -> None:
+    vertices, faces, uv = two_sheets(1.0)
+    uv[3] = uv[3, ::-1]
+    with pytest.raises(ff.InvalidInput) as failure:
+        ff.pack(vertices, faces, uv)
+    assert failure.value.kind == "face" and 3 in failure.value.elements
