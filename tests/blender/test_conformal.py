@@ -150,3 +150,134 @@ def test_improve_lowers_the_distortion_and_keeps_pins(capfd):
     assert bpy.ops.uv.flipfree_improve() == {"FINISHED"}
     second = float(capfd.readouterr().out.split("mean ")[1].split()[0])
     assert second < first and shapes.exact_flips(ob) == 0
+
+
+def two_spheres(second_cones=8):
+    """Two quad spheres in one mesh, the second three times as large, with cones at the corners."""
+    first = quad_sphere()
+    second = quad_sphere()
+    second.scale, second.location = (3.0, 3.0, 3.0), (8.0, 0.0, 0.0)
+    first.select_set(True)
+    bpy.context.view_layer.objects.active = second
+    bpy.ops.object.transform_apply()
+    bpy.context.view_layer.objects.active = first
+    bpy.ops.object.join()
+    ob = bpy.context.object
+    marked = corners(ob)
+    assert len(marked) == 16
+    ob.vertex_groups.new(name="Cone +1").add(marked[: 8 + second_cones], 1.0, "REPLACE")
+    return ob
+
+
+def half(ob, right):
+    """(loops,) bool of the sphere at the left or at the right."""
+    return np.array([(p.center.x > 4.0) == right for p in ob.data.polygons]).repeat(
+        [p.loop_total for p in ob.data.polygons]
+    )
+
+
+def uv_area(ob, loops):
+    mesh, uv = ob.data, shapes.uv_of(ob).astype(float)
+    mesh.calc_loop_triangles()
+    total = 0.0
+    for triangle in mesh.loop_triangles:
+        if loops[triangle.loops[0]]:
+            a, b, c = uv[list(triangle.loops)]
+            total += ((b - a)[0] * (c - a)[1] - (b - a)[1] * (c - a)[0]) / 2
+    return total
+
+
+@pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
+def test_separate_parts_are_mapped_and_packed_in_one_call(mode):
+    ob = two_spheres()
+    bpy.ops.object.mode_set(mode=mode)
+    if mode == "EDIT":
+        bpy.ops.mesh.select_all(action="SELECT")
+    assert bpy.ops.uv.flipfree_conformal() == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert shapes.exact_flips(ob) == 0
+    angles = uv_angles(ob)
+    assert angles[corners(ob)[:16]] == pytest.approx(1.5 * math.pi, abs=1e-3)
+    uv = shapes.uv_of(ob)
+    assert uv.min() > 0.0 and uv.max() < 1.0
+    left, right = uv[half(ob, False)], uv[half(ob, True)]
+    apart = (left.min(0) > right.max(0)) | (right.min(0) > left.max(0))
+    assert apart.any(), "the parts do not lie on each other"
+    # True scale: three times as large in space, nine times the area in the map.
+    ratio = uv_area(ob, half(ob, True)) / uv_area(ob, half(ob, False))
+    assert ratio == pytest.approx(9.0, rel=1e-3)
+
+
+def test_quarter_turns_across_seams_survive_packing():
+    """The two sides of a cut differ by a multiple of a quarter turn if all cones are, packed or not."""
+    ob = two_spheres()
+    assert bpy.ops.uv.flipfree_conformal() == {"FINISHED"}
+    mesh, uv = ob.data, shapes.uv_of(ob).astype(float)
+    sides = {}
+    for polygon in mesh.polygons:
+        loops = list(polygon.loop_indices)
+        for a, b in zip(loops, loops[1:] + loops[:1], strict=True):
+            vertices = mesh.loops[a].vertex_index, mesh.loops[b].vertex_index
+            way = uv[b] - uv[a]
+            if vertices[0] > vertices[1]:
+                way = -way
+            sides.setdefault(tuple(sorted(vertices)), []).append(complex(*way))
+    cut = [pair for pair in sides.values() if abs(pair[0] - pair[1]) > 1e-4 * abs(pair[0])]
+    assert cut
+    for first, second in cut:
+        assert abs(second / first) == pytest.approx(1.0, abs=1e-3)
+        turns = np.angle(second / first) / (math.pi / 2)
+        assert turns == pytest.approx(round(turns), abs=2e-3)
+
+
+def test_every_part_is_named_with_its_own_remainder():
+    ob = two_spheres(second_cones=5)
+    before = shapes.everything(ob)
+    with pytest.raises(
+        RuntimeError, match=r"the part of face \d+ \(384 faces\): \+3 quarter turns"
+    ):
+        bpy.ops.uv.flipfree_conformal()
+    assert shapes.everything(ob) == before
+    chosen = shapes.selected(ob, "face")
+    assert len(chosen) == 384 and all(ob.data.polygons[f].center.x > 4.0 for f in chosen)
+
+
+def test_parts_without_packing_keep_the_layout_of_the_metric():
+    ob = two_spheres()
+    assert bpy.ops.uv.flipfree_conformal(pack=False) == {"FINISHED"}
+    uv = shapes.uv_of(ob)
+    assert shapes.exact_flips(ob) == 0
+    left, right = uv[half(ob, False)], uv[half(ob, True)]
+    apart = (left.min(0) > right.max(0)) | (right.min(0) > left.max(0))
+    assert not apart.any()
+
+
+def test_cones_are_suggested_for_every_part(capfd):
+    ob = two_spheres()
+    assert bpy.ops.uv.flipfree_suggest_cones(quarter_turns=True) == {"FINISHED"}
+    assert bpy.ops.uv.flipfree_conformal() == {"FINISHED"}
+    assert shapes.exact_flips(ob) == 0
+
+
+def test_improve_packs_on_demand_and_leaves_pinned_islands():
+    ob = shapes.grid(8, bump=0.6, uv=True)
+    mesh = ob.data
+    for edge in mesh.edges:
+        edge.use_seam = all(abs(mesh.vertices[v].co.x) < 1e-6 for v in edge.vertices)
+    uv = np.array([mesh.vertices[loop.vertex_index].co[:2] for loop in mesh.loops], np.float32)
+    right = np.array([p.center.x > 0 for p in mesh.polygons]).repeat(4)
+    uv[right] += np.float32([9.0, 0.0])
+    shapes.set_uv(ob, uv)
+    assert bpy.ops.uv.flipfree_improve() == {"FINISHED"}
+    assert shapes.uv_of(ob)[right, 0].min() > 8.0, "without packing islands stay"
+    shapes.set_uv(ob, uv)
+    assert bpy.ops.uv.flipfree_improve(pack=True) == {"FINISHED"}
+    after = shapes.uv_of(ob)
+    assert after.min() > 0.0 and after.max() < 1.0 and shapes.exact_flips(ob) == 0
+    shapes.set_uv(ob, uv)
+    pin = np.flatnonzero(right)[0]
+    shapes.set_pins(ob, [pin])
+    assert bpy.ops.uv.flipfree_improve(pack=True) == {"FINISHED"}
+    after = shapes.uv_of(ob)
+    assert after[pin].tobytes() == uv[pin].tobytes()
+    assert after[right, 0].min() > 7.0 and after[~right].max() < 1.0

@@ -92,3 +92,176 @@ def test_without_pins_there_is_nothing_to_match():
     flat(ob)
     with pytest.raises(RuntimeError, match="no UV is pinned"):
         bpy.ops.uv.flipfree_match()
+
+
+def seam_along_y(ob):
+    """The sheet becomes two islands, x < 0 and x > 0; returns (loops,) bool of the right one."""
+    for edge in ob.data.edges:
+        edge.use_seam = all(abs(ob.data.vertices[v].co.x) < 1e-6 for v in edge.vertices)
+    return np.array([p.center.x > 0 for p in ob.data.polygons]).repeat(4)
+
+
+def test_each_island_meets_its_own_pins():
+    moves = {20: (0.05, 0.0), 60: (-0.05, 0.03)}  # left and right of x = 0
+    ob, uv, corner = pinned_sheet(moves)
+    right = seam_along_y(ob)
+    uv[right] += np.float32([4.0, 0.0])
+    shapes.set_uv(ob, uv)
+    assert bpy.ops.uv.flipfree_match() == {"FINISHED"}
+    assert shapes.exact_flips(ob) == 0
+    met(ob, moves, uv, corner)
+    after = shapes.uv_of(ob)
+    assert after[~right].max() < 3.0 < after[right, 0].min()
+
+
+def test_islands_without_pins_are_unwrapped_on_demand(capfd):
+    ob, uv, corner = pinned_sheet({10: (0.02, 0.01)})
+    right = seam_along_y(ob)
+    uv[right] = uv[right] * np.float32([1.0, 0.2]) + np.float32([4.0, 0.0])
+    shapes.set_uv(ob, uv)
+    assert bpy.ops.uv.flipfree_match(rest="unwrap") == {"FINISHED"}
+    assert "2 islands" in capfd.readouterr().out
+    after = shapes.uv_of(ob)
+    assert (after[right] != uv[right]).any() and shapes.exact_flips(ob) == 0
+    width, height = np.ptp(after[right], axis=0)
+    assert height > 1.5 * width, "no longer squeezed"
+    met(ob, {10: 0}, uv, corner)
+
+
+def test_an_island_with_a_hole_keeps_it():
+    import bmesh
+
+    ob, uv, corner = pinned_sheet({20: (0.1, 0.0), 12: (0.0, 0.1)})
+    bm = bmesh.new()
+    bm.from_mesh(ob.data)
+    bmesh.ops.delete(
+        bm, geom=[f for f in bm.faces if f.calc_center_median().length < 0.5], context="FACES"
+    )
+    bm.to_mesh(ob.data)
+    bm.free()
+    count = len(ob.data.polygons)
+    targets = {
+        v: shapes.uv_of(ob)[[x.vertex_index == v for x in ob.data.loops]][0] for v in (20, 12)
+    }
+    assert bpy.ops.uv.flipfree_match() == {"FINISHED"}
+    assert shapes.exact_flips(ob) == 0 and len(ob.data.polygons) >= count
+    after = shapes.uv_of(ob)
+    for v, target in targets.items():
+        assert {after[x.index].tobytes() for x in ob.data.loops if x.vertex_index == v} == {
+            target.tobytes()
+        }
+
+
+def pinned_cube():
+    ob = shapes.cube()
+    mesh = ob.data
+    if not mesh.uv_layers:
+        mesh.uv_layers.new(name="UVMap")
+    corner = np.array([loop.vertex_index for loop in mesh.loops])
+    uv = np.random.default_rng(1).random((len(corner), 2)).astype(np.float32)
+    for vertex, place in {0: (0.1, 0.2), 6: (0.8, 0.7)}.items():
+        uv[corner == vertex] = place
+    shapes.set_uv(ob, uv)
+    shapes.set_pins(ob, np.isin(corner, [0, 6]))
+    return ob, uv, corner
+
+
+def test_a_closed_island_is_named_with_the_cure():
+    ob, _, _ = pinned_cube()
+    before = shapes.everything(ob)
+    with pytest.raises(RuntimeError, match=r"island of face 0 \(6 faces\) is closed.*Cut Open"):
+        bpy.ops.uv.flipfree_match()
+    assert shapes.everything(ob) == before
+    assert shapes.selected(ob, "face") == list(range(6))
+
+
+def test_a_closed_island_can_be_cut_open():
+    ob, uv, corner = pinned_cube()
+    assert bpy.ops.uv.flipfree_match(cut_open=True) == {"FINISHED"}
+    assert shapes.exact_flips(ob) == 0
+    assert any(edge.use_seam for edge in ob.data.edges)
+    met(ob, [0, 6], uv, corner)
+
+
+def test_handles_are_named():
+    bpy.ops.mesh.primitive_torus_add(major_segments=12, minor_segments=8)
+    ob = bpy.context.object
+    if not ob.data.uv_layers:
+        ob.data.uv_layers.new(name="UVMap")
+    shapes.set_uv(ob, np.full((len(ob.data.loops), 2), 0.5))
+    shapes.set_pins(ob, [ob.data.polygons[0].loop_start])
+    for edge in ob.data.edges:
+        edge.use_seam = edge.index == ob.data.edges[0].index
+    with pytest.raises(RuntimeError, match="cannot be flattened in one piece"):
+        bpy.ops.uv.flipfree_match()
+
+
+def test_edges_between_pins_stay_straight_when_faces_are_subdivided():
+    """Two pins trade places across a pinned row of vertices, so that triangles beside it must be subdivided."""
+    row = [36, 37, 38, 39, 40, 41, 42, 43, 44]  # x = 0, the sheet's whole width
+    moves = {v: (0.0, 0.0) for v in row} | {20: (0.0, 1.0), 24: (0.0, -1.0)}
+    ob, uv, corner = pinned_sheet(moves)
+    assert bpy.ops.uv.flipfree_match() == {"FINISHED"}
+    assert shapes.exact_flips(ob) == 0
+    met(ob, moves, uv, corner)
+    mesh, after = ob.data, shapes.uv_of(ob)
+    on_row = [
+        loop.index for loop in mesh.loops if abs(mesh.vertices[loop.vertex_index].co.x) < 1e-6
+    ]
+    assert np.abs(after[on_row, 0]).max() < 1e-6, "the line x = 0 is a line in the map"
+
+
+def pin_the_rim(ob, uv, corner, place):
+    """Pins the sheet's boundary; place: angle along it -> (u, v)."""
+    rim = [v.index for v in ob.data.vertices if max(abs(v.co.x), abs(v.co.y)) > 0.999]
+    for vertex in rim:
+        x, y, _ = ob.data.vertices[vertex].co
+        uv[corner == vertex] = place(np.arctan2(y, x))
+    shapes.set_uv(ob, uv)
+    shapes.set_pins(ob, np.isin(corner, rim))
+    return rim
+
+
+def test_a_pinned_rim_is_the_target_polygon():
+    ob, uv, corner = pinned_sheet({})
+    rim = pin_the_rim(ob, uv, corner, lambda a: (2 * np.cos(a), 0.5 * np.sin(a)))
+    assert bpy.ops.uv.flipfree_match() == {"FINISHED"}
+    assert shapes.exact_flips(ob) == 0
+    met(ob, rim, uv, corner)
+
+
+@pytest.mark.parametrize(
+    ("place", "words"),
+    [
+        (lambda a: (np.cos(a), -np.sin(a)), "clockwise"),
+        (lambda a: (np.sin(2 * a), np.sin(a)), "turns once"),
+    ],
+)
+def test_a_rim_that_bounds_no_map_is_named_and_selected(place, words):
+    ob, uv, corner = pinned_sheet({})
+    rim = pin_the_rim(ob, uv, corner, place)
+    with pytest.raises(RuntimeError, match=words):
+        bpy.ops.uv.flipfree_match()
+    chosen = shapes.selected(ob, "vertex")
+    assert chosen and set(chosen) <= set(rim)
+
+
+def test_crossing_lines_are_named_and_selected():
+    # Edges 30-31 and 50-51, laid across each other.
+    ob, uv, corner = pinned_sheet({v: (0.0, 0.0) for v in (30, 31, 50, 51)})
+    places = {30: (0.0, 0.0), 31: (0.2, 0.2), 50: (0.2, 0.0), 51: (0.0, 0.2)}
+    for vertex, place in places.items():
+        uv[corner == vertex] = place
+    shapes.set_uv(ob, uv)
+    with pytest.raises(RuntimeError, match="crosses"):
+        bpy.ops.uv.flipfree_match()
+    assert shapes.selected(ob, "vertex") == [30, 31, 50, 51]
+
+
+def test_two_places_for_one_vertex_are_named_and_selected():
+    ob, uv, corner = pinned_sheet({30: (0.0, 0.0)})
+    uv[np.flatnonzero(corner == 30)[0]] += np.float32(0.1)
+    shapes.set_uv(ob, uv)
+    with pytest.raises(RuntimeError, match="vertex 30 is pinned to two places"):
+        bpy.ops.uv.flipfree_match()
+    assert shapes.selected(ob, "vertex") == [30]

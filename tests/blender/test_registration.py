@@ -25,6 +25,34 @@ def test_operators_are_there_with_undo_and_a_redo_panel(name, addon):
     assert cls.bl_options == {"REGISTER", "UNDO"}
 
 
+OPTIONS = {
+    "flipfree_unwrap": {"bijective", "cut_extremities", "use_pins", "mark_seams", "pack", "margin"},
+    "flipfree_match": {"bijective", "straight_lines", "cut_open", "rest"},
+    "flipfree_improve": {"bijective", "use_pins", "iterations", "pack", "margin"},
+    "flipfree_conformal": {"boundary", "mark_cuts", "pack", "scale_true", "margin"},
+    "flipfree_suggest_cones": {"bound", "quarter_turns"},
+    "flipfree_check": set(),
+}
+
+
+@pytest.mark.parametrize("name", OPERATORS)
+def test_options_of_shared_classes_reach_blender(name, addon):
+    """Properties are declared in plain base classes; each is there once, described, and in the redo panel."""
+    properties = getattr(bpy.ops.uv, name).get_rna_type().properties
+    own = {p.identifier for p in properties if p.identifier != "rna_type"}
+    assert own == OPTIONS[name]
+    assert all(properties[identifier].description for identifier in own - {"rest", "boundary"})
+    assert set(getattr(bpy.types, f"UV_OT_{name}").option_names) == own
+
+
+def test_an_option_can_have_another_default_in_one_operator(addon):
+    def default(operator):
+        return operator.get_rna_type().properties["pack"].default
+
+    assert default(bpy.ops.uv.flipfree_conformal) is True
+    assert default(bpy.ops.uv.flipfree_unwrap) is False
+
+
 def drawn_in(menu):
     """Names of the functions that extensions have added to a menu."""
     return [f"{f.__module__}.{f.__name__}" for f in menu._dyn_ui_initialize()]
