@@ -6,6 +6,7 @@
 #include <string>
 
 #include "flipfree/base/error.h"
+#include "flipfree/matchmaker/carry.h"
 #include "flipfree/matchmaker/self_overlapping.h"
 #include "flipfree/numeric/predicates.h"
 
@@ -136,41 +137,173 @@ Target immersed_outline(const RefinedSurface& surface, const Constraints& constr
   return target;
 }
 
+[[noreturn]] void refuse_sheets(const PinnedVertex& p, std::size_t sheets) {
+  const std::string who = "Vertex " + std::to_string(p.vertex) + " is pinned to a point ";
+  if (sheets == 0) {
+    throw_infeasible(ErrorCode::kContradictoryPins,
+                     who + "outside the boundary's targets. Move it inside.", ElementKind::kVertex,
+                     {p.vertex});
+  }
+  throw_invalid(
+      ErrorCode::kBadPins,
+      who + "where the target overlaps itself " + std::to_string(sheets) +
+          " times. Give a path from it to the boundary, which says on which sheet it lies.",
+      ElementKind::kVertex, {p.vertex});
+}
+
+// Refuses a pin on a corner or a fixed edge of its triangle.
+void check_off_edges(const TargetDomain& domain, const PinnedVertex& p, FaceId sheet) {
+  const EditableTriangulation& mesh = domain.triangulation;
+  for (HalfedgeId h = 3 * sheet; h < 3 * sheet + 3; ++h) {
+    const Vector2& a = domain.point[static_cast<std::size_t>(mesh.source(h))];
+    const Vector2& b = domain.point[static_cast<std::size_t>(mesh.target(h))];
+    if (a == p.uv ||
+        (mesh.mark(h) != EditableTriangulation::kUnmarked && orientation(a, b, p.uv) == 0)) {
+      throw_infeasible(ErrorCode::kContradictoryPins,
+                       "Vertex " + std::to_string(p.vertex) +
+                           " is pinned to a point on the boundary's targets, or on another pin. "
+                           "Move it.",
+                       ElementKind::kVertex, {p.vertex});
+    }
+  }
+}
+
 void insert_pins(Target& target, const Constraints& constraints) {
   std::vector<VertexId> placed = target.domain.mesh_vertex;
   std::sort(placed.begin(), placed.end());
   for (const PinnedVertex& p : constraints.pins) {
     if (std::binary_search(placed.begin(), placed.end(), p.vertex)) continue;
     const std::vector<FaceId> sheets = sheets_at(target.domain, p.uv);
-    const std::string who = "Vertex " + std::to_string(p.vertex) + " is pinned to a point ";
-    if (sheets.empty()) {
-      throw_infeasible(ErrorCode::kContradictoryPins,
-                       who + "outside the boundary's targets. Move it inside.",
-                       ElementKind::kVertex, {p.vertex});
-    }
-    if (sheets.size() > 1) {
-      throw_invalid(
-          ErrorCode::kBadPins,
-          who + "where the target overlaps itself " + std::to_string(sheets.size()) +
-              " times. Give a path from it to the boundary, which says on which sheet it lies.",
-          ElementKind::kVertex, {p.vertex});
-    }
-    const EditableTriangulation& mesh = target.domain.triangulation;
-    for (HalfedgeId h = 3 * sheets[0]; h < 3 * sheets[0] + 3; ++h) {
-      const Vector2& a = target.domain.point[static_cast<std::size_t>(mesh.source(h))];
-      const Vector2& b = target.domain.point[static_cast<std::size_t>(mesh.target(h))];
-      if (a == p.uv ||
-          (mesh.mark(h) != EditableTriangulation::kUnmarked && orientation(a, b, p.uv) == 0)) {
-        throw_infeasible(ErrorCode::kContradictoryPins,
-                         who + "on the boundary's targets, or on another pin. Move it.",
-                         ElementKind::kVertex, {p.vertex});
-      }
-    }
+    if (sheets.size() != 1) refuse_sheets(p, sheets.size());
+    check_off_edges(target.domain, p, sheets[0]);
     insert_point(target.domain, sheets[0], p.uv, p.vertex);
   }
 }
 
+bool holds(const TargetDomain& domain, FaceId f, const Vector2& p) {
+  const EditableTriangulation& mesh = domain.triangulation;
+  for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+    if (orientation(domain.point[static_cast<std::size_t>(mesh.source(h))],
+                    domain.point[static_cast<std::size_t>(mesh.target(h))], p) < 0)
+      return false;
+  }
+  return true;
+}
+
+// Takes an inner vertex out of the triangulation. Its star is seen whole from it, hence a simple
+// polygon; pins in it find their triangle among the new ones.
+void remove_inner(TargetDomain& domain, Index v, std::vector<SheetPin>& pins,
+                  const ExecutionContext& context) {
+  EditableTriangulation& mesh = domain.triangulation;
+  std::vector<Index> ring;
+  Polygon polygon;
+  mesh.for_each_outgoing(v, [&](HalfedgeId h) {
+    ring.push_back(mesh.target(h));
+    polygon.push_back(domain.point[static_cast<std::size_t>(ring.back())]);
+  });
+  const std::vector<FaceId> star = mesh.star(v);
+  const SelfOverlap overlap = find_self_overlap(polygon, context);
+  if (!overlap.exists) throw InternalError("the star of a pin has no triangulation");
+  std::vector<EditableTriangulation::Triangle> triangles;
+  for (Eigen::Index t = 0; t < overlap.triangles.rows(); ++t) {
+    const auto corner = [&](Index k) {
+      return ring[static_cast<std::size_t>(overlap.triangles(t, k))];
+    };
+    triangles.push_back({corner(0), corner(1), corner(2)});
+  }
+  const std::vector<FaceId> parents(triangles.size(), 0);
+  const VertexId self = domain.mesh_vertex[static_cast<std::size_t>(v)];
+  mesh.replace(star, triangles, parents);
+  std::vector<FaceId> fresh;
+  for (const auto& t : triangles) {
+    const HalfedgeId h = mesh.find(t[0], t[1]);
+    for (const HalfedgeId g : {h, mesh.opposite(h)}) {
+      if (g != kInvalid && mesh.source(g) == t[0] && mesh.apex(g) == t[2]) fresh.push_back(g / 3);
+    }
+  }
+  for (SheetPin& p : pins) {
+    const bool inside =
+        p.pin.vertex == self || std::find(star.begin(), star.end(), p.face) != star.end();
+    if (!inside) continue;
+    for (const FaceId f : fresh) {
+      if (holds(domain, f, p.pin.uv)) {
+        p.face = f;
+        break;
+      }
+    }
+  }
+}
+
+// Pins at the ends of lines whose sheet is known tell that of the next.
+void follow_lines(SheetTarget& target, const Constraints& constraints) {
+  std::map<VertexId, std::size_t> pin;
+  std::map<VertexId, Index> corner;
+  for (std::size_t i = 0; i < target.pins.size(); ++i) pin.emplace(target.pins[i].pin.vertex, i);
+  for (const Index d : target.domain.outline)
+    corner.emplace(target.domain.mesh_vertex[static_cast<std::size_t>(d)], d);
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (const auto& edge : constraints.edges) {
+      for (const auto& [a, b] : {edge, std::pair(edge.second, edge.first)}) {
+        const auto to = pin.find(b);
+        if (to == pin.end() || target.pins[to->second].face != kInvalid) continue;
+        SheetPin& next = target.pins[to->second];
+        const auto from = pin.find(a);
+        const auto at = corner.find(a);
+        if (at != corner.end()) {
+          next.face =
+              find_along(target.domain, target.domain.point, kInvalid, at->second,
+                         target.domain.point[static_cast<std::size_t>(at->second)], next.pin.uv);
+        } else if (from != pin.end() && target.pins[from->second].face != kInvalid) {
+          next.face = find_along(target.domain, target.domain.point, target.pins[from->second].face,
+                                 kInvalid, target.pins[from->second].pin.uv, next.pin.uv);
+        } else {
+          continue;
+        }
+        if (next.face == kInvalid) {
+          throw_infeasible(ErrorCode::kContradictoryPins,
+                           "The line through vertices " + std::to_string(a) + ", " +
+                               std::to_string(b) + " leaves the boundary's targets.",
+                           ElementKind::kVertex, {a, b});
+        }
+        changed = true;
+      }
+    }
+  }
+}
+
 }  // namespace
+
+SheetTarget sheet_target(const RefinedSurface& surface, const Constraints& constraints,
+                         const ExecutionContext& context) {
+  SheetTarget result;
+  if (constraints.simple_outline) {
+    result.domain = outline_target(surface, constraints, context).domain;
+  } else {
+    result.domain = immersed_outline(surface, constraints, context).domain;
+  }
+  for (const PinnedVertex& p : constraints.pins) result.pins.push_back({p, kInvalid});
+  std::vector<char> outer(result.domain.point.size(), 0);
+  for (const Index v : result.domain.outline) outer[static_cast<std::size_t>(v)] = 1;
+  for (std::size_t v = 0; v < outer.size(); ++v) {
+    if (outer[v] == 0) remove_inner(result.domain, static_cast<Index>(v), result.pins, context);
+  }
+  const auto find_only_sheets = [&](bool last) {
+    for (SheetPin& p : result.pins) {
+      if (p.face != kInvalid) continue;
+      const std::vector<FaceId> sheets = sheets_at(result.domain, p.pin.uv);
+      if (sheets.size() == 1) p.face = sheets[0];
+      if (sheets.empty() || (last && sheets.size() > 1)) refuse_sheets(p.pin, sheets.size());
+    }
+  };
+  find_only_sheets(constraints.edges.empty());
+  if (!constraints.edges.empty()) {
+    follow_lines(result, constraints);
+    find_only_sheets(true);
+  }
+  for (const SheetPin& p : result.pins) check_off_edges(result.domain, p.pin, p.face);
+  return result;
+}
 
 Target outline_target(const RefinedSurface& surface, const Constraints& constraints,
                       const ExecutionContext& context) {

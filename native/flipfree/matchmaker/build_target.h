@@ -3,6 +3,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/matchmaker/constraints.h"
+#include "flipfree/matchmaker/outline_film.h"
 #include "flipfree/matchmaker/target_domain.h"
 #include "flipfree/matchmaker/trace_paths.h"
 
@@ -26,6 +27,17 @@ Target outline_target(const RefinedSurface& surface, const Constraints& constrai
 // Infeasible (kContradictoryPins), several are InvalidInput (kBadPins; give a path).
 Target full_target(const RefinedSurface& surface, const Constraints& constraints,
                    const ExecutionContext& context);
+
+// For outline_film.h: the outline's triangulation by its corners alone, of the disk that the paths
+// choose if there are any, and for every inner pin the sheet it lies on: the only one there is, the
+// one its path leads to, or the one that a line leads to from a pin or the boundary. Errors as
+// full_target(); a line that leaves the disk is Infeasible (kContradictoryPins).
+struct SheetTarget {
+  TargetDomain domain;
+  std::vector<SheetPin> pins;  // in the order of constraints.pins
+};
+SheetTarget sheet_target(const RefinedSurface& surface, const Constraints& constraints,
+                         const ExecutionContext& context);
 
 // given[e] for every edge of the partition, from the target's list. Throws InternalError if one is
 // no edge of it.

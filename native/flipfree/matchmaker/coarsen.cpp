@@ -1,7 +1,9 @@
 #include "flipfree/matchmaker/coarsen.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 
@@ -18,6 +20,9 @@ using Mesh = EditableTriangulation;
 
 constexpr int kMostPasses = 12;
 constexpr int kRelaxIterations = 6;
+// A removal may not leave a triangle that is worse than the worst it removes, except up to so many
+// times the mean energy.
+constexpr double kMostTimesMean = 4.0;
 // A star with more corners than this is left alone.
 constexpr std::size_t kMostCorners = 40;
 
@@ -29,7 +34,7 @@ struct Side {
 
 class Remover {
  public:
-  explicit Remover(RefinedMap& map) : map_(map), mesh_(map.surface.mesh) {}
+  explicit Remover(RefinedMap& map) : map_(map), mesh_(map.surface.mesh) { measure(); }
 
   bool remove(VertexId v) {
     std::vector<Side> sides;
@@ -37,6 +42,11 @@ class Remover {
     if (star.empty() || !split_star(v, sides)) return false;
     std::vector<Mesh::Triangle> triangles;
     std::vector<FaceId> parents;
+    bound_ = kMostTimesMean * mean_;
+    for (const FaceId f : star) {
+      const Mesh::Triangle t = mesh_.corners(f);
+      bound_ = std::max(bound_, energy(t[0], t[1], t[2]));
+    }
     for (const Side& side : sides) {
       if (!triangulate(side, triangles)) return false;
       parents.resize(triangles.size(), side.parent);
@@ -96,7 +106,7 @@ class Remover {
     return sides.size() == (boundary ? 1U : 2U);
   }
 
-  // Best triangulation by dynamic programming: largest worst quality; all triangles positive in
+  // Best triangulation by dynamic programming: least worst energy; all triangles positive in
   // both planes.
   bool triangulate(const Side& side, std::vector<Mesh::Triangle>& triangles) const {
     const std::vector<VertexId>& c = side.corners;
@@ -125,7 +135,9 @@ class Remover {
           if (orientation(polygon[i], polygon[k], polygon[j]) <= 0) continue;
           if (orientation(stored[i], stored[k], stored[j]) <= 0) continue;
           if (map_.surface.orientation_in_parent(side.parent, c[i], c[k], c[j]) <= 0) continue;
-          const double value = std::min(parts, quality(polygon[i], polygon[k], polygon[j]));
+          const double cost = energy(c[i], c[k], c[j]);
+          if (cost > bound_) continue;
+          const double value = std::min(parts, -cost);
           if (value <= best[i * n + j]) continue;
           best[i * n + j] = value;
           apex[i * n + j] = k;
@@ -146,15 +158,58 @@ class Remover {
     return true;
   }
 
-  static double quality(const Vector2& a, const Vector2& b, const Vector2& c) {
-    const Vector2 p = b - a;
-    const Vector2 q = c - a;
-    return (p.x() * q.y() - p.y() * q.x()) /
-           (p.squaredNorm() + q.squaredNorm() + (b - c).squaredNorm());
+  // Half the squared lengths of J and of its inverse, from the surface to the map.
+  std::array<double, 2> stretches(VertexId a, VertexId b, VertexId c) const {
+    const auto at = [&](VertexId v) -> const Vector3& {
+      return map_.surface.position[static_cast<std::size_t>(v)];
+    };
+    const Vector3 e = at(b) - at(a);
+    const Vector3 f = at(c) - at(a);
+    const double length = std::max(e.norm(), 1e-300);
+    const double along = e.dot(f) / length;
+    // Needles as everywhere: distortion/rest_shapes.h.
+    const double height = std::max(e.cross(f).norm() / length, 1e-7 * std::max(length, f.norm()));
+    const Vector2 p = (uv(b) - uv(a)) / length;
+    const Vector2 q = (uv(c) - uv(a) - along * p) / height;
+    const double square = 0.5 * (p.squaredNorm() + q.squaredNorm());
+    const double area = p.x() * q.y() - p.y() * q.x();
+    return {square, square / (area * area)};
+  }
+  // Symmetric Dirichlet energy at the map's scale.
+  double energy(VertexId a, VertexId b, VertexId c) const {
+    const auto [stretch, shrink] = stretches(a, b, c);
+    return 0.5 * (stretch * scale2_ + shrink / scale2_);
+  }
+  void measure() {
+    double stretch = 0;
+    double shrink = 0;
+    double total = 0;
+    for (FaceId f = 0; f < mesh_.face_slots(); ++f) {
+      if (!mesh_.alive(f)) continue;
+      const Mesh::Triangle t = mesh_.corners(f);
+      const auto at = [&](std::size_t k) -> const Vector3& {
+        return map_.surface.position[static_cast<std::size_t>(t[k])];
+      };
+      const double area = (at(1) - at(0)).cross(at(2) - at(0)).norm();
+      const auto [s, i] = stretches(t[0], t[1], t[2]);
+      stretch += area * s;
+      shrink += area * i;
+      total += area;
+    }
+    scale2_ = std::sqrt(shrink / stretch);
+    mean_ = std::sqrt(stretch * shrink) / total;
+    // Too distorted to be measured: whatever is valid will do.
+    if (!std::isfinite(mean_) || !(scale2_ > 0) || !std::isfinite(scale2_)) {
+      scale2_ = 1;
+      mean_ = std::numeric_limits<double>::infinity();
+    }
   }
 
   RefinedMap& map_;
   Mesh& mesh_;
+  double scale2_ = 1;  // square of the best global scale
+  double mean_ = 0;    // energy of the map
+  double bound_ = 0;   // of the new triangles of the star at hand
 };
 
 RefinedMap compacted_map(const RefinedMap& map) {

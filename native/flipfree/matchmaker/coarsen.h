@@ -2,7 +2,8 @@
 // (thesis 3.3 leaves them in).
 //
 // Removing a vertex retriangulates its star so that every new triangle is positive in the map and
-// in the input face it lies in, both by exact test. A star that lies on an edge of the input is
+// in the input face it lies in, both by exact test, and no more distorted than the worst it
+// replaces or a few times the mean. A star that lies on an edge of the input is
 // retriangulated on both sides of that edge. Between passes the map is relaxed, which frees further
 // vertices.
 #pragma once

@@ -15,6 +15,10 @@
 namespace flipfree {
 namespace {
 
+// A start with a larger share of flips than this is not worth untangling: letters have 3 to 8 per
+// cent, narrow spirals 27 and more, which never end well.
+constexpr double kMostFolded = 0.2;
+
 void hold(const RefinedSurface& surface, const Constraints& constraints, Points2& uv) {
   for (const PinnedVertex& p : constraints.pins) uv.row(p.vertex) = p.uv.transpose();
   for (std::size_t i = 0; i < constraints.outline.size(); ++i) {
@@ -198,6 +202,9 @@ std::optional<Points2> first_try(RefinedSurface& surface, const Constraints& con
   const Target target = outline_target(surface, boundary_only, context);
   std::vector<std::array<Vector2, 3>> shapes;
   const Points2 start = compose_through_disk(surface, target.domain, context, stats, &shapes);
+  const auto folded = static_cast<double>(find_flips(surface.mesh.faces(), start, context).size());
+  stats["first_try.folded"] = static_cast<std::int64_t>(folded);
+  if (folded > kMostFolded * static_cast<double>(surface.mesh.faces().rows())) return std::nullopt;
   std::optional<Points2> uv = untangle_from(surface, boundary_only, start, context, stats);
   // Long narrow targets stretch triangles far from their shapes on the surface: rather those of the
   // composition.

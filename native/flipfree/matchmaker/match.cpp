@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <map>
 #include <string>
 
 #include "flipfree/base/error.h"
@@ -12,11 +13,15 @@
 #include "flipfree/matchmaker/coarsen.h"
 #include "flipfree/matchmaker/first_try.h"
 #include "flipfree/matchmaker/pipeline.h"
+#include "flipfree/matchmaker/walk_outline.h"
 #include "flipfree/matchmaker/walk_pins.h"
 #include "flipfree/mesh/validate.h"
 
 namespace flipfree {
 namespace {
+
+// Vertices that the walk to an outline may add, in units of the input's.
+constexpr Index kOutlineRefinement = 40;
 
 // Lowers the distortion with the constraints held. Returns the map unchanged if there is nothing to
 // move.
@@ -112,12 +117,53 @@ std::optional<RefinedMap> walked(RefinedSurface& surface, const Constraints& con
   return map;
 }
 
+// Through the frames of a film from a convex polygon, where pins are easily brought to their
+// places, to the target.
+std::optional<RefinedMap> filmed(const RefinedSurface& surface, const Constraints& constraints,
+                                 ExecutionContext& context, Stats& stats) {
+  SheetTarget target = sheet_target(surface, constraints, context);
+  const OutlineFilm film(std::move(target.domain), target.pins);
+  RefinedMap map;
+  {
+    const ProgressRange range(context, 0.0, 0.2);
+    map = first_frame(surface, film, context, stats);
+  }
+  const Index limit = kOutlineRefinement * surface.input_vertices();
+  if (!constraints.pins.empty()) {
+    const ProgressRange range(context, 0.2, 0.4);
+    Constraints disk;
+    disk.outline.resize(surface.boundary.size());
+    std::map<VertexId, Vector2> place;
+    for (const auto& [v, uv] : film.places(0.0, film.corners(0.0))) place.emplace(v, uv);
+    for (std::size_t i = 0; i < surface.boundary.size(); ++i)
+      disk.outline[i] = place.at(surface.boundary[i]);
+    for (const PinnedVertex& p : constraints.pins)
+      disk.pins.push_back({p.vertex, place.at(p.vertex)});
+    const RefinedSurface unpinned = map.surface;
+    if (!walk_pins(map, disk, limit, context, stats))
+      map = guaranteed(unpinned, disk, context, stats);
+  }
+  {
+    const ProgressRange range(context, 0.4, 0.9);
+    if (!walk_outline(map, film, constraints.edges, limit, context, stats)) return std::nullopt;
+  }
+  const ProgressRange range(context, 0.9, 1.0);
+  if (map.surface.mesh.vertex_count() > surface.mesh.vertex_count())
+    map = coarsen(std::move(map), constraints, surface.mesh.vertex_count(), context, stats);
+  return map;
+}
+
 RefinedMap solve(RefinedSurface& surface, const Constraints& constraints,
                  const MatchOptions& options, ExecutionContext& context, Stats& stats) {
   // What the target's domain refuses is refused before any work.
-  if (!constraints.free_boundary()) full_target(surface, constraints, context);
-  if (options.engine != MatchEngine::kMatchmaker) {
-    const ProgressRange range(context, 0.0, 0.5);
+  const bool overlapping = !constraints.free_boundary() && !constraints.simple_outline;
+  if (overlapping) sheet_target(surface, constraints, context);
+  if (!overlapping && !constraints.free_boundary()) full_target(surface, constraints, context);
+  // Which disk, and on which sheet a pin lies, is for the film to say.
+  const bool direct = !overlapping || constraints.pins.empty();
+  if (direct && options.engine != MatchEngine::kMatchmaker &&
+      options.engine != MatchEngine::kOutline) {
+    const ProgressRange range(context, 0.0, 0.3);
     if (std::optional<RefinedMap> map = walked(surface, constraints, options, context, stats)) {
       stats["engine"] = std::string("first try");
       return std::move(*map);
@@ -128,7 +174,18 @@ RefinedMap solve(RefinedSurface& surface, const Constraints& constraints,
           "The first try found no flip-free map on these triangles. Allow refinement.");
     }
   }
-  const ProgressRange range(context, 0.5, 1.0);
+  if (!constraints.free_boundary() && options.engine != MatchEngine::kMatchmaker) {
+    const ProgressRange range(context, 0.3, 0.8);
+    if (std::optional<RefinedMap> map = filmed(surface, constraints, context, stats)) {
+      stats["engine"] = std::string("outline");
+      return std::move(*map);
+    }
+    if (options.engine == MatchEngine::kOutline) {
+      throw_not_converged(ErrorCode::kIterationLimit,
+                          "The walk to the outline was blocked, refinement included.");
+    }
+  }
+  const ProgressRange range(context, 0.8, 1.0);
   return guaranteed(surface, constraints, context, stats);
 }
 

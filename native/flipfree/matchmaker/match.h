@@ -18,6 +18,7 @@ namespace flipfree {
 enum class MatchEngine {
   kAuto,        // first try, then MatchMaker++
   kFirstTry,    // for tests and papers: NotConverged if the first try fails
+  kOutline,     // for tests and papers: straight to the walk with the outline (walk_outline.h)
   kMatchmaker,  // for tests and papers: straight to MatchMaker++
 };
 

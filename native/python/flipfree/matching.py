@@ -17,7 +17,7 @@ Points = Mapping[int, tuple[float, float]]
 Lines = Sequence[tuple[Sequence[int], Any]]
 
 #: What ``engine`` may be: both in turn, or one of them alone (for tests and benchmarks).
-ENGINES = ("auto", "first try", "matchmaker")
+ENGINES = ("auto", "first try", "outline", "matchmaker")
 
 
 def start_match(
@@ -104,7 +104,7 @@ def match(
             pinned vertex lies, or which of several disks with this boundary is meant.
         optimise: lower the distortion with all constraints held. iterations: at most so many Newton steps.
         bijective: with a free boundary, one-to-one as a whole and not only locally.
-        engine: "auto", or "first try" / "matchmaker" alone.
+        engine: "auto", or "first try" / "outline" / "matchmaker" alone.
 
     Returns:
         Parametrization: refined only where no map of the user's triangles was found; ``stats["added_vertices"]``,

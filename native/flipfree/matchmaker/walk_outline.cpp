@@ -1,0 +1,255 @@
+#include "flipfree/matchmaker/walk_outline.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <set>
+
+#include "flipfree/base/error.h"
+#include "flipfree/distortion/targets.h"
+#include "flipfree/embedding/embed.h"
+#include "flipfree/matchmaker/carry.h"
+#include "flipfree/matchmaker/first_try.h"
+#include "flipfree/matchmaker/untangle.h"
+#include "flipfree/numeric/predicates.h"
+
+namespace flipfree {
+namespace {
+
+// A step goes this share of the way that is left, and no less than a hundredth of the share at the
+// end: outlines grow narrow as 1 - t does.
+constexpr double kStride = 0.05;
+constexpr double kRest = 0.01;
+constexpr double kShortestStride = 1e-3;  // in units of kStride
+// Newton steps after each frame, beyond those that lead to it.
+constexpr int kSettleSteps = 3;
+// A frame that raises the energy by more than this is refused.
+constexpr double kMostRise = 1.3;
+// A frame that needs more factorizations than this is hard: edges are split.
+constexpr std::int64_t kHard = 8;
+// How far ahead triangles are looked for that fold, in units of the stride, and how many at a time.
+constexpr double kLookAhead = 4.0;
+constexpr int kLooks = 24;
+constexpr std::size_t kMostFolds = 40;
+// Of a folding triangle, edges at least this long against its longest are split.
+constexpr double kLong = 0.9;
+constexpr int kRelaxSteps = 8;
+constexpr int kMostFrames = 4000;
+// Newton steps for the first frame.
+constexpr int kFirstSteps = 100;
+
+using EdgeSet = std::set<std::pair<VertexId, VertexId>>;
+
+class OutlineWalker {
+ public:
+  OutlineWalker(RefinedMap& map, const OutlineFilm& film,
+                const std::vector<std::pair<VertexId, VertexId>>& uncut, ExecutionContext& context)
+      : map_(map), film_(film), context_(context), chart_(to_surface(map.surface)) {
+    for (const auto& [a, b] : uncut) uncut_.emplace(std::min(a, b), std::max(a, b));
+    for (const auto& [v, place] : film.places(0.0, film.corners(0.0))) held_.push_back(v);
+    relax();
+  }
+
+  double time() const { return time_; }
+  std::int64_t frames() const { return frames_; }
+  std::int64_t splits() const { return splits_; }
+
+  // True when the last frame is reached, false when there is no way on.
+  bool walk(Index vertex_limit) {
+    double stride = 1.0;
+    while (time_ < 1) {
+      context_.report("walking to the outline", time_);
+      if (++frames_ > kMostFrames) return false;
+      std::int64_t effort = 0;
+      if (step(stride, effort)) {
+        stride = std::min(1.0, 1.5 * stride);
+        if (effort < kHard || time_ >= 1) continue;
+        if (map_.surface.mesh.vertex_count() < vertex_limit) refine();
+        continue;
+      }
+      if (stride < kShortestStride) return false;
+      stride *= stride > 0.1 ? 0.6 : 0.8;
+      if (map_.surface.mesh.vertex_count() >= vertex_limit) return false;
+      refine();
+    }
+    return true;
+  }
+
+ private:
+  double reach(double share) const { return share * kStride * (1 - time_ + kRest); }
+
+  bool step(double stride, std::int64_t& effort) {
+    const double by = reach(stride);
+    const double next = 1 - time_ < 1.3 * by ? 1.0 : time_ + by;
+    MinimizeOptions options;
+    options.max_iterations = kSettleSteps;
+    std::vector<std::pair<VertexId, Vector2>> moving;
+    for (const auto& [v, place] : film_.places(next, film_.corners(next))) {
+      if (map_.uv.row(v) == place.transpose()) {
+        options.fixed.push_back(v);
+      } else {
+        moving.emplace_back(v, place);
+      }
+    }
+    const ProgressRange quiet(context_, time_, time_);
+    Stats stats;
+    try {
+      TargetsResult result =
+          minimize_with_targets(chart_, map_.uv, moving, options, context_, stats);
+      const double energy = std::get<double>(stats["distortion.energy"]);
+      effort = std::get<std::int64_t>(stats["distortion.factorizations"]);
+      if (!result.missed.empty() || !(energy < kMostRise * energy_)) return false;
+      map_.uv = std::move(result.uv);
+      energy_ = energy;
+      time_ = next;
+      return true;
+    } catch (const NotConverged&) {
+      return false;  // too squeezed for the Newton system: blocked, like any other
+    }
+  }
+
+  // Lowers the energy with outline and pins held.
+  void relax() {
+    MinimizeOptions options;
+    options.max_iterations = kRelaxSteps;
+    options.fixed = held_;
+    const ProgressRange quiet(context_, time_, time_);
+    Stats stats;
+    if (static_cast<Index>(held_.size()) >= map_.surface.mesh.vertex_count()) return;
+    map_.uv = minimize_distortion(chart_, map_.uv, options, context_, stats);
+    energy_ = std::get<double>(stats["distortion.energy"]);
+  }
+
+  // The triangles that fold first when every vertex rides on the film.
+  std::vector<FaceId> first_folds() const {
+    std::vector<FaceId> folds;
+    const std::vector<Vector2> here = film_.corners(time_);
+    double ahead = reach(kLookAhead);
+    for (int look = 0; look < kLooks; ++look, ahead *= 0.6) {
+      const double t = std::min(1.0, time_ + ahead);
+      const std::vector<Vector2> there = film_.corners(t);
+      Points2 carried = carry(map_.surface, map_.uv, film_.domain(), here, there, context_);
+      for (const auto& [v, place] : film_.places(t, there)) carried.row(v) = place.transpose();
+      std::vector<FaceId> found = find_flips(chart_.faces, carried, context_);
+      if (found.empty()) break;
+      folds = std::move(found);
+      if (folds.size() <= kMostFolds) break;
+    }
+    if (folds.size() > 4 * kMostFolds) folds.resize(4 * kMostFolds);
+    return folds;
+  }
+
+  void refine() {
+    EdgeSet edges;
+    for (const FaceId f : first_folds()) {
+      double length[3];
+      for (Index k = 0; k < 3; ++k) {
+        length[k] =
+            (map_.uv.row(chart_.faces(f, k)) - map_.uv.row(chart_.faces(f, (k + 1) % 3))).norm();
+      }
+      for (Index k = 0; k < 3; ++k) {
+        const VertexId a = chart_.faces(f, k);
+        const VertexId b = chart_.faces(f, (k + 1) % 3);
+        if (length[k] > kLong * *std::max_element(length, length + 3))
+          edges.emplace(std::min(a, b), std::max(a, b));
+      }
+    }
+    RefinedSurface& surface = map_.surface;
+    const Index before = surface.mesh.vertex_count();
+    map_.uv.conservativeResize(before + static_cast<Index>(edges.size()), 2);
+    for (const auto& [a, b] : edges) {
+      const HalfedgeId h = surface.mesh.find(a, b);
+      if (surface.mesh.is_boundary(h) || uncut_.count({a, b}) > 0) continue;
+      const Vector2 middle = 0.5 * (map_.uv.row(a) + map_.uv.row(b)).transpose();
+      if (!splits_well(h, middle) || !splits_well(surface.mesh.opposite(h), middle)) continue;
+      map_.uv.row(surface.split_edge(h)) = middle.transpose();
+    }
+    map_.uv.conservativeResize(surface.mesh.vertex_count(), 2);
+    if (surface.mesh.vertex_count() == before) return;
+    ++splits_;
+    chart_ = to_surface(surface);
+    try {
+      relax();
+    } catch (const NotConverged&) {
+      return;  // the next step will find it blocked
+    }
+  }
+
+  // Do the two halves of the triangle left of h stay positive? Exact: rounding moves the midpoint.
+  bool splits_well(HalfedgeId h, const Vector2& middle) const {
+    const EditableTriangulation& mesh = map_.surface.mesh;
+    const Vector2 a = map_.uv.row(mesh.source(h)).transpose();
+    const Vector2 b = map_.uv.row(mesh.target(h)).transpose();
+    const Vector2 c = map_.uv.row(mesh.apex(h)).transpose();
+    return orientation(a, middle, c) > 0 && orientation(middle, b, c) > 0;
+  }
+
+  RefinedMap& map_;
+  const OutlineFilm& film_;
+  ExecutionContext& context_;
+  Surface chart_;
+  EdgeSet uncut_;
+  std::vector<VertexId> held_;
+  double time_ = 0;
+  double energy_ = 0;
+  std::int64_t frames_ = 0;
+  std::int64_t splits_ = 0;
+};
+
+// Every inner edge between boundary vertices: whether its ends see each other may differ between
+// frames.
+void split_chords(RefinedSurface& surface) {
+  const EditableTriangulation& mesh = surface.mesh;
+  std::vector<std::pair<VertexId, VertexId>> chords;
+  for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
+    if (mesh.alive(h / 3) && mesh.edge(h) == h && !mesh.is_boundary(h) &&
+        mesh.is_boundary_vertex(mesh.source(h)) && mesh.is_boundary_vertex(mesh.target(h)))
+      chords.emplace_back(mesh.source(h), mesh.target(h));
+  }
+  for (const auto& [a, b] : chords) surface.split_edge(mesh.find(a, b));
+}
+
+}  // namespace
+
+RefinedMap first_frame(const RefinedSurface& surface, const OutlineFilm& film,
+                       ExecutionContext& context, Stats& stats) {
+  RefinedMap map{surface, {}};
+  split_chords(map.surface);
+  const std::vector<Vector2> corners = film.corners(0.0);
+  const std::vector<Index>& outline = film.domain().outline;
+  std::vector<VertexId> loop;
+  Points2 polygon(static_cast<Eigen::Index>(outline.size()), 2);
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    loop.push_back(film.domain().mesh_vertex[static_cast<std::size_t>(outline[i])]);
+    polygon.row(static_cast<Eigen::Index>(i)) =
+        corners[static_cast<std::size_t>(outline[i])].transpose();
+  }
+  EmbedOptions embed;
+  embed.float32 = false;
+  embed.low_distortion = true;
+  map.uv = embed_disk(map.surface.mesh.faces(), map.surface.mesh.vertex_count(), loop, polygon,
+                      embed, context, stats);
+  MinimizeOptions minimize;
+  minimize.max_iterations = kFirstSteps;
+  minimize.fixed = loop;
+  std::sort(minimize.fixed.begin(), minimize.fixed.end());
+  Stats unused;
+  if (loop.size() < static_cast<std::size_t>(map.uv.rows()))
+    map.uv = minimize_distortion(to_surface(map.surface), map.uv, minimize, context, unused);
+  return map;
+}
+
+bool walk_outline(RefinedMap& map, const OutlineFilm& film,
+                  const std::vector<std::pair<VertexId, VertexId>>& uncut, Index added_limit,
+                  ExecutionContext& context, Stats& stats) {
+  const Index before = map.surface.mesh.vertex_count();
+  OutlineWalker walker(map, film, uncut, context);
+  const bool arrived = walker.walk(before + added_limit);
+  stats["outline.frames"] = walker.frames();
+  stats["outline.refinements"] = walker.splits();
+  stats["outline.way"] = walker.time();
+  stats["outline.added_vertices"] =
+      static_cast<std::int64_t>(map.surface.mesh.vertex_count() - before);
+  return arrived;
+}
+
+}  // namespace flipfree
