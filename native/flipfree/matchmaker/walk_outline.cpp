@@ -5,6 +5,8 @@
 #include <set>
 
 #include "flipfree/base/error.h"
+#include "flipfree/distortion/energy.h"
+#include "flipfree/distortion/rest_shapes.h"
 #include "flipfree/distortion/targets.h"
 #include "flipfree/embedding/embed.h"
 #include "flipfree/matchmaker/carry.h"
@@ -29,8 +31,12 @@ constexpr std::int64_t kHard = 8;
 // How far ahead triangles are looked for that fold, in units of the stride, and how many at a time.
 constexpr double kLookAhead = 4.0;
 constexpr int kLooks = 24;
-constexpr std::size_t kMostFolds = 40;
-// Of a folding triangle, edges at least this long against its longest are split.
+constexpr std::size_t kFewestFolds = 40;
+// After a refusal half as many are split besides, those that hold most of the energy; and from
+// refusal to refusal more, from success to success fewer.
+constexpr double kMoreRoom = 1.5;
+constexpr double kLessRoom = 0.8;
+// Of a resisting triangle, edges at least this long against its longest are split.
 constexpr double kLong = 0.9;
 constexpr int kRelaxSteps = 8;
 constexpr int kMostFrames = 4000;
@@ -62,14 +68,17 @@ class OutlineWalker {
       std::int64_t effort = 0;
       if (step(stride, effort)) {
         stride = std::min(1.0, 1.5 * stride);
+        room_ = std::max(kFewestFolds,
+                         static_cast<std::size_t>(kLessRoom * static_cast<double>(room_)));
         if (effort < kHard || time_ >= 1) continue;
-        if (map_.surface.mesh.vertex_count() < vertex_limit) refine();
+        if (map_.surface.mesh.vertex_count() < vertex_limit) refine(false);
         continue;
       }
       if (stride < kShortestStride) return false;
       stride *= stride > 0.1 ? 0.6 : 0.8;
+      room_ = static_cast<std::size_t>(kMoreRoom * static_cast<double>(room_));
       if (map_.surface.mesh.vertex_count() >= vertex_limit) return false;
-      refine();
+      refine(true);
     }
     return true;
   }
@@ -132,15 +141,41 @@ class OutlineWalker {
       std::vector<FaceId> found = find_flips(chart_.faces, carried, context_);
       if (found.empty()) break;
       folds = std::move(found);
-      if (folds.size() <= kMostFolds) break;
+      if (folds.size() <= room_) break;
     }
-    if (folds.size() > 4 * kMostFolds) folds.resize(4 * kMostFolds);
+    if (folds.size() > 4 * room_) folds.resize(4 * room_);
     return folds;
   }
 
-  void refine() {
+  // The triangles that hold most of the energy: what is jammed.
+  std::vector<FaceId> most_loaded() const {
+    const distortion::RestShapes rest = distortion::build_rest_shapes(chart_, context_);
+    const double scale =
+        distortion::sum_energy(chart_.faces, rest.triangles, map_.uv, context_).best_scale();
+    std::vector<std::pair<double, FaceId>> load;
+    for (FaceId f = 0; f < chart_.faces.rows(); ++f) {
+      const auto at = [&](Index k) { return map_.uv.row(chart_.faces(f, k)).data(); };
+      const distortion::RestTriangle& r = rest.triangles[static_cast<std::size_t>(f)];
+      const distortion::Jacobian j = distortion::jacobian(r, at(0), at(1), at(2));
+      const double square = j.a * j.a + j.b * j.b + j.c * j.c + j.d * j.d;
+      const double shrink = square / (j.determinant * j.determinant);
+      load.emplace_back(-r.weight * (square * scale * scale + shrink / (scale * scale)), f);
+    }
+    const std::size_t count = std::min(room_ / 2, load.size());
+    std::partial_sort(load.begin(), load.begin() + static_cast<std::ptrdiff_t>(count), load.end());
+    std::vector<FaceId> result;
+    for (std::size_t i = 0; i < count; ++i) result.push_back(load[i].second);
+    return result;
+  }
+
+  void refine(bool refused) {
     EdgeSet edges;
-    for (const FaceId f : first_folds()) {
+    std::vector<FaceId> resisting = first_folds();
+    if (refused) {
+      const std::vector<FaceId> loaded = most_loaded();
+      resisting.insert(resisting.end(), loaded.begin(), loaded.end());
+    }
+    for (const FaceId f : resisting) {
       double length[3];
       for (Index k = 0; k < 3; ++k) {
         length[k] =
@@ -189,6 +224,7 @@ class OutlineWalker {
   Surface chart_;
   EdgeSet uncut_;
   std::vector<VertexId> held_;
+  std::size_t room_ = kFewestFolds;
   double time_ = 0;
   double energy_ = 0;
   std::int64_t frames_ = 0;
