@@ -75,21 +75,18 @@ FaceId find_along(const TargetDomain& domain, const std::vector<Vector2>& place,
   return Locator(domain.triangulation, place).walk(f, corner, a, b);
 }
 
-Points2 carry(const RefinedSurface& surface, const Points2& uv, const TargetDomain& domain,
-              const std::vector<Vector2>& from, const std::vector<Vector2>& to,
-              const ExecutionContext& context) {
-  const Mesh& target = domain.triangulation;
-  const Locator locator(target, from);
-  const auto count = static_cast<std::size_t>(uv.rows());
-  std::vector<FaceId> found(count, kInvalid);
-  std::vector<Index> corner(count, kInvalid);
+Carrier::Carrier(const RefinedSurface& surface, const Points2& uv, const TargetDomain& domain,
+                 const std::vector<Vector2>& here, const ExecutionContext& context)
+    : uv_(uv),
+      domain_(domain),
+      here_(here),
+      face_(static_cast<std::size_t>(uv.rows()), kInvalid),
+      corner_(face_.size(), kInvalid) {
   std::deque<VertexId> queue;
-  Points2 result = uv;
   for (const Index d : domain.outline) {
     const VertexId v = domain.mesh_vertex[static_cast<std::size_t>(d)];
-    corner[static_cast<std::size_t>(v)] = d;
-    found[static_cast<std::size_t>(v)] = target.outgoing(d) / 3;
-    result.row(v) = to[static_cast<std::size_t>(d)].transpose();
+    corner_[static_cast<std::size_t>(v)] = d;
+    face_[static_cast<std::size_t>(v)] = domain.triangulation.outgoing(d) / 3;
     queue.push_back(v);
   }
   for (std::size_t steps = 0; !queue.empty(); ++steps) {
@@ -99,30 +96,47 @@ Points2 carry(const RefinedSurface& surface, const Points2& uv, const TargetDoma
     const Vector2 a = uv.row(v).transpose();
     surface.mesh.for_each_outgoing(v, [&](HalfedgeId h) {
       const VertexId w = surface.mesh.target(h);
-      FaceId& f = found[static_cast<std::size_t>(w)];
+      FaceId& f = face_[static_cast<std::size_t>(w)];
       if (f != kInvalid) return;
-      const Vector2 b = uv.row(w).transpose();
-      f = locator.walk(found[static_cast<std::size_t>(v)], corner[static_cast<std::size_t>(v)], a,
-                       b);
-      if (f == kInvalid) return;  // another neighbour may find it; else it stays where it is
-      queue.push_back(w);
-      const Mesh::Triangle t = target.corners(f);
-      const auto place = [&](const std::vector<Vector2>& shape, std::size_t k) -> const Vector2& {
-        return shape[static_cast<std::size_t>(t[k])];
-      };
-      const Vector2 e1 = place(from, 1) - place(from, 0);
-      const Vector2 e2 = place(from, 2) - place(from, 0);
-      const Vector2 d = b - place(from, 0);
-      const double area = cross(e1, e2);
-      if (!(area > 0)) return;
-      const double w1 = cross(d, e2) / area;
-      const double w2 = cross(e1, d) / area;
-      result.row(w) =
-          (place(to, 0) + w1 * (place(to, 1) - place(to, 0)) + w2 * (place(to, 2) - place(to, 0)))
-              .transpose();
+      f = find_along(domain, here, face_[static_cast<std::size_t>(v)],
+                     corner_[static_cast<std::size_t>(v)], a, uv.row(w).transpose());
+      if (f != kInvalid) queue.push_back(w);  // else another neighbour may find it
     });
   }
+}
+
+Vector2 Carrier::ride(FaceId f, const Vector2& p, const std::vector<Vector2>& there) const {
+  if (f == kInvalid) return p;
+  const Mesh::Triangle t = domain_.triangulation.corners(f);
+  const auto at = [&](const std::vector<Vector2>& shape, std::size_t k) -> const Vector2& {
+    return shape[static_cast<std::size_t>(t[k])];
+  };
+  const Vector2 e1 = at(here_, 1) - at(here_, 0);
+  const Vector2 e2 = at(here_, 2) - at(here_, 0);
+  const Vector2 d = p - at(here_, 0);
+  const double area = cross(e1, e2);
+  if (!(area > 0)) return p;
+  return at(there, 0) + cross(d, e2) / area * (at(there, 1) - at(there, 0)) +
+         cross(e1, d) / area * (at(there, 2) - at(there, 0));
+}
+
+Points2 Carrier::vertices(const std::vector<Vector2>& there) const {
+  Points2 result(uv_.rows(), 2);
+  for (Eigen::Index v = 0; v < uv_.rows(); ++v) {
+    const auto i = static_cast<std::size_t>(v);
+    const Vector2 p = corner_[i] != kInvalid ? there[static_cast<std::size_t>(corner_[i])]
+                                             : ride(face_[i], uv_.row(v).transpose(), there);
+    result.row(v) = p.transpose();
+  }
   return result;
+}
+
+Vector2 Carrier::on_edge(VertexId a, VertexId b, double s,
+                         const std::vector<Vector2>& there) const {
+  const Vector2 start = uv_.row(a).transpose();
+  const Vector2 p = start + s * (uv_.row(b).transpose() - start);
+  const auto i = static_cast<std::size_t>(a);
+  return ride(find_along(domain_, here_, face_[i], corner_[i], start, p), p, there);
 }
 
 }  // namespace flipfree

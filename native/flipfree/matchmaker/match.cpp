@@ -16,6 +16,7 @@
 #include "flipfree/matchmaker/walk_outline.h"
 #include "flipfree/matchmaker/walk_pins.h"
 #include "flipfree/mesh/validate.h"
+#include "flipfree/numeric/predicates.h"
 
 namespace flipfree {
 namespace {
@@ -153,6 +154,17 @@ std::optional<RefinedMap> filmed(const RefinedSurface& surface, const Constraint
   return map;
 }
 
+// Is the film of this outline without action? Then it is no help for the pins.
+bool is_convex(const Constraints& constraints) {
+  const std::size_t n = constraints.outline.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    if (orientation(constraints.outline[i], constraints.outline[(i + 1) % n],
+                    constraints.outline[(i + 2) % n]) < 0)
+      return false;
+  }
+  return constraints.turning_number == 1;
+}
+
 RefinedMap solve(RefinedSurface& surface, const Constraints& constraints,
                  const MatchOptions& options, ExecutionContext& context, Stats& stats) {
   // What the target's domain refuses is refused before any work.
@@ -174,7 +186,8 @@ RefinedMap solve(RefinedSurface& surface, const Constraints& constraints,
           "The first try found no flip-free map on these triangles. Allow refinement.");
     }
   }
-  if (!constraints.free_boundary() && options.engine != MatchEngine::kMatchmaker) {
+  if (!constraints.free_boundary() && options.engine != MatchEngine::kMatchmaker &&
+      (options.engine == MatchEngine::kOutline || !is_convex(constraints))) {
     const ProgressRange range(context, 0.3, 0.8);
     if (std::optional<RefinedMap> map = filmed(surface, constraints, context, stats)) {
       stats["engine"] = std::string("outline");

@@ -1,6 +1,7 @@
 #include "flipfree/matchmaker/refined_surface.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 #include "flipfree/base/error.h"
@@ -16,7 +17,7 @@ double Support::of(VertexId v) const {
   return 0.0;
 }
 
-Support midpoint(const Support& a, const Support& b) {
+Support between(const Support& a, const Support& b, double share) {
   std::array<VertexId, 6> all = {a.vertex[0], a.vertex[1], a.vertex[2],
                                  b.vertex[0], b.vertex[1], b.vertex[2]};
   std::sort(all.begin(), all.end());
@@ -24,20 +25,31 @@ Support midpoint(const Support& a, const Support& b) {
   std::size_t count = 0;
   for (const VertexId v : all) {
     if (v == kInvalid || (count > 0 && result.vertex[count - 1] == v)) continue;
-    if (count == 3) throw InternalError("midpoint of points that share no input face");
+    if (count == 3) throw InternalError("point between points that share no input face");
     result.vertex[count] = v;
-    result.weight[count++] = 0.5 * (a.of(v) + b.of(v));
+    result.weight[count++] = (1 - share) * a.of(v) + share * b.of(v);
   }
   return result;
 }
 
-VertexId RefinedSurface::split_edge(HalfedgeId h) {
+double RefinedSurface::exact_share(HalfedgeId h, double share) const {
+  if (share * 16 != std::floor(share * 16)) return 0.5;
+  for (const VertexId v : {mesh.source(h), mesh.target(h)}) {
+    for (const double w : support[static_cast<std::size_t>(v)].weight) {
+      const double scaled = std::ldexp(w, 36);
+      if (scaled != std::floor(scaled)) return 0.5;
+    }
+  }
+  return share;
+}
+
+VertexId RefinedSurface::split_edge(HalfedgeId h, double share) {
   const auto a = static_cast<std::size_t>(mesh.source(h));
   const auto b = static_cast<std::size_t>(mesh.target(h));
   const VertexId s = mesh.split_edge(h);
   const bool on_input = !support[a].empty() && !support[b].empty();
-  support.push_back(on_input ? midpoint(support[a], support[b]) : Support{});
-  Vector3 where = 0.5 * (position[a] + position[b]);
+  support.push_back(on_input ? between(support[a], support[b], share) : Support{});
+  Vector3 where = (1 - share) * position[a] + share * position[b];
   if (on_input) {
     where.setZero();
     for (std::size_t i = 0; i < 3 && support.back().vertex[i] != kInvalid; ++i) {

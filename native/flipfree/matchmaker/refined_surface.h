@@ -1,11 +1,11 @@
 // The user's disk under refinement: connectivity, and for every vertex where it lies on the input
 // (guarantee G7).
 //
-// Vertices 0 .. input_vertices - 1 are the user's. Vertices added by splits are midpoints, so their
-// weights are dyadic and exact in double; whether faces keep their orientation within their parent
-// is therefore decided exactly. A collar, if there is one, is a ring of triangles glued around the
-// boundary that only exists during the solve: it makes the boundary free to lie anywhere inside a
-// box. Its faces have no parent (kInvalid), its vertices no support.
+// Vertices 0 .. input_vertices - 1 are the user's. Vertices added by splits are midpoints or at
+// sixteenths, so their weights are dyadic and exact in double; whether faces keep their orientation
+// within their parent is therefore decided exactly. A collar, if there is one, is a ring of
+// triangles glued around the boundary that only exists during the solve: it makes the boundary free
+// to lie anywhere inside a box. Its faces have no parent (kInvalid), its vertices no support.
 #pragma once
 
 #include <array>
@@ -25,7 +25,8 @@ struct Support {
   bool empty() const { return vertex[0] == kInvalid; }
   double of(VertexId v) const;
 };
-Support midpoint(const Support& a, const Support& b);
+// The point at (1 - share) a + share b.
+Support between(const Support& a, const Support& b, double share);
 
 struct RefinedSurface {
   EditableTriangulation mesh;
@@ -40,7 +41,12 @@ struct RefinedSurface {
 
   // Splits at the midpoint. The edge's two ends must have supports within one input face, or lie in
   // the collar.
-  VertexId split_edge(HalfedgeId h);
+  VertexId split_edge(HalfedgeId h) { return split_edge(h, 0.5); }
+  // Splits at the given share from source to target; `share` comes from exact_share().
+  VertexId split_edge(HalfedgeId h, double share);
+  // The share itself if it is a multiple of 1/16 and weights there are exact in double with bits to
+  // spare, else 1/2.
+  double exact_share(HalfedgeId h, double share) const;
   // Exact orientation of three points within input face `parent`: +1 if they turn as the face does.
   int orientation_in_parent(FaceId parent, VertexId a, VertexId b, VertexId c) const;
 };

@@ -38,6 +38,8 @@ constexpr double kMoreRoom = 1.5;
 constexpr double kLessRoom = 0.8;
 // Of a resisting triangle, edges at least this long against its longest are split.
 constexpr double kLong = 0.9;
+// Edges are split at one of so many shares: a power of two, so that weights stay exact.
+constexpr int kShares = 16;
 constexpr int kRelaxSteps = 8;
 constexpr int kMostFrames = 4000;
 // Newton steps for the first frame.
@@ -128,23 +130,43 @@ class OutlineWalker {
     energy_ = std::get<double>(stats["distortion.energy"]);
   }
 
-  // The triangles that fold first when every vertex rides on the film.
-  std::vector<FaceId> first_folds() const {
+  // The triangles that fold first when every vertex rides on the film, and the frame they do it at.
+  std::vector<FaceId> first_folds(const Carrier& carrier, std::vector<Vector2>& there) const {
     std::vector<FaceId> folds;
-    const std::vector<Vector2> here = film_.corners(time_);
     double ahead = reach(kLookAhead);
     for (int look = 0; look < kLooks; ++look, ahead *= 0.6) {
       const double t = std::min(1.0, time_ + ahead);
-      const std::vector<Vector2> there = film_.corners(t);
-      Points2 carried = carry(map_.surface, map_.uv, film_.domain(), here, there, context_);
-      for (const auto& [v, place] : film_.places(t, there)) carried.row(v) = place.transpose();
+      std::vector<Vector2> corners = film_.corners(t);
+      Points2 carried = carrier.vertices(corners);
+      for (const auto& [v, place] : film_.places(t, corners)) carried.row(v) = place.transpose();
       std::vector<FaceId> found = find_flips(chart_.faces, carried, context_);
       if (found.empty()) break;
       folds = std::move(found);
+      there = std::move(corners);
       if (folds.size() <= room_) break;
     }
     if (folds.size() > 4 * room_) folds.resize(4 * room_);
     return folds;
+  }
+
+  // Where to split the edge a -> b: the share at which it bends most on the way to frame `there`.
+  static double sharpest_bend(const Carrier& carrier, VertexId a, VertexId b,
+                              const std::vector<Vector2>& there) {
+    const Vector2 start = carrier.on_edge(a, b, 0.0, there);
+    const Vector2 along = carrier.on_edge(a, b, 1.0, there) - start;
+    double best = 0.5;
+    double most = -1;
+    for (int k = 2; k <= kShares - 2; ++k) {
+      const double s = static_cast<double>(k) / kShares;
+      const Vector2 d = carrier.on_edge(a, b, s, there) - start - s * along;
+      // Equal bends: rather in the middle.
+      const double bend = d.norm() * (s * (1 - s) + 0.5);
+      if (bend > most) {
+        most = bend;
+        best = s;
+      }
+    }
+    return best;
   }
 
   // The triangles that hold most of the energy: what is jammed.
@@ -170,7 +192,11 @@ class OutlineWalker {
 
   void refine(bool refused) {
     EdgeSet edges;
-    std::vector<FaceId> resisting = first_folds();
+    const std::vector<Vector2> here = film_.corners(time_);
+    std::vector<Vector2> there = here;
+    const Points2 old_uv = map_.uv;
+    const Carrier carrier(map_.surface, old_uv, film_.domain(), here, context_);
+    std::vector<FaceId> resisting = first_folds(carrier, there);
     if (refused) {
       const std::vector<FaceId> loaded = most_loaded();
       resisting.insert(resisting.end(), loaded.begin(), loaded.end());
@@ -194,9 +220,12 @@ class OutlineWalker {
     for (const auto& [a, b] : edges) {
       const HalfedgeId h = surface.mesh.find(a, b);
       if (surface.mesh.is_boundary(h) || uncut_.count({a, b}) > 0) continue;
-      const Vector2 middle = 0.5 * (map_.uv.row(a) + map_.uv.row(b)).transpose();
-      if (!splits_well(h, middle) || !splits_well(surface.mesh.opposite(h), middle)) continue;
-      map_.uv.row(surface.split_edge(h)) = middle.transpose();
+      const auto [source, target] = std::pair(surface.mesh.source(h), surface.mesh.target(h));
+      const double share = surface.exact_share(h, sharpest_bend(carrier, source, target, there));
+      const Vector2 place =
+          ((1 - share) * map_.uv.row(source) + share * map_.uv.row(target)).transpose();
+      if (!splits_well(h, place) || !splits_well(surface.mesh.opposite(h), place)) continue;
+      map_.uv.row(surface.split_edge(h, share)) = place.transpose();
     }
     map_.uv.conservativeResize(surface.mesh.vertex_count(), 2);
     if (surface.mesh.vertex_count() == before) return;
