@@ -147,6 +147,7 @@ WITH_SOLVER_TEXT = {
     "contradictory pins",
     "no room in the polygon",
     "angles violate Gauss-Bonnet",
+    "line search stalled",
     "certificate failed",
     "internal error",
 }

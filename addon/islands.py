@@ -242,3 +242,16 @@ def _drop_unused(combined, same, children, near, touched) -> None:
     combined.vertex_parent = combined.vertex_parent[kept]
     combined.vertex_barycentric = combined.vertex_barycentric[kept]
     combined.seam_triangles = np.array(sorted(touched), np.int64)
+
+
+def turned_like(uv: np.ndarray, like: np.ndarray, where: np.ndarray) -> np.ndarray:
+    """uv (m, 3, 2) turned and scaled about the origin to what fits `like` best at the corners `where` (m, 3), whatever place
+    that is at; unchanged if `like` has no size or no direction."""
+    ours = uv[where] @ [1.0, 1.0j]
+    theirs = like[where].astype(np.float64) @ [1.0, 1.0j]
+    factor = np.vdot(ours - ours.mean(), theirs - theirs.mean())
+    factor /= max(np.linalg.norm(ours - ours.mean()) ** 2, np.finfo(float).tiny)
+    if not (np.isfinite(factor) and 1e-6 < abs(factor) < 1e6):
+        return uv
+    product = (uv @ [1.0, 1.0j]) * factor
+    return np.stack([product.real, product.imag], axis=-1)

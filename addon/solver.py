@@ -66,6 +66,22 @@ def unwrap(snapshot, *, pins, bijective, cut_extremities, margin, keep_places):
     )
 
 
+def unwrap_island(island, *, bijective):
+    """Starts the unwrap of one island without pins."""
+    return jobs.unwrap(island.vertices, island.faces, bijective=bijective, threads=THREADS)
+
+
+def settle(island, uv, pins, *, bijective):
+    """Starts rounding and certifying a map of one island that meets its pins {(face, corner): (u, v)} already."""
+    return jobs.improve(
+        (island.vertices, island.faces, uv),
+        pins=pins,
+        keep_bijective=bijective,
+        iterations=0,
+        threads=THREADS,
+    )
+
+
 def improve(snapshot, *, pins, bijective, iterations):
     """Starts lowering the distortion of the snapshot's own map."""
     return jobs.improve(

@@ -49,6 +49,9 @@ class MatchTask(modal.StagedTask):
         pinned, free = yield from self._sort_islands()
         pieces = []
         for island in pinned:
+            if len(island.pins) == 1:
+                pieces.append((yield from self._moved(island)))
+                continue
             request = self._request(island)
             outline = request["boundary_loop"] or list(island.pins)
             self._solving = island.submesh, island.triangles, island.submesh[outline]
@@ -102,6 +105,22 @@ class MatchTask(modal.StagedTask):
             "face",
             faces,
         )
+
+    def _moved(self, island):
+        """The piece of an island with one pin: unwrapped as it lies, in its size and direction, and moved to the pin. One pin
+        alone leaves both open, and a map of another size would be a surprise."""
+        self._solving = island.submesh, island.triangles, island.submesh[list(island.pins)]
+        result = yield solver.unwrap_island(island, bijective=self.bijective)
+        ((vertex, target),) = island.pins.items()
+        pinned = island.faces == vertex
+        uv = result.uv - result.uv[pinned][0]
+        uv = islands.turned_like(uv, self.snapshot.corner_uv[island.triangles], ~pinned)
+        uv += np.array(target)
+        corners = np.argwhere(pinned).tolist()
+        result = yield solver.settle(
+            island, uv, {(f, k): target for f, k in corners}, bijective=self.bijective
+        )
+        return islands.Piece(island.triangles, island.submesh, self._checked(result))
 
     def _unwrap(self, triangles):
         """(result of unwrapping these triangles, submesh vertex of each of its vertices)."""
@@ -277,7 +296,7 @@ class UV_OT_flipfree_match(options.NoOverlaps, options.MapOperator, bpy.types.Op
         description="Pinned islands that are closed or have handles are cut open, and the cuts marked as seams",
         default=False,
     )
-    rest: bpy.props.EnumProperty(name="Islands without Pins", items=REST, default="keep")
+    rest: bpy.props.EnumProperty(name="Other Islands", items=REST, default="keep")
 
     def make_task(self, snapshot, **options):
         return make_task(snapshot, **options)

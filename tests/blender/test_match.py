@@ -265,3 +265,20 @@ def test_two_places_for_one_vertex_are_named_and_selected():
     with pytest.raises(RuntimeError, match="vertex 30 is pinned to two places"):
         bpy.ops.uv.flipfree_match()
     assert shapes.selected(ob, "vertex") == [30]
+
+
+def test_an_island_with_one_pin_keeps_its_size_and_direction():
+    ob, uv, corner = pinned_sheet({})
+    turned = uv @ np.array(
+        [[0.0, 0.25], [-0.25, 0.0]], np.float32
+    )  # a quarter turn, a quarter of the size
+    turned[corner == 40] += np.float32([3.0, 0.5])
+    shapes.set_uv(ob, turned)
+    shapes.set_pins(ob, corner == 40)
+    assert bpy.ops.uv.flipfree_match() == {"FINISHED"}
+    assert shapes.exact_flips(ob) == 0
+    met(ob, [40], turned, corner)
+    after = shapes.uv_of(ob)
+    assert after.mean(0) == pytest.approx([3.0, 0.5], abs=0.05)
+    way = after[corner == 76][0] - after[corner == 4][0]  # the sheet's x
+    assert way == pytest.approx([0.0, 0.5], abs=0.05)

@@ -26,6 +26,7 @@ import importlib  # noqa: E402
 import shapes  # noqa: E402
 
 modal = importlib.import_module("bl_ext.user_default.flipfree_uv.modal")
+mesh_io = importlib.import_module("bl_ext.user_default.flipfree_uv.mesh_io")
 arguments = sys.argv[sys.argv.index("--") + 1 :]
 REPORT = arguments[0]
 SHOTS = Path(arguments[1]) if len(arguments) > 1 else None
@@ -58,9 +59,10 @@ def reset():
     bpy.context.view_layer.update()
 
 
-def invoke(**options):
+def invoke(name="unwrap", **options):
     with bpy.context.temp_override(**area_of("VIEW_3D")):
-        return bpy.ops.uv.flipfree_unwrap("INVOKE_DEFAULT", True, **options)
+        operator = getattr(bpy.ops.uv, f"flipfree_{name}")
+        return operator("INVOKE_DEFAULT", True, **options)
 
 
 def simulate(kind, value="PRESS"):
@@ -189,6 +191,142 @@ def test_the_menus_draw_the_entry():
         simulate("ESC")
         simulate("ESC", "RELEASE")
         yield 0.3
+
+
+def pinned_monkey(levels, move):
+    """Suzanne in the UV editing workspace, unwrapped; six inner vertices of her face are pinned and moved."""
+    ob = shapes.monkey(levels)
+    assert bpy.ops.uv.flipfree_unwrap(pack=True) == {"FINISHED"}
+    mesh = ob.data
+    uv = shapes.uv_of(ob)
+    corner = np.array([loop.vertex_index for loop in mesh.loops])
+    on_seam = {v for e in mesh.edges if e.use_seam for v in e.vertices}
+    ends = np.bincount([loop.edge_index for loop in mesh.loops], minlength=len(mesh.edges))
+    on_seam |= {v for e in mesh.edges if ends[e.index] < 2 for v in e.vertices}
+    pairs = np.array([list(e.vertices) for e in mesh.edges])
+    part = mesh_io.connected_components(len(mesh.vertices), pairs[:, 0], pairs[:, 1])
+    head = np.argmax(np.bincount(part))  # eyes are parts of their own
+    inner = [v for v in range(len(mesh.vertices)) if v not in on_seam and part[v] == head]
+    face = [v for v in inner if mesh.vertices[v].co.y < -0.2 and mesh.vertices[v].co.x > 0.05]
+    random = np.random.default_rng(3)
+    pins = random.choice(face, 6, replace=False)
+    for vertex in pins:
+        angle = random.uniform(0, 2 * np.pi)
+        uv[corner == vertex] += np.float32([move * np.cos(angle), move * np.sin(angle)])
+    shapes.set_uv(ob, uv)
+    shapes.set_pins(ob, np.isin(corner, pins))
+    return ob, {v: uv[corner == v][0].tobytes() for v in pins.tolist()}
+
+
+def frame_all():
+    with bpy.context.temp_override(**area_of("IMAGE_EDITOR")):
+        bpy.ops.image.view_all(fit_view=True)
+    with bpy.context.temp_override(**area_of("VIEW_3D")):
+        bpy.ops.view3d.view_selected()
+
+
+def open_redo_panel():
+    hud = next(r for r in area_of("VIEW_3D")["area"].regions if r.type == "HUD")
+    assert hud.width > 1, "no redo panel"
+    click(hud.x + 20, hud.y + hud.height // 2)
+
+
+def test_match_pins_from_the_menu_meets_them_and_is_one_undo_step():
+    show("UV Editing")
+    yield 0.5
+    ob, targets = pinned_monkey(2, 0.05)
+    name = ob.name
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.ops.ed.undo_push(message="Before")
+    frame_all()
+    yield 0.4
+    shot("match_before")
+    before = shapes.uv_of(ob).tobytes()
+    assert invoke("match") <= {"RUNNING_MODAL", "FINISHED"}
+    yield from wait_for_end()
+    frame_all()
+    yield 0.4
+    open_redo_panel()
+    yield 0.5
+    shot("match_after")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    ob = bpy.data.objects[name]
+    after = shapes.uv_of(ob)
+    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    for vertex, target in targets.items():
+        assert {value.tobytes() for value in after[corner == vertex]} == {target}
+    assert shapes.exact_flips(ob) == 0
+    bpy.ops.object.mode_set(mode="EDIT")
+    with bpy.context.temp_override(**area_of("VIEW_3D")):
+        while shapes.uv_of(bpy.context.object).tobytes() != before:
+            assert bpy.ops.ed.undo() == {"FINISHED"}
+    yield 0.2
+    assert shapes.uv_of(bpy.data.objects[name]).tobytes() == before
+
+
+def test_escape_stops_match_pins_and_leaves_everything():
+    ob, _ = pinned_monkey(4, 0.3)
+    before = shapes.everything(ob)
+    assert invoke("match") == {"RUNNING_MODAL"}
+    yield 0.5
+    assert running(), "too small a mesh for this test"
+    shot("match_progress")
+    simulate("ESC")
+    simulate("ESC", "RELEASE")
+    yield from wait_for_end(10.0)
+    assert shapes.everything(ob) == before
+
+
+def test_contradictory_pins_are_selected_in_the_viewport():
+    show("UV Editing")
+    yield 0.5
+    ob, targets = pinned_monkey(2, 0.05)
+    uv = shapes.uv_of(ob)
+    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    first, second = sorted(targets)[:2]
+    uv[np.isin(corner, [first, second])] = 0.5
+    shapes.set_uv(ob, uv)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    # Scripts get errors as exceptions; the window shows them at the bottom.
+    try:
+        invoke("match")
+        yield from wait_for_end()
+    except RuntimeError as error:
+        assert "contradict" in str(error)
+    yield 0.3
+    shot("match_contradiction")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert shapes.selected(ob, "vertex") == [first, second]
+
+
+def test_conformal_maps_of_several_parts_are_packed():
+    show("UV Editing")
+    yield 0.5
+    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=4)
+    ball = bpy.context.object
+    sheet = shapes.grid(30, bump=0.8, x=3.0)
+    ball.select_set(True)
+    bpy.ops.object.join()
+    ob = bpy.context.object
+    if ob.data.uv_layers.active is None:
+        ob.data.uv_layers.new(name="UVMap")
+    assert ob.name == sheet.name
+    assert bpy.ops.uv.flipfree_suggest_cones(quarter_turns=True) == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    assert invoke("conformal") <= {"RUNNING_MODAL", "FINISHED"}
+    yield from wait_for_end()
+    frame_all()
+    yield 0.4
+    open_redo_panel()
+    yield 0.5
+    shot("conformal")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    uv = shapes.uv_of(ob)
+    assert shapes.exact_flips(ob) == 0
+    assert uv.min() > 0.0 and uv.max() < 1.0
 
 
 TESTS = [function for name, function in list(globals().items()) if name.startswith("test_")]
