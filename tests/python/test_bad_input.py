@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -29,6 +30,10 @@ def with_vertex(index: int, value: list[float]) -> tuple[Any, Any]:
     vertices, faces = quad()
     vertices[index] = value
     return vertices, faces
+
+
+def edges_of(faces: np.ndarray) -> np.ndarray:
+    return np.vstack([faces[:, [k, (k + 1) % 3]] for k in range(3)])
 
 
 def two_disks() -> tuple[Any, Any]:
@@ -122,6 +127,42 @@ CASES: dict[str, tuple[Callable[[], Any], type[ff.FlipfreeError], str, list[str]
         lambda: ff.unwrap(*quad(), margin=2.0),
         ff.InvalidInput, "bad option", ["margin"],
     ),
+    "option of the wrong type": (
+        lambda: ff.unwrap(*quad(), iterations="many"),
+        ff.InvalidInput, "bad option", ["iterations", "whole number", "'many'"],
+    ),
+    "word where True or False is wanted": (
+        lambda: ff.unwrap(*quad(), bijective="no"),
+        ff.InvalidInput, "bad option", ["bijective", "True or False"],
+    ),
+    "progress that is no function": (
+        lambda: ff.unwrap(*quad(), progress="yes"),
+        ff.InvalidInput, "bad option", ["progress", "function"],
+    ),
+    "uncuttable edges all around": (
+        lambda: ff.unwrap(*octahedron_sphere(0), uncuttable=edges_of(octahedron_sphere(0)[1])),
+        ff.InvalidInput, "bad option", ["uncuttable", "Leave some of them out"],
+    ),
+    "complex numbers": (
+        lambda: ff.unwrap(quad()[0] * 1j, quad()[1]),
+        ff.InvalidInput, "array of the wrong shape", ["vertices", "complex"],
+    ),
+    "constraints that are no dict": (
+        lambda: ff.match(*bumpy_grid(3, 3), points=np.zeros((4, 2))),
+        ff.InvalidInput, "array of the wrong shape", ["points", "dict {vertex: (u, v)}"],
+    ),
+    "constraint at what is no vertex": (
+        lambda: ff.match(*bumpy_grid(3, 3), points={(0, 0): (0.0, 0.0)}),
+        ff.InvalidInput, "array of the wrong shape", ["(0, 0)", "no vertex"],
+    ),
+    "line that is no pair": (
+        lambda: ff.match(*bumpy_grid(3, 3), lines=[[0, 1, 2]]),
+        ff.InvalidInput, "array of the wrong shape", ["lines[0]", "pair (vertices, polyline)"],
+    ),
+    "place beyond 32-bit floats": (
+        lambda: ff.match(*bumpy_grid(3, 3), points={5: (1e39, 0.0)}),
+        ff.InvalidInput, "coordinate is not finite", ["points", "1e+39"],
+    ),
     "UVs of the wrong shape": (
         lambda: ff.certify(*quad(), np.zeros((2, 2, 2))),
         ff.InvalidInput, "array of the wrong shape", ["uv", "(2, 3, 2)"],
@@ -153,10 +194,95 @@ def test_inputs_are_never_changed() -> None:
     assert np.array_equal(vertices, before[0]) and np.array_equal(faces, before[1])
 
 
-@pytest.mark.parametrize("scale", [1e-300, 1e-30, 1e30, 1e150])
-def test_absurd_scales_are_unwrapped_like_any_other(scale: float) -> None:
+def conformal_to_a_disk(vertices: np.ndarray, faces: np.ndarray) -> ff.Parametrization:
+    return ff.conformal(vertices, faces, ff.boundary_angles(vertices, faces, "circle"))
+
+
+#: Every function that returns a map, on a disk.
+MAPS: dict[str, Callable[[np.ndarray, np.ndarray], ff.Parametrization]] = {
+    "unwrap": ff.unwrap,
+    "embed": ff.embed,
+    "embed, refined": lambda v, f: ff.embed(v, f, boundary="triangle"),
+    "match": lambda v, f: ff.match(v, f, points={0: (0.0, 0.0), 40: (1.0, 1.0), 44: (1.0, 0.0)}),
+    "conformal": conformal_to_a_disk,
+    "improve": lambda v, f: ff.improve(ff.embed(v, f)),
+}
+
+
+@pytest.mark.parametrize("scale", [2.0**-1060, 2.0**-400, 2.0**-50, 2.0**400, 2.0**1000])
+@pytest.mark.parametrize("name", MAPS)
+def test_the_unit_of_length_does_not_matter(name: str, scale: float) -> None:
     vertices, faces = bumpy_grid(8, 8)
-    assert ff.unwrap(vertices * scale, faces).certificate.ok
+    vertices = np.round(vertices * 2.0**10)  # powers of two times these are exact, even tiny ones
+    usual = MAPS[name](vertices, faces)
+    scaled = MAPS[name](vertices * scale, faces)
+    assert scaled.certificate.ok
+    assert scaled.certificate.energy == pytest.approx(usual.certificate.energy, rel=1e-6)
+    assert np.array_equal(scaled.vertices[: len(vertices)], vertices * scale)
+
+
+@pytest.mark.parametrize("scale", [2.0**-400, 2.0**400])
+def test_metrics_are_in_the_unit_of_the_input(scale: float) -> None:
+    vertices, faces = octahedron_sphere(2)
+    target = np.full(len(vertices), 2 * np.pi)
+    target[:8] = 1.5 * np.pi
+    usual = ff.conformal_metric(vertices, faces, target)
+    scaled = ff.conformal_metric(vertices * scale, faces, target)
+    assert np.allclose(scaled.scale_factors, usual.scale_factors, atol=1e-9)
+    assert np.allclose(scaled.log_lengths, usual.log_lengths + np.log(scale), atol=1e-9)
+    edges = vertices[faces] - vertices[np.roll(faces, -1, axis=1)]
+    given = ff.conformal_metric(
+        vertices, faces, target, lengths=np.linalg.norm(edges, axis=2) * scale
+    )
+    assert np.allclose(given.log_lengths, scaled.log_lengths, atol=1e-9)
+
+
+@pytest.mark.parametrize("scale", [2.0**-400, 2.0**400])
+def test_certificates_measure_in_any_unit(scale: float) -> None:
+    vertices, faces = bumpy_grid(4, 4)
+    refined = ff.embed(vertices, faces, boundary="triangle")
+    parent = (
+        vertices * scale,
+        faces,
+        refined.parent_face,
+        refined.vertex_parent,
+        refined.vertex_barycentric,
+    )
+    certificate = ff.certify(refined.vertices * scale, refined.faces, refined.uv, parent=parent)
+    assert certificate.ok, str(certificate)
+    assert certificate.energy == pytest.approx(refined.certificate.energy)
+    moved = refined.vertices * scale
+    moved[-1] += 0.1 * scale
+    assert not ff.certify(moved, refined.faces, refined.uv, parent=parent).ok
+
+
+def test_anything_false_but_none_cancels() -> None:
+    with pytest.raises(ff.Cancelled):
+        ff.unwrap(*bumpy_grid(3, 3), progress=lambda _stage, _fraction: np.bool_(False))
+    assert ff.unwrap(*bumpy_grid(3, 3), progress=lambda _stage, _fraction: None).certificate.ok
+
+
+def test_results_can_be_kept_copied_and_shown() -> None:
+    result = ff.unwrap(*bumpy_grid(3, 3))
+    again = pickle.loads(pickle.dumps(result))
+    assert again != result and result == result
+    assert np.array_equal(again.uv32(), result.uv32())
+    assert again.certificate.ok and again.stats == result.stats
+    assert repr(result).startswith("<Parametrization: 16 vertices, 18 faces, 0 cut edges; ")
+    assert "overlaps 0" in str(result.certificate)
+    flipped = ff.certify(result.vertices, result.faces, result.uv * [-1, 1])
+    assert "overlaps not counted" in str(flipped)
+
+
+def test_errors_can_be_sent_between_processes() -> None:
+    with pytest.raises(ff.InvalidInput) as caught:
+        CASES["edge with more than two faces"][0]()
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert (str(again), again.code, again.elements) == (
+        str(caught.value),
+        "non-manifold edge",
+        [0, 1],
+    )
 
 
 def test_several_components_are_no_error_for_unwrap() -> None:

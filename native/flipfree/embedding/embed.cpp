@@ -23,6 +23,10 @@ using Size = std::size_t;
 // from nothing.
 constexpr double kRepairableShare = 0.02;
 constexpr int kSchnyderSweeps = 10;
+// How far the progress bar is after Tutte's and after the Schnyder-weighted embedding, where these
+// may have to be repaired.
+constexpr double kTutteShare = 0.2;
+constexpr double kSchnyderShare = 0.4;
 
 void require_disk_with_boundary(const Triangles& faces, Index vertex_count,
                                 const std::vector<VertexId>& loop, const Points2& boundary) {
@@ -174,6 +178,7 @@ class Ladder {
   bool schnyder() {
     Stopwatch watch;
     Points2 uv;
+    const ProgressRange range(context_, kTutteShare, kSchnyderShare);
     context_.report("Schnyder drawing", 0.1);
     try {
       uv = schnyder_embedding(result_.faces, vertex_count_, loop_, boundary_, context_);
@@ -286,6 +291,8 @@ class Ladder {
 
   Points2 initial_or_tutte() {
     if (options_.initial == nullptr) {
+      const bool alone = options_.method == EmbedMethod::kTutte;
+      const ProgressRange range(context_, 0.0, alone ? 1.0 : kTutteShare);
       return tutte_uniform(result_.faces, vertex_count_, loop_, boundary_, context_);
     }
     const Index given = static_cast<Index>(options_.initial->rows());
@@ -324,7 +331,7 @@ Embedding embed_disk_refined(const Triangles& faces, Index vertex_count,
                   "The initial map must have one finite position per vertex (" +
                       std::to_string(vertex_count) + ").");
   }
-  context.report("Embedding", 0.0);
+  context.report("embedding", 0.0);
   Stopwatch watch;
   const std::vector<HalfedgeId> chords =
       chords_to_split(faces, vertex_count, loop, boundary, options.float32);
@@ -335,7 +342,7 @@ Embedding embed_disk_refined(const Triangles& faces, Index vertex_count,
   const Index total = vertex_count + static_cast<Index>(result.added.size());
   Ladder(result, total, loop, boundary, options, context, stats).climb();
   stats["seconds_embedding"] = watch.seconds();
-  context.report("Embedding", 1.0);
+  context.report("embedding", 1.0);
   return result;
 }
 

@@ -157,7 +157,7 @@ bool make_storable(const Triangles& faces, const std::vector<VertexId>& loop, Po
 Parametrization embed_surface(const Surface& surface, const EmbedSurfaceOptions& options,
                               ExecutionContext& context) {
   Stopwatch watch;
-  context.report("Validating", 0.0);
+  context.report("checking the mesh", 0.0);
   ValidateOptions rules;
   rules.require_disk = true;
   validate(surface, rules, context);
@@ -221,7 +221,7 @@ Parametrization embed_surface(const Surface& surface, const EmbedSurfaceOptions&
   map.stats["seconds"] = watch.seconds();
   map.stats["energy"] = map.certificate.energy;
   require_certificate(map, "The embedding");
-  context.report("Embedding", 1.0);
+  context.report("embedding", 1.0);
   return map;
 }
 

@@ -74,7 +74,7 @@ void progressive_embedding(PlanarMap& map, const ProgressiveOptions& options,
     const HalfedgeId h = record.back();
     const VertexId v0 = map.mesh.target(h);
     if (record.size() % 64 == 0) {
-      context.report("Progressive embedding",
+      context.report("progressive embedding",
                      0.2 + 0.7 * std::max(0.0, 1.0 - static_cast<double>(record.size()) /
                                                          static_cast<double>(total)));
     }

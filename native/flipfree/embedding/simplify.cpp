@@ -296,7 +296,7 @@ void collapse_all(PlanarMap& map, CollapseRecord& record, ExecutionContext& cont
   std::vector<std::vector<VertexId>> by_degree;
   const Size total = alive.size();
   for (Index round = 0; !alive.empty(); ++round) {
-    context.report("Simplifying",
+    context.report("simplifying",
                    1.0 - static_cast<double>(alive.size()) / static_cast<double>(total));
     by_degree.clear();
     Size sum = 0;

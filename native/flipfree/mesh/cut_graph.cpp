@@ -1,13 +1,26 @@
 #include "flipfree/mesh/cut_graph.h"
 
 #include <algorithm>
+#include <string>
 
 #include "flipfree/base/disjoint_sets.h"
+#include "flipfree/base/error.h"
 #include "flipfree/mesh/fill.h"
 #include "flipfree/mesh/shortest_paths.h"
 #include "flipfree/mesh/topology.h"
 
 namespace flipfree {
+namespace {
+
+[[noreturn]] void refuse_uncuttable(VertexId v) {
+  throw_invalid(ErrorCode::kBadOption,
+                "The uncuttable edges leave no way to cut the surface open at vertex " +
+                    std::to_string(v) + ". Leave some of them out.",
+                ElementKind::kVertex, {v});
+}
+
+}  // namespace
+
 EdgeFlags planar_cut(const Surface& surface, const Adjacency& adjacency,
                      const ExecutionContext& context, const EdgeFlags& uncuttable) {
   EdgeFlags cut(adjacency.opposite.size(), 0);
@@ -37,6 +50,9 @@ EdgeFlags planar_cut(const Surface& surface, const Adjacency& adjacency,
   }
 
   const auto mark = [&](HalfedgeId h) {
+    if (length[static_cast<std::size_t>(h)] == ShortestPaths::kUnreached) {
+      refuse_uncuttable(source(faces, h));
+    }
     const HalfedgeId o = full.opposite[static_cast<std::size_t>(h)];
     // Fan edges are not edges of the surface, and the rim of a hole is open already.
     if (h >= static_cast<HalfedgeId>(cut.size()) || o >= static_cast<HalfedgeId>(cut.size()))
@@ -66,6 +82,10 @@ EdgeFlags planar_cut(const Surface& surface, const Adjacency& adjacency,
     ShortestPaths paths(faces, full, length);
     paths.add_source(v);
     paths.grow(context);
+    for (VertexId w = 0; w < real_vertices; ++w) {
+      const bool used = adjacency.vertex_halfedge[static_cast<std::size_t>(w)] != kInvalid;
+      if (used && paths.distance(w) == ShortestPaths::kUnreached) refuse_uncuttable(w);
+    }
     return paths;
   };
   VertexId root = source(faces, 0);
@@ -80,8 +100,9 @@ EdgeFlags planar_cut(const Surface& surface, const Adjacency& adjacency,
       const HalfedgeId last = full.opposite[static_cast<std::size_t>(paths.arrival(end))];
       HalfedgeId next = rotate_ccw(full, last);
       while (length[static_cast<std::size_t>(next)] == ShortestPaths::kUnreached) {
-        next = rotate_ccw(full, next);
+        next = rotate_ccw(full, next);  // `last` itself can be cut: this ends
       }
+      if (next == last) refuse_uncuttable(end);
       mark(next);
     }
     return cut;

@@ -14,8 +14,8 @@ namespace flipfree {
 // boundary loop; all zero if it is so already. Boundary loops are kept as they are (a loop of the
 // graph may end in one). `uncuttable` (empty, or one flag per half-edge) are edges that the graph
 // must not use: the diagonals of polygons.
-// Precondition: one connected component, connected by its other edges as well; triangles joined
-// through uncuttable edges form trees. Cost: O(#F log #F).
+// Precondition: one connected component. Throws InvalidInput if the uncuttable edges leave no way,
+// which diagonals of polygons never do. Cost: O(#F log #F).
 EdgeFlags planar_cut(const Surface& surface, const Adjacency& adjacency,
                      const ExecutionContext& context, const EdgeFlags& uncuttable = {});
 

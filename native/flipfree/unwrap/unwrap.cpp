@@ -264,8 +264,11 @@ Parametrization unwrap(const Surface& surface, const UnwrapOptions& options,
   const EdgeFlags uncuttable = options.uncuttable.rows() == 0
                                    ? EdgeFlags{}
                                    : flag_edges(surface.faces, adjacency, options.uncuttable);
-  const Islands islands = make_islands(working, adjacency, seams, uncuttable,
-                                       options.cut_extremities && options.pins.empty(), context);
+  const Islands islands = [&] {
+    const ProgressRange range(context, 0.02, 0.05);
+    return make_islands(working, adjacency, seams, uncuttable,
+                        options.cut_extremities && options.pins.empty(), context);
+  }();
   const ChartPins pins = pins_by_chart(islands, options.pins);
   stats["charts"] = static_cast<std::int64_t>(islands.charts.size());
   stats["opened_charts"] = static_cast<std::int64_t>(islands.opened);

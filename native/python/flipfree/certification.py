@@ -10,10 +10,19 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _native
-from .arrays import as_corner_uv, as_floats, as_indices
+from .arrays import (
+    as_corner_uv,
+    as_floats,
+    as_indices,
+    as_vertex_map,
+    as_vertices,
+    in_unit,
+    refuse_beyond_storage,
+)
 from .errors import InvalidInput
 from .job import Job, Progress, run
-from .results import Certificate, Parametrization, certificate_from
+from .options import as_count, as_flag
+from .results import Certificate, certificate_from
 
 Pins = Mapping[Any, tuple[float, float]]
 
@@ -33,6 +42,7 @@ def pins_to_corners(
             raise InvalidInput(
                 f"{name}[{key!r}] must be two finite numbers (u, v).", code="bad pins"
             )
+        refuse_beyond_storage(target, f"{name}[{key!r}]")
         place = (float(target[0]), float(target[1]))
         try:
             face, corner = key if isinstance(key, tuple) else (None, key)
@@ -77,7 +87,7 @@ def start_certify(
     cones: Mapping[int, float] | None = None,
     signature: Any = None,
     seamless: bool = False,
-    parent: Parametrization | tuple[Any, ...] | None = None,
+    parent: tuple[Any, ...] | None = None,
     bijective: bool = False,
     threads: int = 2,
 ) -> Job[Certificate]:
@@ -89,24 +99,25 @@ def start_certify(
         )
     face_array = as_indices(faces, "faces", 3)
     pin_corners, pin_uv = pins_to_corners(pins, face_array)
-    cone_angles = {int(v): float(a) for v, a in (cones or {}).items()}
+    cone_angles = as_vertex_map(cones, "cones", "angle")
+    positions, exponent = as_vertices(vertices)
     parent_parts = None
     if parent is not None:
-        if isinstance(parent, Parametrization) or len(parent) != 5:
+        if not isinstance(parent, (tuple, list)) or len(parent) != 5:
             raise InvalidInput(
                 "parent must be (vertices, faces, parent_face, vertex_parent, vertex_barycentric): "
                 "the input mesh and the map's provenance arrays.",
                 code="bad option",
             )
         parent_parts = (
-            as_floats(parent[0], "parent vertices", 3),
+            in_unit(as_floats(parent[0], "parent vertices", 3), exponent),
             as_indices(parent[1], "parent faces", 3),
             as_indices(parent[2], "parent_face"),
             as_indices(parent[3], "vertex_parent"),
             as_floats(parent[4], "vertex_barycentric", 3),
         )
     native = _native.certify(
-        as_floats(vertices, "vertices", 3),
+        positions,
         face_array,
         as_corner_uv(uv, "uv", len(face_array)),
         pin_corners,
@@ -114,9 +125,9 @@ def start_certify(
         as_indices(list(cone_angles), "cones"),
         as_floats(list(cone_angles.values()), "cones"),
         parent_parts,
-        bijective,
-        seamless,
-        threads,
+        as_flag(bijective, "bijective"),
+        as_flag(seamless, "seamless"),
+        as_count(threads, "threads", 1),
     )
     return Job(native, certificate_from)
 
@@ -130,7 +141,7 @@ def certify(
     cones: Mapping[int, float] | None = None,
     signature: Any = None,
     seamless: bool = False,
-    parent: Parametrization | tuple[Any, ...] | None = None,
+    parent: tuple[Any, ...] | None = None,
     bijective: bool = False,
     threads: int = 2,
     progress: Progress | None = None,

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _native
-from .arrays import as_floats, as_indices
+from .arrays import as_floats, as_indices, as_lengths, as_vertices
 from .errors import InvalidInput
 from .job import Job, Progress, run
+from .options import as_count, as_flag, as_number, as_positive
+
+#: What ``precision`` may be.
+LEAST_BITS, MOST_BITS = 53, 4096
 
 #: Names of the symmetric flip types in the order of ``ConformalMetric.flip_counts`` (faces left and right of the edge).
 FLIP_TYPES = (
@@ -25,7 +30,7 @@ FLIP_TYPES = (
 )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ConformalMetric:
     """A metric that is discretely conformally equivalent to the input, with the prescribed angles.
 
@@ -64,9 +69,25 @@ class ConformalMetric:
     stats: dict[str, Any]
 
 
-def metric_from(data: dict[str, Any]) -> ConformalMetric:
-    """The dataclass from what the compiled module returns."""
-    return ConformalMetric(**{**data, "flip_counts": tuple(data["flip_counts"])})
+def metric_from(data: dict[str, Any], exponent: int = 0) -> ConformalMetric:
+    """The dataclass from what the compiled module returns for lengths in units of 2 to the exponent."""
+    metric = ConformalMetric(**{**data, "flip_counts": tuple(data["flip_counts"])})
+    if exponent:
+        metric.log_lengths[...] += exponent * np.log(2.0)
+    return metric
+
+
+def precision_bits(precision: int | str) -> int:
+    """What the compiled module takes: mantissa bits, 0 for "auto"."""
+    if isinstance(precision, str) and precision == "auto":
+        return 0
+    try:
+        return as_count(precision, "precision", LEAST_BITS)
+    except InvalidInput:
+        raise InvalidInput(
+            f"precision must be 'auto' or {LEAST_BITS} to {MOST_BITS} mantissa bits, not {precision!r}.",
+            code="bad option",
+        ) from None
 
 
 def start_conformal_metric(
@@ -83,30 +104,29 @@ def start_conformal_metric(
     threads: int = 2,
 ) -> Job[ConformalMetric]:
     """As :func:`conformal_metric`, at once, on a thread."""
-    if not (np.isfinite(tolerance) and tolerance > 0.0):
-        raise InvalidInput(f"tolerance must be positive, not {tolerance}.", code="bad option")
-    automatic = isinstance(precision, str) and precision == "auto"
-    if not automatic and (isinstance(precision, (str, bool)) or int(precision) != precision):
+    bits = precision_bits(precision)
+    seconds = as_number(max_seconds, "max_seconds")
+    if seconds < 0.0:
         raise InvalidInput(
-            f"precision must be 'auto' or a number of mantissa bits, not {precision!r}.", code="bad option"
+            f"max_seconds must not be negative, not {max_seconds!r}.", code="bad option"
         )
-    if max_iterations < 0 or not max_seconds >= 0.0:
-        raise InvalidInput("max_iterations and max_seconds must not be negative.", code="bad option")
-    if threads < 1:
-        raise InvalidInput("threads must be at least 1.", code="bad option")
+    edge_lengths = None
+    positions, exponent = as_vertices(vertices)
+    if lengths is not None:
+        edge_lengths, exponent = as_lengths(lengths)
     native = _native.conformal_metric(
-        as_floats(vertices, "vertices", 3),
+        positions,
         as_indices(faces, "faces", 3),
         as_floats(target_angles, "target_angles"),
-        float(tolerance),
-        0 if automatic else int(precision),
-        int(max_iterations),
-        float(max_seconds),
-        bool(require_convergence),
-        None if lengths is None else as_floats(lengths, "lengths", 3),
-        int(threads),
+        as_positive(tolerance, "tolerance"),
+        bits,
+        as_count(max_iterations, "max_iterations"),
+        seconds,
+        as_flag(require_convergence, "require_convergence"),
+        edge_lengths,
+        as_count(threads, "threads", 1),
     )
-    return Job(native, metric_from)
+    return Job(native, partial(metric_from, exponent=exponent))
 
 
 def conformal_metric(

@@ -2,33 +2,33 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
-import numpy as np
-
 from . import _native
-from .arrays import as_floats, as_indices
-from .conformal import metric_from
+from .arrays import as_floats, as_indices, as_lengths, as_vertices
+from .conformal import metric_from, precision_bits
 from .errors import InvalidInput, NotConverged
 from .job import Job, Progress, run
+from .options import as_count, as_positive
 from .results import Parametrization, parametrization_from
 
 _REFINEMENT = {"auto": "auto", True: "never", False: "full"}
 
 
-def _result_from(data: dict[str, Any]) -> Parametrization:
+def _result_from(data: dict[str, Any], exponent: int, metric_exponent: int) -> Parametrization:
     error = data["error"]
     if error is None:
-        parametrization = parametrization_from(data["map"])
+        parametrization = parametrization_from(data["map"], exponent)
         parametrization.stats.update(data["figures"])
         return parametrization
     failure = NotConverged(
         error["message"], code=error["code"], kind=error["kind"], elements=error["elements"]
     )
     if len(data["map"]["faces"]):
-        failure.parametrization = parametrization_from(data["map"])
+        failure.parametrization = parametrization_from(data["map"], exponent)
         failure.certificate = failure.parametrization.certificate
-    failure.metric = metric_from(data["metric"])
+    failure.metric = metric_from(data["metric"], metric_exponent)
     raise failure
 
 
@@ -45,31 +45,29 @@ def start_conformal(
     threads: int = 2,
 ) -> Job[Parametrization]:
     """As :func:`conformal`, at once, on a thread."""
-    if not (np.isfinite(tolerance) and tolerance > 0.0):
-        raise InvalidInput(f"tolerance must be positive, not {tolerance}.", code="bad option")
-    if precision != "auto" and (isinstance(precision, str) or precision < 53):
-        raise InvalidInput(
-            f"precision must be 'auto' or at least 53 bits, not {precision!r}.", code="bad option"
-        )
-    if original_triangles not in ("auto", True, False):
+    try:
+        refinement = _REFINEMENT[original_triangles]
+    except (KeyError, TypeError):
         raise InvalidInput(
             f"original_triangles must be 'auto', True or False, not {original_triangles!r}.",
             code="bad option",
-        )
-    if threads < 1:
-        raise InvalidInput("threads must be at least 1.", code="bad option")
+        ) from None
+    positions, exponent = as_vertices(vertices)
+    edge_lengths, metric_exponent = None, exponent
+    if lengths is not None:
+        edge_lengths, metric_exponent = as_lengths(lengths)
     native = _native.conformal(
-        as_floats(vertices, "vertices", 3),
+        positions,
         as_indices(faces, "faces", 3),
         as_floats(target_angles, "target_angles"),
         as_indices([] if cuts is None else cuts, "cuts", 2),
-        float(tolerance),
-        0 if precision == "auto" else int(precision),
-        _REFINEMENT[original_triangles],
-        None if lengths is None else as_floats(lengths, "lengths", 3),
-        int(threads),
+        as_positive(tolerance, "tolerance"),
+        precision_bits(precision),
+        refinement,
+        edge_lengths,
+        as_count(threads, "threads", 1),
     )
-    return Job(native, _result_from)
+    return Job(native, partial(_result_from, exponent=exponent, metric_exponent=metric_exponent))
 
 
 def conformal(

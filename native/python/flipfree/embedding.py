@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
-import numpy as np
-
 from . import _native
-from .arrays import as_floats, as_indices
-from .errors import InvalidInput
+from .arrays import as_floats, as_indices, as_places, as_vertices
 from .job import Job, Progress, run
+from .options import as_choice, as_count, as_flag, as_positive
 from .results import Parametrization, parametrization_from
 
 SHAPES = ("circle", "square", "triangle")
+STARTS = ("tutte", "nothing")
 METHODS = ("ladder", "schnyder", "progressive", "tutte")
 
 
@@ -34,38 +34,26 @@ def start_embed(
     """As :func:`embed`, at once, on a thread."""
     shape, polygon = "circle", None
     if isinstance(boundary, str):
-        if boundary not in SHAPES:
-            raise InvalidInput(
-                f"boundary must be one of {', '.join(SHAPES)}, or an array of positions, not {boundary!r}.",
-                code="bad option",
-            )
-        shape = boundary
+        shape = as_choice(boundary, "boundary", SHAPES, ", or an array of positions")
     else:
-        polygon = as_floats(boundary, "boundary", 2)
-    if method not in METHODS:
-        raise InvalidInput(f"method must be one of {', '.join(METHODS)}, not {method!r}.", code="bad option")
-    if start not in ("tutte", "nothing"):
-        raise InvalidInput(f'start must be "tutte" or "nothing", not {start!r}.', code="bad option")
-    if not (np.isfinite(tolerance) and tolerance > 0.0):
-        raise InvalidInput(f"tolerance must be positive, not {tolerance}.", code="bad option")
-    if iterations < 0 or threads < 1:
-        raise InvalidInput("iterations must not be negative, threads at least 1.", code="bad option")
+        polygon = as_places(boundary, "boundary")
+    positions, exponent = as_vertices(vertices)
     native = _native.embed(
-        as_floats(vertices, "vertices", 3),
+        positions,
         as_indices(faces, "faces", 3),
         shape,
         polygon,
         [] if boundary_loop is None else as_indices(boundary_loop, "boundary_loop").tolist(),
         None if initial_uv is None else as_floats(initial_uv, "initial_uv", 2),
-        method,
-        start == "tutte",
-        bool(low_distortion),
-        bool(optimise),
-        int(iterations),
-        float(tolerance),
-        int(threads),
+        as_choice(method, "method", METHODS),
+        as_choice(start, "start", STARTS) == "tutte",
+        as_flag(low_distortion, "low_distortion"),
+        as_flag(optimise, "optimise"),
+        as_count(iterations, "iterations"),
+        as_positive(tolerance, "tolerance"),
+        as_count(threads, "threads", 1),
     )
-    return Job(native, parametrization_from)
+    return Job(native, partial(parametrization_from, exponent=exponent))
 
 
 def embed(

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
-import numpy as np
-
 from . import _native
-from .arrays import as_corner_uv, as_floats, as_indices
+from .arrays import as_corner_uv, as_indices, as_vertices, refuse_beyond_storage
 from .certification import Pins, pins_to_corners
 from .errors import InvalidInput
 from .job import Job, Progress, run
+from .options import as_count, as_flag, as_positive
 from .results import Parametrization, parametrization_from
 
 
@@ -24,12 +24,6 @@ def start_improve(
     threads: int = 2,
 ) -> Job[Parametrization]:
     """As :func:`improve`, at once, on a thread."""
-    if not (np.isfinite(tolerance) and tolerance > 0.0):
-        raise InvalidInput(f"tolerance must be positive, not {tolerance}.", code="bad option")
-    if iterations < 0 or threads < 1:
-        raise InvalidInput(
-            "iterations must not be negative, threads at least 1.", code="bad option"
-        )
     if isinstance(map_or_arrays, Parametrization):
         given = map_or_arrays
         vertices, faces, uv = given.vertices, given.faces, given.uv
@@ -43,18 +37,21 @@ def start_improve(
             ) from None
     face_array = as_indices(faces, "faces", 3)
     pin_corners, pin_uv = pins_to_corners(pins, face_array)
+    corner_uv = as_corner_uv(uv, "uv", len(face_array))
+    refuse_beyond_storage(corner_uv, "uv")
+    positions, exponent = as_vertices(vertices)
     native = _native.improve(
-        as_floats(vertices, "vertices", 3),
+        positions,
         face_array,
-        as_corner_uv(uv, "uv", len(face_array)),
+        corner_uv,
         pin_corners,
         pin_uv,
-        bool(keep_bijective),
-        int(iterations),
-        float(tolerance),
-        int(threads),
+        as_flag(keep_bijective, "keep_bijective"),
+        as_count(iterations, "iterations"),
+        as_positive(tolerance, "tolerance"),
+        as_count(threads, "threads", 1),
     )
-    return Job(native, parametrization_from)
+    return Job(native, partial(parametrization_from, exponent=exponent))
 
 
 def improve(

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
-from .errors import Cancelled, FlipfreeError, NotConverged
+from .errors import Cancelled, FlipfreeError, InvalidInput, NotConverged
 
 Result = TypeVar("Result")
 Progress = Callable[[str, float], bool | None]
@@ -48,22 +48,38 @@ class Job(Generic[Result]):
                 "Not enough memory for this mesh. Split it, or close other programs.",
                 code="out of memory",
             ) from None
+        except Exception as error:
+            raise NotConverged(
+                f"The solver met an error of its own: {error}. Please report this mesh.",
+                code="internal error",
+            ) from error
 
 
 def run(job: Job[Result], progress: Progress | None = None) -> Result:
     """Waits for ``job``, calling ``progress(stage, fraction)`` about 20 times per second.
 
-    Raises Cancelled when it returns False; an exception that it raises cancels too and goes through.
+    Raises Cancelled when it returns something false other than None; an exception that it raises cancels too and goes through.
     """
+
+    def stops(stage: str, fraction: float) -> bool:
+        answer = None if progress is None else progress(stage, fraction)
+        return answer is not None and not answer
+
+    if progress is not None and not callable(progress):
+        job.cancel()
+        raise InvalidInput(
+            f"progress must be a function of (stage, fraction), not {progress!r}.",
+            code="bad option",
+        )
     try:
         while not job.wait(POLL_SECONDS):
-            if progress is not None and progress(*job.progress()) is False:
+            if stops(*job.progress()):
                 job.cancel()
                 break
     except BaseException:
         job.cancel()
         raise
     result = job.result()
-    if progress is not None and progress("done", 1.0) is False:
+    if stops("done", 1.0):
         raise Cancelled("Cancelled by the caller.", code="cancelled")
     return result

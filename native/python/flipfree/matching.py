@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from . import _native
-from .arrays import as_floats, as_indices
+from .arrays import as_indices, as_places, as_vertex_map, as_vertices
 from .errors import InvalidInput
 from .job import Job, Progress, run
+from .options import as_choice, as_count, as_flag
 from .results import Parametrization, parametrization_from
 
 Points = Mapping[int, tuple[float, float]]
@@ -18,6 +21,30 @@ Lines = Sequence[tuple[Sequence[int], Any]]
 
 #: What ``engine`` may be: both in turn, or one of them alone (for tests and benchmarks).
 ENGINES = ("auto", "first try", "outline", "matchmaker")
+
+
+def _lines(lines: Lines | None) -> list[tuple[npt.NDArray[np.int32], npt.NDArray[np.float64]]]:
+    result = []
+    for i, line in enumerate(() if lines is None else _listed(lines, "lines")):
+        pair = _listed(line, f"lines[{i}]")
+        if len(pair) != 2:
+            raise InvalidInput(
+                f"lines[{i}] must be a pair (vertices, polyline).", code="array of the wrong shape"
+            )
+        result.append((as_indices(pair[0], f"lines[{i}]"), as_places(pair[1], f"lines[{i}]")))
+    return result
+
+
+def _listed(values: Any, name: str) -> list[Any]:
+    try:
+        return list(values)
+    except TypeError:
+        raise InvalidInput(
+            f"{name} must be a list of pairs (vertices, polyline), not {values!r}."
+            if name == "lines"
+            else f"{name} must be a pair (vertices, polyline), not {values!r}.",
+            code="array of the wrong shape",
+        ) from None
 
 
 def start_match(
@@ -36,42 +63,33 @@ def start_match(
     threads: int = 2,
 ) -> Job[Parametrization]:
     """As :func:`match`, at once, on a thread."""
-    if engine not in ENGINES:
-        raise InvalidInput(f"engine must be one of {ENGINES}, not {engine!r}.", code="bad option")
-    if iterations < 0 or threads < 1:
-        raise InvalidInput(
-            "iterations must not be negative, threads at least 1.", code="bad option"
-        )
-    pins = dict(points or {})
-    targets = as_floats(list(pins.values()), "points", 2)
-    native_lines = [
-        (as_indices(chain, f"lines[{i}]"), as_floats(polyline, f"lines[{i}]", 2))
-        for i, (chain, polyline) in enumerate(lines or [])
-    ]
+    pins = as_vertex_map(points, "points", "(u, v)")
+    targets = as_places(list(pins.values()), "points")
     native_paths = []
-    for vertex, path in (paths or {}).items():
+    for vertex, path in as_vertex_map(paths, "paths", "[vertices to the boundary]").items():
         chain = as_indices(path, f"paths[{vertex}]")
         if len(chain) == 0 or chain[0] != vertex:
             chain = np.concatenate([np.array([vertex], dtype=np.int32), chain])
         native_paths.append(chain)
     if boundary_uv is None and boundary_loop is not None:
         raise InvalidInput("boundary_loop is given without boundary_uv.", code="bad boundary")
+    positions, exponent = as_vertices(vertices)
     native = _native.match(
-        as_floats(vertices, "vertices", 3),
+        positions,
         as_indices(faces, "faces", 3),
         as_indices(list(pins), "points"),
         targets,
-        native_lines,
+        _lines(lines),
         as_indices([] if boundary_loop is None else boundary_loop, "boundary_loop"),
-        as_floats([] if boundary_uv is None else boundary_uv, "boundary_uv", 2),
+        as_places([] if boundary_uv is None else boundary_uv, "boundary_uv"),
         native_paths,
-        bool(optimise),
-        bool(bijective),
-        int(iterations),
-        engine,
-        int(threads),
+        as_flag(optimise, "optimise"),
+        as_flag(bijective, "bijective"),
+        as_count(iterations, "iterations"),
+        as_choice(engine, "engine", ENGINES),
+        as_count(threads, "threads", 1),
     )
-    return Job(native, parametrization_from)
+    return Job(native, partial(parametrization_from, exponent=exponent))
 
 
 def match(

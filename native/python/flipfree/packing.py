@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
-import numpy as np
-
 from . import _native
-from .arrays import as_corner_uv, as_floats, as_indices
-from .errors import InvalidInput
+from .arrays import as_corner_uv, as_indices, as_vertices
 from .job import Job, Progress, run
+from .options import as_count, as_flag, as_margin
 from .results import Parametrization, parametrization_from
 
 
@@ -26,23 +25,20 @@ def start_pack(
     threads: int = 2,
 ) -> Job[Parametrization]:
     """As :func:`pack`, at once, on a thread."""
-    if not (np.isfinite(margin) and 0.0 <= margin < 0.5):
-        raise InvalidInput(f"margin must lie in [0, 0.5), not {margin}.", code="bad option")
-    if threads < 1:
-        raise InvalidInput("threads must be at least 1.", code="bad option")
     face_array = as_indices(faces, "faces", 3)
+    positions, exponent = as_vertices(vertices)
     native = _native.pack(
-        as_floats(vertices, "vertices", 3),
+        positions,
         face_array,
         as_corner_uv(uv, "uv", len(face_array)),
-        float(margin),
-        bool(together),
-        bool(scale_true),
-        bool(keep_bijective),
+        as_margin(margin),
+        as_flag(together, "together"),
+        as_flag(scale_true, "scale_true"),
+        as_flag(keep_bijective, "keep_bijective"),
         as_indices([] if unmoved is None else unmoved, "unmoved"),
-        int(threads),
+        as_count(threads, "threads", 1),
     )
-    return Job(native, parametrization_from)
+    return Job(native, partial(parametrization_from, exponent=exponent))
 
 
 def pack(

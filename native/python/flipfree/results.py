@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from .arrays import in_unit
+
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Certificate:
     """What was measured about a map after rounding to what is stored. Counts of -1: not measured."""
 
@@ -33,15 +35,16 @@ class Certificate:
     failed_faces: IntArray
 
     def __str__(self) -> str:
+        overlaps = "not counted" if self.overlaps < 0 else str(self.overlaps)
         lines = [
             f"certificate {'ok' if self.ok else 'FAILED'}: {self.triangles} triangles, "
-            f"flips {self.flips64} (64-bit) {self.flips32} (32-bit), overlaps {self.overlaps}, "
+            f"flips {self.flips64} (64-bit) {self.flips32} (32-bit), overlaps {overlaps}, "
             f"energy {self.energy:.6g} (worst triangle {self.max_energy:.4g})"
         ]
         return "\n".join(lines + [f"  {failure}" for failure in self.failures])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Transitions:
     """Per cut edge: uv on the second side = quarter turns of uv on the first side + translation."""
 
@@ -49,7 +52,7 @@ class Transitions:
     translation: FloatArray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Parametrization:
     """A map to the plane.
 
@@ -75,7 +78,13 @@ class Parametrization:
     transitions: Transitions
     certificate: Certificate
     stats: dict[str, Any]
-    _uv32: npt.NDArray[np.float32] = field(repr=False)
+    _uv32: npt.NDArray[np.float32]
+
+    def __repr__(self) -> str:
+        return (
+            f"<Parametrization: {len(self.vertices)} vertices, {len(self.faces)} faces, "
+            f"{len(self.cut_edges)} cut edges; {str(self.certificate).splitlines()[0]}>"
+        )
 
     def uv32(self) -> npt.NDArray[np.float32]:
         """The (m', 3, 2) values that Blender stores; the certificate was measured on them."""
@@ -86,8 +95,10 @@ def certificate_from(data: dict[str, Any]) -> Certificate:
     return Certificate(**data)
 
 
-def parametrization_from(data: dict[str, Any]) -> Parametrization:
+def parametrization_from(data: dict[str, Any], exponent: int = 0) -> Parametrization:
+    """The dataclass from what the compiled module returns for vertices in units of 2 to the exponent."""
     data = dict(data)
+    data["vertices"] = in_unit(data["vertices"], -exponent)
     transitions = Transitions(data.pop("transition_turns"), data.pop("transition_translations"))
     certificate = certificate_from(data.pop("certificate"))
     return Parametrization(

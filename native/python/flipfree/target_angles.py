@@ -9,9 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _native
-from .arrays import as_floats, as_indices
+from .arrays import as_floats, as_indices, as_vertex_map, as_vertices
 from .errors import InvalidInput
 from .job import Job, Progress, run
+from .options import as_choice, as_count, as_flag, as_number
+
+BOUNDARIES = ("free", "straight", "circle")
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -46,22 +49,22 @@ def start_suggest_cones(
     threads: int = 2,
 ) -> Job[SuggestedAngles]:
     """As :func:`suggest_cones`, at once, on a thread."""
-    if not (np.isfinite(bound) and bound > 1.0):
+    bound, least_angle = as_number(bound, "bound"), as_number(least_angle, "least_angle")
+    if not bound > 1.0:
         raise InvalidInput(f"bound must be larger than 1, not {bound}.", code="bad option")
-    if max_cones < 1 or threads < 1:
-        raise InvalidInput("max_cones and threads must be at least 1.", code="bad option")
     if not 0.0 < least_angle < 2 * np.pi:
         raise InvalidInput(
             f"least_angle must lie in (0, 2 pi), not {least_angle}.", code="bad option"
         )
+    positions, _ = as_vertices(vertices)
     native = _native.suggest_cones(
-        as_floats(vertices, "vertices", 3),
+        positions,
         as_indices(faces, "faces", 3),
-        float(bound),
-        int(max_cones),
-        np.pi / 2 if quarter_turns else 0.0,
-        float(least_angle),
-        int(threads),
+        bound,
+        as_count(max_cones, "max_cones", 1),
+        np.pi / 2 if as_flag(quarter_turns, "quarter_turns") else 0.0,
+        least_angle,
+        as_count(threads, "threads", 1),
     )
     return Job(native, _suggestion)
 
@@ -114,22 +117,16 @@ def start_boundary_angles(
     threads: int = 2,
 ) -> Job[FloatArray]:
     """As :func:`boundary_angles`, at once, on a thread."""
-    if boundary not in ("free", "straight", "circle"):
-        raise InvalidInput(
-            f"boundary must be 'free', 'straight' or 'circle', not {boundary!r}.",
-            code="bad option",
-        )
-    if threads < 1:
-        raise InvalidInput("threads must be at least 1.", code="bad option")
-    cones = {} if cones is None else dict(cones)
+    cone_angles = as_vertex_map(cones, "cones", "angle")
+    positions, _ = as_vertices(vertices)
     native = _native.boundary_angles(
-        as_floats(vertices, "vertices", 3),
+        positions,
         as_indices(faces, "faces", 3),
-        boundary,
-        as_indices(list(cones.keys()), "cones"),
-        as_floats(list(cones.values()), "cones"),
+        as_choice(boundary, "boundary", BOUNDARIES),
+        as_indices(list(cone_angles), "cones"),
+        as_floats(list(cone_angles.values()), "cones"),
         as_indices([] if corners is None else corners, "corners"),
-        int(threads),
+        as_count(threads, "threads", 1),
     )
     return Job(native, np.asarray)
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
-import numpy as np
-
 from . import _native
-from .arrays import as_corner_uv, as_floats, as_indices
+from .arrays import as_corner_uv, as_indices, as_vertices
 from .certification import Pins, pins_to_corners
-from .errors import InvalidInput
 from .job import Job, Progress, run
+from .options import as_count, as_flag, as_margin, as_positive
 from .results import Parametrization, parametrization_from
 
 
@@ -30,35 +29,28 @@ def start_unwrap(
     threads: int = 2,
 ) -> Job[Parametrization]:
     """As :func:`unwrap`, at once, on a thread."""
-    if not (np.isfinite(margin) and 0.0 <= margin < 0.5):
-        raise InvalidInput(f"margin must lie in [0, 0.5), not {margin}.", code="bad option")
-    if not (np.isfinite(tolerance) and tolerance > 0.0):
-        raise InvalidInput(f"tolerance must be positive, not {tolerance}.", code="bad option")
-    if iterations < 0 or threads < 1:
-        raise InvalidInput(
-            "iterations must not be negative, threads at least 1.", code="bad option"
-        )
     face_array = as_indices(faces, "faces", 3)
     pin_corners, pin_uv = pins_to_corners(pins, face_array)
     reference = (
         None if place_like is None else as_corner_uv(place_like, "place_like", len(face_array))
     )
+    positions, exponent = as_vertices(vertices)
     native = _native.unwrap(
-        as_floats(vertices, "vertices", 3),
+        positions,
         face_array,
         as_indices([] if cuts is None else cuts, "cuts", 2),
         as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
         pin_corners,
         pin_uv,
-        bool(bijective),
-        bool(cut_extremities),
-        int(iterations),
-        float(tolerance),
-        float(margin),
+        as_flag(bijective, "bijective"),
+        as_flag(cut_extremities, "cut_extremities"),
+        as_count(iterations, "iterations"),
+        as_positive(tolerance, "tolerance"),
+        as_margin(margin),
         reference,
-        int(threads),
+        as_count(threads, "threads", 1),
     )
-    return Job(native, parametrization_from)
+    return Job(native, partial(parametrization_from, exponent=exponent))
 
 
 def unwrap(

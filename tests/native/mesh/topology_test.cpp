@@ -147,6 +147,17 @@ TEST(PlanarCut, opens_spheres_tori_and_their_punctured_versions) {
   expect_planar_after_cut(punctured);
 }
 
+TEST(PlanarCut, refuses_uncuttable_edges_that_leave_no_way) {
+  const ExecutionContext context;
+  for (const Surface& surface : {test::tetrahedron(), test::torus(9, 7)}) {
+    const Adjacency adjacency = adjacency_of(surface);
+    EdgeFlags uncuttable(adjacency.opposite.size(), 1);
+    EXPECT_THROW(planar_cut(surface, adjacency, context, uncuttable), InvalidInput);
+    uncuttable[0] = uncuttable[static_cast<std::size_t>(adjacency.opposite[0])] = 0;
+    EXPECT_THROW(planar_cut(surface, adjacency, context, uncuttable), InvalidInput);
+  }
+}
+
 TEST(PlanarCut, avoids_the_diagonals_of_polygons) {
   const ExecutionContext context;
   for (const Surface& surface : {test::torus(9, 7), test::sphere(12, 9)}) {
