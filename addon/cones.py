@@ -12,6 +12,8 @@ import bmesh
 import bpy
 import numpy as np
 
+from . import mesh_io
+
 ATTRIBUTE = "cone_angle"
 _GROUP = re.compile(r"Cone ([+-]\d+)")
 
@@ -76,22 +78,53 @@ def remainder(
 
 
 def balance(ob: bpy.types.Object) -> str:
-    """What the cones of the whole mesh still lack, in words."""
+    """What the cones of the whole mesh still lack, in words; every connected part has to fit by itself."""
     if ob.mode == "EDIT":
         ob.update_from_editmode()
     mesh = ob.data.copy()
     try:
         boundary = boundary_vertices(mesh)
         angles = read(ob, mesh, boundary)
-        used = np.unique(np.array([loop.vertex_index for loop in mesh.loops]))
-        missing = remainder(len(used), len(mesh.edges), len(mesh.polygons), angles, boundary)
+        parts = _parts(mesh)
     finally:
         bpy.data.meshes.remove(mesh)
-    if boundary.any():
-        return f"The boundary has to bend by {missing:+.3g} quarter turns"
-    if abs(missing) < 1e-6:
-        return "The cones fit the surface"
-    return f"The cones still lack {missing:+.3g} quarter turns"
+    found = []
+    for vertices, edges, faces in parts:
+        inside = set(vertices.tolist())
+        own = {v: angle for v, angle in angles.items() if v in inside}
+        missing = remainder(len(vertices), edges, faces, own, boundary)
+        bends = bool(boundary[vertices].any())
+        found.append((int(vertices[0]), bends, missing))
+    if len(found) == 1:
+        ((_, bends, missing),) = found
+        if bends:
+            return f"The boundary has to bend by {missing:+.3g} quarter turns"
+        if abs(missing) < 1e-6:
+            return "The cones fit the surface"
+        return f"The cones still lack {missing:+.3g} quarter turns"
+    wrong = [(v, missing) for v, bends, missing in found if not bends and abs(missing) >= 1e-6]
+    if not wrong:
+        return f"The cones fit all {len(found)} parts"
+    texts = [f"the part of vertex {v}: {missing:+.3g} quarter turns" for v, missing in wrong[:3]]
+    more = f", and {len(wrong) - 3} more parts" if len(wrong) > 3 else ""
+    return f"The cones still lack, in {', in '.join(texts)}{more}"
+
+
+def _parts(mesh: bpy.types.Mesh) -> list[tuple[np.ndarray, int, int]]:
+    """(vertices, number of edges, number of faces) of each connected part that has faces, by its first vertex."""
+    ends = np.empty((len(mesh.edges), 2), np.int32)
+    mesh.edges.foreach_get("vertices", ends.ravel())
+    label = mesh_io.connected_components(len(mesh.vertices), ends[:, 0], ends[:, 1])
+    first = np.empty(len(mesh.polygons), np.int32)
+    mesh.polygons.foreach_get("loop_start", first)
+    corners = np.empty(len(mesh.loops), np.int32)
+    mesh.loops.foreach_get("vertex_index", corners)
+    faces = np.bincount(label[corners[first]], minlength=len(label))
+    edges = np.bincount(label[ends[:, 0]], minlength=len(label))
+    return [
+        (np.flatnonzero(label == root), int(edges[root]), int(faces[root]))
+        for root in np.flatnonzero(faces).tolist()
+    ]
 
 
 def _remove_all(ob: bpy.types.Object, vertices: list[int]) -> None:

@@ -14,6 +14,8 @@
 #include "flipfree/base/error.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/distortion/improve.h"
+#include "flipfree/matchmaker/constraints.h"
+#include "flipfree/matchmaker/refined_surface.h"
 #include "flipfree/mesh/fill.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
@@ -40,6 +42,7 @@ double length(const Surface& surface, const Loop& loop) {
 // The loop that is no hole.
 std::size_t outer_loop(const Surface& surface, const std::vector<Loop>& loops,
                        const MatchRequest& request) {
+  if (loops.size() == 1) return 0;
   if (!request.boundary_uv.empty()) {
     for (std::size_t i = 0; i < loops.size() && !request.boundary_loop.empty(); ++i) {
       for (const HalfedgeId h : loops[i]) {
@@ -227,25 +230,30 @@ void release_holes(Parametrization& map, const CertifyRequest& extra, const Matc
   }
 }
 
-// Pins alone that shall not make the piece overlap itself: continuation of the unwrap under its
-// boundary barrier, which walking the pins does not have. No added vertex, and no guarantee:
-// nothing if it stops.
-std::optional<Parametrization> unwrapped(const Surface& surface, const MatchRequest& request,
+// What cannot be met whatever is done is refused before any work. Returns the vertices of the piece
+// with fixed places, lines included; nothing if lines need vertices that the piece does not have.
+std::optional<std::vector<PinnedVertex>> pinned_vertices(const Surface& disk, const Surface& input,
+                                                         const MatchRequest& request) {
+  try {
+    RefinedSurface refined = make_refined_surface(disk);
+    Constraints constraints = read_constraints(refined, request);
+    if (refined.mesh.vertex_count() > static_cast<Index>(disk.vertices.rows())) return std::nullopt;
+    return std::move(constraints.pins);
+  } catch (const InvalidInput& e) {
+    throw InvalidInput(of_input(e.error(), input));
+  } catch (const Infeasible& e) {
+    throw Infeasible(of_input(e.error(), input));
+  }
+}
+
+// Pins that shall not make the piece overlap itself: continuation of the unwrap under its boundary
+// barrier, which walking the pins does not have. No added vertex, and no guarantee: nothing if it
+// stops.
+std::optional<Parametrization> unwrapped(const Surface& surface,
+                                         const std::vector<PinnedVertex>& pins,
                                          const MatchOptions& options, ExecutionContext& context) {
-  if (!options.bijective || !options.optimise || options.engine == MatchEngine::kMatchmaker ||
-      request.points.empty() || !request.lines.empty() || !request.boundary_uv.empty()) {
-    return std::nullopt;
-  }
   std::vector<const Vector2*> pin(static_cast<std::size_t>(surface.vertices.rows()), nullptr);
-  std::set<std::pair<double, double>> places;
-  for (const PinnedVertex& p : request.points) {
-    // Malformed and contradictory requests are refused by match(), in its own words.
-    if (p.vertex < 0 || p.vertex >= surface.vertices.rows() || !p.uv.allFinite())
-      return std::nullopt;
-    const Vector2*& known = pin[static_cast<std::size_t>(p.vertex)];
-    if (known != nullptr || !places.emplace(p.uv.x(), p.uv.y()).second) return std::nullopt;
-    known = &p.uv;
-  }
+  for (const PinnedVertex& p : pins) pin[static_cast<std::size_t>(p.vertex)] = &p.uv;
   UnwrapOptions unwrapping;
   unwrapping.max_iterations = options.max_iterations;
   for (CornerId c = 0; c < surface.faces.size(); ++c) {
@@ -269,25 +277,29 @@ Parametrization match_piece(const Surface& surface, const MatchRequest& request,
   const Adjacency adjacency =
       build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
   const Topology shape = topology(surface.faces, adjacency);
-  const bool planar = shape.components == 1 && shape.genus() == 0 && shape.boundary_loops > 0;
-  const Stopwatch watch;
-  double begin = 0.0;
-  if (planar) {
-    // The progress of an attempt that fails stays at its part of the bar.
-    const ProgressRange range(context, 0.0, 0.3);
-    if (std::optional<Parametrization> map = unwrapped(surface, request, options, context))
-      return std::move(*map);
-    begin = 0.3;
-  }
-  const ProgressRange whole(context, begin, 1.0);
-  if (!planar || shape.boundary_loops < 2) return match(surface, request, options, context);
+  // Other shapes are refused there, by name.
+  if (shape.components != 1 || shape.genus() != 0 || shape.boundary_loops < 1)
+    return match(surface, request, options, context);
 
+  const Stopwatch watch;
   std::vector<Loop> holes = boundary_halfedge_loops(surface.faces, adjacency);
   holes.erase(holes.begin() + static_cast<std::ptrdiff_t>(outer_loop(surface, holes, request)));
+  const Surface disk = holes.empty() ? surface : as_disk(surface, holes);
+  const std::optional<std::vector<PinnedVertex>> pins = pinned_vertices(disk, surface, request);
+  double begin = 0.0;
+  if (pins && !pins->empty() && request.boundary_uv.empty() && options.bijective &&
+      options.optimise && options.engine != MatchEngine::kMatchmaker) {
+    begin = 0.3;
+    const ProgressRange range(context, 0.0, begin);
+    if (std::optional<Parametrization> map = unwrapped(surface, *pins, options, context))
+      return std::move(*map);
+  }
+  const ProgressRange whole(context, begin, 1.0);
+  if (holes.empty()) return match(surface, request, options, context);
+
   Parametrization map;
   {
     const ProgressRange range(context, 0.0, 0.7);
-    const Surface disk = as_disk(surface, holes);
     map = without_fans(match_disk(disk, surface, request, options, context), disk, surface);
   }
   const std::vector<char> held = held_vertices(map, surface, request);

@@ -137,5 +137,19 @@ TEST(MatchPiece, TwoPinsAtOnePlaceAreNamed) {
   }
 }
 
+TEST(MatchPiece, LinesBetweenPinsAreMetWithoutOverlaps) {
+  const Surface piece = sheet_with_holes();
+  MatchRequest request;
+  request.lines = {{{at(6, 4), at(6, 5), at(6, 6)}, {{0.5, 0.4}, {0.55, 0.5}, {0.5, 0.6}}}};
+  MatchOptions options;
+  options.bijective = true;
+  ExecutionContext context;
+  const Parametrization map = match_piece(piece, request, options, context);
+  for (std::size_t i = 0; i < 3; ++i)
+    request.points.push_back({request.lines[0].vertices[i], request.lines[0].polyline[i]});
+  expect_met(map, request);
+  EXPECT_EQ(map.certificate.overlaps, 0);
+}
+
 }  // namespace
 }  // namespace flipfree
