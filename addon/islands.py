@@ -158,13 +158,15 @@ def _close_seams(snapshot, combined) -> None:
     points = _rim_points(snapshot, combined)
     if not points:
         return
-    # Two islands may have split a seam at the very same place: one vertex then.
-    same = np.arange(len(combined.vertices))
+    # Two islands may have split a seam at one place, as Blender stores it: one vertex then.
+    same, parent = np.arange(len(combined.vertices)), combined.vertex_parent
+    stored = combined.vertices.astype(np.float32)
     for key, found in points.items():
         kept = [found[0]]
         for share, vertex in found[1:]:
-            if share == kept[-1][0]:
-                same[vertex] = kept[-1][1]
+            last = kept[-1]
+            if (stored[vertex] == stored[last[1]]).all() and parent[vertex] != parent[last[1]]:
+                same[vertex] = last[1]
             else:
                 kept.append((share, vertex))
         points[key] = kept

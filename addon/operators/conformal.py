@@ -7,8 +7,8 @@ import math
 import bpy
 import numpy as np
 
-from .. import cones, islands, mesh_io, modal, refine, solver
-from . import common, options
+from .. import cones, islands, mesh_io, modal, solver
+from . import common, options, parts
 
 # Radians by which a 32-bit cone angle may be off its 64-bit value (half a unit in the last place below 64).
 ROUNDING = 2e-6
@@ -55,7 +55,7 @@ def submesh_boundary(snapshot) -> np.ndarray:
     return result
 
 
-class ConformalTask(modal.StagedTask):
+class ConformalTask(parts.PartsTask):
     """Every connected part of the faces is a surface of its own, with cones that must fit it alone."""
 
     def __init__(
@@ -78,29 +78,23 @@ class ConformalTask(modal.StagedTask):
         self.pack = pack
         self.scale_true = scale_true
         self.margin = margin
-        self.result = None
-        self.certificates = []
         self.angle_error = 0.0
-        self.new_vertices = 0
-        self._solving = (
-            None  # (submesh vertices, triangles) of the part the solver has, for explain()
-        )
 
     def stages(self):
         self._refuse_bad_angles()
         label = mesh_io.face_components(self.snapshot.triangles)
-        parts = [np.flatnonzero(label == root) for root in np.unique(label)]
-        requests = [self._request(triangles) for triangles in parts]
-        self._refuse_unbalanced(parts, requests)
+        components = [np.flatnonzero(label == root) for root in np.unique(label)]
+        requests = [self._request(triangles) for triangles in components]
+        self._refuse_unbalanced(components, requests)
         pieces = []
-        for triangles, (part, used, angles) in zip(parts, requests, strict=True):
-            self._solving = used, triangles
+        for triangles, (part, used, angles) in zip(components, requests, strict=True):
+            self.solving = used, triangles
             if callable(angles):
                 angles = yield angles()
-            result = self._checked((yield solver.conformal(part, angles)))
+            result = self.checked((yield solver.conformal(part, angles)))
             self.angle_error = max(self.angle_error, result.stats["angle_error"])
             pieces.append(islands.Piece(triangles, used, result))
-        self._solving = None
+        self.solving = None
         self.result = islands.combine(self.snapshot, pieces)
         self.result.cut_edges = self._combined_cuts(pieces)
         if self.pack:
@@ -169,10 +163,10 @@ class ConformalTask(modal.StagedTask):
         faces = np.unique(self.snapshot.triangle_face[triangles])
         return f"{name}, the part of face {faces[0]} ({common.plural(len(faces), 'face')})"
 
-    def _refuse_unbalanced(self, parts, requests):
+    def _refuse_unbalanced(self, components, requests):
         """All parts whose cones do not sum to what their shape needs, each with its remainder."""
         wrong, faces = [], []
-        for triangles, (part, _, angles) in zip(parts, requests, strict=True):
+        for triangles, (part, _, angles) in zip(components, requests, strict=True):
             if callable(angles):
                 continue
             missing = curvature_left(part, angles, submesh_boundary(part)) / (math.pi / 2)
@@ -187,39 +181,6 @@ class ConformalTask(modal.StagedTask):
                 "face",
                 np.concatenate(faces),
             )
-
-    def explain(self, error):
-        """The solver's ids are those of a part: to the snapshot's. Where it names none: the part."""
-        if self._solving is None:
-            return
-        used, triangles = self._solving
-        ids = np.asarray(error.elements, dtype=np.int64).ravel()
-        if error.kind in ("vertex", "edge") and len(ids):
-            error.elements = used[ids[ids < len(used)]].tolist()
-        elif error.kind in ("face", "corner") and len(ids):
-            ids = ids // 3 if error.kind == "corner" else ids
-            error.kind, error.elements = "face", triangles[ids[ids < len(triangles)]].tolist()
-        elif len(triangles) < len(self.snapshot.triangles):
-            error.kind, error.elements = "face", triangles.tolist()
-
-    def _checked(self, result):
-        if not result.certificate.ok:
-            raise mesh_io.MeshProblem(
-                f"{self.snapshot.object_name}: the map failed its check: "
-                f"{'; '.join(result.certificate.failures)}"
-            )
-        self.certificates.append(result.certificate)
-        return result
-
-    def write(self, ob):
-        if refine.needs_new_faces(self.snapshot, self.result):
-            self.new_vertices = refine.write(
-                ob, self.snapshot, self.result, mark_cuts=self.mark_cuts
-            )
-            return
-        loops, values = mesh_io.loop_values(self.snapshot, self.result.uv32())
-        seams = mesh_io.edge_ids(self.snapshot, self.result.cut_edges) if self.mark_cuts else None
-        mesh_io.write_uv(ob, self.snapshot, loops, values, seams)
 
 
 def curvature_left(part, angles: np.ndarray, boundary: np.ndarray) -> float:
@@ -252,9 +213,7 @@ def summary(tasks: list[ConformalTask]) -> str:
     count = sum(mesh_io.count_islands(t.result.faces, t.result.uv32()) for t in tasks)
     text = common.figures([c for t in tasks for c in t.certificates], count)
     error = max(t.angle_error for t in tasks)
-    added = sum(t.new_vertices for t in tasks)
-    noun = "vertex" if added == 1 else "vertices"
-    return f"{text}, cone angles within {error:.1e} rad, {added} {noun} added"
+    return f"{text}, cone angles within {error:.1e} rad, {parts.added(tasks)}"
 
 
 class UV_OT_flipfree_conformal(options.Packing, options.MapOperator, bpy.types.Operator):

@@ -4,8 +4,8 @@
 import bpy
 import numpy as np
 
-from .. import islands, mesh_io, modal, refine, solver
-from . import common, options
+from .. import islands, mesh_io, solver
+from . import common, options, parts
 
 GROUP = "Pins"
 
@@ -19,7 +19,7 @@ REST = (
 )
 
 
-class MatchTask(modal.StagedTask):
+class MatchTask(parts.PartsTask):
     def __init__(
         self,
         snapshot,
@@ -36,14 +36,9 @@ class MatchTask(modal.StagedTask):
         self.straight_lines = straight_lines
         self.cut_open = cut_open
         self.rest = rest
-        self.certificates = []
         self.charts = 0
-        self.result = None
-        self.new_vertices = 0
         self._cuts = np.zeros((0, 2), np.int32)  # added, as submesh pairs
-        self._solving = (
-            None  # (submesh vertices, triangles, outline) of what the solver has, for explain()
-        )
+        self._outline_vertices = np.zeros(0, np.int64)  # of the island being solved
 
     def stages(self):
         pinned, free = yield from self._sort_islands()
@@ -54,13 +49,14 @@ class MatchTask(modal.StagedTask):
                 continue
             request = self._request(island)
             outline = request["boundary_loop"] or list(island.pins)
-            self._solving = island.submesh, island.triangles, island.submesh[outline]
+            self.solving = island.submesh, island.triangles
+            self._outline_vertices = island.submesh[outline]
             result = yield solver.match(island, **request)
-            pieces.append(islands.Piece(island.triangles, island.submesh, self._checked(result)))
+            pieces.append(islands.Piece(island.triangles, island.submesh, self._counted(result)))
         if self.rest == "unwrap" and free:
             triangles = np.sort(np.concatenate([island.triangles for island in free]))
             result, used = yield from self._unwrap(triangles)
-            pieces.append(islands.Piece(triangles, used, self._checked(result)))
+            pieces.append(islands.Piece(triangles, used, self._counted(result)))
         self.result = islands.combine(self.snapshot, pieces, self._cuts)
         if len(self.result.seam_triangles):
             yield from self._check_seams(pieces)
@@ -109,7 +105,7 @@ class MatchTask(modal.StagedTask):
     def _moved(self, island):
         """The piece of an island with one pin: unwrapped as it lies, in its size and direction, and moved to the pin. One pin
         alone leaves both open, and a map of another size would be a surprise."""
-        self._solving = island.submesh, island.triangles, island.submesh[list(island.pins)]
+        self.solving = island.submesh, island.triangles
         result = yield solver.unwrap_island(island, bijective=self.bijective)
         ((vertex, target),) = island.pins.items()
         pinned = island.faces == vertex
@@ -120,12 +116,12 @@ class MatchTask(modal.StagedTask):
         result = yield solver.settle(
             island, uv, {(f, k): target for f, k in corners}, bijective=self.bijective
         )
-        return islands.Piece(island.triangles, island.submesh, self._checked(result))
+        return islands.Piece(island.triangles, island.submesh, self._counted(result))
 
     def _unwrap(self, triangles):
         """(result of unwrapping these triangles, submesh vertex of each of its vertices)."""
         part, used = self.snapshot.part(triangles)
-        self._solving = used, triangles, np.zeros(0, np.int64)
+        self.solving = used, triangles
         result = yield solver.unwrap(
             part,
             pins={},
@@ -208,31 +204,16 @@ class MatchTask(modal.StagedTask):
         return [(a, b) for a, b in edges[real].tolist() if a not in outline or b not in outline]
 
     def explain(self, error):
-        """The solver's ids are those of a part: to the snapshot's. Where it names none: the outline, or the whole part."""
-        if self._solving is None:
+        """As in PartsTask; contradictions without a place are about the outline."""
+        outlines = ("contradictory pins", "polygon is not weakly self-overlapping")
+        if not len(error.elements) and error.code in outlines:
+            error.kind, error.elements = "vertex", self._outline_vertices.tolist()
             return
-        submesh, triangles, outline = self._solving
-        ids = np.asarray(error.elements, dtype=np.int64).ravel()
-        if error.kind in ("vertex", "edge") and len(ids):
-            error.elements = submesh[ids[ids < len(submesh)]].tolist()
-        elif error.kind in ("face", "corner") and len(ids):
-            faces = ids // 3 if error.kind == "corner" else ids
-            error.kind = "face"
-            error.elements = triangles[faces[faces < len(triangles)]].tolist()
-        elif error.code in ("contradictory pins", "polygon is not weakly self-overlapping"):
-            error.kind, error.elements = "vertex", outline.tolist()
-        else:
-            error.kind, error.elements = "face", triangles.tolist()
+        super().explain(error)
 
-    def _checked(self, result):
-        if not result.certificate.ok:
-            raise mesh_io.MeshProblem(
-                f"{self.snapshot.object_name}: the map failed its check: "
-                f"{'; '.join(result.certificate.failures)}"
-            )
-        self.certificates.append(result.certificate)
+    def _counted(self, result):
         self.charts += int(result.stats.get("charts", 1))
-        return result
+        return self.checked(result)
 
     def _check_seams(self, pieces):
         """Pieces whose rims got vertices from across a seam are certified again, as they are stored now."""
@@ -253,21 +234,12 @@ class MatchTask(modal.StagedTask):
                     f"{'; '.join(certificate.failures)}. Subdivide it by hand, or move a pin"
                 )
 
-    def write(self, ob):
-        if refine.needs_new_faces(self.snapshot, self.result):
-            self.new_vertices = refine.write(ob, self.snapshot, self.result, mark_cuts=True)
-            return
-        loops, values = mesh_io.loop_values(self.snapshot, self.result.uv32())
-        seams = mesh_io.edge_ids(self.snapshot, self._cuts) if len(self._cuts) else None
-        mesh_io.write_uv(ob, self.snapshot, loops, values, seams)
-
 
 def summary(tasks: list[MatchTask]) -> str:
     """The report line, without the time."""
     certificates = [c for task in tasks for c in task.certificates]
-    added = sum(task.new_vertices for task in tasks)
     text = common.figures(certificates, sum(task.charts for task in tasks))
-    return f"{text}, {added} {'vertex' if added == 1 else 'vertices'} added"
+    return f"{text}, {parts.added(tasks)}"
 
 
 def make_task(snapshot, **options) -> MatchTask:

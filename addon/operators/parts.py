@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tasks that hand parts of an object to the solver one by one, and write one map of all."""
+
+import numpy as np
+
+from .. import mesh_io, modal, refine
+
+
+class PartsTask(modal.StagedTask):
+    """Subclasses' `stages` set `solving` before each job and `result` (islands.Combined) at the end."""
+
+    mark_cuts = True  # edges along which the result is cut become seams
+
+    def __init__(self, snapshot):
+        super().__init__(snapshot)
+        self.result = None
+        self.certificates = []
+        self.new_vertices = 0
+        # (submesh vertices, triangles) of the part that the solver has, or None: its ids are the snapshot's.
+        self.solving = None
+
+    def checked(self, result):
+        """The solver returns nothing without a valid certificate; what is written is judged here all the same."""
+        if not result.certificate.ok:
+            raise mesh_io.MeshProblem(
+                f"{self.snapshot.object_name}: the map failed its check: "
+                f"{'; '.join(result.certificate.failures)}"
+            )
+        self.certificates.append(result.certificate)
+        return result
+
+    def explain(self, error):
+        """The solver's ids are those of a part: to the snapshot's. Where it names none: the whole part."""
+        if self.solving is None:
+            return
+        submesh, triangles = self.solving
+        ids = np.asarray(error.elements, dtype=np.int64).ravel()
+        if error.kind in ("vertex", "edge") and len(ids):
+            error.elements = submesh[ids[ids < len(submesh)]].tolist()
+        elif error.kind in ("face", "corner") and len(ids):
+            faces = ids // 3 if error.kind == "corner" else ids
+            error.kind, error.elements = "face", triangles[faces[faces < len(triangles)]].tolist()
+        elif len(triangles) < len(self.snapshot.triangles):
+            error.kind, error.elements = "face", triangles.tolist()
+
+    def write(self, ob):
+        if refine.needs_new_faces(self.snapshot, self.result):
+            self.new_vertices = refine.write(
+                ob, self.snapshot, self.result, mark_cuts=self.mark_cuts
+            )
+            return
+        loops, values = mesh_io.loop_values(self.snapshot, self.result.uv32())
+        seams = mesh_io.edge_ids(self.snapshot, self.result.cut_edges) if self.mark_cuts else None
+        mesh_io.write_uv(ob, self.snapshot, loops, values, seams)
+
+
+def added(tasks: list[PartsTask]) -> str:
+    """How many vertices the tasks added, in words."""
+    count = sum(task.new_vertices for task in tasks)
+    return f"{count} {'vertex' if count == 1 else 'vertices'} added"
