@@ -236,6 +236,18 @@ Index remove_vertices(RefinedMap& map, const std::vector<char>& removable,
   return removed;
 }
 
+Index thin_out(RefinedMap& map, const std::vector<VertexId>& held, Index keep,
+               ExecutionContext& context) {
+  std::vector<char> removable(map.surface.position.size(), 0);
+  std::fill(removable.begin() +
+                std::min<std::ptrdiff_t>(keep, static_cast<std::ptrdiff_t>(removable.size())),
+            removable.end(), char{1});
+  for (const VertexId v : held) removable[static_cast<std::size_t>(v)] = 0;
+  const Index removed = remove_vertices(map, removable, context);
+  if (removed > 0) map = compacted_map(map);
+  return removed;
+}
+
 RefinedMap coarsen(RefinedMap map, const Constraints& constraints, Index keep,
                    ExecutionContext& context, Stats& stats) {
   std::int64_t total = 0;
@@ -243,16 +255,10 @@ RefinedMap coarsen(RefinedMap map, const Constraints& constraints, Index keep,
   int idle = 0;
   for (int pass = 0; pass < kMostPasses && idle < 2; ++pass, ++passes) {
     context.report("taking refinement back", static_cast<double>(pass) / kMostPasses);
-    std::vector<char> removable(map.surface.position.size(), 0);
-    std::fill(removable.begin() +
-                  std::min<std::ptrdiff_t>(keep, static_cast<std::ptrdiff_t>(removable.size())),
-              removable.end(), char{1});
     const std::vector<VertexId> held = held_vertices(map.surface, constraints);
-    for (const VertexId v : held) removable[static_cast<std::size_t>(v)] = 0;
-    const Index removed = remove_vertices(map, removable, context);
+    const Index removed = thin_out(map, held, keep, context);
     total += removed;
     idle = removed == 0 ? idle + 1 : 0;
-    map = compacted_map(map);
     if (map.surface.mesh.vertex_count() == keep) break;
     MinimizeOptions options;
     options.max_iterations = kRelaxIterations;

@@ -25,4 +25,9 @@ RefinedMap coarsen(RefinedMap map, const Constraints& constraints, Index keep,
 Index remove_vertices(RefinedMap& map, const std::vector<char>& removable,
                       ExecutionContext& context);
 
+// One pass over the vertices from `keep` on that are not held, removed ones compacted away;
+// vertices below `keep` keep their ids. Returns the number removed.
+Index thin_out(RefinedMap& map, const std::vector<VertexId>& held, Index keep,
+               ExecutionContext& context);
+
 }  // namespace flipfree

@@ -121,7 +121,7 @@ std::optional<RefinedMap> walked(RefinedSurface& surface, const Constraints& con
 // Through the frames of a film from a convex polygon, where pins are easily brought to their
 // places, to the target.
 std::optional<RefinedMap> filmed(const RefinedSurface& surface, const Constraints& constraints,
-                                 ExecutionContext& context, Stats& stats) {
+                                 ExecutionContext& context, Stats& stats) try {
   SheetTarget target = sheet_target(surface, constraints, context);
   const OutlineFilm film(std::move(target.domain), target.pins);
   RefinedMap map;
@@ -152,6 +152,9 @@ std::optional<RefinedMap> filmed(const RefinedSurface& surface, const Constraint
   if (map.surface.mesh.vertex_count() > surface.mesh.vertex_count())
     map = coarsen(std::move(map), constraints, surface.mesh.vertex_count(), context, stats);
   return map;
+} catch (const NotConverged& failure) {
+  stats["outline.failure"] = failure.error().message;
+  return std::nullopt;  // too squeezed for the Newton system on the way
 }
 
 // Is the film of this outline without action? Then it is no help for the pins.

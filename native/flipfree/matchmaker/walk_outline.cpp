@@ -10,6 +10,7 @@
 #include "flipfree/distortion/targets.h"
 #include "flipfree/embedding/embed.h"
 #include "flipfree/matchmaker/carry.h"
+#include "flipfree/matchmaker/coarsen.h"
 #include "flipfree/matchmaker/first_try.h"
 #include "flipfree/matchmaker/untangle.h"
 #include "flipfree/numeric/predicates.h"
@@ -40,6 +41,8 @@ constexpr double kLessRoom = 0.8;
 constexpr double kLong = 0.9;
 // Edges are split at one of so many shares: a power of two, so that weights stay exact.
 constexpr int kShares = 16;
+// Refinement is thinned out when the mesh has grown by this factor.
+constexpr double kThinOutAt = 1.25;
 constexpr int kRelaxSteps = 8;
 constexpr int kMostFrames = 4000;
 // Newton steps for the first frame.
@@ -54,6 +57,8 @@ class OutlineWalker {
       : map_(map), film_(film), context_(context), chart_(to_surface(map.surface)) {
     for (const auto& [a, b] : uncut) uncut_.emplace(std::min(a, b), std::max(a, b));
     for (const auto& [v, place] : film.places(0.0, film.corners(0.0))) held_.push_back(v);
+    keep_ = map.surface.mesh.vertex_count();
+    last_count_ = static_cast<double>(keep_);
     relax();
   }
 
@@ -230,12 +235,22 @@ class OutlineWalker {
     map_.uv.conservativeResize(surface.mesh.vertex_count(), 2);
     if (surface.mesh.vertex_count() == before) return;
     ++splits_;
+    thin_out_if_dense();
     chart_ = to_surface(surface);
     try {
       relax();
     } catch (const NotConverged&) {
       return;  // the next step will find it blocked
     }
+  }
+
+  // Most splits turn out not to be needed: takes them back now and then, before they cost time.
+  void thin_out_if_dense() {
+    const Index count = map_.surface.mesh.vertex_count();
+    if (count < kThinOutAt * last_count_) return;
+    thin_out(map_, held_, keep_, context_);
+    last_count_ = static_cast<double>(map_.surface.mesh.vertex_count());
+    room_ = kFewestFolds;
   }
 
   // Do the two halves of the triangle left of h stay positive? Exact: rounding moves the midpoint.
@@ -253,6 +268,8 @@ class OutlineWalker {
   Surface chart_;
   EdgeSet uncut_;
   std::vector<VertexId> held_;
+  Index keep_ = 0;
+  double last_count_ = 0;
   std::size_t room_ = kFewestFolds;
   double time_ = 0;
   double energy_ = 0;
