@@ -123,6 +123,9 @@ std::optional<RefinedMap> walked(RefinedSurface& surface, const Constraints& con
 std::optional<RefinedMap> filmed(const RefinedSurface& surface, const Constraints& constraints,
                                  ExecutionContext& context, Stats& stats) try {
   SheetTarget target = sheet_target(surface, constraints, context);
+  // Where sheets overlap, pins ride along; else they find their places in the end.
+  const bool riding = !constraints.simple_outline && !constraints.pins.empty();
+  if (!riding) target.pins.clear();
   const OutlineFilm film(std::move(target.domain), target.pins);
   RefinedMap map;
   {
@@ -130,7 +133,7 @@ std::optional<RefinedMap> filmed(const RefinedSurface& surface, const Constraint
     map = first_frame(surface, film, context, stats);
   }
   const Index limit = kOutlineRefinement * surface.input_vertices();
-  if (!constraints.pins.empty()) {
+  if (riding) {
     const ProgressRange range(context, 0.2, 0.4);
     Constraints disk;
     disk.outline.resize(surface.boundary.size());
@@ -149,6 +152,8 @@ std::optional<RefinedMap> filmed(const RefinedSurface& surface, const Constraint
     if (!walk_outline(map, film, constraints.edges, limit, context, stats)) return std::nullopt;
   }
   const ProgressRange range(context, 0.9, 1.0);
+  if (!riding && !walk_pins(map, constraints, surface.input_vertices(), context, stats))
+    return std::nullopt;
   if (map.surface.mesh.vertex_count() > surface.mesh.vertex_count())
     map = coarsen(std::move(map), constraints, surface.mesh.vertex_count(), context, stats);
   return map;

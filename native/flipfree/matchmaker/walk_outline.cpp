@@ -44,7 +44,10 @@ constexpr int kShares = 16;
 // Refinement is thinned out when the mesh has grown by this factor.
 constexpr double kThinOutAt = 1.25;
 constexpr int kRelaxSteps = 8;
-constexpr int kMostFrames = 4000;
+constexpr std::int64_t kMostFrames = 1000;
+// The way left must shrink by this factor in so many frames.
+constexpr std::int64_t kPatience = 50;
+constexpr double kLeastGain = 0.95;
 // Newton steps for the first frame.
 constexpr int kFirstSteps = 100;
 
@@ -69,9 +72,14 @@ class OutlineWalker {
   // True when the last frame is reached, false when there is no way on.
   bool walk(Index vertex_limit) {
     double stride = 1.0;
+    double way_left = 2 * (1 + kRest);
     while (time_ < 1) {
       context_.report("walking to the outline", time_);
       if (++frames_ > kMostFrames) return false;
+      if (frames_ % kPatience == 0) {
+        if (1 - time_ + kRest > kLeastGain * way_left) return false;
+        way_left = 1 - time_ + kRest;
+      }
       std::int64_t effort = 0;
       if (step(stride, effort)) {
         stride = std::min(1.0, 1.5 * stride);
