@@ -31,7 +31,8 @@ void bind_matchmaker(py::module_& module) {
       [](const Array<double>& vertices, const Array<Index>& faces,
          const Array<Index>& point_vertices, const Array<double>& point_uv, const py::list& lines,
          const Array<Index>& boundary_loop, const Array<double>& boundary_uv, const py::list& paths,
-         bool optimise, bool bijective, int iterations, const std::string& engine, int threads) {
+         const Array<Index>& movable, bool optimise, bool bijective, int iterations,
+         const std::string& engine, int threads) {
         struct Call {
           Surface surface;
           MatchRequest request;
@@ -52,6 +53,7 @@ void bind_matchmaker(py::module_& module) {
         job.request.boundary_loop = to_ids(boundary_loop);
         job.request.boundary_uv = to_polygon(boundary_uv, "boundary_uv");
         for (const py::handle& path : paths) job.request.paths.push_back(to_ids(path));
+        job.request.movable = to_ids(movable);
         job.options.optimise = optimise;
         job.options.bijective = bijective;
         job.options.max_iterations = iterations;
@@ -66,8 +68,8 @@ void bind_matchmaker(py::module_& module) {
       },
       py::arg("vertices"), py::arg("faces"), py::arg("point_vertices"), py::arg("point_uv"),
       py::arg("lines"), py::arg("boundary_loop"), py::arg("boundary_uv"), py::arg("paths"),
-      py::arg("optimise"), py::arg("bijective"), py::arg("iterations"), py::arg("engine"),
-      py::arg("threads"));
+      py::arg("movable"), py::arg("optimise"), py::arg("bijective"), py::arg("iterations"),
+      py::arg("engine"), py::arg("threads"));
 }
 
 }  // namespace flipfree::python

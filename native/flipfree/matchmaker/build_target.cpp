@@ -301,7 +301,19 @@ SheetTarget sheet_target(const RefinedSurface& surface, const Constraints& const
     follow_lines(result, constraints);
     find_only_sheets(true);
   }
-  for (const SheetPin& p : result.pins) check_off_edges(result.domain, p.pin, p.face);
+  for (std::size_t i = 0; i < result.pins.size(); ++i) {
+    const SheetPin& p = result.pins[i];
+    check_off_edges(result.domain, p.pin, p.face);
+    for (std::size_t j = 0; j < i; ++j) {
+      if (result.pins[j].pin.uv != p.pin.uv || result.pins[j].face != p.face) continue;
+      throw_infeasible(ErrorCode::kContradictoryPins,
+                       "Vertices " + std::to_string(result.pins[j].pin.vertex) + " and " +
+                           std::to_string(p.pin.vertex) +
+                           " are pinned to the same point of one sheet. Move or release one of "
+                           "them.",
+                       ElementKind::kVertex, {result.pins[j].pin.vertex, p.pin.vertex});
+    }
+  }
   return result;
 }
 

@@ -24,6 +24,7 @@ class Reader {
     for (const PinnedVertex& p : request_.points) pin(p.vertex, p.uv);
     for (const PinnedLine& line : request_.lines) read_line(line);
     read_paths();
+    read_movable();
     for (const auto& [vertex, uv] : pins_) result_.pins.push_back({vertex, uv});
     check_outline();
     check_distinct();
@@ -205,6 +206,30 @@ class Reader {
     }
   }
 
+  void read_movable() {
+    for (const VertexId v : request_.movable) {
+      check_vertex(v);
+      if (on_boundary_.count(v) == 0) {
+        throw_invalid(ErrorCode::kBadPins,
+                      "Movable " + name(v) +
+                          " has no target on the boundary. Name boundary vertices, and give "
+                          "boundary_uv, where they begin.",
+                      ElementKind::kVertex, {v});
+      }
+      const auto is_end = [&](const auto& edge) { return edge.first == v || edge.second == v; };
+      const bool pinned = std::any_of(request_.points.begin(), request_.points.end(),
+                                      [&](const PinnedVertex& p) { return p.vertex == v; }) ||
+                          std::any_of(result_.edges.begin(), result_.edges.end(), is_end);
+      if (pinned) {
+        throw_infeasible(ErrorCode::kContradictoryPins,
+                         "Vertex " + std::to_string(v) + " is pinned and movable. Choose one.",
+                         ElementKind::kVertex, {v});
+      }
+      result_.movable.push_back(v);
+    }
+    std::sort(result_.movable.begin(), result_.movable.end());
+  }
+
   void check_outline() {
     if (result_.free_boundary()) return;
     result_.turning_number = turning_number(result_.outline);
@@ -237,7 +262,9 @@ class Reader {
   VertexId at_loop(Index i) const { return surface_.boundary[static_cast<std::size_t>(i)]; }
 
   // No two vertices at one point, except boundary vertices of a target that overlaps itself.
+  // (There sheet_target() looks further.)
   void check_distinct() const {
+    if (!result_.simple_outline) return;
     std::vector<PinnedVertex> all = result_.pins;
     if (result_.simple_outline) {
       for (std::size_t i = 0; i < result_.outline.size(); ++i)
@@ -265,6 +292,7 @@ class Reader {
 
   // Lines meet each other and pins in shared vertices only.
   void check_lines() const {
+    if (!result_.simple_outline) return;  // they may cross on different sheets
     const auto& edges = result_.edges;
     for (std::size_t i = 0; i < edges.size(); ++i) {
       const Vector2& a = target(edges[i].first);

@@ -29,6 +29,9 @@ struct MatchRequest {
   // boundary_loops().
   std::vector<VertexId> boundary_loop;
   Polygon boundary_uv;
+  // Boundary vertices whose targets are where they begin only: once the map is there, the descent
+  // may move them.
+  std::vector<VertexId> movable;
   // For targets that overlap themselves: from a pinned vertex along mesh edges to the boundary.
   std::vector<std::vector<VertexId>> paths;
 };
@@ -37,6 +40,7 @@ struct Constraints {
   std::vector<PinnedVertex>
       pins;  // inner pins and those of lines, ascending by vertex; without a prescribed boundary's
   std::vector<std::pair<VertexId, VertexId>> edges;  // mesh edges laid along lines
+  std::vector<VertexId> movable;                     // boundary vertices, ascending
   Polygon outline;         // by place in RefinedSurface::boundary; empty: free boundary
   int turning_number = 1;  // of the outline
   bool simple_outline = true;

@@ -26,11 +26,11 @@ constexpr Index kOutlineRefinement = 40;
 
 // Lowers the distortion with the constraints held. Returns the map unchanged if there is nothing to
 // move.
-Points2 optimise(const RefinedSurface& surface, const Constraints& constraints, const Points2& uv,
+Points2 optimise(const RefinedSurface& surface, std::vector<VertexId> held, const Points2& uv,
                  int iterations, bool bijective, ExecutionContext& context, Stats& stats) {
   MinimizeOptions options;
   options.max_iterations = iterations;
-  options.fixed = held_vertices(surface, constraints);
+  options.fixed = std::move(held);
   options.bijective = bijective;
   if (static_cast<Index>(options.fixed.size()) >= surface.mesh.vertex_count()) return uv;
   try {
@@ -40,6 +40,23 @@ Points2 optimise(const RefinedSurface& surface, const Constraints& constraints, 
     stats["optimise_failure"] = failure.error().message;
     return uv;
   }
+}
+
+// What stays where it is until the end: movable boundary vertices do not.
+std::vector<VertexId> held_to_the_end(const RefinedSurface& surface,
+                                      const Constraints& constraints) {
+  std::vector<VertexId> held = held_vertices(surface, constraints);
+  std::erase_if(held, [&](VertexId v) {
+    return std::binary_search(constraints.movable.begin(), constraints.movable.end(), v);
+  });
+  return held;
+}
+
+// Lines are edges still, none of which was split.
+bool lines_are_whole(const RefinedSurface& surface, const Constraints& constraints) {
+  return std::all_of(constraints.edges.begin(), constraints.edges.end(), [&](const auto& edge) {
+    return surface.mesh.find(edge.first, edge.second) != kInvalid;
+  });
 }
 
 // The map at the vertices of a coarser refinement of the same input; added vertices are put where
@@ -85,7 +102,8 @@ RefinedMap guaranteed(const RefinedSurface& surface, const Constraints& constrai
     const ProgressRange range(context, 0.3, 0.7);
     // Its distortion is enormous at first; what counts is that the refinement can be taken back.
     constexpr int kIterations = 40;
-    fine.uv = optimise(fine.surface, constraints, fine.uv, kIterations, false, context, stats);
+    fine.uv = optimise(fine.surface, held_vertices(fine.surface, constraints), fine.uv, kIterations,
+                       false, context, stats);
   }
   if (untangling_is_safe(constraints)) {
     const ProgressRange range(context, 0.7, 0.9);
@@ -111,6 +129,7 @@ std::optional<RefinedMap> walked(RefinedSurface& surface, const Constraints& con
   RefinedMap map{surface, std::move(*start)};
   const Index limit = options.engine == MatchEngine::kFirstTry ? 0 : surface.input_vertices() / 2;
   if (!walk_pins(map, constraints, limit, context, stats)) return std::nullopt;
+  if (!lines_are_whole(map.surface, constraints)) return std::nullopt;
   if (options.bijective && overlaps(map.surface, map.uv)) return std::nullopt;
   if (map.surface.mesh.vertex_count() > surface.mesh.vertex_count()) {
     map = coarsen(std::move(map), constraints, surface.mesh.vertex_count(), context, stats);
@@ -154,6 +173,7 @@ std::optional<RefinedMap> filmed(const RefinedSurface& surface, const Constraint
   const ProgressRange range(context, 0.9, 1.0);
   if (!riding && !walk_pins(map, constraints, surface.input_vertices(), context, stats))
     return std::nullopt;
+  if (!lines_are_whole(map.surface, constraints)) return std::nullopt;
   if (map.surface.mesh.vertex_count() > surface.mesh.vertex_count())
     map = coarsen(std::move(map), constraints, surface.mesh.vertex_count(), context, stats);
   return map;
@@ -206,6 +226,11 @@ RefinedMap solve(RefinedSurface& surface, const Constraints& constraints,
                           "The walk to the outline was blocked, refinement included.");
     }
   }
+  if (overlapping && !constraints.edges.empty()) {
+    throw_not_converged(ErrorCode::kIterationLimit,
+                        "The walk to the outline was blocked; lines inside a target that overlaps "
+                        "itself have no other way. Pin fewer vertices, or refine the mesh.");
+  }
   const ProgressRange range(context, 0.8, 1.0);
   return guaranteed(surface, constraints, context, stats);
 }
@@ -247,6 +272,7 @@ CertifyRequest certify_request(const RefinedSurface& surface, const Constraints&
   for (std::size_t i = 0; i < constraints.outline.size(); ++i) {
     target[static_cast<std::size_t>(surface.boundary[i])] = &constraints.outline[i];
   }
+  for (const VertexId v : constraints.movable) target[static_cast<std::size_t>(v)] = nullptr;
   CertifyRequest request;
   request.require_bijective = bijective;
   for (CornerId c = 0; c < map.surface.faces.size(); ++c) {
@@ -267,7 +293,9 @@ Parametrization match(const Surface& surface, const MatchRequest& request,
   const Stopwatch watch;
   RefinedSurface refined = make_refined_surface(surface);
   const Constraints constraints = read_constraints(refined, request);
-  const bool bijective = options.bijective && constraints.free_boundary();
+  // A boundary that moves away from a simple outline stays simple.
+  const bool bijective = (options.bijective && constraints.free_boundary()) ||
+                         (!constraints.movable.empty() && constraints.simple_outline);
 
   RefinedMap solution;
   {
@@ -282,14 +310,15 @@ Parametrization match(const Surface& surface, const MatchRequest& request,
   }
   if (options.optimise) {
     const ProgressRange range(context, 0.7, 0.9);
-    solution.uv = optimise(solution.surface, constraints, solution.uv, options.max_iterations,
-                           bijective, context, stats);
+    const std::vector<VertexId> held = held_to_the_end(solution.surface, constraints);
+    solution.uv = optimise(solution.surface, held, solution.uv, options.max_iterations, bijective,
+                           context, stats);
   }
   stats["seconds_optimise"] = watch.seconds() - std::get<double>(stats["seconds_map"]);
 
   const ProgressRange range(context, 0.9, 1.0);
   RoundingOptions rounding;
-  rounding.fixed = held_vertices(solution.surface, constraints);
+  rounding.fixed = held_to_the_end(solution.surface, constraints);
   rounding.bijective = bijective;
   const Points2f uv32 =
       round_to_storage(to_surface(solution.surface).faces, solution.uv, rounding, context, stats);

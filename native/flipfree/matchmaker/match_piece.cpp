@@ -173,6 +173,7 @@ std::vector<char> held_vertices(const Parametrization& map, const Surface& input
     held[static_cast<std::size_t>(loop[i])] = 1;
     edges.insert(edge(loop[i], loop[(i + 1) % loop.size()]));
   }
+  for (const VertexId v : request.movable) held[static_cast<std::size_t>(v)] = 0;
   for (Eigen::Index v = input.vertices.rows(); v < map.surface.vertices.rows(); ++v) {
     std::vector<VertexId> ends;
     for (Index c = 0; c < 3; ++c) {

@@ -56,6 +56,7 @@ def start_match(
     boundary_uv: Any = None,
     boundary_loop: Any = None,
     paths: Mapping[int, Sequence[int]] | None = None,
+    movable: Sequence[int] | None = None,
     optimise: bool = True,
     bijective: bool = False,
     iterations: int = 200,
@@ -83,6 +84,7 @@ def start_match(
         as_indices([] if boundary_loop is None else boundary_loop, "boundary_loop"),
         as_places([] if boundary_uv is None else boundary_uv, "boundary_uv"),
         native_paths,
+        as_indices([] if movable is None else movable, "movable"),
         as_flag(optimise, "optimise"),
         as_flag(bijective, "bijective"),
         as_count(iterations, "iterations"),
@@ -101,6 +103,7 @@ def match(
     boundary_uv: Any = None,
     boundary_loop: Any = None,
     paths: Mapping[int, Sequence[int]] | None = None,
+    movable: Sequence[int] | None = None,
     optimise: bool = True,
     bijective: bool = False,
     iterations: int = 200,
@@ -120,6 +123,7 @@ def match(
             free. boundary_loop: (b,) its vertices in order (default: from the smallest id, surface on the left).
         paths: {vertex: vertices from it along mesh edges to the boundary}: on which sheet of an overlapping target a
             pinned vertex lies, or which of several disks with this boundary is meant.
+        movable: boundary vertices whose targets are only where they begin: the optimisation may move them.
         optimise: lower the distortion with all constraints held. iterations: at most so many Newton steps.
         bijective: with a free boundary, one-to-one as a whole and not only locally.
         engine: "auto", or "first try" / "outline" / "matchmaker" alone.
@@ -140,6 +144,7 @@ def match(
         boundary_uv=boundary_uv,
         boundary_loop=boundary_loop,
         paths=paths,
+        movable=movable,
         optimise=optimise,
         bijective=bijective,
         iterations=iterations,

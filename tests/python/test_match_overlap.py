@@ -1,0 +1,159 @@
+"""ff.match onto targets that overlap themselves: two disks with one boundary, pins and lines on sheets, movable parts."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import flipfree as ff
+
+SPOKES = 40
+RINGS = 6
+#: Closed curves, symmetric about the vertical axis, that bound two immersed disks each, mirror images of each other:
+#: x is a sum of sines, y one of cosines. The second is a doodle after Milnor's.
+CURVES = {
+    "lobes": ([0.827, 0.036, 1.328, -0.240, -2.113], [0.402, -0.234, -2.061, 0.048, 0.469]),
+    "doodle": ([0.328, -0.398, 2.009, -0.521, 0.591], [-0.153, -0.810, -1.184, -0.280, -1.236]),
+}
+
+
+def curve(name: str) -> npt.NDArray[np.float64]:
+    sines, cosines = (np.array(row) for row in CURVES[name])
+    angle = 2 * np.pi * (np.arange(SPOKES) + 0.5) / SPOKES
+    frequency = np.arange(1, 6)[:, None]
+    return np.stack([sines @ np.sin(frequency * angle), cosines @ np.cos(frequency * angle)], 1)
+
+
+def disk() -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32], list[int]]:
+    """Vertex 0 in the middle, then rings from the inside out; the last one is the boundary."""
+    angle = 2 * np.pi * np.arange(SPOKES) / SPOKES
+    circle = np.stack([np.cos(angle), np.sin(angle), 0 * angle], 1)
+    vertices = np.concatenate([np.zeros((1, 3)), *(circle * (r + 1) / RINGS for r in range(RINGS))])
+    i = np.arange(SPOKES)
+    j = (i + 1) % SPOKES
+    faces = [np.stack([0 * i, 1 + i, 1 + j], 1)]
+    for r in range(RINGS - 1):
+        a, b, c, d = (
+            1 + r * SPOKES + i,
+            1 + r * SPOKES + j,
+            1 + (r + 1) * SPOKES + i,
+            1 + (r + 1) * SPOKES + j,
+        )
+        faces += [np.stack([a, c, d], 1), np.stack([a, d, b], 1)]
+    loop = (1 + (RINGS - 1) * SPOKES + i).tolist()
+    return vertices, np.concatenate(faces).astype(np.int32), loop
+
+
+def spoke(i: int) -> list[int]:
+    return [0] + [1 + r * SPOKES + i for r in range(RINGS)]
+
+
+def turn(
+    a: npt.NDArray[np.float64], b: npt.NDArray[np.float64], c: npt.NDArray[np.float64]
+) -> float:
+    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+
+
+def sees(result: ff.Parametrization, start: int, end: int) -> bool:
+    """Does the straight segment from inner vertex `start`, laid out in the immersed disk, end at vertex `end`?"""
+    place = {
+        int(v): result.uv[f, k] for f, face in enumerate(result.faces) for k, v in enumerate(face)
+    }
+    across = {
+        (int(t[k]), int(t[(k + 1) % 3])): int(t[(k + 2) % 3])
+        for t in result.faces
+        for k in range(3)
+    }
+    p, goal = place[start], place[end]
+    for face in result.faces:
+        if start in face:
+            k = list(face).index(start)
+            a, b = int(face[(k + 1) % 3]), int(face[(k + 2) % 3])
+            if turn(p, place[a], goal) >= 0 > turn(p, place[b], goal):
+                break
+    while end not in (a, b):
+        if turn(place[a], place[b], goal) >= 0 or (b, a) not in across:
+            return False
+        c = across[b, a]
+        if turn(p, goal, place[c]) > 0:
+            b = c
+        else:
+            a = c
+    return True
+
+
+@pytest.mark.parametrize(
+    ("name", "pin"), [("lobes", (0.0, 0.9)), ("doodle", (0.0, -1.0)), ("doodle", (0.0, 0.6))]
+)
+def test_paths_choose_between_the_disks_of_one_boundary(
+    name: str, pin: tuple[float, float]
+) -> None:
+    vertices, faces, loop = disk()
+    target = curve(name)
+    seen = []
+    for i in (4, SPOKES - 1 - 4):
+        result = ff.match(
+            vertices,
+            faces,
+            boundary_loop=loop,
+            boundary_uv=target,
+            points={0: pin},
+            paths={0: spoke(i)},
+        )
+        assert result.certificate.ok
+        assert result.certificate.overlaps > 0
+        assert (result.uv[result.faces == 0] == pin).all()
+        for v, place in zip(loop, target, strict=True):
+            assert (result.uv[result.faces == v] == place).all()
+        # The slit along the path lies in the disk; the other path's does not.
+        seen.append({k for k, v in enumerate(loop) if sees(result, 0, v)})
+        assert i in seen[-1]
+        assert SPOKES - 1 - i not in seen[-1]
+    assert seen[0] != seen[1]
+
+
+@pytest.mark.parametrize("name", CURVES)
+def test_a_boundary_of_two_disks_alone_is_met_by_one_of_them(name: str) -> None:
+    vertices, faces, loop = disk()
+    result = ff.match(vertices, faces, boundary_loop=loop, boundary_uv=curve(name))
+    assert result.certificate.ok
+    assert result.certificate.overlaps > 0
+
+
+def test_a_path_whose_slit_leaves_every_disk_is_infeasible() -> None:
+    vertices, faces, loop = disk()
+    with pytest.raises(ff.Infeasible, match="give other paths"):
+        ff.match(
+            vertices,
+            faces,
+            boundary_loop=loop,
+            boundary_uv=curve("lobes"),
+            points={0: (0.0, -1.5)},
+            paths={0: spoke(4)},
+        )
+
+
+def test_a_pin_on_several_sheets_asks_for_a_path() -> None:
+    vertices, faces, loop = disk()
+    with pytest.raises(ff.InvalidInput, match="Give a path"):
+        ff.match(
+            vertices, faces, boundary_loop=loop, boundary_uv=curve("doodle"), points={0: (0.0, 0.6)}
+        )
+
+
+def test_movable_boundary_vertices_move_and_others_stay() -> None:
+    vertices, faces, loop = disk()
+    angle = 2 * np.pi * np.arange(SPOKES) / SPOKES
+    radius = 1 + 0.4 * np.cos(5 * angle)
+    target = np.stack([radius * np.cos(angle), radius * np.sin(angle)], 1)
+    held = ff.match(vertices, faces, boundary_loop=loop, boundary_uv=target)
+    movable = loop[::2]
+    result = ff.match(vertices, faces, boundary_loop=loop, boundary_uv=target, movable=movable)
+    assert result.certificate.ok
+    assert result.certificate.overlaps == 0
+    assert result.certificate.energy < held.certificate.energy
+    for v, place in zip(loop, target, strict=True):
+        assert (result.uv[result.faces == v] == place).all() == (v not in movable)
+    with pytest.raises(ff.InvalidInput, match="Movable vertex 0"):
+        ff.match(vertices, faces, boundary_loop=loop, boundary_uv=target, movable=[0])
