@@ -290,7 +290,7 @@ def test_vertices_that_pins_need_on_a_seam_split_both_sides():
     for seed in range(24):
         ob = shapes.grid(8, bump=0.2, uv=True)
         uv, corner = flat(ob)
-        right = seam_along_y(ob)
+        seam_along_y(ob)
         random = np.random.default_rng(seed)
         x = np.array([v.co.x for v in ob.data.vertices])
         pins = np.concatenate(
