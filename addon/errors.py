@@ -48,6 +48,7 @@ TEXTS = {
     ),
     "not an edge of the mesh": ("is no edge", "Please report this as a bug"),
     "bad option": ("cannot be treated with these options", "Change them in the redo panel"),
+    "map has flips": ("is flipped or has no area in the UV map", "Unwrap it first"),
     "bad boundary": (
         "has a boundary that does not fit its target",
         "Pin the whole loop or none of it",
@@ -69,7 +70,7 @@ TEXTS = {
     "contradictory pins": ("has pins that contradict each other", "Move or unpin one of them"),
     "angles violate Gauss-Bonnet": (
         "has cones that do not sum to what its shape needs",
-        "Mark Cone shows the missing remainder",
+        "Suggest Cones places them, Mark Cone shows the missing remainder",
     ),
     "iteration limit reached": (
         "took more steps than allowed",

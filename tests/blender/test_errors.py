@@ -29,6 +29,18 @@ def test_mesh_without_faces():
     refused(shapes.add("Points", [(0, 0, 0), (1, 0, 0)], [], edges=[(0, 1)]), "no faces")
 
 
+def test_improving_a_map_with_flips():
+    ob = shapes.grid(3, uv=True)
+    shapes.set_uv(ob, [(-x, y) for x, y in shapes.uv_of(ob)])
+    if not shapes.exact_flips(ob):  # it was mirrored before
+        shapes.set_uv(ob, [(-x, y) for x, y in shapes.uv_of(ob)])
+    before = shapes.everything(ob)
+    with pytest.raises(RuntimeError, match="is flipped.*Unwrap it first"):
+        bpy.ops.uv.flipfree_improve()
+    assert shapes.selected(ob, "face")
+    assert shapes.everything(ob) == before
+
+
 def test_no_selected_faces():
     ob = shapes.grid(3, uv=True)
     bpy.ops.object.mode_set(mode="EDIT")

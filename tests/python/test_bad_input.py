@@ -163,6 +163,10 @@ CASES: dict[str, tuple[Callable[[], Any], type[ff.FlipfreeError], str, list[str]
         lambda: ff.match(*bumpy_grid(3, 3), points={5: (1e39, 0.0)}),
         ff.InvalidInput, "coordinate is not finite", ["points", "1e+39"],
     ),
+    "map with flips": (
+        lambda: ff.improve((*quad(), [[(0, 0), (1, 0), (1, 1)], [(0, 0), (0, 1), (1, 1)]])),
+        ff.InvalidInput, "map has flips", ["the first is face 1", "Unwrap"],
+    ),
     "UVs of the wrong shape": (
         lambda: ff.certify(*quad(), np.zeros((2, 2, 2))),
         ff.InvalidInput, "array of the wrong shape", ["uv", "(2, 3, 2)"],
@@ -206,6 +210,7 @@ MAPS: dict[str, Callable[[np.ndarray, np.ndarray], ff.Parametrization]] = {
     "match": lambda v, f: ff.match(v, f, points={0: (0.0, 0.0), 40: (1.0, 1.0), 44: (1.0, 0.0)}),
     "conformal": conformal_to_a_disk,
     "improve": lambda v, f: ff.improve(ff.embed(v, f)),
+    "pack": lambda v, f: ff.pack(v, f, ff.embed(v, f).uv),
 }
 
 

@@ -36,6 +36,8 @@ std::string_view describe(ErrorCode code) {
       return "not an edge of the mesh";
     case ErrorCode::kBadOption:
       return "bad option";
+    case ErrorCode::kFlippedMap:
+      return "map has flips";
     case ErrorCode::kBadBoundary:
       return "bad boundary";
     case ErrorCode::kNotConvex:

@@ -30,6 +30,7 @@ enum class ErrorCode {
   kNotADisk,
   kNotAnEdge,
   kBadOption,
+  kFlippedMap,
   kBadBoundary,
   kNotConvex,
   kBadPins,

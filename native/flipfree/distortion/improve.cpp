@@ -10,13 +10,12 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
-#include "flipfree/certify/flips.h"
 #include "flipfree/distortion/boundary_grid.h"
 #include "flipfree/distortion/energy.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/distortion/targets.h"
+#include "flipfree/distortion/valid_map.h"
 #include "flipfree/mesh/cut.h"
-#include "flipfree/mesh/validate.h"
 
 namespace flipfree {
 namespace {
@@ -35,24 +34,6 @@ struct ChartMap {
   bool bijective = false;
   Stats stats;
 };
-
-void check_map(const Surface& surface, const Points2& corner_uv, const ExecutionContext& context) {
-  validate(surface, {}, context);
-  if (corner_uv.rows() != 3 * surface.faces.rows()) {
-    throw_invalid(ErrorCode::kBadShape, "uv has " + std::to_string(corner_uv.rows()) +
-                                            " rows for " + std::to_string(surface.faces.rows()) +
-                                            " faces. Give one row per face corner.");
-  }
-  std::vector<FaceId> flipped = flipped_faces(corner_uv);
-  if (flipped.empty()) return;
-  const std::string what =
-      std::to_string(flipped.size()) +
-      " triangles of the map are flipped, collapsed or not finite, the first is face " +
-      std::to_string(flipped.front());
-  if (flipped.size() > 1000) flipped.resize(1000);
-  throw_invalid(ErrorCode::kBadOption, what + ". Unwrap the mesh instead of improving its map.",
-                ElementKind::kFace, std::move(flipped));
-}
 
 // Corner pins as targets of chart vertices; corners of one vertex must agree.
 void assign_pins(const Surface& surface, const std::vector<Chart>& charts,
@@ -230,7 +211,7 @@ Parametrization improve(const Surface& surface, const Points2& corner_uv,
                         const ImproveOptions& options, ExecutionContext& context) {
   const Stopwatch watch;
   context.report("checking the map", 0.0);
-  check_map(surface, corner_uv, context);
+  require_valid_map(surface, corner_uv, context);
   const Adjacency adjacency =
       build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
   const EdgeFlags cuts = uv_cuts(adjacency, corner_uv);

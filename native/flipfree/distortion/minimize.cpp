@@ -26,7 +26,7 @@ void distortion::check_start(const Surface& chart, const Points2& uv,
     const std::string count = std::to_string(flipped.size());
     const std::string first = std::to_string(flipped.front());
     if (flipped.size() > 1000) flipped.resize(1000);
-    throw_invalid(ErrorCode::kBadOption,
+    throw_invalid(ErrorCode::kFlippedMap,
                   "The initial map has " + count +
                       " flipped or collapsed triangles, the first is face " + first +
                       ". Unwrap it instead of improving it.",

@@ -144,8 +144,10 @@ bool walk_pins(RefinedMap& map, const Constraints& constraints, Index added_limi
     }
     // Nobody can move: make room here, and go on with the same pin from where it stopped.
     waiting.push_front(pin);
-    if (map.surface.mesh.vertex_count() - before >= added_limit) break;
+    const Index present = map.surface.mesh.vertex_count();
+    if (present - before >= added_limit) break;
     walker.refine_around(pin.vertex);
+    if (map.surface.mesh.vertex_count() == present) break;  // no inner edge can be split
     ++splits;
   }
   stats["walk.refinements"] = splits;

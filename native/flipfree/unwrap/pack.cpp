@@ -9,33 +9,17 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/certify/certify.h"
-#include "flipfree/certify/flips.h"
 #include "flipfree/distortion/boundary_grid.h"
 #include "flipfree/distortion/rounding.h"
+#include "flipfree/distortion/valid_map.h"
 #include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/topology.h"
-#include "flipfree/mesh/validate.h"
 #include "flipfree/unwrap/layout.h"
 
 namespace flipfree {
 namespace {
 
 std::size_t size(Eigen::Index i) { return static_cast<std::size_t>(i); }
-
-void check_map(const Surface& surface, const Points2& corner_uv, const ExecutionContext& context) {
-  validate(surface, {}, context);
-  if (corner_uv.rows() != 3 * surface.faces.rows()) {
-    throw_invalid(ErrorCode::kBadShape, "The UVs need one row per face corner.");
-  }
-  std::vector<FaceId> flipped = flipped_faces(corner_uv);
-  if (flipped.empty()) return;
-  const std::string what =
-      std::to_string(flipped.size()) +
-      " triangles of the map are flipped, collapsed or not finite, the first is face " +
-      std::to_string(flipped.front()) + ". Unwrap the mesh before packing it.";
-  if (flipped.size() > 1000) flipped.resize(1000);
-  throw_invalid(ErrorCode::kBadOption, what, ElementKind::kFace, std::move(flipped));
-}
 
 struct PackedChart {
   Points2 uv;
@@ -159,7 +143,7 @@ Parametrization pack(const Surface& surface, const Points2& corner_uv, const Pac
                      ExecutionContext& context) {
   const Stopwatch watch;
   context.report("packing", 0.0);
-  check_map(surface, corner_uv, context);
+  require_valid_map(surface, corner_uv, context);
   const Adjacency adjacency =
       build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
   const EdgeFlags cuts = uv_cuts(adjacency, corner_uv);

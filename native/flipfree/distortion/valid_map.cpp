@@ -1,0 +1,32 @@
+#include "flipfree/distortion/valid_map.h"
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "flipfree/base/error.h"
+#include "flipfree/certify/flips.h"
+#include "flipfree/mesh/validate.h"
+
+namespace flipfree {
+
+void require_valid_map(const Surface& surface, const Points2& corner_uv,
+                       const ExecutionContext& context) {
+  validate(surface, {}, context);
+  if (corner_uv.rows() != 3 * surface.faces.rows()) {
+    throw_invalid(ErrorCode::kBadShape, "uv has " + std::to_string(corner_uv.rows()) +
+                                            " rows for " + std::to_string(surface.faces.rows()) +
+                                            " faces. Give one row per face corner.");
+  }
+  std::vector<FaceId> flipped = flipped_faces(corner_uv);
+  if (flipped.empty()) return;
+  const std::string what =
+      (flipped.size() == 1 ? "1 triangle of the map is"
+                           : std::to_string(flipped.size()) + " triangles of the map are") +
+      " flipped, collapsed or not finite, the first is face " + std::to_string(flipped.front()) +
+      ". Unwrap the mesh first.";
+  if (flipped.size() > 1000) flipped.resize(1000);
+  throw_invalid(ErrorCode::kFlippedMap, what, ElementKind::kFace, std::move(flipped));
+}
+
+}  // namespace flipfree
