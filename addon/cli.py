@@ -7,8 +7,9 @@
     blender -b -c flipfree conformal IN OUT [--boundary straight] ...
     blender -b -c flipfree check IN
 
-IN and OUT are .blend, .obj, .ply, .glb or .gltf files, IN also .stl; pins, vertex groups and cones come with .blend only. Prints one line
-per object; the exit status is 0 only if every object got its map (otherwise nothing is written) or has nothing wrong (check).
+IN and OUT are .blend, .obj, .ply, .glb or .gltf files, IN also .stl; pins, vertex groups and cones come with .blend only. Prints
+one line per object; the exit status is 0 only if every object got its map (otherwise nothing is written) or has nothing wrong
+(check).
 """
 
 import argparse

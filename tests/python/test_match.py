@@ -52,6 +52,19 @@ def test_small_moves_add_no_vertices() -> None:
     assert_pins_met(result, points)
 
 
+@pytest.mark.parametrize("engine", ["auto", "first try"])
+def test_a_triangle_pinned_the_wrong_way_round_ends(engine: str) -> None:
+    vertices, faces = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], float), [[0, 1, 2]]
+    points = {0: (0.0, 0.0), 1: (0.0, 1.0), 2: (1.0, 0.0)}
+    try:
+        result = ff.match(vertices, faces, points=points, engine=engine)
+    except (ff.Infeasible, ff.NotConverged) as error:
+        assert str(error)
+    else:  # the boundary is free between the pins, so a refined map may exist
+        assert result.certificate.ok
+        assert_pins_met(result, points)
+
+
 def test_whole_boundary_with_collinear_samples() -> None:
     vertices, faces = bumpy_grid(10, 10)
     loop = boundary_of_grid(10, 10)
