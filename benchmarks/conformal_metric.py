@@ -72,14 +72,16 @@ def disk(rings: int) -> Mesh:
     return np.array(points), np.array(faces, np.int32)
 
 
-def plate(holes: int, fineness: int = 1) -> Mesh:
-    """A square plate with that many square holes: closed, genus `holes`; walls and holes are `fineness` voxels wide."""
-    columns = int(np.ceil(np.sqrt(holes)))
-    rows = -(-holes // columns)
-    filled = np.ones((2 * columns + 1, 2 * rows + 1, 1), bool)
-    for h in range(holes):
-        filled[2 * (h % columns) + 1, 2 * (h // columns) + 1, 0] = False
-    padded = np.pad(np.kron(filled, np.ones((fineness,) * 3, bool)), 1)
+def g_torus(genus: int, hole: int = 3, wall: int = 2, smoothing: int = 2) -> Mesh:
+    """A plate with `genus` square holes in rows, as the shared gtorusNNN: voxels, thickness `wall`, corners smoothed."""
+    columns = int(np.ceil(np.sqrt(genus))) if genus > 6 else genus
+    rows = -(-genus // columns)
+    period = hole + wall
+    filled = np.ones((period * columns + wall, period * rows + wall, wall), bool)
+    for h in range(genus):
+        x, y = period * (h % columns) + wall, period * (h // columns) + wall
+        filled[x : x + hole, y : y + hole] = False
+    padded = np.pad(filled, 1)
     quads = []
     for axis in range(3):
         for sign in (0, 1):
@@ -94,7 +96,15 @@ def plate(holes: int, fineness: int = 1) -> Mesh:
                 quads.append(quad if sign else quad[::-1])
     keys, index = np.unique(np.array(quads).reshape(-1, 3), axis=0, return_inverse=True)
     q = index.reshape(-1, 4)
-    return keys.astype(float), np.concatenate([q[:, [0, 1, 2]], q[:, [0, 2, 3]]]).astype(np.int32)
+    faces = np.concatenate([q[:, [0, 1, 2]], q[:, [0, 2, 3]]]).astype(np.int32)
+    points = keys.astype(float)
+    for _ in range(smoothing):
+        total, count = np.zeros_like(points), np.zeros(len(points))
+        for k in range(3):
+            np.add.at(total, faces[:, k], points[faces[:, (k + 1) % 3]])
+            np.add.at(count, faces[:, k], 1)
+        points = 0.5 * (points + total / count[:, None])
+    return points, faces
 
 
 def boundary_vertices(faces: npt.NDArray[np.int32]) -> npt.NDArray[np.intp]:

@@ -28,6 +28,16 @@ struct Gradient {
   double noise = 0.0;  // estimate of the rounding error in `value`
 };
 
+// Numbers per unknown as unevaluated sums of two doubles: where triangles are needles, scale
+// factors of neighbours must agree to far more places than a double has. `low` may be empty.
+struct FineVector {
+  std::vector<double> high;
+  std::vector<double> low;
+};
+
+// The same in any precision, to hand over from one engine to the next.
+using ScaleLogarithms = std::vector<BigFloat<64>>;
+
 class MetricEngine {
  public:
   virtual ~MetricEngine() = default;
@@ -35,9 +45,17 @@ class MetricEngine {
   virtual int bits() const = 0;
   virtual const IntrinsicMesh& mesh() const = 0;
 
-  // Multiplies the length of every edge (i, j) by factor[unknown i] * factor[unknown j]; factors
-  // are positive.
-  virtual void scale(const std::vector<double>& factor) = 0;
+  // Other target angles than those of the input, from the next evaluation on.
+  virtual void set_target(const std::vector<double>& target) = 0;
+
+  // Multiplies the length of every edge (i, j) by exp(x_i + x_j). If x has no low parts, what is
+  // taken for exp(x) - 1 is the nearest double, exactly; else exp is computed in full.
+  virtual void scale(const FineVector& x) = 0;
+  // Logarithms of all factors so far (u / 2), and a fresh engine's way to there: in stages, since a
+  // long way at once would go through triangulations far from both ends and cost many times the
+  // flips. False if lengths leave the exponent range.
+  virtual ScaleLogarithms scaled_so_far() const = 0;
+  virtual bool go_to(const ScaleLogarithms& x, ExecutionContext& context) = 0;
   // Ptolemy flips until every edge is Delaunay (Weeks' algorithm, 4.2.4). False if it gave up:
   // lengths left the exponent range, or the number of flips exceeded a multiple of the number of
   // edges.
@@ -49,10 +67,14 @@ class MetricEngine {
 
   // Nonlinear relaxation: for each unknown listed, in order, moves its scale factor alone until its
   // own angle error is at most `accuracy` (a monotone equation in one variable; the triangulation
-  // around it is kept Delaunay). Adds the changes to `u`. Every move lowers the convex energy.
+  // around it is kept Delaunay). Every move lowers the convex energy.
   // False if the engine could not follow.
-  virtual bool relax(const std::vector<VertexId>& unknowns, double accuracy, std::vector<double>& u,
+  virtual bool relax(const std::vector<VertexId>& unknowns, double accuracy,
                      ExecutionContext& context) = 0;
+
+  // Remembers the present metric, and returns to the one remembered last. Copies all arrays.
+  virtual void remember() = 0;
+  virtual void go_back() = 0;
 
   // Flips done so far, of which the first euclidean_flips() are Euclidean.
   virtual const std::vector<FlipRecord>& flips() const = 0;

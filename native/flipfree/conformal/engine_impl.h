@@ -18,7 +18,7 @@ template <typename T>
 class ScalarEngine final : public MetricEngine {
  public:
   ScalarEngine(const EngineInput& input, int bits, ExecutionContext& context)
-      : input_(input), bits_(bits), mesh_(input.setup.mesh) {
+      : input_(input), target_(input.target), bits_(bits), mesh_(input.setup.mesh) {
     initialise_lengths();
     initial_length_ = length_;
     const std::size_t edges = mesh_.edge_count();
@@ -40,19 +40,55 @@ class ScalarEngine final : public MetricEngine {
   std::size_t euclidean_flips() const override { return euclidean_flips_; }
   std::size_t exact_tests() const override { return exact_tests_; }
 
-  void scale(const std::vector<double>& growth) override {
+  void set_target(const std::vector<double>& target) override {
+    target_ = target;
+    exact_target_.clear();
+  }
+
+  void scale(const FineVector& x) override {
+    using std::exp;
     const T one = T(1.0);
-    factor_.resize(growth.size());
-    for (std::size_t v = 0; v < growth.size(); ++v) {
-      factor_[v] = one + Traits::make(growth[v], bits_);
+    factor_.resize(x.high.size());
+    for (std::size_t v = 0; v < x.high.size(); ++v) {
+      if (x.low.empty()) {
+        factor_[v] = one + Traits::make(std::expm1(x.high[v]), bits_);
+      } else if constexpr (Traits::kIsDouble) {
+        factor_[v] = one + (std::expm1(x.high[v]) + x.low[v]);
+      } else {
+        factor_[v] = exp(Traits::make(x.high[v], bits_) + Traits::make(x.low[v], bits_));
+      }
       factor_product_[v] *= factor_[v];
     }
-    for (std::size_t e = 0; e < length_.size(); ++e) {
-      const T& fi = factor_[at(mesh_.unknown[at(mesh_.origin[2 * e])])];
-      const T& fj = factor_[at(mesh_.unknown[at(mesh_.origin[2 * e + 1])])];
-      length_[e] = (length_[e] * fi) * fj;
+    apply_factors();
+  }
+
+  ScaleLogarithms scaled_so_far() const override {
+    using std::log;
+    ScaleLogarithms x(factor_product_.size());
+    for (std::size_t v = 0; v < x.size(); ++v) x[v] = Traits::to_big(log(factor_product_[v]));
+    return x;
+  }
+
+  bool go_to(const ScaleLogarithms& x, ExecutionContext& context) override {
+    using std::exp;
+    constexpr double kStageRange = 2.0;
+    std::vector<T> part(x.size());
+    double low = std::numeric_limits<double>::infinity();
+    double high = -low;
+    for (std::size_t v = 0; v < x.size(); ++v) {
+      part[v] = Traits::from_big(x[v], bits_);
+      low = std::min(low, Traits::to_double(part[v]));
+      high = std::max(high, Traits::to_double(part[v]));
     }
-    shadow_valid_ = false;
+    const double stages = std::clamp(std::ceil((high - low) / kStageRange), 1.0, 1000.0);
+    factor_.resize(x.size());
+    for (std::size_t v = 0; v < x.size(); ++v) factor_[v] = exp(part[v] / T(stages));
+    for (double stage = 0; stage < stages; ++stage) {
+      for (std::size_t v = 0; v < x.size(); ++v) factor_product_[v] *= factor_[v];
+      apply_factors();
+      if (!restore_delaunay(context)) return false;
+    }
+    return true;
   }
 
   bool restore_delaunay(ExecutionContext& context) override {
@@ -66,9 +102,9 @@ class ScalarEngine final : public MetricEngine {
         return;
       }
     }
-    const std::size_t unknowns = input_.target.size();
+    const std::size_t unknowns = target_.size();
     out.value.resize(unknowns);
-    std::copy(input_.target.begin(), input_.target.end(), out.value.begin());
+    std::copy(target_.begin(), target_.end(), out.value.begin());
     out.half_cotangent.assign(mesh_.halfedge_count(), 0.0);
     double smallest = 1.0;
     for (std::size_t f = 0; f < mesh_.face_count(); ++f) {
@@ -102,22 +138,21 @@ class ScalarEngine final : public MetricEngine {
     finish_gradient(out);
   }
 
-  bool relax(const std::vector<VertexId>& unknowns, double accuracy, std::vector<double>& u,
+  bool relax(const std::vector<VertexId>& unknowns, double accuracy,
              ExecutionContext& context) override {
     index_stars();
     refresh_shadow();
+    const std::size_t most_flips = flips_.size() + kRelaxFlips * mesh_.edge_count();
     for (const VertexId v : unknowns) {
       context.check();
-      double low = -std::numeric_limits<double>::infinity();
-      double high = -low;
+      if (flips_.size() > most_flips) break;
+      double low = -kRelaxMove;
+      double high = kRelaxMove;
       double offset = 0.0;
       for (int i = 0; i < 60; ++i) {
         double slope = 0.0;
-        const double error = input_.target[at(v)] - star_angle(v, slope);
-        if (!std::isfinite(error)) {
-          u[at(v)] += offset;
-          return false;
-        }
+        const double error = target_[at(v)] - star_angle(v, slope);
+        if (!std::isfinite(error)) return false;
         if (std::abs(error) <= accuracy) break;
         // The error grows with the scale factor.
         (error > 0.0 ? high : low) = offset;
@@ -125,18 +160,28 @@ class ScalarEngine final : public MetricEngine {
         step = std::clamp(step, -2.0, 2.0);
         double next = offset + step;
         if (!(next > low && next < high)) next = 0.5 * (low + high);
-        // Not finite: the step was lost in rounding before both ends of the bracket were known.
-        if (next == offset || !std::isfinite(next)) break;
+        if (next == offset) break;  // lost in rounding
         const bool followed = scale_star(v, std::expm1(0.5 * (next - offset)), context);
         offset = next;
-        if (!followed) {
-          u[at(v)] += offset;
-          return false;
-        }
+        if (!followed) return false;
       }
-      u[at(v)] += offset;
     }
     return true;
+  }
+
+  void remember() override {
+    memory_.mesh = mesh_;
+    memory_.length = length_;
+    memory_.factor_product = factor_product_;
+    memory_.flips = flips_.size();
+  }
+  void go_back() override {
+    mesh_ = memory_.mesh;
+    length_ = memory_.length;
+    factor_product_ = memory_.factor_product;
+    flips_.resize(memory_.flips);
+    star_.clear();
+    shadow_valid_ = false;
   }
 
   void finish(ConformalMetric& result) const override {
@@ -182,6 +227,10 @@ class ScalarEngine final : public MetricEngine {
  private:
   using Traits = ScalarTraits<T>;
   static constexpr double kPi = std::numbers::pi;
+  // Bounds of one relaxation: of each logarithm of a length, and flips per edge. A vertex that
+  // wants to go further waits for the others to follow.
+  static constexpr double kRelaxMove = 2.0;
+  static constexpr std::size_t kRelaxFlips = 4;
   static constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
   static constexpr std::size_t slot(int i) { return static_cast<std::size_t>(i); }
   std::size_t unknown_at(HalfedgeId h) const { return at(mesh_.unknown[at(mesh_.origin[at(h)])]); }
@@ -204,6 +253,15 @@ class ScalarEngine final : public MetricEngine {
       }
       length_[e] = sqrt(sum);
     }
+  }
+
+  void apply_factors() {
+    for (std::size_t e = 0; e < length_.size(); ++e) {
+      const T& fi = factor_[at(mesh_.unknown[at(mesh_.origin[2 * e])])];
+      const T& fj = factor_[at(mesh_.unknown[at(mesh_.origin[2 * e + 1])])];
+      length_[e] = (length_[e] * fi) * fj;
+    }
+    shadow_valid_ = false;
   }
 
   double face_weight(std::size_t f) const {
@@ -255,10 +313,10 @@ class ScalarEngine final : public MetricEngine {
   void index_stars() {
     if (!star_.empty()) return;
     star_.resize(mesh_.vertex_count());
-    mirror_.assign(input_.target.size(), kInvalid);
+    mirror_.assign(target_.size(), kInvalid);
     for (std::size_t h = 0; h < mesh_.halfedge_count(); ++h)
       star_[at(mesh_.origin[h])] = static_cast<HalfedgeId>(h);
-    for (std::size_t v = input_.target.size(); v < mesh_.vertex_count(); ++v) {
+    for (std::size_t v = target_.size(); v < mesh_.vertex_count(); ++v) {
       mirror_[at(mesh_.unknown[v])] = static_cast<VertexId>(v);
     }
   }
@@ -332,7 +390,7 @@ class ScalarEngine final : public MetricEngine {
   void evaluate_exactly(Gradient& out) {
     using std::atan2;
     using std::sqrt;
-    const std::size_t unknowns = input_.target.size();
+    const std::size_t unknowns = target_.size();
     if (exact_target_.empty()) spread_remainder();
     sums_ = exact_target_;
     out.value.resize(unknowns);
@@ -376,15 +434,15 @@ class ScalarEngine final : public MetricEngine {
   }
 
   void spread_remainder() {
-    const std::size_t unknowns = input_.target.size();
+    const std::size_t unknowns = target_.size();
     // Angles of all triangles sum to pi per triangle of the user's mesh.
     const T total =
         Traits::pi(bits_) * T(static_cast<double>(input_.setup.input_halfedge.size() / 3));
     T sum = Traits::make(0.0, bits_);
-    for (const double t : input_.target) sum += T(t);
+    for (const double t : target_) sum += T(t);
     const T share = (total - sum) / T(static_cast<double>(unknowns));
     exact_target_.resize(unknowns);
-    for (std::size_t v = 0; v < unknowns; ++v) exact_target_[v] = T(input_.target[v]) + share;
+    for (std::size_t v = 0; v < unknowns; ++v) exact_target_[v] = T(target_[v]) + share;
   }
 
   // Sign of the Delaunay criterion (4.4) times the product of the four outer lengths: -1 violated,
@@ -565,7 +623,16 @@ class ScalarEngine final : public MetricEngine {
     }
   }
 
+  struct Memory {
+    IntrinsicMesh mesh;
+    std::vector<T> length;
+    std::vector<T> factor_product;
+    std::size_t flips = 0;
+  };
+
   const EngineInput& input_;
+  std::vector<double> target_;
+  Memory memory_;
   int bits_;
   IntrinsicMesh mesh_;
   std::vector<T> length_;

@@ -136,30 +136,16 @@ Index euler_characteristic(const IntrinsicSetup& setup, Index vertex_count, Inde
   return vertex_count - edges + face_count;
 }
 
-// Moves a fresh engine to the scale factors u, in stages: a long way at once would go through
-// triangulations far from both ends and cost many times the flips.
-bool go_to(MetricEngine& engine, const std::vector<double>& u, ExecutionContext& context) {
-  constexpr double kStageRange = 4.0;
-  const auto [low, high] = std::minmax_element(u.begin(), u.end());
-  const int stages =
-      std::max(1, static_cast<int>(std::min(1000.0, std::ceil((*high - *low) / kStageRange))));
-  std::vector<double> growth(u.size());
-  for (std::size_t v = 0; v < u.size(); ++v) growth[v] = std::expm1(0.5 * u[v] / stages);
-  for (int stage = 0; stage < stages; ++stage) {
-    engine.scale(growth);
-    if (!engine.restore_delaunay(context)) return false;
-  }
-  return true;
-}
-
 // The precision ladder: Newton in double, and from where rounding decides, with ever more bits.
 ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
                       ExecutionContext& context) {
   const Stopwatch watch;
   ConformalMetric result;
-  std::vector<double> u(static_cast<std::size_t>(input.vertex_count), 0.0);
+  ScaleLogarithms scale;
   NewtonSystem system;
   NewtonOptions newton;
+  TargetPath path;
+  path.final = input.target;
   newton.tolerance = options.tolerance;
   int bits =
       53;  // also before a given precision: it takes most of the way at a fraction of the cost
@@ -181,12 +167,12 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
     const std::unique_ptr<MetricEngine> engine = make_engine(input, bits, context);
     bool reached = true;
     if (rungs > 1) {
-      reached = go_to(*engine, u, context);
+      reached = engine->go_to(scale, context);
     }
     seconds_start += starting.seconds();
     NewtonRun run;
     if (reached) {
-      run = run_newton(*engine, system, newton, u, context);
+      run = run_newton(*engine, system, newton, path, scale, context);
       result.iterations += run.iterations;
       evaluations += run.evaluations;
       relaxed += run.relaxed_iterations;
@@ -222,11 +208,12 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
     if (last) {
       result.converged = run.end == NewtonEnd::kConverged;
       engine->finish(result);
+      engine->set_target(input.target);
       Gradient gradient;
       engine->evaluate(options.tolerance < 1e-13 ? options.tolerance : 1e-13, gradient);
       result.angle_error = gradient.max_error;
-      result.angles.resize(u.size());
-      for (std::size_t v = 0; v < u.size(); ++v)
+      result.angles.resize(input.target.size());
+      for (std::size_t v = 0; v < input.target.size(); ++v)
         result.angles[v] = input.target[v] - gradient.value[v];
       result.stats["noise"] = run.noise;
       result.stats["stopped_by"] = std::string(run.end == NewtonEnd::kConverged    ? "tolerance"

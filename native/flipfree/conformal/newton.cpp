@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <utility>
 
 namespace flipfree::conformal {
 namespace {
@@ -10,12 +12,27 @@ namespace {
 constexpr double kAlpha = 0.1;       // Armijo-like constant of Algorithm 3
 constexpr double kNormStep = 1e-10;  // below this step the norm decrease is no longer asked for
 constexpr double kSmallestStep = 1e-16;
+constexpr double kMuchLess = 0.5;  // a first step that lowers the norm so far needs no other test
 // When a line search had to cut its step below kShortStep, vertices whose angle is off by more than
 // kRelaxError radians are relaxed one by one, kRelaxSweeps times at most. Chosen by measurement
 // (docs/conformal.md).
 constexpr double kShortStep = 0.3;
 constexpr double kRelaxError = 0.03;
 constexpr int kRelaxSweeps = 4;
+// An error at the start beyond kFar radians is approached on a path of targets (TargetPath). A
+// problem on the way counts as solved below kLoose radians; strides grow while full steps are taken
+// and shrink where they are not. A problem that is not solved in kTries steps is given up: back to
+// the one before, and on with a shorter stride. Relaxation begins earlier on the way. Measured with
+// single cones on g-tori (docs/conformal.md).
+constexpr double kFar = 25.0;
+constexpr double kLoose = 3.0;
+constexpr double kFirstStride = 0.01;
+constexpr double kStrideGrowth = 1.6;
+constexpr double kStrideShrink = 0.5;
+constexpr double kTurnBack = 0.3;
+constexpr double kSmallestStride = 1e-12;
+constexpr int kTries = 8;
+constexpr double kPathShortStep = 0.6;
 
 double dot(const std::vector<double>& a, const std::vector<double>& b) {
   double sum = 0.0;
@@ -36,14 +53,15 @@ double norm(const std::vector<double>& a) {
 // The engine on the ray u + step d.
 class Ray {
  public:
-  Ray(MetricEngine& engine, const std::vector<double>& direction, double accuracy, double tolerance,
+  Ray(MetricEngine& engine, const FineVector& direction, double accuracy, double tolerance,
       NewtonRun& run)
       : engine_(engine),
         direction_(direction),
         accuracy_(accuracy),
         tolerance_(tolerance),
         run_(run) {
-    growth_.resize(direction.size());
+    part_.high.resize(direction.high.size());
+    part_.low.resize(direction.low.size());
   }
 
   // Moves to `step` and evaluates there. False if the engine could not follow; it is then somewhere
@@ -51,9 +69,14 @@ class Ray {
   bool move(double step, Gradient& gradient, ExecutionContext& context) {
     const Stopwatch watch;
     const double change = 0.5 * (step - step_);
-    for (std::size_t v = 0; v < growth_.size(); ++v)
-      growth_[v] = std::expm1(change * direction_[v]);
-    engine_.scale(growth_);
+    for (std::size_t v = 0; v < part_.high.size(); ++v) {
+      part_.high[v] = change * direction_.high[v];
+      if (!part_.low.empty()) {
+        part_.low[v] =
+            std::fma(change, direction_.high[v], -part_.high[v]) + change * direction_.low[v];
+      }
+    }
+    engine_.scale(part_);
     step_ = step;
     ++run_.evaluations;
     const bool followed = engine_.restore_delaunay(context);
@@ -77,21 +100,21 @@ class Ray {
 
  private:
   MetricEngine& engine_;
-  const std::vector<double>& direction_;
+  const FineVector& direction_;
   double accuracy_;
   double tolerance_;
   double step_ = 0.0;
   NewtonRun& run_;
-  std::vector<double> growth_;
+  FineVector part_;
 };
 
 // Algorithm 3, LineSearch. The midpoint of the Armijo-like condition is only evaluated when the
 // full step has passed the minimum along the ray: otherwise the full step is taken by the first
-// test of the loop anyway. On return the engine stands at the step taken and `trial` is the
-// gradient there. False if no step can be told from rounding.
+// test of the loop anyway. A step that halves the norm of the gradient is taken unseen: near
+// needles the projected gradient is a difference of far larger numbers. On return the engine stands
+// at the step taken and `trial` is the gradient there. False if no step can be told from rounding.
 bool line_search(Ray& ray, double first_step, bool ask_norm, const std::vector<double>& d,
-                 const Gradient& start, Gradient& trial, ExecutionContext& context) {
-  const double slope = dot(d, start.value);
+                 double slope, const Gradient& start, Gradient& trial, ExecutionContext& context) {
   const double start_norm = norm(start.value);
   double step = first_step;
   double descending = 0.0;  // largest step seen at which the energy still descends
@@ -99,6 +122,7 @@ bool line_search(Ray& ray, double first_step, bool ask_norm, const std::vector<d
   for (bool first = true;; first = false) {
     const bool moved = known || ray.move(step, trial, context);
     known = false;
+    if (moved && first && norm(trial.value) <= kMuchLess * start_norm) return true;
     const double projected = moved ? dot(d, trial.value) : std::numeric_limits<double>::infinity();
     if (projected <= 0.0) {
       if (!ask_norm || norm(trial.value) < start_norm) return true;
@@ -123,12 +147,11 @@ bool line_search(Ray& ray, double first_step, bool ask_norm, const std::vector<d
 // length serves all. Our cure is nonlinear elimination: those vertices solve their own equation
 // alone, by a monotone search that flips only around them, after which the next Newton direction
 // fits again. It leaves the minimum of the convex energy where it is.
-bool relax(MetricEngine& engine, Ray& ray, Gradient& gradient, std::vector<double>& u,
-           ExecutionContext& context) {
+bool relax(MetricEngine& engine, Ray& ray, Gradient& gradient, ExecutionContext& context) {
   std::vector<VertexId> list;
   for (int sweep = 0; sweep < kRelaxSweeps; ++sweep) {
     list.clear();
-    for (std::size_t v = 0; v < u.size(); ++v) {
+    for (std::size_t v = 0; v < gradient.value.size(); ++v) {
       if (std::abs(gradient.value[v]) > kRelaxError) list.push_back(static_cast<VertexId>(v));
     }
     if (list.empty()) break;
@@ -137,34 +160,78 @@ bool relax(MetricEngine& engine, Ray& ray, Gradient& gradient, std::vector<doubl
       return std::abs(gradient.value[static_cast<std::size_t>(a)]) <
              std::abs(gradient.value[static_cast<std::size_t>(b)]);
     });
-    if (!engine.relax(list, 0.1 * kRelaxError, u, context)) return false;
+    if (!engine.relax(list, 0.1 * kRelaxError, context)) return false;
     ray.evaluate(gradient);
     if (!std::isfinite(gradient.max_error)) return false;
   }
   return true;
 }
 
-}  // namespace
+// Puts the engine on the problem at `share` of the path.
+void aim(MetricEngine& engine, TargetPath& path, double share) {
+  path.reached = std::min(1.0, share);
+  if (path.reached == 1.0) {
+    engine.set_target(path.final);
+    return;
+  }
+  std::vector<double> target(path.final.size());
+  for (std::size_t v = 0; v < target.size(); ++v)
+    target[v] = path.final[v] - (1.0 - path.reached) * path.difference[v];
+  engine.set_target(target);
+}
 
-NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
-                     std::vector<double>& u, ExecutionContext& context) {
+// Algorithm 3. `lost` receives where to go on if the engine lost its way.
+NewtonRun iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
+                  TargetPath& path, std::optional<ScaleLogarithms>& lost,
+                  ExecutionContext& context) {
   const Stopwatch watch;
   NewtonRun run;
   Gradient gradient;
   Gradient trial;
-  std::vector<double> direction(u.size(), 0.0);
+  const std::size_t unknowns = path.final.size();
+  FineVector direction{std::vector<double>(unknowns, 0.0), {}};
   const double accuracy = 1e-13;
-  Ray(engine, direction, accuracy, options.tolerance, run).evaluate(gradient);
+  Ray here(engine, direction, accuracy, options.tolerance, run);
+  if (path.known) aim(engine, path, path.reached);
+  here.evaluate(gradient);
+  if (!path.known) {
+    path.known = true;
+    if (gradient.max_error > kFar && std::isfinite(gradient.max_error)) {
+      path.difference = gradient.value;
+      path.stride = kFirstStride;
+      aim(engine, path, 0.0);
+      here.evaluate(gradient);
+    }
+  }
   run.error_history.push_back(gradient.max_error);
-  std::vector<double> last_good =
-      u;              // where the gradient was finite: what another engine starts from
+  bool on_path = path.reached < 1.0;
+  double solved = path.reached;  // the share of the path to which the engine can go back
+  int tried = 0;
+  if (on_path) engine.remember();
   bool hard = false;  // the norm decrease, a heuristic, is no longer asked for
   const double start_error = std::max(gradient.max_error, options.tolerance);
   for (;;) {
-    last_good = u;
+    if (on_path) {
+      if (gradient.max_error < kLoose) {
+        on_path = path.reached < 1.0;
+        if (on_path) {
+          engine.remember();
+          solved = path.reached;
+          tried = 0;
+          aim(engine, path, path.reached + path.stride);
+          here.evaluate(gradient);
+        }
+      } else if (++tried > kTries && path.stride > kSmallestStride) {
+        engine.go_back();
+        path.stride = kTurnBack * (path.reached - solved);
+        aim(engine, path, solved + path.stride);
+        here.evaluate(gradient);
+        tried = 0;
+      }
+    }
     run.error = gradient.max_error;
     run.noise = gradient.noise;
-    if (run.error <= options.tolerance) {
+    if (run.error <= options.tolerance && path.reached == 1.0) {
       run.end = NewtonEnd::kConverged;
       return run;
     }
@@ -187,39 +254,48 @@ NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOpt
       run.reason = "gradient below its noise";
       return run;
     }
-    if (!system.solve(engine.mesh(), gradient, direction, context) ||
-        !(dot(direction, gradient.value) < 0.0)) {
+    if (!system.solve(engine.mesh(), gradient, direction, context)) {
       run.reason = "no descent direction";
       return run;
     }
     double range = 0.0;
-    for (const double x : direction) range = std::max(range, 2.0 * std::abs(x));
+    for (const double x : direction.high) range = std::max(range, 2.0 * std::abs(x));
     const double first_step = range > options.max_step_range ? options.max_step_range / range : 1.0;
     Ray ray(engine, direction, accuracy, options.tolerance, run);
-    const bool found = line_search(ray, first_step, !hard, direction, gradient, trial, context);
-    for (std::size_t v = 0; v < u.size(); ++v) u[v] += ray.step() * direction[v];
+    const bool found = line_search(ray, first_step, !hard, direction.high, system.slope(), gradient,
+                                   trial, context);
     if (!found) {
-      u = last_good;
       run.reason = "no step along the direction";
       return run;
     }
     std::swap(gradient, trial);
     ++run.iterations;
-    if (ray.step() < kShortStep) {
+    path.stride *= ray.step() >= 1.0 ? kStrideGrowth : ray.step() < 0.5 ? kStrideShrink : 1.0;
+    if (ray.step() < (path.reached < 1.0 ? kPathShortStep : kShortStep)) {
       hard = true;
       ++run.relaxed_iterations;
-      last_good = u;
+      ScaleLogarithms before = engine.scaled_so_far();
       const Stopwatch relaxing;
-      const bool relaxed = relax(engine, ray, gradient, u, context);
+      const bool relaxed = relax(engine, ray, gradient, context);
       run.seconds_relax += relaxing.seconds();
       if (!relaxed) {
-        u = last_good;
+        lost = std::move(before);
         run.reason = "relaxation left the range of numbers";
         return run;
       }
     }
     run.error_history.push_back(gradient.max_error);
   }
+}
+
+}  // namespace
+
+NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
+                     TargetPath& path, ScaleLogarithms& scale, ExecutionContext& context) {
+  std::optional<ScaleLogarithms> lost;
+  const NewtonRun run = iterate(engine, system, options, path, lost, context);
+  scale = lost ? std::move(*lost) : engine.scaled_so_far();
+  return run;
 }
 
 }  // namespace flipfree::conformal

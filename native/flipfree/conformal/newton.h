@@ -18,6 +18,18 @@ struct NewtonOptions {
   double max_step_range = 10.0;
 };
 
+// Target angles on the straight way from those of the start to the final ones: a chain of problems,
+// each close to the solution of the one before. Every point of it meets Gauss-Bonnet, so every one
+// has a solution. Used where the start is far away (the curvature of many handles in one cone);
+// elsewhere `reached` is 1 from the beginning. Carried over from one precision to the next.
+struct TargetPath {
+  std::vector<double> final;       // the angles asked for
+  std::vector<double> difference;  // final minus start
+  double reached = 1.0;            // the present problem, share of the way
+  double stride = 0.0;             // of the next one
+  bool known = false;              // difference is set
+};
+
 enum class NewtonEnd {
   kConverged,
   kPrecision,  // rounding decides from here on: go on with more bits
@@ -39,10 +51,10 @@ struct NewtonRun {
   double seconds_relax = 0.0;
 };
 
-// Iterates from the engine's present state. `u` receives the sum of the steps (doubles), for
-// another engine to start from. Every step either lowers the convex energy or ends the run. Checks
-// for cancellation in every evaluation.
+// Iterates from the engine's present state. `scale` receives where another engine goes on. Every
+// step either lowers the convex energy or ends the run. Checks for cancellation in every
+// evaluation.
 NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
-                     std::vector<double>& u, ExecutionContext& context);
+                     TargetPath& path, ScaleLogarithms& scale, ExecutionContext& context);
 
 }  // namespace flipfree::conformal

@@ -11,6 +11,16 @@ namespace {
 
 constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
+constexpr int kRounds = 3;          // of refinement, Cholesky
+constexpr int kAccurateRounds = 8;  // with the accurate factorization
+
+void add(FineVector& d, std::size_t i, double x) {
+  const double sum = d.high[i] + x;
+  const double part = sum - d.high[i];
+  d.low[i] += (d.high[i] - (sum - part)) + (x - part);
+  d.high[i] = sum;
+}
+
 }  // namespace
 
 void NewtonSystem::assemble(const IntrinsicMesh& mesh, const Gradient& gradient) {
@@ -77,14 +87,15 @@ void NewtonSystem::assemble(const IntrinsicMesh& mesh, const Gradient& gradient)
   }
 }
 
-double NewtonSystem::residual(const std::vector<double>& g, const std::vector<double>& d,
+double NewtonSystem::residual(const std::vector<double>& g, const FineVector& d,
                               std::vector<double>& r) const {
   // r = -g - H d with H d as weighted differences: no cancellation of diagonals.
   for (std::size_t i = 0; i < g.size(); ++i) r[i] = -g[i];
   for (const Coupling& c : couplings_) {
-    const double flow = c.weight * (d[at(c.high)] - d[at(c.low)]);
-    r[at(c.low)] += flow;
-    r[at(c.high)] -= flow;
+    const std::size_t i = at(c.low), j = at(c.high);
+    const double flow = c.weight * ((d.high[j] - d.high[i]) + (d.low[j] - d.low[i]));
+    r[i] += flow;
+    r[j] -= flow;
   }
   double largest = 0.0;
   for (std::size_t i = 0; i + 1 < r.size(); ++i) largest = std::max(largest, std::abs(r[i]));
@@ -119,8 +130,8 @@ bool NewtonSystem::factorize(ExecutionContext& context) {
   return cholesky_.factorize(matrix_, context);
 }
 
-bool NewtonSystem::solve(const IntrinsicMesh& mesh, const Gradient& gradient,
-                         std::vector<double>& d, ExecutionContext& context) {
+bool NewtonSystem::solve(const IntrinsicMesh& mesh, const Gradient& gradient, FineVector& d,
+                         ExecutionContext& context) {
   const Stopwatch watch;
   const double symbolic_before = seconds_symbolic_;
   const bool solved = find_direction(mesh, gradient, d, context);
@@ -129,7 +140,7 @@ bool NewtonSystem::solve(const IntrinsicMesh& mesh, const Gradient& gradient,
 }
 
 bool NewtonSystem::find_direction(const IntrinsicMesh& mesh, const Gradient& gradient,
-                                  std::vector<double>& d, ExecutionContext& context) {
+                                  FineVector& d, ExecutionContext& context) {
   // A gradient sums to zero; what rounding adds would all land on the fixed unknown.
   std::vector<double> g = gradient.value;
   const std::size_t n = g.size();
@@ -140,47 +151,67 @@ bool NewtonSystem::find_direction(const IntrinsicMesh& mesh, const Gradient& gra
   std::vector<double> r(n);
   // Cholesky first; where it fails or leaves a residual, the factorization that is accurate entry
   // by entry.
+  const auto clear = [&] {
+    d.high.assign(n, 0.0);
+    d.low.assign(n, 0.0);
+  };
   double residual_left = std::numeric_limits<double>::infinity();
   const double good = 1e-8 * gradient.max_error;
   if (!use_accurate_ && factorize(context)) {
     const auto last = static_cast<Eigen::Index>(n - 1);
     Eigen::VectorXd rhs(last);
-    d.assign(n, 0.0);
+    clear();
     double before = residual(g, d, r);
-    for (int round = 0; round < 3; ++round) {
+    for (int round = 0; round < kRounds; ++round) {
       std::copy(r.begin(), r.end() - 1, rhs.data());
       const Eigen::VectorXd x = cholesky_.solve(rhs, context);
-      for (Eigen::Index i = 0; i < last; ++i) d[static_cast<std::size_t>(i)] += x[i];
+      for (Eigen::Index i = 0; i < last; ++i) add(d, static_cast<std::size_t>(i), x[i]);
       residual_left = residual(g, d, r);
       if (!(residual_left > 1e-10 * gradient.max_error) || residual_left > 0.5 * before) break;
       before = residual_left;
     }
   }
+  fine_ = use_accurate_;
   if (!(residual_left <= good)) {
     use_accurate_ = true;
+    fine_ = true;
     ++accurate_factorizations_;
     if (!accurate_.factorize(static_cast<Index>(n), couplings_, context)) return false;
-    d.assign(n, 0.0);
+    clear();
     double before = residual(g, d, r);
-    for (int round = 0; round < 3; ++round) {
-      std::vector<double> x = r;
-      accurate_.solve(x);
-      for (std::size_t i = 0; i < n; ++i) x[i] += d[i];
-      residual_left = residual(g, x, r);
-      if (round > 0 && !(residual_left < 0.5 * before)) break;
-      d = x;
+    FineVector next;
+    for (int round = 0; round < kAccurateRounds; ++round) {
+      accurate_.solve(r);
+      next = d;
+      for (std::size_t i = 0; i < n; ++i) add(next, i, r[i]);
+      residual_left = residual(g, next, r);
+      if (round > 0 && !(residual_left < 0.5 * before)) {
+        residual_left = before;
+        break;
+      }
+      std::swap(d, next);
       before = residual_left;
+      if (before <= 1e-12 * gradient.max_error) break;
     }
   }
-  double low = d[0];
-  double high = d[0];
-  for (const double x : d) {
+  double low = d.high[0];
+  double high = d.high[0];
+  for (const double x : d.high) {
     low = std::min(low, x);
     high = std::max(high, x);
   }
-  if (!std::isfinite(low) || !std::isfinite(high)) return false;
+  if (!std::isfinite(low) || !std::isfinite(high) || !(residual_left < 0.5 * gradient.max_error)) {
+    return false;
+  }
+  slope_ = 0.0;
+  for (const Coupling& c : couplings_) {
+    const std::size_t i = at(c.low), j = at(c.high);
+    const double difference = (d.high[j] - d.high[i]) + (d.low[j] - d.low[i]);
+    slope_ -= c.weight * difference * difference;
+  }
   const double middle = 0.5 * (low + high);
-  for (double& x : d) x -= middle;
+  for (std::size_t i = 0; i < n; ++i) add(d, i, -middle);
+  if (!fine_) d.low.clear();
   return true;
 }
 

@@ -18,8 +18,12 @@ class NewtonSystem {
   // unknowns i and j, and zero row sums; the last unknown is fixed. The symbolic analysis is kept
   // while the pattern stays, its order while only flips changed it. False if the matrix is not
   // positive definite to working precision or the solution not finite.
-  bool solve(const IntrinsicMesh& mesh, const Gradient& gradient, std::vector<double>& direction,
+  // The low parts come from the refinement; they are what counts along heavy couplings.
+  bool solve(const IntrinsicMesh& mesh, const Gradient& gradient, FineVector& direction,
              ExecutionContext& context);
+
+  // Derivative of the energy along the last direction, -d' H d: a sum of squares.
+  double slope() const { return slope_; }
 
   int analyses() const { return analyses_; }
   int accurate_factorizations() const { return accurate_factorizations_; }
@@ -30,12 +34,11 @@ class NewtonSystem {
   double seconds_numeric() const { return seconds_numeric_; }
 
  private:
-  bool find_direction(const IntrinsicMesh& mesh, const Gradient& gradient,
-                      std::vector<double>& direction, ExecutionContext& context);
+  bool find_direction(const IntrinsicMesh& mesh, const Gradient& gradient, FineVector& direction,
+                      ExecutionContext& context);
   bool factorize(ExecutionContext& context);
   void assemble(const IntrinsicMesh& mesh, const Gradient& gradient);
-  double residual(const std::vector<double>& g, const std::vector<double>& d,
-                  std::vector<double>& r) const;
+  double residual(const std::vector<double>& g, const FineVector& d, std::vector<double>& r) const;
 
   std::vector<Coupling> couplings_;  // one per pair of different unknowns, weight > = 0
   std::vector<Coupling> unsorted_;
@@ -46,6 +49,8 @@ class NewtonSystem {
   SparseCholesky cholesky_;
   LaplacianFactor accurate_;
   bool use_accurate_ = false;
+  bool fine_ = false;
+  double slope_ = 0.0;
   int accurate_factorizations_ = 0;
   double order_flops_ = 0.0;
   int orderings_ = 0;

@@ -91,7 +91,8 @@ PinnedMetric compute_pinned_metric(const Surface& surface, const std::vector<dou
   Gradient gradient, trial;
   engine->evaluate(kAccuracy, gradient);
   result.error = masked_error(gradient, pinned);
-  std::vector<double> right(pinned.size()), growth(pinned.size());
+  std::vector<double> right(pinned.size());
+  FineVector part{std::vector<double>(pinned.size()), {}};
   while (result.error > tolerance && result.iterations < kMaxIterations) {
     context.check();
     for (std::size_t v = 0; v < right.size(); ++v) right[v] = -gradient.value[v];
@@ -108,9 +109,8 @@ PinnedMetric compute_pinned_metric(const Surface& surface, const std::vector<dou
     double step = 0.0;
     bool found = false;
     for (double next = first; next >= kSmallestStep * first; next *= 0.5) {
-      for (std::size_t v = 0; v < growth.size(); ++v)
-        growth[v] = std::expm1(0.5 * (next - step) * d[v]);
-      engine->scale(growth);
+      for (std::size_t v = 0; v < d.size(); ++v) part.high[v] = 0.5 * (next - step) * d[v];
+      engine->scale(part);
       step = next;
       if (!engine->restore_delaunay(context)) continue;
       engine->evaluate(kAccuracy, trial);

@@ -20,6 +20,8 @@ struct ScalarTraits<double> {
   static double make(double value, int /*bits*/) { return value; }
   static double pi(int /*bits*/) { return std::numbers::pi; }
   static double to_double(double value) { return value; }
+  static BigFloat<64> to_big(double value) { return BigFloat<64>(value); }
+  static double from_big(const BigFloat<64>& value, int /*bits*/) { return value.to_double(); }
   static double scaled(double value, std::int64_t& exponent) {
     exponent = 0;
     return value;
@@ -34,6 +36,12 @@ struct ScalarTraits<BigFloat<Limbs>> {
   static BigFloat<Limbs> make(double value, int bits) { return BigFloat<Limbs>(value, bits); }
   static BigFloat<Limbs> pi(int bits) { return BigFloat<Limbs>::pi(bits); }
   static double to_double(const BigFloat<Limbs>& value) { return value.to_double(); }
+  static BigFloat<64> to_big(const BigFloat<Limbs>& value) {
+    return BigFloat<64>::rounded(value, value.bits());
+  }
+  static BigFloat<Limbs> from_big(const BigFloat<64>& value, int bits) {
+    return BigFloat<Limbs>::rounded(value, bits);
+  }
   static double scaled(const BigFloat<Limbs>& value, std::int64_t& exponent) {
     return value.to_double_scaled(exponent);
   }
