@@ -10,6 +10,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -50,7 +51,7 @@ class MetricEngine {
 
   // Multiplies the length of every edge (i, j) by exp(x_i + x_j). If x has no low parts, what is
   // taken for exp(x) - 1 is the nearest double, exactly; else exp is computed in full.
-  virtual void scale(const FineVector& x) = 0;
+  virtual void scale(const FineVector& x, ExecutionContext& context) = 0;
   // Logarithms of all factors so far (u / 2), and a fresh engine's way to there: in stages, since a
   // long way at once would go through triangulations far from both ends and cost many times the
   // flips. False if lengths leave the exponent range.
@@ -63,14 +64,15 @@ class MetricEngine {
   // Angles, gradient and cotangents. `accuracy`: absolute error of an angle that is good enough;
   // below 1e-14 angles are computed in the precision of the engine, else in double from
   // well-conditioned quotients.
-  virtual void evaluate(double accuracy, Gradient& out) = 0;
+  virtual void evaluate(double accuracy, Gradient& out, ExecutionContext& context) = 0;
 
   // Nonlinear relaxation: for each unknown listed, in order, moves its scale factor alone until its
   // own angle error is at most `accuracy` (a monotone equation in one variable; the triangulation
   // around it is kept Delaunay). Every move lowers the convex energy.
-  // False if the engine could not follow.
+  // False if the engine could not follow. Bounded moves and flips; leaves the rest undone when
+  // `stop` says so.
   virtual bool relax(const std::vector<VertexId>& unknowns, double accuracy,
-                     ExecutionContext& context) = 0;
+                     const std::function<bool()>& stop, ExecutionContext& context) = 0;
 
   // Remembers the present metric, and returns to the one remembered last. Copies all arrays.
   virtual void remember() = 0;

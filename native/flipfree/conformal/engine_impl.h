@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "flipfree/base/error.h"
+#include "flipfree/conformal/delaunay_test.h"
 #include "flipfree/conformal/engine.h"
 #include "flipfree/conformal/flip_lengths.h"
 #include "flipfree/numeric/scalar.h"
@@ -45,11 +46,12 @@ class ScalarEngine final : public MetricEngine {
     exact_target_.clear();
   }
 
-  void scale(const FineVector& x) override {
+  void scale(const FineVector& x, ExecutionContext& context) override {
     using std::exp;
     const T one = T(1.0);
     factor_.resize(x.high.size());
     for (std::size_t v = 0; v < x.high.size(); ++v) {
+      if (v % kCheckEvery == kCheckEvery - 1) context.check();
       if (x.low.empty()) {
         factor_[v] = one + Traits::make(std::expm1(x.high[v]), bits_);
       } else if constexpr (Traits::kIsDouble) {
@@ -95,10 +97,10 @@ class ScalarEngine final : public MetricEngine {
     return flip_to_delaunay<true>(context);
   }
 
-  void evaluate(double accuracy, Gradient& out) override {
+  void evaluate(double accuracy, Gradient& out, ExecutionContext& context) override {
     if constexpr (!Traits::kIsDouble) {
       if (accuracy < 1e-14) {
-        evaluate_exactly(out);
+        evaluate_exactly(out, context);
         return;
       }
     }
@@ -108,6 +110,7 @@ class ScalarEngine final : public MetricEngine {
     out.half_cotangent.assign(mesh_.halfedge_count(), 0.0);
     double smallest = 1.0;
     for (std::size_t f = 0; f < mesh_.face_count(); ++f) {
+      if (f % kCheckEvery == kCheckEvery - 1) context.check();
       const double weight = face_weight(f);
       if (weight == 0.0) continue;
       HalfedgeId h[3];
@@ -139,13 +142,13 @@ class ScalarEngine final : public MetricEngine {
   }
 
   bool relax(const std::vector<VertexId>& unknowns, double accuracy,
-             ExecutionContext& context) override {
+             const std::function<bool()>& stop, ExecutionContext& context) override {
     index_stars();
     refresh_shadow();
     const std::size_t most_flips = flips_.size() + kRelaxFlips * mesh_.edge_count();
     for (const VertexId v : unknowns) {
       context.check();
-      if (flips_.size() > most_flips) break;
+      if (flips_.size() > most_flips || stop()) break;
       double low = -kRelaxMove;
       double high = kRelaxMove;
       double offset = 0.0;
@@ -227,6 +230,7 @@ class ScalarEngine final : public MetricEngine {
  private:
   using Traits = ScalarTraits<T>;
   static constexpr double kPi = std::numbers::pi;
+  static constexpr std::size_t kCheckEvery = 2048;  // faces, vertices or edges per check for cancel
   // Bounds of one relaxation: of each logarithm of a length, and flips per edge. A vertex that
   // wants to go further waits for the others to follow.
   static constexpr double kRelaxMove = 2.0;
@@ -387,7 +391,7 @@ class ScalarEngine final : public MetricEngine {
 
   // Everything in T, for accuracies beyond double. Target angles are doubles; what their sum misses
   // of Gauss-Bonnet by rounding is spread evenly, since no metric could meet it.
-  void evaluate_exactly(Gradient& out) {
+  void evaluate_exactly(Gradient& out, ExecutionContext& context) {
     using std::atan2;
     using std::sqrt;
     const std::size_t unknowns = target_.size();
@@ -398,6 +402,7 @@ class ScalarEngine final : public MetricEngine {
     const T half_pi = Traits::pi(bits_) / T(2.0);
     double smallest = 1.0;
     for (std::size_t f = 0; f < mesh_.face_count(); ++f) {
+      if (f % kCheckEvery == kCheckEvery - 1) context.check();
       const double weight = face_weight(f);
       if (weight == 0.0) continue;
       HalfedgeId h[3];
@@ -445,28 +450,6 @@ class ScalarEngine final : public MetricEngine {
     for (std::size_t v = 0; v < unknowns; ++v) exact_target_[v] = T(target_[v]) + share;
   }
 
-  // Sign of the Delaunay criterion (4.4) times the product of the four outer lengths: -1 violated,
-  // +1 satisfied, 0 within rounding. Lengths are taken relative to the edge, so only their ratios
-  // must be representable.
-  static int delaunay_sign(double c, double a, double b, double a2, double b2) {
-    const double inverse = 1.0 / c;
-    a *= inverse;
-    b *= inverse;
-    a2 *= inverse;
-    b2 *= inverse;
-    const double ab = a * b;
-    const double ab2 = a2 * b2;
-    const double left = a * a + b * b;
-    const double right = a2 * a2 + b2 * b2;
-    const double sum = (left - 1.0) * ab2 + (right - 1.0) * ab;
-    // Every operand carries at most a few roundings: 16 half-ulps of the sum of absolute values
-    // bound them all.
-    const double bound = 16.0 * 1.2e-16 * ((left + 1.0) * ab2 + (right + 1.0) * ab);
-    if (sum > bound) return 1;
-    if (sum < -bound) return -1;
-    return 0;
-  }
-
   bool violates_delaunay(EdgeId e) {
     const HalfedgeId h = 2 * e;
     const HalfedgeId hn = mesh_.next[at(h)];
@@ -484,19 +467,8 @@ class ScalarEngine final : public MetricEngine {
         if (sign != 0) return sign < 0;
       }
       ++exact_tests_;
-      const T& c = length_[i[0]];
-      const T& a = length_[i[1]];
-      const T& b = length_[i[2]];
-      const T& a2 = length_[i[3]];
-      const T& b2 = length_[i[4]];
-      const T cc = c * c;
-      const T left = a * a + b * b;
-      const T right = a2 * a2 + b2 * b2;
-      const T ab = a * b;
-      const T ab2 = a2 * b2;
-      const T sum = (left - cc) * ab2 + (right - cc) * ab;
-      const T size = (left + cc) * ab2 + (right + cc) * ab;
-      return sum < T(-std::ldexp(16.0, -bits_)) * size;
+      return violates_delaunay_in_full(length_[i[0]], length_[i[1]], length_[i[2]], length_[i[3]],
+                                       length_[i[4]], bits_);
     }
   }
 
@@ -543,6 +515,7 @@ class ScalarEngine final : public MetricEngine {
     refresh_shadow();
     FlipType type = FlipType::kInterior;
     for (std::size_t e = edges; e-- > 0;) {
+      if (e % kCheckEvery == 0) context.check();
       queued_[e] = 0;
       if (violates_delaunay(static_cast<EdgeId>(e)) &&
           flip_type(mesh_, static_cast<EdgeId>(e), type)) {

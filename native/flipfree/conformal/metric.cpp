@@ -210,7 +210,7 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
       engine->finish(result);
       engine->set_target(input.target);
       Gradient gradient;
-      engine->evaluate(options.tolerance < 1e-13 ? options.tolerance : 1e-13, gradient);
+      engine->evaluate(options.tolerance < 1e-13 ? options.tolerance : 1e-13, gradient, context);
       result.angle_error = gradient.max_error;
       result.angles.resize(input.target.size());
       for (std::size_t v = 0; v < input.target.size(); ++v)
@@ -237,6 +237,7 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
   result.stats["accurate_factorizations"] =
       static_cast<std::int64_t>(system.accurate_factorizations());
   result.stats["relaxed_iterations"] = static_cast<std::int64_t>(relaxed);
+  result.stats["target_path"] = static_cast<std::int64_t>(path.difference.empty() ? 0 : 1);
   result.stats["orderings"] = static_cast<std::int64_t>(system.orderings());
   result.stats["symbolic_analyses"] = static_cast<std::int64_t>(system.analyses());
   result.stats["exact_delaunay_tests"] = static_cast<std::int64_t>(exact_tests);

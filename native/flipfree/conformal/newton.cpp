@@ -22,17 +22,17 @@ constexpr int kRelaxSweeps = 4;
 // An error at the start beyond kFar radians is approached on a path of targets (TargetPath). A
 // problem on the way counts as solved below kLoose radians; strides grow while full steps are taken
 // and shrink where they are not. A problem that is not solved in kTries steps is given up: back to
-// the one before, and on with a shorter stride. Relaxation begins earlier on the way. Measured with
-// single cones on g-tori (docs/conformal.md).
-constexpr double kFar = 25.0;
+// the one before, and on with a shorter stride. On the way every step is followed by relaxation.
+// Measured with single cones on g-tori (docs/conformal.md).
+constexpr double kFar = 200.0;
 constexpr double kLoose = 3.0;
 constexpr double kFirstStride = 0.01;
 constexpr double kStrideGrowth = 1.6;
 constexpr double kStrideShrink = 0.5;
 constexpr double kTurnBack = 0.3;
 constexpr double kSmallestStride = 1e-12;
-constexpr int kTries = 8;
-constexpr double kPathShortStep = 0.6;
+constexpr int kTries = 3;
+constexpr double kPathShare = 0.8;  // of the progress
 
 double dot(const std::vector<double>& a, const std::vector<double>& b) {
   double sum = 0.0;
@@ -49,6 +49,16 @@ double norm(const std::vector<double>& a) {
   for (const double x : a) sum += (x / largest) * (x / largest);
   return largest * std::sqrt(sum);
 }
+
+class Deadline {
+ public:
+  explicit Deadline(double seconds) : seconds_(seconds) {}
+  bool over() const { return seconds_ > 0.0 && watch_.seconds() > seconds_; }
+
+ private:
+  Stopwatch watch_;
+  double seconds_;
+};
 
 // The engine on the ray u + step d.
 class Ray {
@@ -76,22 +86,22 @@ class Ray {
             std::fma(change, direction_.high[v], -part_.high[v]) + change * direction_.low[v];
       }
     }
-    engine_.scale(part_);
+    engine_.scale(part_, context);
     step_ = step;
     ++run_.evaluations;
     const bool followed = engine_.restore_delaunay(context);
     run_.seconds_flips += watch.seconds();
     if (!followed) return false;
-    evaluate(gradient);
+    evaluate(gradient, context);
     return std::isfinite(gradient.max_error);
   }
 
-  void evaluate(Gradient& gradient) {
+  void evaluate(Gradient& gradient, ExecutionContext& context) {
     const Stopwatch watch;
-    engine_.evaluate(accuracy_, gradient);
+    engine_.evaluate(accuracy_, gradient, context);
     // Close to the end sums of thousands of angles at one vertex need more than double.
     if (engine_.bits() > 53 && gradient.max_error < std::max(1e-9, 1e2 * tolerance_)) {
-      engine_.evaluate(std::min(tolerance_, 1e-15), gradient);
+      engine_.evaluate(std::min(tolerance_, 1e-15), gradient, context);
     }
     run_.seconds_angles += watch.seconds();
   }
@@ -114,7 +124,8 @@ class Ray {
 // needles the projected gradient is a difference of far larger numbers. On return the engine stands
 // at the step taken and `trial` is the gradient there. False if no step can be told from rounding.
 bool line_search(Ray& ray, double first_step, bool ask_norm, const std::vector<double>& d,
-                 double slope, const Gradient& start, Gradient& trial, ExecutionContext& context) {
+                 double slope, const Gradient& start, Gradient& trial, const Deadline& deadline,
+                 ExecutionContext& context) {
   const double start_norm = norm(start.value);
   double step = first_step;
   double descending = 0.0;  // largest step seen at which the energy still descends
@@ -136,6 +147,7 @@ bool line_search(Ray& ray, double first_step, bool ask_norm, const std::vector<d
       }
     }
     step *= 0.5;
+    if (deadline.over()) return false;
     if (descending > 0.0 && step < kNormStep * first_step)
       return ray.move(descending, trial, context);
     if (step < kSmallestStep * first_step) return false;
@@ -147,21 +159,23 @@ bool line_search(Ray& ray, double first_step, bool ask_norm, const std::vector<d
 // length serves all. Our cure is nonlinear elimination: those vertices solve their own equation
 // alone, by a monotone search that flips only around them, after which the next Newton direction
 // fits again. It leaves the minimum of the convex energy where it is.
-bool relax(MetricEngine& engine, Ray& ray, Gradient& gradient, ExecutionContext& context) {
+bool relax(MetricEngine& engine, Ray& ray, Gradient& gradient, const Deadline& deadline,
+           ExecutionContext& context) {
   std::vector<VertexId> list;
   for (int sweep = 0; sweep < kRelaxSweeps; ++sweep) {
     list.clear();
     for (std::size_t v = 0; v < gradient.value.size(); ++v) {
       if (std::abs(gradient.value[v]) > kRelaxError) list.push_back(static_cast<VertexId>(v));
     }
-    if (list.empty()) break;
+    if (list.empty() || deadline.over()) break;
     // The worst last: its neighbours' moves would spoil it again.
     std::stable_sort(list.begin(), list.end(), [&](VertexId a, VertexId b) {
       return std::abs(gradient.value[static_cast<std::size_t>(a)]) <
              std::abs(gradient.value[static_cast<std::size_t>(b)]);
     });
-    if (!engine.relax(list, 0.1 * kRelaxError, context)) return false;
-    ray.evaluate(gradient);
+    const auto stop = [&] { return deadline.over(); };
+    if (!engine.relax(list, 0.1 * kRelaxError, stop, context)) return false;
+    ray.evaluate(gradient, context);
     if (!std::isfinite(gradient.max_error)) return false;
   }
   return true;
@@ -184,7 +198,7 @@ void aim(MetricEngine& engine, TargetPath& path, double share) {
 NewtonRun iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
                   TargetPath& path, std::optional<ScaleLogarithms>& lost,
                   ExecutionContext& context) {
-  const Stopwatch watch;
+  const Deadline deadline(options.max_seconds);
   NewtonRun run;
   Gradient gradient;
   Gradient trial;
@@ -193,14 +207,14 @@ NewtonRun iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOption
   const double accuracy = 1e-13;
   Ray here(engine, direction, accuracy, options.tolerance, run);
   if (path.known) aim(engine, path, path.reached);
-  here.evaluate(gradient);
+  here.evaluate(gradient, context);
   if (!path.known) {
     path.known = true;
     if (gradient.max_error > kFar && std::isfinite(gradient.max_error)) {
       path.difference = gradient.value;
       path.stride = kFirstStride;
       aim(engine, path, 0.0);
-      here.evaluate(gradient);
+      here.evaluate(gradient, context);
     }
   }
   run.error_history.push_back(gradient.max_error);
@@ -209,7 +223,8 @@ NewtonRun iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOption
   int tried = 0;
   if (on_path) engine.remember();
   bool hard = false;  // the norm decrease, a heuristic, is no longer asked for
-  const double start_error = std::max(gradient.max_error, options.tolerance);
+  const double start_error =
+      std::max(path.difference.empty() ? gradient.max_error : kLoose, options.tolerance);
   for (;;) {
     if (on_path) {
       if (gradient.max_error < kLoose) {
@@ -219,13 +234,13 @@ NewtonRun iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOption
           solved = path.reached;
           tried = 0;
           aim(engine, path, path.reached + path.stride);
-          here.evaluate(gradient);
+          here.evaluate(gradient, context);
         }
       } else if (++tried > kTries && path.stride > kSmallestStride) {
         engine.go_back();
         path.stride = kTurnBack * (path.reached - solved);
         aim(engine, path, solved + path.stride);
-        here.evaluate(gradient);
+        here.evaluate(gradient, context);
         tried = 0;
       }
     }
@@ -239,14 +254,17 @@ NewtonRun iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOption
       run.end = NewtonEnd::kIterations;
       return run;
     }
-    if (options.max_seconds > 0.0 && watch.seconds() > options.max_seconds) {
+    if (deadline.over()) {
       run.end = NewtonEnd::kSeconds;
       return run;
     }
-    // Most of the way is measured in digits of the error.
-    const double fraction = std::clamp(
+    // Most of the way is measured in digits of the error, of a path in its length.
+    const double digits = std::clamp(
         std::log(start_error / run.error) / std::log(start_error / options.tolerance + 1.0), 0.0,
         1.0);
+    const double fraction = path.difference.empty() ? digits
+                            : path.reached < 1.0    ? kPathShare * path.reached
+                                                    : kPathShare + (1.0 - kPathShare) * digits;
     context.report("conformal metric", fraction);
     const ProgressRange still(context, fraction, fraction);  // factorizations report as well
     run.end = NewtonEnd::kPrecision;
@@ -263,20 +281,21 @@ NewtonRun iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOption
     const double first_step = range > options.max_step_range ? options.max_step_range / range : 1.0;
     Ray ray(engine, direction, accuracy, options.tolerance, run);
     const bool found = line_search(ray, first_step, !hard, direction.high, system.slope(), gradient,
-                                   trial, context);
+                                   trial, deadline, context);
     if (!found) {
+      if (deadline.over()) run.end = NewtonEnd::kSeconds;
       run.reason = "no step along the direction";
       return run;
     }
     std::swap(gradient, trial);
     ++run.iterations;
     path.stride *= ray.step() >= 1.0 ? kStrideGrowth : ray.step() < 0.5 ? kStrideShrink : 1.0;
-    if (ray.step() < (path.reached < 1.0 ? kPathShortStep : kShortStep)) {
+    if (path.reached < 1.0 || ray.step() < kShortStep) {
       hard = true;
       ++run.relaxed_iterations;
       ScaleLogarithms before = engine.scaled_so_far();
       const Stopwatch relaxing;
-      const bool relaxed = relax(engine, ray, gradient, context);
+      const bool relaxed = relax(engine, ray, gradient, deadline, context);
       run.seconds_relax += relaxing.seconds();
       if (!relaxed) {
         lost = std::move(before);

@@ -12,7 +12,7 @@ namespace flipfree::conformal {
 struct NewtonOptions {
   double tolerance = 1e-10;
   int max_iterations = 500;
-  double max_seconds = 0.0;  // 0 = never
+  double max_seconds = 0.0;  // 0 = never; looked at after every evaluation and while relaxing
   // A step changes no difference of scale factors by more than this (4.6.1: "the range of the
   // coefficients"): it keeps factors representable and the flips of one trial few.
   double max_step_range = 10.0;

@@ -89,7 +89,7 @@ PinnedMetric compute_pinned_metric(const Surface& surface, const std::vector<dou
   PinnedMetric result;
   result.u.assign(pinned.size(), 0.0);
   Gradient gradient, trial;
-  engine->evaluate(kAccuracy, gradient);
+  engine->evaluate(kAccuracy, gradient, context);
   result.error = masked_error(gradient, pinned);
   std::vector<double> right(pinned.size());
   FineVector part{std::vector<double>(pinned.size()), {}};
@@ -110,10 +110,10 @@ PinnedMetric compute_pinned_metric(const Surface& surface, const std::vector<dou
     bool found = false;
     for (double next = first; next >= kSmallestStep * first; next *= 0.5) {
       for (std::size_t v = 0; v < d.size(); ++v) part.high[v] = 0.5 * (next - step) * d[v];
-      engine->scale(part);
+      engine->scale(part, context);
       step = next;
       if (!engine->restore_delaunay(context)) continue;
-      engine->evaluate(kAccuracy, trial);
+      engine->evaluate(kAccuracy, trial, context);
       if (!std::isfinite(trial.max_error)) continue;
       const double projected = masked_dot(d, trial.value, pinned);
       if (projected <= 0.0 ||

@@ -193,7 +193,7 @@ SuggestedCones suggest_cones(const Surface& surface, const SuggestConesOptions& 
   context.report("suggest cones", 0.0);
   const auto engine = conformal::make_double_engine(input, context);
   conformal::Gradient gradient;
-  engine->evaluate(1e-12, gradient);
+  engine->evaluate(1e-12, gradient, context);
   const double allowed = std::log(options.bound);
   const double most_curvature = 2 * pi - options.least_angle;
   // A closed surface needs one vertex to measure u against: the most curved one, which is the first

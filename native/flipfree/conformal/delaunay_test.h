@@ -1,0 +1,47 @@
+// The Delaunay criterion of an edge (thesis 4.4) on lengths: a filter in double, and the test in
+// full. c is the edge, a and b the other sides of one of its triangles, a2 and b2 those of the
+// other one; no triangle inequality is needed (Penner coordinates). Violations within rounding are
+// none, so that stably co-circular edges are not flipped.
+#pragma once
+
+#include <cmath>
+
+namespace flipfree::conformal {
+
+// Sign of the Delaunay criterion (4.4) times the product of the four outer lengths: -1 violated,
+// +1 satisfied, 0 within rounding. Lengths are taken relative to the edge, so only their ratios
+// must be representable.
+inline int delaunay_sign(double c, double a, double b, double a2, double b2) {
+  const double inverse = 1.0 / c;
+  a *= inverse;
+  b *= inverse;
+  a2 *= inverse;
+  b2 *= inverse;
+  const double ab = a * b;
+  const double ab2 = a2 * b2;
+  const double left = a * a + b * b;
+  const double right = a2 * a2 + b2 * b2;
+  const double sum = (left - 1.0) * ab2 + (right - 1.0) * ab;
+  // Every operand carries at most a few roundings: 16 half-ulps of the sum of absolute values
+  // bound them all.
+  const double bound = 16.0 * 1.2e-16 * ((left + 1.0) * ab2 + (right + 1.0) * ab);
+  if (sum > bound) return 1;
+  if (sum < -bound) return -1;
+  return 0;
+}
+
+// The same in the scalar type of a run with `bits` mantissa bits: violated beyond rounding?
+template <typename T>
+bool violates_delaunay_in_full(const T& c, const T& a, const T& b, const T& a2, const T& b2,
+                               int bits) {
+  const T cc = c * c;
+  const T left = a * a + b * b;
+  const T right = a2 * a2 + b2 * b2;
+  const T ab = a * b;
+  const T ab2 = a2 * b2;
+  const T sum = (left - cc) * ab2 + (right - cc) * ab;
+  const T size = (left + cc) * ab2 + (right + cc) * ab;
+  return sum < T(-std::ldexp(16.0, -bits)) * size;
+}
+
+}  // namespace flipfree::conformal
