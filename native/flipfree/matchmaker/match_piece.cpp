@@ -169,9 +169,12 @@ std::vector<char> held_vertices(const Parametrization& map, const Surface& input
       edges.insert(edge(line.vertices[i - 1], line.vertices[i]));
   }
   const std::vector<VertexId>& loop = request.boundary_loop;
+  const std::set<VertexId> movable(request.movable.begin(), request.movable.end());
   for (std::size_t i = 0; i < loop.size() && !request.boundary_uv.empty(); ++i) {
+    const VertexId next = loop[(i + 1) % loop.size()];
+    if (movable.contains(loop[i])) continue;
     held[static_cast<std::size_t>(loop[i])] = 1;
-    edges.insert(edge(loop[i], loop[(i + 1) % loop.size()]));
+    if (!movable.contains(next)) edges.insert(edge(loop[i], next));
   }
   for (const VertexId v : request.movable) held[static_cast<std::size_t>(v)] = 0;
   for (Eigen::Index v = input.vertices.rows(); v < map.surface.vertices.rows(); ++v) {

@@ -95,6 +95,8 @@ TEST(MatchPiece, ABoundaryMustSayWhichOfSeveralItIs) {
   request.boundary_loop = loops[1];
   const Parametrization map = match_piece(cylinder, request, {}, context);
   EXPECT_TRUE(map.certificate.ok);
+  request.movable = {loops[1][2]};
+  EXPECT_TRUE(match_piece(cylinder, request, {}, context).certificate.ok);
   for (CornerId c = 0; c < map.surface.faces.size(); ++c) {
     for (std::size_t i = 0; i < 8; ++i) {
       if (map.surface.faces.data()[c] == loops[1][i]) {
