@@ -24,6 +24,8 @@ struct MinimizeOptions {
   std::vector<VertexId> fixed;
   // The chart's boundary may not touch itself. Precondition: it does not in the initial map.
   bool bijective = false;
+  // Rounds of pulling that minimize_with_targets() may spend on the way.
+  int max_pulls = 200;
 };
 
 // chart: one disk-like or any other oriented manifold piece, already cut (one UV per vertex).

@@ -18,11 +18,9 @@ constexpr double kShortestStep = 1e-12;
 // Below this relative size a difference of two energies is rounding (sums of 1e6 terms); slopes
 // decide instead.
 constexpr double kEnergyRounding = 1e-11;
-// Targets go this far towards the first flip at once, at most so many times, with so many steps of
-// recovery in between; they have got stuck when this many rounds in a row brought them no more than
-// a hundredth nearer.
+// Targets go this far towards the first flip at once, with so many steps of recovery in between;
+// they have got stuck when this many rounds in a row brought them no more than a hundredth nearer.
 constexpr double kPullShare = 0.7;
-constexpr int kMostPulls = 200;
 constexpr int kRecoveries = 3;
 constexpr int kIdlePulls = 8;
 // This many steps in a row shorter than kCreep lead nowhere.
@@ -267,7 +265,7 @@ double Minimizer::pull(const std::vector<std::pair<VertexId, Vector2>>& targets)
   const double whole = distance();
   double left = whole;
   int idle = 0;
-  for (int round = 0; left > 0 && round < kMostPulls && idle < kIdlePulls; ++round) {
+  for (int round = 0; left > 0 && round < options_.max_pulls && idle < kIdlePulls; ++round) {
     const ProgressRange range(context_, progress_, 1.0);
     context_.report("moving to the targets", 0.5 * (1 - left / whole));
     Points2 motion = Points2::Zero(uv_.rows(), 2);

@@ -3,9 +3,10 @@
 //
 // Removing a vertex retriangulates its star so that every new triangle is positive in the map and
 // in the input face it lies in, both by exact test, and no more distorted than the worst it
-// replaces or a few times the mean. A star that lies on an edge of the input is
-// retriangulated on both sides of that edge. Between passes the map is relaxed, which frees further
-// vertices.
+// replaces or a few times the mean. A star that lies on an edge of the input is retriangulated on
+// both sides of that edge. Before, refined input faces that can be whole again as the map stands
+// are laid straight; between passes the map is relaxed, which frees further vertices; at the end
+// the rest is untangled piece by piece (restore.h).
 #pragma once
 
 #include "flipfree/base/context.h"
@@ -29,5 +30,19 @@ Index remove_vertices(RefinedMap& map, const std::vector<char>& removable,
 // vertices below `keep` keep their ids. Returns the number removed.
 Index thin_out(RefinedMap& map, const std::vector<VertexId>& held, Index keep,
                ExecutionContext& context);
+
+// Lays added vertices straight, where linear interpolation of the input face's corners puts them,
+// in all input faces except those that would be turned over as a whole and those that have to stay
+// with them: what is straight is easily removed. The map stays valid; vertices below `keep` do not
+// move, nor do those that are held. Returns how many vertices are straight.
+Index straighten(RefinedMap& map, const std::vector<VertexId>& held, Index keep,
+                 ExecutionContext& context);
+
+// straighten() and thin_out(). Returns the number removed.
+Index remove_added(RefinedMap& map, const std::vector<VertexId>& held, Index keep,
+                   ExecutionContext& context);
+
+// Without the vertices that no face uses; the input's keep their ids, others move up.
+RefinedMap compacted_map(const RefinedMap& map);
 
 }  // namespace flipfree

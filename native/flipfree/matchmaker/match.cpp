@@ -127,8 +127,8 @@ std::optional<RefinedMap> walked(RefinedSurface& surface, const Constraints& con
   std::optional<Points2> start = first_try(surface, constraints, context, stats);
   if (!start) return std::nullopt;
   RefinedMap map{surface, std::move(*start)};
-  const Index limit = options.engine == MatchEngine::kFirstTry ? 0 : surface.input_vertices() / 2;
-  if (!walk_pins(map, constraints, limit, context, stats)) return std::nullopt;
+  const bool refine = options.engine != MatchEngine::kFirstTry;
+  if (!walk_pins(map, constraints, refine, context, stats)) return std::nullopt;
   if (!lines_are_whole(map.surface, constraints)) return std::nullopt;
   if (options.bijective && overlaps(map.surface, map.uv)) return std::nullopt;
   if (map.surface.mesh.vertex_count() > surface.mesh.vertex_count()) {
@@ -163,7 +163,7 @@ std::optional<RefinedMap> filmed(const RefinedSurface& surface, const Constraint
     for (const PinnedVertex& p : constraints.pins)
       disk.pins.push_back({p.vertex, place.at(p.vertex)});
     const RefinedSurface unpinned = map.surface;
-    if (!walk_pins(map, disk, limit, context, stats))
+    if (!walk_pins(map, disk, constraints.edges.empty(), context, stats))
       map = guaranteed(unpinned, disk, context, stats);
   }
   {
@@ -171,8 +171,7 @@ std::optional<RefinedMap> filmed(const RefinedSurface& surface, const Constraint
     if (!walk_outline(map, film, constraints.edges, limit, context, stats)) return std::nullopt;
   }
   const ProgressRange range(context, 0.9, 1.0);
-  if (!riding && !walk_pins(map, constraints, surface.input_vertices(), context, stats))
-    return std::nullopt;
+  if (!riding && !walk_pins(map, constraints, true, context, stats)) return std::nullopt;
   if (!lines_are_whole(map.surface, constraints)) return std::nullopt;
   if (map.surface.mesh.vertex_count() > surface.mesh.vertex_count())
     map = coarsen(std::move(map), constraints, surface.mesh.vertex_count(), context, stats);

@@ -32,6 +32,24 @@ Support between(const Support& a, const Support& b, double share) {
   return result;
 }
 
+Support rounded_between(const Support& a, const Support& b, double share) {
+  const Support exact = between(a, b, share);
+  Support result;
+  std::size_t count = 0;
+  double rest = 1.0;
+  for (std::size_t i = 0; i < 3 && exact.vertex[i] != kInvalid; ++i) {
+    const bool last = i == 2 || exact.vertex[i + 1] == kInvalid;
+    const double weight =
+        last ? rest
+             : std::min(rest, std::ldexp(std::nearbyint(std::ldexp(exact.weight[i], 52)), -52));
+    rest -= weight;
+    if (weight == 0.0) continue;
+    result.vertex[count] = exact.vertex[i];
+    result.weight[count++] = weight;
+  }
+  return result;
+}
+
 double RefinedSurface::exact_share(HalfedgeId h, double share) const {
   if (share * 16 != std::floor(share * 16)) return 0.5;
   for (const VertexId v : {mesh.source(h), mesh.target(h)}) {
@@ -46,23 +64,43 @@ double RefinedSurface::exact_share(HalfedgeId h, double share) const {
 VertexId RefinedSurface::split_edge(HalfedgeId h, double share) {
   const auto a = static_cast<std::size_t>(mesh.source(h));
   const auto b = static_cast<std::size_t>(mesh.target(h));
-  const VertexId s = mesh.split_edge(h);
   const bool on_input = !support[a].empty() && !support[b].empty();
-  support.push_back(on_input ? between(support[a], support[b], share) : Support{});
-  Vector3 where = (1 - share) * position[a] + share * position[b];
-  if (on_input) {
-    where.setZero();
-    for (std::size_t i = 0; i < 3 && support.back().vertex[i] != kInvalid; ++i) {
-      where += support.back().weight[i] * input->vertices.row(support.back().vertex[i]).transpose();
-    }
-  }
-  position.push_back(where);
+  if (on_input) return split_edge(h, between(support[a], support[b], share));
+  const VertexId s = mesh.split_edge(h);
+  support.push_back({});
+  position.push_back((1 - share) * position[a] + share * position[b]);
   return s;
 }
 
+VertexId RefinedSurface::split_edge(HalfedgeId h, const Support& where) {
+  support.push_back(where);
+  position.push_back(place(where));
+  return mesh.split_edge(h);
+}
+
+VertexId RefinedSurface::split_face(FaceId f, const Support& where) {
+  support.push_back(where);
+  position.push_back(place(where));
+  return mesh.split_face(f);
+}
+
+Vector3 RefinedSurface::place(const Support& s) const {
+  Vector3 where = Vector3::Zero();
+  for (std::size_t i = 0; i < 3 && s.vertex[i] != kInvalid; ++i) {
+    where += s.weight[i] * input->vertices.row(s.vertex[i]).transpose();
+  }
+  return where;
+}
+
 int RefinedSurface::orientation_in_parent(FaceId parent, VertexId a, VertexId b, VertexId c) const {
-  const auto planar = [&](VertexId v) {
-    const Support& s = support[static_cast<std::size_t>(v)];
+  return orientation_in_parent(parent, support[static_cast<std::size_t>(a)],
+                               support[static_cast<std::size_t>(b)],
+                               support[static_cast<std::size_t>(c)]);
+}
+
+int RefinedSurface::orientation_in_parent(FaceId parent, const Support& a, const Support& b,
+                                          const Support& c) const {
+  const auto planar = [&](const Support& s) {
     return Vector2(s.of(input->faces(parent, 1)), s.of(input->faces(parent, 2)));
   };
   return orientation(planar(a), planar(b), planar(c));

@@ -1,11 +1,12 @@
 // The user's disk under refinement: connectivity, and for every vertex where it lies on the input
 // (guarantee G7).
 //
-// Vertices 0 .. input_vertices - 1 are the user's. Vertices added by splits are midpoints or at
-// sixteenths, so their weights are dyadic and exact in double; whether faces keep their orientation
-// within their parent is therefore decided exactly. A collar, if there is one, is a ring of
-// triangles glued around the boundary that only exists during the solve: it makes the boundary free
-// to lie anywhere inside a box. Its faces have no parent (kInvalid), its vertices no support.
+// Vertices 0 .. input_vertices - 1 are the user's. The weights of vertices added by splits are
+// multiples of 2^-52 that sum to one exactly (midpoints, at sixteenths, or rounded to them);
+// whether faces keep their orientation within their parent is therefore decided exactly. A collar,
+// if there is one, is a ring of triangles glued around the boundary that only exists during the
+// solve: it makes the boundary free to lie anywhere inside a box. Its faces have no parent
+// (kInvalid), its vertices no support.
 #pragma once
 
 #include <array>
@@ -27,6 +28,8 @@ struct Support {
 };
 // The point at (1 - share) a + share b.
 Support between(const Support& a, const Support& b, double share);
+// The same, with weights rounded to multiples of 2^-52 that sum to one exactly.
+Support rounded_between(const Support& a, const Support& b, double share);
 
 struct RefinedSurface {
   EditableTriangulation mesh;
@@ -47,8 +50,17 @@ struct RefinedSurface {
   // The share itself if it is a multiple of 1/16 and weights there are exact in double with bits to
   // spare, else 1/2.
   double exact_share(HalfedgeId h, double share) const;
+  // Splits at the point `where` of the edge or of the face, usually found by rounded_between().
+  // Whether the new faces keep their orientation in their parents is for the caller to check
+  // beforehand.
+  VertexId split_edge(HalfedgeId h, const Support& where);
+  VertexId split_face(FaceId f, const Support& where);
   // Exact orientation of three points within input face `parent`: +1 if they turn as the face does.
   int orientation_in_parent(FaceId parent, VertexId a, VertexId b, VertexId c) const;
+  int orientation_in_parent(FaceId parent, const Support& a, const Support& b,
+                            const Support& c) const;
+  // Where a support lies in space.
+  Vector3 place(const Support& s) const;
 };
 
 // Precondition: `surface` was validated as a disk and outlives the result.

@@ -1,38 +1,63 @@
 #include "flipfree/matchmaker/walk_pins.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
-#include <deque>
-#include <set>
+#include <utility>
 
 #include "flipfree/base/error.h"
-#include "flipfree/distortion/energy.h"
-#include "flipfree/distortion/rest_shapes.h"
 #include "flipfree/distortion/targets.h"
+#include "flipfree/matchmaker/coarsen.h"
+#include "flipfree/matchmaker/corridor.h"
 #include "flipfree/matchmaker/first_try.h"
-#include "flipfree/numeric/predicates.h"
+#include "flipfree/matchmaker/push_point.h"
 
 namespace flipfree {
 namespace {
 
-// Newton steps allowed for one pin, and for all of them together.
-constexpr int kStepsPerPin = 60;
+// Rounds of continuation, and Newton steps afterwards: for all pins together, and for one.
+constexpr int kPullsTogether = 60;
 constexpr int kStepsTogether = 200;
-// Triangles split when a pin is blocked: the most distorted ones and those around the pin.
-constexpr std::size_t kSplitFaces = 24;
+constexpr int kPullsPerPin = 12;
+constexpr int kStepsPerPin = 30;
+// Newton steps after a push to the target, after one on the way, and after refinement was taken
+// back.
+constexpr int kStepsAtTarget = 20;
+constexpr int kStepsOnTheWay = 5;
+// Rounds of taking refinement back after a push; they end early when one frees less than this share
+// (in per cent).
+constexpr int kMostRounds = 4;
+constexpr Index kWorthwhile = 10;
+// A push may add so many vertices per vertex of the input, and a few more.
+constexpr Index kMostAddedShare = 2;
+constexpr Index kMostAddedLeast = 10000;
+// Corridors that are tried one after another: how far they reach beyond the leg, in units of its
+// length, and how near they come to obstacles.
+constexpr std::array<std::pair<double, double>, 3> kCorridors = {
+    {{1.0, 0.8}, {0.3, 0.5}, {0.1, 0.2}}};
+// What crossing an edge of the mesh costs a way, in units of the mean distance between edges and of
+// the edge's stretch against that of most edges, up to a bound.
+constexpr double kEdgeCost = 1.0;
+constexpr double kMostStretch = 5.0;
 
 class Walker {
  public:
   Walker(RefinedMap& map, const Constraints& constraints, ExecutionContext& context)
-      : map_(map), constraints_(constraints), context_(context), chart_(to_surface(map.surface)) {
+      : map_(map),
+        constraints_(constraints),
+        keep_(map.surface.mesh.vertex_count()),
+        context_(context),
+        chart_(to_surface(map.surface)) {
     if (!constraints.free_boundary()) held_ = map.surface.boundary;
+    obstacles_.outline = constraints.outline;
   }
 
-  // Moves these pins; true if all arrive. The map is replaced in any case where `keep_partial`,
-  // else on success only.
-  bool move(const std::vector<PinnedVertex>& pins, int steps, bool keep_partial) {
+  // Moves these pins by continuation; true if all arrive, otherwise the map is as before.
+  bool pull(const std::vector<PinnedVertex>& pins, int steps, int pulls) {
     MinimizeOptions options;
     options.max_iterations = steps;
+    options.max_pulls = pulls;
     options.fixed = held_;
     std::vector<std::pair<VertexId, Vector2>> targets;
     for (const PinnedVertex& p : pins) targets.emplace_back(p.vertex, p.uv);
@@ -43,116 +68,150 @@ class Walker {
     } catch (const NotConverged&) {
       return false;  // too squeezed for the Newton system: blocked, like any other
     }
-    const bool arrived = result.missed.empty();
-    if (arrived || keep_partial) map_.uv = std::move(result.uv);
-    if (arrived) {
-      for (const PinnedVertex& p : pins) held_.push_back(p.vertex);
-    }
-    return arrived;
+    if (!result.missed.empty()) return false;
+    map_.uv = std::move(result.uv);
+    for (const PinnedVertex& p : pins) hold(p);
+    return true;
   }
 
-  // Splits the edges of the triangles that resist most. Midpoints keep the map valid up to
-  // rounding, which is checked.
-  void refine_around(VertexId pin) {
-    const std::vector<distortion::RestTriangle> rest =
-        distortion::build_rest_shapes(chart_, context_).triangles;
-    std::vector<std::pair<double, FaceId>> worst;
-    for (FaceId f = 0; f < chart_.faces.rows(); ++f) {
-      const auto at = [&](Index k) { return map_.uv.row(chart_.faces(f, k)).data(); };
-      const distortion::Jacobian j =
-          distortion::jacobian(rest[static_cast<std::size_t>(f)], at(0), at(1), at(2));
-      worst.emplace_back(-distortion::symmetric_dirichlet(j), f);
+  // Pushes a pin to its target; false if rounding or the limit on refinement is in the way.
+  bool push(const PinnedVertex& pin) {
+    look_around();
+    const std::vector<Vector2> way =
+        find_way(map_.uv.row(pin.vertex).transpose(), pin.uv, obstacles_, context_);
+    if (way.empty()) return map_.uv.row(pin.vertex).transpose() == pin.uv;
+    for (std::size_t i = 0; i < way.size(); ++i) {
+      if (!push_leg(pin.vertex, way[i])) return false;
+      const bool last = i + 1 == way.size();
+      if (last) hold(pin);
+      relax(last ? kStepsAtTarget : kStepsOnTheWay, pin.vertex);
+      take_back(pin.vertex);
     }
-    const std::size_t count = std::min(kSplitFaces, worst.size());
-    std::partial_sort(worst.begin(), worst.begin() + static_cast<std::ptrdiff_t>(count),
-                      worst.end());
-    std::set<std::pair<VertexId, VertexId>> edges;
-    const auto add = [&](FaceId f) {
-      for (Index k = 0; k < 3; ++k) {
-        const VertexId a = chart_.faces(f, k);
-        const VertexId b = chart_.faces(f, (k + 1) % 3);
-        edges.emplace(std::min(a, b), std::max(a, b));
-      }
-    };
-    for (std::size_t i = 0; i < count; ++i) add(worst[i].second);
-    for (FaceId f = 0; f < chart_.faces.rows(); ++f) {
-      if (chart_.faces(f, 0) == pin || chart_.faces(f, 1) == pin || chart_.faces(f, 2) == pin)
-        add(f);
-    }
-    RefinedSurface& surface = map_.surface;
-    for (const auto& [a, b] : edges) {
-      const HalfedgeId h = surface.mesh.find(a, b);
-      if (surface.mesh.is_boundary(h)) continue;
-      const Vector2 middle = 0.5 * (map_.uv.row(a) + map_.uv.row(b)).transpose();
-      if (!splits_well(h, middle) || !splits_well(surface.mesh.opposite(h), middle)) continue;
-      surface.split_edge(h);
-      map_.uv.conservativeResize(surface.mesh.vertex_count(), 2);
-      map_.uv.row(map_.uv.rows() - 1) = middle.transpose();
-    }
-    chart_ = to_surface(surface);
+    return true;
   }
 
  private:
-  bool splits_well(HalfedgeId h, const Vector2& middle) const {
+  void hold(const PinnedVertex& pin) {
+    held_.push_back(pin.vertex);
+    obstacles_.points.push_back(pin.uv);
+  }
+
+  // The mesh as the planner of ways sees it. What is drawn out into a tongue, from a pin back to
+  // where it came from, is expensive to cross and cheap to go along: a tongue that is pushed aside
+  // gets longer, and the next one longer still.
+  void look_around() {
+    obstacles_.edges.clear();
     const EditableTriangulation& mesh = map_.surface.mesh;
-    const Vector2 a = map_.uv.row(mesh.source(h)).transpose();
-    const Vector2 b = map_.uv.row(mesh.target(h)).transpose();
-    const Vector2 c = map_.uv.row(mesh.apex(h)).transpose();
-    return orientation(a, middle, c) > 0 && orientation(middle, b, c) > 0;
+    std::vector<double> stretch;
+    for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
+      if (!mesh.alive(h / 3) || mesh.edge(h) != h) continue;
+      const VertexId a = mesh.source(h);
+      const VertexId b = mesh.target(h);
+      const double length = (map_.surface.position[static_cast<std::size_t>(a)] -
+                             map_.surface.position[static_cast<std::size_t>(b)])
+                                .norm();
+      const Vector2 p = map_.uv.row(a).transpose();
+      const Vector2 q = map_.uv.row(b).transpose();
+      stretch.push_back(length > 0 ? (q - p).norm() / length : 0.0);
+      obstacles_.edges.push_back({p, q, stretch.back()});
+    }
+    const auto middle = stretch.begin() + static_cast<std::ptrdiff_t>(stretch.size() / 2);
+    std::nth_element(stretch.begin(), middle, stretch.end());
+    const Vector2 size = (map_.uv.colwise().maxCoeff() - map_.uv.colwise().minCoeff()).transpose();
+    const double mean = kEdgeCost * size.norm() / std::sqrt(static_cast<double>(stretch.size()));
+    for (Obstacles::Edge& e : obstacles_.edges) {
+      e.cost = mean * std::clamp(*middle > 0 ? e.cost / *middle : 1.0, 1.0, kMostStretch);
+    }
+  }
+
+  bool push_leg(VertexId v, const Vector2& goal) {
+    const Vector2 from = map_.uv.row(v).transpose();
+    if (from == goal) return true;
+    std::vector<char> held(map_.surface.position.size(), 0);
+    for (const VertexId h : held_) held[static_cast<std::size_t>(h)] = 1;
+    const Index limit = kMostAddedLeast + kMostAddedShare * map_.surface.input_vertices();
+    for (const auto& [reach, keep] : kCorridors) {
+      const Polygon corridor = corridor_around(from, goal, obstacles_, reach, keep);
+      if (!push_point(map_, v, goal, corridor, held, limit, context_)) continue;
+      chart_ = to_surface(map_.surface);
+      return true;
+    }
+    return false;
+  }
+
+  // Lowers the distortion with all held pins and one more vertex where they are.
+  void relax(int steps, VertexId also) {
+    MinimizeOptions options;
+    options.max_iterations = steps;
+    options.fixed = held_;
+    if (std::find(held_.begin(), held_.end(), also) == held_.end()) options.fixed.push_back(also);
+    Stats unused;
+    try {
+      map_.uv = minimize_distortion(chart_, map_.uv, options, context_, unused);
+    } catch (const NotConverged&) {
+      // As squeezed as it is, the map is valid.
+    }
+  }
+
+  // Removes what refinement it can, so that it does not pile up.
+  void take_back(VertexId moving) {
+    for (int round = 0; round < kMostRounds; ++round) {
+      const Index before = map_.surface.mesh.vertex_count() - keep_;
+      if (before == 0) return;
+      const Index removed = remove_added(map_, held_, keep_, context_);
+      if (removed == 0) return;
+      chart_ = to_surface(map_.surface);
+      relax(kStepsOnTheWay, moving);
+      if (100 * removed < kWorthwhile * before) return;
+    }
   }
 
   RefinedMap& map_;
   const Constraints& constraints_;
+  Index keep_;
   ExecutionContext& context_;
   Surface chart_;
   std::vector<VertexId> held_;
+  Obstacles obstacles_;
 };
 
 }  // namespace
 
-bool walk_pins(RefinedMap& map, const Constraints& constraints, Index added_limit,
+bool walk_pins(RefinedMap& map, const Constraints& constraints, bool refine,
                ExecutionContext& context, Stats& stats) {
   if (constraints.pins.empty()) return true;
-  const Index before = map.surface.mesh.vertex_count();
   Walker walker(map, constraints, context);
-  const ProgressRange quiet(context, 0.0, 0.0);
-  if (walker.move(constraints.pins, kStepsTogether, false)) {
-    stats["walk.mode"] = std::string("together");
-    return true;
+  {
+    const ProgressRange range(context, 0.0, 0.2);
+    if (walker.pull(constraints.pins, kStepsTogether, kPullsTogether)) {
+      stats["walk.mode"] = std::string("together");
+      return true;
+    }
   }
   stats["walk.mode"] = std::string("one by one");
-  std::deque<PinnedVertex> waiting(constraints.pins.begin(), constraints.pins.end());
+  // A push would bend lines, and cannot tell the sheets of a target that overlaps itself apart.
+  const bool may_push = refine && constraints.edges.empty() &&
+                        (constraints.free_boundary() || constraints.simple_outline);
+  std::vector<PinnedVertex> waiting = constraints.pins;
   std::stable_sort(waiting.begin(), waiting.end(),
                    [&](const PinnedVertex& a, const PinnedVertex& b) {
                      return (map.uv.row(a.vertex).transpose() - a.uv).squaredNorm() <
                             (map.uv.row(b.vertex).transpose() - b.uv).squaredNorm();
                    });
-  std::int64_t splits = 0;
-  std::size_t refused = 0;  // pins in a row that could not move
-  while (!waiting.empty()) {
-    const PinnedVertex pin = waiting.front();
-    waiting.pop_front();
-    const bool all_refused = refused >= waiting.size() + 1;
-    if (walker.move({pin}, kStepsPerPin, all_refused)) {
-      refused = 0;
-      continue;
+  std::int64_t pushes = 0;
+  for (std::size_t i = 0; i < waiting.size(); ++i) {
+    const auto share = [&](std::size_t k) {
+      return 0.2 + 0.8 * static_cast<double>(k) / static_cast<double>(waiting.size());
+    };
+    const ProgressRange range(context, share(i), share(i + 1));
+    if (walker.pull({waiting[i]}, kStepsPerPin, kPullsPerPin)) continue;
+    stats["walk.pushes"] = ++pushes;
+    if (!may_push || !walker.push(waiting[i])) {
+      stats["walk.blocked"] = static_cast<std::int64_t>(waiting.size() - i);
+      return false;
     }
-    if (!all_refused) {
-      ++refused;
-      waiting.push_back(pin);
-      continue;
-    }
-    // Nobody can move: make room here, and go on with the same pin from where it stopped.
-    waiting.push_front(pin);
-    const Index present = map.surface.mesh.vertex_count();
-    if (present - before >= added_limit) break;
-    walker.refine_around(pin.vertex);
-    if (map.surface.mesh.vertex_count() == present) break;  // no inner edge can be split
-    ++splits;
   }
-  stats["walk.refinements"] = splits;
-  stats["walk.blocked"] = static_cast<std::int64_t>(waiting.size());
-  return waiting.empty();
+  return true;
 }
 
 }  // namespace flipfree

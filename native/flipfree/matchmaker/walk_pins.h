@@ -2,10 +2,11 @@
 // the way is blocked.
 //
 // First all pins together by continuation (distortion/targets.h). If that stops, one after another,
-// each held once it has arrived; one that is blocked waits for the others, and if all wait, the
-// triangles that block it are split. Every map on the way is valid, so nothing has to be repaired,
-// and interior vertices keep winding once, which untangling with a free boundary does not ensure.
-// There is no guarantee of arrival; MatchMaker++ (pipeline.h) gives that.
+// the nearest first, each held once it has arrived; pins that wait are free, so the others do not
+// wind around them. A pin that continuation does not bring home is pushed (push_point.h) along a
+// way past the held pins (corridor.h), the map relaxed, and refinement taken back (coarsen.h)
+// before the next. Every map on the way is valid, so nothing has to be repaired, and interior
+// vertices keep winding once, which untangling with a free boundary does not ensure.
 #pragma once
 
 #include "flipfree/base/context.h"
@@ -15,9 +16,12 @@
 namespace flipfree {
 
 // Precondition: map.uv is flip-free, a prescribed boundary is at its targets. True if all pins
-// arrived bit for bit; then `map` is the result, otherwise some valid map on the way. At most
-// `added_limit` vertices are added. Stats: "walk.*".
-bool walk_pins(RefinedMap& map, const Constraints& constraints, Index added_limit,
+// arrived bit for bit; then `map` is the result, otherwise some valid map on the way. Without
+// `refine` no vertex is added and nothing pushed. In exact arithmetic pushes always arrive; in
+// doubles they can fail where a map has become so narrow that new vertices cannot be told apart, or
+// where one push would add more than a few times the input's vertices. Lines and targets that
+// overlap themselves are not pushed at all. Stats: "walk.*".
+bool walk_pins(RefinedMap& map, const Constraints& constraints, bool refine,
                ExecutionContext& context, Stats& stats);
 
 }  // namespace flipfree

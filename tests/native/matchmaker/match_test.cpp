@@ -73,6 +73,44 @@ std::vector<VertexId> boundary_of(const Surface& surface) {
       .front();
 }
 
+// Inner vertices stirred about the centre of a circle on which the boundary is held.
+TEST(Match, ThirtyPinsInsideAPrescribedBoundaryArrive) {
+  const Surface surface = test::bumpy_grid(24, 24, 0.15, 3);
+  const std::vector<VertexId> loop = boundary_of(surface);
+  MatchRequest request;
+  request.boundary_loop = loop;
+  for (const VertexId v : loop) {
+    const Vector2 p = surface.vertices.row(v).head<2>().transpose() - Vector2(0.5, 0.5);
+    request.boundary_uv.emplace_back(2.0 * p.normalized());
+  }
+  std::mt19937 random(7);
+  std::vector<char> used(static_cast<std::size_t>(surface.vertices.rows()), 0);
+  for (const VertexId v : loop) used[static_cast<std::size_t>(v)] = 1;
+  const auto coordinate = [&] { return static_cast<double>(random()) * 0x1p-32; };
+  while (request.points.size() < 30) {
+    const auto v = static_cast<VertexId>(random() % static_cast<unsigned>(surface.vertices.rows()));
+    if (used[static_cast<std::size_t>(v)]++ != 0) continue;
+    const Vector2 p = 3.0 * (surface.vertices.row(v).head<2>().transpose() - Vector2(0.5, 0.5));
+    const double turn = 3.0 * std::exp(-p.squaredNorm());
+    const double u = std::cos(turn) * p.x() - std::sin(turn) * p.y() + 0.2 * coordinate();
+    request.points.push_back({v, 0.8 * Vector2(u, std::sin(turn) * p.x() + std::cos(turn) * p.y() +
+                                                      0.2 * coordinate())});
+  }
+  ExecutionContext context;
+  const Parametrization map = match(surface, request, {}, context);
+  expect_met(map, request);
+  EXPECT_LE(map.surface.faces.rows(), 3 * surface.faces.rows());
+}
+
+TEST(Match, TwentyPinsWithAFreeBoundaryArrive) {
+  const Surface surface = test::bumpy_grid(30, 30, 0.15, 3);
+  const MatchRequest request = random_pins(surface, 20, 100);
+  ExecutionContext context;
+  const Parametrization map = match(surface, request, {}, context);
+  expect_met(map, request);
+  EXPECT_LE(map.surface.faces.rows(), 2 * surface.faces.rows());
+}
+
 TEST(Match, WholeBoundaryOnARibbonThatOverlapsItself) {
   const Surface surface = test::grid(40, 4);
   const std::vector<VertexId> loop = boundary_of(surface);
