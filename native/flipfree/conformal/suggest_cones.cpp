@@ -3,8 +3,8 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
-#include <numeric>
 #include <string>
 
 #include "flipfree/base/error.h"
@@ -131,33 +131,48 @@ VertexId extreme_of(const std::vector<double>& u, const std::vector<char>& pinne
   return best;
 }
 
-// Rounds curvatures of the cones to multiples of the quantum so that their sum stays nearly: the
-// largest remainders are rounded up. Cones that become flat are dropped.
-void quantise(std::vector<double>& angles, std::vector<VertexId>& cones, double quantum) {
-  std::vector<double> remainder(cones.size());
-  double total = 0.0;
-  std::vector<double> steps(cones.size());
-  for (std::size_t i = 0; i < cones.size(); ++i) {
-    const double k = (2 * pi - angles[at(cones[i])]) / quantum;
-    total += k;
-    steps[i] = std::floor(k);
-    remainder[i] = k - steps[i];
+// Rounds curvatures of the cones to multiples of the quantum; angles stay positive. What rounding
+// leaves at a cone goes to the next one on a shortest tree through all of them, leaves first:
+// excess and lack then lie side by side, and a dipole is felt only near it, where an excess without
+// a neighbour bends the scale of the whole surface. Cones that become flat are dropped.
+void quantise(const Surface& surface, std::vector<double>& angles, std::vector<VertexId>& cones,
+              double quantum) {
+  const std::size_t count = cones.size();
+  if (count == 0) return;
+  // Prim's algorithm: every cone after the one it hangs on.
+  std::vector<std::size_t> order{0};
+  std::vector<std::size_t> parent(count, 0);
+  std::vector<double> distance(count, std::numeric_limits<double>::infinity());
+  std::vector<char> reached(count, 0);
+  reached[0] = 1;
+  while (order.size() < count) {
+    const std::size_t last = order.back();
+    std::size_t nearest = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (reached[i]) continue;
+      const double d =
+          (surface.vertices.row(cones[i]) - surface.vertices.row(cones[last])).squaredNorm();
+      if (d < distance[i]) {
+        distance[i] = d;
+        parent[i] = last;
+      }
+      if (nearest == 0 || distance[i] < distance[nearest]) nearest = i;
+    }
+    reached[nearest] = 1;
+    order.push_back(nearest);
   }
-  double left = std::round(total) - std::accumulate(steps.begin(), steps.end(), 0.0);
-  std::vector<std::size_t> order(cones.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return remainder[a] > remainder[b]; });
-  for (const std::size_t i : order) {
-    if (left <= 0.5) break;
-    steps[i] += 1.0;
-    left -= 1.0;
-  }
+  const double most = std::ceil(2 * pi / quantum - 1e-9) - 1.0;
+  std::vector<double> wanted(count);
+  for (std::size_t i = 0; i < count; ++i) wanted[i] = (2 * pi - angles[at(cones[i])]) / quantum;
   std::vector<VertexId> kept;
-  for (std::size_t i = 0; i < cones.size(); ++i) {
-    angles[at(cones[i])] = 2 * pi - steps[i] * quantum;
-    if (steps[i] != 0.0) kept.push_back(cones[i]);
+  for (std::size_t k = count; k-- > 0;) {
+    const std::size_t i = order[k];
+    const double steps = std::min(std::round(wanted[i]), most);
+    if (k > 0) wanted[parent[i]] += wanted[i] - steps;
+    angles[at(cones[i])] = 2 * pi - steps * quantum;
+    if (steps != 0.0) kept.push_back(cones[i]);
   }
+  std::reverse(kept.begin(), kept.end());
   cones = kept;
 }
 
@@ -251,7 +266,7 @@ SuggestedCones suggest_cones(const Surface& surface, const SuggestConesOptions& 
   }
   out.scale_ratio = std::exp(range_of(metric.u));
   if (options.quantum > 0.0) {
-    quantise(out.target_angles, out.cones, options.quantum);
+    quantise(surface, out.target_angles, out.cones, options.quantum);
     if (closed) {
       close_gauss_bonnet(out.target_angles, on_boundary, euler, 1e-6);
       conformal::MetricOptions check;
