@@ -104,9 +104,31 @@ def test_crossing_lines_are_named() -> None:
     assert sorted(caught.value.elements) == [24, 25, 70, 71]
 
 
+def test_pins_that_are_one_point_as_stored_are_named() -> None:
+    vertices, faces = bumpy_grid(10, 10)
+    with pytest.raises(ff.Infeasible) as caught:
+        ff.match(vertices, faces, points={30: (1.0, 0.5), 60: (1.0 + 1e-12, 0.5)})
+    assert sorted(caught.value.elements) == [30, 60]
+
+
+def test_a_closed_line_keeps_the_side_that_it_encloses() -> None:
+    vertices, faces = bumpy_grid(6, 6)
+    ring = [16, 17, 18, 25, 32, 31, 30, 23, 16]
+    square = [(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]
+    for chain, points in ((ring, square), (ring[::-1], square[::-1])):
+        result = ff.match(vertices, faces, lines=[(chain, points)])
+        assert result.certificate.ok
+    for chain, points in ((ring, square[::-1]), (ring[::-1], square)):
+        with pytest.raises(ff.Infeasible, match="other way round") as caught:
+            ff.match(vertices, faces, lines=[(chain, points)])
+        assert sorted(caught.value.elements) == sorted(ring[:-1])
+
+
 def test_malformed_requests_are_invalid_input() -> None:
     vertices, faces = bumpy_grid(6, 6)
+    rim = boundary_of_grid(6, 6)
     bad = [
+        {"boundary_uv": vertices[rim, :2], "boundary_loop": rim, "points": {24: (0.5, 0.5)}, "paths": {24: [24, 27]}},
         {"points": {9999: (0, 0)}},
         {"points": {3: (np.nan, 0)}},
         {"boundary_uv": np.zeros((3, 2))},

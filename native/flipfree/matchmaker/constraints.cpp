@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <map>
 #include <string>
+#include <tuple>
 
 #include "flipfree/base/error.h"
 #include "flipfree/numeric/predicates.h"
@@ -41,6 +42,53 @@ class Reader {
                         ", which belongs to no face. Name vertices of the mesh.",
                     ElementKind::kVertex, {v});
     }
+  }
+
+  void check_edge(const std::string& what, VertexId a, VertexId b) const {
+    if (surface_.mesh.find(a, b) != kInvalid) return;
+    throw_invalid(ErrorCode::kNotAnEdge,
+                  what + " runs from " + name(a) + " to " + name(b) +
+                      ", which no edge joins. List vertices along edges.",
+                  ElementKind::kVertex, {a, b});
+  }
+
+  // A closed chain has the inside of its image on the side on which the surface is enclosed.
+  void check_orientation(const std::vector<VertexId>& chain, const Polygon& polyline) const {
+    if (polyline.front() != polyline.back()) return;  // pin() names the vertex with two targets
+    const Polygon corners(polyline.begin(), polyline.end() - 1);
+    const int turns = corners.size() < 3 ? 0 : turning_number(corners);
+    if (turns != 1 && turns != -1) return;  // lines that cross are named later
+    const EditableTriangulation& mesh = surface_.mesh;
+    std::vector<char> wall(static_cast<std::size_t>(mesh.halfedge_slots()), 0);
+    std::vector<FaceId> stack;  // what can be reached on the left of the chain
+    for (std::size_t i = 1; i < chain.size(); ++i) {
+      const HalfedgeId h = mesh.find(chain[i - 1], chain[i]);
+      if (stack.empty() && mesh.source(h) == chain[i - 1]) stack.push_back(h / 3);
+      wall[static_cast<std::size_t>(h)] = 1;
+      if (!mesh.is_boundary(h)) wall[static_cast<std::size_t>(mesh.opposite(h))] = 1;
+    }
+    std::vector<char> seen(static_cast<std::size_t>(mesh.halfedge_slots() / 3), 0);
+    bool enclosed = !stack.empty();  // a boundary loop walked backwards has nothing on its left
+    while (!stack.empty() && enclosed) {
+      const FaceId f = stack.back();
+      stack.pop_back();
+      if (seen[static_cast<std::size_t>(f)] != 0) continue;
+      seen[static_cast<std::size_t>(f)] = 1;
+      for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+        if (wall[static_cast<std::size_t>(h)] != 0) continue;
+        if (mesh.is_boundary(h)) {
+          enclosed = false;
+        } else {
+          stack.push_back(mesh.opposite(h) / 3);
+        }
+      }
+    }
+    if (enclosed == (turns == 1)) return;
+    throw_infeasible(ErrorCode::kContradictoryPins,
+                     "The closed line through " + name(chain[0]) + " and " + name(chain[1]) +
+                         " runs the other way round in the map than on the mesh: every map that "
+                         "meets it is turned over. Reverse its points, or its vertices.",
+                     ElementKind::kVertex, {chain.begin(), chain.end() - 1});
   }
 
   void read_boundary() {
@@ -128,13 +176,9 @@ class Reader {
     }
     for (std::size_t i = 0; i < chain.size(); ++i) {
       check_vertex(chain[i]);
-      if (i > 0 && surface_.mesh.find(chain[i - 1], chain[i]) == kInvalid) {
-        throw_invalid(ErrorCode::kNotAnEdge,
-                      "A line runs from " + name(chain[i - 1]) + " to " + name(chain[i]) +
-                          ", which no edge joins. List vertices along edges.",
-                      ElementKind::kVertex, {chain[i - 1], chain[i]});
-      }
+      if (i > 0) check_edge("A line", chain[i - 1], chain[i]);
     }
+    if (chain.front() == chain.back()) check_orientation(chain, line.polyline);
     while (chain.size() < points) split_longest(chain);
     const std::vector<std::size_t> corner = assign_corners(chain, line.polyline);
     std::vector<double> along = lengths(chain);
@@ -194,7 +238,10 @@ class Reader {
 
   void read_paths() {
     for (const std::vector<VertexId>& path : request_.paths) {
-      for (const VertexId v : path) check_vertex(v);
+      for (std::size_t i = 0; i < path.size(); ++i) {
+        check_vertex(path[i]);
+        if (i > 0) check_edge("A path", path[i - 1], path[i]);
+      }
       const bool pinned = path.size() >= 2 && pins_.count(path.front()) > 0;
       if (!pinned || on_boundary_.count(path.back()) == 0) {
         throw_invalid(ErrorCode::kBadPins,
@@ -270,13 +317,19 @@ class Reader {
       for (std::size_t i = 0; i < result_.outline.size(); ++i)
         all.push_back({surface_.boundary[i], result_.outline[i]});
     }
-    std::sort(all.begin(), all.end(), [](const PinnedVertex& a, const PinnedVertex& b) {
-      return a.uv.x() != b.uv.x()   ? a.uv.x() < b.uv.x()
-             : a.uv.y() != b.uv.y() ? a.uv.y() < b.uv.y()
-                                    : a.vertex < b.vertex;
-    });
+    // Equal as stored is equal, but for neighbours on a dense boundary, which rounding can part.
+    const auto key = [](const PinnedVertex& p) {
+      return std::make_tuple(static_cast<float>(p.uv.x()), static_cast<float>(p.uv.y()), p.uv.x(),
+                             p.uv.y(), p.vertex);
+    };
+    std::sort(all.begin(), all.end(),
+              [&](const PinnedVertex& a, const PinnedVertex& b) { return key(a) < key(b); });
     for (std::size_t i = 0; i + 1 < all.size(); ++i) {
-      if (all[i].uv != all[i + 1].uv) continue;
+      const bool outline =
+          on_boundary_.count(all[i].vertex) != 0 && on_boundary_.count(all[i + 1].vertex) != 0;
+      const bool same = outline ? all[i].uv == all[i + 1].uv
+                                : all[i].uv.cast<float>() == all[i + 1].uv.cast<float>();
+      if (!same) continue;
       throw_infeasible(ErrorCode::kContradictoryPins,
                        "Vertices " + std::to_string(all[i].vertex) + " and " +
                            std::to_string(all[i + 1].vertex) +

@@ -234,7 +234,7 @@ class PatchEmbedder {
         if (failure.error().code == ErrorCode::kCancelled) throw;
         // The ids in the message are the patch's own.
         throw_not_converged(
-            ErrorCode::kCertificateFailed,
+            ErrorCode::kRoundingFlips,
             "A patch of the target is too thin to be mapped in 64-bit coordinates. Move the pins "
             "further apart, or make the target wider.");
       }
