@@ -1,6 +1,6 @@
 """Issue 5, case 3: a surface into a space-filling polygon (Hilbert's curve, thickened) with three random inner pins.
 
-    PYTHONPATH=build/python python3 benchmarks/match_hilbert.py [--data FOLDER] [--orders 3 4 5] [--seeds 3] [--pictures FOLDER]
+    PYTHONPATH=build/python python3 benchmarks/match_hilbert.py [--data FOLDER] [--orders 3 4 5] [--seeds 3] [--pins 3] [--pictures FOLDER]
 """
 
 from __future__ import annotations
@@ -64,6 +64,7 @@ def main() -> None:
     parser.add_argument("--data", default=os.environ.get("FLIPFREE_DATA", "../shared/data"))
     parser.add_argument("--orders", type=int, nargs="+", default=[3, 4, 5])
     parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--pins", type=int, default=3)
     parser.add_argument("--pictures", type=Path, default=None)
     parser.add_argument("files", nargs="*", default=FILES)
     options = parser.parse_args()
@@ -84,9 +85,9 @@ def main() -> None:
                 continue
             for seed in range(options.seeds):
                 random = np.random.default_rng(seed)
-                cells = hilbert(order)[random.choice(4**order, 3, replace=False)]
-                pins = cells + random.uniform(-0.15, 0.15, (3, 2))
-                ids = random.choice(inner, 3, replace=False)
+                cells = hilbert(order)[random.choice(4**order, options.pins, replace=False)]
+                pins = cells + random.uniform(-0.15, 0.15, (options.pins, 2))
+                ids = random.choice(inner, options.pins, replace=False)
                 points = {int(v): (float(p[0]), float(p[1])) for v, p in zip(ids, pins, strict=True)}
                 report(
                     f"{name} seed {seed}",

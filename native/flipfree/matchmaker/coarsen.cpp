@@ -410,4 +410,29 @@ RefinedMap coarsen(RefinedMap map, const Constraints& constraints, Index keep,
   return map;
 }
 
+RefinedMap coarsen_gently(RefinedMap map, const Constraints& constraints, Index keep,
+                          ExecutionContext& context, Stats& stats) {
+  const Index before = map.surface.mesh.vertex_count();
+  std::int64_t passes = 0;
+  for (; passes < kMostPasses && map.surface.mesh.vertex_count() > keep; ++passes) {
+    const double share = static_cast<double>(passes) / kMostPasses;
+    context.report("taking refinement back", share);
+    const ProgressRange quiet(context, share, share);
+    MinimizeOptions options;
+    options.max_iterations = kRelaxIterations;
+    options.fixed = held_vertices(map.surface, constraints);
+    if (thin_out(map, options.fixed, keep, context) == 0) break;
+    if (static_cast<Index>(options.fixed.size()) >= map.surface.mesh.vertex_count()) break;
+    Stats unused;
+    try {
+      map.uv = minimize_distortion(to_surface(map.surface), map.uv, options, context, unused);
+    } catch (const NotConverged&) {
+      break;  // too squeezed to be relaxed; what is removed is removed
+    }
+  }
+  stats["coarsen.removed"] = static_cast<std::int64_t>(before - map.surface.mesh.vertex_count());
+  stats["coarsen.passes"] = passes;
+  return map;
+}
+
 }  // namespace flipfree

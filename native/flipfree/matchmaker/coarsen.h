@@ -21,6 +21,12 @@ namespace flipfree {
 RefinedMap coarsen(RefinedMap map, const Constraints& constraints, Index keep,
                    ExecutionContext& context, Stats& stats);
 
+// As coarsen(), by bounded removals alone (thin_out): fewer vertices go, and the energy stays what
+// it was. For maps whose refinement is what makes them good, not what was in the way of finding
+// them.
+RefinedMap coarsen_gently(RefinedMap map, const Constraints& constraints, Index keep,
+                          ExecutionContext& context, Stats& stats);
+
 // One pass without relaxing, in the order of decreasing vertex ids (the last added first). Returns
 // the number removed; removed vertices stay as isolated ones until compacted.
 Index remove_vertices(RefinedMap& map, const std::vector<char>& removable,

@@ -174,7 +174,7 @@ std::optional<RefinedMap> filmed(const RefinedSurface& surface, const Constraint
   if (!riding && !walk_pins(map, constraints, true, context, stats)) return std::nullopt;
   if (!lines_are_whole(map.surface, constraints)) return std::nullopt;
   if (map.surface.mesh.vertex_count() > surface.mesh.vertex_count())
-    map = coarsen(std::move(map), constraints, surface.mesh.vertex_count(), context, stats);
+    map = coarsen_gently(std::move(map), constraints, surface.mesh.vertex_count(), context, stats);
   return map;
 } catch (const NotConverged& failure) {
   stats["outline.failure"] = failure.error().message;

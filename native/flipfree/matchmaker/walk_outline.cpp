@@ -42,7 +42,7 @@ constexpr double kLong = 0.9;
 // Edges are split at one of so many shares: a power of two, so that weights stay exact.
 constexpr int kShares = 16;
 // Refinement is thinned out when the mesh has grown by this factor.
-constexpr double kThinOutAt = 1.25;
+constexpr double kThinOutAt = 1.5;
 constexpr int kRelaxSteps = 8;
 constexpr std::int64_t kMostFrames = 1000;
 // The way left must shrink by this factor in so many frames.
