@@ -136,7 +136,12 @@ def boundary_angles(snapshot, *, boundary, cones, corners):
 def conformal(snapshot, angles):
     """Starts the conformal map with these (n,) total angles."""
     return jobs.conformal(
-        snapshot.vertices, snapshot.triangles, angles, cuts=snapshot.cuts, threads=THREADS
+        snapshot.vertices,
+        snapshot.triangles,
+        angles,
+        cuts=snapshot.cuts,
+        uncuttable=snapshot.diagonals,
+        threads=THREADS,
     )
 
 

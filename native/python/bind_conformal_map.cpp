@@ -55,8 +55,9 @@ void bind_conformal_map(py::module_& module) {
   module.def(
       "conformal",
       [](const Array<double>& vertices, const Array<Index>& faces,
-         const Array<double>& target_angles, const Array<Index>& cuts, double tolerance, int bits,
-         const std::string& refinement, const py::object& lengths, int threads) {
+         const Array<double>& target_angles, const Array<Index>& cuts,
+         const Array<Index>& uncuttable, double tolerance, int bits, const std::string& refinement,
+         const py::object& lengths, int threads) {
         struct Request {
           Surface surface;
           std::vector<double> target_angles;
@@ -68,6 +69,7 @@ void bind_conformal_map(py::module_& module) {
         request.target_angles.assign(target_angles.data(),
                                      target_angles.data() + target_angles.size());
         request.options.cuts = to_matrix<IndexPairs>(cuts, "cuts");
+        request.options.uncuttable = to_matrix<IndexPairs>(uncuttable, "uncuttable");
         request.options.metric.tolerance = tolerance;
         request.options.metric.bits = bits;
         request.options.refinement = to_refinement(refinement);
@@ -83,8 +85,8 @@ void bind_conformal_map(py::module_& module) {
             threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("target_angles"), py::arg("cuts"),
-      py::arg("tolerance"), py::arg("bits"), py::arg("refinement"), py::arg("lengths"),
-      py::arg("threads"));
+      py::arg("uncuttable"), py::arg("tolerance"), py::arg("bits"), py::arg("refinement"),
+      py::arg("lengths"), py::arg("threads"));
   module.def(
       "suggest_cones",
       [](const Array<double>& vertices, const Array<Index>& faces, double bound, int max_cones,

@@ -47,6 +47,16 @@ def test_a_sheet_is_mapped_with_a_free_boundary():
     assert inner == pytest.approx(2 * math.pi, abs=1e-3)
 
 
+def test_cuts_run_along_the_edges_of_polygons_and_split_none():
+    bpy.ops.mesh.primitive_torus_add()
+    ob = bpy.context.object
+    polygons = [tuple(p.vertices) for p in ob.data.polygons]
+    assert {len(p) for p in polygons} == {4}
+    assert bpy.ops.uv.flipfree_conformal() == {"FINISHED"}
+    assert [tuple(p.vertices) for p in ob.data.polygons] == polygons
+    assert shapes.exact_flips(ob) == 0
+
+
 def test_cones_of_groups_get_exactly_their_angles(capfd):
     ob = quad_sphere()
     eight = corners(ob)

@@ -423,7 +423,10 @@ ConformalMapResult map_from_metric(const Surface& surface, const std::vector<dou
     watch.restart();
   };
   context.report("overlay", 0.0);
-  const EdgeFlags cuts = cut_to_disks(surface, adjacency, given, cones, context);
+  const EdgeFlags avoided = options.uncuttable.rows() == 0
+                                ? EdgeFlags{}
+                                : flag_edges(surface.faces, adjacency, options.uncuttable);
+  const EdgeFlags cuts = cut_to_disks(surface, adjacency, given, cones, avoided, context);
   lap("seconds_cut");
   std::optional<Overlay> overlay;
   try {

@@ -16,6 +16,7 @@ namespace flipfree {
 struct ConformalMapOptions {
   IndexPairs cuts;  // seam edges that the user wants; others are added only where the cones and
                     // handles need them
+  IndexPairs uncuttable;  // edges that added cuts avoid: diagonals of polygons
   Refinement refinement = Refinement::kAuto;
   conformal::MetricOptions metric;
   // An interior vertex is a cone, and lies on a cut, if its target differs from 2 pi by more

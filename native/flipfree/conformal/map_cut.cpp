@@ -1,6 +1,7 @@
 #include "flipfree/conformal/map_cut.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/mesh/shortest_paths.h"
@@ -14,7 +15,8 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 }  // namespace
 
 EdgeFlags cut_to_disks(const Surface& surface, const Adjacency& adjacency, const EdgeFlags& given,
-                       const std::vector<VertexId>& cones, const ExecutionContext& context) {
+                       const std::vector<VertexId>& cones, const EdgeFlags& avoided,
+                       const ExecutionContext& context) {
   const Triangles& faces = surface.faces;
   const auto halfedge_count = static_cast<HalfedgeId>(adjacency.opposite.size());
   EdgeFlags cut = given.empty() ? EdgeFlags(at(halfedge_count), 0) : given;
@@ -23,6 +25,13 @@ EdgeFlags cut_to_disks(const Surface& surface, const Adjacency& adjacency, const
   for (HalfedgeId h = 0; h < halfedge_count; ++h) {
     length[at(h)] =
         (surface.vertices.row(source(faces, h)) - surface.vertices.row(target(faces, h))).norm();
+  }
+  if (!avoided.empty()) {
+    // Longer than any path along other edges.
+    const double detour = std::accumulate(length.begin(), length.end(), 0.0);
+    for (HalfedgeId h = 0; h < halfedge_count; ++h) {
+      if (avoided[at(h)]) length[at(h)] += detour;
+    }
   }
   ShortestPaths forest(faces, adjacency, length);
   std::vector<char> open(adjacency.vertex_halfedge.size(), 0);  // on the boundary or on the cut

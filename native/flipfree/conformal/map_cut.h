@@ -17,8 +17,10 @@ namespace flipfree {
 
 // `cones`: interior vertices that must lie on the graph; a cone on the boundary or on a given cut
 // needs nothing. Precondition: valid surface. Result: both half-edges of every cut edge are
-// flagged, boundary edges are not. Cost: O(#F log #F).
+// flagged, boundary edges are not. Edges flagged in `avoided` (empty, or one flag per half-edge;
+// the diagonals of polygons) are cut only where there is no other way. Cost: O(#F log #F).
 EdgeFlags cut_to_disks(const Surface& surface, const Adjacency& adjacency, const EdgeFlags& given,
-                       const std::vector<VertexId>& cones, const ExecutionContext& context);
+                       const std::vector<VertexId>& cones, const EdgeFlags& avoided,
+                       const ExecutionContext& context);
 
 }  // namespace flipfree

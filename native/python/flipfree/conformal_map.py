@@ -38,6 +38,7 @@ def start_conformal(
     target_angles: Any,
     *,
     cuts: Any = None,
+    uncuttable: Any = None,
     tolerance: float = 1e-10,
     precision: int | str = "auto",
     lengths: Any = None,
@@ -61,6 +62,7 @@ def start_conformal(
         as_indices(faces, "faces", 3),
         as_floats(target_angles, "target_angles"),
         as_indices([] if cuts is None else cuts, "cuts", 2),
+        as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
         as_positive(tolerance, "tolerance"),
         precision_bits(precision),
         refinement,
@@ -76,6 +78,7 @@ def conformal(
     target_angles: Any,
     *,
     cuts: Any = None,
+    uncuttable: Any = None,
     tolerance: float = 1e-10,
     precision: int | str = "auto",
     lengths: Any = None,
@@ -95,6 +98,7 @@ def conformal(
         target_angles: (n,) total angle at every vertex: 2 pi - curvature inside, pi - geodesic curvature on the
             boundary. They must add up (Gauss-Bonnet).
         cuts: (s, 2) vertex pairs: seam edges. More are added only where cones or handles need them.
+        uncuttable: (d, 2) vertex pairs that added cuts avoid where there is another way, such as diagonals of polygons.
         tolerance: largest angle error of the metric, radians. precision: "auto", or mantissa bits.
         lengths: (m, 3) edge lengths (corner k to k + 1) to be used instead of those of the vertex positions.
         original_triangles: "auto" adds points only where a triangle would flip; True never does and raises
@@ -111,6 +115,7 @@ def conformal(
         faces,
         target_angles,
         cuts=cuts,
+        uncuttable=uncuttable,
         tolerance=tolerance,
         precision=precision,
         lengths=lengths,

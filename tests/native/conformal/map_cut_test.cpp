@@ -64,7 +64,7 @@ TEST(MapCut, OpensEveryTopologyIntoDisksWithTheConesOnTheBoundary) {
       std::sort(cones.begin(), cones.end());
       cones.erase(std::unique(cones.begin(), cones.end()), cones.end());
       if (cones.size() < 2 && count >= 2) continue;
-      expect_disks(c.surface, cut_to_disks(c.surface, adjacency, {}, cones, context), cones);
+      expect_disks(c.surface, cut_to_disks(c.surface, adjacency, {}, cones, {}, context), cones);
     }
   }
 }
@@ -77,7 +77,7 @@ TEST(MapCut, GivenCutsStayAndConesOnThemNeedNothing) {
   path << 11 * 3 + 3, 11 * 3 + 4, 11 * 3 + 4, 11 * 3 + 5, 11 * 3 + 5, 11 * 3 + 6;
   const EdgeFlags given = flag_edges(surface.faces, adjacency, path);
   const ExecutionContext context;
-  const EdgeFlags cut = cut_to_disks(surface, adjacency, given, {11 * 3 + 4}, context);
+  const EdgeFlags cut = cut_to_disks(surface, adjacency, given, {11 * 3 + 4}, {}, context);
   for (std::size_t h = 0; h < given.size(); ++h) EXPECT_LE(given[h], cut[h]);
   // The island of cuts is joined to the boundary once: three edges more.
   EXPECT_EQ(flagged_edges(surface.faces, adjacency, cut).rows(), 3 + 3);
@@ -91,9 +91,23 @@ TEST(MapCut, EveryVertexMayBeACone) {
   std::vector<VertexId> cones;
   for (VertexId v = 0; v < n; ++v) cones.push_back(v);
   const ExecutionContext context;
-  const EdgeFlags cut = cut_to_disks(surface, adjacency, {}, cones, context);
+  const EdgeFlags cut = cut_to_disks(surface, adjacency, {}, cones, {}, context);
   EXPECT_EQ(flagged_edges(surface.faces, adjacency, cut).rows(), n - 1);  // a spanning tree
   expect_disks(surface, cut, cones);
+}
+
+TEST(MapCut, AvoidedEdgesAreCutOnlyWhereThereIsNoOtherWay) {
+  const Surface surface = test::torus(9, 7);
+  const Adjacency adjacency =
+      build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const ExecutionContext context;
+  const std::vector<VertexId> cones = {3, 40};
+  const EdgeFlags first = cut_to_disks(surface, adjacency, {}, cones, {}, context);
+  const EdgeFlags second = cut_to_disks(surface, adjacency, {}, cones, first, context);
+  for (std::size_t h = 0; h < first.size(); ++h) EXPECT_FALSE(first[h] && second[h]);
+  expect_disks(surface, second, cones);
+  const EdgeFlags everything(first.size(), 1);
+  expect_disks(surface, cut_to_disks(surface, adjacency, {}, cones, everything, context), cones);
 }
 
 }  // namespace
