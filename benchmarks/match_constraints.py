@@ -83,6 +83,7 @@ def main() -> None:
             report(f"{mesh} {shape}", options.pictures, vertices, faces, **boundary)
         circle = read_targets(folder / f"{mesh}_uv_bd_circ2.txt")
         boundary = {"boundary_loop": list(circle), "boundary_uv": list(circle.values())}
+        report(f"{mesh} circle", options.pictures, vertices, faces, **boundary)
         for count in (3, 10, 30):
             points = read_targets(folder / f"{mesh}_uv_pins{count}.txt")
             report(f"{mesh} {count} free", options.pictures, vertices, faces, points=points)
