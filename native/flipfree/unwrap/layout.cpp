@@ -10,6 +10,12 @@
 namespace flipfree {
 namespace {
 
+// Shelves that are tried: each wider by this factor than the one before, so many of those that fit.
+constexpr double kShelfGrowth = 1.02;
+constexpr int kFittingShelves = 24;
+// Of the square's width that the gaps of a row may take.
+constexpr double kMostGaps = 0.9;
+
 std::vector<Vector2> convex_hull(const Points2& points) {
   using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
   std::vector<Kernel::Point_2> input;
@@ -81,11 +87,14 @@ Placement pack_rectangles(const std::vector<Vector2>& sizes, double margin) {
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return sizes[a].y() > sizes[b].y(); });
+  // Of n rectangles, some sqrt(n) stand side by side; their gaps leave them room.
+  const double side_by_side = std::ceil(std::sqrt(static_cast<double>(sizes.size())));
+  const double share = std::min(margin, kMostGaps / (side_by_side + 1.0));
   double area = 0.0;
-  double widest = 0.0;
+  double longest = 0.0;
   for (const Vector2& size : sizes) {
     area += size.x() * size.y();
-    widest = std::max(widest, size.x());
+    longest = std::max({longest, size.x(), size.y()});
   }
   const auto shelve = [&](double width, double gap) {
     Vector2 cursor(gap, gap);
@@ -103,21 +112,22 @@ Placement pack_rectangles(const std::vector<Vector2>& sizes, double margin) {
     }
     return Vector2(reach, cursor.y() + shelf + gap);
   };
-  // A few shelf widths around the square root of the area; the one with the smallest square wins.
-  const double side = std::max(widest, std::sqrt(area));
-  double best_width = side;
+  // Shelves of increasing width, gaps in proportion. What is used fits a square as wide as the
+  // shelf once the shelf is wide enough; from there on, a few more may be fuller.
+  double best_width = 0.0;
   double best_square = std::numeric_limits<double>::infinity();
-  constexpr int kTries = 24;
-  for (int t = 0; t <= kTries; ++t) {
-    const double width = side * (1.0 + 0.5 * t / kTries);
-    const Vector2 used = shelve(width, margin * width);
-    const double square = used.maxCoeff();
-    if (square < best_square) {
-      best_square = square;
-      best_width = width;
-    }
+  double width = std::max(longest, std::sqrt(area));
+  for (int fitting = 0; fitting < kFittingShelves; width *= kShelfGrowth) {
+    const double square = shelve(width, share * width).maxCoeff();
+    // Nothing has any size: every place is as good.
+    if (!(width > 0.0) || !std::isfinite(square)) break;
+    if (square > width) continue;
+    ++fitting;
+    if (square >= best_square) continue;
+    best_square = square;
+    best_width = width;
   }
-  const Vector2 used = shelve(best_width, margin * best_width);
+  const Vector2 used = shelve(best_width, share * best_width);
   placement.scale = used.maxCoeff() > 0.0 ? 1.0 / used.maxCoeff() : 1.0;
   return placement;
 }

@@ -17,8 +17,9 @@ struct Placement {
   double scale = 1.0;           // common factor that makes everything fit [0, 1]^2
 };
 
-// Shelf packing of rectangles (width, height), highest first; `margin` in units of the final unit
-// square between them and around. Deterministic; O(n log n).
+// Shelf packing of rectangles (width, height), highest first, with at least `margin`, in units of
+// the final unit square, between them and around. A margin that leaves n rectangles no room is
+// lowered to 0.9 / (sqrt(n) + 1). Deterministic; O(n log n).
 Placement pack_rectangles(const std::vector<Vector2>& sizes, double margin);
 
 // The similarity (rotation, uniform scale, translation; no reflection) that carries the points
