@@ -247,8 +247,8 @@ def face_components(triangles: np.ndarray) -> np.ndarray:
     return connected_components(m, order[same] % m, order[same + 1] % m)
 
 
-def count_islands(triangles: np.ndarray, uv: np.ndarray) -> int:
-    """Islands of the map uv (m, 3, 2): triangles belong together if they share an edge and its UVs, bit for bit."""
+def _edge_ends(triangles: np.ndarray):
+    """Corners at both ends of every inner edge, in one triangle and in the other: (low, other low, high, other high)."""
     m = len(triangles)
     low_corner, high_corner = [], []
     for k in range(3):
@@ -262,12 +262,29 @@ def count_islands(triangles: np.ndarray, uv: np.ndarray) -> int:
     order = np.argsort(key, kind="stable")
     same = np.flatnonzero(key[order][1:] == key[order][:-1])
     a, b = order[same], order[same + 1]
+    return low[a], low[b], high[a], high[b]
+
+
+def count_islands(triangles: np.ndarray, uv: np.ndarray) -> int:
+    """Islands of the map uv (m, 3, 2): triangles belong together if they share an edge and its UVs, bit for bit."""
+    low, other_low, high, other_high = _edge_ends(triangles)
     flat = uv.reshape(-1, 2)
-    joined = (flat[low[a]] == flat[low[b]]).all(axis=1) & (flat[high[a]] == flat[high[b]]).all(
+    joined = (flat[low] == flat[other_low]).all(axis=1) & (flat[high] == flat[other_high]).all(
         axis=1
     )
-    label = connected_components(m, low[a[joined]] // 3, low[b[joined]] // 3)
+    label = connected_components(len(triangles), low[joined] // 3, other_low[joined] // 3)
     return len(np.unique(label))
+
+
+def nearly_joined(triangles: np.ndarray, uv: np.ndarray) -> int:
+    """Edges whose UVs on the two sides differ, but only in the last bits that 32-bit floats have: never meant to be cuts."""
+    low, other_low, high, other_high = _edge_ends(triangles)
+    flat = uv.reshape(-1, 2).astype(np.float64)
+    apart = np.concatenate([flat[low] - flat[other_low], flat[high] - flat[other_high]], axis=1)
+    size = np.maximum(np.abs(flat[low]), np.abs(flat[high])).max(axis=1, initial=1.0)
+    gap = np.abs(apart).max(axis=1)
+    last_bits = 4 * np.finfo(np.float32).eps * np.maximum(size, 1.0)
+    return int(np.count_nonzero((gap > 0) & (gap <= last_bits)))
 
 
 def _per_loop(snapshot: Snapshot, corner_uv: np.ndarray):

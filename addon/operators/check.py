@@ -22,6 +22,9 @@ class CheckTask(modal.Task):
     def collect(self, result):
         self.certificate = result
 
+    def torn_edges(self) -> int:
+        return mesh_io.nearly_joined(self.snapshot.triangles, self.snapshot.corner_uv)
+
     def failed_faces(self) -> np.ndarray:
         return np.unique(self.snapshot.triangle_face[self.certificate.failed_faces])
 
@@ -36,6 +39,12 @@ def summary(tasks: list[CheckTask]) -> str:
     text = common.figures([t.certificate for t in tasks], sum(t.islands for t in tasks))
     wrong = sum(len(t.failed_faces()) for t in tasks)
     verdict = f"{common.plural(wrong, 'face')} wrong, now selected" if wrong else "Nothing wrong"
+    torn = sum(t.torn_edges() for t in tasks if t.certificate.overlaps > 0)
+    if torn:
+        text += (
+            f"; on {common.plural(torn, 'edge')} the UVs of the two sides differ in the last bits only, which counts as a cut: "
+            "join them with UV > Merge > By Distance"
+        )
     return f"{verdict}: {text}"
 
 

@@ -49,6 +49,35 @@ def test_mirrored_islands_count_as_flipped(capfd):
     assert "18 flips" in capfd.readouterr().out
 
 
+def test_uvs_that_differ_in_the_last_bits_come_with_a_cure(capfd):
+    """As the UVs of Blender 4.3's own grid, which computes the sides of an edge apart."""
+    ob = shapes.grid(20, uv=True)
+    flat_map(ob)
+    uv = shapes.uv_of(ob)
+    up = np.random.default_rng(1).random(uv.shape) < 0.03
+    shapes.set_uv(ob, np.where(up, np.nextafter(uv, np.float32(4)), uv))
+    assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
+    report = capfd.readouterr().out
+    assert "0 overlaps" not in report and "in the last bits only" in report
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.ops.uv.select_all(action="SELECT")
+    bpy.ops.uv.remove_doubles(threshold=1e-4)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
+    assert "Nothing wrong: 1 island, 0 flips, 0 overlaps" in capfd.readouterr().out
+
+
+def test_seams_that_are_meant_get_no_such_advice(capfd):
+    ob = shapes.grid(3, uv=True)
+    flat_map(ob)
+    uv = shapes.uv_of(ob)
+    uv[:4] += np.float32([0.1, 0.0])  # one face over its neighbours, cut off
+    shapes.set_uv(ob, uv)
+    assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
+    assert "last bits" not in capfd.readouterr().out
+
+
 def test_a_mesh_without_uv_map_cannot_be_checked():
     shapes.grid(3)
     assert not bpy.ops.uv.flipfree_check.poll()
