@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <queue>
 #include <string>
-#include <type_traits>
+#include <utility>
 
 #include "flipfree/base/error.h"
 #include "flipfree/numeric/big_float.h"
@@ -218,170 +219,182 @@ struct Front {
   std::size_t frames;
 };
 
+// Develops input face after input face, always over the longest edge that is known.
 template <typename Real>
-Layout develop(const LayoutInput& input, std::vector<Real> lengths,
-               const ExecutionContext& context) {
-  const std::vector<HalfedgeId>& halfedges = *input.halfedge_of_corner;
-  const auto corner_count = static_cast<Index>(halfedges.size());
-  const Index face_count = corner_count / 3;
-  const Developer<Real> developer(input, std::move(lengths));
+class FaceDeveloper {
+ public:
+  FaceDeveloper(const LayoutInput& input, std::vector<Real> lengths)
+      : input_(input),
+        halfedges_(*input.halfedge_of_corner),
+        developer_(input, std::move(lengths)),
+        corner_of_(at(input.coordinates->input().halfedge_count()), kInvalid),
+        placed_(halfedges_.size(), 0),
+        queue_(&FaceDeveloper::longer) {
+    for (CornerId c = 0; c < corner_count(); ++c) corner_of_[at(halfedges_[at(c)])] = c;
+    layout_.corner.resize(halfedges_.size());
+    layout_.crossing.resize(input.trace->crossings.size());
+    layout_.chart_of_face.assign(halfedges_.size() / 3, kInvalid);
+  }
+
+  Layout run(const ExecutionContext& context) {
+    for (const FaceId root : roots()) {
+      if (layout_.chart_of_face[at(root)] != kInvalid) continue;
+      const Index chart = layout_.chart_count++;
+      place_root(root, chart);
+      while (!queue_.empty()) place_next(chart, context);
+    }
+    measure_angles();
+    layout_.closing_error = largest_ > 0 ? static_cast<double>(gap_ / largest_) : 0.0;
+    return std::move(layout_);
+  }
+
+ private:
   using F = Frame<Real>;
 
-  // Corners and their half-edges of M0, back and forth; mates across uncut edges.
-  std::vector<CornerId> corner_of(at(input.coordinates->input().halfedge_count()), kInvalid);
-  for (CornerId c = 0; c < corner_count; ++c) corner_of[at(halfedges[at(c)])] = c;
-  const auto is_cut = [&](CornerId c) { return (*input.cut)[at(halfedges[at(c)] >> 1)] != 0; };
+  static bool longer(const Front& a, const Front& b) {
+    return a.size != b.size ? a.size < b.size : a.corner > b.corner;
+  }
+  Index corner_count() const { return static_cast<Index>(halfedges_.size()); }
+  HalfedgeId halfedge(CornerId c) const { return halfedges_[at(c)]; }
+  HalfedgeId opposite(CornerId c) const { return FlipMesh::opposite_of(halfedge(c)); }
+  CornerId mate(CornerId c) const { return corner_of_[at(opposite(c))]; }
+  bool is_cut(CornerId c) const { return (*input_.cut)[at(halfedge(c) >> 1)] != 0; }
+  bool is_done(FaceId f) const { return layout_.chart_of_face[at(f)] != kInvalid; }
+  // Is the edge of this corner placed already, from its other side?
+  bool known(CornerId c) const { return !is_cut(c) && is_done(mate(c) / 3); }
 
-  Layout layout;
-  layout.corner.resize(at(corner_count));
-  layout.crossing.resize(input.trace->crossings.size());
-  layout.chart_of_face.assign(at(face_count), kInvalid);
-  std::vector<char> placed(at(corner_count), 0);  // corners whose place is known
-  long double largest = 0, gap = 0;
+  // The face with the longest final edge goes first, in every chart.
+  std::vector<FaceId> roots() const {
+    std::vector<FaceId> order(halfedges_.size() / 3);
+    std::iota(order.begin(), order.end(), FaceId{0});
+    std::vector<long double> size(order.size(), 0);
+    for (CornerId c = 0; c < corner_count(); ++c) {
+      const HalfedgeId h = developer_.start(halfedge(c)).halfedge;
+      size[at(c / 3)] = std::max(size[at(c / 3)], developer_.length(h));
+    }
+    std::stable_sort(order.begin(), order.end(),
+                     [&](FaceId a, FaceId b) { return size[at(a)] > size[at(b)]; });
+    return order;
+  }
+
+  // The first edge of the root face lies along the x axis at its start.
+  void place_root(FaceId root, Index chart) {
+    const CornerId c = 3 * root, n = next_corner(c), p = previous_corner(c);
+    layout_.chart_of_face[at(root)] = chart;
+    const F x = F{};
+    const F y = develop_edge(c, x, false);
+    settle(c, developer_.place(x));
+    settle(n, developer_.place(y));
+    const F z = develop_edge(n, developer_.rotate_cw(y, opposite(c), halfedge(n)), false);
+    settle(p, developer_.place(z));
+    develop_edge(p, developer_.rotate_ccw(x, halfedge(c), opposite(p)), true);
+  }
+
+  void place_next(Index chart, const ExecutionContext& context) {
+    constexpr Index kFacesPerCheck = 1024;
+    const Front top = queue_.top();
+    queue_.pop();
+    const EdgeFrames<Real> front = frames_[top.frames];
+    unused_.push_back(top.frames);
+    const CornerId c = top.corner, n = next_corner(c), p = previous_corner(c);
+    if (is_done(c / 3)) return;
+    layout_.chart_of_face[at(c / 3)] = chart;
+    if (++done_ % kFacesPerCheck == 0) context.check();
+    settle(c, developer_.place(front.at_source));
+    settle(n, developer_.place(front.at_target));
+    const F left = developer_.rotate_ccw(front.at_source, halfedge(c), opposite(p));
+    const F right = developer_.rotate_cw(front.at_target, opposite(c), halfedge(n));
+    if (!known(n)) settle(p, developer_.place(develop_edge(n, right, false)));
+    if (!known(p)) settle(p, developer_.place(develop_edge(p, left, true)));
+  }
 
   // Gives every corner of the uncut fan around `c` this place, unless one has it already.
-  const auto settle = [&](CornerId c, const Place& p) {
-    if (placed[at(c)]) {
-      const Place& q = layout.corner[at(c)];
-      gap = std::max(gap, length_of(q.x - p.x, q.y - p.y));
+  void settle(CornerId c, const Place& p) {
+    if (placed_[at(c)] != 0) {
+      const Place& q = layout_.corner[at(c)];
+      gap_ = std::max(gap_, length_of(q.x - p.x, q.y - p.y));
       return;
     }
-    const auto set = [&](CornerId d) { layout.corner[at(d)] = p, placed[at(d)] = 1; };
+    const auto set = [&](CornerId d) { layout_.corner[at(d)] = p, placed_[at(d)] = 1; };
     set(c);
     CornerId d = c;
     while (!is_cut(previous_corner(d))) {  // counter-clockwise
-      d = corner_of[at(FlipMesh::opposite_of(halfedges[at(previous_corner(d))]))];
+      d = mate(previous_corner(d));
       if (d == c) return;
       set(d);
     }
     d = c;
     while (!is_cut(d)) {  // clockwise
-      d = next_corner(corner_of[at(FlipMesh::opposite_of(halfedges[at(d)]))]);
+      d = next_corner(mate(d));
       set(d);
     }
-  };
-  const auto longer = [](const Front& a, const Front& b) {
-    return a.size != b.size ? a.size < b.size : a.corner > b.corner;
-  };
-  std::priority_queue<Front, std::vector<Front>, decltype(longer)> queue(longer);
-  std::vector<EdgeFrames<Real>> frames;
-  std::vector<std::size_t> unused;  // places in `frames`
-  const auto push = [&](long double size, CornerId corner, EdgeFrames<Real> edge) {
-    std::size_t slot = frames.size();
-    if (unused.empty()) {
-      frames.push_back(std::move(edge));
-    } else {
-      slot = unused.back();
-      unused.pop_back();
-      frames[slot] = std::move(edge);
-    }
-    queue.push({size, corner, slot});
-  };
+  }
 
   // Places the crossings of the half-edge of `c` from the frame at one end; pushes its other side.
-  const auto develop_edge = [&](CornerId c, const F& from, bool backwards) {
-    const HalfedgeId g = halfedges[at(c)];
+  F develop_edge(CornerId c, const F& from, bool backwards) {
+    const HalfedgeId g = halfedge(c);
     const HalfedgeId along = backwards ? FlipMesh::opposite_of(g) : g;
-    const auto curve = static_cast<std::size_t>((*input.curve_of_edge)[at(g >> 1)]);
-    const std::size_t side = input.trace->curves[curve] == g ? 0 : 1;
+    const auto curve = static_cast<std::size_t>((*input_.curve_of_edge)[at(g >> 1)]);
+    const std::size_t side = input_.trace->curves[curve] == g ? 0 : 1;
     const bool cut = is_cut(c);
-    const F to = developer.follow(from, along, [&](std::size_t id, const Place& p) {
-      layout.crossing[id][side] = p;
-      if (!cut) layout.crossing[id][1 - side] = p;
+    const F to = developer_.follow(from, along, [&](std::size_t id, const Place& p) {
+      layout_.crossing[id][side] = p;
+      if (!cut) layout_.crossing[id][1 - side] = p;
     });
     const F& source = backwards ? to : from;
     const F& target = backwards ? from : to;
-    const Place p = developer.place(source), q = developer.place(target);
+    const Place p = developer_.place(source), q = developer_.place(target);
     const long double size = length_of(p.x - q.x, p.y - q.y);
-    largest = std::max(largest, size);
-    if (!cut) {
-      const CornerId mate = corner_of[at(FlipMesh::opposite_of(g))];
-      if (layout.chart_of_face[at(mate / 3)] == kInvalid) push(size, mate, {target, source});
-    }
+    largest_ = std::max(largest_, size);
+    if (!cut && !is_done(mate(c) / 3)) push(size, mate(c), {target, source});
     return to;
-  };
+  }
 
-  // Is the edge of this corner placed already, from its other side?
-  const auto known = [&](CornerId c) {
-    if (is_cut(c)) return false;
-    const CornerId mate = corner_of[at(FlipMesh::opposite_of(halfedges[at(c)]))];
-    return layout.chart_of_face[at(mate / 3)] != kInvalid;
-  };
+  void push(long double size, CornerId corner, EdgeFrames<Real> edge) {
+    std::size_t slot = frames_.size();
+    if (unused_.empty()) {
+      frames_.push_back(std::move(edge));
+    } else {
+      slot = unused_.back();
+      unused_.pop_back();
+      frames_[slot] = std::move(edge);
+    }
+    queue_.push({size, corner, slot});
+  }
 
-  // Roots: the face with the longest final edge goes first, found by a scan in order of size of one
-  // corner.
-  std::vector<CornerId> roots(at(face_count));
-  {
-    std::vector<long double> size(at(face_count));
-    for (FaceId f = 0; f < face_count; ++f) {
-      roots[at(f)] = f;
-      long double largest_here = 0;
-      for (Index k = 0; k < 3; ++k) {
-        const HalfedgeId h = developer.start(halfedges[at(3 * f + k)]).halfedge;
-        largest_here = std::max(largest_here, developer.length(h));
-      }
-      size[at(f)] = largest_here;
+  void measure_angles() {
+    layout_.corner_angle.assign(halfedges_.size(), 0.0);
+    std::vector<char> has_crossings(halfedges_.size() / 3, 0);
+    for (CornerId c = 0; c < corner_count(); ++c) {
+      const auto curve = static_cast<std::size_t>((*input_.curve_of_edge)[at(halfedge(c) >> 1)]);
+      const OverlayTrace& trace = *input_.trace;
+      if (trace.begin[curve + 1] > trace.begin[curve]) has_crossings[at(c / 3)] = 1;
     }
-    std::stable_sort(roots.begin(), roots.end(),
-                     [&](Index a, Index b) { return size[at(a)] > size[at(b)]; });
-  }
-  Index done = 0;
-  for (const FaceId root : roots) {
-    if (layout.chart_of_face[at(root)] != kInvalid) continue;
-    const Index chart = layout.chart_count++;
-    // The first edge of the root face lies along the x axis at its start.
-    {
-      const CornerId c = 3 * root;
-      layout.chart_of_face[at(root)] = chart;
-      ++done;
-      const F x = F{};
-      const F y = develop_edge(c, x, false);
-      settle(c, developer.place(x));
-      settle(next_corner(c), developer.place(y));
-      const F z = develop_edge(next_corner(c),
-                               developer.rotate_cw(y, FlipMesh::opposite_of(halfedges[at(c)]),
-                                                   halfedges[at(next_corner(c))]),
-                               false);
-      settle(previous_corner(c), developer.place(z));
-      develop_edge(previous_corner(c),
-                   developer.rotate_ccw(x, halfedges[at(c)],
-                                        FlipMesh::opposite_of(halfedges[at(previous_corner(c))])),
-                   true);
-    }
-    while (!queue.empty()) {
-      const Front top = queue.top();
-      queue.pop();
-      const EdgeFrames<Real> front = frames[top.frames];
-      unused.push_back(top.frames);
-      const CornerId c = top.corner;
-      if (layout.chart_of_face[at(c / 3)] != kInvalid) continue;
-      layout.chart_of_face[at(c / 3)] = chart;
-      if (++done % 1024 == 0) context.check();
-      const HalfedgeId g = halfedges[at(c)];
-      const CornerId n = next_corner(c), p = previous_corner(c);
-      settle(c, developer.place(front.at_source));
-      settle(n, developer.place(front.at_target));
-      const F left =
-          developer.rotate_ccw(front.at_source, g, FlipMesh::opposite_of(halfedges[at(p)]));
-      const F right =
-          developer.rotate_cw(front.at_target, FlipMesh::opposite_of(g), halfedges[at(n)]);
-      if (!known(n)) settle(p, developer.place(develop_edge(n, right, false)));
-      if (!known(p)) settle(p, developer.place(develop_edge(p, left, true)));
+    for (CornerId c = 0; c < corner_count(); ++c) {
+      if (has_crossings[at(c / 3)] == 0) continue;
+      layout_.corner_angle[at(c)] =
+          developer_.angle_between(halfedge(c), opposite(previous_corner(c)));
     }
   }
-  layout.corner_angle.assign(at(corner_count), 0.0);
-  std::vector<char> has_crossings(at(face_count), 0);
-  for (CornerId c = 0; c < corner_count; ++c) {
-    const auto curve = static_cast<std::size_t>((*input.curve_of_edge)[at(halfedges[at(c)] >> 1)]);
-    if (input.trace->begin[curve + 1] > input.trace->begin[curve]) has_crossings[at(c / 3)] = 1;
-  }
-  for (CornerId c = 0; c < corner_count; ++c) {
-    if (!has_crossings[at(c / 3)]) continue;
-    layout.corner_angle[at(c)] = developer.angle_between(
-        halfedges[at(c)], FlipMesh::opposite_of(halfedges[at(previous_corner(c))]));
-  }
-  layout.closing_error = largest > 0 ? static_cast<double>(gap / largest) : 0.0;
-  return layout;
+
+  const LayoutInput& input_;
+  const std::vector<HalfedgeId>& halfedges_;  // of M0, per corner
+  const Developer<Real> developer_;
+  std::vector<CornerId> corner_of_;  // half-edge of M0 -> corner
+  Layout layout_;
+  std::vector<char> placed_;  // corners whose place is known
+  std::priority_queue<Front, std::vector<Front>, bool (*)(const Front&, const Front&)> queue_;
+  std::vector<EdgeFrames<Real>> frames_;
+  std::vector<std::size_t> unused_;  // places in `frames_`
+  long double largest_ = 0;          // developed edge
+  long double gap_ = 0;              // between two developments of one place
+  Index done_ = 0;
+};
+
+template <typename Real>
+Layout develop(const LayoutInput& input, std::vector<Real> lengths,
+               const ExecutionContext& context) {
+  return FaceDeveloper<Real>(input, std::move(lengths)).run(context);
 }
 
 }  // namespace

@@ -12,81 +12,65 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-}  // namespace
+// Per half-edge; those that shall be avoided are longer than any path along others.
+std::vector<double> path_lengths(const Surface& surface, const EdgeFlags& avoided) {
+  std::vector<double> length(at(static_cast<Index>(surface.faces.size())));
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(length.size()); ++h) {
+    const VertexId a = source(surface.faces, h), b = target(surface.faces, h);
+    length[at(h)] = (surface.vertices.row(a) - surface.vertices.row(b)).norm();
+  }
+  if (avoided.empty()) return length;
+  const double detour = std::accumulate(length.begin(), length.end(), 0.0);
+  for (std::size_t h = 0; h < length.size(); ++h) {
+    if (avoided[h]) length[h] += detour;
+  }
+  return length;
+}
 
-EdgeFlags cut_to_disks(const Surface& surface, const Adjacency& adjacency, const EdgeFlags& given,
-                       const std::vector<VertexId>& cones, const EdgeFlags& avoided,
-                       const ExecutionContext& context) {
-  const Triangles& faces = surface.faces;
-  const auto halfedge_count = static_cast<HalfedgeId>(adjacency.opposite.size());
-  EdgeFlags cut = given.empty() ? EdgeFlags(at(halfedge_count), 0) : given;
-
-  std::vector<double> length(at(halfedge_count));
-  for (HalfedgeId h = 0; h < halfedge_count; ++h) {
-    length[at(h)] =
-        (surface.vertices.row(source(faces, h)) - surface.vertices.row(target(faces, h))).norm();
-  }
-  if (!avoided.empty()) {
-    // Longer than any path along other edges.
-    const double detour = std::accumulate(length.begin(), length.end(), 0.0);
-    for (HalfedgeId h = 0; h < halfedge_count; ++h) {
-      if (avoided[at(h)]) length[at(h)] += detour;
-    }
-  }
-  ShortestPaths forest(faces, adjacency, length);
-  std::vector<char> open(adjacency.vertex_halfedge.size(), 0);  // on the boundary or on the cut
-  for (HalfedgeId h = 0; h < halfedge_count; ++h) {
-    if (adjacency.opposite[at(h)] == kInvalid || cut[at(h)]) {
-      open[at(source(faces, h))] = open[at(target(faces, h))] = 1;
-    }
-  }
-  // Every component needs a source: its open vertices, else its first cone, else its first vertex.
+// What every component's forest grows from: its vertices on the boundary or on the cut, else its
+// first cone, else its first vertex.
+std::vector<VertexId> forest_sources(const Triangles& faces, const Adjacency& adjacency,
+                                     const EdgeFlags& cut, const std::vector<VertexId>& cones) {
   const Components components = face_components(adjacency);
-  {
-    std::vector<VertexId> chosen(at(components.count), kInvalid);
-    std::vector<char> has_open(at(components.count), 0);
-    std::vector<Index> component_of(open.size(), kInvalid);
-    for (HalfedgeId h = 0; h < halfedge_count; ++h) {
-      const VertexId v = source(faces, h);
-      component_of[at(v)] = components.of_face[at(h / 3)];
-      if (open[at(v)]) has_open[at(component_of[at(v)])] = 1;
-    }
-    for (const VertexId v : cones) {
-      if (component_of[at(v)] != kInvalid && chosen[at(component_of[at(v)])] == kInvalid) {
-        chosen[at(component_of[at(v)])] = v;
-      }
-    }
-    for (VertexId v = 0; v < static_cast<VertexId>(open.size()); ++v) {
-      if (open[at(v)]) forest.add_source(v);
-      const Index c = component_of[at(v)];
-      if (c != kInvalid && chosen[at(c)] == kInvalid) chosen[at(c)] = v;
-    }
-    for (Index c = 0; c < components.count; ++c) {
-      if (!has_open[at(c)]) forest.add_source(chosen[at(c)]);
-    }
+  std::vector<char> open(adjacency.vertex_halfedge.size(), 0);
+  std::vector<char> has_open(at(components.count), 0);
+  std::vector<Index> component_of(open.size(), kInvalid);
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cut.size()); ++h) {
+    const Index component = components.of_face[at(h / 3)];
+    component_of[at(source(faces, h))] = component;
+    if (adjacency.opposite[at(h)] != kInvalid && !cut[at(h)]) continue;
+    open[at(source(faces, h))] = open[at(target(faces, h))] = 1;
+    has_open[at(component)] = 1;
   }
-  forest.grow(context);
-
-  const auto mark = [&](HalfedgeId h) {
-    const HalfedgeId o = adjacency.opposite[at(h)];
-    if (o == kInvalid || cut[at(h)]) return false;
-    cut[at(h)] = cut[at(o)] = 1;
-    return true;
+  std::vector<VertexId> chosen(at(components.count), kInvalid);
+  const auto choose = [&](VertexId v) {
+    const Index component = component_of[at(v)];
+    if (component != kInvalid && chosen[at(component)] == kInvalid) chosen[at(component)] = v;
   };
-  const auto mark_path = [&](VertexId v) {
-    while (forest.arrival(v) != kInvalid) {
-      if (!mark(forest.arrival(v))) break;  // the rest is cut already
-      v = forest.before(v);
-    }
-  };
+  for (const VertexId v : cones) choose(v);
+  std::vector<VertexId> sources;
+  for (VertexId v = 0; v < static_cast<VertexId>(open.size()); ++v) {
+    if (open[at(v)]) sources.push_back(v);
+    choose(v);
+  }
+  for (Index c = 0; c < components.count; ++c) {
+    if (!has_open[at(c)]) sources.push_back(chosen[at(c)]);
+  }
+  return sources;
+}
 
-  // Cotree: Kruskal over the uncut edges outside the forest, longest closing path first.
+// The edges that neither the forest nor the cotree holds. Cotree: Kruskal over the uncut edges
+// outside the forest, longest closing path first.
+std::vector<HalfedgeId> closing_edges(const Triangles& faces, const Adjacency& adjacency,
+                                      const EdgeFlags& cut, const ShortestPaths& forest,
+                                      const std::vector<double>& length,
+                                      const ExecutionContext& context) {
   struct DualEdge {
     double weight;
     HalfedgeId halfedge;
   };
   std::vector<DualEdge> dual;
-  for (HalfedgeId h = 0; h < halfedge_count; ++h) {
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cut.size()); ++h) {
     const HalfedgeId o = adjacency.opposite[at(h)];
     if (o == kInvalid || o < h || cut[at(h)]) continue;
     const VertexId a = source(faces, h), b = target(faces, h);
@@ -101,17 +85,43 @@ EdgeFlags cut_to_disks(const Surface& surface, const Adjacency& adjacency, const
   DisjointSets regions(static_cast<Index>(faces.rows()));
   std::vector<HalfedgeId> closing;
   for (const DualEdge& e : dual) {
-    if (!regions.join(e.halfedge / 3, adjacency.opposite[at(e.halfedge)] / 3)) {
+    if (!regions.join(e.halfedge / 3, adjacency.opposite[at(e.halfedge)] / 3))
       closing.push_back(e.halfedge);
-    }
   }
-  for (const HalfedgeId h : closing) {
+  return closing;
+}
+
+}  // namespace
+
+EdgeFlags cut_to_disks(const Surface& surface, const Adjacency& adjacency, const EdgeFlags& given,
+                       const std::vector<VertexId>& cones, const EdgeFlags& avoided,
+                       const ExecutionContext& context) {
+  const Triangles& faces = surface.faces;
+  EdgeFlags cut = given.empty() ? EdgeFlags(adjacency.opposite.size(), 0) : given;
+  const std::vector<double> length = path_lengths(surface, avoided);
+  ShortestPaths forest(faces, adjacency, length);
+  for (const VertexId v : forest_sources(faces, adjacency, cut, cones)) forest.add_source(v);
+  forest.grow(context);
+
+  const auto mark = [&](HalfedgeId h) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o == kInvalid || cut[at(h)]) return false;
+    cut[at(h)] = cut[at(o)] = 1;
+    return true;
+  };
+  const auto mark_path = [&](VertexId v) {
+    while (forest.arrival(v) != kInvalid) {
+      if (!mark(forest.arrival(v))) break;  // the rest is cut already
+      v = forest.before(v);
+    }
+  };
+  for (const HalfedgeId h : closing_edges(faces, adjacency, cut, forest, length, context)) {
     mark(h);
     mark_path(source(faces, h));
     mark_path(target(faces, h));
   }
   // The cones by the shortest way to what is cut by now.
-  for (HalfedgeId h = 0; h < halfedge_count; ++h) {
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cut.size()); ++h) {
     if (!cut[at(h)]) continue;
     for (const VertexId v : {source(faces, h), target(faces, h)}) {
       if (forest.distance(v) > 0.0) forest.add_source(v);
