@@ -6,20 +6,20 @@
 // else is assumed: a vertex may have valence 1, a face may be glued to itself, two vertices may
 // share many edges. Faces are the orbits of `next`, always three half-edges long here.
 //
-//                 k                 h  = i -> j, face (i, j, k)        flip(edge) turns the edge
-//                 counter-clockwise:
-//               /   \               hn = next(h)  = j -> k
-//          hp /       \ hn          hp = next(hn) = k -> i             h = i -> j  becomes  m -> k
-//          in face (m, k, i),
-//           /     h     \           o  = opposite(h) = j -> i          o = j -> i  becomes  k -> m
-//           in face (k, m, j);
-//         i ------------- j         on = next(o)  = i -> m             all other half-edges keep
-//         their end points.
-//           \     o     /           op = next(on) = m -> j             Two flips give the edge
-//           back, reversed.
-//         on  \       / op
-//               \   /
-//                 m
+//                k               h  = i -> j, face (i, j, k) counter-clockwise
+//              /   \             hn = next(h)  = j -> k
+//         hp /       \ hn        hp = next(hn) = k -> i
+//          /     h     \         o  = opposite(h) = j -> i
+//        i ------------- j       on = next(o)  = i -> m
+//          \     o     /         op = next(on) = m -> j
+//         on \       / op
+//              \   /
+//                m
+//
+// flip(edge) turns the edge counter-clockwise:
+//     h = i -> j becomes m -> k in face (m, k, i), o = j -> i becomes k -> m in face (k, m, j);
+//     all other half-edges keep their end points.
+// Two flips give the edge back, reversed.
 //
 // A surface with boundary is represented by its double cover (4.4.1): a mirrored copy glued along
 // the boundary, with the reflection R on half-edges. R reverses orientation: R(a -> b) runs from

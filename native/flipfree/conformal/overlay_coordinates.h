@@ -8,15 +8,15 @@
 // flip was Euclidean or a Ptolemy flip (thesis 4.2.4, 4.5). Where the curves meet geometrically is
 // the business of overlay_positions.h.
 //
-//            k                 h runs from i to j with face (h, hn, hp) on its left, o = h ^ 1 from
-//            j to i.
-//          / | \               Letters of overlay_coordinates.cpp: hn = next[h]: j -> k, hp: k ->
-//          i,
-//        hp  |  hn             on = next[o]: i -> l, op: l -> j.
-//        /   |   \             flip(h) turns h into l -> k with face (h, hp, on) and o into k -> l
-//        with face
-//       i --h|o-- j            (o, op, hn).
-//        \   |   /
+// h runs from i to j with face (h, hn, hp) on its left, o = h ^ 1 from j to i. Letters of
+// overlay_coordinates.cpp:
+//
+//            k
+//          / | \             hn = next[h]: j -> k, hp: k -> i,
+//        hp  |  hn           on = next[o]: i -> l, op: l -> j.
+//        /   |   \
+//       i --h|o-- j          flip(h) turns h into l -> k with face (h, hp, on),
+//        \   |   /           and o into k -> l with face (o, op, hn).
 //        on  |  op
 //          \ | /
 //            l

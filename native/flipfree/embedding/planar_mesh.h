@@ -4,16 +4,18 @@
 // untouched; undoing it in reverse order links them back ("dancing links"), so that the record of a
 // collapse is one half-edge and a split restores the connectivity bit for bit.
 //
-//              a                                  a
-//            / | \                              / | \      m is merged into v0 along h = (m -> v0);
-//          y/  |p \                            /  |  \     A = (m, v0, a) and B = (v0, m, b)
-//          vanish; /   |   \x                         /   |   \    the fan of m from a
-//          counter-clockwise to b
-//    ...  m -- h -> v0 ...      ==>     ...       v0  ...  goes to v0.
-//          \   |   /w                         \   |   /
-//          z\  |  /                            \  |  /
-//            \ | /                              \ | /
-//              b                                  b
+//            a                           a
+//          / | \                       / | \
+//        y/  |p \                     /  |  \
+//        /   |   \x                  /   |   \
+//  ...  m -- h -> v0  ...    ==>    ...   v0  ...
+//        \   |   /w                  \   |   /
+//        z\  |  /                     \  |  /
+//          \ | /                       \ | /
+//            b                           b
+//
+// m is merged into v0 along h = (m -> v0): the faces A = (m, v0, a) and B = (v0, m, b) vanish, the
+// fan of m from a counter-clockwise to b goes to v0.
 #pragma once
 
 #include <vector>

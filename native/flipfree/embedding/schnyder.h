@@ -1,16 +1,16 @@
 // Straight-line drawings on the integer grid by Schnyder woods (Schnyder 1990; canonical order
 // after Kant 1996).
 //
-//              a3                 Peeling vertices off the outer path, one without chords at a
-//              time, gives every inner
-//             /|\                 vertex three parents: T1 towards a1, T2 towards a2 (its
-//             neighbours on the path) and T3
-//           /  v  \               towards a3 (the vertex whose removal uncovered it). The three
-//           paths from v cut the
-//         / /     \ \             triangle into regions; counting vertices in them gives v integer
-//         coordinates that sum
-//       a1 ----------- a2         to n - 1, and every face is positive. All steps are O(n) and in
-//       integers.
+//              a3
+//             /|\            Peeling vertices off the outer path, one without chords at a time,
+//           /  v  \          gives every inner vertex three parents: T1 towards a1, T2 towards a2
+//         / /     \ \        (its neighbours on the path) and T3 towards a3 (the vertex whose
+//       a1 ----------- a2    removal uncovered it).
+//
+// The three paths from v cut the triangle into regions; counting vertices in them gives v integer
+// coordinates that sum to n - 1, and every face is positive.
+//
+// All steps are O(n) and in integers.
 #pragma once
 
 #include <vector>

@@ -1,13 +1,13 @@
 // Flat half-edge adjacency of a triangle array: the fast, read-only view of connectivity.
 //
-//            v = faces(f, k)          half-edge h = 3 f + k runs from corner k to corner k + 1 of
-//            face f,
-//           / \                       face on its left; h and its corner share the number.
-//        h /   \ previous_corner(h)   opposite[h] is the half-edge of the neighbouring face along
-//        the same
-//         v  f  \                     edge, kInvalid on the boundary.
-//        *-------*
-//       next_corner(h)
+//      .            half-edge h = 3 f + k runs from corner k of face f, which is
+//     / \           v = faces(f, k), to corner k + 1, with the face on its left;
+//  h /   \          half-edge and corner share the number. next_corner(h) and
+//   /  f  \         previous_corner(h) are the other half-edges of the face.
+//  v-------.
+//
+// opposite[h] is the half-edge of the neighbouring face along the same edge, kInvalid on
+// the boundary.
 #pragma once
 
 #include <vector>
