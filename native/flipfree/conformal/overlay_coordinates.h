@@ -14,7 +14,7 @@
 //            k
 //          / | \             hn = next[h]: j -> k, hp: k -> i,
 //        hp  |  hn           on = next[o]: i -> l, op: l -> j.
-//        /   |   \
+//        /   |   \.
 //       i --h|o-- j          flip(h) turns h into l -> k with face (h, hp, on),
 //        \   |   /           and o into k -> l with face (o, op, hn).
 //        on  |  op

@@ -5,9 +5,9 @@
 // collapse is one half-edge and a split restores the connectivity bit for bit.
 //
 //            a                           a
-//          / | \                       / | \
-//        y/  |p \                     /  |  \
-//        /   |   \x                  /   |   \
+//          / | \                       / | \.
+//        y/  |p \                     /  |  \.
+//        /   |   \x                  /   |   \.
 //  ...  m -- h -> v0  ...    ==>    ...   v0  ...
 //        \   |   /w                  \   |   /
 //        z\  |  /                     \  |  /
