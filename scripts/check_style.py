@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Style as a test: ruff over the Python sources, clang-format over the C++ ones. check_style.py REPORT.xml"""
+"""Style as a test: ruff and mypy over the Python sources, clang-format over the C++ ones. check_style.py REPORT.xml"""
 
 import re
 import shutil
@@ -19,6 +19,14 @@ def ruff() -> str | None:
         [program, "check", "--quiet", "addon", "benchmarks", "native", "scripts", "tests"],
         capture_output=True,
         text=True,
+    )
+    return result.stdout + result.stderr if result.returncode else None
+
+
+def mypy() -> str | None:
+    """The package says that it is typed (py.typed)."""
+    result = subprocess.run(
+        [sys.executable, "-m", "mypy", "--no-incremental"], capture_output=True, text=True
     )
     return result.stdout + result.stderr if result.returncode else None
 
@@ -48,6 +56,7 @@ def main(report: str) -> int:
     failed = 0
     for name, check, missing in (
         ("ruff", ruff, None),
+        ("mypy", mypy, None),
         ("clang-format", clang_format, clang_format_missing()),
     ):
         case = ET.SubElement(suite, "testcase", name=name)

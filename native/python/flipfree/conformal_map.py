@@ -26,8 +26,9 @@ def _result_from(data: dict[str, Any], exponent: int, metric_exponent: int) -> P
         error["message"], code=error["code"], kind=error["kind"], elements=error["elements"]
     )
     if len(data["map"]["faces"]):
-        failure.parametrization = parametrization_from(data["map"], exponent)
-        failure.certificate = failure.parametrization.certificate
+        best = parametrization_from(data["map"], exponent)
+        failure.parametrization = best
+        failure.certificate = best.certificate
     failure.metric = metric_from(data["metric"], metric_exponent)
     raise failure
 

@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .conformal import ConformalMetric
+    from .results import Parametrization
 
 
 class FlipfreeError(Exception):
@@ -40,7 +45,15 @@ class Infeasible(FlipfreeError):
 
 
 class NotConverged(FlipfreeError):
-    """The solver gave up, or its result did not pass the certificate."""
+    """The solver gave up, or its result did not pass the certificate.
+
+    Attributes:
+        parametrization: the best map that was reached, where there is one.
+        metric: the metric of a conformal map that could not be stored.
+    """
+
+    parametrization: Parametrization | None = None
+    metric: ConformalMetric | None = None
 
 
 class Cancelled(FlipfreeError):

@@ -27,11 +27,13 @@ class Job(Generic[Result]):
 
     def wait(self, seconds: float) -> bool:
         """Waits up to ``seconds``, without the GIL; True when the call has ended, well or badly."""
-        return self._native.wait(seconds)
+        ended: bool = self._native.wait(seconds)
+        return ended
 
     def progress(self) -> tuple[str, float]:
         """(stage, fraction) as last reported; the fraction never falls."""
-        return self._native.progress()
+        stage, fraction = self._native.progress()
+        return stage, fraction
 
     def cancel(self) -> None:
         """Asks the solver to stop; it does within 0.2 s. Then ``result`` raises Cancelled."""
