@@ -39,6 +39,23 @@ def test_random_pins_are_met_bit_for_bit(count: int, engine: str) -> None:
         assert result.stats["added_vertices"] == len(result.vertices) - len(vertices)
 
 
+@pytest.mark.parametrize("boundary", ["free", "square"])
+def test_far_pins_on_a_large_surface_are_walked_on_a_coarse_one(boundary: str) -> None:
+    columns, rows = 70, 65
+    vertices, faces = bumpy_grid(columns, rows, height=0.1)
+    ids = [22 * 71 + 20, 30 * 71 + 52]
+    places = [(0.62, 0.48), (0.35, 0.55)]
+    points = dict(zip(ids, places, strict=True))
+    loop = boundary_of_grid(columns, rows)
+    whole = {} if boundary == "free" else {"boundary_loop": loop, "boundary_uv": vertices[loop, :2]}
+    result = ff.match(vertices, faces, points=points, **whole)
+    assert result.certificate.ok
+    assert_pins_met(result, points)
+    assert result.stats["walk.levels"] == 1
+    assert result.stats["walk.coarsest"] < len(vertices) / 2
+    assert result.stats["added_vertices"] < len(vertices) / 50
+
+
 def test_small_moves_add_no_vertices() -> None:
     vertices, faces = bumpy_grid(20, 15)
     free = ff.match(vertices, faces)

@@ -24,6 +24,10 @@ struct MinimizeOptions {
   std::vector<VertexId> fixed;
   // The chart's boundary may not touch itself. Precondition: it does not in the initial map.
   bool bijective = false;
+  // Also try steps beyond the full Newton step, doubled while the energy falls, up to 8 times. The
+  // convexified Hessian is too stiff where maps are drawn out far; there this takes a third of the
+  // steps. Not while parts of the boundary are held apart.
+  bool lengthen = false;
   // Rounds of pulling that minimize_with_targets() may spend on the way.
   int max_pulls = 200;
 };

@@ -15,6 +15,8 @@ namespace {
 constexpr double kShareOfFlip = 0.9;
 constexpr double kSufficientDecrease = 1e-4;
 constexpr double kShortestStep = 1e-12;
+// Longest one, in full steps, with MinimizeOptions::lengthen.
+constexpr double kLongestStep = 8;
 // Below this relative size a difference of two energies is rounding (sums of 1e6 terms); slopes
 // decide instead.
 constexpr double kEnergyRounding = 1e-11;
@@ -91,13 +93,34 @@ double Minimizer::line_search(double slope, double energy, bool progressive) {
     const EnergySums sums = sum_energy(faces_, working_, trial_, context_);
     double now = progressive || barrier_on_ ? sums.value() : sums.at_best_scale();
     if (barrier_on_) now += barrier_->value(trial_, reach_);
-    if (now <= energy + kSufficientDecrease * step * slope) return step;
+    if (now <= energy + kSufficientDecrease * step * slope) {
+      const bool may = options_.lengthen && step == 1.0 && !progressive && !barrier_on_;
+      return may ? lengthen(now) : step;
+    }
     if (std::abs(step * slope) < kEnergyRounding * energy &&
         directional_derivative(faces_, working_, trial_, direction_, context_) <= 0) {
       return step;
     }
   }
   return 0;
+}
+
+// The full step is in trial_ and has energy `now`: doubles it while the energy falls. Returns the
+// factor.
+double Minimizer::lengthen(double now) {
+  const double most = kShareOfFlip * step_to_first_flip(faces_, uv_, direction_, context_);
+  Points2 longer;
+  double step = 1.0;
+  while (2 * step <= std::min(most, kLongestStep)) {
+    longer = uv_ + 2 * step * direction_;
+    if (!is_flip_free(faces_, longer, context_)) break;
+    const double then = sum_energy(faces_, working_, longer, context_).at_best_scale();
+    if (!(then < now)) break;
+    now = then;
+    step *= 2;
+    trial_.swap(longer);
+  }
+  return step;
 }
 
 bool Minimizer::add_contacts(const std::vector<BoundaryBarrier::Contact>& contacts) {
@@ -178,7 +201,7 @@ Minimizer::Step Minimizer::iterate(bool progressive) {
     if (promise < kSettled) reach_factor_ = std::max(1.0, 0.5 * reach_factor_);
     return Step::kTaken;
   }
-  return promise <= options_.tolerance && step == 1.0 ? Step::kConverged : Step::kTaken;
+  return promise <= options_.tolerance && step >= 1.0 ? Step::kConverged : Step::kTaken;
 }
 
 // Steps until nothing is to be gained; returns why it stopped.

@@ -43,6 +43,7 @@ class Minimizer {
   double assemble(double scale, bool soft);
   bool add_contacts(const std::vector<BoundaryBarrier::Contact>& contacts);
   double line_search(double slope, double energy, bool progressive);
+  double lengthen(double now);
   bool acceptable();
   // UV length of a surface length 1 when rest shapes are divided by `scale`.
   double unit(double scale) const { return 1.0 / (rest_.length * scale); }

@@ -33,6 +33,10 @@ constexpr std::array<int, 2> kRings = {2, 5};
 // A star with more corners than this is left alone.
 constexpr std::size_t kMostCorners = 40;
 
+// Boundary vertices with a wider angle stay. Beyond 2 pi the triangles that fill the corner may
+// wind once more around a vertex of its rim.
+constexpr double kWidestCorner = 1.9 * std::numbers::pi;
+
 // One side of a star: corners counter-clockwise, closed by the edge from the last to the first.
 struct Side {
   std::vector<VertexId> corners;
@@ -47,6 +51,7 @@ class Remover {
     std::vector<Side> sides;
     const std::vector<FaceId> star = mesh_.star(v);
     if (star.empty() || !split_star(v, sides)) return false;
+    if (mesh_.is_boundary_vertex(v) && angle(v) > kWidestCorner) return false;
     std::vector<Mesh::Triangle> triangles;
     std::vector<FaceId> parents;
     bound_ = kMostTimesMean * mean_;
@@ -67,6 +72,16 @@ class Remover {
     return map_.surface.support[static_cast<std::size_t>(v)];
   }
   Vector2 uv(VertexId v) const { return map_.uv.row(v).transpose(); }
+
+  double angle(VertexId v) const {
+    double sum = 0;
+    mesh_.for_each_outgoing(v, [&](HalfedgeId h) {
+      const Vector2 a = uv(mesh_.target(h)) - uv(v);
+      const Vector2 b = uv(mesh_.apex(h)) - uv(v);
+      sum += std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));
+    });
+    return sum;
+  }
 
   // Does w lie on the input edge that v, with two supports, lies on?
   bool on_edge_of(VertexId v, VertexId w) const {
@@ -314,7 +329,13 @@ Index straighten(RefinedMap& map, const std::vector<VertexId>& held, Index keep,
     }
     for (const auto& part : parts) {
       for (const VertexId v : mesh.corners(part.second)) {
-        if (!winds_once(v)) bend_around(v);
+        if (winds_once(v)) continue;
+        bend_around(v);
+        mesh.for_each_outgoing(v, [&](HalfedgeId h) {
+          for (const VertexId w : {mesh.target(h), mesh.apex(h)}) {
+            if (w >= keep && !stays(w)) bend_around(w);
+          }
+        });
       }
     }
   }

@@ -10,6 +10,7 @@
 #include "flipfree/certify/overlap.h"
 #include "flipfree/distortion/minimize.h"
 #include "flipfree/distortion/rounding.h"
+#include "flipfree/matchmaker/coarse_walk.h"
 #include "flipfree/matchmaker/coarsen.h"
 #include "flipfree/matchmaker/first_try.h"
 #include "flipfree/matchmaker/pipeline.h"
@@ -32,6 +33,7 @@ Points2 optimise(const RefinedSurface& surface, std::vector<VertexId> held, cons
   options.max_iterations = iterations;
   options.fixed = std::move(held);
   options.bijective = bijective;
+  options.lengthen = true;
   if (static_cast<Index>(options.fixed.size()) >= surface.mesh.vertex_count()) return uv;
   try {
     return minimize_distortion(to_surface(surface), uv, options, context, stats);
@@ -128,10 +130,11 @@ std::optional<RefinedMap> walked(RefinedSurface& surface, const Constraints& con
   if (!start) return std::nullopt;
   RefinedMap map{surface, std::move(*start)};
   const bool refine = options.engine != MatchEngine::kFirstTry;
-  if (!walk_pins(map, constraints, refine, context, stats)) return std::nullopt;
+  const bool settled = refine && walk_coarse_to_fine(map, constraints, context, stats);
+  if (!settled && !walk_pins(map, constraints, refine, context, stats)) return std::nullopt;
   if (!lines_are_whole(map.surface, constraints)) return std::nullopt;
   if (options.bijective && overlaps(map.surface, map.uv)) return std::nullopt;
-  if (map.surface.mesh.vertex_count() > surface.mesh.vertex_count()) {
+  if (!settled && map.surface.mesh.vertex_count() > surface.mesh.vertex_count()) {
     map = coarsen(std::move(map), constraints, surface.mesh.vertex_count(), context, stats);
   }
   return map;

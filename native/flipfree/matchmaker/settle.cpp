@@ -1,0 +1,138 @@
+#include "flipfree/matchmaker/settle.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+#include "flipfree/base/error.h"
+#include "flipfree/distortion/energy.h"
+#include "flipfree/distortion/minimize.h"
+#include "flipfree/distortion/rest_shapes.h"
+#include "flipfree/matchmaker/coarsen.h"
+#include "flipfree/matchmaker/first_try.h"
+#include "flipfree/matchmaker/restore.h"
+
+namespace flipfree {
+namespace {
+
+// Faces of more than so many times the map's energy are bad; they and those of added vertices are
+// relaxed with so many rings of vertices around them.
+constexpr double kBad = 8.0;
+constexpr int kRings = 3;
+// Newton steps near bad faces: at first, and after each round of taking refinement back.
+constexpr int kStepsAtFirst = 15;
+constexpr int kStepsPerRound = 5;
+// Newton steps of the whole map between two runs of rounds.
+constexpr int kStepsOfAll = 5;
+constexpr int kMostRuns = 2;
+constexpr int kMostRounds = 5;
+// Rounds end early when one frees less than this share (in per cent).
+constexpr Index kWorthwhile = 10;
+// Neighbourhoods in which pieces are untangled at the end.
+constexpr std::array<int, 2> kPieceRings = {2, 5};
+
+class Settler {
+ public:
+  Settler(RefinedMap& map, const std::vector<VertexId>& held, Index keep, ExecutionContext& context)
+      : map_(map), held_(held), keep_(keep), context_(context) {}
+
+  void run() {
+    relax_bad(kStepsAtFirst);
+    for (int i = 0; i < kMostRuns; ++i) {
+      take_back();
+      relax(held_, kStepsOfAll);
+      if (added() == 0) return;
+    }
+    take_back();
+    for (const int rings : kPieceRings) {
+      if (added() == 0) return;
+      if (restore_pieces(map_, held_flags(), keep_, rings, context_) == 0) continue;
+      map_ = compacted_map(map_);
+      relax_bad(kStepsPerRound);
+    }
+  }
+
+ private:
+  Index added() const { return map_.surface.mesh.vertex_count() - keep_; }
+
+  std::vector<char> held_flags() const {
+    std::vector<char> held(map_.surface.position.size(), 0);
+    for (const VertexId v : held_) held[static_cast<std::size_t>(v)] = 1;
+    return held;
+  }
+
+  void take_back() {
+    for (int round = 0; round < kMostRounds && added() > 0; ++round) {
+      const Index before = added();
+      const Index removed = remove_added(map_, held_, keep_, context_);
+      if (removed > 0) relax_bad(kStepsPerRound);
+      if (100 * removed < kWorthwhile * before) return;
+    }
+  }
+
+  void relax(const std::vector<VertexId>& fixed, int steps) {
+    MinimizeOptions options;
+    options.max_iterations = steps;
+    options.fixed = fixed;
+    options.lengthen = true;
+    Stats unused;
+    try {
+      map_.uv = minimize_distortion(to_surface(map_.surface), map_.uv, options, context_, unused);
+    } catch (const NotConverged&) {
+      // As squeezed as it is, the map is valid.
+    }
+  }
+
+  void relax_bad(int steps) {
+    const Triangles faces = map_.surface.mesh.faces();
+    std::vector<char> near(map_.surface.position.size(), 0);
+    mark_bad(faces, near);
+    for (int ring = 0; ring < kRings; ++ring) {
+      std::vector<char> wider = near;
+      for (FaceId f = 0; f < faces.rows(); ++f) {
+        const auto marked = [&](Index k) { return near[static_cast<std::size_t>(faces(f, k))]; };
+        if (marked(0) == 0 && marked(1) == 0 && marked(2) == 0) continue;
+        for (Index k = 0; k < 3; ++k) wider[static_cast<std::size_t>(faces(f, k))] = 1;
+      }
+      near.swap(wider);
+    }
+    for (const VertexId v : held_) near[static_cast<std::size_t>(v)] = 0;
+    std::vector<VertexId> fixed;
+    for (std::size_t v = 0; v < near.size(); ++v) {
+      if (near[v] == 0) fixed.push_back(static_cast<VertexId>(v));
+    }
+    if (fixed.size() < near.size()) relax(fixed, steps);
+  }
+
+  // Corners of bad faces, and added vertices.
+  void mark_bad(const Triangles& faces, std::vector<char>& marked) const {
+    using namespace distortion;
+    const RestShapes rest = build_rest_shapes(to_surface(map_.surface), context_);
+    const EnergySums sums = sum_energy(faces, rest.triangles, map_.uv, context_);
+    const double scale2 = sums.best_scale() * sums.best_scale();
+    const double most = kBad * sums.at_best_scale();
+    for (FaceId f = 0; f < faces.rows(); ++f) {
+      const auto at = [&](Index k) { return map_.uv.row(faces(f, k)).data(); };
+      const Jacobian j = jacobian(rest.triangles[static_cast<std::size_t>(f)], at(0), at(1), at(2));
+      const double stretch = 0.25 * (j.a * j.a + j.b * j.b + j.c * j.c + j.d * j.d);
+      const double shrink = stretch / (j.determinant * j.determinant);
+      if (scale2 * stretch + shrink / scale2 <= most) continue;
+      for (Index k = 0; k < 3; ++k) marked[static_cast<std::size_t>(faces(f, k))] = 1;
+    }
+    std::fill(marked.begin() + keep_, marked.end(), char{1});
+  }
+
+  RefinedMap& map_;
+  const std::vector<VertexId>& held_;
+  Index keep_;
+  ExecutionContext& context_;
+};
+
+}  // namespace
+
+void settle(RefinedMap& map, const std::vector<VertexId>& held, Index keep,
+            ExecutionContext& context) {
+  Settler(map, held, keep, context).run();
+}
+
+}  // namespace flipfree
