@@ -6,7 +6,7 @@
 
 #include "arrays.h"
 #include "bindings.h"
-#include "flipfree/conformal/metric.h"
+#include "flipfree/conformal/refined_metric.h"
 #include "flipfree/numeric/scalar.h"
 #include "job.h"
 #include "metric_object.h"
@@ -21,16 +21,34 @@ struct MetricRequest {
   std::optional<Points3> lengths;
   std::vector<double> target_angles;
   conformal::MetricOptions options;
+  conformal::StartRefinement refinement = conformal::StartRefinement::kAuto;
 };
 
 conformal::ConformalMetric solve(const MetricRequest& request, ExecutionContext& context) {
-  if (!request.lengths) {
-    return conformal::compute_conformal_metric(request.surface, request.target_angles,
-                                               request.options, context);
+  return conformal::compute_refined_metric(
+             request.surface, request.lengths ? &*request.lengths : nullptr, request.target_angles,
+             request.options, request.refinement, context)
+      .metric;
+}
+
+// The vertices that were added: scale factors and where they lie on the user's surface.
+void add_refinement(const conformal::ConformalMetric& metric, py::dict& d) {
+  const std::size_t own = metric.scale_factors.size() - metric.added.size();
+  const auto part = [own](const std::vector<double>& v) {
+    return std::vector<double>(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(own));
+  };
+  d["scale_factors"] = from_vector(part(metric.scale_factors));
+  d["angles"] = from_vector(part(metric.angles));
+  d["added_scale_factors"] = from_vector(std::vector<double>(
+      metric.scale_factors.begin() + static_cast<std::ptrdiff_t>(own), metric.scale_factors.end()));
+  std::vector<FaceId> parent;
+  Points3 weights(static_cast<Eigen::Index>(metric.added.size()), 3);
+  for (const conformal::AddedVertex& v : metric.added) {
+    weights.row(static_cast<Eigen::Index>(parent.size())) = v.weight.transpose();
+    parent.push_back(v.face);
   }
-  return conformal::compute_conformal_metric(static_cast<Index>(request.surface.vertices.rows()),
-                                             request.surface.faces, *request.lengths,
-                                             request.target_angles, request.options, context);
+  d["added_parent"] = from_vector(parent);
+  d["added_barycentric"] = from_matrix(weights);
 }
 
 // Final triangulation as the single cover sees it: vertices of the user's mesh, natural logarithms
@@ -63,10 +81,15 @@ void add_mesh(const conformal::ConformalMetric& metric, py::dict& d) {
 
 }  // namespace
 
+conformal::StartRefinement to_start_refinement(const std::string& name) {
+  if (name == "on") return conformal::StartRefinement::kOn;
+  if (name == "off") return conformal::StartRefinement::kOff;
+  return conformal::StartRefinement::kAuto;
+}
+
 py::object to_object(const conformal::ConformalMetric& metric) {
   py::dict d;
-  d["scale_factors"] = from_vector(metric.scale_factors);
-  d["angles"] = from_vector(metric.angles);
+  add_refinement(metric, d);
   d["angle_error"] = metric.angle_error;
   d["scale_range"] = metric.scale_range;
   d["flips"] = metric.flips.size() - metric.euclidean_flips;
@@ -87,7 +110,8 @@ void bind_conformal(py::module_& module) {
       "conformal_metric",
       [](const Array<double>& vertices, const Array<Index>& faces,
          const Array<double>& target_angles, double tolerance, int bits, int max_iterations,
-         double max_seconds, bool require_convergence, const py::object& lengths, int threads) {
+         double max_seconds, bool require_convergence, const std::string& intrinsic_refinement,
+         const py::object& lengths, int threads) {
         MetricRequest request;
         request.surface = to_surface(vertices, faces);
         request.target_angles.assign(target_angles.data(),
@@ -97,6 +121,7 @@ void bind_conformal(py::module_& module) {
         request.options.max_iterations = max_iterations;
         request.options.max_seconds = max_seconds;
         request.options.require_convergence = require_convergence;
+        request.refinement = to_start_refinement(intrinsic_refinement);
         if (!lengths.is_none())
           request.lengths = to_matrix<Points3>(lengths.cast<Array<double>>(), "lengths");
         return start_job(
@@ -107,7 +132,8 @@ void bind_conformal(py::module_& module) {
       },
       py::arg("vertices"), py::arg("faces"), py::arg("target_angles"), py::arg("tolerance"),
       py::arg("bits"), py::arg("max_iterations"), py::arg("max_seconds"),
-      py::arg("require_convergence"), py::arg("lengths"), py::arg("threads"));
+      py::arg("require_convergence"), py::arg("intrinsic_refinement"), py::arg("lengths"),
+      py::arg("threads"));
 }
 
 }  // namespace flipfree::python

@@ -3,10 +3,14 @@
 
 #include <pybind11/pybind11.h>
 
-#include "flipfree/conformal/metric.h"
+#include <string>
+
+#include "flipfree/conformal/refined_metric.h"
 
 namespace flipfree::python {
 
 pybind11::object to_object(const conformal::ConformalMetric& metric);
+// "auto", "on" or "off"; anything else is "auto".
+conformal::StartRefinement to_start_refinement(const std::string& name);
 
 }  // namespace flipfree::python

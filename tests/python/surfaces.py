@@ -86,3 +86,21 @@ def shuffled(mesh: Mesh, seed: int) -> Mesh:
     turn = random.integers(0, 3, len(faces))
     corners = (np.arange(3)[None, :] + turn[:, None]) % 3
     return vertices[order], np.take_along_axis(faces, corners, 1).astype(np.int32)
+
+
+def prism_with_cones(sectors: int = 120) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32], npt.NDArray[np.float64]]:
+    """A closed prism as CAD programs write it, needles and caps fanned from one vertex, and angles with twelve cones."""
+    a = 2 * np.pi * np.arange(sectors) / sectors
+    ring = np.stack([np.cos(a), np.sin(a), 0 * a], 1)
+    i = np.arange(sectors)
+    j, fan = (i + 1) % sectors, i[1:-1]
+    faces = [
+        np.stack([i, j, sectors + j], 1),
+        np.stack([i, sectors + j, sectors + i], 1),
+        np.stack([0 * fan, fan + 1, fan], 1),
+        np.stack([0 * fan + sectors, sectors + fan, sectors + fan + 1], 1),
+    ]
+    angles = np.full(2 * sectors, 2 * np.pi)
+    angles[[3, 20, 41, 60, 83, 99, 110, 130, 150, 200]] = 1.5 * np.pi
+    angles[[12, 140]] = 2.5 * np.pi
+    return np.concatenate([ring, ring + [0, 0, 3.0]]), np.concatenate(faces).astype(np.int32), angles

@@ -11,6 +11,8 @@ import pytest
 
 import flipfree as ff
 
+from surfaces import prism_with_cones
+
 DATA = Path(os.environ.get("FLIPFREE_DATA", Path(__file__).parents[3] / "shared" / "data"))
 
 
@@ -189,3 +191,53 @@ def test_all_curvature_of_36_handles_in_one_cone_is_reached_on_a_path_of_targets
     assert metric.stats["target_path"] == 1
     assert metric.angle_error <= 1e-10
     assert metric.iterations <= 300
+
+
+def test_a_refined_start_serves_where_the_plain_way_ends_too_early() -> None:
+    sectors = 120
+    vertices, faces, angles = prism_with_cones(sectors)
+    plain = ff.conformal_metric(vertices, faces, angles, intrinsic_refinement="off")
+    assert plain.stats["intrinsic_refinement"] == 0 and len(plain.added_parent) == 0
+    limit = plain.iterations - 1
+    with pytest.raises(ff.NotConverged):
+        ff.conformal_metric(
+            vertices, faces, angles, max_iterations=limit, intrinsic_refinement="off"
+        )
+    metric = ff.conformal_metric(vertices, faces, angles, max_iterations=limit)
+    added = metric.stats["intrinsic_refinement"]
+    assert added > 100
+    assert metric.scale_factors.shape == metric.angles.shape == (2 * sectors,)
+    assert metric.added_scale_factors.shape == metric.added_parent.shape == (added,)
+    assert metric.added_barycentric.shape == (added, 3)
+    assert (metric.added_barycentric.sum(1) == 1.0).all() and (
+        metric.added_barycentric >= 0.0
+    ).all()
+    assert metric.faces.max() == 2 * sectors + added - 1
+    assert np.abs(metric.angles - angles).max() <= 1e-10
+
+
+def test_a_refined_start_takes_given_lengths_and_any_unit() -> None:
+    vertices, faces, angles = prism_with_cones()
+    lengths = np.linalg.norm(vertices[faces] - vertices[np.roll(faces, -1, 1)], axis=2)
+    a = ff.conformal_metric(vertices, faces, angles, intrinsic_refinement="on")
+    b = ff.conformal_metric(
+        0 * vertices, faces, angles, lengths=lengths, intrinsic_refinement="on"
+    )
+    c = ff.conformal_metric(1024.0 * vertices, faces, angles, intrinsic_refinement="on")
+    assert np.abs(a.scale_factors - b.scale_factors).max() < 1e-6
+    assert (a.scale_factors == c.scale_factors).all()
+
+
+def test_auto_changes_nothing_where_the_plain_way_works() -> None:
+    vertices, faces, angles = prism_with_cones()
+    a = ff.conformal_metric(vertices, faces, angles)
+    b = ff.conformal_metric(vertices, faces, angles, intrinsic_refinement="off")
+    assert a.scale_factors.tobytes() == b.scale_factors.tobytes()
+
+
+def test_refinement_can_be_cancelled() -> None:
+    vertices, faces, angles = prism_with_cones(2000)
+    with pytest.raises(ff.Cancelled):
+        ff.conformal_metric(
+            vertices, faces, angles, intrinsic_refinement="on", progress=lambda *_: False
+        )

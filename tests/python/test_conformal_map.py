@@ -10,7 +10,7 @@ import pytest
 
 import flipfree as ff
 
-from surfaces import bumpy_grid, cylinder, octahedron_sphere, shuffled, torus
+from surfaces import bumpy_grid, cylinder, octahedron_sphere, prism_with_cones, shuffled, torus
 
 
 def boundary_vertices(faces: np.ndarray) -> np.ndarray:
@@ -250,3 +250,75 @@ def test_cuts_that_are_no_edges_are_named() -> None:
     with pytest.raises(ff.InvalidInput) as caught:
         ff.conformal(*rectangle_case(), cuts=[[0, 300]])
     assert caught.value.kind == "edge"
+
+
+def sheared_grid(shear: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A flat parallelogram whose rows are shifted so far that hardly an edge between them is Delaunay, and its angles."""
+    vertices, faces = bumpy_grid(14, 8, height=0.0)
+    vertices[:, :2] += 0.015 * np.random.default_rng(3).normal(size=(len(vertices), 2))
+    vertices[:, 0] += shear * vertices[:, 1]
+    angles = np.zeros(len(vertices))
+    for k in range(3):
+        p, a, b = (vertices[faces[:, (k + j) % 3]] for j in range(3))
+        cosine = ((a - p) * (b - p)).sum(1) / np.linalg.norm(a - p, axis=1) / np.linalg.norm(b - p, axis=1)
+        np.add.at(angles, faces[:, k], np.arccos(cosine))
+    return vertices, faces, angles
+
+
+@pytest.mark.parametrize("refinement", ["off", "on"])
+def test_a_flat_surface_that_is_far_from_delaunay_is_mapped_by_a_similarity(refinement: str) -> None:
+    vertices, faces, angles = sheared_grid(4.0)
+    result = ff.conformal(
+        vertices, faces, angles, original_triangles=False, intrinsic_refinement=refinement
+    )
+    assert result.stats["straightened_crossings"] > 300
+    assert result.stats["bent_crossings"] == 0
+    assert result.stats["added_vertices"] > 100
+    # Every point of the map, those on edges that are not Delaunay included: w = a z + b.
+    z = result.vertices[result.faces.ravel(), :2] @ [1, 1j]
+    w = result.uv.reshape(-1, 2) @ [1, 1j]
+    a, b = np.polyfit(z, w, 1)
+    assert np.abs(a * z + b - w).max() < 1e-9 * np.abs(a)
+
+
+def test_a_map_from_a_refined_start_lies_on_the_original_triangles() -> None:
+    vertices, faces, angles = prism_with_cones()
+    result = ff.conformal(vertices, faces, angles, intrinsic_refinement="on")
+    assert result.certificate.ok and exact_flips(result.uv) == 0
+    assert result.stats["intrinsic_refinement"] > 100
+    # The points that were added to the start are not there, only points on input edges.
+    assert (result.vertex_barycentric[len(vertices) :] == 0.0).any(1).all()
+    assert result.stats["added_vertices"] < result.stats["intrinsic_refinement"]
+    assert np.abs(uv_angles(result, len(vertices)) - angles).max() < 1e-6
+
+
+def test_a_map_that_needles_spoil_is_made_from_a_refined_start() -> None:
+    vertices, faces, _ = prism_with_cones(200)
+    vertices[:, 2] /= 3.0
+    angles = np.full(len(vertices), 2 * np.pi)
+    places = np.random.default_rng(0).choice(len(vertices), 12, replace=False)
+    angles[places] -= np.pi / 2 * np.array([1] * 10 + [-1] * 2)
+    with pytest.raises(ff.NotConverged):
+        ff.conformal(vertices, faces, angles, intrinsic_refinement="off")
+    result = ff.conformal(vertices, faces, angles)
+    assert result.certificate.ok and result.stats["intrinsic_refinement"] > 100
+    assert np.abs(uv_angles(result, len(vertices)) - angles).max() < 1e-6
+
+
+def test_cuts_are_kept_on_a_refined_start() -> None:
+    vertices, faces, angles = prism_with_cones()
+    cuts = np.array([(k, k + 1) for k in range(3, 9)])
+    result = ff.conformal(vertices, faces, angles, cuts=cuts, intrinsic_refinement="on")
+    ends = {tuple(sorted(e)) for e in result.cut_edges.tolist()}
+    whole = [tuple(e) in ends for e in cuts.tolist()]
+    # A cut edge is whole, or in pieces that begin at its ends.
+    for (a, b), one in zip(cuts.tolist(), whole, strict=True):
+        pieces = [e for e in ends if a in e or b in e]
+        assert one or len(pieces) >= 2
+    assert result.certificate.ok
+
+
+def test_intrinsic_refinement_must_be_known() -> None:
+    vertices, faces, angles = octahedral_case()
+    with pytest.raises(ff.InvalidInput, match="intrinsic_refinement"):
+        ff.conformal(vertices, faces, angles, intrinsic_refinement="sometimes")

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -13,8 +14,11 @@
 #include "flipfree/certify/certify.h"
 #include "flipfree/conformal/layout.h"
 #include "flipfree/conformal/map_cut.h"
+#include "flipfree/conformal/map_layout.h"
+#include "flipfree/conformal/map_placement.h"
 #include "flipfree/conformal/overlay_coordinates.h"
 #include "flipfree/conformal/overlay_positions.h"
+#include "flipfree/conformal/overlay_straight.h"
 #include "flipfree/conformal/overlay_trace.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/mesh/cut.h"
@@ -24,7 +28,9 @@ namespace flipfree {
 namespace {
 
 using conformal::ConformalMetric;
+using conformal::RefinedMetric;
 using conformal::Scalars;
+using conformal::StartRefinement;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -44,56 +50,44 @@ std::vector<long double> widen(const Scalars& values) {
       values);
 }
 
-// How the input's edges run over the final triangulation.
-OverlayCoordinates replay(const ConformalMetric& metric, const ExecutionContext& context) {
+FlipMesh initial_mesh(const ConformalMetric& metric) {
   FlipMesh mesh;
   mesh.next = metric.initial.next;
   mesh.source = metric.initial.origin;
   mesh.vertex_count = static_cast<Index>(metric.initial.vertex_count());
-  OverlayCoordinates coordinates(std::move(mesh));
-  std::size_t steps = 0;
-  for (const conformal::FlipRecord& record : metric.flips) {
-    if ((++steps & 0xffff) == 0) context.check();
-    for (int i = 0; i < record.plain.count; ++i) {
+  return mesh;
+}
+
+void replay(const ConformalMetric& metric, std::size_t from, std::size_t to,
+            OverlayCoordinates& coordinates, const ExecutionContext& context) {
+  for (std::size_t i = from; i < to; ++i) {
+    if ((i & 0xffff) == 0xffff) context.check();
+    const conformal::PlainFlips& plain = metric.flips[i].plain;
+    for (int k = 0; k < plain.count; ++k) {
       coordinates.flip(
-          conformal::IntrinsicMesh::halfedge(record.plain.edges[static_cast<std::size_t>(i)]));
+          conformal::IntrinsicMesh::halfedge(plain.edges[static_cast<std::size_t>(k)]));
     }
   }
-  if (coordinates.current().next != metric.mesh.next) {
-    throw InternalError("overlay: the recorded flips do not lead to the final triangulation");
-  }
-  return coordinates;
 }
 
-// The input's edges in corner order.
-struct InputEdges {
-  std::vector<HalfedgeId> halfedge;  // #E: the corner first seen
-  std::vector<Index> of_corner;      // 3 #F
-};
-InputEdges number_edges(const Adjacency& adjacency) {
-  InputEdges edges;
-  edges.of_corner.assign(adjacency.opposite.size(), kInvalid);
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
-    const HalfedgeId o = adjacency.opposite[at(h)];
-    if (o != kInvalid && o < h) {
-      edges.of_corner[at(h)] = edges.of_corner[at(o)];
-    } else {
-      edges.of_corner[at(h)] = static_cast<Index>(edges.halfedge.size());
-      edges.halfedge.push_back(h);
-    }
-  }
-  return edges;
-}
-
+// How the input's edges run over the final triangulation.
 struct Overlay {
   OverlayCoordinates coordinates;
   OverlayTrace trace;
   OverlayPositions positions;
+  Straightened straightened;
 };
 
 Overlay build_overlay(const ConformalMetric& metric, const InputEdges& edges,
                       std::int64_t max_crossings, const ExecutionContext& context) {
-  Overlay overlay{replay(metric, context), {}, {}};
+  Overlay overlay{OverlayCoordinates(initial_mesh(metric)), {}, {}, {}};
+  replay(metric, 0, metric.euclidean_flips, overlay.coordinates, context);
+  std::optional<OverlayCoordinates> start;
+  if (metric.euclidean_flips > 0) start = overlay.coordinates;
+  replay(metric, metric.euclidean_flips, metric.flips.size(), overlay.coordinates, context);
+  if (overlay.coordinates.current().next != metric.mesh.next) {
+    throw InternalError("overlay: the recorded flips do not lead to the final triangulation");
+  }
   std::vector<HalfedgeId> curves;
   curves.reserve(edges.halfedge.size());
   for (const HalfedgeId h : edges.halfedge) curves.push_back(metric.input_halfedge[at(h)]);
@@ -104,6 +98,10 @@ Overlay build_overlay(const ConformalMetric& metric, const InputEdges& edges,
   for (const VertexId v : metric.mesh.unknown) scale.push_back(u[at(v)]);
   overlay.positions =
       locate_crossings(overlay.coordinates, overlay.trace, widen(metric.length), scale, context);
+  if (start) {
+    overlay.straightened = straighten(metric, *start, overlay.trace, widen(metric.initial_length),
+                                      scale, overlay.positions, context);
+  }
   return overlay;
 }
 
@@ -124,106 +122,20 @@ Layout lay_out_metric(const ConformalMetric& metric, const Overlay& overlay,
                     metric.length);
 }
 
-// Turns every chart so that its longest boundary edge is horizontal, sets charts side by side, and
-// scales the whole into the unit square.
-struct Placement {
-  std::vector<Place> direction;  // per chart: unit complex number by which it is turned
-  std::vector<Place> shift;      // per chart, added after turning
-  long double scale = 1;
-  Place origin;  // subtracted last but one, before scaling
-  Vector2 apply(const Place& p, Index chart) const {
-    const Place& d = direction[at(chart)];
-    const Place& s = shift[at(chart)];
-    const long double x = p.x * d.x - p.y * d.y + s.x - origin.x;
-    const long double y = p.x * d.y + p.y * d.x + s.y - origin.y;
-    return {static_cast<double>(x * scale), static_cast<double>(y * scale)};
-  }
-};
-
-Placement place_charts(const Layout& layout, const Adjacency& adjacency) {
-  Placement placement;
-  const auto corner_count = static_cast<CornerId>(layout.corner.size());
-  struct Box {
-    long double x0 = std::numeric_limits<long double>::infinity(), y0 = x0, x1 = -x0, y1 = -x0;
-  };
-  // Of edges that are about as long the first: rounding must not turn the map.
-  constexpr long double kAboutAsLong = 1 - 1e-6L;
-  std::vector<Place> longest(at(layout.chart_count), Place{0, 0});
-  std::vector<long double> most(at(layout.chart_count), 0);
-  const auto over_boundary = [&](const auto& visit) {
-    for (CornerId c = 0; c < corner_count; ++c) {
-      if (adjacency.opposite[at(c)] != kInvalid) continue;
-      const Place &p = layout.corner[at(c)], &q = layout.corner[at(next_corner(c))];
-      visit(at(layout.chart_of_face[at(c / 3)]), Place{q.x - p.x, q.y - p.y});
-    }
-  };
-  over_boundary([&](std::size_t chart, const Place& d) {
-    most[chart] = std::max(most[chart], std::hypot(d.x, d.y));
-  });
-  over_boundary([&](std::size_t chart, const Place& d) {
-    Place& best = longest[chart];
-    if (best.x == 0 && best.y == 0 && std::hypot(d.x, d.y) >= kAboutAsLong * most[chart]) best = d;
-  });
-  for (Place& d : longest) {
-    const long double norm = std::hypot(d.x, d.y);
-    d = norm > 0 ? Place{d.x / norm, -d.y / norm} : Place{1, 0};
-  }
-  placement.direction = std::move(longest);
-  std::vector<Box> boxes(at(layout.chart_count));
-  for (CornerId c = 0; c < corner_count; ++c) {
-    const Index chart = layout.chart_of_face[at(c / 3)];
-    const Place& d = placement.direction[at(chart)];
-    const Place& p = layout.corner[at(c)];
-    const long double x = p.x * d.x - p.y * d.y, y = p.x * d.y + p.y * d.x;
-    Box& b = boxes[at(chart)];
-    b.x0 = std::min(b.x0, x), b.x1 = std::max(b.x1, x);
-    b.y0 = std::min(b.y0, y), b.y1 = std::max(b.y1, y);
-  }
-  // Shelves: charts by height in rows about as wide as the whole is high.
-  long double area = 0, widest = 0;
-  for (const Box& b : boxes) {
-    area += (b.x1 - b.x0) * (b.y1 - b.y0);
-    widest = std::max(widest, b.x1 - b.x0);
-  }
-  const long double row_width = std::max(widest, std::sqrt(area) * 1.1L);
-  std::vector<Index> order(boxes.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<Index>(i);
-  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) {
-    return boxes[at(a)].y1 - boxes[at(a)].y0 > boxes[at(b)].y1 - boxes[at(b)].y0;
-  });
-  placement.shift.resize(boxes.size());
-  long double x = 0, y = 0, shelf = 0, width = 0;
-  const long double gap = boxes.size() > 1 ? row_width * 0.01L : 0;
-  for (const Index i : order) {
-    const Box& b = boxes[at(i)];
-    if (x > 0 && x + (b.x1 - b.x0) > row_width * 1.0001L) {
-      y += shelf + gap;
-      x = shelf = 0;
-    }
-    placement.shift[at(i)] = {x - b.x0, y - b.y0};
-    x += b.x1 - b.x0;
-    width = std::max(width, x);
-    x += gap;
-    shelf = std::max(shelf, b.y1 - b.y0);
-  }
-  placement.scale = 1 / std::max(width, y + shelf);
-  return placement;
-}
-
-EdgePointMap to_edge_points(const Layout& layout, const Placement& placement,
-                            const Overlay& overlay, const InputEdges& edges,
-                            const Adjacency& adjacency) {
+EdgePointMap to_edge_points(const MapLayout& developed, const Placement& placement,
+                            const InputEdges& edges, const Adjacency& adjacency) {
+  const Layout& layout = developed.layout;
   EdgePointMap map;
   map.edge_halfedge = edges.halfedge;
   map.edge_of = edges.of_corner;
-  map.begin = overlay.trace.begin;
+  map.begin = developed.begin;
   const auto corner_count = static_cast<CornerId>(layout.corner.size());
   map.corner_angle = layout.corner_angle;
   map.corner_uv.resize(corner_count, 2);
   for (CornerId c = 0; c < corner_count; ++c) {
     map.corner_uv.row(c) = placement.apply(layout.corner[at(c)], layout.chart_of_face[at(c / 3)]);
   }
-  map.points.resize(overlay.trace.crossings.size());
+  map.points.resize(developed.along.size());
   for (std::size_t e = 0; e < edges.halfedge.size(); ++e) {
     const HalfedgeId other = adjacency.opposite[at(edges.halfedge[e])];
     const Index left = layout.chart_of_face[at(edges.halfedge[e] / 3)];
@@ -231,34 +143,12 @@ EdgePointMap to_edge_points(const Layout& layout, const Placement& placement,
     for (std::int64_t i = map.begin[e]; i < map.begin[e + 1]; ++i) {
       const auto p = static_cast<std::size_t>(i);
       EdgePoint& point = map.points[p];
-      point.along = overlay.positions.on_curve[p];
+      point.along = developed.along[p];
       point.uv_left = placement.apply(layout.crossing[p][0], left);
       point.uv_right = placement.apply(layout.crossing[p][other == kInvalid ? 0 : 1], right);
     }
   }
   return map;
-}
-
-// Where the map is finest among the faces that could not be rounded: 32-bit numbers are finest
-// around zero.
-Place finest_place(const Layout& layout, const Placement& placement,
-                   const std::vector<FaceId>& faces) {
-  Place best;
-  long double least = std::numeric_limits<long double>::infinity();
-  for (const FaceId f : faces) {
-    const auto at_corner = [&](Index k) { return layout.corner[at(3 * f + k)]; };
-    const Place a = at_corner(0), b = at_corner(1), c = at_corner(2);
-    const long double size =
-        std::max(std::hypot(b.x - a.x, b.y - a.y), std::hypot(c.x - a.x, c.y - a.y));
-    if (size < least) {
-      least = size;
-      const Index chart = layout.chart_of_face[at(f)];
-      const Place& d = placement.direction[at(chart)];
-      const Place& t = placement.shift[at(chart)];
-      best = {a.x * d.x - a.y * d.y + t.x, a.x * d.y + a.y * d.x + t.y};
-    }
-  }
-  return best;
 }
 
 struct RoundedMap {
@@ -271,14 +161,15 @@ struct RoundedMap {
 // that is too coarse, with the origin moved to the finest place. If none can be stored in 32 bits,
 // the best one for 64.
 RoundedMap refine_and_round(const Surface& surface, const Adjacency& adjacency,
-                            const Layout& layout, const Overlay& overlay, const InputEdges& edges,
+                            const MapLayout& developed, const InputEdges& edges,
                             Refinement refinement, Stats& stats, const ExecutionContext& context) {
   constexpr int kOrigins = 3;
+  const Layout& layout = developed.layout;
   Placement placement = place_charts(layout, adjacency);
   Placement best_placement = placement;
   RoundedMap best;
   for (int attempt = 0; attempt < kOrigins; ++attempt) {
-    const EdgePointMap points = to_edge_points(layout, placement, overlay, edges, adjacency);
+    const EdgePointMap points = to_edge_points(developed, placement, edges, adjacency);
     RefinedMap refined =
         refine_map(surface, adjacency, points, refinement, Storage::k64And32, context);
     if (attempt == 0 || refined.invalid.size() < best.too_small.size()) {
@@ -292,7 +183,7 @@ RoundedMap refine_and_round(const Surface& surface, const Adjacency& adjacency,
     if (best.too_small.empty()) return best;
     placement.origin = finest_place(layout, placement, best.too_small);
   }
-  const EdgePointMap points = to_edge_points(layout, best_placement, overlay, edges, adjacency);
+  const EdgePointMap points = to_edge_points(developed, best_placement, edges, adjacency);
   best.map = refine_map(surface, adjacency, points, refinement, Storage::k64Only, context);
   return best;
 }
@@ -394,86 +285,78 @@ Error needs_refinement(const std::vector<FaceId>& faces) {
   return error;
 }
 
-}  // namespace
-
-ConformalMapResult map_from_metric(const Surface& surface, const std::vector<double>& target_angles,
-                                   ConformalMetric metric, const ConformalMapOptions& options,
-                                   ExecutionContext& context) {
-  const auto vertex_count = static_cast<Index>(surface.vertices.rows());
-  const Adjacency adjacency = build_adjacency(vertex_count, surface.faces);
-  const EdgeFlags given = flag_edges(surface.faces, adjacency, options.cuts);
-  const InputEdges edges = number_edges(adjacency);
-
-  std::vector<VertexId> cones;
-  CertifyRequest request;
-  for (VertexId v = 0; v < vertex_count; ++v) {
-    const bool boundary = metric.on_boundary[at(v)];
-    const bool cone =
-        !boundary && std::abs(target_angles[at(v)] - 2 * std::numbers::pi) > options.flat_tolerance;
-    if (cone) cones.push_back(v);
-    if (cone || (boundary && target_angles[at(v)] > 0))
-      request.cone_angles.emplace_back(v, target_angles[at(v)]);
+// The cuts on the triangulation that the metric was computed on.
+EdgeFlags on_pieces(const EdgeFlags& cuts, const conformal::SplitSurface& split) {
+  EdgeFlags flags(static_cast<std::size_t>(3 * split.faces.rows()), false);
+  for (std::size_t h = 0; h < cuts.size(); ++h) {
+    for (Index i = split.piece_begin[h]; cuts[h] && i < split.piece_begin[h + 1]; ++i)
+      flags[at(split.piece[at(i)])] = true;
   }
+  return flags;
+}
 
-  ConformalMapResult result;
-  Parametrization& map = result.map;
+struct Development {
+  MapLayout map;
+  std::size_t crossings = 0;
+};
+
+// Overlay and layout of the triangulation that the metric was computed on, seen from the input's
+// corners and edges. Throws NotConverged if there are too many crossings.
+Development develop(const RefinedMetric& solved, const Adjacency& adjacency,
+                    const InputEdges& edges, const EdgeFlags& cuts,
+                    const ConformalMapOptions& options, Stats& stats, ExecutionContext& context) {
   Stopwatch watch;
-  const auto lap = [&](const char* name) {
-    map.stats[name] = watch.seconds();
-    watch.restart();
-  };
-  context.report("overlay", 0.0);
-  const EdgeFlags avoided = options.uncuttable.rows() == 0
-                                ? EdgeFlags{}
-                                : flag_edges(surface.faces, adjacency, options.uncuttable);
-  const EdgeFlags cuts = cut_to_disks(surface, adjacency, given, cones, avoided, context);
-  lap("seconds_cut");
-  std::optional<Overlay> overlay;
-  try {
-    overlay = build_overlay(metric, edges, options.max_crossings, context);
-  } catch (const NotConverged& e) {
-    result.failure = e.error();
-    result.metric = std::move(metric);
-    return result;
-  }
-  lap("seconds_overlay");
+  const conformal::SplitSurface* split = solved.split.get();
+  const Adjacency own_adjacency =
+      split != nullptr ? build_adjacency(split->vertex_count, split->faces) : Adjacency{};
+  const InputEdges own_edges = split != nullptr ? number_edges(own_adjacency) : InputEdges{};
+  const Adjacency& fine_adjacency = split != nullptr ? own_adjacency : adjacency;
+  const InputEdges& fine_edges = split != nullptr ? own_edges : edges;
+  const Overlay overlay = build_overlay(solved.metric, fine_edges, options.max_crossings, context);
+  stats["seconds_overlay"] = watch.seconds();
+  watch.restart();
   context.report("layout", 0.3);
-  const Layout layout = lay_out_metric(metric, *overlay, edges, adjacency, cuts, context);
-  lap("seconds_layout");
-  context.report("refinement", 0.5);
-  RoundedMap rounded = refine_and_round(surface, adjacency, layout, *overlay, edges,
-                                        options.refinement, map.stats, context);
-  RefinedMap& refined = rounded.map;
-  lap("seconds_refine");
-  context.report("certificate", 0.8);
+  Layout layout = lay_out_metric(solved.metric, overlay, fine_edges, fine_adjacency,
+                                 split != nullptr ? on_pieces(cuts, *split) : cuts, context);
+  Development out;
+  out.crossings = overlay.trace.crossings.size();
+  stats["straightened_crossings"] = static_cast<std::int64_t>(overlay.straightened.moved);
+  stats["bent_crossings"] = static_cast<std::int64_t>(overlay.straightened.kept);
+  stats["largest_straightening"] = overlay.straightened.largest_move;
+  out.map = split == nullptr ? own_layout(std::move(layout), overlay.trace, overlay.positions)
+                             : composed_layout({&layout, &overlay.trace, &overlay.positions,
+                                                &fine_edges, &fine_adjacency},
+                                               *split, edges);
+  stats["seconds_layout"] = watch.seconds();
+  return out;
+}
 
-  map.cut_edges = refined_cuts(surface, cuts, edges, overlay->trace.begin, refined);
-  map.surface = std::move(refined.surface);
-  map.uv = std::move(refined.uv);
-  map.uv32 = map.uv.cast<float>();
-  map.parent_face = std::move(refined.parent_face);
-  map.vertex_parent = std::move(refined.vertex_parent);
-  map.vertex_barycentric = std::move(refined.vertex_barycentric);
-  if (!rounded.too_small.empty() && options.refinement != Refinement::kNever &&
-      refined.invalid.empty() && repair_rounding(map, map.uv32, map.stats, context) &&
-      stored_angle_error(map, request.cone_angles) < kStoredAngleTolerance) {
-    rounded.too_small.clear();
+struct Prescribed {
+  std::vector<VertexId> cones;  // interior vertices that are not flat
+  CertifyRequest request;       // what is certified: cones, and boundary angles that are not free
+};
+
+Prescribed prescribed_angles(const std::vector<double>& target_angles,
+                             const std::vector<bool>& on_boundary, double flat_tolerance) {
+  Prescribed out;
+  for (std::size_t v = 0; v < target_angles.size(); ++v) {
+    const auto id = static_cast<VertexId>(v);
+    const bool cone =
+        !on_boundary[v] && std::abs(target_angles[v] - 2 * std::numbers::pi) > flat_tolerance;
+    if (cone) out.cones.push_back(id);
+    if (cone || (on_boundary[v] && target_angles[v] > 0))
+      out.request.cone_angles.emplace_back(id, target_angles[v]);
   }
-  lap("seconds_round");
-  certify_map(map, surface, request, context);
-  map.stats["stored_angle_error"] = stored_angle_error(map, request.cone_angles);
-  lap("seconds_certify");
-  map.stats["overlay_crossings"] = static_cast<std::int64_t>(overlay->trace.crossings.size());
-  map.stats["added_vertices"] =
-      static_cast<std::int64_t>(map.surface.vertices.rows()) - vertex_count;
-  map.stats["charts"] = static_cast<std::int64_t>(layout.chart_count);
-  map.stats["cones"] = static_cast<std::int64_t>(cones.size());
-  map.stats["closing_error"] = layout.closing_error;
-  map.stats["energy"] = map.certificate.energy;
+  return out;
+}
+
+// Why the map cannot be used, if it cannot.
+void judge(const RoundedMap& rounded, Refinement refinement, ConformalMapResult& result) {
+  Parametrization& map = result.map;
   if (!rounded.too_small.empty()) {
-    result.failure = options.refinement == Refinement::kNever
+    result.failure = refinement == Refinement::kNever
                          ? needs_refinement(rounded.too_small)
-                         : not_storable(metric, rounded.too_small);
+                         : not_storable(result.metric, rounded.too_small);
   } else if (!map.certificate.ok) {
     result.failure =
         Error{ErrorCode::kCertificateFailed,
@@ -487,8 +370,92 @@ ConformalMapResult map_from_metric(const Surface& surface, const std::vector<dou
         "G5: the stored 32-bit values differ from a prescribed angle by " +
         scientific(std::get<double>(map.stats["stored_angle_error"])) + " radians");
   }
+}
+
+// Among needles the curves of many edges are pressed together until nothing can be stored. Replaces
+// a failure by the map of the refined start if that has none.
+void try_refined_start(const Surface& surface, const Points3* lengths,
+                       const std::vector<double>& target_angles, const ConformalMapOptions& options,
+                       ConformalMapResult& result, ExecutionContext& context) {
+  conformal::MetricOptions metric = options.metric;
+  metric.require_convergence = false;
+  auto solved = conformal::refined_metric(surface, lengths, target_angles, metric, context);
+  if (!solved || !solved->metric.converged) return;
+  ConformalMapResult again =
+      map_from_metric(surface, target_angles, std::move(*solved), options, context);
+  if (!again.failure) result = std::move(again);
+}
+
+}  // namespace
+
+ConformalMapResult map_from_metric(const Surface& surface, const std::vector<double>& target_angles,
+                                   RefinedMetric solved, const ConformalMapOptions& options,
+                                   ExecutionContext& context) {
+  const auto vertex_count = static_cast<Index>(surface.vertices.rows());
+  const Adjacency adjacency = build_adjacency(vertex_count, surface.faces);
+  const EdgeFlags given = flag_edges(surface.faces, adjacency, options.cuts);
+  const EdgeFlags avoided = options.uncuttable.rows() == 0
+                                ? EdgeFlags{}
+                                : flag_edges(surface.faces, adjacency, options.uncuttable);
+  const InputEdges edges = number_edges(adjacency);
+  const Prescribed prescribed =
+      prescribed_angles(target_angles, solved.metric.on_boundary, options.flat_tolerance);
+
+  ConformalMapResult result;
+  Parametrization& map = result.map;
+  Stopwatch watch;
+  const auto lap = [&](const char* name) {
+    map.stats[name] = watch.seconds();
+    watch.restart();
+  };
+  context.report("overlay", 0.0);
+  const EdgeFlags cuts =
+      cut_to_disks(surface, adjacency, given, prescribed.cones, avoided, context);
+  lap("seconds_cut");
+  Development developed;
+  try {
+    developed = develop(solved, adjacency, edges, cuts, options, map.stats, context);
+  } catch (const NotConverged& e) {
+    result.failure = e.error();
+    result.metric = std::move(solved.metric);
+    return result;
+  }
+  context.report("refinement", 0.5);
+  watch.restart();
+  RoundedMap rounded = refine_and_round(surface, adjacency, developed.map, edges,
+                                        options.refinement, map.stats, context);
+  RefinedMap& refined = rounded.map;
+  lap("seconds_refine");
+  context.report("certificate", 0.8);
+
+  map.cut_edges = refined_cuts(surface, cuts, edges, developed.map.begin, refined);
+  map.surface = std::move(refined.surface);
+  map.uv = std::move(refined.uv);
+  map.uv32 = map.uv.cast<float>();
+  map.parent_face = std::move(refined.parent_face);
+  map.vertex_parent = std::move(refined.vertex_parent);
+  map.vertex_barycentric = std::move(refined.vertex_barycentric);
+  const auto& wanted = prescribed.request.cone_angles;
+  if (!rounded.too_small.empty() && options.refinement != Refinement::kNever &&
+      refined.invalid.empty() && repair_rounding(map, map.uv32, map.stats, context) &&
+      stored_angle_error(map, wanted) < kStoredAngleTolerance) {
+    rounded.too_small.clear();
+  }
+  lap("seconds_round");
+  certify_map(map, surface, prescribed.request, context);
+  map.stats["stored_angle_error"] = stored_angle_error(map, wanted);
+  lap("seconds_certify");
+  map.stats["overlay_crossings"] = static_cast<std::int64_t>(developed.crossings);
+  map.stats["added_vertices"] =
+      static_cast<std::int64_t>(map.surface.vertices.rows()) - vertex_count;
+  map.stats["charts"] = static_cast<std::int64_t>(developed.map.layout.chart_count);
+  map.stats["cones"] = static_cast<std::int64_t>(prescribed.cones.size());
+  map.stats["closing_error"] = developed.map.layout.closing_error;
+  map.stats["intrinsic_refinement"] = static_cast<std::int64_t>(solved.metric.added.size());
+  map.stats["energy"] = map.certificate.energy;
+  result.metric = std::move(solved.metric);
+  judge(rounded, options.refinement, result);
   context.report("certificate", 1.0);
-  result.metric = std::move(metric);
   return result;
 }
 
@@ -502,18 +469,25 @@ ConformalMapResult conformal_map(const Surface& surface, const Points3* lengths,
                build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces),
                options.cuts);
   }
-  conformal::ConformalMetric metric;
+  const StartRefinement wish = options.intrinsic_refinement;
+  RefinedMetric solved;
   {
-    const ProgressRange range(context, 0.0, 0.7);
-    metric =
-        lengths == nullptr
-            ? conformal::compute_conformal_metric(surface, target_angles, options.metric, context)
-            : conformal::compute_conformal_metric(static_cast<Index>(surface.vertices.rows()),
-                                                  surface.faces, *lengths, target_angles,
-                                                  options.metric, context);
+    const ProgressRange range(context, 0.0, 0.6);
+    solved = conformal::compute_refined_metric(surface, lengths, target_angles, options.metric,
+                                               wish, context);
   }
-  const ProgressRange range(context, 0.7, 1.0);
-  return map_from_metric(surface, target_angles, std::move(metric), options, context);
+  const bool refined = solved.split != nullptr;
+  ConformalMapResult result;
+  {
+    const ProgressRange range(context, 0.6, refined ? 1.0 : 0.8);
+    result = map_from_metric(surface, target_angles, std::move(solved), options, context);
+  }
+  if (result.failure && !refined && wish == StartRefinement::kAuto &&
+      options.refinement != Refinement::kNever) {
+    const ProgressRange range(context, 0.8, 1.0);
+    try_refined_start(surface, lengths, target_angles, options, result, context);
+  }
+  return result;
 }
 
 }  // namespace flipfree

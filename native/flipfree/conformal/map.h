@@ -9,7 +9,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/certify/parametrization.h"
 #include "flipfree/conformal/map_refine.h"
-#include "flipfree/conformal/metric.h"
+#include "flipfree/conformal/refined_metric.h"
 
 namespace flipfree {
 
@@ -19,6 +19,7 @@ struct ConformalMapOptions {
   IndexPairs uncuttable;  // edges that added cuts avoid: diagonals of polygons
   Refinement refinement = Refinement::kAuto;
   conformal::MetricOptions metric;
+  conformal::StartRefinement intrinsic_refinement = conformal::StartRefinement::kAuto;
   // An interior vertex is a cone, and lies on a cut, if its target differs from 2 pi by more
   // (radians).
   double flat_tolerance = 1e-8;
@@ -33,12 +34,12 @@ struct ConformalMapResult {
       failure;  // why there is no valid map: kRoundingFlips, kCertificateFailed, kIterationLimit
 };
 
-// The map of a converged metric of this surface. `target_angles` as for the metric; boundary
-// targets below zero are "free" and not certified. A failure to store the map is returned in
-// `failure`, with the certificate of the best attempt in map.certificate. Throws InvalidInput for
-// cuts that are no edges, Cancelled, InternalError.
+// The map of a converged metric of this surface, which may have been refined for it.
+// `target_angles` as for the metric; boundary targets below zero are "free" and not certified. A
+// failure to store the map is returned in `failure`, with the certificate of the best attempt in
+// map.certificate. Throws InvalidInput for cuts that are no edges, Cancelled, InternalError.
 ConformalMapResult map_from_metric(const Surface& surface, const std::vector<double>& target_angles,
-                                   conformal::ConformalMetric metric,
+                                   conformal::RefinedMetric solved,
                                    const ConformalMapOptions& options, ExecutionContext& context);
 
 // Metric and map. `lengths`: #F x 3, the metric to start from (metric.h), or null: that of the

@@ -242,16 +242,7 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
   result.stats["symbolic_analyses"] = static_cast<std::int64_t>(system.analyses());
   result.stats["exact_delaunay_tests"] = static_cast<std::int64_t>(exact_tests);
   result.stats["intrinsic_refinement"] = static_cast<std::int64_t>(0);
-  if (!result.converged && options.require_convergence) {
-    throw_not_converged(ErrorCode::kIterationLimit,
-                        "The conformal metric was not reached: the largest angle error is " +
-                            text(result.angle_error) + " radians after " +
-                            std::to_string(result.iterations) + " Newton steps with " +
-                            std::to_string(result.bits) + " bits (stopped by " +
-                            std::get<std::string>(result.stats["stopped_by"]) + "). " +
-                            (options.bits != 0 ? "Use precision=\"auto\" or more bits."
-                                               : "Spread the curvature over more vertices."));
-  }
+  if (!result.converged && options.require_convergence) throw_not_reached(result, options);
   return result;
 }
 
@@ -263,11 +254,8 @@ ConformalMetric solve(EngineInput& input, const std::vector<double>& target_angl
   return climb(input, options, context);
 }
 
-}  // namespace
-
-ConformalMetric compute_conformal_metric(const Surface& surface,
-                                         const std::vector<double>& target_angles,
-                                         const MetricOptions& options, ExecutionContext& context) {
+// What both ways in check and make.
+EngineInput checked_input(const Surface& surface, const MetricOptions& options) {
   check_options(options);
   ValidateOptions rules;
   rules.require_connected = true;
@@ -277,13 +265,11 @@ ConformalMetric compute_conformal_metric(const Surface& surface,
   input.vertex_count = static_cast<Index>(surface.vertices.rows());
   input.setup = build_intrinsic_mesh(input.vertex_count, surface.faces);
   input.positions = &surface.vertices;
-  return solve(input, target_angles, static_cast<Index>(surface.faces.rows()), options, context);
+  return input;
 }
 
-ConformalMetric compute_conformal_metric(Index vertex_count, const Triangles& faces,
-                                         const Points3& lengths,
-                                         const std::vector<double>& target_angles,
-                                         const MetricOptions& options, ExecutionContext& context) {
+EngineInput checked_input(Index vertex_count, const Triangles& faces, const Points3& lengths,
+                          const MetricOptions& options) {
   check_options(options);
   if (lengths.rows() != faces.rows()) {
     throw_invalid(ErrorCode::kBadShape, "lengths must have one row per face.");
@@ -297,7 +283,46 @@ ConformalMetric compute_conformal_metric(Index vertex_count, const Triangles& fa
   input.vertex_count = vertex_count;
   input.setup = build_intrinsic_mesh(vertex_count, faces);
   input.edge_length = edge_lengths(input.setup, lengths);
+  return input;
+}
+
+}  // namespace
+
+ConformalMetric compute_conformal_metric(const Surface& surface,
+                                         const std::vector<double>& target_angles,
+                                         const MetricOptions& options, ExecutionContext& context) {
+  EngineInput input = checked_input(surface, options);
+  return solve(input, target_angles, static_cast<Index>(surface.faces.rows()), options, context);
+}
+
+ConformalMetric compute_conformal_metric(Index vertex_count, const Triangles& faces,
+                                         const Points3& lengths,
+                                         const std::vector<double>& target_angles,
+                                         const MetricOptions& options, ExecutionContext& context) {
+  EngineInput input = checked_input(vertex_count, faces, lengths, options);
   return solve(input, target_angles, static_cast<Index>(faces.rows()), options, context);
+}
+
+void throw_not_reached(const ConformalMetric& metric, const MetricOptions& options) {
+  throw_not_converged(ErrorCode::kIterationLimit,
+                      "The conformal metric was not reached: the largest angle error is " +
+                          text(metric.angle_error) + " radians after " +
+                          std::to_string(metric.iterations) + " Newton steps with " +
+                          std::to_string(metric.bits) + " bits (stopped by " +
+                          std::get<std::string>(metric.stats.at("stopped_by")) + "). " +
+                          (options.bits != 0 ? "Use precision=\"auto\" or more bits."
+                                             : "Spread the curvature over more vertices."));
+}
+
+void validate_metric_input(const Surface& surface, const Points3* lengths,
+                           const std::vector<double>& target_angles, const MetricOptions& options) {
+  const auto vertex_count = static_cast<Index>(surface.vertices.rows());
+  const auto face_count = static_cast<Index>(surface.faces.rows());
+  const EngineInput input = lengths == nullptr
+                                ? checked_input(surface, options)
+                                : checked_input(vertex_count, surface.faces, *lengths, options);
+  checked_targets(target_angles, input.setup, vertex_count, face_count,
+                  euler_characteristic(input.setup, vertex_count, face_count), options.tolerance);
 }
 
 }  // namespace flipfree::conformal

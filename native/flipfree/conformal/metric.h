@@ -13,6 +13,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
+#include "flipfree/conformal/added_vertex.h"
 #include "flipfree/conformal/intrinsic_mesh.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/numeric/big_float.h"
@@ -68,6 +69,9 @@ struct ConformalMetric {
   std::vector<double> error_history;  // max angle error at the start and after every Newton step
   std::array<std::size_t, kFlipTypes> flip_counts{};  // Ptolemy flips in `flips` by type
   bool converged = false;
+  // Of a refined surface (refined_metric.h): where its last vertices lie on the user's. Everything
+  // "per input vertex" above includes them then, and `initial` is the refined triangulation.
+  std::vector<AddedVertex> added;
   Stats stats;
 };
 
@@ -84,5 +88,11 @@ ConformalMetric compute_conformal_metric(Index vertex_count, const Triangles& fa
                                          const Points3& lengths,
                                          const std::vector<double>& target_angles,
                                          const MetricOptions& options, ExecutionContext& context);
+
+// The checks that both do first; `lengths` may be null. Throws as they do.
+void validate_metric_input(const Surface& surface, const Points3* lengths,
+                           const std::vector<double>& target_angles, const MetricOptions& options);
+// NotConverged, saying what a metric that did not converge reached.
+[[noreturn]] void throw_not_reached(const ConformalMetric& metric, const MetricOptions& options);
 
 }  // namespace flipfree::conformal

@@ -83,7 +83,8 @@ OverlayTrace trace_overlay(const OverlayCoordinates& coordinates, std::vector<Ha
                   " crossings. Use a finer or better shaped mesh, or milder target angles.");
         }
         if (trace.crossings.size() % 65536 == 65535) context.check();
-        trace.crossings.push_back({through});
+        trace.crossings.push_back(
+            {through, through % 2 == 0 ? position : coordinates.crossings(through) - 1 - position});
       } while (advance(coordinates, through, position));
       const HalfedgeId apex = mesh.previous_of(FlipMesh::opposite_of(through));
       if (mesh.source_of(apex) != coordinates.input().source_of(FlipMesh::opposite_of(g))) {

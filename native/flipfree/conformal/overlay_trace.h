@@ -26,6 +26,8 @@ struct CurveStart {
 // A curve of M0 leaves a face of T through half-edge `through` (a half-edge of that face).
 struct Crossing {
   HalfedgeId through = kInvalid;
+  // Among all curves that cross this edge, counted from the source of its even half-edge.
+  std::int64_t position = 0;
 };
 
 struct OverlayTrace {

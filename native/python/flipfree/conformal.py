@@ -13,10 +13,13 @@ from . import _native
 from .arrays import as_floats, as_indices, as_lengths, as_vertices
 from .errors import InvalidInput
 from .job import Job, Progress, run
-from .options import as_count, as_flag, as_number, as_positive
+from .options import as_choice, as_count, as_flag, as_number, as_positive
 
 #: What ``precision`` may be.
 LEAST_BITS, MOST_BITS = 53, 4096
+
+#: What ``intrinsic_refinement`` may be.
+REFINEMENT_CHOICES = ("auto", "on", "off")
 
 #: Names of the symmetric flip types in the order of ``ConformalMetric.flip_counts`` (faces left and right of the edge).
 FLIP_TYPES = (
@@ -48,7 +51,10 @@ class ConformalMetric:
             surface with boundary these are the faces of its symmetric double cover, both copies of a vertex bearing its
             number, with face_labels 0 = this copy, 1 = the mirrored one, 2 and 3 = symmetric triangle and (half of a)
             quadrilateral.
-        symmetric: the double cover was used. stats: seconds and counts.
+        symmetric: the double cover was used. stats: seconds and counts; "intrinsic_refinement" is the number of
+            vertices added.
+        added_scale_factors, added_parent, added_barycentric: (a,), (a,), (a, 3) of vertices added by intrinsic
+            refinement, numbered from n on in ``faces``: u, the input face in which each lies, and its weights there.
     """
 
     scale_factors: npt.NDArray[np.float64]
@@ -63,6 +69,9 @@ class ConformalMetric:
     converged: bool
     error_history: npt.NDArray[np.float64]
     symmetric: bool
+    added_scale_factors: npt.NDArray[np.float64]
+    added_parent: npt.NDArray[np.int32]
+    added_barycentric: npt.NDArray[np.float64]
     faces: npt.NDArray[np.int32]
     log_lengths: npt.NDArray[np.float64]
     face_labels: npt.NDArray[np.int8]
@@ -101,6 +110,7 @@ def start_conformal_metric(
     max_iterations: int = 500,
     max_seconds: float = 0.0,
     require_convergence: bool = True,
+    intrinsic_refinement: str = "auto",
     threads: int = 2,
 ) -> Job[ConformalMetric]:
     """As :func:`conformal_metric`, at once, on a thread."""
@@ -123,6 +133,7 @@ def start_conformal_metric(
         as_count(max_iterations, "max_iterations"),
         seconds,
         as_flag(require_convergence, "require_convergence"),
+        as_choice(intrinsic_refinement, "intrinsic_refinement", REFINEMENT_CHOICES),
         edge_lengths,
         as_count(threads, "threads", 1),
     )
@@ -140,6 +151,7 @@ def conformal_metric(
     max_iterations: int = 500,
     max_seconds: float = 0.0,
     require_convergence: bool = True,
+    intrinsic_refinement: str = "auto",
     threads: int = 2,
     progress: Progress | None = None,
 ) -> ConformalMetric:
@@ -157,6 +169,9 @@ def conformal_metric(
         lengths: (m, 3) edge lengths (corner k to k + 1) instead of those of the vertex positions.
         max_iterations: of Newton. max_seconds: 0 is no limit.
         require_convergence: False returns what was reached, with ``converged`` False, instead of raising NotConverged.
+        intrinsic_refinement: "on" adds flat points to the surface until its intrinsic Delaunay triangulation has no
+            needles; "auto" does so if the plain way fails; "off" never. The metric is then that of the refined surface:
+            the angles are the same, but it belongs to another discrete conformal class.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
     Raises:
@@ -173,6 +188,7 @@ def conformal_metric(
         max_iterations=max_iterations,
         max_seconds=max_seconds,
         require_convergence=require_convergence,
+        intrinsic_refinement=intrinsic_refinement,
         threads=threads,
     )
     return run(job, progress)

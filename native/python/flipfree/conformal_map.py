@@ -7,10 +7,10 @@ from typing import Any
 
 from . import _native
 from .arrays import as_floats, as_indices, as_lengths, as_vertices
-from .conformal import metric_from, precision_bits
+from .conformal import REFINEMENT_CHOICES, metric_from, precision_bits
 from .errors import InvalidInput, NotConverged
 from .job import Job, Progress, run
-from .options import as_count, as_positive
+from .options import as_choice, as_count, as_positive
 from .results import Parametrization, parametrization_from
 
 _REFINEMENT = {"auto": "auto", True: "never", False: "full"}
@@ -44,6 +44,7 @@ def start_conformal(
     precision: int | str = "auto",
     lengths: Any = None,
     original_triangles: bool | str = "auto",
+    intrinsic_refinement: str = "auto",
     threads: int = 2,
 ) -> Job[Parametrization]:
     """As :func:`conformal`, at once, on a thread."""
@@ -67,6 +68,7 @@ def start_conformal(
         as_positive(tolerance, "tolerance"),
         precision_bits(precision),
         refinement,
+        as_choice(intrinsic_refinement, "intrinsic_refinement", REFINEMENT_CHOICES),
         edge_lengths,
         as_count(threads, "threads", 1),
     )
@@ -84,6 +86,7 @@ def conformal(
     precision: int | str = "auto",
     lengths: Any = None,
     original_triangles: bool | str = "auto",
+    intrinsic_refinement: str = "auto",
     threads: int = 2,
     progress: Progress | None = None,
 ) -> Parametrization:
@@ -104,6 +107,8 @@ def conformal(
         lengths: (m, 3) edge lengths (corner k to k + 1) to be used instead of those of the vertex positions.
         original_triangles: "auto" adds points only where a triangle would flip; True never does and raises
             NotConverged instead; False writes the common refinement with the final triangulation.
+        intrinsic_refinement: of the metric, see ``conformal_metric``: "on", "off", or "auto", if the metric or the map
+            fails otherwise. The vertices that it adds are not written, only the map on the input's triangles.
         threads: the result has the same bits for every number.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
@@ -121,6 +126,7 @@ def conformal(
         precision=precision,
         lengths=lengths,
         original_triangles=original_triangles,
+        intrinsic_refinement=intrinsic_refinement,
         threads=threads,
     )
     return run(job, progress)

@@ -1,0 +1,39 @@
+// Straight edges for inputs that are not Delaunay.
+//
+// locate_crossings() draws every edge of the input as a hyperbolic geodesic of the Delaunay start
+// D. For an edge that Euclidean flips removed this is not the straight line that it is on the
+// input: among needles the curves of many edges are pressed together. Where such an edge crosses an
+// edge of D that is still there in the final triangulation, the true place is known: straight lines
+// over D in its Euclidean metric give it on both, and the projective map along an edge is a
+// rescaling by the factors of its ends (thesis 4.5). These places are moved there; crossings with
+// edges that Ptolemy flips made keep theirs, relative to the moved ones before and after.
+//
+// Order along edges and curves, which is what makes the overlay a valid refinement, is kept by
+// construction: an edge where places in double are out of order (exact positions come from the
+// integer coordinates) is left as it was.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/conformal/metric.h"
+#include "flipfree/conformal/overlay_positions.h"
+#include "flipfree/conformal/overlay_trace.h"
+
+namespace flipfree {
+
+struct Straightened {
+  std::size_t moved = 0;      // crossings that got their true place
+  std::size_t kept = 0;       // crossings of edges that are not Delaunay that kept the other one
+  double largest_move = 0.0;  // along an input edge, share of its length
+};
+
+// `trace`, `positions`: of the final triangulation; `start`: coordinates after the Euclidean flips
+// alone; `scale`: u per vertex of the mesh. Cost: O(#E + crossings log crossings).
+Straightened straighten(const conformal::ConformalMetric& metric, const OverlayCoordinates& start,
+                        const OverlayTrace& trace, const std::vector<long double>& initial_length,
+                        const std::vector<long double>& scale, OverlayPositions& positions,
+                        const ExecutionContext& context);
+
+}  // namespace flipfree
