@@ -1,8 +1,8 @@
 """What intrinsic refinement of the start does for metrics and maps of needle-shaped triangulations (thesis 4.6.4).
 
-    PYTHONPATH=build/python python3 benchmarks/conformal_needles.py metric|map [--only TEXT]
+    PYTHONPATH=build/python python3 benchmarks/conformal_needles.py metric|map|cones [--only TEXT]
 
-Prisms as CAD programs write them (caps fanned from one vertex), and hulls of points on a sphere in clusters 100 and
+`cones`: what suggest_cones reaches with whole quarter turns, on the surfaces of the shared data folder. Else: prisms as CAD programs write them (caps fanned from one vertex), and hulls of points on a sphere in clusters 100 and
 10 000 times smaller than their distance. "few": twelve cones of quarter turns, "random": every angle random. Seeds are
 fixed, times are CPU seconds of all threads. Exit status 1 if a metric misses its tolerance. Needs scipy.
 """
@@ -19,6 +19,8 @@ import numpy as np
 import numpy.typing as npt
 
 import flipfree as ff
+
+from mesh_files import data_folder, read_mesh
 
 Case = tuple[str, npt.NDArray[np.float64], npt.NDArray[np.int32], npt.NDArray[np.float64]]
 
@@ -125,9 +127,25 @@ def maps(only: str) -> bool:
     return True
 
 
+def cones(only: str) -> bool:
+    row("surface", "bound", "ratio", "holds", "cones", "CPU s")
+    row(*["---"] * 6)
+    folder = data_folder()
+    for name in ("elephant", "fertility_tri", "aircraft", "gtorus003"):
+        if folder is None or only not in name:
+            continue
+        mesh = read_mesh(folder / "conformal" / f"{name}.obj")
+        for bound in (4.0, 3.0, 2.0):
+            start = time.process_time()
+            s = ff.suggest_cones(mesh.vertices, mesh.faces, bound=bound, quarter_turns=True)
+            seconds = time.process_time() - start
+            row(name, bound, f"{s.scale_ratio:.2f}", s.bound_holds, len(s.cones), f"{seconds:.1f}")
+    return True
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    runs = {"metric": metrics, "map": maps}
+    runs = {"metric": metrics, "map": maps, "cones": cones}
     parser.add_argument("experiment", choices=runs)
     parser.add_argument("--only", default="")
     arguments = parser.parse_args()

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 from test_conformal_map import boundary_vertices, uv_angles
@@ -55,6 +58,29 @@ def test_quarter_turns_are_quarter_turns() -> None:
         np.testing.assert_allclose(quarters, np.round(quarters), atol=1e-9)
         assert (quarters > 0.5).all() and len(quarters)
         assert ff.conformal(vertices, faces, angles).certificate.ok
+
+
+def bumpy_ball() -> tuple[np.ndarray, np.ndarray]:
+    vertices, faces = octahedron_sphere(4)
+    return vertices * (1 + 0.25 * np.sin(5 * vertices[:, :1]) * np.cos(4 * vertices[:, 1:2])), faces
+
+
+@pytest.mark.parametrize("make", [bumpy_ball, lambda: bumpy_grid(30, 30, 0.4)])
+@pytest.mark.parametrize("bound", [4.0, 3.0])
+def test_quarter_turns_keep_the_bound(make: Callable[[], Any], bound: float) -> None:
+    vertices, faces = make()
+    angles = ff.suggest_cones(vertices, faces, bound=bound, quarter_turns=True)
+    assert angles.bound_holds and angles.scale_ratio <= bound
+    result = ff.conformal(vertices, faces, angles)
+    assert result.certificate.ok
+    assert np.exp(result.stats["scale_range"]) <= bound * (1 + 1e-6)
+
+
+def test_quarter_turns_that_miss_the_bound_say_so() -> None:
+    vertices, faces = octahedron_sphere(3)
+    angles = ff.suggest_cones(vertices, faces, bound=1.05, quarter_turns=True)
+    assert not angles.bound_holds and angles.scale_ratio > 1.05
+    assert len(angles.cones) <= 200
 
 
 def test_a_flat_surface_needs_no_cone() -> None:

@@ -21,7 +21,8 @@ struct SuggestConesOptions {
   double bound = 4.0;
   Index max_cones = 200;
   // Round cone curvatures to multiples of this (radians), e.g. pi / 2 for seamless maps; 0 = as
-  // they are. A rounded suggestion meets the bound only as nearly as its own metric says.
+  // they are. Rounded cones are searched for (cone_rounding.h) until the bound holds; whether it
+  // does, the result says.
   double quantum = 0.0;
   // No suggested cone is sharper than this total angle.
   double least_angle = 0.5235987755982988;  // pi / 6

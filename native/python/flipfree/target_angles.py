@@ -89,7 +89,8 @@ def suggest_cones(
         vertices: (n, 3) float64. faces: (m, 3), manifold, consistently oriented, connected.
         bound: largest allowed ratio between the largest and the smallest scale over all vertices.
         max_cones: stop there even if the bound does not hold (``result.bound_holds`` says so).
-        quarter_turns: round cone angles to multiples of pi / 2, as seamless maps want them.
+        quarter_turns: cone angles are multiples of pi / 2, as seamless maps want them. They are searched for, more
+            than otherwise where the bound needs it; tight bounds cannot always be met with them.
         least_angle: no suggested cone is sharper.
 
     Raises:
