@@ -2,8 +2,9 @@
 
     PYTHONPATH=build/python python3 benchmarks/conformal_needles.py metric|map|cones [--only TEXT]
 
-`cones`: what suggest_cones reaches with whole quarter turns, on the surfaces of the shared data folder. Else: prisms as CAD programs write them (caps fanned from one vertex), and hulls of points on a sphere in clusters 100 and
-10 000 times smaller than their distance. "few": twelve cones of quarter turns, "random": every angle random. Seeds are
+`cones`: what suggest_cones reaches with whole quarter turns, on surfaces of the shared data folder. Else: prisms as CAD
+programs write them (caps fanned from one vertex), and hulls of points on a sphere in clusters 100 and 10 000 times
+smaller than their distance. "few": twelve cones of quarter turns, "random": every angle random. Seeds are
 fixed, times are CPU seconds of all threads. Exit status 1 if a metric misses its tolerance. Needs scipy.
 """
 
