@@ -112,6 +112,12 @@ def _parser() -> argparse.ArgumentParser:
     added = command("conformal", "map without shear, with the marked cones", _conformal_options)
     boundaries = [name for name, _, _ in conformal.BOUNDARIES]
     added.add_argument("--boundary", choices=boundaries, default="free")
+    added.add_argument(
+        "--refined-start",
+        choices=[name for name, _, _ in conformal.REFINED_STARTS],
+        default="auto",
+        help="compute the metric on a surface without needles",
+    )
     flags(
         added,
         no_seams="do not mark the cuts as seams",
@@ -177,6 +183,7 @@ def _conformal_options(given):
         conformal.summary,
         {
             "boundary": given.boundary,
+            "refined_start": given.refined_start,
             "mark_cuts": not given.no_seams,
             "pack": not given.no_pack,
             "scale_true": not given.metric_scale,

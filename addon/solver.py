@@ -133,14 +133,15 @@ def boundary_angles(snapshot, *, boundary, cones, corners):
     )
 
 
-def conformal(snapshot, angles):
-    """Starts the conformal map with these (n,) total angles."""
+def conformal(snapshot, angles, refined_start):
+    """Starts the conformal map with these (n,) total angles; `refined_start` is auto, on or off."""
     return jobs.conformal(
         snapshot.vertices,
         snapshot.triangles,
         angles,
         cuts=snapshot.cuts,
         uncuttable=snapshot.diagonals,
+        intrinsic_refinement=refined_start,
         threads=THREADS,
     )
 

@@ -28,6 +28,16 @@ BOUNDARIES = (
     ),
 )
 
+REFINED_STARTS = (
+    (
+        "auto",
+        "Automatic",
+        "Only where the map fails otherwise: among needles, near-degenerate triangulations",
+    ),
+    ("on", "On", "Compute the metric on a refined surface without needles. Nothing is added to the mesh by it"),
+    ("off", "Off", "Never"),
+)
+
 
 def _cones_of(ob, snapshot) -> tuple[dict[int, float], np.ndarray]:
     """({submesh vertex: angle}, (#Sv,) bool boundary of the submesh). A mesh vertex with several fans marks each."""
@@ -65,6 +75,7 @@ class ConformalTask(parts.PartsTask):
         boundary_vertices,
         *,
         boundary="free",
+        refined_start="auto",
         mark_cuts=True,
         pack=True,
         scale_true=True,
@@ -74,6 +85,7 @@ class ConformalTask(parts.PartsTask):
         self.cone_angles = cone_angles  # {submesh vertex: angle}
         self.boundary_vertices = boundary_vertices
         self.boundary = boundary
+        self.refined_start = refined_start
         self.mark_cuts = mark_cuts
         self.pack = pack
         self.scale_true = scale_true
@@ -91,7 +103,7 @@ class ConformalTask(parts.PartsTask):
             self.solving = used, triangles
             if callable(angles):
                 angles = yield angles()
-            result = self.checked((yield solver.conformal(part, angles)))
+            result = self.checked((yield solver.conformal(part, angles, self.refined_start)))
             self.angle_error = max(self.angle_error, result.stats["angle_error"])
             pieces.append(islands.Piece(triangles, used, result))
         self.solving = None
@@ -225,9 +237,15 @@ class UV_OT_flipfree_conformal(options.Packing, options.MapOperator, bpy.types.O
     )
     bl_options = {"REGISTER", "UNDO"}
     verb = "Conformal Map"
-    option_names = ("boundary", "mark_cuts", "pack", "scale_true", "margin")
+    option_names = ("boundary", "refined_start", "mark_cuts", "pack", "scale_true", "margin")
 
     boundary: bpy.props.EnumProperty(name="Boundary", items=BOUNDARIES, default="free")
+    refined_start: bpy.props.EnumProperty(
+        name="Refined Start",
+        description="Add vertices while the metric is computed, so that needle-shaped triangles do no harm",
+        items=REFINED_STARTS,
+        default="auto",
+    )
     mark_cuts: bpy.props.BoolProperty(
         name="Mark Cuts as Seams",
         description="Mark the edges along which the map is cut",

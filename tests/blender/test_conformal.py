@@ -72,6 +72,22 @@ def test_cones_of_groups_get_exactly_their_angles(capfd):
     assert any(e.use_seam for e in ob.data.edges)
 
 
+def test_a_refined_start_gives_another_map_with_the_same_angles():
+    maps = {}
+    for choice in ("off", "on"):
+        bpy.ops.mesh.primitive_cylinder_add(vertices=64, radius=1.0, depth=3.0)
+        ob = bpy.context.object
+        count = len(ob.data.vertices)
+        cones = list(range(0, count, count // 8))[:8]
+        ob.vertex_groups.new(name="Cone +1").add(cones, 1.0, "REPLACE")
+        assert bpy.ops.uv.flipfree_conformal(refined_start=choice) == {"FINISHED"}
+        assert shapes.exact_flips(ob) == 0
+        assert uv_angles(ob)[cones] == pytest.approx(1.5 * math.pi, abs=2e-3)
+        maps[choice] = sum(p.area for p in ob.data.polygons), shapes.uv_of(ob)
+    assert maps["off"][0] == pytest.approx(maps["on"][0], rel=1e-5)  # the surface is the same
+    assert maps["off"][1].shape != maps["on"][1].shape or (maps["off"][1] != maps["on"][1]).any()
+
+
 def test_cones_of_the_attribute_count(part):
     ob = quad_sphere(2)
     values = np.zeros(len(ob.data.vertices), np.float32)
