@@ -14,6 +14,7 @@
 #include "flipfree/matchmaker/coarsen.h"
 #include "flipfree/matchmaker/first_try.h"
 #include "flipfree/matchmaker/pipeline.h"
+#include "flipfree/matchmaker/roomy_metric.h"
 #include "flipfree/matchmaker/walk_outline.h"
 #include "flipfree/matchmaker/walk_pins.h"
 #include "flipfree/mesh/validate.h"
@@ -120,6 +121,13 @@ RefinedMap guaranteed(const RefinedSurface& surface, const Constraints& constrai
   return coarsen(std::move(fine), constraints, surface.mesh.vertex_count(), context, stats);
 }
 
+// The same refinement of another surface with the same faces.
+void lay_on(RefinedSurface& surface, const Surface& other) {
+  surface.input = &other;
+  for (std::size_t v = 0; v < surface.position.size(); ++v)
+    surface.position[v] = surface.place(surface.support[v]);
+}
+
 // The map that needs no guarantee: a valid map without the pins, then the pins walked to their
 // targets.
 std::optional<RefinedMap> walked(RefinedSurface& surface, const Constraints& constraints,
@@ -131,12 +139,22 @@ std::optional<RefinedMap> walked(RefinedSurface& surface, const Constraints& con
   RefinedMap map{surface, std::move(*start)};
   const bool refine = options.engine != MatchEngine::kFirstTry;
   const bool settled = refine && walk_coarse_to_fine(map, constraints, context, stats);
+  // Inside a prescribed boundary pins walk in another metric than the surface's own.
+  const bool laid_out = !settled && !constraints.free_boundary() && !constraints.pins.empty() &&
+                        surface.mesh.vertex_count() == surface.input_vertices();
+  Surface room;
+  if (laid_out) {
+    room = roomy_metric(surface, map.uv, context);
+    map.uv = room.vertices.leftCols(2);
+    lay_on(map.surface, room);
+  }
   if (!settled && !walk_pins(map, constraints, refine, context, stats)) return std::nullopt;
   if (!lines_are_whole(map.surface, constraints)) return std::nullopt;
   if (options.bijective && overlaps(map.surface, map.uv)) return std::nullopt;
   if (!settled && map.surface.mesh.vertex_count() > surface.mesh.vertex_count()) {
     map = coarsen(std::move(map), constraints, surface.mesh.vertex_count(), context, stats);
   }
+  if (laid_out) lay_on(map.surface, *surface.input);
   return map;
 }
 

@@ -1,5 +1,6 @@
 #include "flipfree/matchmaker/untangle.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -69,8 +70,8 @@ void derivatives(const Vector4& j, double lambda, double epsilon, Vector4& gradi
       (c1 / (c * c)) * (n1 * cofactor.transpose() + cofactor * n1.transpose()) +
       (2.0 * n * c1 * c1 / (c * c * c) - n * c2 / (c * c)) * (cofactor * cofactor.transpose()) -
       (n * c1 / (c * c)) * d2;
+  if (Eigen::LLT<Matrix4>(hessian).info() == Eigen::Success) return;
   const Eigen::SelfAdjointEigenSolver<Matrix4> eigen(hessian);
-  if (eigen.eigenvalues()[0] > 0) return;
   const double least = 1e-9 * std::max(std::abs(eigen.eigenvalues()[0]), eigen.eigenvalues()[3]);
   const Vector4 clamped = eigen.eigenvalues().cwiseMax(least);
   hessian = eigen.eigenvectors() * clamped.asDiagonal() * eigen.eigenvectors().transpose();

@@ -12,6 +12,7 @@
 #include "flipfree/matchmaker/corridor.h"
 #include "flipfree/matchmaker/first_try.h"
 #include "flipfree/matchmaker/push_point.h"
+#include "flipfree/matchmaker/untangle_removal.h"
 
 namespace flipfree {
 namespace {
@@ -29,6 +30,10 @@ constexpr int kStepsOnTheWay = 5;
 // (in per cent).
 constexpr int kMostRounds = 4;
 constexpr Index kWorthwhile = 10;
+// Vertices are made to make room for others to go when there are so many per cent, and so many,
+// more than the last time.
+constexpr Index kMuch = 130;
+constexpr Index kMuchAtLeast = 200;
 // A push may add so many vertices per vertex of the input, and a few more.
 constexpr Index kMostAddedShare = 2;
 constexpr Index kMostAddedLeast = 10000;
@@ -86,6 +91,7 @@ class Walker {
       if (last) hold(pin);
       relax(last ? kStepsAtTarget : kStepsOnTheWay, pin.vertex);
       take_back(pin.vertex);
+      if (added() > kMuch * eased_ / 100 + kMuchAtLeast) ease(pin.vertex);
     }
     return true;
   }
@@ -156,7 +162,7 @@ class Walker {
   // Removes what refinement it can, so that it does not pile up.
   void take_back(VertexId moving) {
     for (int round = 0; round < kMostRounds; ++round) {
-      const Index before = map_.surface.mesh.vertex_count() - keep_;
+      const Index before = added();
       if (before == 0) return;
       const Index removed = remove_added(map_, held_, keep_, context_);
       if (removed == 0) return;
@@ -166,6 +172,20 @@ class Walker {
     }
   }
 
+  Index added() const { return map_.surface.mesh.vertex_count() - keep_; }
+
+  // As take_back(), where the vertices around have to move for it.
+  void ease(VertexId moving) {
+    std::vector<VertexId> held = held_;
+    held.push_back(moving);
+    if (remove_by_untangling(map_, held, keep_, context_) > 0) {
+      map_ = compacted_map(map_);
+      chart_ = to_surface(map_.surface);
+      relax(kStepsOnTheWay, moving);
+    }
+    eased_ = added();
+  }
+
   RefinedMap& map_;
   const Constraints& constraints_;
   Index keep_;
@@ -173,6 +193,7 @@ class Walker {
   Surface chart_;
   std::vector<VertexId> held_;
   Obstacles obstacles_;
+  Index eased_ = 0;  // added vertices that were left when they last made room
 };
 
 }  // namespace
