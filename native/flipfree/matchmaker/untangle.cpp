@@ -1,7 +1,5 @@
 #include "flipfree/matchmaker/untangle.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -50,7 +48,30 @@ Vector4 jacobian(const double (&gradient)[3][2], const double* p0, const double*
 
 double determinant(const Vector4& j) { return j[0] * j[3] - j[1] * j[2]; }
 
-// Gradient and clamped Hessian of f with respect to J.
+// Eigenvalues of [a b; b c], the greater one first, and the direction of the first.
+struct Symmetric2 {
+  double greater, less;
+  Vector2 direction;
+
+  Symmetric2(double a, double b, double c) {
+    const double mean = 0.5 * (a + c);
+    const double half = 0.5 * (a - c);
+    const double radius = std::hypot(half, b);
+    greater = mean + radius;
+    less = mean - radius;
+    // The longer of two columns of the matrix minus the other eigenvalue.
+    direction = half >= 0 ? Vector2(radius + half, b) : Vector2(b, radius - half);
+    const double norm = direction.norm();
+    direction = norm > 0 ? Vector2(direction / norm) : Vector2(1, 0);
+  }
+};
+
+// Gradient and clamped Hessian of f with respect to J. With D the matrix of the determinant, C = D
+// J the cofactors, J = P + M its similarity and anti-similarity parts (D P = P, D M = -M), the
+// Hessian is
+//   a I + b D + p (J C' + C J') + q C C',
+// which has the eigenvalues a + b and a - b across P and M in their planes, and mixes P and M
+// alone.
 void derivatives(const Vector4& j, double lambda, double epsilon, Vector4& gradient,
                  Matrix4& hessian) {
   const double d = determinant(j);
@@ -60,21 +81,33 @@ void derivatives(const Vector4& j, double lambda, double epsilon, Vector4& gradi
   const double c2 = 0.5 * epsilon * epsilon / (root * root * root);
   const double n = j.squaredNorm() + lambda * (d * d + 1.0);
   const Vector4 cofactor(j[3], -j[2], -j[1], j[0]);
-  const Vector4 n1 = 2.0 * j + 2.0 * lambda * d * cofactor;
-  Matrix4 d2 = Matrix4::Zero();
-  d2(0, 3) = d2(3, 0) = 1.0;
-  d2(1, 2) = d2(2, 1) = -1.0;
-  gradient = n1 / c - (n * c1 / (c * c)) * cofactor;
-  hessian =
-      (2.0 * Matrix4::Identity() + 2.0 * lambda * (cofactor * cofactor.transpose() + d * d2)) / c -
-      (c1 / (c * c)) * (n1 * cofactor.transpose() + cofactor * n1.transpose()) +
-      (2.0 * n * c1 * c1 / (c * c * c) - n * c2 / (c * c)) * (cofactor * cofactor.transpose()) -
-      (n * c1 / (c * c)) * d2;
-  if (Eigen::LLT<Matrix4>(hessian).info() == Eigen::Success) return;
-  const Eigen::SelfAdjointEigenSolver<Matrix4> eigen(hessian);
-  const double least = 1e-9 * std::max(std::abs(eigen.eigenvalues()[0]), eigen.eigenvalues()[3]);
-  const Vector4 clamped = eigen.eigenvalues().cwiseMax(least);
-  hessian = eigen.eigenvectors() * clamped.asDiagonal() * eigen.eigenvectors().transpose();
+  gradient = (2.0 * j + 2.0 * lambda * d * cofactor) / c - (n * c1 / (c * c)) * cofactor;
+  const double a = 2.0 / c;
+  const double b = 2.0 * lambda * d / c - n * c1 / (c * c);
+  const double p = -2.0 * c1 / (c * c);
+  const double q = 2.0 * lambda / c - 4.0 * lambda * d * c1 / (c * c) +
+                   2.0 * n * c1 * c1 / (c * c * c) - n * c2 / (c * c);
+  const Vector4 similar = 0.5 * (j + cofactor);
+  const Vector4 opposed = 0.5 * (j - cofactor);
+  const double s = similar.norm();
+  const double o = opposed.norm();
+  const Vector4 u = s > 0 ? Vector4(similar / s) : Vector4(std::sqrt(0.5) * Vector4(1, 0, 0, 1));
+  const Vector4 w = o > 0 ? Vector4(opposed / o) : Vector4(std::sqrt(0.5) * Vector4(1, 0, 0, -1));
+  const Vector4 across_u(-u[2], -u[3], u[0], u[1]);  // J turned by a right angle
+  const Vector4 across_w(-w[2], -w[3], w[0], w[1]);
+  const Symmetric2 mixed(a + b + (2.0 * p + q) * s * s, -q * s * o, a - b + (q - 2.0 * p) * o * o);
+  double value[4] = {a + b, a - b, mixed.greater, mixed.less};
+  const auto [low, high] = std::minmax_element(value, value + 4);
+  if (*low <= 0) {
+    const double least = 1e-9 * std::max(std::abs(*low), *high);
+    for (double& v : value) v = std::max(v, least);
+  }
+  const Vector4 first = mixed.direction.x() * u + mixed.direction.y() * w;
+  const Vector4 second = -mixed.direction.y() * u + mixed.direction.x() * w;
+  hessian.noalias() = (value[0] * across_u) * across_u.transpose();
+  hessian.noalias() += (value[1] * across_w) * across_w.transpose();
+  hessian.noalias() += (value[2] * first) * first.transpose();
+  hessian.noalias() += (value[3] * second) * second.transpose();
 }
 
 constexpr int kLocal = 27;
