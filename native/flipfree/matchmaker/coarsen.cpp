@@ -1,11 +1,9 @@
 #include "flipfree/matchmaker/coarsen.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <numbers>
 #include <utility>
 
