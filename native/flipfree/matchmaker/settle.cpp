@@ -22,9 +22,8 @@ constexpr int kRings = 3;
 // Newton steps near bad faces: at first, and after each round of taking refinement back.
 constexpr int kStepsAtFirst = 15;
 constexpr int kStepsPerRound = 5;
-// Newton steps of the whole map between two runs of rounds.
+// Newton steps of the whole map in the middle.
 constexpr int kStepsOfAll = 5;
-constexpr int kMostRuns = 2;
 constexpr int kMostRounds = 5;
 // Rounds end early when one frees less than this share (in per cent).
 constexpr Index kWorthwhile = 10;
@@ -38,18 +37,11 @@ class Settler {
 
   void run() {
     relax_bad(kStepsAtFirst);
-    for (int i = 0; i < kMostRuns; ++i) {
-      take_back();
-      relax(held_, kStepsOfAll);
-      if (added() == 0) return;
-    }
     take_back();
-    for (const int rings : kPieceRings) {
-      if (added() == 0) return;
-      if (restore_pieces(map_, held_flags(), keep_, rings, context_) == 0) continue;
-      map_ = compacted_map(map_);
-      relax_bad(kStepsPerRound);
-    }
+    restore();
+    relax(map_, held_, kStepsOfAll, context_);
+    take_back();
+    restore();
   }
 
  private:
@@ -70,16 +62,12 @@ class Settler {
     }
   }
 
-  void relax(const std::vector<VertexId>& fixed, int steps) {
-    MinimizeOptions options;
-    options.max_iterations = steps;
-    options.fixed = fixed;
-    options.lengthen = true;
-    Stats unused;
-    try {
-      map_.uv = minimize_distortion(to_surface(map_.surface), map_.uv, options, context_, unused);
-    } catch (const NotConverged&) {
-      // As squeezed as it is, the map is valid.
+  void restore() {
+    for (const int rings : kPieceRings) {
+      if (added() == 0) return;
+      if (restore_pieces(map_, held_flags(), keep_, rings, context_) == 0) continue;
+      map_ = compacted_map(map_);
+      relax_bad(kStepsPerRound);
     }
   }
 
@@ -101,7 +89,7 @@ class Settler {
     for (std::size_t v = 0; v < near.size(); ++v) {
       if (near[v] == 0) fixed.push_back(static_cast<VertexId>(v));
     }
-    if (fixed.size() < near.size()) relax(fixed, steps);
+    if (fixed.size() < near.size()) relax(map_, fixed, steps, context_);
   }
 
   // Corners of bad faces, and added vertices.
@@ -129,6 +117,21 @@ class Settler {
 };
 
 }  // namespace
+
+void relax(RefinedMap& map, const std::vector<VertexId>& fixed, int steps,
+           ExecutionContext& context) {
+  if (static_cast<Index>(fixed.size()) >= map.surface.mesh.vertex_count()) return;
+  MinimizeOptions options;
+  options.max_iterations = steps;
+  options.fixed = fixed;
+  options.lengthen = true;
+  Stats unused;
+  try {
+    map.uv = minimize_distortion(to_surface(map.surface), map.uv, options, context, unused);
+  } catch (const NotConverged&) {
+    // As squeezed as it is, the map is valid.
+  }
+}
 
 void settle(RefinedMap& map, const std::vector<VertexId>& held, Index keep,
             ExecutionContext& context) {

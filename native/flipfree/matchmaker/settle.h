@@ -3,6 +3,8 @@
 // wrong. On a large surface a Newton step of the whole costs a hundred times as much as one there.
 #pragma once
 
+#include <vector>
+
 #include "flipfree/base/context.h"
 #include "flipfree/matchmaker/pipeline.h"
 
@@ -13,5 +15,10 @@ namespace flipfree {
 // of the whole map, and O(#V) per round.
 void settle(RefinedMap& map, const std::vector<VertexId>& held, Index keep,
             ExecutionContext& context);
+
+// Lowers the distortion of the whole map by at most so many Newton steps, fixed vertices held. A
+// map that is too squeezed for them stays as it is.
+void relax(RefinedMap& map, const std::vector<VertexId>& fixed, int steps,
+           ExecutionContext& context);
 
 }  // namespace flipfree
