@@ -216,6 +216,34 @@ def test_a_refined_start_serves_where_the_plain_way_ends_too_early() -> None:
     assert np.abs(metric.angles - angles).max() <= 1e-10
 
 
+def strip_of_needles(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A rough sheet squeezed to a thousandth of its width, columns ever narrower; four steep cones."""
+    random = np.random.default_rng(seed)
+    x, y = np.meshgrid(np.linspace(0, 1, 13) ** 3, np.linspace(0, 1e-3, 13))
+    z = 2e-4 * random.random(x.shape)
+    i = np.arange(13 * 13).reshape(13, 13)
+    a, b, c, d = i[:-1, :-1].ravel(), i[:-1, 1:].ravel(), i[1:, 1:].ravel(), i[1:, :-1].ravel()
+    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]).astype(np.int32)
+    angles = np.full(13 * 13, 2 * np.pi)
+    angles[np.r_[i[0], i[-1], i[1:-1, 0], i[1:-1, -1]]] = np.pi
+    random = np.random.default_rng(seed)
+    angles[random.choice(13 * 13, 4, replace=False)] *= random.uniform(0.3, 2, 4)
+    angles *= np.pi * len(faces) / angles.sum()
+    return np.stack([x, y, z], -1).reshape(-1, 3), faces, angles
+
+
+def test_a_near_degenerate_stall_is_overcome_by_itself() -> None:
+    vertices, faces, angles = strip_of_needles(1)
+    plain = ff.conformal_metric(
+        vertices, faces, angles, intrinsic_refinement="off", require_convergence=False, max_iterations=200
+    )
+    assert not plain.converged and plain.angle_error > 0.1
+    metric = ff.conformal_metric(vertices, faces, angles, max_iterations=200)
+    assert metric.converged and metric.angle_error <= 1e-10
+    assert metric.stats["intrinsic_refinement"] > 500
+    assert metric.stats["smallest_start_angle"] < 0.05
+
+
 def test_a_refined_start_takes_given_lengths_and_any_unit() -> None:
     vertices, faces, angles = prism_with_cones()
     lengths = np.linalg.norm(vertices[faces] - vertices[np.roll(faces, -1, 1)], axis=2)

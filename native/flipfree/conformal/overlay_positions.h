@@ -16,8 +16,8 @@
 // charts (4.9) flip by flip gives the same points.
 //
 // Edges of M0 that are not Delaunay at the start were flipped with their Euclidean length. Their
-// curves are drawn as geodesics of the Delaunay start too: the same crossings in the same order, at
-// slightly different places.
+// curves are drawn as geodesics of the Delaunay start too; overlay_straight.h moves their crossings
+// to the true places afterwards.
 #pragma once
 
 #include <vector>

@@ -12,6 +12,8 @@ namespace {
 
 using std::numbers::pi;
 
+// Newton steps of the refined start where the plain one failed: if it helps, it helps soon.
+constexpr int kMostSteps = 150;
 constexpr double kLeastSeconds = 1e-3;  // what a run that has no time left is given
 
 // Vertices added at most: per vertex of the input, but this many are always allowed, and never
@@ -98,6 +100,7 @@ RefinedMetric compute_refined_metric(const Surface& surface, const Points3* leng
   MetricOptions rest = options;
   if (options.max_seconds > 0.0)
     rest.max_seconds = std::max(kLeastSeconds, options.max_seconds - watch.seconds());
+  rest.max_iterations = std::min(options.max_iterations, kMostSteps);
   rest.require_convergence = false;
   auto refined = refined_metric(surface, lengths, target_angles, rest, context);
   if (refined && refined->metric.converged) return std::move(*refined);
