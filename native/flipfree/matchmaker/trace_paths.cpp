@@ -7,21 +7,24 @@
 #include <queue>
 #include <string>
 #include <tuple>
+#include <utility>
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/embedding/embed.h"
+#include "flipfree/matchmaker/curve_overlay.h"
+#include "flipfree/matchmaker/tracing_order.h"
 
 namespace flipfree {
 namespace {
 
 using Mesh = EditableTriangulation;
 
-// A step that crosses an edge costs this factor more than one that runs along an edge: it adds a
-// vertex.
+// A step that crosses an edge of the surface costs this factor more than others: it adds a vertex.
 constexpr double kCrossingFactor = 1.5;
+constexpr double kCrossingCost = 1e-6;
 
-// A node of the search: a vertex, or the midpoint of an edge that would be split.
+// A step of a path: to a vertex, or across an edge of the surface, which is split there.
 struct Step {
   VertexId vertex = kInvalid;
   std::array<VertexId, 2> edge = {kInvalid, kInvalid};
@@ -30,8 +33,8 @@ struct Step {
 class Tracer {
  public:
   Tracer(RefinedSurface& surface, const TargetDomain& domain, const ConvexPartition& partition)
-      : surface_(surface),
-        mesh_(surface.mesh),
+      : mesh_(surface.mesh),
+        overlay_(surface),
         domain_(domain),
         partition_(partition),
         paths_(partition.edges.size()),
@@ -41,7 +44,10 @@ class Tracer {
     for (const VertexId v : domain.mesh_vertex) taken_[static_cast<std::size_t>(v)] = true;
   }
 
-  const Paths& paths() const { return paths_; }
+  Paths finish() {
+    overlay_.finish();
+    return std::move(paths_);
+  }
 
   void lay_outline(Index e) {
     const auto& edge = partition_.edges[static_cast<std::size_t>(e)];
@@ -90,7 +96,7 @@ class Tracer {
       draw_region(start.front(), context);
       if (realise(e, search(path.back(), start, to, sector(edge.b, e)), path)) break;
       if (i == kMaxRestarts) throw InternalError("a traced path lost its way");
-      start = mesh_.star(path.back());
+      start = onward(path);
     }
     paths_[static_cast<std::size_t>(e)] = std::move(path);
     anchor(edge.a);
@@ -128,6 +134,18 @@ class Tracer {
       if (mesh_.mark(h) == e) found = h;
     });
     return found;
+  }
+
+  // Faces around the last vertex of an unfinished path by which it can go on: not back into the
+  // face of the surface that it has just crossed.
+  std::vector<FaceId> onward(const std::vector<VertexId>& path) const {
+    std::vector<FaceId> faces = mesh_.star(path.back());
+    if (path.size() < 2) return faces;
+    const HalfedgeId arc = mesh_.find(path[path.size() - 2], path.back());
+    if (overlay_.on_base_edge(arc)) return faces;
+    const FaceId behind = mesh_.parent(arc / 3);
+    std::erase_if(faces, [&](FaceId f) { return mesh_.parent(f) == behind; });
+    return faces;
   }
 
   // Faces around the end `a` of edge e, counter-clockwise, that lie between its traced neighbours.
@@ -168,10 +186,17 @@ class Tracer {
                                       anchored_[static_cast<std::size_t>(mesh_.mark(h))]);
     };
     const auto corners = static_cast<std::size_t>(mesh_.halfedge_slots());
-    local_.assign(corners, kInvalid);
+    local_.resize(corners, kInvalid);
+    inside_.resize(corners / 3, 0);
+    ++drawn_;
+    const auto enter = [&](FaceId f) {
+      const bool fresh = std::exchange(inside_[static_cast<std::size_t>(f)], drawn_) != drawn_;
+      for (HalfedgeId h = 3 * f; fresh && h < 3 * f + 3; ++h)
+        local_[static_cast<std::size_t>(h)] = kInvalid;
+      return fresh;
+    };
     std::vector<FaceId> region = {seed};
-    std::vector<bool> inside(corners / 3, false);
-    inside[static_cast<std::size_t>(seed)] = true;
+    enter(seed);
     HalfedgeId rim = kInvalid;
     for (std::size_t i = 0; i < region.size(); ++i) {
       for (HalfedgeId h = 3 * region[i]; h < 3 * region[i] + 3; ++h) {
@@ -180,9 +205,7 @@ class Tracer {
           continue;
         }
         const FaceId g = mesh_.opposite(h) / 3;
-        if (inside[static_cast<std::size_t>(g)]) continue;
-        inside[static_cast<std::size_t>(g)] = true;
-        region.push_back(g);
+        if (enter(g)) region.push_back(g);
       }
     }
     Index count = 0;
@@ -248,13 +271,19 @@ class Tracer {
   Vector2 place(HalfedgeId corner) const {
     return drawing_.row(local_[static_cast<std::size_t>(corner)]).transpose();
   }
+  // Of a step from `here` across h. The constant decides where the drawing is too dense to.
+  double cost(HalfedgeId h, const Vector2& here) const {
+    const double way = length(here, middle(h));
+    return overlay_.on_base_edge(h) ? kCrossingFactor * way + kCrossingCost : way;
+  }
   Vector2 middle(HalfedgeId h) const { return 0.5 * (place(h) + place(next_corner(h))); }
 
-  // Nodes: vertex v, or halfedge_node(h) for the edge of h. Distances are kept by stamps, so that a
+  // Nodes: vertex v, or, entering the face of h, the middle of the edge of h: a path that has
+  // crossed an edge goes on through the face beyond it. Distances are kept by stamps, so that a
   // search costs only what it visits.
   std::size_t vertex_node(VertexId v) const { return static_cast<std::size_t>(v); }
   std::size_t edge_node(HalfedgeId h) const {
-    return static_cast<std::size_t>(mesh_.vertex_count() + mesh_.edge(h));
+    return static_cast<std::size_t>(mesh_.vertex_count() + h);
   }
 
   struct Entry {
@@ -299,7 +328,7 @@ class Tracer {
     const auto relax_corner = [&](std::size_t node, double base, HalfedgeId h) {
       const HalfedgeId facing = next_corner(h);
       if (free_edge(facing)) {
-        offer(edge_node(facing), base + kCrossingFactor * length(place(h), middle(facing)), node);
+        offer(edge_node(mesh_.opposite(facing)), base + cost(facing, place(h)), node);
       }
     };
     const auto relax_along = [&](std::size_t node, double base, HalfedgeId h) {
@@ -332,21 +361,16 @@ class Tracer {
         });
         continue;
       }
-      const auto edge =
+      const auto h =
           static_cast<HalfedgeId>(top.node - static_cast<std::size_t>(mesh_.vertex_count()));
-      const Vector2 here = middle(edge);
-      for (const HalfedgeId h : {edge, mesh_.opposite(edge)}) {
-        const VertexId v = mesh_.apex(h);
-        if (free_vertex(v) || (v == to && in(to_sector, h / 3))) {
-          offer(vertex_node(v),
-                top.distance + kCrossingFactor * length(here, place(previous_corner(h))), top.node);
-        }
-        for (const HalfedgeId side : {next_corner(h), previous_corner(h)}) {
-          if (free_edge(side)) {
-            offer(edge_node(side), top.distance + kCrossingFactor * length(here, middle(side)),
-                  top.node);
-          }
-        }
+      const Vector2 here = middle(h);
+      const VertexId v = mesh_.apex(h);
+      if (free_vertex(v) || (v == to && in(to_sector, h / 3))) {
+        offer(vertex_node(v), top.distance + length(here, place(previous_corner(h))), top.node);
+      }
+      for (const HalfedgeId side : {next_corner(h), previous_corner(h)}) {
+        if (free_edge(side))
+          offer(edge_node(mesh_.opposite(side)), top.distance + cost(side, here), top.node);
       }
     }
     throw InternalError("no room for a path from vertex " + std::to_string(from) + " to vertex " +
@@ -362,6 +386,7 @@ class Tracer {
       } else {
         const auto h =
             static_cast<HalfedgeId>(node - static_cast<std::size_t>(mesh_.vertex_count()));
+        if (!overlay_.on_base_edge(h)) continue;  // inside a cell
         step.edge = {mesh_.source(h), mesh_.target(h)};
       }
       steps.push_back(step);
@@ -370,109 +395,39 @@ class Tracer {
     return steps;
   }
 
-  // Splits the crossed edges, marks the path and appends it. False if a step is not possible any
-  // more.
+  // Lays the path and appends it. False if a step is not possible any more.
   bool realise(Index e, const std::vector<Step>& steps, std::vector<VertexId>& path) {
     for (const Step& step : steps) {
       VertexId next = step.vertex;
       if (next == kInvalid) {
-        HalfedgeId crossed = kInvalid;
-        mesh_.for_each_outgoing(path.back(), [&](HalfedgeId h) {
-          const HalfedgeId facing = next_corner(h);
-          const VertexId p = mesh_.source(facing);
-          const VertexId q = mesh_.target(facing);
-          if ((p == step.edge[0] && q == step.edge[1]) || (p == step.edge[1] && q == step.edge[0]))
-            crossed = facing;
-        });
-        if (crossed == kInvalid || mesh_.mark(crossed) != Mesh::kUnmarked) return false;
-        next = surface_.split_edge(crossed);
+        next = overlay_.cross(path.back(), step.edge[0], step.edge[1], e);
+        if (next == kInvalid) return false;
         taken_.push_back(true);
+      } else if (!overlay_.reach(path.back(), next, e)) {
+        return false;
       }
-      const HalfedgeId h = mesh_.find(path.back(), next);
-      if (h == kInvalid || mesh_.mark(h) != Mesh::kUnmarked) return false;
-      mesh_.set_mark(h, e);
       taken_[static_cast<std::size_t>(next)] = true;
       path.push_back(next);
     }
     return true;
   }
 
-  RefinedSurface& surface_;
   Mesh& mesh_;
+  CurveOverlay overlay_;
   const TargetDomain& domain_;
   const ConvexPartition& partition_;
   Paths paths_;
   std::vector<bool> anchored_;  // per partition edge: laid and joined to the boundary by laid edges
   std::vector<bool> taken_;     // on a path, the boundary, or a pin
-  std::vector<Index> local_;    // per corner: vertex of the drawing; kInvalid outside the region
+  std::vector<Index> local_;    // per corner of the region: vertex of the drawing
+  std::vector<std::uint32_t> inside_;  // per face: the drawing that it was last part of
+  std::uint32_t drawn_ = 0;
   Points2 drawing_;
   std::vector<double> distance_;
   std::vector<std::size_t> previous_;
   std::vector<std::uint32_t> stamp_;
   std::uint32_t now_ = 0;
 };
-
-// The order of tracing: a minimum spanning tree grown from what is connected already, then the rest
-// by length.
-std::vector<Index> tracing_order(const TargetDomain& domain, const ConvexPartition& partition,
-                                 const Paths& given) {
-  const auto length = [&](Index e) {
-    const auto& edge = partition.edges[static_cast<std::size_t>(e)];
-    return (domain.point[static_cast<std::size_t>(edge.a)] -
-            domain.point[static_cast<std::size_t>(edge.b)])
-        .norm();
-  };
-  std::vector<bool> reached(domain.point.size(), false);
-  using Candidate = std::pair<double, Index>;
-  std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue;
-  std::vector<Index> pending;
-  const auto reach = [&](Index v) {
-    pending.push_back(v);
-    while (!pending.empty()) {
-      const Index u = pending.back();
-      pending.pop_back();
-      if (reached[static_cast<std::size_t>(u)]) continue;
-      reached[static_cast<std::size_t>(u)] = true;
-      for (const Index e : partition.around[static_cast<std::size_t>(u)]) {
-        const auto& edge = partition.edges[static_cast<std::size_t>(e)];
-        if (edge.boundary) continue;
-        // Given paths join their ends at no cost.
-        if (!given[static_cast<std::size_t>(e)].empty()) {
-          pending.push_back(edge.a == u ? edge.b : edge.a);
-        } else {
-          queue.emplace(length(e), e);
-        }
-      }
-    }
-  };
-  for (const Index v : domain.outline) reach(v);
-  std::vector<Index> order;
-  std::vector<Index> rest;
-  while (!queue.empty()) {
-    const Index e = queue.top().second;
-    queue.pop();
-    const auto& edge = partition.edges[static_cast<std::size_t>(e)];
-    const bool a = reached[static_cast<std::size_t>(edge.a)];
-    const bool b = reached[static_cast<std::size_t>(edge.b)];
-    if (a && b) {
-      rest.push_back(e);
-      continue;
-    }
-    order.push_back(e);
-    reach(a ? edge.b : edge.a);
-  }
-  // Longest first: they divide the domain more evenly.
-  std::stable_sort(rest.begin(), rest.end(),
-                   [&](Index a, Index b) { return length(a) > length(b); });
-  std::vector<bool> used(partition.edges.size(), false);
-  for (const Index e : order) used[static_cast<std::size_t>(e)] = true;
-  for (const Index e : rest) {
-    if (used[static_cast<std::size_t>(e)]) continue;
-    used[static_cast<std::size_t>(e)] = true;
-    order.push_back(e);
-  }
-  return order;
-}
 
 }  // namespace
 
@@ -487,12 +442,14 @@ Paths trace_paths(RefinedSurface& surface, const TargetDomain& domain,
       tracer.lay_given(e, given[static_cast<std::size_t>(e)]);
   }
   for (const Index v : domain.outline) tracer.anchor(v);
-  const std::vector<Index> order = tracing_order(domain, partition, given);
+  std::vector<bool> settled;
+  for (const auto& path : given) settled.push_back(!path.empty());
+  const std::vector<Index> order = tracing_order(domain, partition, settled);
   for (std::size_t i = 0; i < order.size(); ++i) {
     context.report("tracing paths", static_cast<double>(i) / static_cast<double>(order.size()));
     tracer.trace(order[i], context);
   }
-  return tracer.paths();
+  return tracer.finish();
 }
 
 }  // namespace flipfree
