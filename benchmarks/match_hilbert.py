@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import argparse
+import heapq
 import os
 from pathlib import Path
 
@@ -45,10 +46,8 @@ def outline(order: int, count: int) -> np.ndarray:
     offset = np.where(straight[:, None], normal / 2, normal) * 0.25
     ring = np.concatenate([centres - offset, (centres + offset)[::-1]])
     side = np.linalg.norm(np.roll(ring, -1, 0) - ring, axis=1)
-    # Every corner gets a point, longer sides the rest; the mesh must have enough boundary vertices.
+    # Every corner gets a point, longer sides the rest.
     extra = count - len(ring)
-    if extra < 0:
-        raise ValueError(f"{count} boundary vertices are too few for {len(ring)} corners")
     share = np.floor(np.cumsum(side) / side.sum() * extra + 1e-9).astype(int)
     more = np.diff(np.concatenate([[0], share]))
     following = np.roll(ring, -1, 0)
@@ -57,6 +56,43 @@ def outline(order: int, count: int) -> np.ndarray:
         for i in range(len(ring))
     ]
     return np.concatenate(parts)
+
+
+def boundary_loop(faces: np.ndarray) -> list[int]:
+    directed = {(int(f[k]), int(f[(k + 1) % 3])) for f in faces for k in range(3)}
+    follows = {a: b for a, b in directed if (b, a) not in directed}
+    loop = [min(follows)]
+    while follows[loop[-1]] != loop[0]:
+        loop.append(follows[loop[-1]])
+    return loop
+
+
+def with_boundary(
+    vertices: np.ndarray, faces: np.ndarray, count: int
+) -> tuple[np.ndarray, np.ndarray, list[int]]:
+    """The surface with at least `count` vertices on its boundary: the longest edges there are halved."""
+    loop = boundary_loop(faces)
+    corner = {(int(f[k]), int(f[(k + 1) % 3])): i for i, f in enumerate(faces) for k in range(3)}
+    points, triangles = list(vertices), [tuple(map(int, f)) for f in faces]
+    follows = dict(zip(loop, loop[1:] + loop[:1], strict=True))
+    queue = [(-float(np.linalg.norm(points[a] - points[b])), a, b) for a, b in follows.items()]
+    heapq.heapify(queue)
+    while len(follows) < count:
+        length, a, b = heapq.heappop(queue)
+        i, m = corner[(a, b)], len(points)
+        (c,) = (v for v in triangles[i] if v not in (a, b))
+        points.append((points[a] + points[b]) / 2)
+        triangles[i] = (a, m, c)
+        corner[(a, m)], corner[(m, b)] = i, len(triangles)
+        corner[(b, c)] = len(triangles)
+        triangles.append((m, b, c))
+        follows[a], follows[m] = m, b
+        heapq.heappush(queue, (length / 2, a, m))
+        heapq.heappush(queue, (length / 2, m, b))
+    ordered = [loop[0]]
+    while follows[ordered[-1]] != ordered[0]:
+        ordered.append(follows[ordered[-1]])
+    return np.array(points), np.array(triangles, np.int32), ordered
 
 
 def main() -> None:
@@ -70,19 +106,12 @@ def main() -> None:
     options = parser.parse_args()
     for file in options.files:
         mesh = read_mesh(Path(options.data) / file)
-        directed = {(int(f[k]), int(f[(k + 1) % 3])) for f in mesh.faces for k in range(3)}
-        follows = {a: b for a, b in directed if (b, a) not in directed}
-        loop = [min(follows)]
-        while follows[loop[-1]] != loop[0]:
-            loop.append(follows[loop[-1]])
-        inner = np.setdiff1d(np.unique(mesh.faces), loop)
         for order in options.orders:
             name = f"{Path(file).stem} order {order}"
-            try:
-                target = outline(order, len(loop))
-            except ValueError as error:
-                print(f"{name}: skipped, {error}", flush=True)
-                continue
+            # Every corner needs a boundary vertex.
+            vertices, faces, loop = with_boundary(mesh.vertices, mesh.faces, 2 * 4**order)
+            inner = np.setdiff1d(np.unique(faces), loop)
+            target = outline(order, len(loop))
             for seed in range(options.seeds):
                 random = np.random.default_rng(seed)
                 cells = hilbert(order)[random.choice(4**order, options.pins, replace=False)]
@@ -92,8 +121,8 @@ def main() -> None:
                 report(
                     f"{name} seed {seed}",
                     options.pictures,
-                    mesh.vertices,
-                    mesh.faces,
+                    vertices,
+                    faces,
                     boundary_loop=loop,
                     boundary_uv=target,
                     points=points,

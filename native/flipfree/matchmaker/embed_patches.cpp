@@ -7,6 +7,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/embedding/embed.h"
+#include "flipfree/embedding/tutte.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree {
@@ -47,12 +48,13 @@ Frame round_frame(const Points2& polygon) {
 class PatchEmbedder {
  public:
   PatchEmbedder(RefinedSurface& surface, const TargetDomain& domain,
-                const ConvexPartition& partition, const Paths& paths)
+                const ConvexPartition& partition, const Paths& paths, std::vector<Vector2>* drawing)
       : surface_(surface),
         mesh_(surface.mesh),
         domain_(domain),
         partition_(partition),
-        paths_(paths) {}
+        paths_(paths),
+        drawing_(drawing) {}
 
   Points2 run(ExecutionContext& context, Stats& stats) {
     std::vector<Patch> patches;
@@ -151,7 +153,13 @@ class PatchEmbedder {
         const std::size_t j = find(mesh_.target(h));
         if (j != n && share_side(i, j)) chords.push_back(mesh_.target(h));
       }
-      for (const VertexId w : chords) surface_.split_edge(mesh_.find(patch.loop[i], w));
+      for (const VertexId w : chords) {
+        surface_.split_edge(mesh_.find(patch.loop[i], w));
+        if (drawing_ == nullptr) continue;
+        const Vector2& a = (*drawing_)[static_cast<std::size_t>(patch.loop[i])];
+        const Vector2& b = (*drawing_)[static_cast<std::size_t>(w)];
+        drawing_->push_back(0.5 * (a + b));
+      }
     }
   }
 
@@ -163,10 +171,12 @@ class PatchEmbedder {
       const Vector2& b = point(partition_.edges[e].b);
       std::vector<double> along = {0.0};
       for (std::size_t i = 0; i + 1 < path.size(); ++i) {
-        const double step = (surface_.position[static_cast<std::size_t>(path[i + 1])] -
-                             surface_.position[static_cast<std::size_t>(path[i])])
-                                .norm();
-        along.push_back(along.back() + step);
+        const auto from = static_cast<std::size_t>(path[i]);
+        const auto to = static_cast<std::size_t>(path[i + 1]);
+        along.push_back(along.back() +
+                        (drawing_ != nullptr
+                             ? ((*drawing_)[to] - (*drawing_)[from]).norm()
+                             : (surface_.position[to] - surface_.position[from]).norm()));
       }
       // No step gets less than a tenth of the mean: equal points would leave no room for any map.
       const double total = along.back();
@@ -195,6 +205,25 @@ class PatchEmbedder {
       }
     }
     std::sort(patch.faces.begin(), patch.faces.end());
+  }
+
+  // Mean-value weights of the drawing keep the patch's shape there as far as the polygon allows,
+  // where equal weights squeeze what hangs on one side. Nothing if a triangle is not positive.
+  Points2 as_drawn(const std::vector<VertexId>& vertices, const Triangles& faces,
+                   const std::vector<VertexId>& loop, const Points2& boundary,
+                   ExecutionContext& context) const {
+    Eigen::MatrixXd shape(static_cast<Eigen::Index>(vertices.size()), 2);
+    for (std::size_t v = 0; v < vertices.size(); ++v)
+      shape.row(static_cast<Eigen::Index>(v)) =
+          (*drawing_)[static_cast<std::size_t>(vertices[v])].transpose();
+    if (count_flips(faces, shape, context) > 0) return {};
+    try {
+      Points2 uv = tutte_mean_value(faces, shape, loop, boundary, context);
+      if (count_flips(faces, uv, context) == 0) return uv;
+    } catch (const NotConverged&) {
+      // The drawing is too thin to be read.
+    }
+    return {};
   }
 
   void embed(const Patch& patch, ExecutionContext& context, Stats& stats) {
@@ -228,8 +257,10 @@ class PatchEmbedder {
       }
       Points2 uv;
       try {
-        uv = embed_disk(faces, static_cast<Index>(vertices.size()), loop, boundary, options,
-                        context, stats);
+        if (drawing_ != nullptr) uv = as_drawn(vertices, faces, loop, boundary, context);
+        if (uv.rows() == 0)
+          uv = embed_disk(faces, static_cast<Index>(vertices.size()), loop, boundary, options,
+                          context, stats);
       } catch (const Exception& failure) {
         if (failure.error().code == ErrorCode::kCancelled) throw;
         // The ids in the message are the patch's own.
@@ -254,6 +285,7 @@ class PatchEmbedder {
   const TargetDomain& domain_;
   const ConvexPartition& partition_;
   const Paths& paths_;
+  std::vector<Vector2>* drawing_;
   Points2 uv_;
   std::vector<Index> local_;
   std::vector<bool> visited_;
@@ -263,8 +295,8 @@ class PatchEmbedder {
 
 Points2 embed_patches(RefinedSurface& surface, const TargetDomain& domain,
                       const ConvexPartition& partition, const Paths& paths,
-                      ExecutionContext& context, Stats& stats) {
-  const Points2 uv = PatchEmbedder(surface, domain, partition, paths).run(context, stats);
+                      ExecutionContext& context, Stats& stats, std::vector<Vector2>* drawing) {
+  const Points2 uv = PatchEmbedder(surface, domain, partition, paths, drawing).run(context, stats);
   const Triangles faces = surface.mesh.faces();
   for (Eigen::Index f = 0; f < faces.rows(); ++f) {
     const auto corner = [&](Index k) -> Vector2 { return uv.row(faces(f, k)).transpose(); };

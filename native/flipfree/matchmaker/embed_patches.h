@@ -15,6 +15,7 @@ namespace flipfree {
 // Guarantee: every face is positively oriented by exact test. Throws what embed_disk throws.
 Points2 embed_patches(RefinedSurface& surface, const TargetDomain& domain,
                       const ConvexPartition& partition, const Paths& paths,
-                      ExecutionContext& context, Stats& stats);
+                      ExecutionContext& context, Stats& stats,
+                      std::vector<Vector2>* drawing = nullptr);
 
 }  // namespace flipfree

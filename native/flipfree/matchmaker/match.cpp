@@ -1,20 +1,27 @@
 #include "flipfree/matchmaker/match.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <map>
+#include <numbers>
 #include <string>
 
 #include "flipfree/base/error.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/certify/overlap.h"
+#include "flipfree/distortion/energy.h"
 #include "flipfree/distortion/minimize.h"
+#include "flipfree/distortion/rest_shapes.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/matchmaker/coarse_walk.h"
 #include "flipfree/matchmaker/coarsen.h"
+#include "flipfree/matchmaker/film_overlay.h"
 #include "flipfree/matchmaker/first_try.h"
 #include "flipfree/matchmaker/pipeline.h"
 #include "flipfree/matchmaker/roomy_metric.h"
+#include "flipfree/matchmaker/untangle.h"
 #include "flipfree/matchmaker/walk_outline.h"
 #include "flipfree/matchmaker/walk_pins.h"
 #include "flipfree/mesh/validate.h"
@@ -25,6 +32,16 @@ namespace {
 
 // Vertices that the walk to an outline may add, in units of the input's.
 constexpr Index kOutlineRefinement = 40;
+// Outlines with more turns in sharp corners than this are not walked to. Measured: narrow spirals
+// of three turns have none and need few new vertices on the walk; Hilbert's curve, thickened, has 6
+// (order 2), 27, 107, 427, and even for order 2 the walk takes longer and splits more than cuts.
+constexpr double kMostTurning = 4.0;
+constexpr double kSharp = std::numbers::pi / 6;
+// A refined map is optimised for so many Newton steps times vertices, but this many steps at least.
+constexpr double kRefinedWork = 4e6;
+constexpr int kFewestSteps = 10;
+// A map with a larger share of folded triangles is not worth untangling.
+constexpr double kMostFolded = 0.2;
 
 // Lowers the distortion with the constraints held. Returns the map unchanged if there is nothing to
 // move.
@@ -43,6 +60,13 @@ Points2 optimise(const RefinedSurface& surface, std::vector<VertexId> held, cons
     stats["optimise_failure"] = failure.error().message;
     return uv;
   }
+}
+
+// How many Newton steps a map is worth: where it was refined much, what they cost is bounded.
+int affordable_steps(const RefinedSurface& surface, int wanted) {
+  const auto count = static_cast<double>(surface.mesh.vertex_count());
+  if (count < 3 * static_cast<double>(surface.input_vertices())) return wanted;
+  return std::min(wanted, std::max(kFewestSteps, static_cast<int>(kRefinedWork / count)));
 }
 
 // What stays where it is until the end: movable boundary vertices do not.
@@ -94,6 +118,52 @@ bool untangling_is_safe(const Constraints& constraints) {
   return !constraints.free_boundary() && constraints.turning_number == 1;
 }
 
+// Its symmetric Dirichlet energy at the best scale; infinite if it cannot be told.
+double energy_of(const RefinedMap& map, ExecutionContext& context) {
+  const Surface arrays = to_surface(map.surface);
+  const distortion::RestShapes rest = distortion::build_rest_shapes(arrays, context);
+  const distortion::EnergySums sums =
+      distortion::sum_energy(arrays.faces, rest.triangles, map.uv, context);
+  const double energy = sums.at_best_scale();
+  return std::isfinite(energy) ? energy : std::numeric_limits<double>::infinity();
+}
+
+// From a valid map, finely cut and much distorted, to one that is fit for use. Whatever fails on
+// the way, there is a valid map in the end.
+RefinedMap made_usable(RefinedMap fine, const RefinedSurface& surface,
+                       const Constraints& constraints, ExecutionContext& context, Stats& stats) {
+  {
+    const ProgressRange range(context, 0.0, 0.5);
+    // Its distortion is enormous at first; what counts is that the refinement can be taken back.
+    constexpr int kIterations = 40;
+    fine.uv = optimise(fine.surface, held_vertices(fine.surface, constraints), fine.uv,
+                       affordable_steps(fine.surface, kIterations), false, context, stats);
+  }
+  if (untangling_is_safe(constraints)) {
+    const ProgressRange range(context, 0.5, 0.8);
+    const Points2 start = restricted(fine, surface);
+    const auto faces = static_cast<double>(surface.mesh.faces().rows());
+    const auto folded =
+        static_cast<double>(find_flips(surface.mesh.faces(), start, context).size());
+    if (folded <= kMostFolded * faces) {
+      if (std::optional<Points2> uv = untangle_from(surface, constraints, start, context, stats)) {
+        stats["engine"] = std::string("matchmaker, restricted");
+        return {surface, std::move(*uv)};
+      }
+    }
+  }
+  const ProgressRange range(context, 0.8, 1.0);
+  stats["engine"] = std::string("matchmaker, coarsened");
+  // Fewer vertices are worth more distortion, but not one that nothing can be done with.
+  constexpr double kMostLoss = 10.0;
+  const Index keep = surface.mesh.vertex_count();
+  RefinedMap coarse = coarsen(fine, constraints, keep, context, stats);
+  const double bearable = kMostLoss * energy_of(fine, context);
+  if (energy_of(coarse, context) <= bearable) return coarse;
+  coarse = coarsen_gently(fine, constraints, keep, context, stats);
+  return energy_of(coarse, context) <= bearable ? coarse : fine;
+}
+
 RefinedMap guaranteed(const RefinedSurface& surface, const Constraints& constraints,
                       ExecutionContext& context, Stats& stats) {
   RefinedMap fine;
@@ -101,24 +171,8 @@ RefinedMap guaranteed(const RefinedSurface& surface, const Constraints& constrai
     const ProgressRange range(context, 0.0, 0.3);
     fine = run_matchmaker(surface, constraints, context, stats);
   }
-  {
-    const ProgressRange range(context, 0.3, 0.7);
-    // Its distortion is enormous at first; what counts is that the refinement can be taken back.
-    constexpr int kIterations = 40;
-    fine.uv = optimise(fine.surface, held_vertices(fine.surface, constraints), fine.uv, kIterations,
-                       false, context, stats);
-  }
-  if (untangling_is_safe(constraints)) {
-    const ProgressRange range(context, 0.7, 0.9);
-    const Points2 start = restricted(fine, surface);
-    if (std::optional<Points2> uv = untangle_from(surface, constraints, start, context, stats)) {
-      stats["engine"] = std::string("matchmaker, restricted");
-      return {surface, std::move(*uv)};
-    }
-  }
-  const ProgressRange range(context, 0.9, 1.0);
-  stats["engine"] = std::string("matchmaker, coarsened");
-  return coarsen(std::move(fine), constraints, surface.mesh.vertex_count(), context, stats);
+  const ProgressRange range(context, 0.3, 1.0);
+  return made_usable(std::move(fine), surface, constraints, context, stats);
 }
 
 // The same refinement of another surface with the same faces.
@@ -158,6 +212,30 @@ std::optional<RefinedMap> walked(RefinedSurface& surface, const Constraints& con
   return map;
 }
 
+// At the first frame of the film, with the pins at their places there.
+RefinedMap pinned_first_frame(const RefinedSurface& surface, const OutlineFilm& film,
+                              const Constraints& constraints, ExecutionContext& context,
+                              Stats& stats) {
+  RefinedMap map;
+  {
+    const ProgressRange range(context, 0.0, 0.5);
+    map = first_frame(surface, film, context, stats);
+  }
+  if (film.pins().empty()) return map;
+  const ProgressRange range(context, 0.5, 1.0);
+  Constraints disk;
+  disk.outline.resize(surface.boundary.size());
+  std::map<VertexId, Vector2> place;
+  for (const auto& [v, uv] : film.places(0.0, film.corners(0.0))) place.emplace(v, uv);
+  for (std::size_t i = 0; i < surface.boundary.size(); ++i)
+    disk.outline[i] = place.at(surface.boundary[i]);
+  for (const SheetPin& p : film.pins()) disk.pins.push_back({p.pin.vertex, place.at(p.pin.vertex)});
+  const RefinedSurface unpinned = map.surface;
+  if (!walk_pins(map, disk, constraints.edges.empty(), context, stats))
+    map = guaranteed(unpinned, disk, context, stats);
+  return map;
+}
+
 // Through the frames of a film from a convex polygon, where pins are easily brought to their
 // places, to the target.
 std::optional<RefinedMap> filmed(const RefinedSurface& surface, const Constraints& constraints,
@@ -169,24 +247,10 @@ std::optional<RefinedMap> filmed(const RefinedSurface& surface, const Constraint
   const OutlineFilm film(std::move(target.domain), target.pins);
   RefinedMap map;
   {
-    const ProgressRange range(context, 0.0, 0.2);
-    map = first_frame(surface, film, context, stats);
+    const ProgressRange range(context, 0.0, 0.4);
+    map = pinned_first_frame(surface, film, constraints, context, stats);
   }
   const Index limit = kOutlineRefinement * surface.input_vertices();
-  if (riding) {
-    const ProgressRange range(context, 0.2, 0.4);
-    Constraints disk;
-    disk.outline.resize(surface.boundary.size());
-    std::map<VertexId, Vector2> place;
-    for (const auto& [v, uv] : film.places(0.0, film.corners(0.0))) place.emplace(v, uv);
-    for (std::size_t i = 0; i < surface.boundary.size(); ++i)
-      disk.outline[i] = place.at(surface.boundary[i]);
-    for (const PinnedVertex& p : constraints.pins)
-      disk.pins.push_back({p.vertex, place.at(p.vertex)});
-    const RefinedSurface unpinned = map.surface;
-    if (!walk_pins(map, disk, constraints.edges.empty(), context, stats))
-      map = guaranteed(unpinned, disk, context, stats);
-  }
   {
     const ProgressRange range(context, 0.4, 0.9);
     if (!walk_outline(map, film, constraints.edges, limit, context, stats)) return std::nullopt;
@@ -200,6 +264,43 @@ std::optional<RefinedMap> filmed(const RefinedSurface& surface, const Constraint
 } catch (const NotConverged& failure) {
   stats["outline.failure"] = failure.error().message;
   return std::nullopt;  // too squeezed for the Newton system on the way
+}
+
+// From the film's first frame to its last in one step (film_overlay.h).
+std::optional<RefinedMap> overlaid(const RefinedSurface& surface, const Constraints& constraints,
+                                   ExecutionContext& context, Stats& stats) try {
+  if (!constraints.edges.empty()) return std::nullopt;  // straight lines would be cut
+  SheetTarget target = sheet_target(surface, constraints, context);
+  const OutlineFilm film(std::move(target.domain), target.pins);
+  RefinedMap map;
+  {
+    const ProgressRange range(context, 0.0, 0.3);
+    map = pinned_first_frame(surface, film, constraints, context, stats);
+  }
+  {
+    const ProgressRange range(context, 0.3, 0.4);
+    map = lay_onto_target(map, film, context, stats);
+  }
+  const ProgressRange range(context, 0.4, 1.0);
+  map = made_usable(std::move(map), surface, constraints, context, stats);
+  stats["engine"] = std::string("overlay");
+  return map;
+} catch (const NotConverged& failure) {
+  stats["overlay.failure"] = failure.error().message;
+  return std::nullopt;
+}
+
+// The sum of the outline's turns in sharp corners, either way, in full turns.
+double sharp_turning(const Constraints& constraints) {
+  const std::size_t n = constraints.outline.size();
+  double sum = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vector2 a = constraints.outline[(i + 1) % n] - constraints.outline[i];
+    const Vector2 b = constraints.outline[(i + 2) % n] - constraints.outline[(i + 1) % n];
+    const double turn = std::abs(std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b)));
+    if (turn > kSharp) sum += turn;
+  }
+  return sum / (2 * std::numbers::pi);
 }
 
 // Is the film of this outline without action? Then it is no help for the pins.
@@ -222,7 +323,7 @@ RefinedMap solve(RefinedSurface& surface, const Constraints& constraints,
   // Which disk, and on which sheet a pin lies, is for the film to say.
   const bool direct = !overlapping || constraints.pins.empty();
   if (direct && options.engine != MatchEngine::kMatchmaker &&
-      options.engine != MatchEngine::kOutline) {
+      options.engine != MatchEngine::kOutline && options.engine != MatchEngine::kOverlay) {
     const ProgressRange range(context, 0.0, 0.3);
     if (std::optional<RefinedMap> map = walked(surface, constraints, options, context, stats)) {
       stats["engine"] = std::string("first try");
@@ -234,8 +335,13 @@ RefinedMap solve(RefinedSurface& surface, const Constraints& constraints,
           "The first try found no flip-free map on these triangles. Allow refinement.");
     }
   }
-  if (!constraints.free_boundary() && options.engine != MatchEngine::kMatchmaker &&
-      (options.engine == MatchEngine::kOutline || !is_convex(constraints))) {
+  const bool film_helps = !constraints.free_boundary() &&
+                          options.engine != MatchEngine::kMatchmaker &&
+                          (options.engine != MatchEngine::kAuto || !is_convex(constraints));
+  const bool walks = options.engine == MatchEngine::kOutline ||
+                     (options.engine != MatchEngine::kOverlay && film_helps &&
+                      (sharp_turning(constraints) < kMostTurning || !constraints.edges.empty()));
+  if (film_helps && walks) {
     const ProgressRange range(context, 0.3, 0.8);
     if (std::optional<RefinedMap> map = filmed(surface, constraints, context, stats)) {
       stats["engine"] = std::string("outline");
@@ -246,12 +352,21 @@ RefinedMap solve(RefinedSurface& surface, const Constraints& constraints,
                           "The walk to the outline was blocked, refinement included.");
     }
   }
+  if (film_helps) {
+    const ProgressRange range(context, walks ? 0.8 : 0.3, 0.95);
+    if (std::optional<RefinedMap> map = overlaid(surface, constraints, context, stats))
+      return std::move(*map);
+    if (options.engine == MatchEngine::kOverlay) {
+      throw_not_converged(ErrorCode::kIterationLimit,
+                          "The surface was cut too finely for 64-bit coordinates.");
+    }
+  }
   if (overlapping && !constraints.edges.empty()) {
     throw_not_converged(ErrorCode::kIterationLimit,
                         "The walk to the outline was blocked; lines inside a target that overlaps "
                         "itself have no other way. Pin fewer vertices, or refine the mesh.");
   }
-  const ProgressRange range(context, 0.8, 1.0);
+  const ProgressRange range(context, 0.95, 1.0);
   return guaranteed(surface, constraints, context, stats);
 }
 
@@ -331,8 +446,8 @@ Parametrization match(const Surface& surface, const MatchRequest& request,
   if (options.optimise) {
     const ProgressRange range(context, 0.7, 0.9);
     const std::vector<VertexId> held = held_to_the_end(solution.surface, constraints);
-    solution.uv = optimise(solution.surface, held, solution.uv, options.max_iterations, bijective,
-                           context, stats);
+    const int steps = affordable_steps(solution.surface, options.max_iterations);
+    solution.uv = optimise(solution.surface, held, solution.uv, steps, bijective, context, stats);
   }
   stats["seconds_optimise"] = watch.seconds() - std::get<double>(stats["seconds_map"]);
 

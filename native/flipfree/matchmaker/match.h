@@ -19,6 +19,7 @@ enum class MatchEngine {
   kAuto,        // first try, then MatchMaker++
   kFirstTry,    // for tests and papers: NotConverged if the first try fails
   kOutline,     // for tests and papers: straight to the walk with the outline (walk_outline.h)
+  kOverlay,     // for tests and papers: straight to the outline in one step (film_overlay.h)
   kMatchmaker,  // for tests and papers: straight to MatchMaker++
 };
 

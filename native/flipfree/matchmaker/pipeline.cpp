@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 
 #include "flipfree/matchmaker/embed_patches.h"
 
@@ -19,18 +20,22 @@ RefinedMap run_matchmaker(const RefinedSurface& surface, const Constraints& cons
   }
   const ProgressRange range(context, 0.5, 1.0);
   const Points2 uv = embed_patches(work, target.domain, partition, paths, context, stats);
+  stats["matchmaker.singular_corners"] = static_cast<std::int64_t>(target.singular.size());
+  return finished_map({std::move(work), uv}, partition, stats);
+}
+
+RefinedMap finished_map(const RefinedMap& work, const ConvexPartition& partition, Stats& stats) {
   RefinedMap map;
   std::vector<VertexId> old_vertex;
-  map.surface = compacted(work, old_vertex);
+  map.surface = compacted(work.surface, old_vertex);
   map.uv.resize(static_cast<Eigen::Index>(old_vertex.size()), 2);
   for (std::size_t v = 0; v < old_vertex.size(); ++v) {
-    map.uv.row(static_cast<Eigen::Index>(v)) = uv.row(old_vertex[v]);
+    map.uv.row(static_cast<Eigen::Index>(v)) = work.uv.row(old_vertex[v]);
   }
   stats["matchmaker.polygons"] = static_cast<std::int64_t>(partition.polygons.size());
   stats["matchmaker.paths"] = static_cast<std::int64_t>(partition.edges.size());
   stats["matchmaker.added_vertices"] =
       static_cast<std::int64_t>(map.surface.mesh.vertex_count() - map.surface.input_vertices());
-  stats["matchmaker.singular_corners"] = static_cast<std::int64_t>(target.singular.size());
   return map;
 }
 

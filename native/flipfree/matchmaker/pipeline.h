@@ -20,4 +20,7 @@ struct RefinedMap {
 RefinedMap run_matchmaker(const RefinedSurface& surface, const Constraints& constraints,
                           ExecutionContext& context, Stats& stats);
 
+// The last step: the map without collar and unused vertices; figures for "matchmaker.*".
+RefinedMap finished_map(const RefinedMap& work, const ConvexPartition& partition, Stats& stats);
+
 }  // namespace flipfree

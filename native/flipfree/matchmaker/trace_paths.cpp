@@ -23,22 +23,28 @@ using Mesh = EditableTriangulation;
 // A step that crosses an edge of the surface costs this factor more than others: it adds a vertex.
 constexpr double kCrossingFactor = 1.5;
 constexpr double kCrossingCost = 1e-6;
+// Crossings keep this share of an edge's piece away from its ends.
+constexpr double kMargin = 0.15;
 
 // A step of a path: to a vertex, or across an edge of the surface, which is split there.
 struct Step {
   VertexId vertex = kInvalid;
   std::array<VertexId, 2> edge = {kInvalid, kInvalid};
+  Vector2 place = Vector2::Zero();  // in the drawing
 };
 
 class Tracer {
  public:
-  Tracer(RefinedSurface& surface, const TargetDomain& domain, const ConvexPartition& partition)
+  // `drawing`, if there is one: where every vertex lies, new ones appended.
+  Tracer(RefinedSurface& surface, const TargetDomain& domain, const ConvexPartition& partition,
+         std::vector<Vector2>* drawing)
       : mesh_(surface.mesh),
         overlay_(surface),
         domain_(domain),
         partition_(partition),
         paths_(partition.edges.size()),
-        anchored_(partition.edges.size(), false) {
+        anchored_(partition.edges.size(), false),
+        given_drawing_(drawing) {
     taken_.assign(static_cast<std::size_t>(mesh_.vertex_count()), false);
     for (const VertexId v : surface.outer_boundary) taken_[static_cast<std::size_t>(v)] = true;
     for (const VertexId v : domain.mesh_vertex) taken_[static_cast<std::size_t>(v)] = true;
@@ -93,7 +99,8 @@ class Tracer {
     // off.
     constexpr int kMaxRestarts = 1000;
     for (int i = 0;; ++i) {
-      draw_region(start.front(), context);
+      if (given_drawing_ == nullptr) draw_region(start.front(), context);
+      line_ = {place_of(from), place_of(to)};
       if (realise(e, search(path.back(), start, to, sector(edge.b, e)), path)) break;
       if (i == kMaxRestarts) throw InternalError("a traced path lost its way");
       start = onward(path);
@@ -269,14 +276,35 @@ class Tracer {
 
   static double length(const Vector2& a, const Vector2& b) { return (a - b).norm(); }
   Vector2 place(HalfedgeId corner) const {
+    if (given_drawing_ != nullptr)
+      return (*given_drawing_)[static_cast<std::size_t>(mesh_.source(corner))];
     return drawing_.row(local_[static_cast<std::size_t>(corner)]).transpose();
   }
+  Vector2 place_of(VertexId v) const {
+    return given_drawing_ == nullptr ? Vector2::Zero()
+                                     : (*given_drawing_)[static_cast<std::size_t>(v)];
+  }
+  // Where a path crosses the edge of h: in a given drawing as near to the straight line between its
+  // ends as the room for further paths allows.
+  Vector2 crossing(HalfedgeId h) const {
+    const Vector2 a = place(h);
+    const Vector2 b = place(next_corner(h));
+    if (given_drawing_ == nullptr) return 0.5 * (a + b);
+    const Vector2 along = line_[1] - line_[0];
+    const auto side = [&](const Vector2& p) {
+      return along.x() * (p.y() - line_[0].y()) - along.y() * (p.x() - line_[0].x());
+    };
+    const double of_a = side(a);
+    const double of_b = side(b);
+    const double t = of_a == of_b ? 0.5 : std::clamp(of_a / (of_a - of_b), kMargin, 1 - kMargin);
+    return a + t * (b - a);
+  }
+
   // Of a step from `here` across h. The constant decides where the drawing is too dense to.
   double cost(HalfedgeId h, const Vector2& here) const {
-    const double way = length(here, middle(h));
+    const double way = length(here, crossing(h));
     return overlay_.on_base_edge(h) ? kCrossingFactor * way + kCrossingCost : way;
   }
-  Vector2 middle(HalfedgeId h) const { return 0.5 * (place(h) + place(next_corner(h))); }
 
   // Nodes: vertex v, or, entering the face of h, the middle of the edge of h: a path that has
   // crossed an edge goes on through the face beyond it. Distances are kept by stamps, so that a
@@ -363,7 +391,7 @@ class Tracer {
       }
       const auto h =
           static_cast<HalfedgeId>(top.node - static_cast<std::size_t>(mesh_.vertex_count()));
-      const Vector2 here = middle(h);
+      const Vector2 here = crossing(h);
       const VertexId v = mesh_.apex(h);
       if (free_vertex(v) || (v == to && in(to_sector, h / 3))) {
         offer(vertex_node(v), top.distance + length(here, place(previous_corner(h))), top.node);
@@ -388,6 +416,7 @@ class Tracer {
             static_cast<HalfedgeId>(node - static_cast<std::size_t>(mesh_.vertex_count()));
         if (!overlay_.on_base_edge(h)) continue;  // inside a cell
         step.edge = {mesh_.source(h), mesh_.target(h)};
+        step.place = crossing(h);
       }
       steps.push_back(step);
     }
@@ -402,6 +431,7 @@ class Tracer {
       if (next == kInvalid) {
         next = overlay_.cross(path.back(), step.edge[0], step.edge[1], e);
         if (next == kInvalid) return false;
+        if (given_drawing_ != nullptr) given_drawing_->push_back(step.place);
         taken_.push_back(true);
       } else if (!overlay_.reach(path.back(), next, e)) {
         return false;
@@ -423,6 +453,8 @@ class Tracer {
   std::vector<std::uint32_t> inside_;  // per face: the drawing that it was last part of
   std::uint32_t drawn_ = 0;
   Points2 drawing_;
+  std::vector<Vector2>* given_drawing_;
+  std::array<Vector2, 2> line_;  // in a given drawing, between the ends of the present path
   std::vector<double> distance_;
   std::vector<std::size_t> previous_;
   std::vector<std::uint32_t> stamp_;
@@ -432,8 +464,9 @@ class Tracer {
 }  // namespace
 
 Paths trace_paths(RefinedSurface& surface, const TargetDomain& domain,
-                  const ConvexPartition& partition, const Paths& given, ExecutionContext& context) {
-  Tracer tracer(surface, domain, partition);
+                  const ConvexPartition& partition, const Paths& given, ExecutionContext& context,
+                  std::vector<Vector2>* drawing) {
+  Tracer tracer(surface, domain, partition, drawing);
   for (Index e = 0; e < static_cast<Index>(partition.edges.size()); ++e) {
     if (partition.edges[static_cast<std::size_t>(e)].boundary) tracer.lay_outline(e);
   }

@@ -30,6 +30,7 @@ using Paths = std::vector<std::vector<VertexId>>;
 // Throws InvalidInput (kBadPins) if given paths contradict each other, InternalError if the
 // preconditions (matching orders on the boundary) do not hold.
 Paths trace_paths(RefinedSurface& surface, const TargetDomain& domain,
-                  const ConvexPartition& partition, const Paths& given, ExecutionContext& context);
+                  const ConvexPartition& partition, const Paths& given, ExecutionContext& context,
+                  std::vector<Vector2>* drawing = nullptr);
 
 }  // namespace flipfree
