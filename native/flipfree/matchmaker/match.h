@@ -1,12 +1,14 @@
 // Hard constraints (thesis 3.3): pinned vertices, lines and whole boundaries met bit for bit,
 // without a fold.
 //
-// Two engines behind one door:
-//   first_try.h   untangling on the triangles as they are: no added vertex, no guarantee of
-//   success; pipeline.h    MatchMaker++: always succeeds (up to 64-bit resolution), refines.
-// The second one's map is optimised, restricted to the user's vertices and untangled there; where
-// that fails, its refinement is taken back vertex by vertex (coarsen.h) as far as the map stays
-// valid.
+// Four engines behind one door:
+//   first_try.h     untangling on the triangles as they are: no added vertex, no guarantee;
+//   walk_outline.h  a walk to an outline that winds, refining as it goes: no guarantee;
+//   film_overlay.h  straight to an outline of many corners, by cutting the surface along lines;
+//   pipeline.h      MatchMaker++: always succeeds (up to 64-bit resolution), refines most.
+// The maps of the last two are optimised and their refinement is taken back vertex by vertex
+// (coarsen.h) as far as they stay valid; MatchMaker++'s is first restricted to the user's vertices
+// and untangled there.
 #pragma once
 
 #include "flipfree/base/context.h"
@@ -34,9 +36,10 @@ struct MatchOptions {
 // surface: a disk. Guarantee: the certificate of the result holds: no flips in 64 and 32 bits (G1),
 // corners wind once (G2), constraints are met bit for bit in 64 bits and, rounded, in 32 (G3), the
 // mesh subdivides the input (G7). Throws InvalidInput, Infeasible (see constraints.h,
-// build_target.h), NotConverged, Cancelled. Stats: "engine" ("first try", "matchmaker, restricted",
-// "matchmaker, coarsened"), "added_vertices", "energy", "seconds_*", "first_try.*", "matchmaker.*",
-// "distortion.*", "rounding.*". Deterministic for any number of threads.
+// build_target.h), NotConverged, Cancelled. Stats: "engine" ("first try", "outline", "overlay",
+// "matchmaker, restricted", "matchmaker, coarsened"), "added_vertices", "energy", "seconds_*",
+// "first_try.*", "matchmaker.*", "distortion.*", "rounding.*". Deterministic for any number of
+// threads.
 Parametrization match(const Surface& surface, const MatchRequest& request,
                       const MatchOptions& options, ExecutionContext& context);
 

@@ -4,10 +4,11 @@
 // paths meet at their ends only, leave each vertex in the target's cyclic order, and so cut the
 // surface into patches that correspond to the polygons. Order (Praun, Sweldens, Schroeder 2001):
 // first a minimum spanning tree grown from the boundary, whose paths can never close a loop around
-// a point, then the rest, each of which divides one patch in two. Where no path runs along existing
-// free edges, it crosses edges, which are split there (Steiner points; Kraevoy, Sheffer, Gotsman
-// 2003). Deviation: paths are shortest in a Tutte drawing of the piece of surface that they divide,
-// not on the surface.
+// a point, then the rest, each of which divides one patch in two (tracing_order.h). Where no path
+// runs along existing free edges, it crosses edges, which are split there (Steiner points; Kraevoy,
+// Sheffer, Gotsman 2003), those of the surface only (curve_overlay.h). Deviation: paths are
+// shortest in a Tutte drawing of the piece of surface that they divide, not on the surface, or near
+// the straight lines of a drawing that is given.
 //
 // Termination: every edge of the partition is traced once. A path always exists: the sectors at its
 // two ends belong to the same connected piece of the cut surface, faces are joined across edges
@@ -27,8 +28,10 @@ using Paths = std::vector<std::vector<VertexId>>;
 
 // `given[e]`, if not empty, prescribes the path of edge e along existing mesh edges. Outline edges
 // follow the mesh boundary. Marks of mesh edges become the partition edge that runs along them.
-// Throws InvalidInput (kBadPins) if given paths contradict each other, InternalError if the
-// preconditions (matching orders on the boundary) do not hold.
+// `drawing`: where every vertex lies in a drawing without folds in which the partition's edges are
+// straight lines that do not cross (film_overlay.h); new vertices are appended. Throws InvalidInput
+// (kBadPins) if given paths contradict each other, InternalError if the preconditions (matching
+// orders on the boundary) do not hold.
 Paths trace_paths(RefinedSurface& surface, const TargetDomain& domain,
                   const ConvexPartition& partition, const Paths& given, ExecutionContext& context,
                   std::vector<Vector2>* drawing = nullptr);
