@@ -183,14 +183,14 @@ def plate_with_holes(columns: int, rows: int) -> tuple[np.ndarray, np.ndarray]:
     return points.astype(float), np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]).astype(np.int32)
 
 
-def test_all_curvature_of_36_handles_in_one_cone_is_reached_on_a_path_of_targets() -> None:
+def test_all_curvature_of_36_handles_in_one_cone_is_reached_by_relaxed_steps() -> None:
     vertices, faces = plate_with_holes(6, 6)
     target = np.full(len(vertices), 2 * np.pi)
     target[-1] = 2 * np.pi * (2 * 36 - 1)
     metric = ff.conformal_metric(vertices, faces, target)
-    assert metric.stats["target_path"] == 1
+    assert metric.stats["relaxed_iterations"] >= 5
     assert metric.angle_error <= 1e-10
-    assert metric.iterations <= 300
+    assert metric.iterations <= 40
 
 
 def test_a_refined_start_serves_where_the_plain_way_ends_too_early() -> None:

@@ -8,6 +8,13 @@
 
 namespace flipfree::conformal {
 
+// Roundings in delaunay_sign, counted in half-ulps of the sum of absolute values: a length over c
+// 2, its square 5, left and right 6, minus one 7; a product of two sides 5; their product 13, the
+// sum 14. Lengths that were rounded to double themselves add 8 in the worst case: then an edge
+// within 22 half-ulps of co-circular may be decided either way, which no angle can tell.
+inline constexpr double kDelaunayRoundings = 16.0;
+inline constexpr double kHalfUlp = 1.2e-16;  // 2^-53 = 1.11e-16, rounded up
+
 // Sign of the Delaunay criterion (4.4) times the product of the four outer lengths: -1 violated,
 // +1 satisfied, 0 within rounding. Lengths are taken relative to the edge, so only their ratios
 // must be representable.
@@ -22,9 +29,7 @@ inline int delaunay_sign(double c, double a, double b, double a2, double b2) {
   const double left = a * a + b * b;
   const double right = a2 * a2 + b2 * b2;
   const double sum = (left - 1.0) * ab2 + (right - 1.0) * ab;
-  // Every operand carries at most a few roundings: 16 half-ulps of the sum of absolute values
-  // bound them all.
-  const double bound = 16.0 * 1.2e-16 * ((left + 1.0) * ab2 + (right + 1.0) * ab);
+  const double bound = kDelaunayRoundings * kHalfUlp * ((left + 1.0) * ab2 + (right + 1.0) * ab);
   if (sum > bound) return 1;
   if (sum < -bound) return -1;
   return 0;
@@ -41,7 +46,7 @@ bool violates_delaunay_in_full(const T& c, const T& a, const T& b, const T& a2, 
   const T ab2 = a2 * b2;
   const T sum = (left - cc) * ab2 + (right - cc) * ab;
   const T size = (left + cc) * ab2 + (right + cc) * ab;
-  return sum < T(-std::ldexp(16.0, -bits)) * size;
+  return sum < T(-std::ldexp(kDelaunayRoundings, -bits)) * size;
 }
 
 }  // namespace flipfree::conformal

@@ -36,6 +36,13 @@ struct FineVector {
   std::vector<double> low;
 };
 
+// The convex energy whose gradient is target - angle, up to a constant of the input; and an
+// estimate of its rounding error.
+struct Energy {
+  double value = 0.0;
+  double noise = 0.0;
+};
+
 // The same in any precision, to hand over from one engine to the next.
 using ScaleLogarithms = std::vector<BigFloat<64>>;
 
@@ -45,9 +52,6 @@ class MetricEngine {
 
   virtual int bits() const = 0;
   virtual const IntrinsicMesh& mesh() const = 0;
-
-  // Other target angles than those of the input, from the next evaluation on.
-  virtual void set_target(const std::vector<double>& target) = 0;
 
   // Multiplies the length of every edge (i, j) by exp(x_i + x_j). If x has no low parts, what is
   // taken for exp(x) - 1 is the nearest double, exactly; else exp is computed in full.
@@ -65,6 +69,10 @@ class MetricEngine {
   // below 1e-14 angles are computed in the precision of the engine, else in double from
   // well-conditioned quotients.
   virtual void evaluate(double accuracy, Gradient& out, ExecutionContext& context) = 0;
+
+  // The convex energy of the present metric (Springborn, Schroeder, Pinkall 2008; across flips
+  // Springborn 2019). Costs about as much as the angles.
+  virtual Energy energy(ExecutionContext& context) const = 0;
 
   // Nonlinear relaxation: for each unknown listed, in order, moves its scale factor alone until its
   // own angle error is at most `accuracy` (a monotone equation in one variable; the triangulation

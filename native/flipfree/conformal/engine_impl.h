@@ -11,6 +11,7 @@
 #include "flipfree/conformal/delaunay_test.h"
 #include "flipfree/conformal/engine.h"
 #include "flipfree/conformal/flip_lengths.h"
+#include "flipfree/numeric/lobachevsky.h"
 #include "flipfree/numeric/scalar.h"
 
 namespace flipfree::conformal {
@@ -40,11 +41,6 @@ class ScalarEngine final : public MetricEngine {
   const std::vector<FlipRecord>& flips() const override { return flips_; }
   std::size_t euclidean_flips() const override { return euclidean_flips_; }
   std::size_t exact_tests() const override { return exact_tests_; }
-
-  void set_target(const std::vector<double>& target) override {
-    target_ = target;
-    exact_target_.clear();
-  }
 
   void scale(const FineVector& x, ExecutionContext& context) override {
     using std::exp;
@@ -118,7 +114,7 @@ class ScalarEngine final : public MetricEngine {
       const double radius = shape(f, h, x);
       smallest = std::min(smallest, radius);
       // tan(angle / 2) = radius / x; the two smallest angles are computed, the third completes pi.
-      const int widest = x[0] <= x[1] ? (x[0] <= x[2] ? 0 : 2) : (x[1] <= x[2] ? 1 : 2);
+      const int widest = widest_of(x);
       double rest = 0.5 * kPi;
       double angle[3];
       for (int k = 0; k < 3; ++k) {
@@ -137,36 +133,84 @@ class ScalarEngine final : public MetricEngine {
         out.value[unknown_at(h[(k + 2) % 3])] -= 2.0 * weight * angle[k];
       }
     }
+    repair_weights(out);
     out.noise = noise_of(smallest, 2.2e-16);
     finish_gradient(out);
+  }
+
+  // Sum over triangles of 2 f - pi (x1 + x2 + x3) plus target * u, with x the logarithms of the
+  // lengths and f = sum of angle * x + Lobachevsky(angle). The edges' own term makes the sum
+  // continuous across flips: on a co-circular edge it cancels what the two opposite angles add.
+  Energy energy(ExecutionContext& context) const override {
+    std::vector<double> logarithm(length_.size());
+    for (std::size_t e = 0; e < length_.size(); ++e) {
+      if (e % kCheckEvery == kCheckEvery - 1) context.check();
+      logarithm[e] = logarithm_of(length_[e]);
+    }
+    Energy sum;
+    const auto add = [&sum](double term) {
+      sum.value += term;
+      sum.noise += std::numeric_limits<double>::epsilon() * std::abs(term);
+    };
+    for (std::size_t f = 0; f < mesh_.face_count(); ++f) {
+      if (f % kCheckEvery == kCheckEvery - 1) context.check();
+      const double weight = face_weight(f);
+      if (weight == 0.0) continue;
+      HalfedgeId h[3];
+      double x[3];
+      const double radius = shape(f, h, x);
+      const int widest = widest_of(x);
+      double half[3];
+      half[widest] = 0.5 * kPi;
+      for (int k = 0; k < 3; ++k) {
+        if (k == widest) continue;
+        half[k] = std::atan(radius / x[k]);
+        half[widest] -= half[k];
+      }
+      for (int k = 0; k < 3; ++k) {
+        add(weight * ((4.0 * half[k] - kPi) * logarithm[at(h[k] >> 1)]));
+        add(weight * 2.0 * lobachevsky(2.0 * half[k]));
+      }
+    }
+    for (std::size_t v = 0; v < target_.size(); ++v)
+      add(target_[v] * 2.0 * logarithm_of(factor_product_[v]));
+    return sum;
   }
 
   bool relax(const std::vector<VertexId>& unknowns, double accuracy,
              const std::function<bool()>& stop, ExecutionContext& context) override {
     index_stars();
     refresh_shadow();
+    const double least_move = std::ldexp(1.0, -bits_);
     const std::size_t most_flips = flips_.size() + kRelaxFlips * mesh_.edge_count();
     for (const VertexId v : unknowns) {
       context.check();
       if (flips_.size() > most_flips || stop()) break;
+      // The root lies between low and high, distances from where the vertex is: they shrink with
+      // the steps, so that roots are found to far more places than an offset from the start has.
       double low = -kRelaxMove;
       double high = kRelaxMove;
-      double offset = 0.0;
-      for (int i = 0; i < 60; ++i) {
+      bool passed = false;  // both signs were seen
+      double before = 0.0;
+      double last = 0.0;
+      for (int i = 0; i < kRelaxSteps; ++i) {
         double slope = 0.0;
         const double error = target_[at(v)] - star_angle(v, slope);
         if (!std::isfinite(error)) return false;
         if (std::abs(error) <= accuracy) break;
         // The error grows with the scale factor.
-        (error > 0.0 ? high : low) = offset;
+        (error > 0.0 ? high : low) = 0.0;
+        passed = passed || before * error < 0.0;
+        const bool slow = i > 0 && std::abs(error) > 0.5 * std::abs(before);
+        before = error;
         double step = slope > 0.0 ? -error / slope : (error > 0.0 ? -1.0 : 1.0);
-        step = std::clamp(step, -2.0, 2.0);
-        double next = offset + step;
-        if (!(next > low && next < high)) next = 0.5 * (low + high);
-        if (next == offset) break;  // lost in rounding
-        const bool followed = scale_star(v, std::expm1(0.5 * (next - offset)), context);
-        offset = next;
-        if (!followed) return false;
+        if (slow && !passed && std::abs(step) < 2.0 * std::abs(last)) step = 2.0 * last;
+        if ((slow && passed) || !(step > low && step < high)) step = 0.5 * (low + high);
+        last = step;
+        if (!(std::abs(step) > least_move)) break;
+        low -= step;
+        high -= step;
+        if (!scale_star(v, std::expm1(0.5 * step), context)) return false;
       }
     }
     return true;
@@ -235,6 +279,9 @@ class ScalarEngine final : public MetricEngine {
   // wants to go further waits for the others to follow.
   static constexpr double kRelaxMove = 2.0;
   static constexpr std::size_t kRelaxFlips = 4;
+  static constexpr int kRelaxSteps = 150;
+  // Relative size of the sum of two half-cotangents from which on it is computed in full.
+  static constexpr double kCancelled = 1e-3;
   static constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
   static constexpr std::size_t slot(int i) { return static_cast<std::size_t>(i); }
   std::size_t unknown_at(HalfedgeId h) const { return at(mesh_.unknown[at(mesh_.origin[at(h)])]); }
@@ -313,6 +360,16 @@ class ScalarEngine final : public MetricEngine {
     }
   }
 
+  // The widest angle is opposite the smallest x.
+  static int widest_of(const double x[3]) {
+    return x[0] <= x[1] ? (x[0] <= x[2] ? 0 : 2) : (x[1] <= x[2] ? 1 : 2);
+  }
+  static double logarithm_of(const T& value) {
+    std::int64_t exponent = 0;
+    const double mantissa = Traits::scaled(value, exponent);
+    return std::log(mantissa) + std::numbers::ln2 * static_cast<double>(exponent);
+  }
+
   // An outgoing half-edge of every vertex, kept through flips once it exists.
   void index_stars() {
     if (!star_.empty()) return;
@@ -347,9 +404,11 @@ class ScalarEngine final : public MetricEngine {
       // and h[k + 2].
       const int k = h[0] == out ? 0 : h[1] == out ? 1 : 2;
       sum += std::atan(radius / x[(k + 1) % 3]);
-      const double s = x[k] + x[(k + 2) % 3];
-      // Both 1 / t - t with t = radius / x, since radius^2 = x[0] x[1] x[2].
-      slope += s / radius - radius * (s / (x[k] * x[(k + 2) % 3]));
+      // 1 / t - t with t = radius / x, but for edges from the unknown to itself: they scale as a
+      // whole and turn nothing. A hub has many of them.
+      const int p = (k + 2) % 3;
+      if (unknown_at(h[(k + 1) % 3]) != at(v)) slope += x[k] / radius - radius / x[k];
+      if (unknown_at(h[p]) != at(v)) slope += x[p] / radius - radius / x[p];
     };
     around(v, corner);
     if (mesh_.symmetric()) {
@@ -379,6 +438,38 @@ class ScalarEngine final : public MetricEngine {
     // An angle changes by at most (relative error of lengths) / radius; a few roundings per length.
     const double length_error = 4.0 * std::ldexp(1.0, -bits_);
     return length_error / std::max(smallest_radius, 1e-300) + 4.0 * angle_error;
+  }
+
+  // The half-cotangents of the two angles opposite an edge are huge and opposite where the angles
+  // are nearly 0 and nearly pi. With t = tan(angle / 2) their sum is a quarter of
+  // (t1 + t2) (1 - t1 t2) / (t1 t2); where it cancels in double, 1 - (t1 t2)^2 is computed in full.
+  void repair_weights(Gradient& out) const {
+    if constexpr (!Traits::kIsDouble) {
+      for (std::size_t h = 0; h < out.half_cotangent.size(); h += 2) {
+        const double a = out.half_cotangent[h];
+        const double b = out.half_cotangent[h + 1];
+        if (!(std::abs(a + b) < kCancelled * (std::abs(a) + std::abs(b)))) continue;
+        const double weight = face_weight(at(mesh_.face[h]));
+        if (weight != face_weight(at(mesh_.face[h + 1]))) continue;
+        const T one_square = half_tangent_square(static_cast<HalfedgeId>(h));
+        const T other_square = half_tangent_square(static_cast<HalfedgeId>(h + 1));
+        const double one = std::sqrt(Traits::to_double(one_square));
+        const double other = std::sqrt(Traits::to_double(other_square));
+        const double rest = Traits::to_double(T(1.0) - one_square * other_square);
+        const double product = one * other;
+        out.half_cotangent[h] = 0.25 * weight * (one + other) * (rest / (1.0 + product)) / product;
+        out.half_cotangent[h + 1] = 0.0;
+      }
+    }
+  }
+
+  // tan^2 of half the angle opposite h.
+  T half_tangent_square(HalfedgeId h) const {
+    const HalfedgeId n = mesh_.next[at(h)];
+    const T& a = length_[at(h >> 1)];
+    const T& b = length_[at(n >> 1)];
+    const T& c = length_[at(mesh_.next[at(n)] >> 1)];
+    return ((c - b + a) / (a + b + c)) * ((a - c + b) / (b - a + c));
   }
 
   static void finish_gradient(Gradient& out) {
@@ -418,7 +509,7 @@ class ScalarEngine final : public MetricEngine {
         if (!(difference > T(0.0))) difference = s * T(std::ldexp(1.0, -bits_));
       }
       const T r = sqrt((y[0] / s) * y[1] * y[2]);
-      const int widest = x[0] <= x[1] ? (x[0] <= x[2] ? 0 : 2) : (x[1] <= x[2] ? 1 : 2);
+      const int widest = widest_of(x);
       T rest = half_pi;
       const T twice = T(2.0 * weight);
       for (int k = 0; k < 3; ++k) {
@@ -434,6 +525,7 @@ class ScalarEngine final : public MetricEngine {
       sums_[unknown_at(h[(widest + 2) % 3])] -= twice * rest;
     }
     for (std::size_t v = 0; v < unknowns; ++v) out.value[v] = Traits::to_double(sums_[v]);
+    repair_weights(out);
     out.noise = noise_of(smallest, std::ldexp(1.0, 2 - bits_));
     finish_gradient(out);
   }
@@ -604,7 +696,7 @@ class ScalarEngine final : public MetricEngine {
   };
 
   const EngineInput& input_;
-  std::vector<double> target_;
+  const std::vector<double>& target_;
   Memory memory_;
   int bits_;
   IntrinsicMesh mesh_;

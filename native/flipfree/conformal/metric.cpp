@@ -144,8 +144,7 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
   ScaleLogarithms scale;
   NewtonSystem system;
   NewtonOptions newton;
-  TargetPath path;
-  path.final = input.target;
+  Descent descent = Descent::kUnknown;
   newton.tolerance = options.tolerance;
   int bits =
       53;  // also before a given precision: it takes most of the way at a fraction of the cost
@@ -172,7 +171,7 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
     seconds_start += starting.seconds();
     NewtonRun run;
     if (reached) {
-      run = run_newton(*engine, system, newton, path, scale, context);
+      run = run_newton(*engine, system, newton, descent, scale, context);
       result.iterations += run.iterations;
       evaluations += run.evaluations;
       relaxed += run.relaxed_iterations;
@@ -208,7 +207,6 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
     if (last) {
       result.converged = run.end == NewtonEnd::kConverged;
       engine->finish(result);
-      engine->set_target(input.target);
       Gradient gradient;
       engine->evaluate(options.tolerance < 1e-13 ? options.tolerance : 1e-13, gradient, context);
       result.angle_error = gradient.max_error;
@@ -237,7 +235,6 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
   result.stats["accurate_factorizations"] =
       static_cast<std::int64_t>(system.accurate_factorizations());
   result.stats["relaxed_iterations"] = static_cast<std::int64_t>(relaxed);
-  result.stats["target_path"] = static_cast<std::int64_t>(path.difference.empty() ? 0 : 1);
   result.stats["orderings"] = static_cast<std::int64_t>(system.orderings());
   result.stats["symbolic_analyses"] = static_cast<std::int64_t>(system.analyses());
   result.stats["exact_delaunay_tests"] = static_cast<std::int64_t>(exact_tests);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <utility>
 
 namespace flipfree::conformal {
@@ -18,21 +17,10 @@ constexpr double kMuchLess = 0.5;  // a first step that lowers the norm so far n
 // (docs/conformal.md).
 constexpr double kShortStep = 0.3;
 constexpr double kRelaxError = 0.03;
-constexpr int kRelaxSweeps = 4;
-// An error at the start beyond kFar radians is approached on a path of targets (TargetPath). A
-// problem on the way counts as solved below kLoose radians; strides grow while full steps are taken
-// and shrink where they are not. A problem that is not solved in kTries steps is given up: back to
-// the one before, and on with a shorter stride. On the way every step is followed by relaxation.
+constexpr int kRelaxSweeps = 8;
+// An error at the start beyond kFar radians goes by relaxed steps from the beginning (kRelaxed).
 // Measured with single cones on g-tori (docs/conformal.md).
 constexpr double kFar = 200.0;
-constexpr double kLoose = 3.0;
-constexpr double kFirstStride = 0.01;
-constexpr double kStrideGrowth = 1.6;
-constexpr double kStrideShrink = 0.5;
-constexpr double kTurnBack = 0.3;
-constexpr double kSmallestStride = 1e-12;
-constexpr int kTries = 3;
-constexpr double kPathShare = 0.8;  // of the progress
 
 double dot(const std::vector<double>& a, const std::vector<double>& b) {
   double sum = 0.0;
@@ -158,95 +146,91 @@ bool line_search(Ray& ray, double first_step, bool ask_norm, const std::vector<d
 // the scale of a vertex among neighbours that are far away - allow only tiny steps, and one step
 // length serves all. Our cure is nonlinear elimination: those vertices solve their own equation
 // alone, by a monotone search that flips only around them, after which the next Newton direction
-// fits again. It leaves the minimum of the convex energy where it is.
+// fits again. It leaves the minimum of the convex energy where it is. The worst come first: a
+// vertex whose scale is far too small is joined to hundreds of others, and each of their flips
+// would pass by it.
 bool relax(MetricEngine& engine, Ray& ray, Gradient& gradient, const Deadline& deadline,
-           ExecutionContext& context) {
+           NewtonRun& run, ExecutionContext& context) {
+  const Stopwatch watch;
   std::vector<VertexId> list;
-  for (int sweep = 0; sweep < kRelaxSweeps; ++sweep) {
+  bool followed = true;
+  for (int sweep = 0; followed && sweep < kRelaxSweeps; ++sweep) {
     list.clear();
     for (std::size_t v = 0; v < gradient.value.size(); ++v) {
       if (std::abs(gradient.value[v]) > kRelaxError) list.push_back(static_cast<VertexId>(v));
     }
     if (list.empty() || deadline.over()) break;
-    // The worst last: its neighbours' moves would spoil it again.
     std::stable_sort(list.begin(), list.end(), [&](VertexId a, VertexId b) {
-      return std::abs(gradient.value[static_cast<std::size_t>(a)]) <
+      return std::abs(gradient.value[static_cast<std::size_t>(a)]) >
              std::abs(gradient.value[static_cast<std::size_t>(b)]);
     });
     const auto stop = [&] { return deadline.over(); };
-    if (!engine.relax(list, 0.1 * kRelaxError, stop, context)) return false;
+    followed = engine.relax(list, 0.1 * kRelaxError, stop, context);
+    if (!followed) break;
     ray.evaluate(gradient, context);
-    if (!std::isfinite(gradient.max_error)) return false;
+    followed = std::isfinite(gradient.max_error);
   }
-  return true;
+  run.seconds_relax += watch.seconds();
+  return followed;
 }
 
-// Puts the engine on the problem at `share` of the path.
-void aim(MetricEngine& engine, TargetPath& path, double share) {
-  path.reached = std::min(1.0, share);
-  if (path.reached == 1.0) {
-    engine.set_target(path.final);
-    return;
+// Steps of Descent::kRelaxed: along the ray as far as the bound on steps allows, then relaxation,
+// which repairs what one step length for all has spoiled; taken if the energy has become less.
+// Where the difference drowns in rounding, the norm of the gradient decides. Otherwise half the
+// step, from the same start.
+enum class Found { kStep, kNone, kDeadline };
+
+Found relaxed_step(MetricEngine& engine, const FineVector& direction, double first_step,
+                   double accuracy, const NewtonOptions& options, const Gradient& start,
+                   Gradient& trial, const Deadline& deadline, NewtonRun& run,
+                   ExecutionContext& context) {
+  const double start_norm = norm(start.value);
+  const Energy before = engine.energy(context);
+  engine.remember();
+  for (double step = first_step; step > kNormStep * first_step; step *= 0.5) {
+    Ray ray(engine, direction, accuracy, options.tolerance, run);
+    if (ray.move(step, trial, context) && relax(engine, ray, trial, deadline, run, context)) {
+      const Energy after = engine.energy(context);
+      const double change = after.value - before.value;
+      const double noise = before.noise + after.noise;
+      const bool undecided = std::abs(change) <= noise;
+      const double bound = engine.bits() > 53 ? start_norm : kMuchLess * start_norm;
+      if (change < -noise || (undecided && norm(trial.value) < bound)) return Found::kStep;
+      // In double, whose kinks are rounded off, creeping on would only cost time.
+      if (undecided && engine.bits() <= 53) {
+        engine.go_back();
+        return Found::kNone;
+      }
+    }
+    engine.go_back();
+    if (deadline.over()) return Found::kDeadline;
   }
-  std::vector<double> target(path.final.size());
-  for (std::size_t v = 0; v < target.size(); ++v)
-    target[v] = path.final[v] - (1.0 - path.reached) * path.difference[v];
-  engine.set_target(target);
+  return Found::kNone;
 }
 
-// Algorithm 3. `lost` receives where to go on if the engine lost its way.
+// Algorithm 3.
 NewtonRun iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
-                  TargetPath& path, std::optional<ScaleLogarithms>& lost,
-                  ExecutionContext& context) {
+                  Descent& descent, ExecutionContext& context) {
   const Deadline deadline(options.max_seconds);
   NewtonRun run;
   Gradient gradient;
   Gradient trial;
-  const std::size_t unknowns = path.final.size();
-  FineVector direction{std::vector<double>(unknowns, 0.0), {}};
+  FineVector direction;
   const double accuracy = 1e-13;
-  Ray here(engine, direction, accuracy, options.tolerance, run);
-  if (path.known) aim(engine, path, path.reached);
-  here.evaluate(gradient, context);
-  if (!path.known) {
-    path.known = true;
-    if (gradient.max_error > kFar && std::isfinite(gradient.max_error)) {
-      path.difference = gradient.value;
-      path.stride = kFirstStride;
-      aim(engine, path, 0.0);
-      here.evaluate(gradient, context);
-    }
+  {
+    Ray here(engine, direction, accuracy, options.tolerance, run);
+    here.evaluate(gradient, context);
   }
   run.error_history.push_back(gradient.max_error);
-  bool on_path = path.reached < 1.0;
-  double solved = path.reached;  // the share of the path to which the engine can go back
-  int tried = 0;
-  if (on_path) engine.remember();
+  if (descent == Descent::kUnknown) {
+    descent = gradient.max_error > kFar ? Descent::kRelaxed : Descent::kLineSearch;
+  }
   bool hard = false;  // the norm decrease, a heuristic, is no longer asked for
-  const double start_error =
-      std::max(path.difference.empty() ? gradient.max_error : kLoose, options.tolerance);
+  const double start_error = std::max(gradient.max_error, options.tolerance);
   for (;;) {
-    if (on_path) {
-      if (gradient.max_error < kLoose) {
-        on_path = path.reached < 1.0;
-        if (on_path) {
-          engine.remember();
-          solved = path.reached;
-          tried = 0;
-          aim(engine, path, path.reached + path.stride);
-          here.evaluate(gradient, context);
-        }
-      } else if (++tried > kTries && path.stride > kSmallestStride) {
-        engine.go_back();
-        path.stride = kTurnBack * (path.reached - solved);
-        aim(engine, path, solved + path.stride);
-        here.evaluate(gradient, context);
-        tried = 0;
-      }
-    }
     run.error = gradient.max_error;
     run.noise = gradient.noise;
-    if (run.error <= options.tolerance && path.reached == 1.0) {
+    if (run.error <= options.tolerance) {
       run.end = NewtonEnd::kConverged;
       return run;
     }
@@ -258,13 +242,10 @@ NewtonRun iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOption
       run.end = NewtonEnd::kSeconds;
       return run;
     }
-    // Most of the way is measured in digits of the error, of a path in its length.
-    const double digits = std::clamp(
+    // Most of the way is measured in digits of the error.
+    const double fraction = std::clamp(
         std::log(start_error / run.error) / std::log(start_error / options.tolerance + 1.0), 0.0,
         1.0);
-    const double fraction = path.difference.empty() ? digits
-                            : path.reached < 1.0    ? kPathShare * path.reached
-                                                    : kPathShare + (1.0 - kPathShare) * digits;
     context.report("conformal metric", fraction);
     const ProgressRange still(context, fraction, fraction);  // factorizations report as well
     run.end = NewtonEnd::kPrecision;
@@ -279,30 +260,32 @@ NewtonRun iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOption
     double range = 0.0;
     for (const double x : direction.high) range = std::max(range, 2.0 * std::abs(x));
     const double first_step = range > options.max_step_range ? options.max_step_range / range : 1.0;
-    Ray ray(engine, direction, accuracy, options.tolerance, run);
-    const bool found = line_search(ray, first_step, !hard, direction.high, system.slope(), gradient,
-                                   trial, deadline, context);
-    if (!found) {
-      if (deadline.over()) run.end = NewtonEnd::kSeconds;
+    Found found = Found::kStep;
+    if (descent == Descent::kRelaxed) {
+      found = relaxed_step(engine, direction, first_step, accuracy, options, gradient, trial,
+                           deadline, run, context);
+      ++run.relaxed_iterations;
+    } else {
+      Ray ray(engine, direction, accuracy, options.tolerance, run);
+      if (!line_search(ray, first_step, !hard, direction.high, system.slope(), gradient, trial,
+                       deadline, context)) {
+        found = deadline.over() ? Found::kDeadline : Found::kNone;
+      } else if (ray.step() < kShortStep) {
+        hard = true;
+        ++run.relaxed_iterations;
+        if (!relax(engine, ray, trial, deadline, run, context)) {
+          run.reason = "relaxation left the range of numbers";
+          return run;
+        }
+      }
+    }
+    if (found != Found::kStep) {
+      if (found == Found::kDeadline) run.end = NewtonEnd::kSeconds;
       run.reason = "no step along the direction";
       return run;
     }
     std::swap(gradient, trial);
     ++run.iterations;
-    path.stride *= ray.step() >= 1.0 ? kStrideGrowth : ray.step() < 0.5 ? kStrideShrink : 1.0;
-    if (path.reached < 1.0 || ray.step() < kShortStep) {
-      hard = true;
-      ++run.relaxed_iterations;
-      ScaleLogarithms before = engine.scaled_so_far();
-      const Stopwatch relaxing;
-      const bool relaxed = relax(engine, ray, gradient, deadline, context);
-      run.seconds_relax += relaxing.seconds();
-      if (!relaxed) {
-        lost = std::move(before);
-        run.reason = "relaxation left the range of numbers";
-        return run;
-      }
-    }
     run.error_history.push_back(gradient.max_error);
   }
 }
@@ -310,10 +293,9 @@ NewtonRun iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOption
 }  // namespace
 
 NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
-                     TargetPath& path, ScaleLogarithms& scale, ExecutionContext& context) {
-  std::optional<ScaleLogarithms> lost;
-  const NewtonRun run = iterate(engine, system, options, path, lost, context);
-  scale = lost ? std::move(*lost) : engine.scaled_so_far();
+                     Descent& descent, ScaleLogarithms& scale, ExecutionContext& context) {
+  NewtonRun run = iterate(engine, system, options, descent, context);
+  scale = engine.scaled_so_far();
   return run;
 }
 

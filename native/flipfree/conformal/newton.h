@@ -18,16 +18,12 @@ struct NewtonOptions {
   double max_step_range = 10.0;
 };
 
-// Target angles on the straight way from those of the start to the final ones: a chain of problems,
-// each close to the solution of the one before. Every point of it meets Gauss-Bonnet, so every one
-// has a solution. Used where the start is far away (the curvature of many handles in one cone);
-// elsewhere `reached` is 1 from the beginning. Carried over from one precision to the next.
-struct TargetPath {
-  std::vector<double> final;       // the angles asked for
-  std::vector<double> difference;  // final minus start
-  double reached = 1.0;            // the present problem, share of the way
-  double stride = 0.0;             // of the next one
-  bool known = false;              // difference is set
+// How steps are found: by the line search of Algorithm 3, or, where the start is far away or a line
+// search stalled, by the energy after relaxation.
+enum class Descent {
+  kUnknown,  // decided by the first gradient
+  kLineSearch,
+  kRelaxed,
 };
 
 enum class NewtonEnd {
@@ -52,9 +48,9 @@ struct NewtonRun {
 };
 
 // Iterates from the engine's present state. `scale` receives where another engine goes on. Every
-// step either lowers the convex energy or ends the run. Checks for cancellation in every
-// evaluation.
+// step either lowers the convex energy or ends the run. `descent` is carried from one engine to the
+// next. Checks for cancellation in every evaluation.
 NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
-                     TargetPath& path, ScaleLogarithms& scale, ExecutionContext& context);
+                     Descent& descent, ScaleLogarithms& scale, ExecutionContext& context);
 
 }  // namespace flipfree::conformal

@@ -11,8 +11,9 @@ namespace {
 
 constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-constexpr int kRounds = 3;          // of refinement, Cholesky
-constexpr int kAccurateRounds = 8;  // with the accurate factorization
+constexpr int kRounds = 3;            // of refinement, Cholesky
+constexpr double kNegligible = 1e-6;  // of the gradient: what dropping low parts may change
+constexpr int kAccurateRounds = 8;    // with the accurate factorization
 
 void add(FineVector& d, std::size_t i, double x) {
   const double sum = d.high[i] + x;
@@ -99,6 +100,15 @@ double NewtonSystem::residual(const std::vector<double>& g, const FineVector& d,
   }
   double largest = 0.0;
   for (std::size_t i = 0; i + 1 < r.size(); ++i) largest = std::max(largest, std::abs(r[i]));
+  return largest;
+}
+
+double NewtonSystem::rounding(const FineVector& d) const {
+  double largest = 0.0;
+  for (const Coupling& c : couplings_) {
+    const double size = std::max(std::abs(d.high[at(c.low)]), std::abs(d.high[at(c.high)]));
+    largest = std::max(largest, c.weight * size * std::numeric_limits<double>::epsilon());
+  }
   return largest;
 }
 
@@ -211,7 +221,7 @@ bool NewtonSystem::find_direction(const IntrinsicMesh& mesh, const Gradient& gra
   }
   const double middle = 0.5 * (low + high);
   for (std::size_t i = 0; i < n; ++i) add(d, i, -middle);
-  if (!fine_) d.low.clear();
+  if (!fine_ && rounding(d) <= kNegligible * gradient.max_error) d.low.clear();
   return true;
 }
 

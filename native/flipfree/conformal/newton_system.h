@@ -38,6 +38,8 @@ class NewtonSystem {
                       ExecutionContext& context);
   bool factorize(ExecutionContext& context);
   void assemble(const IntrinsicMesh& mesh, const Gradient& gradient);
+  // What the low parts of d contribute to H d at most, entry by entry of the couplings.
+  double rounding(const FineVector& d) const;
   double residual(const std::vector<double>& g, const FineVector& d, std::vector<double>& r) const;
 
   std::vector<Coupling> couplings_;  // one per pair of different unknowns, weight > = 0
