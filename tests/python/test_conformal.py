@@ -190,7 +190,7 @@ def test_all_curvature_of_36_handles_in_one_cone_is_reached_by_relaxed_steps() -
     metric = ff.conformal_metric(vertices, faces, target)
     assert metric.stats["relaxed_iterations"] >= 5
     assert metric.angle_error <= 1e-10
-    assert metric.iterations <= 40
+    assert metric.iterations <= 100
 
 
 def test_a_refined_start_serves_where_the_plain_way_ends_too_early() -> None:
