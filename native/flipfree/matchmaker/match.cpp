@@ -21,6 +21,7 @@
 #include "flipfree/matchmaker/first_try.h"
 #include "flipfree/matchmaker/pipeline.h"
 #include "flipfree/matchmaker/roomy_metric.h"
+#include "flipfree/matchmaker/unfold_wholes.h"
 #include "flipfree/matchmaker/untangle.h"
 #include "flipfree/matchmaker/walk_outline.h"
 #include "flipfree/matchmaker/walk_pins.h"
@@ -42,6 +43,9 @@ constexpr double kRefinedWork = 4e6;
 constexpr int kFewestSteps = 10;
 // A map with a larger share of folded triangles is not worth untangling.
 constexpr double kMostFolded = 0.2;
+
+// Rounds in which whole faces are unfolded once all pins have arrived.
+constexpr int kRoundsOfUnfolding = 6;
 
 // Lowers the distortion with the constraints held. Returns the map unchanged if there is nothing to
 // move.
@@ -205,8 +209,15 @@ std::optional<RefinedMap> walked(RefinedSurface& surface, const Constraints& con
   if (!settled && !walk_pins(map, constraints, refine, context, stats)) return std::nullopt;
   if (!lines_are_whole(map.surface, constraints)) return std::nullopt;
   if (options.bijective && overlaps(map.surface, map.uv)) return std::nullopt;
-  if (!settled && map.surface.mesh.vertex_count() > surface.mesh.vertex_count()) {
-    map = coarsen(std::move(map), constraints, surface.mesh.vertex_count(), context, stats);
+  const Index keep = surface.mesh.vertex_count();
+  if (!settled && map.surface.mesh.vertex_count() > keep) {
+    if (constraints.free_boundary()) {
+      RefinedMap unfolded = map;
+      unfold_wholes(unfolded, held_vertices(map.surface, constraints), keep, kRoundsOfUnfolding,
+                    context);
+      if (!options.bijective || !overlaps(unfolded.surface, unfolded.uv)) map = std::move(unfolded);
+    }
+    map = coarsen(std::move(map), constraints, keep, context, stats);
   }
   if (laid_out) lay_on(map.surface, *surface.input);
   return map;

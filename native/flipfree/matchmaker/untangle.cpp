@@ -234,6 +234,7 @@ void Untangler::build_rest(const UntangleOptions& options, double target_area,
     rest.gradient[2][1] = a.x() / det;
     for (int i = 0; i < 2; ++i) rest.gradient[0][i] = -rest.gradient[1][i] - rest.gradient[2][i];
     rest.weight = std::max(area[f] / mean, kLeastWeight) / static_cast<double>(count);
+    if (options.weights != nullptr) rest.weight *= (*options.weights)[f];
   }
 }
 
@@ -249,8 +250,14 @@ double Untangler::energy(const Points2& uv, double lambda, double epsilon,
       };
       const Vector4 j = jacobian(rest_[f].gradient, corner(0), corner(1), corner(2));
       const double d = determinant(j);
-      sums[chunk] += rest_[f].weight * (j.squaredNorm() + lambda * (d * d + 1.0)) / chi(d, epsilon);
-      least[chunk] = std::min(least[chunk], d);
+      const bool guard = f < guards_;
+      if (guard && !(d > 0)) {
+        sums[chunk] = std::numeric_limits<double>::infinity();
+        return;
+      }
+      sums[chunk] += rest_[f].weight * (j.squaredNorm() + lambda * (d * d + 1.0)) /
+                     chi(d, guard ? 0.0 : epsilon);
+      if (!guard) least[chunk] = std::min(least[chunk], d);
     }
   });
   double sum = 0;
@@ -273,8 +280,8 @@ void Untangler::assemble(const Points2& uv, double lambda, double epsilon,
         return uv.row(surface_.faces(static_cast<Eigen::Index>(f), k)).data();
       };
       const Rest& rest = rest_[f];
-      derivatives(jacobian(rest.gradient, corner(0), corner(1), corner(2)), lambda, epsilon,
-                  gradient, hessian);
+      derivatives(jacobian(rest.gradient, corner(0), corner(1), corner(2)), lambda,
+                  f < guards_ ? 0.0 : epsilon, gradient, hessian);
       double* out = &local_[kLocal * f];
       for (int i = 0; i < 6; ++i) {
         const double* g = rest.gradient[i / 2];
@@ -312,12 +319,23 @@ void Untangler::assemble(const Points2& uv, double lambda, double epsilon,
   }
 }
 
+bool Untangler::guards_hold(const Points2& uv) const {
+  for (std::size_t f = 0; f < guards_; ++f) {
+    const auto corner = [&](Index k) {
+      return uv.row(surface_.faces(static_cast<Eigen::Index>(f), k)).data();
+    };
+    if (orientation(corner(0), corner(1), corner(2)) <= 0) return false;
+  }
+  return true;
+}
+
 UntangleResult Untangler::run(const Points2& initial, const UntangleOptions& options,
                               ExecutionContext& context) {
   UntangleResult result;
   result.uv = initial;
   result.flips = static_cast<Index>(find_flips(surface_.faces, initial, context).size());
   if (unknowns_ == 0) return result;
+  guards_ = static_cast<std::size_t>(options.guards);
   double target_area = options.target_area;
   if (target_area <= 0) {
     for (Eigen::Index f = 0; f < surface_.faces.rows(); ++f) {
@@ -333,7 +351,9 @@ UntangleResult Untangler::run(const Points2& initial, const UntangleOptions& opt
 
   double least = 0;
   energy(result.uv, options.lambda, 1.0, least, context);
-  double epsilon = least > 0 ? 1e-10 : std::sqrt(1e-12 + 0.04 * least * least);
+  double epsilon = least > 0
+                       ? options.least_epsilon
+                       : std::max(options.least_epsilon, std::sqrt(1e-12 + 0.04 * least * least));
   double best = -std::numeric_limits<double>::infinity();
   int since_progress = 0;
   int extra = 0;
@@ -366,7 +386,7 @@ UntangleResult Untangler::run(const Points2& initial, const UntangleOptions& opt
         trial(row, 1) = result.uv(row, 1) + t * step[i + 1];
       }
       after = energy(trial, options.lambda, epsilon, least, context);
-      if (after <= before + kArmijo * t * slope) {
+      if (after <= before + kArmijo * t * slope && guards_hold(trial)) {
         moved = true;
         break;
       }
@@ -392,8 +412,9 @@ UntangleResult Untangler::run(const Points2& initial, const UntangleOptions& opt
     const bool converged = moved && t == 1.0 && -slope < kConverged * before;
     const double sigma = std::max(1.0 - after / before, converged ? options.pace : kSlowPace);
     const double mu = (1.0 - sigma) * chi(least, epsilon);
-    epsilon = least < mu ? std::max(1e-10, 2.0 * std::sqrt(mu * (mu - least))) : 1e-10;
-    if (!moved && epsilon <= 1e-9) break;
+    epsilon = least < mu ? std::max(options.least_epsilon, 2.0 * std::sqrt(mu * (mu - least)))
+                         : options.least_epsilon;
+    if (!moved && epsilon <= 10.0 * options.least_epsilon) break;
   }
   return result;
 }

@@ -25,6 +25,8 @@ struct UntangleOptions {
   int max_iterations = 200;
   // Give up when the worst triangle has not improved for so many iterations although eps is small.
   int patience = 60;
+  // eps falls no lower: what can't be unfolded does not squeeze the rest without bound.
+  double least_epsilon = 1e-10;
   // How fast eps may fall once the energy is minimised for it, in (0, 1): faster ends sooner,
   // slower folds less.
   double pace = 0.4;
@@ -35,6 +37,11 @@ struct UntangleOptions {
   double target_area = 0.0;
   // Rest triangles are raised to this height, as a share of their longest edge.
   double least_height = 0.1;
+  // Faces [0, guards) are positive at the start and stay so, at any eps: a barrier. The others may
+  // overlap them.
+  Index guards = 0;
+  // Of each face's energy (#F), beside its area; null: all the same.
+  const std::vector<double>* weights = nullptr;
   // The shape at which each face is at rest (#F); null: its shape on the surface.
   const std::vector<std::array<Vector2, 3>>* shapes = nullptr;
 };
@@ -64,10 +71,12 @@ class Untangler {
   double energy(const Points2& uv, double lambda, double epsilon, double& least_determinant,
                 const ExecutionContext& context) const;
   void assemble(const Points2& uv, double lambda, double epsilon, const ExecutionContext& context);
+  bool guards_hold(const Points2& uv) const;
 
   const Surface& surface_;
   std::vector<Index> number_;  // #V -> first unknown of the vertex, kInvalid if fixed
   Index unknowns_ = 0;
+  std::size_t guards_ = 0;
   std::vector<Rest> rest_;
   SparseMatrix matrix_;
   std::vector<Index>

@@ -12,6 +12,7 @@
 #include "flipfree/matchmaker/corridor.h"
 #include "flipfree/matchmaker/first_try.h"
 #include "flipfree/matchmaker/push_point.h"
+#include "flipfree/matchmaker/unfold_wholes.h"
 #include "flipfree/matchmaker/untangle_removal.h"
 
 namespace flipfree {
@@ -30,6 +31,8 @@ constexpr int kStepsOnTheWay = 5;
 // (in per cent).
 constexpr int kMostRounds = 4;
 constexpr Index kWorthwhile = 10;
+// Rounds in which whole faces are unfolded then, with a free boundary.
+constexpr int kRoundsOfUnfolding = 2;
 // Vertices are made to make room for others to go when there are so many per cent, and so many,
 // more than the last time.
 constexpr Index kMuch = 130;
@@ -165,10 +168,18 @@ class Walker {
       const Index before = added();
       if (before == 0) return;
       const Index removed = remove_added(map_, held_, keep_, context_);
-      if (removed == 0) return;
+      if (removed == 0) break;
       chart_ = to_surface(map_.surface);
       relax(kStepsOnTheWay, moving);
-      if (100 * removed < kWorthwhile * before) return;
+      if (100 * removed < kWorthwhile * before) break;
+    }
+    // Inside a prescribed boundary there is little room to make: it takes long and frees little.
+    if (!constraints_.free_boundary()) return;
+    std::vector<VertexId> held = held_;
+    held.push_back(moving);
+    if (unfold_wholes(map_, held, keep_, kRoundsOfUnfolding, context_) > 0) {
+      chart_ = to_surface(map_.surface);
+      relax(kStepsOnTheWay, moving);
     }
   }
 

@@ -3,33 +3,19 @@
 #include <gtest/gtest.h>
 
 #include "flipfree/matchmaker/coarsen.h"
-#include "flipfree/matchmaker/corridor.h"
-#include "flipfree/matchmaker/push_point.h"
 #include "flipfree/matchmaker/untangle.h"
+#include "matchmaker/pushed_map.h"
 #include "support/shapes.h"
 
 namespace flipfree {
 namespace {
-
-// A vertex pushed through half of a grid, which leaves some hundred vertices behind, thinned out
-// with everything else where it is.
-RefinedMap pushed(const Surface& surface, VertexId v, ExecutionContext& context) {
-  RefinedMap map{make_refined_surface(surface), surface.vertices.leftCols(2)};
-  const Vector2 goal(0.7123, 0.5317);
-  const Polygon corridor = corridor_around(map.uv.row(v).transpose(), goal,
-                                           Obstacles{{{0.45, 0.62}, {0.6, 0.4}}, {}, {}}, 0.3, 0.8);
-  const std::vector<char> held(map.surface.position.size(), 0);
-  EXPECT_TRUE(push_point(map, v, goal, corridor, held, 5000, context));
-  while (thin_out(map, {v}, static_cast<Index>(surface.vertices.rows()), context) > 0) continue;
-  return map;
-}
 
 TEST(RemoveByUntangling, RemovesWhatThinningLeavesAndStaysValid) {
   const Surface surface = test::grid(20, 20);
   const VertexId v = 21 * 10 + 4;
   const auto keep = static_cast<Index>(surface.vertices.rows());
   ExecutionContext context;
-  RefinedMap map = pushed(surface, v, context);
+  RefinedMap map = test::pushed(surface, v, context);
   const Index there = map.surface.mesh.vertex_count() - keep;
   ASSERT_GT(there, 10);
   const Points2 before = map.uv;
@@ -56,7 +42,7 @@ TEST(RemoveByUntangling, LeavesHeldVerticesAndThoseBelowTheLimit) {
   const Surface surface = test::grid(20, 20);
   const VertexId v = 21 * 10 + 4;
   ExecutionContext context;
-  RefinedMap map = pushed(surface, v, context);
+  RefinedMap map = test::pushed(surface, v, context);
   const Index count = map.surface.mesh.vertex_count();
   const Points2 before = map.uv;
   EXPECT_EQ(remove_by_untangling(map, {v}, count, context), 0);
