@@ -147,8 +147,11 @@ def test_cancel_stops_within_a_fifth_of_a_second() -> None:
     assert time.monotonic() - start < 2.0
 
 
-def test_a_single_cone_on_a_high_genus_surface() -> None:
-    mesh, angles = DATA / "conformal" / "gtorus013.obj", DATA / "conformal" / "gtorus013_singlecone_Th_hat"
+# gtorus050 needs the line search where the energy, known in double only, cannot tell a step any more.
+@pytest.mark.parametrize("name", ["gtorus013", "gtorus050"])
+def test_a_single_cone_on_a_high_genus_surface(name: str) -> None:
+    mesh = DATA / "conformal" / f"{name}.obj"
+    angles = DATA / "conformal" / f"{name}_singlecone_Th_hat"
     if not mesh.exists():
         pytest.skip(f"{mesh} is missing (set FLIPFREE_DATA)")
     vertices, faces = [], []
@@ -158,9 +161,8 @@ def test_a_single_cone_on_a_high_genus_surface() -> None:
             vertices.append([float(x) for x in word[1:4]])
         elif word[:1] == ["f"]:
             faces.append([int(x.split("/")[0]) - 1 for x in word[1:]])
-    metric = ff.conformal_metric(vertices, faces, np.loadtxt(angles))
+    metric = ff.conformal_metric(vertices, faces, np.loadtxt(angles), max_iterations=60)
     assert metric.angle_error <= 1e-10
-    assert metric.iterations <= 60
 
 
 def plate_with_holes(columns: int, rows: int) -> tuple[np.ndarray, np.ndarray]:

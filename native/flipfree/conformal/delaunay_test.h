@@ -8,11 +8,13 @@
 
 namespace flipfree::conformal {
 
-// Roundings in delaunay_sign, counted in half-ulps of the sum of absolute values: a length over c
-// 2, its square 5, left and right 6, minus one 7; a product of two sides 5; their product 13, the
-// sum 14. Lengths that were rounded to double themselves add 8 in the worst case: then an edge
-// within 22 half-ulps of co-circular may be decided either way, which no angle can tell.
-inline constexpr double kDelaunayRoundings = 16.0;
+// Bound of the rounding errors of delaunay_sign, counted in half-ulps of the sum of absolute
+// values. The lengths themselves may have been rounded to double, 1 each: a length over c 4 (its
+// own, that of c, the inverse, the product), its square 9, left and right 10, minus one 11; a
+// product of two sides 9; their product 21, the sum 22 (14 if the lengths are exact). The rest and
+// the rounding up of kHalfUlp cover terms of second order and the roundings of the bound. The test
+// in full needs 6.
+inline constexpr double kDelaunayRoundings = 24.0;
 inline constexpr double kHalfUlp = 1.2e-16;  // 2^-53 = 1.11e-16, rounded up
 
 // Sign of the Delaunay criterion (4.4) times the product of the four outer lengths: -1 violated,

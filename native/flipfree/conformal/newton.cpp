@@ -265,7 +265,11 @@ NewtonRun iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOption
       found = relaxed_step(engine, direction, first_step, accuracy, options, gradient, trial,
                            deadline, run, context);
       ++run.relaxed_iterations;
-    } else {
+      // The energy is known in double only, whatever the bits; the slope along a ray is not.
+      if (found == Found::kNone && engine.bits() > 53) descent = Descent::kLineSearch;
+    }
+    if (descent == Descent::kLineSearch) {
+      found = Found::kStep;
       Ray ray(engine, direction, accuracy, options.tolerance, run);
       if (!line_search(ray, first_step, !hard, direction.high, system.slope(), gradient, trial,
                        deadline, context)) {
