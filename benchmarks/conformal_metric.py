@@ -1,6 +1,6 @@
 """Measures ff.conformal_metric: the thesis' experiments 4.6.1 and 4.6.3, the shared pairs, speed.
 
-    PYTHONPATH=build/python python3 benchmarks/conformal_metric.py pairs|sphere|disk|bits|gtori|speed
+    PYTHONPATH=build/python python3 benchmarks/conformal_metric.py pairs|sphere|disk|bits|gtori|places|speed
         [--count N] [--plot docs/images] [--only TEXT] [--seconds S]
 
 Seeds are fixed. Times are user CPU seconds of the whole process, all threads, so that a busy machine disturbs them
@@ -307,6 +307,25 @@ def run_gtori(arguments: argparse.Namespace) -> bool:
     return good
 
 
+def run_places(arguments: argparse.Namespace) -> bool:
+    """The single cone at three places of plates with holes; what is reached in a limited time in the default precision."""
+    heading("case", "V", "steps", "bits", "error", "stopped by", "CPU s")
+    good = True
+    for genus in (25, 30, 36, 42, 50):
+        mesh = g_torus(genus, smoothing=0)
+        for place in (0, len(mesh[0]) // 2, len(mesh[0]) - 1):
+            name = f"{genus} holes, cone at {place}"
+            if arguments.only not in name:
+                continue
+            target = np.full(len(mesh[0]), 2 * np.pi)
+            target[place] = 2 * np.pi * (2 * genus - 1)
+            m, seconds = solve(mesh, target, max_seconds=arguments.seconds)
+            good &= m.angle_error <= 1e-10
+            row(name, len(mesh[0]), m.iterations, m.bits, f"{m.angle_error:.1e}",
+                m.stats["stopped_by"], f"{seconds:.2f}")  # fmt: skip
+    return good
+
+
 def run_speed(arguments: argparse.Namespace) -> bool:
     for size in (1000, 10000):
         mesh = sphere(size, 0)
@@ -328,7 +347,8 @@ def run_speed(arguments: argparse.Namespace) -> bool:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    runs = {"pairs": run_pairs, "sphere": run_sphere, "disk": run_disk, "bits": run_bits, "gtori": run_gtori, "speed": run_speed}
+    runs = {"pairs": run_pairs, "sphere": run_sphere, "disk": run_disk, "bits": run_bits, "gtori": run_gtori,
+            "places": run_places, "speed": run_speed}  # fmt: skip
     parser.add_argument("experiment", choices=runs)
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--plot", type=Path)

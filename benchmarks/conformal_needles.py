@@ -4,8 +4,9 @@
 
 `cones`: what suggest_cones reaches with whole quarter turns, on surfaces of the shared data folder. Else: prisms as CAD
 programs write them (caps fanned from one vertex), and hulls of points on a sphere in clusters 100 and 10 000 times
-smaller than their distance. "few": twelve cones of quarter turns, "random": every angle random. Seeds are
-fixed, times are CPU seconds of all threads. Exit status 1 if a metric misses its tolerance. Needs scipy.
+smaller than their distance. "few": twelve cones of quarter turns, "random": every angle random. And strips of needles with
+a boundary and four steep random cones. Seeds are fixed, times are CPU seconds of all threads. Exit status 1 if a
+metric misses its tolerance. Needs scipy.
 """
 
 from __future__ import annotations
@@ -69,6 +70,24 @@ def every(count: int, random: np.random.Generator) -> npt.NDArray[np.float64]:
     return angles * (2 * np.pi * count - 4 * np.pi) / angles.sum()
 
 
+def strip(
+    seed: int,
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32], npt.NDArray[np.float64]]:
+    """A rough sheet a thousand times longer than wide, rows crowded at one end; four steep cones, the rest flat."""
+    random = np.random.default_rng(seed)
+    x, y = np.meshgrid(np.linspace(0, 1, 13) ** 3, np.linspace(0, 1e-3, 13))
+    z = 2e-4 * random.random(x.shape)
+    i = np.arange(13 * 13).reshape(13, 13)
+    a, b, c, d = i[:-1, :-1].ravel(), i[:-1, 1:].ravel(), i[1:, 1:].ravel(), i[1:, :-1].ravel()
+    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]).astype(np.int32)
+    angles = np.full(13 * 13, 2 * np.pi)
+    angles[np.r_[i[0], i[-1], i[1:-1, 0], i[1:-1, -1]]] = np.pi
+    random = np.random.default_rng(seed)
+    angles[random.choice(13 * 13, 4, replace=False)] *= random.uniform(0.3, 2, 4)
+    angles *= np.pi * len(faces) / angles.sum()
+    return np.stack([x, y, z], -1).reshape(-1, 3), faces, angles
+
+
 def cases() -> Iterator[Case]:
     meshes = {f"prism {n}": prism(n) for n in (200, 2000, 8000)}
     meshes |= {f"clusters {size:g}": clusters(size) for size in (1e-2, 1e-4)}
@@ -80,6 +99,8 @@ def cases() -> Iterator[Case]:
                 faces,
                 targets(len(vertices), np.random.default_rng(0)),
             )
+    for seed in range(9):
+        yield (f"strip {seed}, random", *strip(seed))
 
 
 def row(*cells: Any) -> None:
