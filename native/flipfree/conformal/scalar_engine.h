@@ -1,0 +1,326 @@
+// MetricEngine over a scalar type: its state, scaling and result. Private to the engines'
+// translation units, which include engine_impl.h: members are defined by idea in scalar_engine_*.h.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "flipfree/base/error.h"
+#include "flipfree/conformal/engine.h"
+#include "flipfree/numeric/scalar.h"
+
+namespace flipfree::conformal {
+
+template <typename T>
+class ScalarEngine final : public MetricEngine {
+ public:
+  ScalarEngine(const EngineInput& input, int bits, ExecutionContext& context)
+      : input_(input), target_(input.target), bits_(bits), mesh_(input.setup.mesh) {
+    initialise_lengths();
+    initial_length_ = length_;
+    const std::size_t edges = mesh_.edge_count();
+    queued_.assign(edges, 0);
+    stack_.reserve(edges);
+    factor_product_.assign(static_cast<std::size_t>(input.vertex_count), Traits::make(1.0, bits));
+    if (!flip_to_delaunay<false>(context)) {
+      throw_not_converged(
+          ErrorCode::kIterationLimit,
+          "The intrinsic Delaunay triangulation of the input metric was not reached. Remove "
+          "nearly degenerate triangles from the mesh.");
+    }
+    euclidean_flips_ = flips_.size();
+  }
+
+  int bits() const override { return bits_; }
+  const IntrinsicMesh& mesh() const override { return mesh_; }
+  const std::vector<FlipRecord>& flips() const override { return flips_; }
+  std::size_t euclidean_flips() const override { return euclidean_flips_; }
+  std::size_t exact_tests() const override { return exact_tests_; }
+
+  void scale(const FineVector& x, ExecutionContext& context) override {
+    using std::exp;
+    const T one = T(1.0);
+    factor_.resize(x.high.size());
+    for (std::size_t v = 0; v < x.high.size(); ++v) {
+      if (v % kCheckEvery == kCheckEvery - 1) context.check();
+      if (x.low.empty()) {
+        factor_[v] = one + Traits::make(std::expm1(x.high[v]), bits_);
+      } else if constexpr (Traits::kIsDouble) {
+        factor_[v] = one + (std::expm1(x.high[v]) + x.low[v]);
+      } else {
+        factor_[v] = exp(Traits::make(x.high[v], bits_) + Traits::make(x.low[v], bits_));
+      }
+      factor_product_[v] *= factor_[v];
+    }
+    apply_factors();
+  }
+
+  ScaleLogarithms scaled_so_far() const override {
+    using std::log;
+    ScaleLogarithms x(factor_product_.size());
+    for (std::size_t v = 0; v < x.size(); ++v) x[v] = Traits::to_big(log(factor_product_[v]));
+    return x;
+  }
+
+  bool go_to(const ScaleLogarithms& x, ExecutionContext& context) override {
+    using std::exp;
+    constexpr double kStageRange = 2.0;
+    std::vector<T> part(x.size());
+    double low = std::numeric_limits<double>::infinity();
+    double high = -low;
+    for (std::size_t v = 0; v < x.size(); ++v) {
+      part[v] = Traits::from_big(x[v], bits_);
+      low = std::min(low, Traits::to_double(part[v]));
+      high = std::max(high, Traits::to_double(part[v]));
+    }
+    const double stages = std::clamp(std::ceil((high - low) / kStageRange), 1.0, 1000.0);
+    factor_.resize(x.size());
+    for (std::size_t v = 0; v < x.size(); ++v) factor_[v] = exp(part[v] / T(stages));
+    for (double stage = 0; stage < stages; ++stage) {
+      for (std::size_t v = 0; v < x.size(); ++v) factor_product_[v] *= factor_[v];
+      apply_factors();
+      if (!restore_delaunay(context)) return false;
+    }
+    return true;
+  }
+
+  bool restore_delaunay(ExecutionContext& context) override {
+    return flip_to_delaunay<true>(context);
+  }
+
+  void evaluate(double accuracy, Gradient& out, ExecutionContext& context) override;
+
+  Energy energy(ExecutionContext& context) const override;
+
+  bool relax(const std::vector<VertexId>& unknowns, double accuracy,
+             const std::function<bool()>& stop, ExecutionContext& context) override;
+
+  void remember() override {
+    memory_.mesh = mesh_;
+    memory_.length = length_;
+    memory_.factor_product = factor_product_;
+    memory_.flips = flips_.size();
+  }
+  void go_back() override {
+    mesh_ = memory_.mesh;
+    length_ = memory_.length;
+    factor_product_ = memory_.factor_product;
+    flips_.resize(memory_.flips);
+    star_.clear();
+    shadow_valid_ = false;
+  }
+
+  void finish(ConformalMetric& result) const override {
+    result.mesh = mesh_;
+    result.initial = input_.setup.mesh;
+    result.input_halfedge = input_.setup.input_halfedge;
+    result.on_boundary = input_.setup.on_boundary;
+    result.initial_length = initial_length_;
+    result.flips = flips_;
+    result.euclidean_flips = euclidean_flips_;
+    result.bits = bits_;
+    // u = 2 log(product of factors), shifted to mean zero; lengths are shifted with it.
+    using std::exp;
+    using std::log;
+    std::vector<T> u(factor_product_.size());
+    T sum = Traits::make(0.0, bits_);
+    for (std::size_t v = 0; v < u.size(); ++v) {
+      u[v] = T(2.0) * log(factor_product_[v]);
+      sum += u[v];
+    }
+    const T mean = sum / T(static_cast<double>(u.size()));
+    result.scale_factors.resize(u.size());
+    double low = std::numeric_limits<double>::infinity();
+    double high = -low;
+    for (std::size_t v = 0; v < u.size(); ++v) {
+      u[v] -= mean;
+      result.scale_factors[v] = Traits::to_double(u[v]);
+      low = std::min(low, result.scale_factors[v]);
+      high = std::max(high, result.scale_factors[v]);
+    }
+    result.scale_range = high - low;
+    const T shrink = exp(-mean);
+    std::vector<T> length = length_;
+    for (T& l : length) l *= shrink;
+    result.u = std::move(u);
+    result.length = std::move(length);
+    result.flip_counts.fill(0);
+    for (std::size_t i = euclidean_flips_; i < flips_.size(); ++i) {
+      ++result.flip_counts[static_cast<std::size_t>(flips_[i].type)];
+    }
+  }
+
+ private:
+  using Traits = ScalarTraits<T>;
+  static constexpr double kPi = std::numbers::pi;
+  static constexpr std::size_t kCheckEvery = 2048;  // faces, vertices or edges per check for cancel
+  // Bounds of one relaxation: of each logarithm of a length, and flips per edge. A vertex that
+  // wants to go further waits for the others to follow.
+  static constexpr double kRelaxMove = 2.0;
+  static constexpr std::size_t kRelaxFlips = 4;
+  static constexpr int kRelaxSteps = 150;
+  // Relative size of the sum of two half-cotangents from which on it is computed in full.
+  static constexpr double kCancelled = 1e-3;
+  static constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+  static constexpr std::size_t slot(int i) { return static_cast<std::size_t>(i); }
+  std::size_t unknown_at(HalfedgeId h) const { return at(mesh_.unknown[at(mesh_.origin[at(h)])]); }
+
+  void initialise_lengths() {
+    using std::sqrt;
+    const std::size_t edges = mesh_.edge_count();
+    length_.resize(edges);
+    for (std::size_t e = 0; e < edges; ++e) {
+      if (input_.positions == nullptr) {
+        length_[e] = Traits::make(input_.edge_length[e], bits_);
+        continue;
+      }
+      const auto a = input_.positions->row(mesh_.unknown[at(mesh_.origin[2 * e])]);
+      const auto b = input_.positions->row(mesh_.unknown[at(mesh_.origin[2 * e + 1])]);
+      T sum = Traits::make(0.0, bits_);
+      for (int k = 0; k < 3; ++k) {
+        const T d = Traits::make(a[k], bits_) - Traits::make(b[k], bits_);
+        sum += d * d;
+      }
+      length_[e] = sqrt(sum);
+    }
+  }
+
+  void apply_factors() {
+    for (std::size_t e = 0; e < length_.size(); ++e) {
+      const T& fi = factor_[at(mesh_.unknown[at(mesh_.origin[2 * e])])];
+      const T& fj = factor_[at(mesh_.unknown[at(mesh_.origin[2 * e + 1])])];
+      length_[e] = (length_[e] * fi) * fj;
+    }
+    shadow_valid_ = false;
+  }
+
+  double face_weight(std::size_t f) const {
+    if (!mesh_.symmetric()) return 1.0;
+    switch (mesh_.face_label[f]) {
+      case FaceLabel::kOne:
+        return 1.0;
+      case FaceLabel::kTwo:
+        return 0.0;
+      case FaceLabel::kTriangle:
+      case FaceLabel::kQuad:
+        return 0.5;
+    }
+    return 0.0;
+  }
+
+  // Half-edges of a face, x[k] = s - 2 length[k] relative to the perimeter s, and the factor
+  // `radius` with tan(angle opposite k / 2) = radius / x[k].
+  double shape(std::size_t f, HalfedgeId h[3], double x[3]) const {
+    h[0] = mesh_.face_halfedge[f];
+    h[1] = mesh_.next[at(h[0])];
+    h[2] = mesh_.next[at(h[1])];
+    const T& a = length_[at(h[0] >> 1)];
+    const T& b = length_[at(h[1] >> 1)];
+    const T& c = length_[at(h[2] >> 1)];
+    const T s = a + b + c;
+    if constexpr (Traits::kIsDouble) {
+      const double inverse = 1.0 / s;
+      x[0] = ((b - a) + c) * inverse;
+      x[1] = ((c - b) + a) * inverse;
+      x[2] = ((a - c) + b) * inverse;
+    } else {
+      x[0] = ratio(b - a + c, s);
+      x[1] = ratio(c - b + a, s);
+      x[2] = ratio(a - c + b, s);
+    }
+    // Below rounding a length difference is not known; the triangle is then read as barely valid,
+    // and the noise estimate says what that is worth.
+    const double least = std::ldexp(1.0, -bits_);
+    for (int k = 0; k < 3; ++k) x[k] = std::max(x[k], least);
+    if constexpr (Traits::kIsDouble) {
+      return std::sqrt(x[0] * x[1] * x[2]);
+    } else {
+      return std::sqrt(x[0]) * std::sqrt(x[1]) * std::sqrt(x[2]);  // the product may underflow
+    }
+  }
+
+  // The widest angle is opposite the smallest x.
+  static int widest_of(const double x[3]) {
+    return x[0] <= x[1] ? (x[0] <= x[2] ? 0 : 2) : (x[1] <= x[2] ? 1 : 2);
+  }
+  static double logarithm_of(const T& value) {
+    std::int64_t exponent = 0;
+    const double mantissa = Traits::scaled(value, exponent);
+    return std::log(mantissa) + std::numbers::ln2 * static_cast<double>(exponent);
+  }
+
+  // scalar_engine_relax.h
+  void index_stars();
+  double star_angle(VertexId v, double& slope) const;
+  bool scale_star(VertexId v, double growth, ExecutionContext& context);
+  template <typename Visit>
+  void around(VertexId v, Visit visit) const {
+    const HalfedgeId first = star_[at(v)];
+    HalfedgeId h = first;
+    do {
+      visit(h);
+      h = mesh_.next[at(h ^ 1)];
+    } while (h != first);
+  }
+
+  double noise_of(double smallest_radius, double angle_error) const {
+    // An angle changes by at most (relative error of lengths) / radius; a few roundings per length.
+    const double length_error = 4.0 * std::ldexp(1.0, -bits_);
+    return length_error / std::max(smallest_radius, 1e-300) + 4.0 * angle_error;
+  }
+
+  // scalar_engine_angles.h
+  void evaluate_exactly(Gradient& out, ExecutionContext& context);
+  void spread_remainder();
+  void repair_weights(Gradient& out) const;
+  T half_tangent_square(HalfedgeId h) const;
+  static void finish_gradient(Gradient& out);
+
+  // scalar_engine_flips.h
+  bool violates_delaunay(EdgeId e);
+  void refresh_shadow();
+  void update_shadow(EdgeId e);
+  void update_shadows(const FlipStencil& s);
+  void push(EdgeId e);
+  template <bool kPtolemy>
+  bool flip_to_delaunay(ExecutionContext& context);
+  template <bool kPtolemy>
+  bool empty_stack(ExecutionContext& context);
+  bool usable(const FlipStencil& s) const;
+
+  struct Memory {
+    IntrinsicMesh mesh;
+    std::vector<T> length;
+    std::vector<T> factor_product;
+    std::size_t flips = 0;
+  };
+
+  const EngineInput& input_;
+  const std::vector<double>& target_;
+  Memory memory_;
+  int bits_;
+  IntrinsicMesh mesh_;
+  std::vector<T> length_;
+  std::array<T, 3> before_;  // lengths that a flip overwrites
+  std::vector<T> initial_length_;
+  std::vector<T> factor_;          // of the last scaling
+  std::vector<T> factor_product_;  // exp(u / 2)
+  std::vector<T> exact_target_;
+  std::vector<T> sums_;
+  std::vector<double> shadow_;
+  bool shadow_valid_ = false;
+  std::vector<FlipRecord> flips_;
+  std::size_t euclidean_flips_ = 0;
+  std::size_t exact_tests_ = 0;
+  std::vector<HalfedgeId> star_;
+  std::vector<VertexId> mirror_;
+  std::vector<char> queued_;
+  std::vector<EdgeId> stack_;
+};
+
+}  // namespace flipfree::conformal

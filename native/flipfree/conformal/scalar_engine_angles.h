@@ -1,0 +1,208 @@
+// Angles, gradient, cotangents and the energy of ScalarEngine's present metric.
+// Private to the engines' translation units.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "flipfree/conformal/scalar_engine.h"
+#include "flipfree/numeric/lobachevsky.h"
+
+namespace flipfree::conformal {
+
+template <typename T>
+void ScalarEngine<T>::evaluate(double accuracy, Gradient& out, ExecutionContext& context) {
+  if constexpr (!Traits::kIsDouble) {
+    if (accuracy < 1e-14) {
+      evaluate_exactly(out, context);
+      return;
+    }
+  }
+  const std::size_t unknowns = target_.size();
+  out.value.resize(unknowns);
+  std::copy(target_.begin(), target_.end(), out.value.begin());
+  out.half_cotangent.assign(mesh_.halfedge_count(), 0.0);
+  double smallest = 1.0;
+  for (std::size_t f = 0; f < mesh_.face_count(); ++f) {
+    if (f % kCheckEvery == kCheckEvery - 1) context.check();
+    const double weight = face_weight(f);
+    if (weight == 0.0) continue;
+    HalfedgeId h[3];
+    double x[3];
+    const double radius = shape(f, h, x);
+    smallest = std::min(smallest, radius);
+    // tan(angle / 2) = radius / x; the two smallest angles are computed, the third completes pi.
+    const int widest = widest_of(x);
+    double rest = 0.5 * kPi;
+    double angle[3];
+    for (int k = 0; k < 3; ++k) {
+      const double t = radius / x[k];
+      if (k != widest) {
+        angle[k] = std::atan(t);
+        rest -= angle[k];
+      }
+      if (mesh_.label_of_edge(h[k] >> 1) != EdgeLabel::kDiagonal) {
+        out.half_cotangent[at(h[k])] = 0.25 * weight * (1.0 / t - t);
+      }
+    }
+    angle[widest] = rest;
+    // The angle opposite h[k] sits at the origin of h[k + 2].
+    for (int k = 0; k < 3; ++k) {
+      out.value[unknown_at(h[(k + 2) % 3])] -= 2.0 * weight * angle[k];
+    }
+  }
+  repair_weights(out);
+  out.noise = noise_of(smallest, 2.2e-16);
+  finish_gradient(out);
+}
+
+// Sum over triangles of 2 f - pi (x1 + x2 + x3) plus target * u, with x the logarithms of the
+// lengths and f = sum of angle * x + Lobachevsky(angle). The edges' own term makes the sum
+// continuous across flips: on a co-circular edge it cancels what the two opposite angles add.
+template <typename T>
+Energy ScalarEngine<T>::energy(ExecutionContext& context) const {
+  std::vector<double> logarithm(length_.size());
+  for (std::size_t e = 0; e < length_.size(); ++e) {
+    if (e % kCheckEvery == kCheckEvery - 1) context.check();
+    logarithm[e] = logarithm_of(length_[e]);
+  }
+  Energy sum;
+  const auto add = [&sum](double term) {
+    sum.value += term;
+    sum.noise += std::numeric_limits<double>::epsilon() * std::abs(term);
+  };
+  for (std::size_t f = 0; f < mesh_.face_count(); ++f) {
+    if (f % kCheckEvery == kCheckEvery - 1) context.check();
+    const double weight = face_weight(f);
+    if (weight == 0.0) continue;
+    HalfedgeId h[3];
+    double x[3];
+    const double radius = shape(f, h, x);
+    const int widest = widest_of(x);
+    double half[3];
+    half[widest] = 0.5 * kPi;
+    for (int k = 0; k < 3; ++k) {
+      if (k == widest) continue;
+      half[k] = std::atan(radius / x[k]);
+      half[widest] -= half[k];
+    }
+    for (int k = 0; k < 3; ++k) {
+      add(weight * ((4.0 * half[k] - kPi) * logarithm[at(h[k] >> 1)]));
+      add(weight * 2.0 * lobachevsky(2.0 * half[k]));
+    }
+  }
+  for (std::size_t v = 0; v < target_.size(); ++v)
+    add(target_[v] * 2.0 * logarithm_of(factor_product_[v]));
+  return sum;
+}
+
+// The half-cotangents of the two angles opposite an edge are huge and opposite where the angles
+// are nearly 0 and nearly pi. With t = tan(angle / 2) their sum is a quarter of
+// (t1 + t2) (1 - t1 t2) / (t1 t2); where it cancels in double, 1 - (t1 t2)^2 is computed in full.
+template <typename T>
+inline void ScalarEngine<T>::repair_weights(Gradient& out) const {
+  if constexpr (!Traits::kIsDouble) {
+    for (std::size_t h = 0; h < out.half_cotangent.size(); h += 2) {
+      const double a = out.half_cotangent[h];
+      const double b = out.half_cotangent[h + 1];
+      if (!(std::abs(a + b) < kCancelled * (std::abs(a) + std::abs(b)))) continue;
+      const double weight = face_weight(at(mesh_.face[h]));
+      if (weight != face_weight(at(mesh_.face[h + 1]))) continue;
+      const T one_square = half_tangent_square(static_cast<HalfedgeId>(h));
+      const T other_square = half_tangent_square(static_cast<HalfedgeId>(h + 1));
+      const double one = std::sqrt(Traits::to_double(one_square));
+      const double other = std::sqrt(Traits::to_double(other_square));
+      const double rest = Traits::to_double(T(1.0) - one_square * other_square);
+      const double product = one * other;
+      out.half_cotangent[h] = 0.25 * weight * (one + other) * (rest / (1.0 + product)) / product;
+      out.half_cotangent[h + 1] = 0.0;
+    }
+  }
+}
+
+// tan^2 of half the angle opposite h.
+template <typename T>
+inline T ScalarEngine<T>::half_tangent_square(HalfedgeId h) const {
+  const HalfedgeId n = mesh_.next[at(h)];
+  const T& a = length_[at(h >> 1)];
+  const T& b = length_[at(n >> 1)];
+  const T& c = length_[at(mesh_.next[at(n)] >> 1)];
+  return ((c - b + a) / (a + b + c)) * ((a - c + b) / (b - a + c));
+}
+
+template <typename T>
+inline void ScalarEngine<T>::finish_gradient(Gradient& out) {
+  out.max_error = 0.0;
+  for (const double g : out.value) {
+    if (!(std::abs(g) <= out.max_error)) out.max_error = std::abs(g);
+  }
+  if (std::isnan(out.max_error)) out.max_error = std::numeric_limits<double>::infinity();
+}
+
+// Everything in T, for accuracies beyond double. Target angles are doubles; what their sum misses
+// of Gauss-Bonnet by rounding is spread evenly, since no metric could meet it.
+template <typename T>
+inline void ScalarEngine<T>::evaluate_exactly(Gradient& out, ExecutionContext& context) {
+  using std::atan2;
+  using std::sqrt;
+  const std::size_t unknowns = target_.size();
+  if (exact_target_.empty()) spread_remainder();
+  sums_ = exact_target_;
+  out.value.resize(unknowns);
+  out.half_cotangent.assign(mesh_.halfedge_count(), 0.0);
+  const T half_pi = Traits::pi(bits_) / T(2.0);
+  double smallest = 1.0;
+  for (std::size_t f = 0; f < mesh_.face_count(); ++f) {
+    if (f % kCheckEvery == kCheckEvery - 1) context.check();
+    const double weight = face_weight(f);
+    if (weight == 0.0) continue;
+    HalfedgeId h[3];
+    double x[3];
+    const double radius = shape(f, h, x);
+    smallest = std::min(smallest, radius);
+    const T& a = length_[at(h[0] >> 1)];
+    const T& b = length_[at(h[1] >> 1)];
+    const T& c = length_[at(h[2] >> 1)];
+    const T s = a + b + c;
+    T y[3] = {b - a + c, c - b + a, a - c + b};
+    for (T& difference : y) {
+      if (!(difference > T(0.0))) difference = s * T(std::ldexp(1.0, -bits_));
+    }
+    const T r = sqrt((y[0] / s) * y[1] * y[2]);
+    const int widest = widest_of(x);
+    T rest = half_pi;
+    const T twice = T(2.0 * weight);
+    for (int k = 0; k < 3; ++k) {
+      const double t = radius / x[k];
+      if (mesh_.label_of_edge(h[k] >> 1) != EdgeLabel::kDiagonal) {
+        out.half_cotangent[at(h[k])] = 0.25 * weight * (1.0 / t - t);
+      }
+      if (k == widest) continue;
+      const T angle = atan2(r, y[k]);
+      rest -= angle;
+      sums_[unknown_at(h[(k + 2) % 3])] -= twice * angle;
+    }
+    sums_[unknown_at(h[(widest + 2) % 3])] -= twice * rest;
+  }
+  for (std::size_t v = 0; v < unknowns; ++v) out.value[v] = Traits::to_double(sums_[v]);
+  repair_weights(out);
+  out.noise = noise_of(smallest, std::ldexp(1.0, 2 - bits_));
+  finish_gradient(out);
+}
+
+template <typename T>
+inline void ScalarEngine<T>::spread_remainder() {
+  const std::size_t unknowns = target_.size();
+  // Angles of all triangles sum to pi per triangle of the user's mesh.
+  const T total =
+      Traits::pi(bits_) * T(static_cast<double>(input_.setup.input_halfedge.size() / 3));
+  T sum = Traits::make(0.0, bits_);
+  for (const double t : target_) sum += T(t);
+  const T share = (total - sum) / T(static_cast<double>(unknowns));
+  exact_target_.resize(unknowns);
+  for (std::size_t v = 0; v < unknowns; ++v) exact_target_[v] = T(target_[v]) + share;
+}
+
+}  // namespace flipfree::conformal

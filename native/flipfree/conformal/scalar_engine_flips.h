@@ -1,0 +1,169 @@
+// Delaunay flips of ScalarEngine: the test with its filter in double, the stack of edges.
+// Private to the engines' translation units.
+#pragma once
+
+#include <cstddef>
+
+#include "flipfree/conformal/delaunay_test.h"
+#include "flipfree/conformal/flip_lengths.h"
+#include "flipfree/conformal/scalar_engine.h"
+
+namespace flipfree::conformal {
+
+template <typename T>
+inline bool ScalarEngine<T>::violates_delaunay(EdgeId e) {
+  const HalfedgeId h = 2 * e;
+  const HalfedgeId hn = mesh_.next[at(h)];
+  const HalfedgeId hp = mesh_.next[at(hn)];
+  const HalfedgeId on = mesh_.next[at(h + 1)];
+  const HalfedgeId op = mesh_.next[at(on)];
+  const std::size_t i[5] = {at(e), at(hn >> 1), at(hp >> 1), at(on >> 1), at(op >> 1)};
+  if constexpr (Traits::kIsDouble) {
+    return delaunay_sign(length_[i[0]], length_[i[1]], length_[i[2]], length_[i[3]],
+                         length_[i[4]]) < 0;
+  } else {
+    if (shadow_valid_) {
+      const int sign =
+          delaunay_sign(shadow_[i[0]], shadow_[i[1]], shadow_[i[2]], shadow_[i[3]], shadow_[i[4]]);
+      if (sign != 0) return sign < 0;
+    }
+    ++exact_tests_;
+    return violates_delaunay_in_full(length_[i[0]], length_[i[1]], length_[i[2]], length_[i[3]],
+                                     length_[i[4]], bits_);
+  }
+}
+
+// Doubles of all lengths for the filter, unless some leave a safe part of the exponent range.
+template <typename T>
+inline void ScalarEngine<T>::refresh_shadow() {
+  if constexpr (!Traits::kIsDouble) {
+    shadow_.resize(length_.size());
+    shadow_valid_ = true;
+    for (std::size_t e = 0; e < length_.size(); ++e) {
+      shadow_[e] = Traits::to_double(length_[e]);
+      if (!(shadow_[e] > 1e-280 && shadow_[e] < 1e280)) {
+        shadow_valid_ = false;
+        return;
+      }
+    }
+  }
+}
+
+template <typename T>
+inline void ScalarEngine<T>::update_shadow(EdgeId e) {
+  if constexpr (!Traits::kIsDouble) {
+    if (e == kInvalid || !shadow_valid_) return;
+    shadow_[at(e)] = Traits::to_double(length_[at(e)]);
+    if (!(shadow_[at(e)] > 1e-280 && shadow_[at(e)] < 1e280)) shadow_valid_ = false;
+  }
+}
+
+template <typename T>
+inline void ScalarEngine<T>::push(EdgeId e) {
+  if (mesh_.symmetric()) {
+    const EdgeLabel label = mesh_.edge_label[at(e)];
+    if (label == EdgeLabel::kDiagonal) return;
+    if (label == EdgeLabel::kTwo) e = mesh_.reflection[at(2 * e)] >> 1;
+  }
+  if (queued_[at(e)] != 0) return;
+  queued_[at(e)] = 1;
+  stack_.push_back(e);
+}
+
+// Terminates: each flip strictly lowers the hyperbolic Delaunay functional (Weeks), and flips
+// happen only where the criterion is violated beyond rounding; the cap is a guard against what
+// rounding could still do.
+template <typename T>
+template <bool kPtolemy>
+inline bool ScalarEngine<T>::flip_to_delaunay(ExecutionContext& context) {
+  const std::size_t edges = mesh_.edge_count();
+  stack_.clear();
+  refresh_shadow();
+  FlipType type = FlipType::kInterior;
+  for (std::size_t e = edges; e-- > 0;) {
+    if (e % kCheckEvery == 0) context.check();
+    queued_[e] = 0;
+    if (violates_delaunay(static_cast<EdgeId>(e)) &&
+        flip_type(mesh_, static_cast<EdgeId>(e), type)) {
+      queued_[e] = 1;
+      stack_.push_back(static_cast<EdgeId>(e));
+    }
+  }
+  return empty_stack<kPtolemy>(context);
+}
+
+template <typename T>
+template <bool kPtolemy>
+inline bool ScalarEngine<T>::empty_stack(ExecutionContext& context) {
+  const std::size_t cap = 100 * mesh_.edge_count() + 10000;
+  FlipType type = FlipType::kInterior;
+  FlipLengths<T> lengths(length_);
+  std::size_t done = 0;
+  while (!stack_.empty()) {
+    const EdgeId e = stack_.back();
+    stack_.pop_back();
+    queued_[at(e)] = 0;
+    if (!flip_type(mesh_, e, type) || !violates_delaunay(e)) continue;
+    const FlipStencil stencil = flip_stencil(mesh_, e, type);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const EdgeId p = stencil.plain.edges[i];
+      if (p != kInvalid) before_[i] = length_[at(p)];
+    }
+    if constexpr (kPtolemy) {
+      lengths.ptolemy(stencil);
+    } else {
+      lengths.euclidean(stencil);
+    }
+    if (!usable(stencil)) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        const EdgeId p = stencil.plain.edges[i];
+        if (p != kInvalid) length_[at(p)] = before_[i];
+      }
+      return false;
+    }
+    flip_symmetrically(mesh_, stencil);
+    flips_.push_back({type, stencil.plain});
+    update_shadows(stencil);
+    if (!star_.empty()) {
+      for (const EdgeId p : stencil.plain.edges) {
+        if (p == kInvalid) continue;
+        for (const HalfedgeId h : {2 * p, 2 * p + 1}) {
+          HalfedgeId g = h;
+          for (int k = 0; k < 3; ++k, g = mesh_.next[at(g)]) star_[at(mesh_.origin[at(g)])] = g;
+        }
+      }
+    }
+    for (int i = 0; i < stencil.plain.count; ++i) {
+      const EdgeId p = stencil.plain.edges[slot(i)];
+      push(p);
+      for (const HalfedgeId h : {2 * p, 2 * p + 1}) {
+        const HalfedgeId n = mesh_.next[at(h)];
+        push(n >> 1);
+        push(mesh_.next[at(n)] >> 1);
+      }
+    }
+    if (++done % 1024 == 0) context.check();
+    if (done > cap) return false;
+  }
+  return true;
+}
+
+template <typename T>
+inline bool ScalarEngine<T>::usable(const FlipStencil& s) const {
+  for (const EdgeId e : {s.new_side, s.new_cross, s.new_diagonal, s.new_diagonal2}) {
+    if (e == kInvalid) continue;
+    const T& l = length_[at(e)];
+    if (!Traits::finite(l) || !(l > T(0.0))) return false;
+  }
+  return true;
+}
+
+template <typename T>
+inline void ScalarEngine<T>::update_shadows(const FlipStencil& s) {
+  for (const EdgeId e :
+       {s.e, s.new_side, s.new_side2, s.new_cross, s.new_diagonal, s.new_diagonal2}) {
+    update_shadow(e);
+  }
+}
+
+}  // namespace flipfree::conformal
