@@ -136,6 +136,68 @@ Index euler_characteristic(const IntrinsicSetup& setup, Index vertex_count, Inde
   return vertex_count - edges + face_count;
 }
 
+// Sums over the rungs of the precision ladder.
+struct Totals {
+  std::size_t exact_tests = 0;
+  int rungs = 0;
+  int evaluations = 0;
+  int relaxed = 0;
+  double seconds_start = 0.0;
+  double seconds_flips = 0.0;
+  double seconds_angles = 0.0;
+  double seconds_relax = 0.0;
+};
+
+// Adds a run and its errors; the first of them repeats the last of the rung before.
+void add_run(const NewtonRun& run, Totals& totals, ConformalMetric& result) {
+  result.iterations += run.iterations;
+  totals.evaluations += run.evaluations;
+  totals.relaxed += run.relaxed_iterations;
+  totals.seconds_flips += run.seconds_flips;
+  totals.seconds_angles += run.seconds_angles;
+  totals.seconds_relax += run.seconds_relax;
+  const bool repeated = totals.rungs > 1 && !run.error_history.empty();
+  result.error_history.insert(result.error_history.end(),
+                              run.error_history.begin() + (repeated ? 1 : 0),
+                              run.error_history.end());
+}
+
+void write_stats(const Totals& totals, const NewtonSystem& system, Stats& stats) {
+  stats["seconds_start"] = totals.seconds_start;
+  stats["seconds_flips"] = totals.seconds_flips;
+  stats["seconds_angles"] = totals.seconds_angles;
+  stats["seconds_relax"] = totals.seconds_relax;
+  stats["seconds_symbolic"] = system.seconds_symbolic();
+  stats["seconds_direction"] = system.seconds_numeric();
+  stats["precision_rungs"] = static_cast<std::int64_t>(totals.rungs);
+  stats["evaluations"] = static_cast<std::int64_t>(totals.evaluations);
+  stats["factorizations"] = static_cast<std::int64_t>(system.factorizations());
+  stats["accurate_factorizations"] = static_cast<std::int64_t>(system.accurate_factorizations());
+  stats["relaxed_iterations"] = static_cast<std::int64_t>(totals.relaxed);
+  stats["orderings"] = static_cast<std::int64_t>(system.orderings());
+  stats["symbolic_analyses"] = static_cast<std::int64_t>(system.analyses());
+  stats["exact_delaunay_tests"] = static_cast<std::int64_t>(totals.exact_tests);
+  stats["intrinsic_refinement"] = static_cast<std::int64_t>(0);
+}
+
+// The metric where the last run ended, its true angles and why it ended there.
+void finish_result(MetricEngine& engine, const EngineInput& input, const MetricOptions& options,
+                   const NewtonRun& run, ConformalMetric& result, ExecutionContext& context) {
+  result.converged = run.end == NewtonEnd::kConverged;
+  engine.finish(result);
+  Gradient gradient;
+  engine.evaluate(options.tolerance < 1e-13 ? options.tolerance : 1e-13, gradient, context);
+  result.angle_error = gradient.max_error;
+  result.angles.resize(input.target.size());
+  for (std::size_t v = 0; v < input.target.size(); ++v)
+    result.angles[v] = input.target[v] - gradient.value[v];
+  result.stats["noise"] = run.noise;
+  result.stats["stopped_by"] = std::string(run.end == NewtonEnd::kConverged    ? "tolerance"
+                                           : run.end == NewtonEnd::kPrecision  ? "precision"
+                                           : run.end == NewtonEnd::kIterations ? "iterations"
+                                                                               : "seconds");
+}
+
 // The precision ladder: Newton in double, and from where rounding decides, with ever more bits.
 ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
                       ExecutionContext& context) {
@@ -148,47 +210,31 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
   newton.tolerance = options.tolerance;
   int bits =
       53;  // also before a given precision: it takes most of the way at a fraction of the cost
-  std::size_t exact_tests = 0;
-  int evaluations = 0;
-  int rungs = 0;
-  int relaxed = 0;
-  double seconds_flips = 0.0;
-  double seconds_angles = 0.0;
-  double seconds_relax = 0.0;
-  double seconds_start = 0.0;
+  Totals totals;
   bool replayed = false;
   for (;;) {
-    ++rungs;
+    ++totals.rungs;
     newton.max_iterations = options.max_iterations - result.iterations;
     newton.max_seconds =
         options.max_seconds > 0.0 ? std::max(1e-3, options.max_seconds - watch.seconds()) : 0.0;
     const Stopwatch starting;
     const std::unique_ptr<MetricEngine> engine = make_engine(input, bits, context);
     bool reached = true;
-    if (rungs > 1) {
+    if (totals.rungs > 1) {
       reached = engine->go_to(scale, context);
     }
-    seconds_start += starting.seconds();
+    totals.seconds_start += starting.seconds();
     NewtonRun run;
     if (reached) {
       run = run_newton(*engine, system, newton, descent, scale, context);
-      result.iterations += run.iterations;
-      evaluations += run.evaluations;
-      relaxed += run.relaxed_iterations;
-      seconds_flips += run.seconds_flips;
-      seconds_angles += run.seconds_angles;
-      seconds_relax += run.seconds_relax;
-      const bool repeated = rungs > 1 && !run.error_history.empty();
-      result.error_history.insert(result.error_history.end(),
-                                  run.error_history.begin() + (repeated ? 1 : 0),
-                                  run.error_history.end());
+      add_run(run, totals, result);
     } else {
       run.end = NewtonEnd::kPrecision;
       run.reason = "scale factors out of range";
       run.error = std::numeric_limits<double>::infinity();
     }
-    exact_tests += engine->exact_tests();
-    if (run.end == NewtonEnd::kPrecision && rungs == 1)
+    totals.exact_tests += engine->exact_tests();
+    if (run.end == NewtonEnd::kPrecision && totals.rungs == 1)
       result.stats["climbed_because"] = std::string(run.reason);
     // A long way there and back is replaced by the direct one, for the sake of what replays the
     // flips: the same scale factors from the start again, which the uniqueness of the Delaunay
@@ -205,40 +251,13 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
     const bool out_of_time = run.end == NewtonEnd::kIterations || run.end == NewtonEnd::kSeconds;
     const bool last = out_of_time || (enough_bits && !more_bits_help);
     if (last) {
-      result.converged = run.end == NewtonEnd::kConverged;
-      engine->finish(result);
-      Gradient gradient;
-      engine->evaluate(options.tolerance < 1e-13 ? options.tolerance : 1e-13, gradient, context);
-      result.angle_error = gradient.max_error;
-      result.angles.resize(input.target.size());
-      for (std::size_t v = 0; v < input.target.size(); ++v)
-        result.angles[v] = input.target[v] - gradient.value[v];
-      result.stats["noise"] = run.noise;
-      result.stats["stopped_by"] = std::string(run.end == NewtonEnd::kConverged    ? "tolerance"
-                                               : run.end == NewtonEnd::kPrecision  ? "precision"
-                                               : run.end == NewtonEnd::kIterations ? "iterations"
-                                                                                   : "seconds");
+      finish_result(*engine, input, options, run, result, context);
       break;
     }
     bits = options.bits != 0 ? options.bits : bits == 53 ? 128 : std::min(2 * bits, kLargestBits);
   }
   result.stats["seconds"] = watch.seconds();
-  result.stats["seconds_start"] = seconds_start;
-  result.stats["seconds_flips"] = seconds_flips;
-  result.stats["seconds_angles"] = seconds_angles;
-  result.stats["seconds_relax"] = seconds_relax;
-  result.stats["seconds_symbolic"] = system.seconds_symbolic();
-  result.stats["seconds_direction"] = system.seconds_numeric();
-  result.stats["precision_rungs"] = static_cast<std::int64_t>(rungs);
-  result.stats["evaluations"] = static_cast<std::int64_t>(evaluations);
-  result.stats["factorizations"] = static_cast<std::int64_t>(system.factorizations());
-  result.stats["accurate_factorizations"] =
-      static_cast<std::int64_t>(system.accurate_factorizations());
-  result.stats["relaxed_iterations"] = static_cast<std::int64_t>(relaxed);
-  result.stats["orderings"] = static_cast<std::int64_t>(system.orderings());
-  result.stats["symbolic_analyses"] = static_cast<std::int64_t>(system.analyses());
-  result.stats["exact_delaunay_tests"] = static_cast<std::int64_t>(exact_tests);
-  result.stats["intrinsic_refinement"] = static_cast<std::int64_t>(0);
+  write_stats(totals, system, result.stats);
   if (!result.converged && options.require_convergence) throw_not_reached(result, options);
   return result;
 }
