@@ -29,7 +29,14 @@ OPTIONS = {
     "flipfree_unwrap": {"bijective", "cut_extremities", "use_pins", "mark_seams", "pack", "margin"},
     "flipfree_match": {"bijective", "straight_lines", "cut_open", "rest"},
     "flipfree_improve": {"bijective", "use_pins", "iterations", "pack", "margin"},
-    "flipfree_conformal": {"boundary", "mark_cuts", "pack", "scale_true", "margin"},
+    "flipfree_conformal": {
+        "boundary",
+        "mark_cuts",
+        "pack",
+        "scale_true",
+        "margin",
+        "refined_start",
+    },
     "flipfree_suggest_cones": {"bound", "quarter_turns"},
     "flipfree_check": set(),
 }

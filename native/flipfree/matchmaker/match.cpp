@@ -133,15 +133,17 @@ double energy_of(const RefinedMap& map, ExecutionContext& context) {
 }
 
 // From a valid map, finely cut and much distorted, to one that is fit for use. Whatever fails on
-// the way, there is a valid map in the end.
+// the way, there is a valid map in the end, and with `bijective`, one that does not overlap itself
+// if `fine` does not.
 RefinedMap made_usable(RefinedMap fine, const RefinedSurface& surface,
-                       const Constraints& constraints, ExecutionContext& context, Stats& stats) {
+                       const Constraints& constraints, bool bijective, ExecutionContext& context,
+                       Stats& stats) {
   {
     const ProgressRange range(context, 0.0, 0.5);
     // Its distortion is enormous at first; what counts is that the refinement can be taken back.
     constexpr int kIterations = 40;
     fine.uv = optimise(fine.surface, held_vertices(fine.surface, constraints), fine.uv,
-                       affordable_steps(fine.surface, kIterations), false, context, stats);
+                       affordable_steps(fine.surface, kIterations), bijective, context, stats);
   }
   if (untangling_is_safe(constraints)) {
     const ProgressRange range(context, 0.5, 0.8);
@@ -163,12 +165,15 @@ RefinedMap made_usable(RefinedMap fine, const RefinedSurface& surface,
   const Index keep = surface.mesh.vertex_count();
   RefinedMap coarse = coarsen(fine, constraints, keep, context, stats);
   const double bearable = kMostLoss * energy_of(fine, context);
-  if (energy_of(coarse, context) <= bearable) return coarse;
+  const auto fit = [&](const RefinedMap& map) {
+    return energy_of(map, context) <= bearable && !(bijective && overlaps(map.surface, map.uv));
+  };
+  if (fit(coarse)) return coarse;
   coarse = coarsen_gently(fine, constraints, keep, context, stats);
-  return energy_of(coarse, context) <= bearable ? coarse : fine;
+  return fit(coarse) ? coarse : fine;
 }
 
-RefinedMap guaranteed(const RefinedSurface& surface, const Constraints& constraints,
+RefinedMap guaranteed(const RefinedSurface& surface, const Constraints& constraints, bool bijective,
                       ExecutionContext& context, Stats& stats) {
   RefinedMap fine;
   {
@@ -176,7 +181,7 @@ RefinedMap guaranteed(const RefinedSurface& surface, const Constraints& constrai
     fine = run_matchmaker(surface, constraints, context, stats);
   }
   const ProgressRange range(context, 0.3, 1.0);
-  return made_usable(std::move(fine), surface, constraints, context, stats);
+  return made_usable(std::move(fine), surface, constraints, bijective, context, stats);
 }
 
 // The same refinement of another surface with the same faces.
@@ -243,7 +248,7 @@ RefinedMap pinned_first_frame(const RefinedSurface& surface, const OutlineFilm& 
   for (const SheetPin& p : film.pins()) disk.pins.push_back({p.pin.vertex, place.at(p.pin.vertex)});
   const RefinedSurface unpinned = map.surface;
   if (!walk_pins(map, disk, constraints.edges.empty(), context, stats))
-    map = guaranteed(unpinned, disk, context, stats);
+    map = guaranteed(unpinned, disk, false, context, stats);
   return map;
 }
 
@@ -293,7 +298,7 @@ std::optional<RefinedMap> overlaid(const RefinedSurface& surface, const Constrai
     map = lay_onto_target(map, film, context, stats);
   }
   const ProgressRange range(context, 0.4, 1.0);
-  map = made_usable(std::move(map), surface, constraints, context, stats);
+  map = made_usable(std::move(map), surface, constraints, false, context, stats);
   stats["engine"] = std::string("overlay");
   return map;
 } catch (const NotConverged& failure) {
@@ -378,7 +383,8 @@ RefinedMap solve(RefinedSurface& surface, const Constraints& constraints,
                         "itself have no other way. Pin fewer vertices, or refine the mesh.");
   }
   const ProgressRange range(context, 0.95, 1.0);
-  return guaranteed(surface, constraints, context, stats);
+  const bool bijective = options.bijective && constraints.free_boundary();
+  return guaranteed(surface, constraints, bijective, context, stats);
 }
 
 Parametrization to_parametrization(const RefinedMap& solution, const Points2& uv,
