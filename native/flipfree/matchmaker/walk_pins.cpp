@@ -173,8 +173,9 @@ class Walker {
       relax(kStepsOnTheWay, moving);
       if (100 * removed < kWorthwhile * before) break;
     }
-    // Inside a prescribed boundary there is little room to make: it takes long and frees little.
-    if (!constraints_.free_boundary()) return;
+    // Inside a prescribed boundary there is little room to make: it takes long and frees little,
+    // and is worth it only before the refinement gets out of hand.
+    if (!constraints_.free_boundary() && added() <= keep_) return;
     std::vector<VertexId> held = held_;
     held.push_back(moving);
     if (unfold_wholes(map_, held, keep_, kRoundsOfUnfolding, context_) > 0) {
