@@ -23,22 +23,9 @@ import numpy.typing as npt
 import flipfree as ff
 
 from mesh_files import data_folder, read_mesh
+from surfaces import prism, strip_of_needles
 
 Case = tuple[str, npt.NDArray[np.float64], npt.NDArray[np.int32], npt.NDArray[np.float64]]
-
-
-def prism(sectors: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32]]:
-    a = 2 * np.pi * np.arange(sectors) / sectors
-    ring = np.stack([np.cos(a), np.sin(a), 0 * a], 1)
-    i = np.arange(sectors)
-    j, fan = (i + 1) % sectors, i[1:-1]
-    faces = [
-        np.stack([i, j, sectors + j], 1),
-        np.stack([i, sectors + j, sectors + i], 1),
-        np.stack([0 * fan, fan + 1, fan], 1),
-        np.stack([0 * fan + sectors, sectors + fan, sectors + fan + 1], 1),
-    ]
-    return np.concatenate([ring, ring + [0, 0, 1.0]]), np.concatenate(faces).astype(np.int32)
 
 
 def clusters(size: float, seed: int = 1) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32]]:
@@ -70,24 +57,6 @@ def every(count: int, random: np.random.Generator) -> npt.NDArray[np.float64]:
     return angles * (2 * np.pi * count - 4 * np.pi) / angles.sum()
 
 
-def strip(
-    seed: int,
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32], npt.NDArray[np.float64]]:
-    """A rough sheet a thousand times longer than wide, rows crowded at one end; four steep cones, the rest flat."""
-    random = np.random.default_rng(seed)
-    x, y = np.meshgrid(np.linspace(0, 1, 13) ** 3, np.linspace(0, 1e-3, 13))
-    z = 2e-4 * random.random(x.shape)
-    i = np.arange(13 * 13).reshape(13, 13)
-    a, b, c, d = i[:-1, :-1].ravel(), i[:-1, 1:].ravel(), i[1:, 1:].ravel(), i[1:, :-1].ravel()
-    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]).astype(np.int32)
-    angles = np.full(13 * 13, 2 * np.pi)
-    angles[np.r_[i[0], i[-1], i[1:-1, 0], i[1:-1, -1]]] = np.pi
-    random = np.random.default_rng(seed)
-    angles[random.choice(13 * 13, 4, replace=False)] *= random.uniform(0.3, 2, 4)
-    angles *= np.pi * len(faces) / angles.sum()
-    return np.stack([x, y, z], -1).reshape(-1, 3), faces, angles
-
-
 def cases() -> Iterator[Case]:
     meshes = {f"prism {n}": prism(n) for n in (200, 2000, 8000)}
     meshes |= {f"clusters {size:g}": clusters(size) for size in (1e-2, 1e-4)}
@@ -100,7 +69,7 @@ def cases() -> Iterator[Case]:
                 targets(len(vertices), np.random.default_rng(0)),
             )
     for seed in range(9):
-        yield (f"strip {seed}, random", *strip(seed))
+        yield (f"strip {seed}, random", *strip_of_needles(seed))
 
 
 def row(*cells: Any) -> None:

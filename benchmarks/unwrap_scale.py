@@ -14,14 +14,12 @@ import resource
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests" / "python"))
-import flipfree as ff  # noqa: E402
+import flipfree as ff
 
-from surfaces import bumpy_grid  # noqa: E402
+from surfaces import bumpy_grid
 
 
 def sheet(triangles: int) -> tuple[np.ndarray, np.ndarray]:

@@ -11,32 +11,9 @@ import pytest
 
 import flipfree as ff
 
-from surfaces import prism_with_cones
+from surfaces import octahedron_sphere, prism_with_cones, strip_of_needles
 
 DATA = Path(os.environ.get("FLIPFREE_DATA", Path(__file__).parents[3] / "shared" / "data"))
-
-
-def octahedron(levels: int) -> tuple[np.ndarray, np.ndarray]:
-    """Subdivided octahedron on the unit sphere."""
-    points = [np.array(p, float) for p in [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]]
-    faces = [(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)]
-    for _ in range(levels):
-        middle: dict[tuple[int, int], int] = {}
-
-        def between(a: int, b: int, middle: dict[tuple[int, int], int] = middle) -> int:
-            key = (min(a, b), max(a, b))
-            if key not in middle:
-                middle[key] = len(points)
-                p = points[a] + points[b]
-                points.append(p / np.linalg.norm(p))
-            return middle[key]
-
-        finer = []
-        for a, b, c in faces:
-            ab, bc, ca = between(a, b), between(b, c), between(c, a)
-            finer += [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
-        faces = finer
-    return np.array(points), np.array(faces, np.int32)
 
 
 def random_targets(count: int, faces: int, seed: int) -> np.ndarray:
@@ -55,7 +32,7 @@ def final_angles(metric: ff.ConformalMetric, count: int) -> np.ndarray:
 
 
 def test_random_angles_are_met_as_measured_from_the_returned_lengths() -> None:
-    vertices, faces = octahedron(3)
+    vertices, faces = octahedron_sphere(3)
     target = random_targets(len(vertices), len(faces), 1)
     metric = ff.conformal_metric(vertices, faces, target)
     assert metric.converged and metric.angle_error <= 1e-10 and metric.bits == 53
@@ -69,7 +46,7 @@ def test_random_angles_are_met_as_measured_from_the_returned_lengths() -> None:
 
 
 def test_lengths_replace_positions() -> None:
-    vertices, faces = octahedron(2)
+    vertices, faces = octahedron_sphere(2)
     target = random_targets(len(vertices), len(faces), 5)
     corners = vertices[faces]
     lengths = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2)
@@ -79,14 +56,14 @@ def test_lengths_replace_positions() -> None:
 
 
 def test_more_bits_reach_smaller_errors() -> None:
-    vertices, faces = octahedron(1)
+    vertices, faces = octahedron_sphere(1)
     target = random_targets(len(vertices), len(faces), 2)
     metric = ff.conformal_metric(vertices, faces, target, precision=200, tolerance=1e-40)
     assert metric.bits == 200 and metric.angle_error <= 1e-40
 
 
 def test_auto_precision_climbs_for_a_tolerance_that_double_cannot_reach() -> None:
-    vertices, faces = octahedron(1)
+    vertices, faces = octahedron_sphere(1)
     metric = ff.conformal_metric(vertices, faces, random_targets(len(vertices), len(faces), 2), tolerance=1e-30)
     assert metric.bits > 53 and metric.angle_error <= 1e-30
 
@@ -107,7 +84,7 @@ def test_a_disk_uses_the_symmetric_double_cover() -> None:
 
 
 def test_refusals_name_the_place_and_the_remainder() -> None:
-    vertices, faces = octahedron(0)
+    vertices, faces = octahedron_sphere(0)
     target = np.full(6, 8 * np.pi / 6)
     with pytest.raises(ff.Infeasible, match="quarter turns"):
         ff.conformal_metric(vertices, faces, target + 0.1)
@@ -127,7 +104,7 @@ def test_refusals_name_the_place_and_the_remainder() -> None:
 
 
 def test_not_converged_says_what_was_reached() -> None:
-    vertices, faces = octahedron(2)
+    vertices, faces = octahedron_sphere(2)
     target = random_targets(len(vertices), len(faces), 3)
     with pytest.raises(ff.NotConverged, match="after 1 Newton steps"):
         ff.conformal_metric(vertices, faces, target, max_iterations=1)
@@ -136,7 +113,7 @@ def test_not_converged_says_what_was_reached() -> None:
 
 
 def test_cancel_stops_within_a_fifth_of_a_second() -> None:
-    vertices, faces = octahedron(6)
+    vertices, faces = octahedron_sphere(6)
     job = ff.jobs.conformal_metric(vertices, faces, random_targets(len(vertices), len(faces), 4))
     time.sleep(0.1)
     job.cancel()
@@ -216,22 +193,6 @@ def test_a_refined_start_serves_where_the_plain_way_ends_too_early() -> None:
     ).all()
     assert metric.faces.max() == 2 * sectors + added - 1
     assert np.abs(metric.angles - angles).max() <= 1e-10
-
-
-def strip_of_needles(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A rough sheet squeezed to a thousandth of its width, columns ever narrower; four steep cones."""
-    random = np.random.default_rng(seed)
-    x, y = np.meshgrid(np.linspace(0, 1, 13) ** 3, np.linspace(0, 1e-3, 13))
-    z = 2e-4 * random.random(x.shape)
-    i = np.arange(13 * 13).reshape(13, 13)
-    a, b, c, d = i[:-1, :-1].ravel(), i[:-1, 1:].ravel(), i[1:, 1:].ravel(), i[1:, :-1].ravel()
-    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]).astype(np.int32)
-    angles = np.full(13 * 13, 2 * np.pi)
-    angles[np.r_[i[0], i[-1], i[1:-1, 0], i[1:-1, -1]]] = np.pi
-    random = np.random.default_rng(seed)
-    angles[random.choice(13 * 13, 4, replace=False)] *= random.uniform(0.3, 2, 4)
-    angles *= np.pi * len(faces) / angles.sum()
-    return np.stack([x, y, z], -1).reshape(-1, 3), faces, angles
 
 
 def test_a_strip_of_needles_is_solved_without_a_refined_start() -> None:

@@ -8,41 +8,16 @@ import pytest
 
 import flipfree as ff
 
+from immersed_curves import CURVES, curve
+from surfaces import disk_of_rings
+
 SPOKES = 40
 RINGS = 6
-#: Closed curves, symmetric about the vertical axis, that bound two immersed disks each, mirror images of each other:
-#: x is a sum of sines, y one of cosines. The second is a doodle after Milnor's.
-CURVES = {
-    "lobes": ([0.827, 0.036, 1.328, -0.240, -2.113], [0.402, -0.234, -2.061, 0.048, 0.469]),
-    "doodle": ([0.328, -0.398, 2.009, -0.521, 0.591], [-0.153, -0.810, -1.184, -0.280, -1.236]),
-}
-
-
-def curve(name: str) -> npt.NDArray[np.float64]:
-    sines, cosines = (np.array(row) for row in CURVES[name])
-    angle = 2 * np.pi * (np.arange(SPOKES) + 0.5) / SPOKES
-    frequency = np.arange(1, 6)[:, None]
-    return np.stack([sines @ np.sin(frequency * angle), cosines @ np.cos(frequency * angle)], 1)
 
 
 def disk() -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32], list[int]]:
-    """Vertex 0 in the middle, then rings from the inside out; the last one is the boundary."""
-    angle = 2 * np.pi * np.arange(SPOKES) / SPOKES
-    circle = np.stack([np.cos(angle), np.sin(angle), 0 * angle], 1)
-    vertices = np.concatenate([np.zeros((1, 3)), *(circle * (r + 1) / RINGS for r in range(RINGS))])
-    i = np.arange(SPOKES)
-    j = (i + 1) % SPOKES
-    faces = [np.stack([0 * i, 1 + i, 1 + j], 1)]
-    for r in range(RINGS - 1):
-        a, b, c, d = (
-            1 + r * SPOKES + i,
-            1 + r * SPOKES + j,
-            1 + (r + 1) * SPOKES + i,
-            1 + (r + 1) * SPOKES + j,
-        )
-        faces += [np.stack([a, c, d], 1), np.stack([a, d, b], 1)]
-    loop = (1 + (RINGS - 1) * SPOKES + i).tolist()
-    return vertices, np.concatenate(faces).astype(np.int32), loop
+    vertices, faces = disk_of_rings(SPOKES, RINGS)
+    return vertices, faces, list(range(len(vertices) - SPOKES, len(vertices)))
 
 
 def spoke(i: int) -> list[int]:
@@ -90,7 +65,7 @@ def test_paths_choose_between_the_disks_of_one_boundary(
     name: str, pin: tuple[float, float]
 ) -> None:
     vertices, faces, loop = disk()
-    target = curve(name)
+    target = curve(name, SPOKES)
     seen = []
     for i in (4, SPOKES - 1 - 4):
         result = ff.match(
@@ -116,7 +91,7 @@ def test_paths_choose_between_the_disks_of_one_boundary(
 @pytest.mark.parametrize("name", CURVES)
 def test_a_boundary_of_two_disks_alone_is_met_by_one_of_them(name: str) -> None:
     vertices, faces, loop = disk()
-    result = ff.match(vertices, faces, boundary_loop=loop, boundary_uv=curve(name))
+    result = ff.match(vertices, faces, boundary_loop=loop, boundary_uv=curve(name, SPOKES))
     assert result.certificate.ok
     assert result.certificate.overlaps > 0
 
@@ -128,7 +103,7 @@ def test_a_path_whose_slit_leaves_every_disk_is_infeasible() -> None:
             vertices,
             faces,
             boundary_loop=loop,
-            boundary_uv=curve("lobes"),
+            boundary_uv=curve("lobes", SPOKES),
             points={0: (0.0, -1.5)},
             paths={0: spoke(4)},
         )
@@ -138,7 +113,7 @@ def test_a_pin_on_several_sheets_asks_for_a_path() -> None:
     vertices, faces, loop = disk()
     with pytest.raises(ff.InvalidInput, match="Give a path"):
         ff.match(
-            vertices, faces, boundary_loop=loop, boundary_uv=curve("doodle"), points={0: (0.0, 0.6)}
+            vertices, faces, boundary_loop=loop, boundary_uv=curve("doodle", SPOKES), points={0: (0.0, 0.6)}
         )
 
 

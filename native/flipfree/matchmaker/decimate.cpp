@@ -2,11 +2,11 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <utility>
 
+#include "flipfree/matchmaker/fill_polygon.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree {
@@ -135,41 +135,24 @@ class Decimator {
     return found;
   }
 
-  // Fills corners_ by the triangulation whose worst shape is best, by dynamic programming; all
-  // triangles positive in the map.
+  // Fills corners_ by the triangulation whose worst shape is best; all triangles positive in the
+  // map.
   bool triangulate() {
-    const std::size_t n = corners_.size();
-    std::array<double, kMostCorners * kMostCorners> best{};
-    std::array<std::size_t, kMostCorners * kMostCorners> apex{};
-    for (std::size_t i = 0; i + 1 < n; ++i) best[i * n + i + 1] = 1.0;
-    for (std::size_t length = 2; length < n; ++length) {
-      for (std::size_t i = 0; i + length < n; ++i) {
-        const std::size_t j = i + length;
-        // An edge beyond the star may join the same two corners already.
-        if (j < i + n - 1 && mesh_.find(corners_[i], corners_[j]) != kInvalid) continue;
-        for (std::size_t k = i + 1; k < j; ++k) {
-          const double parts = std::min(best[i * n + k], best[k * n + j]);
-          if (parts <= best[i * n + j] || parts < kLeastShape) continue;
-          const double value = std::min(parts, shape(corners_[i], corners_[k], corners_[j]));
-          if (value <= best[i * n + j] || value < kLeastShape) continue;
-          if (orientation(uv(corners_[i]), uv(corners_[k]), uv(corners_[j])) <= 0) continue;
-          best[i * n + j] = value;
-          apex[i * n + j] = k;
-        }
-      }
-    }
-    if (best[n - 1] < kLeastShape) return false;
+    const auto chord = [&](std::size_t i, std::size_t j) {
+      // An edge beyond the star may join the same two corners already.
+      return mesh_.find(corners_[i], corners_[j]) == kInvalid;
+    };
+    const auto cost = [&](std::size_t i, std::size_t k, std::size_t j, double limit) {
+      const double value = shape(corners_[i], corners_[k], corners_[j]);
+      const bool good = value >= kLeastShape && -value < limit &&
+                        orientation(uv(corners_[i]), uv(corners_[k]), uv(corners_[j])) > 0;
+      return good ? -value : PolygonFiller::kForbidden;
+    };
+    if (!filler_.fill(corners_.size(), chord, cost)) return false;
     triangles_.clear();
-    std::vector<std::array<std::size_t, 2>> open = {{0, n - 1}};
-    while (!open.empty()) {
-      const auto [i, j] = open.back();
-      open.pop_back();
-      if (j == i + 1) continue;
-      const std::size_t k = apex[i * n + j];
+    filler_.for_each_triangle([&](std::size_t i, std::size_t k, std::size_t j) {
       triangles_.push_back({corners_[i], corners_[k], corners_[j]});
-      open.push_back({i, k});
-      open.push_back({k, j});
-    }
+    });
     return true;
   }
 
@@ -182,6 +165,7 @@ class Decimator {
   Index left_ = 0;
   std::vector<VertexId> corners_;
   std::vector<Mesh::Triangle> triangles_;
+  PolygonFiller filler_;
 };
 
 }  // namespace

@@ -109,10 +109,9 @@ bool VertexRemover::split_star(VertexId v, std::vector<Side>& sides) const {
   return sides.size() == (boundary ? 1U : 2U);
 }
 
-// Best triangulation by dynamic programming: least worst energy; all triangles positive in
-// both planes.
+// Least worst energy; all triangles positive in both planes.
 bool VertexRemover::triangulate(const Side& side, bool turned_over,
-                                std::vector<Mesh::Triangle>& triangles) const {
+                                std::vector<Mesh::Triangle>& triangles) {
   const std::vector<VertexId>& c = side.corners;
   const std::size_t n = c.size();
   if (n < 3 || n > kMostCorners) return false;
@@ -127,41 +126,21 @@ bool VertexRemover::triangulate(const Side& side, bool turned_over,
   // As stored: triangles between held vertices could not be repaired when the map is rounded.
   Polygon stored;
   for (const Vector2& p : polygon) stored.push_back(p.cast<float>().cast<double>());
-  constexpr double kNone = -std::numeric_limits<double>::infinity();
-  std::vector<double> best(n * n, kNone);
-  std::vector<std::size_t> apex(n * n, 0);
-  for (std::size_t i = 0; i + 1 < n; ++i)
-    best[i * n + i + 1] = std::numeric_limits<double>::infinity();
-  for (std::size_t length = 2; length < n; ++length) {
-    for (std::size_t i = 0; i + length < n; ++i) {
-      const std::size_t j = i + length;
-      for (std::size_t k = i + 1; k < j; ++k) {
-        const double parts = std::min(best[i * n + k], best[k * n + j]);
-        if (parts <= best[i * n + j]) continue;
-        const bool positive = orientation(polygon[i], polygon[k], polygon[j]) > 0 &&
-                              orientation(stored[i], stored[k], stored[j]) > 0;
-        if (!positive && !turned_over) continue;
-        if (map_.surface.orientation_in_parent(side.parent, c[i], c[k], c[j]) <= 0) continue;
-        const double cost = positive ? energy(c[i], c[k], c[j]) : kTurnedOver;
-        if (cost > bound_ && !turned_over) continue;
-        const double value = std::min(parts, -cost);
-        if (value <= best[i * n + j]) continue;
-        best[i * n + j] = value;
-        apex[i * n + j] = k;
-      }
-    }
-  }
-  if (best[n - 1] == kNone) return false;
-  std::vector<std::array<std::size_t, 2>> open = {{0, n - 1}};
-  while (!open.empty()) {
-    const auto [i, j] = open.back();
-    open.pop_back();
-    if (j == i + 1) continue;
-    const std::size_t k = apex[i * n + j];
+  const auto chord = [](std::size_t, std::size_t) { return true; };
+  const auto cost = [&](std::size_t i, std::size_t k, std::size_t j, double) {
+    const bool positive = orientation(polygon[i], polygon[k], polygon[j]) > 0 &&
+                          orientation(stored[i], stored[k], stored[j]) > 0;
+    if (!positive && !turned_over) return PolygonFiller::kForbidden;
+    if (map_.surface.orientation_in_parent(side.parent, c[i], c[k], c[j]) <= 0)
+      return PolygonFiller::kForbidden;
+    if (!positive) return kTurnedOver;
+    const double value = energy(c[i], c[k], c[j]);
+    return value > bound_ && !turned_over ? PolygonFiller::kForbidden : value;
+  };
+  if (!filler_.fill(n, chord, cost)) return false;
+  filler_.for_each_triangle([&](std::size_t i, std::size_t k, std::size_t j) {
     triangles.push_back({c[i], c[k], c[j]});
-    open.push_back({i, k});
-    open.push_back({k, j});
-  }
+  });
   return true;
 }
 

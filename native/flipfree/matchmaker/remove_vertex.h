@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "flipfree/matchmaker/fill_polygon.h"
 #include "flipfree/matchmaker/pipeline.h"
 
 namespace flipfree {
@@ -43,7 +44,7 @@ class VertexRemover {
   bool fill(VertexId v, bool turned_over, StarFilling& filling);
   bool split_star(VertexId v, std::vector<Side>& sides) const;
   bool triangulate(const Side& side, bool turned_over,
-                   std::vector<EditableTriangulation::Triangle>& triangles) const;
+                   std::vector<EditableTriangulation::Triangle>& triangles);
   double angle(VertexId v) const;
   bool on_edge_of(VertexId v, VertexId w) const;
   double energy(VertexId a, VertexId b, VertexId c) const;
@@ -59,6 +60,7 @@ class VertexRemover {
   double scale2_ = 1;  // square of the best global scale
   double mean_ = 0;    // energy of the map
   double bound_ = 0;   // of the new triangles of the star at hand
+  PolygonFiller filler_;
 };
 
 }  // namespace flipfree

@@ -6,17 +6,13 @@
 
 #include "flipfree/matchmaker/corridor.h"
 #include "flipfree/matchmaker/push_point.h"
-#include "flipfree/numeric/predicates.h"
+#include "matchmaker/refined_maps.h"
 #include "support/shapes.h"
 
 namespace flipfree {
 namespace {
 
 constexpr Index kSide = 40;
-
-RefinedMap identity(const Surface& surface) {
-  return {make_refined_surface(surface), surface.vertices.leftCols(2)};
-}
 
 // A grid, slightly warped so that nothing is collinear.
 Surface fine_square() {
@@ -47,24 +43,9 @@ RefinedMap coarse_map(const CoarseDisk& disk, const RefinedMap& fine) {
   return map;
 }
 
-void expect_valid(const RefinedMap& map) {
-  map.surface.mesh.check_invariants();
-  ASSERT_EQ(map.uv.rows(), map.surface.mesh.vertex_count());
-  std::vector<FaceId> slots;
-  const Triangles faces = map.surface.mesh.faces(&slots);
-  for (FaceId f = 0; f < faces.rows(); ++f) {
-    const auto uv = [&](Index k) -> Vector2 { return map.uv.row(faces(f, k)).transpose(); };
-    EXPECT_GT(orientation(uv(0), uv(1), uv(2)), 0) << f;
-    EXPECT_GT(map.surface.orientation_in_parent(
-                  map.surface.mesh.parent(slots[static_cast<std::size_t>(f)]), faces(f, 0),
-                  faces(f, 1), faces(f, 2)),
-              0);
-  }
-}
-
 TEST(LiftMap, TheIdentityMovesAndAddsNothing) {
   const Surface surface = fine_square();
-  RefinedMap map = identity(surface);
+  RefinedMap map = test::identity_map(surface);
   ExecutionContext context;
   const CoarseDisk disk = decimate(map, boundary_and(map, 0), 400, context);
   const RefinedMap coarse = coarse_map(disk, map);
@@ -75,7 +56,7 @@ TEST(LiftMap, TheIdentityMovesAndAddsNothing) {
 
 TEST(LiftMap, FollowsAFarPushOfTheCoarseMapByAFewSplits) {
   const Surface surface = fine_square();
-  RefinedMap map = identity(surface);
+  RefinedMap map = test::identity_map(surface);
   const VertexId pin = 41 * 20 + 8;
   ExecutionContext context;
   const CoarseDisk disk = decimate(map, boundary_and(map, pin), 400, context);
@@ -92,7 +73,7 @@ TEST(LiftMap, FollowsAFarPushOfTheCoarseMapByAFewSplits) {
   EXPECT_FALSE(lift_map(map, disk, coarse, 1, context)) << "limit ignored";
   EXPECT_EQ(map.uv, before);
   ASSERT_TRUE(lift_map(map, disk, coarse, 5000, context));
-  expect_valid(map);
+  test::expect_valid(map);
   for (std::size_t c = 0; c < disk.fine.size(); ++c)
     EXPECT_EQ(map.uv.row(disk.fine[c]), coarse.uv.row(static_cast<Eigen::Index>(c)));
   EXPECT_EQ(map.uv.row(pin).transpose(), goal);

@@ -5,35 +5,15 @@
 #include "flipfree/matchmaker/coarsen.h"
 #include "flipfree/matchmaker/corridor.h"
 #include "flipfree/numeric/predicates.h"
+#include "matchmaker/refined_maps.h"
 #include "support/shapes.h"
 
 namespace flipfree {
 namespace {
 
-RefinedMap identity(const Surface& surface) {
-  RefinedMap map{make_refined_surface(surface), surface.vertices.leftCols(2)};
-  return map;
-}
-
-// Every face positive in the map and in its parent, parents covered.
-void expect_valid(const RefinedMap& map) {
-  map.surface.mesh.check_invariants();
-  ASSERT_EQ(map.uv.rows(), map.surface.mesh.vertex_count());
-  std::vector<FaceId> slots;
-  const Triangles faces = map.surface.mesh.faces(&slots);
-  for (FaceId f = 0; f < faces.rows(); ++f) {
-    const auto uv = [&](Index k) -> Vector2 { return map.uv.row(faces(f, k)).transpose(); };
-    EXPECT_GT(orientation(uv(0), uv(1), uv(2)), 0) << f;
-    EXPECT_GT(map.surface.orientation_in_parent(
-                  map.surface.mesh.parent(slots[static_cast<std::size_t>(f)]), faces(f, 0),
-                  faces(f, 1), faces(f, 2)),
-              0);
-  }
-}
-
 TEST(PushPoint, ArrivesBitForBitAndMovesNothingOutsideTheCorridor) {
   const Surface surface = test::grid(20, 20);
-  RefinedMap map = identity(surface);
+  RefinedMap map = test::identity_map(surface);
   const VertexId v = 21 * 10 + 4;
   const Vector2 goal(0.7123, 0.5317);
   const Obstacles obstacles{{{0.45, 0.62}, {0.6, 0.4}}, {}, {}};
@@ -44,7 +24,7 @@ TEST(PushPoint, ArrivesBitForBitAndMovesNothingOutsideTheCorridor) {
   EXPECT_FALSE(push_point(map, v, goal, corridor, held, 1, context)) << "limit ignored";
   EXPECT_EQ(map.uv, surface.vertices.leftCols(2));
   ASSERT_TRUE(push_point(map, v, goal, corridor, held, 5000, context));
-  expect_valid(map);
+  test::expect_valid(map);
   EXPECT_EQ(map.uv.row(v).transpose(), goal);
   for (VertexId w = 0; w < surface.vertices.rows(); ++w) {
     if (locate_in_polygon(corridor, surface.vertices.row(w).head<2>().transpose()) >= 0) continue;
@@ -54,7 +34,7 @@ TEST(PushPoint, ArrivesBitForBitAndMovesNothingOutsideTheCorridor) {
 
 TEST(PushPoint, SmallMoveInAFineMeshAddsNothing) {
   const Surface surface = test::grid(40, 40);
-  RefinedMap map = identity(surface);
+  RefinedMap map = test::identity_map(surface);
   const VertexId v = 41 * 20 + 20;
   const Vector2 from = map.uv.row(v).transpose();
   const Vector2 goal = from + Vector2(0.01, 0.003);
@@ -63,13 +43,13 @@ TEST(PushPoint, SmallMoveInAFineMeshAddsNothing) {
   ExecutionContext context;
   const std::vector<char> held(map.surface.position.size(), 0);
   ASSERT_TRUE(push_point(map, v, goal, corridor, held, 100, context));
-  expect_valid(map);
+  test::expect_valid(map);
   EXPECT_EQ(map.surface.mesh.vertex_count(), surface.vertices.rows());
 }
 
 TEST(PushPoint, RefusesToMoveAHeldVertexAndLeavesTheMapAlone) {
   const Surface surface = test::grid(20, 20);
-  RefinedMap map = identity(surface);
+  RefinedMap map = test::identity_map(surface);
   const VertexId v = 21 * 10 + 4;
   const Polygon corridor = {{0.05, 0.3}, {0.95, 0.3}, {0.95, 0.7}, {0.05, 0.7}};
   std::vector<char> held(map.surface.position.size(), 0);
@@ -84,7 +64,7 @@ TEST(PushPoint, RefusesToMoveAHeldVertexAndLeavesTheMapAlone) {
 
 TEST(PushPoint, RepeatedPushesAroundAHeldPointKeepTheMapValid) {
   const Surface surface = test::grid(12, 12);
-  RefinedMap map = identity(surface);
+  RefinedMap map = test::identity_map(surface);
   const VertexId v = 13 * 6 + 2;
   const Obstacles obstacles{{{0.5, 0.5}}, {{0, 0}, {1, 0}, {1, 1}, {0, 1}}, {}};
   ExecutionContext context;
@@ -95,7 +75,7 @@ TEST(PushPoint, RepeatedPushesAroundAHeldPointKeepTheMapValid) {
     held[13 * 6 + 6] = 1;
     const Polygon corridor = corridor_around(map.uv.row(v).transpose(), goal, obstacles, 0.3, 0.8);
     ASSERT_TRUE(push_point(map, v, goal, corridor, held, 20000, context));
-    expect_valid(map);
+    test::expect_valid(map);
     EXPECT_EQ(map.uv.row(v).transpose(), goal);
     EXPECT_EQ(map.uv.row(13 * 6 + 6), surface.vertices.row(13 * 6 + 6).head<2>());
   }
@@ -105,7 +85,7 @@ TEST(PushPoint, RepeatedPushesAroundAHeldPointKeepTheMapValid) {
                                      static_cast<Index>(surface.vertices.rows()), context);
   EXPECT_GT(removed, 0);
   EXPECT_EQ(map.surface.mesh.vertex_count(), before - removed);
-  expect_valid(map);
+  test::expect_valid(map);
 }
 
 TEST(Corridor, IsConvexAndClearOfObstacles) {

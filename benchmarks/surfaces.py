@@ -1,4 +1,4 @@
-"""Small meshes that the Python tests generate: (vertices, faces) pairs."""
+"""Small meshes that tests and benchmarks generate: (vertices, faces) pairs."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 Mesh = tuple[npt.NDArray[np.float64], npt.NDArray[np.int32]]
+#: Vertices, faces, and a total angle per vertex.
+MeshWithAngles = tuple[npt.NDArray[np.float64], npt.NDArray[np.int32], npt.NDArray[np.float64]]
 
 
 def _cells(columns: int, rows: int, index: npt.NDArray[np.int64]) -> npt.NDArray[np.int32]:
@@ -88,8 +90,22 @@ def shuffled(mesh: Mesh, seed: int) -> Mesh:
     return vertices[order], np.take_along_axis(faces, corners, 1).astype(np.int32)
 
 
-def prism_with_cones(sectors: int = 120) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32], npt.NDArray[np.float64]]:
-    """A closed prism as CAD programs write it, needles and caps fanned from one vertex, and angles with twelve cones."""
+def disk_of_rings(spokes: int, rings: int) -> Mesh:
+    """The unit disk: vertex 0 in the middle, then rings from the inside out; the last `spokes` vertices are the boundary."""
+    angle = 2 * np.pi * np.arange(spokes) / spokes
+    circle = np.stack([np.cos(angle), np.sin(angle), 0 * angle], 1)
+    vertices = np.concatenate([np.zeros((1, 3)), *(circle * (r + 1) / rings for r in range(rings))])
+    i = np.arange(spokes)
+    j = (i + 1) % spokes
+    faces = [np.stack([0 * i, 1 + i, 1 + j], 1)]
+    for r in range(rings - 1):
+        a, b = 1 + r * spokes + i, 1 + r * spokes + j
+        faces += [np.stack([a, a + spokes, b + spokes], 1), np.stack([a, b + spokes, b], 1)]
+    return vertices, np.concatenate(faces).astype(np.int32)
+
+
+def prism(sectors: int, height: float = 1.0) -> Mesh:
+    """Closed, genus 0, as CAD programs write it: needles, and caps fanned from one vertex."""
     a = 2 * np.pi * np.arange(sectors) / sectors
     ring = np.stack([np.cos(a), np.sin(a), 0 * a], 1)
     i = np.arange(sectors)
@@ -100,7 +116,28 @@ def prism_with_cones(sectors: int = 120) -> tuple[npt.NDArray[np.float64], npt.N
         np.stack([0 * fan, fan + 1, fan], 1),
         np.stack([0 * fan + sectors, sectors + fan, sectors + fan + 1], 1),
     ]
+    return np.concatenate([ring, ring + [0, 0, height]]), np.concatenate(faces).astype(np.int32)
+
+
+def prism_with_cones(sectors: int = 120) -> MeshWithAngles:
+    """Twelve cones of quarter turns on a prism."""
     angles = np.full(2 * sectors, 2 * np.pi)
     angles[[3, 20, 41, 60, 83, 99, 110, 130, 150, 200]] = 1.5 * np.pi
     angles[[12, 140]] = 2.5 * np.pi
-    return np.concatenate([ring, ring + [0, 0, 3.0]]), np.concatenate(faces).astype(np.int32), angles
+    return *prism(sectors, 3.0), angles
+
+
+def strip_of_needles(seed: int) -> MeshWithAngles:
+    """A rough sheet squeezed to a thousandth of its width, columns ever narrower; four steep cones, the rest flat."""
+    random = np.random.default_rng(seed)
+    x, y = np.meshgrid(np.linspace(0, 1, 13) ** 3, np.linspace(0, 1e-3, 13))
+    z = 2e-4 * random.random(x.shape)
+    i = np.arange(13 * 13).reshape(13, 13)
+    a, b, c, d = i[:-1, :-1].ravel(), i[:-1, 1:].ravel(), i[1:, 1:].ravel(), i[1:, :-1].ravel()
+    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]).astype(np.int32)
+    angles = np.full(13 * 13, 2 * np.pi)
+    angles[np.r_[i[0], i[-1], i[1:-1, 0], i[1:-1, -1]]] = np.pi
+    random = np.random.default_rng(seed)
+    angles[random.choice(13 * 13, 4, replace=False)] *= random.uniform(0.3, 2, 4)
+    angles *= np.pi * len(faces) / angles.sum()
+    return np.stack([x, y, z], -1).reshape(-1, 3), faces, angles
