@@ -172,6 +172,7 @@ void write_stats(const Totals& totals, const NewtonSystem& system, Stats& stats)
   stats["precision_rungs"] = static_cast<std::int64_t>(totals.rungs);
   stats["evaluations"] = static_cast<std::int64_t>(totals.evaluations);
   stats["factorizations"] = static_cast<std::int64_t>(system.factorizations());
+  stats["old_factor_solves"] = static_cast<std::int64_t>(system.old_factor_solves());
   stats["accurate_factorizations"] = static_cast<std::int64_t>(system.accurate_factorizations());
   stats["relaxed_iterations"] = static_cast<std::int64_t>(totals.relaxed);
   stats["orderings"] = static_cast<std::int64_t>(system.orderings());

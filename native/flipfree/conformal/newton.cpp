@@ -12,12 +12,17 @@ constexpr double kAlpha = 0.1;       // Armijo-like constant of Algorithm 3
 constexpr double kNormStep = 1e-10;  // below this step the norm decrease is no longer asked for
 constexpr double kSmallestStep = 1e-16;
 constexpr double kMuchLess = 0.5;  // a first step that lowers the norm so far needs no other test
-// When a line search had to cut its step below kShortStep, vertices whose angle is off by more than
-// kRelaxError radians are relaxed one by one, kRelaxSweeps times at most. Chosen by measurement
-// (docs/conformal.md).
+// Vertices whose angle is off by more than `error` radians are relaxed one by one, `sweeps` times
+// at most: kThorough when a line search had to cut its step below kShortStep; kQuick, in double,
+// after any step that was not whole or left more than that, since a sweep costs a tenth of a Newton
+// step. Chosen by measurement (docs/conformal.md).
+struct Relaxation {
+  double error;
+  int sweeps;
+};
 constexpr double kShortStep = 0.3;
-constexpr double kRelaxError = 0.03;
-constexpr int kRelaxSweeps = 8;
+constexpr Relaxation kThorough{0.03, 8};
+constexpr Relaxation kQuick{0.1, 1};
 // An error at the start beyond kFar radians goes by relaxed steps from the beginning (kRelaxed).
 // Measured with single cones on g-tori (docs/conformal.md).
 constexpr double kFar = 200.0;
@@ -149,15 +154,15 @@ bool line_search(Ray& ray, double first_step, bool ask_norm, const std::vector<d
 // fits again. It leaves the minimum of the convex energy where it is. The worst come first: a
 // vertex whose scale is far too small is joined to hundreds of others, and each of their flips
 // would pass by it.
-bool relax(MetricEngine& engine, Ray& ray, Gradient& gradient, const Deadline& deadline,
-           NewtonRun& run, ExecutionContext& context) {
+bool relax(MetricEngine& engine, Ray& ray, const Relaxation& how, Gradient& gradient,
+           const Deadline& deadline, NewtonRun& run, ExecutionContext& context) {
   const Stopwatch watch;
   std::vector<VertexId> list;
   bool followed = true;
-  for (int sweep = 0; followed && sweep < kRelaxSweeps; ++sweep) {
+  for (int sweep = 0; followed && sweep < how.sweeps; ++sweep) {
     list.clear();
     for (std::size_t v = 0; v < gradient.value.size(); ++v) {
-      if (std::abs(gradient.value[v]) > kRelaxError) list.push_back(static_cast<VertexId>(v));
+      if (std::abs(gradient.value[v]) > how.error) list.push_back(static_cast<VertexId>(v));
     }
     if (list.empty() || deadline.over()) break;
     std::stable_sort(list.begin(), list.end(), [&](VertexId a, VertexId b) {
@@ -165,7 +170,7 @@ bool relax(MetricEngine& engine, Ray& ray, Gradient& gradient, const Deadline& d
              std::abs(gradient.value[static_cast<std::size_t>(b)]);
     });
     const auto stop = [&] { return deadline.over(); };
-    followed = engine.relax(list, 0.1 * kRelaxError, stop, context);
+    followed = engine.relax(list, 0.1 * how.error, stop, context);
     if (!followed) break;
     ray.evaluate(gradient, context);
     followed = std::isfinite(gradient.max_error);
@@ -189,7 +194,8 @@ Found relaxed_step(MetricEngine& engine, const FineVector& direction, double fir
   engine.remember();
   for (double step = first_step; step > kNormStep * first_step; step *= 0.5) {
     Ray ray(engine, direction, accuracy, options.tolerance, run);
-    if (ray.move(step, trial, context) && relax(engine, ray, trial, deadline, run, context)) {
+    if (ray.move(step, trial, context) &&
+        relax(engine, ray, kThorough, trial, deadline, run, context)) {
       const Energy after = engine.energy(context);
       const double change = after.value - before.value;
       const double noise = before.noise + after.noise;
@@ -259,7 +265,9 @@ NewtonRun iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOption
     }
     double range = 0.0;
     for (const double x : direction.high) range = std::max(range, 2.0 * std::abs(x));
-    const double first_step = range > options.max_step_range ? options.max_step_range / range : 1.0;
+    const bool quick = engine.bits() == 53 && descent == Descent::kLineSearch;
+    const double most = quick ? options.max_quick_step_range : options.max_step_range;
+    const double first_step = range > most ? most / range : 1.0;
     Found found = Found::kStep;
     if (descent == Descent::kRelaxed) {
       found = relaxed_step(engine, direction, first_step, accuracy, options, gradient, trial,
@@ -274,12 +282,16 @@ NewtonRun iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOption
       if (!line_search(ray, first_step, !hard, direction.high, system.slope(), gradient, trial,
                        deadline, context)) {
         found = deadline.over() ? Found::kDeadline : Found::kNone;
-      } else if (ray.step() < kShortStep) {
-        hard = true;
-        ++run.relaxed_iterations;
-        if (!relax(engine, ray, trial, deadline, run, context)) {
-          run.reason = "relaxation left the range of numbers";
-          return run;
+      } else {
+        const bool cut = ray.step() < kShortStep;
+        hard = hard || cut;
+        const Relaxation& how = cut ? kThorough : kQuick;
+        if (cut || (quick && (ray.step() < 1.0 || trial.max_error > how.error))) {
+          ++run.relaxed_iterations;
+          if (!relax(engine, ray, how, trial, deadline, run, context)) {
+            run.reason = "relaxation left the range of numbers";
+            return run;
+          }
         }
       }
     }

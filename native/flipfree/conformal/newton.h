@@ -16,6 +16,7 @@ struct NewtonOptions {
   // A step changes no difference of scale factors by more than this (4.6.1: "the range of the
   // coefficients"): it keeps factors representable and the flips of one trial few.
   double max_step_range = 10.0;
+  double max_quick_step_range = 40.0;  // of a line search in double, which relaxes afterwards
 };
 
 // How steps are found: by the line search of Algorithm 3, or, where the start is far away or a line

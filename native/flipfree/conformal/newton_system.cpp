@@ -14,6 +14,14 @@ constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 constexpr int kRounds = 3;            // of refinement, Cholesky
 constexpr double kNegligible = 1e-6;  // of the gradient: what dropping low parts may change
 constexpr int kAccurateRounds = 8;    // with the accurate factorization
+// Below kNear radians of error the last factor serves as a preconditioner, for up to
+// kOldFactorRounds rounds: a solve costs a tenth of an analysis and factorization. The residual
+// must fall to the part kInexact * error of the error, kLoosest of it at most: Newton's next error
+// goes with the square of this one as well.
+constexpr double kNear = 0.3;
+constexpr int kOldFactorRounds = 12;
+constexpr double kInexact = 0.02;
+constexpr double kLoosest = 1e-3;
 
 void add(FineVector& d, std::size_t i, double x) {
   const double sum = d.high[i] + x;
@@ -22,9 +30,28 @@ void add(FineVector& d, std::size_t i, double x) {
   d.high[i] = sum;
 }
 
+// A gradient sums to zero; what rounding adds would all land on the fixed unknown.
+std::vector<double> without_mean(std::vector<double> g) {
+  double mean = 0.0;
+  for (const double x : g) mean += x / static_cast<double>(g.size());
+  for (double& x : g) x -= mean;
+  return g;
+}
+
+void clear(FineVector& d, std::size_t n) {
+  d.high.assign(n, 0.0);
+  d.low.assign(n, 0.0);
+}
+
+double largest_of(const std::vector<double>& x) {
+  double largest = 0.0;
+  for (const double value : x) largest = std::max(largest, std::abs(value));
+  return largest;
+}
+
 }  // namespace
 
-void NewtonSystem::assemble(const IntrinsicMesh& mesh, const Gradient& gradient) {
+void NewtonSystem::collect_couplings(const IntrinsicMesh& mesh, const Gradient& gradient) {
   const std::size_t n = gradient.value.size();
   // Edges of copy 2 couple the same unknowns as their mirror images; only their part from symmetric
   // faces is not zero.
@@ -58,8 +85,9 @@ void NewtonSystem::assemble(const IntrinsicMesh& mesh, const Gradient& gradient)
   }
   // Delaunay weights are not negative; what rounding says otherwise is zero.
   for (Coupling& c : couplings_) c.weight = std::max(c.weight, 0.0);
+}
 
-  const Index last = static_cast<Index>(n) - 1;
+void NewtonSystem::build_matrix(Index last) {
   matrix_.resize(last, last);
   matrix_.resizeNonZeros(last + static_cast<Index>(couplings_.size()));
   Index* outer = matrix_.outerIndexPtr();
@@ -149,60 +177,128 @@ bool NewtonSystem::solve(const IntrinsicMesh& mesh, const Gradient& gradient, Fi
   return solved;
 }
 
+// The factor of an earlier step as preconditioner: near the end the Hessian changes little from
+// step to step, and a flip, which happens where its edge has next to no weight, hardly more.
+bool NewtonSystem::by_old_factor(const std::vector<double>& g, double goal, FineVector& d,
+                                 ExecutionContext& context) {
+  const std::size_t n = g.size();
+  const auto last = static_cast<Eigen::Index>(n - 1);
+  clear(d, n);
+  std::vector<double> r(n), p(n, 0.0), q(n);
+  const double start = residual(g, d, r);
+  r.back() = 0.0;
+  Eigen::VectorXd z(last);
+  double before = 0.0;
+  for (int round = 0; round < kOldFactorRounds; ++round) {
+    std::copy(r.begin(), r.end() - 1, z.data());
+    z = cholesky_.solve(z, context);
+    ++old_factor_solves_;
+    double product = 0.0;
+    for (Eigen::Index i = 0; i < last; ++i) product += z[i] * r[at(static_cast<Index>(i))];
+    if (!(product > 0.0)) return false;
+    const double beta = round == 0 ? 0.0 : product / before;
+    for (Eigen::Index i = 0; i < last; ++i) {
+      const std::size_t k = at(static_cast<Index>(i));
+      p[k] = z[i] + beta * p[k];
+    }
+    before = product;
+    std::fill(q.begin(), q.end(), 0.0);
+    double curvature = 0.0;
+    for (const Coupling& c : couplings_) {
+      const double difference = p[at(c.low)] - p[at(c.high)];
+      const double flow = c.weight * difference;
+      q[at(c.low)] += flow;
+      q[at(c.high)] -= flow;
+      curvature += flow * difference;
+    }
+    if (!(curvature > 0.0)) return false;
+    const double alpha = product / curvature;
+    for (std::size_t i = 0; i + 1 < n; ++i) {
+      d.high[i] += alpha * p[i];
+      r[i] -= alpha * q[i];
+    }
+    const double left = largest_of(r);
+    if (left <= 0.5 * goal) return residual(g, d, r) <= goal;
+    // Is the pace such that the goal is met in time?
+    const double share = static_cast<double>(round + 1) / kOldFactorRounds;
+    if (round >= 2 && left > 10.0 * start * std::pow(0.5 * goal / start, share)) return false;
+  }
+  return false;
+}
+
+// Residual left; infinite if the matrix is not positive definite to working precision.
+double NewtonSystem::by_new_factor(const std::vector<double>& g, double goal, FineVector& d,
+                                   ExecutionContext& context) {
+  double residual_left = std::numeric_limits<double>::infinity();
+  const auto last = static_cast<Eigen::Index>(g.size() - 1);
+  build_matrix(static_cast<Index>(last));
+  factor_kept_ = factorize(context);
+  if (!factor_kept_) return residual_left;
+  clear(d, g.size());
+  std::vector<double> r(g.size());
+  Eigen::VectorXd rhs(last);
+  double before = residual(g, d, r);
+  for (int round = 0; round < kRounds; ++round) {
+    std::copy(r.begin(), r.end() - 1, rhs.data());
+    const Eigen::VectorXd x = cholesky_.solve(rhs, context);
+    for (Eigen::Index i = 0; i < last; ++i) add(d, static_cast<std::size_t>(i), x[i]);
+    residual_left = residual(g, d, r);
+    if (!(residual_left > goal) || residual_left > 0.5 * before) break;
+    before = residual_left;
+  }
+  return residual_left;
+}
+
+// Without any subtraction. Residual left.
+double NewtonSystem::by_accurate_factor(const std::vector<double>& g, double error, FineVector& d,
+                                        ExecutionContext& context) {
+  const std::size_t n = g.size();
+  double residual_left = std::numeric_limits<double>::infinity();
+  ++accurate_factorizations_;
+  if (!accurate_.factorize(static_cast<Index>(n), couplings_, context)) return residual_left;
+  clear(d, n);
+  std::vector<double> r(n);
+  double before = residual(g, d, r);
+  FineVector next;
+  for (int round = 0; round < kAccurateRounds; ++round) {
+    accurate_.solve(r);
+    next = d;
+    for (std::size_t i = 0; i < n; ++i) add(next, i, r[i]);
+    residual_left = residual(g, next, r);
+    if (round > 0 && !(residual_left < 0.5 * before)) {
+      residual_left = before;
+      break;
+    }
+    std::swap(d, next);
+    before = residual_left;
+    if (before <= 1e-12 * error) break;
+  }
+  return residual_left;
+}
+
 bool NewtonSystem::find_direction(const IntrinsicMesh& mesh, const Gradient& gradient,
                                   FineVector& d, ExecutionContext& context) {
-  // A gradient sums to zero; what rounding adds would all land on the fixed unknown.
-  std::vector<double> g = gradient.value;
-  const std::size_t n = g.size();
-  double mean = 0.0;
-  for (const double x : g) mean += x / static_cast<double>(n);
-  for (double& x : g) x -= mean;
-  assemble(mesh, gradient);
-  std::vector<double> r(n);
+  const std::vector<double> g = without_mean(gradient.value);
+  const double error = gradient.max_error;
+  collect_couplings(mesh, gradient);
   // Cholesky first; where it fails or leaves a residual, the factorization that is accurate entry
   // by entry.
-  const auto clear = [&] {
-    d.high.assign(n, 0.0);
-    d.low.assign(n, 0.0);
-  };
   double residual_left = std::numeric_limits<double>::infinity();
-  const double good = 1e-8 * gradient.max_error;
-  if (!use_accurate_ && factorize(context)) {
-    const auto last = static_cast<Eigen::Index>(n - 1);
-    Eigen::VectorXd rhs(last);
-    clear();
-    double before = residual(g, d, r);
-    for (int round = 0; round < kRounds; ++round) {
-      std::copy(r.begin(), r.end() - 1, rhs.data());
-      const Eigen::VectorXd x = cholesky_.solve(rhs, context);
-      for (Eigen::Index i = 0; i < last; ++i) add(d, static_cast<std::size_t>(i), x[i]);
-      residual_left = residual(g, d, r);
-      if (!(residual_left > 1e-10 * gradient.max_error) || residual_left > 0.5 * before) break;
-      before = residual_left;
+  bool near = false;
+  if (!use_accurate_) {
+    const double goal = std::min(kInexact * error, kLoosest) * error;
+    near = factor_kept_ && error < kNear && by_old_factor(g, goal, d, context);
+    if (near) {
+      residual_left = goal;
+    } else {
+      residual_left = by_new_factor(g, 1e-10 * error, d, context);
     }
   }
   fine_ = use_accurate_;
-  if (!(residual_left <= good)) {
+  if (!near && !(residual_left <= 1e-8 * error)) {
     use_accurate_ = true;
     fine_ = true;
-    ++accurate_factorizations_;
-    if (!accurate_.factorize(static_cast<Index>(n), couplings_, context)) return false;
-    clear();
-    double before = residual(g, d, r);
-    FineVector next;
-    for (int round = 0; round < kAccurateRounds; ++round) {
-      accurate_.solve(r);
-      next = d;
-      for (std::size_t i = 0; i < n; ++i) add(next, i, r[i]);
-      residual_left = residual(g, next, r);
-      if (round > 0 && !(residual_left < 0.5 * before)) {
-        residual_left = before;
-        break;
-      }
-      std::swap(d, next);
-      before = residual_left;
-      if (before <= 1e-12 * gradient.max_error) break;
-    }
+    residual_left = by_accurate_factor(g, error, d, context);
   }
   double low = d.high[0];
   double high = d.high[0];
@@ -210,9 +306,7 @@ bool NewtonSystem::find_direction(const IntrinsicMesh& mesh, const Gradient& gra
     low = std::min(low, x);
     high = std::max(high, x);
   }
-  if (!std::isfinite(low) || !std::isfinite(high) || !(residual_left < 0.5 * gradient.max_error)) {
-    return false;
-  }
+  if (!std::isfinite(low) || !std::isfinite(high) || !(residual_left < 0.5 * error)) return false;
   slope_ = 0.0;
   for (const Coupling& c : couplings_) {
     const std::size_t i = at(c.low), j = at(c.high);
@@ -220,8 +314,8 @@ bool NewtonSystem::find_direction(const IntrinsicMesh& mesh, const Gradient& gra
     slope_ -= c.weight * difference * difference;
   }
   const double middle = 0.5 * (low + high);
-  for (std::size_t i = 0; i < n; ++i) add(d, i, -middle);
-  if (!fine_ && rounding(d) <= kNegligible * gradient.max_error) d.low.clear();
+  for (std::size_t i = 0; i < d.high.size(); ++i) add(d, i, -middle);
+  if (!fine_ && rounding(d) <= kNegligible * error) d.low.clear();
   return true;
 }
 

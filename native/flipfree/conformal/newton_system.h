@@ -29,6 +29,7 @@ class NewtonSystem {
   int accurate_factorizations() const { return accurate_factorizations_; }
   int orderings() const { return orderings_; }
   int factorizations() const { return factorizations_; }
+  int old_factor_solves() const { return old_factor_solves_; }
   // Wall-clock seconds so far: symbolic (orderings and analyses), and everything else.
   double seconds_symbolic() const { return seconds_symbolic_; }
   double seconds_numeric() const { return seconds_numeric_; }
@@ -37,7 +38,15 @@ class NewtonSystem {
   bool find_direction(const IntrinsicMesh& mesh, const Gradient& gradient, FineVector& direction,
                       ExecutionContext& context);
   bool factorize(ExecutionContext& context);
-  void assemble(const IntrinsicMesh& mesh, const Gradient& gradient);
+  bool by_old_factor(const std::vector<double>& g, double goal, FineVector& d,
+                     ExecutionContext& context);
+  double by_new_factor(const std::vector<double>& g, double goal, FineVector& d,
+                       ExecutionContext& context);
+  double by_accurate_factor(const std::vector<double>& g, double error, FineVector& d,
+                            ExecutionContext& context);
+  void collect_couplings(const IntrinsicMesh& mesh, const Gradient& gradient);
+  // From the couplings; `last` is the fixed unknown.
+  void build_matrix(Index last);
   // What the low parts of d contribute to H d at most, entry by entry of the couplings.
   double rounding(const FineVector& d) const;
   double residual(const std::vector<double>& g, const FineVector& d, std::vector<double>& r) const;
@@ -51,6 +60,7 @@ class NewtonSystem {
   SparseCholesky cholesky_;
   LaplacianFactor accurate_;
   bool use_accurate_ = false;
+  bool factor_kept_ = false;  // cholesky_ holds the factor of an earlier matrix
   bool fine_ = false;
   double slope_ = 0.0;
   int accurate_factorizations_ = 0;
@@ -58,6 +68,7 @@ class NewtonSystem {
   int orderings_ = 0;
   int analyses_ = 0;
   int factorizations_ = 0;
+  int old_factor_solves_ = 0;
   double seconds_symbolic_ = 0.0;
   double seconds_numeric_ = 0.0;
 };
