@@ -29,6 +29,7 @@ class CurveOverlay {
 
   // Does h run along an edge of the base (rather than through a face of it)?
   bool on_base_edge(HalfedgeId h) const;
+  bool is_base_vertex(VertexId v) const { return v < base_vertices_; }
   // Continues a curve from vertex `here` through one cell to a new vertex on the base edge's piece
   // (a, b). Returns it, or kInvalid, with nothing changed, if no cell has both on its outline or
   // the piece is taken by a curve.

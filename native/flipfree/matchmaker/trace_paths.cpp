@@ -20,8 +20,12 @@ namespace {
 
 using Mesh = EditableTriangulation;
 
-// A step that crosses an edge of the surface costs this factor more than others: it adds a vertex.
-constexpr double kCrossingFactor = 1.5;
+// What crossing an edge of the surface costs besides the way, as it adds a vertex: this share of the
+// edge as it is drawn, and a bit that decides where the drawing is too dense to. It depends on the
+// edge alone: then a path that enters a face twice, or turns back, is never shorter than the one
+// that leaves the detour out, and hence does not get into its own way. (A price in proportion to
+// the way makes paths go down a blind alley and back, as diagonals inside cells cost less.)
+constexpr double kCrossingShare = 0.25;
 constexpr double kCrossingCost = 1e-6;
 // Crossings keep this share of an edge's piece away from its ends.
 constexpr double kMargin = 0.15;
@@ -143,11 +147,11 @@ class Tracer {
     return found;
   }
 
-  // Faces around the last vertex of an unfinished path by which it can go on: not back into the
-  // face of the surface that it has just crossed.
+  // Faces around the last vertex of an unfinished path by which it can go on: from an edge of the
+  // surface not back into the face that it has just crossed.
   std::vector<FaceId> onward(const std::vector<VertexId>& path) const {
     std::vector<FaceId> faces = mesh_.star(path.back());
-    if (path.size() < 2) return faces;
+    if (path.size() < 2 || overlay_.is_base_vertex(path.back())) return faces;
     const HalfedgeId arc = mesh_.find(path[path.size() - 2], path.back());
     if (overlay_.on_base_edge(arc)) return faces;
     const FaceId behind = mesh_.parent(arc / 3);
@@ -300,10 +304,11 @@ class Tracer {
     return a + t * (b - a);
   }
 
-  // Of a step from `here` across h. The constant decides where the drawing is too dense to.
+  // Of a step from `here` across h.
   double cost(HalfedgeId h, const Vector2& here) const {
     const double way = length(here, crossing(h));
-    return overlay_.on_base_edge(h) ? kCrossingFactor * way + kCrossingCost : way;
+    if (!overlay_.on_base_edge(h)) return way;
+    return way + kCrossingShare * length(place(h), place(next_corner(h))) + kCrossingCost;
   }
 
   // Nodes: vertex v, or, entering the face of h, the middle of the edge of h: a path that has
