@@ -8,14 +8,33 @@
 
 namespace flipfree {
 
+namespace {
+
+// Keeps the edges of the target whose paths join the pins to the boundary on the shortest ways.
+void keep_shortest_tree(const RefinedSurface& surface, Target& target, ExecutionContext& context) {
+  const ConvexPartition all = unmerged(target.domain);
+  EditableTriangulation& mesh = target.domain.triangulation;
+  for (const Index e :
+       shortest_tree(surface, target.domain, all, given_paths(target, all), context)) {
+    const auto& edge = all.edges[static_cast<std::size_t>(e)];
+    mesh.set_mark(mesh.find(edge.a, edge.b), TargetDomain::kFixedEdge);
+  }
+}
+
+}  // namespace
+
 RefinedMap run_matchmaker(const RefinedSurface& surface, const Constraints& constraints,
                           ExecutionContext& context, Stats& stats) {
   RefinedSurface work = constraints.free_boundary() ? with_collar(surface) : surface;
-  const Target target = full_target(work, constraints, context);
+  Target target = full_target(work, constraints, context);
+  {
+    const ProgressRange range(context, 0.0, 0.1);
+    keep_shortest_tree(work, target, context);
+  }
   const ConvexPartition partition = merge_convex(target.domain);
   Paths paths;
   {
-    const ProgressRange range(context, 0.0, 0.5);
+    const ProgressRange range(context, 0.1, 0.5);
     paths = trace_paths(work, target.domain, partition, given_paths(target, partition), context);
   }
   const ProgressRange range(context, 0.5, 1.0);

@@ -199,25 +199,9 @@ class Merger {
   std::vector<bool> kept_;
 };
 
-}  // namespace
-
-ConvexPartition merge_convex(const TargetDomain& domain) {
+// The polygons that kept edges bound.
+ConvexPartition partition_by(const TargetDomain& domain, const Merger& merger) {
   const Mesh& mesh = domain.triangulation;
-  std::vector<HalfedgeId> order;
-  for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
-    if (mesh.alive(h / 3) && mesh.edge(h) == h && !mesh.is_boundary(h) &&
-        mesh.mark(h) == Mesh::kUnmarked) {
-      order.push_back(h);
-    }
-  }
-  const auto length = [&](HalfedgeId h) {
-    return (point_of(domain, mesh.source(h)) - point_of(domain, mesh.target(h))).squaredNorm();
-  };
-  std::stable_sort(order.begin(), order.end(),
-                   [&](HalfedgeId a, HalfedgeId b) { return length(a) > length(b); });
-  Merger merger(domain);
-  for (const HalfedgeId h : order) merger.try_drop(h);
-
   ConvexPartition partition;
   std::vector<Index> edge_of(static_cast<std::size_t>(mesh.halfedge_slots()), kInvalid);
   for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
@@ -258,6 +242,31 @@ ConvexPartition merge_convex(const TargetDomain& domain) {
       list.push_back(edge_of[static_cast<std::size_t>(last)]);
   }
   return partition;
+}
+
+}  // namespace
+
+ConvexPartition unmerged(const TargetDomain& domain) {
+  return partition_by(domain, Merger(domain));
+}
+
+ConvexPartition merge_convex(const TargetDomain& domain) {
+  const Mesh& mesh = domain.triangulation;
+  std::vector<HalfedgeId> order;
+  for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
+    if (mesh.alive(h / 3) && mesh.edge(h) == h && !mesh.is_boundary(h) &&
+        mesh.mark(h) == Mesh::kUnmarked) {
+      order.push_back(h);
+    }
+  }
+  const auto length = [&](HalfedgeId h) {
+    return (point_of(domain, mesh.source(h)) - point_of(domain, mesh.target(h))).squaredNorm();
+  };
+  std::stable_sort(order.begin(), order.end(),
+                   [&](HalfedgeId a, HalfedgeId b) { return length(a) > length(b); });
+  Merger merger(domain);
+  for (const HalfedgeId h : order) merger.try_drop(h);
+  return partition_by(domain, merger);
 }
 
 }  // namespace flipfree

@@ -70,5 +70,7 @@ struct ConvexPartition {
   std::vector<std::vector<Index>> around;
 };
 ConvexPartition merge_convex(const TargetDomain& domain);
+// The triangles themselves.
+ConvexPartition unmerged(const TargetDomain& domain);
 
 }  // namespace flipfree

@@ -3,15 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <limits>
+#include <cstdint>
+#include <functional>
 #include <queue>
 #include <string>
 #include <tuple>
 #include <utility>
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/stats.h"
-#include "flipfree/embedding/embed.h"
 #include "flipfree/matchmaker/curve_overlay.h"
 #include "flipfree/matchmaker/tracing_order.h"
 
@@ -20,13 +19,16 @@ namespace {
 
 using Mesh = EditableTriangulation;
 
-// What crossing an edge of the surface costs besides the way, as it adds a vertex: this share of the
-// edge as it is drawn, and a bit that decides where the drawing is too dense to. It depends on the
-// edge alone: then a path that enters a face twice, or turns back, is never shorter than the one
-// that leaves the detour out, and hence does not get into its own way. (A price in proportion to
-// the way makes paths go down a blind alley and back, as diagonals inside cells cost less.)
+// What crossing an edge of the surface costs besides the way, as it adds a vertex: this share of
+// the edge as it is drawn, and a bit that decides where the drawing is too dense to. It depends on
+// the edge alone: then a path that enters a face twice, or turns back, is never shorter than the
+// one that leaves the detour out, and hence does not get into its own way. (A price in proportion
+// to the way makes paths go down a blind alley and back, as diagonals inside cells cost less.)
 constexpr double kCrossingShare = 0.25;
-constexpr double kCrossingCost = 1e-6;
+constexpr double kCrossingCost = 1e-4;  // in units of the mean edge
+// Vertices that paths may add: beyond, what follows takes minutes.
+constexpr Index kMostAdded = 500'000;
+constexpr int kVisitsPerCheck = 1 << 14;
 // Crossings keep this share of an edge's piece away from its ends.
 constexpr double kMargin = 0.15;
 
@@ -42,13 +44,15 @@ class Tracer {
   // `drawing`, if there is one: where every vertex lies, new ones appended.
   Tracer(RefinedSurface& surface, const TargetDomain& domain, const ConvexPartition& partition,
          std::vector<Vector2>* drawing)
-      : mesh_(surface.mesh),
+      : surface_(surface),
+        mesh_(surface.mesh),
         overlay_(surface),
         domain_(domain),
         partition_(partition),
         paths_(partition.edges.size()),
-        anchored_(partition.edges.size(), false),
-        given_drawing_(drawing) {
+        drawing_(drawing),
+        crossing_cost_(kCrossingCost * mean_length()),
+        added_from_(mesh_.vertex_count()) {
     taken_.assign(static_cast<std::size_t>(mesh_.vertex_count()), false);
     for (const VertexId v : surface.outer_boundary) taken_[static_cast<std::size_t>(v)] = true;
     for (const VertexId v : domain.mesh_vertex) taken_[static_cast<std::size_t>(v)] = true;
@@ -92,44 +96,56 @@ class Tracer {
     paths_[static_cast<std::size_t>(e)] = path;
   }
 
-  void trace(Index e, ExecutionContext& context) {
+  void trace(Index e, const ExecutionContext& context) {
     const auto& edge = partition_.edges[static_cast<std::size_t>(e)];
     const VertexId from = mesh_vertex(edge.a);
     const VertexId to = mesh_vertex(edge.b);
     std::vector<VertexId> path = {from};
     std::vector<FaceId> start = sector(edge.a, e);
-    // A shortest path that passes one face twice can cross itself when its splits are made. Then
-    // the rest is searched again from where it stopped; what was laid is a slit and cuts nothing
-    // off.
+    if (drawing_ != nullptr) {
+      line_ = {(*drawing_)[static_cast<std::size_t>(from)],
+               (*drawing_)[static_cast<std::size_t>(to)]};
+    }
+    // A path that passes one cell twice can cross itself when its splits are made. Then the rest is
+    // searched again from where it stopped; what was laid is a slit and cuts nothing off.
     constexpr int kMaxRestarts = 1000;
     for (int i = 0;; ++i) {
-      if (given_drawing_ == nullptr) draw_region(start.front(), context);
-      line_ = {place_of(from), place_of(to)};
-      if (realise(e, search(path.back(), start, to, sector(edge.b, e)), path)) break;
+      if (realise(e, search(path.back(), start, to, sector(edge.b, e), context), path)) break;
       if (i == kMaxRestarts) throw InternalError("a traced path lost its way");
       start = onward(path);
     }
     paths_[static_cast<std::size_t>(e)] = std::move(path);
-    anchor(edge.a);
-    anchor(edge.b);
+    if (mesh_.vertex_count() - added_from_ <= kMostAdded) return;
+    throw_not_converged(
+        ErrorCode::kIterationLimit,
+        "The lines between these pins wind around each other so often that the surface would have "
+        "to be refined beyond all measure. Pin fewer vertices, or to places in a similar order.");
   }
 
-  // All edges laid so far that hang together with domain vertex v hang together with the boundary.
-  void anchor(Index v) {
-    std::vector<Index> open = {v};
-    while (!open.empty()) {
-      const Index u = open.back();
-      open.pop_back();
-      for (const Index e : partition_.around[static_cast<std::size_t>(u)]) {
-        if (!traced(e) || anchored_[static_cast<std::size_t>(e)]) continue;
-        anchored_[static_cast<std::size_t>(e)] = true;
-        open.push_back(partition_.edges[static_cast<std::size_t>(e)].a);
-        open.push_back(partition_.edges[static_cast<std::size_t>(e)].b);
-      }
-    }
+  // How long the path of edge e would be if it were traced next.
+  double cost_of(Index e, const ExecutionContext& context) {
+    const auto& edge = partition_.edges[static_cast<std::size_t>(e)];
+    const VertexId to = mesh_vertex(edge.b);
+    search(mesh_vertex(edge.a), sector(edge.a, e), to, sector(edge.b, e), context);
+    return distance_[vertex_node(to)];
+  }
+  // A lower bound of cost_of().
+  double least_cost_of(Index e) const {
+    const auto& edge = partition_.edges[static_cast<std::size_t>(e)];
+    return (surface_.position[static_cast<std::size_t>(mesh_vertex(edge.a))] -
+            surface_.position[static_cast<std::size_t>(mesh_vertex(edge.b))])
+        .norm();
   }
 
  private:
+  // Of an edge, where the lengths of paths are measured.
+  double mean_length() const {
+    double sum = 0;
+    for (HalfedgeId h = 0; h < mesh_.halfedge_slots(); ++h) {
+      if (mesh_.alive(h / 3)) sum += length(place(h), place(next_corner(h)));
+    }
+    return sum / static_cast<double>(std::max(mesh_.halfedge_slots(), Index{1}));
+  }
   VertexId mesh_vertex(Index domain_vertex) const {
     return domain_.mesh_vertex[static_cast<std::size_t>(domain_vertex)];
   }
@@ -185,117 +201,21 @@ class Tracer {
     return faces;
   }
 
-  // The piece of the cut surface that contains face `seed`, drawn in a disk by Tutte's embedding;
-  // vertices on both sides of a path are two. place(h) then is where corner h lies. Shortest paths
-  // in this drawing are nearly straight and keep away from earlier paths. Lines that are not joined
-  // to the boundary yet do not cut the drawing, which would not be a disk. (On the surface itself
-  // they run along those; then every path beside an earlier one crosses a fan at each of its
-  // vertices, and the number of added vertices doubles from path to path.)
-  void draw_region(FaceId seed, ExecutionContext& context) {
-    const auto barrier = [&](HalfedgeId h) {
-      return mesh_.is_boundary(h) || (mesh_.mark(h) != Mesh::kUnmarked &&
-                                      anchored_[static_cast<std::size_t>(mesh_.mark(h))]);
-    };
-    const auto corners = static_cast<std::size_t>(mesh_.halfedge_slots());
-    local_.resize(corners, kInvalid);
-    inside_.resize(corners / 3, 0);
-    ++drawn_;
-    const auto enter = [&](FaceId f) {
-      const bool fresh = std::exchange(inside_[static_cast<std::size_t>(f)], drawn_) != drawn_;
-      for (HalfedgeId h = 3 * f; fresh && h < 3 * f + 3; ++h)
-        local_[static_cast<std::size_t>(h)] = kInvalid;
-      return fresh;
-    };
-    std::vector<FaceId> region = {seed};
-    enter(seed);
-    HalfedgeId rim = kInvalid;
-    for (std::size_t i = 0; i < region.size(); ++i) {
-      for (HalfedgeId h = 3 * region[i]; h < 3 * region[i] + 3; ++h) {
-        if (barrier(h)) {
-          rim = h;
-          continue;
-        }
-        const FaceId g = mesh_.opposite(h) / 3;
-        if (enter(g)) region.push_back(g);
-      }
-    }
-    Index count = 0;
-    for (const FaceId f : region) {
-      for (HalfedgeId corner = 3 * f; corner < 3 * f + 3; ++corner) {
-        if (local_[static_cast<std::size_t>(corner)] != kInvalid) continue;
-        // The fan of this corner, both ways up to a barrier.
-        HalfedgeId h = corner;
-        while (!barrier(h)) {
-          h = mesh_.rotate_cw(h);
-          if (h == corner) break;
-        }
-        const HalfedgeId first = h;
-        do {
-          local_[static_cast<std::size_t>(h)] = count;
-          if (barrier(previous_corner(h))) break;
-          h = mesh_.rotate_ccw(h);
-        } while (h != first);
-        ++count;
-      }
-    }
-    Triangles faces(static_cast<Eigen::Index>(region.size()), 3);
-    for (std::size_t i = 0; i < region.size(); ++i) {
-      for (Index k = 0; k < 3; ++k) {
-        faces(static_cast<Eigen::Index>(i), k) =
-            local_[static_cast<std::size_t>(3 * region[i] + k)];
-      }
-    }
-    std::vector<VertexId> loop;
-    HalfedgeId h = rim;
-    do {
-      loop.push_back(local_[static_cast<std::size_t>(h)]);
-      h = next_corner(h);
-      while (!barrier(h)) h = next_corner(mesh_.opposite(h));
-    } while (h != rim);
-    // Strictly convex polygons of distinct 64-bit points end somewhere above this; so does
-    // patience.
-    constexpr std::size_t kLongestRim = 100000;
-    EmbedOptions options;
-    options.method = EmbedMethod::kTutte;
-    options.float32 = false;
-    Stats unused;
-    const ProgressRange quiet(context, 0.0, 0.0);
-    try {
-      if (loop.size() <= kLongestRim) {
-        const std::vector<double> even(loop.size(), 1.0);
-        const Points2 circle = place_boundary(BoundaryShape::kCircle, even).positions;
-        drawing_ = embed_disk(faces, count, loop, circle, options, context, unused);
-        return;
-      }
-    } catch (const InvalidInput&) {
-      // A rim for which no circle of distinct points was found: the same complaint in the caller's
-      // terms.
-    }
-    throw_not_converged(
-        ErrorCode::kIterationLimit,
-        "The lines between these pins wind around each other so often that the surface would have "
-        "to be "
-        "refined beyond all measure. Pin fewer vertices, or to places in a similar order.");
+  static double length(const Vector3& a, const Vector3& b) { return (a - b).norm(); }
+  // Where a corner lies: in the drawing, or on the surface.
+  Vector3 place(HalfedgeId corner) const {
+    const auto v = static_cast<std::size_t>(mesh_.source(corner));
+    if (drawing_ == nullptr) return surface_.position[v];
+    return {(*drawing_)[v].x(), (*drawing_)[v].y(), 0.0};
   }
-
-  static double length(const Vector2& a, const Vector2& b) { return (a - b).norm(); }
-  Vector2 place(HalfedgeId corner) const {
-    if (given_drawing_ != nullptr)
-      return (*given_drawing_)[static_cast<std::size_t>(mesh_.source(corner))];
-    return drawing_.row(local_[static_cast<std::size_t>(corner)]).transpose();
-  }
-  Vector2 place_of(VertexId v) const {
-    return given_drawing_ == nullptr ? Vector2::Zero()
-                                     : (*given_drawing_)[static_cast<std::size_t>(v)];
-  }
-  // Where a path crosses the edge of h: in a given drawing as near to the straight line between its
-  // ends as the room for further paths allows.
-  Vector2 crossing(HalfedgeId h) const {
-    const Vector2 a = place(h);
-    const Vector2 b = place(next_corner(h));
-    if (given_drawing_ == nullptr) return 0.5 * (a + b);
+  // Where a path crosses the edge of h: in the middle, or in a drawing as near to the straight line
+  // between the path's ends as the room for further paths allows.
+  Vector3 crossing(HalfedgeId h) const {
+    const Vector3 a = place(h);
+    const Vector3 b = place(next_corner(h));
+    if (drawing_ == nullptr) return 0.5 * (a + b);
     const Vector2 along = line_[1] - line_[0];
-    const auto side = [&](const Vector2& p) {
+    const auto side = [&](const Vector3& p) {
       return along.x() * (p.y() - line_[0].y()) - along.y() * (p.x() - line_[0].x());
     };
     const double of_a = side(a);
@@ -305,10 +225,10 @@ class Tracer {
   }
 
   // Of a step from `here` across h.
-  double cost(HalfedgeId h, const Vector2& here) const {
+  double cost(HalfedgeId h, const Vector3& here) const {
     const double way = length(here, crossing(h));
     if (!overlay_.on_base_edge(h)) return way;
-    return way + kCrossingShare * length(place(h), place(next_corner(h))) + kCrossingCost;
+    return way + kCrossingShare * length(place(h), place(next_corner(h))) + crossing_cost_;
   }
 
   // Nodes: vertex v, or, entering the face of h, the middle of the edge of h: a path that has
@@ -328,7 +248,7 @@ class Tracer {
   };
 
   std::vector<Step> search(VertexId from, const std::vector<FaceId>& from_sector, VertexId to,
-                           const std::vector<FaceId>& to_sector) {
+                           const std::vector<FaceId>& to_sector, const ExecutionContext& context) {
     const auto nodes = static_cast<std::size_t>(mesh_.vertex_count() + mesh_.halfedge_slots());
     if (distance_.size() < nodes) {
       distance_.resize(nodes + nodes / 4);
@@ -382,7 +302,8 @@ class Tracer {
       const HalfedgeId o = mesh_.opposite(h);
       if (o != kInvalid && in(from_sector, o / 3)) relax_along(start, 0, h);
     });
-    while (!queue.empty()) {
+    for (int visited = 0; !queue.empty(); ++visited) {
+      if (visited % kVisitsPerCheck == 0) context.check();
       const Entry top = queue.top();
       queue.pop();
       if (top.distance > distance_[top.node]) continue;
@@ -396,7 +317,7 @@ class Tracer {
       }
       const auto h =
           static_cast<HalfedgeId>(top.node - static_cast<std::size_t>(mesh_.vertex_count()));
-      const Vector2 here = crossing(h);
+      const Vector3 here = crossing(h);
       const VertexId v = mesh_.apex(h);
       if (free_vertex(v) || (v == to && in(to_sector, h / 3))) {
         offer(vertex_node(v), top.distance + length(here, place(previous_corner(h))), top.node);
@@ -421,7 +342,7 @@ class Tracer {
             static_cast<HalfedgeId>(node - static_cast<std::size_t>(mesh_.vertex_count()));
         if (!overlay_.on_base_edge(h)) continue;  // inside a cell
         step.edge = {mesh_.source(h), mesh_.target(h)};
-        step.place = crossing(h);
+        step.place = crossing(h).head<2>();
       }
       steps.push_back(step);
     }
@@ -436,7 +357,7 @@ class Tracer {
       if (next == kInvalid) {
         next = overlay_.cross(path.back(), step.edge[0], step.edge[1], e);
         if (next == kInvalid) return false;
-        if (given_drawing_ != nullptr) given_drawing_->push_back(step.place);
+        if (drawing_ != nullptr) drawing_->push_back(step.place);
         taken_.push_back(true);
       } else if (!overlay_.reach(path.back(), next, e)) {
         return false;
@@ -447,24 +368,86 @@ class Tracer {
     return true;
   }
 
+  const RefinedSurface& surface_;
   Mesh& mesh_;
   CurveOverlay overlay_;
   const TargetDomain& domain_;
   const ConvexPartition& partition_;
   Paths paths_;
-  std::vector<bool> anchored_;  // per partition edge: laid and joined to the boundary by laid edges
-  std::vector<bool> taken_;     // on a path, the boundary, or a pin
-  std::vector<Index> local_;    // per corner of the region: vertex of the drawing
-  std::vector<std::uint32_t> inside_;  // per face: the drawing that it was last part of
-  std::uint32_t drawn_ = 0;
-  Points2 drawing_;
-  std::vector<Vector2>* given_drawing_;
-  std::array<Vector2, 2> line_;  // in a given drawing, between the ends of the present path
+  std::vector<bool> taken_;  // on a path, the boundary, or a pin
+  std::vector<Vector2>* drawing_;
+  std::array<Vector2, 2> line_;  // in the drawing, between the ends of the present path
+  double crossing_cost_;
+  Index added_from_;
   std::vector<double> distance_;
   std::vector<std::size_t> previous_;
   std::vector<std::uint32_t> stamp_;
   std::uint32_t now_ = 0;
 };
+
+// The edges by which points inside are joined to the outline: of all that join one more, always
+// that with the shortest path, laid at once. Paths get longer as others come in between, so a
+// length that was measured before is a lower bound.
+void grow_tree(Tracer& tracer, const TargetDomain& domain, const ConvexPartition& partition,
+               std::vector<bool>& settled, ExecutionContext& context) {
+  using Candidate = std::pair<double, Index>;
+  std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue;
+  std::vector<bool> reached(domain.point.size(), false);
+  std::size_t count = 0;
+  std::vector<Index> pending = domain.outline;
+  const auto reach_pending = [&] {
+    while (!pending.empty()) {
+      const Index v = pending.back();
+      pending.pop_back();
+      if (reached[static_cast<std::size_t>(v)]) continue;
+      reached[static_cast<std::size_t>(v)] = true;
+      ++count;
+      for (const Index e : partition.around[static_cast<std::size_t>(v)]) {
+        const auto& edge = partition.edges[static_cast<std::size_t>(e)];
+        const Index other = edge.a == v ? edge.b : edge.a;
+        if (edge.boundary || reached[static_cast<std::size_t>(other)]) continue;
+        if (settled[static_cast<std::size_t>(e)]) {
+          pending.push_back(other);
+        } else {
+          queue.emplace(tracer.least_cost_of(e), e);
+        }
+      }
+    }
+  };
+  reach_pending();
+  while (!queue.empty()) {
+    const Index e = queue.top().second;
+    queue.pop();
+    const auto& edge = partition.edges[static_cast<std::size_t>(e)];
+    const bool a = reached[static_cast<std::size_t>(edge.a)];
+    const bool b = reached[static_cast<std::size_t>(edge.b)];
+    if (a && b) continue;
+    const double cost = tracer.cost_of(e, context);
+    if (!queue.empty() && cost > queue.top().first) {
+      queue.emplace(cost, e);
+      continue;
+    }
+    context.report("tracing paths",
+                   0.5 * static_cast<double>(count) / static_cast<double>(reached.size()));
+    tracer.trace(e, context);
+    settled[static_cast<std::size_t>(e)] = true;
+    pending.push_back(a ? edge.b : edge.a);
+    reach_pending();
+  }
+}
+
+// Outline and given paths; returns which edges they are.
+std::vector<bool> lay_first(Tracer& tracer, const ConvexPartition& partition, const Paths& given) {
+  std::vector<bool> settled;
+  for (std::size_t e = 0; e < given.size(); ++e) {
+    settled.push_back(!given[e].empty());
+    if (partition.edges[e].boundary) tracer.lay_outline(static_cast<Index>(e));
+  }
+  for (std::size_t e = 0; e < given.size(); ++e) {
+    if (settled[e]) tracer.lay_given(static_cast<Index>(e), given[e]);
+  }
+  return settled;
+}
 
 }  // namespace
 
@@ -472,22 +455,30 @@ Paths trace_paths(RefinedSurface& surface, const TargetDomain& domain,
                   const ConvexPartition& partition, const Paths& given, ExecutionContext& context,
                   std::vector<Vector2>* drawing) {
   Tracer tracer(surface, domain, partition, drawing);
-  for (Index e = 0; e < static_cast<Index>(partition.edges.size()); ++e) {
-    if (partition.edges[static_cast<std::size_t>(e)].boundary) tracer.lay_outline(e);
-  }
-  for (Index e = 0; e < static_cast<Index>(partition.edges.size()); ++e) {
-    if (!given[static_cast<std::size_t>(e)].empty())
-      tracer.lay_given(e, given[static_cast<std::size_t>(e)]);
-  }
-  for (const Index v : domain.outline) tracer.anchor(v);
-  std::vector<bool> settled;
-  for (const auto& path : given) settled.push_back(!path.empty());
+  std::vector<bool> settled = lay_first(tracer, partition, given);
+  // In a drawing straight lines do not wind, whatever comes first.
+  if (drawing == nullptr) grow_tree(tracer, domain, partition, settled, context);
   const std::vector<Index> order = tracing_order(domain, partition, settled);
   for (std::size_t i = 0; i < order.size(); ++i) {
-    context.report("tracing paths", static_cast<double>(i) / static_cast<double>(order.size()));
+    context.report("tracing paths",
+                   0.5 + 0.5 * static_cast<double>(i) / static_cast<double>(order.size()));
     tracer.trace(order[i], context);
   }
   return tracer.finish();
+}
+
+std::vector<Index> shortest_tree(RefinedSurface surface, const TargetDomain& domain,
+                                 const ConvexPartition& partition, const Paths& given,
+                                 ExecutionContext& context) {
+  Tracer tracer(surface, domain, partition, nullptr);
+  std::vector<bool> settled = lay_first(tracer, partition, given);
+  const std::vector<bool> before = settled;
+  grow_tree(tracer, domain, partition, settled, context);
+  std::vector<Index> tree;
+  for (std::size_t e = 0; e < settled.size(); ++e) {
+    if (settled[e] && !before[e]) tree.push_back(static_cast<Index>(e));
+  }
+  return tree;
 }
 
 }  // namespace flipfree
