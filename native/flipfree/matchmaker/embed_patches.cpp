@@ -21,6 +21,14 @@ struct Patch {
   std::vector<FaceId> faces;
 };
 
+// A patch by itself: faces, loop and boundary by place in `vertices`.
+struct Disk {
+  std::vector<VertexId> vertices;
+  Triangles faces;
+  std::vector<VertexId> loop;
+  Points2 boundary;  // where the loop lies
+};
+
 // An affine frame in which a polygon is about as wide as high, near the origin: thin polygons are
 // judged and solved there as well as any other. Affine maps keep convex combinations, hence
 // embeddings.
@@ -208,22 +216,14 @@ class PatchEmbedder {
   }
 
   // Mean-value weights of the drawing keep the patch's shape there as far as the polygon allows,
-  // where equal weights squeeze what hangs on one side. Nothing if a triangle is not positive.
-  Points2 as_drawn(const std::vector<VertexId>& vertices, const Triangles& faces,
-                   const std::vector<VertexId>& loop, const Points2& boundary,
-                   ExecutionContext& context) const {
-    Eigen::MatrixXd shape(static_cast<Eigen::Index>(vertices.size()), 2);
-    for (std::size_t v = 0; v < vertices.size(); ++v)
+  // where equal weights squeeze what hangs on one side. Nothing if the drawing has folds.
+  Points2 as_drawn(const Disk& disk, const Points2& boundary, ExecutionContext& context) const {
+    Eigen::MatrixXd shape(static_cast<Eigen::Index>(disk.vertices.size()), 2);
+    for (std::size_t v = 0; v < disk.vertices.size(); ++v)
       shape.row(static_cast<Eigen::Index>(v)) =
-          (*drawing_)[static_cast<std::size_t>(vertices[v])].transpose();
-    if (count_flips(faces, shape, context) > 0) return {};
-    try {
-      Points2 uv = tutte_mean_value(faces, shape, loop, boundary, context);
-      if (count_flips(faces, uv, context) == 0) return uv;
-    } catch (const NotConverged&) {
-      // The drawing is too thin to be read.
-    }
-    return {};
+          (*drawing_)[static_cast<std::size_t>(disk.vertices[v])].transpose();
+    if (count_flips(disk.faces, shape, context) > 0) return {};
+    return tutte_mean_value(disk.faces, shape, disk.loop, boundary, context);
   }
 
   void embed(const Patch& patch, ExecutionContext& context, Stats& stats) {
@@ -240,44 +240,73 @@ class PatchEmbedder {
         faces(static_cast<Eigen::Index>(f), k) = number;
       }
     }
-    std::vector<VertexId> loop;
-    Points2 boundary(static_cast<Eigen::Index>(patch.loop.size()), 2);
+    Disk disk{std::move(vertices), std::move(faces), {}, {}};
+    disk.boundary.resize(static_cast<Eigen::Index>(patch.loop.size()), 2);
     for (std::size_t i = 0; i < patch.loop.size(); ++i) {
-      loop.push_back(local_[static_cast<std::size_t>(patch.loop[i])]);
-      boundary.row(static_cast<Eigen::Index>(i)) = uv_.row(patch.loop[i]);
+      disk.loop.push_back(local_[static_cast<std::size_t>(patch.loop[i])]);
+      disk.boundary.row(static_cast<Eigen::Index>(i)) = uv_.row(patch.loop[i]);
     }
-    if (vertices.size() > loop.size()) {
-      EmbedOptions options;
-      options.float32 = false;
+    if (disk.vertices.size() > disk.loop.size()) fill(disk, context, stats);
+    for (const VertexId v : disk.vertices) local_[static_cast<std::size_t>(v)] = kInvalid;
+  }
+
+  // Places the inner vertices of a patch. Equal weights squeeze what hangs on one side of it, by a
+  // factor per layer; Schnyder's drawing squeezes less, and the last resort watches every triangle
+  // in the coordinates in which it will be judged.
+  void fill(const Disk& disk, ExecutionContext& context, Stats& stats) {
+    const Frame round = round_frame(disk.boundary);
+    const Frame plain{Vector2::Zero(), Eigen::Matrix2d::Identity(), Eigen::Matrix2d::Identity()};
+    struct Attempt {
+      const Frame& frame;
+      bool as_drawn;
+      EmbedMethod method;
+    };
+    const Attempt attempts[] = {{round, true, EmbedMethod::kLadder},
+                                {round, false, EmbedMethod::kLadder},
+                                {round, false, EmbedMethod::kSchnyder},
+                                {plain, false, EmbedMethod::kSchnyder}};
+    for (const Attempt& attempt : attempts) {
+      if (attempt.as_drawn && drawing_ == nullptr) continue;
       const ProgressRange quiet(context, 0.0, 0.0);
-      const Frame frame = round_frame(boundary);
+      Points2 boundary = disk.boundary;
       for (Eigen::Index i = 0; i < boundary.rows(); ++i) {
         boundary.row(i) =
-            (frame.to_round * (boundary.row(i).transpose() - frame.origin)).transpose();
+            (attempt.frame.to_round * (boundary.row(i).transpose() - attempt.frame.origin))
+                .transpose();
       }
       Points2 uv;
       try {
-        if (drawing_ != nullptr) uv = as_drawn(vertices, faces, loop, boundary, context);
-        if (uv.rows() == 0)
-          uv = embed_disk(faces, static_cast<Index>(vertices.size()), loop, boundary, options,
-                          context, stats);
+        if (attempt.as_drawn) {
+          uv = as_drawn(disk, boundary, context);
+        } else {
+          EmbedOptions options;
+          options.float32 = false;
+          options.method = attempt.method;
+          uv = embed_disk(disk.faces, static_cast<Index>(disk.vertices.size()), disk.loop, boundary,
+                          options, context, stats);
+        }
       } catch (const Exception& failure) {
         if (failure.error().code == ErrorCode::kCancelled) throw;
-        // The ids in the message are the patch's own.
-        throw_not_converged(
-            ErrorCode::kRoundingFlips,
-            "A patch of the target is too thin to be mapped in 64-bit coordinates. Move the pins "
-            "further apart, or make the target wider.");
       }
-      std::vector<char> on_loop(vertices.size(), 0);
-      for (const VertexId v : loop) on_loop[static_cast<std::size_t>(v)] = 1;
-      for (std::size_t v = 0; v < vertices.size(); ++v) {
-        if (on_loop[v] != 0) continue;
-        const Vector2 p = uv.row(static_cast<Eigen::Index>(v)).transpose();
-        uv_.row(vertices[v]) = (frame.origin + frame.from_round * p).transpose();
-      }
+      if (uv.rows() > 0 && settles(disk, attempt.frame, uv, context)) return;
     }
-    for (const VertexId v : vertices) local_[static_cast<std::size_t>(v)] = kInvalid;
+    // Ids would be the patch's own.
+    throw_not_converged(
+        ErrorCode::kRoundingFlips,
+        "A patch of the target is too thin to be mapped in 64-bit coordinates. Move the pins "
+        "further apart, or make the target wider.");
+  }
+
+  // Hands the map of a patch over; false if a triangle is not positive where it comes to lie.
+  bool settles(const Disk& disk, const Frame& frame, Points2& uv, ExecutionContext& context) {
+    for (Eigen::Index v = 0; v < uv.rows(); ++v)
+      uv.row(v) = (frame.origin + frame.from_round * uv.row(v).transpose()).transpose();
+    for (std::size_t i = 0; i < disk.loop.size(); ++i)
+      uv.row(disk.loop[i]) = disk.boundary.row(static_cast<Eigen::Index>(i));
+    if (count_flips(disk.faces, uv, context) > 0) return false;
+    for (std::size_t v = 0; v < disk.vertices.size(); ++v)
+      uv_.row(disk.vertices[v]) = uv.row(static_cast<Eigen::Index>(v));
+    return true;
   }
 
   RefinedSurface& surface_;
