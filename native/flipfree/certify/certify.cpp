@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/parallel.h"
 #include "flipfree/base/tolerances.h"
 #include "flipfree/certify/energy.h"
 #include "flipfree/certify/flips.h"
@@ -23,10 +25,52 @@ struct Certifier {
   const Surface& surface;
   const Points2& uv;
   const Points2f& uv32;
-  Points2 stored;  // uv32 as doubles, exact
-  Adjacency adjacency;
-  EdgeFlags cuts;
-  Certificate certificate;
+  Points2 stored{};  // uv32 as doubles, exact
+  Adjacency adjacency{};
+  EdgeFlags cuts{};
+  Certificate certificate{};
+  // What takes time, measured on all threads; judged below, in a fixed order.
+  std::vector<FaceId> flips64{};
+  std::vector<FaceId> flips32{};
+  std::vector<VertexId> winding64{};
+  std::vector<VertexId> winding32{};
+  std::vector<double> angle_sum{};  // per vertex, if angles are prescribed
+  ProvenanceReport provenance{};
+  EnergyFigures energy{};
+
+  void measure(const ExecutionContext& context) {
+    parallel_for(context, 5, 1, [&](std::size_t task, std::size_t, std::size_t) {
+      if (task == 0) {
+        adjacency = build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+        cuts = uv_cuts(adjacency, uv);
+      } else if (task == 1) {
+        flips64 = flipped_faces(uv);
+      } else if (task == 2) {
+        flips32 = flipped_faces(uv32);
+        stored = uv32.cast<double>();
+      } else if (task == 3) {
+        energy = symmetric_dirichlet(surface, uv);
+      } else if (request.parent != nullptr) {
+        provenance = check_provenance(surface, {request.parent, request.parent_face,
+                                                request.vertex_parent, request.vertex_barycentric});
+      }
+    });
+    const bool flip_free = flips64.empty() && flips32.empty();
+    parallel_for(context, 3, 1, [&](std::size_t task, std::size_t, std::size_t) {
+      if (task == 0) {
+        if (!request.cone_angles.empty()) add_angles();
+      } else if (flip_free) {
+        (task == 1 ? winding64 : winding32) =
+            winding_failures(adjacency, cuts, task == 1 ? uv : stored);
+      }
+    });
+  }
+
+  void add_angles() {
+    angle_sum.assign(static_cast<std::size_t>(surface.vertices.rows()), 0.0);
+    for (CornerId c = 0; c < uv.rows(); ++c)
+      angle_sum[static_cast<std::size_t>(surface.faces(c / 3, c % 3))] += corner_angle(c);
+  }
 
   void fail(const std::string& sentence, const std::vector<FaceId>& faces) {
     certificate.failures.push_back(sentence);
@@ -41,8 +85,6 @@ struct Certifier {
   }
 
   void check_flips() {
-    const std::vector<FaceId> flips64 = flipped_faces(uv);
-    const std::vector<FaceId> flips32 = flipped_faces(uv32);
     certificate.flips64 = static_cast<std::int64_t>(flips64.size());
     certificate.flips32 = static_cast<std::int64_t>(flips32.size());
     if (!flips64.empty()) {
@@ -59,15 +101,15 @@ struct Certifier {
   }
 
   void check_winding() {
-    std::vector<VertexId> bad = winding_failures(adjacency, cuts, uv);
-    const std::vector<VertexId> bad32 = winding_failures(adjacency, cuts, stored);
-    bad.insert(bad.end(), bad32.begin(), bad32.end());
-    std::sort(bad.begin(), bad.end());
-    bad.erase(std::unique(bad.begin(), bad.end()), bad.end());
+    std::vector<VertexId> bad;
+    std::set_union(winding64.begin(), winding64.end(), winding32.begin(), winding32.end(),
+                   std::back_inserter(bad));
     // A vertex with a prescribed angle is judged by G5 instead.
+    std::vector<VertexId> prescribed;
+    for (const auto& [v, angle] : request.cone_angles) prescribed.push_back(v);
+    std::sort(prescribed.begin(), prescribed.end());
     std::erase_if(bad, [&](VertexId v) {
-      return std::any_of(request.cone_angles.begin(), request.cone_angles.end(),
-                         [v](const auto& cone) { return cone.first == v; });
+      return std::binary_search(prescribed.begin(), prescribed.end(), v);
     });
     certificate.winding_failures = static_cast<std::int64_t>(bad.size());
     if (!bad.empty()) {
@@ -132,9 +174,7 @@ struct Certifier {
       target_angle[static_cast<std::size_t>(v)] = angle;
       judged[static_cast<std::size_t>(v)] = 1;
     }
-    std::vector<double> sum(vertex_count, 0.0);
-    for (CornerId c = 0; c < uv.rows(); ++c)
-      sum[static_cast<std::size_t>(surface.faces(c / 3, c % 3))] += corner_angle(c);
+    const std::vector<double>& sum = angle_sum;
     std::int64_t wrong = 0;
     VertexId first = kInvalid;
     for (std::size_t v = 0; v < vertex_count; ++v) {
@@ -167,12 +207,10 @@ struct Certifier {
 
   void check_provenance_of_refinement() {
     if (request.parent == nullptr) return;
-    const ProvenanceReport report = check_provenance(
-        surface,
-        {request.parent, request.parent_face, request.vertex_parent, request.vertex_barycentric});
-    certificate.provenance_failures = report.failures;
-    if (report.failures > 0)
-      fail("G7: the refined mesh does not subdivide the input: " + report.first, report.faces);
+    certificate.provenance_failures = provenance.failures;
+    if (provenance.failures > 0)
+      fail("G7: the refined mesh does not subdivide the input: " + provenance.first,
+           provenance.faces);
   }
 };
 
@@ -208,20 +246,14 @@ Certificate certify(const CertifyRequest& request, const ExecutionContext& conte
   const Points2f rounded =
       request.uv32 != nullptr ? Points2f() : Points2f(request.uv->cast<float>());
   const Surface& surface = *request.surface;
-  Certifier certifier{
-      request, surface, *request.uv, request.uv32 != nullptr ? *request.uv32 : rounded,
-      {},      {},      {},          {}};
+  Certifier certifier{request, surface, *request.uv,
+                      request.uv32 != nullptr ? *request.uv32 : rounded};
   certifier.certificate.triangles = surface.faces.rows();
+  certifier.measure(context);
   certifier.check_flips();
   context.check();
-  certifier.stored = certifier.uv32.cast<double>();
-  certifier.adjacency = build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
-  certifier.cuts = uv_cuts(certifier.adjacency, certifier.uv);
-  context.check();
-  const bool flip_free = certifier.certificate.flips64 == 0 && certifier.certificate.flips32 == 0;
-  if (flip_free) {
+  if (certifier.certificate.flips64 == 0 && certifier.certificate.flips32 == 0) {
     certifier.check_winding();
-    context.check();
     certifier.check_overlaps();
     context.check();
   }
@@ -229,10 +261,8 @@ Certificate certify(const CertifyRequest& request, const ExecutionContext& conte
   if (request.require_seamless) certifier.check_seams();
   certifier.check_cones();
   certifier.check_provenance_of_refinement();
-  context.check();
-  const EnergyFigures energy = symmetric_dirichlet(surface, certifier.uv);
-  certifier.certificate.energy = energy.mean;
-  certifier.certificate.max_energy = energy.maximum;
+  certifier.certificate.energy = certifier.energy.mean;
+  certifier.certificate.max_energy = certifier.energy.maximum;
   certifier.certificate.ok = certifier.certificate.failures.empty();
   return certifier.certificate;
 }

@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-#include <queue>
 #include <string>
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/parallel.h"
 #include "flipfree/numeric/big_float.h"
 
 namespace flipfree {
@@ -22,7 +21,9 @@ long double widen(const BigFloat<Limbs>& x) {
 }
 
 // Squares stay in the range of 80-bit numbers, so no scaling is needed.
-long double length_of(long double x, long double y) { return std::sqrt(x * x + y * y); }
+long double square_of(const Place& p, const Place& q) {
+  return (p.x - q.x) * (p.x - q.x) + (p.y - q.y) * (p.y - q.y);
+}
 
 // A half-edge of T in the plane: place of its source, unit direction.
 template <typename Real>
@@ -38,12 +39,16 @@ struct Angle {
 template <typename Real>
 class Developer {
  public:
-  Developer(const LayoutInput& input, std::vector<Real> lengths)
+  Developer(const LayoutInput& input, std::vector<Real> lengths, const ExecutionContext& context)
       : input_(input),
         mesh_(input.coordinates->current()),
         lengths_(std::move(lengths)),
         angles_(at(mesh_.halfedge_count())) {
-    for (HalfedgeId h = 0; h < mesh_.halfedge_count(); ++h) angles_[at(h)] = corner_angle(h);
+    parallel_for(context, angles_.size(), 4096,
+                 [&](std::size_t begin, std::size_t end, std::size_t) {
+                   for (std::size_t h = begin; h < end; ++h)
+                     angles_[h] = corner_angle(static_cast<HalfedgeId>(h));
+                 });
   }
 
   using F = Frame<Real>;
@@ -212,24 +217,62 @@ struct EdgeFrames {
   Frame<Real> at_source, at_target;
 };
 
-// What the queue moves around: small, the frames stay where they are.
+// An edge that a face can be developed over: the face's corner, and where the frames lie.
 struct Front {
-  long double size;
   CornerId corner;
   std::size_t frames;
+};
+
+// Fronts by falling size of their edge, to within a factor of sqrt(2), first come first served: a
+// bucket per octave of the squared length, below the largest edge of all.
+class FrontQueue {
+ public:
+  explicit FrontQueue(long double largest_square)
+      : buckets_(kOctaves), highest_(largest_square > 0 ? std::ilogb(largest_square) : 0) {}
+
+  bool empty() const { return first_ == kOctaves; }
+  void push(long double square, const Front& front) {
+    const int octave =
+        square > 0 ? std::clamp(highest_ - std::ilogb(square), 0, kOctaves - 1) : kOctaves - 1;
+    buckets_[at(octave)].fronts.push_back(front);
+    first_ = std::min(first_, octave);
+  }
+  // Precondition: not empty.
+  Front pop() {
+    Bucket& bucket = buckets_[at(first_)];
+    const Front front = bucket.fronts[bucket.head++];
+    if (bucket.head == bucket.fronts.size()) {
+      bucket.fronts.clear();
+      bucket.head = 0;
+      while (first_ < kOctaves && buckets_[at(first_)].fronts.empty()) ++first_;
+    }
+    return front;
+  }
+
+ private:
+  static constexpr int kOctaves = 2048;  // what is smaller by a factor of 2^1024 comes last
+  struct Bucket {
+    std::vector<Front> fronts;
+    std::size_t head = 0;  // those before are done
+  };
+  std::vector<Bucket> buckets_;
+  int highest_;
+  int first_ = kOctaves;  // not empty, if any is
 };
 
 // Develops input face after input face, always over the longest edge that is known.
 template <typename Real>
 class FaceDeveloper {
  public:
-  FaceDeveloper(const LayoutInput& input, std::vector<Real> lengths)
+  FaceDeveloper(const LayoutInput& input, std::vector<Real> lengths,
+                const ExecutionContext& context)
       : input_(input),
         halfedges_(*input.halfedge_of_corner),
-        developer_(input, std::move(lengths)),
+        developer_(input, std::move(lengths), context),
         corner_of_(at(input.coordinates->input().halfedge_count()), kInvalid),
         placed_(halfedges_.size(), 0),
-        queue_(&FaceDeveloper::longer) {
+        size_(sizes()),
+        queue_(square(*std::max_element(size_.begin(), size_.end()))) {
     for (CornerId c = 0; c < corner_count(); ++c) corner_of_[at(halfedges_[at(c)])] = c;
     layout_.corner.resize(halfedges_.size());
     layout_.crossing.resize(input.trace->crossings.size());
@@ -237,23 +280,20 @@ class FaceDeveloper {
   }
 
   Layout run(const ExecutionContext& context) {
-    for (const FaceId root : roots()) {
-      if (layout_.chart_of_face[at(root)] != kInvalid) continue;
+    for (FaceId root = largest_left(); root != kInvalid; root = largest_left()) {
       const Index chart = layout_.chart_count++;
       place_root(root, chart);
       while (!queue_.empty()) place_next(chart, context);
     }
     measure_angles();
-    layout_.closing_error = largest_ > 0 ? static_cast<double>(gap_ / largest_) : 0.0;
+    layout_.closing_error = largest_ > 0 ? static_cast<double>(std::sqrt(gap_ / largest_)) : 0.0;
     return std::move(layout_);
   }
 
  private:
   using F = Frame<Real>;
 
-  static bool longer(const Front& a, const Front& b) {
-    return a.size != b.size ? a.size < b.size : a.corner > b.corner;
-  }
+  static long double square(long double x) { return x * x; }
   Index corner_count() const { return static_cast<Index>(halfedges_.size()); }
   HalfedgeId halfedge(CornerId c) const { return halfedges_[at(c)]; }
   HalfedgeId opposite(CornerId c) const { return FlipMesh::opposite_of(halfedge(c)); }
@@ -263,18 +303,31 @@ class FaceDeveloper {
   // Is the edge of this corner placed already, from its other side?
   bool known(CornerId c) const { return !is_cut(c) && is_done(mate(c) / 3); }
 
-  // The face with the longest final edge goes first, in every chart.
-  std::vector<FaceId> roots() const {
-    std::vector<FaceId> order(halfedges_.size() / 3);
-    std::iota(order.begin(), order.end(), FaceId{0});
-    std::vector<long double> size(order.size(), 0);
+  // Longest final edge at the corners of every face.
+  std::vector<long double> sizes() const {
+    std::vector<long double> size(halfedges_.size() / 3, 0);
     for (CornerId c = 0; c < corner_count(); ++c) {
       const HalfedgeId h = developer_.start(halfedge(c)).halfedge;
       size[at(c / 3)] = std::max(size[at(c / 3)], developer_.length(h));
     }
-    std::stable_sort(order.begin(), order.end(),
-                     [&](FaceId a, FaceId b) { return size[at(a)] > size[at(b)]; });
-    return order;
+    return size;
+  }
+
+  // The face with the longest final edge goes first, in every chart. The faces are only sorted
+  // where there is more than one chart.
+  FaceId largest_left() {
+    if (layout_.chart_count == 0) {
+      const auto largest = std::max_element(size_.begin(), size_.end());
+      return static_cast<FaceId>(largest - size_.begin());
+    }
+    if (layout_.chart_count == 1) {
+      for (FaceId f = 0; f < corner_count() / 3; ++f)
+        if (!is_done(f)) left_.push_back(f);
+      std::stable_sort(left_.begin(), left_.end(),
+                       [&](FaceId a, FaceId b) { return size_[at(a)] < size_[at(b)]; });
+    }
+    while (!left_.empty() && is_done(left_.back())) left_.pop_back();
+    return left_.empty() ? kInvalid : left_.back();
   }
 
   // The first edge of the root face lies along the x axis at its start.
@@ -292,8 +345,7 @@ class FaceDeveloper {
 
   void place_next(Index chart, const ExecutionContext& context) {
     constexpr Index kFacesPerCheck = 1024;
-    const Front top = queue_.top();
-    queue_.pop();
+    const Front top = queue_.pop();
     const EdgeFrames<Real> front = frames_[top.frames];
     unused_.push_back(top.frames);
     const CornerId c = top.corner, n = next_corner(c), p = previous_corner(c);
@@ -311,8 +363,7 @@ class FaceDeveloper {
   // Gives every corner of the uncut fan around `c` this place, unless one has it already.
   void settle(CornerId c, const Place& p) {
     if (placed_[at(c)] != 0) {
-      const Place& q = layout_.corner[at(c)];
-      gap_ = std::max(gap_, length_of(q.x - p.x, q.y - p.y));
+      gap_ = std::max(gap_, square_of(layout_.corner[at(c)], p));
       return;
     }
     const auto set = [&](CornerId d) { layout_.corner[at(d)] = p, placed_[at(d)] = 1; };
@@ -343,14 +394,13 @@ class FaceDeveloper {
     });
     const F& source = backwards ? to : from;
     const F& target = backwards ? from : to;
-    const Place p = developer_.place(source), q = developer_.place(target);
-    const long double size = length_of(p.x - q.x, p.y - q.y);
+    const long double size = square_of(developer_.place(source), developer_.place(target));
     largest_ = std::max(largest_, size);
     if (!cut && !is_done(mate(c) / 3)) push(size, mate(c), {target, source});
     return to;
   }
 
-  void push(long double size, CornerId corner, EdgeFrames<Real> edge) {
+  void push(long double square, CornerId corner, EdgeFrames<Real> edge) {
     std::size_t slot = frames_.size();
     if (unused_.empty()) {
       frames_.push_back(std::move(edge));
@@ -359,7 +409,7 @@ class FaceDeveloper {
       unused_.pop_back();
       frames_[slot] = std::move(edge);
     }
-    queue_.push({size, corner, slot});
+    queue_.push(square, {corner, slot});
   }
 
   void measure_angles() {
@@ -382,19 +432,22 @@ class FaceDeveloper {
   const Developer<Real> developer_;
   std::vector<CornerId> corner_of_;  // half-edge of M0 -> corner
   Layout layout_;
-  std::vector<char> placed_;  // corners whose place is known
-  std::priority_queue<Front, std::vector<Front>, bool (*)(const Front&, const Front&)> queue_;
+  std::vector<char> placed_;       // corners whose place is known
+  std::vector<long double> size_;  // per face
+  std::vector<FaceId> left_;       // faces by rising size, for charts after the first
+  FrontQueue queue_;
   std::vector<EdgeFrames<Real>> frames_;
   std::vector<std::size_t> unused_;  // places in `frames_`
-  long double largest_ = 0;          // developed edge
-  long double gap_ = 0;              // between two developments of one place
+  // Squares.
+  long double largest_ = 0;  // developed edge
+  long double gap_ = 0;      // between two developments of one place
   Index done_ = 0;
 };
 
 template <typename Real>
 Layout develop(const LayoutInput& input, std::vector<Real> lengths,
                const ExecutionContext& context) {
-  return FaceDeveloper<Real>(input, std::move(lengths)).run(context);
+  return FaceDeveloper<Real>(input, std::move(lengths), context).run(context);
 }
 
 }  // namespace

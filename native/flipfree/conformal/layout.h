@@ -2,8 +2,8 @@
 // every corner of an input face and every crossing of an input edge with the final triangulation
 // gets its place.
 //
-// The surface is developed input face by input face, the largest first (a maximal spanning tree of
-// the uncut dual, by developed edge length), so that errors of large triangles do not pass through
+// The surface is developed input face by input face, the largest first (a spanning tree of the
+// uncut dual over long developed edges), so that errors of large triangles do not pass through
 // small ones. Directions are carried as unit vectors beside positions: a small triangle far from
 // the origin keeps its shape until the last addition.
 //
@@ -50,7 +50,7 @@ struct Layout {
   double closing_error = 0.0;
 };
 
-// `lengths`: per edge of T. Real: double (computed in 80 bits) or BigFloat. Cost: O(#F log #F +
+// `lengths`: per edge of T. Real: double (computed in 80 bits) or BigFloat. Cost: O(#F +
 // crossings).
 template <typename Real>
 Layout lay_out(const LayoutInput& input, const std::vector<Real>& lengths,

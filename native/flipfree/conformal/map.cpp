@@ -10,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "flipfree/base/parallel.h"
 #include "flipfree/base/tolerances.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/conformal/layout.h"
@@ -295,40 +296,43 @@ EdgeFlags on_pieces(const EdgeFlags& cuts, const conformal::SplitSurface& split)
   return flags;
 }
 
-struct Development {
-  MapLayout map;
-  std::size_t crossings = 0;
+// The triangulation that the metric was computed on: the input, or the refined start.
+struct Ground {
+  const conformal::SplitSurface* split = nullptr;  // of the refined start
+  Adjacency own_adjacency;
+  InputEdges own_edges;
+  const Adjacency* adjacency = nullptr;
+  const InputEdges* edges = nullptr;
+
+  Ground(const conformal::SplitSurface* split_surface, const Adjacency& input_adjacency,
+         const InputEdges& input_edges)
+      : split(split_surface), adjacency(&input_adjacency), edges(&input_edges) {
+    if (split == nullptr) return;
+    own_adjacency = build_adjacency(split->vertex_count, split->faces);
+    own_edges = number_edges(own_adjacency);
+    adjacency = &own_adjacency;
+    edges = &own_edges;
+  }
+  Ground(const Ground&) = delete;
+  Ground& operator=(const Ground&) = delete;
 };
 
-// Overlay and layout of the triangulation that the metric was computed on, seen from the input's
-// corners and edges. Throws NotConverged if there are too many crossings.
-Development develop(const RefinedMetric& solved, const Adjacency& adjacency,
-                    const InputEdges& edges, const EdgeFlags& cuts,
-                    const ConformalMapOptions& options, Stats& stats, ExecutionContext& context) {
-  Stopwatch watch;
-  const conformal::SplitSurface* split = solved.split.get();
-  const Adjacency own_adjacency =
-      split != nullptr ? build_adjacency(split->vertex_count, split->faces) : Adjacency{};
-  const InputEdges own_edges = split != nullptr ? number_edges(own_adjacency) : InputEdges{};
-  const Adjacency& fine_adjacency = split != nullptr ? own_adjacency : adjacency;
-  const InputEdges& fine_edges = split != nullptr ? own_edges : edges;
-  const Overlay overlay = build_overlay(solved.metric, fine_edges, options.max_crossings, context);
-  stats["seconds_overlay"] = watch.seconds();
-  watch.restart();
-  context.report("layout", 0.3);
-  Layout layout = lay_out_metric(solved.metric, overlay, fine_edges, fine_adjacency,
+// Layout of the triangulation that the metric was computed on, seen from the input's corners and
+// edges.
+MapLayout develop(const ConformalMetric& metric, const Overlay& overlay, const Ground& ground,
+                  const InputEdges& edges, const EdgeFlags& cuts, Stats& stats,
+                  const ExecutionContext& context) {
+  const conformal::SplitSurface* split = ground.split;
+  Layout layout = lay_out_metric(metric, overlay, *ground.edges, *ground.adjacency,
                                  split != nullptr ? on_pieces(cuts, *split) : cuts, context);
-  Development out;
-  out.crossings = overlay.trace.crossings.size();
+  stats["overlay_crossings"] = static_cast<std::int64_t>(overlay.trace.crossings.size());
   stats["straightened_crossings"] = static_cast<std::int64_t>(overlay.straightened.moved);
   stats["bent_crossings"] = static_cast<std::int64_t>(overlay.straightened.kept);
   stats["largest_straightening"] = overlay.straightened.largest_move;
-  out.map = split == nullptr ? own_layout(std::move(layout), overlay.trace, overlay.positions)
-                             : composed_layout({&layout, &overlay.trace, &overlay.positions,
-                                                &fine_edges, &fine_adjacency},
-                                               *split, edges);
-  stats["seconds_layout"] = watch.seconds();
-  return out;
+  return split == nullptr ? own_layout(std::move(layout), overlay.trace, overlay.positions)
+                          : composed_layout({&layout, &overlay.trace, &overlay.positions,
+                                             ground.edges, ground.adjacency},
+                                            *split, edges);
 }
 
 struct Prescribed {
@@ -401,34 +405,46 @@ ConformalMapResult map_from_metric(const Surface& surface, const std::vector<dou
   const Prescribed prescribed =
       prescribed_angles(target_angles, solved.metric.on_boundary, options.flat_tolerance);
 
+  const Ground ground(solved.split.get(), adjacency, edges);
+
   ConformalMapResult result;
   Parametrization& map = result.map;
+  const Stopwatch whole;
   Stopwatch watch;
   const auto lap = [&](const char* name) {
     map.stats[name] = watch.seconds();
     watch.restart();
   };
   context.report("overlay", 0.0);
-  const EdgeFlags cuts =
-      cut_to_disks(surface, adjacency, given, prescribed.cones, avoided, context);
-  lap("seconds_cut");
-  Development developed;
+  // The cut asks for the cones only, the overlay for the metric only.
+  EdgeFlags cuts;
+  std::optional<Overlay> overlay;
   try {
-    developed = develop(solved, adjacency, edges, cuts, options, map.stats, context);
+    parallel_for(context, 2, 1, [&](std::size_t task, std::size_t, std::size_t) {
+      if (task == 0) {
+        overlay = build_overlay(solved.metric, *ground.edges, options.max_crossings, context);
+      } else {
+        cuts = cut_to_disks(surface, adjacency, given, prescribed.cones, avoided, context);
+      }
+    });
   } catch (const NotConverged& e) {
     result.failure = e.error();
     result.metric = std::move(solved.metric);
     return result;
   }
+  lap("seconds_overlay");
+  context.report("layout", 0.3);
+  const MapLayout developed =
+      develop(solved.metric, *overlay, ground, edges, cuts, map.stats, context);
+  lap("seconds_layout");
   context.report("refinement", 0.5);
-  watch.restart();
-  RoundedMap rounded = refine_and_round(surface, adjacency, developed.map, edges,
-                                        options.refinement, map.stats, context);
+  RoundedMap rounded = refine_and_round(surface, adjacency, developed, edges, options.refinement,
+                                        map.stats, context);
   RefinedMap& refined = rounded.map;
   lap("seconds_refine");
   context.report("certificate", 0.8);
 
-  map.cut_edges = refined_cuts(surface, cuts, edges, developed.map.begin, refined);
+  map.cut_edges = refined_cuts(surface, cuts, edges, developed.begin, refined);
   map.surface = std::move(refined.surface);
   map.uv = std::move(refined.uv);
   map.uv32 = map.uv.cast<float>();
@@ -445,16 +461,16 @@ ConformalMapResult map_from_metric(const Surface& surface, const std::vector<dou
   certify_map(map, surface, prescribed.request, context);
   map.stats["stored_angle_error"] = stored_angle_error(map, wanted);
   lap("seconds_certify");
-  map.stats["overlay_crossings"] = static_cast<std::int64_t>(developed.crossings);
   map.stats["added_vertices"] =
       static_cast<std::int64_t>(map.surface.vertices.rows()) - vertex_count;
-  map.stats["charts"] = static_cast<std::int64_t>(developed.map.layout.chart_count);
+  map.stats["charts"] = static_cast<std::int64_t>(developed.layout.chart_count);
   map.stats["cones"] = static_cast<std::int64_t>(prescribed.cones.size());
-  map.stats["closing_error"] = developed.map.layout.closing_error;
+  map.stats["closing_error"] = developed.layout.closing_error;
   map.stats["intrinsic_refinement"] = static_cast<std::int64_t>(solved.metric.added.size());
   map.stats["energy"] = map.certificate.energy;
   result.metric = std::move(solved.metric);
   judge(rounded, options.refinement, result);
+  map.stats["seconds_map"] = whole.seconds();
   context.report("certificate", 1.0);
   return result;
 }

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstdint>
 #include <numeric>
-#include <queue>
 
 #include "flipfree/base/parallel.h"
 #include "flipfree/numeric/minimum_degree.h"
@@ -13,10 +12,10 @@ namespace flipfree {
 namespace {
 
 constexpr Index kLeaf = kMinimumDegreeLimit;
-constexpr int kPlaceKeys = 4;  // x, y, x + y, x - y (as ranks)
-constexpr int kDistanceKeys =
-    2;  // distance from one end, difference of the distances from both ends
-constexpr int kKeys = kPlaceKeys + kDistanceKeys;
+// Keys to sweep along: where there is a drawing x, y, x + y, x - y (as ranks); then the distance
+// from one end, and the difference of the distances from both ends.
+constexpr int kDistanceKeys = 2;
+constexpr int kAllKeys = 4 + kDistanceKeys;
 constexpr int kBuckets = 512;
 constexpr double kLeastSide = 0.30;  // smaller side of a sweep, share of the part
 constexpr double kMostSide = 0.62;   // larger side during refinement
@@ -33,8 +32,9 @@ struct Part {
   std::vector<Index> neighbour;
   std::vector<Index> outside;  // neighbours already in separators
   std::vector<std::array<Index, 2>>
-      rank;         // ranks of the coordinates in the whole graph; may be empty
-  Index begin = 0;  // first elimination position
+      rank;                 // ranks of the coordinates in the whole graph; may be empty
+  Index begin = 0;          // first elimination position
+  bool ends_first = false;  // is vertex 0 at an end of the part?
   TreeNode node;
 
   Index count() const { return static_cast<Index>(vertices.size()); }
@@ -89,11 +89,12 @@ std::vector<char> split_components(const Part& part) {
   return side;
 }
 
+template <std::size_t kKeys>
 using Buckets = std::array<std::uint16_t, kKeys>;
 
 // Spreads values over the buckets. Returns false if they are all the same.
-template <typename Value>
-bool fill_buckets(const Part& part, int key, std::vector<Buckets>& buckets, Value value) {
+template <std::size_t kKeys, typename Value>
+bool fill_buckets(const Part& part, int key, std::vector<Buckets<kKeys>>& buckets, Value value) {
   std::int64_t low = value(0);
   std::int64_t high = low;
   for (Index v = 1; v < part.count(); ++v) {
@@ -118,7 +119,8 @@ struct Sweep {
 
 // Tries every cut of every key: the separator is the vertices of one side with a neighbour on the
 // other.
-Sweep best_sweep(const Part& part, const std::vector<Buckets>& buckets,
+template <std::size_t kKeys>
+Sweep best_sweep(const Part& part, const std::vector<Buckets<kKeys>>& buckets,
                  const std::array<bool, kKeys>& usable) {
   struct Counts {
     Index mass = 0;  // vertices in this bucket
@@ -127,16 +129,16 @@ Sweep best_sweep(const Part& part, const std::vector<Buckets>& buckets,
   };
   std::vector<std::array<Counts, kKeys>> counts(kBuckets + 1);
   for (Index v = 0; v < part.count(); ++v) {
-    Buckets low = buckets[size(v)];
-    Buckets high = low;
+    Buckets<kKeys> low = buckets[size(v)];
+    Buckets<kKeys> high = low;
     for_neighbours(part, v, [&](Index u) {
-      const Buckets& other = buckets[size(u)];
+      const Buckets<kKeys>& other = buckets[size(u)];
       for (std::size_t k = 0; k < kKeys; ++k) {
         low[k] = std::min(low[k], other[k]);
         high[k] = std::max(high[k], other[k]);
       }
     });
-    const Buckets& own = buckets[size(v)];
+    const Buckets<kKeys>& own = buckets[size(v)];
     for (std::size_t k = 0; k < kKeys; ++k) {
       ++counts[own[k]][k].mass;
       ++counts[own[k] + 1u][k].left;  // in the left separator for own < cut <= high
@@ -184,13 +186,11 @@ class Refinement {
 
  private:
   struct Move {
-    Index gain;
     Index vertex;
     char to;
-    bool operator<(const Move& o) const {
-      return gain != o.gain ? gain < o.gain : vertex != o.vertex ? vertex > o.vertex : to > o.to;
-    }
   };
+  // Gains are at most 1; moves that cost kMostLoss and more never pay.
+  static constexpr Index kMostLoss = 6;
 
   // Change of the separator's size, negated, when v leaves it for side `to`.
   Index gain(Index v, char to) const {
@@ -200,7 +200,24 @@ class Refinement {
   }
 
   void push(Index v) {
-    for (const char to : {kLeft, kRight}) queue_.push({gain(v, to), v, to});
+    Index beside[3] = {0, 0, 0};
+    for_neighbours(part_, v, [&](Index u) { ++beside[static_cast<int>(side_[size(u)])]; });
+    for (const char to : {kLeft, kRight}) {
+      const Index loss = beside[1 - to];
+      if (loss >= kMostLoss) continue;
+      moves_[size(loss)].push_back({v, to});
+      least_loss_ = std::min(least_loss_, loss);
+    }
+  }
+
+  // Takes the move with the largest gain, the last one pushed of several. False if none is left.
+  bool pop(Move& move, Index& gain) {
+    while (least_loss_ < kMostLoss && moves_[size(least_loss_)].empty()) ++least_loss_;
+    if (least_loss_ == kMostLoss) return false;
+    move = moves_[size(least_loss_)].back();
+    moves_[size(least_loss_)].pop_back();
+    gain = 1 - least_loss_;
+    return true;
   }
 
   void put(Index v, char to) {
@@ -213,7 +230,8 @@ class Refinement {
   // One pass; true if the separator shrank, or stayed as small with better balance.
   bool improve() {
     const auto imbalance = [&] { return std::abs(weight_[0] - weight_[1]); };
-    queue_ = {};
+    for (auto& moves : moves_) moves.clear();
+    least_loss_ = kMostLoss;
     log_.clear();
     std::vector<Index> touched;
     for (Index v = 0; v < part_.count(); ++v) {
@@ -227,11 +245,11 @@ class Refinement {
     Index idle = 0;
     const Index patience = std::max<Index>(40, start / 3);
     const auto most = static_cast<Index>(kMostSide * part_.count());
-    while (!queue_.empty() && idle < patience) {
-      const Move move = queue_.top();
-      queue_.pop();
+    Move move{};
+    Index expected = 0;
+    while (idle < patience && pop(move, expected)) {
       const Index v = move.vertex;
-      if (side_[size(v)] != kSeparator || locked_[size(v)] || gain(v, move.to) != move.gain)
+      if (side_[size(v)] != kSeparator || locked_[size(v)] || gain(v, move.to) != expected)
         continue;
       if (weight_[static_cast<std::size_t>(move.to)] >= most) continue;
       locked_[size(v)] = 1;
@@ -272,26 +290,45 @@ class Refinement {
   std::vector<char>& side_;
   std::vector<char> locked_;
   std::array<Index, 3> weight_{0, 0, 0};
-  std::priority_queue<Move> queue_;
+  std::array<std::vector<Move>, kMostLoss> moves_;  // by loss
+  Index least_loss_ = kMostLoss;
   std::vector<std::pair<Index, char>> log_;
 };
 
-// Sides of a part with more than kLeaf vertices.
-std::vector<char> split(const Part& part, const ExecutionContext& context) {
+// Vertices by bucket.
+template <std::size_t kKeys>
+std::vector<Index> sorted_by(const std::vector<Buckets<kKeys>>& buckets, std::size_t key) {
+  std::array<Index, kBuckets + 1> begin{};
+  for (const Buckets<kKeys>& b : buckets) ++begin[b[key] + 1u];
+  for (std::size_t i = 1; i < begin.size(); ++i) begin[i] += begin[i - 1];
+  std::vector<Index> sorted(buckets.size());
+  for (Index v = 0; v < static_cast<Index>(buckets.size()); ++v)
+    sorted[size(begin[buckets[size(v)][key]]++)] = v;
+  return sorted;
+}
+
+// Sides of a part with more than kLeaf vertices. `sorted` gets the vertices from one end to the
+// other, or stays empty: so numbered, the vertices of a side have their neighbours near them, and
+// the first one is at an end.
+template <std::size_t kKeys>
+std::vector<char> split(const Part& part, std::vector<Index>& sorted,
+                        const ExecutionContext& context) {
   std::vector<Index> from_one;
   std::vector<Index> from_other;
-  const auto seen = distances(part, 0, from_one);
+  Index one = 0;
+  if (!part.ends_first || part.count() > 1000) {
+    one = distances(part, 0, from_one).back();
+    context.check();
+  }
+  const auto seen = distances(part, one, from_one);
   if (static_cast<Index>(seen.size()) < part.count()) return split_components(part);
-  const Index one = seen.back();
   context.check();
-  const Index other = distances(part, one, from_one).back();
-  context.check();
-  distances(part, other, from_other);
+  distances(part, seen.back(), from_other);
   context.check();
 
-  std::vector<Buckets> buckets(size(part.count()));
+  std::vector<Buckets<kKeys>> buckets(size(part.count()));
   std::array<bool, kKeys> usable{};
-  if (!part.rank.empty()) {
+  if constexpr (kKeys == kAllKeys) {
     const auto rank = [&](Index v, int axis) -> std::int64_t {
       return part.rank[size(v)][size(axis)];
     };
@@ -301,9 +338,10 @@ std::vector<char> split(const Part& part, const ExecutionContext& context) {
     usable[3] = fill_buckets(part, 3, buckets, [&](Index v) { return rank(v, 0) - rank(v, 1); });
     context.check();
   }
-  usable[4] =
-      fill_buckets(part, 4, buckets, [&](Index v) -> std::int64_t { return from_one[size(v)]; });
-  usable[5] = fill_buckets(part, 5, buckets, [&](Index v) -> std::int64_t {
+  constexpr int kFirst = kKeys - kDistanceKeys;
+  usable[kFirst] = fill_buckets(part, kFirst, buckets,
+                                [&](Index v) -> std::int64_t { return from_one[size(v)]; });
+  usable[kFirst + 1] = fill_buckets(part, kFirst + 1, buckets, [&](Index v) -> std::int64_t {
     return from_one[size(v)] - from_other[size(v)];
   });
   context.check();
@@ -318,6 +356,7 @@ std::vector<char> split(const Part& part, const ExecutionContext& context) {
     for (Index v = 0; v < part.count(); ++v) {
       side[size(v)] = buckets[size(v)][size(sweep.key)] < sweep.cut ? kLeft : kRight;
     }
+    sorted = sorted_by(buckets, size(sweep.key));
   }
   const char donor = sweep.from_left ? kLeft : kRight;
   std::vector<Index> separator;
@@ -340,16 +379,17 @@ std::vector<Index> leaf_order(const Part& part) {
   return minimum_degree(near, part.outside);
 }
 
-// The vertices of one side as a part of their own.
+// The vertices of one side as a part of their own, numbered in the order `sorted`.
 Part extract(const Part& part, const std::vector<char>& side, char which,
-             const std::vector<Index>& local, Index count) {
+             const std::vector<Index>& sorted, const std::vector<Index>& local, Index count) {
   Part child;
+  child.neighbour.reserve(part.neighbour.size() * size(count) / size(part.count()) + 64);
   child.vertices.reserve(size(count));
   child.outside.reserve(size(count));
   child.offset.reserve(size(count) + 1);
   child.offset.push_back(0);
   if (!part.rank.empty()) child.rank.reserve(size(count));
-  for (Index v = 0; v < part.count(); ++v) {
+  for (const Index v : sorted) {
     if (side[size(v)] != which) continue;
     child.vertices.push_back(part.vertices[size(v)]);
     if (!part.rank.empty()) child.rank.push_back(part.rank[size(v)]);
@@ -376,14 +416,20 @@ void dissect(Part& part, std::vector<Index>& order, DissectionTree& tree,
     for (const Index v : part.vertices) tree[size(v)] = part.node;
     return;
   }
-  const std::vector<char> side = split(part, context);
+  std::vector<Index> sorted;
+  const std::vector<char> side = part.rank.empty() ? split<kDistanceKeys>(part, sorted, context)
+                                                   : split<kAllKeys>(part, sorted, context);
   context.check();
+  const bool ends_first = !sorted.empty();
+  if (!ends_first) {
+    sorted.resize(size(part.count()));
+    std::iota(sorted.begin(), sorted.end(), 0);
+  }
   std::vector<Index> local(size(part.count()));
   std::array<Index, 3> count{0, 0, 0};
-  for (Index v = 0; v < part.count(); ++v)
-    local[size(v)] = count[static_cast<std::size_t>(side[size(v)])]++;
+  for (const Index v : sorted) local[size(v)] = count[static_cast<std::size_t>(side[size(v)])]++;
   Index at = part.begin + count[kLeft] + count[kRight];
-  for (Index v = 0; v < part.count(); ++v) {
+  for (const Index v : sorted) {
     if (side[size(v)] != kSeparator) continue;
     order[size(at++)] = part.vertices[size(v)];
     tree[size(part.vertices[size(v)])] = part.node;
@@ -392,7 +438,8 @@ void dissect(Part& part, std::vector<Index>& order, DissectionTree& tree,
   for (const char which : {kLeft, kRight}) {
     const Index n = count[static_cast<std::size_t>(which)];
     if (n == 0) continue;
-    children.push_back(extract(part, side, which, local, n));
+    children.push_back(extract(part, side, which, sorted, local, n));
+    children.back().ends_first = ends_first;
     children.back().begin = begin;
     // Beyond the deepest node that can be named the whole subtree counts as one.
     children.back().node =
