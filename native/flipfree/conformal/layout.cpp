@@ -29,6 +29,18 @@ long double square_of(const Place& p, const Place& q) {
 template <typename Real>
 struct Frame {
   Real x{0.0}, y{0.0}, dx{1.0}, dy{0.0};
+
+  Frame() = default;
+  // Number by number: compilers copy 80-bit numbers 16 bytes at a time, which waits until they have
+  // left the store buffer, and frames are copied as soon as they are made.
+  Frame(const Frame& f) : x(f.x), y(f.y), dx(f.dx), dy(f.dy) {}
+  Frame& operator=(const Frame& f) {
+    x = f.x;
+    y = f.y;
+    dx = f.dx;
+    dy = f.dy;
+    return *this;
+  }
 };
 
 template <typename Real>
@@ -102,16 +114,17 @@ class Developer {
     return sum;
   }
 
-  // Follows half-edge g of M0 from the frame of start(g); returns the frame of start(opposite(g)).
-  // Calls visit(crossing id, place) in order along g.
+  // Follows half-edge g of M0, an edge of T as well, from the frame of start(g) to that of
+  // start(opposite(g)).
+  F along_shared(F frame, HalfedgeId g) const {
+    to_opposite(frame, start(g).halfedge);
+    return frame;
+  }
+  // The same for any other half-edge. Calls visit(crossing id, place) in order along g.
   template <typename Visit>
   F follow(F frame, HalfedgeId g, const Visit& visit) const {
     const CurveStart& s = start(g);
     HalfedgeId h = s.halfedge;
-    if (s.shared()) {
-      to_opposite(frame, h);
-      return frame;
-    }
     const auto curve = static_cast<std::size_t>((*input_.curve_of_edge)[at(g >> 1)]);
     const OverlayTrace& trace = *input_.trace;
     const bool forward = trace.curves[curve] == g;
@@ -269,11 +282,15 @@ class FaceDeveloper {
       : input_(input),
         halfedges_(*input.halfedge_of_corner),
         developer_(input, std::move(lengths), context),
-        corner_of_(at(input.coordinates->input().halfedge_count()), kInvalid),
+        mate_(halfedges_.size(), kInvalid),
         placed_(halfedges_.size(), 0),
         size_(sizes()),
         queue_(square(*std::max_element(size_.begin(), size_.end()))) {
-    for (CornerId c = 0; c < corner_count(); ++c) corner_of_[at(halfedges_[at(c)])] = c;
+    corner_of_.assign(at(input.coordinates->input().halfedge_count()), kInvalid);
+    for (CornerId c = 0; c < corner_count(); ++c) corner_of_[at(halfedge(c))] = c;
+    for (CornerId c = 0; c < corner_count(); ++c) {
+      if ((*input.cut)[at(halfedge(c) >> 1)] == 0) mate_[at(c)] = corner_of_[at(opposite(c))];
+    }
     layout_.corner.resize(halfedges_.size());
     layout_.crossing.resize(input.trace->crossings.size());
     layout_.chart_of_face.assign(halfedges_.size() / 3, kInvalid);
@@ -285,7 +302,7 @@ class FaceDeveloper {
       place_root(root, chart);
       while (!queue_.empty()) place_next(chart, context);
     }
-    measure_angles();
+    measure_angles(context);
     layout_.closing_error = largest_ > 0 ? static_cast<double>(std::sqrt(gap_ / largest_)) : 0.0;
     return std::move(layout_);
   }
@@ -297,8 +314,9 @@ class FaceDeveloper {
   Index corner_count() const { return static_cast<Index>(halfedges_.size()); }
   HalfedgeId halfedge(CornerId c) const { return halfedges_[at(c)]; }
   HalfedgeId opposite(CornerId c) const { return FlipMesh::opposite_of(halfedge(c)); }
-  CornerId mate(CornerId c) const { return corner_of_[at(opposite(c))]; }
-  bool is_cut(CornerId c) const { return (*input_.cut)[at(halfedge(c) >> 1)] != 0; }
+  // The corner whose half-edge is opposite to that of c; kInvalid at cuts.
+  CornerId mate(CornerId c) const { return mate_[at(c)]; }
+  bool is_cut(CornerId c) const { return mate(c) == kInvalid; }
   bool is_done(FaceId f) const { return layout_.chart_of_face[at(f)] != kInvalid; }
   // Is the edge of this corner placed already, from its other side?
   bool known(CornerId c) const { return !is_cut(c) && is_done(mate(c) / 3); }
@@ -366,17 +384,20 @@ class FaceDeveloper {
       gap_ = std::max(gap_, square_of(layout_.corner[at(c)], p));
       return;
     }
-    const auto set = [&](CornerId d) { layout_.corner[at(d)] = p, placed_[at(d)] = 1; };
+    const auto set = [&](CornerId d) {
+      layout_.corner[at(d)].x = p.x;
+      layout_.corner[at(d)].y = p.y;
+      placed_[at(d)] = 1;
+    };
     set(c);
     CornerId d = c;
-    while (!is_cut(previous_corner(d))) {  // counter-clockwise
-      d = mate(previous_corner(d));
+    while ((d = mate(previous_corner(d))) != kInvalid) {  // counter-clockwise
       if (d == c) return;
       set(d);
     }
     d = c;
-    while (!is_cut(d)) {  // clockwise
-      d = next_corner(mate(d));
+    while ((d = mate(d)) != kInvalid) {  // clockwise
+      d = next_corner(d);
       set(d);
     }
   }
@@ -385,13 +406,18 @@ class FaceDeveloper {
   F develop_edge(CornerId c, const F& from, bool backwards) {
     const HalfedgeId g = halfedge(c);
     const HalfedgeId along = backwards ? FlipMesh::opposite_of(g) : g;
-    const auto curve = static_cast<std::size_t>((*input_.curve_of_edge)[at(g >> 1)]);
-    const std::size_t side = input_.trace->curves[curve] == g ? 0 : 1;
     const bool cut = is_cut(c);
-    const F to = developer_.follow(from, along, [&](std::size_t id, const Place& p) {
-      layout_.crossing[id][side] = p;
-      if (!cut) layout_.crossing[id][1 - side] = p;
-    });
+    F to;
+    if (developer_.start(along).shared()) {
+      to = developer_.along_shared(from, along);
+    } else {
+      const auto curve = static_cast<std::size_t>((*input_.curve_of_edge)[at(g >> 1)]);
+      const std::size_t side = input_.trace->curves[curve] == g ? 0 : 1;
+      to = developer_.follow(from, along, [&](std::size_t id, const Place& p) {
+        layout_.crossing[id][side] = p;
+        if (!cut) layout_.crossing[id][1 - side] = p;
+      });
+    }
     const F& source = backwards ? to : from;
     const F& target = backwards ? from : to;
     const long double size = square_of(developer_.place(source), developer_.place(target));
@@ -412,25 +438,33 @@ class FaceDeveloper {
     queue_.push(square, {corner, slot});
   }
 
-  void measure_angles() {
+  void measure_angles(const ExecutionContext& context) {
     layout_.corner_angle.assign(halfedges_.size(), 0.0);
-    std::vector<char> has_crossings(halfedges_.size() / 3, 0);
-    for (CornerId c = 0; c < corner_count(); ++c) {
-      const auto curve = static_cast<std::size_t>((*input_.curve_of_edge)[at(halfedge(c) >> 1)]);
-      const OverlayTrace& trace = *input_.trace;
-      if (trace.begin[curve + 1] > trace.begin[curve]) has_crossings[at(c / 3)] = 1;
+    std::vector<FaceId> faces;  // with crossings
+    const OverlayTrace& trace = *input_.trace;
+    for (std::size_t curve = 0; curve < trace.curves.size(); ++curve) {
+      if (trace.begin[curve + 1] == trace.begin[curve]) continue;
+      const HalfedgeId g = trace.curves[curve];
+      for (const CornerId c : {corner_of_[at(g)], corner_of_[at(FlipMesh::opposite_of(g))]})
+        if (c != kInvalid) faces.push_back(c / 3);
     }
-    for (CornerId c = 0; c < corner_count(); ++c) {
-      if (has_crossings[at(c / 3)] == 0) continue;
-      layout_.corner_angle[at(c)] =
-          developer_.angle_between(halfedge(c), opposite(previous_corner(c)));
-    }
+    std::sort(faces.begin(), faces.end());
+    faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
+    parallel_for(context, faces.size(), 512, [&](std::size_t begin, std::size_t end, std::size_t) {
+      for (std::size_t i = begin; i < end; ++i) {
+        for (CornerId c = 3 * faces[i]; c < 3 * faces[i] + 3; ++c) {
+          layout_.corner_angle[at(c)] =
+              developer_.angle_between(halfedge(c), opposite(previous_corner(c)));
+        }
+      }
+    });
   }
 
   const LayoutInput& input_;
   const std::vector<HalfedgeId>& halfedges_;  // of M0, per corner
   const Developer<Real> developer_;
   std::vector<CornerId> corner_of_;  // half-edge of M0 -> corner
+  std::vector<CornerId> mate_;       // per corner
   Layout layout_;
   std::vector<char> placed_;       // corners whose place is known
   std::vector<long double> size_;  // per face

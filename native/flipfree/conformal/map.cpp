@@ -124,7 +124,8 @@ Layout lay_out_metric(const ConformalMetric& metric, const Overlay& overlay,
 }
 
 EdgePointMap to_edge_points(const MapLayout& developed, const Placement& placement,
-                            const InputEdges& edges, const Adjacency& adjacency) {
+                            const InputEdges& edges, const Adjacency& adjacency,
+                            const ExecutionContext& context) {
   const Layout& layout = developed.layout;
   EdgePointMap map;
   map.edge_halfedge = edges.halfedge;
@@ -133,9 +134,13 @@ EdgePointMap to_edge_points(const MapLayout& developed, const Placement& placeme
   const auto corner_count = static_cast<CornerId>(layout.corner.size());
   map.corner_angle = layout.corner_angle;
   map.corner_uv.resize(corner_count, 2);
-  for (CornerId c = 0; c < corner_count; ++c) {
-    map.corner_uv.row(c) = placement.apply(layout.corner[at(c)], layout.chart_of_face[at(c / 3)]);
-  }
+  parallel_for(context, at(corner_count), 16384,
+               [&](std::size_t begin, std::size_t end, std::size_t) {
+                 for (auto c = static_cast<CornerId>(begin); c < static_cast<CornerId>(end); ++c) {
+                   map.corner_uv.row(c) =
+                       placement.apply(layout.corner[at(c)], layout.chart_of_face[at(c / 3)]);
+                 }
+               });
   map.points.resize(developed.along.size());
   for (std::size_t e = 0; e < edges.halfedge.size(); ++e) {
     const HalfedgeId other = adjacency.opposite[at(edges.halfedge[e])];
@@ -170,7 +175,7 @@ RoundedMap refine_and_round(const Surface& surface, const Adjacency& adjacency,
   Placement best_placement = placement;
   RoundedMap best;
   for (int attempt = 0; attempt < kOrigins; ++attempt) {
-    const EdgePointMap points = to_edge_points(developed, placement, edges, adjacency);
+    const EdgePointMap points = to_edge_points(developed, placement, edges, adjacency, context);
     RefinedMap refined =
         refine_map(surface, adjacency, points, refinement, Storage::k64And32, context);
     if (attempt == 0 || refined.invalid.size() < best.too_small.size()) {
@@ -184,7 +189,7 @@ RoundedMap refine_and_round(const Surface& surface, const Adjacency& adjacency,
     if (best.too_small.empty()) return best;
     placement.origin = finest_place(layout, placement, best.too_small);
   }
-  const EdgePointMap points = to_edge_points(developed, best_placement, edges, adjacency);
+  const EdgePointMap points = to_edge_points(developed, best_placement, edges, adjacency, context);
   best.map = refine_map(surface, adjacency, points, refinement, Storage::k64Only, context);
   return best;
 }
@@ -215,7 +220,10 @@ bool repair_rounding(const Parametrization& map, Points2f& uv32, Stats& stats,
 double stored_angle_error(const Parametrization& map,
                           const std::vector<std::pair<VertexId, double>>& prescribed) {
   std::vector<double> sum(static_cast<std::size_t>(map.surface.vertices.rows()), 0.0);
+  std::vector<char> asked(sum.size(), 0);
+  for (const auto& [v, angle] : prescribed) asked[at(v)] = 1;
   for (CornerId c = 0; c < static_cast<CornerId>(map.uv32.rows()); ++c) {
+    if (asked[at(map.surface.faces(c / 3, c % 3))] == 0) continue;
     const Vector2 p = map.uv32.row(c).cast<double>();
     const Vector2 a = map.uv32.row(next_corner(c)).cast<double>().transpose() - p;
     const Vector2 b = map.uv32.row(previous_corner(c)).cast<double>().transpose() - p;

@@ -13,9 +13,15 @@ namespace {
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 // Per half-edge; those that shall be avoided are longer than any path along others.
-std::vector<double> path_lengths(const Surface& surface, const EdgeFlags& avoided) {
+std::vector<double> path_lengths(const Surface& surface, const Adjacency& adjacency,
+                                 const EdgeFlags& avoided) {
   std::vector<double> length(at(static_cast<Index>(surface.faces.size())));
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(length.size()); ++h) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o != kInvalid && o < h) {
+      length[at(h)] = length[at(o)];
+      continue;
+    }
     const VertexId a = source(surface.faces, h), b = target(surface.faces, h);
     length[at(h)] = (surface.vertices.row(a) - surface.vertices.row(b)).norm();
   }
@@ -98,7 +104,7 @@ EdgeFlags cut_to_disks(const Surface& surface, const Adjacency& adjacency, const
                        const ExecutionContext& context) {
   const Triangles& faces = surface.faces;
   EdgeFlags cut = given.empty() ? EdgeFlags(adjacency.opposite.size(), 0) : given;
-  const std::vector<double> length = path_lengths(surface, avoided);
+  const std::vector<double> length = path_lengths(surface, adjacency, avoided);
   ShortestPaths forest(faces, adjacency, length);
   for (const VertexId v : forest_sources(faces, adjacency, cut, cones)) forest.add_source(v);
   forest.grow(context);

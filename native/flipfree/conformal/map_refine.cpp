@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "flipfree/base/parallel.h"
 #include "flipfree/conformal/developed_angles.h"
 #include "flipfree/conformal/polygon_triangulation.h"
 
@@ -34,18 +35,7 @@ class Refiner {
 
   void run(Refinement refinement, const ExecutionContext& context) {
     const auto faces = static_cast<FaceId>(input_.faces.rows());
-    std::vector<FaceId> bad;
-    for (FaceId f = 0; f < faces; ++f) {
-      if (f % 4096 == 0) context.check();
-      build_polygon(f, polygon_);
-      const GlobalTriangle whole{polygon_[0].id, polygon_[1].id, polygon_[2].id};
-      if (!valid_triangle(polygon_[0], polygon_[1], polygon_[2], storage_) ||
-          (has_points(f) &&
-           !angles_are_developed(developed_angles(map_, vertex_count_, f, polygon_), polygon_,
-                                 {whole}))) {
-        bad.push_back(f);
-      }
-    }
+    std::vector<FaceId> bad = find_bad(context);
     if (refinement == Refinement::kNever) {
       invalid = bad;
       return;
@@ -78,6 +68,29 @@ class Refiner {
   std::vector<PolygonTriangle> local_;
 
   bool is_left(HalfedgeId h) const { return map_.edge_halfedge[at(map_.edge_of[at(h)])] == h; }
+
+  // Faces whose own triangle is not valid or not the right one.
+  std::vector<FaceId> find_bad(const ExecutionContext& context) const {
+    constexpr std::size_t kFacesPerChunk = 4096;
+    const std::size_t faces = slot_.size();
+    std::vector<std::vector<FaceId>> found(chunk_count(faces, kFacesPerChunk));
+    parallel_for(
+        context, faces, kFacesPerChunk, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+          std::vector<PolygonVertex> p;
+          for (auto f = static_cast<FaceId>(begin); f < static_cast<FaceId>(end); ++f) {
+            build_polygon(f, p);
+            const GlobalTriangle whole{p[0].id, p[1].id, p[2].id};
+            if (!valid_triangle(p[0], p[1], p[2], storage_) ||
+                (has_points(f) &&
+                 !angles_are_developed(developed_angles(map_, vertex_count_, f, p), p, {whole}))) {
+              found[chunk].push_back(f);
+            }
+          }
+        });
+    std::vector<FaceId> bad;
+    for (const auto& part : found) bad.insert(bad.end(), part.begin(), part.end());
+    return bad;
+  }
 
   // The face's image as a polygon of its corners and active points, in a frame isometric to the
   // surface.

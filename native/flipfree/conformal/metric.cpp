@@ -227,7 +227,7 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
     totals.seconds_start += starting.seconds();
     NewtonRun run;
     if (reached) {
-      run = run_newton(*engine, system, newton, descent, scale, context);
+      run = run_newton(*engine, system, newton, descent, context);
       add_run(run, totals, result);
     } else {
       run.end = NewtonEnd::kPrecision;
@@ -245,6 +245,7 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
     if (enough_bits && run.end == NewtonEnd::kConverged && !replayed &&
         direct > kLongWay * engine->mesh().edge_count()) {
       replayed = true;
+      scale = engine->scaled_so_far();
       continue;
     }
     const bool more_bits_help =
@@ -255,6 +256,7 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
       finish_result(*engine, input, options, run, result, context);
       break;
     }
+    if (reached) scale = engine->scaled_so_far();
     bits = options.bits != 0 ? options.bits : bits == 53 ? 128 : std::min(2 * bits, kLargestBits);
   }
   result.stats["seconds"] = watch.seconds();

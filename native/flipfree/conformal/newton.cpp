@@ -309,10 +309,8 @@ NewtonRun iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOption
 }  // namespace
 
 NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
-                     Descent& descent, ScaleLogarithms& scale, ExecutionContext& context) {
-  NewtonRun run = iterate(engine, system, options, descent, context);
-  scale = engine.scaled_so_far();
-  return run;
+                     Descent& descent, ExecutionContext& context) {
+  return iterate(engine, system, options, descent, context);
 }
 
 }  // namespace flipfree::conformal

@@ -48,10 +48,10 @@ struct NewtonRun {
   double seconds_relax = 0.0;
 };
 
-// Iterates from the engine's present state. `scale` receives where another engine goes on. Every
-// step either lowers the convex energy or ends the run. `descent` is carried from one engine to the
-// next. Checks for cancellation in every evaluation.
+// Iterates from the engine's present state. Every step either lowers the convex energy or ends the
+// run. `descent` is carried from one engine to the next. Checks for cancellation in every
+// evaluation.
 NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
-                     Descent& descent, ScaleLogarithms& scale, ExecutionContext& context);
+                     Descent& descent, ExecutionContext& context);
 
 }  // namespace flipfree::conformal

@@ -20,8 +20,8 @@ constexpr int kAccurateRounds = 8;    // with the accurate factorization
 // goes with the square of this one as well.
 constexpr double kNear = 0.3;
 constexpr int kOldFactorRounds = 12;
-constexpr double kInexact = 0.02;
-constexpr double kLoosest = 1e-3;
+constexpr double kInexact = 0.1;
+constexpr double kLoosest = 1e-2;
 
 void add(FineVector& d, std::size_t i, double x) {
   const double sum = d.high[i] + x;

@@ -1,8 +1,10 @@
 // Shortest paths along edges from a set of sources that may grow (Dijkstra 1959).
 #pragma once
 
+#include <array>
+#include <bit>
+#include <cstdint>
 #include <limits>
-#include <queue>
 #include <utility>
 #include <vector>
 
@@ -35,13 +37,38 @@ class ShortestPaths {
  private:
   void relax(VertexId from, VertexId to, HalfedgeId h);
 
+  // A priority queue for keys that are never smaller than the last one taken (radix heap: Ahuja,
+  // Mehlhorn, Orlin, Tarjan 1990), on the bits of distances, which ascend with them. Entries lie in
+  // the bucket of the highest bit in which they differ from the last one taken.
+  class Queue {
+   public:
+    bool empty() const { return count_ == 0; }
+    void push(double key, VertexId v) {
+      const auto bits = std::bit_cast<std::uint64_t>(key);
+      buckets_[bucket(bits)].push_back({bits, v});
+      ++count_;
+    }
+    std::pair<double, VertexId> pop();
+
+   private:
+    struct Entry {
+      std::uint64_t bits;
+      VertexId vertex;
+    };
+    std::size_t bucket(std::uint64_t bits) const {
+      return static_cast<std::size_t>(64 - std::countl_zero(bits ^ last_));
+    }
+    std::array<std::vector<Entry>, 65> buckets_;
+    std::uint64_t last_ = 0;
+    std::size_t count_ = 0;
+  };
+
   const Triangles& faces_;
   const Adjacency& adjacency_;
   const std::vector<double>& length_;
   std::vector<double> distance_;
   std::vector<HalfedgeId> arrival_;
-  using Entry = std::pair<double, VertexId>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue_;
+  Queue queue_;
 };
 
 }  // namespace flipfree

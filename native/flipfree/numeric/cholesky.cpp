@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 #include "flipfree/base/error.h"
 #include "flipfree/numeric/multifrontal.h"
@@ -92,6 +93,8 @@ bool SparseCholesky::analyzed() const { return state_->numeric.has_value(); }
 void SparseCholesky::analyze(const SparseMatrix& matrix, ExecutionContext& context,
                              const Points2* places) {
   context.check();
+  FactorMemory memory;
+  if (state_->numeric) memory = state_->numeric->take_memory();
   state_->numeric.reset();
   state_->factorized = false;
   state_->unknowns = static_cast<Index>(matrix.cols());
@@ -112,7 +115,7 @@ void SparseCholesky::analyze(const SparseMatrix& matrix, ExecutionContext& conte
       nested_dissection(graph, place.empty() ? nullptr : place.data(), context, &state_->tree);
   Supernodes supernodes = analyze_supernodes(graph, state_->order, context);
   state_->numeric.emplace(std::move(supernodes), block, state_->unknowns, matrix.outerIndexPtr(),
-                          matrix.innerIndexPtr(), context);
+                          matrix.innerIndexPtr(), context, std::move(memory));
 }
 
 void SparseCholesky::analyze_again(const SparseMatrix& matrix, ExecutionContext& context) {
@@ -122,13 +125,15 @@ void SparseCholesky::analyze_again(const SparseMatrix& matrix, ExecutionContext&
     return;
   }
   context.check();
+  FactorMemory memory;
+  if (state_->numeric) memory = state_->numeric->take_memory();
   state_->numeric.reset();
   state_->factorized = false;
   const Graph graph = graph_of(matrix, block);
   state_->order = repair_dissection(graph, state_->order, state_->tree, context);
   Supernodes supernodes = analyze_supernodes(graph, state_->order, context);
   state_->numeric.emplace(std::move(supernodes), block, state_->unknowns, matrix.outerIndexPtr(),
-                          matrix.innerIndexPtr(), context);
+                          matrix.innerIndexPtr(), context, std::move(memory));
 }
 
 bool SparseCholesky::factorize(const SparseMatrix& matrix, ExecutionContext& context) {

@@ -19,9 +19,9 @@ constexpr double kTaskShare =
     1.0 / 24;                       // no subtree task may cost more than this share of everything
 constexpr double kLeastTask = 2e6;  // flops; smaller subtrees are not split off
 
-std::size_t size(Index i) { return static_cast<std::size_t>(i); }
-std::size_t size(std::int64_t i) { return static_cast<std::size_t>(i); }
-std::int64_t wide(Index i) { return i; }
+constexpr std::size_t size(Index i) { return static_cast<std::size_t>(i); }
+constexpr std::size_t size(std::int64_t i) { return static_cast<std::size_t>(i); }
+constexpr std::int64_t wide(Index i) { return i; }
 
 // Calls body(begin, end) for [0, count) in steps of `grain`; on the context's threads if there is
 // one.
@@ -40,6 +40,16 @@ void tiles(const ExecutionContext* parallel, Index count, Index grain, Body body
 
 }  // namespace
 
+double* DoubleBuffer::provide(std::int64_t size) {
+  if (size > capacity_) {
+    // Some more, since the next factor will be a little different. Untouched pages cost nothing.
+    capacity_ = size + size / 4;
+    data_.reset();
+    data_ = std::make_unique_for_overwrite<double[]>(static_cast<std::size_t>(capacity_));
+  }
+  return data_.get();
+}
+
 struct Multifrontal::Stack {
   double* base = nullptr;
   std::int64_t top = 0;
@@ -48,8 +58,8 @@ struct Multifrontal::Stack {
 };
 
 Multifrontal::Multifrontal(Supernodes supernodes, Index block, Index size_, const Index* column,
-                           const Index* row, const ExecutionContext& context)
-    : s_(std::move(supernodes)), block_(block), size_(size_) {
+                           const Index* row, const ExecutionContext& context, FactorMemory memory)
+    : s_(std::move(supernodes)), block_(block), size_(size_), memory_(std::move(memory)) {
   const Index count = s_.count();
   panel_.assign(1, 0);
   child_begin_.assign(size(count) + 1, 0);
@@ -178,6 +188,9 @@ void Multifrontal::plan_tasks() {
   }
   std::sort(top_.begin(), top_.end());
   task_of_.assign(size(count), kInvalid);
+  inside_.resize(size(count));
+  for (Index s = 0; s < count; ++s) inside_[size(s)] = s_.rows_below(s);
+  target_ = s_.rows;
   std::vector<Index> members;
   for (std::size_t t = 0; t < tasks_.size(); ++t) {
     Task& task = tasks_[t];
@@ -189,8 +202,26 @@ void Multifrontal::plan_tasks() {
     members.resize(size(task.root - task.begin + 1));
     std::iota(members.begin(), members.end(), task.begin);
     task_stack_ = std::max(task_stack_, stack_need(members));
+    plan_outside(task);
   }
   top_stack_ = stack_need(top_);
+}
+
+// Rows past the task, of the supernodes in it, are rows of its root's front: their places there.
+void Multifrontal::plan_outside(const Task& task) {
+  const Index end = s_.first[size(task.root) + 1];
+  const auto root_begin = s_.rows.begin() + s_.rows_begin[size(task.root)];
+  const auto root_end = s_.rows.begin() + s_.rows_begin[size(task.root) + 1];
+  for (Index s = task.begin; s <= task.root; ++s) {
+    const auto begin = s_.rows_begin[size(s)];
+    auto i = s_.rows_begin[size(s) + 1];
+    auto at = root_end;  // both lists ascend
+    for (; i > begin && s_.rows[size(i - 1)] >= end; --i) {
+      while (at != root_begin && *(at - 1) >= s_.rows[size(i - 1)]) --at;
+      target_[size(i - 1)] = static_cast<Index>(at - root_begin);
+    }
+    inside_[size(s)] = static_cast<Index>(i - begin);
+  }
 }
 
 // Doubles that the stack of update matrices holds at its fullest. Children that are task roots are
@@ -335,7 +366,7 @@ void Multifrontal::form_update(Index s, const double* panel, double* update,
 bool Multifrontal::eliminate(Index s, const double* values, Stack& stack,
                              const ExecutionContext* parallel) {
   if (parallel != nullptr && front_flops(s) < kTileFlops) parallel = nullptr;
-  double* panel = factor_.get() + panel_[size(s)];
+  double* panel = factor_ + panel_[size(s)];
   assemble_panel(s, values, panel);
   const Index children_begin = child_begin_[size(s)];
   const Index children_end = child_begin_[size(s) + 1];
@@ -348,7 +379,7 @@ bool Multifrontal::eliminate(Index s, const double* values, Stack& stack,
   const auto update_of = [&](Index child) {
     const Index task = task_of_[size(child)];
     if (task != kInvalid)
-      return static_cast<const double*>(handed_.get() + tasks_[size(task)].update);
+      return static_cast<const double*>(memory_.handed.get() + tasks_[size(task)].update);
     return static_cast<const double*>(stack.base + stack.updates[next++].second);
   };
   for (Index c = children_begin; c < children_end; ++c) {
@@ -383,26 +414,23 @@ void Multifrontal::advance(double flops, ExecutionContext& context) {
 
 bool Multifrontal::factorize(const double* values, ExecutionContext& context) {
   dense::use_one_thread();
-  if (!factor_) {
-    factor_ = std::make_unique_for_overwrite<double[]>(size(panel_.back()));
-    handed_ = std::make_unique_for_overwrite<double[]>(size(handed_size_));
-  }
+  factor_ = memory_.factor.provide(panel_.back());
+  memory_.handed.provide(handed_size_);
   done_flops_ = 0;
   std::atomic<bool> good{true};
   parallel_for(context, tasks_.size(), 1, [&](std::size_t t, std::size_t, std::size_t) {
     if (!good) return;
     const Task& task = tasks_[t];
     Stack stack;
-    std::unique_ptr<double[]> memory;
+    DoubleBuffer memory;
     {
       const std::scoped_lock lock(stacks_mutex_);
-      if (!idle_stacks_.empty()) {
-        memory = std::move(idle_stacks_.back());
-        idle_stacks_.pop_back();
+      if (!memory_.idle.empty()) {
+        memory = std::move(memory_.idle.back());
+        memory_.idle.pop_back();
       }
     }
-    if (!memory) memory = std::make_unique_for_overwrite<double[]>(size(task_stack_));
-    stack.base = memory.get();
+    stack.base = memory.provide(task_stack_);
     double flops = 0;
     for (Index s = task.begin; s <= task.root && good; ++s) {
       if (!eliminate(s, values, stack, nullptr)) good = false;
@@ -414,133 +442,20 @@ bool Multifrontal::factorize(const double* values, ExecutionContext& context) {
     }
     if (good) {
       const std::int64_t own = wide(below(task.root)) * below(task.root);
-      std::copy(memory.get(), memory.get() + own, handed_.get() + task.update);
+      std::copy(memory.get(), memory.get() + own, memory_.handed.get() + task.update);
     }
     advance(flops, context);
     const std::scoped_lock lock(stacks_mutex_);
-    idle_stacks_.push_back(std::move(memory));
+    memory_.idle.push_back(std::move(memory));
   });
   if (!good) return false;
-  const auto memory = std::make_unique_for_overwrite<double[]>(size(top_stack_));
   Stack stack;
-  stack.base = memory.get();
+  stack.base = memory_.top.provide(top_stack_);
   for (const Index s : top_) {
     if (!eliminate(s, values, stack, &context)) return false;
     advance(front_flops(s), context);
   }
   return true;
-}
-
-// x of the supernode's columns is solved; its rows below are updated, inside a task those past the
-// task in `outside`.
-void Multifrontal::forward(Index s, double* x, Index count, double* work, const Task* task,
-                           double* outside) const {
-  const Index c = width(s);
-  const Index r = below(s);
-  const double* panel = factor_.get() + panel_[size(s)];
-  double* own = x + wide(block_) * s_.first[size(s)];
-  dense::solve_left(c, count, panel, c + r, own, size_);
-  if (r == 0) return;
-  dense::product(r, c, count, panel + c, c + r, own, size_, work, r);
-  const Index* rows = s_.rows.data() + s_.rows_begin[size(s)];
-  const Index inside_end = task == nullptr
-                               ? s_.order.empty() ? 0 : static_cast<Index>(s_.order.size())
-                               : s_.first[size(task->root) + 1];
-  const Index inside =
-      static_cast<Index>(std::lower_bound(rows, rows + s_.rows_below(s), inside_end) - rows);
-  for (Index k = 0; k < count; ++k) {
-    const double* from = work + wide(k) * r;
-    double* to = x + wide(k) * size_;
-    for (Index i = 0; i < inside; ++i) {
-      for (Index b = 0; b < block_; ++b)
-        to[wide(block_) * rows[i] + b] -= from[wide(block_) * i + b];
-    }
-    if (task == nullptr) continue;
-    // All rows past the task are rows of its root's front; both lists ascend.
-    const Index* root_rows = s_.rows.data() + s_.rows_begin[size(task->root)];
-    to = outside + wide(k) * below(task->root);
-    Index at = 0;
-    for (Index i = inside; i < s_.rows_below(s); ++i) {
-      while (root_rows[at] != rows[i]) ++at;
-      for (Index b = 0; b < block_; ++b) to[wide(block_) * at + b] -= from[wide(block_) * i + b];
-    }
-  }
-}
-
-void Multifrontal::backward(Index s, double* x, Index count, double* work) const {
-  const Index c = width(s);
-  const Index r = below(s);
-  const double* panel = factor_.get() + panel_[size(s)];
-  double* own = x + wide(block_) * s_.first[size(s)];
-  const Index* rows = s_.rows.data() + s_.rows_begin[size(s)];
-  for (Index k = 0; k < count; ++k) {
-    for (Index i = 0; i < s_.rows_below(s); ++i) {
-      for (Index b = 0; b < block_; ++b) {
-        work[wide(k) * r + wide(block_) * i + b] = x[wide(k) * size_ + wide(block_) * rows[i] + b];
-      }
-    }
-  }
-  if (r > 0) dense::subtract_transposed_product(r, c, count, panel + c, c + r, work, r, own, size_);
-  dense::solve_left_transposed(c, count, panel, c + r, own, size_);
-}
-
-void Multifrontal::solve(double* rhs, Index count, const ExecutionContext& context) const {
-  dense::use_one_thread();
-  std::vector<double> x(size(size_) * size(count));
-  for (Index k = 0; k < count; ++k) {
-    for (std::size_t v = 0; v < s_.order.size(); ++v) {
-      for (Index b = 0; b < block_; ++b) {
-        x[size(k) * size(size_) + size(block_) * v + size(b)] =
-            rhs[wide(k) * size_ + wide(block_) * s_.order[v] + b];
-      }
-    }
-  }
-  std::vector<double> outside(size(outside_size_) * size(count), 0.0);
-  const std::size_t work_size = size(widest_below_) * size(count);
-  parallel_for(context, tasks_.size(), 1, [&](std::size_t t, std::size_t, std::size_t) {
-    std::vector<double> work(work_size);
-    const Task& task = tasks_[t];
-    for (Index s = task.begin; s <= task.root; ++s) {
-      if (s % 1024 == 0) context.check();
-      forward(s, x.data(), count, work.data(), &task, outside.data() + task.outside * count);
-    }
-  });
-  for (const Task& task : tasks_) {
-    const Index* rows = s_.rows.data() + s_.rows_begin[size(task.root)];
-    for (Index k = 0; k < count; ++k) {
-      const double* from = outside.data() + task.outside * count + wide(k) * below(task.root);
-      for (Index i = 0; i < s_.rows_below(task.root); ++i) {
-        for (Index b = 0; b < block_; ++b) {
-          x[size(k) * size(size_) + size(block_) * size(rows[i]) + size(b)] +=
-              from[wide(block_) * i + b];
-        }
-      }
-    }
-  }
-  std::vector<double> work(work_size);
-  for (const Index s : top_) {
-    context.check();
-    forward(s, x.data(), count, work.data(), nullptr, nullptr);
-  }
-  for (auto s = top_.rbegin(); s != top_.rend(); ++s) {
-    context.check();
-    backward(*s, x.data(), count, work.data());
-  }
-  parallel_for(context, tasks_.size(), 1, [&](std::size_t t, std::size_t, std::size_t) {
-    std::vector<double> local(work_size);
-    for (Index s = tasks_[t].root; s >= tasks_[t].begin; --s) {
-      if (s % 1024 == 0) context.check();
-      backward(s, x.data(), count, local.data());
-    }
-  });
-  for (Index k = 0; k < count; ++k) {
-    for (std::size_t v = 0; v < s_.order.size(); ++v) {
-      for (Index b = 0; b < block_; ++b) {
-        rhs[wide(k) * size_ + wide(block_) * s_.order[v] + b] =
-            x[size(k) * size(size_) + size(block_) * v + size(b)];
-      }
-    }
-  }
 }
 
 }  // namespace flipfree

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -20,12 +21,40 @@
 
 namespace flipfree {
 
+// Memory that one factorization hands to the next: fresh pages cost as much as filling them.
+class DoubleBuffer {
+ public:
+  DoubleBuffer() = default;
+  DoubleBuffer(DoubleBuffer&& other) noexcept
+      : data_(std::move(other.data_)), capacity_(std::exchange(other.capacity_, 0)) {}
+  DoubleBuffer& operator=(DoubleBuffer&& other) noexcept {
+    data_ = std::move(other.data_);
+    capacity_ = std::exchange(other.capacity_, 0);
+    return *this;
+  }
+  // At least `size` doubles; what they were is lost when that is more than before.
+  double* provide(std::int64_t size);
+  double* get() const { return data_.get(); }
+
+ private:
+  std::unique_ptr<double[]> data_;
+  std::int64_t capacity_ = 0;
+};
+struct FactorMemory {
+  DoubleBuffer factor;
+  DoubleBuffer handed;             // updates of the tasks' roots
+  DoubleBuffer top;                // stack of the supernodes above all tasks
+  std::vector<DoubleBuffer> idle;  // stacks of tasks
+};
+
 class Multifrontal {
  public:
   // block: scalars per vertex of the graph. column, row: lower triangle of the scalar pattern
   // (entries above the diagonal are skipped), unknown block * v + k belongs to vertex v.
   Multifrontal(Supernodes supernodes, Index block, Index size, const Index* column,
-               const Index* row, const ExecutionContext& context);
+               const Index* row, const ExecutionContext& context, FactorMemory memory = {});
+  // Ends the use of this one.
+  FactorMemory take_memory() { return std::move(memory_); }
 
   // False if a pivot is not positive. Reports progress over the context's current range; checks for
   // cancel after every front or tile (some milliseconds).
@@ -54,6 +83,7 @@ class Multifrontal {
   Index below(Index s) const { return block_ * s_.rows_below(s); }
   void plan_entries(const Index* column, const Index* row, const ExecutionContext& context);
   void plan_tasks();
+  void plan_outside(const Task& task);
   double front_flops(Index s) const;
   std::int64_t stack_need(const std::vector<Index>& supernodes) const;
   void assemble_panel(Index s, const double* values, double* panel) const;
@@ -69,12 +99,14 @@ class Multifrontal {
   void forward(Index s, double* x, Index count, double* work, const Task* task,
                double* outside) const;
   void backward(Index s, double* x, Index count, double* work) const;
+  void permute(double* rhs, double* x, Index count, bool back) const;
 
   Supernodes s_;
   Index block_;
   Index size_;
   std::vector<std::int64_t> panel_;  // supernode -> start of its panel in factor_
-  std::unique_ptr<double[]> factor_;
+  FactorMemory memory_;
+  double* factor_ = nullptr;
   std::vector<std::int64_t> entry_begin_;  // supernode -> entries of the matrix in its panel
   std::vector<Index> entry_source_;        // index into values
   std::vector<Index> entry_target_;        // offset in the panel
@@ -83,11 +115,13 @@ class Multifrontal {
   std::vector<Task> tasks_;     // by falling cost
   std::vector<Index> task_of_;  // supernode -> task whose root it is, or kInvalid
   std::vector<Index> top_;      // supernodes above all tasks, ascending
+  // Beside s_.rows, for solving: the row, or where the first inside_[s] rows end, its place among
+  // the rows of the task's root.
+  std::vector<Index> target_;
+  std::vector<Index> inside_;
   std::int64_t handed_size_ = 0;
-  std::unique_ptr<double[]> handed_;  // updates of the tasks' roots
-  std::int64_t task_stack_ = 0;       // doubles
+  std::int64_t task_stack_ = 0;  // doubles
   std::int64_t top_stack_ = 0;
-  std::vector<std::unique_ptr<double[]>> idle_stacks_;
   std::mutex stacks_mutex_;
   std::int64_t outside_size_ = 0;
   Index widest_below_ = 0;
