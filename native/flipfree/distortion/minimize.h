@@ -12,6 +12,7 @@
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/mesh/surface.h"
+#include "flipfree/numeric/elimination_memory.h"
 
 namespace flipfree {
 
@@ -30,6 +31,8 @@ struct MinimizeOptions {
   bool lengthen = false;
   // Rounds of pulling that minimize_with_targets() may spend on the way.
   int max_pulls = 200;
+  // Elimination orders of former calls by vertex, for meshes that differ little; null: none.
+  EliminationMemory* memory = nullptr;
 };
 
 // chart: one disk-like or any other oriented manifold piece, already cut (one UV per vertex).

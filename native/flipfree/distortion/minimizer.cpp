@@ -152,7 +152,8 @@ bool Minimizer::add_contacts(const std::vector<BoundaryBarrier::Contact>& contac
 double Minimizer::assemble(double scale, bool soft) {
   if (!barrier_on_) {
     if (!system_)
-      system_.emplace(faces_, fixed_, uv_, std::vector<std::array<VertexId, 2>>{}, context_);
+      system_.emplace(faces_, fixed_, uv_, std::vector<std::array<VertexId, 2>>{}, context_,
+                      options_.memory);
     return system_->assemble(working_, uv_, soft, context_);
   }
   reach_ = {unit(scale), soft ? kFarReach : reach_factor_,
@@ -164,7 +165,8 @@ double Minimizer::assemble(double scale, bool soft) {
     return add_contacts(contacts);
   };
   if (!system_ || !all()) {
-    system_.emplace(faces_, fixed_, uv_, barrier_->couplings(uv_, reach_), context_);
+    system_.emplace(faces_, fixed_, uv_, barrier_->couplings(uv_, reach_), context_,
+                    options_.memory);
     if (!all()) throw InternalError("a contact of the boundary barrier is missing in the pattern");
   }
   for (const auto& contact : contacts) energy += contact.value;
@@ -331,7 +333,7 @@ double Minimizer::pull(const std::vector<std::pair<VertexId, Vector2>>& targets)
 
 Points2 Minimizer::run(Stats& stats) {
   const Stopwatch watch;
-  system_.reset();
+  if (barrier_) system_.reset();  // its contacts were those of the way
   sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
   stats["distortion.energy_start"] = sums_.at_best_scale();
   const char* stop = "converged";

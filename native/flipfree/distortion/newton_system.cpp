@@ -25,7 +25,7 @@ std::size_t size(Index i) { return static_cast<std::size_t>(i); }
 NewtonSystem::NewtonSystem(const Triangles& faces, const std::vector<char>& fixed,
                            const Points2& places,
                            const std::vector<std::array<VertexId, 2>>& couplings,
-                           ExecutionContext& context)
+                           ExecutionContext& context, EliminationMemory* memory)
     : faces_(faces), number_of_(fixed.size(), kInvalid) {
   std::vector<char> used(fixed.size(), 0);
   for (Eigen::Index i = 0; i < faces.size(); ++i) used[size(faces.data()[i])] = 1;
@@ -45,7 +45,11 @@ NewtonSystem::NewtonSystem(const Triangles& faces, const std::vector<char>& fixe
   for (std::size_t i = 0; i < vertex_of_.size(); ++i) {
     place.row(static_cast<Eigen::Index>(i)) = places.row(vertex_of_[i]);
   }
-  cholesky_.analyze(matrix_, context, &place);
+  if (memory != nullptr) {
+    cholesky_.analyze(matrix_, context, &place, *memory, vertex_of_);
+  } else {
+    cholesky_.analyze(matrix_, context, &place);
+  }
 }
 
 void NewtonSystem::build_pattern(const Triangles& faces,

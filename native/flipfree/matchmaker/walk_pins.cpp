@@ -66,6 +66,7 @@ class Walker {
     MinimizeOptions options;
     options.max_iterations = steps;
     options.max_pulls = pulls;
+    options.memory = &order_;
     options.fixed = held_;
     std::vector<std::pair<VertexId, Vector2>> targets;
     for (const PinnedVertex& p : pins) targets.emplace_back(p.vertex, p.uv);
@@ -152,6 +153,7 @@ class Walker {
   void relax(int steps, VertexId also) {
     MinimizeOptions options;
     options.max_iterations = steps;
+    options.memory = &order_;
     options.fixed = held_;
     if (std::find(held_.begin(), held_.end(), also) == held_.end()) options.fixed.push_back(also);
     Stats unused;
@@ -205,6 +207,7 @@ class Walker {
   Surface chart_;
   std::vector<VertexId> held_;
   Obstacles obstacles_;
+  EliminationMemory order_{keep_};
   Index eased_ = 0;  // added vertices that were left when they last made room
 };
 

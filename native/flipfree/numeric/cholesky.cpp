@@ -81,6 +81,22 @@ struct SparseCholesky::State {
   DissectionTree tree;       // of the same vertices
   Index unknowns = 0;
   bool factorized = false;
+  FactorMemory memory;  // of the last factor, until there is a new one
+
+  // Forgets the last analysis but its memory.
+  void begin() {
+    if (numeric) memory = numeric->take_memory();
+    numeric.reset();
+    factorized = false;
+  }
+  void set_order(std::vector<Index> elimination, const Graph& graph, Index block,
+                 const SparseMatrix& matrix, ExecutionContext& context) {
+    order = std::move(elimination);
+    begin();
+    Supernodes supernodes = analyze_supernodes(graph, order, context);
+    numeric.emplace(std::move(supernodes), block, unknowns, matrix.outerIndexPtr(),
+                    matrix.innerIndexPtr(), context, std::move(memory));
+  }
 };
 
 SparseCholesky::SparseCholesky() : state_(std::make_unique<State>()) {}
@@ -93,10 +109,7 @@ bool SparseCholesky::analyzed() const { return state_->numeric.has_value(); }
 void SparseCholesky::analyze(const SparseMatrix& matrix, ExecutionContext& context,
                              const Points2* places) {
   context.check();
-  FactorMemory memory;
-  if (state_->numeric) memory = state_->numeric->take_memory();
-  state_->numeric.reset();
-  state_->factorized = false;
+  state_->begin();
   state_->unknowns = static_cast<Index>(matrix.cols());
   const Index block = has_pairs(matrix) ? 2 : 1;
   const Graph graph = graph_of(matrix, block);
@@ -111,11 +124,34 @@ void SparseCholesky::analyze(const SparseMatrix& matrix, ExecutionContext& conte
       place[2 * size(v) + 1] = (*places)(stride * v, 1);
     }
   }
-  state_->order =
-      nested_dissection(graph, place.empty() ? nullptr : place.data(), context, &state_->tree);
-  Supernodes supernodes = analyze_supernodes(graph, state_->order, context);
-  state_->numeric.emplace(std::move(supernodes), block, state_->unknowns, matrix.outerIndexPtr(),
-                          matrix.innerIndexPtr(), context, std::move(memory));
+  state_->set_order(
+      nested_dissection(graph, place.empty() ? nullptr : place.data(), context, &state_->tree),
+      graph, block, matrix, context);
+}
+
+void SparseCholesky::analyze(const SparseMatrix& matrix, ExecutionContext& context,
+                             const Points2* places, EliminationMemory& memory,
+                             const std::vector<Index>& label) {
+  const Index block = has_pairs(matrix) ? 2 : 1;
+  if (label.size() * size(block) != size(static_cast<Index>(matrix.cols()))) {
+    analyze(matrix, context, places);
+    return;
+  }
+  context.check();
+  state_->begin();
+  state_->unknowns = static_cast<Index>(matrix.cols());
+  const Graph graph = graph_of(matrix, block);
+  std::vector<Index> before;
+  if (memory.recall(graph, label, before, state_->tree)) {
+    state_->set_order(repair_dissection(graph, before, state_->tree, context), graph, block, matrix,
+                      context);
+    if (!memory.dear(graph.count(), factor_flops())) {
+      memory.keep(state_->order, state_->tree, label, factor_flops(), false);
+      return;
+    }
+  }
+  analyze(matrix, context, places);
+  memory.keep(state_->order, state_->tree, label, factor_flops(), true);
 }
 
 void SparseCholesky::analyze_again(const SparseMatrix& matrix, ExecutionContext& context) {
@@ -125,15 +161,10 @@ void SparseCholesky::analyze_again(const SparseMatrix& matrix, ExecutionContext&
     return;
   }
   context.check();
-  FactorMemory memory;
-  if (state_->numeric) memory = state_->numeric->take_memory();
-  state_->numeric.reset();
-  state_->factorized = false;
+  state_->begin();
   const Graph graph = graph_of(matrix, block);
-  state_->order = repair_dissection(graph, state_->order, state_->tree, context);
-  Supernodes supernodes = analyze_supernodes(graph, state_->order, context);
-  state_->numeric.emplace(std::move(supernodes), block, state_->unknowns, matrix.outerIndexPtr(),
-                          matrix.innerIndexPtr(), context, std::move(memory));
+  state_->set_order(repair_dissection(graph, state_->order, state_->tree, context), graph, block,
+                    matrix, context);
 }
 
 bool SparseCholesky::factorize(const SparseMatrix& matrix, ExecutionContext& context) {

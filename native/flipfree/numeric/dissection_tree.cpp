@@ -45,6 +45,38 @@ TreeNode repaired_node(const Graph& graph, const DissectionTree& tree, Index v) 
   return lowest_node(graph, tree, v, own.ancestor(depth));
 }
 
+// Splits a leaf that has outgrown its kind: `members` come back in their new order, with nodes below
+// the leaf's. `local` is kInvalid everywhere, before and after.
+void dissect_leaf(const Graph& graph, std::vector<Index>& members, TreeNode leaf,
+                  std::vector<Index>& local, DissectionTree& tree,
+                  const ExecutionContext& context) {
+  std::sort(members.begin(), members.end());
+  for (std::size_t i = 0; i < members.size(); ++i)
+    local[size(members[i])] = static_cast<Index>(i);
+  Graph part;
+  part.offset.push_back(0);
+  for (const Index v : members) {
+    for_neighbours(graph, v, [&](Index u) {
+      if (local[size(u)] != kInvalid) part.neighbour.push_back(local[size(u)]);
+    });
+    part.offset.push_back(static_cast<Index>(part.neighbour.size()));
+  }
+  for (const Index v : members) local[size(v)] = kInvalid;
+  DissectionTree below;
+  const std::vector<Index> order = nested_dissection(part, nullptr, context, &below);
+  std::vector<Index> ordered;
+  ordered.reserve(order.size());
+  for (const Index i : order) {
+    TreeNode node = leaf;
+    const TreeNode path = below[size(i)];
+    for (int d = 0; d < path.depth() && node.depth() < TreeNode::kDeepest; ++d)
+      node = node.child(path.side_at(d));
+    tree[size(members[size(i)])] = node;
+    ordered.push_back(members[size(i)]);
+  }
+  members.swap(ordered);
+}
+
 }  // namespace
 
 std::vector<Index> repair_dissection(const Graph& graph, const std::vector<Index>& before,
@@ -106,8 +138,13 @@ std::vector<Index> repair_dissection(const Graph& graph, const std::vector<Index
     const Index width = end - begin;
     const bool leaf = begin == 0 || !on_one_branch(tree[size(order[size(begin) - 1])], node) ||
                       tree[size(order[size(begin) - 1])].depth() < node.depth();
-    if (!leaf || width < 2 || width > kMinimumDegreeLimit) continue;
+    if (!leaf || width < 2) continue;
     members.assign(order.begin() + begin, order.begin() + end);
+    if (width > kMinimumDegreeLimit) {
+      dissect_leaf(graph, members, node, local, tree, context);
+      std::copy(members.begin(), members.end(), order.begin() + begin);
+      continue;
+    }
     near.assign(size(width), 0);
     outside.assign(size(width), 0);
     for (Index i = 0; i < width; ++i) local[size(members[size(i)])] = i;
