@@ -33,6 +33,11 @@ struct MinimizeOptions {
   int max_pulls = 200;
   // Elimination orders of former calls by vertex, for meshes that differ little; null: none.
   EliminationMemory* memory = nullptr;
+  // What the memory knows each vertex by (#V, ascending); null: its id.
+  const std::vector<Index>* labels = nullptr;
+  // UV length of a surface length 1 at which the energy is measured, for charts that are a part of
+  // another; 0: whatever is best for the chart. Needs fixed vertices; not with `bijective`.
+  double unit = 0;
 };
 
 // chart: one disk-like or any other oriented manifold piece, already cut (one UV per vertex).

@@ -49,6 +49,11 @@ Minimizer::Minimizer(const Triangles& faces, RestShapes rest, const Surface* sur
   for (const VertexId v : options.fixed) fixed_[static_cast<std::size_t>(v)] = 1;
   if (options.bijective) barrier_.emplace(*surface);
   if (options.fixed.empty()) normalise();
+  if (options.unit > 0) {
+    scale_rest(rest_.triangles, 1.0 / (rest_.length * options.unit), context_, working_);
+    rest_.triangles.swap(working_);
+    rest_.length = 1.0 / options.unit;
+  }
 }
 
 // Exact: may trial_ replace uv_?
@@ -91,7 +96,7 @@ double Minimizer::line_search(double slope, double energy, bool progressive) {
     trial_ = uv_ + step * direction_;
     if (!acceptable()) continue;
     const EnergySums sums = sum_energy(faces_, working_, trial_, context_);
-    double now = progressive || barrier_on_ ? sums.value() : sums.at_best_scale();
+    double now = progressive || barrier_on_ ? sums.value() : measure(sums);
     if (barrier_on_) now += barrier_->value(trial_, reach_);
     if (now <= energy + kSufficientDecrease * step * slope) {
       const bool may = options_.lengthen && step == 1.0 && !progressive && !barrier_on_;
@@ -114,7 +119,7 @@ double Minimizer::lengthen(double now) {
   while (2 * step <= std::min(most, kLongestStep)) {
     longer = uv_ + 2 * step * direction_;
     if (!is_flip_free(faces_, longer, context_)) break;
-    const double then = sum_energy(faces_, working_, longer, context_).at_best_scale();
+    const double then = measure(sum_energy(faces_, working_, longer, context_));
     if (!(then < now)) break;
     now = then;
     step *= 2;
@@ -153,7 +158,7 @@ double Minimizer::assemble(double scale, bool soft) {
   if (!barrier_on_) {
     if (!system_)
       system_.emplace(faces_, fixed_, uv_, std::vector<std::array<VertexId, 2>>{}, context_,
-                      options_.memory);
+                      options_.memory, options_.labels);
     return system_->assemble(working_, uv_, soft, context_);
   }
   reach_ = {unit(scale), soft ? kFarReach : reach_factor_,
@@ -166,7 +171,7 @@ double Minimizer::assemble(double scale, bool soft) {
   };
   if (!system_ || !all()) {
     system_.emplace(faces_, fixed_, uv_, barrier_->couplings(uv_, reach_), context_,
-                    options_.memory);
+                    options_.memory, options_.labels);
     if (!all()) throw InternalError("a contact of the boundary barrier is missing in the pattern");
   }
   for (const auto& contact : contacts) energy += contact.value;
@@ -174,11 +179,11 @@ double Minimizer::assemble(double scale, bool soft) {
 }
 
 Minimizer::Step Minimizer::iterate(bool progressive) {
-  double scale = sums_.best_scale();
+  double scale = scale_of(sums_);
   if (progressive) {
     // Scale at which the logarithm of the area distortion averages to zero: the best scale would
     // follow the few worst triangles.
-    scale = std::exp(-0.5 * sums_.log_area);
+    if (options_.unit == 0) scale = std::exp(-0.5 * sums_.log_area);
     progressive_rest(faces_, rest_.triangles, scale, uv_, context_, working_);
   } else {
     if (barrier_on_ && frozen_scale_ == 0) frozen_scale_ = scale;
@@ -192,7 +197,7 @@ Minimizer::Step Minimizer::iterate(bool progressive) {
   const double step = line_search(slope, energy, progressive);
   if (step == 0) return -slope < kEnergyRounding * energy ? Step::kConverged : Step::kStalled;
   const EnergySums sums = sum_energy(faces_, rest_.triangles, trial_, context_);
-  if (progressive && !(sums.at_best_scale() < sums_.at_best_scale())) return Step::kStalled;
+  if (progressive && !(measure(sums) < measure(sums_))) return Step::kStalled;
   creeping_ = step < kCreep ? creeping_ + 1 : 0;
   uv_.swap(trial_);
   sums_ = sums;
@@ -215,7 +220,7 @@ const char* Minimizer::descend() {
     const ProgressRange range(context_, progress_, end);
     context_.report("reducing distortion", 0.0);
     progress_ = end;
-    progressive = progressive && sums_.worst_at_best_scale() > 10 * kProgressiveBound;
+    progressive = progressive && worst(sums_) > 10 * kProgressiveBound;
     const Step step = iterate(progressive);
     ++iterations_;
     progressive_iterations_ += progressive ? 1 : 0;
@@ -295,7 +300,7 @@ double Minimizer::pull(const std::vector<std::pair<VertexId, Vector2>>& targets)
     context_.report("moving to the targets", 0.5 * (1 - left / whole));
     Points2 motion = Points2::Zero(uv_.rows(), 2);
     for (const auto& [v, target] : targets) motion.row(v) = target.transpose() - uv_.row(v);
-    const double scale = sums_.best_scale();
+    const double scale = scale_of(sums_);
     frozen_scale_ = scale;
     scale_rest(rest_.triangles, scale, context_, working_);
     assemble(scale, false);
@@ -321,7 +326,7 @@ double Minimizer::pull(const std::vector<std::pair<VertexId, Vector2>>& targets)
     left = now;
     for (int i = 0; i < kRecoveries && left > 0; ++i) {
       frozen_scale_ = 0;
-      const Step result = iterate(sums_.worst_at_best_scale() > 10 * kProgressiveBound);
+      const Step result = iterate(worst(sums_) > 10 * kProgressiveBound);
       ++iterations_;
       if (result != Step::kTaken) break;
     }
@@ -335,7 +340,7 @@ Points2 Minimizer::run(Stats& stats) {
   const Stopwatch watch;
   if (barrier_) system_.reset();  // its contacts were those of the way
   sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
-  stats["distortion.energy_start"] = sums_.at_best_scale();
+  stats["distortion.energy_start"] = measure(sums_);
   const char* stop = "converged";
   const bool all_fixed = std::all_of(fixed_.begin(), fixed_.end(), [](char f) { return f != 0; });
   if (!all_fixed) {
@@ -353,7 +358,7 @@ Points2 Minimizer::run(Stats& stats) {
   stats["distortion.barrier"] = static_cast<std::int64_t>(barrier_on_);
   if (std::none_of(fixed_.begin(), fixed_.end(), [](char f) { return f != 0; })) finish_unit();
   sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
-  stats["distortion.energy"] = sums_.at_best_scale();
+  stats["distortion.energy"] = measure(sums_);
   stats["distortion.iterations"] = static_cast<std::int64_t>(iterations_);
   stats["distortion.progressive_iterations"] = static_cast<std::int64_t>(progressive_iterations_);
   stats["distortion.factorizations"] = static_cast<std::int64_t>(factorizations_);

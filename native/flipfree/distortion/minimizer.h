@@ -45,6 +45,17 @@ class Minimizer {
   double line_search(double slope, double energy, bool progressive);
   double lengthen(double now);
   bool acceptable();
+  // Energies, and by how much to divide rest lengths for them: at the best scale, or at the unit
+  // that was given, to which rest_ is brought at the start.
+  double scale_of(const EnergySums& sums) const {
+    return options_.unit > 0 ? 1.0 : sums.best_scale();
+  }
+  double measure(const EnergySums& sums) const {
+    return options_.unit > 0 ? sums.value() : sums.at_best_scale();
+  }
+  double worst(const EnergySums& sums) const {
+    return options_.unit > 0 ? sums.worst_stretch + sums.worst_shrink : sums.worst_at_best_scale();
+  }
   // UV length of a surface length 1 when rest shapes are divided by `scale`.
   double unit(double scale) const { return 1.0 / (rest_.length * scale); }
 

@@ -25,7 +25,8 @@ std::size_t size(Index i) { return static_cast<std::size_t>(i); }
 NewtonSystem::NewtonSystem(const Triangles& faces, const std::vector<char>& fixed,
                            const Points2& places,
                            const std::vector<std::array<VertexId, 2>>& couplings,
-                           ExecutionContext& context, EliminationMemory* memory)
+                           ExecutionContext& context, EliminationMemory* memory,
+                           const std::vector<Index>* labels)
     : faces_(faces), number_of_(fixed.size(), kInvalid) {
   std::vector<char> used(fixed.size(), 0);
   for (Eigen::Index i = 0; i < faces.size(); ++i) used[size(faces.data()[i])] = 1;
@@ -46,7 +47,11 @@ NewtonSystem::NewtonSystem(const Triangles& faces, const std::vector<char>& fixe
     place.row(static_cast<Eigen::Index>(i)) = places.row(vertex_of_[i]);
   }
   if (memory != nullptr) {
-    cholesky_.analyze(matrix_, context, &place, *memory, vertex_of_);
+    std::vector<Index> label = vertex_of_;
+    if (labels != nullptr) {
+      for (Index& l : label) l = (*labels)[size(l)];
+    }
+    cholesky_.analyze(matrix_, context, &place, *memory, label);
   } else {
     cholesky_.analyze(matrix_, context, &place);
   }

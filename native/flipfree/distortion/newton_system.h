@@ -16,10 +16,10 @@ class NewtonSystem {
   // `couplings` are vertex pairs beyond the mesh's edges that add_pair() will be called for.
   // `fixed` has one entry per vertex. `places` (#V x 2) is any rough planar drawing of the mesh; it
   // guides the elimination ordering and nothing else. `memory`, if given, has the order of former
-  // systems by vertex.
+  // systems by vertex, or by labels[vertex], ascending.
   NewtonSystem(const Triangles& faces, const std::vector<char>& fixed, const Points2& places,
                const std::vector<std::array<VertexId, 2>>& couplings, ExecutionContext& context,
-               EliminationMemory* memory = nullptr);
+               EliminationMemory* memory = nullptr, const std::vector<Index>* labels = nullptr);
 
   Index free_vertices() const { return static_cast<Index>(vertex_of_.size()); }
   // Free number of vertex v, kInvalid if it is fixed.

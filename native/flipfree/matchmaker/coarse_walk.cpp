@@ -9,6 +9,7 @@
 #include "flipfree/matchmaker/decimate.h"
 #include "flipfree/matchmaker/first_try.h"
 #include "flipfree/matchmaker/lift_map.h"
+#include "flipfree/matchmaker/relax.h"
 #include "flipfree/matchmaker/settle.h"
 #include "flipfree/matchmaker/walk_pins.h"
 
@@ -72,7 +73,10 @@ class CoarseToFine {
       const Constraints there = restricted(constraints, disk, map.surface, coarse.surface);
       if (!walk(coarse, there)) return false;
       // What moves slowly moves here at a fraction of the cost.
-      relax(coarse, held_vertices(coarse.surface, there), kStepsToTheEnd, context_);
+      RelaxOptions options;
+      options.steps = kStepsToTheEnd;
+      options.lengthen = true;
+      relax(coarse, held_vertices(coarse.surface, there), options, context_);
     }
     const ProgressRange range(context_, 0.5, 1.0);
     if (!lift_map(map, disk, coarse, count, context_)) return false;

@@ -7,9 +7,8 @@
 #include <numbers>
 #include <utility>
 
-#include "flipfree/base/error.h"
-#include "flipfree/distortion/minimize.h"
 #include "flipfree/matchmaker/first_try.h"
+#include "flipfree/matchmaker/relax.h"
 #include "flipfree/matchmaker/remove_vertex.h"
 #include "flipfree/matchmaker/restore.h"
 #include "flipfree/matchmaker/untangle_removal.h"
@@ -188,19 +187,13 @@ RefinedMap coarsen(RefinedMap map, const Constraints& constraints, Index keep,
                    ExecutionContext& context, Stats& stats) {
   const Index before = map.surface.mesh.vertex_count();
   const auto added = [&] { return map.surface.mesh.vertex_count() - keep; };
+  EliminationMemory order(keep);
+  RelaxOptions relaxing;
+  relaxing.steps = kRelaxIterations;
+  relaxing.memory = &order;
   // False when the map is too squeezed; what is removed is removed.
-  const auto relax = [&] {
-    MinimizeOptions options;
-    options.max_iterations = kRelaxIterations;
-    options.fixed = held_vertices(map.surface, constraints);
-    if (static_cast<Index>(options.fixed.size()) >= map.surface.mesh.vertex_count()) return true;
-    Stats unused;
-    try {
-      map.uv = minimize_distortion(to_surface(map.surface), map.uv, options, context, unused);
-    } catch (const NotConverged&) {
-      return false;
-    }
-    return true;
+  const auto relax_all = [&] {
+    return relax(map, held_vertices(map.surface, constraints), relaxing, context);
   };
   std::int64_t passes = 0;
   int idle = 0;
@@ -211,7 +204,7 @@ RefinedMap coarsen(RefinedMap map, const Constraints& constraints, Index keep,
     const Index there = added();
     const Index removed = remove_added(map, held_vertices(map.surface, constraints), keep, context);
     idle = 100 * removed < kWorthwhile * there ? idle + 1 : 0;
-    if (added() == 0 || !relax()) break;
+    if (added() == 0 || !relax_all()) break;
   }
   const ProgressRange rest(context, 0.8, 1.0);
   for (const int rings : kRings) {
@@ -221,14 +214,14 @@ RefinedMap coarsen(RefinedMap map, const Constraints& constraints, Index keep,
       held[static_cast<std::size_t>(v)] = 1;
     if (restore_pieces(map, held, keep, rings, context) == 0) continue;
     map = compacted_map(map);
-    relax();
+    relax_all();
   }
   for (int pass = 0; pass < kMostEasings && added() > 0 && added() <= kMostEased * keep; ++pass) {
     const Index there = added();
     const std::vector<VertexId> held = held_vertices(map.surface, constraints);
     if (remove_by_untangling(map, held, keep, context) == 0) break;
     map = compacted_map(map);
-    if (!relax()) break;
+    if (!relax_all()) break;
     remove_added(map, held, keep, context);
     if (100 * (there - added()) < kWorthEasing * there) break;
   }
@@ -240,22 +233,19 @@ RefinedMap coarsen(RefinedMap map, const Constraints& constraints, Index keep,
 RefinedMap coarsen_gently(RefinedMap map, const Constraints& constraints, Index keep,
                           ExecutionContext& context, Stats& stats) {
   const Index before = map.surface.mesh.vertex_count();
+  EliminationMemory order(keep);
+  RelaxOptions relaxing;
+  relaxing.steps = kRelaxIterations;
+  relaxing.memory = &order;
   std::int64_t passes = 0;
   for (; passes < kMostPasses && map.surface.mesh.vertex_count() > keep; ++passes) {
     const double share = static_cast<double>(passes) / kMostPasses;
     context.report("taking refinement back", share);
     const ProgressRange quiet(context, share, share);
-    MinimizeOptions options;
-    options.max_iterations = kRelaxIterations;
-    options.fixed = held_vertices(map.surface, constraints);
-    if (thin_out(map, options.fixed, keep, context) == 0) break;
-    if (static_cast<Index>(options.fixed.size()) >= map.surface.mesh.vertex_count()) break;
-    Stats unused;
-    try {
-      map.uv = minimize_distortion(to_surface(map.surface), map.uv, options, context, unused);
-    } catch (const NotConverged&) {
-      break;  // too squeezed to be relaxed; what is removed is removed
-    }
+    const std::vector<VertexId> held = held_vertices(map.surface, constraints);
+    if (thin_out(map, held, keep, context) == 0) break;
+    // If it is too squeezed to be relaxed, what is removed is removed.
+    if (!relax(map, held, relaxing, context)) break;
   }
   stats["coarsen.removed"] = static_cast<std::int64_t>(before - map.surface.mesh.vertex_count());
   stats["coarsen.passes"] = passes;

@@ -4,12 +4,11 @@
 #include <array>
 #include <cstddef>
 
-#include "flipfree/base/error.h"
 #include "flipfree/distortion/energy.h"
-#include "flipfree/distortion/minimize.h"
 #include "flipfree/distortion/rest_shapes.h"
 #include "flipfree/matchmaker/coarsen.h"
 #include "flipfree/matchmaker/first_try.h"
+#include "flipfree/matchmaker/relax.h"
 #include "flipfree/matchmaker/restore.h"
 
 namespace flipfree {
@@ -39,7 +38,11 @@ class Settler {
     relax_bad(kStepsAtFirst);
     take_back();
     restore();
-    relax(map_, held_, kStepsOfAll, context_);
+    RelaxOptions options;
+    options.steps = kStepsOfAll;
+    options.lengthen = true;
+    options.memory = &order_;
+    relax(map_, held_, options, context_);
     take_back();
     restore();
   }
@@ -72,29 +75,18 @@ class Settler {
   }
 
   void relax_bad(int steps) {
-    const Triangles faces = map_.surface.mesh.faces();
-    std::vector<char> near(map_.surface.position.size(), 0);
-    mark_bad(faces, near);
-    for (int ring = 0; ring < kRings; ++ring) {
-      std::vector<char> wider = near;
-      for (FaceId f = 0; f < faces.rows(); ++f) {
-        const auto marked = [&](Index k) { return near[static_cast<std::size_t>(faces(f, k))]; };
-        if (marked(0) == 0 && marked(1) == 0 && marked(2) == 0) continue;
-        for (Index k = 0; k < 3; ++k) wider[static_cast<std::size_t>(faces(f, k))] = 1;
-      }
-      near.swap(wider);
-    }
-    for (const VertexId v : held_) near[static_cast<std::size_t>(v)] = 0;
-    std::vector<VertexId> fixed;
-    for (std::size_t v = 0; v < near.size(); ++v) {
-      if (near[v] == 0) fixed.push_back(static_cast<VertexId>(v));
-    }
-    if (fixed.size() < near.size()) relax(map_, fixed, steps, context_);
+    RelaxOptions options;
+    options.steps = steps;
+    options.lengthen = true;
+    options.memory = &order_;
+    relax_near(map_, bad_vertices(), kRings, held_, options, context_);
   }
 
   // Corners of bad faces, and added vertices.
-  void mark_bad(const Triangles& faces, std::vector<char>& marked) const {
+  std::vector<VertexId> bad_vertices() const {
     using namespace distortion;
+    const Triangles faces = map_.surface.mesh.faces();
+    std::vector<VertexId> bad;
     const RestShapes rest = build_rest_shapes(to_surface(map_.surface), context_);
     const EnergySums sums = sum_energy(faces, rest.triangles, map_.uv, context_);
     const double scale2 = sums.best_scale() * sums.best_scale();
@@ -105,33 +97,20 @@ class Settler {
       const double stretch = 0.25 * (j.a * j.a + j.b * j.b + j.c * j.c + j.d * j.d);
       const double shrink = stretch / (j.determinant * j.determinant);
       if (scale2 * stretch + shrink / scale2 <= most) continue;
-      for (Index k = 0; k < 3; ++k) marked[static_cast<std::size_t>(faces(f, k))] = 1;
+      for (Index k = 0; k < 3; ++k) bad.push_back(faces(f, k));
     }
-    std::fill(marked.begin() + keep_, marked.end(), char{1});
+    for (VertexId v = keep_; v < map_.surface.mesh.vertex_count(); ++v) bad.push_back(v);
+    return bad;
   }
 
   RefinedMap& map_;
   const std::vector<VertexId>& held_;
   Index keep_;
   ExecutionContext& context_;
+  EliminationMemory order_{keep_};
 };
 
 }  // namespace
-
-void relax(RefinedMap& map, const std::vector<VertexId>& fixed, int steps,
-           ExecutionContext& context) {
-  if (static_cast<Index>(fixed.size()) >= map.surface.mesh.vertex_count()) return;
-  MinimizeOptions options;
-  options.max_iterations = steps;
-  options.fixed = fixed;
-  options.lengthen = true;
-  Stats unused;
-  try {
-    map.uv = minimize_distortion(to_surface(map.surface), map.uv, options, context, unused);
-  } catch (const NotConverged&) {
-    // As squeezed as it is, the map is valid.
-  }
-}
 
 void settle(RefinedMap& map, const std::vector<VertexId>& held, Index keep,
             ExecutionContext& context) {

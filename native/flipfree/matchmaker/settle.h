@@ -16,9 +16,4 @@ namespace flipfree {
 void settle(RefinedMap& map, const std::vector<VertexId>& held, Index keep,
             ExecutionContext& context);
 
-// Lowers the distortion of the whole map by at most so many Newton steps, fixed vertices held. A
-// map that is too squeezed for them stays as it is.
-void relax(RefinedMap& map, const std::vector<VertexId>& fixed, int steps,
-           ExecutionContext& context);
-
 }  // namespace flipfree

@@ -5,11 +5,10 @@
 #include <utility>
 #include <vector>
 
-#include "flipfree/base/error.h"
 #include "flipfree/certify/winding.h"
-#include "flipfree/distortion/minimize.h"
 #include "flipfree/matchmaker/coarsen.h"
 #include "flipfree/matchmaker/first_try.h"
+#include "flipfree/matchmaker/relax.h"
 #include "flipfree/matchmaker/untangle.h"
 
 namespace flipfree {
@@ -91,18 +90,6 @@ bool winds_once(const RefinedMap& map) {
   return winding_failures(adjacency, no_cuts, corner_uv).empty();
 }
 
-// False if the map is too squeezed for it.
-bool relax(RefinedMap& map, const std::vector<VertexId>& held, ExecutionContext& context) try {
-  MinimizeOptions options;
-  options.max_iterations = kRelaxSteps;
-  options.fixed = held;
-  Stats unused;
-  map.uv = minimize_distortion(to_surface(map.surface), map.uv, options, context, unused);
-  return true;
-} catch (const NotConverged&) {
-  return false;
-}
-
 }  // namespace
 
 Index unfold_wholes(RefinedMap& map, const std::vector<VertexId>& held, Index keep, int rounds,
@@ -119,7 +106,7 @@ Index unfold_wholes(RefinedMap& map, const std::vector<VertexId>& held, Index ke
     options.weights = &all.weights;
     map.uv = Untangler(all.surface, all.fixed, context).run(map.uv, options, context).uv;
     const bool removed = winds_once(map) && remove_added(map, held, keep, context) > 0;
-    if (!removed || !relax(map, held, context)) {
+    if (!removed || !relax(map, held, {.steps = kRelaxSteps}, context)) {
       map = valid;
       break;
     }

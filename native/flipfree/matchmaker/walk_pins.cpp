@@ -11,7 +11,9 @@
 #include "flipfree/matchmaker/coarsen.h"
 #include "flipfree/matchmaker/corridor.h"
 #include "flipfree/matchmaker/first_try.h"
+#include "flipfree/matchmaker/neighbourhood.h"
 #include "flipfree/matchmaker/push_point.h"
+#include "flipfree/matchmaker/relax.h"
 #include "flipfree/matchmaker/unfold_wholes.h"
 #include "flipfree/matchmaker/untangle_removal.h"
 
@@ -27,6 +29,8 @@ constexpr int kStepsPerPin = 30;
 // back.
 constexpr int kStepsAtTarget = 20;
 constexpr int kStepsOnTheWay = 5;
+// These steps move vertices within so many rings around what has changed.
+constexpr int kRelaxRings = 6;
 // Rounds of taking refinement back after a push; they end early when one frees less than this share
 // (in per cent).
 constexpr int kMostRounds = 4;
@@ -93,7 +97,7 @@ class Walker {
       if (!push_leg(pin.vertex, way[i])) return false;
       const bool last = i + 1 == way.size();
       if (last) hold(pin);
-      relax(last ? kStepsAtTarget : kStepsOnTheWay, pin.vertex);
+      relax(last ? kStepsAtTarget : kStepsOnTheWay, pin.vertex, pushed_);
       take_back(pin.vertex);
       if (added() > kMuch * eased_ / 100 + kMuchAtLeast) ease(pin.vertex);
     }
@@ -137,6 +141,7 @@ class Walker {
   bool push_leg(VertexId v, const Vector2& goal) {
     const Vector2 from = map_.uv.row(v).transpose();
     if (from == goal) return true;
+    const Points2 before = map_.uv;
     std::vector<char> held(map_.surface.position.size(), 0);
     for (const VertexId h : held_) held[static_cast<std::size_t>(h)] = 1;
     const Index limit = kMostAddedLeast + kMostAddedShare * map_.surface.input_vertices();
@@ -144,24 +149,32 @@ class Walker {
       const Polygon corridor = corridor_around(from, goal, obstacles_, reach, keep);
       if (!push_point(map_, v, goal, corridor, held, limit, context_)) continue;
       chart_ = to_surface(map_.surface);
+      pushed_.clear();
+      for (VertexId w = 0; w < static_cast<VertexId>(before.rows()); ++w) {
+        if (map_.uv.row(w) != before.row(w)) pushed_.push_back(w);
+      }
       return true;
     }
     return false;
   }
 
-  // Lowers the distortion with all held pins and one more vertex where they are.
-  void relax(int steps, VertexId also) {
-    MinimizeOptions options;
-    options.max_iterations = steps;
+  // Lowers the distortion with all held pins and one more vertex where they are: near `seeds`, and
+  // near what is added. As squeezed as it may be, the map is valid.
+  void relax(int steps, VertexId also, std::vector<VertexId> seeds) {
+    std::vector<VertexId> fixed = held_;
+    if (std::find(held_.begin(), held_.end(), also) == held_.end()) fixed.push_back(also);
+    RelaxOptions options;
+    options.steps = steps;
     options.memory = &order_;
-    options.fixed = held_;
-    if (std::find(held_.begin(), held_.end(), also) == held_.end()) options.fixed.push_back(also);
-    Stats unused;
-    try {
-      map_.uv = minimize_distortion(chart_, map_.uv, options, context_, unused);
-    } catch (const NotConverged&) {
-      // As squeezed as it is, the map is valid.
-    }
+    for (VertexId v = keep_; v < map_.surface.mesh.vertex_count(); ++v) seeds.push_back(v);
+    relax_near(map_, seeds, kRelaxRings, fixed, options, context_);
+  }
+
+  // The vertices that stay where refinement is taken back, and those around.
+  std::vector<VertexId> around_refinement() const {
+    std::vector<VertexId> around = around_added(map_.surface.mesh, keep_);
+    std::erase_if(around, [&](VertexId v) { return v >= keep_; });
+    return around;
   }
 
   // Removes what refinement it can, so that it does not pile up.
@@ -169,10 +182,11 @@ class Walker {
     for (int round = 0; round < kMostRounds; ++round) {
       const Index before = added();
       if (before == 0) return;
+      const std::vector<VertexId> around = around_refinement();
       const Index removed = remove_added(map_, held_, keep_, context_);
       if (removed == 0) break;
       chart_ = to_surface(map_.surface);
-      relax(kStepsOnTheWay, moving);
+      relax(kStepsOnTheWay, moving, around);
       if (100 * removed < kWorthwhile * before) break;
     }
     // Inside a prescribed boundary there is little room to make: it takes long and frees little,
@@ -180,9 +194,10 @@ class Walker {
     if (!constraints_.free_boundary() && added() <= keep_) return;
     std::vector<VertexId> held = held_;
     held.push_back(moving);
+    const std::vector<VertexId> around = around_refinement();
     if (unfold_wholes(map_, held, keep_, kRoundsOfUnfolding, context_) > 0) {
       chart_ = to_surface(map_.surface);
-      relax(kStepsOnTheWay, moving);
+      relax(kStepsOnTheWay, moving, around);
     }
   }
 
@@ -192,10 +207,11 @@ class Walker {
   void ease(VertexId moving) {
     std::vector<VertexId> held = held_;
     held.push_back(moving);
+    const std::vector<VertexId> around = around_refinement();
     if (remove_by_untangling(map_, held, keep_, context_) > 0) {
       map_ = compacted_map(map_);
       chart_ = to_surface(map_.surface);
-      relax(kStepsOnTheWay, moving);
+      relax(kStepsOnTheWay, moving, around);
     }
     eased_ = added();
   }
@@ -208,7 +224,8 @@ class Walker {
   std::vector<VertexId> held_;
   Obstacles obstacles_;
   EliminationMemory order_{keep_};
-  Index eased_ = 0;  // added vertices that were left when they last made room
+  std::vector<VertexId> pushed_;  // vertices that the last push moved
+  Index eased_ = 0;               // added vertices that were left when they last made room
 };
 
 }  // namespace

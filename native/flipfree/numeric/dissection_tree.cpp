@@ -45,14 +45,13 @@ TreeNode repaired_node(const Graph& graph, const DissectionTree& tree, Index v) 
   return lowest_node(graph, tree, v, own.ancestor(depth));
 }
 
-// Splits a leaf that has outgrown its kind: `members` come back in their new order, with nodes below
-// the leaf's. `local` is kInvalid everywhere, before and after.
+// Splits a leaf that has outgrown its kind: `members` come back in their new order, with nodes
+// below the leaf's. `local` is kInvalid everywhere, before and after.
 void dissect_leaf(const Graph& graph, std::vector<Index>& members, TreeNode leaf,
                   std::vector<Index>& local, DissectionTree& tree,
                   const ExecutionContext& context) {
   std::sort(members.begin(), members.end());
-  for (std::size_t i = 0; i < members.size(); ++i)
-    local[size(members[i])] = static_cast<Index>(i);
+  for (std::size_t i = 0; i < members.size(); ++i) local[size(members[i])] = static_cast<Index>(i);
   Graph part;
   part.offset.push_back(0);
   for (const Index v : members) {

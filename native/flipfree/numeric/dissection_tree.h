@@ -62,7 +62,8 @@ using DissectionTree = std::vector<TreeNode>;
 
 // Moves vertices until every edge of `graph` lies on one branch, and returns the order: elimination
 // position -> vertex. Vertices of one node keep the order they had in `before`, those of leaves are
-// ordered anew; leaves that have grown too large are split. Deterministic. Cost: O(n log n) with small constants.
+// ordered anew; leaves that have grown too large are split. Deterministic. Cost: O(n log n) with
+// small constants.
 std::vector<Index> repair_dissection(const Graph& graph, const std::vector<Index>& before,
                                      DissectionTree& tree, const ExecutionContext& context);
 

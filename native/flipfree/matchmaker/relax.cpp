@@ -1,0 +1,84 @@
+#include "flipfree/matchmaker/relax.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+
+#include "flipfree/base/error.h"
+#include "flipfree/distortion/energy.h"
+#include "flipfree/distortion/minimize.h"
+#include "flipfree/distortion/rest_shapes.h"
+#include "flipfree/matchmaker/first_try.h"
+#include "flipfree/matchmaker/neighbourhood.h"
+
+namespace flipfree {
+namespace {
+
+// A neighbourhood with a larger share of the map's vertices is the map.
+constexpr double kMostShare = 0.5;
+
+// UV length of a surface length 1 at which the map's distortion is least.
+double best_unit(const RefinedMap& map, const ExecutionContext& context) {
+  using namespace distortion;
+  const Surface surface = to_surface(map.surface);
+  const RestShapes rest = build_rest_shapes(surface, context);
+  const EnergySums sums = sum_energy(surface.faces, rest.triangles, map.uv, context);
+  return 1.0 / (rest.length * sums.best_scale());
+}
+
+bool minimize(const Surface& surface, const MinimizeOptions& options, Points2& uv,
+              ExecutionContext& context) try {
+  if (static_cast<Eigen::Index>(options.fixed.size()) >= uv.rows()) return true;
+  Stats unused;
+  uv = minimize_distortion(surface, uv, options, context, unused);
+  return true;
+} catch (const NotConverged&) {
+  return false;
+}
+
+MinimizeOptions minimize_options(const RelaxOptions& options) {
+  MinimizeOptions minimize;
+  minimize.max_iterations = options.steps;
+  minimize.lengthen = options.lengthen;
+  minimize.memory = options.memory;
+  return minimize;
+}
+
+}  // namespace
+
+bool relax(RefinedMap& map, const std::vector<VertexId>& fixed, const RelaxOptions& options,
+           ExecutionContext& context) {
+  MinimizeOptions whole = minimize_options(options);
+  whole.fixed = fixed;
+  return minimize(to_surface(map.surface), whole, map.uv, context);
+}
+
+bool relax_near(RefinedMap& map, const std::vector<VertexId>& seeds, int rings,
+                const std::vector<VertexId>& fixed, const RelaxOptions& options,
+                ExecutionContext& context) {
+  const EditableTriangulation& mesh = map.surface.mesh;
+  const std::vector<VertexId> free = vertices_near(mesh, seeds, rings);
+  if (static_cast<double>(free.size()) >= kMostShare * static_cast<double>(mesh.vertex_count()))
+    return relax(map, fixed, options, context);
+  std::vector<EditableTriangulation::Triangle> triangles;
+  for (const FaceId f : faces_at(mesh, free)) triangles.push_back(mesh.corners(f));
+  if (triangles.empty()) return true;
+  Patch patch = make_patch(map, triangles);
+  std::vector<VertexId> held = fixed;
+  std::sort(held.begin(), held.end());
+  MinimizeOptions near = minimize_options(options);
+  near.labels = &patch.vertices;
+  near.unit = best_unit(map, context);
+  for (std::size_t i = 0; i < patch.vertices.size(); ++i) {
+    const VertexId v = patch.vertices[i];
+    if (!std::binary_search(free.begin(), free.end(), v) ||
+        std::binary_search(held.begin(), held.end(), v))
+      near.fixed.push_back(static_cast<VertexId>(i));
+  }
+  if (!minimize(patch.surface, near, patch.uv, context)) return false;
+  for (std::size_t i = 0; i < patch.vertices.size(); ++i)
+    map.uv.row(patch.vertices[i]) = patch.uv.row(static_cast<Eigen::Index>(i));
+  return true;
+}
+
+}  // namespace flipfree

@@ -1,0 +1,30 @@
+// Lowering the distortion of a refined map on the way: a few Newton steps, of the whole or near
+// what has changed.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/matchmaker/pipeline.h"
+#include "flipfree/numeric/elimination_memory.h"
+
+namespace flipfree {
+
+struct RelaxOptions {
+  int steps = 5;
+  bool lengthen = false;                // MinimizeOptions::lengthen
+  EliminationMemory* memory = nullptr;  // MinimizeOptions::memory, by vertex
+};
+
+// Some Newton steps with these vertices where they are. False if the map is too squeezed for the
+// Newton system; it is then as before, and valid.
+bool relax(RefinedMap& map, const std::vector<VertexId>& fixed, const RelaxOptions& options,
+           ExecutionContext& context);
+
+// The same for the vertices within `rings` edges of the seeds alone, at the scale that is the best
+// for the whole map. Cost: a few sweeps over the map, Newton steps of the neighbourhood.
+bool relax_near(RefinedMap& map, const std::vector<VertexId>& seeds, int rings,
+                const std::vector<VertexId>& fixed, const RelaxOptions& options,
+                ExecutionContext& context);
+
+}  // namespace flipfree
