@@ -1,11 +1,14 @@
 """Issue 5, cases 2 and 5: the protocol of thesis 3.4.2 on disks of the shared data folder.
 
-    PYTHONPATH=build/python python3 benchmarks/match_protocol.py [--data FOLDER] [--seeds 20] [--pins 3 10 50] [FILE ...]
+    PYTHONPATH=build/python python3 benchmarks/match_protocol.py [--data FOLDER] [--seeds 20] [--first 0]
+        [--pins 3 10 50] [--limit SECONDS] [FILE[:PIECE] ...]
 
 Random vertices pinned to random points of the unit square. Per mesh and number of pins: how many seeds pass their
 certificate, median and largest share of added vertices, how many need none, median and longest user seconds, median
-energy, engines. Last, the same over all. Without FILEs: every mesh of the shared data folder that is a disk; `--cases`
-prints every case.
+energy, engines. Last, the same over all. Without FILEs: every mesh of the shared data folder that is a disk, and every
+disk that the seams of a file's texture coordinates cut out (FILE:PIECE, by size, those with more vertices than pins).
+`--cases` prints every case. A case that takes longer than the limit, in seconds of the clock, is cancelled and counts
+as failed.
 """
 
 from __future__ import annotations
@@ -13,35 +16,46 @@ from __future__ import annotations
 import argparse
 import os
 import resource
+import time
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 import flipfree as ff
 
-from mesh_files import read_mesh
+from mesh_files import cut_pieces, read_mesh
 
 FOLDERS = ("constraints", "conformal", "embedding", "general")
 
 
+def piece_of(data: Path, name: str) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32]]:
+    file, _, piece = name.partition(":")
+    pieces = sorted(cut_pieces(read_mesh(data / file)), key=lambda p: -len(p[1]))
+    return pieces[int(piece or 0)]
+
+
+def is_disk(vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int32]) -> bool:
+    """One piece, one boundary loop, no handle, nothing to be cured: `match` takes it as it is."""
+    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    _, uses = np.unique(edges, axis=0, return_counts=True)
+    euler = len(np.unique(faces)) - len(uses) + len(faces)
+    if euler != 1 or uses.max() != 2 or not (uses == 1).any():
+        return False
+    try:
+        ff.match(vertices, faces, points={int(faces[0, 0]): (0.0, 0.0)}, optimise=False)
+    except ff.FlipfreeError:
+        return False
+    return True
+
+
 def disks(data: Path) -> list[str]:
-    """Meshes that `match` takes as they are: one piece, one boundary loop, no handle, nothing to be cured."""
     found = []
     for path in sorted(p for folder in FOLDERS for p in (data / folder).glob("*.obj")):
-        mesh = read_mesh(path)
-        faces = mesh.faces
-        edges = np.sort(
-            np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1
-        )
-        _, uses = np.unique(edges, axis=0, return_counts=True)
-        euler = len(np.unique(faces)) - len(uses) + len(faces)
-        if euler != 1 or uses.max() != 2 or not (uses == 1).any():
-            continue
-        try:
-            ff.match(mesh.vertices, faces, points={int(faces[0, 0]): (0.0, 0.0)}, optimise=False)
-        except ff.FlipfreeError:
-            continue
-        found.append(str(path.relative_to(data)))
+        name = str(path.relative_to(data))
+        count = len(cut_pieces(read_mesh(path)))
+        names = [name] if count == 1 else [f"{name}:{i}" for i in range(count)]
+        found += [n for n in names if is_disk(*piece_of(data, n))]
     return found
 
 
@@ -50,6 +64,8 @@ def main() -> None:
     parser.add_argument("--data", default=os.environ.get("FLIPFREE_DATA", "../shared/data"))
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--pins", type=int, nargs="+", default=[3, 10, 50])
+    parser.add_argument("--first", type=int, default=0, help="first seed")
+    parser.add_argument("--limit", type=float, default=600.0)
     parser.add_argument("--cases", action="store_true")
     parser.add_argument("files", nargs="*")
     options = parser.parse_args()
@@ -57,12 +73,11 @@ def main() -> None:
     everything: list[tuple[float, float]] = []
     asked = 0
     for file in options.files or disks(data):
-        mesh = read_mesh(data / file)
-        vertices, faces = mesh.vertices, mesh.faces
+        vertices, faces = piece_of(data, file)
         for count in options.pins:
             shares, seconds, energies, failures = [], [], [], []
             engines: dict[str, int] = {}
-            for seed in range(options.seeds):
+            for seed in range(options.first, options.first + options.seeds):
                 random = np.random.default_rng(1000 * count + seed)
                 used = np.unique(faces)
                 if count >= len(used):
@@ -74,9 +89,15 @@ def main() -> None:
                 }
                 asked += 1
                 before = resource.getrusage(resource.RUSAGE_SELF).ru_utime
+                start = time.monotonic()
                 line = ""
                 try:
-                    result = ff.match(vertices, faces, points=points)
+                    result = ff.match(
+                        vertices,
+                        faces,
+                        points=points,
+                        progress=lambda *_, start=start: time.monotonic() - start < options.limit,
+                    )
                     shares.append(result.stats["added_vertices"] / len(vertices))
                     energies.append(result.certificate.energy)
                     engine = str(result.stats["engine"])
@@ -91,7 +112,7 @@ def main() -> None:
                         print(f"    seed {seed}: {line}  {seconds[-1]:.2f} s", flush=True)
             added = np.array(shares or [np.nan])
             print(
-                f"{Path(file).stem:32s} {len(faces):7d} faces {count:3d} pins  ok {len(shares)}/{len(seconds)}  "
+                f"{Path(file).name.replace('.obj', ''):32s} {len(faces):7d} faces {count:3d} pins  ok {len(shares)}/{len(seconds)}  "
                 f"added median {np.median(added):.2%} max {added.max():.2%} none {np.sum(added == 0)}  "
                 f"energy {np.median(energies or [np.nan]):.3g}  {np.median(seconds or [0]):.2f} s, "
                 f"longest {max(seconds, default=0):.2f} s  {engines}",

@@ -31,6 +31,47 @@ def read_mesh(path: Path | str) -> MeshFile:
     return _read_off(path) if path.suffix == ".off" else _read_obj(path)
 
 
+def cut_pieces(
+    mesh: MeshFile,
+) -> list[tuple[npt.NDArray[np.float64], npt.NDArray[np.int32]]]:
+    """Vertices and faces of the pieces that the mesh's seams cut it into; without seams, of the mesh as it is."""
+    if len(mesh.seams) == 0:
+        return [(mesh.vertices, mesh.faces)]
+    # Corners that stay together across an edge that is no seam, and corners of one face, in two union-finds.
+    seams = {(min(a, b), max(a, b)) for a, b in mesh.seams.tolist()}
+    corner_of, face_of = list(range(mesh.faces.size)), list(range(len(mesh.faces)))
+
+    def find(parent: list[int], i: int) -> int:
+        while parent[i] != i:
+            parent[i] = parent[parent[i]]
+            i = parent[i]
+        return i
+
+    seen: dict[tuple[int, int], tuple[int, int]] = {}
+    for f, face in enumerate(mesh.faces.tolist()):
+        for k in range(3):
+            a, b = face[k], face[(k + 1) % 3]
+            at_a, at_b = 3 * f + k, 3 * f + (k + 1) % 3
+            key = (a, b) if a < b else (b, a)
+            low, high = (at_a, at_b) if a < b else (at_b, at_a)
+            if key not in seen:
+                seen[key] = (low, high)
+            elif key not in seams:
+                for i, j in zip(seen[key], (low, high), strict=True):
+                    corner_of[find(corner_of, i)] = find(corner_of, j)
+                face_of[find(face_of, seen[key][0] // 3)] = find(face_of, f)
+    corner = np.array([find(corner_of, i) for i in range(mesh.faces.size)])
+    piece = np.array([find(face_of, f) for f in range(len(mesh.faces))])
+    pieces = []
+    for p in np.unique(piece):
+        labels = corner.reshape(-1, 3)[piece == p]
+        used, faces = np.unique(labels, return_inverse=True)
+        pieces.append(
+            (mesh.vertices[mesh.faces.ravel()[used]], faces.reshape(-1, 3).astype(np.int32))
+        )
+    return pieces
+
+
 def _fan(polygon: list[int]) -> list[tuple[int, int, int]]:
     return [(polygon[0], polygon[k - 1], polygon[k]) for k in range(2, len(polygon))]
 

@@ -218,8 +218,9 @@ std::optional<RefinedMap> walked(RefinedSurface& surface, const Constraints& con
   if (!settled && map.surface.mesh.vertex_count() > keep) {
     if (constraints.free_boundary()) {
       RefinedMap unfolded = map;
+      EliminationMemory order(keep);
       unfold_wholes(unfolded, held_vertices(map.surface, constraints), keep, kRoundsOfUnfolding,
-                    context);
+                    context, &order);
       if (!options.bijective || !overlaps(unfolded.surface, unfolded.uv)) map = std::move(unfolded);
     }
     map = coarsen(std::move(map), constraints, keep, context, stats);

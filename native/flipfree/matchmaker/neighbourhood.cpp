@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <numbers>
 
 namespace flipfree {
@@ -92,11 +93,10 @@ Patch make_patch(const RefinedMap& map, const std::vector<Mesh::Triangle>& trian
   return patch;
 }
 
-bool winds_more(const RefinedMap& map, const Patch& patch, const Points2& uv,
-                const std::vector<FaceId>& replaced) {
+bool winds_more(const RefinedMap& map, const std::vector<VertexId>& vertices,
+                const Triangles& faces, const Points2& uv, const std::vector<FaceId>& replaced) {
   const Mesh& mesh = map.surface.mesh;
-  std::vector<double> gain(patch.vertices.size(), 0.0);
-  const Triangles& faces = patch.surface.faces;
+  std::vector<double> gain(vertices.size(), 0.0);
   for (FaceId f = 0; f < faces.rows(); ++f) {
     for (Index k = 0; k < 3; ++k) {
       const auto at = [&](Index i) -> Vector2 { return uv.row(faces(f, (k + i) % 3)).transpose(); };
@@ -106,7 +106,7 @@ bool winds_more(const RefinedMap& map, const Patch& patch, const Points2& uv,
   for (const FaceId f : replaced) {
     const Mesh::Triangle t = mesh.corners(f);
     for (std::size_t k = 0; k < 3; ++k) {
-      const Index number = place_of(patch.vertices, t[k]);
+      const Index number = place_of(vertices, t[k]);
       if (number == kInvalid) continue;
       const auto at = [&](std::size_t i) -> Vector2 {
         return map.uv.row(t[(k + i) % 3]).transpose();
@@ -115,7 +115,7 @@ bool winds_more(const RefinedMap& map, const Patch& patch, const Points2& uv,
     }
   }
   for (std::size_t i = 0; i < gain.size(); ++i) {
-    if (gain[i] >= std::numbers::pi && !mesh.is_boundary_vertex(patch.vertices[i])) return true;
+    if (gain[i] >= std::numbers::pi && !mesh.is_boundary_vertex(vertices[i])) return true;
   }
   return false;
 }

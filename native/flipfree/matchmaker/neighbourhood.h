@@ -2,7 +2,6 @@
 // need not look at the rest.
 #pragma once
 
-#include <functional>
 #include <vector>
 
 #include "flipfree/matchmaker/pipeline.h"
@@ -29,10 +28,10 @@ struct Patch {
 Patch make_patch(const RefinedMap& map,
                  const std::vector<EditableTriangulation::Triangle>& triangles);
 
-// Would an inner vertex wind more often than once if the patch were mapped by `uv` in place of the
-// faces `replaced`? Positive triangles can wind twice; angles that differ by 2 pi are told apart
-// beyond rounding. Precondition: no vertex does now.
-bool winds_more(const RefinedMap& map, const Patch& patch, const Points2& uv,
-                const std::vector<FaceId>& replaced);
+// Would an inner vertex wind more often than once with these faces, of vertices of the patch
+// (ascending) mapped by `uv`, in place of the faces `replaced`? Positive triangles can wind twice;
+// angles that differ by 2 pi are told apart beyond rounding. Precondition: no vertex does now.
+bool winds_more(const RefinedMap& map, const std::vector<VertexId>& vertices,
+                const Triangles& faces, const Points2& uv, const std::vector<FaceId>& replaced);
 
 }  // namespace flipfree

@@ -1,6 +1,7 @@
 #include "flipfree/matchmaker/relax.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <utility>
 
@@ -8,6 +9,7 @@
 #include "flipfree/distortion/energy.h"
 #include "flipfree/distortion/minimize.h"
 #include "flipfree/distortion/rest_shapes.h"
+#include "flipfree/distortion/working_rest.h"
 #include "flipfree/matchmaker/first_try.h"
 #include "flipfree/matchmaker/neighbourhood.h"
 
@@ -17,13 +19,16 @@ namespace {
 // A neighbourhood with a larger share of the map's vertices is the map.
 constexpr double kMostShare = 0.5;
 
-// UV length of a surface length 1 at which the map's distortion is least.
+// UV length of a surface length 1 at which the map's distortion is least; while the worst
+// triangles are so bad that they would decide this, at which areas are right in the mean (of their
+// logarithms).
 double best_unit(const RefinedMap& map, const ExecutionContext& context) {
   using namespace distortion;
   const Surface surface = to_surface(map.surface);
   const RestShapes rest = build_rest_shapes(surface, context);
   const EnergySums sums = sum_energy(surface.faces, rest.triangles, map.uv, context);
-  return 1.0 / (rest.length * sums.best_scale());
+  const bool far = sums.worst_at_best_scale() > 10 * kProgressiveBound;
+  return 1.0 / (rest.length * (far ? std::exp(-0.5 * sums.log_area) : sums.best_scale()));
 }
 
 bool minimize(const Surface& surface, const MinimizeOptions& options, Points2& uv,

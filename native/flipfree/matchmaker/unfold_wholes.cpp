@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <utility>
 #include <vector>
 
-#include "flipfree/certify/winding.h"
 #include "flipfree/matchmaker/coarsen.h"
-#include "flipfree/matchmaker/first_try.h"
+#include "flipfree/matchmaker/neighbourhood.h"
 #include "flipfree/matchmaker/relax.h"
 #include "flipfree/matchmaker/untangle.h"
 
@@ -28,88 +26,83 @@ constexpr double kPieceWeight = 0.01;
 // The neighbourhood of the split input faces: the map's faces there, those of split faces with
 // little weight, and after them the split faces as they would be whole.
 struct Neighbourhood {
-  Surface surface;  // all vertices of the map, some of its faces
+  Patch patch;
+  std::vector<FaceId> faces;  // of the map: the first of the patch, in this order
   std::vector<double> weights;
-  std::vector<char> fixed;  // #V
-  Index guards = 0;         // faces of the map
+  std::vector<char> fixed;  // per vertex of the patch
 };
 
-Neighbourhood around_splits(const RefinedMap& map, const std::vector<VertexId>& held) {
-  const Triangles& input = map.surface.input->faces;
-  std::vector<FaceId> slots;
-  const Triangles faces = map.surface.mesh.faces(&slots);
-  std::vector<Index> pieces(static_cast<std::size_t>(input.rows()), 0);
-  const auto parent = [&](Eigen::Index f) {
-    return static_cast<std::size_t>(map.surface.mesh.parent(slots[static_cast<std::size_t>(f)]));
-  };
-  for (Eigen::Index f = 0; f < faces.rows(); ++f) ++pieces[parent(f)];
-  std::vector<char> near(map.surface.position.size(), 0);
-  for (Eigen::Index f = 0; f < faces.rows(); ++f) {
-    if (pieces[parent(f)] <= 1) continue;
-    for (Index k = 0; k < 3; ++k) near[static_cast<std::size_t>(faces(f, k))] = 1;
-  }
-  std::vector<Eigen::Index> inside;  // faces with a vertex that may move
-  for (int ring = 0; ring <= kRings; ++ring) {
-    std::vector<char> wider = near;
-    inside.clear();
-    for (Eigen::Index f = 0; f < faces.rows(); ++f) {
-      const auto at = [&](Index k) { return static_cast<std::size_t>(faces(f, k)); };
-      if (near[at(0)] == 0 && near[at(1)] == 0 && near[at(2)] == 0) continue;
-      wider[at(0)] = wider[at(1)] = wider[at(2)] = 1;
-      inside.push_back(f);
-    }
-    if (ring < kRings) near = std::move(wider);
-  }
+Neighbourhood around_splits(const RefinedMap& map, const std::vector<VertexId>& held, Index keep) {
+  const EditableTriangulation& mesh = map.surface.mesh;
+  std::vector<VertexId> seeds;
+  for (VertexId v = keep; v < mesh.vertex_count(); ++v) seeds.push_back(v);
+  std::vector<FaceId> split;  // input faces
+  for (const FaceId f : faces_at(mesh, seeds)) split.push_back(mesh.parent(f));
+  std::sort(split.begin(), split.end());
+  split.erase(std::unique(split.begin(), split.end()), split.end());
+  const std::vector<VertexId> near = vertices_near(mesh, std::move(seeds), kRings + 1);
   Neighbourhood all;
-  for (const char n : near) all.fixed.push_back(n == 0 ? 1 : 0);
-  for (const VertexId v : held) all.fixed[static_cast<std::size_t>(v)] = 1;
-  all.surface = to_surface(map.surface);
-  all.guards = static_cast<Index>(inside.size());
-  const auto wholes = std::count_if(pieces.begin(), pieces.end(), [](Index n) { return n > 1; });
-  all.surface.faces.resize(all.guards + wholes, 3);
-  Eigen::Index next = 0;
-  for (const Eigen::Index f : inside) {
-    all.surface.faces.row(next++) = faces.row(f);
-    all.weights.push_back(pieces[parent(f)] > 1 ? kPieceWeight : 1.0);
+  all.faces = faces_at(mesh, near);
+  std::vector<EditableTriangulation::Triangle> triangles;
+  for (const FaceId f : all.faces) {
+    triangles.push_back(mesh.corners(f));
+    const bool part = std::binary_search(split.begin(), split.end(), mesh.parent(f));
+    all.weights.push_back(part ? kPieceWeight : 1.0);
   }
-  for (FaceId f = 0; f < input.rows(); ++f) {
-    if (pieces[static_cast<std::size_t>(f)] <= 1) continue;
-    all.surface.faces.row(next++) = input.row(f);
+  const Triangles& input = map.surface.input->faces;
+  for (const FaceId f : split) {
+    triangles.push_back({input(f, 0), input(f, 1), input(f, 2)});
     all.weights.push_back(1.0);
+  }
+  all.patch = make_patch(map, triangles);
+  std::vector<VertexId> stay = held;
+  std::sort(stay.begin(), stay.end());
+  for (const VertexId v : all.patch.vertices) {
+    const bool moves = std::binary_search(near.begin(), near.end(), v) &&
+                       !std::binary_search(stay.begin(), stay.end(), v);
+    all.fixed.push_back(moves ? 0 : 1);
   }
   return all;
 }
 
-// Long steps between valid maps may pass through others.
-bool winds_once(const RefinedMap& map) {
-  const Triangles faces = map.surface.mesh.faces();
-  const Adjacency adjacency = build_adjacency(map.surface.mesh.vertex_count(), faces);
-  Points2 corner_uv(faces.size(), 2);
-  for (CornerId c = 0; c < faces.size(); ++c) corner_uv.row(c) = map.uv.row(faces.data()[c]);
-  const EdgeFlags no_cuts(static_cast<std::size_t>(faces.size()), 0);
-  return winding_failures(adjacency, no_cuts, corner_uv).empty();
+// Makes room for the split faces; false if there is none, and the map is as before.
+bool make_room(RefinedMap& map, const std::vector<VertexId>& held, Index keep,
+               ExecutionContext& context) {
+  const Neighbourhood all = around_splits(map, held, keep);
+  const Patch& patch = all.patch;
+  UntangleOptions options;
+  options.max_iterations = kIterations;
+  options.patience = kPatience;
+  options.least_epsilon = kLeastEpsilon;
+  options.guards = static_cast<Index>(all.faces.size());
+  options.weights = &all.weights;
+  const Points2 uv =
+      Untangler(patch.surface, all.fixed, context).run(patch.uv, options, context).uv;
+  // Long steps between valid maps may pass through others.
+  const Triangles valid = patch.surface.faces.topRows(options.guards);
+  if (winds_more(map, patch.vertices, valid, uv, all.faces)) return false;
+  for (std::size_t i = 0; i < patch.vertices.size(); ++i)
+    map.uv.row(patch.vertices[i]) = uv.row(static_cast<Eigen::Index>(i));
+  return true;
 }
 
 }  // namespace
 
 Index unfold_wholes(RefinedMap& map, const std::vector<VertexId>& held, Index keep, int rounds,
-                    ExecutionContext& context) {
+                    ExecutionContext& context, EliminationMemory* order) {
   const Index before = map.surface.mesh.vertex_count();
+  RelaxOptions relaxing;
+  relaxing.steps = kRelaxSteps;
+  relaxing.memory = order;
   for (int round = 0; round < rounds && map.surface.mesh.vertex_count() > keep; ++round) {
-    const RefinedMap valid = map;
-    const Neighbourhood all = around_splits(map, held);
-    UntangleOptions options;
-    options.max_iterations = kIterations;
-    options.patience = kPatience;
-    options.least_epsilon = kLeastEpsilon;
-    options.guards = all.guards;
-    options.weights = &all.weights;
-    map.uv = Untangler(all.surface, all.fixed, context).run(map.uv, options, context).uv;
-    const bool removed = winds_once(map) && remove_added(map, held, keep, context) > 0;
-    if (!removed || !relax(map, held, {.steps = kRelaxSteps}, context)) {
-      map = valid;
+    const Points2 valid = map.uv;
+    const Index there = map.surface.mesh.vertex_count();
+    if (!make_room(map, held, keep, context) || remove_added(map, held, keep, context) == 0) {
+      // What had to give way for nothing goes back.
+      if (map.surface.mesh.vertex_count() == there) map.uv = valid;
       break;
     }
+    if (!relax(map, held, relaxing, context)) break;
   }
   return before - map.surface.mesh.vertex_count();
 }

@@ -10,14 +10,15 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/matchmaker/pipeline.h"
+#include "flipfree/numeric/elimination_memory.h"
 
 namespace flipfree {
 
 // `held`: vertices that do not move. Precondition: map.uv is flip-free, inner vertices wind once.
 // Guarantee: so it is afterwards, vertices below `keep` are there still. Returns how many were
-// removed. Cost: at most `rounds` times some thirty Newton steps near split faces and five of the
-// whole map.
+// removed. `order`: elimination orders by vertex of the map. Cost: at most `rounds` times some
+// thirty Newton steps near split faces and five of the whole map.
 Index unfold_wholes(RefinedMap& map, const std::vector<VertexId>& held, Index keep, int rounds,
-                    ExecutionContext& context);
+                    ExecutionContext& context, EliminationMemory* order = nullptr);
 
 }  // namespace flipfree

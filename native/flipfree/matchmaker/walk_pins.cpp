@@ -31,6 +31,8 @@ constexpr int kStepsAtTarget = 20;
 constexpr int kStepsOnTheWay = 5;
 // These steps move vertices within so many rings around what has changed.
 constexpr int kRelaxRings = 6;
+// ... unless there is more than an added vertex to so many of the input's.
+constexpr Index kFar = 4;
 // Rounds of taking refinement back after a push; they end early when one frees less than this share
 // (in per cent).
 constexpr int kMostRounds = 4;
@@ -97,7 +99,7 @@ class Walker {
       if (!push_leg(pin.vertex, way[i])) return false;
       const bool last = i + 1 == way.size();
       if (last) hold(pin);
-      relax(last ? kStepsAtTarget : kStepsOnTheWay, pin.vertex, pushed_);
+      relax(last ? kStepsAtTarget : kStepsOnTheWay, pin.vertex, {});
       take_back(pin.vertex);
       if (added() > kMuch * eased_ / 100 + kMuchAtLeast) ease(pin.vertex);
     }
@@ -165,7 +167,14 @@ class Walker {
     if (std::find(held_.begin(), held_.end(), also) == held_.end()) fixed.push_back(also);
     RelaxOptions options;
     options.steps = steps;
+    options.lengthen = true;
     options.memory = &order_;
+    // What is drawn out far has to give way everywhere.
+    const bool far = !constraints_.free_boundary() || kFar * added() > keep_;
+    if (seeds.empty() || far) {
+      flipfree::relax(map_, fixed, options, context_);
+      return;
+    }
     for (VertexId v = keep_; v < map_.surface.mesh.vertex_count(); ++v) seeds.push_back(v);
     relax_near(map_, seeds, kRelaxRings, fixed, options, context_);
   }
@@ -194,11 +203,8 @@ class Walker {
     if (!constraints_.free_boundary() && added() <= keep_) return;
     std::vector<VertexId> held = held_;
     held.push_back(moving);
-    const std::vector<VertexId> around = around_refinement();
-    if (unfold_wholes(map_, held, keep_, kRoundsOfUnfolding, context_) > 0) {
+    if (unfold_wholes(map_, held, keep_, kRoundsOfUnfolding, context_, &order_) > 0)
       chart_ = to_surface(map_.surface);
-      relax(kStepsOnTheWay, moving, around);
-    }
   }
 
   Index added() const { return map_.surface.mesh.vertex_count() - keep_; }
