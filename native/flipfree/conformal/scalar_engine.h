@@ -275,6 +275,11 @@ class ScalarEngine final : public MetricEngine {
   }
 
   // scalar_engine_angles.h
+  struct Shape;
+  template <typename Visit>
+  double visit_faces(std::size_t begin, std::size_t end, const Visit& visit) const;
+  template <typename Visit>
+  double visit_all_faces(ExecutionContext& context, const Visit& visit) const;
   void evaluate_exactly(Gradient& out, ExecutionContext& context);
   void spread_remainder();
   void repair_weights(Gradient& out) const;
@@ -312,6 +317,7 @@ class ScalarEngine final : public MetricEngine {
   std::vector<T> factor_product_;  // exp(u / 2)
   std::vector<T> exact_target_;
   std::vector<T> sums_;
+  std::vector<double> angle_;  // per half-edge: at its origin, times the weight of its face
   std::vector<double> shadow_;
   bool shadow_valid_ = false;
   std::vector<FlipRecord> flips_;

@@ -6,12 +6,57 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <vector>
 
+#include "flipfree/base/parallel.h"
 #include "flipfree/conformal/scalar_engine.h"
 #include "flipfree/numeric/lobachevsky.h"
 
 namespace flipfree::conformal {
 
+// A face that counts, as the loops below see it.
+template <typename T>
+struct ScalarEngine<T>::Shape {
+  double weight;
+  HalfedgeId h[3];
+  double x[3];  // with radius: see shape()
+  double radius;
+  int widest;
+};
+
+// Calls visit(shape) for the faces [begin, end) that count. Returns the smallest radius, 1 if there
+// is none.
+template <typename T>
+template <typename Visit>
+inline double ScalarEngine<T>::visit_faces(std::size_t begin, std::size_t end,
+                                           const Visit& visit) const {
+  double smallest = 1.0;
+  Shape face;
+  for (std::size_t f = begin; f < end; ++f) {
+    face.weight = face_weight(f);
+    if (face.weight == 0.0) continue;
+    face.radius = shape(f, face.h, face.x);
+    face.widest = widest_of(face.x);
+    smallest = std::min(smallest, face.radius);
+    visit(face);
+  }
+  return smallest;
+}
+
+template <typename T>
+template <typename Visit>
+inline double ScalarEngine<T>::visit_all_faces(ExecutionContext& context,
+                                               const Visit& visit) const {
+  double smallest = 1.0;
+  for (std::size_t begin = 0; begin < mesh_.face_count(); begin += kCheckEvery) {
+    context.check();
+    const std::size_t end = std::min(mesh_.face_count(), begin + kCheckEvery);
+    smallest = std::min(smallest, visit_faces(begin, end, visit));
+  }
+  return smallest;
+}
+
+// In two sweeps: angles on all threads, then their sums, always in the same order.
 template <typename T>
 void ScalarEngine<T>::evaluate(double accuracy, Gradient& out, ExecutionContext& context) {
   if constexpr (!Traits::kIsDouble) {
@@ -20,41 +65,37 @@ void ScalarEngine<T>::evaluate(double accuracy, Gradient& out, ExecutionContext&
       return;
     }
   }
-  const std::size_t unknowns = target_.size();
-  out.value.resize(unknowns);
+  out.value.resize(target_.size());
   std::copy(target_.begin(), target_.end(), out.value.begin());
   out.half_cotangent.assign(mesh_.halfedge_count(), 0.0);
-  double smallest = 1.0;
-  for (std::size_t f = 0; f < mesh_.face_count(); ++f) {
-    if (f % kCheckEvery == kCheckEvery - 1) context.check();
-    const double weight = face_weight(f);
-    if (weight == 0.0) continue;
-    HalfedgeId h[3];
-    double x[3];
-    const double radius = shape(f, h, x);
-    smallest = std::min(smallest, radius);
-    // tan(angle / 2) = radius / x; the two smallest angles are computed, the third completes pi.
-    const int widest = widest_of(x);
-    double rest = 0.5 * kPi;
-    double angle[3];
-    for (int k = 0; k < 3; ++k) {
-      const double t = radius / x[k];
-      if (k != widest) {
-        angle[k] = std::atan(t);
-        rest -= angle[k];
-      }
-      if (mesh_.label_of_edge(h[k] >> 1) != EdgeLabel::kDiagonal) {
-        out.half_cotangent[at(h[k])] = 0.25 * weight * (1.0 / t - t);
-      }
-    }
-    angle[widest] = rest;
-    // The angle opposite h[k] sits at the origin of h[k + 2].
-    for (int k = 0; k < 3; ++k) {
-      out.value[unknown_at(h[(k + 2) % 3])] -= 2.0 * weight * angle[k];
-    }
-  }
+  angle_.assign(mesh_.halfedge_count(), 0.0);
+  std::vector<double> smallest(chunk_count(mesh_.face_count(), kCheckEvery), 1.0);
+  parallel_for(context, mesh_.face_count(), kCheckEvery,
+               [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                 smallest[chunk] = visit_faces(begin, end, [&](const Shape& face) {
+                   // tan(angle / 2) = radius / x; the two smallest angles are computed, the third
+                   // completes pi.
+                   double rest = 0.5 * kPi;
+                   double angle[3];
+                   for (int k = 0; k < 3; ++k) {
+                     const double t = face.radius / face.x[k];
+                     if (k != face.widest) {
+                       angle[k] = std::atan(t);
+                       rest -= angle[k];
+                     }
+                     if (mesh_.label_of_edge(face.h[k] >> 1) != EdgeLabel::kDiagonal)
+                       out.half_cotangent[at(face.h[k])] = 0.25 * face.weight * (1.0 / t - t);
+                   }
+                   angle[face.widest] = rest;
+                   // The angle opposite h[k] sits at the origin of h[k + 2].
+                   for (int k = 0; k < 3; ++k)
+                     angle_[at(face.h[(k + 2) % 3])] = 2.0 * face.weight * angle[k];
+                 });
+               });
+  for (std::size_t h = 0; h < angle_.size(); ++h)
+    out.value[unknown_at(static_cast<HalfedgeId>(h))] -= angle_[h];
   repair_weights(out);
-  out.noise = noise_of(smallest, 2.2e-16);
+  out.noise = noise_of(*std::min_element(smallest.begin(), smallest.end()), 2.2e-16);
   finish_gradient(out);
 }
 
@@ -73,26 +114,19 @@ Energy ScalarEngine<T>::energy(ExecutionContext& context) const {
     sum.value += term;
     sum.noise += std::numeric_limits<double>::epsilon() * std::abs(term);
   };
-  for (std::size_t f = 0; f < mesh_.face_count(); ++f) {
-    if (f % kCheckEvery == kCheckEvery - 1) context.check();
-    const double weight = face_weight(f);
-    if (weight == 0.0) continue;
-    HalfedgeId h[3];
-    double x[3];
-    const double radius = shape(f, h, x);
-    const int widest = widest_of(x);
+  visit_all_faces(context, [&](const Shape& face) {
     double half[3];
-    half[widest] = 0.5 * kPi;
+    half[face.widest] = 0.5 * kPi;
     for (int k = 0; k < 3; ++k) {
-      if (k == widest) continue;
-      half[k] = std::atan(radius / x[k]);
-      half[widest] -= half[k];
+      if (k == face.widest) continue;
+      half[k] = std::atan(face.radius / face.x[k]);
+      half[face.widest] -= half[k];
     }
     for (int k = 0; k < 3; ++k) {
-      add(weight * ((4.0 * half[k] - kPi) * logarithm[at(h[k] >> 1)]));
-      add(weight * 2.0 * lobachevsky(2.0 * half[k]));
+      add(face.weight * ((4.0 * half[k] - kPi) * logarithm[at(face.h[k] >> 1)]));
+      add(face.weight * 2.0 * lobachevsky(2.0 * half[k]));
     }
-  }
+  });
   for (std::size_t v = 0; v < target_.size(); ++v)
     add(target_[v] * 2.0 * logarithm_of(factor_product_[v]));
   return sum;
@@ -153,15 +187,8 @@ inline void ScalarEngine<T>::evaluate_exactly(Gradient& out, ExecutionContext& c
   out.value.resize(unknowns);
   out.half_cotangent.assign(mesh_.halfedge_count(), 0.0);
   const T half_pi = Traits::pi(bits_) / T(2.0);
-  double smallest = 1.0;
-  for (std::size_t f = 0; f < mesh_.face_count(); ++f) {
-    if (f % kCheckEvery == kCheckEvery - 1) context.check();
-    const double weight = face_weight(f);
-    if (weight == 0.0) continue;
-    HalfedgeId h[3];
-    double x[3];
-    const double radius = shape(f, h, x);
-    smallest = std::min(smallest, radius);
+  const double smallest = visit_all_faces(context, [&](const Shape& face) {
+    const auto& h = face.h;
     const T& a = length_[at(h[0] >> 1)];
     const T& b = length_[at(h[1] >> 1)];
     const T& c = length_[at(h[2] >> 1)];
@@ -171,21 +198,20 @@ inline void ScalarEngine<T>::evaluate_exactly(Gradient& out, ExecutionContext& c
       if (!(difference > T(0.0))) difference = s * T(std::ldexp(1.0, -bits_));
     }
     const T r = sqrt((y[0] / s) * y[1] * y[2]);
-    const int widest = widest_of(x);
     T rest = half_pi;
-    const T twice = T(2.0 * weight);
+    const T twice = T(2.0 * face.weight);
     for (int k = 0; k < 3; ++k) {
-      const double t = radius / x[k];
+      const double t = face.radius / face.x[k];
       if (mesh_.label_of_edge(h[k] >> 1) != EdgeLabel::kDiagonal) {
-        out.half_cotangent[at(h[k])] = 0.25 * weight * (1.0 / t - t);
+        out.half_cotangent[at(h[k])] = 0.25 * face.weight * (1.0 / t - t);
       }
-      if (k == widest) continue;
+      if (k == face.widest) continue;
       const T angle = atan2(r, y[k]);
       rest -= angle;
       sums_[unknown_at(h[(k + 2) % 3])] -= twice * angle;
     }
-    sums_[unknown_at(h[(widest + 2) % 3])] -= twice * rest;
-  }
+    sums_[unknown_at(h[(face.widest + 2) % 3])] -= twice * rest;
+  });
   for (std::size_t v = 0; v < unknowns; ++v) out.value[v] = Traits::to_double(sums_[v]);
   repair_weights(out);
   out.noise = noise_of(smallest, std::ldexp(1.0, 2 - bits_));
