@@ -1,0 +1,85 @@
+// The Newton direction solves the system it should, with a fresh factor and with an old one.
+#include "flipfree/conformal/newton_system.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "support/shapes.h"
+
+namespace flipfree::conformal {
+namespace {
+
+// Largest entry of H d + g, from the gradient's own cotangents; g without its mean.
+double residual(const MetricEngine& engine, const Gradient& gradient, const FineVector& d) {
+  const IntrinsicMesh& mesh = engine.mesh();
+  std::vector<double> r = gradient.value;
+  double mean = 0.0;
+  for (const double x : r) mean += x / static_cast<double>(r.size());
+  for (double& x : r) x -= mean;
+  for (std::size_t h = 0; h < mesh.halfedge_count(); h += 2) {
+    const auto a = static_cast<std::size_t>(mesh.unknown[mesh.at(mesh.origin[h])]);
+    const auto b = static_cast<std::size_t>(mesh.unknown[mesh.at(mesh.origin[h + 1])]);
+    const double weight = gradient.half_cotangent[h] + gradient.half_cotangent[h + 1];
+    const double low_a = d.low.empty() ? 0.0 : d.low[a], low_b = d.low.empty() ? 0.0 : d.low[b];
+    const double flow = weight * ((d.high[a] - d.high[b]) + (low_a - low_b));
+    r[a] += flow;
+    r[b] -= flow;
+  }
+  double largest = 0.0;
+  for (const double x : r) largest = std::max(largest, std::abs(x));
+  return largest;
+}
+
+TEST(NewtonSystem, old_factors_serve_near_the_solution_and_only_there) {
+  const Surface surface = test::sphere(24, 17);
+  ExecutionContext context;
+  EngineInput input;
+  input.vertex_count = static_cast<Index>(surface.vertices.rows());
+  input.setup = build_intrinsic_mesh(input.vertex_count, surface.faces);
+  input.positions = &surface.vertices;
+  input.target.assign(static_cast<std::size_t>(input.vertex_count), 0.0);
+  const auto engine = make_engine(input, 53, context);
+  Gradient gradient;
+  engine->evaluate(1e-13, gradient, context);
+  std::vector<double> angles(gradient.value.size());
+  for (std::size_t v = 0; v < angles.size(); ++v) angles[v] = -gradient.value[v];
+
+  // Targets that differ from the angles by waves of this height.
+  const auto set_error = [&](double height) {
+    for (std::size_t v = 0; v < angles.size(); ++v)
+      gradient.value[v] = height * std::sin(0.9 * static_cast<double>(v));
+    gradient.max_error = height;
+  };
+  NewtonSystem system;
+  FineVector d;
+  set_error(1.0);
+  ASSERT_TRUE(system.solve(engine->mesh(), gradient, d, context));
+  EXPECT_EQ(system.factorizations(), 1);
+  EXPECT_LE(residual(*engine, gradient, d), 1e-8);
+
+  // A metric a little further on, with another pattern as well.
+  FineVector step = d;
+  for (double& x : step.high) x *= 0.1;
+  step.low.clear();
+  engine->scale(step, context);
+  ASSERT_TRUE(engine->restore_delaunay(context));
+  Gradient moved;
+  engine->evaluate(1e-13, moved, context);
+  gradient.half_cotangent = moved.half_cotangent;
+  set_error(0.01);
+  ASSERT_TRUE(system.solve(engine->mesh(), gradient, d, context));
+  EXPECT_EQ(system.factorizations(), 1);
+  EXPECT_GT(system.old_factor_solves(), 0);
+  EXPECT_LE(residual(*engine, gradient, d), 0.11 * 0.01 * 0.01);  // falls with the square
+
+  set_error(1.0);
+  ASSERT_TRUE(system.solve(engine->mesh(), gradient, d, context));
+  EXPECT_EQ(system.factorizations(), 2);
+  EXPECT_LE(residual(*engine, gradient, d), 1e-8);
+}
+
+}  // namespace
+}  // namespace flipfree::conformal
