@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "flipfree/base/parallel.h"
 #include "flipfree/conformal/intrinsic_mesh.h"
 
 namespace flipfree {
@@ -147,7 +148,8 @@ class Straightener {
     for (Wish& w : wish_) w.on_edge.source = -1.0;
   }
 
-  // The same crossings in D and in T: those of edges that both have, in the same order.
+  // The same crossings in D and in T: those of edges that both have, in the same order. Different
+  // curves may be matched at the same time.
   void match(std::size_t curve, const std::vector<Straight>& straight) {
     const auto crossings = trace_.of_curve(curve);
     std::size_t j = 0;
@@ -260,18 +262,21 @@ Straightened straighten(const ConformalMetric& metric, const OverlayCoordinates&
   if (!lengths.trusted()) return {};
   const OverlayTrace on_start =
       trace_overlay(start, trace.curves, std::numeric_limits<std::int64_t>::max(), context);
-  StraightLines lines(start.current(), lengths);
   Straightener straightener(metric, trace, scale, positions);
-  std::vector<Straight> straight;
   std::vector<std::size_t> bent;  // curves that are not edges of the Delaunay start
-  for (std::size_t c = 0; c < trace.curves.size(); ++c) {
-    if (c % 4096 == 0) context.check();
-    const auto crossings = on_start.of_curve(c);
-    if (crossings.empty()) continue;
-    lines.follow(on_start.start[at(trace.curves[c])], crossings, straight);
-    straightener.match(c, straight);
-    bent.push_back(c);
-  }
+  for (std::size_t c = 0; c < trace.curves.size(); ++c)
+    if (!on_start.of_curve(c).empty()) bent.push_back(c);
+  constexpr std::size_t kCurvesPerChunk = 512;
+  parallel_for(
+      context, bent.size(), kCurvesPerChunk, [&](std::size_t begin, std::size_t end, std::size_t) {
+        StraightLines lines(start.current(), lengths);
+        std::vector<Straight> straight;
+        for (std::size_t i = begin; i < end; ++i) {
+          const std::size_t c = bent[i];
+          lines.follow(on_start.start[at(trace.curves[c])], on_start.of_curve(c), straight);
+          straightener.match(c, straight);
+        }
+      });
   straightener.move_on_edges(context);
   for (const std::size_t c : bent) straightener.move_on_curve(c);
   return straightener.result;
