@@ -34,6 +34,8 @@ struct Certifier {
   std::vector<FaceId> flips32{};
   std::vector<VertexId> winding64{};
   std::vector<VertexId> winding32{};
+  Overlaps overlaps64{};
+  Overlaps overlaps32{};
   std::vector<double> angle_sum{};  // per vertex, if angles are prescribed
   ProvenanceReport provenance{};
   EnergyFigures energy{};
@@ -56,10 +58,17 @@ struct Certifier {
       }
     });
     const bool flip_free = flips64.empty() && flips32.empty();
-    parallel_for(context, 3, 1, [&](std::size_t task, std::size_t, std::size_t) {
+    const bool overlaps_count = request.measure_overlaps || request.require_bijective;
+    parallel_for(context, 5, 1, [&](std::size_t task, std::size_t, std::size_t) {
       if (task == 0) {
         if (!request.cone_angles.empty()) add_angles();
-      } else if (flip_free) {
+      } else if (!flip_free) {
+        return;
+      } else if (task > 2) {
+        if (overlaps_count)
+          (task == 3 ? overlaps64 : overlaps32) =
+              boundary_overlaps(surface.faces, adjacency, cuts, task == 3 ? uv : stored);
+      } else {
         (task == 1 ? winding64 : winding32) =
             winding_failures(adjacency, cuts, task == 1 ? uv : stored);
       }
@@ -193,11 +202,9 @@ struct Certifier {
 
   void check_overlaps() {
     if (!request.measure_overlaps && !request.require_bijective) return;
-    const Overlaps overlaps = boundary_overlaps(surface.faces, adjacency, cuts, uv);
-    const Overlaps overlaps32 = boundary_overlaps(surface.faces, adjacency, cuts, stored);
-    certificate.overlaps = std::max(overlaps.pairs, overlaps32.pairs);
+    certificate.overlaps = std::max(overlaps64.pairs, overlaps32.pairs);
     if (certificate.overlaps > 0 && request.require_bijective) {
-      const Overlaps& shown = overlaps.pairs > 0 ? overlaps : overlaps32;
+      const Overlaps& shown = overlaps64.pairs > 0 ? overlaps64 : overlaps32;
       fail("The boundary of a chart meets itself in " +
                counted(static_cast<std::size_t>(certificate.overlaps), "place", "places") +
                ", first at face " + std::to_string(shown.faces[0]),

@@ -14,13 +14,19 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
+// Longest edge over shortest up to which double is enough: a thousand roundings of the largest
+// place are then 1e-7 of the shortest edge. And fourth powers of lengths must be representable.
+constexpr double kMildRatio = 1 << 20;
+constexpr double kLargestMild = 1e60;
+
+long double widen(double x) { return x; }
 long double widen(long double x) { return x; }
 template <int Limbs>
 long double widen(const BigFloat<Limbs>& x) {
   return mpfr_get_ld(x.raw(), MPFR_RNDN);
 }
 
-// Squares stay in the range of 80-bit numbers, so no scaling is needed.
+// Squares stay in the range of these numbers, so no scaling is needed.
 long double square_of(const Place& p, const Place& q) {
   return (p.x - q.x) * (p.x - q.x) + (p.y - q.y) * (p.y - q.y);
 }
@@ -214,7 +220,7 @@ class Developer {
     const Real sum = p + q;
     if (!(sum > zero)) return {};
     const Real inverse = Real(1.0) / sum;
-    return {(q - p) * inverse, two * sqrt(p * q) * inverse};  // p q stays in range: not a double
+    return {(q - p) * inverse, two * sqrt(p * q) * inverse};
   }
 
   const LayoutInput& input_;
@@ -486,11 +492,14 @@ Layout develop(const LayoutInput& input, std::vector<Real> lengths,
 
 }  // namespace
 
-// Doubles are developed in 80 bits: the range costs nothing, and the map's rounding is then the
-// only one.
+// Doubles are developed in double where lengths differ little, else in 80 bits, since the shortest
+// edges must not drown in the rounding of places far away.
 template <>
 Layout lay_out<double>(const LayoutInput& input, const std::vector<double>& lengths,
                        const ExecutionContext& context) {
+  const auto [least, most] = std::minmax_element(lengths.begin(), lengths.end());
+  const bool mild = *most < kMildRatio * *least && *most<kLargestMild&& * least> 1 / kLargestMild;
+  if (mild) return develop(input, lengths, context);
   return develop(input, std::vector<long double>(lengths.begin(), lengths.end()), context);
 }
 template <typename Real>

@@ -50,7 +50,8 @@ struct Layout {
   double closing_error = 0.0;
 };
 
-// `lengths`: per edge of T. Real: double (computed in 80 bits) or BigFloat. Cost: O(#F +
+// `lengths`: per edge of T. Real: double (in 80 bits where lengths
+// differ much) or BigFloat. Cost: O(#F +
 // crossings).
 template <typename Real>
 Layout lay_out(const LayoutInput& input, const std::vector<Real>& lengths,

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "flipfree/base/parallel.h"
+
 namespace flipfree {
 namespace {
 
@@ -32,11 +34,9 @@ OverlayPositions locate_crossings(const OverlayCoordinates& coordinates, const O
   OverlayPositions positions;
   positions.on_edge.resize(trace.crossings.size());
   positions.on_curve.resize(trace.crossings.size());
-  std::vector<Reach> ahead;
-  for (std::size_t c = 0; c < trace.curves.size(); ++c) {
-    if (c % 4096 == 0) context.check();
+  const auto locate = [&](std::size_t c, std::vector<Reach>& ahead) {
     const auto crossings = trace.of_curve(c);
-    if (crossings.empty()) continue;
+    if (crossings.empty()) return;
     const std::size_t count = crossings.size();
     // From the far end b, backwards: the reach of b to the ends of each crossed half-edge.
     ahead.resize(count);
@@ -91,7 +91,13 @@ OverlayPositions locate_crossings(const OverlayCoordinates& coordinates, const O
       const long double along = (behind.source / r.source) * (behind.target / r.target) * ratio;
       positions.on_curve[id] = normalised(1, along);
     }
-  }
+  };
+  constexpr std::size_t kCurvesPerChunk = 4096;
+  parallel_for(context, trace.curves.size(), kCurvesPerChunk,
+               [&](std::size_t begin, std::size_t end, std::size_t) {
+                 std::vector<Reach> ahead;
+                 for (std::size_t c = begin; c < end; ++c) locate(c, ahead);
+               });
   return positions;
 }
 
