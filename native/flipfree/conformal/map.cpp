@@ -92,17 +92,22 @@ Overlay build_overlay(const ConformalMetric& metric, const InputEdges& edges,
   std::vector<HalfedgeId> curves;
   curves.reserve(edges.halfedge.size());
   for (const HalfedgeId h : edges.halfedge) curves.push_back(metric.input_halfedge[at(h)]);
-  overlay.trace = trace_overlay(overlay.coordinates, std::move(curves), max_crossings, context);
   const std::vector<long double> u = widen(metric.u);
   std::vector<long double> scale;
   scale.reserve(metric.mesh.unknown.size());
   for (const VertexId v : metric.mesh.unknown) scale.push_back(u[at(v)]);
-  overlay.positions =
-      locate_crossings(overlay.coordinates, overlay.trace, widen(metric.length), scale, context);
-  if (start) {
-    overlay.straightened = straighten(metric, *start, overlay.trace, widen(metric.initial_length),
-                                      scale, overlay.positions, context);
-  }
+  StraightCurves straight;
+  parallel_for(context, 2, 1, [&](std::size_t task, std::size_t, std::size_t) {
+    if (task == 0) {
+      overlay.trace = trace_overlay(overlay.coordinates, curves, max_crossings, context);
+      overlay.positions = locate_crossings(overlay.coordinates, overlay.trace, widen(metric.length),
+                                           scale, context);
+    } else if (start) {
+      straight = follow_straight(metric, *start, curves, widen(metric.initial_length), context);
+    }
+  });
+  overlay.straightened =
+      straighten(metric, overlay.trace, straight, scale, overlay.positions, context);
   return overlay;
 }
 

@@ -72,22 +72,14 @@ class StartLengths {
   bool trusted_ = true;
 };
 
-// Where straight lines over D cross its edges.
-struct Straight {
-  HalfedgeId through = kInvalid;
-  Between on_edge;  // in the Euclidean metric; source < 0: lost in rounding
-  Between on_curve;
-};
-
 class StraightLines {
  public:
   StraightLines(const FlipMesh& mesh, const StartLengths& lengths)
       : mesh_(mesh), lengths_(lengths) {}
 
-  void follow(const CurveStart& start, std::span<const Crossing> crossings,
-              std::vector<Straight>& out) {
+  // Writes one crossing for each of `crossings` to `out`.
+  void follow(const CurveStart& start, std::span<const Crossing> crossings, StraightCrossing* out) {
     ends_.clear();
-    out.clear();
     // The start lies at the origin, the side before the line on the x axis.
     Spot p{lengths_.of(start.halfedge), 0};
     Spot q = lengths_.apex(mesh_, start.halfedge);
@@ -106,7 +98,7 @@ class StraightLines {
     for (std::size_t i = 0; i < crossings.size(); ++i) {
       const auto& [a, b] = ends_[i];
       const long double right = -cross(apex, a), left = cross(apex, b);
-      Straight s;
+      StraightCrossing& s = out[i];
       s.through = crossings[i].through;
       s.on_edge.source = -1.0;
       if (right > 0 && left > 0) {
@@ -118,7 +110,6 @@ class StraightLines {
           s.on_curve = {static_cast<double>(1 - along), static_cast<double>(along)};
         }
       }
-      out.push_back(s);
     }
   }
 
@@ -150,7 +141,7 @@ class Straightener {
 
   // The same crossings in D and in T: those of edges that both have, in the same order. Different
   // curves may be matched at the same time.
-  void match(std::size_t curve, const std::vector<Straight>& straight) {
+  void match(std::size_t curve, std::span<const StraightCrossing> straight) {
     const auto crossings = trace_.of_curve(curve);
     std::size_t j = 0;
     for (std::size_t i = 0; i < crossings.size(); ++i) {
@@ -254,29 +245,41 @@ class Straightener {
 
 }  // namespace
 
-Straightened straighten(const ConformalMetric& metric, const OverlayCoordinates& start,
-                        const OverlayTrace& trace, const std::vector<long double>& initial_length,
-                        const std::vector<long double>& scale, OverlayPositions& positions,
-                        const ExecutionContext& context) {
+StraightCurves follow_straight(const ConformalMetric& metric, const OverlayCoordinates& start,
+                               const std::vector<HalfedgeId>& curves,
+                               const std::vector<long double>& initial_length,
+                               const ExecutionContext& context) {
+  StraightCurves out;
   const StartLengths lengths(metric, initial_length);
-  if (!lengths.trusted()) return {};
-  const OverlayTrace on_start =
-      trace_overlay(start, trace.curves, std::numeric_limits<std::int64_t>::max(), context);
+  if (!lengths.trusted()) return out;
+  const OverlayTrace trace =
+      trace_overlay(start, curves, std::numeric_limits<std::int64_t>::max(), context);
+  out.begin = trace.begin;
+  out.crossings.resize(trace.crossings.size());
+  StraightLines lines(start.current(), lengths);
+  for (std::size_t c = 0; c < curves.size(); ++c) {
+    if (c % 1024 == 0) context.check();
+    const auto crossings = trace.of_curve(c);
+    if (crossings.empty()) continue;
+    lines.follow(trace.start[at(curves[c])], crossings, out.crossings.data() + out.begin[c]);
+  }
+  return out;
+}
+
+Straightened straighten(const ConformalMetric& metric, const OverlayTrace& trace,
+                        const StraightCurves& straight, const std::vector<long double>& scale,
+                        OverlayPositions& positions, const ExecutionContext& context) {
+  if (straight.begin.empty()) return {};
   Straightener straightener(metric, trace, scale, positions);
   std::vector<std::size_t> bent;  // curves that are not edges of the Delaunay start
   for (std::size_t c = 0; c < trace.curves.size(); ++c)
-    if (!on_start.of_curve(c).empty()) bent.push_back(c);
-  constexpr std::size_t kCurvesPerChunk = 512;
-  parallel_for(
-      context, bent.size(), kCurvesPerChunk, [&](std::size_t begin, std::size_t end, std::size_t) {
-        StraightLines lines(start.current(), lengths);
-        std::vector<Straight> straight;
-        for (std::size_t i = begin; i < end; ++i) {
-          const std::size_t c = bent[i];
-          lines.follow(on_start.start[at(trace.curves[c])], on_start.of_curve(c), straight);
-          straightener.match(c, straight);
-        }
-      });
+    if (!straight.of_curve(c).empty()) bent.push_back(c);
+  constexpr std::size_t kCurvesPerChunk = 1024;
+  parallel_for(context, bent.size(), kCurvesPerChunk,
+               [&](std::size_t begin, std::size_t end, std::size_t) {
+                 for (std::size_t i = begin; i < end; ++i)
+                   straightener.match(bent[i], straight.of_curve(bent[i]));
+               });
   straightener.move_on_edges(context);
   for (const std::size_t c : bent) straightener.move_on_curve(c);
   return straightener.result;

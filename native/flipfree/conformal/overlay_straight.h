@@ -14,6 +14,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <span>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -29,11 +31,32 @@ struct Straightened {
   double largest_move = 0.0;  // along an input edge, share of its length
 };
 
-// `trace`, `positions`: of the final triangulation; `start`: coordinates after the Euclidean flips
-// alone; `scale`: u per vertex of the mesh. Cost: O(#E + crossings log crossings).
-Straightened straighten(const conformal::ConformalMetric& metric, const OverlayCoordinates& start,
-                        const OverlayTrace& trace, const std::vector<long double>& initial_length,
-                        const std::vector<long double>& scale, OverlayPositions& positions,
-                        const ExecutionContext& context);
+// Where a straight line over D crosses one of its edges.
+struct StraightCrossing {
+  HalfedgeId through = kInvalid;
+  Between on_edge;  // in the Euclidean metric; source < 0: lost in rounding
+  Between on_curve;
+};
+struct StraightCurves {
+  std::vector<std::int64_t> begin;  // #curves + 1; empty if lengths cannot be trusted
+  std::vector<StraightCrossing> crossings;
+  std::span<const StraightCrossing> of_curve(std::size_t c) const {
+    return {crossings.data() + begin[c], static_cast<std::size_t>(begin[c + 1] - begin[c])};
+  }
+};
+
+// The straight lines of `curves`. `start`: coordinates after the Euclidean flips alone. Cost: O(#E
+// + crossings).
+StraightCurves follow_straight(const conformal::ConformalMetric& metric,
+                               const OverlayCoordinates& start,
+                               const std::vector<HalfedgeId>& curves,
+                               const std::vector<long double>& initial_length,
+                               const ExecutionContext& context);
+
+// `trace`, `positions`: of the final triangulation, the same curves; `scale`: u per vertex of the
+// mesh. Cost: O(#E + crossings log crossings).
+Straightened straighten(const conformal::ConformalMetric& metric, const OverlayTrace& trace,
+                        const StraightCurves& straight, const std::vector<long double>& scale,
+                        OverlayPositions& positions, const ExecutionContext& context);
 
 }  // namespace flipfree
