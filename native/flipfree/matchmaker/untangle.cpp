@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -182,6 +183,7 @@ Untangler::Untangler(const Surface& surface, const std::vector<char>& fixed,
   rest_.resize(face_count);
   local_.resize(kLocal * face_count);
   gradient_.resize(unknowns_);
+  diagonal_.resize(static_cast<std::size_t>(unknowns_));
   context.check();
   if (unknowns_ > 0) cholesky_.analyze(matrix_, context);
 }
@@ -319,14 +321,18 @@ void Untangler::assemble(const Points2& uv, double lambda, double epsilon,
   }
 }
 
-bool Untangler::guards_hold(const Points2& uv) const {
-  for (std::size_t f = 0; f < guards_; ++f) {
-    const auto corner = [&](Index k) {
-      return uv.row(surface_.faces(static_cast<Eigen::Index>(f), k)).data();
-    };
-    if (orientation(corner(0), corner(1), corner(2)) <= 0) return false;
-  }
-  return true;
+bool Untangler::guards_hold(const Points2& uv, const ExecutionContext& context) const {
+  std::atomic<bool> hold{true};
+  parallel_for(context, guards_, kGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t f = begin; f < end && hold.load(std::memory_order_relaxed); ++f) {
+      const auto corner = [&](Index k) {
+        return uv.row(surface_.faces(static_cast<Eigen::Index>(f), k)).data();
+      };
+      if (orientation(corner(0), corner(1), corner(2)) <= 0)
+        hold.store(false, std::memory_order_relaxed);
+    }
+  });
+  return hold;
 }
 
 UntangleResult Untangler::run(const Points2& initial, const UntangleOptions& options,
@@ -363,11 +369,14 @@ UntangleResult Untangler::run(const Points2& initial, const UntangleOptions& opt
     const double before = energy(result.uv, options.lambda, epsilon, least, context);
     assemble(result.uv, options.lambda, epsilon, context);
     double damping = 1e-10;
+    const auto diagonal = [&](Index i) -> double& {
+      return matrix_.valuePtr()[matrix_.outerIndexPtr()[i]];
+    };
+    for (Index i = 0; i < unknowns_; ++i) diagonal_[static_cast<std::size_t>(i)] = diagonal(i);
     while (true) {
-      SparseMatrix damped = matrix_;
       for (Index i = 0; i < unknowns_; ++i)
-        damped.valuePtr()[damped.outerIndexPtr()[i]] *= 1.0 + damping;
-      if (cholesky_.factorize(damped, context)) break;
+        diagonal(i) = diagonal_[static_cast<std::size_t>(i)] * (1.0 + damping);
+      if (cholesky_.factorize(matrix_, context)) break;
       damping *= 100;
       if (damping > 1.0) return result;
     }
@@ -386,7 +395,7 @@ UntangleResult Untangler::run(const Points2& initial, const UntangleOptions& opt
         trial(row, 1) = result.uv(row, 1) + t * step[i + 1];
       }
       after = energy(trial, options.lambda, epsilon, least, context);
-      if (after <= before + kArmijo * t * slope && guards_hold(trial)) {
+      if (after <= before + kArmijo * t * slope && guards_hold(trial, context)) {
         moved = true;
         break;
       }

@@ -71,7 +71,7 @@ class Untangler {
   double energy(const Points2& uv, double lambda, double epsilon, double& least_determinant,
                 const ExecutionContext& context) const;
   void assemble(const Points2& uv, double lambda, double epsilon, const ExecutionContext& context);
-  bool guards_hold(const Points2& uv) const;
+  bool guards_hold(const Points2& uv, const ExecutionContext& context) const;
 
   const Surface& surface_;
   std::vector<Index> number_;  // #V -> first unknown of the vertex, kInvalid if fixed
@@ -83,6 +83,7 @@ class Untangler {
       slot_;  // 21 per face: where the entry of the local lower triangle goes, kInvalid if nowhere
   std::vector<double> local_;  // 27 per face: gradient, lower triangle of the Hessian
   Eigen::VectorXd gradient_;
+  std::vector<double> diagonal_;  // of matrix_, before it is raised
   SparseCholesky cholesky_;
 };
 

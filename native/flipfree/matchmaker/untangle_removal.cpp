@@ -1,14 +1,14 @@
 #include "flipfree/matchmaker/untangle_removal.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
-#include <numbers>
+#include <optional>
 #include <utility>
 
+#include "flipfree/base/parallel.h"
+#include "flipfree/matchmaker/neighbourhood.h"
 #include "flipfree/matchmaker/remove_vertex.h"
 #include "flipfree/matchmaker/untangle.h"
-#include "flipfree/numeric/predicates.h"
 
 namespace flipfree {
 namespace {
@@ -19,6 +19,20 @@ constexpr int kIterations = 40;
 constexpr int kPatience = 10;
 // Vertices within so many edges of the one that is removed may move.
 constexpr int kRings = 2;
+// So many neighbourhoods that have no face in common are untangled side by side, of so many
+// vertices that are looked at.
+constexpr std::size_t kTogether = 12;
+constexpr std::size_t kLookedAt = 48;
+
+// The neighbourhood of a vertex without it.
+struct Attempt {
+  VertexId vertex = kInvalid;
+  StarFilling filling;
+  std::vector<FaceId> faces;  // of the neighbourhood as it is
+  Patch patch;                // as it would be
+  std::vector<char> fixed;    // per vertex of the patch
+  bool done = false;          // patch.uv is valid
+};
 
 class UntanglingRemover {
  public:
@@ -27,126 +41,106 @@ class UntanglingRemover {
         mesh_(map.surface.mesh),
         remover_(map),
         context_(context),
-        held_(map.surface.position.size(), 0),
-        local_(map.surface.position.size(), kInvalid) {
+        held_(map.surface.position.size(), 0) {
     for (const VertexId v : held) held_[static_cast<std::size_t>(v)] = 1;
   }
 
-  bool remove(VertexId v) {
-    if (held_[static_cast<std::size_t>(v)] != 0 || mesh_.outgoing(v) == kInvalid) return false;
-    if (!remover_.fill(v, filling_)) return false;
-    gather(v);
-    const bool done = untangle();
-    for (const VertexId w : vertices_) local_[static_cast<std::size_t>(w)] = kInvalid;
-    if (done) mesh_.replace(filling_.star, filling_.triangles, filling_.parents);
-    return done;
+  // Tries to remove the vertices, in their order as far as their neighbourhoods are apart. Returns
+  // how many went. The same for any number of threads.
+  Index remove(std::vector<VertexId> vertices) {
+    Index removed = 0;
+    while (!vertices.empty()) {
+      context_.check();
+      std::vector<Attempt> batch = next_batch(vertices);
+      parallel_for(context_, batch.size(), 1, [&](std::size_t i, std::size_t, std::size_t) {
+        ExecutionContext own(&context_, 1);
+        untangle(batch[i], own);
+      });
+      for (const Attempt& attempt : batch) {
+        if (!attempt.done) continue;
+        take(attempt);
+        ++removed;
+      }
+    }
+    return removed;
   }
 
  private:
-  // The vertices that may move, then those of the rim; the faces that have a vertex that may.
-  void gather(VertexId removed) {
-    std::vector<VertexId> near = {removed};
-    for (int ring = 0; ring < kRings; ++ring) {
-      const std::size_t count = near.size();
-      for (std::size_t i = 0; i < count; ++i) {
-        mesh_.for_each_outgoing(near[i], [&](HalfedgeId h) {
-          near.push_back(mesh_.target(h));
-          near.push_back(mesh_.apex(h));
-        });
+  // From the front of the list: vertices whose neighbourhoods have no face in common. They, and
+  // those that cannot be removed, leave the list.
+  std::vector<Attempt> next_batch(std::vector<VertexId>& vertices) {
+    std::vector<Attempt> batch;
+    std::vector<VertexId> later;
+    taken_.resize(static_cast<std::size_t>(mesh_.face_slots()), 0);
+    std::size_t at = 0;
+    for (; at < vertices.size() && batch.size() < kTogether && at < kLookedAt; ++at) {
+      std::optional<Attempt> attempt = prepare(vertices[at]);
+      if (!attempt) continue;
+      const bool apart = std::none_of(attempt->faces.begin(), attempt->faces.end(), [&](FaceId f) {
+        return taken_[static_cast<std::size_t>(f)] != 0;
+      });
+      if (!apart) {
+        later.push_back(vertices[at]);
+        continue;
       }
-      std::sort(near.begin(), near.end());
-      near.erase(std::unique(near.begin(), near.end()), near.end());
+      for (const FaceId f : attempt->faces) taken_[static_cast<std::size_t>(f)] = 1;
+      batch.push_back(std::move(*attempt));
     }
-    faces_.clear();
-    for (const VertexId v : near) {
-      if (v == removed) continue;
-      mesh_.for_each_outgoing(v, [&](HalfedgeId h) { faces_.push_back(h / 3); });
+    for (const Attempt& attempt : batch) {
+      for (const FaceId f : attempt.faces) taken_[static_cast<std::size_t>(f)] = 0;
     }
-    std::sort(faces_.begin(), faces_.end());
-    faces_.erase(std::unique(faces_.begin(), faces_.end()), faces_.end());
-    std::sort(filling_.star.begin(), filling_.star.end());
-    triangles_ = filling_.triangles;
-    for (const FaceId f : faces_) {
-      if (!std::binary_search(filling_.star.begin(), filling_.star.end(), f))
-        triangles_.push_back(mesh_.corners(f));
-    }
-    vertices_.clear();
-    fixed_.clear();
-    for (const Mesh::Triangle& t : triangles_) {
-      for (const VertexId v : t) {
-        Index& number = local_[static_cast<std::size_t>(v)];
-        if (number != kInvalid) continue;
-        number = static_cast<Index>(vertices_.size());
-        vertices_.push_back(v);
-        const bool moves = std::binary_search(near.begin(), near.end(), v) &&
-                           held_[static_cast<std::size_t>(v)] == 0 && !mesh_.is_boundary_vertex(v);
-        fixed_.push_back(moves ? 0 : 1);
-      }
-    }
+    // Those that were put off keep their places before the rest.
+    std::copy(later.begin(), later.end(),
+              vertices.begin() + static_cast<std::ptrdiff_t>(at - later.size()));
+    vertices.erase(vertices.begin(),
+                   vertices.begin() + static_cast<std::ptrdiff_t>(at - later.size()));
+    return batch;
   }
 
-  bool untangle() {
-    Surface patch;
-    patch.vertices.resize(static_cast<Eigen::Index>(vertices_.size()), 3);
-    patch.faces.resize(static_cast<Eigen::Index>(triangles_.size()), 3);
-    Points2 start(static_cast<Eigen::Index>(vertices_.size()), 2);
-    for (std::size_t i = 0; i < vertices_.size(); ++i) {
-      const VertexId v = vertices_[i];
-      patch.vertices.row(static_cast<Eigen::Index>(i)) =
-          map_.surface.position[static_cast<std::size_t>(v)].transpose();
-      start.row(static_cast<Eigen::Index>(i)) = map_.uv.row(v);
+  std::optional<Attempt> prepare(VertexId v) {
+    if (held_[static_cast<std::size_t>(v)] != 0 || mesh_.outgoing(v) == kInvalid)
+      return std::nullopt;
+    Attempt attempt;
+    attempt.vertex = v;
+    if (!remover_.fill(v, attempt.filling)) return std::nullopt;
+    std::vector<VertexId> near = vertices_near(mesh_, {v}, kRings);
+    near.erase(std::lower_bound(near.begin(), near.end(), v));
+    attempt.faces = faces_at(mesh_, near);
+    std::sort(attempt.filling.star.begin(), attempt.filling.star.end());
+    std::vector<Mesh::Triangle> triangles = attempt.filling.triangles;
+    for (const FaceId f : attempt.faces) {
+      if (!std::binary_search(attempt.filling.star.begin(), attempt.filling.star.end(), f))
+        triangles.push_back(mesh_.corners(f));
     }
-    for (std::size_t t = 0; t < triangles_.size(); ++t) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        patch.faces(static_cast<Eigen::Index>(t), static_cast<Eigen::Index>(k)) =
-            local_[static_cast<std::size_t>(triangles_[t][k])];
-      }
+    attempt.patch = make_patch(map_, triangles);
+    for (const VertexId w : attempt.patch.vertices) {
+      const bool moves = std::binary_search(near.begin(), near.end(), w) &&
+                         held_[static_cast<std::size_t>(w)] == 0 && !mesh_.is_boundary_vertex(w);
+      attempt.fixed.push_back(moves ? 0 : 1);
     }
+    return attempt;
+  }
+
+  void untangle(Attempt& attempt, ExecutionContext& context) const {
     UntangleOptions options;
     options.max_iterations = kIterations;
     options.patience = kPatience;
     options.extra_iterations = 1;
-    Untangler untangler(patch, fixed_, context_);
-    const UntangleResult result = untangler.run(start, options, context_);
-    if (result.flips != 0 || !survives(patch.faces, result.uv)) return false;
-    for (std::size_t i = 0; i < vertices_.size(); ++i) {
-      map_.uv.row(vertices_[i]) = result.uv.row(static_cast<Eigen::Index>(i));
-    }
-    return true;
+    Patch& patch = attempt.patch;
+    Untangler untangler(patch.surface, attempt.fixed, context);
+    const UntangleResult result = untangler.run(patch.uv, options, context);
+    // Positive as stored, too.
+    const Points2f stored = result.uv.cast<float>();
+    attempt.done = result.flips == 0 &&
+                   find_flips(patch.surface.faces, stored.cast<double>(), context).empty() &&
+                   !winds_more(map_, patch.vertices, patch.surface.faces, result.uv, attempt.faces);
+    if (attempt.done) patch.uv = result.uv;
   }
 
-  // Positive as stored, and no vertex wound once more than before. Positive triangles can wind
-  // twice; angles about 2 pi apart are told apart beyond rounding.
-  bool survives(const Triangles& faces, const Points2& after) const {
-    const Points2f stored = after.cast<float>();
-    if (!find_flips(faces, stored.cast<double>(), context_).empty()) return false;
-    std::vector<double> gain(vertices_.size(), 0.0);
-    for (Eigen::Index f = 0; f < faces.rows(); ++f) {
-      for (Eigen::Index k = 0; k < 3; ++k) {
-        const auto at = [&](Eigen::Index i) -> Vector2 {
-          return after.row(faces(f, (k + i) % 3)).transpose();
-        };
-        gain[static_cast<std::size_t>(faces(f, k))] += angle(at(0), at(1), at(2));
-      }
-    }
-    for (const FaceId f : faces_) {
-      const Mesh::Triangle t = mesh_.corners(f);
-      for (std::size_t k = 0; k < 3; ++k) {
-        const auto at = [&](std::size_t i) -> Vector2 {
-          return map_.uv.row(t[(k + i) % 3]).transpose();
-        };
-        const Index number = local_[static_cast<std::size_t>(t[k])];
-        if (number != kInvalid)
-          gain[static_cast<std::size_t>(number)] -= angle(at(0), at(1), at(2));
-      }
-    }
-    return std::all_of(gain.begin(), gain.end(), [](double g) { return g < std::numbers::pi; });
-  }
-
-  static double angle(const Vector2& apex, const Vector2& right, const Vector2& left) {
-    const Vector2 a = right - apex;
-    const Vector2 b = left - apex;
-    return std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));
+  void take(const Attempt& attempt) {
+    for (std::size_t i = 0; i < attempt.patch.vertices.size(); ++i)
+      map_.uv.row(attempt.patch.vertices[i]) = attempt.patch.uv.row(static_cast<Eigen::Index>(i));
+    mesh_.replace(attempt.filling.star, attempt.filling.triangles, attempt.filling.parents);
   }
 
   RefinedMap& map_;
@@ -154,25 +148,16 @@ class UntanglingRemover {
   VertexRemover remover_;
   ExecutionContext& context_;
   std::vector<char> held_;
-  std::vector<Index> local_;  // #V, number within the neighbourhood
-  StarFilling filling_;
-  std::vector<FaceId> faces_;       // of the neighbourhood as it is
-  std::vector<VertexId> vertices_;  // without the one to be removed
-  std::vector<char> fixed_;
-  std::vector<Mesh::Triangle> triangles_;  // as they would be
+  std::vector<char> taken_;  // per face slot: in a neighbourhood of the batch
 };
 
 }  // namespace
 
 Index remove_by_untangling(RefinedMap& map, const std::vector<VertexId>& held, Index keep,
                            ExecutionContext& context) {
-  UntanglingRemover remover(map, held, context);
-  Index removed = 0;
-  for (VertexId v = map.surface.mesh.vertex_count(); v-- > keep;) {
-    context.check();
-    if (remover.remove(v)) ++removed;
-  }
-  return removed;
+  std::vector<VertexId> vertices;
+  for (VertexId v = map.surface.mesh.vertex_count(); v-- > keep;) vertices.push_back(v);
+  return UntanglingRemover(map, held, context).remove(std::move(vertices));
 }
 
 }  // namespace flipfree

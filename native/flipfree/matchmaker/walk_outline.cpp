@@ -106,6 +106,7 @@ class OutlineWalker {
     const double next = 1 - time_ < 1.3 * by ? 1.0 : time_ + by;
     MinimizeOptions options;
     options.max_iterations = kSettleSteps;
+    options.memory = &order_;
     std::vector<std::pair<VertexId, Vector2>> moving;
     for (const auto& [v, place] : film_.places(next, film_.corners(next))) {
       if (map_.uv.row(v) == place.transpose()) {
@@ -135,6 +136,7 @@ class OutlineWalker {
   void relax() {
     MinimizeOptions options;
     options.max_iterations = kRelaxSteps;
+    options.memory = &order_;
     options.fixed = held_;
     const ProgressRange quiet(context_, time_, time_);
     Stats stats;
@@ -276,6 +278,7 @@ class OutlineWalker {
   Surface chart_;
   EdgeSet uncut_;
   std::vector<VertexId> held_;
+  EliminationMemory order_;
   Index keep_ = 0;
   double last_count_ = 0;
   std::size_t room_ = kFewestFolds;
