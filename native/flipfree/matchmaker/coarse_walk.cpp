@@ -117,12 +117,15 @@ class CoarseToFine {
 
 }  // namespace
 
+bool has_coarse_levels(const RefinedSurface& surface, const Constraints& constraints) {
+  return surface.mesh.vertex_count() > kSmall && constraints.edges.empty() &&
+         !constraints.pins.empty();
+}
+
 bool walk_coarse_to_fine(RefinedMap& map, const Constraints& constraints, ExecutionContext& context,
                          Stats& stats) {
   stats["walk.levels"] = std::int64_t{0};
-  if (map.surface.mesh.vertex_count() <= kSmall || !constraints.edges.empty() ||
-      constraints.pins.empty())
-    return false;
+  if (!has_coarse_levels(map.surface, constraints)) return false;
   RefinedMap trial = map;
   CoarseToFine levels(context, stats);
   if (!levels.walk(trial, constraints)) return false;

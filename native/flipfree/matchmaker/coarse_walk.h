@@ -19,4 +19,7 @@ namespace flipfree {
 bool walk_coarse_to_fine(RefinedMap& map, const Constraints& constraints, ExecutionContext& context,
                          Stats& stats);
 
+// Are there coarse levels for it?
+bool has_coarse_levels(const RefinedSurface& surface, const Constraints& constraints);
+
 }  // namespace flipfree

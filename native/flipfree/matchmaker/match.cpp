@@ -14,13 +14,13 @@
 #include "flipfree/distortion/energy.h"
 #include "flipfree/distortion/minimize.h"
 #include "flipfree/distortion/rest_shapes.h"
-#include "flipfree/distortion/rounding.h"
 #include "flipfree/matchmaker/coarse_walk.h"
 #include "flipfree/matchmaker/coarsen.h"
 #include "flipfree/matchmaker/film_overlay.h"
 #include "flipfree/matchmaker/first_try.h"
 #include "flipfree/matchmaker/pipeline.h"
 #include "flipfree/matchmaker/roomy_metric.h"
+#include "flipfree/matchmaker/store_map.h"
 #include "flipfree/matchmaker/unfold_wholes.h"
 #include "flipfree/matchmaker/untangle.h"
 #include "flipfree/matchmaker/walk_outline.h"
@@ -197,11 +197,20 @@ std::optional<RefinedMap> walked(RefinedSurface& surface, const Constraints& con
                                  const MatchOptions& options, ExecutionContext& context,
                                  Stats& stats) {
   if (!constraints.free_boundary() && !untangling_is_safe(constraints)) return std::nullopt;
-  std::optional<Points2> start = first_try(surface, constraints, context, stats);
+  std::optional<Points2> start;
+  {
+    const ProgressRange range(context, 0.0, 0.1);
+    start = first_try(surface, constraints, context, stats);
+  }
   if (!start) return std::nullopt;
   RefinedMap map{surface, std::move(*start)};
   const bool refine = options.engine != MatchEngine::kFirstTry;
-  const bool settled = refine && walk_coarse_to_fine(map, constraints, context, stats);
+  const bool large = has_coarse_levels(surface, constraints);
+  bool settled = false;
+  if (refine && large) {
+    const ProgressRange range(context, 0.1, 0.8);
+    settled = walk_coarse_to_fine(map, constraints, context, stats);
+  }
   // Inside a prescribed boundary pins walk in another metric than the surface's own.
   const bool laid_out = !settled && !constraints.free_boundary() && !constraints.pins.empty() &&
                         surface.mesh.vertex_count() == surface.input_vertices();
@@ -211,7 +220,11 @@ std::optional<RefinedMap> walked(RefinedSurface& surface, const Constraints& con
     map.uv = room.vertices.leftCols(2);
     lay_on(map.surface, room);
   }
-  if (!settled && !walk_pins(map, constraints, refine, context, stats)) return std::nullopt;
+  if (!settled) {
+    const ProgressRange range(context, large ? 0.8 : 0.1, 0.9);
+    if (!walk_pins(map, constraints, refine, context, stats)) return std::nullopt;
+  }
+  const ProgressRange range(context, 0.9, 1.0);
   if (!lines_are_whole(map.surface, constraints)) return std::nullopt;
   if (options.bijective && overlaps(map.surface, map.uv)) return std::nullopt;
   const Index keep = surface.mesh.vertex_count();
@@ -337,11 +350,15 @@ RefinedMap solve(RefinedSurface& surface, const Constraints& constraints,
   const bool overlapping = !constraints.free_boundary() && !constraints.simple_outline;
   if (overlapping) sheet_target(surface, constraints, context);
   if (!overlapping && !constraints.free_boundary()) full_target(surface, constraints, context);
+  const bool film_helps = !constraints.free_boundary() &&
+                          options.engine != MatchEngine::kMatchmaker &&
+                          (options.engine != MatchEngine::kAuto || !is_convex(constraints));
   // Which disk, and on which sheet a pin lies, is for the film to say.
   const bool direct = !overlapping || constraints.pins.empty();
   if (direct && options.engine != MatchEngine::kMatchmaker &&
       options.engine != MatchEngine::kOutline && options.engine != MatchEngine::kOverlay) {
-    const ProgressRange range(context, 0.0, 0.3);
+    // The film has its share if it may follow; MatchMaker++ follows but rarely.
+    const ProgressRange range(context, 0.0, film_helps ? 0.3 : 0.95);
     if (std::optional<RefinedMap> map = walked(surface, constraints, options, context, stats)) {
       stats["engine"] = std::string("first try");
       return std::move(*map);
@@ -352,9 +369,6 @@ RefinedMap solve(RefinedSurface& surface, const Constraints& constraints,
           "The first try found no flip-free map on these triangles. Allow refinement.");
     }
   }
-  const bool film_helps = !constraints.free_boundary() &&
-                          options.engine != MatchEngine::kMatchmaker &&
-                          (options.engine != MatchEngine::kAuto || !is_convex(constraints));
   const bool walks = options.engine == MatchEngine::kOutline ||
                      (options.engine != MatchEngine::kOverlay && film_helps &&
                       (sharp_turning(constraints) < kMostTurning || !constraints.edges.empty()));
@@ -452,7 +466,7 @@ Parametrization match(const Surface& surface, const MatchRequest& request,
 
   RefinedMap solution;
   {
-    const ProgressRange range(context, 0.0, 0.7);
+    const ProgressRange range(context, 0.0, 0.85);
     solution = solve(refined, constraints, options, context, stats);
   }
   stats["seconds_map"] = watch.seconds();
@@ -462,19 +476,16 @@ Parametrization match(const Surface& surface, const MatchRequest& request,
                         "itself. Allow overlaps, or move a pin.");
   }
   if (options.optimise) {
-    const ProgressRange range(context, 0.7, 0.9);
+    const ProgressRange range(context, 0.85, 0.95);
     const std::vector<VertexId> held = held_to_the_end(solution.surface, constraints);
     const int steps = affordable_steps(solution.surface, options.max_iterations);
     solution.uv = optimise(solution.surface, held, solution.uv, steps, bijective, context, stats);
   }
   stats["seconds_optimise"] = watch.seconds() - std::get<double>(stats["seconds_map"]);
 
-  const ProgressRange range(context, 0.9, 1.0);
-  RoundingOptions rounding;
-  rounding.fixed = held_to_the_end(solution.surface, constraints);
-  rounding.bijective = bijective;
-  const Points2f uv32 =
-      round_to_storage(to_surface(solution.surface).faces, solution.uv, rounding, context, stats);
+  const ProgressRange range(context, 0.95, 1.0);
+  const Points2f uv32 = store_map(solution, held_to_the_end(solution.surface, constraints),
+                                  refined.mesh.vertex_count(), bijective, context, stats);
   Parametrization map = to_parametrization(solution, solution.uv, uv32);
   stats["added_vertices"] =
       static_cast<std::int64_t>(map.surface.vertices.rows() - surface.vertices.rows());
