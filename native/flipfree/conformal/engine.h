@@ -51,6 +51,9 @@ class MetricEngine {
   virtual ~MetricEngine() = default;
 
   virtual int bits() const = 0;
+  // False if rounding kept it from the Delaunay triangulation of the input, as needles may with few
+  // bits. Nothing else may be asked for then.
+  virtual bool started() const = 0;
   virtual const IntrinsicMesh& mesh() const = 0;
 
   // Multiplies the length of every edge (i, j) by exp(x_i + x_j). If x has no low parts, what is

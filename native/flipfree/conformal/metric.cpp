@@ -199,6 +199,15 @@ void finish_result(MetricEngine& engine, const EngineInput& input, const MetricO
                                                                                : "seconds");
 }
 
+[[noreturn]] void throw_not_started(const MetricOptions& options) {
+  throw_not_converged(ErrorCode::kIterationLimit,
+                      "The intrinsic Delaunay triangulation of the input was not reached with " +
+                          std::to_string(options.bits == 0 ? kLargestBits : options.bits) +
+                          " bits. " +
+                          (options.bits == 0 ? "Remove nearly degenerate triangles from the mesh."
+                                             : "Use precision=\"auto\" or more bits."));
+}
+
 // The precision ladder: Newton in double, and from where rounding decides, with ever more bits.
 ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
                       ExecutionContext& context) {
@@ -220,10 +229,9 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
         options.max_seconds > 0.0 ? std::max(1e-3, options.max_seconds - watch.seconds()) : 0.0;
     const Stopwatch starting;
     const std::unique_ptr<MetricEngine> engine = make_engine(input, bits, context);
-    bool reached = true;
-    if (totals.rungs > 1) {
-      reached = engine->go_to(scale, context);
-    }
+    const bool started = engine->started();
+    bool reached = started;
+    if (started && !scale.empty()) reached = engine->go_to(scale, context);
     totals.seconds_start += starting.seconds();
     NewtonRun run;
     if (reached) {
@@ -231,7 +239,7 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
       add_run(run, totals, result);
     } else {
       run.end = NewtonEnd::kPrecision;
-      run.reason = "scale factors out of range";
+      run.reason = started ? "scale factors out of range" : "start not Delaunay";
       run.error = std::numeric_limits<double>::infinity();
     }
     totals.exact_tests += engine->exact_tests();
@@ -253,6 +261,7 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
     const bool out_of_time = run.end == NewtonEnd::kIterations || run.end == NewtonEnd::kSeconds;
     const bool last = out_of_time || (enough_bits && !more_bits_help);
     if (last) {
+      if (!started) throw_not_started(options);
       finish_result(*engine, input, options, run, result, context);
       break;
     }

@@ -27,16 +27,12 @@ class ScalarEngine final : public MetricEngine {
     queued_.assign(edges, 0);
     stack_.reserve(edges);
     factor_product_.assign(static_cast<std::size_t>(input.vertex_count), Traits::make(1.0, bits));
-    if (!flip_to_delaunay<false>(context)) {
-      throw_not_converged(
-          ErrorCode::kIterationLimit,
-          "The intrinsic Delaunay triangulation of the input metric was not reached. Remove "
-          "nearly degenerate triangles from the mesh.");
-    }
+    started_ = flip_to_delaunay<false>(context);
     euclidean_flips_ = flips_.size();
   }
 
   int bits() const override { return bits_; }
+  bool started() const override { return started_; }
   const IntrinsicMesh& mesh() const override { return mesh_; }
   const std::vector<FlipRecord>& flips() const override { return flips_; }
   std::size_t euclidean_flips() const override { return euclidean_flips_; }
@@ -321,6 +317,7 @@ class ScalarEngine final : public MetricEngine {
   std::vector<double> shadow_;
   bool shadow_valid_ = false;
   std::vector<FlipRecord> flips_;
+  bool started_ = false;
   std::size_t euclidean_flips_ = 0;
   std::size_t exact_tests_ = 0;
   std::vector<HalfedgeId> star_;

@@ -494,5 +494,25 @@ INSTANTIATE_TEST_SUITE_P(
                     std::pair{"sphere1k_random", "sphere1k_random_huge20pi"},
                     std::pair{"sphere1k_random", "sphere1k_random_tiny1e-2"}));
 
+// Four points nearly on a line, joined by needles that doubles cannot flip: lengths of a needle
+// miss the triangle inequality by rounding.
+TEST(ConformalMetric, gives_needles_more_bits_where_doubles_miss_their_start) {
+  Surface sheet;
+  sheet.vertices.resize(5, 3);
+  sheet.vertices << 0.36, 1.2e-9, 0, 0.64, 0, 0, 0.7, 5e-10, 0, 0.86, 1e-9, 0, 0.5, -1, 0;
+  sheet.faces.resize(5, 3);
+  sheet.faces << 4, 1, 0, 2, 3, 0, 1, 2, 0, 2, 4, 3, 2, 1, 4;
+  const std::vector<double> even(5, kPi);
+  EXPECT_THROW(solve(sheet, even, 53), NotConverged);
+  const ConformalMetric metric = solve(sheet, even);
+  EXPECT_TRUE(metric.converged);
+  EXPECT_LE(metric.angle_error, 1e-10);
+  EXPECT_GT(metric.bits, 53);
+  EXPECT_EQ(std::get<std::string>(metric.stats.at("climbed_because")), "start not Delaunay");
+  const ConformalMetric fine = solve(sheet, even, 400);
+  for (std::size_t v = 0; v < 5; ++v)
+    EXPECT_NEAR(metric.scale_factors[v], fine.scale_factors[v], 1e-9);
+}
+
 }  // namespace
 }  // namespace flipfree::conformal
