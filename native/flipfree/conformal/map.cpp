@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -15,6 +14,7 @@
 #include "flipfree/certify/certify.h"
 #include "flipfree/conformal/layout.h"
 #include "flipfree/conformal/map_cut.h"
+#include "flipfree/conformal/map_failure.h"
 #include "flipfree/conformal/map_layout.h"
 #include "flipfree/conformal/map_placement.h"
 #include "flipfree/conformal/overlay_coordinates.h"
@@ -29,8 +29,12 @@ namespace flipfree {
 namespace {
 
 using conformal::ConformalMetric;
+using conformal::needs_refinement;
+using conformal::not_certified;
+using conformal::not_storable;
 using conformal::RefinedMetric;
 using conformal::Scalars;
+using conformal::scientific;
 using conformal::StartRefinement;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
@@ -263,42 +267,6 @@ IndexPairs refined_cuts(const Surface& surface, const EdgeFlags& cuts, const Inp
   return out;
 }
 
-std::string scientific(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", x);
-  return text;
-}
-
-Error not_storable(const ConformalMetric& metric, const std::vector<FaceId>& faces) {
-  Error error;
-  error.code = ErrorCode::kRoundingFlips;
-  error.kind = ElementKind::kFace;
-  const std::size_t count = std::min<std::size_t>(faces.size(), 1000);
-  error.elements.assign(faces.begin(), faces.begin() + static_cast<std::ptrdiff_t>(count));
-  error.message = "The metric is computed (largest angle error " + scientific(metric.angle_error) +
-                  "), but its scale factors span a factor of " +
-                  scientific(std::exp(metric.scale_range)) + ", so " +
-                  std::to_string(faces.size()) +
-                  " input faces are too small in the map for 32-bit UVs, first face " +
-                  std::to_string(faces[0]) +
-                  ". Spread the curvature over more cones (suggest_cones), add cuts, or use the "
-                  "metric as it is.";
-  return error;
-}
-
-Error needs_refinement(const std::vector<FaceId>& faces) {
-  Error error;
-  error.code = ErrorCode::kCertificateFailed;
-  error.kind = ElementKind::kFace;
-  error.elements.assign(
-      faces.begin(),
-      faces.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(faces.size(), 1000)));
-  error.message = "On the original triangles " + std::to_string(faces.size()) +
-                  " faces would flip, first face " + std::to_string(faces[0]) +
-                  ". Allow points to be added (original_triangles=\"auto\").";
-  return error;
-}
-
 // The cuts on the triangulation that the metric was computed on.
 EdgeFlags on_pieces(const EdgeFlags& cuts, const conformal::SplitSurface& split) {
   EdgeFlags flags(static_cast<std::size_t>(3 * split.faces.rows()), false);
@@ -375,10 +343,7 @@ void judge(const RoundedMap& rounded, Refinement refinement, ConformalMapResult&
                          ? needs_refinement(rounded.too_small)
                          : not_storable(result.metric, rounded.too_small);
   } else if (!map.certificate.ok) {
-    result.failure =
-        Error{ErrorCode::kCertificateFailed,
-              "The map did not pass its certificate: " + map.certificate.failures.front(),
-              ElementKind::kFace, map.certificate.failed_faces};
+    result.failure = not_certified(result.metric, map.certificate);
   }
   if (result.failure && map.certificate.ok) {
     // Positive triangles everywhere, but only because rounding bent the cones.
