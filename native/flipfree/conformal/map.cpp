@@ -180,7 +180,7 @@ RoundedMap refine_and_round(const Surface& surface, const Adjacency& adjacency,
                             Refinement refinement, Stats& stats, const ExecutionContext& context) {
   constexpr int kOrigins = 3;
   const Layout& layout = developed.layout;
-  Placement placement = place_charts(layout, adjacency);
+  Placement placement = place_charts(layout, adjacency, context);
   Placement best_placement = placement;
   RoundedMap best;
   for (int attempt = 0; attempt < kOrigins; ++attempt) {

@@ -5,6 +5,8 @@
 #include <limits>
 #include <utility>
 
+#include "flipfree/base/parallel.h"
+
 namespace flipfree {
 namespace {
 
@@ -12,11 +14,20 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
-Placement place_charts(const Layout& layout, const Adjacency& adjacency) {
+Placement place_charts(const Layout& layout, const Adjacency& adjacency,
+                       const ExecutionContext& context) {
   Placement placement;
   const auto corner_count = static_cast<CornerId>(layout.corner.size());
   struct Box {
     long double x0 = std::numeric_limits<long double>::infinity(), y0 = x0, x1 = -x0, y1 = -x0;
+    void add(long double x, long double y) {
+      x0 = std::min(x0, x), x1 = std::max(x1, x);
+      y0 = std::min(y0, y), y1 = std::max(y1, y);
+    }
+    void add(const Box& b) {
+      x0 = std::min(x0, b.x0), x1 = std::max(x1, b.x1);
+      y0 = std::min(y0, b.y0), y1 = std::max(y1, b.y1);
+    }
   };
   // Of edges that are about as long the first: rounding must not turn the map.
   constexpr long double kAboutAsLong = 1 - 1e-6L;
@@ -41,15 +52,21 @@ Placement place_charts(const Layout& layout, const Adjacency& adjacency) {
     d = norm > 0 ? Place{d.x / norm, -d.y / norm} : Place{1, 0};
   }
   placement.direction = std::move(longest);
+  constexpr std::size_t kCornersPerChunk = 32768;
+  std::vector<std::vector<Box>> part(chunk_count(at(corner_count), kCornersPerChunk));
+  parallel_for(context, at(corner_count), kCornersPerChunk,
+               [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                 part[chunk].resize(at(layout.chart_count));
+                 for (std::size_t c = begin; c < end; ++c) {
+                   const auto chart = at(layout.chart_of_face[c / 3]);
+                   const Place& d = placement.direction[chart];
+                   const Place& p = layout.corner[c];
+                   part[chunk][chart].add(p.x * d.x - p.y * d.y, p.x * d.y + p.y * d.x);
+                 }
+               });
   std::vector<Box> boxes(at(layout.chart_count));
-  for (CornerId c = 0; c < corner_count; ++c) {
-    const Index chart = layout.chart_of_face[at(c / 3)];
-    const Place& d = placement.direction[at(chart)];
-    const Place& p = layout.corner[at(c)];
-    const long double x = p.x * d.x - p.y * d.y, y = p.x * d.y + p.y * d.x;
-    Box& b = boxes[at(chart)];
-    b.x0 = std::min(b.x0, x), b.x1 = std::max(b.x1, x);
-    b.y0 = std::min(b.y0, y), b.y1 = std::max(b.y1, y);
+  for (const std::vector<Box>& boxes_of_part : part) {
+    for (std::size_t i = 0; i < boxes.size(); ++i) boxes[i].add(boxes_of_part[i]);
   }
   // Shelves: charts by height in rows about as wide as the whole is high.
   long double area = 0, widest = 0;

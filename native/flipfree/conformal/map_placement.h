@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "flipfree/base/context.h"
 #include "flipfree/conformal/layout.h"
 #include "flipfree/mesh/adjacency.h"
 
@@ -24,7 +25,8 @@ struct Placement {
   }
 };
 
-Placement place_charts(const Layout& layout, const Adjacency& adjacency);
+Placement place_charts(const Layout& layout, const Adjacency& adjacency,
+                       const ExecutionContext& context);
 
 // Where the map is finest among these faces (those that could not be rounded): 32-bit numbers are
 // finest around zero.

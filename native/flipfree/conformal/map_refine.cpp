@@ -20,6 +20,7 @@ constexpr double kLeastGap = 1e-6;
 // / (2 det J), 1 = conformal), or twice what they were.
 constexpr double kGoodDistortion = 8.0;
 constexpr int kThinningPasses = 4;
+constexpr std::size_t kFacesPerChunk = 4096;  // of what threads share
 
 class Refiner {
  public:
@@ -48,7 +49,7 @@ class Refiner {
     if (refinement == Refinement::kAuto) thin_out(context);
   }
 
-  RefinedMap write() const;
+  RefinedMap write(const ExecutionContext& context) const;
 
   std::vector<FaceId> invalid;
 
@@ -69,9 +70,10 @@ class Refiner {
 
   bool is_left(HalfedgeId h) const { return map_.edge_halfedge[at(map_.edge_of[at(h)])] == h; }
 
+  void write_faces(RefinedMap& out, const ExecutionContext& context) const;
+
   // Faces whose own triangle is not valid or not the right one.
   std::vector<FaceId> find_bad(const ExecutionContext& context) const {
-    constexpr std::size_t kFacesPerChunk = 4096;
     const std::size_t faces = slot_.size();
     std::vector<std::vector<FaceId>> found(chunk_count(faces, kFacesPerChunk));
     parallel_for(
@@ -351,7 +353,7 @@ class Refiner {
   }
 };
 
-RefinedMap Refiner::write() const {
+RefinedMap Refiner::write(const ExecutionContext& context) const {
   RefinedMap out;
   out.invalid = invalid;
   // Vertices: the input's, then active points in order.
@@ -385,20 +387,28 @@ RefinedMap Refiner::write() const {
           along.target * input_.vertices.row(input_.faces(h / 3, next % 3));
     }
   }
-  Index total = 0;
-  for (const Index s : slot_)
-    total += s == kInvalid ? 1 : static_cast<Index>(triangulations_[at(s)].size());
+  write_faces(out, context);
+  return out;
+}
+
+void Refiner::write_faces(RefinedMap& out, const ExecutionContext& context) const {
+  std::vector<Index> first_row(slot_.size() + 1, 0);
+  for (std::size_t f = 0; f < slot_.size(); ++f) {
+    const Index s = slot_[f];
+    first_row[f + 1] =
+        first_row[f] + (s == kInvalid ? 1 : static_cast<Index>(triangulations_[at(s)].size()));
+  }
+  const Index total = first_row.back();
   out.surface.faces.resize(total, 3);
   out.uv.resize(3 * total, 2);
   out.parent_face.resize(at(total));
-  Index row = 0;
-  std::vector<PolygonVertex> polygon;
-  for (FaceId f = 0; f < static_cast<FaceId>(slot_.size()); ++f) {
+  const auto write_face = [&](FaceId f, std::vector<PolygonVertex>& polygon) {
+    Index row = first_row[at(f)];
     if (slot_[at(f)] == kInvalid) {
       out.surface.faces.row(row) = input_.faces.row(f);
       out.uv.middleRows(3 * row, 3) = map_.corner_uv.middleRows(3 * f, 3);
-      out.parent_face[at(row++)] = f;
-      continue;
+      out.parent_face[at(row)] = f;
+      return;
     }
     build_polygon(f, polygon);
     for (const GlobalTriangle& t : triangulations_[at(slot_[at(f)])]) {
@@ -412,8 +422,13 @@ RefinedMap Refiner::write() const {
       }
       out.parent_face[at(row++)] = f;
     }
-  }
-  return out;
+  };
+  parallel_for(context, slot_.size(), kFacesPerChunk,
+               [&](std::size_t begin, std::size_t end, std::size_t) {
+                 std::vector<PolygonVertex> polygon;
+                 for (auto f = static_cast<FaceId>(begin); f < static_cast<FaceId>(end); ++f)
+                   write_face(f, polygon);
+               });
 }
 
 }  // namespace
@@ -422,7 +437,7 @@ RefinedMap refine_map(const Surface& input, const Adjacency& adjacency, const Ed
                       Refinement refinement, Storage storage, const ExecutionContext& context) {
   Refiner refiner(input, adjacency, map, storage);
   refiner.run(refinement, context);
-  return refiner.write();
+  return refiner.write(context);
 }
 
 }  // namespace flipfree
