@@ -172,6 +172,18 @@ def test_all_curvature_of_36_handles_in_one_cone_is_reached_by_relaxed_steps() -
     assert metric.iterations <= 100
 
 
+def test_couplings_forty_orders_apart_have_a_direction() -> None:
+    # Two vertices seen by a third one across 45 orders of magnitude: two doubles per unknown do not hold the
+    # difference of their steps, so that no precision of the lengths found a direction.
+    vertices, faces = plate_with_holes(20, 2)
+    target = np.full(len(vertices), 2 * np.pi)
+    target[0] = 2 * np.pi * (2 * 40 - 1)
+    metric = ff.conformal_metric(vertices, faces, target, intrinsic_refinement="off")
+    assert metric.angle_error <= 1e-10
+    assert metric.bits <= 512
+    assert metric.iterations <= 150
+
+
 def test_a_refined_start_serves_where_the_plain_way_ends_too_early() -> None:
     sectors = 120
     vertices, faces, angles = prism_with_cones(sectors)

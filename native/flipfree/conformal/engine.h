@@ -29,11 +29,13 @@ struct Gradient {
   double noise = 0.0;  // estimate of the rounding error in `value`
 };
 
-// Numbers per unknown as unevaluated sums of two doubles: where triangles are needles, scale
-// factors of neighbours must agree to far more places than a double has. `low` may be empty.
+// Numbers per unknown: where triangles are needles, scale factors of neighbours must agree to far
+// more places than a double has. `high` rounds them; `low`, if not empty, is what that lost, as
+// doubles; `full`, if not empty, are the numbers themselves.
 struct FineVector {
   std::vector<double> high;
-  std::vector<double> low;
+  std::vector<double> low{};
+  std::vector<BigFloat<16>> full{};
 };
 
 // The convex energy whose gradient is target - angle, up to a constant of the input; and an
@@ -56,7 +58,7 @@ class MetricEngine {
   virtual bool started() const = 0;
   virtual const IntrinsicMesh& mesh() const = 0;
 
-  // Multiplies the length of every edge (i, j) by exp(x_i + x_j). If x has no low parts, what is
+  // Multiplies the length of every edge (i, j) by exp(x_i + x_j). If x is high parts only, what is
   // taken for exp(x) - 1 is the nearest double, exactly; else exp is computed in full.
   virtual void scale(const FineVector& x, ExecutionContext& context) = 0;
   // Logarithms of all factors so far (u / 2), and a fresh engine's way to there: in stages, since a
@@ -88,6 +90,8 @@ class MetricEngine {
   // Remembers the present metric, and returns to the one remembered last. Copies all arrays.
   virtual void remember() = 0;
   virtual void go_back() = 0;
+  // Changes of the scale factors u since remember().
+  virtual std::vector<double> moved() const = 0;
 
   // Flips done so far, of which the first euclidean_flips() are Euclidean.
   virtual const std::vector<FlipRecord>& flips() const = 0;

@@ -5,3 +5,4 @@
 #include "flipfree/conformal/scalar_engine_angles.h"
 #include "flipfree/conformal/scalar_engine_flips.h"
 #include "flipfree/conformal/scalar_engine_relax.h"
+#include "flipfree/conformal/scalar_engine_star.h"

@@ -227,6 +227,7 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
     newton.max_iterations = options.max_iterations - result.iterations;
     newton.max_seconds =
         options.max_seconds > 0.0 ? std::max(1e-3, options.max_seconds - watch.seconds()) : 0.0;
+    newton.more_bits = options.bits == 0 ? bits < kLargestBits : bits < options.bits;
     const Stopwatch starting;
     const std::unique_ptr<MetricEngine> engine = make_engine(input, bits, context);
     const bool started = engine->started();

@@ -11,6 +11,11 @@ namespace {
 constexpr double kAlpha = 0.1;       // Armijo-like constant of Algorithm 3
 constexpr double kNormStep = 1e-10;  // below this step the norm decrease is no longer asked for
 constexpr double kSmallestStep = 1e-16;
+// Accuracy of angles with more bits than a double has, and the error of the gradient below which
+// the coarse one is not good enough.
+constexpr double kCoarse = 1e-9;
+constexpr double kCoarseUntil = 1e-5;
+constexpr double kFine = 1e-13;
 constexpr double kMuchLess = 0.5;  // a first step that lowers the norm so far needs no other test
 // Vertices whose angle is off by more than `error` radians are relaxed one by one, `sweeps` times
 // at most: kThorough when a line search had to cut its step below kShortStep; kQuick, in double,
@@ -23,9 +28,12 @@ struct Relaxation {
 constexpr double kShortStep = 0.3;
 constexpr Relaxation kThorough{0.03, 8};
 constexpr Relaxation kQuick{0.1, 1};
+constexpr double kLessError = 0.3;  // of the error before a relaxed step: leaving less is thorough
 // An error at the start beyond kFar radians goes by relaxed steps from the beginning (kRelaxed).
 // Measured with single cones on g-tori (docs/conformal.md).
 constexpr double kFar = 200.0;
+// Relaxed steps need angles that are known to less than what relaxation leaves.
+constexpr double kMostNoise = 0.01;
 
 double dot(const std::vector<double>& a, const std::vector<double>& b) {
   double sum = 0.0;
@@ -56,15 +64,11 @@ class Deadline {
 // The engine on the ray u + step d.
 class Ray {
  public:
-  Ray(MetricEngine& engine, const FineVector& direction, double accuracy, double tolerance,
-      NewtonRun& run)
-      : engine_(engine),
-        direction_(direction),
-        accuracy_(accuracy),
-        tolerance_(tolerance),
-        run_(run) {
+  Ray(MetricEngine& engine, const FineVector& direction, double tolerance, NewtonRun& run)
+      : engine_(engine), direction_(direction), tolerance_(tolerance), run_(run) {
     part_.high.resize(direction.high.size());
     part_.low.resize(direction.low.size());
+    part_.full.resize(direction.full.size());
   }
 
   // Moves to `step` and evaluates there. False if the engine could not follow; it is then somewhere
@@ -78,6 +82,7 @@ class Ray {
         part_.low[v] =
             std::fma(change, direction_.high[v], -part_.high[v]) + change * direction_.low[v];
       }
+      if (!part_.full.empty()) part_.full[v] = direction_.full[v] * BigFloat<16>(change);
     }
     engine_.scale(part_, context);
     step_ = step;
@@ -91,10 +96,12 @@ class Ray {
 
   void evaluate(Gradient& gradient, ExecutionContext& context) {
     const Stopwatch watch;
-    engine_.evaluate(accuracy_, gradient, context);
-    // Close to the end sums of thousands of angles at one vertex need more than double.
-    if (engine_.bits() > 53 && gradient.max_error < std::max(1e-9, 1e2 * tolerance_)) {
-      engine_.evaluate(std::min(tolerance_, 1e-15), gradient, context);
+    engine_.evaluate(kCoarse, gradient, context);
+    if (engine_.bits() > 53) {
+      if (gradient.max_error < kCoarseUntil) engine_.evaluate(kFine, gradient, context);
+      // Close to the end sums of thousands of angles at one vertex need more than double.
+      if (gradient.max_error < std::max(1e-9, 1e2 * tolerance_))
+        engine_.evaluate(std::min(tolerance_, 1e-15), gradient, context);
     }
     run_.seconds_angles += watch.seconds();
   }
@@ -104,7 +111,6 @@ class Ray {
  private:
   MetricEngine& engine_;
   const FineVector& direction_;
-  double accuracy_;
   double tolerance_;
   double step_ = 0.0;
   NewtonRun& run_;
@@ -186,22 +192,24 @@ bool relax(MetricEngine& engine, Ray& ray, const Relaxation& how, Gradient& grad
 enum class Found { kStep, kNone, kDeadline };
 
 Found relaxed_step(MetricEngine& engine, const FineVector& direction, double first_step,
-                   double accuracy, const NewtonOptions& options, const Gradient& start,
-                   Gradient& trial, const Deadline& deadline, NewtonRun& run,
-                   ExecutionContext& context) {
+                   const NewtonOptions& options, const Gradient& start, Gradient& trial,
+                   const Deadline& deadline, NewtonRun& run, ExecutionContext& context) {
   const double start_norm = norm(start.value);
+  const Relaxation how{std::min(kThorough.error, kLessError * start.max_error), kThorough.sweeps};
   const Energy before = engine.energy(context);
   engine.remember();
   for (double step = first_step; step > kNormStep * first_step; step *= 0.5) {
-    Ray ray(engine, direction, accuracy, options.tolerance, run);
-    if (ray.move(step, trial, context) &&
-        relax(engine, ray, kThorough, trial, deadline, run, context)) {
+    Ray ray(engine, direction, options.tolerance, run);
+    if (ray.move(step, trial, context) && relax(engine, ray, how, trial, deadline, run, context)) {
       const Energy after = engine.energy(context);
       const double change = after.value - before.value;
       const double noise = before.noise + after.noise;
       const bool undecided = std::abs(change) <= noise;
       const double bound = engine.bits() > 53 ? start_norm : kMuchLess * start_norm;
       if (change < -noise || (undecided && norm(trial.value) < bound)) return Found::kStep;
+      // By convexity the energy has become less if it still falls along the way done.
+      if (undecided && engine.bits() > 53 && dot(engine.moved(), trial.value) < 0.0)
+        return Found::kStep;
       // In double, whose kinks are rounded off, creeping on would only cost time.
       if (undecided && engine.bits() <= 53) {
         engine.go_back();
@@ -222,9 +230,8 @@ NewtonRun iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOption
   Gradient gradient;
   Gradient trial;
   FineVector direction;
-  const double accuracy = 1e-13;
   {
-    Ray here(engine, direction, accuracy, options.tolerance, run);
+    Ray here(engine, direction, options.tolerance, run);
     here.evaluate(gradient, context);
   }
   run.error_history.push_back(gradient.max_error);
@@ -255,11 +262,12 @@ NewtonRun iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOption
     context.report("conformal metric", fraction);
     const ProgressRange still(context, fraction, fraction);  // factorizations report as well
     run.end = NewtonEnd::kPrecision;
-    if (gradient.noise > 0.1 * run.error) {
+    if (gradient.noise > 0.1 * run.error ||
+        (options.more_bits && descent == Descent::kRelaxed && gradient.noise > kMostNoise)) {
       run.reason = "gradient below its noise";
       return run;
     }
-    if (!system.solve(engine.mesh(), gradient, direction, context)) {
+    if (!system.solve(engine.mesh(), gradient, engine.bits(), direction, context)) {
       run.reason = "no descent direction";
       return run;
     }
@@ -270,15 +278,14 @@ NewtonRun iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOption
     const double first_step = range > most ? most / range : 1.0;
     Found found = Found::kStep;
     if (descent == Descent::kRelaxed) {
-      found = relaxed_step(engine, direction, first_step, accuracy, options, gradient, trial,
-                           deadline, run, context);
+      found = relaxed_step(engine, direction, first_step, options, gradient, trial, deadline, run,
+                           context);
       ++run.relaxed_iterations;
-      // The energy is known in double only, whatever the bits; the slope along a ray is not.
-      if (found == Found::kNone && engine.bits() > 53) descent = Descent::kLineSearch;
     }
-    if (descent == Descent::kLineSearch) {
+    // The energy is known in double only, whatever the bits; the slope along a ray is not.
+    if (descent == Descent::kLineSearch || (found == Found::kNone && engine.bits() > 53)) {
       found = Found::kStep;
-      Ray ray(engine, direction, accuracy, options.tolerance, run);
+      Ray ray(engine, direction, options.tolerance, run);
       if (!line_search(ray, first_step, !hard, direction.high, system.slope(), gradient, trial,
                        deadline, context)) {
         found = deadline.over() ? Found::kDeadline : Found::kNone;

@@ -13,6 +13,7 @@ struct NewtonOptions {
   double tolerance = 1e-10;
   int max_iterations = 500;
   double max_seconds = 0.0;  // 0 = never; looked at after every evaluation and while relaxing
+  bool more_bits = true;     // are to be had: the run ends early where they would help
   // A step changes no difference of scale factors by more than this (4.6.1: "the range of the
   // coefficients"): it keeps factors representable and the flips of one trial few.
   double max_step_range = 10.0;

@@ -14,6 +14,7 @@ constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 constexpr int kRounds = 3;            // of refinement, Cholesky
 constexpr double kNegligible = 1e-6;  // of the gradient: what dropping low parts may change
 constexpr int kAccurateRounds = 8;    // with the accurate factorization
+constexpr int kLeastBits = 256;       // of its direction
 // Below kNear radians of error the last factor serves as a preconditioner, for up to
 // kOldFactorRounds rounds: a solve costs a tenth of an analysis and factorization. The residual
 // must fall to the part kInexact * error of the error, kLoosest of it at most: Newton's next error
@@ -41,6 +42,14 @@ std::vector<double> without_mean(std::vector<double> g) {
 void clear(FineVector& d, std::size_t n) {
   d.high.assign(n, 0.0);
   d.low.assign(n, 0.0);
+  d.full.clear();
+}
+
+// d_j - d_i, from two doubles or from all bits.
+double difference_along(const Coupling& c, const FineVector& d) {
+  const std::size_t i = at(c.low), j = at(c.high);
+  return d.full.empty() ? (d.high[j] - d.high[i]) + (d.low[j] - d.low[i])
+                        : (d.full[j] - d.full[i]).to_double();
 }
 
 double largest_of(const std::vector<double>& x) {
@@ -118,13 +127,12 @@ void NewtonSystem::build_matrix(Index last) {
 
 double NewtonSystem::residual(const std::vector<double>& g, const FineVector& d,
                               std::vector<double>& r) const {
-  // r = -g - H d with H d as weighted differences: no cancellation of diagonals.
+  // H d as weighted differences: no cancellation of diagonals.
   for (std::size_t i = 0; i < g.size(); ++i) r[i] = -g[i];
   for (const Coupling& c : couplings_) {
-    const std::size_t i = at(c.low), j = at(c.high);
-    const double flow = c.weight * ((d.high[j] - d.high[i]) + (d.low[j] - d.low[i]));
-    r[i] += flow;
-    r[j] -= flow;
+    const double flow = c.weight * difference_along(c, d);
+    r[at(c.low)] += flow;
+    r[at(c.high)] -= flow;
   }
   double largest = 0.0;
   for (std::size_t i = 0; i + 1 < r.size(); ++i) largest = std::max(largest, std::abs(r[i]));
@@ -168,11 +176,11 @@ bool NewtonSystem::factorize(ExecutionContext& context) {
   return cholesky_.factorize(matrix_, context);
 }
 
-bool NewtonSystem::solve(const IntrinsicMesh& mesh, const Gradient& gradient, FineVector& d,
-                         ExecutionContext& context) {
+bool NewtonSystem::solve(const IntrinsicMesh& mesh, const Gradient& gradient, int bits,
+                         FineVector& d, ExecutionContext& context) {
   const Stopwatch watch;
   const double symbolic_before = seconds_symbolic_;
-  const bool solved = find_direction(mesh, gradient, d, context);
+  const bool solved = find_direction(mesh, gradient, bits, d, context);
   seconds_numeric_ += watch.seconds() - (seconds_symbolic_ - symbolic_before);
   return solved;
 }
@@ -250,33 +258,51 @@ double NewtonSystem::by_new_factor(const std::vector<double>& g, double goal, Fi
 }
 
 // Without any subtraction. Residual left.
-double NewtonSystem::by_accurate_factor(const std::vector<double>& g, double error, FineVector& d,
-                                        ExecutionContext& context) {
+double NewtonSystem::by_accurate_factor(const std::vector<double>& g, double error, int bits,
+                                        FineVector& d, ExecutionContext& context) {
   const std::size_t n = g.size();
   double residual_left = std::numeric_limits<double>::infinity();
   ++accurate_factorizations_;
   if (!accurate_.factorize(static_cast<Index>(n), couplings_, context)) return residual_left;
-  clear(d, n);
-  std::vector<double> r(n);
-  double before = residual(g, d, r);
-  FineVector next;
+  using Number = BigFloat<16>;
+  const Number zero(0.0, std::clamp(bits, kLeastBits, Number::kMaxBits));
+  d.low.clear();
+  d.full.assign(n, zero);
+  // The residual in full as well: what flows through a heavy coupling must leave its ends in
+  // balance.
+  std::vector<Number> r(n, zero);
+  for (std::size_t i = 0; i < n; ++i) r[i] -= Number(g[i]);
+  double before = std::numeric_limits<double>::infinity();
+  std::vector<Number> last;
   for (int round = 0; round < kAccurateRounds; ++round) {
     accurate_.solve(r);
-    next = d;
-    for (std::size_t i = 0; i < n; ++i) add(next, i, r[i]);
-    residual_left = residual(g, next, r);
-    if (round > 0 && !(residual_left < 0.5 * before)) {
+    last = d.full;
+    for (std::size_t i = 0; i < n; ++i) {
+      d.full[i] += r[i];
+      r[i] = zero - Number(g[i]);
+    }
+    for (const Coupling& c : couplings_) {
+      const Number flow(c.weight * (d.full[at(c.high)] - d.full[at(c.low)]).to_double());
+      r[at(c.low)] += flow;
+      r[at(c.high)] -= flow;
+    }
+    residual_left = 0.0;
+    for (std::size_t i = 0; i + 1 < n; ++i)
+      residual_left = std::max(residual_left, std::abs(r[i].to_double()));
+    if (!(residual_left < 0.5 * before)) {
       residual_left = before;
+      std::swap(d.full, last);
       break;
     }
-    std::swap(d, next);
     before = residual_left;
     if (before <= 1e-12 * error) break;
   }
+  d.high.resize(n);
+  for (std::size_t i = 0; i < n; ++i) d.high[i] = d.full[i].to_double();
   return residual_left;
 }
 
-bool NewtonSystem::find_direction(const IntrinsicMesh& mesh, const Gradient& gradient,
+bool NewtonSystem::find_direction(const IntrinsicMesh& mesh, const Gradient& gradient, int bits,
                                   FineVector& d, ExecutionContext& context) {
   const std::vector<double> g = without_mean(gradient.value);
   const double error = gradient.max_error;
@@ -294,11 +320,9 @@ bool NewtonSystem::find_direction(const IntrinsicMesh& mesh, const Gradient& gra
       residual_left = by_new_factor(g, 1e-10 * error, d, context);
     }
   }
-  fine_ = use_accurate_;
   if (!near && !(residual_left <= 1e-8 * error)) {
     use_accurate_ = true;
-    fine_ = true;
-    residual_left = by_accurate_factor(g, error, d, context);
+    residual_left = by_accurate_factor(g, error, bits, d, context);
   }
   double low = d.high[0];
   double high = d.high[0];
@@ -309,13 +333,19 @@ bool NewtonSystem::find_direction(const IntrinsicMesh& mesh, const Gradient& gra
   if (!std::isfinite(low) || !std::isfinite(high) || !(residual_left < 0.5 * error)) return false;
   slope_ = 0.0;
   for (const Coupling& c : couplings_) {
-    const std::size_t i = at(c.low), j = at(c.high);
-    const double difference = (d.high[j] - d.high[i]) + (d.low[j] - d.low[i]);
+    const double difference = difference_along(c, d);
     slope_ -= c.weight * difference * difference;
   }
   const double middle = 0.5 * (low + high);
-  for (std::size_t i = 0; i < d.high.size(); ++i) add(d, i, -middle);
-  if (!fine_ && rounding(d) <= kNegligible * error) d.low.clear();
+  for (std::size_t i = 0; i < d.high.size(); ++i) {
+    if (d.full.empty()) {
+      add(d, i, -middle);
+    } else {
+      d.full[i] -= BigFloat<16>(middle);
+      d.high[i] = d.full[i].to_double();
+    }
+  }
+  if (!d.low.empty() && rounding(d) <= kNegligible * error) d.low.clear();
   return true;
 }
 

@@ -18,8 +18,10 @@ class NewtonSystem {
   // unknowns i and j, and zero row sums; the last unknown is fixed. The symbolic analysis is kept
   // while the pattern stays, its order while only flips changed it. False if the matrix is not
   // positive definite to working precision or the solution not finite.
-  // The low parts come from the refinement; they are what counts along heavy couplings.
-  bool solve(const IntrinsicMesh& mesh, const Gradient& gradient, FineVector& direction,
+  // The low parts come from the refinement; they are what counts along heavy couplings. Where
+  // couplings are heavier than two doubles can serve - the last place of the direction times the
+  // weight is an angle - it has `bits` bits.
+  bool solve(const IntrinsicMesh& mesh, const Gradient& gradient, int bits, FineVector& direction,
              ExecutionContext& context);
 
   // Derivative of the energy along the last direction, -d' H d: a sum of squares.
@@ -35,20 +37,21 @@ class NewtonSystem {
   double seconds_numeric() const { return seconds_numeric_; }
 
  private:
-  bool find_direction(const IntrinsicMesh& mesh, const Gradient& gradient, FineVector& direction,
-                      ExecutionContext& context);
+  bool find_direction(const IntrinsicMesh& mesh, const Gradient& gradient, int bits,
+                      FineVector& direction, ExecutionContext& context);
   bool factorize(ExecutionContext& context);
   bool by_old_factor(const std::vector<double>& g, double goal, FineVector& d,
                      ExecutionContext& context);
   double by_new_factor(const std::vector<double>& g, double goal, FineVector& d,
                        ExecutionContext& context);
-  double by_accurate_factor(const std::vector<double>& g, double error, FineVector& d,
+  double by_accurate_factor(const std::vector<double>& g, double error, int bits, FineVector& d,
                             ExecutionContext& context);
   void collect_couplings(const IntrinsicMesh& mesh, const Gradient& gradient);
   // From the couplings; `last` is the fixed unknown.
   void build_matrix(Index last);
   // What the low parts of d contribute to H d at most, entry by entry of the couplings.
   double rounding(const FineVector& d) const;
+  // r = -g - H d, and its largest entry.
   double residual(const std::vector<double>& g, const FineVector& d, std::vector<double>& r) const;
 
   std::vector<Coupling> couplings_;  // one per pair of different unknowns, weight > = 0
@@ -61,7 +64,6 @@ class NewtonSystem {
   LaplacianFactor accurate_;
   bool use_accurate_ = false;
   bool factor_kept_ = false;  // cholesky_ holds the factor of an earlier matrix
-  bool fine_ = false;
   double slope_ = 0.0;
   int accurate_factorizations_ = 0;
   double order_flops_ = 0.0;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -44,7 +45,9 @@ class ScalarEngine final : public MetricEngine {
     factor_.resize(x.high.size());
     for (std::size_t v = 0; v < x.high.size(); ++v) {
       if (v % kCheckEvery == kCheckEvery - 1) context.check();
-      if (x.low.empty()) {
+      if (!Traits::kIsDouble && !x.full.empty()) {
+        factor_[v] = exp(Traits::from_big(x.full[v], bits_));
+      } else if (x.low.empty()) {
         factor_[v] = one + Traits::make(std::expm1(x.high[v]), bits_);
       } else if constexpr (Traits::kIsDouble) {
         factor_[v] = one + (std::expm1(x.high[v]) + x.low[v]);
@@ -111,6 +114,15 @@ class ScalarEngine final : public MetricEngine {
     shadow_valid_ = false;
   }
 
+  std::vector<double> moved() const override {
+    std::vector<double> change(factor_product_.size());
+    for (std::size_t v = 0; v < change.size(); ++v) {
+      const T& before = memory_.factor_product[v];
+      change[v] = 2.0 * std::log1p(ratio(factor_product_[v] - before, before));
+    }
+    return change;
+  }
+
   void finish(ConformalMetric& result) const override {
     result.mesh = mesh_;
     result.initial = input_.setup.mesh;
@@ -160,6 +172,14 @@ class ScalarEngine final : public MetricEngine {
   static constexpr double kRelaxMove = 2.0;
   static constexpr std::size_t kRelaxFlips = 4;
   static constexpr int kRelaxSteps = 150;
+  static constexpr std::size_t kFirstEvents = 4;
+  // Errors of a shape's x from lengths rounded to double, three roundings each of at most half of
+  // s.
+  static constexpr double kShadowError = 1e-15;
+  static constexpr double kStarAccuracy = 1e-6;     // of angles in relaxation
+  static constexpr double kEnergyAccuracy = 1e-14;  // of angles in the energy
+  // Roundings in the sum of the energy's terms, against the estimate of one per term.
+  static constexpr double kEnergyRoundings = 16.0;
   // Relative size of the sum of two half-cotangents from which on it is computed in full.
   static constexpr double kCancelled = 1e-3;
   static constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
@@ -210,34 +230,45 @@ class ScalarEngine final : public MetricEngine {
   }
 
   // Half-edges of a face, x[k] = s - 2 length[k] relative to the perimeter s, and the factor
-  // `radius` with tan(angle opposite k / 2) = radius / x[k].
-  double shape(std::size_t f, HalfedgeId h[3], double x[3]) const {
+  // `radius` with tan(angle opposite k / 2) = radius / x[k]. `accuracy`: error of the angles that
+  // is good enough; where no x is too small for that, lengths rounded to double serve.
+  double shape(std::size_t f, double accuracy, HalfedgeId h[3], double x[3]) const {
     h[0] = mesh_.face_halfedge[f];
     h[1] = mesh_.next[at(h[0])];
     h[2] = mesh_.next[at(h[1])];
-    const T& a = length_[at(h[0] >> 1)];
-    const T& b = length_[at(h[1] >> 1)];
-    const T& c = length_[at(h[2] >> 1)];
-    const T s = a + b + c;
-    if constexpr (Traits::kIsDouble) {
-      const double inverse = 1.0 / s;
-      x[0] = ((b - a) + c) * inverse;
-      x[1] = ((c - b) + a) * inverse;
-      x[2] = ((a - c) + b) * inverse;
-    } else {
-      x[0] = ratio(b - a + c, s);
-      x[1] = ratio(c - b + a, s);
-      x[2] = ratio(a - c + b, s);
-    }
     // Below rounding a length difference is not known; the triangle is then read as barely valid,
     // and the noise estimate says what that is worth.
     const double least = std::ldexp(1.0, -bits_);
-    for (int k = 0; k < 3; ++k) x[k] = std::max(x[k], least);
     if constexpr (Traits::kIsDouble) {
+      shape_in_double(length_, h, x);
+      for (int k = 0; k < 3; ++k) x[k] = std::max(x[k], least);
       return std::sqrt(x[0] * x[1] * x[2]);
     } else {
+      if (shadow_valid_) {
+        shape_in_double(shadow_, h, x);
+        if (std::min({x[0], x[1], x[2]}) * accuracy > kShadowError)
+          return std::sqrt(x[0] * x[1] * x[2]);
+      }
+      const T& a = length_[at(h[0] >> 1)];
+      const T& b = length_[at(h[1] >> 1)];
+      const T& c = length_[at(h[2] >> 1)];
+      const T s = a + b + c;
+      x[0] = ratio(b - a + c, s);
+      x[1] = ratio(c - b + a, s);
+      x[2] = ratio(a - c + b, s);
+      for (int k = 0; k < 3; ++k) x[k] = std::max(x[k], least);
       return std::sqrt(x[0]) * std::sqrt(x[1]) * std::sqrt(x[2]);  // the product may underflow
     }
+  }
+  static void shape_in_double(const std::vector<double>& length, const HalfedgeId h[3],
+                              double x[3]) {
+    const double a = length[at(h[0] >> 1)];
+    const double b = length[at(h[1] >> 1)];
+    const double c = length[at(h[2] >> 1)];
+    const double inverse = 1.0 / (a + b + c);
+    x[0] = ((b - a) + c) * inverse;
+    x[1] = ((c - b) + a) * inverse;
+    x[2] = ((a - c) + b) * inverse;
   }
 
   // The widest angle is opposite the smallest x.
@@ -252,8 +283,31 @@ class ScalarEngine final : public MetricEngine {
 
   // scalar_engine_relax.h
   void index_stars();
-  double star_angle(VertexId v, double& slope) const;
+  struct StarAngle {
+    double angle = 0.0;         // total angle at an unknown
+    double slope = 0.0;         // Hessian diagonal
+    double reach = kRelaxMove;  // changes of the scale factor that keep the shape of the star
+  };
+  StarAngle star_angle(VertexId v) const;
+  bool relax_one(VertexId v, double accuracy, ExecutionContext& context);
   bool scale_star(VertexId v, double growth, ExecutionContext& context);
+
+  // scalar_engine_star.h
+  struct StarMove {
+    double step = 0.0;       // change of the scale factor done
+    std::size_t events = 0;  // flips on the way
+    bool followed = false;
+  };
+  struct StarEvent {
+    double step = 0.0;  // where the edge stops being Delaunay
+    EdgeId e = kInvalid;
+    std::uint32_t version = 0;
+  };
+  StarMove move_star(VertexId v, double step, std::size_t most_events, ExecutionContext& context);
+  void add_event(VertexId v, EdgeId e, double step, double done);
+  template <typename S>
+  void event_terms(VertexId v, EdgeId e, const std::vector<S>& length, S& low, S& high,
+                   S& size) const;
   template <typename Visit>
   void around(VertexId v, Visit visit) const {
     const HalfedgeId first = star_[at(v)];
@@ -273,9 +327,9 @@ class ScalarEngine final : public MetricEngine {
   // scalar_engine_angles.h
   struct Shape;
   template <typename Visit>
-  double visit_faces(std::size_t begin, std::size_t end, const Visit& visit) const;
+  double visit_faces(std::size_t begin, std::size_t end, double accuracy, const Visit& visit) const;
   template <typename Visit>
-  double visit_all_faces(ExecutionContext& context, const Visit& visit) const;
+  double visit_all_faces(double accuracy, ExecutionContext& context, const Visit& visit) const;
   void evaluate_exactly(Gradient& out, ExecutionContext& context);
   void spread_remainder();
   void repair_weights(Gradient& out) const;
@@ -292,6 +346,8 @@ class ScalarEngine final : public MetricEngine {
   bool flip_to_delaunay(ExecutionContext& context);
   template <bool kPtolemy>
   bool empty_stack(ExecutionContext& context);
+  template <bool kPtolemy>
+  bool flip(EdgeId e, FlipType type, PlainFlips& plain);
   bool usable(const FlipStencil& s) const;
 
   struct Memory {
@@ -322,6 +378,8 @@ class ScalarEngine final : public MetricEngine {
   std::size_t exact_tests_ = 0;
   std::vector<HalfedgeId> star_;
   std::vector<VertexId> mirror_;
+  std::vector<StarEvent> events_;             // heap
+  std::vector<std::uint32_t> event_version_;  // per edge: events with another one are void
   std::vector<char> queued_;
   std::vector<EdgeId> stack_;
 };

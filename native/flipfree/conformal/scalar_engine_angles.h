@@ -24,18 +24,18 @@ struct ScalarEngine<T>::Shape {
   int widest;
 };
 
-// Calls visit(shape) for the faces [begin, end) that count. Returns the smallest radius, 1 if there
-// is none.
+// Calls visit(shape) for the faces [begin, end) that count; accuracy as in shape(). Returns the
+// smallest radius, 1 if there is none.
 template <typename T>
 template <typename Visit>
-inline double ScalarEngine<T>::visit_faces(std::size_t begin, std::size_t end,
+inline double ScalarEngine<T>::visit_faces(std::size_t begin, std::size_t end, double accuracy,
                                            const Visit& visit) const {
   double smallest = 1.0;
   Shape face;
   for (std::size_t f = begin; f < end; ++f) {
     face.weight = face_weight(f);
     if (face.weight == 0.0) continue;
-    face.radius = shape(f, face.h, face.x);
+    face.radius = shape(f, accuracy, face.h, face.x);
     face.widest = widest_of(face.x);
     smallest = std::min(smallest, face.radius);
     visit(face);
@@ -45,13 +45,13 @@ inline double ScalarEngine<T>::visit_faces(std::size_t begin, std::size_t end,
 
 template <typename T>
 template <typename Visit>
-inline double ScalarEngine<T>::visit_all_faces(ExecutionContext& context,
+inline double ScalarEngine<T>::visit_all_faces(double accuracy, ExecutionContext& context,
                                                const Visit& visit) const {
   double smallest = 1.0;
   for (std::size_t begin = 0; begin < mesh_.face_count(); begin += kCheckEvery) {
     context.check();
     const std::size_t end = std::min(mesh_.face_count(), begin + kCheckEvery);
-    smallest = std::min(smallest, visit_faces(begin, end, visit));
+    smallest = std::min(smallest, visit_faces(begin, end, accuracy, visit));
   }
   return smallest;
 }
@@ -72,7 +72,7 @@ void ScalarEngine<T>::evaluate(double accuracy, Gradient& out, ExecutionContext&
   std::vector<double> smallest(chunk_count(mesh_.face_count(), kCheckEvery), 1.0);
   parallel_for(context, mesh_.face_count(), kCheckEvery,
                [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-                 smallest[chunk] = visit_faces(begin, end, [&](const Shape& face) {
+                 smallest[chunk] = visit_faces(begin, end, accuracy, [&](const Shape& face) {
                    // tan(angle / 2) = radius / x; the two smallest angles are computed, the third
                    // completes pi.
                    double rest = 0.5 * kPi;
@@ -96,6 +96,7 @@ void ScalarEngine<T>::evaluate(double accuracy, Gradient& out, ExecutionContext&
     out.value[unknown_at(static_cast<HalfedgeId>(h))] -= angle_[h];
   repair_weights(out);
   out.noise = noise_of(*std::min_element(smallest.begin(), smallest.end()), 2.2e-16);
+  if constexpr (!Traits::kIsDouble) out.noise = std::max(out.noise, accuracy);
   finish_gradient(out);
 }
 
@@ -112,9 +113,9 @@ Energy ScalarEngine<T>::energy(ExecutionContext& context) const {
   Energy sum;
   const auto add = [&sum](double term) {
     sum.value += term;
-    sum.noise += std::numeric_limits<double>::epsilon() * std::abs(term);
+    sum.noise += kEnergyRoundings * std::numeric_limits<double>::epsilon() * std::abs(term);
   };
-  visit_all_faces(context, [&](const Shape& face) {
+  visit_all_faces(kEnergyAccuracy, context, [&](const Shape& face) {
     double half[3];
     half[face.widest] = 0.5 * kPi;
     for (int k = 0; k < 3; ++k) {
@@ -187,7 +188,7 @@ inline void ScalarEngine<T>::evaluate_exactly(Gradient& out, ExecutionContext& c
   out.value.resize(unknowns);
   out.half_cotangent.assign(mesh_.halfedge_count(), 0.0);
   const T half_pi = Traits::pi(bits_) / T(2.0);
-  const double smallest = visit_all_faces(context, [&](const Shape& face) {
+  const double smallest = visit_all_faces(0.0, context, [&](const Shape& face) {
     const auto& h = face.h;
     const T& a = length_[at(h[0] >> 1)];
     const T& b = length_[at(h[1] >> 1)];

@@ -97,44 +97,16 @@ template <bool kPtolemy>
 inline bool ScalarEngine<T>::empty_stack(ExecutionContext& context) {
   const std::size_t cap = 100 * mesh_.edge_count() + 10000;
   FlipType type = FlipType::kInterior;
-  FlipLengths<T> lengths(length_);
   std::size_t done = 0;
   while (!stack_.empty()) {
     const EdgeId e = stack_.back();
     stack_.pop_back();
     queued_[at(e)] = 0;
     if (!flip_type(mesh_, e, type) || !violates_delaunay(e)) continue;
-    const FlipStencil stencil = flip_stencil(mesh_, e, type);
-    for (std::size_t i = 0; i < 3; ++i) {
-      const EdgeId p = stencil.plain.edges[i];
-      if (p != kInvalid) before_[i] = length_[at(p)];
-    }
-    if constexpr (kPtolemy) {
-      lengths.ptolemy(stencil);
-    } else {
-      lengths.euclidean(stencil);
-    }
-    if (!usable(stencil)) {
-      for (std::size_t i = 0; i < 3; ++i) {
-        const EdgeId p = stencil.plain.edges[i];
-        if (p != kInvalid) length_[at(p)] = before_[i];
-      }
-      return false;
-    }
-    flip_symmetrically(mesh_, stencil);
-    flips_.push_back({type, stencil.plain});
-    update_shadows(stencil);
-    if (!star_.empty()) {
-      for (const EdgeId p : stencil.plain.edges) {
-        if (p == kInvalid) continue;
-        for (const HalfedgeId h : {2 * p, 2 * p + 1}) {
-          HalfedgeId g = h;
-          for (int k = 0; k < 3; ++k, g = mesh_.next[at(g)]) star_[at(mesh_.origin[at(g)])] = g;
-        }
-      }
-    }
-    for (int i = 0; i < stencil.plain.count; ++i) {
-      const EdgeId p = stencil.plain.edges[slot(i)];
+    PlainFlips plain;
+    if (!flip<kPtolemy>(e, type, plain)) return false;
+    for (int i = 0; i < plain.count; ++i) {
+      const EdgeId p = plain.edges[slot(i)];
       push(p);
       for (const HalfedgeId h : {2 * p, 2 * p + 1}) {
         const HalfedgeId n = mesh_.next[at(h)];
@@ -144,6 +116,44 @@ inline bool ScalarEngine<T>::empty_stack(ExecutionContext& context) {
     }
     if (++done % 1024 == 0) context.check();
     if (done > cap) return false;
+  }
+  return true;
+}
+
+// Flips e symmetrically: lengths, connectivity, record, shadows and stars. False, and nothing done,
+// if lengths would leave the exponent range.
+template <typename T>
+template <bool kPtolemy>
+inline bool ScalarEngine<T>::flip(EdgeId e, FlipType type, PlainFlips& plain) {
+  FlipLengths<T> lengths(length_);
+  const FlipStencil stencil = flip_stencil(mesh_, e, type);
+  plain = stencil.plain;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const EdgeId p = plain.edges[i];
+    if (p != kInvalid) before_[i] = length_[at(p)];
+  }
+  if constexpr (kPtolemy) {
+    lengths.ptolemy(stencil);
+  } else {
+    lengths.euclidean(stencil);
+  }
+  if (!usable(stencil)) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const EdgeId p = plain.edges[i];
+      if (p != kInvalid) length_[at(p)] = before_[i];
+    }
+    return false;
+  }
+  flip_symmetrically(mesh_, stencil);
+  flips_.push_back({type, plain});
+  update_shadows(stencil);
+  if (star_.empty()) return true;
+  for (const EdgeId p : plain.edges) {
+    if (p == kInvalid) continue;
+    for (const HalfedgeId h : {2 * p, 2 * p + 1}) {
+      HalfedgeId g = h;
+      for (int k = 0; k < 3; ++k, g = mesh_.next[at(g)]) star_[at(mesh_.origin[at(g)])] = g;
+    }
   }
   return true;
 }

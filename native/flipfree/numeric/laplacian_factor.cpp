@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "flipfree/numeric/big_float.h"
+
 namespace flipfree {
 namespace {
 
@@ -61,6 +63,8 @@ bool LaplacianFactor::factorize(Index vertices, const std::vector<Coupling>& cou
   row_.clear();
   value_.clear();
   pivot_.assign(at(n), 0.0);
+  fixed_share_.assign(at(n), 0.0);
+  main_.assign(at(n), 0);
   std::vector<double> sum(at(n), 0.0);
   std::vector<Index> seen(at(n), kInvalid);
   std::vector<Index> pattern;
@@ -102,32 +106,63 @@ bool LaplacianFactor::factorize(Index vertices, const std::vector<Coupling>& cou
     for (const Index i : pattern) pivot += sum[at(i)];
     if (!(pivot > 0.0) || !std::isfinite(pivot)) return false;
     pivot_[at(j)] = pivot;
+    double largest = fixed_share_[at(j)] = excess[at(j)] / pivot;
+    std::size_t largest_at = row_.size() + pattern.size();
     for (const Index i : pattern) {
+      const double share = sum[at(i)] / pivot;
+      if (share > largest) {
+        largest = share;
+        largest_at = row_.size();
+      }
       row_.push_back(i);
-      value_.push_back(sum[at(i)] / pivot);
+      value_.push_back(share);
     }
+    main_[at(j)] = largest_at;
     start_.push_back(row_.size());
     cursor[at(j)] = start_[at(j)];
     enqueue(j);
   }
-  work_.resize(at(n));
   return true;
 }
 
-void LaplacianFactor::solve(std::vector<double>& b) const {
+// The shares of a column sum to one. The largest is what the others leave of it, exactly: rounded,
+// it would be a coupling to the fixed vertex that does not exist, or a force on it.
+template <typename T>
+void LaplacianFactor::solve(std::vector<T>& b) const {
   const std::size_t n = pivot_.size();
-  for (std::size_t i = 0; i < n; ++i) work_[at(position_[i])] = b[i];
+  std::vector<T> work(n);
+  for (std::size_t i = 0; i < n; ++i) work[at(position_[i])] = b[i];
   for (std::size_t j = 0; j < n; ++j) {
-    for (std::size_t p = start_[j]; p < start_[j + 1]; ++p)
-      work_[at(row_[p])] += value_[p] * work_[j];
+    const std::size_t main = main_[j];
+    T rest = work[j];
+    if (main < start_[j + 1]) rest -= T(fixed_share_[j]) * work[j];
+    for (std::size_t p = start_[j]; p < start_[j + 1]; ++p) {
+      if (p == main) continue;
+      const T part = T(value_[p]) * work[j];
+      work[at(row_[p])] += part;
+      rest -= part;
+    }
+    if (main < start_[j + 1]) work[at(row_[main])] += rest;
   }
   for (std::size_t j = n; j-- > 0;) {
-    double x = work_[j] / pivot_[j];
-    for (std::size_t p = start_[j]; p < start_[j + 1]; ++p) x += value_[p] * work_[at(row_[p])];
-    work_[j] = x;
+    const std::size_t main = main_[j];
+    T x = work[j] / T(pivot_[j]);
+    if (main == start_[j + 1]) {
+      for (std::size_t p = start_[j]; p < start_[j + 1]; ++p) x += T(value_[p]) * work[at(row_[p])];
+    } else {
+      const T& base = work[at(row_[main])];
+      x += base - T(fixed_share_[j]) * base;
+      for (std::size_t p = start_[j]; p < start_[j + 1]; ++p) {
+        if (p != main) x += T(value_[p]) * (work[at(row_[p])] - base);
+      }
+    }
+    work[j] = x;
   }
-  for (std::size_t i = 0; i < n; ++i) b[i] = work_[at(position_[i])];
-  b[n] = 0.0;
+  for (std::size_t i = 0; i < n; ++i) b[i] = work[at(position_[i])];
+  b[n] = T(0.0);
 }
+
+template void LaplacianFactor::solve(std::vector<double>& b) const;
+template void LaplacianFactor::solve(std::vector<BigFloat<16>>& b) const;
 
 }  // namespace flipfree

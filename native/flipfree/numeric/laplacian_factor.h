@@ -31,7 +31,10 @@ class LaplacianFactor {
                                ExecutionContext& context);
 
   // Solves L x = b in place; b has one entry per vertex, the last one is ignored and becomes 0.
-  void solve(std::vector<double>& b) const;
+  // T: double or BigFloat<16>. A heavy coupling's ends differ by less than a double of them shows:
+  // numbers of more bits keep such differences, with the relative accuracy of the factor.
+  template <typename T>
+  void solve(std::vector<T>& b) const;
 
  private:
   void order(Index vertices, const std::vector<Coupling>& couplings);
@@ -42,7 +45,9 @@ class LaplacianFactor {
   std::vector<Index> row_;
   std::vector<double> value_;
   std::vector<double> pivot_;
-  mutable std::vector<double> work_;
+  std::vector<double> fixed_share_;  // of each pivot: the weight to the fixed vertex
+  std::vector<std::size_t> main_;    // the largest entry of each column, or the next column's start
+                                     // if the fixed share is larger
 };
 
 }  // namespace flipfree

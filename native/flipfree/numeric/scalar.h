@@ -21,7 +21,10 @@ struct ScalarTraits<double> {
   static double pi(int /*bits*/) { return std::numbers::pi; }
   static double to_double(double value) { return value; }
   static BigFloat<64> to_big(double value) { return BigFloat<64>(value); }
-  static double from_big(const BigFloat<64>& value, int /*bits*/) { return value.to_double(); }
+  template <int Limbs>
+  static double from_big(const BigFloat<Limbs>& value, int /*bits*/) {
+    return value.to_double();
+  }
   static double scaled(double value, std::int64_t& exponent) {
     exponent = 0;
     return value;
@@ -39,7 +42,8 @@ struct ScalarTraits<BigFloat<Limbs>> {
   static BigFloat<64> to_big(const BigFloat<Limbs>& value) {
     return BigFloat<64>::rounded(value, value.bits());
   }
-  static BigFloat<Limbs> from_big(const BigFloat<64>& value, int bits) {
+  template <int OtherLimbs>
+  static BigFloat<Limbs> from_big(const BigFloat<OtherLimbs>& value, int bits) {
     return BigFloat<Limbs>::rounded(value, bits);
   }
   static double scaled(const BigFloat<Limbs>& value, std::int64_t& exponent) {

@@ -104,6 +104,40 @@ TEST(MetricEngine, RelaxedVertexMeetsItsAngleAndTheEnergyFalls) {
   }
 }
 
+// Flips are done in the order of their places on the vertex' way, known in closed form: the
+// triangulation that is left is the Delaunay one, and no more flips were done than it takes. Going
+// to a trial's end and flipping there cost tens of thousands where a vertex becomes a hub.
+TEST(MetricEngine, RelaxationLeavesTheDelaunayTriangulationByFewFlips) {
+  ExecutionContext context;
+  const Surface surface = test::torus(40, 30);
+  for (const int bits : {53, 128}) {
+    const EngineInput input = flat_but_one(surface, 0);
+    const auto engine = make_engine(input, bits, context);
+    FineVector half{std::vector<double>(input.target.size(), 0.0), {}};
+    half.high[0] = 6.0;    // far from where it belongs: every edge of its star is flipped away
+    half.high[41] = -5.0;  // a hub
+    engine->scale(half, context);
+    ASSERT_TRUE(engine->restore_delaunay(context));
+    Gradient gradient;
+    engine->evaluate(1e-13, gradient, context);
+    ASSERT_GT(std::abs(gradient.value[41]), 100.0);
+    engine->remember();
+    const std::size_t before = engine->flips().size();
+    for (int i = 0; i < 10; ++i) {
+      ASSERT_TRUE(engine->relax(
+          {41}, 1e-3, [] { return false; }, context));
+    }
+    engine->evaluate(1e-13, gradient, context);
+    EXPECT_LE(std::abs(gradient.value[41]), 1.01e-3);
+    EXPECT_NEAR(engine->moved()[41], 2.0 * (engine->scaled_so_far()[41].to_double() + 5.0), 1e-9);
+    const std::size_t done = engine->flips().size() - before;
+    EXPECT_GT(done, 20u);
+    EXPECT_LT(done, 1500u);
+    ASSERT_TRUE(engine->restore_delaunay(context));
+    EXPECT_EQ(engine->flips().size(), before + done);
+  }
+}
+
 TEST(MetricEngine, GoesBackToWhatItRemembers) {
   ExecutionContext context;
   const Surface surface = test::torus(12, 8);

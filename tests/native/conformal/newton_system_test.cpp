@@ -56,7 +56,7 @@ TEST(NewtonSystem, old_factors_serve_near_the_solution_and_only_there) {
   NewtonSystem system;
   FineVector d;
   set_error(1.0);
-  ASSERT_TRUE(system.solve(engine->mesh(), gradient, d, context));
+  ASSERT_TRUE(system.solve(engine->mesh(), gradient, 53, d, context));
   EXPECT_EQ(system.factorizations(), 1);
   EXPECT_LE(residual(*engine, gradient, d), 1e-8);
 
@@ -70,13 +70,13 @@ TEST(NewtonSystem, old_factors_serve_near_the_solution_and_only_there) {
   engine->evaluate(1e-13, moved, context);
   gradient.half_cotangent = moved.half_cotangent;
   set_error(0.01);
-  ASSERT_TRUE(system.solve(engine->mesh(), gradient, d, context));
+  ASSERT_TRUE(system.solve(engine->mesh(), gradient, 53, d, context));
   EXPECT_EQ(system.factorizations(), 1);
   EXPECT_GT(system.old_factor_solves(), 0);
   EXPECT_LE(residual(*engine, gradient, d), 0.11 * 0.01 * 0.01);  // falls with the square
 
   set_error(1.0);
-  ASSERT_TRUE(system.solve(engine->mesh(), gradient, d, context));
+  ASSERT_TRUE(system.solve(engine->mesh(), gradient, 53, d, context));
   EXPECT_EQ(system.factorizations(), 2);
   EXPECT_LE(residual(*engine, gradient, d), 1e-8);
 }
