@@ -20,16 +20,21 @@ RestTriangle scaled(const RestTriangle& rest, double scale) {
 }
 
 // The t in [0, 1] with cosh(2 t a) + cosh(2 t b) = 2 bound, a and b the logarithms of the singular
-// values. Bisection bracketed by the larger exponent alone.
+// values. The sum is convex: Newton steps from above stay above, and fall until rounding stops
+// them. Starts at the exponent that is right if the smaller logarithm is 0.
 double exponent_of_bound(double a, double b, double bound) {
-  const double largest = std::max(std::abs(a), std::abs(b));
-  double high = std::min(1.0, std::acosh(2 * bound) / (2 * largest));
-  double low = std::min(high, std::acosh(bound) / (2 * largest));  // both exponents as large
-  for (int i = 0; i < 30; ++i) {
-    const double middle = 0.5 * (low + high);
-    (std::cosh(2 * middle * a) + std::cosh(2 * middle * b) > 2 * bound ? high : low) = middle;
+  const double larger = 2 * std::max(std::abs(a), std::abs(b));
+  const double smaller = 2 * std::min(std::abs(a), std::abs(b));
+  double t = std::min(1.0, std::acosh(2 * bound - 1) / larger);
+  for (int i = 0; i < 20; ++i) {
+    const double e = std::exp(t * larger);
+    const double f = std::exp(t * smaller);
+    const double excess = 0.5 * (e + 1 / e + f + 1 / f) - 2 * bound;
+    const double next = t - excess / (0.5 * (larger * (e - 1 / e) + smaller * (f - 1 / f)));
+    if (!(next < t * (1 - 1e-9))) break;
+    t = next;
   }
-  return low;
+  return t;
 }
 
 // Replaces the rest shape: J = U S V' has to become U S^t V', so the gradients are multiplied by V

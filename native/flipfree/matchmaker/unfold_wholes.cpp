@@ -12,7 +12,7 @@
 namespace flipfree {
 namespace {
 
-// Newton steps of a round, and without progress; and of the whole map after it.
+// Newton steps of a round, and without progress; and of the energy after it.
 constexpr int kIterations = 30;
 constexpr int kPatience = 10;
 constexpr int kRelaxSteps = 5;
@@ -97,12 +97,15 @@ Index unfold_wholes(RefinedMap& map, const std::vector<VertexId>& held, Index ke
   for (int round = 0; round < rounds && map.surface.mesh.vertex_count() > keep; ++round) {
     const Points2 valid = map.uv;
     const Index there = map.surface.mesh.vertex_count();
+    std::vector<VertexId> seeds = around_added(map.surface.mesh, keep);
+    std::erase_if(seeds, [&](VertexId v) { return v >= keep; });
     if (!make_room(map, held, keep, context) || remove_added(map, held, keep, context) == 0) {
       // What had to give way for nothing goes back.
       if (map.surface.mesh.vertex_count() == there) map.uv = valid;
       break;
     }
-    if (!relax(map, held, relaxing, context)) break;
+    for (VertexId v = keep; v < map.surface.mesh.vertex_count(); ++v) seeds.push_back(v);
+    if (!relax_near(map, seeds, kRings, held, relaxing, context)) break;
   }
   return before - map.surface.mesh.vertex_count();
 }

@@ -17,7 +17,7 @@ namespace flipfree {
 // `held`: vertices that do not move. Precondition: map.uv is flip-free, inner vertices wind once.
 // Guarantee: so it is afterwards, vertices below `keep` are there still. Returns how many were
 // removed. `order`: elimination orders by vertex of the map. Cost: at most `rounds` times some
-// thirty Newton steps near split faces and five of the whole map.
+// thirty-five Newton steps near split faces.
 Index unfold_wholes(RefinedMap& map, const std::vector<VertexId>& held, Index keep, int rounds,
                     ExecutionContext& context, EliminationMemory* order = nullptr);
 
