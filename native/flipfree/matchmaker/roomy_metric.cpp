@@ -30,7 +30,8 @@ double twice_area(const Shape& t) {
 
 }  // namespace
 
-Surface roomy_metric(const RefinedSurface& surface, const Points2& uv, ExecutionContext& context) {
+Surface roomy_metric(const RefinedSurface& surface, const Points2& uv, ExecutionContext& context,
+                     const std::vector<VertexId>& also_fixed) {
   Surface flat = to_surface(surface);
   const auto count = static_cast<std::size_t>(flat.faces.rows());
   Points2 here = uv;
@@ -43,6 +44,7 @@ Surface roomy_metric(const RefinedSurface& surface, const Points2& uv, Execution
   for (std::size_t f = 0; f < count; ++f) total += 0.5 * twice_area(shape(f));
   std::vector<char> fixed(surface.position.size(), 0);
   for (const VertexId v : surface.boundary) fixed[static_cast<std::size_t>(v)] = 1;
+  for (const VertexId v : also_fixed) fixed[static_cast<std::size_t>(v)] = 1;
   std::vector<Shape> shapes(count, {Vector2(0, 0), Vector2(1, 0), Vector2(0.5, 0.75)});
   Untangler untangler(flat, fixed, context);
   UntangleOptions options;

@@ -6,6 +6,8 @@
 // left at the end has to be laid out in the true metric.
 #pragma once
 
+#include <vector>
+
 #include "flipfree/base/context.h"
 #include "flipfree/matchmaker/refined_surface.h"
 
@@ -13,7 +15,8 @@ namespace flipfree {
 
 // Precondition: uv is flip-free. Returns the surface's live faces with flat positions (z = 0):
 // those of a flip-free map with the same boundary, whose areas are evened out as far as the shapes
-// bear it. Cost: some hundred Newton steps.
-Surface roomy_metric(const RefinedSurface& surface, const Points2& uv, ExecutionContext& context);
+// bear it. Vertices in `also_fixed` stay where they are as well. Cost: some hundred Newton steps.
+Surface roomy_metric(const RefinedSurface& surface, const Points2& uv, ExecutionContext& context,
+                     const std::vector<VertexId>& also_fixed = {});
 
 }  // namespace flipfree
