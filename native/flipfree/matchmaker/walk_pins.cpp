@@ -12,6 +12,7 @@
 #include "flipfree/matchmaker/corridor.h"
 #include "flipfree/matchmaker/first_try.h"
 #include "flipfree/matchmaker/neighbourhood.h"
+#include "flipfree/matchmaker/planned_walk.h"
 #include "flipfree/matchmaker/push_point.h"
 #include "flipfree/matchmaker/relax.h"
 #include "flipfree/matchmaker/unfold_wholes.h"
@@ -246,6 +247,10 @@ bool walk_pins(RefinedMap& map, const Constraints& constraints, bool refine,
       stats["walk.mode"] = std::string("together");
       return true;
     }
+  }
+  if (refine && walk_as_planned(map, constraints, context, stats)) {
+    stats["walk.mode"] = std::string("planned");
+    return true;
   }
   stats["walk.mode"] = std::string("one by one");
   // A push would bend lines, and cannot tell the sheets of a target that overlaps itself apart.

@@ -1,7 +1,8 @@
 // Brings pins to their targets along maps that are all flip-free, refining the surface only where
 // the way is blocked.
 //
-// First all pins together by continuation (distortion/targets.h). If that stops, one after another,
+// First all pins together by continuation (distortion/targets.h). If that stops, many pins inside a
+// convex boundary are planned together (planned_walk.h). Otherwise they go one after another,
 // the nearest first, each held once it has arrived; pins that wait are free, so the others do not
 // wind around them. A pin that continuation does not bring home is pushed (push_point.h) along a
 // way past the held pins (corridor.h), the map relaxed, and refinement taken back (coarsen.h)

@@ -1,0 +1,19 @@
+// Brings many pins to their targets inside a prescribed convex boundary at one stroke: their motion
+// is planned together (plan_motion.h), the map follows it (class_overlay.h), and the refinement
+// that this leaves is taken back. Where pins are in each other's way, walking them one by one
+// (walk_pins.h) draws the map out a thousand times further.
+#pragma once
+
+#include "flipfree/base/context.h"
+#include "flipfree/base/stats.h"
+#include "flipfree/matchmaker/pipeline.h"
+
+namespace flipfree {
+
+// Preconditions: as walk_pins(). True if all pins arrived bit for bit; false, and the map
+// unchanged, if this way is not for these constraints (class_overlay.h) or for so few pins. Stats:
+// "plan.*".
+bool walk_as_planned(RefinedMap& map, const Constraints& constraints, ExecutionContext& context,
+                     Stats& stats);
+
+}  // namespace flipfree
