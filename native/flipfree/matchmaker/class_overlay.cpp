@@ -14,8 +14,8 @@
 #include "flipfree/matchmaker/first_try.h"
 #include "flipfree/matchmaker/mesh_overlay.h"
 #include "flipfree/matchmaker/plan_motion.h"
+#include "flipfree/matchmaker/relax.h"
 #include "flipfree/matchmaker/roomy_metric.h"
-#include "flipfree/matchmaker/settle.h"
 #include "flipfree/matchmaker/untangle.h"
 #include "flipfree/numeric/predicates.h"
 
@@ -274,7 +274,7 @@ std::optional<Overlay> overlay(const Surface& base, const MovingPins& after, Ind
   map.surface = make_refined_surface(even);
   std::vector<VertexId> held = map.surface.boundary;
   held.insert(held.end(), pins.begin(), pins.end());
-  relax(map, held, kStepsOfOverlay, context);
+  relax(map, held, {kStepsOfOverlay, true, nullptr}, context);
   result.before = even;
   result.after = std::move(map.uv);
   return result;

@@ -19,20 +19,35 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 double cross(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
+// What comes nearer to a line than this, in units of the lengths at hand, is taken to lie on it:
+// slivers between them would be too thin for doubles. Whether the map is valid is tested exactly in
+// the end.
+constexpr double kOnLine = 1e-10;
+
+// On which side of the line ab a point lies, 0 if next to it.
+int side_of(const Vector2& a, const Vector2& b, const Vector2& p) {
+  const double least = kOnLine * (b - a).norm() * ((p - a).norm() + (p - b).norm());
+  return std::abs(cross(b - a, p - a)) <= least ? 0 : orientation(a, b, p);
+}
+
 class Overlay {
  public:
   Overlay(RefinedMap& map, const PlaneMap& plane)
-      : surface_(map.surface), mesh_(surface_.mesh), plane_(plane), id_(plane.vertex) {
+      : surface_(map.surface),
+        mesh_(surface_.mesh),
+        plane_(plane),
+        own_(map.uv.rows()),
+        id_(plane.vertex) {
     for (Eigen::Index v = 0; v < map.uv.rows(); ++v) place_.push_back(map.uv.row(v).transpose());
   }
 
   bool run(RefinedMap& map, ExecutionContext& context) {
-    const std::vector<VertexId> inside = insert_all();
+    insert_all();
     if (failed_) return false;
     const Mesh base = mesh_;
     CurveOverlay curves(surface_);
     cut_.resize(at(base.halfedge_slots()));
-    after_ = follow(inside);
+    after_ = follow();
     Index steps = 0;
     for (FaceId f = 0; f < plane_.faces.rows(); ++f) {
       for (Index k = 0; k < 3; ++k) {
@@ -65,8 +80,8 @@ class Overlay {
     return h != kInvalid && base.is_boundary(h);
   }
 
-  // Vertices of `plane` that the mesh does not have become some; returns which are new.
-  std::vector<VertexId> insert_all() {
+  // Vertices of `plane` that the mesh does not have become some.
+  void insert_all() {
     std::vector<VertexId> fresh;
     Points2 points(plane_.before.rows(), 2);
     Index count = 0;
@@ -77,64 +92,107 @@ class Overlay {
     }
     std::vector<FaceId> slots;
     const Triangles faces = mesh_.faces(&slots);
-    Points2 uv(static_cast<Eigen::Index>(place_.size()), 2);
-    for (std::size_t v = 0; v < place_.size(); ++v)
-      uv.row(static_cast<Eigen::Index>(v)) = place_[v].transpose();
+    Points2 uv(own_, 2);
+    for (Eigen::Index v = 0; v < own_; ++v)
+      uv.row(v) = place_[static_cast<std::size_t>(v)].transpose();
     const std::vector<FaceId> face = locate_points(points.topRows(count), faces, uv);
-    std::vector<std::vector<VertexId>> inside(static_cast<std::size_t>(faces.rows()));
+    inside_.resize(at(mesh_.face_slots()));
     for (std::size_t i = 0; i < fresh.size(); ++i) {
       failed_ = failed_ || face[i] == kInvalid;
-      if (face[i] != kInvalid) inside[at(face[i])].push_back(fresh[i]);
+      if (face[i] != kInvalid) inside_[at(slots[at(face[i])])].push_back(fresh[i]);
     }
-    for (std::size_t f = 0; f < inside.size(); ++f) insert(slots[f], inside[f]);
-    return fresh;
+    for (FaceId f = 0; f < static_cast<FaceId>(inside_.size()) && !failed_; ++f) {
+      while (!failed_ && !inside_[at(f)].empty()) insert_one(f);
+    }
   }
 
-  // Puts vertices into a face, the first one, then the others into the parts.
-  void insert(FaceId f, const std::vector<VertexId>& inside) {
-    if (inside.empty() || failed_) return;
+  // The last vertex that waits in a face gets its place; the others are handed on to the parts.
+  void insert_one(FaceId f) {
+    const VertexId v = inside_[at(f)].back();
+    inside_[at(f)].pop_back();
+    const Vector2 p = before(v);
     const Mesh::Triangle c = mesh_.corners(f);
-    const Vector2 p = before(inside.front());
     std::array<double, 3> share{};
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Vector2& a = place(c[(k + 1) % 3]);
-      const Vector2& b = place(c[(k + 2) % 3]);
-      failed_ = failed_ || orientation(a, b, p) <= 0;
-      share[k] = cross(a - p, b - p);
+    Index on = kInvalid;  // the edge that it lies on
+    Index zeros = 0;
+    for (Index k = 0; k < 3; ++k) {
+      const Vector2& a = place(mesh_.source(3 * f + k));
+      const Vector2& b = place(mesh_.target(3 * f + k));
+      share[at((k + 2) % 3)] = cross(a - p, b - p);
+      if (side_of(a, b, p) > 0) continue;
+      on = 3 * f + k;
+      ++zeros;
     }
-    const auto support = [&](std::size_t k) { return surface_.support[at(c[k])]; };
-    const Support on_edge =
-        rounded_between(support(0), support(1), share[1] / (share[0] + share[1]));
-    const Support where = rounded_between(support(2), on_edge,
-                                          (share[0] + share[1]) / (share[0] + share[1] + share[2]));
-    for (std::size_t k = 0; k < 3; ++k) {
-      failed_ = failed_ || surface_.orientation_in_parent(mesh_.parent(f), support(k),
-                                                          support((k + 1) % 3), where) <= 0;
+    const auto support = [&](VertexId w) { return surface_.support[at(w)]; };
+    if (zeros == 2) {
+      // It is the vertex with the greatest share.
+      const auto k = std::max_element(share.begin(), share.end()) - share.begin();
+      id_[at(v)] = c[static_cast<std::size_t>(k)];
+      return;
     }
-    if (failed_) return;
-    const VertexId v = surface_.split_face(f, where);
-    id_[at(inside.front())] = v;
-    place_.push_back(p);
-    for (const FaceId part : mesh_.star(v)) {
-      const Mesh::Triangle t = mesh_.corners(part);
-      std::vector<VertexId> rest;
-      for (std::size_t i = 1; i < inside.size(); ++i) {
-        const Vector2 q = before(inside[i]);
-        if (orientation(place(t[0]), place(t[1]), q) >= 0 &&
-            orientation(place(t[1]), place(t[2]), q) >= 0 &&
-            orientation(place(t[2]), place(t[0]), q) >= 0)
-          rest.push_back(inside[i]);
+    std::vector<VertexId> waiting;
+    waiting.swap(inside_[at(f)]);
+    VertexId fresh = kInvalid;
+    if (zeros == 1) {
+      const double t = (p - place(mesh_.source(on))).norm() /
+                       (place(mesh_.target(on)) - place(mesh_.source(on))).norm();
+      const Support where =
+          rounded_between(support(mesh_.source(on)), support(mesh_.target(on)), t);
+      failed_ = mesh_.is_boundary(on) || !divides(on, where) || !divides(mesh_.opposite(on), where);
+      if (failed_) return;
+      std::vector<VertexId>& beyond = inside_[at(mesh_.opposite(on) / 3)];
+      waiting.insert(waiting.end(), beyond.begin(), beyond.end());
+      beyond.clear();
+      fresh = surface_.split_edge(on, where);
+    } else {
+      const Support on_edge =
+          rounded_between(support(c[0]), support(c[1]), share[1] / (share[0] + share[1]));
+      const Support where = rounded_between(
+          support(c[2]), on_edge, (share[0] + share[1]) / (share[0] + share[1] + share[2]));
+      for (std::size_t k = 0; k < 3; ++k) {
+        failed_ = failed_ || surface_.orientation_in_parent(mesh_.parent(f), support(c[k]),
+                                                            support(c[(k + 1) % 3]), where) <= 0;
       }
-      insert(part, rest);
+      if (failed_) return;
+      fresh = surface_.split_face(f, where);
     }
+    id_[at(v)] = fresh;
+    place_.push_back(p);
+    inside_.resize(at(mesh_.face_slots()));
+    const std::vector<FaceId> star = mesh_.star(fresh);
+    for (const VertexId w : waiting) {
+      const auto part =
+          std::find_if(star.begin(), star.end(), [&](FaceId g) { return holds(g, before(w)); });
+      failed_ = failed_ || part == star.end();
+      if (part != star.end()) inside_[at(*part)].push_back(w);
+    }
+    // Parts may have slots that were looked through before.
+    for (const FaceId g : star) {
+      while (g < f && !failed_ && !inside_[at(g)].empty()) insert_one(g);
+    }
+  }
+
+  bool holds(FaceId f, const Vector2& p) const {
+    const Mesh::Triangle t = mesh_.corners(f);
+    return side_of(place(t[0]), place(t[1]), p) >= 0 && side_of(place(t[1]), place(t[2]), p) >= 0 &&
+           side_of(place(t[2]), place(t[0]), p) >= 0;
+  }
+
+  // Does a point on h's edge divide its face into two that are positive on the surface?
+  bool divides(HalfedgeId h, const Support& where) const {
+    const auto support = [&](VertexId w) { return surface_.support[at(w)]; };
+    const FaceId parent = mesh_.parent(h / 3);
+    return surface_.orientation_in_parent(parent, support(mesh_.source(h)), where,
+                                          support(mesh_.apex(h))) > 0 &&
+           surface_.orientation_in_parent(parent, where, support(mesh_.target(h)),
+                                          support(mesh_.apex(h))) > 0;
   }
 
   // Where the mesh's own vertices go.
-  std::vector<Vector2> follow(const std::vector<VertexId>& inside) const {
+  std::vector<Vector2> follow() const {
     std::vector<Vector2> result(place_.size(), Vector2(0, 0));
-    const auto own = static_cast<Eigen::Index>(place_.size() - inside.size());
-    Points2 points(own, 2);
-    for (Eigen::Index v = 0; v < own; ++v)
+    Points2 points(own_, 2);
+    for (Eigen::Index v = 0; v < own_; ++v)
       points.row(v) = place_[static_cast<std::size_t>(v)].transpose();
     const std::vector<FaceId> face = locate_points(points, plane_.faces, plane_.before);
     for (std::size_t v = 0; v < face.size(); ++v) {
@@ -151,46 +209,59 @@ class Overlay {
     return result;
   }
 
-  // Lays the edge from a to b over the mesh.
+  // Lays the edge from a to b over the mesh; mesh vertices that it passes through become part of
+  // it.
   bool lay(const Mesh& base, CurveOverlay& curves, VertexId a, VertexId b) {
     const VertexId goal = id_[at(b)];
-    VertexId here = id_[at(a)];
-    if (base.find(here, goal) != kInvalid) return curves.reach(here, goal, 0);
-    const Vector2 p = place(here);
+    const Vector2 p = place(id_[at(a)]);
     const Vector2 q = place(goal);
-    HalfedgeId h = kInvalid;
-    base.for_each_outgoing(here, [&](HalfedgeId g) {
-      if (orientation(p, place(base.target(g)), q) > 0 &&
-          orientation(p, place(base.apex(g)), q) < 0)
-        h = next_corner(g);
-    });
-    while (h != kInvalid) {
-      // The edge runs from the right of the way to its left.
-      const Vector2& r = place(base.source(h));
-      const Vector2& l = place(base.target(h));
-      const double right = cross(q - p, r - p);
-      const double left = cross(q - p, l - p);
-      const double first = cross(l - r, p - r);
-      const double last = cross(l - r, q - r);
-      const double s = std::clamp(first / (first - last), 0.0, 1.0);
-      here = cross_edge(base, curves, here, h, right / (right - left));
-      if (here == kInvalid) return false;
-      after_.push_back(after(a) + s * (after(b) - after(a)));
-      if (base.is_boundary(h)) return false;
-      h = base.opposite(h);
-      const VertexId c = base.apex(h);
-      if (c == goal) return curves.reach(here, goal, 0);
-      const int side = orientation(p, q, place(c));
-      if (side == 0) return false;
-      h = side > 0 ? next_corner(h) : previous_corner(h);
+    VertexId here = id_[at(a)];
+    HalfedgeId h = kInvalid;  // to be crossed next
+    for (VertexId passed = here; passed != kInvalid;) {
+      if (passed != here && !curves.reach(here, passed, 0)) return false;
+      if (passed == goal) return true;
+      if (passed != here) {
+        const double s = (place(passed) - p).norm() / (q - p).norm();
+        after_[at(passed)] = after(a) + s * (after(b) - after(a));
+      }
+      here = passed;
+      passed = kInvalid;
+      h = kInvalid;
+      base.for_each_outgoing(here, [&](HalfedgeId g) {
+        const Vector2& first = place(base.target(g));
+        const int side = side_of(p, q, first);
+        const bool ahead = (q - p).dot(first - place(here)) > 0;
+        if (side == 0 && ahead) passed = base.target(g);
+        // The face at g holds the way if its far edge leads from the right of it to its left, and
+        // not behind: faces have angles of less than half a turn.
+        if (side < 0 && side_of(p, q, place(base.apex(g))) > 0) h = next_corner(g);
+      });
+      while (passed == kInvalid) {
+        if (h == kInvalid || base.is_boundary(h)) return false;
+        here = cross_edge(base, curves, here, h, a, b);
+        if (here == kInvalid) return false;
+        h = base.opposite(h);
+        const VertexId c = base.apex(h);
+        const int side = side_of(p, q, place(c));
+        if (side == 0) passed = c;
+        h = side > 0 ? next_corner(h) : previous_corner(h);
+      }
     }
     return false;
   }
 
+  // Continues the edge from a to b across h.
   VertexId cross_edge(const Mesh& base, CurveOverlay& curves, VertexId here, HalfedgeId h,
-                      double t) {
+                      VertexId a, VertexId b) {
     const HalfedgeId edge = base.edge(h);
-    if (edge != h) t = 1 - t;
+    const Vector2& p = place(id_[at(a)]);
+    const Vector2& q = place(id_[at(b)]);
+    const Vector2& r = place(base.source(edge));
+    const Vector2& l = place(base.target(edge));
+    const double right = cross(q - p, r - p);
+    const double t = right / (right - cross(q - p, l - p));
+    const double first = cross(l - r, p - r);
+    const double s = std::clamp(first / (first - cross(l - r, q - r)), 0.0, 1.0);
     std::vector<Cut>& cuts = cut_[at(edge)];
     const auto found =
         std::lower_bound(cuts.begin(), cuts.end(), t,
@@ -207,6 +278,7 @@ class Overlay {
       const VertexId fresh = curves.cross(here, from, to, 0);
       if (fresh == kInvalid) continue;
       cuts.insert(cuts.begin() + i, {t, fresh});
+      after_.push_back(after(a) + s * (after(b) - after(a)));
       return fresh;
     }
     return kInvalid;
@@ -215,8 +287,10 @@ class Overlay {
   RefinedSurface& surface_;
   Mesh& mesh_;
   const PlaneMap& plane_;
-  std::vector<VertexId> id_;    // of the plane's vertices in the mesh
-  std::vector<Vector2> place_;  // of the mesh's vertices, before
+  Eigen::Index own_;                           // vertices of the mesh before
+  std::vector<std::vector<VertexId>> inside_;  // by face slot: vertices that wait for their place
+  std::vector<VertexId> id_;                   // of the plane's vertices in the mesh
+  std::vector<Vector2> place_;                 // of the mesh's vertices, before
   std::vector<Vector2> after_;
   std::vector<std::vector<Cut>> cut_;  // by base edge, in order
   bool failed_ = false;

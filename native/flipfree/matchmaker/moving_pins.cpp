@@ -192,24 +192,4 @@ bool MovingPins::move(VertexId pin, const Vector2& to) {
   return false;
 }
 
-bool MovingPins::loop(VertexId pin, VertexId around, bool counterclockwise) {
-  if (around >= pins_) return false;
-  const Vector2 home = place(pin);
-  HalfedgeId h = leaving(around);
-  const HalfedgeId first = h;
-  while (target(h) != pin) {
-    h = opposite(previous(h));
-    if (h == first) return false;
-  }
-  std::vector<Vector2> way;
-  const HalfedgeId begin = h;
-  do {
-    way.push_back((place(around) + place(target(h)) + place(apex(h))) / 3.0);
-    h = opposite(previous(h));
-  } while (h != begin);
-  if (!counterclockwise) std::reverse(way.begin(), way.end());
-  way.push_back(home);
-  return std::all_of(way.begin(), way.end(), [&](const Vector2& p) { return move(pin, p); });
-}
-
 }  // namespace flipfree

@@ -62,9 +62,6 @@ class MovingPins {
   // Moves a pin along a straight line; false if it comes so near another one that doubles cannot
   // tell on which side it passes. Then it has stopped on the way.
   bool move(VertexId pin, const Vector2& to);
-  // Takes a pin around another one that it shares an edge with, and home again. False as above, or
-  // if there is no such loop.
-  bool loop(VertexId pin, VertexId around, bool counterclockwise);
 
  private:
   static std::size_t at(Index i) { return static_cast<std::size_t>(i); }

@@ -19,12 +19,6 @@ constexpr int kTrialsPerPin = 350;
 // Temperature at the beginning, in units of the logarithm of the complexity; it falls evenly to
 // zero.
 constexpr double kTemperature = 0.02;
-// Moves should keep away from other pins by this share of what would be theirs if all pins were
-// spread evenly, and be short: what that is worth against the logarithm of the complexity, per
-// move.
-constexpr double kRoom = 0.5;
-constexpr double kNarrow = 0.0;
-constexpr double kLong = 0.0;
 // The farthest that a place on the way is shifted, in units of the rim's size; most are shifted
 // less.
 constexpr double kFarthest = 0.75;
@@ -51,14 +45,9 @@ class Search {
  public:
   Search(const Polygon& rim, const std::vector<Vector2>& from, const std::vector<Vector2>& to,
          std::uint64_t seed)
-      : rim_(rim),
-        from_(from),
-        to_(to),
-        random_(seed),
-        before_(from.size(), MovingPins(rim, from)) {
+      : rim_(rim), to_(to), random_(seed), before_(from.size(), MovingPins(rim, from)) {
     for (std::size_t i = 0; i < from.size(); ++i) way_.push_back(0.5 * (from[i] + to[i]));
     for (const Vector2& a : rim) size_ = std::max(size_, (a - rim[0]).norm());
-    room_ = kRoom * size_ / std::sqrt(static_cast<double>(from.size()));
   }
 
   void run(ExecutionContext& context) {
@@ -110,7 +99,7 @@ class Search {
     for (VertexId k = 0; free && k < count; ++k)
       free = pins_.move(k, to_[static_cast<std::size_t>(k)]);
     if (!free) return std::numeric_limits<double>::infinity();
-    const double cost = std::log(1.0 + static_cast<double>(pins_.complexity())) + roughness();
+    const double cost = std::log(1.0 + static_cast<double>(pins_.complexity()));
     if (cost < best_) {
       best_ = cost;
       best_way_ = way_;
@@ -118,42 +107,10 @@ class Search {
     return cost;
   }
 
-  // What narrow and long moves cost.
-  double roughness() {
-    place_ = from_;
-    double sum = 0;
-    for (const std::vector<Vector2>* places : {&std::as_const(way_), &to_}) {
-      for (std::size_t i = 0; i < to_.size(); ++i) {
-        const Vector2 a = place_[i];
-        const Vector2 d = (*places)[i] - a;
-        const double length2 = d.squaredNorm();
-        double least = room_ * room_;
-        for (std::size_t k = 0; k < to_.size(); ++k) {
-          if (k == i) continue;
-          const Vector2 e = place_[k] - a;
-          const double t = length2 > 0 ? std::clamp(e.dot(d) / length2, 0.0, 1.0) : 0.0;
-          least = std::min(least, (e - t * d).squaredNorm());
-        }
-        for (std::size_t k = 0; k < rim_.size(); ++k) {
-          const Vector2 side = (rim_[(k + 1) % rim_.size()] - rim_[k]).normalized();
-          const Vector2 e = (*places)[i] - rim_[k];
-          const double distance = side.x() * e.y() - side.y() * e.x();
-          least = std::min(least, distance * distance);
-        }
-        sum += kNarrow * 0.5 * std::log(room_ * room_ / least) + kLong * std::sqrt(length2) / size_;
-        place_[i] = (*places)[i];
-      }
-    }
-    return sum;
-  }
-
   const Polygon& rim_;
-  const std::vector<Vector2>& from_;
   const std::vector<Vector2>& to_;
   Random random_;
   double size_ = 0;
-  double room_ = 0;
-  std::vector<Vector2> place_;
   std::vector<Vector2> way_;
   std::vector<MovingPins> before_;  // as pin i sets out to its place on the way
   MovingPins pins_ = before_[0];

@@ -5,7 +5,7 @@
 #include "flipfree/matchmaker/class_overlay.h"
 #include "flipfree/matchmaker/coarsen.h"
 #include "flipfree/matchmaker/first_try.h"
-#include "flipfree/matchmaker/settle.h"
+#include "flipfree/matchmaker/relax.h"
 #include "flipfree/matchmaker/untangle_removal.h"
 
 namespace flipfree {
@@ -33,10 +33,11 @@ bool walk_as_planned(RefinedMap& map, const Constraints& constraints, ExecutionC
     if (!place_pins(map, constraints, context, stats)) return false;
   }
   const std::vector<VertexId> held = held_vertices(map.surface, constraints);
+  EliminationMemory order;
   const auto added = [&] { return map.surface.mesh.vertex_count() - keep; };
   for (int round = 0; round < kPlainRounds && added() > 0; ++round) {
     remove_added(map, held, keep, context);
-    relax(map, held, kFewSteps, context);
+    relax(map, held, {kFewSteps, true, &order}, context);
   }
   for (int round = 0; round < kEasings && added() > 0; ++round) {
     const ProgressRange range(context, 0.3 + 0.7 * round / kEasings,
@@ -44,7 +45,7 @@ bool walk_as_planned(RefinedMap& map, const Constraints& constraints, ExecutionC
     const Index before = added();
     remove_by_untangling(map, held, keep, context);
     map = compacted_map(map);
-    relax(map, held, kManySteps, context);
+    relax(map, held, {kManySteps, true, &order}, context);
     remove_added(map, held, keep, context);
     if (kWorthwhile * (before - added()) < before) break;
   }
