@@ -33,7 +33,7 @@ bool walk_as_planned(RefinedMap& map, const Constraints& constraints, ExecutionC
     if (!place_pins(map, constraints, context, stats)) return false;
   }
   const std::vector<VertexId> held = held_vertices(map.surface, constraints);
-  EliminationMemory order;
+  EliminationMemory order(keep);
   const auto added = [&] { return map.surface.mesh.vertex_count() - keep; };
   for (int round = 0; round < kPlainRounds && added() > 0; ++round) {
     remove_added(map, held, keep, context);

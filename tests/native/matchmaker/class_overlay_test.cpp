@@ -25,7 +25,7 @@ Constraints exchange(const RefinedMap& map) {
 
 TEST(ClassOverlay, PinsThatChangePlacesArriveAllAtOnce) {
   const Surface surface = test::grid(kSide, kSide);
-  RefinedMap map = test::identity(surface);
+  RefinedMap map = test::identity_map(surface);
   const Constraints constraints = exchange(map);
   ExecutionContext context;
   Stats stats;
@@ -42,7 +42,7 @@ TEST(ClassOverlay, OutlinesThatAreNotConvexAreLeftToOthers) {
   Surface surface = test::grid(kSide, kSide);
   for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v)
     surface.vertices(v, 1) += 0.5 * surface.vertices(v, 0) * surface.vertices(v, 0);
-  RefinedMap map = test::identity(surface);
+  RefinedMap map = test::identity_map(surface);
   const Constraints constraints = exchange(map);
   const Points2 before = map.uv;
   ExecutionContext context;

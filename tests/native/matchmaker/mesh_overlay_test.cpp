@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "flipfree/numeric/predicates.h"
 #include "matchmaker/refined_maps.h"
 #include "support/shapes.h"
 
@@ -47,7 +48,7 @@ PlaneMap turned_square(const RefinedMap& map, double angle) {
 
 TEST(MeshOverlay, TheMapIsFlipFreeAndMeetsThePlaneMapsVertices) {
   const Surface surface = test::grid(12, 12);
-  RefinedMap map = test::identity(surface);
+  RefinedMap map = test::identity_map(surface);
   const PlaneMap plane = turned_square(map, 0.7);
   ExecutionContext context;
   ASSERT_TRUE(follow_by(map, plane, context));
@@ -69,7 +70,7 @@ TEST(MeshOverlay, TheMapIsFlipFreeAndMeetsThePlaneMapsVertices) {
 // Corners on vertices and edges of the mesh, and edges through its vertices.
 TEST(MeshOverlay, CoincidencesAreNoObstacle) {
   const Surface surface = test::grid(12, 12);
-  RefinedMap map = test::identity(surface);
+  RefinedMap map = test::identity_map(surface);
   PlaneMap plane = turned_square(map, 0.0);
   const Eigen::Index first = plane.before.rows() - 4;
   plane.before.row(first) << 0.25, 0.25;
@@ -86,7 +87,7 @@ TEST(MeshOverlay, CoincidencesAreNoObstacle) {
 
 TEST(MeshOverlay, WhatCannotBeFollowedChangesNothing) {
   const Surface surface = test::grid(12, 12);
-  RefinedMap map = test::identity(surface);
+  RefinedMap map = test::identity_map(surface);
   PlaneMap plane = turned_square(map, 0.7);
   plane.after.row(plane.after.rows() - 4) << 0.9, 0.9;  // folds
   ExecutionContext context;
