@@ -41,8 +41,12 @@ constexpr double kSharp = std::numbers::pi / 6;
 // A refined map is optimised for so many Newton steps times vertices, but this many steps at least.
 constexpr double kRefinedWork = 4e6;
 constexpr int kFewestSteps = 10;
-// A map with a larger share of folded triangles is not worth untangling.
-constexpr double kMostFolded = 0.2;
+// Inside a fixed outline pins are pushed on surfaces of at most so many vertices: on larger ones,
+// where coarse levels fail, pushes take minutes, and MatchMaker++ less than one.
+constexpr Index kMostPushed = 10000;
+// A map with a larger share of folded triangles is not worth untangling: in none of the 28 cases of
+// benchmarks/match_matchmaker.py did that succeed with more, at up to a third of the time.
+constexpr double kMostFolded = 0.01;
 
 // Rounds in which whole faces are unfolded once all pins have arrived.
 constexpr int kRoundsOfUnfolding = 6;
@@ -222,7 +226,9 @@ std::optional<RefinedMap> walked(RefinedSurface& surface, const Constraints& con
   }
   if (!settled) {
     const ProgressRange range(context, large ? 0.8 : 0.1, 0.9);
-    if (!walk_pins(map, constraints, refine, context, stats)) return std::nullopt;
+    const bool pushes =
+        refine && (constraints.free_boundary() || surface.mesh.vertex_count() <= kMostPushed);
+    if (!walk_pins(map, constraints, pushes, context, stats)) return std::nullopt;
   }
   const ProgressRange range(context, 0.9, 1.0);
   if (!lines_are_whole(map.surface, constraints)) return std::nullopt;

@@ -20,11 +20,14 @@ namespace {
 using Mesh = EditableTriangulation;
 
 // What crossing an edge of the surface costs besides the way, as it adds a vertex: this share of
-// the edge as it is drawn, and a bit that decides where the drawing is too dense to. It depends on
-// the edge alone: then a path that enters a face twice, or turns back, is never shorter than the
-// one that leaves the detour out, and hence does not get into its own way. (A price in proportion
-// to the way makes paths go down a blind alley and back, as diagonals inside cells cost less.)
+// the edge, and a bit that decides where all is too near to tell. It depends on the edge alone:
+// then a path that enters a face twice, or turns back, is never shorter than the one that leaves
+// the detour out, and hence does not get into its own way. (A price in proportion to the way makes
+// paths go down a blind alley and back, as diagonals inside cells cost less.) In a drawing, where
+// paths have to follow straight lines, the price is in proportion all the same: edges that are
+// drawn long would turn them aside.
 constexpr double kCrossingShare = 0.25;
+constexpr double kCrossingShareOfWay = 0.5;
 constexpr double kCrossingCost = 1e-4;  // in units of the mean edge
 // Vertices that paths may add: beyond, what follows takes minutes.
 constexpr Index kMostAdded = 500'000;
@@ -228,7 +231,10 @@ class Tracer {
   double cost(HalfedgeId h, const Vector3& here) const {
     const double way = length(here, crossing(h));
     if (!overlay_.on_base_edge(h)) return way;
-    return way + kCrossingShare * length(place(h), place(next_corner(h))) + crossing_cost_;
+    const double price = drawing_ != nullptr
+                             ? kCrossingShareOfWay * way
+                             : kCrossingShare * length(place(h), place(next_corner(h)));
+    return way + price + crossing_cost_;
   }
 
   // Nodes: vertex v, or, entering the face of h, the middle of the edge of h: a path that has
