@@ -1,8 +1,9 @@
 """Issue 5, case 5: ten random pins on a surface of 100k triangles.
 
-    PYTHONPATH=build/python python3 benchmarks/match_large.py [--triangles 100000] [--pins 10] [--seeds 3]
+    PYTHONPATH=build/python python3 benchmarks/match_large.py [--triangles 100000] [--pins 10] [--seeds 3] [--outline]
 
-A bumpy square; random vertices to random points of the unit square, free boundary. One line per seed.
+A bumpy square; random vertices to random points of the unit square. The boundary is free, or with --outline held on the
+square. One line per seed.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import resource
 import time
 
 import numpy as np
+from match_hilbert import boundary_loop
 
 import flipfree as ff
 
@@ -31,18 +33,24 @@ def main() -> None:
     parser.add_argument("--triangles", type=int, default=100_000)
     parser.add_argument("--pins", type=int, default=10)
     parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--outline", action="store_true")
     options = parser.parse_args()
     vertices, faces = bumpy_square(options.triangles)
+    inner, request = np.arange(len(vertices)), {}
+    if options.outline:
+        loop = boundary_loop(faces)
+        inner = np.setdiff1d(inner, loop)
+        request = {"boundary_loop": loop, "boundary_uv": vertices[loop, :2]}
     for seed in range(options.seeds):
         random = np.random.default_rng(seed)
-        ids = random.choice(len(vertices), options.pins, replace=False)
+        ids = inner[random.choice(len(inner), options.pins, replace=False)]
         points = {
             int(v): (float(u), float(w))
             for v, (u, w) in zip(ids, random.random((options.pins, 2)), strict=True)
         }
         before = resource.getrusage(resource.RUSAGE_SELF).ru_utime
         start = time.perf_counter()
-        result = ff.match(vertices, faces, points=points)
+        result = ff.match(vertices, faces, points=points, **request)
         wall = time.perf_counter() - start
         used = resource.getrusage(resource.RUSAGE_SELF).ru_utime - before
         print(
