@@ -40,6 +40,8 @@ constexpr int kMostRounds = 4;
 constexpr Index kWorthwhile = 10;
 // Rounds in which whole faces are unfolded then, with a free boundary.
 constexpr int kRoundsOfUnfolding = 2;
+// After one that was not worthwhile, when there are so many per cent of what it left.
+constexpr Index kMoreToUnfold = 115;
 // Vertices are made to make room for others to go when there are so many per cent, and so many,
 // more than the last time.
 constexpr Index kMuch = 130;
@@ -204,8 +206,11 @@ class Walker {
     if (!constraints_.free_boundary() && added() <= keep_) return;
     std::vector<VertexId> held = held_;
     held.push_back(moving);
-    if (unfold_wholes(map_, held, keep_, kRoundsOfUnfolding, context_, &order_) > 0)
-      chart_ = to_surface(map_.surface);
+    const Index there = added();
+    if (100 * there < kMoreToUnfold * stuck_) return;
+    const Index freed = unfold_wholes(map_, held, keep_, kRoundsOfUnfolding, context_, &order_);
+    if (freed > 0) chart_ = to_surface(map_.surface);
+    stuck_ = 100 * freed < kWorthwhile * there ? added() : 0;
   }
 
   Index added() const { return map_.surface.mesh.vertex_count() - keep_; }
@@ -231,6 +236,7 @@ class Walker {
   std::vector<VertexId> held_;
   Obstacles obstacles_;
   EliminationMemory order_{keep_};
+  Index stuck_ = 0;               // added vertices that the last vain unfolding left
   std::vector<VertexId> pushed_;  // vertices that the last push moved
   Index eased_ = 0;               // added vertices that were left when they last made room
 };
