@@ -272,6 +272,58 @@ void follow_lines(SheetTarget& target, const Constraints& constraints) {
   }
 }
 
+// Where lines a -> b and c -> d cross in the plane, on which sheet is each of them? Walked to from
+// both ends; on the same one if all four walks agree.
+void refuse_crossings(const SheetTarget& target, const Constraints& constraints,
+                      const ExecutionContext& context) {
+  struct End {
+    VertexId vertex;
+    FaceId face;
+    Index corner;
+    Vector2 place;
+  };
+  std::map<VertexId, End> ends;
+  for (const SheetPin& p : target.pins)
+    ends.insert({p.pin.vertex, {p.pin.vertex, p.face, kInvalid, p.pin.uv}});
+  for (const Index d : target.domain.outline) {
+    const auto i = static_cast<std::size_t>(d);
+    const VertexId v = target.domain.mesh_vertex[i];
+    ends.insert({v, {v, kInvalid, d, target.domain.point[i]}});
+  }
+  const auto& edges = constraints.edges;
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    context.check();
+    const End& a = ends.at(edges[i].first);
+    const End& b = ends.at(edges[i].second);
+    for (std::size_t j = 0; j < i; ++j) {
+      const End& c = ends.at(edges[j].first);
+      const End& d = ends.at(edges[j].second);
+      if (orientation(a.place, b.place, c.place) * orientation(a.place, b.place, d.place) >= 0 ||
+          orientation(c.place, d.place, a.place) * orientation(c.place, d.place, b.place) >= 0)
+        continue;
+      const Vector2 along = b.place - a.place;
+      const auto beside = [&](const Vector2& p) {
+        return along.x() * (p.y() - a.place.y()) - along.y() * (p.x() - a.place.x());
+      };
+      const double share = beside(c.place) / (beside(c.place) - beside(d.place));
+      const Vector2 meeting = c.place + share * (d.place - c.place);
+      const auto sheet = [&](const End& end) {
+        return find_along(target.domain, target.domain.point, end.face, end.corner, end.place,
+                          meeting);
+      };
+      const FaceId there = sheet(a);
+      if (there == kInvalid || sheet(b) != there || sheet(c) != there || sheet(d) != there)
+        continue;
+      throw_infeasible(ErrorCode::kContradictoryPins,
+                       "The line through vertices " + std::to_string(a.vertex) + ", " +
+                           std::to_string(b.vertex) + " crosses the one through vertices " +
+                           std::to_string(c.vertex) + ", " + std::to_string(d.vertex) +
+                           " on one sheet. Move one of them.",
+                       ElementKind::kVertex, {a.vertex, b.vertex, c.vertex, d.vertex});
+    }
+  }
+}
+
 }  // namespace
 
 SheetTarget sheet_target(const RefinedSurface& surface, const Constraints& constraints,
@@ -314,6 +366,7 @@ SheetTarget sheet_target(const RefinedSurface& surface, const Constraints& const
                        ElementKind::kVertex, {result.pins[j].pin.vertex, p.pin.vertex});
     }
   }
+  if (!constraints.simple_outline) refuse_crossings(result, constraints, context);
   return result;
 }
 
