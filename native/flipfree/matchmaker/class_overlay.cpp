@@ -10,6 +10,7 @@
 #include <optional>
 #include <utility>
 
+#include "flipfree/matchmaker/coarsen.h"
 #include "flipfree/matchmaker/curve_overlay.h"
 #include "flipfree/matchmaker/first_try.h"
 #include "flipfree/matchmaker/mesh_overlay.h"
@@ -29,6 +30,9 @@ constexpr std::size_t kMostCorners = 64;
 constexpr double kFarthestPin = 0.995;
 // Newton steps that bring the coarse map to rest before the surface is carried along.
 constexpr int kStepsOfOverlay = 40;
+// Before, crossings are thinned out so often, with so many steps each time.
+constexpr int kThinnings = 10;
+constexpr int kStepsOfThinning = 10;
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 double cross(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
@@ -258,22 +262,28 @@ std::optional<Overlay> overlay(const Surface& base, const MovingPins& after, Ind
   overlayer.finish();
   std::vector<VertexId> pins(id.begin(), id.begin() + after.pin_count());
 
-  Overlay result;
-  result.before = to_surface(surface);
-  const RefinedSurface whole = make_refined_surface(result.before);
-  const Points2 drawn = result.before.vertices.leftCols(2);
-  if (!find_flips(result.before.faces, drawn, context).empty()) return std::nullopt;
   RefinedMap map;
-  map.uv = drawn;
+  map.uv = to_surface(surface).vertices.leftCols(2);
+  if (!find_flips(surface.mesh.faces(), map.uv, context).empty()) return std::nullopt;
   for (Index v = 0; v < after.vertex_count(); ++v)
     map.uv.row(outline + v) = after.place(v).transpose();
   for (Eigen::Index v = base.vertices.rows(); v < map.uv.rows(); ++v)
     map.uv.row(v) = overlayer.uv()[static_cast<std::size_t>(v)].transpose();
-  if (!find_flips(result.before.faces, map.uv, context).empty()) return std::nullopt;
-  const Surface even = roomy_metric(whole, drawn, context, pins);
-  map.surface = make_refined_surface(even);
+  map.surface = std::move(surface);
+  if (!find_flips(map.surface.mesh.faces(), map.uv, context).empty()) return std::nullopt;
   std::vector<VertexId> held = map.surface.boundary;
   held.insert(held.end(), pins.begin(), pins.end());
+  // Crossings that the map bears to lose need not be followed.
+  for (int round = 0; round < kThinnings; ++round) {
+    relax(map, held, {kStepsOfThinning, true, nullptr}, context);
+    remove_added(map, held, static_cast<Index>(base.vertices.rows()), context);
+  }
+
+  Overlay result;
+  result.before = to_surface(map.surface);
+  const RefinedSurface whole = make_refined_surface(result.before);
+  const Surface even = roomy_metric(whole, result.before.vertices.leftCols(2), context, pins);
+  map.surface = make_refined_surface(even);
   relax(map, held, {kStepsOfOverlay, true, nullptr}, context);
   result.before = even;
   result.after = std::move(map.uv);
