@@ -268,7 +268,9 @@ def run_bits(arguments: argparse.Namespace) -> bool:
 
 
 def run_gtori(arguments: argparse.Namespace) -> bool:
-    """A single cone of 2 pi (2 g - 1) on surfaces of genus g, 200 bits, tolerance 1e-25 (thesis Figure 4.11)."""
+    """A single cone of 2 pi (2 g - 1) on surfaces of genus g, tolerance 1e-25 (thesis Figure 4.11).
+
+    200 bits; where these end above the tolerance, precision "auto", and the time of both."""
     problems = []
     for genus in (3, 6, 10, 15, 22, 30, 40, 50, 60, 70, 80, 100, 150):
         mesh = g_torus(genus)
@@ -280,15 +282,19 @@ def run_gtori(arguments: argparse.Namespace) -> bool:
         if name.startswith("gtorus") and name.endswith("singlecone"):
             file = read_mesh(path)
             problems.append((name, (file.vertices, file.faces), np.loadtxt(angles)))
-    heading("case", "V", "steps", "error", "range of u", "flips", "CPU s")
+    heading("case", "V", "steps", "bits", "error", "range of u", "flips", "CPU s")
     good = True
     points = []
     for name, mesh, target in problems:
         if arguments.only not in name:
             continue
         m, seconds = solve(mesh, target, precision=200, tolerance=1e-25, max_seconds=arguments.seconds)
+        if m.stats["stopped_by"] == "precision":
+            m, more = solve(mesh, target, tolerance=1e-25, max_seconds=arguments.seconds)
+            seconds += more
         good &= m.angle_error <= 1e-25
-        row(name, len(mesh[0]), m.iterations, f"{m.angle_error:.1e}", f"{m.scale_range:.1f}", m.flips, f"{seconds:.2f}")
+        row(name, len(mesh[0]), m.iterations, m.bits, f"{m.angle_error:.1e}", f"{m.scale_range:.1f}", m.flips,
+            f"{seconds:.2f}")  # fmt: skip
         if name.endswith("holes"):
             points.append((int(name.split()[0]), m.iterations, seconds, m.angle_error <= 1e-25))
     if arguments.plot and points:

@@ -207,6 +207,18 @@ def test_a_refined_start_serves_where_the_plain_way_ends_too_early() -> None:
     assert np.abs(metric.angles - angles).max() <= 1e-10
 
 
+def test_the_plain_way_serves_where_a_refined_start_that_was_asked_for_fails() -> None:
+    # On a strip the smooth map's scale grows by a factor per width; the refined surface follows it, 500 instead of 37.
+    vertices, faces, angles = strip_of_needles(0)
+    plain = ff.conformal_metric(vertices, faces, angles, intrinsic_refinement="off")
+    metric = ff.conformal_metric(
+        vertices, faces, angles, intrinsic_refinement="on", max_iterations=plain.iterations
+    )
+    assert metric.stats["intrinsic_refinement"] == 0
+    assert metric.stats["refined_start_error"] > 1e-10
+    assert np.array_equal(metric.scale_factors, plain.scale_factors)
+
+
 def test_a_strip_of_needles_is_solved_without_a_refined_start() -> None:
     vertices, faces, angles = strip_of_needles(1)
     plain = ff.conformal_metric(vertices, faces, angles, intrinsic_refinement="off", max_iterations=60)

@@ -222,11 +222,12 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
       53;  // also before a given precision: it takes most of the way at a fraction of the cost
   Totals totals;
   bool replayed = false;
+  double limit = options.max_seconds;
+  auto more_seconds = options.more_seconds;
   for (;;) {
     ++totals.rungs;
     newton.max_iterations = options.max_iterations - result.iterations;
-    newton.max_seconds =
-        options.max_seconds > 0.0 ? std::max(1e-3, options.max_seconds - watch.seconds()) : 0.0;
+    newton.max_seconds = limit > 0.0 ? std::max(1e-3, limit - watch.seconds()) : 0.0;
     newton.more_bits = options.bits == 0 ? bits < kLargestBits : bits < options.bits;
     const Stopwatch starting;
     const std::unique_ptr<MetricEngine> engine = make_engine(input, bits, context);
@@ -256,6 +257,14 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
       replayed = true;
       scale = engine->scaled_so_far();
       continue;
+    }
+    if (run.end == NewtonEnd::kSeconds && more_seconds) {
+      const double more = more_seconds();
+      more_seconds = {};
+      if (more > 0.0) {
+        limit = watch.seconds() + more;
+        continue;
+      }
     }
     const bool more_bits_help =
         run.end == NewtonEnd::kPrecision && options.bits == 0 && bits < kLargestBits;

@@ -15,6 +15,7 @@ using std::numbers::pi;
 // Newton steps of the refined start where the plain one failed: if it helps, it helps soon.
 constexpr int kMostSteps = 150;
 constexpr double kLeastSeconds = 1e-3;  // what a run that has no time left is given
+constexpr double kFirstShare = 0.6;     // of the seconds, for the first of two ways
 
 // Vertices added at most: per vertex of the input, but this many are always allowed, and never
 // more than that.
@@ -57,6 +58,99 @@ std::vector<double> refined_targets(const std::vector<double>& target_angles,
   return targets;
 }
 
+// The refined start's split surface, its targets' metric not yet computed.
+struct RefinedStart {
+  std::unique_ptr<SplitSurface> split;
+  Stats stats;
+};
+
+RefinedStart find_refined_start(const Surface& surface, const Points3* lengths,
+                                const ExecutionContext& context) {
+  const Stopwatch watch;
+  RefinedStart start;
+  start.split = refine_start(surface, lengths, start.stats, context);
+  start.stats["seconds_refinement"] = watch.seconds();
+  if (start.split != nullptr)
+    start.stats["intrinsic_refinement"] = static_cast<std::int64_t>(start.split->added.size());
+  return start;
+}
+
+RefinedMetric metric_of(RefinedStart start, const std::vector<double>& target_angles,
+                        const MetricOptions& options, ExecutionContext& context) {
+  RefinedMetric result;
+  result.split = std::move(start.split);
+  const SplitSurface& split = *result.split;
+  result.metric = compute_conformal_metric(split.vertex_count, split.faces, split.lengths,
+                                           refined_targets(target_angles, split), options, context);
+  result.metric.added = split.added;
+  for (const auto& [name, value] : start.stats) result.metric.stats[name] = value;
+  return result;
+}
+
+// Options of the second way, which takes what the first one left.
+MetricOptions remaining(const MetricOptions& options, const Stopwatch& watch) {
+  MetricOptions rest = options;
+  rest.more_seconds = {};
+  if (options.max_seconds > 0.0)
+    rest.max_seconds = std::max(kLeastSeconds, options.max_seconds - watch.seconds());
+  return rest;
+}
+
+// Refined first, plain if that fails.
+RefinedMetric refined_first(const Surface& surface, const Points3* lengths,
+                            const std::vector<double>& target_angles, const MetricOptions& options,
+                            ExecutionContext& context) {
+  const Stopwatch watch;
+  validate_metric_input(surface, lengths, target_angles, options);
+  context.report("refined start", 0.0);
+  RefinedStart start = find_refined_start(surface, lengths, context);
+  std::optional<RefinedMetric> refined;
+  if (start.split != nullptr) {
+    MetricOptions share = options;
+    share.max_seconds = kFirstShare * options.max_seconds;
+    share.max_iterations = std::min(options.max_iterations, kMostSteps);
+    share.require_convergence = false;
+    refined = metric_of(std::move(start), target_angles, share, context);
+    if (refined->metric.converged) return std::move(*refined);
+  }
+  RefinedMetric result;
+  result.metric = plain_metric(surface, lengths, target_angles, remaining(options, watch), context);
+  if (refined) result.metric.stats["refined_start_error"] = refined->metric.angle_error;
+  return result;
+}
+
+// Plain first, refined if that fails.
+RefinedMetric plain_first(const Surface& surface, const Points3* lengths,
+                          const std::vector<double>& target_angles, const MetricOptions& options,
+                          ExecutionContext& context) {
+  const Stopwatch watch;
+  std::optional<RefinedStart> start;
+  MetricOptions plain = options;
+  plain.require_convergence = false;
+  plain.max_seconds = kFirstShare * options.max_seconds;
+  // Where there is nothing to refine the plain way goes on.
+  plain.more_seconds = [&] {
+    start = find_refined_start(surface, lengths, context);
+    return start->split == nullptr ? options.max_seconds - watch.seconds() : 0.0;
+  };
+  RefinedMetric result;
+  {
+    const ProgressRange range(context, 0.0, 0.9);
+    result.metric = plain_metric(surface, lengths, target_angles, plain, context);
+  }
+  if (result.metric.converged) return result;
+  if (!start) start = find_refined_start(surface, lengths, context);
+  if (start->split != nullptr) {
+    MetricOptions rest = remaining(options, watch);
+    rest.max_iterations = std::min(options.max_iterations, kMostSteps);
+    rest.require_convergence = false;
+    RefinedMetric refined = metric_of(std::move(*start), target_angles, rest, context);
+    if (refined.metric.converged) return refined;
+  }
+  if (options.require_convergence) throw_not_reached(result.metric, options);
+  return result;
+}
+
 }  // namespace
 
 std::optional<RefinedMetric> refined_metric(const Surface& surface, const Points3* lengths,
@@ -64,47 +158,26 @@ std::optional<RefinedMetric> refined_metric(const Surface& surface, const Points
                                             const MetricOptions& options,
                                             ExecutionContext& context) {
   validate_metric_input(surface, lengths, target_angles, options);
-  const Stopwatch watch;
-  Stats stats;
-  RefinedMetric result;
   context.report("refined start", 0.0);
-  result.split = refine_start(surface, lengths, stats, context);
-  if (result.split == nullptr) return std::nullopt;
-  stats["seconds_refinement"] = watch.seconds();
-  stats["intrinsic_refinement"] = static_cast<std::int64_t>(result.split->added.size());
-  const SplitSurface& split = *result.split;
-  result.metric = compute_conformal_metric(split.vertex_count, split.faces, split.lengths,
-                                           refined_targets(target_angles, split), options, context);
-  result.metric.added = split.added;
-  for (const auto& [name, value] : stats) result.metric.stats[name] = value;
-  return result;
+  RefinedStart start = find_refined_start(surface, lengths, context);
+  if (start.split == nullptr) return std::nullopt;
+  return metric_of(std::move(start), target_angles, options, context);
 }
 
 RefinedMetric compute_refined_metric(const Surface& surface, const Points3* lengths,
                                      const std::vector<double>& target_angles,
                                      const MetricOptions& options, StartRefinement refinement,
                                      ExecutionContext& context) {
-  if (refinement == StartRefinement::kOn) {
-    if (auto refined = refined_metric(surface, lengths, target_angles, options, context))
-      return std::move(*refined);
+  switch (refinement) {
+    case StartRefinement::kOn:
+      return refined_first(surface, lengths, target_angles, options, context);
+    case StartRefinement::kAuto:
+      return plain_first(surface, lengths, target_angles, options, context);
+    case StartRefinement::kOff:
+      break;
   }
-  MetricOptions plain = options;
-  if (refinement == StartRefinement::kAuto) plain.require_convergence = false;
-  const Stopwatch watch;
   RefinedMetric result;
-  {
-    const ProgressRange range(context, 0.0, 0.9);
-    result.metric = plain_metric(surface, lengths, target_angles, plain, context);
-  }
-  if (refinement != StartRefinement::kAuto || result.metric.converged) return result;
-  MetricOptions rest = options;
-  if (options.max_seconds > 0.0)
-    rest.max_seconds = std::max(kLeastSeconds, options.max_seconds - watch.seconds());
-  rest.max_iterations = std::min(options.max_iterations, kMostSteps);
-  rest.require_convergence = false;
-  auto refined = refined_metric(surface, lengths, target_angles, rest, context);
-  if (refined && refined->metric.converged) return std::move(*refined);
-  if (options.require_convergence) throw_not_reached(result.metric, options);
+  result.metric = plain_metric(surface, lengths, target_angles, options, context);
   return result;
 }
 

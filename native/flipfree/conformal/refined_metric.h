@@ -18,7 +18,7 @@ namespace flipfree::conformal {
 
 enum class StartRefinement {
   kAuto,  // if the plain way fails
-  kOn,
+  kOn,    // first; the plain way if the refined one fails
   kOff,
 };
 
@@ -28,6 +28,7 @@ struct RefinedMetric {
 };
 
 // `lengths`: #F x 3, or null: those of the vertex positions. Errors as compute_conformal_metric.
+// Of max_seconds the first way gets a share, all of it if there is no second one.
 // stats: "intrinsic_refinement" (vertices added), and where refined "smallest_start_angle",
 // "seconds_refinement", "refinement_complete".
 RefinedMetric compute_refined_metric(const Surface& surface, const Points3* lengths,
