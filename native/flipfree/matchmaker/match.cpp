@@ -227,8 +227,9 @@ std::optional<RefinedMap> walked(RefinedSurface& surface, const Constraints& con
   }
   if (!settled) {
     const ProgressRange range(context, large ? 0.8 : 0.1, 0.9);
-    const bool pushes =
-        refine && (constraints.free_boundary() || surface.mesh.vertex_count() <= kMostPushed);
+    // What was beyond measure on a coarse level is so here.
+    const bool pushes = refine && !stats.contains("walk.exhausted") &&
+                        (constraints.free_boundary() || surface.mesh.vertex_count() <= kMostPushed);
     if (!walk_pins(map, constraints, pushes, context, stats)) return std::nullopt;
   }
   const ProgressRange range(context, 0.9, 1.0);

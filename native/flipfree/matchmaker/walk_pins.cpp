@@ -49,6 +49,9 @@ constexpr Index kMuchAtLeast = 200;
 // A push may add so many vertices per vertex of the input, and a few more.
 constexpr Index kMostAddedShare = 2;
 constexpr Index kMostAddedLeast = 10000;
+// A walk is given up when the vertices that its pushes left, summed over the pushes, exceed so many
+// times the input's: many pins that permute far draw out more with every push, without end.
+constexpr std::int64_t kMostDragged = 5;
 // Corridors that are tried one after another: how far they reach beyond the leg, in units of its
 // length, and how near they come to obstacles.
 constexpr std::array<std::pair<double, double>, 3> kCorridors = {
@@ -106,10 +109,15 @@ class Walker {
       take_back(pin.vertex);
       if (added() > kMuch * eased_ / 100 + kMuchAtLeast) ease(pin.vertex);
     }
+    dragged_ += added();
     return true;
   }
 
+  bool exhausted() const { return dragged_ > kMostDragged * std::int64_t{keep_}; }
+
  private:
+  Index added() const { return map_.surface.mesh.vertex_count() - keep_; }
+
   void hold(const PinnedVertex& pin) {
     held_.push_back(pin.vertex);
     obstacles_.points.push_back(pin.uv);
@@ -213,8 +221,6 @@ class Walker {
     stuck_ = 100 * freed < kWorthwhile * there ? added() : 0;
   }
 
-  Index added() const { return map_.surface.mesh.vertex_count() - keep_; }
-
   // As take_back(), where the vertices around have to move for it.
   void ease(VertexId moving) {
     std::vector<VertexId> held = held_;
@@ -236,6 +242,7 @@ class Walker {
   std::vector<VertexId> held_;
   Obstacles obstacles_;
   EliminationMemory order_{keep_};
+  std::int64_t dragged_ = 0;      // added vertices after each push, summed
   Index stuck_ = 0;               // added vertices that the last vain unfolding left
   std::vector<VertexId> pushed_;  // vertices that the last push moved
   Index eased_ = 0;               // added vertices that were left when they last made room
@@ -276,7 +283,9 @@ bool walk_pins(RefinedMap& map, const Constraints& constraints, bool refine,
     const ProgressRange range(context, share(i), share(i + 1));
     if (walker.pull({waiting[i]}, kStepsPerPin, kPullsPerPin)) continue;
     stats["walk.pushes"] = ++pushes;
-    if (!may_push || !walker.push(waiting[i])) {
+    const bool pushed = may_push && walker.push(waiting[i]);
+    if (!pushed || (walker.exhausted() && i + 1 < waiting.size())) {
+      if (pushed) stats["walk.exhausted"] = std::int64_t{1};
       stats["walk.blocked"] = static_cast<std::int64_t>(waiting.size() - i);
       return false;
     }

@@ -20,8 +20,9 @@ namespace flipfree {
 // arrived bit for bit; then `map` is the result, otherwise some valid map on the way. Without
 // `refine` no vertex is added and nothing pushed. In exact arithmetic pushes always arrive; in
 // doubles they can fail where a map has become so narrow that new vertices cannot be told apart, or
-// where one push would add more than a few times the input's vertices. Lines and targets that
-// overlap themselves are not pushed at all. Stats: "walk.*".
+// where one push would add more than a few times the input's vertices. A walk that would take out
+// of proportion long, as every push leaves more refinement behind, is given up ("walk.exhausted").
+// Lines and targets that overlap themselves are not pushed at all. Stats: "walk.*".
 bool walk_pins(RefinedMap& map, const Constraints& constraints, bool refine,
                ExecutionContext& context, Stats& stats);
 
