@@ -77,7 +77,9 @@ def unwrap(mesh, **options) -> tuple[np.ndarray, list[float]]:
     assert bpy.ops.uv.unwrap(margin=0.001, **options) == {"FINISHED"}
     seconds = [time.perf_counter() - wall, time.process_time() - cpu]
     bpy.ops.object.mode_set(mode="OBJECT")
-    return values(mesh.uv_layers.active.uv, "vector", len(mesh.loops), np.float32, 2).reshape(-1, 3, 2), seconds
+    return values(mesh.uv_layers.active.uv, "vector", len(mesh.loops), np.float32, 2).reshape(
+        -1, 3, 2
+    ), seconds
 
 
 def main() -> None:
@@ -94,11 +96,17 @@ def main() -> None:
     label = islands(corners, ends[seam])
     roots, sizes = np.unique(label, return_counts=True)
     chosen = label == roots[np.argmax(sizes)]
-    sides, uses = np.unique(np.sort(corners[chosen][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), 1), axis=0, return_counts=True)
+    sides, uses = np.unique(
+        np.sort(corners[chosen][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), 1),
+        axis=0,
+        return_counts=True,
+    )
     rim = np.concatenate([sides[uses == 1].ravel(), ends[seam].ravel()])
     inner = np.setdiff1d(corners[chosen], rim)
     data = {
-        "vertices": values(mesh.vertices, "co", len(mesh.vertices), np.float32, 3).astype(np.float64),
+        "vertices": values(mesh.vertices, "co", len(mesh.vertices), np.float32, 3).astype(
+            np.float64
+        ),
         "faces": corners[chosen],
         "seams": ends[seam],
         "layout": layout[chosen],
@@ -118,7 +126,9 @@ def main() -> None:
                 moved[is_pin & (corners.ravel() == vertex)] += offset.astype(np.float32)
             case = f"{share}_{seed}"
             data[f"{case}_pins"] = pins
-            data[f"{case}_targets"] = np.array([moved[is_pin & (corners.ravel() == v)][0] for v in pins])
+            data[f"{case}_targets"] = np.array(
+                [moved[is_pin & (corners.ravel() == v)][0] for v in pins]
+            )
             for name, options in METHODS.items():
                 store_uv(mesh, moved)
                 store_pins(mesh, is_pin)

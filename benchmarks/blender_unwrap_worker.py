@@ -44,7 +44,9 @@ def main() -> None:
     for method in methods:
         wall, cpu = time.perf_counter(), time.process_time()
         bpy.ops.uv.unwrap(method=method, margin=0.001)
-        data[f"{method}_seconds"] = np.array([time.perf_counter() - wall, time.process_time() - cpu])
+        data[f"{method}_seconds"] = np.array(
+            [time.perf_counter() - wall, time.process_time() - cpu]
+        )
         bpy.ops.object.mode_set(mode="OBJECT")
         uv = np.empty(2 * len(corners), np.float32)
         mesh.uv_layers.active.uv.foreach_get("vector", uv)

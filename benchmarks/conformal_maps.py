@@ -40,13 +40,17 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=60.0, help="give a case up after so long")
     parser.add_argument("--only", default="", help="cases whose name contains this")
     parser.add_argument("--markdown", action="store_true")
-    parser.add_argument("--repeat", type=int, default=1, help="runs of each case that can be mapped")
+    parser.add_argument(
+        "--repeat", type=int, default=1, help="runs of each case that can be mapped"
+    )
     arguments = parser.parse_args()
     folder = data_folder()
     if folder is None:
         sys.exit("The shared data folder is not here (FLIPFREE_DATA).")
     failed = 0
-    print("| case | V | iterations | bits | angle error | log scale range | outcome | added V | flips 64 / 32 | metric s | map s | reference s |")
+    print(
+        "| case | V | iterations | bits | angle error | log scale range | outcome | added V | flips 64 / 32 | metric s | map s | reference s |"
+    )
     if arguments.markdown:
         print("|" + "---|" * 12)
     for name, mesh_path, angles_path in cases(folder / "conformal"):

@@ -41,7 +41,9 @@ def sphere(count: int, seed: int) -> Mesh:
     i = np.arange(count) + 0.5
     z, a = 1 - 2 * i / count, np.pi * (1 + np.sqrt(5)) * i
     points = np.stack([np.sqrt(1 - z * z) * np.cos(a), np.sqrt(1 - z * z) * np.sin(a), z], axis=1)
-    points += np.random.default_rng(seed).normal(scale=0.33 * np.sqrt(4 * np.pi / count) / 2, size=points.shape)
+    points += np.random.default_rng(seed).normal(
+        scale=0.33 * np.sqrt(4 * np.pi / count) / 2, size=points.shape
+    )
     points /= np.linalg.norm(points, axis=1)[:, None]
     faces = ConvexHull(points).simplices.astype(np.int32)
     p = points[faces]
@@ -119,7 +121,9 @@ def interior_targets(mesh: Mesh, random: np.random.Generator) -> npt.NDArray[np.
     return target + (np.pi * len(mesh[1]) - target.sum()) / len(target)
 
 
-def boundary_targets(mesh: Mesh, spread: float, random: np.random.Generator) -> npt.NDArray[np.float64]:
+def boundary_targets(
+    mesh: Mesh, spread: float, random: np.random.Generator
+) -> npt.NDArray[np.float64]:
     """Flat inside; geodesic curvature within +-spread on the boundary, all angles > 0.01."""
     rim = boundary_vertices(mesh[1])
     target = np.full(len(mesh[0]), 2 * np.pi)
@@ -159,13 +163,26 @@ def run_pairs(arguments: argparse.Namespace) -> bool:
     folder = data_folder()
     if folder is None:
         sys.exit("The shared data folder is not here (FLIPFREE_DATA).")
-    heading("case", "V", "steps", "bits", "error", "range of u", "flips", "relaxed", "CPU s", "reference s")
+    heading(
+        "case",
+        "V",
+        "steps",
+        "bits",
+        "error",
+        "range of u",
+        "flips",
+        "relaxed",
+        "CPU s",
+        "reference s",
+    )
     good = True
     for name, path, angles in cases(folder / "conformal"):
         if arguments.only not in name:
             continue
         file = read_mesh(path)
-        m, seconds = solve((file.vertices, file.faces), np.loadtxt(angles), max_seconds=arguments.seconds)
+        m, seconds = solve(
+            (file.vertices, file.faces), np.loadtxt(angles), max_seconds=arguments.seconds
+        )
         good &= m.converged and m.angle_error <= 1e-10
         row(name, len(file.vertices), m.iterations, m.bits, f"{m.angle_error:.1e}", f"{m.scale_range:.1f}", m.flips,
             m.stats["relaxed_iterations"], f"{seconds:.3f}", REFERENCE.get(name, ""))  # fmt: skip
@@ -181,7 +198,9 @@ def many(meshes: Any, count: int, label: str) -> tuple[list[ff.ConformalMetric],
         seconds.append(s)
     errors = np.array([m.angle_error for m in metrics])
     steps = [m.iterations for m in metrics]
-    print(f"{label}: {count} cases, {np.sum(errors <= 1e-10)} within 1e-10, worst {errors.max():.1e}")
+    print(
+        f"{label}: {count} cases, {np.sum(errors <= 1e-10)} within 1e-10, worst {errors.max():.1e}"
+    )
     print(f"Newton steps {min(steps)} to {max(steps)}, mean {np.mean(steps):.1f}; CPU s mean {np.mean(seconds):.3f}, max "
           f"{max(seconds):.3f}; bits {dict(Counter(m.bits for m in metrics))}")  # fmt: skip
     print("steps:", " ".join(f"{k}:{v}" for k, v in sorted(Counter(steps).items())))
@@ -191,7 +210,12 @@ def many(meshes: Any, count: int, label: str) -> tuple[list[ff.ConformalMetric],
 def plot_steps(metrics: list[ff.ConformalMetric], path: Path, title: str) -> None:
     fig, ax = figure((6, 3))
     steps = [m.iterations for m in metrics]
-    ax.hist(steps, bins=np.arange(min(steps) - 0.5, max(steps) + 1.5), color="#3b6ea5", edgecolor="white")
+    ax.hist(
+        steps,
+        bins=np.arange(min(steps) - 0.5, max(steps) + 1.5),
+        color="#3b6ea5",
+        edgecolor="white",
+    )
     ax.set_xlabel("Newton steps to 1e-10")
     ax.set_ylabel("cases")
     ax.set_title(title)
@@ -200,12 +224,22 @@ def plot_steps(metrics: list[ff.ConformalMetric], path: Path, title: str) -> Non
 
 def run_sphere(arguments: argparse.Namespace) -> bool:
     mesh = sphere(1000, 0)
-    metrics, _ = many(lambda i: (mesh, interior_targets(mesh, np.random.default_rng(i))), arguments.count, "1K sphere")
+    metrics, _ = many(
+        lambda i: (mesh, interior_targets(mesh, np.random.default_rng(i))),
+        arguments.count,
+        "1K sphere",
+    )
     if arguments.plot:
-        plot_steps(metrics, arguments.plot / "conformal_steps_sphere.png", "Random angles on a sphere of 1000 vertices")
+        plot_steps(
+            metrics,
+            arguments.plot / "conformal_steps_sphere.png",
+            "Random angles on a sphere of 1000 vertices",
+        )
         fig, ax = figure((6, 3.4))
         for m in metrics[:200]:
-            ax.semilogy(np.maximum(m.error_history, 1e-15), color="#3b6ea5", alpha=0.12, linewidth=1)
+            ax.semilogy(
+                np.maximum(m.error_history, 1e-15), color="#3b6ea5", alpha=0.12, linewidth=1
+            )
         ax.set_xlabel("Newton step")
         ax.set_ylabel("largest angle error")
         ax.set_title("Decay of the error, 200 of the cases")
@@ -217,15 +251,23 @@ def run_disk(arguments: argparse.Namespace) -> bool:
     mesh = disk(40)
     spreads = np.random.default_rng(99).uniform(0.05, 0.95, arguments.count)
     metrics, _ = many(
-        lambda i: (mesh, boundary_targets(mesh, np.pi * spreads[i], np.random.default_rng(i))), arguments.count, "5K disk"
+        lambda i: (mesh, boundary_targets(mesh, np.pi * spreads[i], np.random.default_rng(i))),
+        arguments.count,
+        "5K disk",
     )
     heading("spread of boundary curvature / pi", *FLIP_TYPES)
     for low in np.arange(0.05, 0.95, 0.15):
-        chosen = [m.flip_counts for m, s in zip(metrics, spreads, strict=True) if low <= s < low + 0.15]
+        chosen = [
+            m.flip_counts for m, s in zip(metrics, spreads, strict=True) if low <= s < low + 0.15
+        ]
         if chosen:
             row(f"{low:.2f} - {low + 0.15:.2f}", *[f"{x:.1f}" for x in np.mean(chosen, axis=0)])
     if arguments.plot:
-        plot_steps(metrics, arguments.plot / "conformal_steps_disk.png", "Random boundary curvature on a disk of 4921 vertices")
+        plot_steps(
+            metrics,
+            arguments.plot / "conformal_steps_disk.png",
+            "Random boundary curvature on a disk of 4921 vertices",
+        )
         fig, ax = figure((6.5, 4))
         counts = np.array([m.flip_counts for m in metrics])
         for t, name in enumerate(FLIP_TYPES):
@@ -252,7 +294,12 @@ def run_bits(arguments: argparse.Namespace) -> bool:
     heading("bits", "median error", "worst error", "units of the last place (median)")
     for b in mantissas:
         errors = np.array([e for _, e in points[b]])
-        row(b, f"{np.median(errors):.1e}", f"{errors.max():.1e}", f"{np.median(errors) * 2.0**b:.0f}")
+        row(
+            b,
+            f"{np.median(errors):.1e}",
+            f"{errors.max():.1e}",
+            f"{np.median(errors) * 2.0**b:.0f}",
+        )
     if arguments.plot:
         fig, ax = figure((6, 4))
         for b in mantissas:
@@ -288,7 +335,9 @@ def run_gtori(arguments: argparse.Namespace) -> bool:
     for name, mesh, target in problems:
         if arguments.only not in name:
             continue
-        m, seconds = solve(mesh, target, precision=200, tolerance=1e-25, max_seconds=arguments.seconds)
+        m, seconds = solve(
+            mesh, target, precision=200, tolerance=1e-25, max_seconds=arguments.seconds
+        )
         if m.stats["stopped_by"] == "precision":
             m, more = solve(mesh, target, tolerance=1e-25, max_seconds=arguments.seconds)
             seconds += more
@@ -337,7 +386,9 @@ def run_speed(arguments: argparse.Namespace) -> bool:
         mesh = sphere(size, 0)
         wall = time.perf_counter()
         metrics, _ = many(
-            lambda i, mesh=mesh: (mesh, interior_targets(mesh, np.random.default_rng(i))), arguments.count, f"sphere {size}"
+            lambda i, mesh=mesh: (mesh, interior_targets(mesh, np.random.default_rng(i))),
+            arguments.count,
+            f"sphere {size}",
         )
         print(f"wall s mean {(time.perf_counter() - wall) / arguments.count:.3f}")
     mesh = sphere(50000, 0)
@@ -352,7 +403,9 @@ def run_speed(arguments: argparse.Namespace) -> bool:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     runs = {"pairs": run_pairs, "sphere": run_sphere, "disk": run_disk, "bits": run_bits, "gtori": run_gtori,
             "places": run_places, "speed": run_speed}  # fmt: skip
     parser.add_argument("experiment", choices=runs)

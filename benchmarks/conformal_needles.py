@@ -77,7 +77,19 @@ def row(*cells: Any) -> None:
 
 
 def metrics(only: str) -> bool:
-    row("case", "V", "refined", "added", "steps", "relaxed", "bits", "flips", "range of u", "error", "CPU s")
+    row(
+        "case",
+        "V",
+        "refined",
+        "added",
+        "steps",
+        "relaxed",
+        "bits",
+        "flips",
+        "range of u",
+        "error",
+        "CPU s",
+    )
     row(*["---"] * 11)
     good = True
     for name, vertices, faces, angles in cases():
@@ -110,7 +122,10 @@ def maps(only: str) -> bool:
             except ff.NotConverged as error:
                 p, outcome = error.parametrization, str(error.code)
             s = p.stats
-            seconds = sum(s[f"seconds_{k}"] for k in ("cut", "overlay", "layout", "refine", "round", "certify"))
+            seconds = sum(
+                s[f"seconds_{k}"]
+                for k in ("cut", "overlay", "layout", "refine", "round", "certify")
+            )
             row(
                 name, len(vertices), mode, outcome, s["overlay_crossings"], s["added_vertices"],
                 f"{s['stored_angle_error']:.1e}", f"{seconds:.3f}",
@@ -135,7 +150,9 @@ def cones(only: str) -> bool:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     runs = {"metric": metrics, "map": maps, "cones": cones}
     parser.add_argument("experiment", choices=runs)
     parser.add_argument("--only", default="")

@@ -29,7 +29,10 @@ def polygons(disk: Disk, count: int):
     else:
         # A slanted convex polygon away from the origin: an ellipse through the points.
         angle = 2 * np.pi * np.arange(count) / count
-        yield "given", np.stack([3 + 2 * np.cos(angle) + 0.3 * np.sin(angle), 1 + 0.5 * np.sin(angle)], -1)
+        yield (
+            "given",
+            np.stack([3 + 2 * np.cos(angle) + 0.3 * np.sin(angle), 1 + 0.5 * np.sin(angle)], -1),
+        )
 
 
 def main() -> int:
@@ -41,7 +44,9 @@ def main() -> int:
     if not arguments.no_synthetic:
         disks += list(synthetic())
     failed = runs = 0
-    print("| disk | triangles | onto | rung | ladder s | added | random starts, progressive: ok, slowest s |")
+    print(
+        "| disk | triangles | onto | rung | ladder s | added | random starts, progressive: ok, slowest s |"
+    )
     print("|---|---|---|---|---|---|---|")
     for disk in disks:
         loop = boundary_loop(disk.faces) if disk.loop is None else disk.loop
@@ -66,7 +71,11 @@ def main() -> int:
                 runs += 1
                 try:
                     result = ff.embed(
-                        disk.vertices, disk.faces, initial_uv=random, method="progressive", **options
+                        disk.vertices,
+                        disk.faces,
+                        initial_uv=random,
+                        method="progressive",
+                        **options,
                     )
                     good += result.certificate.ok
                     failed += not result.certificate.ok

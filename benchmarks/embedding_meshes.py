@@ -96,8 +96,6 @@ def wavy_grid(columns: int, rows: int) -> Disk:
     )
 
 
-
-
 def _by_texture(name: str, path: Path) -> Disk:
     """The disk that a file's texture coordinates describe: corners with equal vertex and texture are one vertex."""
     mesh = read_mesh(path)

@@ -1,6 +1,6 @@
 """Disks of up to a million triangles onto the circle: seconds and peak memory, one process per size.
 
-    PYTHONPATH=build/python python3 benchmarks/embedding_million.py [--triangles N ...] [--method ...] [--start nothing]
+PYTHONPATH=build/python python3 benchmarks/embedding_million.py [--triangles N ...] [--method ...] [--start nothing]
 """
 
 from __future__ import annotations
@@ -37,7 +37,9 @@ def main() -> None:
     parser.add_argument("--method", default="ladder")
     parser.add_argument("--start", default="tutte")
     arguments = parser.parse_args()
-    print("| triangles | rung | flips 64 / 32 | embedding s | whole call s | CPU s | peak MB | energy |")
+    print(
+        "| triangles | rung | flips 64 / 32 | embedding s | whole call s | CPU s | peak MB | energy |"
+    )
     print("|---|---|---|---|---|---|---|---|")
     for triangles in arguments.triangles:
         process = multiprocessing.get_context("spawn").Process(

@@ -1,6 +1,6 @@
 """Draws docs/images/embedding_*.png: failed Tutte maps beside ours. Needs matplotlib and scipy.
 
-    PYTHONPATH=build/python python3 benchmarks/embedding_pictures.py
+PYTHONPATH=build/python python3 benchmarks/embedding_pictures.py
 """
 
 from __future__ import annotations
@@ -60,17 +60,28 @@ def distortion(disk_vertices: Array, faces: npt.NDArray[np.int32], uv: Array) ->
     good = det > 0
     inverse = np.where(good, square / np.where(good, det, 1) ** 2, np.nan)
     weight = length * y2
-    scale = np.sqrt(np.nansum(weight * inverse) / np.nansum(np.where(good, weight * square, np.nan)))
+    scale = np.sqrt(
+        np.nansum(weight * inverse) / np.nansum(np.where(good, weight * square, np.nan))
+    )
     return np.where(good, (square * scale + inverse / scale) / 4, np.nan)
 
 
 def draw(axes, triangles: Array, colour: Array, norm: Normalize, title: str) -> PolyCollection:
     width = 0.25 if len(triangles) < 3000 else 0.1
-    shown = PolyCollection(triangles, array=np.log10(colour), cmap="viridis", norm=norm, lw=width, edgecolors="#00000060")
+    shown = PolyCollection(
+        triangles,
+        array=np.log10(colour),
+        cmap="viridis",
+        norm=norm,
+        lw=width,
+        edgecolors="#00000060",
+    )
     axes.add_collection(shown)
     flipped = np.isnan(colour)
     if flipped.any():
-        axes.add_collection(PolyCollection(triangles[flipped], facecolors="none", edgecolors="red", lw=1.0))
+        axes.add_collection(
+            PolyCollection(triangles[flipped], facecolors="none", edgecolors="red", lw=1.0)
+        )
     axes.autoscale_view()
     axes.set_aspect("equal")
     axes.axis("off")
@@ -82,7 +93,12 @@ def figure(disk: Disk, boundary: str, path: str) -> None:
     loop = boundary_loop(disk.faces)
     fast = ff.embed(disk.vertices, disk.faces, boundary=boundary, boundary_loop=loop)
     nothing = ff.embed(
-        disk.vertices, disk.faces, boundary=boundary, boundary_loop=loop, method="progressive", start="nothing"
+        disk.vertices,
+        disk.faces,
+        boundary=boundary,
+        boundary_loop=loop,
+        method="progressive",
+        start="nothing",
     )
     best = ff.embed(disk.vertices, disk.faces, boundary=boundary, boundary_loop=loop, optimise=True)
     where = dict(zip(fast.faces.ravel().tolist(), fast.uv.reshape(-1, 2), strict=True))
@@ -93,7 +109,9 @@ def figure(disk: Disk, boundary: str, path: str) -> None:
     norm = Normalize(0, 4)
     fig = plt.figure(figsize=(13, 8.6), dpi=100)
     space = fig.add_subplot(2, 3, 1, projection="3d")
-    space.plot_trisurf(*disk.vertices.T, triangles=disk.faces, color="#c8d4e0", edgecolor="#404040", lw=0.1)
+    space.plot_trisurf(
+        *disk.vertices.T, triangles=disk.faces, color="#c8d4e0", edgecolor="#404040", lw=0.1
+    )
     space.set_box_aspect(np.ptp(disk.vertices, 0) + 1e-9, zoom=1.4)
     space.axis("off")
     space.set_title(f"{disk.name}: {len(disk.faces)} triangles\n", fontsize=11)
@@ -105,7 +123,10 @@ def figure(disk: Disk, boundary: str, path: str) -> None:
     maps = [
         (folded, f"uniform Tutte in double: {flips} flips,\n{flips32} as stored in 32 bits"),
         (folded, f"the same, magnified {1 / reach:.0e} times:\nflips in red"),
-        (fast.uv32(), f"ladder ({fast.stats['rung']}): 0 flips,\nE = {fast.certificate.energy:.3g}"),
+        (
+            fast.uv32(),
+            f"ladder ({fast.stats['rung']}): 0 flips,\nE = {fast.certificate.energy:.3g}",
+        ),
         (nothing.uv32(), f"progressive embedding: 0 flips,\nE = {nothing.certificate.energy:.3g}"),
         (best.uv32(), f"optimised, boundary fixed: 0 flips,\nE = {best.certificate.energy:.3g}"),
     ]
@@ -117,7 +138,13 @@ def figure(disk: Disk, boundary: str, path: str) -> None:
             middle = fold[worst].mean(0)
             axes.set_xlim(middle[0] - reach, middle[0] + reach)
             axes.set_ylim(middle[1] - reach, middle[1] + reach)
-    fig.colorbar(shown, ax=fig.axes, shrink=0.5, label="log10 of symmetric Dirichlet per triangle (0 = isometric)", pad=0.02)
+    fig.colorbar(
+        shown,
+        ax=fig.axes,
+        shrink=0.5,
+        label="log10 of symmetric Dirichlet per triangle (0 = isometric)",
+        pad=0.02,
+    )
     target = ROOT / "docs" / "images" / path
     target.parent.mkdir(parents=True, exist_ok=True)
     fig.savefig(target, bbox_inches="tight")

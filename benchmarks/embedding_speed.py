@@ -70,7 +70,9 @@ def main() -> None:
 
         n = arguments.repeat
         tutte_s, tutte = best(n, lambda embed=embed: embed(method="progressive"))
-        nothing_s, nothing = best(n, lambda embed=embed: embed(method="progressive", start="nothing"))
+        nothing_s, nothing = best(
+            n, lambda embed=embed: embed(method="progressive", start="nothing")
+        )
         random_s, _ = best(
             n, lambda embed=embed, random=random: embed(method="progressive", initial_uv=random)
         )

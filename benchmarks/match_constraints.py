@@ -87,11 +87,25 @@ def main() -> None:
         for count in (3, 10, 30):
             points = read_targets(folder / f"{mesh}_uv_pins{count}.txt")
             report(f"{mesh} {count} free", options.pictures, vertices, faces, points=points)
-            report(f"{mesh} {count} circle", options.pictures, vertices, faces, points=points, **boundary)
+            report(
+                f"{mesh} {count} circle",
+                options.pictures,
+                vertices,
+                faces,
+                points=points,
+                **boundary,
+            )
     vertices, faces, loop = strip(80, 6)
     for turns in (1.4, 2.4):
         target = ribbon(vertices, loop, turns)
-        report(f"ribbon {turns}", options.pictures, vertices, faces, boundary_loop=loop, boundary_uv=target)
+        report(
+            f"ribbon {turns}",
+            options.pictures,
+            vertices,
+            faces,
+            boundary_loop=loop,
+            boundary_uv=target,
+        )
     angle = 2 * np.pi * np.arange(len(loop)) / len(loop) + 0.01
     eight = np.stack([np.sin(2 * angle), np.sin(angle)], 1)
     report("figure eight", None, vertices, faces, boundary_loop=loop, boundary_uv=eight)

@@ -1,6 +1,6 @@
 """Issue 5, case 3: a surface into a space-filling polygon (Hilbert's curve, thickened) with three random inner pins.
 
-    PYTHONPATH=build/python python3 benchmarks/match_hilbert.py [--data FOLDER] [--orders 3 4 5] [--seeds 3] [--pins 3] [--pictures FOLDER]
+PYTHONPATH=build/python python3 benchmarks/match_hilbert.py [--data FOLDER] [--orders 3 4 5] [--seeds 3] [--pins 3] [--pictures FOLDER]
 """
 
 from __future__ import annotations
@@ -117,7 +117,9 @@ def main() -> None:
                 cells = hilbert(order)[random.choice(4**order, options.pins, replace=False)]
                 pins = cells + random.uniform(-0.15, 0.15, (options.pins, 2))
                 ids = random.choice(inner, options.pins, replace=False)
-                points = {int(v): (float(p[0]), float(p[1])) for v, p in zip(ids, pins, strict=True)}
+                points = {
+                    int(v): (float(p[0]), float(p[1])) for v, p in zip(ids, pins, strict=True)
+                }
                 report(
                     f"{name} seed {seed}",
                     options.pictures,

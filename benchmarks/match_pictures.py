@@ -22,12 +22,19 @@ def write_png(path: Path, image: np.ndarray) -> None:
     header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(
-        b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(raw, 9)) + chunk(b"IEND", b"")
+        b"\x89PNG\r\n\x1a\n"
+        + chunk(b"IHDR", header)
+        + chunk(b"IDAT", zlib.compress(raw, 9))
+        + chunk(b"IEND", b"")
     )
 
 
 def draw(
-    path: Path, uv: np.ndarray, faces: np.ndarray, pins: Mapping[int, tuple[float, float]], size: int = 640
+    path: Path,
+    uv: np.ndarray,
+    faces: np.ndarray,
+    pins: Mapping[int, tuple[float, float]],
+    size: int = 640,
 ) -> None:
     """Edges of the map in grey, flipped triangles' edges in red, pins as blue squares."""
     points = uv.reshape(-1, 2)

@@ -70,7 +70,16 @@ def pin_error(uv: np.ndarray, faces: np.ndarray, points: dict[int, tuple[float, 
     )
 
 
-def row(share: str, seed: str, name: str, c: ff.Certificate, error: float, wall: float, cpu: float, more: str) -> None:
+def row(
+    share: str,
+    seed: str,
+    name: str,
+    c: ff.Certificate,
+    error: float,
+    wall: float,
+    cpu: float,
+    more: str,
+) -> None:
     print(
         f"| {share} | {seed} | {name} | {c.flips32} | {c.overlaps} | {error:.2g} | {c.energy:.4f} | {c.max_energy:.3g} "
         f"| {wall:.2f} | {cpu:.2f} | {more} |",
@@ -78,7 +87,9 @@ def row(share: str, seed: str, name: str, c: ff.Certificate, error: float, wall:
     )
 
 
-def picture(path: Path, maps: dict[str, tuple[np.ndarray, np.ndarray]], points, start: dict, title: str) -> None:
+def picture(
+    path: Path, maps: dict[str, tuple[np.ndarray, np.ndarray]], points, start: dict, title: str
+) -> None:
     """All maps beside each other in one frame: islands grey, flipped triangles red, pins blue, their way as lines; below, the
     surrounding of the pin where most of Blender's flips are."""
     import matplotlib
@@ -93,7 +104,11 @@ def picture(path: Path, maps: dict[str, tuple[np.ndarray, np.ndarray]], points, 
 
     targets = np.array(list(points.values()))
     folded = np.concatenate([uv[areas(uv) <= 0].reshape(-1, 2) for uv, _ in maps.values()])
-    near = (np.linalg.norm(folded[:, None] - targets[None], axis=2) < 0.04).sum(0) if len(folded) else [1]
+    near = (
+        (np.linalg.norm(folded[:, None] - targets[None], axis=2) < 0.04).sum(0)
+        if len(folded)
+        else [1]
+    )
     centre = targets[int(np.argmax(near))]
     figure, axes = plt.subplots(2, len(maps), figsize=(3.1 * len(maps), 6.6), dpi=110)
     everything = np.concatenate([uv.reshape(-1, 2) for uv, _ in maps.values()])
@@ -104,10 +119,20 @@ def picture(path: Path, maps: dict[str, tuple[np.ndarray, np.ndarray]], points, 
             ax = axes[line, column]
             seen = ((uv.max(1) > left) & (uv.min(1) < right)).all(1)
             ax.add_collection(
-                PolyCollection(uv[seen & ~flipped], facecolor="#e4e4e4", edgecolor="#9a9a9a", linewidth=0.05 + 0.25 * line)
+                PolyCollection(
+                    uv[seen & ~flipped],
+                    facecolor="#e4e4e4",
+                    edgecolor="#9a9a9a",
+                    linewidth=0.05 + 0.25 * line,
+                )
             )
             ax.add_collection(
-                PolyCollection(uv[seen & flipped], facecolor="#e0202080", edgecolor="#d01010", linewidth=1.2 - 0.6 * line)
+                PolyCollection(
+                    uv[seen & flipped],
+                    facecolor="#e0202080",
+                    edgecolor="#d01010",
+                    linewidth=1.2 - 0.6 * line,
+                )
             )
             for vertex, target in points.items():
                 ax.plot(*zip(start[vertex], target, strict=True), color="#3060d0", linewidth=0.8)
@@ -147,39 +172,74 @@ def main() -> None:
         data = dict(np.load(out))
     vertices, faces, origin = chart_of(data)
     print(f"{len(faces)} triangles, {len(vertices)} vertices in the island")
-    print("| moved by | seed | method | flips | overlaps | pin error | energy | worst triangle | wall s | cpu s | |")
+    print(
+        "| moved by | seed | method | flips | overlaps | pin error | energy | worst triangle | wall s | cpu s | |"
+    )
     print("|---|---|---|---|---|---|---|---|---|---|---|")
     for share in arguments.shares:
         for seed in arguments.seeds:
             case = f"{share}_{seed}"
             chart_vertex = {int(v): i for i, v in enumerate(origin.tolist())}
             pins = [chart_vertex[int(v)] for v in data[f"{case}_pins"]]
-            points = dict(zip(pins, map(tuple, data[f"{case}_targets"].astype(np.float64).tolist()), strict=True))
+            points = dict(
+                zip(
+                    pins,
+                    map(tuple, data[f"{case}_targets"].astype(np.float64).tolist()),
+                    strict=True,
+                )
+            )
             maps = {}
             for name in data["methods"].tolist():
                 uv = data[f"{case}_{name}_uv"]
                 certificate = ff.certify(vertices, faces, uv, bijective=True)
                 wall, cpu = data[f"{case}_{name}_seconds"]
-                row(share, seed, f"Blender {name}", certificate, pin_error(uv, faces, points), wall, cpu, "")
+                row(
+                    share,
+                    seed,
+                    f"Blender {name}",
+                    certificate,
+                    pin_error(uv, faces, points),
+                    wall,
+                    cpu,
+                    "",
+                )
                 maps[f"Blender, {name}"] = (uv, faces)
             for name, bijective in OURS.items():
                 wall, cpu = time.perf_counter(), time.process_time()
                 try:
                     result = ff.match(vertices, faces, points=points, bijective=bijective)
                 except ff.FlipfreeError as error:
-                    print(f"| {share} | {seed} | {name} | {type(error).__name__}: {error} |", flush=True)
+                    print(
+                        f"| {share} | {seed} | {name} | {type(error).__name__}: {error} |",
+                        flush=True,
+                    )
                     continue
                 wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
                 stored = ff.certify(result.vertices, result.faces, result.uv32(), bijective=True)
                 added = f"{len(result.vertices) - len(vertices)} vertices added"
-                row(share, seed, name, stored, pin_error(result.uv32(), result.faces, points), wall, cpu, added)
+                row(
+                    share,
+                    seed,
+                    name,
+                    stored,
+                    pin_error(result.uv32(), result.faces, points),
+                    wall,
+                    cpu,
+                    added,
+                )
                 if bijective:
                     maps[name] = (result.uv32(), result.faces)
             if arguments.pictures is not None:
                 layout = data["layout"]
                 start = {v: layout[faces == v][0] for v in points}
                 title = f"{len(faces)} triangles, six pins moved by {share} of the unit square, seed {seed}"
-                picture(arguments.pictures / f"match_vs_blender_{share}_{seed}.png", maps, points, start, title)
+                picture(
+                    arguments.pictures / f"match_vs_blender_{share}_{seed}.png",
+                    maps,
+                    points,
+                    start,
+                    title,
+                )
 
 
 if __name__ == "__main__":

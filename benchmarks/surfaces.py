@@ -15,10 +15,16 @@ def _cells(columns: int, rows: int, index: npt.NDArray[np.int64]) -> npt.NDArray
     a, b = index[:-1, :-1].ravel(), index[:-1, 1:].ravel()
     c, d = index[1:, 1:].ravel(), index[1:, :-1].ravel()
     assert len(a) == columns * rows
-    return np.stack([np.stack([a, b, c], 1), np.stack([a, c, d], 1)], 1).reshape(-1, 3).astype(np.int32)
+    return (
+        np.stack([np.stack([a, b, c], 1), np.stack([a, c, d], 1)], 1)
+        .reshape(-1, 3)
+        .astype(np.int32)
+    )
 
 
-def bumpy_grid(columns: int = 20, rows: int = 15, height: float = 0.2, frequency: float = 3.0) -> Mesh:
+def bumpy_grid(
+    columns: int = 20, rows: int = 15, height: float = 0.2, frequency: float = 3.0
+) -> Mesh:
     """A disk over the unit square."""
     x, y = np.meshgrid(np.linspace(0, 1, columns + 1), np.linspace(0, 1, rows + 1))
     z = height * np.sin(frequency * np.pi * x) * np.cos(frequency * np.pi * y)
@@ -56,7 +62,10 @@ def torus(sectors: int = 24, rings: int = 12, minor: float = 0.4) -> Mesh:
 
 def octahedron_sphere(levels: int = 3) -> Mesh:
     """Closed, genus 0: an octahedron subdivided and pushed to the unit sphere."""
-    points = [np.array(p, float) for p in [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]]
+    points = [
+        np.array(p, float)
+        for p in [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
+    ]
     faces = [(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)]
     for _ in range(levels):
         middle: dict[tuple[int, int], int] = {}

@@ -36,7 +36,9 @@ def main() -> int:
     parser.add_argument("--overlap", action="store_true", help="bijective=False")
     arguments = parser.parse_args()
     failed = 0
-    header = "| mesh | triangles | charts | added cuts | flips 64 / 32 | overlaps | energy | worst | s |"
+    header = (
+        "| mesh | triangles | charts | added cuts | flips 64 / 32 | overlaps | energy | worst | s |"
+    )
     if arguments.markdown:
         print(header)
         print("|---|---|---|---|---|---|---|---|---|")
@@ -44,13 +46,17 @@ def main() -> int:
         mesh = read_mesh(path)
         start = time.perf_counter()
         try:
-            result = ff.unwrap(mesh.vertices, mesh.faces, cuts=mesh.seams, bijective=not arguments.overlap)
+            result = ff.unwrap(
+                mesh.vertices, mesh.faces, cuts=mesh.seams, bijective=not arguments.overlap
+            )
         except ff.InvalidInput as error:
             print(f"| {path.name} | {len(mesh.faces)} | refused: {error} |")
             continue
         except ff.FlipfreeError as error:
             failed += 1
-            print(f"| {path.name} | {len(mesh.faces)} | **FAILED** {type(error).__name__}: {str(error)[:300]} |")
+            print(
+                f"| {path.name} | {len(mesh.faces)} | **FAILED** {type(error).__name__}: {str(error)[:300]} |"
+            )
             continue
         c = result.certificate
         seconds = time.perf_counter() - start

@@ -83,7 +83,14 @@ def main() -> None:
     print("|---|---|---|---|---|---|---|---|---|---|")
     sys.stdout.flush()
     for triangles in arguments.triangles:
-        command = [sys.executable, __file__, "--one", str(triangles), "--cancels", str(arguments.cancels)]
+        command = [
+            sys.executable,
+            __file__,
+            "--one",
+            str(triangles),
+            "--cancels",
+            str(arguments.cancels),
+        ]
         subprocess.run(command, check=True)
 
 

@@ -45,7 +45,13 @@ def main() -> None:
         vertices, faces = data["vertices"], data["faces"]
         for method in arguments.methods:
             wall, cpu = data[f"{method}_seconds"]
-            report(len(faces), f"Blender {method}", wall, cpu, ff.certify(vertices, faces, data[f"{method}_uv"]))
+            report(
+                len(faces),
+                f"Blender {method}",
+                wall,
+                cpu,
+                ff.certify(vertices, faces, data[f"{method}_uv"]),
+            )
         wall, cpu = time.perf_counter(), time.process_time()
         result = ff.unwrap(vertices, faces, cuts=data["seams"])
         wall, cpu = time.perf_counter() - wall, time.process_time() - cpu

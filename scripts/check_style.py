@@ -6,19 +6,21 @@ import shutil
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
+from functools import partial
 from pathlib import Path
 
 # Other versions break lines differently.
 CLANG_FORMAT = 14
 
 
-def ruff() -> str | None:
+FOLDERS = ("addon", "benchmarks", "native", "scripts", "tests")
+
+
+def ruff(*command: str) -> str | None:
     """What is wrong, or None."""
     program = Path(sys.executable).with_name("ruff")
     result = subprocess.run(
-        [program, "check", "--quiet", "addon", "benchmarks", "native", "scripts", "tests"],
-        capture_output=True,
-        text=True,
+        [program, *command, "--quiet", *FOLDERS], capture_output=True, text=True
     )
     return result.stdout + result.stderr if result.returncode else None
 
@@ -55,7 +57,8 @@ def main(report: str) -> int:
     suite = ET.Element("testsuite", name="style")
     failed = 0
     for name, check, missing in (
-        ("ruff", ruff, None),
+        ("ruff", partial(ruff, "check"), None),
+        ("ruff format", partial(ruff, "format", "--check"), None),
         ("mypy", mypy, None),
         ("clang-format", clang_format, clang_format_missing()),
     ):

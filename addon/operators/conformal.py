@@ -34,7 +34,11 @@ REFINED_STARTS = (
         "Automatic",
         "Only where the map fails otherwise: among needles, near-degenerate triangulations",
     ),
-    ("on", "On", "Compute the metric on a refined surface without needles. Nothing is added to the mesh by it"),
+    (
+        "on",
+        "On",
+        "Compute the metric on a refined surface without needles. Nothing is added to the mesh by it",
+    ),
     ("off", "Off", "Never"),
 )
 

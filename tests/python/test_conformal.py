@@ -26,7 +26,11 @@ def final_angles(metric: ff.ConformalMetric, count: int) -> np.ndarray:
     length = np.exp(metric.log_lengths - metric.log_lengths.mean())
     a, b, c = length[:, 0], length[:, 1], length[:, 2]
     corner = np.stack(
-        [np.arccos((x * x + z * z - y * y) / (2 * x * z)) for x, y, z in [(a, b, c), (b, c, a), (c, a, b)]], axis=1
+        [
+            np.arccos((x * x + z * z - y * y) / (2 * x * z))
+            for x, y, z in [(a, b, c), (b, c, a), (c, a, b)]
+        ],
+        axis=1,
     )
     return np.bincount(metric.faces.ravel(), corner.ravel(), minlength=count)
 
@@ -64,7 +68,9 @@ def test_more_bits_reach_smaller_errors() -> None:
 
 def test_auto_precision_climbs_for_a_tolerance_that_double_cannot_reach() -> None:
     vertices, faces = octahedron_sphere(1)
-    metric = ff.conformal_metric(vertices, faces, random_targets(len(vertices), len(faces), 2), tolerance=1e-30)
+    metric = ff.conformal_metric(
+        vertices, faces, random_targets(len(vertices), len(faces), 2), tolerance=1e-30
+    )
     assert metric.bits > 53 and metric.angle_error <= 1e-30
 
 
@@ -73,7 +79,12 @@ def test_a_disk_uses_the_symmetric_double_cover() -> None:
     x, y = np.meshgrid(np.arange(n, dtype=float), np.arange(n, dtype=float), indexing="ij")
     vertices = np.stack([x.ravel(), y.ravel(), 2 * np.sin(x.ravel() * y.ravel() / 11)], axis=1)
     cells = np.arange(n * n).reshape(n, n)
-    a, b, c, d = cells[:-1, :-1].ravel(), cells[1:, :-1].ravel(), cells[1:, 1:].ravel(), cells[:-1, 1:].ravel()
+    a, b, c, d = (
+        cells[:-1, :-1].ravel(),
+        cells[1:, :-1].ravel(),
+        cells[1:, 1:].ravel(),
+        cells[:-1, 1:].ravel(),
+    )
     faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]).astype(np.int32)
     target = np.full(n * n, 2 * np.pi)
     target[np.concatenate([cells[0], cells[-1], cells[:, 0], cells[:, -1]])] = np.pi
@@ -95,7 +106,12 @@ def test_refusals_name_the_place_and_the_remainder() -> None:
     assert list(caught.value.elements) == [3]
     with pytest.raises(ff.InvalidInput):
         ff.conformal_metric(vertices, faces, target[:5])
-    for option in ({"precision": "high"}, {"precision": 20}, {"tolerance": 0.0}, {"lengths": np.ones((2, 3))}):
+    for option in (
+        {"precision": "high"},
+        {"precision": 20},
+        {"tolerance": 0.0},
+        {"lengths": np.ones((2, 3))},
+    ):
         with pytest.raises(ff.InvalidInput):
             ff.conformal_metric(vertices, faces, target, **option)
     two = np.concatenate([vertices, vertices + 5.0]), np.concatenate([faces, faces + 6])
@@ -108,7 +124,9 @@ def test_not_converged_says_what_was_reached() -> None:
     target = random_targets(len(vertices), len(faces), 3)
     with pytest.raises(ff.NotConverged, match="after 1 Newton steps"):
         ff.conformal_metric(vertices, faces, target, max_iterations=1)
-    metric = ff.conformal_metric(vertices, faces, target, max_iterations=1, require_convergence=False)
+    metric = ff.conformal_metric(
+        vertices, faces, target, max_iterations=1, require_convergence=False
+    )
     assert not metric.converged and metric.iterations == 1
 
 
@@ -159,7 +177,9 @@ def plate_with_holes(columns: int, rows: int) -> tuple[np.ndarray, np.ndarray]:
                 quads.append(quad if sign else quad[::-1])
     points, index = np.unique(np.array(quads).reshape(-1, 3), axis=0, return_inverse=True)
     quads = index.reshape(-1, 4)
-    return points.astype(float), np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]).astype(np.int32)
+    return points.astype(float), np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]).astype(
+        np.int32
+    )
 
 
 def test_all_curvature_of_36_handles_in_one_cone_is_reached_by_relaxed_steps() -> None:
@@ -221,7 +241,9 @@ def test_the_plain_way_serves_where_a_refined_start_that_was_asked_for_fails() -
 
 def test_a_strip_of_needles_is_solved_without_a_refined_start() -> None:
     vertices, faces, angles = strip_of_needles(1)
-    plain = ff.conformal_metric(vertices, faces, angles, intrinsic_refinement="off", max_iterations=60)
+    plain = ff.conformal_metric(
+        vertices, faces, angles, intrinsic_refinement="off", max_iterations=60
+    )
     assert plain.converged and plain.angle_error <= 1e-10
     metric = ff.conformal_metric(vertices, faces, angles, max_iterations=60)
     assert metric.converged and metric.angle_error <= 1e-10
@@ -232,9 +254,7 @@ def test_a_refined_start_takes_given_lengths_and_any_unit() -> None:
     vertices, faces, angles = prism_with_cones()
     lengths = np.linalg.norm(vertices[faces] - vertices[np.roll(faces, -1, 1)], axis=2)
     a = ff.conformal_metric(vertices, faces, angles, intrinsic_refinement="on")
-    b = ff.conformal_metric(
-        0 * vertices, faces, angles, lengths=lengths, intrinsic_refinement="on"
-    )
+    b = ff.conformal_metric(0 * vertices, faces, angles, lengths=lengths, intrinsic_refinement="on")
     c = ff.conformal_metric(1024.0 * vertices, faces, angles, intrinsic_refinement="on")
     assert np.abs(a.scale_factors - b.scale_factors).max() < 1e-6
     assert (a.scale_factors == c.scale_factors).all()

@@ -107,7 +107,9 @@ def test_random_angles_everywhere_need_refinement_and_get_it(seed: int) -> None:
     new = slice(len(vertices), None)
     weights = result.vertex_barycentric[new]
     corners = vertices[faces[result.vertex_parent[new]]]
-    np.testing.assert_allclose((weights[:, :, None] * corners).sum(1), result.vertices[new], atol=1e-12)
+    np.testing.assert_allclose(
+        (weights[:, :, None] * corners).sum(1), result.vertices[new], atol=1e-12
+    )
     assert (weights.min(1) == 0).all() and (weights.max(1) < 1).all()
 
 
@@ -126,7 +128,9 @@ def test_original_triangles_are_kept_where_possible_and_refused_where_not() -> N
     assert kept.certificate.ok and kept.stats["added_vertices"] == 0
     vertices, faces = octahedron_sphere(3)
     with pytest.raises(ff.NotConverged) as caught:
-        ff.conformal(vertices, faces, random_sphere_angles(len(vertices), 1), original_triangles=True)
+        ff.conformal(
+            vertices, faces, random_sphere_angles(len(vertices), 1), original_triangles=True
+        )
     assert caught.value.certificate.flips64 > 0
     assert caught.value.metric.converged
 
@@ -183,7 +187,9 @@ def test_random_angles_on_random_surfaces(seed: int) -> None:
     assert angles.min() > 0, "the draw itself is at fault"
     try:
         result = ff.conformal(vertices, faces, angles, **options)
-    except ff.NotConverged as failure:  # refused honestly: too fine for 32 bits, the metric is there
+    except (
+        ff.NotConverged
+    ) as failure:  # refused honestly: too fine for 32 bits, the metric is there
         assert failure.metric.converged and failure.metric.scale_range > 12
         assert not failure.certificate.ok
         return
@@ -239,7 +245,13 @@ def test_cancelling_stops_soon() -> None:
 
 @pytest.mark.parametrize(
     "options",
-    [{"tolerance": 0.0}, {"precision": 12}, {"precision": "high"}, {"original_triangles": "maybe"}, {"threads": 0}],
+    [
+        {"tolerance": 0.0},
+        {"precision": 12},
+        {"precision": "high"},
+        {"original_triangles": "maybe"},
+        {"threads": 0},
+    ],
 )
 def test_bad_options_are_named(options: dict[str, object]) -> None:
     with pytest.raises(ff.InvalidInput, match=next(iter(options))):
@@ -260,13 +272,19 @@ def sheared_grid(shear: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     angles = np.zeros(len(vertices))
     for k in range(3):
         p, a, b = (vertices[faces[:, (k + j) % 3]] for j in range(3))
-        cosine = ((a - p) * (b - p)).sum(1) / np.linalg.norm(a - p, axis=1) / np.linalg.norm(b - p, axis=1)
+        cosine = (
+            ((a - p) * (b - p)).sum(1)
+            / np.linalg.norm(a - p, axis=1)
+            / np.linalg.norm(b - p, axis=1)
+        )
         np.add.at(angles, faces[:, k], np.arccos(cosine))
     return vertices, faces, angles
 
 
 @pytest.mark.parametrize("refinement", ["off", "on"])
-def test_a_flat_surface_that_is_far_from_delaunay_is_mapped_by_a_similarity(refinement: str) -> None:
+def test_a_flat_surface_that_is_far_from_delaunay_is_mapped_by_a_similarity(
+    refinement: str,
+) -> None:
     vertices, faces, angles = sheared_grid(4.0)
     result = ff.conformal(
         vertices, faces, angles, original_triangles=False, intrinsic_refinement=refinement

@@ -58,9 +58,13 @@ def test_random_starts_succeed(seed: int, method: str) -> None:
 
 def test_methods_report_their_rung() -> None:
     disk = tube(8, 200)
-    assert ff.embed(disk.vertices, disk.faces, method="schnyder").stats["rung"] in ("schnyder", "repair")
+    assert ff.embed(disk.vertices, disk.faces, method="schnyder").stats["rung"] in (
+        "schnyder",
+        "repair",
+    )
     assert (
-        ff.embed(disk.vertices, disk.faces, method="progressive", start="nothing").stats["rung"] == "progressive"
+        ff.embed(disk.vertices, disk.faces, method="progressive", start="nothing").stats["rung"]
+        == "progressive"
     )
     with pytest.raises(ff.NotConverged):
         ff.embed(disk.vertices, disk.faces, method="tutte")
@@ -167,7 +171,13 @@ def test_cancel_and_progress() -> None:
     ff.embed(disk.vertices, disk.faces, method="progressive", start="nothing", progress=watch)
     assert seen == sorted(seen)
     with pytest.raises(ff.Cancelled):
-        ff.embed(disk.vertices, disk.faces, method="progressive", start="nothing", progress=lambda *_: False)
+        ff.embed(
+            disk.vertices,
+            disk.faces,
+            method="progressive",
+            start="nothing",
+            progress=lambda *_: False,
+        )
 
 
 @pytest.mark.skipif(data_folder() is None, reason="shared data folder (FLIPFREE_DATA) is missing")
@@ -180,6 +190,11 @@ def test_the_thesis_cases_are_certified(boundary: str) -> None:
             start = np.random.default_rng(0).random((len(disk.vertices), 2))
             assert_certified(
                 ff.embed(
-                    disk.vertices, disk.faces, boundary=boundary, boundary_loop=loop, initial_uv=start, method="progressive"
+                    disk.vertices,
+                    disk.faces,
+                    boundary=boundary,
+                    boundary_loop=loop,
+                    initial_uv=start,
+                    method="progressive",
                 )
             )

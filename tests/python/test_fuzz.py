@@ -11,7 +11,12 @@ import flipfree as ff
 
 from surfaces import bumpy_grid, cylinder, octahedron_sphere, torus
 
-SHAPES = [lambda: bumpy_grid(7, 6), lambda: cylinder(9, 3), lambda: torus(8, 6), lambda: octahedron_sphere(2)]
+SHAPES = [
+    lambda: bumpy_grid(7, 6),
+    lambda: cylinder(9, 3),
+    lambda: torus(8, 6),
+    lambda: octahedron_sphere(2),
+]
 
 
 def damaged(random: np.random.Generator) -> tuple[Any, Any, dict[str, Any]]:

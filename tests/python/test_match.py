@@ -31,7 +31,10 @@ def test_random_pins_are_met_bit_for_bit(count: int, engine: str) -> None:
     for seed in range(3):
         random = np.random.default_rng(seed)
         ids = random.choice(len(vertices), count, replace=False)
-        points = {int(v): (float(u[0]), float(u[1])) for v, u in zip(ids, random.random((count, 2)), strict=True)}
+        points = {
+            int(v): (float(u[0]), float(u[1]))
+            for v, u in zip(ids, random.random((count, 2)), strict=True)
+        }
         result = ff.match(vertices, faces, points=points, engine=engine)
         assert result.certificate.ok
         assert result.certificate.flips64 == result.certificate.flips32 == 0
@@ -145,7 +148,12 @@ def test_malformed_requests_are_invalid_input() -> None:
     vertices, faces = bumpy_grid(6, 6)
     rim = boundary_of_grid(6, 6)
     bad = [
-        {"boundary_uv": vertices[rim, :2], "boundary_loop": rim, "points": {24: (0.5, 0.5)}, "paths": {24: [24, 27]}},
+        {
+            "boundary_uv": vertices[rim, :2],
+            "boundary_loop": rim,
+            "points": {24: (0.5, 0.5)},
+            "paths": {24: [24, 27]},
+        },
         {"points": {9999: (0, 0)}},
         {"points": {3: (np.nan, 0)}},
         {"boundary_uv": np.zeros((3, 2))},

@@ -113,7 +113,11 @@ def test_a_pin_on_several_sheets_asks_for_a_path() -> None:
     vertices, faces, loop = disk()
     with pytest.raises(ff.InvalidInput, match="Give a path"):
         ff.match(
-            vertices, faces, boundary_loop=loop, boundary_uv=curve("doodle", SPOKES), points={0: (0.0, 0.6)}
+            vertices,
+            faces,
+            boundary_loop=loop,
+            boundary_uv=curve("doodle", SPOKES),
+            points={0: (0.0, 0.6)},
         )
 
 

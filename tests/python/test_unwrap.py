@@ -36,7 +36,9 @@ def test_every_topology_is_unwrapped_flip_free_and_without_overlaps(name: str) -
     vertices, faces = SURFACES[name]()
     result = ff.unwrap(vertices, faces)
     assert result.certificate.ok
-    assert result.certificate.flips64 == result.certificate.flips32 == result.certificate.overlaps == 0
+    assert (
+        result.certificate.flips64 == result.certificate.flips32 == result.certificate.overlaps == 0
+    )
     assert exact_flips(result.uv32()) == 0
     assert exact_flips(result.uv) == 0
     assert np.array_equal(result.vertices, vertices)
@@ -58,7 +60,9 @@ def test_seams_become_charts_and_only_they_are_cut() -> None:
     result = ff.unwrap(vertices, faces, cuts=seam)
     assert result.stats["charts"] == 2
     assert result.stats["added_cuts"] == 0
-    assert {tuple(e) for e in result.cut_edges.tolist()} == {tuple(sorted(e)) for e in seam.tolist()}
+    assert {tuple(e) for e in result.cut_edges.tolist()} == {
+        tuple(sorted(e)) for e in seam.tolist()
+    }
 
 
 def test_closed_and_handled_pieces_report_their_added_cuts() -> None:
@@ -125,7 +129,9 @@ def test_one_and_two_threads_give_the_same_bits(name: str) -> None:
 
 def test_many_charts_give_the_same_bits_on_one_and_two_threads() -> None:
     vertices, faces = bumpy_grid(24, 24)
-    rows = [np.stack([np.arange(24) + 25 * r, np.arange(1, 25) + 25 * r], -1) for r in range(4, 24, 4)]
+    rows = [
+        np.stack([np.arange(24) + 25 * r, np.arange(1, 25) + 25 * r], -1) for r in range(4, 24, 4)
+    ]
     cuts = np.vstack(rows)
     one = ff.unwrap(vertices, faces, cuts=cuts, threads=1)
     two = ff.unwrap(vertices, faces, cuts=cuts, threads=2)
@@ -205,7 +211,9 @@ def test_a_job_that_is_dropped_while_running_is_cancelled_quietly() -> None:
 
 
 def test_one_triangle_and_two_triangles_are_charts_too() -> None:
-    assert ff.unwrap([[0, 0, 0], [3, 0, 0], [0, 1, 2]], [[0, 1, 2]]).certificate.energy == pytest.approx(1)
+    assert ff.unwrap(
+        [[0, 0, 0], [3, 0, 0], [0, 1, 2]], [[0, 1, 2]]
+    ).certificate.energy == pytest.approx(1)
     square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
     assert ff.unwrap(square, [[0, 1, 2], [0, 2, 3]]).certificate.energy == pytest.approx(1)
 

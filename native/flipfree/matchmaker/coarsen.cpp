@@ -78,6 +78,7 @@ Index straighten(RefinedMap& map, const std::vector<VertexId>& held, Index keep,
   std::sort(open.begin(), open.end());
   open.erase(std::unique(open.begin(), open.end()), open.end());
   std::vector<std::pair<FaceId, FaceId>> parts;  // input face, face
+  parts.reserve(open.size());
   for (const FaceId f : open) parts.emplace_back(mesh.parent(f), f);
   std::sort(parts.begin(), parts.end());
   const auto bend = [&](FaceId parent) {

@@ -67,7 +67,7 @@ VertexId RefinedSurface::split_edge(HalfedgeId h, double share) {
   const bool on_input = !support[a].empty() && !support[b].empty();
   if (on_input) return split_edge(h, between(support[a], support[b], share));
   const VertexId s = mesh.split_edge(h);
-  support.push_back({});
+  support.emplace_back();
   position.push_back((1 - share) * position[a] + share * position[b]);
   return s;
 }
