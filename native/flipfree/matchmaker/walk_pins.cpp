@@ -51,7 +51,7 @@ constexpr Index kMostAddedShare = 2;
 constexpr Index kMostAddedLeast = 10000;
 // A walk is given up when the vertices that its pushes left, summed over the pushes, exceed so many
 // times the input's: many pins that permute far draw out more with every push, without end.
-constexpr std::int64_t kMostDragged = 5;
+constexpr std::int64_t kMostDragged = 10;
 // Corridors that are tried one after another: how far they reach beyond the leg, in units of its
 // length, and how near they come to obstacles.
 constexpr std::array<std::pair<double, double>, 3> kCorridors = {
