@@ -4,7 +4,7 @@
 // and one of their targets are laid over each other: in the class's tightest position, edges of one
 // cross the triangles of the other along straight lines in both, which cut cells of at most six
 // corners, convex in both. So the overlay's map is linear on triangles and positive; relaxed, it is
-// a coarse map that meets all pins, and the surface is carried along with it (lift_map.h).
+// a coarse map that meets all pins, and the surface is carried along with it (mesh_overlay.h).
 #pragma once
 
 #include "flipfree/base/context.h"

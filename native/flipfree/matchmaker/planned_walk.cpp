@@ -11,8 +11,10 @@
 namespace flipfree {
 namespace {
 
-// Fewer pins are seldom in each other's way.
+// Fewer pins are seldom in each other's way. More are beyond measure: planning grows with the
+// square of their number, and so does what following the plan adds.
 constexpr std::size_t kFewestPins = 8;
+constexpr std::size_t kMostPins = 40;
 // Rounds of plain removals at first, then of removals by untangling; the latter end when one frees
 // less than one vertex in so many.
 constexpr int kPlainRounds = 4;
@@ -26,7 +28,7 @@ constexpr int kManySteps = 20;
 
 bool walk_as_planned(RefinedMap& map, const Constraints& constraints, ExecutionContext& context,
                      Stats& stats) {
-  if (constraints.pins.size() < kFewestPins) return false;
+  if (constraints.pins.size() < kFewestPins || constraints.pins.size() > kMostPins) return false;
   const Index keep = map.surface.mesh.vertex_count();
   {
     const ProgressRange range(context, 0.0, 0.3);
