@@ -2,22 +2,18 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
-#include <numbers>
 #include <utility>
 
 #include "flipfree/matchmaker/first_try.h"
 #include "flipfree/matchmaker/relax.h"
 #include "flipfree/matchmaker/remove_vertex.h"
 #include "flipfree/matchmaker/restore.h"
+#include "flipfree/matchmaker/straighten.h"
 #include "flipfree/matchmaker/untangle_removal.h"
-#include "flipfree/numeric/predicates.h"
 
 namespace flipfree {
 namespace {
-
-using Mesh = EditableTriangulation;
 
 constexpr int kMostPasses = 12;
 constexpr int kRelaxIterations = 6;
@@ -30,119 +26,103 @@ constexpr std::array<int, 2> kRings = {2, 5};
 constexpr int kMostEasings = 4;
 constexpr Index kWorthEasing = 10;
 constexpr Index kMostEased = 2;
-}  // namespace
 
-Index straighten(RefinedMap& map, const std::vector<VertexId>& held, Index keep,
-                 ExecutionContext& context) {
-  const RefinedSurface& surface = map.surface;
-  const Mesh& mesh = surface.mesh;
-  const Triangles& input = surface.input->faces;
-  const auto uv = [&](VertexId v) -> Vector2 { return map.uv.row(v).transpose(); };
-  // Input faces that cannot be whole again.
-  std::vector<char> bent(static_cast<std::size_t>(input.rows()), 0);
-  for (FaceId f = 0; f < input.rows(); ++f) {
-    bent[static_cast<std::size_t>(f)] =
-        orientation(uv(input(f, 0)), uv(input(f, 1)), uv(input(f, 2))) <= 0 ? 1 : 0;
+// A map whose refinement is being taken back, relaxed on the way.
+class Coarsener {
+ public:
+  Coarsener(RefinedMap map, const Constraints& constraints, Index keep, ExecutionContext& context)
+      : map_(std::move(map)),
+        constraints_(constraints),
+        keep_(keep),
+        context_(context),
+        order_(keep) {}
+
+  void all() {
+    in_passes(0.8, [&] { return pass(); });
+    const ProgressRange rest(context_, 0.8, 1.0);
+    restore_in_pieces();
+    untangle_one_by_one();
   }
-  const Index count = mesh.vertex_count();
-  std::vector<Vector2> straight(static_cast<std::size_t>(count - keep), Vector2::Zero());
-  for (VertexId v = keep; v < count; ++v) {
-    const Support& s = surface.support[static_cast<std::size_t>(v)];
-    for (std::size_t i = 0; i < 3 && s.vertex[i] != kInvalid; ++i) {
-      straight[static_cast<std::size_t>(v - keep)] += s.weight[i] * uv(s.vertex[i]);
+
+  void bounded() {
+    in_passes(1.0, [&] { return bounded_pass(); });
+  }
+
+  std::int64_t passes() const { return passes_; }
+  RefinedMap result() && { return std::move(map_); }
+
+ private:
+  Index added() const { return map_.surface.mesh.vertex_count() - keep_; }
+  std::vector<VertexId> held() const { return held_vertices(map_.surface, constraints_); }
+
+  // False when the map is too squeezed; what is removed is removed.
+  bool relaxed() {
+    RelaxOptions options;
+    options.steps = kRelaxIterations;
+    options.memory = &order_;
+    return relax(map_, held(), options, context_);
+  }
+
+  // Passes while there is something to remove and a pass says that another is worth it, in the
+  // first `share` of the progress.
+  template <typename Pass>
+  void in_passes(double share, const Pass& pass) {
+    for (int i = 0; i < kMostPasses && added() > 0; ++i) {
+      const double begin = share * i / kMostPasses;
+      context_.report("taking refinement back", begin);
+      const ProgressRange quiet(context_, begin, share * (i + 1) / kMostPasses);
+      if (!pass()) return;
     }
   }
-  const auto leave = [&](VertexId v) {
-    mesh.for_each_outgoing(
-        v, [&](HalfedgeId h) { bent[static_cast<std::size_t>(mesh.parent(h / 3))] = 1; });
-  };
-  for (VertexId v = surface.input_vertices(); v < keep; ++v) leave(v);
-  for (const VertexId v : held) {
-    if (v >= keep) leave(v);
+
+  bool pass() {
+    const Index there = added();
+    const Index removed = remove_added(map_, held(), keep_, context_);
+    idle_ = 100 * removed < kWorthwhile * there ? idle_ + 1 : 0;
+    if (added() == 0 || !relaxed()) return false;
+    ++passes_;
+    return idle_ < 2;
   }
-  const auto stays = [&](VertexId v) {
-    bool all = true;
-    mesh.for_each_outgoing(v, [&](HalfedgeId h) {
-      all = all && bent[static_cast<std::size_t>(mesh.parent(h / 3))] != 0;
-    });
-    return all;
-  };
-  const auto place = [&](VertexId v) {
-    return v < keep || stays(v) ? uv(v) : straight[static_cast<std::size_t>(v - keep)];
-  };
-  const auto around = [&](VertexId v, std::vector<FaceId>& faces) {
-    mesh.for_each_outgoing(v, [&](HalfedgeId h) { faces.push_back(h / 3); });
-  };
-  std::vector<FaceId> open;
-  for (VertexId v = keep; v < count; ++v) around(v, open);
-  std::sort(open.begin(), open.end());
-  open.erase(std::unique(open.begin(), open.end()), open.end());
-  std::vector<std::pair<FaceId, FaceId>> parts;  // input face, face
-  parts.reserve(open.size());
-  for (const FaceId f : open) parts.emplace_back(mesh.parent(f), f);
-  std::sort(parts.begin(), parts.end());
-  const auto bend = [&](FaceId parent) {
-    if (std::exchange(bent[static_cast<std::size_t>(parent)], char{1}) != 0) return;
-    for (auto part = std::lower_bound(parts.begin(), parts.end(), std::pair(parent, FaceId{0}));
-         part != parts.end() && part->first == parent; ++part) {
-      for (const VertexId v : mesh.corners(part->second)) {
-        if (v >= keep) around(v, open);
-      }
-    }
-  };
-  const auto bend_around = [&](VertexId v) {
-    std::vector<FaceId> parents;
-    mesh.for_each_outgoing(v, [&](HalfedgeId h) { parents.push_back(mesh.parent(h / 3)); });
-    for (const FaceId parent : parents) bend(parent);
-  };
-  // Positive triangles can wind twice around an inner vertex; a bound in the middle of once and
-  // twice decides beyond rounding.
-  const auto winds_once = [&](VertexId v) {
-    double angle = 0;
-    const Vector2 p = place(v);
-    mesh.for_each_outgoing(v, [&](HalfedgeId h) {
-      const Vector2 a = place(mesh.target(h)) - p;
-      const Vector2 b = place(mesh.apex(h)) - p;
-      angle += std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));
-    });
-    return mesh.is_boundary_vertex(v) || angle < 3 * std::numbers::pi;
-  };
-  Index steps = 0;
-  while (!open.empty()) {
-    while (!open.empty()) {
-      if (++steps % 1024 == 0) context.check();
-      const FaceId f = open.back();
-      open.pop_back();
-      const Mesh::Triangle c = mesh.corners(f);
-      if (orientation(place(c[0]), place(c[1]), place(c[2])) > 0) continue;
-      // Give this face, or, if it is bent already, its neighbours across straight edges their bends
-      // back.
-      if (bent[static_cast<std::size_t>(mesh.parent(f))] != 0) {
-        for (const VertexId v : c) {
-          if (v >= keep && !stays(v)) bend_around(v);
-        }
-      }
-      bend(mesh.parent(f));
-    }
-    for (const auto& part : parts) {
-      for (const VertexId v : mesh.corners(part.second)) {
-        if (winds_once(v)) continue;
-        bend_around(v);
-        mesh.for_each_outgoing(v, [&](HalfedgeId h) {
-          for (const VertexId w : {mesh.target(h), mesh.apex(h)}) {
-            if (w >= keep && !stays(w)) bend_around(w);
-          }
-        });
-      }
+
+  bool bounded_pass() {
+    if (thin_out(map_, held(), keep_, context_) == 0 || !relaxed()) return false;
+    ++passes_;
+    return true;
+  }
+
+  void restore_in_pieces() {
+    for (const int rings : kRings) {
+      if (added() == 0 || added() > keep_ / 2) return;
+      std::vector<char> fixed(map_.surface.position.size(), 0);
+      for (const VertexId v : held()) fixed[static_cast<std::size_t>(v)] = 1;
+      if (restore_pieces(map_, fixed, keep_, rings, context_) == 0) continue;
+      map_ = compacted_map(map_);
+      relaxed();
     }
   }
-  std::vector<std::pair<VertexId, Vector2>> moved;
-  for (VertexId v = keep; v < count; ++v) {
-    if (mesh.outgoing(v) != kInvalid && !stays(v)) moved.emplace_back(v, place(v));
+
+  void untangle_one_by_one() {
+    for (int pass = 0; pass < kMostEasings && added() > 0 && added() <= kMostEased * keep_;
+         ++pass) {
+      const Index there = added();
+      if (remove_by_untangling(map_, held(), keep_, context_) == 0) return;
+      map_ = compacted_map(map_);
+      if (!relaxed()) return;
+      remove_added(map_, held(), keep_, context_);
+      if (100 * (there - added()) < kWorthEasing * there) return;
+    }
   }
-  for (const auto& [v, p] : moved) map.uv.row(v) = p.transpose();
-  return static_cast<Index>(moved.size());
-}
+
+  RefinedMap map_;
+  const Constraints& constraints_;
+  Index keep_;
+  ExecutionContext& context_;
+  EliminationMemory order_;
+  std::int64_t passes_ = 0;
+  int idle_ = 0;
+};
+
+}  // namespace
 
 RefinedMap compacted_map(const RefinedMap& map) {
   RefinedMap result;
@@ -185,72 +165,14 @@ Index remove_added(RefinedMap& map, const std::vector<VertexId>& held, Index kee
 }
 
 RefinedMap coarsen(RefinedMap map, const Constraints& constraints, Index keep,
-                   ExecutionContext& context, Stats& stats) {
+                   ExecutionContext& context, Stats& stats, Coarsening how) {
   const Index before = map.surface.mesh.vertex_count();
-  const auto added = [&] { return map.surface.mesh.vertex_count() - keep; };
-  EliminationMemory order(keep);
-  RelaxOptions relaxing;
-  relaxing.steps = kRelaxIterations;
-  relaxing.memory = &order;
-  // False when the map is too squeezed; what is removed is removed.
-  const auto relax_all = [&] {
-    return relax(map, held_vertices(map.surface, constraints), relaxing, context);
-  };
-  std::int64_t passes = 0;
-  int idle = 0;
-  for (int pass = 0; pass < kMostPasses && idle < 2 && added() > 0; ++pass, ++passes) {
-    context.report("taking refinement back", 0.8 * static_cast<double>(pass) / kMostPasses);
-    const ProgressRange quiet(context, 0.8 * static_cast<double>(pass) / kMostPasses,
-                              0.8 * static_cast<double>(pass + 1) / kMostPasses);
-    const Index there = added();
-    const Index removed = remove_added(map, held_vertices(map.surface, constraints), keep, context);
-    idle = 100 * removed < kWorthwhile * there ? idle + 1 : 0;
-    if (added() == 0 || !relax_all()) break;
-  }
-  const ProgressRange rest(context, 0.8, 1.0);
-  for (const int rings : kRings) {
-    if (added() == 0 || added() > keep / 2) break;
-    std::vector<char> held(map.surface.position.size(), 0);
-    for (const VertexId v : held_vertices(map.surface, constraints))
-      held[static_cast<std::size_t>(v)] = 1;
-    if (restore_pieces(map, held, keep, rings, context) == 0) continue;
-    map = compacted_map(map);
-    relax_all();
-  }
-  for (int pass = 0; pass < kMostEasings && added() > 0 && added() <= kMostEased * keep; ++pass) {
-    const Index there = added();
-    const std::vector<VertexId> held = held_vertices(map.surface, constraints);
-    if (remove_by_untangling(map, held, keep, context) == 0) break;
-    map = compacted_map(map);
-    if (!relax_all()) break;
-    remove_added(map, held, keep, context);
-    if (100 * (there - added()) < kWorthEasing * there) break;
-  }
-  stats["coarsen.removed"] = static_cast<std::int64_t>(before - map.surface.mesh.vertex_count());
-  stats["coarsen.passes"] = passes;
-  return map;
-}
-
-RefinedMap coarsen_gently(RefinedMap map, const Constraints& constraints, Index keep,
-                          ExecutionContext& context, Stats& stats) {
-  const Index before = map.surface.mesh.vertex_count();
-  EliminationMemory order(keep);
-  RelaxOptions relaxing;
-  relaxing.steps = kRelaxIterations;
-  relaxing.memory = &order;
-  std::int64_t passes = 0;
-  for (; passes < kMostPasses && map.surface.mesh.vertex_count() > keep; ++passes) {
-    const double share = static_cast<double>(passes) / kMostPasses;
-    context.report("taking refinement back", share);
-    const ProgressRange quiet(context, share, share);
-    const std::vector<VertexId> held = held_vertices(map.surface, constraints);
-    if (thin_out(map, held, keep, context) == 0) break;
-    // If it is too squeezed to be relaxed, what is removed is removed.
-    if (!relax(map, held, relaxing, context)) break;
-  }
-  stats["coarsen.removed"] = static_cast<std::int64_t>(before - map.surface.mesh.vertex_count());
-  stats["coarsen.passes"] = passes;
-  return map;
+  Coarsener coarsener(std::move(map), constraints, keep, context);
+  how == Coarsening::kBounded ? coarsener.bounded() : coarsener.all();
+  stats["coarsen.passes"] = coarsener.passes();
+  RefinedMap result = std::move(coarsener).result();
+  stats["coarsen.removed"] = static_cast<std::int64_t>(before - result.surface.mesh.vertex_count());
+  return result;
 }
 
 }  // namespace flipfree

@@ -5,8 +5,9 @@
 // in the input face it lies in, both by exact test, and no more distorted than the worst it
 // replaces or a few times the mean. A star that lies on an edge of the input is retriangulated on
 // both sides of that edge. Before, refined input faces that can be whole again as the map stands
-// are laid straight; between passes the map is relaxed, which frees further vertices; at the end
-// the rest is untangled piece by piece (restore.h), then vertex by vertex (untangle_removal.h).
+// are laid straight (straighten.h); between passes the map is relaxed, which frees further
+// vertices; at the end the rest is untangled piece by piece (restore.h), then vertex by vertex
+// (untangle_removal.h).
 #pragma once
 
 #include "flipfree/base/context.h"
@@ -15,17 +16,19 @@
 
 namespace flipfree {
 
+enum class Coarsening {
+  // As above: most vertices go, and the energy may rise without bound.
+  kAll,
+  // By thin_out() and relaxing alone: fewer vertices go, and the energy stays about what it was.
+  // For maps whose refinement is what makes them good, not what was in the way of finding them.
+  kBounded,
+};
+
 // Guarantee: valid as before, constraints as before, no vertex more. Vertices below `keep` are not
 // removed. Stats: "coarsen.removed", "coarsen.passes". Cost: O(valence^3) per removal and a few
 // Newton steps per pass.
 RefinedMap coarsen(RefinedMap map, const Constraints& constraints, Index keep,
-                   ExecutionContext& context, Stats& stats);
-
-// As coarsen(), by bounded removals alone (thin_out): fewer vertices go, and the energy stays what
-// it was. For maps whose refinement is what makes them good, not what was in the way of finding
-// them.
-RefinedMap coarsen_gently(RefinedMap map, const Constraints& constraints, Index keep,
-                          ExecutionContext& context, Stats& stats);
+                   ExecutionContext& context, Stats& stats, Coarsening how = Coarsening::kAll);
 
 // One pass without relaxing, in the order of decreasing vertex ids (the last added first). Returns
 // the number removed; removed vertices stay as isolated ones until compacted.
@@ -37,14 +40,7 @@ Index remove_vertices(RefinedMap& map, const std::vector<char>& removable,
 Index thin_out(RefinedMap& map, const std::vector<VertexId>& held, Index keep,
                ExecutionContext& context);
 
-// Lays added vertices straight, where linear interpolation of the input face's corners puts them,
-// in all input faces except those that would be turned over as a whole and those that have to stay
-// with them: what is straight is easily removed. The map stays valid; vertices below `keep` do not
-// move, nor do those that are held. Returns how many vertices are straight.
-Index straighten(RefinedMap& map, const std::vector<VertexId>& held, Index keep,
-                 ExecutionContext& context);
-
-// straighten() and thin_out(). Returns the number removed.
+// straighten() (straighten.h) and thin_out(). Returns the number removed.
 Index remove_added(RefinedMap& map, const std::vector<VertexId>& held, Index keep,
                    ExecutionContext& context);
 

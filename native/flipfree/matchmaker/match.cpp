@@ -174,7 +174,7 @@ RefinedMap made_usable(RefinedMap fine, const RefinedSurface& surface,
     return energy_of(map, context) <= bearable && !(bijective && overlaps(map.surface, map.uv));
   };
   if (fit(coarse)) return coarse;
-  coarse = coarsen_gently(fine, constraints, keep, context, stats);
+  coarse = coarsen(fine, constraints, keep, context, stats, Coarsening::kBounded);
   return fit(coarse) ? coarse : fine;
 }
 
@@ -297,7 +297,8 @@ std::optional<RefinedMap> filmed(const RefinedSurface& surface, const Constraint
   if (!riding && !walk_pins(map, constraints, true, context, stats)) return std::nullopt;
   if (!lines_are_whole(map.surface, constraints)) return std::nullopt;
   if (map.surface.mesh.vertex_count() > surface.mesh.vertex_count())
-    map = coarsen_gently(std::move(map), constraints, surface.mesh.vertex_count(), context, stats);
+    map = coarsen(std::move(map), constraints, surface.mesh.vertex_count(), context, stats,
+                  Coarsening::kBounded);
   return map;
 } catch (const NotConverged& failure) {
   stats["outline.failure"] = failure.error().message;

@@ -3,7 +3,7 @@
 // split, stays valid behind a barrier.
 //
 // Untangling the whole faces alone succeeds as often, but then vertices wind twice; here they can
-// only be taken whole where straighten() (coarsen.h) finds that they wind once.
+// only be taken whole where straighten() (straighten.h) finds that they wind once.
 #pragma once
 
 #include <vector>
