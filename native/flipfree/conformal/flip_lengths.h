@@ -1,7 +1,7 @@
 // Lengths that the seven symmetric flips create, in closed form: by Ptolemy's theorem
 // (equation 4.6, any Penner coordinates) and in the Euclidean metric of the start. Letters as in
-// intrinsic_mesh.cpp: the flip exchanges p = (a, c) [and its mirror image] for z = (b, b'); x = (a,
-// b), y = (b, c), w = (a, a'), v = (c, c').
+// symmetric_flips.cpp: the flip exchanges p = (a, c) [and its mirror image] for z = (b, b'); x =
+// (a, b), y = (b, c), w = (a, a'), v = (c, c').
 //
 // A symmetric quadrilateral with parallel sides s, t and legs l is an inscribed trapezoid, so its
 // diagonal d satisfies d^2 = l^2 + s t under every symmetric metric.
@@ -9,7 +9,7 @@
 
 #include <vector>
 
-#include "flipfree/conformal/intrinsic_mesh.h"
+#include "flipfree/conformal/symmetric_flips.h"
 #include "flipfree/numeric/scalar.h"
 
 namespace flipfree::conformal {

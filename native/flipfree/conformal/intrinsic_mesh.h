@@ -35,7 +35,6 @@
 // is also how an overlay replays it.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -46,19 +45,6 @@ namespace flipfree::conformal {
 
 enum class EdgeLabel : std::uint8_t { kOne, kTwo, kParallel, kPerpendicular, kDiagonal };
 enum class FaceLabel : std::uint8_t { kOne, kTwo, kTriangle, kQuad };
-
-// The seven symmetric flips of 4.4.3 (the first is also the only flip of a closed surface); faces
-// on the left and right of the arrow are those next to the flipped edge.
-enum class FlipType : std::uint8_t {
-  kInterior,       // (1,1,1) [+ (2,2,2)]: edge and, with a reflection, its mirror image
-  kParallel,       // (1,par,2) -> (t,perp,t)
-  kPerpendicular,  // (t,perp,t) -> (1,par,2)
-  kTriangle,       // (1,1,t) + (2,2,t) -> (t,perp,q)
-  kTriangleQuad,   // (t,perp,q) -> (1,1,t) + (2,2,t)
-  kQuad,           // (1,1,q) + (2,2,q) -> (q,perp,q)
-  kQuadQuad,       // (q,perp,q) -> (1,1,q) + (2,2,q)
-};
-inline constexpr int kFlipTypes = 7;
 
 struct IntrinsicMesh {
   // Per half-edge, #H = 2 #E.
@@ -117,52 +103,12 @@ struct IntrinsicSetup {
 // f. Cost: O(#F).
 IntrinsicSetup build_intrinsic_mesh(Index vertex_count, const Triangles& faces);
 
+// Makes a and b, and their opposites, mirror images of each other.
+void pair_by_reflection(IntrinsicMesh& mesh, HalfedgeId a, HalfedgeId b);
+
 // One plain flip, as drawn above; labels and reflection are not touched. Precondition: the edge's
 // two faces differ.
 void flip_edge(IntrinsicMesh& mesh, EdgeId e);
-
-// The plain flips that a symmetric flip consists of, in order: apply flip_edge to edges[0 ..
-// count).
-struct PlainFlips {
-  int count = 0;
-  std::array<EdgeId, 3> edges{kInvalid, kInvalid, kInvalid};
-};
-
-// Which flip the edge would get, by its labels and those of its faces. False if its type is never
-// non-Delaunay (Proposition 3: an edge with a symmetric face on both sides that does not cross the
-// line), if it is a diagonal or in copy 2 (its mirror image is flipped instead), or if both its
-// sides are the same face.
-bool flip_type(const IntrinsicMesh& mesh, EdgeId e, FlipType& type);
-
-// The edges around an edge that is about to be flipped symmetrically, and which lengths its flip
-// creates. Letters: a, c are the ends of a flipped edge of copy 1, b the apex beside it, primes are
-// mirror images; see the drawings in intrinsic_mesh.cpp. Unused entries are kInvalid.
-struct FlipStencil {
-  FlipType type = FlipType::kInterior;
-  PlainFlips plain;      // what flip_symmetrically will do
-  EdgeId e = kInvalid;   // the edge, and
-  EdgeId jk = kInvalid;  // kInterior: the four edges around it, as in the drawing above
-  EdgeId ki = kInvalid;
-  EdgeId im = kInvalid;
-  EdgeId mj = kInvalid;
-  EdgeId x = kInvalid;          // (a, b)
-  EdgeId y = kInvalid;          // (b, c)
-  EdgeId w = kInvalid;          // (a, a'), perpendicular
-  EdgeId v = kInvalid;          // (c, c'), perpendicular
-  EdgeId diagonal = kInvalid;   // of the quadrilateral next to e, on the a side if there are two
-  EdgeId diagonal2 = kInvalid;  // kQuadQuad: of the one on the c side
-  // Edges whose length the flip sets (ids after the flip).
-  EdgeId new_cross = kInvalid;      // kTriangle, kQuad, kParallel: (b, b'), perpendicular
-  EdgeId new_side = kInvalid;       // the flipped edge, or (a, c) and
-  EdgeId new_side2 = kInvalid;      // its mirror image
-  EdgeId new_diagonal = kInvalid;   // of the only new quadrilateral, or of the one with w
-  EdgeId new_diagonal2 = kInvalid;  // of the one with v
-};
-FlipStencil flip_stencil(const IntrinsicMesh& mesh, EdgeId e, FlipType type);
-
-// Flips symmetrically: connectivity, labels, reflection; lengths are the caller's business
-// (flips.h).
-void flip_symmetrically(IntrinsicMesh& mesh, const FlipStencil& stencil);
 
 // Empty if all invariants hold (orbits, reflection, label compatibility of Proposition 2);
 // otherwise what is broken. For tests and debug builds; O(#H).

@@ -24,6 +24,7 @@
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/validate.h"
+#include "flipfree/numeric/scalar.h"
 
 namespace flipfree {
 namespace {
@@ -39,12 +40,7 @@ using conformal::StartRefinement;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-long double widen(double x) { return x; }
-template <int Limbs>
-long double widen(const BigFloat<Limbs>& x) {
-  return mpfr_get_ld(x.raw(), MPFR_RNDN);
-}
-std::vector<long double> widen(const Scalars& values) {
+std::vector<long double> widened(const Scalars& values) {
   return std::visit(
       [](const auto& v) {
         std::vector<long double> out;
@@ -96,7 +92,7 @@ Overlay build_overlay(const ConformalMetric& metric, const InputEdges& edges,
   std::vector<HalfedgeId> curves;
   curves.reserve(edges.halfedge.size());
   for (const HalfedgeId h : edges.halfedge) curves.push_back(metric.input_halfedge[at(h)]);
-  const std::vector<long double> u = widen(metric.u);
+  const std::vector<long double> u = widened(metric.u);
   std::vector<long double> scale;
   scale.reserve(metric.mesh.unknown.size());
   for (const VertexId v : metric.mesh.unknown) scale.push_back(u[at(v)]);
@@ -104,10 +100,10 @@ Overlay build_overlay(const ConformalMetric& metric, const InputEdges& edges,
   parallel_for(context, 2, 1, [&](std::size_t task, std::size_t, std::size_t) {
     if (task == 0) {
       overlay.trace = trace_overlay(overlay.coordinates, curves, max_crossings, context);
-      overlay.positions = locate_crossings(overlay.coordinates, overlay.trace, widen(metric.length),
-                                           scale, context);
+      overlay.positions = locate_crossings(overlay.coordinates, overlay.trace,
+                                           widened(metric.length), scale, context);
     } else if (start) {
-      straight = follow_straight(metric, *start, curves, widen(metric.initial_length), context);
+      straight = follow_straight(metric, *start, curves, widened(metric.initial_length), context);
     }
   });
   overlay.straightened =

@@ -15,7 +15,7 @@
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/conformal/added_vertex.h"
-#include "flipfree/conformal/intrinsic_mesh.h"
+#include "flipfree/conformal/symmetric_flips.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/numeric/big_float.h"
 

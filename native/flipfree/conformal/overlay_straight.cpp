@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "flipfree/base/parallel.h"
-#include "flipfree/conformal/intrinsic_mesh.h"
+#include "flipfree/conformal/symmetric_flips.h"
 
 namespace flipfree {
 namespace {

@@ -13,6 +13,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/conformal/engine.h"
+#include "flipfree/conformal/symmetric_flips.h"
 #include "flipfree/numeric/scalar.h"
 
 namespace flipfree::conformal {

@@ -52,6 +52,14 @@ struct ScalarTraits<BigFloat<Limbs>> {
   static bool finite(const BigFloat<Limbs>& value) { return value.finite(); }
 };
 
+// As 80-bit numbers, for their range.
+inline long double widen(double x) { return x; }
+inline long double widen(long double x) { return x; }
+template <int Limbs>
+long double widen(const BigFloat<Limbs>& x) {
+  return mpfr_get_ld(x.raw(), MPFR_RNDN);
+}
+
 // numerator / denominator as a double, without over- or underflow on the way.
 template <typename T>
 double ratio(const T& numerator, const T& denominator) {

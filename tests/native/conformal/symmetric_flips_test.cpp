@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "flipfree/conformal/flip_lengths.h"
-#include "flipfree/conformal/intrinsic_mesh.h"
+#include "flipfree/conformal/symmetric_flips.h"
 #include "support/shapes.h"
 
 namespace flipfree::conformal {
