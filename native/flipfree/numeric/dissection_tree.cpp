@@ -8,13 +8,6 @@ namespace {
 
 std::size_t size(Index i) { return static_cast<std::size_t>(i); }
 
-template <typename Visit>
-void for_neighbours(const Graph& graph, Index v, Visit visit) {
-  for (Index i = graph.offset[size(v)]; i < graph.offset[size(v) + 1]; ++i) {
-    visit(graph.neighbour[size(i)]);
-  }
-}
-
 // The lowest node at or below the one of v's ancestors at depth `from` that lies on one branch with
 // all neighbours of v and above none of them needlessly: the walk down stops where neighbours lie
 // on both sides, or on none.

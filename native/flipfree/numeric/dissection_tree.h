@@ -17,10 +17,9 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/types.h"
+#include "flipfree/numeric/graph.h"
 
 namespace flipfree {
-
-struct Graph;
 
 // A node by its path from the root, 0 = left, 1 = right, first step in the highest bit; padded with
 // ones, and 63 - depth in the six lowest bits: keys in ascending order are the postorder.

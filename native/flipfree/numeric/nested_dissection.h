@@ -14,15 +14,9 @@
 #include "flipfree/base/context.h"
 #include "flipfree/base/types.h"
 #include "flipfree/numeric/dissection_tree.h"
+#include "flipfree/numeric/graph.h"
 
 namespace flipfree {
-
-// Symmetric graph without loops: neighbours of v are neighbour[offset[v] .. offset[v + 1]).
-struct Graph {
-  std::vector<Index> offset;  // count + 1
-  std::vector<Index> neighbour;
-  Index count() const { return static_cast<Index>(offset.size()) - 1; }
-};
 
 // Elimination position -> vertex. places: null, or x and y per vertex; any finite values are
 // correct, a good drawing is faster. tree: null, or receives the node of every vertex. Cost:
