@@ -12,6 +12,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/matchmaker/curve_overlay.h"
+#include "flipfree/matchmaker/outline_tree.h"
 #include "flipfree/matchmaker/tracing_order.h"
 
 namespace flipfree {
@@ -396,50 +397,14 @@ class Tracer {
 // length that was measured before is a lower bound.
 void grow_tree(Tracer& tracer, const TargetDomain& domain, const ConvexPartition& partition,
                std::vector<bool>& settled, ExecutionContext& context) {
-  using Candidate = std::pair<double, Index>;
-  std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue;
-  std::vector<bool> reached(domain.point.size(), false);
-  std::size_t count = 0;
-  std::vector<Index> pending = domain.outline;
-  const auto reach_pending = [&] {
-    while (!pending.empty()) {
-      const Index v = pending.back();
-      pending.pop_back();
-      if (reached[static_cast<std::size_t>(v)]) continue;
-      reached[static_cast<std::size_t>(v)] = true;
-      ++count;
-      for (const Index e : partition.around[static_cast<std::size_t>(v)]) {
-        const auto& edge = partition.edges[static_cast<std::size_t>(e)];
-        const Index other = edge.a == v ? edge.b : edge.a;
-        if (edge.boundary || reached[static_cast<std::size_t>(other)]) continue;
-        if (settled[static_cast<std::size_t>(e)]) {
-          pending.push_back(other);
-        } else {
-          queue.emplace(tracer.least_cost_of(e), e);
-        }
-      }
-    }
-  };
-  reach_pending();
-  while (!queue.empty()) {
-    const Index e = queue.top().second;
-    queue.pop();
-    const auto& edge = partition.edges[static_cast<std::size_t>(e)];
-    const bool a = reached[static_cast<std::size_t>(edge.a)];
-    const bool b = reached[static_cast<std::size_t>(edge.b)];
-    if (a && b) continue;
-    const double cost = tracer.cost_of(e, context);
-    if (!queue.empty() && cost > queue.top().first) {
-      queue.emplace(cost, e);
-      continue;
-    }
-    context.report("tracing paths",
-                   0.5 * static_cast<double>(count) / static_cast<double>(reached.size()));
-    tracer.trace(e, context);
-    settled[static_cast<std::size_t>(e)] = true;
-    pending.push_back(a ? edge.b : edge.a);
-    reach_pending();
-  }
+  join_to_outline(
+      domain, partition, settled, [&](Index e) { return tracer.least_cost_of(e); },
+      [&](Index e) { return tracer.cost_of(e, context); },
+      [&](Index e, double share) {
+        context.report("tracing paths", 0.5 * share);
+        tracer.trace(e, context);
+        settled[static_cast<std::size_t>(e)] = true;
+      });
 }
 
 // Outline and given paths; returns which edges they are.

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <functional>
-#include <queue>
 #include <utility>
+
+#include "flipfree/matchmaker/outline_tree.h"
 
 namespace flipfree {
 namespace {
@@ -18,41 +18,12 @@ double length(const TargetDomain& domain, const ConvexPartition::Edge& edge) {
 // The edges by which points inside are joined to the outline, shortest first.
 std::vector<Index> spanning_tree(const TargetDomain& domain, const ConvexPartition& partition,
                                  const std::vector<bool>& settled) {
-  std::vector<bool> reached(domain.point.size(), false);
-  using Candidate = std::pair<double, Index>;
-  std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue;
-  std::vector<Index> pending;
-  const auto reach = [&](Index v) {
-    pending.push_back(v);
-    while (!pending.empty()) {
-      const Index u = pending.back();
-      pending.pop_back();
-      if (reached[static_cast<std::size_t>(u)]) continue;
-      reached[static_cast<std::size_t>(u)] = true;
-      for (const Index e : partition.around[static_cast<std::size_t>(u)]) {
-        const auto& edge = partition.edges[static_cast<std::size_t>(e)];
-        if (edge.boundary) continue;
-        // Given paths join their ends at no cost.
-        if (settled[static_cast<std::size_t>(e)]) {
-          pending.push_back(edge.a == u ? edge.b : edge.a);
-        } else {
-          queue.emplace(length(domain, edge), e);
-        }
-      }
-    }
-  };
-  for (const Index v : domain.outline) reach(v);
   std::vector<Index> tree;
-  while (!queue.empty()) {
-    const Index e = queue.top().second;
-    queue.pop();
-    const auto& edge = partition.edges[static_cast<std::size_t>(e)];
-    const bool a = reached[static_cast<std::size_t>(edge.a)];
-    const bool b = reached[static_cast<std::size_t>(edge.b)];
-    if (a && b) continue;
-    tree.push_back(e);
-    reach(a ? edge.b : edge.a);
-  }
+  const auto length_of = [&](Index e) {
+    return length(domain, partition.edges[static_cast<std::size_t>(e)]);
+  };
+  join_to_outline(domain, partition, settled, length_of, length_of,
+                  [&](Index e, double /*share*/) { tree.push_back(e); });
   return tree;
 }
 
