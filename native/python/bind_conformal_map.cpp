@@ -56,8 +56,9 @@ void bind_conformal_map(py::module_& module) {
       "conformal",
       [](const Array<double>& vertices, const Array<Index>& faces,
          const Array<double>& target_angles, const Array<Index>& cuts,
-         const Array<Index>& uncuttable, double tolerance, int bits, const std::string& refinement,
-         const std::string& intrinsic_refinement, const py::object& lengths, int threads) {
+         const Array<Index>& uncuttable, double tolerance, int bits, double max_seconds,
+         const std::string& refinement, const std::string& intrinsic_refinement,
+         const py::object& lengths, int threads) {
         struct Request {
           Surface surface;
           std::vector<double> target_angles;
@@ -72,6 +73,7 @@ void bind_conformal_map(py::module_& module) {
         request.options.uncuttable = to_matrix<IndexPairs>(uncuttable, "uncuttable");
         request.options.metric.tolerance = tolerance;
         request.options.metric.bits = bits;
+        request.options.metric.max_seconds = max_seconds;
         request.options.refinement = to_refinement(refinement);
         request.options.intrinsic_refinement = to_start_refinement(intrinsic_refinement);
         const bool own_lengths = !lengths.is_none();
@@ -86,8 +88,9 @@ void bind_conformal_map(py::module_& module) {
             threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("target_angles"), py::arg("cuts"),
-      py::arg("uncuttable"), py::arg("tolerance"), py::arg("bits"), py::arg("refinement"),
-      py::arg("intrinsic_refinement"), py::arg("lengths"), py::arg("threads"));
+      py::arg("uncuttable"), py::arg("tolerance"), py::arg("bits"), py::arg("max_seconds"),
+      py::arg("refinement"), py::arg("intrinsic_refinement"), py::arg("lengths"),
+      py::arg("threads"));
   module.def(
       "suggest_cones",
       [](const Array<double>& vertices, const Array<Index>& faces, double bound, int max_cones,

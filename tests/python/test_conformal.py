@@ -130,6 +130,19 @@ def test_not_converged_says_what_was_reached() -> None:
     assert not metric.converged and metric.iterations == 1
 
 
+@pytest.mark.parametrize("refinement", ["off", "auto"])
+def test_seconds_that_are_over_end_metric_and_map(refinement: str) -> None:
+    vertices, faces = octahedron_sphere(6)
+    target = random_targets(len(vertices), len(faces), 3)
+    limits = {"max_seconds": 1e-3, "intrinsic_refinement": refinement}
+    metric = ff.conformal_metric(vertices, faces, target, require_convergence=False, **limits)
+    assert not metric.converged and metric.stats["stopped_by"] == "seconds"
+    with pytest.raises(ff.NotConverged, match="seconds"):
+        ff.conformal(vertices, faces, target, **limits)
+    with pytest.raises(ff.InvalidInput, match="max_seconds"):
+        ff.conformal(vertices, faces, target, max_seconds=-1.0)
+
+
 def test_cancel_stops_within_a_fifth_of_a_second() -> None:
     vertices, faces = octahedron_sphere(6)
     job = ff.jobs.conformal_metric(vertices, faces, random_targets(len(vertices), len(faces), 4))

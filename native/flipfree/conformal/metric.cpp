@@ -263,6 +263,7 @@ ConformalMetric climb(const EngineInput& input, const MetricOptions& options,
       more_seconds = {};
       if (more > 0.0) {
         limit = watch.seconds() + more;
+        if (reached) scale = engine->scaled_so_far();
         continue;
       }
     }
@@ -342,14 +343,19 @@ ConformalMetric compute_conformal_metric(Index vertex_count, const Triangles& fa
 }
 
 void throw_not_reached(const ConformalMetric& metric, const MetricOptions& options) {
+  const auto& stopped_by = std::get<std::string>(metric.stats.at("stopped_by"));
+  const char* cure = stopped_by == "seconds"
+                         ? "Allow more seconds, or spread the curvature over more vertices."
+                     : stopped_by == "iterations"
+                         ? "Allow more iterations, or spread the curvature over more vertices."
+                     : options.bits != 0 ? "Use precision=\"auto\" or more bits."
+                                         : "Spread the curvature over more vertices.";
   throw_not_converged(ErrorCode::kIterationLimit,
                       "The conformal metric was not reached: the largest angle error is " +
                           text(metric.angle_error) + " radians after " +
                           std::to_string(metric.iterations) + " Newton steps with " +
-                          std::to_string(metric.bits) + " bits (stopped by " +
-                          std::get<std::string>(metric.stats.at("stopped_by")) + "). " +
-                          (options.bits != 0 ? "Use precision=\"auto\" or more bits."
-                                             : "Spread the curvature over more vertices."));
+                          std::to_string(metric.bits) + " bits (stopped by " + stopped_by + "). " +
+                          cure);
 }
 
 void validate_metric_input(const Surface& surface, const Points3* lengths,

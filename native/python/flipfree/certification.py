@@ -155,10 +155,16 @@ def certify(
         seamless: G4 demands that every cut is an exact quarter turn and translation.
         parent: (vertices, faces, parent_face, vertex_parent, vertex_barycentric) of the input that this mesh
             refines; G7 demands a subdivision.
+        signature: must be None; holonomy is not measured yet.
         bijective: overlaps of a chart with itself are a failure, not only a figure.
+        threads: the result has the same bits for every number.
+        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
     Returns:
-        Certificate: ``ok``, the counts, ``failures`` in words, energy.
+        Certificate: ``ok``, the counts, ``failures`` in words, energy. A map that fails is no error.
+
+    Raises:
+        InvalidInput (a mesh that is none, arrays of the wrong shape), Cancelled.
     """
     job = start_certify(
         vertices,

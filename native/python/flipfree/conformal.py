@@ -13,7 +13,7 @@ from . import _native
 from .arrays import as_floats, as_indices, as_lengths, as_vertices
 from .errors import InvalidInput
 from .job import Job, Progress, run
-from .options import as_choice, as_count, as_flag, as_number, as_positive
+from .options import as_choice, as_count, as_flag, as_positive, as_seconds
 
 #: What ``precision`` may be.
 LEAST_BITS, MOST_BITS = 53, 4096
@@ -115,11 +115,6 @@ def start_conformal_metric(
 ) -> Job[ConformalMetric]:
     """As :func:`conformal_metric`, at once, on a thread."""
     bits = precision_bits(precision)
-    seconds = as_number(max_seconds, "max_seconds")
-    if seconds < 0.0:
-        raise InvalidInput(
-            f"max_seconds must not be negative, not {max_seconds!r}.", code="bad option"
-        )
     edge_lengths = None
     positions, exponent = as_vertices(vertices)
     if lengths is not None:
@@ -131,7 +126,7 @@ def start_conformal_metric(
         as_positive(tolerance, "tolerance"),
         bits,
         as_count(max_iterations, "max_iterations"),
-        seconds,
+        as_seconds(max_seconds, "max_seconds"),
         as_flag(require_convergence, "require_convergence"),
         as_choice(intrinsic_refinement, "intrinsic_refinement", REFINEMENT_CHOICES),
         edge_lengths,
@@ -172,6 +167,7 @@ def conformal_metric(
         intrinsic_refinement: "on" adds flat points to the surface until its intrinsic Delaunay triangulation has no
             needles; "auto" does so if the plain way fails; "off" never. The metric is then that of the refined surface:
             the angles are the same, but it belongs to another discrete conformal class.
+        threads: the result has the same bits for every number.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
     Raises:

@@ -10,7 +10,7 @@ from .arrays import as_floats, as_indices, as_lengths, as_vertices
 from .conformal import REFINEMENT_CHOICES, metric_from, precision_bits
 from .errors import InvalidInput, NotConverged
 from .job import Job, Progress, run
-from .options import as_choice, as_count, as_positive
+from .options import as_choice, as_count, as_positive, as_seconds
 from .results import Parametrization, parametrization_from
 
 _REFINEMENT = {"auto": "auto", True: "never", False: "full"}
@@ -42,6 +42,7 @@ def start_conformal(
     uncuttable: Any = None,
     tolerance: float = 1e-10,
     precision: int | str = "auto",
+    max_seconds: float = 0.0,
     lengths: Any = None,
     original_triangles: bool | str = "auto",
     intrinsic_refinement: str = "auto",
@@ -67,6 +68,7 @@ def start_conformal(
         as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
         as_positive(tolerance, "tolerance"),
         precision_bits(precision),
+        as_seconds(max_seconds, "max_seconds"),
         refinement,
         as_choice(intrinsic_refinement, "intrinsic_refinement", REFINEMENT_CHOICES),
         edge_lengths,
@@ -84,6 +86,7 @@ def conformal(
     uncuttable: Any = None,
     tolerance: float = 1e-10,
     precision: int | str = "auto",
+    max_seconds: float = 0.0,
     lengths: Any = None,
     original_triangles: bool | str = "auto",
     intrinsic_refinement: str = "auto",
@@ -104,6 +107,7 @@ def conformal(
         cuts: (s, 2) vertex pairs: seam edges. More are added only where cones or handles need them.
         uncuttable: (d, 2) vertex pairs that added cuts avoid where there is another way, such as diagonals of polygons.
         tolerance: largest angle error of the metric, radians. precision: "auto", or mantissa bits.
+        max_seconds: of the metric, by the clock; 0 is no limit. NotConverged when they are over.
         lengths: (m, 3) edge lengths (corner k to k + 1) to be used instead of those of the vertex positions.
         original_triangles: "auto" adds points only where a triangle would flip; True never does and raises
             NotConverged instead; False writes the common refinement with the final triangulation.
@@ -124,6 +128,7 @@ def conformal(
         uncuttable=uncuttable,
         tolerance=tolerance,
         precision=precision,
+        max_seconds=max_seconds,
         lengths=lengths,
         original_triangles=original_triangles,
         intrinsic_refinement=intrinsic_refinement,

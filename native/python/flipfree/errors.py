@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .conformal import ConformalMetric
-    from .results import Parametrization
+    from .results import Certificate, Parametrization
 
 
 class FlipfreeError(Exception):
@@ -27,7 +27,7 @@ class FlipfreeError(Exception):
         code: str = "",
         kind: str = "none",
         elements: Sequence[int] = (),
-        certificate: object | None = None,
+        certificate: Certificate | None = None,
     ) -> None:
         super().__init__(message)
         self.code = code

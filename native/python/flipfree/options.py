@@ -43,6 +43,14 @@ def as_positive(value: Any, name: str) -> float:
     return number
 
 
+def as_seconds(value: Any, name: str) -> float:
+    """``value`` as a limit in seconds; 0 is none."""
+    number = as_number(value, name)
+    if number < 0.0:
+        raise InvalidInput(f"{name} must not be negative, not {value!r}.", code="bad option")
+    return number
+
+
 def as_margin(value: Any) -> float:
     """``value`` as the space between charts, a fraction of the unit square."""
     margin = as_number(value, "margin")

@@ -16,7 +16,19 @@ IntArray = npt.NDArray[np.int32]
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """What was measured about a map after rounding to what is stored. Counts of -1: not measured."""
+    """What was measured about a map, on the given values and after rounding to what is stored. Counts of -1 and figures of
+    nan: not measured.
+
+    Attributes:
+        ok: every guarantee that applies was measured and holds.
+        triangles: how many were looked at. flips64, flips32: those without positive area, in 64 bits and as stored.
+        winding_failures: vertices around which the angles do not wind as they must (G2).
+        pin_failures, seam_failures, cone_failures, holonomy_failures, provenance_failures: what misses G3 to G7.
+        overlaps: pairs of boundary edges of one chart that meet; 0: the charts are one-to-one.
+        energy: symmetric Dirichlet, area-weighted mean at the best global scale, 1 = isometric; max_energy: of the
+            worst triangle.
+        failures: what failed, in words. failed_faces: (k,) faces named there, at most 1000.
+    """
 
     ok: bool
     triangles: int
