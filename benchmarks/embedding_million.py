@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import argparse
 import multiprocessing
-import resource
-import time
 
+from cost import peak_gigabytes, timed
 from embedding_meshes import wavy_grid
 
 
@@ -18,15 +17,14 @@ def run(triangles: int, method: str, start_from: str) -> None:
 
     side = round((triangles / 2) ** 0.5)
     disk = wavy_grid(side, side)
-    base = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    wall, cpu = time.perf_counter(), time.process_time()
-    result = ff.embed(disk.vertices, disk.faces, method=method, start=start_from)
-    wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    base = 1024 * peak_gigabytes()
+    with timed() as cost:
+        result = ff.embed(disk.vertices, disk.faces, method=method, start=start_from)
+    peak = 1024 * peak_gigabytes()
     c, s = result.certificate, result.stats
     print(
-        f"| {len(disk.faces)} | {s['rung']} | {c.flips64} / {c.flips32} | {s['seconds_embedding']:.2f} | {wall:.2f} "
-        f"| {cpu:.2f} | {peak:.0f} ({base:.0f} before) | {c.energy:.4g} |",
+        f"| {len(disk.faces)} | {s['rung']} | {c.flips64} / {c.flips32} | {s['seconds_embedding']:.2f} | {cost.wall:.2f} "
+        f"| {cost.cpu:.2f} | {peak:.0f} ({base:.0f} before) | {c.energy:.4g} |",
         flush=True,
     )
 

@@ -9,16 +9,18 @@ from __future__ import annotations
 
 import argparse
 import os
-import resource
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from cost import timed
+from embedding_meshes import boundary_loop
 from match_pictures import draw
 
 import flipfree as ff
 
 from mesh_files import read_mesh
+from surfaces import bumpy_grid
 
 SHAPES = ("G", "S", "comb", "spiral")
 
@@ -30,13 +32,9 @@ def read_targets(path: Path) -> dict[int, tuple[float, float]]:
 
 def strip(columns: int, rows: int) -> tuple[np.ndarray, np.ndarray, list[int]]:
     """A flat strip with its boundary loop, counter-clockwise."""
-    x, y = np.meshgrid(np.linspace(0, 10, columns + 1), np.linspace(0, 1, rows + 1))
-    index = np.arange((columns + 1) * (rows + 1)).reshape(rows + 1, columns + 1)
-    a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]
-    faces = np.stack([np.stack([a, b, c], -1), np.stack([a, c, d], -1)], 2).reshape(-1, 3)
-    sides = [index[0, :-1], index[:-1, -1], index[-1, :0:-1], index[:0:-1, 0]]
-    vertices = np.stack([x, y, 0 * x], -1).reshape(-1, 3)
-    return vertices, faces.astype(np.int32), np.concatenate(sides).tolist()
+    vertices, faces = bumpy_grid(columns, rows, height=0.0)
+    vertices[:, 0] = np.tile(np.linspace(0, 10, columns + 1), rows + 1)
+    return vertices, faces, boundary_loop(faces).tolist()
 
 
 def ribbon(vertices: np.ndarray, loop: list[int], turns: float) -> np.ndarray:
@@ -48,19 +46,17 @@ def ribbon(vertices: np.ndarray, loop: list[int], turns: float) -> np.ndarray:
 
 
 def report(name: str, picture: Path | None, vertices: Any, faces: Any, **request: Any) -> None:
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_utime
     try:
-        result = ff.match(vertices, faces, **request)
+        with timed() as cost:
+            result = ff.match(vertices, faces, **request)
     except ff.FlipfreeError as error:
-        used = resource.getrusage(resource.RUSAGE_SELF).ru_utime - before
-        print(f"{name:24s} {type(error).__name__}: {error} ({used:.2f} s)", flush=True)
+        print(f"{name:24s} {type(error).__name__}: {error} ({cost.user:.2f} s)", flush=True)
         return
-    used = resource.getrusage(resource.RUSAGE_SELF).ru_utime - before
     certificate = result.certificate
     print(
         f"{name:24s} ok {certificate.ok}  faces x {len(result.faces) / len(faces):.3f}  "
         f"added {result.stats['added_vertices']:5d}  energy {certificate.energy:10.3f}  "
-        f"{result.stats['engine']:23s} {used:6.2f} s",
+        f"{result.stats['engine']:23s} {cost.user:6.2f} s",
         flush=True,
     )
     if picture is not None:

@@ -11,7 +11,9 @@ import os
 from pathlib import Path
 
 import numpy as np
+from embedding_meshes import boundary_loop
 from match_constraints import report
+from random_pins import pinned
 
 from mesh_files import read_mesh
 
@@ -58,20 +60,11 @@ def outline(order: int, count: int) -> np.ndarray:
     return np.concatenate(parts)
 
 
-def boundary_loop(faces: np.ndarray) -> list[int]:
-    directed = {(int(f[k]), int(f[(k + 1) % 3])) for f in faces for k in range(3)}
-    follows = {a: b for a, b in directed if (b, a) not in directed}
-    loop = [min(follows)]
-    while follows[loop[-1]] != loop[0]:
-        loop.append(follows[loop[-1]])
-    return loop
-
-
 def with_boundary(
     vertices: np.ndarray, faces: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray, list[int]]:
     """The surface with at least `count` vertices on its boundary: the longest edges there are halved."""
-    loop = boundary_loop(faces)
+    loop = boundary_loop(faces).tolist()
     corner = {(int(f[k]), int(f[(k + 1) % 3])): i for i, f in enumerate(faces) for k in range(3)}
     points, triangles = list(vertices), [tuple(map(int, f)) for f in faces]
     follows = dict(zip(loop, loop[1:] + loop[:1], strict=True))
@@ -117,9 +110,6 @@ def main() -> None:
                 cells = hilbert(order)[random.choice(4**order, options.pins, replace=False)]
                 pins = cells + random.uniform(-0.15, 0.15, (options.pins, 2))
                 ids = random.choice(inner, options.pins, replace=False)
-                points = {
-                    int(v): (float(p[0]), float(p[1])) for v, p in zip(ids, pins, strict=True)
-                }
                 report(
                     f"{name} seed {seed}",
                     options.pictures,
@@ -127,7 +117,7 @@ def main() -> None:
                     faces,
                     boundary_loop=loop,
                     boundary_uv=target,
-                    points=points,
+                    points=pinned(ids, pins),
                 )
 
 

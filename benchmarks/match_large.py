@@ -9,23 +9,23 @@ square. One line per seed.
 from __future__ import annotations
 
 import argparse
-import resource
-import time
 
 import numpy as np
-from match_hilbert import boundary_loop
+from cost import timed
+from embedding_meshes import boundary_loop
+from random_pins import pins_in_square
 
 import flipfree as ff
+
+from surfaces import bumpy_grid
 
 
 def bumpy_square(triangles: int) -> tuple[np.ndarray, np.ndarray]:
     n = round((triangles / 2) ** 0.5)
-    x, y = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1))
-    index = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
-    a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]
-    faces = np.stack([np.stack([a, b, c], -1), np.stack([a, c, d], -1)], 2).reshape(-1, 3)
-    z = 0.1 * np.sin(7 * np.pi * x) * np.sin(5 * np.pi * y)
-    return np.stack([x, y, z], -1).reshape(-1, 3), faces.astype(np.int32)
+    vertices, faces = bumpy_grid(n, n)
+    x, y = vertices[:, 0], vertices[:, 1]
+    vertices[:, 2] = 0.1 * np.sin(7 * np.pi * x) * np.sin(5 * np.pi * y)
+    return vertices, faces
 
 
 def main() -> None:
@@ -38,25 +38,17 @@ def main() -> None:
     vertices, faces = bumpy_square(options.triangles)
     inner, request = np.arange(len(vertices)), {}
     if options.outline:
-        loop = boundary_loop(faces)
+        loop = boundary_loop(faces).tolist()
         inner = np.setdiff1d(inner, loop)
         request = {"boundary_loop": loop, "boundary_uv": vertices[loop, :2]}
     for seed in range(options.seeds):
-        random = np.random.default_rng(seed)
-        ids = inner[random.choice(len(inner), options.pins, replace=False)]
-        points = {
-            int(v): (float(u), float(w))
-            for v, (u, w) in zip(ids, random.random((options.pins, 2)), strict=True)
-        }
-        before = resource.getrusage(resource.RUSAGE_SELF).ru_utime
-        start = time.perf_counter()
-        result = ff.match(vertices, faces, points=points, **request)
-        wall = time.perf_counter() - start
-        used = resource.getrusage(resource.RUSAGE_SELF).ru_utime - before
+        points = pins_in_square(inner, options.pins, np.random.default_rng(seed))
+        with timed() as cost:
+            result = ff.match(vertices, faces, points=points, **request)
         print(
             f"{len(faces)} faces {options.pins} pins seed {seed}: ok {result.certificate.ok}  "
             f"added {result.stats['added_vertices']}  energy {result.certificate.energy:.3f}  "
-            f"{result.stats['engine']}  {used:.2f} s user, {wall:.2f} s wall",
+            f"{result.stats['engine']}  {cost.user:.2f} s user, {cost.wall:.2f} s wall",
             flush=True,
         )
 

@@ -11,45 +11,41 @@ from __future__ import annotations
 
 import argparse
 import os
-import resource
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from cost import timed
 from match_constraints import read_targets
+from random_pins import Pins, pinned, pins_in_square
 
 import flipfree as ff
 
 from mesh_files import read_mesh
 
 
-def random_pins(
-    inner: np.ndarray, count: int, seed: int, in_circle: bool
-) -> dict[int, tuple[float, float]]:
+def random_pins(inner: np.ndarray, count: int, seed: int, in_circle: bool) -> Pins:
     random = np.random.default_rng(1000 * count + seed)
+    if not in_circle:
+        return pins_in_square(inner, count, random)
     ids = random.choice(inner, count, replace=False)
-    if in_circle:
-        angle = random.random(count) * 2 * np.pi
-        radius = 1.9 * np.sqrt(random.random(count))
-        places = np.stack([radius * np.cos(angle), radius * np.sin(angle)], 1)
-    else:
-        places = random.random((count, 2))
-    return {int(v): (float(u), float(w)) for v, (u, w) in zip(ids, places, strict=True)}
+    angle = random.random(count) * 2 * np.pi
+    radius = 1.9 * np.sqrt(random.random(count))
+    places = np.stack([radius * np.cos(angle), radius * np.sin(angle)], 1)
+    return pinned(ids, places)
 
 
 def run(name: str, vertices: Any, faces: Any, **request: Any) -> None:
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_utime
     try:
-        result = ff.match(vertices, faces, engine="matchmaker", **request)
+        with timed() as cost:
+            result = ff.match(vertices, faces, engine="matchmaker", **request)
     except ff.FlipfreeError as error:
-        used = resource.getrusage(resource.RUSAGE_SELF).ru_utime - before
-        print(f"{name:26s} {type(error).__name__}: {error} ({used:.2f} s)", flush=True)
+        print(f"{name:26s} {type(error).__name__}: {error} ({cost.user:.2f} s)", flush=True)
         return
-    used = resource.getrusage(resource.RUSAGE_SELF).ru_utime - before
     print(
         f"{name:26s} ok {result.certificate.ok}  traced {result.stats['matchmaker.added_vertices']:6d}  "
         f"faces x {len(result.faces) / len(faces):6.3f}  energy {result.certificate.energy:10.3g}  "
-        f"{result.stats['engine']:23s} {used:6.2f} s",
+        f"{result.stats['engine']:23s} {cost.user:6.2f} s",
         flush=True,
     )
 

@@ -15,12 +15,15 @@ from __future__ import annotations
 
 import argparse
 import os
-import resource
 import time
+from collections import Counter
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from cost import timed
+from random_pins import pins_in_square
 
 import flipfree as ff
 
@@ -59,6 +62,60 @@ def disks(data: Path) -> list[str]:
     return found
 
 
+@dataclass
+class Runs:
+    """What came of the seeds of one mesh and number of pins."""
+
+    shares: list[float] = field(default_factory=list)  # added vertices, of those that passed
+    energies: list[float] = field(default_factory=list)
+    passed: list[float] = field(default_factory=list)  # user seconds
+    seconds: list[float] = field(default_factory=list)  # of all
+    engines: Counter[str] = field(default_factory=Counter)
+    failures: list[str] = field(default_factory=list)
+
+    def summary(self) -> str:
+        added = np.array(self.shares or [np.nan])
+        return (
+            f"ok {len(self.shares)}/{len(self.seconds)}  "
+            f"added median {np.median(added):.2%} max {added.max():.2%} none {np.sum(added == 0)}  "
+            f"energy {np.median(self.energies or [np.nan]):.3g}  {np.median(self.seconds or [0]):.2f} s, "
+            f"longest {max(self.seconds, default=0):.2f} s  {dict(self.engines)}"
+        )
+
+
+def run_seed(
+    vertices: npt.NDArray[np.float64],
+    faces: npt.NDArray[np.int32],
+    count: int,
+    seed: int,
+    options: argparse.Namespace,
+    runs: Runs,
+) -> None:
+    random = np.random.default_rng(1000 * count + seed)
+    points = pins_in_square(np.unique(faces), count, random)
+    end = time.monotonic() + options.limit
+    try:
+        with timed() as cost:
+            result = ff.match(
+                vertices, faces, points=points, progress=lambda *_: time.monotonic() < end
+            )
+    except ff.FlipfreeError as error:
+        runs.failures.append(f"seed {seed}: {type(error).__name__}: {error}")
+    else:
+        share, energy = result.stats["added_vertices"] / len(vertices), result.certificate.energy
+        engine = str(result.stats["engine"])
+        runs.shares.append(share)
+        runs.energies.append(energy)
+        runs.passed.append(cost.user)
+        runs.engines[engine] += 1
+        if options.cases:
+            print(
+                f"    seed {seed}: added {share:.2%}  energy {energy:.3f}  {engine}  {cost.user:.2f} s",
+                flush=True,
+            )
+    runs.seconds.append(cost.user)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", default=os.environ.get("FLIPFREE_DATA", "../shared/data"))
@@ -70,60 +127,25 @@ def main() -> None:
     parser.add_argument("files", nargs="*")
     options = parser.parse_args()
     data = Path(options.data)
-    everything: list[tuple[float, float]] = []
-    asked = 0
+    everything = []
     for file in options.files or disks(data):
         vertices, faces = piece_of(data, file)
+        name = Path(file).name.replace(".obj", "")
         for count in options.pins:
-            shares, seconds, energies, failures = [], [], [], []
-            engines: dict[str, int] = {}
-            for seed in range(options.first, options.first + options.seeds):
-                random = np.random.default_rng(1000 * count + seed)
-                used = np.unique(faces)
-                if count >= len(used):
-                    continue
-                ids = random.choice(used, count, replace=False)
-                points = {
-                    int(v): (float(u), float(w))
-                    for v, (u, w) in zip(ids, random.random((count, 2)), strict=True)
-                }
-                asked += 1
-                before = resource.getrusage(resource.RUSAGE_SELF).ru_utime
-                start = time.monotonic()
-                line = ""
-                try:
-                    result = ff.match(
-                        vertices,
-                        faces,
-                        points=points,
-                        progress=lambda *_, start=start: time.monotonic() - start < options.limit,
-                    )
-                    shares.append(result.stats["added_vertices"] / len(vertices))
-                    energies.append(result.certificate.energy)
-                    engine = str(result.stats["engine"])
-                    engines[engine] = engines.get(engine, 0) + 1
-                    line = f"added {shares[-1]:.2%}  energy {energies[-1]:.3f}  {engine}"
-                except ff.FlipfreeError as error:
-                    failures.append(f"seed {seed}: {type(error).__name__}: {error}")
-                seconds.append(resource.getrusage(resource.RUSAGE_SELF).ru_utime - before)
-                if line:
-                    everything.append((shares[-1], seconds[-1]))
-                    if options.cases:
-                        print(f"    seed {seed}: {line}  {seconds[-1]:.2f} s", flush=True)
-            added = np.array(shares or [np.nan])
-            print(
-                f"{Path(file).name.replace('.obj', ''):32s} {len(faces):7d} faces {count:3d} pins  ok {len(shares)}/{len(seconds)}  "
-                f"added median {np.median(added):.2%} max {added.max():.2%} none {np.sum(added == 0)}  "
-                f"energy {np.median(energies or [np.nan]):.3g}  {np.median(seconds or [0]):.2f} s, "
-                f"longest {max(seconds, default=0):.2f} s  {engines}",
-                flush=True,
-            )
-            for failure in failures:
+            runs = Runs()
+            if count < len(np.unique(faces)):
+                for seed in range(options.first, options.first + options.seeds):
+                    run_seed(vertices, faces, count, seed, options, runs)
+            print(f"{name:32s} {len(faces):7d} faces {count:3d} pins  {runs.summary()}", flush=True)
+            for failure in runs.failures:
                 print("    " + failure, flush=True)
-    shares = np.array([share for share, _ in everything] or [np.nan])
+            everything.append(runs)
+    shares = np.array([s for runs in everything for s in runs.shares] or [np.nan])
+    quick = [s <= 10 for runs in everything for s in runs.passed]
     print(
-        f"all: ok {len(everything)}/{asked}  added median {np.median(shares):.2%}  none {np.mean(shares == 0):.0%}  "
-        f"within 10 s {np.mean([s <= 10 for _, s in everything] or [0]):.0%}"
+        f"all: ok {len(quick)}/{sum(len(runs.seconds) for runs in everything)}  "
+        f"added median {np.median(shares):.2%}  none {np.mean(shares == 0):.0%}  "
+        f"within 10 s {np.mean(quick or [0]):.0%}"
     )
 
 

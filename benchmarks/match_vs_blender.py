@@ -14,10 +14,10 @@ from __future__ import annotations
 import argparse
 import subprocess
 import tempfile
-import time
 from pathlib import Path
 
 import numpy as np
+from cost import timed
 
 import flipfree as ff
 
@@ -205,16 +205,15 @@ def main() -> None:
                 )
                 maps[f"Blender, {name}"] = (uv, faces)
             for name, bijective in OURS.items():
-                wall, cpu = time.perf_counter(), time.process_time()
                 try:
-                    result = ff.match(vertices, faces, points=points, bijective=bijective)
+                    with timed() as cost:
+                        result = ff.match(vertices, faces, points=points, bijective=bijective)
                 except ff.FlipfreeError as error:
                     print(
                         f"| {share} | {seed} | {name} | {type(error).__name__}: {error} |",
                         flush=True,
                     )
                     continue
-                wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
                 stored = ff.certify(result.vertices, result.faces, result.uv32(), bijective=True)
                 added = f"{len(result.vertices) - len(vertices)} vertices added"
                 row(
@@ -223,8 +222,8 @@ def main() -> None:
                     name,
                     stored,
                     pin_error(result.uv32(), result.faces, points),
-                    wall,
-                    cpu,
+                    cost.wall,
+                    cost.cpu,
                     added,
                 )
                 if bijective:

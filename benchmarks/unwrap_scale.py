@@ -10,12 +10,12 @@ spread times; the figure is the longest time from the request to ff.Cancelled.
 from __future__ import annotations
 
 import argparse
-import resource
 import subprocess
 import sys
 import time
 
 import numpy as np
+from cost import peak_gigabytes, timed
 
 import flipfree as ff
 
@@ -41,16 +41,16 @@ def measure(triangles: int, cancels: int) -> None:
         fractions.append(fraction)
         return True
 
-    start, cpu = time.perf_counter(), time.process_time()
-    result = ff.unwrap(vertices, faces, progress=watch)
-    wall, cpu = time.perf_counter() - start, time.process_time() - cpu
+    start = time.perf_counter()
+    with timed() as cost:
+        result = ff.unwrap(vertices, faces, progress=watch)
     longest_gap = max(np.diff([start, *calls]))
     monotone = fractions == sorted(fractions)
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+    peak = peak_gigabytes()
     latencies = []
     for i in range(cancels):
         job = ff.jobs.unwrap(vertices, faces)
-        job.wait(wall * (i + 0.5) / cancels)
+        job.wait(cost.wall * (i + 0.5) / cancels)
         asked = time.perf_counter()
         job.cancel()
         try:
@@ -60,8 +60,8 @@ def measure(triangles: int, cancels: int) -> None:
     c = result.certificate
     latency = f"{max(latencies):.3f}" if latencies else "-"
     print(
-        f"| {len(faces)} | {wall:.2f} | {cpu:.2f} | {peak:.2f} | {c.flips64} / {c.flips32} | {c.overlaps} "
-        f"| {c.energy:.4f} | {result.stats.get('distortion.iterations')} | {len(calls) / wall:.1f}, longest gap {longest_gap:.2f} s, "
+        f"| {len(faces)} | {cost.wall:.2f} | {cost.cpu:.2f} | {peak:.2f} | {c.flips64} / {c.flips32} | {c.overlaps} "
+        f"| {c.energy:.4f} | {result.stats.get('distortion.iterations')} | {len(calls) / cost.wall:.1f}, longest gap {longest_gap:.2f} s, "
         f"{'monotone' if monotone else 'NOT MONOTONE'} | {latency} |",
         flush=True,
     )

@@ -11,10 +11,10 @@ from __future__ import annotations
 import argparse
 import subprocess
 import tempfile
-import time
 from pathlib import Path
 
 import numpy as np
+from cost import timed
 
 import flipfree as ff
 
@@ -52,11 +52,12 @@ def main() -> None:
                 cpu,
                 ff.certify(vertices, faces, data[f"{method}_uv"]),
             )
-        wall, cpu = time.perf_counter(), time.process_time()
-        result = ff.unwrap(vertices, faces, cuts=data["seams"])
-        wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
+        with timed() as cost:
+            result = ff.unwrap(vertices, faces, cuts=data["seams"])
         stored = ff.certify(vertices, faces, result.uv32())
-        report(len(faces), f"Flipfree UV, {result.stats['charts']} charts", wall, cpu, stored)
+        report(
+            len(faces), f"Flipfree UV, {result.stats['charts']} charts", cost.wall, cost.cpu, stored
+        )
 
 
 def report(triangles: int, name: str, wall: float, cpu: float, c: ff.Certificate) -> None:
