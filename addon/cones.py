@@ -145,11 +145,9 @@ def _group(ob: bpy.types.Object, quarter_turns: int) -> bpy.types.VertexGroup:
 def mark_selected(ob: bpy.types.Object, quarter_turns: int) -> int:
     """In edit mode: the selected vertices become cones of so many quarter turns, or none for 0. Returns their number."""
     bm = bmesh.from_edit_mesh(ob.data)
-    selected = [v for v in bm.verts if v.select and not v.hide]
-    if not selected:
+    if not any(v.select and not v.hide for v in bm.verts):
         return 0
     target = _group(ob, quarter_turns).index if quarter_turns else None
-    bm = bmesh.from_edit_mesh(ob.data)
     deform = bm.verts.layers.deform.verify()
     attribute = bm.verts.layers.float.get(ATTRIBUTE)
     cone_groups = groups(ob)

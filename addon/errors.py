@@ -105,7 +105,7 @@ class Failure:
     object_name: str
     message: str
     kind: str = "none"
-    elements: np.ndarray = None
+    elements: np.ndarray | None = None
 
     def __str__(self):
         return self.message
@@ -121,8 +121,7 @@ class Failure:
 def _place(kind: str, elements: np.ndarray) -> str:
     if kind == "none" or len(elements) == 0:
         return ""
-    more = f" (and {len(elements) - 1} more)" if len(elements) > 1 else ""
-    return f"{kind} {elements[0]}{more} "
+    return f"{kind} {elements[0]}{mesh_io.more(elements)} "
 
 
 def from_solver(snapshot: mesh_io.Snapshot, error) -> Failure:

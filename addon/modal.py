@@ -238,7 +238,12 @@ class SolverOperator:
             return {"PASS_THROUGH"}
         if event.type != "TIMER":
             return {"RUNNING_MODAL"}
-        if not self._run.advance(0.0):
+        try:
+            ended = self._run.advance(0.0)
+        except BaseException:  # a mistake of ours: Blender would go on calling the timer
+            self.cancel(context)
+            raise
+        if not ended:
             self._show_progress(context)
             return {"RUNNING_MODAL"}
         self._stop_showing(context)

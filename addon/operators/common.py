@@ -84,8 +84,18 @@ def refuse_nonfinite_uvs(snapshot: mesh_io.Snapshot) -> None:
         )
 
 
-def plural(count: int, noun: str) -> str:
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+def refuse_uncertified(snapshot: mesh_io.Snapshot, certificate) -> None:
+    """The solver returns nothing without a valid certificate; what is written is judged here all the same. Raises
+    MeshProblem."""
+    if not certificate.ok:
+        raise mesh_io.MeshProblem(
+            f"{snapshot.object_name}: the map failed its check: {'; '.join(certificate.failures)}"
+        )
+
+
+def plural(count: int, noun: str, many: str = "") -> str:
+    """`many`: the noun for other numbers than one, if not with an s."""
+    return f"{count} {noun}" if count == 1 else f"{count} {many or noun + 's'}"
 
 
 def figures(certificates, islands: int) -> str:

@@ -4,6 +4,7 @@
 import numpy as np
 
 from .. import mesh_io, modal, refine
+from . import common
 
 
 class PartsTask(modal.StagedTask):
@@ -20,12 +21,8 @@ class PartsTask(modal.StagedTask):
         self.solving = None
 
     def checked(self, result):
-        """The solver returns nothing without a valid certificate; what is written is judged here all the same."""
-        if not result.certificate.ok:
-            raise mesh_io.MeshProblem(
-                f"{self.snapshot.object_name}: the map failed its check: "
-                f"{'; '.join(result.certificate.failures)}"
-            )
+        """The result of a part, its certificate kept for the report."""
+        common.refuse_uncertified(self.snapshot, result.certificate)
         self.certificates.append(result.certificate)
         return result
 
@@ -57,4 +54,4 @@ class PartsTask(modal.StagedTask):
 def added(tasks: list[PartsTask]) -> str:
     """How many vertices the tasks added, in words."""
     count = sum(task.new_vertices for task in tasks)
-    return f"{count} {'vertex' if count == 1 else 'vertices'} added"
+    return f"{common.plural(count, 'vertex', 'vertices')} added"

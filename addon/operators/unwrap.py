@@ -20,13 +20,7 @@ class MapTask(modal.Task):
         self.take(result)
 
     def take(self, result):
-        # The solver returns nothing without a valid certificate; what is written is judged here all
-        # the same.
-        if not result.certificate.ok:
-            raise mesh_io.MeshProblem(
-                f"{self.snapshot.object_name}: the map failed its check: "
-                f"{'; '.join(result.certificate.failures)}"
-            )
+        common.refuse_uncertified(self.snapshot, result.certificate)
         self.result = result
         self._loops, self._values = mesh_io.loop_values(self.snapshot, result.uv32())
 
