@@ -2,6 +2,7 @@
 """The driver that runs solver jobs: cancelling, failing, ending. What needs a window is in window/."""
 
 import time
+from types import SimpleNamespace
 
 import pytest
 import shapes
@@ -60,3 +61,24 @@ def test_an_object_that_was_deleted_meanwhile_is_a_failure_not_a_crash(part):
     bpy.data.objects.remove(ob)
     run.finish()
     assert not run.done and "deleted" in str(run.failures[0])
+
+
+def test_an_unexpected_error_ends_the_timer_and_the_solver(part):
+    ended = []
+
+    class Broken:
+        def advance(self, seconds):
+            raise ZeroDivisionError
+
+        def close(self):
+            ended.append("solver")
+
+    operator = part("modal").SolverOperator()
+    operator._run, operator._timer = Broken(), "timer"
+    context = SimpleNamespace(
+        window_manager=SimpleNamespace(event_timer_remove=ended.append),
+        workspace=SimpleNamespace(status_text_set=ended.append),
+    )
+    with pytest.raises(ZeroDivisionError):
+        operator.modal(context, SimpleNamespace(type="TIMER", value="NOTHING"))
+    assert ended == ["solver", "timer", None]
