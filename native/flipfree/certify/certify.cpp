@@ -7,6 +7,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/base/tolerances.h"
 #include "flipfree/certify/energy.h"
 #include "flipfree/certify/flips.h"
@@ -166,7 +167,7 @@ struct Certifier {
     const Vector2 p = uv.row(c);
     const Vector2 a = uv.row(next_corner(c)).transpose() - p;
     const Vector2 b = uv.row(previous_corner(c)).transpose() - p;
-    return std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));
+    return turn(a, b);
   }
 
   // G5: prescribed angles are there; an interior vertex without one has 2 pi.

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "flipfree/base/plane.h"
+
 namespace flipfree {
 
 Points3 symmetric_dirichlet_parts(const Surface& surface, const Points2& corner_uv) {
@@ -19,7 +21,7 @@ Points3 symmetric_dirichlet_parts(const Surface& surface, const Points2& corner_
     // |J|^2 is a ratio of dot products and areas (Pinkall and Polthier 1993), |J^-1|^2 the same
     // with the roles swapped; for 2 x 2 matrices |J^-1| = |J| / det J.
     const double area3 = e1.cross(e2).norm();
-    const double area2 = d1.x() * d2.y() - d1.y() * d2.x();
+    const double area2 = cross(d1, d2);
     const double numerator = d1.squaredNorm() * e2.squaredNorm() - 2.0 * d1.dot(d2) * e1.dot(e2) +
                              d2.squaredNorm() * e1.squaredNorm();
     const double norm = numerator / (area3 * area3);

@@ -119,8 +119,8 @@ class Anderson {
         steps_.erase(steps_.begin());
         changes_.erase(changes_.begin());
       }
-      steps_.push_back(g - last_g_);
-      changes_.push_back(residual - last_residual_);
+      steps_.emplace_back(g - last_g_);
+      changes_.emplace_back(residual - last_residual_);
     }
     last_g_ = g;
     last_residual_ = residual;

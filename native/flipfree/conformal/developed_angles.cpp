@@ -3,16 +3,14 @@
 #include <cmath>
 #include <numbers>
 
+#include "flipfree/base/plane.h"
+
 namespace flipfree {
 namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 // Signed angle from a to b in (-pi, pi].
-double turn(const Vector2& a, const Vector2& b) {
-  return std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));
-}
-
 // One side of a face with all its points: place 0 is its first corner, last() its second.
 struct Side {
   const EdgePointMap& map;

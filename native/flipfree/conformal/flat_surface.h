@@ -8,12 +8,12 @@
 #include <cmath>
 #include <vector>
 
+#include "flipfree/base/plane.h"
 #include "flipfree/base/types.h"
 #include "flipfree/mesh/adjacency.h"
 
 namespace flipfree::conformal {
 
-inline double cross(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
 inline Vector2 rotated(const Vector2& v, double angle) {
   const double c = std::cos(angle), s = std::sin(angle);
   return {c * v.x() - s * v.y(), s * v.x() + c * v.y()};

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "flipfree/base/parallel.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/base/tolerances.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/conformal/layout.h"
@@ -232,7 +233,7 @@ double stored_angle_error(const Parametrization& map,
     const Vector2 p = map.uv32.row(c).cast<double>();
     const Vector2 a = map.uv32.row(next_corner(c)).cast<double>().transpose() - p;
     const Vector2 b = map.uv32.row(previous_corner(c)).cast<double>().transpose() - p;
-    sum[at(map.surface.faces(c / 3, c % 3))] += std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));
+    sum[at(map.surface.faces(c / 3, c % 3))] += turn(a, b);
   }
   double largest = 0.0;
   for (const auto& [v, angle] : prescribed)

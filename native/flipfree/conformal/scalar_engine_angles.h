@@ -223,8 +223,8 @@ template <typename T>
 inline void ScalarEngine<T>::spread_remainder() {
   const std::size_t unknowns = target_.size();
   // Angles of all triangles sum to pi per triangle of the user's mesh.
-  const T total =
-      Traits::pi(bits_) * T(static_cast<double>(input_.setup.input_halfedge.size() / 3));
+  const std::size_t triangles = input_.setup.input_halfedge.size() / 3;
+  const T total = Traits::pi(bits_) * T(static_cast<double>(triangles));
   T sum = Traits::make(0.0, bits_);
   for (const double t : target_) sum += T(t);
   const T share = (total - sum) / T(static_cast<double>(unknowns));

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree {
@@ -261,7 +262,7 @@ void require_convex(const Points2& p, const std::vector<VertexId>& loop) {
     }
     const Vector2 u = (p.row(i) - p.row(0)).transpose();
     const Vector2 w = (p.row(j) - p.row(0)).transpose();
-    twice_area += u.x() * w.y() - u.y() * w.x();
+    twice_area += cross(u, w);
   }
   for (Index i = 0; i < n; ++i) {
     const Vector2 a = p.row((i + n - 1) % n);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "flipfree/base/plane.h"
 #include "flipfree/embedding/simplify.h"
 
 namespace flipfree {
@@ -15,8 +16,8 @@ constexpr int kMaxSteps = 75;   // thesis 3.2.2
 constexpr Size kMaxGoals = 24;  // rays tried around vertices of high degree, evenly spread
 
 // Angle from direction u counter-clockwise to w, in [0, 2 pi).
-double turn(const Vector2& u, const Vector2& w) {
-  const double angle = std::atan2(u.x() * w.y() - u.y() * w.x(), u.dot(w));
+double positive_turn(const Vector2& u, const Vector2& w) {
+  const double angle = turn(u, w);
   return angle < 0 ? angle + 2 * M_PI : angle;
 }
 
@@ -66,7 +67,7 @@ bool place(PlanarMap& map, HalfedgeId g, InsertScratch& scratch) {
     for (Size i = 1; i + 1 < n; ++i) {
       const Vector2 q = star.at[i] - p0;
       const Vector2 r = star.at[i + 1] - p0;
-      const double area = q.x() * r.y() - q.y() * r.x();
+      const double area = cross(q, r);
       const double slope = -(d.x() * (r.y() - q.y()) - d.y() * (r.x() - q.x()));
       if (slope < 0 && area > 0) bound = std::min(bound, area / -slope);
     }
@@ -108,7 +109,7 @@ bool insert_vertex(PlanarMap& map, HalfedgeId h, InsertScratch& scratch) {
   const HalfedgeId g = map.mesh.opposite(h);
   const VertexId v0 = map.mesh.target(h);
   const Vector2 p0 = map.at(v0);
-  const double angle = turn(map.at(map.mesh.apex(h)) - p0, map.at(map.mesh.apex(g)) - p0);
+  const double angle = positive_turn(map.at(map.mesh.apex(h)) - p0, map.at(map.mesh.apex(g)) - p0);
   split_vertex(map, h);
   map.move(m, p0);
   // m's fan runs from a counter-clockwise to b.

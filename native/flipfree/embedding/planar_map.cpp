@@ -1,5 +1,6 @@
 #include "flipfree/embedding/planar_map.h"
 
+#include "flipfree/base/plane.h"
 #include "flipfree/embedding/boundary.h"
 
 namespace flipfree {
@@ -9,7 +10,7 @@ double polygon_area(const Points2& p) {
   for (Index i = 1; i + 1 < p.rows(); ++i) {
     const Vector2 a = (p.row(i) - p.row(0)).transpose();
     const Vector2 b = (p.row(i + 1) - p.row(0)).transpose();
-    twice += a.x() * b.y() - a.y() * b.x();
+    twice += cross(a, b);
   }
   return twice / 2;
 }

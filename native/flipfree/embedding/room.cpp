@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "flipfree/base/plane.h"
+
 namespace flipfree {
 namespace {
 
@@ -166,7 +168,7 @@ std::string narrowest_extent(const Star& star) {
     Size far = i;
     for (Size k = 0; k < n; ++k) {
       const Vector2 d = star.at[k] - star.at[i];
-      const double distance = std::abs(edge.x() * d.y() - edge.y() * d.x()) / edge.norm();
+      const double distance = std::abs(cross(edge, d)) / edge.norm();
       if (distance > widest) {
         widest = distance;
         far = k;

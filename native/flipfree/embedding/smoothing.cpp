@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "flipfree/base/parallel.h"
+#include "flipfree/base/plane.h"
 
 namespace flipfree {
 namespace {
@@ -248,7 +249,7 @@ bool centre_in_kernel(PlanarMap& map, VertexId v, Star& star) {
   for (Size k = 0; k < kernel.size(); ++k) {
     const Vector2 a = kernel[k] - mean;
     const Vector2 b = kernel[k + 1 == kernel.size() ? 0 : k + 1] - mean;
-    const double d = a.x() * b.y() - a.y() * b.x();
+    const double d = cross(a, b);
     centroid += d * (a + b) / 3;
     area += d;
   }

@@ -3,14 +3,13 @@
 #include <cstddef>
 #include <deque>
 
+#include "flipfree/base/plane.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree {
 namespace {
 
 using Mesh = EditableTriangulation;
-
-double cross(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 class Locator {
  public:

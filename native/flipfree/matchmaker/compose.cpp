@@ -5,6 +5,7 @@
 #include <deque>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/embedding/embed.h"
 #include "flipfree/numeric/predicates.h"
 
@@ -51,8 +52,6 @@ class Locator {
   const Mesh& mesh_;
   const std::vector<Vector2>& place_;
 };
-
-double cross(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 }  // namespace
 

@@ -8,6 +8,7 @@
 #include <queue>
 #include <utility>
 
+#include "flipfree/base/plane.h"
 #include "flipfree/matchmaker/target_domain.h"
 
 namespace flipfree {
@@ -36,8 +37,6 @@ std::pair<Vector2, Vector2> nearest(const Vector2& a, const Vector2& b, const Ve
     return (p.first - p.second).squaredNorm() < (q.first - q.second).squaredNorm();
   });
 }
-
-double cross(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 bool crossing(const Vector2& a, const Vector2& b, const Vector2& c, const Vector2& d) {
   return (cross(b - a, c - a) > 0) != (cross(b - a, d - a) > 0) &&

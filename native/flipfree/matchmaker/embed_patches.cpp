@@ -6,6 +6,7 @@
 #include <string>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/embedding/embed.h"
 #include "flipfree/embedding/tutte.h"
 #include "flipfree/numeric/predicates.h"
@@ -103,7 +104,7 @@ class PatchEmbedder {
     const auto bend = [&](std::size_t i) {
       const Vector2 a = point(start(i)) - point(start(i + n - 1));
       const Vector2 b = point(start(i + 1)) - point(start(i));
-      return (a.x() * b.y() - a.y() * b.x()) / (a.norm() * b.norm());
+      return cross(a, b) / (a.norm() * b.norm());
     };
     std::size_t strict = 0;
     for (std::size_t i = 0; i < n; ++i) strict += bend(i) > kStraight ? 1 : 0;

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/distortion/minimize.h"
 #include "flipfree/embedding/embed.h"
 #include "flipfree/matchmaker/compose.h"
@@ -70,7 +71,7 @@ void lay_over(Points2& uv, const std::vector<PinnedVertex>& pins) {
     const Vector2 a = uv.row(p.vertex).transpose() - from;
     const Vector2 b = p.uv - to;
     cosine += a.dot(b);
-    sine += a.x() * b.y() - a.y() * b.x();
+    sine += cross(a, b);
     spread_from += a.squaredNorm();
     spread_to += b.squaredNorm();
   }
@@ -130,7 +131,7 @@ double outline_area(const Polygon& outline) {
   for (std::size_t i = 0; i < outline.size(); ++i) {
     const Vector2 a = outline[i] - outline[0];
     const Vector2 b = outline[(i + 1) % outline.size()] - outline[0];
-    twice += a.x() * b.y() - a.y() * b.x();
+    twice += cross(a, b);
   }
   return 0.5 * std::abs(twice);
 }

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <utility>
 
+#include "flipfree/base/plane.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree {
@@ -23,10 +24,6 @@ constexpr double kSquashed = 0.1;
 // What comes nearer to a line than this, in units of the lengths at hand, lies on it: creases that
 // meet where one was split, and edges along them, agree up to rounding only.
 constexpr double kOnLine = 1e-10;
-
-double twice_area(const Vector2& a, const Vector2& b, const Vector2& c) {
-  return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
-}
 
 // On which side of the line ab a point lies, 0 if next to it.
 int side_of(const Vector2& a, const Vector2& b, const Vector2& p) {
@@ -410,8 +407,7 @@ class Lifter {
       for (std::size_t k = 0; k < 3; ++k) {
         const Vector2 a = after(c[(k + 1) % 3]) - after(c[k]);
         const Vector2 b = after(c[(k + 2) % 3]) - after(c[k]);
-        angle[static_cast<std::size_t>(c[k])] +=
-            std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));
+        angle[static_cast<std::size_t>(c[k])] += turn(a, b);
       }
     }
     std::vector<VertexId> result;

@@ -6,6 +6,8 @@
 #include <iterator>
 #include <numbers>
 
+#include "flipfree/base/plane.h"
+
 namespace flipfree {
 namespace {
 
@@ -26,7 +28,7 @@ Index place_of(const std::vector<VertexId>& vertices, VertexId v) {
 double angle(const Vector2& apex, const Vector2& right, const Vector2& left) {
   const Vector2 a = right - apex;
   const Vector2 b = left - apex;
-  return std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));
+  return turn(a, b);
 }
 
 }  // namespace

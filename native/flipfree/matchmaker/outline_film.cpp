@@ -5,14 +5,13 @@
 #include <cstddef>
 #include <deque>
 
+#include "flipfree/base/plane.h"
 #include "flipfree/embedding/boundary.h"
 
 namespace flipfree {
 namespace {
 
 using Mesh = EditableTriangulation;
-
-double cross(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 // The point left of a -> b at the given distances from both. The area by Kahan's stable form of
 // Heron's formula: frames near their end have needles.

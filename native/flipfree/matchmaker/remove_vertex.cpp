@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "flipfree/base/plane.h"
 #include "flipfree/matchmaker/polygon.h"
 #include "flipfree/numeric/predicates.h"
 
@@ -59,7 +60,7 @@ double VertexRemover::angle(VertexId v) const {
   mesh_.for_each_outgoing(v, [&](HalfedgeId h) {
     const Vector2 a = uv(mesh_.target(h)) - uv(v);
     const Vector2 b = uv(mesh_.apex(h)) - uv(v);
-    sum += std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));
+    sum += turn(a, b);
   });
   return sum;
 }
@@ -158,7 +159,7 @@ std::array<double, 2> VertexRemover::stretches(VertexId a, VertexId b, VertexId 
   const Vector2 p = (uv(b) - uv(a)) / length;
   const Vector2 q = (uv(c) - uv(a) - along * p) / height;
   const double square = 0.5 * (p.squaredNorm() + q.squaredNorm());
-  const double area = p.x() * q.y() - p.y() * q.x();
+  const double area = cross(p, q);
   return {square, square / (area * area)};
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "flipfree/base/plane.h"
 #include "flipfree/matchmaker/first_try.h"
 #include "flipfree/matchmaker/untangle.h"
 
@@ -25,7 +26,7 @@ using Shape = std::array<Vector2, 3>;
 double twice_area(const Shape& t) {
   const Vector2 a = t[1] - t[0];
   const Vector2 b = t[2] - t[0];
-  return a.x() * b.y() - a.y() * b.x();
+  return cross(a, b);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "flipfree/base/plane.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree {
@@ -80,8 +81,7 @@ std::vector<Index> singular_corners(const Polygon& polygon, const Triangles& tri
       };
       const Vector2 a = corner(k + 1) - corner(k);
       const Vector2 b = corner(k + 2) - corner(k);
-      angle[static_cast<std::size_t>(triangles(t, k))] +=
-          std::abs(std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b)));
+      angle[static_cast<std::size_t>(triangles(t, k))] += std::abs(turn(a, b));
     }
   }
   std::vector<Index> singular;

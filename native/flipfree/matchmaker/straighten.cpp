@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "flipfree/base/plane.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree {
@@ -142,7 +143,7 @@ class Straightener {
     mesh_.for_each_outgoing(v, [&](HalfedgeId h) {
       const Vector2 a = place(mesh_.target(h)) - p;
       const Vector2 b = place(mesh_.apex(h)) - p;
-      angle += std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));
+      angle += turn(a, b);
     });
     return mesh_.is_boundary_vertex(v) || angle < 3 * std::numbers::pi;
   }

@@ -9,6 +9,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree {
@@ -228,7 +229,7 @@ void Untangler::build_rest(const UntangleOptions& options, double target_area,
   for (std::size_t f = 0; f < count; ++f) {
     const Vector2 a = scale * flat[f].p1;
     const Vector2 b = scale * flat[f].p2;
-    const double det = a.x() * b.y() - a.y() * b.x();
+    const double det = cross(a, b);
     Rest& rest = rest_[f];
     rest.gradient[1][0] = b.y() / det;
     rest.gradient[1][1] = -b.x() / det;
@@ -350,7 +351,7 @@ UntangleResult Untangler::run(const Points2& initial, const UntangleOptions& opt
       };
       const Vector2 a = at(1) - at(0);
       const Vector2 b = at(2) - at(0);
-      target_area += 0.5 * std::abs(a.x() * b.y() - a.y() * b.x());
+      target_area += 0.5 * std::abs(cross(a, b));
     }
   }
   build_rest(options, target_area, context);

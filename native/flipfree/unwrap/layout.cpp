@@ -7,6 +7,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "flipfree/base/plane.h"
+
 namespace flipfree {
 namespace {
 
@@ -136,18 +138,18 @@ Similarity fit_similarity(const Points2& from, const Points2& to) {
   Similarity similarity;
   const Eigen::RowVector2d from_mean = from.colwise().mean();
   const Eigen::RowVector2d to_mean = to.colwise().mean();
-  double dot = 0.0;
-  double cross = 0.0;
+  double cosine = 0.0;
+  double sine = 0.0;
   double square = 0.0;
   for (Eigen::Index i = 0; i < from.rows(); ++i) {
     const Vector2 p = from.row(i) - from_mean;
     const Vector2 q = to.row(i) - to_mean;
-    dot += p.dot(q);
-    cross += p.x() * q.y() - p.y() * q.x();
+    cosine += p.dot(q);
+    sine += cross(p, q);
     square += p.squaredNorm();
   }
-  const double size = std::hypot(dot, cross);
-  if (square > 0.0 && size > 0.0) similarity.linear = Vector2(dot, cross) / square;
+  const double size = std::hypot(cosine, sine);
+  if (square > 0.0 && size > 0.0) similarity.linear = Vector2(cosine, sine) / square;
   const Vector2 mean = from_mean;
   similarity.translation = Vector2::Zero();
   similarity.translation = to_mean.transpose() - similarity(mean);

@@ -8,6 +8,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/distortion/boundary_grid.h"
 #include "flipfree/distortion/rounding.h"
@@ -44,7 +45,7 @@ double area(const Triangles& faces, const Points2& uv) {
   for (Eigen::Index f = 0; f < faces.rows(); ++f) {
     const Vector2 a = (uv.row(faces(f, 1)) - uv.row(faces(f, 0))).transpose();
     const Vector2 b = (uv.row(faces(f, 2)) - uv.row(faces(f, 0))).transpose();
-    sum += std::abs(a.x() * b.y() - a.y() * b.x());
+    sum += std::abs(cross(a, b));
   }
   return sum;
 }

@@ -1,0 +1,22 @@
+// What geometry in the plane is made of. In floating point: what is decided is
+// decided by numeric/predicates.h.
+#pragma once
+
+#include <cmath>
+
+#include "flipfree/base/types.h"
+
+namespace flipfree {
+
+// |a| |b| times the sine of the angle from a to b: twice the area of their triangle, positive if b
+// lies to the left of a.
+inline double cross(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
+
+inline double twice_area(const Vector2& a, const Vector2& b, const Vector2& c) {
+  return cross(b - a, c - a);
+}
+
+// The angle from a to b, in [-pi, pi].
+inline double turn(const Vector2& a, const Vector2& b) { return std::atan2(cross(a, b), a.dot(b)); }
+
+}  // namespace flipfree
