@@ -8,8 +8,9 @@ from __future__ import annotations
 import argparse
 import multiprocessing
 
-from cost import peak_gigabytes, timed
 from embedding_meshes import wavy_grid
+
+from cost import peak_gigabytes, timed
 
 
 def run(triangles: int, method: str, start_from: str) -> None:

@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from cost import timed
 from embedding_meshes import boundary_loop
 from match_pictures import draw
 
 import flipfree as ff
 
+from cost import timed
 from mesh_files import read_mesh
 from surfaces import bumpy_grid
 

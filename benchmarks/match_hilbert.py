@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 from embedding_meshes import boundary_loop
 from match_constraints import report
-from random_pins import pinned
 
 from mesh_files import read_mesh
+from random_pins import pinned
 
 FILES = ("constraints/camel_b_uv.obj", "constraints/cow_uv.obj", "conformal/disk5k.obj")
 

@@ -11,12 +11,12 @@ from __future__ import annotations
 import argparse
 
 import numpy as np
-from cost import timed
 from embedding_meshes import boundary_loop
-from random_pins import pins_in_square
 
 import flipfree as ff
 
+from cost import timed
+from random_pins import pins_in_square
 from surfaces import bumpy_grid
 
 

@@ -15,13 +15,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from cost import timed
 from match_constraints import read_targets
-from random_pins import Pins, pinned, pins_in_square
 
 import flipfree as ff
 
+from cost import timed
 from mesh_files import read_mesh
+from random_pins import Pins, pinned, pins_in_square
 
 
 def random_pins(inner: np.ndarray, count: int, seed: int, in_circle: bool) -> Pins:

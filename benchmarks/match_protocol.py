@@ -22,12 +22,12 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from cost import timed
-from random_pins import pins_in_square
 
 import flipfree as ff
 
+from cost import timed
 from mesh_files import cut_pieces, read_mesh
+from random_pins import pins_in_square
 
 FOLDERS = ("constraints", "conformal", "embedding", "general")
 

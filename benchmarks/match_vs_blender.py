@@ -17,9 +17,12 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from cost import timed
 
 import flipfree as ff
+
+from cost import timed
+from mesh_files import cut_corners
+from random_pins import pinned
 
 WORKER = Path(__file__).resolve().parent / "blender_match_worker.py"
 OURS = {"Flipfree UV": True, "Flipfree UV, overlaps allowed": False}
@@ -28,36 +31,8 @@ OURS = {"Flipfree UV": True, "Flipfree UV, overlaps allowed": False}
 def chart_of(data: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(vertices, faces, vertex of Blender's mesh) of the island as a disk of its own, cut along its seams."""
     faces = data["faces"]
-    used, compact = np.unique(faces, return_inverse=True)
-    compact = compact.reshape(-1, 3).astype(np.int32)
-    number = np.full(int(data["seams"].max()) + 1 + int(used.max()), -1)
-    number[used] = np.arange(len(used))
-    seams = number[data["seams"]]
-    keys = {tuple(sorted(pair)) for pair in seams.tolist() if min(pair) >= 0}
-    # Corners around a vertex belong together across every edge that is no seam.
-    label = np.arange(3 * len(faces))
-
-    def root(c: int) -> int:
-        while label[c] != c:
-            label[c] = label[label[c]]
-            c = int(label[c])
-        return c
-
-    seen: dict[tuple[int, int], tuple[int, int]] = {}
-    for f, triangle in enumerate(compact.tolist()):
-        for k in range(3):
-            a, b = triangle[k], triangle[(k + 1) % 3]
-            ca, cb = 3 * f + k, 3 * f + (k + 1) % 3
-            if (min(a, b), max(a, b)) in keys:
-                continue
-            other = seen.pop((b, a), None)
-            if other is None:
-                seen[a, b] = (ca, cb)
-            else:
-                label[root(ca)] = root(other[1])
-                label[root(cb)] = root(other[0])
-    roots = np.array([root(c) for c in range(len(label))])
-    first, chart_faces = np.unique(roots, return_inverse=True)
+    corner, _ = cut_corners(faces, data["seams"])
+    first, chart_faces = np.unique(corner, return_inverse=True)
     origin = faces.ravel()[first]
     return data["vertices"][origin], chart_faces.reshape(-1, 3).astype(np.int32), origin
 
@@ -150,14 +125,8 @@ def picture(
     plt.close(figure)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--blender", required=True, type=Path)
-    parser.add_argument("--level", type=int, default=3)
-    parser.add_argument("--seeds", nargs="+", default=["1", "2", "3"])
-    parser.add_argument("--shares", nargs="+", default=["0.02", "0.2"])
-    parser.add_argument("--pictures", type=Path, default=None)
-    arguments = parser.parse_args()
+def blender_data(arguments: argparse.Namespace) -> dict[str, np.ndarray]:
+    """What blender_match_worker.py stores: the island, and for every case the pins and Blender's own maps."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "pins.npz"
         subprocess.run(
@@ -169,8 +138,55 @@ def main() -> None:
             check=True,
             stdout=subprocess.DEVNULL,
         )  # fmt: skip
-        data = dict(np.load(out))
-    vertices, faces, origin = chart_of(data)
+        return dict(np.load(out))
+
+
+def compare(
+    data: dict[str, np.ndarray],
+    chart: tuple[np.ndarray, np.ndarray, np.ndarray],
+    share: str,
+    seed: str,
+) -> tuple[dict[str, tuple[np.ndarray, np.ndarray]], dict[int, tuple[float, float]]]:
+    """One case, a line per method. Returns the maps (uv, faces) by name, and the pins."""
+    vertices, faces, origin = chart
+    case = f"{share}_{seed}"
+    chart_vertex = {int(v): i for i, v in enumerate(origin.tolist())}
+    pins = [chart_vertex[int(v)] for v in data[f"{case}_pins"]]
+    points = pinned(np.array(pins), data[f"{case}_targets"].astype(np.float64))
+    maps = {}
+    for name in data["methods"].tolist():
+        uv = data[f"{case}_{name}_uv"]
+        certificate = ff.certify(vertices, faces, uv, bijective=True)
+        error = pin_error(uv, faces, points)
+        row(share, seed, f"Blender {name}", certificate, error, *data[f"{case}_{name}_seconds"], "")
+        maps[f"Blender, {name}"] = (uv, faces)
+    for name, bijective in OURS.items():
+        try:
+            with timed() as cost:
+                result = ff.match(vertices, faces, points=points, bijective=bijective)
+        except ff.FlipfreeError as error:
+            print(f"| {share} | {seed} | {name} | {type(error).__name__}: {error} |", flush=True)
+            continue
+        stored = ff.certify(result.vertices, result.faces, result.uv32(), bijective=True)
+        error = pin_error(result.uv32(), result.faces, points)
+        added = f"{len(result.vertices) - len(vertices)} vertices added"
+        row(share, seed, name, stored, error, cost.wall, cost.cpu, added)
+        if bijective:
+            maps[name] = (result.uv32(), result.faces)
+    return maps, points
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--blender", required=True, type=Path)
+    parser.add_argument("--level", type=int, default=3)
+    parser.add_argument("--seeds", nargs="+", default=["1", "2", "3"])
+    parser.add_argument("--shares", nargs="+", default=["0.02", "0.2"])
+    parser.add_argument("--pictures", type=Path, default=None)
+    arguments = parser.parse_args()
+    data = blender_data(arguments)
+    chart = chart_of(data)
+    vertices, faces, _ = chart
     print(f"{len(faces)} triangles, {len(vertices)} vertices in the island")
     print(
         "| moved by | seed | method | flips | overlaps | pin error | energy | worst triangle | wall s | cpu s | |"
@@ -178,67 +194,15 @@ def main() -> None:
     print("|---|---|---|---|---|---|---|---|---|---|---|")
     for share in arguments.shares:
         for seed in arguments.seeds:
-            case = f"{share}_{seed}"
-            chart_vertex = {int(v): i for i, v in enumerate(origin.tolist())}
-            pins = [chart_vertex[int(v)] for v in data[f"{case}_pins"]]
-            points = dict(
-                zip(
-                    pins,
-                    map(tuple, data[f"{case}_targets"].astype(np.float64).tolist()),
-                    strict=True,
-                )
+            maps, points = compare(data, chart, share, seed)
+            if arguments.pictures is None:
+                continue
+            start = {v: data["layout"][faces == v][0] for v in points}
+            title = (
+                f"{len(faces)} triangles, six pins moved by {share} of the unit square, seed {seed}"
             )
-            maps = {}
-            for name in data["methods"].tolist():
-                uv = data[f"{case}_{name}_uv"]
-                certificate = ff.certify(vertices, faces, uv, bijective=True)
-                wall, cpu = data[f"{case}_{name}_seconds"]
-                row(
-                    share,
-                    seed,
-                    f"Blender {name}",
-                    certificate,
-                    pin_error(uv, faces, points),
-                    wall,
-                    cpu,
-                    "",
-                )
-                maps[f"Blender, {name}"] = (uv, faces)
-            for name, bijective in OURS.items():
-                try:
-                    with timed() as cost:
-                        result = ff.match(vertices, faces, points=points, bijective=bijective)
-                except ff.FlipfreeError as error:
-                    print(
-                        f"| {share} | {seed} | {name} | {type(error).__name__}: {error} |",
-                        flush=True,
-                    )
-                    continue
-                stored = ff.certify(result.vertices, result.faces, result.uv32(), bijective=True)
-                added = f"{len(result.vertices) - len(vertices)} vertices added"
-                row(
-                    share,
-                    seed,
-                    name,
-                    stored,
-                    pin_error(result.uv32(), result.faces, points),
-                    cost.wall,
-                    cost.cpu,
-                    added,
-                )
-                if bijective:
-                    maps[name] = (result.uv32(), result.faces)
-            if arguments.pictures is not None:
-                layout = data["layout"]
-                start = {v: layout[faces == v][0] for v in points}
-                title = f"{len(faces)} triangles, six pins moved by {share} of the unit square, seed {seed}"
-                picture(
-                    arguments.pictures / f"match_vs_blender_{share}_{seed}.png",
-                    maps,
-                    points,
-                    start,
-                    title,
-                )
+            path = arguments.pictures / f"match_vs_blender_{share}_{seed}.png"
+            picture(path, maps, points, start, title)
 
 
 if __name__ == "__main__":

@@ -37,9 +37,23 @@ def cut_pieces(
     """Vertices and faces of the pieces that the mesh's seams cut it into; without seams, of the mesh as it is."""
     if len(mesh.seams) == 0:
         return [(mesh.vertices, mesh.faces)]
-    # Corners that stay together across an edge that is no seam, and corners of one face, in two union-finds.
-    seams = {(min(a, b), max(a, b)) for a, b in mesh.seams.tolist()}
-    corner_of, face_of = list(range(mesh.faces.size)), list(range(len(mesh.faces)))
+    corner, piece = cut_corners(mesh.faces, mesh.seams)
+    pieces = []
+    for p in np.unique(piece):
+        used, faces = np.unique(corner[piece == p], return_inverse=True)
+        pieces.append(
+            (mesh.vertices[mesh.faces.ravel()[used]], faces.reshape(-1, 3).astype(np.int32))
+        )
+    return pieces
+
+
+def cut_corners(
+    faces: npt.NDArray[np.int32], seams: npt.NDArray[np.integer]
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """(m, 3) a corner 3 face + k for each corner, the same for those that are one vertex once the edges `seams` (s, 2) are
+    cut; (m,) a face for each face, the same in one piece."""
+    cut = {(min(a, b), max(a, b)) for a, b in seams.tolist()}
+    corner_of, face_of = list(range(faces.size)), list(range(len(faces)))
 
     def find(parent: list[int], i: int) -> int:
         while parent[i] != i:
@@ -48,7 +62,7 @@ def cut_pieces(
         return i
 
     seen: dict[tuple[int, int], tuple[int, int]] = {}
-    for f, face in enumerate(mesh.faces.tolist()):
+    for f, face in enumerate(faces.tolist()):
         for k in range(3):
             a, b = face[k], face[(k + 1) % 3]
             at_a, at_b = 3 * f + k, 3 * f + (k + 1) % 3
@@ -56,20 +70,12 @@ def cut_pieces(
             low, high = (at_a, at_b) if a < b else (at_b, at_a)
             if key not in seen:
                 seen[key] = (low, high)
-            elif key not in seams:
+            elif key not in cut:
                 for i, j in zip(seen[key], (low, high), strict=True):
                     corner_of[find(corner_of, i)] = find(corner_of, j)
                 face_of[find(face_of, seen[key][0] // 3)] = find(face_of, f)
-    corner = np.array([find(corner_of, i) for i in range(mesh.faces.size)])
-    piece = np.array([find(face_of, f) for f in range(len(mesh.faces))])
-    pieces = []
-    for p in np.unique(piece):
-        labels = corner.reshape(-1, 3)[piece == p]
-        used, faces = np.unique(labels, return_inverse=True)
-        pieces.append(
-            (mesh.vertices[mesh.faces.ravel()[used]], faces.reshape(-1, 3).astype(np.int32))
-        )
-    return pieces
+    corner = np.array([find(corner_of, i) for i in range(faces.size)]).reshape(-1, 3)
+    return corner, np.array([find(face_of, f) for f in range(len(faces))])
 
 
 def _fan(polygon: list[int]) -> list[tuple[int, int, int]]:

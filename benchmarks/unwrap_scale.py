@@ -15,10 +15,10 @@ import sys
 import time
 
 import numpy as np
-from cost import peak_gigabytes, timed
 
 import flipfree as ff
 
+from cost import peak_gigabytes, timed
 from surfaces import bumpy_grid
 
 

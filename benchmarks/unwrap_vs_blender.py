@@ -14,9 +14,10 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from cost import timed
 
 import flipfree as ff
+
+from cost import timed
 
 METHODS = ["CONFORMAL", "ANGLE_BASED", "MINIMUM_STRETCH"]
 WORKER = Path(__file__).resolve().parent / "blender_unwrap_worker.py"
