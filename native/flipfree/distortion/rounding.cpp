@@ -189,6 +189,7 @@ class Repair {
     const double grain =
         std::max(std::abs(start.x()), std::abs(start.y())) * std::numeric_limits<float>::epsilon();
     for (double r = radius; r > 0.25 * grain && r > 0; r *= 0.5) {
+      // NOLINTNEXTLINE(performance-unnecessary-copy-initialization): attempt() moves `place`
       const Vector2 around = place;
       for (int dx = -1; dx <= 1; ++dx) {
         for (int dy = -1; dy <= 1; ++dy) {

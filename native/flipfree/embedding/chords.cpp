@@ -43,6 +43,7 @@ std::uint64_t key(VertexId a, VertexId b) {
 std::vector<HalfedgeId> chords_to_split(const Triangles& faces, Index vertex_count,
                                         const std::vector<VertexId>& loop, const Points2& boundary,
                                         bool float32) {
+  if (loop.empty()) return {};
   const Index n = static_cast<Index>(loop.size());
   std::vector<Index> place(static_cast<Size>(vertex_count), kInvalid);
   for (Index i = 0; i < n; ++i) place[static_cast<Size>(loop[static_cast<Size>(i)])] = i;

@@ -83,18 +83,25 @@ class Straightener {
     parts_.reserve(open_.size());
     for (const FaceId f : open_) parts_.emplace_back(mesh_.parent(f), f);
     std::sort(parts_.begin(), parts_.end());
+    loose_.assign(straight_.size(), 0);
+    for (const auto& [parent, f] : parts_) {
+      if (!bent(parent)) count_loose(f, 1);
+    }
+    wound_once_.assign(static_cast<std::size_t>(mesh_.vertex_count()), -1);
   }
 
   void open_around(VertexId v) {
     mesh_.for_each_outgoing(v, [&](HalfedgeId h) { open_.push_back(h / 3); });
   }
 
-  // Is an added vertex among bent faces only?
-  bool stays(VertexId v) const {
-    bool all = true;
-    mesh_.for_each_outgoing(v, [&](HalfedgeId h) { all = all && bent(mesh_.parent(h / 3)); });
-    return all;
+  void count_loose(FaceId f, Index change) {
+    for (const VertexId v : mesh_.corners(f)) {
+      if (v >= keep_) loose_[static_cast<std::size_t>(v - keep_)] += change;
+    }
   }
+
+  // Is an added vertex among bent faces only?
+  bool stays(VertexId v) const { return loose_[static_cast<std::size_t>(v - keep_)] == 0; }
 
   bool may_be_straight(VertexId v) const { return v >= keep_ && !stays(v); }
 
@@ -104,8 +111,10 @@ class Straightener {
 
   void bend(FaceId parent) {
     if (std::exchange(bent_[static_cast<std::size_t>(parent)], char{1}) != 0) return;
+    ++bends_;
     for (auto part = std::lower_bound(parts_.begin(), parts_.end(), std::pair(parent, FaceId{0}));
          part != parts_.end() && part->first == parent; ++part) {
+      count_loose(part->second, -1);
       for (const VertexId v : mesh_.corners(part->second)) {
         if (v >= keep_) open_around(v);
       }
@@ -151,7 +160,12 @@ class Straightener {
   void unwind() {
     for (const auto& part : parts_) {
       for (const VertexId v : mesh_.corners(part.second)) {
-        if (winds_once(v)) continue;
+        Index& seen = wound_once_[static_cast<std::size_t>(v)];
+        if (seen == bends_) continue;
+        if (winds_once(v)) {
+          seen = bends_;
+          continue;
+        }
         bend_around(v);
         mesh_.for_each_outgoing(v, [&](HalfedgeId h) {
           for (const VertexId w : {mesh_.target(h), mesh_.apex(h)}) {
@@ -169,6 +183,9 @@ class Straightener {
   std::vector<Vector2> straight_;  // per vertex from keep_ on: its place, if straight
   std::vector<std::pair<FaceId, FaceId>> parts_;  // input face, face at an added vertex; sorted
   std::vector<FaceId> open_;                      // triangles that may have become negative
+  std::vector<Index> loose_;       // per vertex from keep_ on: triangles around in faces not bent
+  std::vector<Index> wound_once_;  // per vertex: bends_ when it was last seen to wind once
+  Index bends_ = 0;
   Index steps_ = 0;
 };
 
