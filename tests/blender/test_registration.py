@@ -95,13 +95,6 @@ def test_the_solver_comes_from_the_extensions_wheel():
     assert home in Path(flipfree.__file__).resolve().parents
 
 
-def loaded_libraries():
-    maps = Path("/proc/self/maps")
-    if not maps.exists():
-        pytest.skip("/proc/self/maps is missing: this is not Linux")
-    return {Path(line.split()[-1]) for line in maps.read_text().splitlines() if ".so" in line}
-
-
 def test_the_solver_uses_no_library_but_glibc_and_its_own(tmp_path):
     """Seen in a process of its own: all that `import flipfree` maps beyond numpy lies in the wheel's folders."""
     import os

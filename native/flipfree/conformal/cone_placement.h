@@ -28,7 +28,6 @@ class LinearPlacement {
   double base_charge() const { return total_curvature - charge.sum(); }
   // Potential of a unit charge at v.
   std::vector<double> response(VertexId v, ExecutionContext& context) const;
-  bool is_base(VertexId v) const { return base_[static_cast<std::size_t>(v)] != 0; }
 
   std::vector<double> u;
   std::vector<VertexId> cones;

@@ -21,10 +21,6 @@ class NewtonSystem {
                const std::vector<std::array<VertexId, 2>>& couplings, ExecutionContext& context,
                EliminationMemory* memory = nullptr, const std::vector<Index>* labels = nullptr);
 
-  Index free_vertices() const { return static_cast<Index>(vertex_of_.size()); }
-  // Free number of vertex v, kInvalid if it is fixed.
-  Index free_number(VertexId v) const { return number_of_[static_cast<std::size_t>(v)]; }
-
   // Gradient and projected Hessian of the energy at `uv`. `soft`: see
   // symmetric_dirichlet_hessian(). Returns the energy. Same bits for any number of threads.
   double assemble(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft,
