@@ -2,7 +2,9 @@
 // decided by numeric/predicates.h.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "flipfree/base/types.h"
 
@@ -18,5 +20,17 @@ inline double twice_area(const Vector2& a, const Vector2& b, const Vector2& c) {
 
 // The angle from a to b, in [-pi, pi].
 inline double turn(const Vector2& a, const Vector2& b) { return std::atan2(cross(a, b), a.dot(b)); }
+
+// Four times the area of the triangle with these sides, 0 if they do not close: Heron's formula in
+// Kahan's form, by which needles keep their height. Real: double or long double.
+template <typename Real>
+Real quadruple_area(Real big, Real middle, Real small) {
+  if (big < middle) std::swap(big, middle);
+  if (middle < small) std::swap(middle, small);
+  if (big < middle) std::swap(big, middle);
+  const Real square = (big + (middle + small)) * (small - (big - middle)) *
+                      (small + (big - middle)) * (big + (middle - small));
+  return std::sqrt(std::max(Real(0), square));
+}
 
 }  // namespace flipfree

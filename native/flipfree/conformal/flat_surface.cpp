@@ -16,13 +16,7 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 Vector2 apex_of(double c, double a, double b) {
   const double x = 0.5 * (c + (b - a) * ((b + a) / c));
-  double big = a, middle = b, small = c;
-  if (big < middle) std::swap(big, middle);
-  if (middle < small) std::swap(middle, small);
-  if (big < middle) std::swap(big, middle);
-  const double product = (big + (middle + small)) * (small - (big - middle)) *
-                         (small + (big - middle)) * (big + (middle - small));
-  return {x, 0.5 * std::sqrt(std::max(0.0, product)) / c};
+  return {x, 0.5 * quadruple_area(a, b, c) / c};
 }
 
 bool FlatSurface::on_boundary(VertexId v) const {

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "flipfree/base/parallel.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/conformal/symmetric_flips.h"
 
 namespace flipfree {
@@ -26,14 +27,9 @@ struct Spot {
 long double cross(const Spot& a, const Spot& b) { return a.x * b.y - a.y * b.x; }
 long double dot(const Spot& a, const Spot& b) { return a.x * b.x + a.y * b.y; }
 
-// Apex over a side c along the x axis: `a` beside its far end, `b` beside the origin (Heron,
-// Kahan).
+// Apex over a side c along the x axis: `a` beside its far end, `b` beside the origin.
 Spot apex_over(long double c, long double a, long double b) {
-  long double s[3] = {a, b, c};
-  std::sort(s, s + 3);
-  const long double product = (s[2] + (s[1] + s[0])) * (s[0] - (s[2] - s[1])) *
-                              (s[0] + (s[2] - s[1])) * (s[2] + (s[1] - s[0]));
-  return {(c + (b - a) * ((b + a) / c)) / 2, std::sqrt(std::max(0.0L, product)) / (2 * c)};
+  return {(c + (b - a) * ((b + a) / c)) / 2, quadruple_area(a, b, c) / (2 * c)};
 }
 
 // Euclidean lengths on the Delaunay start.

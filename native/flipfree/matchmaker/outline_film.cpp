@@ -13,18 +13,13 @@ namespace {
 
 using Mesh = EditableTriangulation;
 
-// The point left of a -> b at the given distances from both. The area by Kahan's stable form of
-// Heron's formula: frames near their end have needles.
+// The point left of a -> b at the given distances from both.
 Vector2 apex_of(const Vector2& a, const Vector2& b, double from_a, double from_b) {
   const double base = (b - a).norm();
-  std::array<double, 3> s = {base, from_a, from_b};
-  std::sort(s.begin(), s.end());
-  const double area4 =
-      std::sqrt(std::max(0.0, (s[2] + (s[1] + s[0])) * (s[0] - (s[2] - s[1])) *
-                                  (s[0] + (s[2] - s[1])) * (s[2] + (s[1] - s[0]))));
   const double along = 0.5 * (base + (from_a - from_b) * (from_a + from_b) / base);
   const Vector2 u = (b - a) / base;
-  return a + along * u + (0.5 * area4 / base) * Vector2(-u.y(), u.x());
+  return a + along * u +
+         (0.5 * quadruple_area(base, from_a, from_b) / base) * Vector2(-u.y(), u.x());
 }
 
 // The last face left when leaves are peeled off the tree of faces round by round.
