@@ -182,7 +182,8 @@ class Gaps {
     cost[static_cast<std::size_t>(from_)] = 0;
     open.emplace(0.0, from_);
     while (!open.empty()) {
-      const auto [at, node] = open.top();
+      const double at = open.top().first;
+      const Index node = open.top().second;
       open.pop();
       if (at > cost[static_cast<std::size_t>(node)]) continue;
       context.check();

@@ -90,8 +90,8 @@ VertexId CurveOverlay::cross(VertexId here, VertexId a, VertexId b, Index mark) 
   if (from == kInvalid) return kInvalid;
   const auto [p, q] = std::pair(mesh_.source(crossed), mesh_.target(crossed));
   surface_.support.emplace_back();
-  surface_.position.push_back(0.5 * (surface_.position[static_cast<std::size_t>(p)] +
-                                     surface_.position[static_cast<std::size_t>(q)]));
+  surface_.position.emplace_back(0.5 * (surface_.position[static_cast<std::size_t>(p)] +
+                                        surface_.position[static_cast<std::size_t>(q)]));
   const VertexId fresh = mesh_.split_edge(crossed);
   // Half-edges keep their sources and their faces' sides of the split edge, but `from` may have
   // been the one that was cut in two: any of here's faces in that cell will do.

@@ -168,9 +168,9 @@ void EditableTriangulation::replace(std::span<const FaceId> faces,
       if (o == kInvalid || !removed(o)) outline.push_back({source(h), target(h), o, mark(h)});
     }
   }
-  for (auto it = faces.rbegin(); it != faces.rend(); ++it) {
-    for (Index k = 0; k < 3; ++k) at(source_, 3 * *it + k) = kInvalid;
-    free_.push_back(*it);
+  for (std::size_t i = faces.size(); i-- > 0;) {
+    for (Index k = 0; k < 3; ++k) at(source_, 3 * faces[i] + k) = kInvalid;
+    free_.push_back(faces[i]);
   }
   for (const VertexId v : touched) at(outgoing_, v) = kInvalid;
   std::vector<HalfedgeId> made;

@@ -326,7 +326,7 @@ class PatchEmbedder {
 Points2 embed_patches(RefinedSurface& surface, const TargetDomain& domain,
                       const ConvexPartition& partition, const Paths& paths,
                       ExecutionContext& context, Stats& stats, std::vector<Vector2>* drawing) {
-  const Points2 uv = PatchEmbedder(surface, domain, partition, paths, drawing).run(context, stats);
+  Points2 uv = PatchEmbedder(surface, domain, partition, paths, drawing).run(context, stats);
   const Triangles faces = surface.mesh.faces();
   for (Eigen::Index f = 0; f < faces.rows(); ++f) {
     const auto corner = [&](Index k) -> Vector2 { return uv.row(faces(f, k)).transpose(); };

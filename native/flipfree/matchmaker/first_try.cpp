@@ -87,6 +87,7 @@ void lay_over(Points2& uv, const std::vector<PinnedVertex>& pins) {
 
 // Inner edges between boundary vertices whose straight images leave the target.
 void split_blind_chords(RefinedSurface& surface, const Constraints& constraints) {
+  if (surface.boundary.empty()) return;
   const EditableTriangulation& mesh = surface.mesh;
   std::vector<Index> place(static_cast<std::size_t>(mesh.vertex_count()), kInvalid);
   const std::size_t n = surface.boundary.size();

@@ -247,6 +247,7 @@ class Lifter {
         near_.push_back(g);
     };
     for (const VertexId v : c) creases_.for_each_face(place(v), offer);
+    // NOLINTNEXTLINE(modernize-loop-convert): offer() makes near_ longer
     for (std::size_t i = 0; i < near_.size(); ++i) {
       for (HalfedgeId h = 3 * near_[i]; h < 3 * near_[i] + 3; ++h) {
         if (!creases_.mesh().is_boundary(h)) offer(creases_.mesh().opposite(h) / 3);

@@ -91,6 +91,7 @@ Surface as_disk(const Surface& piece, const std::vector<std::vector<HalfedgeId>>
   auto apex = static_cast<VertexId>(piece.vertices.rows());
   for (const std::vector<HalfedgeId>& hole : holes) {
     std::vector<VertexId> loop;
+    loop.reserve(hole.size());
     for (const HalfedgeId h : hole) loop.push_back(source(piece.faces, h));
     lift_apex(loop, apex++, disk.vertices);
   }

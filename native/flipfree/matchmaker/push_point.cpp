@@ -7,6 +7,7 @@
 #include <deque>
 #include <tuple>
 
+#include "flipfree/base/plane.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree {
@@ -146,7 +147,7 @@ class Pusher {
       after_.push_back(pushed(static_cast<VertexId>(v)));
     }
     after_[static_cast<std::size_t>(vertex)] = goal;
-    corners_.push_back(map.uv.row(vertex).transpose());
+    corners_.emplace_back(map.uv.row(vertex).transpose());
   }
 
   bool moves(VertexId v) const { return at(before_, v) != at(after_, v); }
@@ -198,10 +199,6 @@ class Pusher {
     if (orientation(a, b, d) <= 0) return true;
     return twice_area(a, b, d) <
            least_share_ * twice_area(at(before_, c[0]), at(before_, c[1]), at(before_, c[2]));
-  }
-
-  static double twice_area(const Vector2& a, const Vector2& b, const Vector2& c) {
-    return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
   }
 
   struct Cut {
@@ -298,8 +295,7 @@ class Pusher {
   bool split_at_corner(FaceId f) {
     const Mesh::Triangle c = mesh_.corners(f);
     const std::array<Vector2, 3> p = {at(before_, c[0]), at(before_, c[1]), at(before_, c[2])};
-    for (std::size_t i = 0; i < corners_.size(); ++i) {
-      const Vector2 corner = corners_[i];
+    for (const Vector2& corner : corners_) {
       bool inside = true;
       for (std::size_t k = 0; k < 3; ++k) {
         inside = inside && orientation(p[k], p[(k + 1) % 3], corner) > 0;

@@ -68,7 +68,7 @@ VertexId RefinedSurface::split_edge(HalfedgeId h, double share) {
   if (on_input) return split_edge(h, between(support[a], support[b], share));
   const VertexId s = mesh.split_edge(h);
   support.emplace_back();
-  position.push_back((1 - share) * position[a] + share * position[b]);
+  position.emplace_back((1 - share) * position[a] + share * position[b]);
   return s;
 }
 
