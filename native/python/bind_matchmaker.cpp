@@ -60,6 +60,7 @@ void bind_matchmaker(py::module_& module) {
         if (engine == "first try") job.options.engine = MatchEngine::kFirstTry;
         if (engine == "outline") job.options.engine = MatchEngine::kOutline;
         if (engine == "overlay") job.options.engine = MatchEngine::kOverlay;
+        if (engine == "arms") job.options.engine = MatchEngine::kArms;
         if (engine == "matchmaker") job.options.engine = MatchEngine::kMatchmaker;
         return start_job(
             [job = std::move(job)](ExecutionContext& context) {

@@ -40,6 +40,7 @@ Constraints restricted(const Constraints& constraints, const CoarseDisk& disk,
   Constraints result;
   result.turning_number = constraints.turning_number;
   result.simple_outline = constraints.simple_outline;
+  result.one_to_one = constraints.one_to_one;
   for (const PinnedVertex& p : constraints.pins) result.pins.push_back({id(p.vertex), p.uv});
   if (constraints.free_boundary()) return result;
   std::vector<Vector2> target(disk.fine.size(), Vector2::Zero());

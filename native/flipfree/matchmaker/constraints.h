@@ -44,6 +44,7 @@ struct Constraints {
   Polygon outline;         // by place in RefinedSurface::boundary; empty: free boundary
   int turning_number = 1;  // of the outline
   bool simple_outline = true;
+  bool one_to_one = false;                   // free boundary: the map may not overlap itself
   std::vector<std::vector<VertexId>> paths;  // each from a pin to the boundary
 
   bool free_boundary() const { return outline.empty(); }

@@ -11,14 +11,14 @@
 #include "flipfree/base/error.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/certify/overlap.h"
-#include "flipfree/distortion/energy.h"
 #include "flipfree/distortion/minimize.h"
-#include "flipfree/distortion/rest_shapes.h"
+#include "flipfree/matchmaker/arms.h"
 #include "flipfree/matchmaker/coarse_walk.h"
 #include "flipfree/matchmaker/coarsen.h"
 #include "flipfree/matchmaker/film_overlay.h"
 #include "flipfree/matchmaker/first_try.h"
 #include "flipfree/matchmaker/pipeline.h"
+#include "flipfree/matchmaker/relax.h"
 #include "flipfree/matchmaker/roomy_metric.h"
 #include "flipfree/matchmaker/store_map.h"
 #include "flipfree/matchmaker/unfold_wholes.h"
@@ -127,16 +127,6 @@ bool untangling_is_safe(const Constraints& constraints) {
   return !constraints.free_boundary() && constraints.turning_number == 1;
 }
 
-// Its symmetric Dirichlet energy at the best scale; infinite if it cannot be told.
-double energy_of(const RefinedMap& map, ExecutionContext& context) {
-  const Surface arrays = to_surface(map.surface);
-  const distortion::RestShapes rest = distortion::build_rest_shapes(arrays, context);
-  const distortion::EnergySums sums =
-      distortion::sum_energy(arrays.faces, rest.triangles, map.uv, context);
-  const double energy = sums.at_best_scale();
-  return std::isfinite(energy) ? energy : std::numeric_limits<double>::infinity();
-}
-
 // From a valid map, finely cut and much distorted, to one that is fit for use. Whatever fails on
 // the way, there is a valid map in the end, and with `bijective`, one that does not overlap itself
 // if `fine` does not.
@@ -210,7 +200,8 @@ std::optional<RefinedMap> walked(RefinedSurface& surface, const Constraints& con
   if (!start) return std::nullopt;
   RefinedMap map{surface, std::move(*start)};
   const bool refine = options.engine != MatchEngine::kFirstTry;
-  const bool large = has_coarse_levels(surface, constraints);
+  const bool arms = options.engine == MatchEngine::kArms;
+  const bool large = !arms && has_coarse_levels(surface, constraints);
   bool settled = false;
   if (refine && large) {
     const ProgressRange range(context, 0.1, 0.8);
@@ -230,7 +221,9 @@ std::optional<RefinedMap> walked(RefinedSurface& surface, const Constraints& con
     // What was beyond measure on a coarse level is so here.
     const bool pushes = refine && !stats.contains("walk.exhausted") &&
                         (constraints.free_boundary() || surface.mesh.vertex_count() <= kMostPushed);
-    if (!walk_pins(map, constraints, pushes, context, stats)) return std::nullopt;
+    const bool arrived = arms ? walk_with_arms(map, constraints, context, stats)
+                              : walk_pins(map, constraints, pushes, context, stats);
+    if (!arrived) return std::nullopt;
   }
   const ProgressRange range(context, 0.9, 1.0);
   if (!lines_are_whole(map.surface, constraints)) return std::nullopt;
@@ -372,7 +365,7 @@ RefinedMap solve(RefinedSurface& surface, const Constraints& constraints,
       stats["engine"] = std::string("first try");
       return std::move(*map);
     }
-    if (options.engine == MatchEngine::kFirstTry) {
+    if (options.engine == MatchEngine::kFirstTry || options.engine == MatchEngine::kArms) {
       throw_not_converged(
           ErrorCode::kIterationLimit,
           "The first try found no flip-free map on these triangles. Allow refinement.");
@@ -407,8 +400,7 @@ RefinedMap solve(RefinedSurface& surface, const Constraints& constraints,
                         "itself have no other way. Pin fewer vertices, or refine the mesh.");
   }
   const ProgressRange range(context, 0.95, 1.0);
-  const bool bijective = options.bijective && constraints.free_boundary();
-  return guaranteed(surface, constraints, bijective, context, stats);
+  return guaranteed(surface, constraints, constraints.one_to_one, context, stats);
 }
 
 Parametrization to_parametrization(const RefinedMap& solution, const Points2& uv,
@@ -468,10 +460,11 @@ Parametrization match(const Surface& surface, const MatchRequest& request,
   Stats stats;
   const Stopwatch watch;
   RefinedSurface refined = make_refined_surface(surface);
-  const Constraints constraints = read_constraints(refined, request);
+  Constraints constraints = read_constraints(refined, request);
+  constraints.one_to_one = options.bijective && constraints.free_boundary();
   // A boundary that moves away from a simple outline stays simple.
-  const bool bijective = (options.bijective && constraints.free_boundary()) ||
-                         (!constraints.movable.empty() && constraints.simple_outline);
+  const bool bijective =
+      constraints.one_to_one || (!constraints.movable.empty() && constraints.simple_outline);
 
   RefinedMap solution;
   {

@@ -22,6 +22,7 @@ enum class MatchEngine {
   kFirstTry,    // for tests and papers: NotConverged if the first try fails
   kOutline,     // for tests and papers: straight to the walk with the outline (walk_outline.h)
   kOverlay,     // for tests and papers: straight to the outline in one step (film_overlay.h)
+  kArms,        // for tests and papers: straight to an arm for every pin (arms.h)
   kMatchmaker,  // for tests and papers: straight to MatchMaker++
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <utility>
 
 #include "flipfree/base/error.h"
@@ -84,6 +85,15 @@ bool relax_near(RefinedMap& map, const std::vector<VertexId>& seeds, int rings,
   for (std::size_t i = 0; i < patch.vertices.size(); ++i)
     map.uv.row(patch.vertices[i]) = patch.uv.row(static_cast<Eigen::Index>(i));
   return true;
+}
+
+double energy_of(const RefinedMap& map, ExecutionContext& context) {
+  const Surface surface = to_surface(map.surface);
+  const distortion::RestShapes rest = distortion::build_rest_shapes(surface, context);
+  const distortion::EnergySums sums =
+      distortion::sum_energy(surface.faces, rest.triangles, map.uv, context);
+  const double energy = sums.at_best_scale();
+  return std::isfinite(energy) ? energy : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace flipfree

@@ -27,4 +27,7 @@ bool relax_near(RefinedMap& map, const std::vector<VertexId>& seeds, int rings,
                 const std::vector<VertexId>& fixed, const RelaxOptions& options,
                 ExecutionContext& context);
 
+// Its symmetric Dirichlet energy at the best scale; infinite if it cannot be told.
+double energy_of(const RefinedMap& map, ExecutionContext& context);
+
 }  // namespace flipfree

@@ -4,10 +4,12 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <utility>
 
 #include "flipfree/base/error.h"
 #include "flipfree/distortion/targets.h"
+#include "flipfree/matchmaker/arms.h"
 #include "flipfree/matchmaker/coarsen.h"
 #include "flipfree/matchmaker/corridor.h"
 #include "flipfree/matchmaker/first_try.h"
@@ -52,6 +54,10 @@ constexpr Index kMostAddedLeast = 10000;
 // A walk is given up when the vertices that its pushes left, summed over the pushes, exceed so many
 // times the input's: many pins that permute far draw out more with every push, without end.
 constexpr std::int64_t kMostDragged = 10;
+// Where arms leave more than one added vertex to so many of the input's, a few pins may do better
+// one by one; many never do.
+constexpr Index kMuchOfArms = 2;
+constexpr std::size_t kFewPins = 16;
 // Corridors that are tried one after another: how far they reach beyond the leg, in units of its
 // length, and how near they come to obstacles.
 constexpr std::array<std::pair<double, double>, 3> kCorridors = {
@@ -248,24 +254,9 @@ class Walker {
   Index eased_ = 0;               // added vertices that were left when they last made room
 };
 
-}  // namespace
-
-bool walk_pins(RefinedMap& map, const Constraints& constraints, bool refine,
-               ExecutionContext& context, Stats& stats) {
-  if (constraints.pins.empty()) return true;
-  Walker walker(map, constraints, context);
-  {
-    const ProgressRange range(context, 0.0, 0.2);
-    if (walker.pull(constraints.pins, kStepsTogether, kPullsTogether)) {
-      stats["walk.mode"] = std::string("together");
-      return true;
-    }
-  }
-  if (refine && walk_as_planned(map, constraints, context, stats)) {
-    stats["walk.mode"] = std::string("planned");
-    return true;
-  }
-  stats["walk.mode"] = std::string("one by one");
+// Pulls the pins home one after another, the nearest first, and pushes those that do not come.
+bool walk_one_by_one(Walker& walker, const RefinedMap& map, const Constraints& constraints,
+                     bool refine, ExecutionContext& context, Stats& stats) {
   // A push would bend lines, and cannot tell the sheets of a target that overlaps itself apart.
   const bool may_push = refine && constraints.edges.empty() &&
                         (constraints.free_boundary() || constraints.simple_outline);
@@ -278,7 +269,7 @@ bool walk_pins(RefinedMap& map, const Constraints& constraints, bool refine,
   std::int64_t pushes = 0;
   for (std::size_t i = 0; i < waiting.size(); ++i) {
     const auto share = [&](std::size_t k) {
-      return 0.2 + 0.8 * static_cast<double>(k) / static_cast<double>(waiting.size());
+      return static_cast<double>(k) / static_cast<double>(waiting.size());
     };
     const ProgressRange range(context, share(i), share(i + 1));
     if (walker.pull({waiting[i]}, kStepsPerPin, kPullsPerPin)) continue;
@@ -290,6 +281,45 @@ bool walk_pins(RefinedMap& map, const Constraints& constraints, bool refine,
       return false;
     }
   }
+  return true;
+}
+
+}  // namespace
+
+bool walk_pins(RefinedMap& map, const Constraints& constraints, bool refine,
+               ExecutionContext& context, Stats& stats) {
+  if (constraints.pins.empty()) return true;
+  const Index keep = map.surface.mesh.vertex_count();
+  Walker walker(map, constraints, context);
+  {
+    const ProgressRange range(context, 0.0, 0.2);
+    if (walker.pull(constraints.pins, kStepsTogether, kPullsTogether)) {
+      stats["walk.mode"] = std::string("together");
+      return true;
+    }
+  }
+  std::optional<RefinedMap> armed;
+  if (refine) {
+    const ProgressRange range(context, 0.2, 0.5);
+    if (walk_as_planned(map, constraints, context, stats)) {
+      stats["walk.mode"] = std::string("planned");
+      return true;
+    }
+    armed = map;
+    if (!walk_with_arms(*armed, constraints, context, stats)) armed.reset();
+  }
+  const auto added = [&](const RefinedMap& m) { return m.surface.mesh.vertex_count() - keep; };
+  const bool walk =
+      !armed || (kMuchOfArms * added(*armed) > keep && constraints.pins.size() <= kFewPins);
+  if (walk) {
+    const ProgressRange range(context, 0.5, 1.0);
+    stats["walk.mode"] = std::string("one by one");
+    const bool arrived = walk_one_by_one(walker, map, constraints, refine, context, stats);
+    if (!armed || (arrived && added(map) <= added(*armed))) return arrived;
+  }
+  stats["walk.mode"] = std::string("arms");
+  stats.erase("walk.exhausted");
+  map = std::move(*armed);
   return true;
 }
 

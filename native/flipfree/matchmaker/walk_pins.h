@@ -2,12 +2,13 @@
 // the way is blocked.
 //
 // First all pins together by continuation (distortion/targets.h). If that stops, many pins inside a
-// convex boundary are planned together (planned_walk.h). Otherwise they go one after another,
-// the nearest first, each held once it has arrived; pins that wait are free, so the others do not
-// wind around them. A pin that continuation does not bring home is pushed (push_point.h) along a
-// way past the held pins (corridor.h), the map relaxed, and refinement taken back (coarsen.h)
-// before the next. Every map on the way is valid, so nothing has to be repaired, and interior
-// vertices keep winding once, which untangling with a free boundary does not ensure.
+// convex boundary are planned together (planned_walk.h), and where the boundary is free and the map
+// may overlap itself, every pin gets an arm of its own (arms.h). Otherwise they go one after
+// another, the nearest first, each held once it has arrived; pins that wait are free, so the others
+// do not wind around them. A pin that continuation does not bring home is pushed (push_point.h)
+// along a way past the held pins (corridor.h), the map relaxed, and refinement taken back
+// (coarsen.h) before the next. Every map on the way is valid, so nothing has to be repaired, and
+// interior vertices keep winding once, which untangling with a free boundary does not ensure.
 #pragma once
 
 #include "flipfree/base/context.h"

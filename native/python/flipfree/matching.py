@@ -20,7 +20,7 @@ Points = Mapping[int, tuple[float, float]]
 Lines = Sequence[tuple[Sequence[int], Any]]
 
 #: What ``engine`` may be: both in turn, or one of them alone (for tests and benchmarks).
-ENGINES = ("auto", "first try", "outline", "overlay", "matchmaker")
+ENGINES = ("auto", "first try", "outline", "overlay", "arms", "matchmaker")
 
 
 def _lines(lines: Lines | None) -> list[tuple[npt.NDArray[np.int32], npt.NDArray[np.float64]]]:
@@ -126,7 +126,7 @@ def match(
         movable: boundary vertices whose targets are only where they begin: the optimisation may move them.
         optimise: lower the distortion with all constraints held. iterations: at most so many Newton steps.
         bijective: with a free boundary, one-to-one as a whole and not only locally.
-        engine: "auto", or "first try" / "outline" / "overlay" / "matchmaker" alone.
+        engine: "auto", or "first try" / "outline" / "overlay" / "arms" / "matchmaker" alone.
 
     Returns:
         Parametrization: refined only where no map of the user's triangles was found; ``stats["added_vertices"]``,
