@@ -8,6 +8,7 @@
 #include <numeric>
 #include <utility>
 
+#include "flipfree/base/plane.h"
 #include "flipfree/matchmaker/untangle.h"
 #include "flipfree/numeric/predicates.h"
 
@@ -165,8 +166,8 @@ class Shore {
     const Vector2 ray(std::cos(angle), std::sin(angle));
     const Vector2 a = place(v) - centre_;
     const Vector2 b = place(next(v)) - centre_;
-    const double left = ray.x() * b.y() - ray.y() * b.x();
-    const double right = a.x() * ray.y() - a.y() * ray.x();
+    const double left = cross(ray, b);
+    const double right = cross(a, ray);
     return split(v, right / (right + left));
   }
 
