@@ -17,6 +17,7 @@
 #include "flipfree/matchmaker/plan_motion.h"
 #include "flipfree/matchmaker/relax.h"
 #include "flipfree/matchmaker/roomy_metric.h"
+#include "flipfree/matchmaker/simplify_plane_map.h"
 #include "flipfree/matchmaker/untangle.h"
 #include "flipfree/numeric/predicates.h"
 
@@ -245,49 +246,60 @@ Surface sources(const std::vector<Vector2>& outline, const Ring& ring, const Mov
   return flat;
 }
 
-// The coarse map: the overlay of both triangulations, laid out evenly at the sources, and with
-// little distortion at the targets.
-struct Overlay {
-  Surface before;  // flat
-  Points2 after;
-};
+Points2 flat(const Surface& surface) { return surface.vertices.leftCols(2); }
 
-std::optional<Overlay> overlay(const Surface& base, const MovingPins& after, Index outline,
-                               ExecutionContext& context) {
-  RefinedSurface surface = make_refined_surface(base);
+// Both triangulations laid over each other, as a map of the sources' that is flip-free in both
+// planes.
+std::optional<RefinedMap> overlay(const Surface& base, const MovingPins& after, Index outline,
+                                  ExecutionContext& context) {
+  RefinedMap map;
+  map.surface = make_refined_surface(base);
   std::vector<VertexId> id(at(after.vertex_count()));
   std::iota(id.begin(), id.end(), outline);
-  Overlayer overlayer(surface, after, id);
+  Overlayer overlayer(map.surface, after, id);
   if (!overlayer.run()) return std::nullopt;
   overlayer.finish();
-  std::vector<VertexId> pins(id.begin(), id.begin() + after.pin_count());
-
-  RefinedMap map;
-  map.uv = to_surface(surface).vertices.leftCols(2);
-  if (!find_flips(surface.mesh.faces(), map.uv, context).empty()) return std::nullopt;
+  const Triangles faces = map.surface.mesh.faces();
+  map.uv = flat(to_surface(map.surface));
+  if (!find_flips(faces, map.uv, context).empty()) return std::nullopt;
   for (Index v = 0; v < after.vertex_count(); ++v)
     map.uv.row(outline + v) = after.place(v).transpose();
   for (Eigen::Index v = base.vertices.rows(); v < map.uv.rows(); ++v)
     map.uv.row(v) = overlayer.uv()[static_cast<std::size_t>(v)].transpose();
-  map.surface = std::move(surface);
-  if (!find_flips(map.surface.mesh.faces(), map.uv, context).empty()) return std::nullopt;
-  std::vector<VertexId> held = map.surface.boundary;
-  held.insert(held.end(), pins.begin(), pins.end());
-  // Crossings that the map bears to lose need not be followed.
-  for (int round = 0; round < kThinnings; ++round) {
-    relax(map, held, {kStepsOfThinning, true, nullptr}, context);
-    remove_added(map, held, static_cast<Index>(base.vertices.rows()), context);
-  }
+  if (!find_flips(faces, map.uv, context).empty()) return std::nullopt;
+  return map;
+}
 
-  Overlay result;
-  result.before = to_surface(map.surface);
-  const RefinedSurface whole = make_refined_surface(result.before);
-  const Surface even = roomy_metric(whole, result.before.vertices.leftCols(2), context, pins);
-  map.surface = make_refined_surface(even);
-  relax(map, held, {kStepsOfOverlay, true, nullptr}, context);
-  result.before = even;
-  result.after = std::move(map.uv);
-  return result;
+// The coarse map: laid out evenly at the sources, and with little distortion at the targets.
+// Crossings that the map bears to lose need not be followed. The vertices below `held` are the
+// boundary's and the pins'.
+std::optional<PlaneMap> coarse_map(RefinedMap map, Index held, ExecutionContext& context) {
+  std::vector<VertexId> fixed(at(held));
+  std::iota(fixed.begin(), fixed.end(), 0);
+  for (int round = 0; round < kThinnings; ++round) {
+    relax(map, fixed, {kStepsOfThinning, true, nullptr}, context);
+    thin_out(map, fixed, map.surface.input_vertices(), context);
+  }
+  PlaneMap plane;
+  {
+    const Surface before = to_surface(map.surface);
+    plane = {before.faces, flat(before), map.uv, {}};
+    plane.vertex.assign(static_cast<std::size_t>(map.uv.rows()), kInvalid);
+  }
+  simplify_plane_map(plane, held, context);
+  Surface even;
+  even.faces = plane.faces;
+  even.vertices = Points3::Zero(plane.before.rows(), 3);
+  const RefinedSurface uneven = make_refined_surface(even);
+  even = roomy_metric(uneven, plane.before, context, fixed);
+  map = {make_refined_surface(even), plane.after};
+  relax(map, fixed, {kStepsOfOverlay, true, nullptr}, context);
+  plane.before = flat(even);
+  plane.after = std::move(map.uv);
+  if (!find_flips(plane.faces, plane.before, context).empty() ||
+      !find_flips(plane.faces, plane.after, context).empty())
+    return std::nullopt;
+  return plane;
 }
 
 }  // namespace
@@ -320,19 +332,16 @@ bool place_pins(RefinedMap& map, const Constraints& constraints, ExecutionContex
   stats["plan.complexity"] = pins.complexity();
   const auto outline = static_cast<Index>(constraints.outline.size());
   if (!find_flips(base.faces, base.vertices.leftCols(2), context).empty()) return false;
-  std::optional<Overlay> coarse = overlay(base, pins, outline, context);
-  if (!coarse) return false;
-
-  PlaneMap plane;
-  plane.faces = coarse->before.faces;
-  plane.before = coarse->before.vertices.leftCols(2);
-  plane.after = std::move(coarse->after);
-  plane.vertex.assign(static_cast<std::size_t>(plane.before.rows()), kInvalid);
-  std::copy(map.surface.boundary.begin(), map.surface.boundary.end(), plane.vertex.begin());
+  std::optional<RefinedMap> fine = overlay(base, pins, outline, context);
+  if (!fine) return false;
+  const Index held = outline + pins.pin_count();
+  std::optional<PlaneMap> plane = coarse_map(std::move(*fine), held, context);
+  if (!plane) return false;
+  std::copy(map.surface.boundary.begin(), map.surface.boundary.end(), plane->vertex.begin());
   for (Index i = 0; i < pins.pin_count(); ++i)
-    plane.vertex[at(outline + i)] = constraints.pins[at(i)].vertex;
+    plane->vertex[at(outline + i)] = constraints.pins[at(i)].vertex;
   const Index count = map.surface.mesh.vertex_count();
-  if (!follow_by(map, plane, context)) return false;
+  if (!follow_by(map, *plane, context)) return false;
   stats["plan.lifted"] = static_cast<std::int64_t>(map.surface.mesh.vertex_count() - count);
   return true;
 }

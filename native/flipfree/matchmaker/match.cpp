@@ -229,7 +229,8 @@ std::optional<RefinedMap> walked(RefinedSurface& surface, const Constraints& con
   if (!lines_are_whole(map.surface, constraints)) return std::nullopt;
   if (options.bijective && overlaps(map.surface, map.uv)) return std::nullopt;
   const Index keep = surface.mesh.vertex_count();
-  if (!settled && map.surface.mesh.vertex_count() > keep) {
+  // What is left of a plan has been coarsened as far as it is worth.
+  if (!settled && !stats.contains("plan.left") && map.surface.mesh.vertex_count() > keep) {
     if (constraints.free_boundary()) {
       RefinedMap unfolded = map;
       EliminationMemory order(keep);

@@ -308,6 +308,7 @@ bool follow_by(RefinedMap& map, const PlaneMap& plane, ExecutionContext& context
 std::vector<FaceId> locate_points(const Points2& points, const Triangles& faces,
                                   const Points2& place) {
   const auto count = static_cast<std::size_t>(points.rows());
+  if (count == 0) return {};
   const auto side = static_cast<Index>(std::ceil(std::sqrt(static_cast<double>(count))));
   const Vector2 low = points.colwise().minCoeff().transpose();
   const Vector2 high = points.colwise().maxCoeff().transpose();

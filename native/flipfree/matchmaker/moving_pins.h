@@ -70,12 +70,14 @@ class MovingPins {
   void set(HalfedgeId h, std::int64_t crossings, char along);
   void flip(HalfedgeId h);
   bool star_is_positive(VertexId v, const Vector2& p) const;
+  bool is_delaunay(HalfedgeId h) const;
   void make_delaunay();
   void open(HalfedgeId h);
 
   Index pins_ = 0;
   bool valid_ = true;
   std::int64_t complexity_ = 0;
+  double doubt_ = 0;  // below this, rounding may decide on which side of a circle a place is
   std::vector<Vector2> place_;
   std::vector<VertexId> corner_;
   std::vector<HalfedgeId> opposite_;

@@ -47,6 +47,7 @@ class Search {
          std::uint64_t seed)
       : rim_(rim), to_(to), random_(seed), before_(from.size(), MovingPins(rim, from)) {
     for (std::size_t i = 0; i < from.size(); ++i) way_.push_back(0.5 * (from[i] + to[i]));
+    first_ = from.size();
     for (const Vector2& a : rim) size_ = std::max(size_, (a - rim[0]).norm());
   }
 
@@ -67,6 +68,7 @@ class Search {
       const double heat = kTemperature * (1.0 - static_cast<double>(trial) / trials);
       if (next <= now || next - now < -heat * std::log(luck)) {
         now = next;
+        first_ = std::min(first_, i);
         for (std::size_t k = i + 1; k < to_.size(); ++k) {
           before_[k] = before_[k - 1];
           before_[k].move(static_cast<VertexId>(k - 1), way_[k - 1]);
@@ -100,7 +102,7 @@ class Search {
       free = pins_.move(k, to_[static_cast<std::size_t>(k)]);
     if (!free) return std::numeric_limits<double>::infinity();
     const double cost = std::log(1.0 + static_cast<double>(pins_.complexity()));
-    if (cost < best_) {
+    if (cost < best_ && std::min(i, first_) == 0) {
       best_ = cost;
       best_way_ = way_;
     }
@@ -113,6 +115,7 @@ class Search {
   double size_ = 0;
   std::vector<Vector2> way_;
   std::vector<MovingPins> before_;  // as pin i sets out to its place on the way
+  std::size_t first_ = 0;           // in before_, pins before this one have not set out yet
   MovingPins pins_ = before_[0];
   double best_ = std::numeric_limits<double>::infinity();
   std::vector<Vector2> best_way_;

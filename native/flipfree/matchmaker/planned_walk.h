@@ -12,7 +12,8 @@ namespace flipfree {
 
 // Preconditions: as walk_pins(). True if all pins arrived bit for bit; false, and the map
 // unchanged, if this way is not for these constraints (class_overlay.h) or for so few or so many
-// pins. Stats: "plan.*".
+// pins. Stats: "plan.*"; "plan.left", vertices added, if there are so many that coarsen() has
+// nothing to add.
 bool walk_as_planned(RefinedMap& map, const Constraints& constraints, ExecutionContext& context,
                      Stats& stats);
 

@@ -1,8 +1,8 @@
 #include "flipfree/matchmaker/untangle_removal.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
-#include <optional>
 #include <utility>
 
 #include "flipfree/base/parallel.h"
@@ -15,10 +15,7 @@ namespace {
 
 using Mesh = EditableTriangulation;
 
-constexpr int kIterations = 40;
 constexpr int kPatience = 10;
-// Vertices within so many edges of the one that is removed may move.
-constexpr int kRings = 2;
 // So many neighbourhoods that have no face in common are untangled side by side, of so many
 // vertices that are looked at.
 constexpr std::size_t kTogether = 12;
@@ -31,13 +28,36 @@ struct Attempt {
   std::vector<FaceId> faces;  // of the neighbourhood as it is
   Patch patch;                // as it would be
   std::vector<char> fixed;    // per vertex of the patch
+  std::uint64_t name = 0;     // of the neighbourhood as it would be, for VainRemovals
   bool done = false;          // patch.uv is valid
 };
 
+// Tells neighbourhoods apart: where their vertices are on the surface, and how they are joined.
+// (After Steele, Lea, Flood 2014, as in plan_motion.cpp.)
+std::uint64_t name_of(const RefinedSurface& surface, const Patch& patch, int rings) {
+  auto name = static_cast<std::uint64_t>(rings);
+  const auto mix = [&](std::uint64_t value) {
+    name = (name ^ value) * 0x9e3779b97f4a7c15u;
+    name ^= name >> 29;
+  };
+  for (const VertexId v : patch.vertices) {
+    const Support& support = surface.support[static_cast<std::size_t>(v)];
+    for (std::size_t i = 0; i < 3; ++i) {
+      mix(static_cast<std::uint64_t>(support.vertex[i]));
+      mix(std::bit_cast<std::uint64_t>(support.weight[i]));
+    }
+  }
+  for (Eigen::Index i = 0; i < patch.surface.faces.size(); ++i)
+    mix(static_cast<std::uint64_t>(patch.surface.faces.data()[i]));
+  return name;
+}
+
 class UntanglingRemover {
  public:
-  UntanglingRemover(RefinedMap& map, const std::vector<VertexId>& held, ExecutionContext& context)
-      : map_(map),
+  UntanglingRemover(RefinedMap& map, const std::vector<VertexId>& held,
+                    const UntangleRemovalOptions& options, ExecutionContext& context)
+      : options_(options),
+        map_(map),
         mesh_(map.surface.mesh),
         remover_(map),
         context_(context),
@@ -57,9 +77,12 @@ class UntanglingRemover {
         untangle(batch[i], own);
       });
       for (const Attempt& attempt : batch) {
-        if (!attempt.done) continue;
-        take(attempt);
-        ++removed;
+        if (attempt.done) {
+          take(attempt);
+          ++removed;
+        } else if (options_.vain != nullptr) {
+          options_.vain->insert(attempt.name);
+        }
       }
     }
     return removed;
@@ -74,17 +97,23 @@ class UntanglingRemover {
     taken_.resize(static_cast<std::size_t>(mesh_.face_slots()), 0);
     std::size_t at = 0;
     for (; at < vertices.size() && batch.size() < kTogether && at < kLookedAt; ++at) {
-      std::optional<Attempt> attempt = prepare(vertices[at]);
-      if (!attempt) continue;
-      const bool apart = std::none_of(attempt->faces.begin(), attempt->faces.end(), [&](FaceId f) {
+      const VertexId v = vertices[at];
+      if (held_[static_cast<std::size_t>(v)] != 0 || mesh_.outgoing(v) == kInvalid) continue;
+      std::vector<VertexId> near = vertices_near(mesh_, {v}, options_.rings);
+      near.erase(std::lower_bound(near.begin(), near.end(), v));
+      Attempt attempt;
+      attempt.vertex = v;
+      attempt.faces = faces_at(mesh_, near);
+      const bool apart = std::none_of(attempt.faces.begin(), attempt.faces.end(), [&](FaceId f) {
         return taken_[static_cast<std::size_t>(f)] != 0;
       });
       if (!apart) {
-        later.push_back(vertices[at]);
+        later.push_back(v);
         continue;
       }
-      for (const FaceId f : attempt->faces) taken_[static_cast<std::size_t>(f)] = 1;
-      batch.push_back(std::move(*attempt));
+      if (!prepare(attempt, near)) continue;
+      for (const FaceId f : attempt.faces) taken_[static_cast<std::size_t>(f)] = 1;
+      batch.push_back(std::move(attempt));
     }
     for (const Attempt& attempt : batch) {
       for (const FaceId f : attempt.faces) taken_[static_cast<std::size_t>(f)] = 0;
@@ -97,15 +126,10 @@ class UntanglingRemover {
     return batch;
   }
 
-  std::optional<Attempt> prepare(VertexId v) {
-    if (held_[static_cast<std::size_t>(v)] != 0 || mesh_.outgoing(v) == kInvalid)
-      return std::nullopt;
-    Attempt attempt;
-    attempt.vertex = v;
-    if (!remover_.fill(v, attempt.filling)) return std::nullopt;
-    std::vector<VertexId> near = vertices_near(mesh_, {v}, kRings);
-    near.erase(std::lower_bound(near.begin(), near.end(), v));
-    attempt.faces = faces_at(mesh_, near);
+  // What is to be untangled; false if the vertex cannot be removed. `near`: the vertices that may
+  // move.
+  bool prepare(Attempt& attempt, const std::vector<VertexId>& near) {
+    if (!remover_.fill(attempt.vertex, attempt.filling)) return false;
     std::sort(attempt.filling.star.begin(), attempt.filling.star.end());
     std::vector<Mesh::Triangle> triangles = attempt.filling.triangles;
     for (const FaceId f : attempt.faces) {
@@ -113,17 +137,21 @@ class UntanglingRemover {
         triangles.push_back(mesh_.corners(f));
     }
     attempt.patch = make_patch(map_, triangles);
+    if (options_.vain != nullptr) {
+      attempt.name = name_of(map_.surface, attempt.patch, options_.rings);
+      if (options_.vain->contains(attempt.name)) return false;
+    }
     for (const VertexId w : attempt.patch.vertices) {
       const bool moves = std::binary_search(near.begin(), near.end(), w) &&
                          held_[static_cast<std::size_t>(w)] == 0 && !mesh_.is_boundary_vertex(w);
       attempt.fixed.push_back(moves ? 0 : 1);
     }
-    return attempt;
+    return true;
   }
 
   void untangle(Attempt& attempt, ExecutionContext& context) const {
     UntangleOptions options;
-    options.max_iterations = kIterations;
+    options.max_iterations = options_.iterations;
     options.patience = kPatience;
     options.extra_iterations = 1;
     Patch& patch = attempt.patch;
@@ -143,6 +171,7 @@ class UntanglingRemover {
     mesh_.replace(attempt.filling.star, attempt.filling.triangles, attempt.filling.parents);
   }
 
+  const UntangleRemovalOptions& options_;
   RefinedMap& map_;
   Mesh& mesh_;
   VertexRemover remover_;
@@ -154,10 +183,10 @@ class UntanglingRemover {
 }  // namespace
 
 Index remove_by_untangling(RefinedMap& map, const std::vector<VertexId>& held, Index keep,
-                           ExecutionContext& context) {
+                           ExecutionContext& context, const UntangleRemovalOptions& options) {
   std::vector<VertexId> vertices;
   for (VertexId v = map.surface.mesh.vertex_count(); v-- > keep;) vertices.push_back(v);
-  return UntanglingRemover(map, held, context).remove(std::move(vertices));
+  return UntanglingRemover(map, held, options, context).remove(std::move(vertices));
 }
 
 }  // namespace flipfree

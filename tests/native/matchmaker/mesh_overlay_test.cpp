@@ -116,5 +116,10 @@ TEST(MeshOverlay, PointsAreFoundInTheirFaces) {
   }
 }
 
+TEST(LocatePoints, NoPointsAreNowhere) {
+  const Surface surface = test::grid(2, 2);
+  EXPECT_TRUE(locate_points(Points2(0, 2), surface.faces, surface.vertices.leftCols(2)).empty());
+}
+
 }  // namespace
 }  // namespace flipfree

@@ -45,5 +45,28 @@ TEST(RemoveByUntangling, LeavesHeldVerticesAndThoseBelowTheLimit) {
   EXPECT_EQ(map.uv, before);
 }
 
+TEST(RemoveByUntangling, WhatFailedIsNotTriedAgainUntilItsNeighbourhoodHasChanged) {
+  const Surface surface = test::grid(20, 20);
+  const VertexId v = 21 * 10 + 4;
+  const auto keep = static_cast<Index>(surface.vertices.rows());
+  ExecutionContext context;
+  RefinedMap map = test::pushed(surface, v, context);
+  UntangleRemovalOptions options;
+  VainRemovals vain;
+  options.iterations = 1;  // most need more
+  options.vain = &vain;
+  while (remove_by_untangling(map, {v}, keep, context, options) > 0) map = compacted_map(map);
+  ASSERT_FALSE(vain.empty());
+  const std::size_t known = vain.size();
+  // All that is left failed in the last pass: nothing is new in another one.
+  EXPECT_EQ(remove_by_untangling(map, {v}, keep, context, options), 0);
+  EXPECT_EQ(vain.size(), known);
+  // Larger neighbourhoods are others.
+  options.rings = 3;
+  remove_by_untangling(map, {v}, keep, context, options);
+  EXPECT_GT(vain.size(), known);
+  test::expect_valid(compacted_map(map));
+}
+
 }  // namespace
 }  // namespace flipfree
