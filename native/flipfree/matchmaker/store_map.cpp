@@ -26,6 +26,7 @@ std::vector<FaceId> slots_of(const RefinedMap& map, const std::vector<Index>& fa
   std::vector<FaceId> slots;
   map.surface.mesh.faces(&slots);
   std::vector<FaceId> result;
+  result.reserve(faces.size());
   for (const Index f : faces) result.push_back(slots[static_cast<std::size_t>(f)]);
   return result;
 }
