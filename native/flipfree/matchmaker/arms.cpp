@@ -27,10 +27,10 @@ constexpr std::size_t kFewestPins = 3;
 // Newton steps of a star without the surface.
 constexpr int kStepsOfStar = 30;
 // So many stars are brought to rest, of these so many with the surface on them, and of these so
-// many for a round.
-constexpr std::size_t kShort = 20;
-constexpr std::size_t kLifted = 6;
-constexpr std::size_t kTried = 2;
+// many for a round; then half of them after each round.
+constexpr std::size_t kShort = 24;
+constexpr std::size_t kLifted = 8;
+constexpr std::size_t kTried = 4;
 // Rounds of taking refinement back for the one that is taken, and Newton steps of each. They end
 // when one frees less than one vertex in so many.
 constexpr int kRounds = 16;
@@ -171,11 +171,13 @@ std::optional<RefinedMap> best_map(std::vector<Candidate> stars, const Constrain
   keep_best(stars, kTried);
   if (stars.empty()) return std::nullopt;
   stats["arms.lifted"] = static_cast<std::int64_t>(stars.front().cost);
-  for (Candidate& c : stars) {
-    settle(c.map, constraints, keep, 1, context);
-    c.cost = energy_of(c.map, context);
+  while (stars.size() > 1) {
+    for (Candidate& c : stars) {
+      settle(c.map, constraints, keep, 1, context);
+      c.cost = energy_of(c.map, context);
+    }
+    keep_best(stars, (stars.size() + 1) / 2);
   }
-  keep_best(stars, 1);
   if (stars.empty()) return std::nullopt;
   return std::move(stars.front().map);
 }

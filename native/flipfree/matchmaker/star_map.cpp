@@ -17,7 +17,7 @@ namespace {
 
 // Points to look from, along each axis, within this part of the disk. Odd shares, so that they do
 // not fall on the symmetries of meshes.
-constexpr int kCentres = 10;
+constexpr int kCentres = 12;
 constexpr double kCentral = 0.618;
 constexpr double kOffGrid = 0.45;
 // Directions, seen from the targets, in which the hub may lie.
