@@ -2,7 +2,7 @@
 """Batch work without a window:
 
     blender -b -c flipfree unwrap IN OUT [--pack] [--allow-overlaps] ...
-    blender -b -c flipfree match IN OUT [--cut-open] [--unwrap-rest] ...
+    blender -b -c flipfree match IN OUT [--cut-open] [--unwrap-rest] [--max-seconds S] ...
     blender -b -c flipfree improve IN OUT [--pack] [--iterations N] ...
     blender -b -c flipfree conformal IN OUT [--boundary straight] ...
     blender -b -c flipfree check IN
@@ -20,6 +20,7 @@ import bpy
 
 from . import errors, mesh_io, modal
 from .operators import check, conformal, improve, match, unwrap
+from .operators.options import MAX_SECONDS
 
 _handles = []
 
@@ -100,6 +101,12 @@ def _parser() -> argparse.ArgumentParser:
         cut_open="cut pinned islands open that are closed or have handles",
         unwrap_rest="unwrap islands without pins; otherwise they stay",
     )
+    added.add_argument(
+        "--max-seconds",
+        type=_seconds,
+        default=MAX_SECONDS,
+        help="most per island, 0 for no limit (default %(default)g)",
+    )
     added = command("improve", "less distortion for maps without flips", _improve_options)
     flags(
         added,
@@ -128,6 +135,13 @@ def _parser() -> argparse.ArgumentParser:
     added = commands.add_parser("check", help="certificate of every UV map of a file")
     added.add_argument("input", type=Path)
     return parser
+
+
+def _seconds(text):
+    seconds = float(text)
+    if not 0.0 <= seconds < float("inf"):
+        raise ValueError(text)
+    return seconds
 
 
 def _margin(added):
@@ -159,6 +173,7 @@ def _match_options(given):
             "straight_lines": not given.bend_lines,
             "cut_open": given.cut_open,
             "rest": "unwrap" if given.unwrap_rest else "keep",
+            "max_seconds": given.max_seconds,
         },
     )
 

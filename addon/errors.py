@@ -89,6 +89,10 @@ TEXTS = {
         "Mark more seams, so that each island needs less range",
     ),
     "certificate failed": ("has a map that failed its check", "Please report this as a bug"),
+    "time limit reached": (
+        "got no map in the time allowed",
+        "Allow more time in the redo panel, or pin fewer vertices",
+    ),
     "out of memory": (
         "needs more memory than there is",
         "Close other programs, or unwrap it in parts",

@@ -157,7 +157,7 @@ def suggest_cones(snapshot, *, bound, quarter_turns):
     )
 
 
-def match(island, *, points, lines, boundary_loop, boundary_uv, bijective):
+def match(island, *, points, lines, boundary_loop, boundary_uv, bijective, max_seconds):
     """Starts the map of one island that meets `points` {vertex: (u, v)}, `lines` and, if given, its whole outline."""
     return jobs.match(
         island.vertices,
@@ -167,5 +167,6 @@ def match(island, *, points, lines, boundary_loop, boundary_uv, bijective):
         boundary_loop=boundary_loop,
         boundary_uv=boundary_uv,
         bijective=bijective,
+        max_seconds=max_seconds,
         threads=THREADS,
     )

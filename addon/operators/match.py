@@ -29,6 +29,7 @@ class MatchTask(parts.PartsTask):
         straight_lines=True,
         cut_open=False,
         rest="keep",
+        max_seconds=options.MAX_SECONDS,
     ):
         super().__init__(snapshot)
         self.group_vertices = group_vertices  # mesh vertices of the group `Pins`
@@ -36,7 +37,9 @@ class MatchTask(parts.PartsTask):
         self.straight_lines = straight_lines
         self.cut_open = cut_open
         self.rest = rest
+        self.max_seconds = max_seconds
         self.charts = 0
+        self.hurried = 0  # islands whose map could be better with more time
         self._cuts = np.zeros((0, 2), np.int32)  # added, as submesh pairs
         self._outline_vertices = np.zeros(0, np.int64)  # of the island being solved
 
@@ -51,7 +54,8 @@ class MatchTask(parts.PartsTask):
             outline = request["boundary_loop"] or list(island.pins)
             self.solving = island.submesh, island.triangles
             self._outline_vertices = island.submesh[outline]
-            result = yield solver.match(island, **request)
+            result = yield solver.match(island, max_seconds=self.max_seconds, **request)
+            self.hurried += int(result.stats.get("time_limit_reached", 0))
             pieces.append(islands.Piece(island.triangles, island.submesh, self._counted(result)))
         if self.rest == "unwrap" and free:
             triangles = np.sort(np.concatenate([island.triangles for island in free]))
@@ -239,6 +243,9 @@ def summary(tasks: list[MatchTask]) -> str:
     """The report line, without the time."""
     certificates = [c for task in tasks for c in task.certificates]
     text = common.figures(certificates, sum(task.charts for task in tasks))
+    hurried = sum(task.hurried for task in tasks)
+    if hurried:
+        text += f", {common.plural(hurried, 'island')} stopped at the time limit"
     return f"{text}, {parts.added(tasks)}"
 
 
@@ -246,7 +253,9 @@ def make_task(snapshot, **options) -> MatchTask:
     return MatchTask(snapshot, _group_vertices(bpy.data.objects[snapshot.object_name]), **options)
 
 
-class UV_OT_flipfree_match(options.NoOverlaps, options.MapOperator, bpy.types.Operator):
+class UV_OT_flipfree_match(
+    options.NoOverlaps, options.TimeLimit, options.MapOperator, bpy.types.Operator
+):
     bl_idname = "uv.flipfree_match"
     bl_label = "Match Pins"
     bl_description = (
@@ -256,7 +265,7 @@ class UV_OT_flipfree_match(options.NoOverlaps, options.MapOperator, bpy.types.Op
     bl_options = {"REGISTER", "UNDO"}
     verb = "Match Pins"
     needs_uv = True
-    option_names = ("bijective", "straight_lines", "cut_open", "rest")
+    option_names = ("bijective", "straight_lines", "cut_open", "rest", "max_seconds")
 
     straight_lines: bpy.props.BoolProperty(
         name="Straight Lines",

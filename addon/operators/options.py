@@ -50,6 +50,24 @@ class Packing:
     )
 
 
+# Seconds of the clock per island, where an operator does not ask.
+MAX_SECONDS = 300.0
+
+
+class TimeLimit:
+    max_seconds: bpy.props.FloatProperty(
+        name="Time Limit",
+        description=(
+            "Most seconds per island. A map that was found by then is kept, however much it could still be "
+            "improved; if there is none, nothing is changed. 0 is no limit"
+        ),
+        default=MAX_SECONDS,
+        min=0.0,
+        soft_max=3600.0,
+        precision=1,
+    )
+
+
 class MapOperator(modal.SolverOperator):
     """Mixin for operators with one task per object. Subclasses give `option_names` and `make_task`."""
 

@@ -14,12 +14,13 @@ void bind_distortion(py::module_& module) {
       "improve",
       [](const Array<double>& vertices, const Array<Index>& faces, const Array<double>& uv,
          const Array<Index>& pin_corners, const Array<double>& pin_uv, bool keep_bijective,
-         int iterations, double tolerance, int threads) {
+         int iterations, double tolerance, double max_seconds, int threads) {
         ImproveOptions options;
         options.pins = to_corner_pins(pin_corners, pin_uv);
         options.keep_bijective = keep_bijective;
         options.max_iterations = iterations;
         options.tolerance = tolerance;
+        options.max_seconds = max_seconds;
         return start_job(
             [surface = to_surface(vertices, faces), uv = to_matrix<Points2>(uv, "uv"),
              options = std::move(options)](ExecutionContext& context) {
@@ -29,7 +30,7 @@ void bind_distortion(py::module_& module) {
       },
       py::arg("vertices"), py::arg("faces"), py::arg("uv"), py::arg("pin_corners"),
       py::arg("pin_uv"), py::arg("keep_bijective"), py::arg("iterations"), py::arg("tolerance"),
-      py::arg("threads"));
+      py::arg("max_seconds"), py::arg("threads"));
 }
 
 }  // namespace flipfree::python

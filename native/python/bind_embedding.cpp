@@ -40,7 +40,7 @@ void bind_embedding(py::module_& module) {
       [](const Array<double>& vertices, const Array<Index>& faces, const std::string& shape,
          const py::object& polygon, const std::vector<VertexId>& loop, const py::object& initial,
          const std::string& method, bool start_from_tutte, bool low_distortion, bool optimise,
-         int iterations, double tolerance, int threads) {
+         int iterations, double tolerance, double max_seconds, int threads) {
         EmbedSurfaceOptions options;
         const Surface surface = to_surface(vertices, faces);
         options.shape = shape_of(shape);
@@ -55,6 +55,7 @@ void bind_embedding(py::module_& module) {
         options.optimise = optimise;
         options.max_iterations = iterations;
         options.tolerance = tolerance;
+        options.max_seconds = max_seconds;
         return start_job(
             [surface, options](ExecutionContext& context) {
               return embed_surface(surface, options, context);
@@ -63,7 +64,8 @@ void bind_embedding(py::module_& module) {
       },
       py::arg("vertices"), py::arg("faces"), py::arg("shape"), py::arg("polygon"), py::arg("loop"),
       py::arg("initial"), py::arg("method"), py::arg("start_from_tutte"), py::arg("low_distortion"),
-      py::arg("optimise"), py::arg("iterations"), py::arg("tolerance"), py::arg("threads"));
+      py::arg("optimise"), py::arg("iterations"), py::arg("tolerance"), py::arg("max_seconds"),
+      py::arg("threads"));
 }
 
 }  // namespace flipfree::python

@@ -32,7 +32,7 @@ void bind_matchmaker(py::module_& module) {
          const Array<Index>& point_vertices, const Array<double>& point_uv, const py::list& lines,
          const Array<Index>& boundary_loop, const Array<double>& boundary_uv, const py::list& paths,
          const Array<Index>& movable, bool optimise, bool bijective, int iterations,
-         const std::string& engine, int threads) {
+         const std::string& engine, double max_seconds, int threads) {
         struct Call {
           Surface surface;
           MatchRequest request;
@@ -57,6 +57,7 @@ void bind_matchmaker(py::module_& module) {
         job.options.optimise = optimise;
         job.options.bijective = bijective;
         job.options.max_iterations = iterations;
+        job.options.max_seconds = max_seconds;
         if (engine == "first try") job.options.engine = MatchEngine::kFirstTry;
         if (engine == "outline") job.options.engine = MatchEngine::kOutline;
         if (engine == "overlay") job.options.engine = MatchEngine::kOverlay;
@@ -71,7 +72,7 @@ void bind_matchmaker(py::module_& module) {
       py::arg("vertices"), py::arg("faces"), py::arg("point_vertices"), py::arg("point_uv"),
       py::arg("lines"), py::arg("boundary_loop"), py::arg("boundary_uv"), py::arg("paths"),
       py::arg("movable"), py::arg("optimise"), py::arg("bijective"), py::arg("iterations"),
-      py::arg("engine"), py::arg("threads"));
+      py::arg("engine"), py::arg("max_seconds"), py::arg("threads"));
 }
 
 }  // namespace flipfree::python

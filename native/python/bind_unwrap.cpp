@@ -16,7 +16,8 @@ void bind_unwrap(py::module_& module) {
       [](const Array<double>& vertices, const Array<Index>& faces, const Array<Index>& cuts,
          const Array<Index>& uncuttable, const Array<Index>& pin_corners,
          const Array<double>& pin_uv, bool bijective, bool cut_extremities, int iterations,
-         double tolerance, double margin, const py::object& place_like, int threads) {
+         double tolerance, double margin, const py::object& place_like, double max_seconds,
+         int threads) {
         struct Request {
           Surface surface;
           UnwrapOptions options;
@@ -32,6 +33,7 @@ void bind_unwrap(py::module_& module) {
         request.options.max_iterations = iterations;
         request.options.tolerance = tolerance;
         request.options.margin = margin;
+        request.options.max_seconds = max_seconds;
         const bool keep_place = !place_like.is_none();
         if (keep_place)
           request.place_like = to_matrix<Points2>(place_like.cast<Array<double>>(), "place_like");
@@ -45,7 +47,7 @@ void bind_unwrap(py::module_& module) {
       py::arg("vertices"), py::arg("faces"), py::arg("cuts"), py::arg("uncuttable"),
       py::arg("pin_corners"), py::arg("pin_uv"), py::arg("bijective"), py::arg("cut_extremities"),
       py::arg("iterations"), py::arg("tolerance"), py::arg("margin"), py::arg("place_like"),
-      py::arg("threads"));
+      py::arg("max_seconds"), py::arg("threads"));
   module.def(
       "pack",
       [](const Array<double>& vertices, const Array<Index>& faces, const Array<double>& uv,

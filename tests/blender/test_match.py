@@ -316,3 +316,20 @@ def test_vertices_that_pins_need_on_a_seam_split_both_sides():
         if on_seam and seed >= 3:
             return
     raise AssertionError("no seed needed a vertex on the seam: this test says nothing")
+
+
+def test_without_time_nothing_is_changed_and_the_limit_is_named():
+    ob, _, _ = pinned_sheet({30: (0.5, 0.0), 32: (-0.5, 0.0)}, n=40)
+    before = shapes.everything(ob)
+    with pytest.raises(RuntimeError, match="in the time allowed.*Allow more time"):
+        bpy.ops.uv.flipfree_match(max_seconds=1e-4)
+    assert shapes.everything(ob) == before
+
+
+def test_there_is_a_limit_of_time_unless_it_is_turned_off():
+    operator = bpy.ops.uv.flipfree_match.get_rna_type().properties["max_seconds"]
+    assert 60.0 <= operator.default <= 600.0
+    moves = {20: (0.05, 0.0), 40: (0.0, -0.06)}
+    ob, uv, corner = pinned_sheet(moves)
+    assert bpy.ops.uv.flipfree_match(max_seconds=0.0) == {"FINISHED"}
+    met(ob, moves, uv, corner)

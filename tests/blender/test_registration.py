@@ -27,7 +27,7 @@ def test_operators_are_there_with_undo_and_a_redo_panel(name, addon):
 
 OPTIONS = {
     "flipfree_unwrap": {"bijective", "cut_extremities", "use_pins", "mark_seams", "pack", "margin"},
-    "flipfree_match": {"bijective", "straight_lines", "cut_open", "rest"},
+    "flipfree_match": {"bijective", "straight_lines", "cut_open", "rest", "max_seconds"},
     "flipfree_improve": {"bijective", "use_pins", "iterations", "pack", "margin"},
     "flipfree_conformal": {
         "boundary",

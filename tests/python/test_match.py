@@ -173,3 +173,55 @@ def test_cancel_raises_cancelled() -> None:
     points = {int(v): tuple(random.random(2)) for v in ids}
     with pytest.raises(ff.Cancelled):
         ff.match(vertices, faces, points=points, progress=lambda stage, fraction: False)
+
+
+def swapped_pins(vertices: np.ndarray) -> dict[int, tuple[float, float]]:
+    half = len(vertices) // 2
+    return {half + 3: (0.25, 0.45), half - 3: (0.75, 0.55), len(vertices) // 4: (0.5, 0.5)}
+
+
+def test_out_of_time_says_what_to_do() -> None:
+    vertices, faces = bumpy_grid(40, 40)
+    with pytest.raises(ff.NotConverged, match=r"max_seconds = 1e-06.*Allow more time") as error:
+        ff.match(vertices, faces, points=swapped_pins(vertices), max_seconds=1e-6)
+    assert error.value.code == "time limit reached"
+
+
+@pytest.mark.parametrize("seconds", [None, 0, 1000])
+def test_time_enough_is_as_good_as_no_limit(seconds: float | None) -> None:
+    vertices, faces = bumpy_grid(10, 10)
+    free = ff.match(vertices, faces, points=swapped_pins(vertices))
+    result = ff.match(vertices, faces, points=swapped_pins(vertices), max_seconds=seconds)
+    assert result.stats["time_limit_reached"] == 0
+    assert (result.uv == free.uv).all()
+
+
+def test_a_map_found_in_time_is_returned_though_it_could_be_better() -> None:
+    vertices, faces = bumpy_grid(60, 60)
+    ids = np.random.default_rng(0).choice(len(vertices), 20, replace=False)
+    places = np.random.default_rng(1).random((20, 2))
+    points = {int(v): (float(u[0]), float(u[1])) for v, u in zip(ids, places, strict=True)}
+    seconds, stopped = 0.02, 0
+    while True:
+        try:
+            result = ff.match(
+                vertices, faces, points=points, engine="matchmaker", max_seconds=seconds
+            )
+        except ff.NotConverged as error:
+            assert error.code in ("time limit reached", "rounding to 32 bits flips triangles")
+        else:
+            assert result.certificate.ok
+            assert_pins_met(result, points)
+            stopped += int(result.stats["time_limit_reached"])
+            if stopped:
+                break
+        seconds *= 1.5
+        assert seconds < 1000.0
+    assert stopped
+
+
+@pytest.mark.parametrize("seconds", [-1.0, float("nan"), "soon"])
+def test_a_limit_of_time_that_is_none_is_refused(seconds: object) -> None:
+    vertices, faces = bumpy_grid(3, 3)
+    with pytest.raises(ff.InvalidInput, match="max_seconds"):
+        ff.match(vertices, faces, points={0: (0.0, 0.0)}, max_seconds=seconds)  # type: ignore[arg-type]

@@ -1,6 +1,7 @@
 #include "flipfree/base/context.h"
 
 #include <algorithm>
+#include <chrono>
 
 #include "flipfree/base/error.h"
 
@@ -8,6 +9,16 @@ namespace flipfree {
 
 void ExecutionContext::check() const {
   if (cancelled()) throw Cancelled();
+  if (time_is_over()) throw TimeIsOver();
+}
+
+double ExecutionContext::now() const {
+  if (clock) return clock();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+double ExecutionContext::seconds_left() const {
+  return deadline_ < kForever ? std::max(0.0, deadline_ - now()) : kForever;
 }
 
 void ExecutionContext::report(const char* stage, double fraction) {
@@ -31,6 +42,12 @@ ProgressRange::ProgressRange(ExecutionContext& context, double begin, double end
 ProgressRange::~ProgressRange() {
   context_.begin_ = begin_;
   context_.end_ = end_;
+}
+
+TimeLimit::TimeLimit(ExecutionContext& context, double seconds)
+    : context_(context), outer_(context.deadline_) {
+  if (seconds < ExecutionContext::kForever)
+    context_.deadline_ = std::min(outer_, context_.now() + seconds);
 }
 
 }  // namespace flipfree

@@ -1,12 +1,15 @@
-// The execution context that every long function takes: cancellation, progress, threads, seed.
+// The execution context that every long function takes: cancellation, time limits, progress,
+// threads, seed.
 //
 // One thread solves; any other thread may read the progress and ask to cancel. Both are lock-free,
-// so a user interface can poll them as often as it likes. Functions check for cancellation at least
-// every 50 ms of work.
+// so a user interface can poll them as often as it likes. Functions check for cancellation, and
+// with it for the end of their time, at least every 50 ms of work.
 #pragma once
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
+#include <limits>
 
 namespace flipfree {
 
@@ -16,13 +19,20 @@ class ExecutionContext {
   int threads = 2;
   // Seed of everything random; the same seed gives the same bits.
   std::uint64_t seed = 0;
+  // Seconds on a clock that never goes back; null: the machine's. Tests set their own, before the
+  // work begins; it may be asked from several threads.
+  std::function<double()> clock;
 
   ExecutionContext() = default;
   // A context for one part of a job, for example one chart of many solved side by side: it has a
-  // progress of its own, `threads` of its own, and is cancelled with its parent, which must outlive
-  // it.
+  // progress of its own, `threads` of its own, the time limit that its parent has now, and is
+  // cancelled with its parent, which must outlive it.
   ExecutionContext(const ExecutionContext* parent, int part_threads)
-      : threads(part_threads), seed(parent->seed), parent_(parent) {}
+      : threads(part_threads),
+        seed(parent->seed),
+        clock(parent->clock),
+        deadline_(parent->deadline_),
+        parent_(parent) {}
   ExecutionContext(const ExecutionContext&) = delete;
   ExecutionContext& operator=(const ExecutionContext&) = delete;
 
@@ -33,8 +43,12 @@ class ExecutionContext {
            (parent_ != nullptr && parent_->cancelled());
   }
 
-  // From the solver: throws Cancelled if somebody asked for it.
+  // From the solver: throws Cancelled if somebody asked for it, TimeIsOver if it is.
   void check() const;
+  // From the solver: how long the innermost TimeLimit still lasts, not negative; infinite if there
+  // is none.
+  double seconds_left() const;
+  bool time_is_over() const { return deadline_ < kForever && now() > deadline_; }
   // From the solver: names the stage (a string literal) and its fraction in [0, 1] of the current
   // range, then checks.
   void report(const char* stage, double fraction);
@@ -45,11 +59,18 @@ class ExecutionContext {
 
  private:
   friend class ProgressRange;
+  friend class TimeLimit;
+  friend class Untimed;
+  static constexpr double kForever = std::numeric_limits<double>::infinity();
+
+  double now() const;
+
   std::atomic<bool> cancelled_{false};
   std::atomic<const char*> stage_{""};
   std::atomic<double> fraction_{0.0};
   double begin_ = 0.0;
   double end_ = 1.0;
+  double deadline_ = kForever;
   const ExecutionContext* parent_ = nullptr;
 };
 
@@ -66,6 +87,42 @@ class ProgressRange {
   ExecutionContext& context_;
   double begin_;
   double end_;
+};
+
+// While it lives, checks of `context` throw TimeIsOver from so many seconds after its construction
+// on, or from the end of the limit around it on, whichever comes first. Infinite: no limit of its
+// own.
+class TimeLimit {
+ public:
+  TimeLimit(ExecutionContext& context, double seconds);
+  ~TimeLimit() { context_.deadline_ = outer_; }
+  TimeLimit(const TimeLimit&) = delete;
+  TimeLimit& operator=(const TimeLimit&) = delete;
+
+ private:
+  ExecutionContext& context_;
+  double outer_;
+};
+
+// The seconds of a TimeLimit for an option whose zero means that there is none.
+inline double limit_of(double max_seconds) {
+  return max_seconds > 0.0 ? max_seconds : std::numeric_limits<double>::infinity();
+}
+
+// While it lives, `context` has no time limit: for the short work without which what was found in
+// time would be lost.
+class Untimed {
+ public:
+  explicit Untimed(ExecutionContext& context) : context_(context), outer_(context.deadline_) {
+    context_.deadline_ = ExecutionContext::kForever;
+  }
+  ~Untimed() { context_.deadline_ = outer_; }
+  Untimed(const Untimed&) = delete;
+  Untimed& operator=(const Untimed&) = delete;
+
+ private:
+  ExecutionContext& context_;
+  double outer_;
 };
 
 }  // namespace flipfree

@@ -1,5 +1,7 @@
 #include "flipfree/base/error.h"
 
+#include <sstream>
+
 namespace flipfree {
 
 std::string_view describe(ErrorCode code) {
@@ -64,6 +66,8 @@ std::string_view describe(ErrorCode code) {
       return "rounding to 32 bits flips triangles";
     case ErrorCode::kCertificateFailed:
       return "certificate failed";
+    case ErrorCode::kTimeLimit:
+      return "time limit reached";
     case ErrorCode::kCancelled:
       return "cancelled";
     case ErrorCode::kInternal:
@@ -85,6 +89,14 @@ void throw_infeasible(ErrorCode code, std::string message, ElementKind kind,
 void throw_not_converged(ErrorCode code, std::string message, ElementKind kind,
                          std::vector<Index> elements) {
   throw NotConverged({code, std::move(message), kind, std::move(elements)});
+}
+
+void throw_out_of_time(const std::string& what, double max_seconds, const std::string& cure) {
+  std::ostringstream message;
+  message << what << " in the time allowed";
+  if (max_seconds > 0) message << " (max_seconds = " << max_seconds << ")";
+  message << ". Allow more time, " << cure << ".";
+  throw_not_converged(ErrorCode::kTimeLimit, message.str());
 }
 
 }  // namespace flipfree

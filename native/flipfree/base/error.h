@@ -46,6 +46,7 @@ enum class ErrorCode {
   kFactorizationFailed,
   kRoundingFlips,
   kCertificateFailed,
+  kTimeLimit,
   // The caller asked to stop.
   kCancelled,
   // A bug of ours, caught by an invariant.
@@ -90,6 +91,13 @@ class Cancelled : public Exception {
   Cancelled()
       : Exception({ErrorCode::kCancelled, "Cancelled by the caller.", ElementKind::kNone, {}}) {}
 };
+// Thrown by ExecutionContext::check() when a TimeLimit is over. Not a NotConverged: those who give
+// a way up on that and take another must not go on. Whoever set the limit catches it, and returns
+// what was found in time or throws NotConverged (kTimeLimit).
+class TimeIsOver : public Exception {
+ public:
+  TimeIsOver() : Exception({ErrorCode::kTimeLimit, "Time is over.", ElementKind::kNone, {}}) {}
+};
 class InternalError : public Exception {
  public:
   explicit InternalError(std::string message)
@@ -108,5 +116,10 @@ class InternalError : public Exception {
 [[noreturn]] void throw_not_converged(ErrorCode code, std::string message,
                                       ElementKind kind = ElementKind::kNone,
                                       std::vector<Index> elements = {});
+
+// Throws NotConverged (kTimeLimit): `what` did not happen in the time allowed, do `cure`.
+// max_seconds: as the caller gave it, 0 if somebody else did.
+[[noreturn]] void throw_out_of_time(const std::string& what, double max_seconds,
+                                    const std::string& cure);
 
 }  // namespace flipfree

@@ -350,7 +350,7 @@ void throw_not_reached(const ConformalMetric& metric, const MetricOptions& optio
                          ? "Allow more iterations, or spread the curvature over more vertices."
                      : options.bits != 0 ? "Use precision=\"auto\" or more bits."
                                          : "Spread the curvature over more vertices.";
-  throw_not_converged(ErrorCode::kIterationLimit,
+  throw_not_converged(stopped_by == "seconds" ? ErrorCode::kTimeLimit : ErrorCode::kIterationLimit,
                       "The conformal metric was not reached: the largest angle error is " +
                           text(metric.angle_error) + " radians after " +
                           std::to_string(metric.iterations) + " Newton steps with " +

@@ -139,7 +139,12 @@ void improve_chart(const Chart& chart, const ImproveOptions& options, double sca
   rounding.bijective = map.bijective;
   try {
     if (map.pins.empty()) {
-      map.uv = minimize_distortion(chart.surface, before, minimize, context, map.stats);
+      try {
+        map.uv = minimize_distortion(chart.surface, before, minimize, context, map.stats);
+      } catch (const TimeIsOver&) {
+        map.uv = before;
+      }
+      const Untimed placing(context);
       place_like(faces, before, scale, map.bijective, map.uv, context);
     } else {
       TargetsResult result =
@@ -157,7 +162,12 @@ void improve_chart(const Chart& chart, const ImproveOptions& options, double sca
       map.uv = std::move(result.uv);
       for (const auto& [v, target] : map.pins) rounding.fixed.push_back(v);
     }
+    const Untimed storing(context);
     map.uv32 = round_to_storage(faces, map.uv, rounding, context, map.stats);
+  } catch (const TimeIsOver&) {
+    if (!(options.max_seconds > 0)) throw;  // the limit is the caller's
+    throw_out_of_time("The pins were not reached", options.max_seconds,
+                      "or move pins nearer to where their surroundings are");
   } catch (const NotConverged& e) {
     throw NotConverged(in_chart(e.error(), chart));
   } catch (const InvalidInput& e) {
@@ -183,8 +193,11 @@ void improve_all(const std::vector<Chart>& charts, const ImproveOptions& options
     improve_chart(charts[order[0]], options, scale, maps[order[0]], context);
     alone = 1;
   }
+  // Charts for which there is no time keep their maps.
+  const ExecutionContext timed(&context, 1);
+  const Untimed all(context);
   parallel_for(context, order.size() - alone, 1, [&](std::size_t i, std::size_t, std::size_t) {
-    ExecutionContext part(&context, 1);
+    ExecutionContext part(&timed, 1);
     improve_chart(charts[order[alone + i]], options, scale, maps[order[alone + i]], part);
   });
 }
@@ -243,10 +256,14 @@ Parametrization improve(const Surface& surface, const Points2& corner_uv,
   request.uv = &corner_uv;
   request.measure_overlaps = false;
   const double energy_before = certify(request, context).energy;
+  bool hurried = false;
   {
     const ProgressRange range(context, 0.05, 0.93);
+    const TimeLimit limit(context, limit_of(options.max_seconds) - watch.seconds());
     improve_all(charts, options, common_scale(surface, corner_uv), maps, context);
+    hurried = context.time_is_over();
   }
+  const Untimed finishing(context);
   context.report("certifying", 0.95);
   map.uv =
       corners_of(surface, charts, maps, [](const ChartMap& m) -> const Points2& { return m.uv; });
@@ -267,6 +284,7 @@ Parametrization improve(const Surface& surface, const Points2& corner_uv,
     map.uv32 = corner_uv.cast<float>();
     certify_map(map, surface, final_request, context);
   }
+  map.stats["time_limit_reached"] = static_cast<std::int64_t>(hurried);
   map.stats["charts"] = static_cast<std::int64_t>(charts.size());
   map.stats["energy_before"] = energy_before;
   map.stats["energy"] = map.certificate.energy;

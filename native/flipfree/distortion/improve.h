@@ -15,6 +15,7 @@ struct ImproveOptions {
   bool keep_bijective = true;  // charts that do not overlap themselves go on not to
   int max_iterations = 200;    // per chart
   double tolerance = 1e-4;     // share of the energy that a step must still promise
+  double max_seconds = 0;      // of the clock; 0: no limit. What was gained by then is kept
 };
 
 // corner_uv: 3 #F x 2, every triangle positively oriented. The map is cut where the UVs on the two
@@ -24,9 +25,10 @@ struct ImproveOptions {
 //
 // Guarantee: the result is certified as by certify_map (G1, G2, G3, G7); without pins its energy is
 // not higher than the input's (if no improvement was found, the input's own UVs come back). Stats:
-// "charts", "energy_before", "energy", "seconds", and what the solver reports of the largest chart.
-// Throws InvalidInput (mesh defects, see validate(); kBadOption naming the flipped faces;
-// kBadPins), NotConverged (a pin was not reached; rounding; certificate), Cancelled.
+// "charts", "energy_before", "energy", "seconds", "time_limit_reached", and what the solver reports
+// of the largest chart. Throws InvalidInput (mesh defects, see validate(); kBadOption naming the
+// flipped faces; kBadPins), NotConverged (a pin was not reached, or not in max_seconds: kTimeLimit;
+// rounding; certificate), Cancelled.
 Parametrization improve(const Surface& surface, const Points2& corner_uv,
                         const ImproveOptions& options, ExecutionContext& context);
 

@@ -52,10 +52,11 @@ struct MinimizeOptions {
 //
 // stats: "distortion.*": iterations, progressive_iterations, factorizations, energy_start, energy,
 // seconds, barrier (1 if the boundary had to be held apart), stop ("converged", "iteration limit",
-// "stalled").
+// "stalled", "time limit").
 // Cost: about 10 iterations, each one factorization of a planar-like system with 2 #V unknowns;
 // with `bijective`, twice that for maps whose boundary would meet itself. Throws Cancelled,
-// NotConverged (kFactorizationFailed).
+// NotConverged (kFactorizationFailed). When the context's time is over the steps end and the last
+// map is returned; TimeIsOver only where it is before the first.
 Points2 minimize_distortion(const Surface& chart, const Points2& initial_uv,
                             const MinimizeOptions& options, ExecutionContext& context,
                             Stats& stats);

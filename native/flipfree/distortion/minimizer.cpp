@@ -211,8 +211,9 @@ Minimizer::Step Minimizer::iterate(bool progressive) {
   return promise <= options_.tolerance && step >= 1.0 ? Step::kConverged : Step::kTaken;
 }
 
-// Steps until nothing is to be gained; returns why it stopped.
-const char* Minimizer::descend() {
+// Steps until nothing is to be gained, or time is over; returns why it stopped. A step that is not
+// finished leaves uv_ and one_to_one_ as they were.
+const char* Minimizer::descend() try {
   bool progressive = true;
   for (int i = 0; i < options_.max_iterations; ++i) {
     const double end =
@@ -238,6 +239,8 @@ const char* Minimizer::descend() {
     progressive = false;
   }
   return "iteration limit";
+} catch (const TimeIsOver&) {
+  return "time limit";
 }
 
 // Turns, scales and moves the whole map to where the targets are met best in the mean: z -> a z + b
@@ -336,6 +339,15 @@ double Minimizer::pull(const std::vector<std::pair<VertexId, Vector2>>& targets)
   return whole > 0 ? 1 - left / whole : 1.0;
 }
 
+// Does the boundary of uv_ meet itself, where it may not? Then uv_ is the last map whose did not.
+bool Minimizer::meets_itself() {
+  const Untimed deciding(context_);
+  if (!barrier_ || !boundary_conflicts(barrier_->boundary(), uv_, context_)) return false;
+  uv_ = std::move(one_to_one_);
+  sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
+  return true;
+}
+
 Points2 Minimizer::run(Stats& stats) {
   const Stopwatch watch;
   if (barrier_) system_.reset();  // its contacts were those of the way
@@ -346,15 +358,14 @@ Points2 Minimizer::run(Stats& stats) {
   if (!all_fixed) {
     if (barrier_) one_to_one_ = uv_;
     stop = descend();
-    if (barrier_ && boundary_conflicts(barrier_->boundary(), uv_, context_)) {
-      uv_ = std::move(one_to_one_);
-      sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
+    if (meets_itself()) {
       barrier_on_ = true;
       reach_factor_ = kFarReach;
       system_.reset();
       stop = descend();
     }
   }
+  const Untimed finishing(context_);
   stats["distortion.barrier"] = static_cast<std::int64_t>(barrier_on_);
   if (std::none_of(fixed_.begin(), fixed_.end(), [](char f) { return f != 0; })) finish_unit();
   sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);

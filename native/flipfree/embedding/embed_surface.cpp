@@ -154,7 +154,51 @@ bool make_storable(const Triangles& faces, const std::vector<VertexId>& loop, Po
   return true;
 }
 
-Parametrization embed_surface(const Surface& surface, const EmbedSurfaceOptions& options,
+namespace {
+
+// Lowers the distortion of `uv` with the boundary where it is, as far as time allows.
+void lower_distortion(const Surface& surface, const Boundary& boundary,
+                      const EmbedSurfaceOptions& options, EmbedOptions embed, Parametrization& map,
+                      Points2& uv, ExecutionContext& context) try {
+  const auto n = static_cast<Index>(surface.vertices.rows());
+  double energy = symmetric_dirichlet(map.surface, corner_uv(map.surface.faces, uv)).mean;
+  if (!(energy < kPoorStart) && options.method == EmbedMethod::kLadder &&
+      std::get<std::string>(map.stats["rung"]) != "progressive") {
+    // Valid, but so compressed that the optimiser would need hundreds of iterations to open it.
+    const ProgressRange range(context, 0.3, 0.4);
+    embed.method = EmbedMethod::kProgressive;
+    embed.initial = nullptr;
+    embed.start_from_tutte = false;
+    Stats stats;
+    const Points2 other = embed_disk_refined(surface.faces, n, boundary.loop, boundary.positions,
+                                             embed, context, stats)
+                              .uv;
+    const double other_energy =
+        symmetric_dirichlet(map.surface, corner_uv(map.surface.faces, other)).mean;
+    if (other_energy < energy) {
+      energy = other_energy;
+      uv = other;
+      map.stats["rung"] = std::string("progressive");
+    }
+  }
+  map.stats["energy_embedding"] = energy;
+  const ProgressRange range(context, 0.4, 0.95);
+  MinimizeOptions minimize;
+  minimize.fixed = boundary.loop;
+  minimize.max_iterations = options.max_iterations;
+  minimize.tolerance = options.tolerance;
+  Points2 better = minimize_distortion(map.surface, uv, minimize, context, map.stats);
+  if (make_storable(map.surface.faces, boundary.loop, better, context, map.stats)) {
+    uv = better;
+  } else {
+    map.stats["optimisation_dropped"] = std::int64_t{1};
+  }
+  if (context.time_is_over()) map.stats["time_limit_reached"] = std::int64_t{1};
+} catch (const TimeIsOver&) {
+  map.stats["time_limit_reached"] = std::int64_t{1};
+}
+
+Parametrization embed_in_time(const Surface& surface, const EmbedSurfaceOptions& options,
                               ExecutionContext& context) {
   Stopwatch watch;
   context.report("checking the mesh", 0.0);
@@ -165,6 +209,7 @@ Parametrization embed_surface(const Surface& surface, const EmbedSurfaceOptions&
   const Boundary boundary = place(surface, options);
   context.check();
   Parametrization map;
+  map.stats["time_limit_reached"] = std::int64_t{0};
   EmbedOptions embed;
   embed.method = options.method;
   embed.initial = options.initial ? &*options.initial : nullptr;
@@ -180,40 +225,9 @@ Parametrization embed_surface(const Surface& surface, const EmbedSurfaceOptions&
   context.check();
   set_refined(map, surface, embedding);
   Points2 uv = embedding.uv;
-  if (options.optimise && options.method != EmbedMethod::kTutte) {
-    double energy = symmetric_dirichlet(map.surface, corner_uv(map.surface.faces, uv)).mean;
-    if (!(energy < kPoorStart) && options.method == EmbedMethod::kLadder &&
-        std::get<std::string>(map.stats["rung"]) != "progressive") {
-      // Valid, but so compressed that the optimiser would need hundreds of iterations to open it.
-      const ProgressRange range(context, 0.3, 0.4);
-      embed.method = EmbedMethod::kProgressive;
-      embed.initial = nullptr;
-      embed.start_from_tutte = false;
-      Stats stats;
-      const Points2 other = embed_disk_refined(surface.faces, n, boundary.loop, boundary.positions,
-                                               embed, context, stats)
-                                .uv;
-      const double other_energy =
-          symmetric_dirichlet(map.surface, corner_uv(map.surface.faces, other)).mean;
-      if (other_energy < energy) {
-        energy = other_energy;
-        uv = other;
-        map.stats["rung"] = std::string("progressive");
-      }
-    }
-    map.stats["energy_embedding"] = energy;
-    const ProgressRange range(context, 0.4, 0.95);
-    MinimizeOptions minimize;
-    minimize.fixed = boundary.loop;
-    minimize.max_iterations = options.max_iterations;
-    minimize.tolerance = options.tolerance;
-    Points2 better = minimize_distortion(map.surface, uv, minimize, context, map.stats);
-    if (make_storable(map.surface.faces, boundary.loop, better, context, map.stats)) {
-      uv = better;
-    } else {
-      map.stats["optimisation_dropped"] = std::int64_t{1};
-    }
-  }
+  if (options.optimise && options.method != EmbedMethod::kTutte)
+    lower_distortion(surface, boundary, options, embed, map, uv, context);
+  const Untimed finishing(context);
   map.uv = corner_uv(map.surface.faces, uv);
   map.uv32 = map.uv.cast<float>();
   context.check();
@@ -223,6 +237,17 @@ Parametrization embed_surface(const Surface& surface, const EmbedSurfaceOptions&
   require_certificate(map, "The embedding");
   context.report("embedding", 1.0);
   return map;
+}
+
+}  // namespace
+
+Parametrization embed_surface(const Surface& surface, const EmbedSurfaceOptions& options,
+                              ExecutionContext& context) try {
+  const TimeLimit limit(context, limit_of(options.max_seconds));
+  return embed_in_time(surface, options, context);
+} catch (const TimeIsOver&) {
+  if (!(options.max_seconds > 0)) throw;  // the limit is the caller's
+  throw_out_of_time("No embedding was found", options.max_seconds, "or choose a roomier polygon");
 }
 
 }  // namespace flipfree

@@ -27,13 +27,16 @@ struct EmbedSurfaceOptions {
   bool low_distortion = false;   // see EmbedOptions; optimise implies it
   bool optimise = false;         // symmetric Dirichlet of the surface, boundary fixed
   int max_iterations = 200;
+  double max_seconds =
+      0;  // of the clock; 0: no limit. The optimisation ends with what it has by then
   double tolerance = 1e-4;
 };
 
 // Certificate: G1 in 64 and 32 bits, G2, G7, and the boundary is bitwise where the caller wanted
 // it. Throws what embed_disk_refined throws, InvalidInput for meshes that are no disk, NotConverged
-// if the certificate fails (method kTutte only: the others climb until it passes). Stats: those of
-// embed_disk_refined, "energy_embedding" (before optimisation), "distortion.*".
+// if the certificate fails (method kTutte only: the others climb until it passes), or (kTimeLimit)
+// the time is over before there is an embedding. Stats: those of embed_disk_refined,
+// "energy_embedding" (before optimisation), "distortion.*".
 Parametrization embed_surface(const Surface& surface, const EmbedSurfaceOptions& options,
                               ExecutionContext& context);
 

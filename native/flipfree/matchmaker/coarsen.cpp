@@ -10,6 +10,7 @@
 #include "flipfree/matchmaker/remove_vertex.h"
 #include "flipfree/matchmaker/restore.h"
 #include "flipfree/matchmaker/straighten.h"
+#include "flipfree/matchmaker/time_share.h"
 #include "flipfree/matchmaker/untangle_removal.h"
 
 namespace flipfree {
@@ -37,6 +38,9 @@ class Coarsener {
         context_(context),
         order_(keep) {}
 
+  // The map so far, valid at every check of the context.
+  RefinedMap& map() { return map_; }
+
   void all() {
     in_passes(0.8, [&] { return pass(); });
     const ProgressRange rest(context_, 0.8, 1.0);
@@ -49,7 +53,6 @@ class Coarsener {
   }
 
   std::int64_t passes() const { return passes_; }
-  RefinedMap result() && { return std::move(map_); }
 
  private:
   Index added() const { return map_.surface.mesh.vertex_count() - keep_; }
@@ -168,9 +171,12 @@ RefinedMap coarsen(RefinedMap map, const Constraints& constraints, Index keep,
                    ExecutionContext& context, Stats& stats, Coarsening how) {
   const Index before = map.surface.mesh.vertex_count();
   Coarsener coarsener(std::move(map), constraints, keep, context);
-  how == Coarsening::kBounded ? coarsener.bounded() : coarsener.all();
+  const bool to_the_end = while_time_lasts(coarsener.map(), [&] {
+    how == Coarsening::kBounded ? coarsener.bounded() : coarsener.all();
+  });
+  if (!to_the_end) note_time_limit(stats);
   stats["coarsen.passes"] = coarsener.passes();
-  RefinedMap result = std::move(coarsener).result();
+  RefinedMap result = std::move(coarsener.map());
   stats["coarsen.removed"] = static_cast<std::int64_t>(before - result.surface.mesh.vertex_count());
   return result;
 }

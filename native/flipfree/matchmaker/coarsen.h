@@ -26,7 +26,8 @@ enum class Coarsening {
 
 // Guarantee: valid as before, constraints as before, no vertex more. Vertices below `keep` are not
 // removed. Stats: "coarsen.removed", "coarsen.passes". Cost: O(valence^3) per removal and a few
-// Newton steps per pass.
+// Newton steps per pass. When the context's time is over it ends with what it has
+// ("time_limit_reached").
 RefinedMap coarsen(RefinedMap map, const Constraints& constraints, Index keep,
                    ExecutionContext& context, Stats& stats, Coarsening how = Coarsening::kAll);
 

@@ -10,8 +10,6 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/certify/certify.h"
-#include "flipfree/certify/overlap.h"
-#include "flipfree/distortion/minimize.h"
 #include "flipfree/matchmaker/arms.h"
 #include "flipfree/matchmaker/coarse_walk.h"
 #include "flipfree/matchmaker/coarsen.h"
@@ -21,8 +19,9 @@
 #include "flipfree/matchmaker/relax.h"
 #include "flipfree/matchmaker/roomy_metric.h"
 #include "flipfree/matchmaker/store_map.h"
+#include "flipfree/matchmaker/time_share.h"
 #include "flipfree/matchmaker/unfold_wholes.h"
-#include "flipfree/matchmaker/untangle.h"
+#include "flipfree/matchmaker/usable_map.h"
 #include "flipfree/matchmaker/walk_outline.h"
 #include "flipfree/matchmaker/walk_pins.h"
 #include "flipfree/mesh/validate.h"
@@ -38,45 +37,12 @@ constexpr Index kOutlineRefinement = 40;
 // (order 2), 27, 107, 427, and even for order 2 the walk takes longer and splits more than cuts.
 constexpr double kMostTurning = 4.0;
 constexpr double kSharp = std::numbers::pi / 6;
-// A refined map is optimised for so many Newton steps times vertices, but this many steps at least.
-constexpr double kRefinedWork = 4e6;
-constexpr int kFewestSteps = 10;
 // Inside a fixed outline pins are pushed on surfaces of at most so many vertices: on larger ones,
 // where coarse levels fail, pushes take minutes, and MatchMaker++ about half of one (30k
 // triangles).
 constexpr Index kMostPushed = 10000;
-// A map with a larger share of folded triangles is not worth untangling: in none of the 35 cases of
-// benchmarks/match_matchmaker.py did that succeed with more, at up to a third of the time.
-constexpr double kMostFolded = 0.01;
-
 // Rounds in which whole faces are unfolded once all pins have arrived.
 constexpr int kRoundsOfUnfolding = 6;
-
-// Lowers the distortion with the constraints held. Returns the map unchanged if there is nothing to
-// move.
-Points2 optimise(const RefinedSurface& surface, std::vector<VertexId> held, const Points2& uv,
-                 int iterations, bool bijective, ExecutionContext& context, Stats& stats) {
-  MinimizeOptions options;
-  options.max_iterations = iterations;
-  options.fixed = std::move(held);
-  options.bijective = bijective;
-  options.lengthen = true;
-  if (static_cast<Index>(options.fixed.size()) >= surface.mesh.vertex_count()) return uv;
-  try {
-    return minimize_distortion(to_surface(surface), uv, options, context, stats);
-  } catch (const NotConverged& failure) {
-    // A valid map that cannot be improved is still the map that was asked for.
-    stats["optimise_failure"] = failure.error().message;
-    return uv;
-  }
-}
-
-// How many Newton steps a map is worth: where it was refined much, what they cost is bounded.
-int affordable_steps(const RefinedSurface& surface, int wanted) {
-  const auto count = static_cast<double>(surface.mesh.vertex_count());
-  if (count < 3 * static_cast<double>(surface.input_vertices())) return wanted;
-  return std::min(wanted, std::max(kFewestSteps, static_cast<int>(kRefinedWork / count)));
-}
 
 // What stays where it is until the end: movable boundary vertices do not.
 std::vector<VertexId> held_to_the_end(const RefinedSurface& surface,
@@ -93,79 +59,6 @@ bool lines_are_whole(const RefinedSurface& surface, const Constraints& constrain
   return std::all_of(constraints.edges.begin(), constraints.edges.end(), [&](const auto& edge) {
     return surface.mesh.find(edge.first, edge.second) != kInvalid;
   });
-}
-
-// The map at the vertices of a coarser refinement of the same input; added vertices are put where
-// their weights say.
-Points2 restricted(const RefinedMap& map, const RefinedSurface& coarse) {
-  const Index kept = coarse.input_vertices();
-  Points2 uv(static_cast<Eigen::Index>(coarse.position.size()), 2);
-  uv.topRows(kept) = map.uv.topRows(kept);
-  for (Eigen::Index v = kept; v < uv.rows(); ++v) {
-    const Support& support = coarse.support[static_cast<std::size_t>(v)];
-    uv.row(v).setZero();
-    for (std::size_t i = 0; i < 3 && support.vertex[i] != kInvalid; ++i) {
-      uv.row(v) += support.weight[i] * map.uv.row(support.vertex[i]);
-    }
-  }
-  return uv;
-}
-
-// Does the image of the boundary meet itself? Exact.
-bool overlaps(const RefinedSurface& surface, const Points2& uv) {
-  const Triangles faces = surface.mesh.faces();
-  Points2 corner_uv(faces.size(), 2);
-  for (CornerId c = 0; c < faces.size(); ++c) corner_uv.row(c) = uv.row(faces.data()[c]);
-  const Adjacency adjacency = build_adjacency(surface.mesh.vertex_count(), faces);
-  const EdgeFlags no_cuts(static_cast<std::size_t>(faces.size()), 0);
-  return boundary_overlaps(faces, adjacency, no_cuts, corner_uv).pairs > 0;
-}
-
-// Positive triangles alone keep interior vertices from winding twice exactly if the boundary is
-// prescribed and turns once (the count of angles in self_overlapping.h).
-bool untangling_is_safe(const Constraints& constraints) {
-  return !constraints.free_boundary() && constraints.turning_number == 1;
-}
-
-// From a valid map, finely cut and much distorted, to one that is fit for use. Whatever fails on
-// the way, there is a valid map in the end, and with `bijective`, one that does not overlap itself
-// if `fine` does not.
-RefinedMap made_usable(RefinedMap fine, const RefinedSurface& surface,
-                       const Constraints& constraints, bool bijective, ExecutionContext& context,
-                       Stats& stats) {
-  {
-    const ProgressRange range(context, 0.0, 0.5);
-    // Its distortion is enormous at first; what counts is that the refinement can be taken back.
-    constexpr int kIterations = 40;
-    fine.uv = optimise(fine.surface, held_vertices(fine.surface, constraints), fine.uv,
-                       affordable_steps(fine.surface, kIterations), bijective, context, stats);
-  }
-  if (untangling_is_safe(constraints)) {
-    const ProgressRange range(context, 0.5, 0.8);
-    const Points2 start = restricted(fine, surface);
-    const auto faces = static_cast<double>(surface.mesh.faces().rows());
-    const auto folded =
-        static_cast<double>(find_flips(surface.mesh.faces(), start, context).size());
-    if (folded <= kMostFolded * faces) {
-      if (std::optional<Points2> uv = untangle_from(surface, constraints, start, context, stats)) {
-        stats["engine"] = std::string("matchmaker, restricted");
-        return {surface, std::move(*uv)};
-      }
-    }
-  }
-  const ProgressRange range(context, 0.8, 1.0);
-  stats["engine"] = std::string("matchmaker, coarsened");
-  // Fewer vertices are worth more distortion, but not one that nothing can be done with.
-  constexpr double kMostLoss = 10.0;
-  const Index keep = surface.mesh.vertex_count();
-  RefinedMap coarse = coarsen(fine, constraints, keep, context, stats);
-  const double bearable = kMostLoss * energy_of(fine, context);
-  const auto fit = [&](const RefinedMap& map) {
-    return energy_of(map, context) <= bearable && !(bijective && overlaps(map.surface, map.uv));
-  };
-  if (fit(coarse)) return coarse;
-  coarse = coarsen(fine, constraints, keep, context, stats, Coarsening::kBounded);
-  return fit(coarse) ? coarse : fine;
 }
 
 RefinedMap guaranteed(const RefinedSurface& surface, const Constraints& constraints, bool bijective,
@@ -186,61 +79,88 @@ void lay_on(RefinedSurface& surface, const Surface& other) {
     surface.position[v] = surface.place(surface.support[v]);
 }
 
+// A map that meets all pins, walked there from a valid one without them; its refinement is not
+// taken back yet unless it is `settled`.
+struct WalkedMap {
+  RefinedMap map;
+  bool settled = false;
+  Surface room;  // the metric that it walked in, if another than the surface's own
+};
+
+bool walk_there(RefinedSurface& surface, const Constraints& constraints,
+                const MatchOptions& options, WalkedMap& walk, ExecutionContext& context,
+                Stats& stats) {
+  std::optional<Points2> start;
+  {
+    const ProgressRange range(context, 0.0, 0.1);
+    start = first_try(surface, constraints, context, stats);
+  }
+  if (!start) return false;
+  walk.map = {surface, std::move(*start)};
+  RefinedMap& map = walk.map;
+  const bool refine = options.engine != MatchEngine::kFirstTry;
+  const bool arms = options.engine == MatchEngine::kArms;
+  const bool large = !arms && has_coarse_levels(surface, constraints);
+  if (refine && large) {
+    const ProgressRange range(context, 0.1, 0.8);
+    walk.settled = walk_coarse_to_fine(map, constraints, context, stats);
+    if (walk.settled) return true;
+  }
+  // Inside a prescribed boundary pins walk in another metric than the surface's own.
+  if (!constraints.free_boundary() && !constraints.pins.empty() &&
+      surface.mesh.vertex_count() == surface.input_vertices()) {
+    walk.room = roomy_metric(surface, map.uv, context);
+    map.uv = walk.room.vertices.leftCols(2);
+    lay_on(map.surface, walk.room);
+  }
+  const ProgressRange range(context, large ? 0.8 : 0.1, 0.9);
+  // What was beyond measure on a coarse level is so here.
+  const bool pushes = refine && !stats.contains("walk.exhausted") &&
+                      (constraints.free_boundary() || surface.mesh.vertex_count() <= kMostPushed);
+  return arms ? walk_with_arms(map, constraints, context, stats)
+              : walk_pins(map, constraints, pushes, context, stats);
+}
+
+// Unfolds whole faces, where the boundary may give way for them.
+void unfold(RefinedMap& map, const Constraints& constraints, Index keep, bool bijective,
+            ExecutionContext& context, Stats& stats) {
+  RefinedMap unfolded = map;
+  EliminationMemory order(keep);
+  const TimeLimit share(context, kShareOfStep * context.seconds_left());
+  const bool all = while_time_lasts(unfolded, [&] {
+    unfold_wholes(unfolded, held_vertices(map.surface, constraints), keep, kRoundsOfUnfolding,
+                  context, &order);
+  });
+  if (!all) note_time_limit(stats);
+  if (!bijective || !overlaps(unfolded.surface, unfolded.uv)) map = std::move(unfolded);
+}
+
 // The map that needs no guarantee: a valid map without the pins, then the pins walked to their
 // targets.
 std::optional<RefinedMap> walked(RefinedSurface& surface, const Constraints& constraints,
                                  const MatchOptions& options, ExecutionContext& context,
                                  Stats& stats) {
   if (!constraints.free_boundary() && !untangling_is_safe(constraints)) return std::nullopt;
-  std::optional<Points2> start;
+  WalkedMap walk;
   {
-    const ProgressRange range(context, 0.0, 0.1);
-    start = first_try(surface, constraints, context, stats);
+    const bool last =
+        options.engine == MatchEngine::kFirstTry || options.engine == MatchEngine::kArms;
+    const TimeLimit share(context, (last ? 1.0 : kShareOfWay) * context.seconds_left());
+    if (!walk_there(surface, constraints, options, walk, context, stats)) return std::nullopt;
   }
-  if (!start) return std::nullopt;
-  RefinedMap map{surface, std::move(*start)};
-  const bool refine = options.engine != MatchEngine::kFirstTry;
-  const bool arms = options.engine == MatchEngine::kArms;
-  const bool large = !arms && has_coarse_levels(surface, constraints);
-  bool settled = false;
-  if (refine && large) {
-    const ProgressRange range(context, 0.1, 0.8);
-    settled = walk_coarse_to_fine(map, constraints, context, stats);
-  }
-  // Inside a prescribed boundary pins walk in another metric than the surface's own.
-  const bool laid_out = !settled && !constraints.free_boundary() && !constraints.pins.empty() &&
-                        surface.mesh.vertex_count() == surface.input_vertices();
-  Surface room;
-  if (laid_out) {
-    room = roomy_metric(surface, map.uv, context);
-    map.uv = room.vertices.leftCols(2);
-    lay_on(map.surface, room);
-  }
-  if (!settled) {
-    const ProgressRange range(context, large ? 0.8 : 0.1, 0.9);
-    // What was beyond measure on a coarse level is so here.
-    const bool pushes = refine && !stats.contains("walk.exhausted") &&
-                        (constraints.free_boundary() || surface.mesh.vertex_count() <= kMostPushed);
-    const bool arrived = arms ? walk_with_arms(map, constraints, context, stats)
-                              : walk_pins(map, constraints, pushes, context, stats);
-    if (!arrived) return std::nullopt;
-  }
+  RefinedMap map = std::move(walk.map);
   const ProgressRange range(context, 0.9, 1.0);
+  const TimeLimit share(context, (1 - kShareOfStep) * context.seconds_left());
   if (!lines_are_whole(map.surface, constraints)) return std::nullopt;
   if (options.bijective && overlaps(map.surface, map.uv)) return std::nullopt;
   const Index keep = surface.mesh.vertex_count();
   // What is left of a plan has been coarsened as far as it is worth.
-  if (!settled && !stats.contains("plan.left") && map.surface.mesh.vertex_count() > keep) {
-    if (constraints.free_boundary()) {
-      RefinedMap unfolded = map;
-      EliminationMemory order(keep);
-      unfold_wholes(unfolded, held_vertices(map.surface, constraints), keep, kRoundsOfUnfolding,
-                    context, &order);
-      if (!options.bijective || !overlaps(unfolded.surface, unfolded.uv)) map = std::move(unfolded);
-    }
+  if (!walk.settled && !stats.contains("plan.left") && map.surface.mesh.vertex_count() > keep) {
+    if (constraints.free_boundary())
+      unfold(map, constraints, keep, options.bijective, context, stats);
     map = coarsen(std::move(map), constraints, keep, context, stats);
   }
-  if (laid_out) lay_on(map.surface, *surface.input);
+  if (walk.room.faces.rows() > 0) lay_on(map.surface, *surface.input);
   return map;
 }
 
@@ -263,15 +183,18 @@ RefinedMap pinned_first_frame(const RefinedSurface& surface, const OutlineFilm& 
     disk.outline[i] = place.at(surface.boundary[i]);
   for (const SheetPin& p : film.pins()) disk.pins.push_back({p.pin.vertex, place.at(p.pin.vertex)});
   const RefinedSurface unpinned = map.surface;
-  if (!walk_pins(map, disk, constraints.edges.empty(), context, stats))
-    map = guaranteed(unpinned, disk, false, context, stats);
-  return map;
+  std::optional<RefinedMap> pinned = while_share_lasts(context, stats, [&] {
+    const TimeLimit share(context, kShareOfWay * context.seconds_left());
+    const bool arrived = walk_pins(map, disk, constraints.edges.empty(), context, stats);
+    return arrived ? std::optional(std::move(map)) : std::nullopt;
+  });
+  return pinned ? std::move(*pinned) : guaranteed(unpinned, disk, false, context, stats);
 }
 
 // Through the frames of a film from a convex polygon, where pins are easily brought to their
 // places, to the target.
-std::optional<RefinedMap> filmed(const RefinedSurface& surface, const Constraints& constraints,
-                                 ExecutionContext& context, Stats& stats) try {
+std::optional<RefinedMap> film_walked(const RefinedSurface& surface, const Constraints& constraints,
+                                      ExecutionContext& context, Stats& stats) try {
   SheetTarget target = sheet_target(surface, constraints, context);
   // Where sheets overlap, pins ride along; else they find their places in the end.
   const bool riding = !constraints.simple_outline && !constraints.pins.empty();
@@ -290,27 +213,40 @@ std::optional<RefinedMap> filmed(const RefinedSurface& surface, const Constraint
   const ProgressRange range(context, 0.9, 1.0);
   if (!riding && !walk_pins(map, constraints, true, context, stats)) return std::nullopt;
   if (!lines_are_whole(map.surface, constraints)) return std::nullopt;
-  if (map.surface.mesh.vertex_count() > surface.mesh.vertex_count())
-    map = coarsen(std::move(map), constraints, surface.mesh.vertex_count(), context, stats,
-                  Coarsening::kBounded);
   return map;
 } catch (const NotConverged& failure) {
   stats["outline.failure"] = failure.error().message;
   return std::nullopt;  // too squeezed for the Newton system on the way
 }
 
+std::optional<RefinedMap> filmed(const RefinedSurface& surface, const Constraints& constraints,
+                                 double share, ExecutionContext& context, Stats& stats) {
+  std::optional<RefinedMap> map;
+  {
+    const TimeLimit limit(context, share * context.seconds_left());
+    map = film_walked(surface, constraints, context, stats);
+  }
+  const Index keep = surface.mesh.vertex_count();
+  if (map && map->surface.mesh.vertex_count() > keep) {
+    const TimeLimit limit(context, (1 - kShareOfStep) * context.seconds_left());
+    map = coarsen(std::move(*map), constraints, keep, context, stats, Coarsening::kBounded);
+  }
+  return map;
+}
+
 // From the film's first frame to its last in one step (film_overlay.h).
 std::optional<RefinedMap> overlaid(const RefinedSurface& surface, const Constraints& constraints,
-                                   ExecutionContext& context, Stats& stats) try {
+                                   double share, ExecutionContext& context, Stats& stats) try {
   if (!constraints.edges.empty()) return std::nullopt;  // straight lines would be cut
-  SheetTarget target = sheet_target(surface, constraints, context);
-  const OutlineFilm film(std::move(target.domain), target.pins);
   RefinedMap map;
   {
-    const ProgressRange range(context, 0.0, 0.3);
-    map = pinned_first_frame(surface, film, constraints, context, stats);
-  }
-  {
+    const TimeLimit limit(context, share * context.seconds_left());
+    SheetTarget target = sheet_target(surface, constraints, context);
+    const OutlineFilm film(std::move(target.domain), target.pins);
+    {
+      const ProgressRange range(context, 0.0, 0.3);
+      map = pinned_first_frame(surface, film, constraints, context, stats);
+    }
     const ProgressRange range(context, 0.3, 0.4);
     map = lay_onto_target(map, film, context, stats);
   }
@@ -362,7 +298,9 @@ RefinedMap solve(RefinedSurface& surface, const Constraints& constraints,
       options.engine != MatchEngine::kOutline && options.engine != MatchEngine::kOverlay) {
     // The film has its share if it may follow; MatchMaker++ follows but rarely.
     const ProgressRange range(context, 0.0, film_helps ? 0.3 : 0.95);
-    if (std::optional<RefinedMap> map = walked(surface, constraints, options, context, stats)) {
+    if (std::optional<RefinedMap> map = while_share_lasts(context, stats, [&] {
+          return walked(surface, constraints, options, context, stats);
+        })) {
       stats["engine"] = std::string("first try");
       return std::move(*map);
     }
@@ -377,7 +315,9 @@ RefinedMap solve(RefinedSurface& surface, const Constraints& constraints,
                       (sharp_turning(constraints) < kMostTurning || !constraints.edges.empty()));
   if (film_helps && walks) {
     const ProgressRange range(context, 0.3, 0.8);
-    if (std::optional<RefinedMap> map = filmed(surface, constraints, context, stats)) {
+    const double share = options.engine == MatchEngine::kOutline ? 1.0 : kShareOfWay;
+    if (std::optional<RefinedMap> map = while_share_lasts(
+            context, stats, [&] { return filmed(surface, constraints, share, context, stats); })) {
       stats["engine"] = std::string("outline");
       return std::move(*map);
     }
@@ -388,7 +328,9 @@ RefinedMap solve(RefinedSurface& surface, const Constraints& constraints,
   }
   if (film_helps) {
     const ProgressRange range(context, walks ? 0.8 : 0.3, 0.95);
-    if (std::optional<RefinedMap> map = overlaid(surface, constraints, context, stats))
+    const double share = options.engine == MatchEngine::kOverlay ? 1.0 : kShareOfWay;
+    if (std::optional<RefinedMap> map = while_share_lasts(
+            context, stats, [&] { return overlaid(surface, constraints, share, context, stats); }))
       return std::move(*map);
     if (options.engine == MatchEngine::kOverlay) {
       throw_not_converged(ErrorCode::kIterationLimit,
@@ -451,14 +393,19 @@ CertifyRequest certify_request(const RefinedSurface& surface, const Constraints&
   return request;
 }
 
-}  // namespace
+// Seconds that rounding and certifying a map of so many faces take, generously.
+double seconds_to_store(const RefinedSurface& surface) {
+  constexpr double kSecondsPerFace = 1e-5;
+  return kSecondsPerFace * static_cast<double>(surface.mesh.faces().rows());
+}
 
-Parametrization match(const Surface& surface, const MatchRequest& request,
-                      const MatchOptions& options, ExecutionContext& context) {
+Parametrization match_in_time(const Surface& surface, const MatchRequest& request,
+                              const MatchOptions& options, ExecutionContext& context) {
   ValidateOptions validation;
   validation.require_disk = true;
   validate(surface, validation, context);
   Stats stats;
+  stats["time_limit_reached"] = std::int64_t{0};
   const Stopwatch watch;
   RefinedSurface refined = make_refined_surface(surface);
   Constraints constraints = read_constraints(refined, request);
@@ -480,6 +427,8 @@ Parametrization match(const Surface& surface, const MatchRequest& request,
   }
   if (options.optimise) {
     const ProgressRange range(context, 0.85, 0.95);
+    const double left = context.seconds_left();
+    const TimeLimit limit(context, left - std::min(0.5 * left, seconds_to_store(solution.surface)));
     const std::vector<VertexId> held = held_to_the_end(solution.surface, constraints);
     const int steps = affordable_steps(solution.surface, options.max_iterations);
     solution.uv = optimise(solution.surface, held, solution.uv, steps, bijective, context, stats);
@@ -489,6 +438,7 @@ Parametrization match(const Surface& surface, const MatchRequest& request,
   const ProgressRange range(context, 0.95, 1.0);
   const Points2f uv32 = store_map(solution, held_to_the_end(solution.surface, constraints),
                                   refined.mesh.vertex_count(), bijective, context, stats);
+  const Untimed finishing(context);
   Parametrization map = to_parametrization(solution, solution.uv, uv32);
   stats["added_vertices"] =
       static_cast<std::int64_t>(map.surface.vertices.rows() - surface.vertices.rows());
@@ -499,6 +449,22 @@ Parametrization match(const Surface& surface, const MatchRequest& request,
   stats["seconds"] = watch.seconds();
   map.stats = std::move(stats);
   return map;
+}
+
+}  // namespace
+
+void throw_match_out_of_time(const MatchOptions& options) {
+  throw_out_of_time("No map that meets all constraints was found", options.max_seconds,
+                    "pin fewer vertices, or move pins nearer to where their surroundings are");
+}
+
+Parametrization match(const Surface& surface, const MatchRequest& request,
+                      const MatchOptions& options, ExecutionContext& context) try {
+  const TimeLimit limit(context, limit_of(options.max_seconds));
+  return match_in_time(surface, request, options, context);
+} catch (const TimeIsOver&) {
+  if (!(options.max_seconds > 0)) throw;  // the limit is the caller's
+  throw_match_out_of_time(options);
 }
 
 }  // namespace flipfree

@@ -16,6 +16,7 @@
 #include "flipfree/distortion/improve.h"
 #include "flipfree/matchmaker/constraints.h"
 #include "flipfree/matchmaker/refined_surface.h"
+#include "flipfree/matchmaker/time_share.h"
 #include "flipfree/mesh/fill.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
@@ -206,6 +207,7 @@ Error of_input(Error error, const Surface& input) {
 Parametrization match_disk(const Surface& disk, const Surface& input, const MatchRequest& request,
                            const MatchOptions& options, ExecutionContext& context) {
   try {
+    const TimeLimit share(context, (1 - kShareOfStep) * context.seconds_left());
     return match(disk, request, options, context);
   } catch (const InvalidInput& e) {
     throw InvalidInput(of_input(e.error(), input));
@@ -232,6 +234,8 @@ void release_holes(Parametrization& map, const CertifyRequest& extra, const Matc
     map.stats["hole_energy_before"] = better.stats["energy_before"];
   } catch (const NotConverged& failure) {
     map.stats["optimise_failure"] = failure.error().message;
+  } catch (const TimeIsOver&) {
+    note_time_limit(map.stats);
   }
 }
 
@@ -253,7 +257,7 @@ std::optional<std::vector<PinnedVertex>> pinned_vertices(const Surface& disk, co
 
 // Pins that shall not make the piece overlap itself: continuation of the unwrap under its boundary
 // barrier, which walking the pins does not have. No added vertex, and no guarantee: nothing if it
-// stops.
+// stops, or its share of the time is over.
 std::optional<Parametrization> unwrapped(const Surface& surface,
                                          const std::vector<PinnedVertex>& pins,
                                          const MatchOptions& options, ExecutionContext& context) {
@@ -266,25 +270,29 @@ std::optional<Parametrization> unwrapped(const Surface& surface,
     if (uv != nullptr) unwrapping.pins.push_back({c, *uv});
   }
   try {
+    const TimeLimit share(context, kShareOfWay * context.seconds_left());
     Parametrization map = unwrap(surface, unwrapping, context);
     map.stats["engine"] = std::string("first try");
     return map;
   } catch (const NotConverged&) {
     return std::nullopt;
+  } catch (const TimeIsOver&) {
+    context.check();
+    return std::nullopt;
   }
 }
 
-}  // namespace
-
-Parametrization match_piece(const Surface& surface, const MatchRequest& request,
-                            const MatchOptions& options, ExecutionContext& context) {
+Parametrization match_piece_in_time(const Surface& surface, const MatchRequest& request,
+                                    const MatchOptions& options, ExecutionContext& context) {
   validate(surface, {}, context);
   const Adjacency adjacency =
       build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
   const Topology shape = topology(surface.faces, adjacency);
   // Other shapes are refused there, by name.
+  MatchOptions untimed = options;
+  untimed.max_seconds = 0;  // the limit around holds
   if (shape.components != 1 || shape.genus() != 0 || shape.boundary_loops < 1)
-    return match(surface, request, options, context);
+    return match(surface, request, untimed, context);
 
   const Stopwatch watch;
   std::vector<Loop> holes = boundary_halfedge_loops(surface.faces, adjacency);
@@ -300,12 +308,12 @@ Parametrization match_piece(const Surface& surface, const MatchRequest& request,
       return std::move(*map);
   }
   const ProgressRange whole(context, begin, 1.0);
-  if (holes.empty()) return match(surface, request, options, context);
+  if (holes.empty()) return match(surface, request, untimed, context);
 
   Parametrization map;
   {
     const ProgressRange range(context, 0.0, 0.7);
-    map = without_fans(match_disk(disk, surface, request, options, context), disk, surface);
+    map = without_fans(match_disk(disk, surface, request, untimed, context), disk, surface);
   }
   const std::vector<char> held = held_vertices(map, surface, request);
   CertifyRequest extra;
@@ -318,6 +326,7 @@ Parametrization match_piece(const Surface& surface, const MatchRequest& request,
     const ProgressRange range(context, 0.7, 0.95);
     release_holes(map, extra, options, context);
   }
+  const Untimed finishing(context);
   context.report("certifying", 0.95);
   certify_map(map, surface, extra, context);
   require_certificate(map, "The match");
@@ -328,6 +337,17 @@ Parametrization match_piece(const Surface& surface, const MatchRequest& request,
   map.stats["seconds"] = watch.seconds();
   context.report("done", 1.0);
   return map;
+}
+
+}  // namespace
+
+Parametrization match_piece(const Surface& surface, const MatchRequest& request,
+                            const MatchOptions& options, ExecutionContext& context) try {
+  const TimeLimit limit(context, limit_of(options.max_seconds));
+  return match_piece_in_time(surface, request, options, context);
+} catch (const TimeIsOver&) {
+  if (!(options.max_seconds > 0)) throw;  // the limit is the caller's
+  throw_match_out_of_time(options);
 }
 
 }  // namespace flipfree

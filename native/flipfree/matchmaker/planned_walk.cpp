@@ -7,6 +7,7 @@
 #include "flipfree/matchmaker/coarsen.h"
 #include "flipfree/matchmaker/first_try.h"
 #include "flipfree/matchmaker/relax.h"
+#include "flipfree/matchmaker/time_share.h"
 #include "flipfree/matchmaker/untangle_removal.h"
 
 namespace flipfree {
@@ -43,10 +44,6 @@ bool walk_as_planned(RefinedMap& map, const Constraints& constraints, ExecutionC
   const std::vector<VertexId> held = held_vertices(map.surface, constraints);
   EliminationMemory order(keep);
   const auto added = [&] { return map.surface.mesh.vertex_count() - keep; };
-  for (int round = 0; round < kPlainRounds && added() > 0; ++round) {
-    remove_added(map, held, keep, context);
-    relax(map, held, {kFewSteps, true, &order}, context);
-  }
   const auto enough =
       static_cast<Index>(kEnough * static_cast<double>(map.surface.input->faces.rows()));
   VainRemovals vain;
@@ -55,21 +52,28 @@ bool walk_as_planned(RefinedMap& map, const Constraints& constraints, ExecutionC
   untangling.iterations = kIterations;
   untangling.vain = &vain;
   Index looked_at = 0;
-  for (int round = 0; round < kEasings && added() > 0; ++round) {
-    if (added() <= enough && looked_at > kMostLookedAt * keep) break;
-    const ProgressRange range(context, 0.3 + 0.7 * round / kEasings,
-                              0.3 + 0.7 * (round + 1) / kEasings);
-    const Index before = added();
-    looked_at += before;
-    remove_by_untangling(map, held, keep, context, untangling);
-    map = compacted_map(map);
-    relax(map, held, {kManySteps, true, &order}, context);
-    remove_added(map, held, keep, context);
-    const auto size = static_cast<std::size_t>(untangling.rings);
-    if (kWorthwhile[size - 1] * (before - added()) >= before) continue;
-    if (size == kWorthwhile.size()) break;
-    ++untangling.rings;
-  }
+  // All pins are met: the rest may end anywhere.
+  while_time_lasts(map, [&] {
+    for (int round = 0; round < kPlainRounds && added() > 0; ++round) {
+      remove_added(map, held, keep, context);
+      relax(map, held, {kFewSteps, true, &order}, context);
+    }
+    for (int round = 0; round < kEasings && added() > 0; ++round) {
+      if (added() <= enough && looked_at > kMostLookedAt * keep) break;
+      const ProgressRange range(context, 0.3 + 0.7 * round / kEasings,
+                                0.3 + 0.7 * (round + 1) / kEasings);
+      const Index before = added();
+      looked_at += before;
+      remove_by_untangling(map, held, keep, context, untangling);
+      map = compacted_map(map);
+      relax(map, held, {kManySteps, true, &order}, context);
+      remove_added(map, held, keep, context);
+      const auto size = static_cast<std::size_t>(untangling.rings);
+      if (kWorthwhile[size - 1] * (before - added()) >= before) continue;
+      if (size == kWorthwhile.size()) break;
+      ++untangling.rings;
+    }
+  });
   if (added() > keep / 2) stats["plan.left"] = static_cast<std::int64_t>(added());
   return true;
 }

@@ -10,6 +10,7 @@
 #include "flipfree/matchmaker/first_try.h"
 #include "flipfree/matchmaker/relax.h"
 #include "flipfree/matchmaker/restore.h"
+#include "flipfree/matchmaker/time_share.h"
 
 namespace flipfree {
 namespace {
@@ -114,7 +115,7 @@ class Settler {
 
 void settle(RefinedMap& map, const std::vector<VertexId>& held, Index keep,
             ExecutionContext& context) {
-  Settler(map, held, keep, context).run();
+  while_time_lasts(map, [&] { Settler(map, held, keep, context).run(); });
 }
 
 }  // namespace flipfree

@@ -86,6 +86,7 @@ Points2f store_map(RefinedMap& map, const std::vector<VertexId>& held, Index kee
     stats["rounding.rooms"] = std::int64_t{attempt};
     std::vector<Index> thin;
     try {
+      const Untimed storing(context);
       return round_to_storage(to_surface(map.surface).faces, map.uv, rounding, context, stats);
     } catch (const NotConverged& failure) {
       if (failure.error().code != ErrorCode::kRoundingFlips || failure.error().elements.empty())

@@ -314,7 +314,12 @@ bool walk_pins(RefinedMap& map, const Constraints& constraints, bool refine,
   if (walk) {
     const ProgressRange range(context, 0.5, 1.0);
     stats["walk.mode"] = std::string("one by one");
-    const bool arrived = walk_one_by_one(walker, map, constraints, refine, context, stats);
+    bool arrived = false;
+    try {
+      arrived = walk_one_by_one(walker, map, constraints, refine, context, stats);
+    } catch (const TimeIsOver&) {
+      if (!armed) throw;
+    }
     if (!armed || (arrived && added(map) <= added(*armed))) return arrived;
   }
   stats["walk.mode"] = std::string("arms");

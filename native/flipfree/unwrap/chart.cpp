@@ -124,6 +124,28 @@ void reject_coincident_pins(const std::vector<std::pair<VertexId, Vector2>>& pin
   }
 }
 
+MinimizeOptions minimize_options(const FlattenOptions& options) {
+  MinimizeOptions minimize;
+  minimize.max_iterations = options.max_iterations;
+  minimize.tolerance = options.tolerance;
+  minimize.bijective = options.bijective;
+  return minimize;
+}
+
+// Of a chart without pins, as far as time allows.
+void lower_distortion(const Surface& chart, const FlattenOptions& options, Points2& uv,
+                      ExecutionContext& context, Stats& stats) try {
+  {
+    const ProgressRange range(context, 0.2, 0.3);
+    uv = better_start(chart, uv, context, stats);
+  }
+  const ProgressRange range(context, 0.3, 1.0);
+  uv = minimize_distortion(chart, uv, minimize_options(options), context, stats);
+  if (context.time_is_over()) stats["time_limit_reached"] = std::int64_t{1};
+} catch (const TimeIsOver&) {
+  stats["time_limit_reached"] = std::int64_t{1};
+}
+
 }  // namespace
 
 Points2 flatten_chart(const Surface& chart, const FlattenOptions& options,
@@ -134,24 +156,26 @@ Points2 flatten_chart(const Surface& chart, const FlattenOptions& options,
     const ProgressRange range(context, 0.0, 0.2);
     uv = embed_on_circle(chart, context, stats);
   }
+  // From here on there is a map: without pins, less time only leaves it more distorted.
+  if (options.pins.empty()) {
+    lower_distortion(chart, options, uv, context, stats);
+    return uv;
+  }
   {
     const ProgressRange range(context, 0.2, 0.3);
-    uv = better_start(chart, std::move(uv), context, stats);
+    uv = better_start(chart, uv, context, stats);
   }
-  MinimizeOptions minimize;
-  minimize.max_iterations = options.max_iterations;
-  minimize.tolerance = options.tolerance;
-  minimize.bijective = options.bijective;
+  const MinimizeOptions minimize = minimize_options(options);
   {
-    const ProgressRange range(context, 0.3, options.pins.empty() ? 1.0 : 0.6);
+    const ProgressRange range(context, 0.3, 0.6);
     uv = minimize_distortion(chart, uv, minimize, context, stats);
   }
-  if (options.pins.empty()) return uv;
   // The free map, put where the pins want it, is the start from which they are pulled to their
   // places.
   apply(place_by_pins(uv, options.pins), uv);
   const ProgressRange range(context, 0.6, 1.0);
   TargetsResult result = minimize_with_targets(chart, uv, options.pins, minimize, context, stats);
+  if (context.time_is_over()) stats["time_limit_reached"] = std::int64_t{1};
   if (!result.missed.empty()) {
     throw_not_converged(
         ErrorCode::kLineSearchStalled,

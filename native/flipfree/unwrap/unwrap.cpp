@@ -161,6 +161,9 @@ std::vector<Points2> flatten_all(const Islands& islands, const ChartPins& pins,
         context.report("flattening charts", static_cast<double>(now) / static_cast<double>(total));
       });
   if (!order.empty()) stats.insert(chart_stats[order[0]].begin(), chart_stats[order[0]].end());
+  stats["time_limit_reached"] = static_cast<std::int64_t>(
+      std::any_of(chart_stats.begin(), chart_stats.end(),
+                  [](const Stats& s) { return s.contains("time_limit_reached"); }));
   return uv;
 }
 
@@ -237,10 +240,8 @@ void place_charts(const std::vector<Chart>& charts, const ChartPins& pins,
   }
 }
 
-}  // namespace
-
-Parametrization unwrap(const Surface& surface, const UnwrapOptions& options,
-                       ExecutionContext& context) {
+Parametrization unwrap_in_time(const Surface& surface, const UnwrapOptions& options,
+                               ExecutionContext& context) {
   Stopwatch total;
   Stopwatch watch;
   Parametrization map;
@@ -283,6 +284,7 @@ Parametrization unwrap(const Surface& surface, const UnwrapOptions& options,
   }
   lap("seconds_flatten");
 
+  const Untimed finishing(context);
   context.report("placing charts", 0.92);
   place_charts(islands.charts, pins, options, uv);
   map.surface = surface;
@@ -317,6 +319,18 @@ Parametrization unwrap(const Surface& surface, const UnwrapOptions& options,
   require_certificate(map, "The unwrap");
   context.report("done", 1.0);
   return map;
+}
+
+}  // namespace
+
+Parametrization unwrap(const Surface& surface, const UnwrapOptions& options,
+                       ExecutionContext& context) try {
+  const TimeLimit limit(context, limit_of(options.max_seconds));
+  return unwrap_in_time(surface, options, context);
+} catch (const TimeIsOver&) {
+  if (!(options.max_seconds > 0)) throw;  // the limit is the caller's
+  throw_out_of_time("Not all charts were flattened", options.max_seconds,
+                    "or unwrap the mesh in parts");
 }
 
 }  // namespace flipfree

@@ -21,17 +21,20 @@ struct UnwrapOptions {
   bool cut_extremities = true;
   int max_iterations = 200;  // of the optimiser, per chart
   double tolerance = 1e-4;   // share of the energy that a step must still promise
-  double margin = 0.005;     // between charts, in units of the unit square
+  // Of the clock; 0: no limit. Charts that are flat by then are made no better.
+  double max_seconds = 0;
+  double margin = 0.005;  // between charts, in units of the unit square
   // Corner UVs (3 #F x 2) to stay close to, or null: a chart that was an island of these without
   // flips keeps its place, size and direction; the others are packed into the unit square.
   const Points2* place_like = nullptr;
 };
 
 // Result: uv and uv32 certified (G1, G2, G3 for pins, G7; overlaps 0 if bijective), cut_edges =
-// seams and added cuts. Stats: "charts", "opened_charts", "added_cuts", "energy", "seconds_*", and
-// what the chart solvers report of the largest chart. Throws InvalidInput (see validate()),
-// NotConverged with what failed, Cancelled. Nothing is returned that did not pass the certificate.
-// Cost: a few factorizations of a planar-like system per chart; docs/benchmarks.md.
+// seams and added cuts. Stats: "charts", "opened_charts", "added_cuts", "energy", "seconds_*",
+// "time_limit_reached", and what the chart solvers report of the largest chart. Throws InvalidInput
+// (see validate()), NotConverged with what failed (kTimeLimit: some chart was not flat in
+// max_seconds), Cancelled. Nothing is returned that did not pass the certificate. Cost: a few
+// factorizations of a planar-like system per chart; docs/benchmarks.md.
 Parametrization unwrap(const Surface& surface, const UnwrapOptions& options,
                        ExecutionContext& context);
 

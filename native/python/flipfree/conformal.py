@@ -108,7 +108,7 @@ def start_conformal_metric(
     precision: int | str = "auto",
     lengths: Any = None,
     max_iterations: int = 500,
-    max_seconds: float = 0.0,
+    max_seconds: float | None = None,
     require_convergence: bool = True,
     intrinsic_refinement: str = "auto",
     threads: int = 2,
@@ -144,7 +144,7 @@ def conformal_metric(
     precision: int | str = "auto",
     lengths: Any = None,
     max_iterations: int = 500,
-    max_seconds: float = 0.0,
+    max_seconds: float | None = None,
     require_convergence: bool = True,
     intrinsic_refinement: str = "auto",
     threads: int = 2,
@@ -162,7 +162,7 @@ def conformal_metric(
         tolerance: largest angle error, radians. Below 1e-13 ask for more bits, or leave precision at "auto".
         precision: "auto" starts in double and adds bits only when rounding decides; or mantissa bits, 53 to 4096.
         lengths: (m, 3) edge lengths (corner k to k + 1) instead of those of the vertex positions.
-        max_iterations: of Newton. max_seconds: 0 is no limit.
+        max_iterations: of Newton. max_seconds: of the clock; None or 0 is no limit.
         require_convergence: False returns what was reached, with ``converged`` False, instead of raising NotConverged.
         intrinsic_refinement: "on" adds flat points to the surface until its intrinsic Delaunay triangulation has no
             needles; "auto" does so if the plain way fails; "off" never. The metric is then that of the refined surface:

@@ -8,7 +8,7 @@ from typing import Any
 from . import _native
 from .arrays import as_floats, as_indices, as_places, as_vertices
 from .job import Job, Progress, run
-from .options import as_choice, as_count, as_flag, as_positive
+from .options import as_choice, as_count, as_flag, as_positive, as_seconds
 from .results import Parametrization, parametrization_from
 
 SHAPES = ("circle", "square", "triangle")
@@ -29,6 +29,7 @@ def start_embed(
     optimise: bool = False,
     iterations: int = 200,
     tolerance: float = 1e-4,
+    max_seconds: float | None = None,
     threads: int = 2,
 ) -> Job[Parametrization]:
     """As :func:`embed`, at once, on a thread."""
@@ -51,6 +52,7 @@ def start_embed(
         as_flag(optimise, "optimise"),
         as_count(iterations, "iterations"),
         as_positive(tolerance, "tolerance"),
+        as_seconds(max_seconds, "max_seconds"),
         as_count(threads, "threads", 1),
     )
     return Job(native, partial(parametrization_from, exponent=exponent))
@@ -69,6 +71,7 @@ def embed(
     optimise: bool = False,
     iterations: int = 200,
     tolerance: float = 1e-4,
+    max_seconds: float | None = None,
     threads: int = 2,
     progress: Progress | None = None,
 ) -> Parametrization:
@@ -90,7 +93,9 @@ def embed(
         low_distortion: where Tutte fails, go to progressive embedding at once: about twice the time, and energies that are
             a thousand times smaller. Implied by optimise.
         optimise: lower the distortion with the boundary fixed. iterations, tolerance: of that optimisation.
-        threads: the result has the same bits for every number.
+        max_seconds: of the clock; None or 0 is no limit. What was gained by then is kept, and
+            ``stats["time_limit_reached"]`` is 1; NotConverged (code "time limit reached") if there is no map yet.
+        threads: the result has the same bits for every number, unless a limit of time is reached.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
     Returns:
@@ -111,6 +116,7 @@ def embed(
         optimise=optimise,
         iterations=iterations,
         tolerance=tolerance,
+        max_seconds=max_seconds,
         threads=threads,
     )
     return run(job, progress)

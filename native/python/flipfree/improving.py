@@ -10,7 +10,7 @@ from .arrays import as_corner_uv, as_indices, as_vertices, refuse_beyond_storage
 from .certification import Pins, pins_to_corners
 from .errors import InvalidInput
 from .job import Job, Progress, run
-from .options import as_count, as_flag, as_positive
+from .options import as_count, as_flag, as_positive, as_seconds
 from .results import Parametrization, parametrization_from
 
 
@@ -21,6 +21,7 @@ def start_improve(
     keep_bijective: bool = True,
     iterations: int = 200,
     tolerance: float = 1e-4,
+    max_seconds: float | None = None,
     threads: int = 2,
 ) -> Job[Parametrization]:
     """As :func:`improve`, at once, on a thread."""
@@ -49,6 +50,7 @@ def start_improve(
         as_flag(keep_bijective, "keep_bijective"),
         as_count(iterations, "iterations"),
         as_positive(tolerance, "tolerance"),
+        as_seconds(max_seconds, "max_seconds"),
         as_count(threads, "threads", 1),
     )
     return Job(native, partial(parametrization_from, exponent=exponent))
@@ -61,6 +63,7 @@ def improve(
     keep_bijective: bool = True,
     iterations: int = 200,
     tolerance: float = 1e-4,
+    max_seconds: float | None = None,
     threads: int = 2,
     progress: Progress | None = None,
 ) -> Parametrization:
@@ -74,7 +77,9 @@ def improve(
         pins: {vertex or (face, corner): (u, v)}, met bit for bit.
         keep_bijective: charts that do not overlap themselves go on not to.
         iterations: most optimiser iterations per chart. tolerance: share of the energy that a step must promise.
-        threads: the result has the same bits for every number.
+        max_seconds: of the clock; None or 0 is no limit. What was gained by then is kept, and
+            ``stats["time_limit_reached"]`` is 1; NotConverged (code "time limit reached") if there is no map yet.
+        threads: the result has the same bits for every number, unless a limit of time is reached.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
     Raises:
@@ -86,6 +91,7 @@ def improve(
         keep_bijective=keep_bijective,
         iterations=iterations,
         tolerance=tolerance,
+        max_seconds=max_seconds,
         threads=threads,
     )
     return run(job, progress)

@@ -13,7 +13,7 @@ from . import _native
 from .arrays import as_indices, as_places, as_vertex_map, as_vertices
 from .errors import InvalidInput
 from .job import Job, Progress, run
-from .options import as_choice, as_count, as_flag
+from .options import as_choice, as_count, as_flag, as_seconds
 from .results import Parametrization, parametrization_from
 
 Points = Mapping[int, tuple[float, float]]
@@ -61,6 +61,7 @@ def start_match(
     bijective: bool = False,
     iterations: int = 200,
     engine: str = "auto",
+    max_seconds: float | None = None,
     threads: int = 2,
 ) -> Job[Parametrization]:
     """As :func:`match`, at once, on a thread."""
@@ -89,6 +90,7 @@ def start_match(
         as_flag(bijective, "bijective"),
         as_count(iterations, "iterations"),
         as_choice(engine, "engine", ENGINES),
+        as_seconds(max_seconds, "max_seconds"),
         as_count(threads, "threads", 1),
     )
     return Job(native, partial(parametrization_from, exponent=exponent))
@@ -108,6 +110,7 @@ def match(
     bijective: bool = False,
     iterations: int = 200,
     engine: str = "auto",
+    max_seconds: float | None = None,
     threads: int = 2,
     progress: Progress | None = None,
 ) -> Parametrization:
@@ -127,6 +130,9 @@ def match(
         optimise: lower the distortion with all constraints held. iterations: at most so many Newton steps.
         bijective: with a free boundary, one-to-one as a whole and not only locally.
         engine: "auto", or "first try" / "outline" / "overlay" / "arms" / "matchmaker" alone.
+        max_seconds: of the clock; None or 0 is no limit. A map that meets all constraints by then is returned, however
+            little time there was to take its refinement back and to lower its distortion:
+            ``stats["time_limit_reached"]`` is 1 then. If there is none, NotConverged (code "time limit reached").
 
     Returns:
         Parametrization: refined only where no map of the user's triangles was found; ``stats["added_vertices"]``,
@@ -149,6 +155,7 @@ def match(
         bijective=bijective,
         iterations=iterations,
         engine=engine,
+        max_seconds=max_seconds,
         threads=threads,
     )
     return run(job, progress)

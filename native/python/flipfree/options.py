@@ -44,8 +44,8 @@ def as_positive(value: Any, name: str) -> float:
 
 
 def as_seconds(value: Any, name: str) -> float:
-    """``value`` as a limit in seconds; 0 is none."""
-    number = as_number(value, name)
+    """``value`` as a limit in seconds; None and 0 are none, which is 0."""
+    number = 0.0 if value is None else as_number(value, name)
     if number < 0.0:
         raise InvalidInput(f"{name} must not be negative, not {value!r}.", code="bad option")
     return number

@@ -9,7 +9,7 @@ from . import _native
 from .arrays import as_corner_uv, as_indices, as_vertices
 from .certification import Pins, pins_to_corners
 from .job import Job, Progress, run
-from .options import as_count, as_flag, as_margin, as_positive
+from .options import as_count, as_flag, as_margin, as_positive, as_seconds
 from .results import Parametrization, parametrization_from
 
 
@@ -26,6 +26,7 @@ def start_unwrap(
     tolerance: float = 1e-4,
     margin: float = 0.005,
     place_like: Any = None,
+    max_seconds: float | None = None,
     threads: int = 2,
 ) -> Job[Parametrization]:
     """As :func:`unwrap`, at once, on a thread."""
@@ -48,6 +49,7 @@ def start_unwrap(
         as_positive(tolerance, "tolerance"),
         as_margin(margin),
         reference,
+        as_seconds(max_seconds, "max_seconds"),
         as_count(threads, "threads", 1),
     )
     return Job(native, partial(parametrization_from, exponent=exponent))
@@ -66,6 +68,7 @@ def unwrap(
     tolerance: float = 1e-4,
     margin: float = 0.005,
     place_like: Any = None,
+    max_seconds: float | None = None,
     threads: int = 2,
     progress: Progress | None = None,
 ) -> Parametrization:
@@ -86,7 +89,9 @@ def unwrap(
         iterations: most optimiser iterations per chart. tolerance: share of the energy that a step must promise.
         margin: space between charts, in units of the unit square.
         place_like: (m, 3, 2) UVs; islands that are flip-free there keep their place, size and direction.
-        threads: the result has the same bits for every number.
+        max_seconds: of the clock; None or 0 is no limit. What was gained by then is kept, and
+            ``stats["time_limit_reached"]`` is 1; NotConverged (code "time limit reached") if there is no map yet.
+        threads: the result has the same bits for every number, unless a limit of time is reached.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
     Raises:
@@ -104,6 +109,7 @@ def unwrap(
         tolerance=tolerance,
         margin=margin,
         place_like=place_like,
+        max_seconds=max_seconds,
         threads=threads,
     )
     return run(job, progress)

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -49,6 +50,76 @@ TEST(ExecutionContext, parts_are_cancelled_with_their_parent_but_not_the_other_w
   EXPECT_NO_THROW(sibling.check());
   parent.cancel();
   EXPECT_THROW(sibling.check(), Cancelled);
+}
+
+// A clock that stands until it is moved.
+struct Hand {
+  double seconds = 100.0;
+  void set(ExecutionContext& context) {
+    context.clock = [this] { return seconds; };
+  }
+};
+
+TEST(TimeLimit, checks_throw_from_its_end_on_and_not_before_or_after_it) {
+  ExecutionContext context;
+  Hand hand;
+  hand.set(context);
+  {
+    const TimeLimit limit(context, 5.0);
+    EXPECT_DOUBLE_EQ(context.seconds_left(), 5.0);
+    hand.seconds = 104.9;
+    EXPECT_NO_THROW(context.check());
+    hand.seconds = 105.1;
+    EXPECT_TRUE(context.time_is_over());
+    EXPECT_THROW(context.check(), TimeIsOver);
+    EXPECT_THROW(context.report("late", 0.5), TimeIsOver);
+    EXPECT_DOUBLE_EQ(context.seconds_left(), 0.0);
+  }
+  EXPECT_NO_THROW(context.check());
+}
+
+TEST(TimeLimit, an_inner_one_ends_with_the_outer_one_at_the_latest) {
+  ExecutionContext context;
+  Hand hand;
+  hand.set(context);
+  const TimeLimit outer(context, 5.0);
+  {
+    const TimeLimit longer(context, 9.0);
+    EXPECT_DOUBLE_EQ(context.seconds_left(), 5.0);
+  }
+  {
+    const TimeLimit shorter(context, 2.0);
+    hand.seconds = 103.0;
+    EXPECT_THROW(context.check(), TimeIsOver);
+    const Untimed work(context);
+    EXPECT_NO_THROW(context.check());
+  }
+  EXPECT_NO_THROW(context.check());
+  hand.seconds = 106.0;
+  EXPECT_THROW(context.check(), TimeIsOver);
+}
+
+TEST(TimeLimit, parts_have_their_parents_and_cancelling_goes_first) {
+  ExecutionContext parent;
+  Hand hand;
+  hand.set(parent);
+  const TimeLimit limit(parent, 5.0);
+  ExecutionContext part(&parent, 1);
+  hand.seconds = 106.0;
+  EXPECT_THROW(part.check(), TimeIsOver);
+  {
+    const Untimed work(part);
+    EXPECT_NO_THROW(part.check());
+  }
+  parent.cancel();
+  EXPECT_THROW(part.check(), Cancelled);
+}
+
+TEST(TimeLimit, zero_seconds_of_an_option_are_no_limit) {
+  ExecutionContext context;
+  const TimeLimit limit(context, limit_of(0.0));
+  EXPECT_FALSE(context.time_is_over());
+  EXPECT_EQ(context.seconds_left(), std::numeric_limits<double>::infinity());
 }
 
 TEST(ParallelFor, visits_every_index_exactly_once_for_any_number_of_threads) {

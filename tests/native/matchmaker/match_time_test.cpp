@@ -1,0 +1,140 @@
+// Limits of time, with a clock that goes one second at every look at it: a limit can end the work
+// at any place where it may end, and always at the same one.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "flipfree/base/error.h"
+#include "flipfree/matchmaker/match_piece.h"
+#include "flipfree/mesh/topology.h"
+#include "support/shapes.h"
+
+namespace flipfree {
+namespace {
+
+constexpr double kLong = 1e15;
+
+struct Outcome {
+  bool found = false;
+  bool limited = false;  // the map says that time was short
+  double looks = 0;      // at the clock
+  Index vertices = 0;
+};
+
+Outcome match_for(const Surface& surface, const MatchRequest& request, MatchOptions options,
+                  double seconds) {
+  ExecutionContext context;
+  context.threads = 1;
+  Outcome outcome;
+  context.clock = [&] { return outcome.looks += 1; };
+  options.max_seconds = seconds;
+  try {
+    const Parametrization map = match_piece(surface, request, options, context);
+    outcome.found = true;
+    outcome.limited = std::get<std::int64_t>(map.stats.at("time_limit_reached")) != 0;
+    outcome.vertices = static_cast<Index>(map.surface.vertices.rows());
+    EXPECT_TRUE(map.certificate.ok);
+    for (const PinnedVertex& p : request.points) {
+      for (CornerId c = 0; c < map.surface.faces.size(); ++c) {
+        if (map.surface.faces.data()[c] == p.vertex) {
+          EXPECT_EQ(map.uv.row(c).transpose(), p.uv);
+        }
+      }
+    }
+  } catch (const NotConverged& error) {
+    EXPECT_EQ(error.error().code, ErrorCode::kTimeLimit) << error.what();
+    EXPECT_NE(std::string(error.what()).find("Allow more time"), std::string::npos);
+  }
+  return outcome;
+}
+
+// Limits all over the time that the work takes: each gives a valid map with all pins, or says that
+// there was no time. Returns what came out, by ascending limit; the last had all the time.
+std::vector<Outcome> end_anywhere(const Surface& surface, const MatchRequest& request,
+                                  const MatchOptions& options, int limits) {
+  const Outcome whole = match_for(surface, request, options, kLong);
+  EXPECT_TRUE(whole.found);
+  EXPECT_FALSE(whole.limited);
+  std::vector<Outcome> outcomes;
+  for (int i = 0; i < limits; ++i) {
+    const double seconds = std::max(1.0, 1.2 * whole.looks * i / limits);
+    outcomes.push_back(match_for(surface, request, options, seconds));
+  }
+  outcomes.push_back(whole);
+  return outcomes;
+}
+
+// Two pins that change places on a sheet, in any engine's way.
+MatchRequest swapped_pins(const Surface& surface) {
+  MatchRequest request;
+  const auto n = static_cast<VertexId>(surface.vertices.rows());
+  request.points = {{n / 2 + 3, {0.25, 0.45}}, {n / 2 - 3, {0.75, 0.55}}, {n / 4, {0.5, 0.5}}};
+  return request;
+}
+
+TEST(MatchTime, MatchmakerEndsAnywhereWithAMapOrTheTimeLimit) {
+  const Surface surface = test::bumpy_grid(8, 8, 0.2, 3);
+  MatchOptions options;
+  options.engine = MatchEngine::kMatchmaker;
+  const auto outcomes = end_anywhere(surface, swapped_pins(surface), options, 12);
+  EXPECT_FALSE(outcomes.front().found);
+  const auto stopped = [](const Outcome& o) { return o.found && o.limited; };
+  EXPECT_TRUE(std::any_of(outcomes.begin(), outcomes.end(), stopped));
+  // With less time more vertices are left.
+  const auto first = std::find_if(outcomes.begin(), outcomes.end(), stopped);
+  EXPECT_GT(first->vertices, outcomes.back().vertices);
+}
+
+TEST(MatchTime, WalksEndAnywhereWithAMapOrTheTimeLimit) {
+  const Surface surface = test::bumpy_grid(8, 8, 0.2, 3);
+  for (const bool bijective : {false, true}) {
+    MatchOptions options;
+    options.bijective = bijective;
+    const auto outcomes = end_anywhere(surface, swapped_pins(surface), options, 12);
+    EXPECT_FALSE(outcomes.front().found);
+  }
+}
+
+TEST(MatchTime, PrescribedBoundariesEndAnywhereWithAMapOrTheTimeLimit) {
+  const Surface surface = test::bumpy_grid(8, 8, 0.2, 3);
+  MatchRequest request = swapped_pins(surface);
+  const Adjacency adjacency =
+      build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  for (const HalfedgeId h : boundary_halfedge_loops(surface.faces, adjacency).front()) {
+    const VertexId v = source(surface.faces, h);
+    request.boundary_loop.push_back(v);
+    request.boundary_uv.emplace_back(surface.vertices.row(v).head<2>().transpose());
+  }
+  for (const MatchEngine engine :
+       {MatchEngine::kAuto, MatchEngine::kOverlay, MatchEngine::kOutline}) {
+    MatchOptions options;
+    options.engine = engine;
+    end_anywhere(surface, request, options, 8);
+  }
+}
+
+TEST(MatchTime, AWayThatRunsOutOfItsShareLeavesTimeForTheNext) {
+  const Surface surface = test::bumpy_grid(12, 12, 0.2, 3);
+  MatchRequest request;
+  for (VertexId i = 0; i < 12; ++i)
+    request.points.push_back({20 + 11 * i, {0.5 + 0.03 * ((7 * i) % 12), 0.04 * ((5 * i) % 12)}});
+  ExecutionContext context;
+  context.threads = 1;
+  double looks = 0;
+  context.clock = [&] { return looks += 1; };
+  MatchOptions options;
+  options.max_seconds = kLong;
+  options.engine = MatchEngine::kMatchmaker;
+  match(surface, request, options, context);
+  // Three times what MatchMaker++ needs: not enough for the walk and the pushes that come first.
+  options.max_seconds = 3 * looks;
+  options.engine = MatchEngine::kAuto;
+  const Parametrization map = match(surface, request, options, context);
+  EXPECT_TRUE(map.certificate.ok);
+}
+
+}  // namespace
+}  // namespace flipfree
