@@ -286,8 +286,12 @@ class PatchEmbedder {
           uv = embed_disk(disk.faces, static_cast<Index>(disk.vertices.size()), disk.loop, boundary,
                           options, context, stats);
         }
-      } catch (const Exception& failure) {
-        if (failure.error().code == ErrorCode::kCancelled) throw;
+      } catch (const Cancelled&) {
+        throw;
+      } catch (const TimeIsOver&) {
+        throw;
+      } catch (const Exception&) {
+        continue;  // the next attempt
       }
       if (uv.rows() > 0 && settles(disk, attempt.frame, uv, context)) return;
     }
