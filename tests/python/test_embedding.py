@@ -9,6 +9,7 @@ from embedding_meshes import Disk, boundary_loop, corpus, stacked, tube, wavy_gr
 import flipfree as ff
 
 from mesh_files import data_folder
+from surfaces import bumpy_grid
 
 
 def corner_of_vertex(disk: Disk, result: ff.Parametrization) -> dict[int, np.ndarray]:
@@ -198,3 +199,11 @@ def test_the_thesis_cases_are_certified(boundary: str) -> None:
                     method="progressive",
                 )
             )
+
+
+def test_out_of_time_without_an_embedding_is_an_error() -> None:
+    vertices, faces = bumpy_grid(60, 60)
+    with pytest.raises(ff.NotConverged, match=r"max_seconds = 1e-06.*Allow more time") as error:
+        ff.embed(vertices, faces, max_seconds=1e-6)
+    assert error.value.code == "time limit reached"
+    assert ff.embed(vertices, faces, max_seconds=1000).stats["time_limit_reached"] == 0

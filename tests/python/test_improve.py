@@ -92,3 +92,24 @@ def test_cancel() -> None:
     vertices, faces = bumpy_grid(200, 200)
     with pytest.raises(ff.Cancelled):
         ff.improve((vertices, faces, planar_map(vertices, faces)), progress=lambda *_: False)
+
+
+def test_out_of_time_what_was_gained_is_kept() -> None:
+    vertices, faces = bumpy_grid(60, 60)
+    start = ff.embed(vertices, faces)
+    result = ff.improve(start, max_seconds=1e-3)
+    assert result.certificate.ok
+    assert result.stats["time_limit_reached"] == 1
+    assert (
+        result.stats["energy_before"]
+        >= result.certificate.energy
+        > ff.improve(start).certificate.energy
+    )
+
+
+def test_pins_that_are_not_reached_in_time_are_an_error() -> None:
+    vertices, faces = bumpy_grid(60, 60)
+    start = ff.embed(vertices, faces)
+    with pytest.raises(ff.NotConverged, match=r"max_seconds = 1e-05.*Allow more time") as error:
+        ff.improve(start, pins={1800: (0.3, 0.3), 900: (0.1, 0.1)}, max_seconds=1e-5)
+    assert error.value.code == "time limit reached"

@@ -196,28 +196,19 @@ def test_time_enough_is_as_good_as_no_limit(seconds: float | None) -> None:
     assert (result.uv == free.uv).all()
 
 
-def test_a_map_found_in_time_is_returned_though_it_could_be_better() -> None:
+def test_any_limit_of_time_gives_a_certified_map_or_names_itself() -> None:
     vertices, faces = bumpy_grid(60, 60)
     ids = np.random.default_rng(0).choice(len(vertices), 20, replace=False)
     places = np.random.default_rng(1).random((20, 2))
     points = {int(v): (float(u[0]), float(u[1])) for v, u in zip(ids, places, strict=True)}
-    seconds, stopped = 0.02, 0
-    while True:
+    for seconds in (0.01, 0.03, 0.1, 0.3, 1.0):
         try:
-            result = ff.match(
-                vertices, faces, points=points, engine="matchmaker", max_seconds=seconds
-            )
+            result = ff.match(vertices, faces, points=points, max_seconds=seconds)
         except ff.NotConverged as error:
-            assert error.code in ("time limit reached", "rounding to 32 bits flips triangles")
+            assert error.code == "time limit reached"
         else:
             assert result.certificate.ok
             assert_pins_met(result, points)
-            stopped += int(result.stats["time_limit_reached"])
-            if stopped:
-                break
-        seconds *= 1.5
-        assert seconds < 1000.0
-    assert stopped
 
 
 @pytest.mark.parametrize("seconds", [-1.0, float("nan"), "soon"])

@@ -246,3 +246,11 @@ def test_islands_with_pins_are_not_slit_further() -> None:
     short = ff.unwrap(vertices, faces, cut_extremities=False)
     pinned = ff.unwrap(vertices, faces, pins={100: (0.25, 0.5)})
     assert np.array_equal(pinned.cut_edges, short.cut_edges)
+
+
+def test_out_of_time_before_all_charts_are_flat_is_an_error() -> None:
+    vertices, faces = bumpy_grid(60, 60)
+    with pytest.raises(ff.NotConverged, match=r"max_seconds = 1e-06.*Allow more time") as error:
+        ff.unwrap(vertices, faces, max_seconds=1e-6)
+    assert error.value.code == "time limit reached"
+    assert ff.unwrap(vertices, faces, max_seconds=1000).stats["time_limit_reached"] == 0

@@ -335,11 +335,10 @@ Points2 embed_patches(RefinedSurface& surface, const TargetDomain& domain,
   for (Eigen::Index f = 0; f < faces.rows(); ++f) {
     const auto corner = [&](Index k) -> Vector2 { return uv.row(faces(f, k)).transpose(); };
     if (orientation(corner(0), corner(1), corner(2)) <= 0) {
-      throw_not_converged(ErrorCode::kCertificateFailed,
-                          "A patch of the target is too thin for 64-bit coordinates at face " +
-                              std::to_string(f) +
-                              " of the refined mesh. Move the pins further apart.",
-                          ElementKind::kNone, {});
+      throw_not_converged(ErrorCode::kRoundingFlips,
+                          // Faces of the refined mesh are not the caller's.
+                          "A patch of the target is too thin for 64-bit coordinates. Move the pins "
+                          "further apart.");
     }
   }
   return uv;

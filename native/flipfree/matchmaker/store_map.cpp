@@ -72,6 +72,15 @@ void make_room(RefinedMap& map, const std::vector<Index>& thin, const std::vecto
                       ElementKind::kFace, std::move(inputs));
 }
 
+// Vertices are not named: those that touch are added ones, as a rule, which the caller never saw.
+[[noreturn]] void refuse_touching() {
+  throw_not_converged(
+      ErrorCode::kRoundingFlips,
+      "A map without flips that does not overlap itself was found, but parts of its "
+      "boundary are so near each other that they meet in the 32-bit values that are "
+      "stored. Allow overlaps, or move pins nearer to where their surroundings are.");
+}
+
 }  // namespace
 
 Points2f store_map(RefinedMap& map, const std::vector<VertexId>& held, Index keep, bool bijective,
@@ -89,9 +98,9 @@ Points2f store_map(RefinedMap& map, const std::vector<VertexId>& held, Index kee
       const Untimed storing(context);
       return round_to_storage(to_surface(map.surface).faces, map.uv, rounding, context, stats);
     } catch (const NotConverged& failure) {
-      if (failure.error().code != ErrorCode::kRoundingFlips || failure.error().elements.empty())
-        throw;
+      if (failure.error().code != ErrorCode::kRoundingFlips) throw;
       thin = failure.error().elements;
+      if (thin.empty()) refuse_touching();
     }
     if (attempt == kAttempts) give_up(map, thin);
     make_room(map, thin, still, keep, attempt, context);

@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cstdint>
 #include <cstring>
 #include <thread>
 
+#include "flipfree/base/error.h"
 #include "support/shapes.h"
 
 namespace flipfree {
@@ -29,6 +31,43 @@ TEST(Unwrap, the_progress_bar_is_full_only_at_the_end) {
   EXPECT_FALSE(too_early);
   EXPECT_EQ(context.fraction(), 1.0);
   EXPECT_TRUE(map.certificate.ok);
+}
+
+// A clock that goes one second at every look at it ends the work at any place, always the same.
+TEST(Unwrap, ends_anywhere_with_a_valid_map_or_the_time_limit) {
+  const Surface surface = test::bumpy_grid(10, 10, 0.5, 3);
+  double looks = 0;
+  const auto unwrap_for = [&](double seconds) {
+    ExecutionContext context;
+    context.threads = 1;
+    looks = 0;
+    context.clock = [&] { return looks += 1; };
+    UnwrapOptions options;
+    options.max_seconds = seconds;
+    return unwrap(surface, options, context);
+  };
+  const auto limited = [](const Parametrization& map) {
+    return std::get<std::int64_t>(map.stats.at("time_limit_reached")) != 0;
+  };
+  const Parametrization best = unwrap_for(1e15);
+  EXPECT_FALSE(limited(best));
+  const double whole = looks;
+  int stopped = 0;
+  int failed = 0;
+  for (int i = 1; i < 12; ++i) {
+    try {
+      const Parametrization map = unwrap_for(whole * i / 12);
+      EXPECT_TRUE(map.certificate.ok);
+      if (!limited(map)) continue;
+      ++stopped;
+      EXPECT_GT(map.certificate.energy, best.certificate.energy);
+    } catch (const NotConverged& error) {
+      EXPECT_EQ(error.error().code, ErrorCode::kTimeLimit) << error.what();
+      ++failed;
+    }
+  }
+  EXPECT_GT(stopped, 0);
+  EXPECT_GT(failed, 0);
 }
 
 }  // namespace
