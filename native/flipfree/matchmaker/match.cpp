@@ -393,12 +393,6 @@ CertifyRequest certify_request(const RefinedSurface& surface, const Constraints&
   return request;
 }
 
-// Seconds that rounding and certifying a map of so many faces take, generously.
-double seconds_to_store(const RefinedSurface& surface) {
-  constexpr double kSecondsPerFace = 1e-5;
-  return kSecondsPerFace * static_cast<double>(surface.mesh.faces().rows());
-}
-
 Parametrization match_in_time(const Surface& surface, const MatchRequest& request,
                               const MatchOptions& options, ExecutionContext& context) {
   ValidateOptions validation;

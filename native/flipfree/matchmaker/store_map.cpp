@@ -20,6 +20,9 @@ namespace {
 constexpr int kAttempts = 2;
 constexpr int kSteps = 60;
 constexpr int kRings = 10;
+// See seconds_to_store().
+constexpr double kSecondsAtLeast = 0.02;
+constexpr double kSecondsPerFace = 1e-5;
 
 // The triangles that could not be stored, as faces of the map.
 std::vector<FaceId> slots_of(const RefinedMap& map, const std::vector<Index>& faces) {
@@ -83,6 +86,10 @@ void make_room(RefinedMap& map, const std::vector<Index>& thin, const std::vecto
 
 }  // namespace
 
+double seconds_to_store(const RefinedSurface& surface) {
+  return kSecondsAtLeast + kSecondsPerFace * static_cast<double>(surface.mesh.face_slots());
+}
+
 Points2f store_map(RefinedMap& map, const std::vector<VertexId>& held, Index keep, bool bijective,
                    ExecutionContext& context, Stats& stats) {
   RoundingOptions rounding;
@@ -95,7 +102,10 @@ Points2f store_map(RefinedMap& map, const std::vector<VertexId>& held, Index kee
     stats["rounding.rooms"] = std::int64_t{attempt};
     std::vector<Index> thin;
     try {
+      // As a rule far less; where nothing fits, repairing goes on for minutes.
+      const double seconds = std::max(context.seconds_left(), seconds_to_store(map.surface));
       const Untimed storing(context);
+      const TimeLimit limit(context, seconds);
       return round_to_storage(to_surface(map.surface).faces, map.uv, rounding, context, stats);
     } catch (const NotConverged& failure) {
       if (failure.error().code != ErrorCode::kRoundingFlips) throw;

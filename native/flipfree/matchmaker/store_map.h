@@ -14,7 +14,11 @@ namespace flipfree {
 // `bijective` its boundary does not meet itself and does not move. Vertices below `keep` stay, held
 // ones where they are. Stats: "rounding.*", "rounding.rooms" (how often room was made). Throws
 // NotConverged (kRoundingFlips) naming input faces if that does not help.
+// When the context's time is over, or nearly so, it has seconds_to_store() for each attempt.
 Points2f store_map(RefinedMap& map, const std::vector<VertexId>& held, Index keep, bool bijective,
                    ExecutionContext& context, Stats& stats);
+
+// Seconds that rounding and certifying a map takes, generously, unless much has to be repaired.
+double seconds_to_store(const RefinedSurface& surface);
 
 }  // namespace flipfree
