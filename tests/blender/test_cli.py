@@ -69,7 +69,7 @@ def pinned_blend(tmp_path):
 @pytest.mark.parametrize(
     "arguments",
     [
-        ["match", "--unwrap-rest", "--cut-open"],
+        ["match", "--unwrap-rest", "--cut-open", "--max-seconds", "100"],
         ["improve", "--pack", "--ignore-pins", "--iterations", "20"],
         ["conformal", "--boundary", "circle"],
     ],
