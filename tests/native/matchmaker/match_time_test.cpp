@@ -1,4 +1,4 @@
-// Limits of time, with a clock that goes one second at every look at it: a limit can end the work
+// Limits of time, with a clock that goes a little at every look at it: a limit can end the work
 // at any place where it may end, and always at the same one.
 #include <gtest/gtest.h>
 
@@ -15,7 +15,8 @@
 namespace flipfree {
 namespace {
 
-constexpr double kLong = 1e15;
+constexpr double kTick = 1e-4;  // seconds per look, about as often as the work looks at it
+constexpr double kLong = 1e15;  // looks
 
 struct Outcome {
   bool found = false;
@@ -26,12 +27,12 @@ struct Outcome {
 };
 
 Outcome match_for(const Surface& surface, const MatchRequest& request, MatchOptions options,
-                  double seconds) {
+                  double looks) {
   ExecutionContext context;
   context.threads = 1;
   Outcome outcome;
-  context.clock = [&] { return outcome.looks += 1; };
-  options.max_seconds = seconds;
+  context.clock = [&] { return kTick * (outcome.looks += 1); };
+  options.max_seconds = kTick * looks;
   try {
     const Parametrization map = match_piece(surface, request, options, context);
     outcome.found = true;
@@ -63,8 +64,8 @@ std::vector<Outcome> end_anywhere(const Surface& surface, const MatchRequest& re
   EXPECT_FALSE(whole.limited);
   std::vector<Outcome> outcomes;
   for (int i = 0; i < limits; ++i) {
-    const double seconds = std::max(1.0, 1.2 * whole.looks * i / limits);
-    outcomes.push_back(match_for(surface, request, options, seconds));
+    const double looks = std::max(1.0, 1.2 * whole.looks * i / limits);
+    outcomes.push_back(match_for(surface, request, options, looks));
   }
   outcomes.push_back(whole);
   return outcomes;
