@@ -1,7 +1,7 @@
 """Issue 5, cases 2 and 5: the protocol of thesis 3.4.2 on disks of the shared data folder.
 
     PYTHONPATH=build/python python3 benchmarks/match_protocol.py [--data FOLDER] [--seeds 20] [--first 0]
-        [--pins 3 10 50] [--limit SECONDS] [FILE[:PIECE] ...]
+        [--pins 3 10 50] [--limit SECONDS] [--pictures FOLDER] [FILE[:PIECE] ...]
 
 Random vertices pinned to random points of the unit square. Per mesh and number of pins: how many seeds pass their
 certificate, median and largest share of added vertices, how many need none, median and longest user seconds, median
@@ -22,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from match_pictures import draw
 
 import flipfree as ff
 
@@ -90,6 +91,7 @@ def run_seed(
     seed: int,
     options: argparse.Namespace,
     runs: Runs,
+    file: str,
 ) -> None:
     random = np.random.default_rng(1000 * count + seed)
     points = pins_in_square(np.unique(faces), count, random)
@@ -104,6 +106,9 @@ def run_seed(
     else:
         share, energy = result.stats["added_vertices"] / len(vertices), result.certificate.energy
         engine = str(result.stats["engine"])
+        if options.pictures is not None:
+            name = f"match_{Path(file).stem}_{count}_{seed}.png"
+            draw(options.pictures / name, result.uv, result.faces, points)
         runs.shares.append(share)
         runs.energies.append(energy)
         runs.passed.append(cost.user)
@@ -123,6 +128,7 @@ def main() -> None:
     parser.add_argument("--pins", type=int, nargs="+", default=[3, 10, 50])
     parser.add_argument("--first", type=int, default=0, help="first seed")
     parser.add_argument("--limit", type=float, default=600.0)
+    parser.add_argument("--pictures", type=Path, default=None)
     parser.add_argument("--cases", action="store_true")
     parser.add_argument("files", nargs="*")
     options = parser.parse_args()
@@ -135,7 +141,7 @@ def main() -> None:
             runs = Runs()
             if count < len(np.unique(faces)):
                 for seed in range(options.first, options.first + options.seeds):
-                    run_seed(vertices, faces, count, seed, options, runs)
+                    run_seed(vertices, faces, count, seed, options, runs, file)
             print(f"{name:32s} {len(faces):7d} faces {count:3d} pins  {runs.summary()}", flush=True)
             for failure in runs.failures:
                 print("    " + failure, flush=True)

@@ -2,7 +2,7 @@
 // without a fold.
 //
 // Four engines behind one door:
-//   first_try.h     untangling on the triangles as they are: no added vertex, no guarantee;
+//   first_try.h     a valid map without the pins, then walk_pins.h: no guarantee;
 //   walk_outline.h  a walk to an outline that winds, refining as it goes: no guarantee;
 //   film_overlay.h  straight to an outline of many corners, by cutting the surface along lines;
 //   pipeline.h      MatchMaker++: always succeeds (up to 64-bit resolution), refines most.
