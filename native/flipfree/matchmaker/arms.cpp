@@ -41,6 +41,11 @@ constexpr int kUnfoldings = 2;
 constexpr int kRoundsOfUnfolding = 6;
 constexpr int kStepsPerUnfolding = 30;
 
+double part_of(std::size_t i, std::size_t count) {
+  return static_cast<double>(i) / static_cast<double>(count);
+}
+double part_of(int i, int count) { return static_cast<double>(i) / count; }
+
 // The surface in a circle, all of it with room.
 RefinedMap in_circle(const RefinedSurface& surface, ExecutionContext& context) {
   const auto count = static_cast<double>(surface.boundary.size());
@@ -152,6 +157,7 @@ void settle(RefinedMap& map, const Constraints& constraints, Index keep, int rou
   EliminationMemory order(keep);
   const auto added = [&] { return map.surface.mesh.vertex_count() - keep; };
   for (int round = 0; round < rounds && added() > 0; ++round) {
+    const ProgressRange range(context, part_of(round, rounds), part_of(round + 1, rounds));
     const Index before = added();
     remove_added(map, held, keep, context);
     if (!relax(map, held, {kStepsPerRound, true, &order}, context)) return;
@@ -171,12 +177,17 @@ std::optional<RefinedMap> best_map(std::vector<Candidate> stars, const Constrain
   keep_best(stars, kTried);
   if (stars.empty()) return std::nullopt;
   stats["arms.lifted"] = static_cast<std::int64_t>(stars.front().cost);
-  while (stars.size() > 1) {
-    for (Candidate& c : stars) {
-      settle(c.map, constraints, keep, 1, context);
-      c.cost = energy_of(c.map, context);
+  for (double done = 0; stars.size() > 1;) {
+    // Half of the work that is left is in this round.
+    const double share = 0.5 * (1 - done);
+    for (std::size_t i = 0; i < stars.size(); ++i) {
+      const ProgressRange range(context, done + share * part_of(i, stars.size()),
+                                done + share * part_of(i + 1, stars.size()));
+      settle(stars[i].map, constraints, keep, 1, context);
+      stars[i].cost = energy_of(stars[i].map, context);
     }
     keep_best(stars, (stars.size() + 1) / 2);
+    done += share;
   }
   if (stars.empty()) return std::nullopt;
   return std::move(stars.front().map);
@@ -191,17 +202,29 @@ bool walk_with_arms(RefinedMap& map, const Constraints& constraints, ExecutionCo
     return false;
   const Index keep = map.surface.mesh.vertex_count();
   std::optional<RefinedMap> best;
-  {
-    const ProgressRange range(context, 0.0, 0.5);
-    const RefinedMap disk = in_circle(map.surface, context);
-    best = best_map(best_stars(disk, constraints, context), constraints, keep, context, stats);
+  try {
+    std::vector<Candidate> stars;
+    {
+      const ProgressRange range(context, 0.0, 0.1);
+      stars = best_stars(in_circle(map.surface, context), constraints, context);
+    }
+    const ProgressRange range(context, 0.1, 0.5);
+    best = best_map(std::move(stars), constraints, keep, context, stats);
+  } catch (const NotConverged&) {
+    return false;
+  } catch (const Infeasible&) {
+    return false;  // there is no map into the circle in doubles
   }
   if (!best) return false;
-  const ProgressRange range(context, 0.5, 1.0);
-  settle(*best, constraints, keep, kRounds, context);
+  {
+    const ProgressRange range(context, 0.5, 0.8);
+    settle(*best, constraints, keep, kRounds, context);
+  }
   const std::vector<VertexId> held = held_vertices(best->surface, constraints);
   EliminationMemory order(keep);
   for (int round = 0; round < kUnfoldings && best->surface.mesh.vertex_count() > keep; ++round) {
+    const ProgressRange range(context, 0.8 + 0.2 * part_of(round, kUnfoldings),
+                              0.8 + 0.2 * part_of(round + 1, kUnfoldings));
     relax(*best, held, {kStepsPerUnfolding, true, &order}, context);
     unfold_wholes(*best, held, keep, kRoundsOfUnfolding, context, &order);
   }
