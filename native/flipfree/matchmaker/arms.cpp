@@ -14,10 +14,12 @@
 #include "flipfree/distortion/minimize.h"
 #include "flipfree/embedding/embed.h"
 #include "flipfree/matchmaker/coarsen.h"
+#include "flipfree/matchmaker/ease.h"
 #include "flipfree/matchmaker/first_try.h"
 #include "flipfree/matchmaker/relax.h"
 #include "flipfree/matchmaker/roomy_metric.h"
 #include "flipfree/matchmaker/star_map.h"
+#include "flipfree/matchmaker/time_share.h"
 #include "flipfree/matchmaker/unfold_wholes.h"
 
 namespace flipfree {
@@ -216,19 +218,25 @@ bool walk_with_arms(RefinedMap& map, const Constraints& constraints, ExecutionCo
     return false;  // there is no map into the circle in doubles
   }
   if (!best) return false;
-  {
-    const ProgressRange range(context, 0.5, 0.8);
-    settle(*best, constraints, keep, kRounds, context);
-  }
   const std::vector<VertexId> held = held_vertices(best->surface, constraints);
   EliminationMemory order(keep);
-  for (int round = 0; round < kUnfoldings && best->surface.mesh.vertex_count() > keep; ++round) {
-    const ProgressRange range(context, 0.8 + 0.2 * part_of(round, kUnfoldings),
-                              0.8 + 0.2 * part_of(round + 1, kUnfoldings));
-    relax(*best, held, {kStepsPerUnfolding, true, &order}, context);
-    unfold_wholes(*best, held, keep, kRoundsOfUnfolding, context, &order);
-  }
-  stats["arms.left"] = static_cast<std::int64_t>(best->surface.mesh.vertex_count() - keep);
+  const auto added = [&] { return best->surface.mesh.vertex_count() - keep; };
+  // All pins are met: the rest may end anywhere.
+  while_time_lasts(*best, [&] {
+    {
+      const ProgressRange range(context, 0.5, 0.7);
+      settle(*best, constraints, keep, kRounds, context);
+    }
+    for (int round = 0; round < kUnfoldings && added() > 0; ++round) {
+      const ProgressRange range(context, 0.7 + 0.2 * part_of(round, kUnfoldings),
+                                0.7 + 0.2 * part_of(round + 1, kUnfoldings));
+      relax(*best, held, {kStepsPerUnfolding, true, &order}, context);
+      unfold_wholes(*best, held, keep, kRoundsOfUnfolding, context, &order);
+    }
+    const ProgressRange range(context, 0.9, 1.0);
+    ease(*best, held, keep, 0, order, context);
+  });
+  stats["arms.left"] = static_cast<std::int64_t>(added());
   map = std::move(*best);
   return true;
 }
