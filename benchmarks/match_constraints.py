@@ -56,7 +56,7 @@ def report(name: str, picture: Path | None, vertices: Any, faces: Any, **request
     print(
         f"{name:24s} ok {certificate.ok}  faces x {len(result.faces) / len(faces):.3f}  "
         f"added {result.stats['added_vertices']:5d}  energy {certificate.energy:10.3f}  "
-        f"{result.stats['engine']:23s} {cost.user:6.2f} s",
+        f"{result.stats['engine']:23s} {cost.user:6.2f} s user {cost.wall:6.2f} s wall",
         flush=True,
     )
     if picture is not None:

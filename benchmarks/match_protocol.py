@@ -70,6 +70,7 @@ class Runs:
     shares: list[float] = field(default_factory=list)  # added vertices, of those that passed
     energies: list[float] = field(default_factory=list)
     passed: list[float] = field(default_factory=list)  # user seconds
+    wall: list[float] = field(default_factory=list)  # of those
     seconds: list[float] = field(default_factory=list)  # of all
     engines: Counter[str] = field(default_factory=Counter)
     failures: list[str] = field(default_factory=list)
@@ -80,7 +81,7 @@ class Runs:
             f"ok {len(self.shares)}/{len(self.seconds)}  "
             f"added median {np.median(added):.2%} max {added.max():.2%} none {np.sum(added == 0)}  "
             f"energy {np.median(self.energies or [np.nan]):.3g}  {np.median(self.seconds or [0]):.2f} s, "
-            f"longest {max(self.seconds, default=0):.2f} s  {dict(self.engines)}"
+            f"longest {max(self.seconds, default=0):.2f} s user, {max(self.wall, default=0):.2f} s wall  {dict(self.engines)}"
         )
 
 
@@ -112,10 +113,11 @@ def run_seed(
         runs.shares.append(share)
         runs.energies.append(energy)
         runs.passed.append(cost.user)
+        runs.wall.append(cost.wall)
         runs.engines[engine] += 1
         if options.cases:
             print(
-                f"    seed {seed}: added {share:.2%}  energy {energy:.3f}  {engine}  {cost.user:.2f} s",
+                f"    seed {seed}: added {share:.2%}  energy {energy:.3f}  {engine}  {cost.user:.2f} s user  {cost.wall:.2f} s wall",
                 flush=True,
             )
     runs.seconds.append(cost.user)
@@ -147,11 +149,11 @@ def main() -> None:
                 print("    " + failure, flush=True)
             everything.append(runs)
     shares = np.array([s for runs in everything for s in runs.shares] or [np.nan])
-    quick = [s <= 10 for runs in everything for s in runs.passed]
+    quick = [s <= 10 for runs in everything for s in runs.wall]
     print(
         f"all: ok {len(quick)}/{sum(len(runs.seconds) for runs in everything)}  "
         f"added median {np.median(shares):.2%}  none {np.mean(shares == 0):.0%}  "
-        f"within 10 s {np.mean(quick or [0]):.0%}"
+        f"within 10 s of the clock {np.mean(quick or [0]):.0%}"
     )
 
 
