@@ -59,6 +59,35 @@ def test_far_pins_on_a_large_surface_are_walked_on_a_coarse_one(boundary: str) -
     assert result.stats["added_vertices"] < len(vertices) / 50
 
 
+def exchanged_pins(columns: int, vertices: np.ndarray) -> dict[int, tuple[float, float]]:
+    """A dozen vertices of the grid in each other's places."""
+    ids = [(columns + 1) * (3 + 5 * (i // 4)) + 3 + 5 * (i % 4) for i in range(12)]
+    return {
+        v: (
+            float(vertices[ids[(5 * i + 2) % 12], 0]) + 0.01,
+            float(vertices[ids[(5 * i + 2) % 12], 1]),
+        )
+        for i, v in enumerate(ids)
+    }
+
+
+def test_pins_that_change_places_get_arms_for_few_added_vertices() -> None:
+    vertices, faces = bumpy_grid(22, 18)
+    points = exchanged_pins(22, vertices)
+    result = ff.match(vertices, faces, points=points)
+    assert result.certificate.ok
+    assert_pins_met(result, points)
+    assert result.stats["walk.mode"] == "arms"
+    assert result.stats["added_vertices"] < len(vertices) / 4
+
+
+def test_a_map_that_must_be_one_to_one_has_no_arms() -> None:
+    vertices, faces = bumpy_grid(22, 18)
+    points = exchanged_pins(22, vertices)
+    with pytest.raises(ff.NotConverged, match="overlap"):
+        ff.match(vertices, faces, points=points, engine="arms", bijective=True)
+
+
 def test_small_moves_add_no_vertices() -> None:
     vertices, faces = bumpy_grid(20, 15)
     free = ff.match(vertices, faces)

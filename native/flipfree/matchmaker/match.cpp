@@ -304,10 +304,15 @@ RefinedMap solve(RefinedSurface& surface, const Constraints& constraints,
       stats["engine"] = std::string("first try");
       return std::move(*map);
     }
-    if (options.engine == MatchEngine::kFirstTry || options.engine == MatchEngine::kArms) {
+    if (options.engine == MatchEngine::kFirstTry) {
       throw_not_converged(
           ErrorCode::kIterationLimit,
           "The first try found no flip-free map on these triangles. Allow refinement.");
+    }
+    if (options.engine == MatchEngine::kArms) {
+      throw_not_converged(ErrorCode::kIterationLimit,
+                          "Arms are for three free pins or more, without lines, where the map may "
+                          "overlap itself. Use another engine.");
     }
   }
   const bool walks = options.engine == MatchEngine::kOutline ||
