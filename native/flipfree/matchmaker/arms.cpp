@@ -68,9 +68,9 @@ RefinedMap in_circle(const RefinedSurface& surface, ExecutionContext& context) {
 
 // A star, by itself and with the surface on it.
 struct Candidate {
+  StarView view;
   PlaneMap plane;
-  RefinedMap
-      map;  // the disk with boundary edges split as the star needs it, or what has become of it
+  RefinedMap map;                                         // empty until the surface is on it
   double cost = std::numeric_limits<double>::infinity();  // the less, the better
 };
 
@@ -130,15 +130,13 @@ std::vector<Candidate> best_stars(const RefinedMap& disk, const Constraints& con
     pinned[static_cast<std::size_t>(p.vertex)] = 1;
   }
   std::vector<Candidate> all;
-  for (const StarView& view : star_views(pins)) {
+  for (StarView& view : star_views(pins)) {
     context.check();
-    Candidate c;
-    c.map = disk;
-    std::optional<PlaneMap> plane = make_star(c.map, constraints, view, context);
+    RefinedMap split = disk;
+    std::optional<PlaneMap> plane = make_star(split, constraints, view, context);
     if (!plane) continue;
-    c.plane = std::move(*plane);
-    c.cost = length_of(c.plane);
-    all.push_back(std::move(c));
+    const double length = length_of(*plane);
+    all.push_back({std::move(view), std::move(*plane), {}, length});
     if (all.size() > 2 * kShort) keep_best(all, kShort);
   }
   keep_best(all, kShort);
@@ -168,11 +166,16 @@ void settle(RefinedMap& map, const Constraints& constraints, Index keep, int rou
 }
 
 // The star that bears the surface best.
-std::optional<RefinedMap> best_map(std::vector<Candidate> stars, const Constraints& constraints,
-                                   Index keep, ExecutionContext& context, Stats& stats) {
+std::optional<RefinedMap> best_map(const RefinedMap& disk, std::vector<Candidate> stars,
+                                   const Constraints& constraints, ExecutionContext& context,
+                                   Stats& stats) {
+  const Index keep = disk.surface.mesh.vertex_count();
   for (Candidate& c : stars) {
     c.cost = std::numeric_limits<double>::infinity();
-    if (!follow_by(c.map, c.plane, context)) continue;
+    c.map = disk;
+    // The star has come to rest since; what it splits is the same again.
+    if (!make_star(c.map, constraints, c.view, context) || !follow_by(c.map, c.plane, context))
+      continue;
     c.map = compacted_map(c.map);  // with the boundary as it is now
     c.cost = c.map.surface.mesh.vertex_count() - keep;
   }
@@ -205,13 +208,15 @@ bool walk_with_arms(RefinedMap& map, const Constraints& constraints, ExecutionCo
   const Index keep = map.surface.mesh.vertex_count();
   std::optional<RefinedMap> best;
   try {
+    RefinedMap disk;
     std::vector<Candidate> stars;
     {
       const ProgressRange range(context, 0.0, 0.1);
-      stars = best_stars(in_circle(map.surface, context), constraints, context);
+      disk = in_circle(map.surface, context);
+      stars = best_stars(disk, constraints, context);
     }
     const ProgressRange range(context, 0.1, 0.5);
-    best = best_map(std::move(stars), constraints, keep, context, stats);
+    best = best_map(disk, std::move(stars), constraints, context, stats);
   } catch (const NotConverged&) {
     return false;
   } catch (const Infeasible&) {
