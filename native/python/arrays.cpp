@@ -17,8 +17,13 @@ py::dict to_dict(const Certificate& c) {
   d["holonomy_failures"] = c.holonomy_failures;
   d["provenance_failures"] = c.provenance_failures;
   d["overlaps"] = c.overlaps;
+  d["island_overlaps"] = c.island_overlaps;
+  d["island_overlap_faces"] = from_vector(c.island_overlap_faces);
   d["energy"] = c.energy;
   d["max_energy"] = c.max_energy;
+  d["energy_p99"] = c.energy_p99;
+  d["poor"] = c.poor;
+  d["poor_islands"] = from_vector(c.poor_islands);
   py::list failures;
   for (const std::string& failure : c.failures) failures.append(failure);
   d["failures"] = failures;

@@ -14,12 +14,14 @@ void bind_certify(py::module_& module) {
       [](const Array<double>& vertices, const Array<Index>& faces, const Array<double>& uv,
          const Array<Index>& pin_corners, const Array<double>& pin_uv,
          const Array<Index>& cone_vertices, const Array<double>& cone_angles,
-         const py::object& parent, bool require_bijective, bool require_seamless, int threads) {
+         const py::object& parent, bool require_bijective, bool require_disjoint,
+         bool require_seamless, int threads) {
         Parametrization map;
         map.surface = to_surface(vertices, faces);
         map.uv = to_matrix<Points2>(uv, "uv");
         CertifyRequest request;
         request.require_bijective = require_bijective;
+        request.require_disjoint = require_disjoint;
         request.require_seamless = require_seamless;
         request.pins = to_corner_pins(pin_corners, pin_uv);
         for (py::ssize_t i = 0; i < cone_vertices.size(); ++i) {
@@ -56,7 +58,8 @@ void bind_certify(py::module_& module) {
       },
       py::arg("vertices"), py::arg("faces"), py::arg("uv"), py::arg("pin_corners"),
       py::arg("pin_uv"), py::arg("cone_vertices"), py::arg("cone_angles"), py::arg("parent"),
-      py::arg("require_bijective"), py::arg("require_seamless"), py::arg("threads"));
+      py::arg("require_bijective"), py::arg("require_disjoint"), py::arg("require_seamless"),
+      py::arg("threads"));
 }
 
 }  // namespace flipfree::python

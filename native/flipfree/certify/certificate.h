@@ -24,12 +24,20 @@ struct Certificate {
   std::int64_t cone_failures = -1;  // G5
   std::int64_t holonomy_failures = -1;  // G6
   std::int64_t provenance_failures =
-      -1;  // G7: faces or vertices that do not lie in their input triangle
-  std::int64_t overlaps =
-      -1;  // pairs of boundary edges of one chart that meet: 0 = globally bijective
+      -1;                      // G7: faces or vertices that do not lie in their input triangle
+  std::int64_t overlaps = -1;  // places where a chart covers points twice or touches itself: pairs
+                               // of its boundary edges that meet, loops turned inside out
+  std::int64_t island_overlaps = -1;         // pairs of charts that share area
+  std::vector<FaceId> island_overlap_faces;  // one face of each such chart at least, if there are
+                                             // not too many; at most 1000
   double energy = std::numeric_limits<double>::quiet_NaN();      // symmetric Dirichlet at the best
                                                                  // scale, 1 = isometric
   double max_energy = std::numeric_limits<double>::quiet_NaN();  // worst triangle at the same scale
+  double energy_p99 = std::numeric_limits<double>::quiet_NaN();  // 99th percentile by area
+  // Valid, but hardly of use: `energy` or `energy_p99` is above its bound (base/tolerances.h).
+  bool poor = false;
+  std::vector<FaceId> poor_islands;  // a face of each chart whose own mean energy is above the
+                                     // bound, worst first, at most 100
   std::vector<std::string>
       failures;                     // one sentence per guarantee that does not hold, naming places
   std::vector<Index> failed_faces;  // faces of the map named by the failures, at most 1000

@@ -11,6 +11,7 @@
 #include "flipfree/base/tolerances.h"
 #include "flipfree/certify/energy.h"
 #include "flipfree/certify/flips.h"
+#include "flipfree/certify/island_overlap.h"
 #include "flipfree/certify/overlap.h"
 #include "flipfree/certify/provenance.h"
 #include "flipfree/certify/seamless.h"
@@ -28,7 +29,8 @@ struct Certifier {
   const Points2f& uv32;
   Points2 stored{};  // uv32 as doubles, exact
   Adjacency adjacency{};
-  EdgeFlags cuts{};
+  EdgeFlags cuts{};    // of the 64-bit map
+  EdgeFlags cuts32{};  // of the stored one
   Certificate certificate{};
   // What takes time, measured on all threads; judged below, in a fixed order.
   std::vector<FaceId> flips64{};
@@ -37,6 +39,8 @@ struct Certifier {
   std::vector<VertexId> winding32{};
   Overlaps overlaps64{};
   Overlaps overlaps32{};
+  IslandOverlaps islands64{};
+  IslandOverlaps islands32{};
   std::vector<double> angle_sum{};  // per vertex, if angles are prescribed
   ProvenanceReport provenance{};
   EnergyFigures energy{};
@@ -58,22 +62,34 @@ struct Certifier {
                                                 request.vertex_parent, request.vertex_barycentric});
       }
     });
+    cuts32 = uv_cuts(adjacency, stored);
     const bool flip_free = flips64.empty() && flips32.empty();
-    const bool overlaps_count = request.measure_overlaps || request.require_bijective;
-    parallel_for(context, 5, 1, [&](std::size_t task, std::size_t, std::size_t) {
+    parallel_for(context, 7, 1, [&](std::size_t task, std::size_t, std::size_t) {
       if (task == 0) {
         if (!request.cone_angles.empty()) add_angles();
+        return;
+      }
+      const bool as_stored = task % 2 == 0;
+      const Points2& values = as_stored ? stored : uv;
+      const EdgeFlags& own_cuts = as_stored ? cuts32 : cuts;
+      if (task > 4) {
+        if (overlaps_count())
+          (as_stored ? islands32 : islands64) =
+              island_overlaps(charts_of(adjacency, own_cuts), values);
       } else if (!flip_free) {
         return;
       } else if (task > 2) {
-        if (overlaps_count)
-          (task == 3 ? overlaps64 : overlaps32) =
-              boundary_overlaps(surface.faces, adjacency, cuts, task == 3 ? uv : stored);
+        if (overlaps_count())
+          (as_stored ? overlaps32 : overlaps64) =
+              boundary_overlaps(surface.faces, adjacency, own_cuts, values);
       } else {
-        (task == 1 ? winding64 : winding32) =
-            winding_failures(adjacency, cuts, task == 1 ? uv : stored);
+        (as_stored ? winding32 : winding64) = winding_failures(adjacency, own_cuts, values);
       }
     });
+  }
+
+  bool overlaps_count() const {
+    return request.measure_overlaps || request.require_bijective || request.require_disjoint;
   }
 
   void add_angles() {
@@ -202,15 +218,47 @@ struct Certifier {
   }
 
   void check_overlaps() {
-    if (!request.measure_overlaps && !request.require_bijective) return;
-    certificate.overlaps = std::max(overlaps64.pairs, overlaps32.pairs);
-    if (certificate.overlaps > 0 && request.require_bijective) {
-      const Overlaps& shown = overlaps64.pairs > 0 ? overlaps64 : overlaps32;
+    if (!overlaps_count()) return;
+    const Overlaps& shown = overlaps64.places() > 0 ? overlaps64 : overlaps32;
+    certificate.overlaps = std::max(overlaps64.places(), overlaps32.places());
+    if (certificate.overlaps == 0 || !request.require_bijective) return;
+    const std::string first = ", first at face " + std::to_string(shown.faces[0]);
+    if (shown.contacts > 0) {
       fail("The boundary of a chart meets itself in " +
-               counted(static_cast<std::size_t>(certificate.overlaps), "place", "places") +
+               counted(static_cast<std::size_t>(shown.contacts), "place", "places") + first,
+           shown.faces);
+    } else {
+      fail(counted(static_cast<std::size_t>(shown.turned_loops), "hole or slit of a chart is",
+                   "holes or slits of charts are") +
+               " turned inside out, so that the chart covers points twice" + first,
+           shown.faces);
+    }
+  }
+
+  void check_islands() {
+    if (!overlaps_count()) return;
+    const IslandOverlaps& shown = islands64.pairs > islands32.pairs ? islands64 : islands32;
+    certificate.island_overlaps = shown.pairs;
+    certificate.island_overlap_faces = shown.faces;
+    if (shown.pairs > 0 && request.require_disjoint) {
+      fail(counted(static_cast<std::size_t>(shown.pairs), "pair of charts overlaps",
+                   "pairs of charts overlap") +
                ", first at face " + std::to_string(shown.faces[0]),
            shown.faces);
     }
+  }
+
+  void judge_distortion() {
+    certificate.energy = energy.mean;
+    certificate.max_energy = energy.maximum;
+    certificate.energy_p99 = energy.percentile99;
+    certificate.poor = energy.mean > kPoorEnergy || energy.percentile99 > kPoorPercentile;
+    if (!(energy.maximum > kPoorEnergy)) return;
+    constexpr std::size_t kMostIslands = 100;
+    certificate.poor_islands =
+        charts_above(surface, uv, charts_of(adjacency, cuts), energy.scale, kPoorEnergy);
+    if (certificate.poor_islands.size() > kMostIslands)
+      certificate.poor_islands.resize(kMostIslands);
   }
 
   void check_provenance_of_refinement() {
@@ -265,12 +313,12 @@ Certificate certify(const CertifyRequest& request, const ExecutionContext& conte
     certifier.check_overlaps();
     context.check();
   }
+  certifier.check_islands();
   certifier.check_pins();
   if (request.require_seamless) certifier.check_seams();
   certifier.check_cones();
   certifier.check_provenance_of_refinement();
-  certifier.certificate.energy = certifier.energy.mean;
-  certifier.certificate.max_energy = certifier.energy.maximum;
+  certifier.judge_distortion();
   certifier.certificate.ok = certifier.certificate.failures.empty();
   return certifier.certificate;
 }

@@ -25,6 +25,7 @@ struct CertifyRequest {
   std::vector<CornerPin> pins;       // G3
   bool measure_overlaps = true;
   bool require_bijective = false;  // overlaps are a failure, not only a figure
+  bool require_disjoint = false;   // so are overlaps between charts
   bool require_seamless = false;   // G4, on the 64-bit and on the 32-bit values
 
   // G5: prescribed total UV angle at vertices (radians); vertices not listed: 2 pi inside, free on
@@ -39,8 +40,9 @@ struct CertifyRequest {
   const Points3* vertex_barycentric = nullptr;
 };
 
-// Cost: O(#F) for everything but overlaps, O(#boundary log #boundary) for those on reasonable
-// layouts.
+// The 64-bit map is cut where its own values differ across an edge, the stored one where the stored
+// values do: sides that become equal by rounding are joined there, as every reader of the stored
+// map will find them. Cost: O(#F log #F) on reasonable layouts.
 Certificate certify(const CertifyRequest& request, const ExecutionContext& context);
 
 // Fills map.certificate for a finished map (surface, uv, uv32, provenance); `input` is the user's

@@ -4,10 +4,30 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "flipfree/base/plane.h"
 
 namespace flipfree {
+namespace {
+
+// The least value with at least `share` of the weights at or below it; pairs of value and weight.
+double percentile(std::vector<std::pair<double, double>> weighted, double share) {
+  // Not finite sorts last: values that cannot be compared would make the order undefined.
+  for (auto& [value, weight] : weighted) {
+    if (!(value <= std::numeric_limits<double>::max()))
+      value = std::numeric_limits<double>::infinity();
+  }
+  std::sort(weighted.begin(), weighted.end());
+  double sum = 0.0;
+  for (const auto& [value, weight] : weighted) {
+    sum += weight;
+    if (sum >= share) return value;
+  }
+  return weighted.empty() ? std::numeric_limits<double>::quiet_NaN() : weighted.back().first;
+}
+
+}  // namespace
 
 Points3 symmetric_dirichlet_parts(const Surface& surface, const Points2& corner_uv) {
   Points3 parts(surface.faces.rows(), 3);
@@ -49,11 +69,42 @@ EnergyFigures symmetric_dirichlet(const Surface& surface, const Points2& corner_
   figures.mean = 2.0 * std::sqrt(direct) * std::sqrt(inverse) / (4.0 * area);
   figures.scale = std::sqrt(std::sqrt(inverse) / std::sqrt(direct));
   const double s2 = figures.scale * figures.scale;
+  std::vector<std::pair<double, double>> of_face;  // energy, area
+  of_face.reserve(static_cast<std::size_t>(parts.rows()));
   for (Eigen::Index f = 0; f < parts.rows(); ++f) {
     if (!(parts(f, 2) > 0.0)) continue;
-    figures.maximum = std::max(figures.maximum, (parts(f, 0) * s2 + parts(f, 1) / s2) / 4.0);
+    of_face.emplace_back((parts(f, 0) * s2 + parts(f, 1) / s2) / 4.0, parts(f, 2));
+    figures.maximum = std::max(figures.maximum, of_face.back().first);
   }
+  figures.percentile99 = percentile(std::move(of_face), 0.99 * area);
   return figures;
+}
+
+std::vector<FaceId> charts_above(const Surface& surface, const Points2& corner_uv,
+                                 const Components& charts, double scale, double bound) {
+  struct Sum {
+    double energy = 0.0;
+    double area = 0.0;
+    FaceId face = kInvalid;
+    double mean() const { return energy / area; }
+  };
+  std::vector<Sum> sums(static_cast<std::size_t>(charts.count));
+  const Points3 parts = symmetric_dirichlet_parts(surface, corner_uv);
+  const double s2 = scale * scale;
+  for (Eigen::Index f = 0; f < parts.rows(); ++f) {
+    Sum& sum = sums[static_cast<std::size_t>(charts.of_face[static_cast<std::size_t>(f)])];
+    if (sum.face == kInvalid) sum.face = static_cast<FaceId>(f);
+    if (!(parts(f, 2) > 0.0)) continue;
+    sum.energy += parts(f, 2) * (parts(f, 0) * s2 + parts(f, 1) / s2) / 4.0;
+    sum.area += parts(f, 2);
+  }
+  std::erase_if(sums, [&](const Sum& sum) { return !(sum.mean() > bound); });
+  std::stable_sort(sums.begin(), sums.end(),
+                   [](const Sum& a, const Sum& b) { return a.mean() > b.mean(); });
+  std::vector<FaceId> faces;
+  faces.reserve(sums.size());
+  for (const Sum& sum : sums) faces.push_back(sum.face);
+  return faces;
 }
 
 }  // namespace flipfree

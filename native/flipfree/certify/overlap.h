@@ -1,23 +1,37 @@
-// Global bijectivity of charts: does the image of a chart's boundary meet itself? Decided exactly.
+// Does a chart cover any point of the plane twice? Decided exactly, from its boundary alone.
 #pragma once
 
 #include <vector>
 
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/topology.h"
 
 namespace flipfree {
 
+// The chart of every face: faces joined across uncut edges.
+Components charts_of(const Adjacency& adjacency, const EdgeFlags& cuts);
+
 struct Overlaps {
-  std::int64_t pairs =
-      0;  // pairs of boundary edges of the same chart that meet elsewhere than in a shared vertex
-  std::vector<FaceId> faces;  // faces at these edges, ascending, at most 1000
+  // Pairs of boundary edges of the same chart that meet elsewhere than in a shared vertex.
+  std::int64_t contacts = 0;
+  // In charts without contacts: boundary loops that run counter-clockwise beside the outermost one,
+  // that is, holes or slits turned inside out.
+  std::int64_t turned_loops = 0;
+  std::vector<FaceId> faces;  // faces at these edges and loops, ascending, at most 1000
+  std::int64_t places() const { return contacts + turned_loops; }
 };
 
-// For a locally injective map of a planar chart, no pair means that the chart is mapped one-to-one:
-// the number of preimages of a point is the sum of the boundary curves' winding numbers, and simple
-// disjoint curves with a non-negative sum never reach 2. Different charts are not compared. Cost:
-// O(#boundary log #boundary + #pairs).
+// Theorem. Let all triangles of a chart be positive, and no two of its boundary curves meet. Then
+// the chart is mapped one-to-one exactly if one boundary loop runs counter-clockwise.
+// By degree: the number of triangles over a point off the boundary's image is the sum of the loops'
+// winding numbers around it (surface on the left). Simple loops wind +-1, so with one
+// counter-clockwise loop that sum is at most 1. Conversely, the image of a one-to-one map is a
+// region with one outer loop, and the loops of its holes run clockwise. Docs: guarantees.md.
+//
+// No place means that every chart is one-to-one; touching counts as meeting. Different charts are
+// not compared (island_overlap.h). Precondition: no flipped face, finite UVs. Cost: O(#boundary log
+// #boundary + #contacts).
 Overlaps boundary_overlaps(const Triangles& faces, const Adjacency& adjacency,
                            const EdgeFlags& cuts, const Points2& corner_uv);
 

@@ -95,7 +95,7 @@ bool overlaps(const RefinedSurface& surface, const Points2& uv) {
   for (CornerId c = 0; c < faces.size(); ++c) corner_uv.row(c) = uv.row(faces.data()[c]);
   const Adjacency adjacency = build_adjacency(surface.mesh.vertex_count(), faces);
   const EdgeFlags no_cuts(static_cast<std::size_t>(faces.size()), 0);
-  return boundary_overlaps(faces, adjacency, no_cuts, corner_uv).pairs > 0;
+  return boundary_overlaps(faces, adjacency, no_cuts, corner_uv).places() > 0;
 }
 
 bool untangling_is_safe(const Constraints& constraints) {

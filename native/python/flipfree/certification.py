@@ -89,6 +89,7 @@ def start_certify(
     seamless: bool = False,
     parent: tuple[Any, ...] | None = None,
     bijective: bool = False,
+    disjoint: bool = False,
     threads: int = 2,
 ) -> Job[Certificate]:
     """As :func:`certify`, at once, on a thread."""
@@ -126,6 +127,7 @@ def start_certify(
         as_floats(list(cone_angles.values()), "cones"),
         parent_parts,
         as_flag(bijective, "bijective"),
+        as_flag(disjoint, "disjoint"),
         as_flag(seamless, "seamless"),
         as_count(threads, "threads", 1),
     )
@@ -143,6 +145,7 @@ def certify(
     seamless: bool = False,
     parent: tuple[Any, ...] | None = None,
     bijective: bool = False,
+    disjoint: bool = False,
     threads: int = 2,
     progress: Progress | None = None,
 ) -> Certificate:
@@ -157,6 +160,7 @@ def certify(
             refines; G7 demands a subdivision.
         signature: must be None; holonomy is not measured yet.
         bijective: overlaps of a chart with itself are a failure, not only a figure.
+        disjoint: so are overlaps between charts.
         threads: the result has the same bits for every number.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
@@ -176,6 +180,7 @@ def certify(
         seamless=seamless,
         parent=parent,
         bijective=bijective,
+        disjoint=disjoint,
         threads=threads,
     )
     return run(job, progress)

@@ -24,9 +24,12 @@ class Certificate:
         triangles: how many were looked at. flips64, flips32: those without positive area, in 64 bits and as stored.
         winding_failures: vertices around which the angles do not wind as they must (G2).
         pin_failures, seam_failures, cone_failures, holonomy_failures, provenance_failures: what misses G3 to G7.
-        overlaps: pairs of boundary edges of one chart that meet; 0: the charts are one-to-one.
+        overlaps: places where a chart covers points twice or touches itself; 0: the charts are one-to-one.
+        island_overlaps: pairs of charts that share area. island_overlap_faces: (k,) faces of such charts, at most 1000.
         energy: symmetric Dirichlet, area-weighted mean at the best global scale, 1 = isometric; max_energy: of the
-            worst triangle.
+            worst triangle; energy_p99: 99th percentile by area.
+        poor: valid, but hardly of use: energy above 5 or energy_p99 above 25.
+        poor_islands: (k,) a face of each chart whose own mean energy is above 5, worst first, at most 100.
         failures: what failed, in words. failed_faces: (k,) faces named there, at most 1000.
     """
 
@@ -41,13 +44,20 @@ class Certificate:
     holonomy_failures: int
     provenance_failures: int
     overlaps: int
+    island_overlaps: int
+    island_overlap_faces: IntArray
     energy: float
     max_energy: float
+    energy_p99: float
+    poor: bool
+    poor_islands: IntArray
     failures: list[str]
     failed_faces: IntArray
 
     def __str__(self) -> str:
         overlaps = "not counted" if self.overlaps < 0 else str(self.overlaps)
+        if self.island_overlaps > 0:
+            overlaps += f", islands on top of each other {self.island_overlaps} pairs"
         lines = [
             f"certificate {'ok' if self.ok else 'FAILED'}: {self.triangles} triangles, "
             f"flips {self.flips64} (64-bit) {self.flips32} (32-bit), overlaps {overlaps}, "
