@@ -15,9 +15,9 @@ void bind_unwrap(py::module_& module) {
       "unwrap",
       [](const Array<double>& vertices, const Array<Index>& faces, const Array<Index>& cuts,
          const Array<Index>& uncuttable, const Array<Index>& pin_corners,
-         const Array<double>& pin_uv, bool bijective, bool cut_extremities, int iterations,
-         double tolerance, double margin, const py::object& place_like, double max_seconds,
-         int threads) {
+         const Array<double>& pin_uv, bool bijective, bool may_add_cuts, bool cut_extremities,
+         int iterations, double tolerance, double margin, const py::object& place_like,
+         double max_seconds, int threads) {
         struct Request {
           Surface surface;
           UnwrapOptions options;
@@ -29,6 +29,7 @@ void bind_unwrap(py::module_& module) {
         request.options.uncuttable = to_matrix<IndexPairs>(uncuttable, "uncuttable");
         request.options.pins = to_corner_pins(pin_corners, pin_uv);
         request.options.bijective = bijective;
+        request.options.may_add_cuts = may_add_cuts;
         request.options.cut_extremities = cut_extremities;
         request.options.max_iterations = iterations;
         request.options.tolerance = tolerance;
@@ -45,9 +46,9 @@ void bind_unwrap(py::module_& module) {
             [](const Parametrization& map) -> py::object { return to_dict(map); }, threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("cuts"), py::arg("uncuttable"),
-      py::arg("pin_corners"), py::arg("pin_uv"), py::arg("bijective"), py::arg("cut_extremities"),
-      py::arg("iterations"), py::arg("tolerance"), py::arg("margin"), py::arg("place_like"),
-      py::arg("max_seconds"), py::arg("threads"));
+      py::arg("pin_corners"), py::arg("pin_uv"), py::arg("bijective"), py::arg("may_add_cuts"),
+      py::arg("cut_extremities"), py::arg("iterations"), py::arg("tolerance"), py::arg("margin"),
+      py::arg("place_like"), py::arg("max_seconds"), py::arg("threads"));
   module.def(
       "pack",
       [](const Array<double>& vertices, const Array<Index>& faces, const Array<double>& uv,

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/topology.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::distortion {
@@ -28,6 +29,7 @@ bool conflict(const std::array<VertexId, 2>& e, const std::array<VertexId, 2>& f
 Boundary find_boundary(Index vertex_count, const Triangles& faces) {
   const Adjacency adjacency = build_adjacency(vertex_count, faces);
   Boundary boundary;
+  boundary.loops = boundary_loops(faces, adjacency);
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
     if (adjacency.opposite[size(h)] != kInvalid) continue;
     boundary.edges.push_back({source(faces, h), target(faces, h)});
@@ -141,9 +143,35 @@ void BoundaryGrid::near(const Vector2& point, double radius, std::vector<Index>&
   edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
 }
 
-bool boundary_conflicts(const Boundary& boundary, const Points2& uv,
-                        const ExecutionContext& context) {
-  return BoundaryGrid(boundary, uv).first_conflict(context)[0] != kInvalid;
+std::vector<std::size_t> turned_loops(const Boundary& boundary, const Points2& uv) {
+  const auto less = [&](VertexId p, VertexId q) {
+    return uv(p, 0) != uv(q, 0) ? uv(p, 0) < uv(q, 0) : uv(p, 1) < uv(q, 1);
+  };
+  std::vector<std::size_t> turned;
+  if (boundary.loops.size() < 2) return turned;
+  std::size_t outermost = 0;
+  VertexId leftmost = kInvalid;
+  for (std::size_t l = 0; l < boundary.loops.size(); ++l) {
+    // A simple polygon turns as it does in its leftmost corner.
+    const std::vector<VertexId>& loop = boundary.loops[l];
+    const auto i =
+        static_cast<std::size_t>(std::min_element(loop.begin(), loop.end(), less) - loop.begin());
+    const Vector2 before = uv.row(loop[(i + loop.size() - 1) % loop.size()]).transpose();
+    const Vector2 here = uv.row(loop[i]).transpose();
+    const Vector2 after = uv.row(loop[(i + 1) % loop.size()]).transpose();
+    if (orientation(before, here, after) >= 0) turned.push_back(l);
+    if (leftmost == kInvalid || less(loop[i], leftmost)) {
+      leftmost = loop[i];
+      outermost = l;
+    }
+  }
+  std::erase(turned, outermost);
+  return turned;
+}
+
+bool overlaps_itself(const Boundary& boundary, const Points2& uv, const ExecutionContext& context) {
+  return BoundaryGrid(boundary, uv).first_conflict(context)[0] != kInvalid ||
+         !turned_loops(boundary, uv).empty();
 }
 
 }  // namespace flipfree::distortion

@@ -1,5 +1,5 @@
-// The boundary of a chart in the plane: exact test whether it meets itself, and search for near
-// pairs.
+// The boundary of a chart in the plane: exact test whether the chart overlaps itself, and search
+// for near pairs.
 #pragma once
 
 #include <array>
@@ -13,6 +13,7 @@ namespace flipfree::distortion {
 struct Boundary {
   std::vector<std::array<VertexId, 2>> edges;  // surface on the left, by half-edge number
   std::vector<VertexId> vertices;              // ascending
+  std::vector<std::vector<VertexId>> loops;    // surface on the left
 };
 Boundary find_boundary(Index vertex_count, const Triangles& faces);
 
@@ -22,7 +23,7 @@ class BoundaryGrid {
   BoundaryGrid(const Boundary& boundary, const Points2& uv);
 
   // Exact: first pair of edges that have a point in common other than a shared vertex; {kInvalid,
-  // kInvalid} if there is none. With flip-free triangles and none, the chart is mapped one-to-one.
+  // kInvalid} if there is none.
   std::array<Index, 2> first_conflict(const ExecutionContext& context) const;
 
   // Edges with a point within `radius` of `point` (and perhaps some further ones), ascending.
@@ -44,8 +45,12 @@ class BoundaryGrid {
   std::vector<Index> edges_;
 };
 
-// Does the boundary meet itself? Exact.
-bool boundary_conflicts(const Boundary& boundary, const Points2& uv,
-                        const ExecutionContext& context);
+// Exact: the loops that run counter-clockwise, all but the outermost: holes and slits turned inside
+// out. Precondition: no conflict.
+std::vector<std::size_t> turned_loops(const Boundary& boundary, const Points2& uv);
+
+// Exact: false if the chart is one-to-one. With flip-free triangles it is where no two boundary
+// edges meet and no loop is turned; touching counts as meeting.
+bool overlaps_itself(const Boundary& boundary, const Points2& uv, const ExecutionContext& context);
 
 }  // namespace flipfree::distortion

@@ -111,8 +111,8 @@ void place_like(const Triangles& faces, const Points2& like, double scale, bool 
   }
   if (!distortion::is_flip_free(faces, placed, context)) return;
   if (bijective &&
-      distortion::boundary_conflicts(
-          distortion::find_boundary(static_cast<Index>(uv.rows()), faces), placed, context)) {
+      distortion::overlaps_itself(distortion::find_boundary(static_cast<Index>(uv.rows()), faces),
+                                  placed, context)) {
     return;
   }
   uv = std::move(placed);
@@ -241,7 +241,7 @@ Parametrization improve(const Surface& surface, const Points2& corner_uv,
       }
     }
     maps[c].bijective = options.keep_bijective &&
-                        !distortion::boundary_conflicts(
+                        !distortion::overlaps_itself(
                             distortion::find_boundary(static_cast<Index>(maps[c].uv.rows()), faces),
                             maps[c].uv, context);
   }

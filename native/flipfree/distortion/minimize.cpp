@@ -45,6 +45,15 @@ void distortion::check_start(const Surface& chart, const Points2& uv,
                         "). Unwrap it anew, or allow overlaps.",
                     ElementKind::kEdge, {e[0], e[1], f[0], f[1]});
     }
+    const auto turned = turned_loops(boundary, uv);
+    if (!turned.empty()) {
+      const std::vector<VertexId>& loop = boundary.loops[turned.front()];
+      throw_invalid(ErrorCode::kBadOption,
+                    "The initial map covers points twice: the hole or slit at vertex " +
+                        std::to_string(loop.front()) +
+                        " is turned inside out. Unwrap it anew, or allow overlaps.",
+                    ElementKind::kVertex, {loop.front()});
+    }
   }
 }
 

@@ -25,6 +25,12 @@ struct MinimizeOptions {
   std::vector<VertexId> fixed;
   // The chart's boundary may not touch itself. Precondition: it does not in the initial map.
   bool bijective = false;
+  // With `bijective`: the boundary is held apart from the first step on, for maps that are known to
+  // overlap without. Otherwise only where a descent without has ended in an overlap.
+  bool held_apart = false;
+  // With `bijective`, where the descent without holding apart ends in an overlap: not null, and its
+  // map is put here; the last map of the descent that did not overlap is the result, as it is.
+  Points2* overlapping = nullptr;
   // Also try steps beyond the full Newton step, doubled while the energy falls, up to 8 times. The
   // convexified Hessian is too stiff where maps are drawn out far; there this takes a third of the
   // steps. Not while parts of the boundary are held apart.
@@ -52,7 +58,7 @@ struct MinimizeOptions {
 //
 // stats: "distortion.*": iterations, progressive_iterations, factorizations, energy_start, energy,
 // seconds, barrier (1 if the boundary had to be held apart), stop ("converged", "iteration limit",
-// "stalled", "time limit").
+// "stalled", "time limit", "overlap": MinimizeOptions::overlapping).
 // Cost: about 10 iterations, each one factorization of a planar-like system with 2 #V unknowns;
 // with `bijective`, twice that for maps whose boundary would meet itself. Throws Cancelled,
 // NotConverged (kFactorizationFailed). When the context's time is over the steps end and the last

@@ -59,7 +59,7 @@ Minimizer::Minimizer(const Triangles& faces, RestShapes rest, const Surface* sur
 // Exact: may trial_ replace uv_?
 bool Minimizer::acceptable() {
   return trial_.allFinite() && is_flip_free(faces_, trial_, context_) &&
-         !(barrier_on_ && boundary_conflicts(barrier_->boundary(), trial_, context_));
+         !(barrier_on_ && overlaps_itself(barrier_->boundary(), trial_, context_));
 }
 
 // Without fixed vertices: bounding box centred at the origin, where doubles are densest, and about
@@ -227,7 +227,7 @@ const char* Minimizer::descend() try {
     progressive_iterations_ += progressive ? 1 : 0;
     if (step == Step::kTaken) {
       if (!progressive && creeping_ >= kMostCreeping) return "stalled";
-      if (barrier_ && !barrier_on_ && !boundary_conflicts(barrier_->boundary(), uv_, context_))
+      if (barrier_ && !barrier_on_ && !overlaps_itself(barrier_->boundary(), uv_, context_))
         one_to_one_ = uv_;
       continue;
     }
@@ -339,13 +339,20 @@ double Minimizer::pull(const std::vector<std::pair<VertexId, Vector2>>& targets)
   return whole > 0 ? 1 - left / whole : 1.0;
 }
 
-// Does the boundary of uv_ meet itself, where it may not? Then uv_ is the last map whose did not.
-bool Minimizer::meets_itself() {
+// Does uv_ overlap itself, where it may not? Then uv_ becomes the last map that did not.
+bool Minimizer::overlaps() {
   const Untimed deciding(context_);
-  if (!barrier_ || !boundary_conflicts(barrier_->boundary(), uv_, context_)) return false;
+  if (!barrier_ || !overlaps_itself(barrier_->boundary(), uv_, context_)) return false;
+  if (options_.overlapping != nullptr) *options_.overlapping = uv_;
   uv_ = std::move(one_to_one_);
   sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
   return true;
+}
+
+void Minimizer::hold_apart() {
+  barrier_on_ = true;
+  reach_factor_ = kFarReach;
+  system_.reset();
 }
 
 Points2 Minimizer::run(Stats& stats) {
@@ -357,12 +364,15 @@ Points2 Minimizer::run(Stats& stats) {
   const bool all_fixed = std::all_of(fixed_.begin(), fixed_.end(), [](char f) { return f != 0; });
   if (!all_fixed) {
     if (barrier_) one_to_one_ = uv_;
+    if (barrier_ && options_.held_apart) hold_apart();
     stop = descend();
-    if (meets_itself()) {
-      barrier_on_ = true;
-      reach_factor_ = kFarReach;
-      system_.reset();
-      stop = descend();
+    if (!barrier_on_ && overlaps()) {
+      if (options_.overlapping == nullptr) {
+        hold_apart();
+        stop = descend();
+      } else {
+        stop = "overlap";
+      }
     }
   }
   const Untimed finishing(context_);

@@ -39,7 +39,8 @@ class Minimizer {
   void finish_unit();
   void align(const std::vector<std::pair<VertexId, Vector2>>& targets);
   const char* descend();
-  bool meets_itself();
+  bool overlaps();
+  void hold_apart();
   Step iterate(bool progressive);
   double assemble(double scale, bool soft);
   bool add_contacts(const std::vector<BoundaryBarrier::Contact>& contacts);

@@ -125,6 +125,10 @@ class Repair {
         if (e == kInvalid) continue;
         found.insert(found.end(), boundary_.edges[size(e)].begin(), boundary_.edges[size(e)].end());
       }
+      if (pair[0] == kInvalid) {
+        for (const std::size_t l : turned_loops(boundary_, points_))
+          found.insert(found.end(), boundary_.loops[l].begin(), boundary_.loops[l].end());
+      }
     }
     std::sort(found.begin(), found.end());
     found.erase(std::unique(found.begin(), found.end()), found.end());
@@ -294,7 +298,7 @@ Points2f round_to_storage(const Triangles& faces, const Points2& uv, const Round
   const bool good =
       is_flip_free(faces, nearest, context) &&
       !(options.bijective &&
-        boundary_conflicts(find_boundary(static_cast<Index>(uv.rows()), faces), nearest, context));
+        overlaps_itself(find_boundary(static_cast<Index>(uv.rows()), faces), nearest, context));
   std::int64_t moved = 0;
   Points2 points = nearest;
   if (!good) {

@@ -1,11 +1,16 @@
 #include "flipfree/unwrap/chart.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cstdint>
 #include <string>
 
 #include "flipfree/base/error.h"
 #include "flipfree/certify/certify.h"
+#include "flipfree/certify/energy.h"
+#include "flipfree/distortion/boundary_grid.h"
 #include "flipfree/distortion/conformal_start.h"
+#include "flipfree/distortion/energy.h"
 #include "flipfree/distortion/minimize.h"
 #include "flipfree/distortion/targets.h"
 #include "flipfree/embedding/boundary.h"
@@ -13,6 +18,8 @@
 #include "flipfree/mesh/fill.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/unwrap/layout.h"
+#include "flipfree/unwrap/overlapping_faces.h"
+#include "flipfree/unwrap/separate.h"
 
 namespace flipfree {
 namespace {
@@ -132,35 +139,155 @@ MinimizeOptions minimize_options(const FlattenOptions& options) {
   return minimize;
 }
 
+// A chart that overlaps itself on this share of its area at most is tried without a further cut
+// first, in so many steps at least.
+constexpr double kMildOverlap = 0.05;
+constexpr int kFewestSteps = 20;
+// What a map without overlap may have more than the free one before a cut is the better way.
+constexpr double kEnergyFactor = 1.1;
+constexpr double kEnergyExcess = 0.02;
+
+double energy_of(const Surface& chart, const Points2& uv) {
+  Points2 corners(3 * chart.faces.rows(), 2);
+  for (CornerId c = 0; c < corners.rows(); ++c) corners.row(c) = uv.row(chart.faces.data()[c]);
+  return symmetric_dirichlet(chart, corners).mean;
+}
+
+double share_of(const std::vector<FacePair>& pairs, const Surface& chart) {
+  std::vector<char> in_pair(static_cast<std::size_t>(chart.faces.rows()), 0);
+  for (const FacePair& pair : pairs) {
+    for (const FaceId f : pair) in_pair[static_cast<std::size_t>(f)] = 1;
+  }
+  double area = 0.0;
+  double covered = 0.0;
+  for (FaceId f = 0; f < chart.faces.rows(); ++f) {
+    const Vector3 p = chart.vertices.row(chart.faces(f, 0)).transpose();
+    const Vector3 e = chart.vertices.row(chart.faces(f, 1)).transpose() - p;
+    const double own = e.cross(chart.vertices.row(chart.faces(f, 2)).transpose() - p).norm();
+    area += own;
+    if (in_pair[static_cast<std::size_t>(f)] != 0) covered += own;
+  }
+  return area > 0.0 ? covered / area : 1.0;
+}
+
+// `apart`: the last map of the descent to `free` that did not overlap.
+FlatChart without_overlap(const Surface& chart, const FlattenOptions& options, Points2 apart,
+                          Points2 free, ExecutionContext& context, Stats& stats) {
+  MinimizeOptions minimize = minimize_options(options);
+  minimize.held_apart = true;
+  if (!options.may_add_cuts)
+    return {minimize_distortion(chart, apart, minimize, context, stats), {}};
+  const std::vector<FacePair> pairs = overlapping_faces(chart.faces, free, context);
+  const double share = share_of(pairs, chart);
+  stats["overlap_share"] = share;
+  if (share <= kMildOverlap) {
+    const auto steps = static_cast<int>(std::get<std::int64_t>(stats["distortion.iterations"]));
+    minimize.max_iterations = std::max(kFewestSteps, steps);
+    Points2 held = minimize_distortion(chart, apart, minimize, context, stats);
+    if (energy_of(chart, held) <= kEnergyFactor * energy_of(chart, free) + kEnergyExcess)
+      return {std::move(held), {}};
+  }
+  const Adjacency adjacency =
+      build_adjacency(static_cast<Index>(chart.vertices.rows()), chart.faces);
+  EdgeFlags cut = separating_cut(chart, adjacency, pairs, options.uncuttable, context);
+  return {std::move(free), std::move(cut)};
+}
+
 // Of a chart without pins, as far as time allows.
-void lower_distortion(const Surface& chart, const FlattenOptions& options, Points2& uv,
+void lower_distortion(const Surface& chart, const FlattenOptions& options, FlatChart& flat,
                       ExecutionContext& context, Stats& stats) try {
   {
     const ProgressRange range(context, 0.2, 0.3);
-    uv = better_start(chart, uv, context, stats);
+    flat.uv = better_start(chart, flat.uv, context, stats);
   }
-  const ProgressRange range(context, 0.3, 1.0);
-  uv = minimize_distortion(chart, uv, minimize_options(options), context, stats);
+  Points2 free;
+  MinimizeOptions minimize = minimize_options(options);
+  minimize.overlapping = &free;
+  {
+    const ProgressRange range(context, 0.3, 0.7);
+    flat.uv = minimize_distortion(chart, flat.uv, minimize, context, stats);
+  }
+  if (free.rows() > 0) {
+    const ProgressRange range(context, 0.7, 1.0);
+    flat = without_overlap(chart, options, flat.uv, std::move(free), context, stats);
+  }
   if (context.time_is_over()) stats["time_limit_reached"] = std::int64_t{1};
 } catch (const TimeIsOver&) {
   stats["time_limit_reached"] = std::int64_t{1};
 }
 
+// Copies of a vertex that lie in the same place are drawn into the corners of their own faces,
+// until the piece does not touch itself. False if it still does.
+bool draw_apart(const Triangles& faces, Points2& uv, const ExecutionContext& context) {
+  const distortion::Boundary boundary =
+      distortion::find_boundary(static_cast<Index>(uv.rows()), faces);
+  if (!distortion::overlaps_itself(boundary, uv, context)) return true;
+  std::vector<VertexId> sorted = boundary.vertices;
+  std::sort(sorted.begin(), sorted.end(), [&](VertexId a, VertexId b) {
+    return uv(a, 0) != uv(b, 0) ? uv(a, 0) < uv(b, 0) : uv(a, 1) < uv(b, 1);
+  });
+  std::vector<char> moves(static_cast<std::size_t>(uv.rows()), 0);
+  for (std::size_t i = 1; i < sorted.size(); ++i) {
+    if (uv.row(sorted[i - 1]) != uv.row(sorted[i])) continue;
+    moves[static_cast<std::size_t>(sorted[i - 1])] = moves[static_cast<std::size_t>(sorted[i])] = 1;
+  }
+  Points2 inner = Points2::Zero(uv.rows(), 2);
+  Eigen::VectorXd weight = Eigen::VectorXd::Zero(uv.rows());
+  for (FaceId f = 0; f < faces.rows(); ++f) {
+    for (Index k = 0; k < 3; ++k) {
+      inner.row(faces(f, k)) += uv.row(faces(f, (k + 1) % 3)) + uv.row(faces(f, (k + 2) % 3));
+      weight[faces(f, k)] += 2.0;
+    }
+  }
+  for (double share = 0.25; share > 1e-3; share *= 0.5) {
+    Points2 apart = uv;
+    for (const VertexId v : boundary.vertices) {
+      if (moves[static_cast<std::size_t>(v)] != 0)
+        apart.row(v) += share * (inner.row(v) / weight[v] - uv.row(v));
+    }
+    if (!distortion::is_flip_free(faces, apart, context) ||
+        distortion::overlaps_itself(boundary, apart, context)) {
+      continue;
+    }
+    uv = std::move(apart);
+    return true;
+  }
+  return false;
+}
+
 }  // namespace
 
-Points2 flatten_chart(const Surface& chart, const FlattenOptions& options,
+Points2 flatten_piece(const Surface& piece, Points2 start, const FlattenOptions& options,
                       ExecutionContext& context, Stats& stats) {
+  FlattenOptions uncut = options;
+  uncut.may_add_cuts = false;
+  if (!draw_apart(piece.faces, start, context))
+    return flatten_chart(piece, uncut, context, stats).uv;
+  Points2 free;
+  MinimizeOptions minimize = minimize_options(options);
+  minimize.overlapping = &free;
+  try {
+    start = minimize_distortion(piece, start, minimize, context, stats);
+  } catch (const TimeIsOver&) {
+    stats["time_limit_reached"] = std::int64_t{1};
+  }
+  return start;
+}
+
+FlatChart flatten_chart(const Surface& chart, const FlattenOptions& options,
+                        ExecutionContext& context, Stats& stats) {
   reject_coincident_pins(options.pins);
-  Points2 uv;
+  FlatChart flat;
   {
     const ProgressRange range(context, 0.0, 0.2);
-    uv = embed_on_circle(chart, context, stats);
+    flat.uv = embed_on_circle(chart, context, stats);
   }
   // From here on there is a map: without pins, less time only leaves it more distorted.
   if (options.pins.empty()) {
-    lower_distortion(chart, options, uv, context, stats);
-    return uv;
+    lower_distortion(chart, options, flat, context, stats);
+    return flat;
   }
+  Points2 uv = std::move(flat.uv);
   {
     const ProgressRange range(context, 0.2, 0.3);
     uv = better_start(chart, uv, context, stats);
@@ -185,7 +312,7 @@ Points2 flatten_chart(const Surface& chart, const FlattenOptions& options,
             " % of the way. Use Match Pins, which refines the mesh, or move or unpin them.",
         ElementKind::kVertex, result.missed);
   }
-  return std::move(result.uv);
+  return {std::move(result.uv), {}};
 }
 
 }  // namespace flipfree

@@ -6,22 +6,39 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
+#include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree {
 
 struct FlattenOptions {
   bool bijective = true;  // the chart may not overlap itself
+  // Where the chart cannot be laid out without overlap at a distortion near that of its free map,
+  // it may be cut. Never with pins.
+  bool may_add_cuts = false;
+  EdgeFlags uncuttable;  // of the chart's half-edges, may be empty; see separating_cut()
   int max_iterations = 200;
   double tolerance = 1e-4;
   std::vector<std::pair<VertexId, Vector2>> pins;  // chart vertices and their UVs, met bit for bit
 };
 
-// #V x 2, flip-free in 64 bits. Precondition: a connected, validated surface of genus 0 with a
-// boundary. Without pins the scale is the surface's own and the bounding box is centred at the
-// origin; with pins the place is theirs. Throws NotConverged (kLineSearchStalled) naming the first
-// pin that flip-free deformation on this triangulation did not reach, Cancelled.
-Points2 flatten_chart(const Surface& chart, const FlattenOptions& options,
+struct FlatChart {
+  Points2 uv;  // #V x 2, flip-free in 64 bits
+  // Empty, or edges of the chart along which it is to be cut: then no piece of it overlaps itself
+  // in `uv`, but for copies of a vertex that lie in the same place.
+  EdgeFlags cut;
+};
+
+// Precondition: a connected, validated surface of genus 0 with a boundary. Without pins the scale
+// is the surface's own and the bounding box is centred at the origin; with pins the place is
+// theirs. Throws NotConverged (kLineSearchStalled) naming the first pin that flip-free deformation
+// on this triangulation did not reach, Cancelled.
+FlatChart flatten_chart(const Surface& chart, const FlattenOptions& options,
+                        ExecutionContext& context, Stats& stats);
+
+// A piece of a chart that was cut as flatten_chart() said, from its part of that chart's map to the
+// least distortion that is reached without an overlap. #V x 2.
+Points2 flatten_piece(const Surface& piece, Points2 start, const FlattenOptions& options,
                       ExecutionContext& context, Stats& stats);
 
 }  // namespace flipfree

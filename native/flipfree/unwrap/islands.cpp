@@ -98,4 +98,13 @@ Islands make_islands(const Surface& surface, const Adjacency& adjacency, const E
   return std::move(cutter.islands());
 }
 
+void cut_further(Islands& islands, const Surface& surface, const Adjacency& adjacency,
+                 const EdgeFlags& further) {
+  for (std::size_t h = 0; h < further.size(); ++h) {
+    if (further[h] && !islands.cut[h]) islands.cut[h] = islands.added[h] = 1;
+  }
+  islands.mesh = cut_along(surface.faces, adjacency, islands.cut);
+  islands.charts = split_into_charts(surface.vertices, islands.mesh);
+}
+
 }  // namespace flipfree

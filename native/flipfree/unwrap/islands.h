@@ -28,4 +28,9 @@ struct Islands {
 Islands make_islands(const Surface& surface, const Adjacency& adjacency, const EdgeFlags& seams,
                      const EdgeFlags& uncuttable, bool extremities, ExecutionContext& context);
 
+// Cuts the islands along further edges of the surface, which count as added, and numbers the charts
+// anew.
+void cut_further(Islands& islands, const Surface& surface, const Adjacency& adjacency,
+                 const EdgeFlags& further);
+
 }  // namespace flipfree

@@ -76,7 +76,7 @@ std::vector<PackedChart> read_charts(const std::vector<Chart>& charts, const Poi
     chart.group = options.together ? components.of_face[size(charts[c].faces.front())]
                                    : static_cast<Index>(c);
     chart.bijective = options.keep_bijective &&
-                      !distortion::boundary_conflicts(
+                      !distortion::overlaps_itself(
                           distortion::find_boundary(static_cast<Index>(chart.uv.rows()), faces),
                           chart.uv, context);
   }

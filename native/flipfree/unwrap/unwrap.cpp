@@ -106,13 +106,11 @@ Error in_terms_of_input(Error error, const Islands& islands, std::size_t c) {
   return error;
 }
 
-// Solves every chart. One that holds half of all faces gets all threads; the others share them, one
-// chart each.
-std::vector<Points2> flatten_all(const Islands& islands, const ChartPins& pins,
-                                 const UnwrapOptions& options, ExecutionContext& context,
-                                 Stats& stats) {
+// Calls solve(chart, context, stats) for every chart and keeps the stats of the largest. One that
+// holds half of all faces gets all threads; the others share them, one chart each.
+template <typename Solve>
+void for_charts(const Islands& islands, ExecutionContext& context, Stats& stats, Solve solve) {
   const std::vector<Chart>& charts = islands.charts;
-  std::vector<Points2> uv(charts.size());
   std::vector<Stats> chart_stats(charts.size());
   std::vector<std::size_t> order(charts.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -122,14 +120,9 @@ std::vector<Points2> flatten_all(const Islands& islands, const ChartPins& pins,
   std::size_t total = 0;
   for (const Chart& chart : charts) total += chart.faces.size();
 
-  const auto solve = [&](std::size_t c, ExecutionContext& chart_context) {
-    FlattenOptions flatten;
-    flatten.bijective = options.bijective;
-    flatten.max_iterations = options.max_iterations;
-    flatten.tolerance = options.tolerance;
-    flatten.pins = pins.of_chart[c];
+  const auto solve_one = [&](std::size_t c, ExecutionContext& chart_context) {
     try {
-      uv[c] = flatten_chart(charts[c].surface, flatten, chart_context, chart_stats[c]);
+      solve(c, chart_context, chart_stats[c]);
     } catch (const Cancelled&) {
       throw;
     } catch (const Infeasible& e) {
@@ -147,7 +140,7 @@ std::vector<Points2> flatten_all(const Islands& islands, const ChartPins& pins,
     const std::size_t faces = charts[order[0]].faces.size();
     const ProgressRange range(context, 0.0,
                               static_cast<double>(faces) / static_cast<double>(total));
-    solve(order[0], context);
+    solve_one(order[0], context);
     first_small = 1;
     done = faces;
   }
@@ -156,14 +149,80 @@ std::vector<Points2> flatten_all(const Islands& islands, const ChartPins& pins,
       context, order.size() - first_small, 1, [&](std::size_t begin, std::size_t, std::size_t) {
         const std::size_t c = order[first_small + begin];
         ExecutionContext part(&context, 1);
-        solve(c, part);
+        solve_one(c, part);
         const std::size_t now = finished.fetch_add(charts[c].faces.size()) + charts[c].faces.size();
         context.report("flattening charts", static_cast<double>(now) / static_cast<double>(total));
       });
   if (!order.empty()) stats.insert(chart_stats[order[0]].begin(), chart_stats[order[0]].end());
-  stats["time_limit_reached"] = static_cast<std::int64_t>(
-      std::any_of(chart_stats.begin(), chart_stats.end(),
-                  [](const Stats& s) { return s.contains("time_limit_reached"); }));
+  if (std::any_of(chart_stats.begin(), chart_stats.end(),
+                  [](const Stats& s) { return s.contains("time_limit_reached"); }))
+    stats["time_limit_reached"] = std::int64_t{1};
+}
+
+std::size_t in_surface(const Chart& chart, std::size_t halfedge) {
+  return 3 * static_cast<std::size_t>(chart.faces[halfedge / 3]) + halfedge % 3;
+}
+
+// Every chart onto the plane, cut further where that is the way to keep it from overlapping itself:
+// then `islands` are those that result. Per chart #V x 2.
+std::vector<Points2> flatten_all(Islands& islands, const Surface& surface,
+                                 const Adjacency& adjacency, const EdgeFlags& uncuttable,
+                                 const ChartPins& pins, const UnwrapOptions& options,
+                                 ExecutionContext& context, Stats& stats) {
+  const auto flatten_options = [&](const Chart& chart, bool pinned) {
+    FlattenOptions flatten;
+    flatten.bijective = options.bijective;
+    flatten.may_add_cuts = options.bijective && options.may_add_cuts && !pinned;
+    flatten.max_iterations = options.max_iterations;
+    flatten.tolerance = options.tolerance;
+    if (flatten.may_add_cuts && !uncuttable.empty()) {
+      for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h)
+        flatten.uncuttable.push_back(uncuttable[in_surface(chart, h)]);
+    }
+    return flatten;
+  };
+  std::vector<FlatChart> flat(islands.charts.size());
+  {
+    const ProgressRange range(context, 0.0, 0.8);
+    for_charts(
+        islands, context, stats,
+        [&](std::size_t c, ExecutionContext& chart_context, Stats& chart_stats) {
+          FlattenOptions flatten = flatten_options(islands.charts[c], !pins.of_chart[c].empty());
+          flatten.pins = pins.of_chart[c];
+          flat[c] = flatten_chart(islands.charts[c].surface, flatten, chart_context, chart_stats);
+        });
+  }
+  EdgeFlags further(adjacency.opposite.size(), 0);
+  std::vector<char> divided(further.size() / 3, 0);
+  Points2 corner_uv(static_cast<Eigen::Index>(further.size()), 2);
+  for (std::size_t c = 0; c < flat.size(); ++c) {
+    const Chart& chart = islands.charts[c];
+    for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h) {
+      const std::size_t corner = in_surface(chart, h);
+      corner_uv.row(static_cast<Eigen::Index>(corner)) =
+          flat[c].uv.row(chart.surface.faces.data()[h]);
+      if (flat[c].cut.empty()) continue;
+      further[corner] = flat[c].cut[h];
+      divided[corner / 3] = 1;
+    }
+  }
+  stats["overlap_cuts"] =
+      static_cast<std::int64_t>(std::count(further.begin(), further.end(), 1) / 2);
+  if (std::find(divided.begin(), divided.end(), 1) != divided.end())
+    cut_further(islands, surface, adjacency, further);
+  std::vector<Points2> uv(islands.charts.size());
+  const ProgressRange range(context, 0.8, 1.0);
+  for_charts(islands, context, stats,
+             [&](std::size_t c, ExecutionContext& chart_context, Stats& chart_stats) {
+               const Chart& chart = islands.charts[c];
+               uv[c].resize(chart.surface.vertices.rows(), 2);
+               for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h)
+                 uv[c].row(chart.surface.faces.data()[h]) =
+                     corner_uv.row(static_cast<Eigen::Index>(in_surface(chart, h)));
+               if (divided[static_cast<std::size_t>(chart.faces.front())] == 0) return;
+               uv[c] = flatten_piece(chart.surface, std::move(uv[c]), flatten_options(chart, false),
+                                     chart_context, chart_stats);
+             });
   return uv;
 }
 
@@ -246,6 +305,7 @@ Parametrization unwrap_in_time(const Surface& surface, const UnwrapOptions& opti
   Stopwatch watch;
   Parametrization map;
   Stats& stats = map.stats;
+  stats["time_limit_reached"] = std::int64_t{0};
   const auto lap = [&](const char* name) {
     stats[name] = watch.seconds();
     watch.restart();
@@ -265,23 +325,24 @@ Parametrization unwrap_in_time(const Surface& surface, const UnwrapOptions& opti
   const EdgeFlags uncuttable = options.uncuttable.rows() == 0
                                    ? EdgeFlags{}
                                    : flag_edges(surface.faces, adjacency, options.uncuttable);
-  const Islands islands = [&] {
+  Islands islands = [&] {
     const ProgressRange range(context, 0.02, 0.05);
     return make_islands(working, adjacency, seams, uncuttable,
                         options.cut_extremities && options.pins.empty(), context);
   }();
-  const ChartPins pins = pins_by_chart(islands, options.pins);
-  stats["charts"] = static_cast<std::int64_t>(islands.charts.size());
+  ChartPins pins = pins_by_chart(islands, options.pins);
   stats["opened_charts"] = static_cast<std::int64_t>(islands.opened);
-  stats["added_cuts"] =
-      static_cast<std::int64_t>(std::count(islands.added.begin(), islands.added.end(), 1) / 2);
   lap("seconds_islands");
 
   std::vector<Points2> uv;
   {
     const ProgressRange range(context, 0.05, 0.92);
-    uv = flatten_all(islands, pins, options, context, stats);
+    uv = flatten_all(islands, working, adjacency, uncuttable, pins, options, context, stats);
   }
+  pins = pins_by_chart(islands, options.pins);
+  stats["charts"] = static_cast<std::int64_t>(islands.charts.size());
+  stats["added_cuts"] =
+      static_cast<std::int64_t>(std::count(islands.added.begin(), islands.added.end(), 1) / 2);
   lap("seconds_flatten");
 
   const Untimed finishing(context);

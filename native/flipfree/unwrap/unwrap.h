@@ -19,6 +19,9 @@ struct UnwrapOptions {
   // Charts that have to be cut open anyway are slit to their extremities too (extremities.h). Not
   // done if there are pins: both sides of a slit through a pinned vertex would share its place.
   bool cut_extremities = true;
+  // With `bijective`, charts without pins that cannot be laid out without overlap at a distortion
+  // near that of their free map are cut along further edges (separate.h) instead of crushed.
+  bool may_add_cuts = true;
   int max_iterations = 200;  // of the optimiser, per chart
   double tolerance = 1e-4;   // share of the energy that a step must still promise
   // Of the clock; 0: no limit. Charts that are flat by then are made no better.
@@ -30,11 +33,12 @@ struct UnwrapOptions {
 };
 
 // Result: uv and uv32 certified (G1, G2, G3 for pins, G7; overlaps 0 if bijective), cut_edges =
-// seams and added cuts. Stats: "charts", "opened_charts", "added_cuts", "energy", "seconds_*",
-// "time_limit_reached", and what the chart solvers report of the largest chart. Throws InvalidInput
-// (see validate()), NotConverged with what failed (kTimeLimit: some chart was not flat in
-// max_seconds), Cancelled. Nothing is returned that did not pass the certificate. Cost: a few
-// factorizations of a planar-like system per chart; docs/benchmarks.md.
+// seams and added cuts. Stats: "charts", "opened_charts", "added_cuts" (edges), "overlap_cuts"
+// (those of them that keep charts from overlapping), "energy", "seconds_*", "time_limit_reached",
+// and what the chart solvers report of the largest chart. Throws InvalidInput (see validate()),
+// NotConverged with what failed (kTimeLimit: some chart was not flat in max_seconds), Cancelled.
+// Nothing is returned that did not pass the certificate. Cost: a few factorizations of a
+// planar-like system per chart; docs/benchmarks.md.
 Parametrization unwrap(const Surface& surface, const UnwrapOptions& options,
                        ExecutionContext& context);
 

@@ -21,6 +21,7 @@ def start_unwrap(
     uncuttable: Any = None,
     pins: Pins | None = None,
     bijective: bool = True,
+    may_add_cuts: bool = True,
     cut_extremities: bool = True,
     iterations: int = 200,
     tolerance: float = 1e-4,
@@ -44,6 +45,7 @@ def start_unwrap(
         pin_corners,
         pin_uv,
         as_flag(bijective, "bijective"),
+        as_flag(may_add_cuts, "may_add_cuts"),
         as_flag(cut_extremities, "cut_extremities"),
         as_count(iterations, "iterations"),
         as_positive(tolerance, "tolerance"),
@@ -63,6 +65,7 @@ def unwrap(
     uncuttable: Any = None,
     pins: Pins | None = None,
     bijective: bool = True,
+    may_add_cuts: bool = True,
     cut_extremities: bool = True,
     iterations: int = 200,
     tolerance: float = 1e-4,
@@ -84,6 +87,9 @@ def unwrap(
         pins: {vertex or (face, corner): (u, v)}, met bit for bit. A pin that cannot be reached without a flip on
             this triangulation raises NotConverged; ``match`` refines the mesh instead.
         bijective: charts do not overlap themselves.
+        may_add_cuts: with ``bijective``, a chart without pins that cannot be laid out without overlap at a distortion
+            near that of its free map is cut further (``stats["overlap_cuts"]`` edges, part of ``cut_edges``) instead of
+            crushed.
         cut_extremities: closed islands, which have to be cut open anyway, are also slit to their legs, fingers, and
             whatever else a flat map would have to shrink many times. Off: one short cut. Not done if there are pins.
         iterations: most optimiser iterations per chart. tolerance: share of the energy that a step must promise.
@@ -104,6 +110,7 @@ def unwrap(
         uncuttable=uncuttable,
         pins=pins,
         bijective=bijective,
+        may_add_cuts=may_add_cuts,
         cut_extremities=cut_extremities,
         iterations=iterations,
         tolerance=tolerance,

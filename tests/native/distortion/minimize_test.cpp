@@ -116,13 +116,13 @@ TEST(Minimize, BijectiveMapsDoNotMeetThemselvesWhereFreeOnesDo) {
   MinimizeOptions options;
   Stats free;
   const Points2 overlapping = minimize_distortion(surface, start, options, context, free);
-  ASSERT_TRUE(distortion::boundary_conflicts(boundary, overlapping, context));
+  ASSERT_TRUE(distortion::overlaps_itself(boundary, overlapping, context));
   options.bijective = true;
   Stats held;
   const Points2 uv = minimize_distortion(surface, start, options, context, held);
   EXPECT_EQ(std::get<std::int64_t>(held.at("distortion.barrier")), 1);
   EXPECT_TRUE(distortion::is_flip_free(surface.faces, uv, context));
-  EXPECT_FALSE(distortion::boundary_conflicts(boundary, uv, context));
+  EXPECT_FALSE(distortion::overlaps_itself(boundary, uv, context));
   EXPECT_LT(number(held, "distortion.energy"), 1.5);
 }
 

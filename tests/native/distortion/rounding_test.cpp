@@ -105,16 +105,16 @@ TEST(Rounding, BoundariesThatWouldTouchAreMovedApart) {
   if (!distortion::is_flip_free(strip.faces, uv, context)) uv.col(1) = 2 - uv.col(1).array();
   ASSERT_TRUE(distortion::is_flip_free(strip.faces, uv, context));
   const auto boundary = distortion::find_boundary(static_cast<Index>(uv.rows()), strip.faces);
-  ASSERT_FALSE(distortion::boundary_conflicts(boundary, uv, context));
+  ASSERT_FALSE(distortion::overlaps_itself(boundary, uv, context));
   const Points2 nearest = uv.cast<float>().cast<double>();
-  ASSERT_TRUE(distortion::boundary_conflicts(boundary, nearest, context) ||
+  ASSERT_TRUE(distortion::overlaps_itself(boundary, nearest, context) ||
               !distortion::is_flip_free(strip.faces, nearest, context));
   RoundingOptions options;
   options.bijective = true;
   Stats stats;
   const Points2f stored = round_to_storage(strip.faces, uv, options, context, stats);
   EXPECT_TRUE(stored_flip_free(strip.faces, stored));
-  EXPECT_FALSE(distortion::boundary_conflicts(boundary, stored.cast<double>(), context));
+  EXPECT_FALSE(distortion::overlaps_itself(boundary, stored.cast<double>(), context));
 }
 
 TEST(Rounding, ImpossibleMapsAreRefusedAndNamed) {

@@ -29,7 +29,7 @@ void expect_met(const Surface& surface, const Targets& targets,
   if (options.bijective) {
     const auto boundary =
         distortion::find_boundary(static_cast<Index>(result.uv.rows()), surface.faces);
-    EXPECT_FALSE(distortion::boundary_conflicts(boundary, result.uv, context));
+    EXPECT_FALSE(distortion::overlaps_itself(boundary, result.uv, context));
   }
 }
 

@@ -1,0 +1,58 @@
+#include "flipfree/unwrap/overlapping_faces.h"
+
+#include <CGAL/box_intersection_d.h>
+
+#include <algorithm>
+
+#include "flipfree/numeric/predicates.h"
+
+namespace flipfree {
+namespace {
+
+// Is all of g on the right of a side of f, or on it?
+bool beside(const Triangles& faces, const Points2& uv, FaceId f, FaceId g) {
+  for (Index k = 0; k < 3; ++k) {
+    const Vector2 a = uv.row(faces(f, k)).transpose();
+    const Vector2 b = uv.row(faces(f, (k + 1) % 3)).transpose();
+    bool right = true;
+    for (Index m = 0; m < 3 && right; ++m) {
+      const VertexId v = faces(g, m);
+      if (v == faces(f, k) || v == faces(f, (k + 1) % 3)) continue;
+      right = orientation(a, b, uv.row(v).transpose()) <= 0;
+    }
+    if (right) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::vector<FacePair> overlapping_faces(const Triangles& faces, const Points2& uv,
+                                        const ExecutionContext& context) {
+  using Box = CGAL::Box_intersection_d::Box_with_handle_d<double, 2, const Index*>;
+  std::vector<Box> boxes;
+  boxes.reserve(static_cast<std::size_t>(faces.rows()));
+  for (FaceId f = 0; f < faces.rows(); ++f) {
+    Vector2 low = uv.row(faces(f, 0)).transpose();
+    Vector2 high = low;
+    for (Index k = 1; k < 3; ++k) {
+      low = low.cwiseMin(uv.row(faces(f, k)).transpose());
+      high = high.cwiseMax(uv.row(faces(f, k)).transpose());
+    }
+    boxes.emplace_back(low.data(), high.data(), &faces(f, 0));
+  }
+  std::vector<FacePair> pairs;
+  std::size_t looked_at = 0;
+  CGAL::box_self_intersection_d(
+      boxes.begin(), boxes.end(), [&](const Box& first, const Box& second) {
+        if (++looked_at % 4096 == 0) context.check();
+        const auto f = static_cast<FaceId>((first.handle() - faces.data()) / 3);
+        const auto g = static_cast<FaceId>((second.handle() - faces.data()) / 3);
+        if (beside(faces, uv, f, g) || beside(faces, uv, g, f)) return;
+        pairs.push_back({std::min(f, g), std::max(f, g)});
+      });
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+}  // namespace flipfree

@@ -1,0 +1,23 @@
+// A chart whose map lies on top of itself, divided into pieces that do not.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/mesh/cut.h"
+#include "flipfree/unwrap/overlapping_faces.h"
+
+namespace flipfree {
+
+// Flags of edges along which the chart falls into pieces no two triangles of which are a pair of
+// `overlapping` (as of overlapping_faces()). The cuts are short, the rather along creases, where
+// they show less: each part is a minimum cut between triangles that lie on top of each other
+// (Boykov, Kolmogorov 2004, through Boost); then neighbouring pieces that do not lie on top of each
+// other are joined again. Edges flagged in `uncuttable` (may be empty) are cut
+// only where nothing else separates a pair. Deterministic. Cost: a few minimum cuts of the faces'
+// graph.
+EdgeFlags separating_cut(const Surface& chart, const Adjacency& adjacency,
+                         const std::vector<FacePair>& overlapping, const EdgeFlags& uncuttable,
+                         ExecutionContext& context);
+
+}  // namespace flipfree
