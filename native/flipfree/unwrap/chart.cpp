@@ -1,11 +1,10 @@
 #include "flipfree/unwrap/chart.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <cstdint>
 #include <string>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/certify/energy.h"
 #include "flipfree/distortion/boundary_grid.h"
@@ -139,10 +138,10 @@ MinimizeOptions minimize_options(const FlattenOptions& options) {
   return minimize;
 }
 
-// A chart that overlaps itself on this share of its area at most is tried without a further cut
-// first, in so many steps at least.
-constexpr double kMildOverlap = 0.05;
-constexpr int kFewestSteps = 20;
+// A chart that overlaps itself by this share of its area at most is held apart before a cut is
+// thought of; more has never come near the free map (benchmarks/unwrap_sharp.py). In so many steps.
+constexpr double kMildOverlap = 0.2;
+constexpr int kHeldSteps = 100;
 // What a map without overlap may have more than the free one before a cut is the better way.
 constexpr double kEnergyFactor = 1.1;
 constexpr double kEnergyExcess = 0.02;
@@ -153,21 +152,17 @@ double energy_of(const Surface& chart, const Points2& uv) {
   return symmetric_dirichlet(chart, corners).mean;
 }
 
-double share_of(const std::vector<FacePair>& pairs, const Surface& chart) {
-  std::vector<char> in_pair(static_cast<std::size_t>(chart.faces.rows()), 0);
-  for (const FacePair& pair : pairs) {
-    for (const FaceId f : pair) in_pair[static_cast<std::size_t>(f)] = 1;
-  }
+double overlapping_share(const std::vector<FacePair>& pairs, const Surface& chart,
+                         const Points2& uv) {
   double area = 0.0;
-  double covered = 0.0;
   for (FaceId f = 0; f < chart.faces.rows(); ++f) {
-    const Vector3 p = chart.vertices.row(chart.faces(f, 0)).transpose();
-    const Vector3 e = chart.vertices.row(chart.faces(f, 1)).transpose() - p;
-    const double own = e.cross(chart.vertices.row(chart.faces(f, 2)).transpose() - p).norm();
-    area += own;
-    if (in_pair[static_cast<std::size_t>(f)] != 0) covered += own;
+    const Vector2 p = uv.row(chart.faces(f, 0)).transpose();
+    area += 0.5 * cross(Vector2(uv.row(chart.faces(f, 1)).transpose() - p),
+                        Vector2(uv.row(chart.faces(f, 2)).transpose() - p));
   }
-  return area > 0.0 ? covered / area : 1.0;
+  double overlap = 0.0;
+  for (const FacePair& pair : pairs) overlap += pair.area;
+  return overlap / area;
 }
 
 // `apart`: the last map of the descent to `free` that did not overlap.
@@ -176,42 +171,46 @@ FlatChart without_overlap(const Surface& chart, const FlattenOptions& options, P
   MinimizeOptions minimize = minimize_options(options);
   minimize.held_apart = true;
   if (!options.may_add_cuts)
-    return {minimize_distortion(chart, apart, minimize, context, stats), {}};
+    return {minimize_distortion(chart, apart, minimize, context, stats), {}, {}};
   const std::vector<FacePair> pairs = overlapping_faces(chart.faces, free, context);
-  const double share = share_of(pairs, chart);
-  stats["overlap_share"] = share;
-  if (share <= kMildOverlap) {
-    const auto steps = static_cast<int>(std::get<std::int64_t>(stats["distortion.iterations"]));
-    minimize.max_iterations = std::max(kFewestSteps, steps);
-    Points2 held = minimize_distortion(chart, apart, minimize, context, stats);
-    if (energy_of(chart, held) <= kEnergyFactor * energy_of(chart, free) + kEnergyExcess)
-      return {std::move(held), {}};
+  if (overlapping_share(pairs, chart, free) <= kMildOverlap) {
+    minimize.max_iterations = std::min(kHeldSteps, options.max_iterations);
+    apart = minimize_distortion(chart, apart, minimize, context, stats);
+    if (energy_of(chart, apart) <= kEnergyFactor * energy_of(chart, free) + kEnergyExcess)
+      return {std::move(apart), {}, {}};
   }
   const Adjacency adjacency =
       build_adjacency(static_cast<Index>(chart.vertices.rows()), chart.faces);
-  EdgeFlags cut = separating_cut(chart, adjacency, pairs, options.uncuttable, context);
-  return {std::move(free), std::move(cut)};
+  EdgeFlags cut = separating_cut(chart, adjacency, free, pairs, options.tolerated_overlap,
+                                 options.uncuttable, context);
+  // What is tolerated may need no cut at all; where holding apart has not helped, a cut has to.
+  if (std::find(cut.begin(), cut.end(), 1) == cut.end())
+    cut = separating_cut(chart, adjacency, free, pairs, 0.0, options.uncuttable, context);
+  return {std::move(free), std::move(cut), std::move(apart)};
 }
 
-// Of a chart without pins, as far as time allows.
+// Of a chart without pins, from a map that does not overlap, as far as time allows.
 void lower_distortion(const Surface& chart, const FlattenOptions& options, FlatChart& flat,
                       ExecutionContext& context, Stats& stats) try {
-  {
-    const ProgressRange range(context, 0.2, 0.3);
-    flat.uv = better_start(chart, flat.uv, context, stats);
-  }
   Points2 free;
   MinimizeOptions minimize = minimize_options(options);
   minimize.overlapping = &free;
   {
-    const ProgressRange range(context, 0.3, 0.7);
+    const ProgressRange range(context, 0.0, 0.5);
     flat.uv = minimize_distortion(chart, flat.uv, minimize, context, stats);
   }
   if (free.rows() > 0) {
-    const ProgressRange range(context, 0.7, 1.0);
+    const ProgressRange range(context, 0.5, 1.0);
     flat = without_overlap(chart, options, flat.uv, std::move(free), context, stats);
   }
   if (context.time_is_over()) stats["time_limit_reached"] = std::int64_t{1};
+} catch (const TimeIsOver&) {
+  stats["time_limit_reached"] = std::int64_t{1};
+}
+
+void start_better(const Surface& chart, Points2& uv, ExecutionContext& context, Stats& stats) try {
+  const ProgressRange range(context, 0.2, 0.3);
+  uv = better_start(chart, uv, context, stats);
 } catch (const TimeIsOver&) {
   stats["time_limit_reached"] = std::int64_t{1};
 }
@@ -257,21 +256,26 @@ bool draw_apart(const Triangles& faces, Points2& uv, const ExecutionContext& con
 
 }  // namespace
 
-Points2 flatten_piece(const Surface& piece, Points2 start, const FlattenOptions& options,
-                      ExecutionContext& context, Stats& stats) {
-  FlattenOptions uncut = options;
-  uncut.may_add_cuts = false;
-  if (!draw_apart(piece.faces, start, context))
-    return flatten_chart(piece, uncut, context, stats).uv;
+FlatChart flatten_piece(const Surface& piece, Points2 uv, Points2 apart,
+                        const FlattenOptions& options, ExecutionContext& context, Stats& stats) {
+  FlatChart flat;
+  if (!draw_apart(piece.faces, uv, context)) {
+    if (!draw_apart(piece.faces, apart, context))
+      return flatten_chart(piece, options, context, stats);
+    flat.uv = std::move(apart);
+    lower_distortion(piece, options, flat, context, stats);
+    return flat;
+  }
+  flat.uv = std::move(uv);
   Points2 free;
   MinimizeOptions minimize = minimize_options(options);
-  minimize.overlapping = &free;
+  minimize.overlapping = &free;  // the piece is near its optimum: the last map before is good
   try {
-    start = minimize_distortion(piece, start, minimize, context, stats);
+    flat.uv = minimize_distortion(piece, flat.uv, minimize, context, stats);
   } catch (const TimeIsOver&) {
     stats["time_limit_reached"] = std::int64_t{1};
   }
-  return start;
+  return flat;
 }
 
 FlatChart flatten_chart(const Surface& chart, const FlattenOptions& options,
@@ -284,6 +288,8 @@ FlatChart flatten_chart(const Surface& chart, const FlattenOptions& options,
   }
   // From here on there is a map: without pins, less time only leaves it more distorted.
   if (options.pins.empty()) {
+    start_better(chart, flat.uv, context, stats);
+    const ProgressRange range(context, 0.3, 1.0);
     lower_distortion(chart, options, flat, context, stats);
     return flat;
   }
@@ -312,7 +318,7 @@ FlatChart flatten_chart(const Surface& chart, const FlattenOptions& options,
             " % of the way. Use Match Pins, which refines the mesh, or move or unpin them.",
         ElementKind::kVertex, result.missed);
   }
-  return {std::move(result.uv), {}};
+  return {std::move(result.uv), {}, {}};
 }
 
 }  // namespace flipfree

@@ -16,17 +16,20 @@ struct FlattenOptions {
   // Where the chart cannot be laid out without overlap at a distortion near that of its free map,
   // it may be cut. Never with pins.
   bool may_add_cuts = false;
+  // Share of a piece's area by which it may still overlap itself after a cut, to be held apart
+  // next.
+  double tolerated_overlap = 0.1;
   EdgeFlags uncuttable;  // of the chart's half-edges, may be empty; see separating_cut()
   int max_iterations = 200;
   double tolerance = 1e-4;
   std::vector<std::pair<VertexId, Vector2>> pins;  // chart vertices and their UVs, met bit for bit
 };
 
+// A finished chart, or one that is to be cut into pieces for flatten_piece().
 struct FlatChart {
-  Points2 uv;  // #V x 2, flip-free in 64 bits
-  // Empty, or edges of the chart along which it is to be cut: then no piece of it overlaps itself
-  // in `uv`, but for copies of a vertex that lie in the same place.
-  EdgeFlags cut;
+  Points2 uv;     // #V x 2, flip-free in 64 bits; of least distortion where there is a cut
+  EdgeFlags cut;  // empty, or the edges of the chart along which it is to be cut
+  Points2 apart;  // where there is a cut: a map without overlap, #V x 2, else empty
 };
 
 // Precondition: a connected, validated surface of genus 0 with a boundary. Without pins the scale
@@ -36,9 +39,9 @@ struct FlatChart {
 FlatChart flatten_chart(const Surface& chart, const FlattenOptions& options,
                         ExecutionContext& context, Stats& stats);
 
-// A piece of a chart that was cut as flatten_chart() said, from its part of that chart's map to the
-// least distortion that is reached without an overlap. #V x 2.
-Points2 flatten_piece(const Surface& piece, Points2 start, const FlattenOptions& options,
-                      ExecutionContext& context, Stats& stats);
+// A piece of a chart that was cut as flatten_chart() said, from its parts of that chart's two maps
+// (#V x 2 each).
+FlatChart flatten_piece(const Surface& piece, Points2 uv, Points2 apart,
+                        const FlattenOptions& options, ExecutionContext& context, Stats& stats);
 
 }  // namespace flipfree

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "flipfree/base/plane.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree {
@@ -23,6 +24,34 @@ bool beside(const Triangles& faces, const Points2& uv, FaceId f, FaceId g) {
     if (right) return true;
   }
   return false;
+}
+
+// Area of the intersection, by clipping f at the sides of g (Sutherland, Hodgman 1974).
+double common_area(const Triangles& faces, const Points2& uv, FaceId f, FaceId g) {
+  const auto at = [&](FaceId face, Index k) -> Vector2 {
+    return uv.row(faces(face, k)).transpose();
+  };
+  std::vector<Vector2> polygon{at(f, 0), at(f, 1), at(f, 2)};
+  std::vector<Vector2> clipped;
+  for (Index k = 0; k < 3; ++k) {
+    const Vector2 a = at(g, k);
+    const Vector2 side = at(g, (k + 1) % 3) - a;
+    clipped.clear();
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+      const Vector2& p = polygon[i];
+      const Vector2& q = polygon[(i + 1) % polygon.size()];
+      const double from = cross(side, Vector2(p - a));
+      const double to = cross(side, Vector2(q - a));
+      if (from >= 0) clipped.push_back(p);
+      if ((from > 0 && to < 0) || (from < 0 && to > 0))
+        clipped.emplace_back(p + (q - p) * (from / (from - to)));
+    }
+    polygon.swap(clipped);
+  }
+  double area = 0;
+  for (std::size_t i = 2; i < polygon.size(); ++i)
+    area += 0.5 * cross(Vector2(polygon[i - 1] - polygon[0]), Vector2(polygon[i] - polygon[0]));
+  return std::max(area, 0.0);
 }
 
 }  // namespace
@@ -49,9 +78,11 @@ std::vector<FacePair> overlapping_faces(const Triangles& faces, const Points2& u
         const auto f = static_cast<FaceId>((first.handle() - faces.data()) / 3);
         const auto g = static_cast<FaceId>((second.handle() - faces.data()) / 3);
         if (beside(faces, uv, f, g) || beside(faces, uv, g, f)) return;
-        pairs.push_back({std::min(f, g), std::max(f, g)});
+        pairs.push_back({std::min(f, g), std::max(f, g), common_area(faces, uv, f, g)});
       });
-  std::sort(pairs.begin(), pairs.end());
+  std::sort(pairs.begin(), pairs.end(), [](const FacePair& p, const FacePair& q) {
+    return p.first != q.first ? p.first < q.first : p.second < q.second;
+  });
   return pairs;
 }
 

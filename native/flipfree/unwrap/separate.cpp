@@ -9,8 +9,8 @@
 #include <map>
 #include <numeric>
 #include <queue>
-#include <set>
 
+#include "flipfree/base/plane.h"
 #include "flipfree/mesh/topology.h"
 
 namespace flipfree {
@@ -27,9 +27,14 @@ enum class Side : char { kNone, kFirst, kSecond };
 
 class Separator {
  public:
-  Separator(const Surface& chart, const Adjacency& adjacency, const EdgeFlags& uncuttable,
-            ExecutionContext& context)
-      : chart_(chart), adjacency_(adjacency), context_(context) {
+  Separator(const Surface& chart, const Adjacency& adjacency, const Points2& uv, double tolerated,
+            const EdgeFlags& uncuttable, ExecutionContext& context)
+      : chart_(chart), adjacency_(adjacency), tolerated_(tolerated), context_(context) {
+    for (FaceId f = 0; f < chart.faces.rows(); ++f) {
+      const Vector2 p = uv.row(chart.faces(f, 0)).transpose();
+      area_.push_back(0.5 * cross(Vector2(uv.row(chart.faces(f, 1)).transpose() - p),
+                                  Vector2(uv.row(chart.faces(f, 2)).transpose() - p)));
+    }
     cut_.assign(adjacency.opposite.size(), 0);
     weigh_edges(uncuttable);
   }
@@ -40,18 +45,33 @@ class Separator {
       context_.check();
       const Components pieces = components();
       std::erase_if(pairs, [&](const FacePair& pair) {
-        return pieces.of_face[size(pair[0])] != pieces.of_face[size(pair[1])];
+        return pieces.of_face[size(pair.first)] != pieces.of_face[size(pair.second)];
       });
-      std::vector<std::vector<FacePair>> of_piece(size(pieces.count));
-      for (const FacePair& pair : pairs)
-        of_piece[size(pieces.of_face[size(pair[0])])].push_back(pair);
-      std::vector<std::vector<FaceId>> faces(size(pieces.count));
-      for (std::size_t f = 0; f < pieces.of_face.size(); ++f) {
-        const auto piece = size(pieces.of_face[f]);
-        if (!of_piece[piece].empty()) faces[piece].push_back(static_cast<FaceId>(f));
+      struct Piece {
+        std::vector<FacePair> pairs;
+        std::vector<FaceId> faces;
+        double area = 0;
+        double overlap = 0;
+      };
+      std::vector<Piece> found(size(pieces.count));
+      for (const FacePair& pair : pairs) {
+        Piece& piece = found[size(pieces.of_face[size(pair.first)])];
+        piece.pairs.push_back(pair);
+        piece.overlap += pair.area;
       }
-      for (std::size_t p = 0; p < of_piece.size(); ++p) {
-        if (!of_piece[p].empty()) divide(faces[p], of_piece[p]);
+      for (std::size_t f = 0; f < pieces.of_face.size(); ++f) {
+        Piece& piece = found[size(pieces.of_face[f])];
+        if (piece.pairs.empty()) continue;
+        piece.faces.push_back(static_cast<FaceId>(f));
+        piece.area += area_[f];
+      }
+      std::erase_if(pairs, [&](const FacePair& pair) {
+        const Piece& piece = found[size(pieces.of_face[size(pair.first)])];
+        return piece.overlap <= tolerated_ * piece.area;
+      });
+      for (const Piece& piece : found) {
+        if (!piece.pairs.empty() && piece.overlap > tolerated_ * piece.area)
+          divide(piece.faces, piece.pairs);
       }
     }
     join(overlapping);
@@ -70,13 +90,28 @@ class Separator {
         piece = parent[size(piece)] = parent[size(parent[size(piece)])];
       return piece;
     };
-    std::vector<std::set<Index>> on_top(parent.size());
+    std::vector<std::map<Index, double>> on_top(
+        parent.size());                           // area shared with each other piece
+    std::vector<double> own(parent.size(), 0.0);  // area that overlaps within
+    std::vector<double> area(parent.size(), 0.0);
+    for (std::size_t f = 0; f < area_.size(); ++f) area[size(pieces.of_face[f])] += area_[f];
     for (const FacePair& pair : overlapping) {
-      const Index a = pieces.of_face[size(pair[0])];
-      const Index b = pieces.of_face[size(pair[1])];
-      on_top[size(a)].insert(b);
-      on_top[size(b)].insert(a);
+      const Index a = pieces.of_face[size(pair.first)];
+      const Index b = pieces.of_face[size(pair.second)];
+      if (a == b) {
+        own[size(a)] += pair.area;
+        continue;
+      }
+      on_top[size(a)][b] += pair.area;
+      on_top[size(b)][a] += pair.area;
     }
+    const auto may_join = [&](Index a, Index b) {
+      const auto found = on_top[size(a)].find(b);
+      if (found == on_top[size(a)].end() && own[size(a)] + own[size(b)] == 0) return true;
+      const double shared = found == on_top[size(a)].end() ? 0.0 : found->second;
+      return own[size(a)] + own[size(b)] + shared <= tolerated_ * (area[size(a)] + area[size(b)]) &&
+             (tolerated_ > 0 || shared == 0);
+    };
     std::vector<std::map<Index, double>> beside(
         parent.size());  // cost of the cut to each neighbour
     for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cut_.size()); ++h) {
@@ -94,8 +129,7 @@ class Separator {
     };
     std::priority_queue<Join> queue;
     const auto offer = [&](Index a, Index b) {
-      if (!on_top[size(a)].contains(b))
-        queue.push({beside[size(a)].at(b), std::min(a, b), std::max(a, b)});
+      if (may_join(a, b)) queue.push({beside[size(a)].at(b), std::min(a, b), std::max(a, b)});
     };
     for (Index a = 0; a < pieces.count; ++a) {
       for (const auto& [b, cost] : beside[size(a)]) {
@@ -106,17 +140,23 @@ class Separator {
       const Join next = queue.top();
       queue.pop();
       // Entries of pieces that have been joined, or whose common cut has grown, are out of date.
-      if (root(next.a) != next.a || root(next.b) != next.b ||
-          on_top[size(next.a)].contains(next.b) || beside[size(next.a)].at(next.b) != next.cost)
+      if (root(next.a) != next.a || root(next.b) != next.b || !may_join(next.a, next.b) ||
+          beside[size(next.a)].at(next.b) != next.cost)
         continue;
       const Index a = next.a;
       const Index b = next.b;
       parent[size(b)] = a;
-      for (const Index c : on_top[size(b)]) {
+      own[size(a)] += own[size(b)];
+      area[size(a)] += area[size(b)];
+      for (const auto& [c, shared] : on_top[size(b)]) {
+        if (c == a) {
+          own[size(a)] += shared;
+          continue;
+        }
         on_top[size(c)].erase(b);
-        on_top[size(c)].insert(a);
-        on_top[size(a)].insert(c);
+        on_top[size(c)][a] = on_top[size(a)][c] += shared;
       }
+      on_top[size(a)].erase(b);
       beside[size(a)].erase(b);
       for (const auto& [c, cost] : beside[size(b)]) {
         if (c == a) continue;
@@ -177,8 +217,8 @@ class Separator {
   void divide(const std::vector<FaceId>& faces, const std::vector<FacePair>& pairs) {
     std::vector<Side> side = sides_by_regions(pairs);
     const auto separated = [&](const FacePair& pair) {
-      return side[size(pair[0])] != Side::kNone && side[size(pair[1])] != Side::kNone &&
-             side[size(pair[0])] != side[size(pair[1])];
+      return side[size(pair.first)] != Side::kNone && side[size(pair.second)] != Side::kNone &&
+             side[size(pair.first)] != side[size(pair.second)];
     };
     if (std::none_of(pairs.begin(), pairs.end(), separated)) side = sides_by_distance(pairs);
     const std::vector<char> first = minimum_cut(faces, side);
@@ -198,7 +238,7 @@ class Separator {
     std::vector<Side> side(size(static_cast<Index>(chart_.faces.rows())), Side::kNone);
     std::vector<Index> region(side.size(), kInvalid);
     std::vector<FaceId> involved;
-    for (const FacePair& pair : pairs) involved.insert(involved.end(), pair.begin(), pair.end());
+    for (const FacePair& pair : pairs) involved.insert(involved.end(), {pair.first, pair.second});
     std::sort(involved.begin(), involved.end());
     involved.erase(std::unique(involved.begin(), involved.end()), involved.end());
     std::vector<char> is_involved(side.size(), 0);
@@ -224,8 +264,8 @@ class Separator {
     }
     std::vector<std::array<Index, 2>> conflicts;
     for (const FacePair& pair : pairs) {
-      const Index a = region[size(pair[0])];
-      const Index b = region[size(pair[1])];
+      const Index a = region[size(pair.first)];
+      const Index b = region[size(pair.second)];
       if (a != b) conflicts.push_back({std::min(a, b), std::max(a, b)});
     }
     std::sort(conflicts.begin(), conflicts.end());
@@ -251,11 +291,11 @@ class Separator {
     }
     // Only faces of pairs that this separates are held to their side.
     for (const FacePair& pair : pairs) {
-      const Side a = of_region[size(region[size(pair[0])])];
-      const Side b = of_region[size(region[size(pair[1])])];
+      const Side a = of_region[size(region[size(pair.first)])];
+      const Side b = of_region[size(region[size(pair.second)])];
       if (a == Side::kNone || b == Side::kNone || a == b) continue;
-      side[size(pair[0])] = a;
-      side[size(pair[1])] = b;
+      side[size(pair.first)] = a;
+      side[size(pair.second)] = b;
     }
     return side;
   }
@@ -263,27 +303,27 @@ class Separator {
   // Where a region lies on top of itself: by the nearer of the two faces of the pair that is
   // farthest apart.
   std::vector<Side> sides_by_distance(const std::vector<FacePair>& pairs) const {
-    const std::vector<double> from_first = distances(pairs.front()[0]);
+    const std::vector<double> from_first = distances(pairs.front().first);
     FacePair ends = pairs.front();
     for (const FacePair& pair : pairs) {
       const auto apart = [&](const FacePair& p) {
-        return std::abs(from_first[size(p[0])] - from_first[size(p[1])]);
+        return std::abs(from_first[size(p.first)] - from_first[size(p.second)]);
       };
       if (apart(pair) > apart(ends)) ends = pair;
     }
-    const std::vector<double> a = distances(ends[0]);
-    const std::vector<double> b = distances(ends[1]);
+    const std::vector<double> a = distances(ends.first);
+    const std::vector<double> b = distances(ends.second);
     std::vector<Side> side(a.size(), Side::kNone);
     for (const FacePair& pair : pairs) {
-      const bool first = a[size(pair[0])] < b[size(pair[0])];
-      const bool second = a[size(pair[1])] < b[size(pair[1])];
+      const bool first = a[size(pair.first)] < b[size(pair.first)];
+      const bool second = a[size(pair.second)] < b[size(pair.second)];
       if (first == second) continue;
-      side[size(pair[0])] = first ? Side::kFirst : Side::kSecond;
-      side[size(pair[1])] = second ? Side::kFirst : Side::kSecond;
+      side[size(pair.first)] = first ? Side::kFirst : Side::kSecond;
+      side[size(pair.second)] = second ? Side::kFirst : Side::kSecond;
     }
     // The two ends differ in any case, even where all distances are the same.
-    side[size(ends[0])] = Side::kFirst;
-    side[size(ends[1])] = Side::kSecond;
+    side[size(ends.first)] = Side::kFirst;
+    side[size(ends.second)] = Side::kSecond;
     return side;
   }
 
@@ -396,7 +436,9 @@ class Separator {
 
   const Surface& chart_;
   const Adjacency& adjacency_;
+  double tolerated_;
   ExecutionContext& context_;
+  std::vector<double> area_;  // per face, in the map
   EdgeFlags cut_;
   std::vector<double> cost_;  // per half-edge
   Points3 centre_;            // per face
@@ -404,10 +446,10 @@ class Separator {
 
 }  // namespace
 
-EdgeFlags separating_cut(const Surface& chart, const Adjacency& adjacency,
-                         const std::vector<FacePair>& overlapping, const EdgeFlags& uncuttable,
-                         ExecutionContext& context) {
-  return Separator(chart, adjacency, uncuttable, context).run(overlapping);
+EdgeFlags separating_cut(const Surface& chart, const Adjacency& adjacency, const Points2& uv,
+                         const std::vector<FacePair>& overlapping, double tolerated,
+                         const EdgeFlags& uncuttable, ExecutionContext& context) {
+  return Separator(chart, adjacency, uv, tolerated, uncuttable, context).run(overlapping);
 }
 
 }  // namespace flipfree

@@ -159,72 +159,118 @@ void for_charts(const Islands& islands, ExecutionContext& context, Stats& stats,
     stats["time_limit_reached"] = std::int64_t{1};
 }
 
-std::size_t in_surface(const Chart& chart, std::size_t halfedge) {
-  return 3 * static_cast<std::size_t>(chart.faces[halfedge / 3]) + halfedge % 3;
-}
+// Rounds of cutting: pieces that may still overlap a little are looked at again, in the last round
+// none may.
+constexpr int kCuttingRounds = 3;
 
 // Every chart onto the plane, cut further where that is the way to keep it from overlapping itself:
 // then `islands` are those that result. Per chart #V x 2.
-std::vector<Points2> flatten_all(Islands& islands, const Surface& surface,
-                                 const Adjacency& adjacency, const EdgeFlags& uncuttable,
-                                 const ChartPins& pins, const UnwrapOptions& options,
-                                 ExecutionContext& context, Stats& stats) {
-  const auto flatten_options = [&](const Chart& chart, bool pinned) {
+class Flattening {
+ public:
+  Flattening(Islands& islands, const Surface& surface, const Adjacency& adjacency,
+             const EdgeFlags& uncuttable, const ChartPins& pins, const UnwrapOptions& options)
+      : islands_(islands),
+        surface_(surface),
+        adjacency_(adjacency),
+        uncuttable_(uncuttable),
+        pins_(pins),
+        options_(options),
+        uv_(3 * surface.faces.rows(), 2),
+        apart_(3 * surface.faces.rows(), 2),
+        divided_(static_cast<std::size_t>(surface.faces.rows()), 1) {}
+
+  std::vector<Points2> run(ExecutionContext& context, Stats& stats) {
+    const auto added = [&] { return std::count(islands_.added.begin(), islands_.added.end(), 1); };
+    const auto before = added();
+    constexpr double kFirstShare = 0.7;
+    double end = kFirstShare;
+    double begin = 0.0;
+    bool cut = true;
+    for (int round = 0; cut; ++round) {
+      const ProgressRange range(context, begin, end);
+      begin = end;
+      end += 0.5 * (1.0 - end);
+      cut = flatten(round, context, stats);
+    }
+    stats["overlap_cuts"] = static_cast<std::int64_t>((added() - before) / 2);
+    std::vector<Points2> uv;
+    for (const Chart& chart : islands_.charts) uv.push_back(part(chart, uv_));
+    return uv;
+  }
+
+ private:
+  // Flattens the charts of `divided_` faces; true if some of them have to be cut, which is done.
+  bool flatten(int round, ExecutionContext& context, Stats& stats) {
+    std::vector<FlatChart> flat(islands_.charts.size());
+    for_charts(islands_, context, stats,
+               [&](std::size_t c, ExecutionContext& chart_context, Stats& chart_stats) {
+                 const Chart& chart = islands_.charts[c];
+                 if (divided_[static_cast<std::size_t>(chart.faces.front())] == 0) return;
+                 FlattenOptions flatten = options_of(c, round);
+                 flat[c] = round == 0
+                               ? flatten_chart(chart.surface, flatten, chart_context, chart_stats)
+                               : flatten_piece(chart.surface, part(chart, uv_), part(chart, apart_),
+                                               flatten, chart_context, chart_stats);
+               });
+    EdgeFlags further(adjacency_.opposite.size(), 0);
+    std::fill(divided_.begin(), divided_.end(), 0);
+    bool cut = false;
+    for (std::size_t c = 0; c < flat.size(); ++c) {
+      if (flat[c].uv.rows() == 0) continue;
+      const Chart& chart = islands_.charts[c];
+      for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h) {
+        const std::size_t corner = in_surface(chart, h);
+        const VertexId v = chart.surface.faces.data()[h];
+        uv_.row(static_cast<Eigen::Index>(corner)) = flat[c].uv.row(v);
+        if (flat[c].cut.empty()) continue;
+        cut = true;
+        apart_.row(static_cast<Eigen::Index>(corner)) = flat[c].apart.row(v);
+        further[corner] = flat[c].cut[h];
+        divided_[corner / 3] = 1;
+      }
+    }
+    if (cut) cut_further(islands_, surface_, adjacency_, further);
+    return cut;
+  }
+
+  FlattenOptions options_of(std::size_t c, int round) const {
     FlattenOptions flatten;
-    flatten.bijective = options.bijective;
-    flatten.may_add_cuts = options.bijective && options.may_add_cuts && !pinned;
-    flatten.max_iterations = options.max_iterations;
-    flatten.tolerance = options.tolerance;
-    if (flatten.may_add_cuts && !uncuttable.empty()) {
+    flatten.bijective = options_.bijective;
+    flatten.max_iterations = options_.max_iterations;
+    flatten.tolerance = options_.tolerance;
+    if (round == 0) flatten.pins = pins_.of_chart[c];
+    flatten.may_add_cuts = options_.bijective && options_.may_add_cuts && flatten.pins.empty();
+    if (round + 1 >= kCuttingRounds) flatten.tolerated_overlap = 0.0;
+    if (flatten.may_add_cuts && !uncuttable_.empty()) {
+      const Chart& chart = islands_.charts[c];
       for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h)
-        flatten.uncuttable.push_back(uncuttable[in_surface(chart, h)]);
+        flatten.uncuttable.push_back(uncuttable_[in_surface(chart, h)]);
     }
     return flatten;
-  };
-  std::vector<FlatChart> flat(islands.charts.size());
-  {
-    const ProgressRange range(context, 0.0, 0.8);
-    for_charts(
-        islands, context, stats,
-        [&](std::size_t c, ExecutionContext& chart_context, Stats& chart_stats) {
-          FlattenOptions flatten = flatten_options(islands.charts[c], !pins.of_chart[c].empty());
-          flatten.pins = pins.of_chart[c];
-          flat[c] = flatten_chart(islands.charts[c].surface, flatten, chart_context, chart_stats);
-        });
   }
-  EdgeFlags further(adjacency.opposite.size(), 0);
-  std::vector<char> divided(further.size() / 3, 0);
-  Points2 corner_uv(static_cast<Eigen::Index>(further.size()), 2);
-  for (std::size_t c = 0; c < flat.size(); ++c) {
-    const Chart& chart = islands.charts[c];
-    for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h) {
-      const std::size_t corner = in_surface(chart, h);
-      corner_uv.row(static_cast<Eigen::Index>(corner)) =
-          flat[c].uv.row(chart.surface.faces.data()[h]);
-      if (flat[c].cut.empty()) continue;
-      further[corner] = flat[c].cut[h];
-      divided[corner / 3] = 1;
-    }
+
+  static std::size_t in_surface(const Chart& chart, std::size_t halfedge) {
+    return 3 * static_cast<std::size_t>(chart.faces[halfedge / 3]) + halfedge % 3;
   }
-  stats["overlap_cuts"] =
-      static_cast<std::int64_t>(std::count(further.begin(), further.end(), 1) / 2);
-  if (std::find(divided.begin(), divided.end(), 1) != divided.end())
-    cut_further(islands, surface, adjacency, further);
-  std::vector<Points2> uv(islands.charts.size());
-  const ProgressRange range(context, 0.8, 1.0);
-  for_charts(islands, context, stats,
-             [&](std::size_t c, ExecutionContext& chart_context, Stats& chart_stats) {
-               const Chart& chart = islands.charts[c];
-               uv[c].resize(chart.surface.vertices.rows(), 2);
-               for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h)
-                 uv[c].row(chart.surface.faces.data()[h]) =
-                     corner_uv.row(static_cast<Eigen::Index>(in_surface(chart, h)));
-               if (divided[static_cast<std::size_t>(chart.faces.front())] == 0) return;
-               uv[c] = flatten_piece(chart.surface, std::move(uv[c]), flatten_options(chart, false),
-                                     chart_context, chart_stats);
-             });
-  return uv;
-}
+
+  static Points2 part(const Chart& chart, const Points2& corners) {
+    Points2 uv(chart.surface.vertices.rows(), 2);
+    for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h)
+      uv.row(chart.surface.faces.data()[h]) =
+          corners.row(static_cast<Eigen::Index>(in_surface(chart, h)));
+    return uv;
+  }
+
+  Islands& islands_;
+  const Surface& surface_;
+  const Adjacency& adjacency_;
+  const EdgeFlags& uncuttable_;
+  const ChartPins& pins_;
+  const UnwrapOptions& options_;
+  Points2 uv_;                 // per corner of the surface
+  Points2 apart_;              // the same of the maps without overlap of charts that were cut
+  std::vector<char> divided_;  // per face: its chart is to be flattened next
+};
 
 // The values to be stored, chart by chart.
 std::vector<Points2f> round_all(const Islands& islands, const ChartPins& pins, bool bijective,
@@ -337,7 +383,7 @@ Parametrization unwrap_in_time(const Surface& surface, const UnwrapOptions& opti
   std::vector<Points2> uv;
   {
     const ProgressRange range(context, 0.05, 0.92);
-    uv = flatten_all(islands, working, adjacency, uncuttable, pins, options, context, stats);
+    uv = Flattening(islands, working, adjacency, uncuttable, pins, options).run(context, stats);
   }
   pins = pins_by_chart(islands, options.pins);
   stats["charts"] = static_cast<std::int64_t>(islands.charts.size());
