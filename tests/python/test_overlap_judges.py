@@ -1,0 +1,38 @@
+"""The certificate's verdict on overlaps is that of the slow judge (tests/judges), on maps of every kind."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import pytest
+
+from judges.comparison import GENERATORS, Verdict, compare, map_number
+from judges.slits import inverted_slit
+
+SEED = 12
+MAPS = 170  # of each kind
+
+
+@cache
+def verdicts(generator: str) -> list[Verdict]:
+    return [compare(map_number(generator, SEED, number)) for number in range(MAPS)]
+
+
+@pytest.mark.parametrize("generator", list(GENERATORS))
+def test_agrees_with_the_slow_judge(generator: str) -> None:
+    wrong = {n: v.disagreements for n, v in enumerate(verdicts(generator)) if v.disagreements}
+    assert not wrong, f"{len(wrong)} of {MAPS}: map_number({generator!r}, {SEED}, n) for {wrong}"
+
+
+@pytest.mark.parametrize("generator", list(GENERATORS))
+def test_most_maps_are_worth_judging(generator: str) -> None:
+    """Overlaps are asked for on most of them, and both answers are there."""
+    asked = [v for v in verdicts(generator) if v.qualified]
+    assert len(asked) >= MAPS * 2 // 3
+    assert 0 < sum(v.covered_twice or v.islands > 0 for v in asked) < len(asked)
+
+
+def test_a_slit_turned_inside_out_covers_points_twice() -> None:
+    verdict = compare(inverted_slit())
+    assert verdict.qualified and verdict.covered_twice and not verdict.touching
+    assert not verdict.disagreements
