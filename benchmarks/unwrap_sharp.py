@@ -169,8 +169,8 @@ def row(case: Case) -> str:
     )
     return head + (
         f"| {mine.charts or free.charts} | {mine.added_cuts} | {free.energy:.4f} | {mine.energy:.4f} "
-        f"| {free.seconds:.2f} | {mine.seconds:.2f} | {free.pairs}, {100 * free.twice:.1f} % "
-        f"| {mine.overlaps}, {mine.island_overlaps} | {mine.pairs}, {100 * mine.twice:.1f} % "
+        f"| {free.seconds:.2f} | {mine.seconds:.2f} | {free.pairs}, {100 * free.twice:.2f} % "
+        f"| {mine.overlaps}, {mine.island_overlaps} | {mine.pairs}, {100 * mine.twice:.2f} % "
         f"| {mine.islands} | {verdict} |"
     )
 

@@ -169,7 +169,9 @@ def coverings(random: Random) -> PlaneMap:
 def islands(random: Random) -> PlaneMap:
     """A few pieces: apart, at random, on top of each other, side by side, in each other's holes."""
     pieces: list[Sheet] = []
-    for _ in range(int(random.integers(2, 6))):
+    if random.random() < 0.3:
+        pieces += _nested(random)
+    for _ in range(int(random.integers(2, 6)) - len(pieces)):
         piece = _piece(random)
         mode = int(random.integers(5))
         if not pieces or mode == 0:
@@ -185,6 +187,18 @@ def islands(random: Random) -> PlaneMap:
             shift = np.array([60.0 * len(pieces), 0.0])
         pieces.append(nudged(piece.with_place(piece.place + shift), random))
     return map_of(transformed(together(pieces), random), random)
+
+
+def _nested(random: Random) -> list[Sheet]:
+    """A ring, and a square in its hole that leaves a gap, fits, or is too big by a last place."""
+    sheet = grid(4, 4)
+    middle = np.abs(sheet.uv().mean(1) - 2.0).max(1)
+    fit = random.choice(
+        [0.5, 1.0, np.nextafter(1.0, 2.0), np.nextafter(np.float32(1), np.float32(2))]
+    )
+    inner = grid(2, 2)
+    inner = inner.with_place(2.0 + fit * (inner.place - 1.0))
+    return [only(sheet, np.flatnonzero(middle > 1.0)), inner]
 
 
 def _piece(random: Random) -> Sheet:

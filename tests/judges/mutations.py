@@ -24,6 +24,7 @@ from .maps import (
     only,
     opened,
 )
+from .slits import path
 from surfaces import bumpy_grid, cylinder, octahedron_sphere
 
 
@@ -37,9 +38,7 @@ def mutations(random: Random) -> PlaneMap:
 def _unwrapped(random: Random) -> PlaneMap:
     while True:
         vertices, faces = _mesh(random)
-        edges = inner_edges(Sheet(faces, vertices[:, :2]))
-        count = min(len(edges), int(random.integers(0, 1 + len(edges) // 4)))
-        cuts = edges[random.choice(len(edges), count, replace=False)]
+        cuts = _cuts(Sheet(faces, vertices[:, :2]), random)
         try:
             bijective = bool(random.random() < 0.8)
             result = ff.unwrap(
@@ -50,8 +49,26 @@ def _unwrapped(random: Random) -> PlaneMap:
         return PlaneMap(result.vertices, result.faces, result.uv)
 
 
+def _cuts(sheet: Sheet, random: Random) -> Ints:
+    """Edges here and there, or paths of them."""
+    edges = inner_edges(sheet)
+    if random.random() < 0.5:
+        return edges[random.random(len(edges)) < random.uniform(0, 0.25)]
+    return np.concatenate([path(sheet, random) for _ in range(int(random.integers(1, 4)))])
+
+
+def rough_ring(random: Random) -> tuple[Floats, Ints]:
+    """An open cylinder of a few faces, tapered and dented: its hole tempts the unwrap to turn it inside out."""
+    vertices, faces = cylinder(int(random.integers(4, 14)), int(random.integers(1, 4)))
+    taper = 1 + vertices[:, 2:] / 2 * random.uniform(-0.9, 3)
+    vertices = vertices * np.hstack([taper, taper, np.full_like(taper, random.uniform(0.05, 2))])
+    return vertices + random.normal(0, random.choice([0, 0.1, 0.3]), vertices.shape), faces
+
+
 def _mesh(random: Random) -> tuple[Floats, Ints]:
-    kind = int(random.integers(4))
+    kind = int(random.integers(5))
+    if kind == 4:
+        return rough_ring(random)
     if kind == 0:
         return cylinder(int(random.integers(5, 10)), int(random.integers(1, 4)))
     if kind == 1:

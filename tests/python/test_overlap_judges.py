@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from functools import cache
 
+import numpy as np
 import pytest
 
+import flipfree as ff
+
 from judges.comparison import GENERATORS, Verdict, compare, map_number
+from judges.coverage import coverage
+from judges.mutations import rough_ring
 from judges.slits import inverted_slit
 
 SEED = 12
@@ -36,3 +41,13 @@ def test_a_slit_turned_inside_out_covers_points_twice() -> None:
     verdict = compare(inverted_slit())
     assert verdict.qualified and verdict.covered_twice and not verdict.touching
     assert not verdict.disagreements
+
+
+@pytest.mark.parametrize("seed", [1101, 1154, 1288])
+def test_rings_are_unwrapped_without_overlap(seed: int) -> None:
+    """Rings of 16 to 36 faces that tempt a solver to lay the inner rim across itself."""
+    vertices, faces = rough_ring(np.random.default_rng(seed))
+    result = ff.unwrap(vertices, faces)
+    for uv in (result.uv, result.uv32()):
+        found = coverage(result.faces, uv)
+        assert len(found.flipped) == len(found.within) == len(found.between) == 0
