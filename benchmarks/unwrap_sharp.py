@@ -30,7 +30,6 @@ from cost import timed
 from mesh_files import ROOT, MeshFile, data_folder, read_mesh
 
 sys.path.insert(0, str(ROOT / "tests"))
-from judges.charts import charts_of  # noqa: E402
 from judges.coverage import Coverage, coverage, share_covered_twice  # noqa: E402
 
 LEAST_SHARP_EDGES = 30
@@ -98,8 +97,7 @@ def sharp_edges(mesh: MeshFile, degrees: float) -> npt.NDArray[np.int32]:
 
 def judged(faces: npt.NDArray[np.int32], uv: npt.NDArray[np.float64]) -> list[Coverage]:
     """As solved and as stored."""
-    charts = charts_of(faces, uv)
-    return [coverage(faces, values, charts) for values in (uv, uv.astype(np.float32))]
+    return [coverage(faces, values) for values in (uv, uv.astype(np.float32))]
 
 
 def unwrapped(

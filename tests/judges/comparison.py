@@ -9,7 +9,6 @@ import numpy as np
 
 import flipfree as ff
 
-from .charts import charts_of
 from .coverage import Coverage, coverage
 from .developments import cells, coverings, cut_up, islands, ribbons, triangle_tree
 from .maps import PlaneMap, Random
@@ -37,9 +36,8 @@ GENERATORS: dict[str, Generator] = {
 class Verdict:
     """Of one map, as given and as stored, whichever is worse."""
 
-    qualified: (
-        bool  # all triangles positive, winding once around inner vertices: overlaps are asked for
-    )
+    # All triangles positive, winding once around inner vertices: overlaps are asked for.
+    qualified: bool = False
     covered_twice: bool = False  # the judge's: a chart covers a point twice
     touching: bool = False  # the judge's: a chart's boundary meets itself
     refused: bool = False  # the certificate's: overlaps > 0
@@ -57,33 +55,35 @@ def map_number(generator: str, seed: int, number: int) -> PlaneMap:
 
 def compare(map_: PlaneMap) -> Verdict:
     certificate = ff.certify(map_.vertices, map_.faces, map_.uv, threads=1)
-    charts = charts_of(map_.faces, map_.uv)
-    # What is one chart is decided before rounding: sides of a cut that become equal by it touch each other.
-    given = coverage(map_.faces, map_.uv, charts)
-    stored = coverage(map_.faces, map_.uv.astype(np.float32), charts)
+    # Each cut by its own values: sides of a cut that rounding makes equal are joined in what is stored.
+    given = coverage(map_.faces, map_.uv)
+    stored = coverage(map_.faces, map_.uv.astype(np.float32))
     said: list[str] = []
-    _expect(said, "flips64", certificate.flips64, len(given.flipped))
-    _expect(said, "flips32", certificate.flips32, len(stored.flipped))
-    if len(given.flipped) or len(stored.flipped):
-        return Verdict(False, disagreements=said)
-    wound = _overwound_vertices(map_, given) | _overwound_vertices(map_, stored)
-    _expect(said, "winding_failures", certificate.winding_failures, len(wound))
-    if wound:
-        return Verdict(False, disagreements=said)
-
-    twice = len(given.within) + len(stored.within) > 0
-    touching = len(given.touching) + len(stored.touching) > 0
-    if twice and certificate.overlaps <= 0:
-        said.append("a chart covers a point twice, overlaps is 0")
-    if not twice and not touching and certificate.overlaps != 0:
-        said.append(
-            f"no chart covers a point twice or touches itself, overlaps is {certificate.overlaps}"
-        )
     islands = max(len(given.islands), len(stored.islands))
     measured = getattr(certificate, "island_overlaps", -1)
     if measured >= 0:
         _expect(said, "island_overlaps", measured, islands)
-    return Verdict(True, twice, touching, certificate.overlaps > 0, islands, measured >= 0, said)
+    verdict = Verdict(islands=islands, islands_measured=measured >= 0, disagreements=said)
+    _expect(said, "flips64", certificate.flips64, len(given.flipped))
+    _expect(said, "flips32", certificate.flips32, len(stored.flipped))
+    if len(given.flipped) or len(stored.flipped):
+        return verdict
+    wound = _overwound_vertices(map_, given) | _overwound_vertices(map_, stored)
+    _expect(said, "winding_failures", certificate.winding_failures, len(wound))
+    if wound:
+        return verdict
+
+    verdict.qualified = True
+    verdict.covered_twice = len(given.within) + len(stored.within) > 0
+    verdict.touching = len(given.touching) + len(stored.touching) > 0
+    verdict.refused = certificate.overlaps > 0
+    if verdict.covered_twice and not verdict.refused:
+        said.append(f"a chart covers a point twice, overlaps is {certificate.overlaps}")
+    if not verdict.covered_twice and not verdict.touching and certificate.overlaps != 0:
+        said.append(
+            f"no chart covers a point twice or touches itself, overlaps is {certificate.overlaps}"
+        )
+    return verdict
 
 
 def _expect(said: list[str], name: str, certificate: int, judge: int) -> None:

@@ -185,7 +185,9 @@ def islands(random: Random) -> PlaneMap:
             shift = random.integers(-3, 4, 2).astype(float)
         else:
             shift = np.array([60.0 * len(pieces), 0.0])
-        pieces.append(nudged(piece.with_place(piece.place + shift), random))
+        # Islands are judged against each other even where triangles are flipped.
+        mirror = np.array([1.0, -1.0 if random.random() < 0.05 else 1.0])
+        pieces.append(nudged(piece.with_place(piece.place * mirror + shift), random))
     return map_of(transformed(together(pieces), random), random)
 
 

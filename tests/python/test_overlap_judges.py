@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -11,6 +12,7 @@ import flipfree as ff
 
 from judges.comparison import GENERATORS, Verdict, compare, map_number
 from judges.coverage import coverage
+from judges.maps import grid, map_of
 from judges.mutations import rough_ring
 from judges.slits import inverted_slit
 
@@ -41,6 +43,25 @@ def test_a_slit_turned_inside_out_covers_points_twice() -> None:
     verdict = compare(inverted_slit())
     assert verdict.qualified and verdict.covered_twice and not verdict.touching
     assert not verdict.disagreements
+
+
+@pytest.mark.parametrize(
+    ("inverted", "claim"),
+    [
+        (True, {"overlaps": 0}),
+        (False, {"overlaps": 1}),
+        (False, {"island_overlaps": 1}),
+        (False, {"flips32": 1}),
+    ],
+)
+def test_a_wrong_certificate_is_found_out(
+    inverted: bool, claim: dict[str, int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    map_ = inverted_slit() if inverted else map_of(grid(3, 3), np.random.default_rng(1))
+    said = replace(ff.certify(map_.vertices, map_.faces, map_.uv), **claim)
+    assert not compare(map_).disagreements
+    monkeypatch.setattr(ff, "certify", lambda *_, **__: said)
+    assert len(compare(map_).disagreements) == 1
 
 
 @pytest.mark.parametrize("seed", [1101, 1154, 1288])
