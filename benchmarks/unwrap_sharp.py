@@ -8,8 +8,8 @@ the models in these folders of the shared data folder. Energies are the
 certificates', seconds are user CPU seconds of the whole call. "twice" is the share of the chart area that lies on its own chart
 by the slow judge (tests/judges), in 32 or 64 bits, whichever is more; "pairs" counts the pairs of triangles.
 
-Exit status 1 if the judge finds an overlap in a map that was certified as free of it, or if such a map's energy is above 1.2 times
-that of the free map plus 0.05.
+Exit status 1 if the judge finds an overlap in a map that was certified as free of it, if such a map's energy is above 1.2 times
+that of the free map plus 0.05, or if there is no such map where there is a free one.
 """
 
 from __future__ import annotations
@@ -71,6 +71,10 @@ class Case:
     @property
     def overlaps(self) -> bool:
         return self.certified and self.bijective.pairs > 0
+
+    @property
+    def missing(self) -> bool:
+        return not self.certified and not self.free.error
 
     @property
     def crushed(self) -> bool:
@@ -236,7 +240,7 @@ def main() -> int:
             results.append(case)
             print(row(case), flush=True)
     print("\n" + summary(results))
-    return 1 if any(case.overlaps or case.crushed for case in results) else 0
+    return 1 if any(case.overlaps or case.crushed or case.missing for case in results) else 0
 
 
 if __name__ == "__main__":
