@@ -1,0 +1,74 @@
+"""The certificate's verdict on overlaps is that of the slow judge (tests/judges), on maps of every kind."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+import flipfree as ff
+
+from judges.comparison import GENERATORS, Verdict, compare, map_number
+from judges.coverage import coverage
+from judges.maps import grid, map_of
+from judges.mutations import rough_ring
+from judges.slits import inverted_slit
+
+SEED = 12
+MAPS = 170  # of each kind
+
+
+@cache
+def verdicts(generator: str) -> list[Verdict]:
+    return [compare(map_number(generator, SEED, number)) for number in range(MAPS)]
+
+
+@pytest.mark.parametrize("generator", list(GENERATORS))
+def test_agrees_with_the_slow_judge(generator: str) -> None:
+    wrong = {n: v.disagreements for n, v in enumerate(verdicts(generator)) if v.disagreements}
+    assert not wrong, f"{len(wrong)} of {MAPS}: map_number({generator!r}, {SEED}, n) for {wrong}"
+
+
+@pytest.mark.parametrize("generator", list(GENERATORS))
+def test_most_maps_are_worth_judging(generator: str) -> None:
+    """Overlaps are asked for on most of them, and both answers are there."""
+    asked = [v for v in verdicts(generator) if v.qualified]
+    assert len(asked) >= MAPS * 2 // 3
+    assert 0 < sum(v.covered_twice or v.islands > 0 for v in asked) < len(asked)
+
+
+def test_a_slit_turned_inside_out_covers_points_twice() -> None:
+    verdict = compare(inverted_slit())
+    assert verdict.qualified and verdict.covered_twice and not verdict.touching
+    assert not verdict.disagreements
+
+
+@pytest.mark.parametrize(
+    ("inverted", "claim"),
+    [
+        (True, {"overlaps": 0}),
+        (False, {"overlaps": 1}),
+        (False, {"island_overlaps": 1}),
+        (False, {"flips32": 1}),
+    ],
+)
+def test_a_wrong_certificate_is_found_out(
+    inverted: bool, claim: dict[str, int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    map_ = inverted_slit() if inverted else map_of(grid(3, 3), np.random.default_rng(1))
+    said = replace(ff.certify(map_.vertices, map_.faces, map_.uv), **claim)
+    assert not compare(map_).disagreements
+    monkeypatch.setattr(ff, "certify", lambda *_, **__: said)
+    assert len(compare(map_).disagreements) == 1
+
+
+@pytest.mark.parametrize("seed", [1101, 1154, 1288])
+def test_rings_are_unwrapped_without_overlap(seed: int) -> None:
+    """Rings of 16 to 36 faces that tempt a solver to lay the inner rim across itself."""
+    vertices, faces = rough_ring(np.random.default_rng(seed))
+    result = ff.unwrap(vertices, faces)
+    for uv in (result.uv, result.uv32()):
+        found = coverage(result.faces, uv)
+        assert len(found.flipped) == len(found.within) == len(found.between) == 0
