@@ -28,6 +28,11 @@ constexpr int kIdlePulls = 8;
 // This many steps in a row shorter than kCreep lead nowhere.
 constexpr double kCreep = 1e-4;
 constexpr int kMostCreeping = 6;
+// Of the progress, what the progressive steps take; what a step adds at least, of what is left;
+// where it waits for the end.
+constexpr double kProgressiveShare = 0.3;
+constexpr double kLeastProgress = 0.01;
+constexpr double kMostProgress = 0.98;
 // Weight of a contact in units of a mean triangle's.
 constexpr double kBarrierWeight = 1.0;
 // Reach of the barrier while the map is far from its target, in units of the ordinary reach; it is
@@ -201,8 +206,15 @@ Minimizer::Step Minimizer::iterate(bool progressive) {
   creeping_ = step < kCreep ? creeping_ + 1 : 0;
   uv_.swap(trial_);
   sums_ = sums;
-  if (progressive) return Step::kTaken;
+  if (progressive) {
+    // The worst triangle on its way to where true rest shapes take over.
+    first_worst_ = std::max(first_worst_, worst(sums_));
+    advance(kProgressiveShare, 0.0, worst(sums_), first_worst_, 10 * kProgressiveBound);
+    return Step::kTaken;
+  }
   const double promise = -0.5 * slope / energy;
+  first_promise_ = std::max(first_promise_, promise);
+  advance(1.0, kProgressiveShare, promise, first_promise_, options_.tolerance);
   if (barrier_on_ && reach_factor_ > 1) {
     // Far reach keeps parts apart for longer steps; it is drawn in as the map settles.
     if (promise < kSettled) reach_factor_ = std::max(1.0, 0.5 * reach_factor_);
@@ -211,16 +223,25 @@ Minimizer::Step Minimizer::iterate(bool progressive) {
   return promise <= options_.tolerance && step >= 1.0 ? Step::kConverged : Step::kTaken;
 }
 
+// A figure on its way from its largest value to its goal, by orders of magnitude, moves the
+// progress from `begin` to `end`. It never falls back, and always a little forward: no bound on the
+// steps is known.
+void Minimizer::advance(double end, double begin, double now, double first, double goal) {
+  const double whole = std::log(first / goal);
+  const double gone = whole > 0 ? std::clamp(std::log(first / now) / whole, 0.0, 1.0) : 0.0;
+  const double estimate = begin + (end - begin) * gone;
+  progress_ =
+      std::max(progress_ + kLeastProgress * (1 - progress_), std::min(estimate, kMostProgress));
+}
+
 // Steps until nothing is to be gained, or time is over; returns why it stopped. A step that is not
 // finished leaves uv_ and one_to_one_ as they were.
 const char* Minimizer::descend() try {
   bool progressive = true;
   for (int i = 0; i < options_.max_iterations; ++i) {
-    const double end =
-        progress_ + 0.15 * (1 - progress_);  // no bound on the steps is known: geometric shares
-    const ProgressRange range(context_, progress_, end);
+    // What a step's parts report stays within the least that it adds.
+    const ProgressRange range(context_, progress_, progress_ + kLeastProgress * (1 - progress_));
     context_.report("reducing distortion", 0.0);
-    progress_ = end;
     progressive = progressive && worst(sums_) > 10 * kProgressiveBound;
     const Step step = iterate(progressive);
     ++iterations_;

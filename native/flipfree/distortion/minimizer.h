@@ -46,6 +46,7 @@ class Minimizer {
   bool add_contacts(const std::vector<BoundaryBarrier::Contact>& contacts);
   double line_search(double slope, double energy, bool progressive);
   double lengthen(double now);
+  void advance(double end, double begin, double now, double first, double goal);
   bool acceptable();
   // Energies, and by how much to divide rest lengths for them: at the best scale, or at the unit
   // that was given, to which rest_ is brought at the start.
@@ -83,6 +84,8 @@ class Minimizer {
   int progressive_iterations_ = 0;
   int factorizations_ = 0;
   double progress_ = 0;
+  double first_worst_ = 0;  // largest figures of the descent, for the progress
+  double first_promise_ = 0;
 };
 
 // Throws InvalidInput if the arguments of minimize_distortion() do not fit each other, the map is

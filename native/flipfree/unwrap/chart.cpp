@@ -5,7 +5,6 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
-#include "flipfree/certify/certify.h"
 #include "flipfree/certify/energy.h"
 #include "flipfree/distortion/boundary_grid.h"
 #include "flipfree/distortion/conformal_start.h"
@@ -74,6 +73,12 @@ Points2 embed_on_circle(const Surface& chart, ExecutionContext& context, Stats& 
   return uv.topRows(vertex_count);
 }
 
+double energy_of(const Surface& chart, const Points2& uv) {
+  Points2 corners(3 * chart.faces.rows(), 2);
+  for (CornerId c = 0; c < corners.rows(); ++c) corners.row(c) = uv.row(chart.faces.data()[c]);
+  return symmetric_dirichlet(chart, corners).mean;
+}
+
 // The conformal map if it is flip-free and one-to-one, by exact test, and less distorted than the
 // map on the circle; the optimiser then needs about half the iterations.
 Points2 better_start(const Surface& chart, Points2 circle, ExecutionContext& context,
@@ -81,20 +86,15 @@ Points2 better_start(const Surface& chart, Points2 circle, ExecutionContext& con
   context.report("conformal start", 0.0);
   const Points2 conformal = spectral_conformal_map(chart, circle, context);
   if (conformal.rows() == 0) return circle;
-  CertifyRequest request;
-  const auto measure = [&](const Points2& uv) {
-    Points2 corners(3 * chart.faces.rows(), 2);
-    for (CornerId c = 0; c < corners.rows(); ++c)
-      corners.row(c) = uv.row(chart.faces(c / 3, c % 3));
-    request.surface = &chart;
-    request.uv = &corners;
-    return certify(request, context);
-  };
-  const Certificate found = measure(conformal);
-  const bool usable = found.flips64 == 0 && found.winding_failures <= 0 && found.overlaps <= 0;
-  stats["conformal_start.energy"] = found.energy;
+  const double energy = energy_of(chart, conformal);
+  const bool usable =
+      conformal.allFinite() && distortion::is_flip_free(chart.faces, conformal, context) &&
+      !distortion::overlaps_itself(
+          distortion::find_boundary(static_cast<Index>(chart.vertices.rows()), chart.faces),
+          conformal, context);
+  stats["conformal_start.energy"] = energy;
   stats["conformal_start.usable"] = static_cast<std::int64_t>(usable);
-  return usable && found.energy < measure(circle).energy ? conformal : circle;
+  return usable && energy < energy_of(chart, circle) ? conformal : circle;
 }
 
 void apply(const Similarity& similarity, Points2& uv) {
@@ -145,12 +145,6 @@ constexpr int kHeldSteps = 100;
 // What a map without overlap may have more than the free one before a cut is the better way.
 constexpr double kEnergyFactor = 1.1;
 constexpr double kEnergyExcess = 0.02;
-
-double energy_of(const Surface& chart, const Points2& uv) {
-  Points2 corners(3 * chart.faces.rows(), 2);
-  for (CornerId c = 0; c < corners.rows(); ++c) corners.row(c) = uv.row(chart.faces.data()[c]);
-  return symmetric_dirichlet(chart, corners).mean;
-}
 
 double overlapping_share(const std::vector<FacePair>& pairs, const Surface& chart,
                          const Points2& uv) {
