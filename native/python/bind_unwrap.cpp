@@ -53,22 +53,38 @@ void bind_unwrap(py::module_& module) {
       "pack",
       [](const Array<double>& vertices, const Array<Index>& faces, const Array<double>& uv,
          double margin, bool together, bool scale_true, bool keep_bijective,
-         const Array<Index>& unmoved, int threads) {
-        PackOptions options;
+         const Array<Index>& unmoved, const Array<double>& obstacles, double density,
+         const py::object& place_like, int threads) {
+        struct Request {
+          Surface surface;
+          Points2 uv;
+          PackOptions options;
+          Points2 place_like;
+        };
+        Request request;
+        request.surface = to_surface(vertices, faces);
+        request.uv = to_matrix<Points2>(uv, "uv");
+        PackOptions& options = request.options;
         options.margin = margin;
         options.together = together;
         options.scale_true = scale_true;
         options.keep_bijective = keep_bijective;
         options.unmoved.assign(unmoved.data(), unmoved.data() + unmoved.size());
+        options.obstacles = to_matrix<Points2>(obstacles, "obstacles");
+        options.density = density;
+        const bool keep_place = !place_like.is_none();
+        if (keep_place)
+          request.place_like = to_matrix<Points2>(place_like.cast<Array<double>>(), "place_like");
         return start_job(
-            [surface = to_surface(vertices, faces), uv = to_matrix<Points2>(uv, "uv"),
-             options = std::move(options)](ExecutionContext& context) {
-              return pack(surface, uv, options, context);
+            [request = std::move(request), keep_place](ExecutionContext& context) mutable {
+              if (keep_place) request.options.place_like = &request.place_like;
+              return pack(request.surface, request.uv, request.options, context);
             },
             [](const Parametrization& map) -> py::object { return to_dict(map); }, threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("uv"), py::arg("margin"), py::arg("together"),
-      py::arg("scale_true"), py::arg("keep_bijective"), py::arg("unmoved"), py::arg("threads"));
+      py::arg("scale_true"), py::arg("keep_bijective"), py::arg("unmoved"), py::arg("obstacles"),
+      py::arg("density"), py::arg("place_like"), py::arg("threads"));
 }
 
 }  // namespace flipfree::python

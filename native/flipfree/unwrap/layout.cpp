@@ -5,18 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <limits>
+#include <vector>
 
 #include "flipfree/base/plane.h"
 
 namespace flipfree {
 namespace {
-
-// Shelves that are tried: each wider by this factor than the one before, so many of those that fit.
-constexpr double kShelfGrowth = 1.02;
-constexpr int kFittingShelves = 24;
-// Of the square's width that the gaps of a row may take.
-constexpr double kMostGaps = 0.9;
 
 std::vector<Vector2> convex_hull(const Points2& points) {
   using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
@@ -79,59 +74,6 @@ void turn_to_smallest_rectangle(Points2& uv) {
   const Vector2 extent = (uv.colwise().maxCoeff() - uv.colwise().minCoeff()).transpose();
   if (extent.y() > extent.x()) turn(Vector2(0.0, 1.0));
   uv.rowwise() -= uv.colwise().minCoeff().eval();
-}
-
-Placement pack_rectangles(const std::vector<Vector2>& sizes, double margin) {
-  Placement placement;
-  placement.offset.assign(sizes.size(), Vector2::Zero());
-  if (sizes.empty()) return placement;
-  std::vector<std::size_t> order(sizes.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return sizes[a].y() > sizes[b].y(); });
-  // Of n rectangles, some sqrt(n) stand side by side; their gaps leave them room.
-  const double side_by_side = std::ceil(std::sqrt(static_cast<double>(sizes.size())));
-  const double share = std::min(margin, kMostGaps / (side_by_side + 1.0));
-  double area = 0.0;
-  double longest = 0.0;
-  for (const Vector2& size : sizes) {
-    area += size.x() * size.y();
-    longest = std::max({longest, size.x(), size.y()});
-  }
-  const auto shelve = [&](double width, double gap) {
-    Vector2 cursor(gap, gap);
-    double shelf = 0.0;
-    double reach = 0.0;
-    for (const std::size_t i : order) {
-      if (cursor.x() > gap && cursor.x() + sizes[i].x() + gap > width) {
-        cursor = Vector2(gap, cursor.y() + shelf + gap);
-        shelf = 0.0;
-      }
-      placement.offset[i] = cursor;
-      shelf = std::max(shelf, sizes[i].y());
-      cursor.x() += sizes[i].x() + gap;
-      reach = std::max(reach, cursor.x());
-    }
-    return Vector2(reach, cursor.y() + shelf + gap);
-  };
-  // Shelves of increasing width, gaps in proportion. What is used fits a square as wide as the
-  // shelf once the shelf is wide enough; from there on, a few more may be fuller.
-  double best_width = 0.0;
-  double best_square = std::numeric_limits<double>::infinity();
-  double width = std::max(longest, std::sqrt(area));
-  for (int fitting = 0; fitting < kFittingShelves; width *= kShelfGrowth) {
-    const double square = shelve(width, share * width).maxCoeff();
-    // Nothing has any size: every place is as good.
-    if (!(width > 0.0) || !std::isfinite(square)) break;
-    if (square > width) continue;
-    ++fitting;
-    if (square >= best_square) continue;
-    best_square = square;
-    best_width = width;
-  }
-  const Vector2 used = shelve(best_width, share * best_width);
-  placement.scale = used.maxCoeff() > 0.0 ? 1.0 / used.maxCoeff() : 1.0;
-  return placement;
 }
 
 Similarity fit_similarity(const Points2& from, const Points2& to) {

@@ -1,8 +1,5 @@
-// Where charts go in UV space: turned to their smallest rectangle and set on shelves of the unit
-// square.
+// Turning and moving charts in UV space.
 #pragma once
-
-#include <vector>
 
 #include "flipfree/base/types.h"
 
@@ -11,16 +8,6 @@ namespace flipfree {
 // Turns the map to the smallest rectangle that bounds it (rotating calipers on the convex hull),
 // wider than high, with its lower left corner at the origin.
 void turn_to_smallest_rectangle(Points2& uv);
-
-struct Placement {
-  std::vector<Vector2> offset;  // per rectangle, before scaling
-  double scale = 1.0;           // common factor that makes everything fit [0, 1]^2
-};
-
-// Shelf packing of rectangles (width, height), highest first, with at least `margin`, in units of
-// the final unit square, between them and around. A margin that leaves n rectangles no room is
-// lowered to 0.9 / (sqrt(n) + 1). Deterministic; O(n log n).
-Placement pack_rectangles(const std::vector<Vector2>& sizes, double margin);
 
 // The similarity (rotation, uniform scale, translation; no reflection) that carries the points
 // `from` to `to` best in the least-squares sense: w = a z + b over complex numbers. Identity scale

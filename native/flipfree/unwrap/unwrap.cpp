@@ -6,15 +6,15 @@
 #include <numeric>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
-#include "flipfree/certify/flips.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/mesh/validate.h"
 #include "flipfree/unwrap/chart.h"
 #include "flipfree/unwrap/islands.h"
-#include "flipfree/unwrap/layout.h"
+#include "flipfree/unwrap/place.h"
 
 namespace flipfree {
 namespace {
@@ -300,49 +300,23 @@ std::vector<Points2f> round_all(const Islands& islands, const ChartPins& pins, b
   return stored;
 }
 
-// The reference UVs of a chart's vertices, if the chart was one flip-free island of them.
-std::optional<Points2> reference_of(const Chart& chart, const Points2& corner_uv) {
-  Points2 reference(chart.surface.vertices.rows(), 2);
-  Points2 corners(3 * chart.surface.faces.rows(), 2);
-  std::vector<char> known(static_cast<std::size_t>(reference.rows()), 0);
-  for (FaceId f = 0; f < chart.surface.faces.rows(); ++f) {
-    for (Index k = 0; k < 3; ++k) {
-      const VertexId v = chart.surface.faces(f, k);
-      const auto uv = corner_uv.row(3 * chart.faces[static_cast<std::size_t>(f)] + k);
-      corners.row(3 * f + k) = uv;
-      if (known[static_cast<std::size_t>(v)] && reference.row(v) != uv) return std::nullopt;
-      known[static_cast<std::size_t>(v)] = 1;
-      reference.row(v) = uv;
-    }
-  }
-  if (!flipped_faces(corners).empty()) return std::nullopt;
-  return reference;
-}
-
-// Pinned charts stay; charts with a usable reference go where it was; the rest is packed.
-void place_charts(const std::vector<Chart>& charts, const ChartPins& pins,
-                  const UnwrapOptions& options, std::vector<Points2>& uv) {
-  std::vector<std::size_t> packed;
-  for (std::size_t c = 0; c < charts.size(); ++c) {
-    if (!pins.of_chart[c].empty()) continue;
-    if (options.place_like != nullptr) {
-      if (const std::optional<Points2> reference = reference_of(charts[c], *options.place_like)) {
-        const Similarity similarity = fit_similarity(uv[c], *reference);
-        for (Eigen::Index i = 0; i < uv[c].rows(); ++i)
-          uv[c].row(i) = similarity(uv[c].row(i).transpose()).transpose();
-        continue;
-      }
-    }
-    turn_to_smallest_rectangle(uv[c]);
-    packed.push_back(c);
-  }
-  std::vector<Vector2> sizes;
-  sizes.reserve(packed.size());
-  for (const std::size_t c : packed) sizes.emplace_back(uv[c].colwise().maxCoeff().transpose());
-  const Placement placement = pack_rectangles(sizes, options.margin);
-  for (std::size_t i = 0; i < packed.size(); ++i) {
-    uv[packed[i]] = (uv[packed[i]].rowwise() + placement.offset[i].transpose()) * placement.scale;
-  }
+// Charts with pins stay; the others are put where there is room.
+PlacedCharts place_and_round(const Islands& islands, const ChartPins& pins,
+                             const UnwrapOptions& options, std::vector<Points2> uv,
+                             ExecutionContext& context, Stats& stats) {
+  std::vector<char> moved;
+  for (const auto& own : pins.of_chart) moved.push_back(own.empty());
+  PlacingOptions placing;
+  placing.margin = options.margin;
+  placing.scale_true = true;
+  placing.place_like = options.place_like;
+  const auto round = [&](const std::vector<Points2>& placed) {
+    return round_all(islands, pins, options.bijective, placed, context, stats);
+  };
+  PlacedCharts placed = place_charts(islands.charts, std::move(uv), moved, placing, round);
+  stats["kept_places"] = static_cast<std::int64_t>(placed.kept);
+  stats["tile"] = static_cast<std::int64_t>(placed.tile);
+  return placed;
 }
 
 Parametrization unwrap_in_time(const Surface& surface, const UnwrapOptions& options,
@@ -393,19 +367,18 @@ Parametrization unwrap_in_time(const Surface& surface, const UnwrapOptions& opti
 
   const Untimed finishing(context);
   context.report("placing charts", 0.92);
-  place_charts(islands.charts, pins, options, uv);
+  const PlacedCharts placed =
+      place_and_round(islands, pins, options, std::move(uv), context, stats);
   map.surface = surface;
   map.uv.resize(3 * surface.faces.rows(), 2);
   map.uv32.resize(3 * surface.faces.rows(), 2);
-  const std::vector<Points2f> stored =
-      round_all(islands, pins, options.bijective, uv, context, stats);
   for (std::size_t c = 0; c < islands.charts.size(); ++c) {
     const Chart& chart = islands.charts[c];
     for (std::size_t i = 0; i < chart.faces.size(); ++i) {
       for (Index k = 0; k < 3; ++k) {
         const VertexId v = chart.surface.faces(static_cast<Eigen::Index>(i), k);
-        map.uv.row(3 * chart.faces[i] + k) = uv[c].row(v);
-        map.uv32.row(3 * chart.faces[i] + k) = stored[c].row(v);
+        map.uv.row(3 * chart.faces[i] + k) = placed.uv[c].row(v);
+        map.uv32.row(3 * chart.faces[i] + k) = placed.stored[c].row(v);
       }
     }
   }

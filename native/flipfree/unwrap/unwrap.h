@@ -27,15 +27,17 @@ struct UnwrapOptions {
   // Of the clock; 0: no limit. Charts that are flat by then are made no better.
   double max_seconds = 0;
   double margin = 0.005;  // between charts, in units of the unit square
-  // Corner UVs (3 #F x 2) to stay close to, or null: a chart that was an island of these without
-  // flips keeps its place, size and direction; the others are packed into the unit square.
+  // Former corner UVs (3 #F x 2) whose places are kept if that leaves a usable layout (place.h), or
+  // null. Otherwise all charts without pins are packed, clear of those with pins.
   const Points2* place_like = nullptr;
 };
 
 // Result: uv and uv32 certified (G1, G2, G3 for pins, G7; overlaps 0 if bijective), cut_edges =
-// seams and added cuts. Stats: "charts", "opened_charts", "added_cuts" (edges), "overlap_cuts"
-// (those of them that keep charts from overlapping), "energy", "seconds_*", "time_limit_reached",
-// and what the chart solvers report of the largest chart. Throws InvalidInput (see validate()),
+// seams and added cuts. All charts without pins have one scale: the same area per area of their
+// surface, that of the pinned ones if there are any and there is room. Stats: "charts",
+// "opened_charts", "added_cuts" (edges), "overlap_cuts" (those of them that keep charts from
+// overlapping), "energy", "kept_places", "tile" (place.h), "seconds_*", "time_limit_reached", and
+// what the chart solvers report of the largest chart. Throws InvalidInput (see validate()),
 // NotConverged with what failed (kTimeLimit: some chart was not flat in max_seconds), Cancelled.
 // Nothing is returned that did not pass the certificate. Cost: a few factorizations of a
 // planar-like system per chart; docs/benchmarks.md.

@@ -1,14 +1,18 @@
-"""Pack: an existing map's charts into the unit square."""
+"""Pack: an existing map's charts into the unit square, clear of what lies there."""
 
 from __future__ import annotations
 
 from functools import partial
+from math import ldexp
 from typing import Any
+
+import numpy as np
+import numpy.typing as npt
 
 from . import _native
 from .arrays import as_corner_uv, as_indices, as_vertices
 from .job import Job, Progress, run
-from .options import as_count, as_flag, as_margin
+from .options import as_count, as_flag, as_margin, as_positive
 from .results import Parametrization, parametrization_from
 
 
@@ -22,6 +26,9 @@ def start_pack(
     scale_true: bool = False,
     keep_bijective: bool = True,
     unmoved: Any = None,
+    obstacles: Any = None,
+    density: float | None = None,
+    place_like: Any = None,
     threads: int = 2,
 ) -> Job[Parametrization]:
     """As :func:`pack`, at once, on a thread."""
@@ -36,9 +43,27 @@ def start_pack(
         as_flag(scale_true, "scale_true"),
         as_flag(keep_bijective, "keep_bijective"),
         as_indices([] if unmoved is None else unmoved, "unmoved"),
+        _as_triangles([] if obstacles is None else obstacles),
+        0.0 if density is None else ldexp(as_positive(density, "density"), exponent),
+        None if place_like is None else as_corner_uv(place_like, "place_like", len(face_array)),
         as_count(threads, "threads", 1),
     )
-    return Job(native, partial(parametrization_from, exponent=exponent))
+    return Job(native, partial(_packed_from, exponent=exponent))
+
+
+def _as_triangles(obstacles: Any) -> npt.NDArray[np.float64]:
+    """``obstacles`` as (3 k, 2)."""
+    try:
+        count = len(obstacles)
+    except TypeError:
+        count = 1  # no array: the check below says so
+    return as_corner_uv(np.zeros((0, 3, 2)) if count == 0 else obstacles, "obstacles", count)
+
+
+def _packed_from(data: dict[str, Any], exponent: int) -> Parametrization:
+    packed = parametrization_from(data, exponent)
+    packed.stats["density"] = ldexp(packed.stats["density"], -exponent)
+    return packed
 
 
 def pack(
@@ -51,12 +76,17 @@ def pack(
     scale_true: bool = False,
     keep_bijective: bool = True,
     unmoved: Any = None,
+    obstacles: Any = None,
+    density: float | None = None,
+    place_like: Any = None,
     threads: int = 2,
     progress: Progress | None = None,
 ) -> Parametrization:
     """Moves the charts of a flip-free map into the unit square, as ``unwrap`` does; only turns, shifts and scales.
 
-    The map is cut where the UVs on the two sides of an edge differ.
+    The map is cut where the UVs on the two sides of an edge differ. Where pinned charts and obstacles leave less than an
+    eighth of the scale that the empty unit square allows, the next free tile is taken, in the order of UDIM:
+    ``stats["tile"]`` is 1 for the tile on the right, 10 for the one above. ``stats["density"]`` is what came out.
 
     Args:
         vertices: (n, 3) float64. faces: (m, 3). uv: (m, 3, 2), one per face corner.
@@ -65,7 +95,14 @@ def pack(
             a rotation and a shift stay so, with the same rotation. Otherwise every chart turns on its own.
         scale_true: components (charts, if not together) get the size of their surface; otherwise scales keep their ratio.
         keep_bijective: charts that do not overlap themselves go on not to, once rounded to 32 bits.
-        unmoved: corners 3 face + corner whose charts stay where they are.
+        unmoved: corners 3 face + corner that stay bit for bit, and their charts with them. The others keep clear of
+            them, and with scale_true take their area-weighted density if there is room.
+        obstacles: (k, 3, 2) triangles to keep clear of as well, of either orientation.
+        density: length in the plane per length of the surface, over all charts that move: taken if there is room for
+            it. Otherwise, and by default, the largest that there is room for.
+        place_like: (m, 3, 2) former UVs. If every chart that moves was a flip-free island of them, and if all of them
+            turned and moved to there, at one common scale, lie in the unit square on top of nothing, they stay there:
+            ``stats["kept_places"]`` is 1. Otherwise everything is packed. Not with ``together``.
         threads: the result has the same bits for every number.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
@@ -81,6 +118,9 @@ def pack(
         scale_true=scale_true,
         keep_bijective=keep_bijective,
         unmoved=unmoved,
+        obstacles=obstacles,
+        density=density,
+        place_like=place_like,
         threads=threads,
     )
     return run(job, progress)

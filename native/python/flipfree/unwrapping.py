@@ -77,6 +77,9 @@ def unwrap(
 ) -> Parametrization:
     """One flip-free chart per seam island, free boundary, low distortion, on the given triangulation.
 
+    All charts have one scale (the same area per area of their surface) and are packed into the unit square. Charts with
+    pins stay; the others keep clear of them and take their scale if there is room.
+
     Closed islands and islands with handles are cut along a short cut graph (``cut_edges`` has it,
     ``stats["added_cuts"]`` counts it); islands with holes keep them.
 
@@ -94,7 +97,9 @@ def unwrap(
             whatever else a flat map would have to shrink many times. Off: one short cut. Not done if there are pins.
         iterations: most optimiser iterations per chart. tolerance: share of the energy that a step must promise.
         margin: space between charts, in units of the unit square.
-        place_like: (m, 3, 2) UVs; islands that are flip-free there keep their place, size and direction.
+        place_like: (m, 3, 2) former UVs, whose places are kept if that leaves a usable layout: every island without pins
+            was a flip-free island there and, turned and moved to fit at one common scale, lies in the unit square on
+            top of no other. Then ``stats["kept_places"]`` is 1; otherwise all islands without pins are packed.
         max_seconds: of the clock; None or 0 is no limit. What was gained by then is kept, and
             ``stats["time_limit_reached"]`` is 1; NotConverged (code "time limit reached") if there is no map yet.
         threads: the result has the same bits for every number, unless a limit of time is reached.
