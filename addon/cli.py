@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Batch work without a window:
 
-    blender -b -c flipfree unwrap IN OUT [--pack] [--allow-overlaps] ...
+    blender -b -c flipfree unwrap IN OUT [--keep-placement] [--allow-overlaps] ...
     blender -b -c flipfree match IN OUT [--cut-open] [--unwrap-rest] [--max-seconds S] ...
     blender -b -c flipfree improve IN OUT [--pack] [--iterations N] ...
     blender -b -c flipfree conformal IN OUT [--boundary straight] ...
@@ -18,7 +18,7 @@ from pathlib import Path
 
 import bpy
 
-from . import errors, mesh_io, modal
+from . import errors, layout, mesh_io, modal
 from .operators import check, conformal, improve, match, unwrap
 from .operators.options import MAX_SECONDS
 
@@ -86,7 +86,7 @@ def _parser() -> argparse.ArgumentParser:
     added = command("unwrap", "unwrap every mesh of a file", _unwrap_options)
     flags(
         added,
-        pack="pack all islands into the unit square",
+        keep_placement="islands stay where they were, if that is a usable layout; otherwise all are packed",
         allow_overlaps=overlaps,
         short_cuts="do not cut closed parts along legs and fingers",
         ignore_pins="treat pinned UVs as any other",
@@ -158,7 +158,7 @@ def _unwrap_options(given):
             "cut_extremities": not given.short_cuts,
             "use_pins": not given.ignore_pins,
             "mark_seams": given.mark_seams,
-            "pack": given.pack,
+            "keep_placement": given.keep_placement,
             "margin": given.margin,
         },
     )
@@ -215,7 +215,7 @@ def _solve(objects, make_task, summary) -> list[modal.Task]:
             tasks.append(make_task(mesh_io.read(ob, only_selected=False)))
         except mesh_io.MeshProblem as problem:
             failures.append(errors.from_problem(ob.name, problem))
-    run = modal.Run(tasks, failures)
+    run = modal.Run(tasks, failures, layout=layout.joint)
     while not run.advance(1.0):
         pass
     run.finish()

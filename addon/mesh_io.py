@@ -46,6 +46,8 @@ class Snapshot:
     pinned: np.ndarray  # (#loops,) bool
     seams: np.ndarray  # (#edges,) bool
     edges: np.ndarray  # (#edges, 2) mesh vertices of each edge
+    # (k, 3) mesh loops of the triangles that are not worked on.
+    other_loops: np.ndarray = field(default_factory=lambda: np.zeros((0, 3), np.int32))
     counts: tuple = field(default=())  # to notice that the mesh was changed meanwhile
 
     @property
@@ -121,6 +123,7 @@ def _read(name: str, mesh, only_selected: bool, uv_selection: bool) -> Snapshot:
     loops = _get(mesh.loop_triangles, "loops", count, np.int32, 3)
     faces = _get(mesh.loop_triangles, "polygon_index", count, np.int32)
 
+    other_loops = loops[:0]
     if only_selected:
         chosen = _get(mesh.polygons, "select", len(mesh.polygons), bool)
         chosen &= ~_get(mesh.polygons, "hide", len(mesh.polygons), bool)
@@ -129,6 +132,7 @@ def _read(name: str, mesh, only_selected: bool, uv_selection: bool) -> Snapshot:
         if not chosen.any():
             raise NothingSelected(f"{name}: no faces are selected. Select the faces to work on")
         keep = chosen[faces]
+        other_loops = loops[~keep]
         corners, loops, faces = corners[keep], loops[keep], faces[keep]
 
     used = np.unique(corners)
@@ -160,6 +164,7 @@ def _read(name: str, mesh, only_selected: bool, uv_selection: bool) -> Snapshot:
         else np.zeros(len(mesh.loops), bool),
         seams=seams,
         edges=edges,
+        other_loops=other_loops,
         counts=_counts(mesh),
     )
 

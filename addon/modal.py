@@ -40,6 +40,9 @@ _live_runs: "weakref.WeakSet[Run]" = weakref.WeakSet()
 class Task:
     """The work for one object. Subclasses hold plain arrays and names, never Blender data."""
 
+    # Whether its result is an object's; a layout only changes what other tasks write.
+    writes = True
+
     def __init__(self, snapshot: mesh_io.Snapshot):
         self.snapshot = snapshot
 
@@ -53,6 +56,10 @@ class Task:
 
     def explain(self, error) -> None:
         """May turn ids in a solver's exception into ids of the snapshot, where the task gave it another mesh."""
+
+    def instead(self) -> "Task | None":
+        """After a failure of this task: another one to do in its place."""
+        return None
 
     def write(self, ob: bpy.types.Object):
         """Puts the result into the mesh. Called once, after every task has ended."""
@@ -79,9 +86,13 @@ class StagedTask(Task):
 class Run:
     """A row of tasks: what is being solved, what has ended, what failed."""
 
-    def __init__(self, tasks: list[Task], failures: list[errors.Failure] | None = None):
-        """failures: of objects that could not even be read."""
+    def __init__(
+        self, tasks: list[Task], failures: list[errors.Failure] | None = None, *, layout=None
+    ):
+        """failures: of objects that could not even be read. layout: takes the list of tasks that ended well, once all
+        have ended; returns a task that works on their results, or None."""
         self._waiting = list(tasks)
+        self._layout = layout
         self._total = len(tasks) + len(failures or [])
         self._task = None
         self._job = None
@@ -96,7 +107,7 @@ class Run:
         """Waits up to `seconds` for the solver; True once nothing is left to solve."""
         while True:
             if self._job is None:
-                if self._cancelled or not self._waiting:
+                if self._cancelled or not (self._waiting or self._add_layout()):
                     return True
                 self._task = self._waiting.pop(0)
                 self._guard(lambda: self._set_job(self._task.start()))
@@ -106,8 +117,17 @@ class Run:
                 job, self._job = self._job, None
                 self._guard(lambda job=job: self._set_job(self._task.collect(job.result())))
             if self._job is None and self._task is not None:
-                self.done.append(self._task)
+                if self._task.writes:
+                    self.done.append(self._task)
                 self._task = None
+
+    def _add_layout(self) -> bool:
+        """Lets the layout follow when all tasks have ended; whether there is one."""
+        layout, self._layout = self._layout, None
+        task = layout(self.done) if layout is not None and self.done else None
+        if task is not None:
+            self._waiting.append(task)
+        return task is not None
 
     def _set_job(self, job):
         self._job = job
@@ -127,6 +147,9 @@ class Run:
             self.failures.append(errors.from_problem(task.snapshot.object_name, problem))
         self._task = None
         self._job = None
+        other = None if self._cancelled else task.instead()
+        if other is not None:
+            self._waiting.append(other)
 
     def cancel(self):
         self._cancelled = True

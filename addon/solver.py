@@ -48,10 +48,9 @@ def certify_arrays(vertices, faces, uv, *, bijective):
 
 
 def unwrap(snapshot, *, pins, bijective, cut_extremities, margin, keep_places):
-    """Starts the unwrap of a snapshot. keep_places: islands that have a place keep it; others are packed."""
-    old = None
-    if keep_places and snapshot.layer_name:
-        old = np.nan_to_num(snapshot.corner_uv.astype(np.float64), posinf=0.0, neginf=0.0)
+    """Starts the unwrap of a snapshot. keep_places: islands stay where they were if that is a usable layout; otherwise all
+    are packed."""
+    old = snapshot.corner_uv if keep_places and snapshot.layer_name else None
     return jobs.unwrap(
         snapshot.vertices,
         snapshot.triangles,
@@ -103,6 +102,9 @@ def pack(
     together=False,
     scale_true=False,
     unmoved=None,
+    obstacles=None,
+    density=None,
+    place_like=None,
 ):
     """Starts moving the islands of a map into the unit square; see flipfree.pack."""
     return jobs.pack(
@@ -114,6 +116,9 @@ def pack(
         together=together,
         scale_true=scale_true,
         unmoved=unmoved,
+        obstacles=obstacles,
+        density=density,
+        place_like=place_like,
         threads=THREADS,
     )
 

@@ -2,14 +2,15 @@
 """Improve: less distortion for a flip-free map, without a flip on the way (docs/unwrap.md)."""
 
 import bpy
-import numpy as np
 
 from .. import mesh_io, modal, solver
 from . import common, options
-from .unwrap import MapTask
+from .unwrap import MapTask, layout_notes
 
 
 class ImproveTask(modal.StagedTask, MapTask):
+    packs_alone = False
+
     def __init__(
         self,
         snapshot,
@@ -24,32 +25,22 @@ class ImproveTask(modal.StagedTask, MapTask):
         self.bijective = bijective
         self.use_pins = use_pins
         self.iterations = iterations
-        self.pack = pack
+        self.packs = pack
         self.margin = margin
 
     def stages(self):
         snapshot = self.snapshot
         common.refuse_nonfinite_uvs(snapshot)
-        pins = common.pins_of(snapshot) if self.use_pins else {}
         result = yield solver.improve(
-            snapshot, pins=pins, bijective=self.bijective, iterations=self.iterations
+            snapshot, pins=self.pins(), bijective=self.bijective, iterations=self.iterations
         )
-        if self.pack:
-            result = yield solver.pack(
-                snapshot.vertices,
-                snapshot.triangles,
-                result.uv,
-                margin=self.margin,
-                keep_bijective=self.bijective,
-                unmoved=np.array([3 * t + k for t, k in pins], np.int32),
-            )
         self.take(result)
 
 
 def summary(tasks: list[ImproveTask]) -> str:
     """The report line, without the time."""
     islands = sum(mesh_io.count_islands(t.snapshot.triangles, t.result.uv32()) for t in tasks)
-    return common.figures([t.certificate for t in tasks], islands)
+    return common.figures([t.certificate for t in tasks], islands) + layout_notes(tasks)
 
 
 class UV_OT_flipfree_improve(
@@ -65,6 +56,7 @@ class UV_OT_flipfree_improve(
     bl_options = {"REGISTER", "UNDO"}
     verb = "Improve"
     needs_uv = True
+    joint_layout = True
     option_names = ("bijective", "use_pins", "iterations", "pack", "margin")
 
     iterations: bpy.props.IntProperty(

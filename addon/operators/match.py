@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 
-from .. import islands, mesh_io, solver
+from .. import islands, layout, mesh_io, solver
 from . import common, options, parts
 
 GROUP = "Pins"
@@ -14,7 +14,7 @@ REST = (
     (
         "unwrap",
         "Unwrap",
-        "Islands without pins are unwrapped and keep their place where they had one",
+        "Islands without pins are unwrapped. They keep their places if these are free, or else are packed beside the others",
     ),
 )
 
@@ -60,6 +60,7 @@ class MatchTask(parts.PartsTask):
         if self.rest == "unwrap" and free:
             triangles = np.sort(np.concatenate([island.triangles for island in free]))
             result, used = yield from self._unwrap(triangles)
+            result = yield layout.pack_beside(self.snapshot, triangles, result, pieces)
             pieces.append(islands.Piece(triangles, used, self._counted(result)))
         self.result = islands.combine(self.snapshot, pieces, self._cuts)
         if len(self.result.seam_triangles):
@@ -132,7 +133,7 @@ class MatchTask(parts.PartsTask):
             bijective=self.bijective,
             cut_extremities=False,
             margin=0.005,
-            keep_places=True,
+            keep_places=False,
         )
         return result, used
 

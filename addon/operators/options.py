@@ -11,7 +11,7 @@ these classes. `tests/blender/test_registration.py` looks at every operator's pr
 
 import bpy
 
-from .. import mesh_io, modal
+from .. import layout, mesh_io, modal
 from . import common
 
 
@@ -31,15 +31,7 @@ class KeepPins:
     )
 
 
-class Packing:
-    pack: bpy.props.BoolProperty(
-        name="Pack Islands",
-        description=(
-            "Pack the islands into the unit square. Otherwise they keep their former place, size and direction "
-            "wherever they had one. Islands with pins always stay"
-        ),
-        default=False,
-    )
+class Margin:
     margin: bpy.props.FloatProperty(
         name="Margin",
         description="Space between packed islands",
@@ -47,6 +39,28 @@ class Packing:
         min=0.0,
         max=0.2,
         precision=3,
+    )
+
+
+class Placement(Margin):
+    keep_placement: bpy.props.BoolProperty(
+        name="Keep Placement",
+        description=(
+            "Islands go back to where they were, all at one scale, if then none overlaps another and none leaves the "
+            "unit square. Otherwise, and by default, they are packed together. Islands with pins always stay"
+        ),
+        default=False,
+    )
+
+
+class Packing(Margin):
+    pack: bpy.props.BoolProperty(
+        name="Pack Islands",
+        description=(
+            "Pack the islands of all objects into the unit square, at one scale. Otherwise they keep their place, "
+            "size and direction. Islands with pins always stay"
+        ),
+        default=False,
     )
 
 
@@ -73,6 +87,7 @@ class MapOperator(modal.SolverOperator):
 
     option_names: tuple = ()
     needs_uv = False
+    joint_layout = False  # islands of all objects are packed together
 
     def make_task(self, snapshot, **options) -> modal.Task:
         """options: the operator's properties named in `option_names`."""
@@ -95,4 +110,6 @@ class MapOperator(modal.SolverOperator):
             if not snapshots and not failures:
                 raise mesh_io.MeshProblem("The mesh has no UV map yet. Unwrap it first")
         values = {name: getattr(self, name) for name in self.option_names}
-        return modal.Run([self.make_task(s, **values) for s in snapshots], failures)
+        tasks = [self.make_task(s, **values) for s in snapshots]
+        joint = layout.joint_of(context, snapshots) if self.joint_layout else None
+        return modal.Run(tasks, failures, layout=joint)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Unwrap Flip-Free: one flip-free island per seam island (thesis 3.2, docs/unwrap.md)."""
 
+import dataclasses
+
 import bpy
 import numpy as np
 
@@ -9,12 +11,19 @@ from . import common, options
 
 
 class MapTask(modal.Task):
-    """A task whose result is a map on the mesh's own triangles."""
+    """A task whose result is a map on the mesh's own triangles. Subclasses have `bijective`, `use_pins` and `margin`."""
+
+    packs = True  # takes part in a layout of all objects
+    packs_alone = True  # what the solver returned is such a layout if no other object takes part
+    keep_placement = False
 
     def __init__(self, snapshot: mesh_io.Snapshot):
         super().__init__(snapshot)
         self.result = None
         self._loops = self._values = None
+
+    def pins(self) -> dict:
+        return common.pins_of(self.snapshot) if self.use_pins else {}
 
     def collect(self, result):
         self.take(result)
@@ -23,6 +32,18 @@ class MapTask(modal.Task):
         common.refuse_uncertified(self.snapshot, result.certificate)
         self.result = result
         self._loops, self._values = mesh_io.loop_values(self.snapshot, result.uv32())
+
+    def lay_out(self, uv, stored, certificate, stats):
+        """Another layout of the same map: uv (m, 3, 2) float64, what is stored of it, and what was certified."""
+        self.take(
+            dataclasses.replace(
+                self.result,
+                uv=uv,
+                _uv32=stored,
+                certificate=certificate,
+                stats={**self.result.stats, **stats},
+            )
+        )
 
     @property
     def certificate(self):
@@ -49,25 +70,25 @@ class UnwrapTask(MapTask):
         cut_extremities=True,
         use_pins=True,
         mark_seams=False,
-        pack=False,
+        keep_placement=False,
         margin=0.005,
     ):
         super().__init__(snapshot)
         self.use_pins = use_pins
         self.bijective = bijective
         self.cut_extremities = cut_extremities
-        self.pack = pack
+        self.keep_placement = keep_placement
         self.margin = margin
         self.mark_seams = mark_seams
 
     def start(self):
         return solver.unwrap(
             self.snapshot,
-            pins=common.pins_of(self.snapshot) if self.use_pins else {},
+            pins=self.pins(),
             bijective=self.bijective,
             cut_extremities=self.cut_extremities,
             margin=self.margin,
-            keep_places=not self.pack,
+            keep_places=self.keep_placement,
         )
 
     def automatic_cuts(self) -> np.ndarray:
@@ -83,13 +104,26 @@ def summary(tasks: list[UnwrapTask]) -> str:
     """The report line, without the time."""
     text = common.figures([t.certificate for t in tasks], sum(t.islands for t in tasks))
     cuts = sum(len(t.automatic_cuts()) for t in tasks)
-    return f"{text}, {common.plural(cuts, 'edge')} cut automatically" if cuts else text
+    if cuts:
+        text += f", {common.plural(cuts, 'edge')} cut automatically"
+    return text + layout_notes(tasks)
+
+
+def layout_notes(tasks: list[MapTask]) -> str:
+    """What a user might wonder about where the islands went."""
+    stats = tasks[0].result.stats
+    text = ""
+    if tasks[0].keep_placement and not stats["kept_places"]:
+        text += ", packed, as old places were missing, overlapping or outside the unit square"
+    if stats.get("tile", 0):
+        text += f", in tile {1001 + stats['tile']} beside other islands, which leave no room"
+    return text
 
 
 class UV_OT_flipfree_unwrap(
     options.NoOverlaps,
     options.KeepPins,
-    options.Packing,
+    options.Placement,
     options.MapOperator,
     bpy.types.Operator,
 ):
@@ -101,7 +135,15 @@ class UV_OT_flipfree_unwrap(
     )
     bl_options = {"REGISTER", "UNDO"}
     verb = "Unwrap Flip-Free"
-    option_names = ("bijective", "cut_extremities", "use_pins", "mark_seams", "pack", "margin")
+    option_names = (
+        "bijective",
+        "cut_extremities",
+        "use_pins",
+        "mark_seams",
+        "keep_placement",
+        "margin",
+    )
+    joint_layout = True
 
     cut_extremities: bpy.props.BoolProperty(
         name="Cut to Extremities",

@@ -246,7 +246,7 @@ def main() -> None:
     print(f"{ob.name}: {len(ob.data.vertices)} vertices, {len(ob.data.polygons)} faces", flush=True)
 
     started = time.perf_counter()
-    if bpy.ops.uv.flipfree_unwrap(pack=True, mark_seams=True) != {"FINISHED"}:
+    if bpy.ops.uv.flipfree_unwrap(mark_seams=True) != {"FINISHED"}:
         sys.exit("The mesh was not unwrapped: see above.")
     seconds = time.perf_counter() - started
 

@@ -123,8 +123,12 @@ def test_islands_without_pins_are_unwrapped_on_demand(capfd):
     assert "2 islands" in capfd.readouterr().out
     after = shapes.uv_of(ob)
     assert (after[right] != uv[right]).any() and shapes.exact_flips(ob) == 0
-    width, height = np.ptp(after[right], axis=0)
-    assert height > 1.5 * width, "no longer squeezed"
+    size = np.ptp(after[right], axis=0)
+    assert size.max() > 1.5 * size.min(), "no longer squeezed"
+    apart = (after[right].min(0) > after[~right].max(0)) | (
+        after[~right].min(0) > after[right].max(0)
+    )
+    assert apart.any(), "beside the island with pins"
     met(ob, {10: 0}, uv, corner)
 
 

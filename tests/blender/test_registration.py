@@ -26,7 +26,14 @@ def test_operators_are_there_with_undo_and_a_redo_panel(name, addon):
 
 
 OPTIONS = {
-    "flipfree_unwrap": {"bijective", "cut_extremities", "use_pins", "mark_seams", "pack", "margin"},
+    "flipfree_unwrap": {
+        "bijective",
+        "cut_extremities",
+        "use_pins",
+        "mark_seams",
+        "keep_placement",
+        "margin",
+    },
     "flipfree_match": {"bijective", "straight_lines", "cut_open", "rest", "max_seconds"},
     "flipfree_improve": {"bijective", "use_pins", "iterations", "pack", "margin"},
     "flipfree_conformal": {
@@ -57,7 +64,7 @@ def test_an_option_can_have_another_default_in_one_operator(addon):
         return operator.get_rna_type().properties["pack"].default
 
     assert default(bpy.ops.uv.flipfree_conformal) is True
-    assert default(bpy.ops.uv.flipfree_unwrap) is False
+    assert default(bpy.ops.uv.flipfree_improve) is False
 
 
 def drawn_in(menu):

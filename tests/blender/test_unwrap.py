@@ -80,20 +80,6 @@ def test_new_maps_lie_in_the_unit_square():
     assert uv.min() >= 0 and uv.max() <= 1 and uv.max() > 0.9
 
 
-def test_islands_keep_their_place_unless_packing_is_asked_for():
-    ob = shapes.grid(8, uv=True)
-    unwrap()
-    uv = shapes.uv_of(ob)
-    moved = uv * np.float32(0.25) + np.float32(3.0)
-    shapes.set_uv(ob, moved)
-    unwrap()
-    again = shapes.uv_of(ob)
-    assert np.abs(again - moved).max() < 0.02
-    unwrap(pack=True)
-    packed = shapes.uv_of(ob)
-    assert packed.min() >= 0 and packed.max() <= 1
-
-
 def test_only_selected_faces_move():
     ob = shapes.grid(10, uv=True)
     rng = np.random.default_rng(5)
@@ -188,7 +174,7 @@ def test_automatic_cuts_become_seams_if_allowed():
 def test_a_torus_of_quads_without_seams_is_unwrapped():
     bpy.ops.mesh.primitive_torus_add(major_segments=24, minor_segments=12)
     ob = bpy.context.object
-    unwrap(pack=True)
+    unwrap()
     assert shapes.exact_flips(ob) == 0
 
 

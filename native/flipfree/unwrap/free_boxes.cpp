@@ -8,11 +8,11 @@
 namespace flipfree {
 namespace {
 
-constexpr int kCells = 512;
+constexpr int kCells = 256;
 constexpr double kCell = 1.0 / kCells;
 constexpr std::size_t kMostBoxes = 64;
 // Boxes of less than so many cells hold nothing worth the search.
-constexpr int kLeastCells = 16;
+constexpr int kLeastCells = 9;
 
 using Grid = std::vector<char>;  // kCells x kCells, rows upwards
 

@@ -166,7 +166,7 @@ def test_the_menus_draw_the_entry():
     shapes.monkey(2)
     bpy.ops.object.mode_set(mode="EDIT")
     bpy.ops.mesh.select_all(action="SELECT")
-    invoke(pack=True)
+    invoke()
     yield from wait_for_end()
     with bpy.context.temp_override(**area_of("IMAGE_EDITOR")):
         bpy.ops.image.view_all(fit_view=True)
@@ -196,7 +196,7 @@ def test_the_menus_draw_the_entry():
 def pinned_monkey(levels, move):
     """Suzanne in the UV editing workspace, unwrapped; six inner vertices of her face are pinned and moved."""
     ob = shapes.monkey(levels)
-    assert bpy.ops.uv.flipfree_unwrap(pack=True) == {"FINISHED"}
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
     mesh = ob.data
     uv = shapes.uv_of(ob)
     corner = np.array([loop.vertex_index for loop in mesh.loops])

@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One layout for all objects of a run: their maps are packed together before any is written.
+
+    tasks that ended well --joint--> JointLayout: one pack job over all islands, then each object's certificate anew
+
+All islands get one scale, measured on the surfaces as they stand in the scene: objects that are scaled count with their size
+there. Faces of edited meshes that are not worked on are obstacles.
+"""
+
+import functools
+
+import bpy
+import numpy as np
+
+from . import mesh_io, modal, solver
+from .operators import common
+
+
+def joint_of(context, snapshots):
+    """For modal.Run: the layout of these snapshots' tasks, clear of what else the edited meshes have in UV space."""
+    found = [s.uv[s.other_loops] for s in snapshots if s.layer_name]
+    if context.mode == "EDIT_MESH":
+        names = {s.object_name for s in snapshots}
+        for ob in common.meshes(context):
+            if ob.name not in names and ob.data.uv_layers.active is not None:
+                found.append(_map_of(ob))
+    obstacles = np.concatenate([np.zeros((0, 3, 2), np.float32), *found]).astype(np.float64)
+    return functools.partial(joint, obstacles=_laid_out(obstacles))
+
+
+def joint(done: list, obstacles=None) -> "JointLayout | None":
+    """The task that lays out what these tasks found; None if their solvers have done so, or none wants it."""
+    tasks = [task for task in done if getattr(task, "packs", False)]
+    alone = len(tasks) == 1 and tasks[0].packs_alone and (obstacles is None or not len(obstacles))
+    return None if not tasks or alone else JointLayout(done, tasks, obstacles)
+
+
+def _map_of(ob) -> np.ndarray:
+    """(k, 3, 2) UVs of an edited object of which no face is selected."""
+    try:
+        return mesh_io.read(ob, only_selected=False).corner_uv
+    except mesh_io.MeshProblem:  # no faces, or places that are no numbers: nothing to keep clear of
+        return np.zeros((0, 3, 2), np.float32)
+
+
+def _laid_out(triangles: np.ndarray) -> np.ndarray:
+    """Without triangles that were never laid out: points, and several faces that fill the whole square each, as those of a
+    new UV map do."""
+    triangles = triangles[np.isfinite(triangles).all(axis=(1, 2))]
+    low, high = triangles.min(axis=1), triangles.max(axis=1)
+    whole = (low == 0.0).all(axis=1) & (high == 1.0).all(axis=1)
+    one_quad = np.count_nonzero(whole) <= 2
+    return triangles[(low != high).any(axis=1) & (~whole | one_quad)]
+
+
+def _size_in_scene(object_name: str) -> float:
+    """How much longer the object's lengths are in the scene, on average over directions; 1 if it has no size there."""
+    ob = bpy.data.objects.get(object_name)
+    volume = abs(ob.matrix_world.to_3x3().determinant()) if ob is not None else 1.0
+    size = float(volume) ** (1.0 / 3.0)
+    return size if np.isfinite(size) and size > 0.0 else 1.0
+
+
+def pack_beside(snapshot, triangles: np.ndarray, result, pieces: list):
+    """Starts moving a map of some of the snapshot's triangles to where they were or, if it does not fit there, to where there
+    is room beside these pieces (islands.Piece), which stay; returns the job. In the pieces' density if it can be."""
+    return solver.pack(
+        result.vertices,
+        result.faces,
+        result.uv,
+        margin=0.005,
+        scale_true=True,
+        obstacles=np.concatenate(
+            [_laid_out(snapshot.uv[snapshot.other_loops].astype(np.float64))]
+            + [piece.result.uv32().astype(np.float64) for piece in pieces]
+        ),
+        density=_density([piece.result for piece in pieces]),
+        place_like=snapshot.corner_uv[triangles],
+    )
+
+
+def _density(maps: list) -> float | None:
+    """Length in UV space per length of the surface, over all of these; None if that is no number."""
+    surface = plane = 0.0
+    for found in maps:
+        at, uv = found.vertices[found.faces], found.uv
+        normals = np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 0])
+        surface += float(np.linalg.norm(normals, axis=1).sum())
+        sides = np.stack([uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]], axis=-1)
+        plane += float(np.abs(np.linalg.det(sides)).sum())
+    density = np.sqrt(plane / surface) if surface > 0.0 else 0.0
+    return float(density) if np.isfinite(density) and density > 0.0 else None
+
+
+class JointLayout(modal.StagedTask):
+    """Packs the islands of several tasks. Without those that cannot be laid out, if there are such."""
+
+    writes = False
+
+    def __init__(self, done: list, tasks: list, obstacles):
+        super().__init__(tasks[0].snapshot)
+        self.done = done  # of the run: a task that fails here is taken out
+        self.tasks = tasks
+        self.obstacles = obstacles
+        snapshots = [task.snapshot for task in tasks]
+        self.first_vertex = np.cumsum([0] + [len(s.vertices) for s in snapshots])
+        self.first_face = np.cumsum([0] + [len(s.triangles) for s in snapshots])
+        self.failed = list(tasks)
+
+    def stages(self):
+        tasks = self.tasks
+        snapshots = [task.snapshot for task in tasks]
+        keep = tasks[0].keep_placement and all(s.layer_name for s in snapshots)
+        packed = yield solver.pack(
+            np.concatenate([s.vertices * _size_in_scene(s.object_name) for s in snapshots]),
+            np.concatenate(
+                [s.triangles + n for s, n in zip(snapshots, self.first_vertex, strict=False)]
+            ),
+            np.concatenate([task.result.uv for task in tasks]),
+            margin=tasks[0].margin,
+            scale_true=True,
+            unmoved=self._pinned_corners(),
+            obstacles=self.obstacles,
+            place_like=np.concatenate([s.corner_uv for s in snapshots]) if keep else None,
+        )
+        stored = packed.uv32()
+        stats = {name: packed.stats[name] for name in ("kept_places", "tile")}
+        for i, task in enumerate(tasks):
+            own = slice(self.first_face[i], self.first_face[i + 1])
+            self._blame(i)
+            certificate = yield solver.certify(
+                task.snapshot,
+                stored[own].astype(np.float64),
+                pins=task.pins(),
+                bijective=task.bijective and task.certificate.overlaps == 0,
+            )
+            task.lay_out(packed.uv[own], stored[own], certificate, stats)
+
+    def _pinned_corners(self) -> np.ndarray:
+        corners = [
+            3 * (first + t) + k
+            for task, first in zip(self.tasks, self.first_face.tolist(), strict=False)
+            for t, k in task.pins()
+        ]
+        return np.array(corners, np.int32)
+
+    def _blame(self, i: int):
+        self.snapshot = self.tasks[i].snapshot
+        self.failed = [self.tasks[i]]
+
+    def explain(self, error):
+        """Ids of all objects together as those of the first one that is named."""
+        if len(self.failed) == 1 or not len(error.elements):
+            return
+        shape = {"vertex": (self.first_vertex, 1), "edge": (self.first_vertex, 1)}
+        shape |= {"face": (self.first_face, 1), "corner": (self.first_face, 3)}
+        first, width = shape[error.kind]
+        ids = np.asarray(error.elements, np.int64)
+        limits = width * first
+        i = int(np.searchsorted(limits, ids.ravel()[0], side="right")) - 1
+        inside = (ids >= limits[i]) & (ids < limits[i + 1])
+        error.elements = (ids[inside] - limits[i]).tolist()
+        self._blame(i)
+
+    def instead(self):
+        """The same without the objects that failed."""
+        for task in self.failed:
+            self.done.remove(task)
+        return joint(self.done, self.obstacles)
