@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from math import ldexp
 from typing import Any
 
 import numpy as np
@@ -44,7 +43,7 @@ def start_pack(
         as_flag(keep_bijective, "keep_bijective"),
         as_indices([] if unmoved is None else unmoved, "unmoved"),
         _as_triangles([] if obstacles is None else obstacles),
-        0.0 if density is None else ldexp(as_positive(density, "density"), exponent),
+        0.0 if density is None else _times_power(as_positive(density, "density"), exponent),
         None if place_like is None else as_corner_uv(place_like, "place_like", len(face_array)),
         as_count(threads, "threads", 1),
     )
@@ -62,8 +61,15 @@ def _as_triangles(obstacles: Any) -> npt.NDArray[np.float64]:
 
 def _packed_from(data: dict[str, Any], exponent: int) -> Parametrization:
     packed = parametrization_from(data, exponent)
-    packed.stats["density"] = ldexp(packed.stats["density"], -exponent)
+    packed.stats["density"] = _times_power(packed.stats["density"], -exponent)
     return packed
+
+
+def _times_power(number: float, exponent: int) -> float:
+    """``number`` times 2 to the exponent; beyond the range of doubles infinity, or the least number above zero."""
+    with np.errstate(over="ignore", under="ignore"):
+        result = float(np.ldexp(number, exponent))
+    return result if result > 0.0 or not number > 0.0 else 5e-324
 
 
 def pack(
