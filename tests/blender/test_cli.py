@@ -37,6 +37,54 @@ def test_unwrap_reads_and_writes_files(bumpy_obj, tmp_path):
     assert again.returncode == 0 and "Nothing wrong" in again.stdout
 
 
+@pytest.fixture
+def two_sheets(tmp_path):
+    """A .blend with two objects whose maps lie on top of each other."""
+    for i in range(2):
+        ob = shapes.grid(6, f"Sheet {i}", bump=0.0, uv=True)
+        square = [ob.data.vertices[loop.vertex_index].co.xy * 0.1 for loop in ob.data.loops]
+        shapes.set_uv(ob, np.array(square, np.float32) + np.float32(0.4))
+    path = tmp_path / "two.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
+    return path
+
+
+def boxes(path):
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    uvs = [shapes.uv_of(ob) for ob in bpy.data.objects if ob.type == "MESH"]
+    return [(uv.min(axis=0), uv.max(axis=0)) for uv in uvs]
+
+
+@pytest.mark.parametrize("arguments", [[], ["--keep-placement"]])
+def test_unwrap_packs_all_objects_of_a_file_together(two_sheets, tmp_path, arguments):
+    out = tmp_path / "out.blend"
+    result = command("unwrap", two_sheets, out, *arguments)
+    assert result.returncode == 0, result.stdout + result.stderr
+    (low, high), (other_low, other_high) = boxes(out)
+    assert (low > other_high).any() or (other_low > high).any(), "their places overlap"
+    assert min(low.min(), other_low.min()) >= 0.0 and max(high.max(), other_high.max()) <= 1.0
+
+
+def test_unwrap_keeps_usable_places_on_request(two_sheets, tmp_path):
+    bpy.ops.wm.open_mainfile(filepath=str(two_sheets))
+    for i, ob in enumerate(ob for ob in bpy.data.objects if ob.type == "MESH"):
+        centred = shapes.uv_of(ob) - shapes.uv_of(ob).mean(axis=0)
+        shapes.set_uv(ob, centred + np.float32(0.2 + 0.6 * i))
+    path, out = tmp_path / "apart.blend", tmp_path / "out.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
+    before = boxes(path)
+    assert command("unwrap", path, out, "--keep-placement").returncode == 0
+    for (low, high), (new_low, new_high) in zip(before, boxes(out), strict=True):
+        assert np.abs(low - new_low).max() < 1e-3 and np.abs(high - new_high).max() < 1e-3
+    assert command("unwrap", path, out).returncode == 0
+    assert np.abs(np.array(boxes(out)) - np.array(before)).max() > 0.1
+
+
+def test_packing_is_no_option_of_unwrap(two_sheets, tmp_path):
+    result = command("unwrap", two_sheets, tmp_path / "out.blend", "--pack")
+    assert result.returncode == 2 and "--pack" in result.stderr
+
+
 def test_a_bad_mesh_gives_status_1_and_no_file(tmp_path):
     path = tmp_path / "bad.obj"
     path.write_text("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n")
