@@ -23,7 +23,7 @@ constexpr Index kTiles = 100;
 // Bisection ends within this factor; what is packed is not monotone in the scale, so that a few
 // scales above are tried as well.
 constexpr double kFine = 1.001;
-constexpr double kLeastSearched = 0x1p-12;
+constexpr double kLeastSearched = 0x1p-24;
 constexpr int kScalesAbove = 6;
 // Above this many rectangles shelves do: their waste is small then, and they take no time.
 constexpr std::size_t kFewRectangles = 2000;

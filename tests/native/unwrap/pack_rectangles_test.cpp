@@ -115,6 +115,11 @@ TEST(PackRectangles, a_margin_without_room_is_lowered_instead_of_refused) {
   EXPECT_GT(placement.scale, 0.0);
 }
 
+TEST(PackRectangles, many_needles_have_room) {
+  const std::vector<Vector2> sizes(20000, Vector2(1.0, 1e-9));
+  EXPECT_GT(pack_rectangles(sizes, with_margin(0.3)).scale, 0.0);
+}
+
 TEST(PackRectangles, one_rectangle_fills_the_square) {
   const Placement placement = pack_rectangles({Vector2(4.0, 1.0)}, with_margin(0.01));
   EXPECT_NEAR(placement.scale, 0.98 / 4.0, 1e-9);
