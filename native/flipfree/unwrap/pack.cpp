@@ -143,7 +143,9 @@ Parametrization pack(const Surface& surface, const Points2& corner_uv, const Pac
   context.report("certifying", 0.7);
   set_identity_provenance(map);
   map.cut_edges = flagged_edges(surface.faces, adjacency, cuts);
-  certify_map(map, surface, {}, context);
+  CertifyRequest request;
+  request.require_disjoint = options.unmoved.empty();  // what stays may lie on top of itself
+  certify_map(map, surface, request, context);
   require_certificate(map, "The packed map");
   map.stats["charts"] = static_cast<std::int64_t>(charts.size());
   map.stats["density"] = density_of(charts, placed.uv, packed.moved);

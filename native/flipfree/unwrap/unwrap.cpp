@@ -390,6 +390,7 @@ Parametrization unwrap_in_time(const Surface& surface, const UnwrapOptions& opti
   CertifyRequest request;
   request.pins = options.pins;
   request.require_bijective = options.bijective;
+  request.require_disjoint = options.pins.empty();  // charts with pins lie where the pins are
   certify_map(map, surface, request, context);
   lap("seconds_certify");
   stats["energy"] = map.certificate.energy;

@@ -32,15 +32,15 @@ struct UnwrapOptions {
   const Points2* place_like = nullptr;
 };
 
-// Result: uv and uv32 certified (G1, G2, G3 for pins, G7; overlaps 0 if bijective), cut_edges =
-// seams and added cuts. All charts without pins have one scale: the same area per area of their
-// surface, that of the pinned ones if there are any and there is room. Stats: "charts",
-// "opened_charts", "added_cuts" (edges), "overlap_cuts" (those of them that keep charts from
-// overlapping), "energy", "kept_places", "tile" (place.h), "seconds_*", "time_limit_reached", and
-// what the chart solvers report of the largest chart. Throws InvalidInput (see validate()),
-// NotConverged with what failed (kTimeLimit: some chart was not flat in max_seconds), Cancelled.
-// Nothing is returned that did not pass the certificate. Cost: a few factorizations of a
-// planar-like system per chart; docs/benchmarks.md.
+// Result: uv and uv32 certified (G1, G2, G3 for pins, G7; overlaps 0 if bijective; without pins
+// charts are disjoint), cut_edges = seams and added cuts. All charts without pins have one scale:
+// the same area per area of their surface, that of the pinned ones if there are any and there is
+// room. Stats: "charts", "opened_charts", "added_cuts" (edges), "overlap_cuts" (those of them that
+// keep charts from overlapping), "energy", "kept_places", "tile" (place.h), "seconds_*",
+// "time_limit_reached", and what the chart solvers report of the largest chart. Throws InvalidInput
+// (see validate()), NotConverged with what failed (kTimeLimit: some chart was not flat in
+// max_seconds), Cancelled. Nothing is returned that did not pass the certificate. Cost: a few
+// factorizations of a planar-like system per chart; docs/benchmarks.md.
 Parametrization unwrap(const Surface& surface, const UnwrapOptions& options,
                        ExecutionContext& context);
 
