@@ -79,5 +79,6 @@ PYBIND11_MODULE(_native, module) {
   bind_distortion(module);
   bind_embedding(module);
   bind_matchmaker(module);
+  bind_mesh(module);
   bind_unwrap(module);
 }
