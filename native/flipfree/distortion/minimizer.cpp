@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <optional>
 #include <string>
 
 #include "flipfree/base/error.h"
@@ -384,6 +385,8 @@ Points2 Minimizer::run(Stats& stats) {
   const char* stop = "converged";
   const bool all_fixed = std::all_of(fixed_.begin(), fixed_.end(), [](char f) { return f != 0; });
   if (!all_fixed) {
+    std::optional<MapInHand> in_hand;
+    if (options_.acceptable) in_hand.emplace(context_);
     if (barrier_) one_to_one_ = uv_;
     if (barrier_ && options_.held_apart) hold_apart();
     stop = descend();
