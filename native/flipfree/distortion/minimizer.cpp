@@ -11,6 +11,9 @@
 namespace flipfree::distortion {
 namespace {
 
+// A map with a larger mean is not taken for somebody who accepts it as it is: nothing can be done
+// with it, and 32 bits may not hold it.
+constexpr double kBearableEnergy = 100.0;
 // The step goes this far towards the first flip; closer would leave a triangle whose barrier
 // dominates the next step.
 constexpr double kShareOfFlip = 0.9;
@@ -239,7 +242,9 @@ void Minimizer::advance(double end, double begin, double now, double first, doub
 // finished leaves uv_ and one_to_one_ as they were.
 const char* Minimizer::descend() try {
   bool progressive = true;
+  std::optional<MapInHand> in_hand;
   for (int i = 0; i < options_.max_iterations; ++i) {
+    if (options_.acceptable && measure(sums_) <= kBearableEnergy) in_hand.emplace(context_);
     // What a step's parts report stays within the least that it adds.
     const ProgressRange range(context_, progress_, progress_ + kLeastProgress * (1 - progress_));
     context_.report("reducing distortion", 0.0);
@@ -385,8 +390,6 @@ Points2 Minimizer::run(Stats& stats) {
   const char* stop = "converged";
   const bool all_fixed = std::all_of(fixed_.begin(), fixed_.end(), [](char f) { return f != 0; });
   if (!all_fixed) {
-    std::optional<MapInHand> in_hand;
-    if (options_.acceptable) in_hand.emplace(context_);
     if (barrier_) one_to_one_ = uv_;
     if (barrier_ && options_.held_apart) hold_apart();
     stop = descend();

@@ -136,6 +136,7 @@ MinimizeOptions minimize_options(const FlattenOptions& options) {
   minimize.max_iterations = options.max_iterations;
   minimize.tolerance = options.tolerance;
   minimize.bijective = options.bijective;
+  minimize.acceptable = options.acceptable;
   return minimize;
 }
 
@@ -184,11 +185,17 @@ FlatChart without_overlap(const Surface& chart, const FlattenOptions& options, P
   return {std::move(free), std::move(cut), std::move(apart)};
 }
 
+// Did the last descent end before its goal, by the clock or because its map was accepted?
+bool ended_early(const Stats& stats) {
+  const auto stop = stats.find("distortion.stop");
+  return stop != stats.end() && std::get<std::string>(stop->second) == "time limit";
+}
+
 // A map that was accepted early may be drawn out too far for 32 bits. Then the descent goes on,
 // whoever waits for it: there is no map otherwise.
 void keep_storable(const Surface& chart, const MinimizeOptions& options, Points2& uv,
                    ExecutionContext& context, Stats& stats) {
-  if (!context.accepted()) return;
+  if (!options.acceptable || !context.accepted()) return;
   const Untimed storing(context);
   RoundingOptions rounding;
   rounding.fixed = options.fixed;
@@ -206,7 +213,6 @@ void keep_storable(const Surface& chart, const MinimizeOptions& options, Points2
 // Of a chart without pins, from a map that does not overlap, as far as time allows.
 void lower_distortion(const Surface& chart, const FlattenOptions& options, FlatChart& flat,
                       ExecutionContext& context, Stats& stats) try {
-  const MapInHand embedded(context);
   Points2 free;
   MinimizeOptions minimize = minimize_options(options);
   minimize.overlapping = &free;
@@ -218,13 +224,12 @@ void lower_distortion(const Surface& chart, const FlattenOptions& options, FlatC
     const ProgressRange range(context, 0.5, 1.0);
     flat = without_overlap(chart, options, flat.uv, std::move(free), context, stats);
   }
-  if (context.time_is_over()) stats["time_limit_reached"] = std::int64_t{1};
+  if (context.time_is_over() || ended_early(stats)) stats["time_limit_reached"] = std::int64_t{1};
 } catch (const TimeIsOver&) {
   stats["time_limit_reached"] = std::int64_t{1};
 }
 
 void start_better(const Surface& chart, Points2& uv, ExecutionContext& context, Stats& stats) try {
-  const MapInHand embedded(context);
   const ProgressRange range(context, 0.2, 0.3);
   uv = better_start(chart, uv, context, stats);
 } catch (const TimeIsOver&) {
@@ -288,9 +293,8 @@ FlatChart flatten_piece(const Surface& piece, Points2 uv, Points2 apart,
   MinimizeOptions minimize = minimize_options(options);
   minimize.overlapping = &free;  // the piece is near its optimum: the last map before is good
   try {
-    const MapInHand before(context);
     flat.uv = minimize_distortion(piece, flat.uv, minimize, context, stats);
-    if (context.time_is_over()) stats["time_limit_reached"] = std::int64_t{1};
+    if (context.time_is_over() || ended_early(stats)) stats["time_limit_reached"] = std::int64_t{1};
   } catch (const TimeIsOver&) {
     stats["time_limit_reached"] = std::int64_t{1};
   }
@@ -328,9 +332,9 @@ FlatChart flatten_chart(const Surface& chart, const FlattenOptions& options,
   // places.
   apply(place_by_pins(uv, options.pins), uv);
   const ProgressRange range(context, 0.6, 1.0);
-  minimize.acceptable = true;
+  minimize.acceptable = options.acceptable;
   TargetsResult result = minimize_with_targets(chart, uv, options.pins, minimize, context, stats);
-  if (context.time_is_over() || context.accepted()) stats["time_limit_reached"] = std::int64_t{1};
+  if (context.time_is_over() || ended_early(stats)) stats["time_limit_reached"] = std::int64_t{1};
   if (!result.missed.empty()) {
     throw_not_converged(
         ErrorCode::kLineSearchStalled,
