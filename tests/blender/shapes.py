@@ -65,7 +65,7 @@ def two_sheets(*, squeezed=False):
 
 def slow(name="Grid"):
     """A surface that takes the solver seconds: for watching and stopping it."""
-    ob = grid(200, name, bump=6.0, uv=True)
+    ob = grid(320, name, bump=6.0, uv=True)
     ob.display_type = "BOUNDS"  # so that drawing it takes no time
     return ob
 
