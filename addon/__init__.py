@@ -11,7 +11,7 @@ solver        the package flipfree (a wheel)       menus    where all this appea
 import bpy
 
 from . import cli, menus, modal, solver
-from .operators import check, conformal, improve, match, unwrap
+from .operators import check, conformal, improve, match, select, unwrap
 
 _CLASSES = (
     *unwrap.CLASSES,
@@ -19,6 +19,7 @@ _CLASSES = (
     *improve.CLASSES,
     *conformal.CLASSES,
     *check.CLASSES,
+    *select.CLASSES,
 )
 
 

@@ -7,6 +7,8 @@
     blender -b -c flipfree conformal IN OUT [--boundary straight] ...
     blender -b -c flipfree check IN
 
+    ... --json FILE     one record per object with the numbers of its certificate, `poor`, warnings and errors; - is stdout
+
 IN and OUT are .blend, .obj, .ply, .glb or .gltf files, IN also .stl; pins, vertex groups and cones come with .blend only. Prints
 one line per object; the exit status is 0 only if every object got its map (otherwise nothing is written) or has nothing wrong
 (check).
@@ -18,8 +20,8 @@ from pathlib import Path
 
 import bpy
 
-from . import errors, layout, mesh_io, modal
-from .operators import check, conformal, improve, match, unwrap
+from . import errors, layout, mesh_io, modal, records
+from .operators import check, common, conformal, improve, match, unwrap
 from .operators.options import MAX_SECONDS
 
 _handles = []
@@ -75,6 +77,7 @@ def _parser() -> argparse.ArgumentParser:
         added = commands.add_parser(name, help=text)
         added.add_argument("input", type=Path)
         added.add_argument("output", type=Path)
+        _json(added)
         added.set_defaults(options=make_options)
         return added
 
@@ -100,6 +103,7 @@ def _parser() -> argparse.ArgumentParser:
         bend_lines="edges between two pins may bend where triangles are subdivided",
         cut_open="cut pinned islands open that are closed or have handles",
         unwrap_rest="unwrap islands without pins; otherwise they stay",
+        no_new_vertices="refuse pins that cannot be met by the mesh as it is",
     )
     added.add_argument(
         "--max-seconds",
@@ -134,7 +138,15 @@ def _parser() -> argparse.ArgumentParser:
     _margin(added)
     added = commands.add_parser("check", help="certificate of every UV map of a file")
     added.add_argument("input", type=Path)
+    added.add_argument("--allow-stacked", action="store_true", help="islands may lie on each other")
+    _json(added)
     return parser
+
+
+def _json(added):
+    added.add_argument(
+        "--json", metavar="FILE", help="write one record per object there; - is the standard output"
+    )
 
 
 def _seconds(text):
@@ -173,6 +185,7 @@ def _match_options(given):
             "straight_lines": not given.bend_lines,
             "cut_open": given.cut_open,
             "rest": "unwrap" if given.unwrap_rest else "keep",
+            "may_add": not given.no_new_vertices,
             "max_seconds": given.max_seconds,
         },
     )
@@ -207,8 +220,9 @@ def _conformal_options(given):
     )
 
 
-def _solve(objects, make_task, summary) -> list[modal.Task]:
-    """Solves one task per object and writes the results; prints a line for each. Returns the tasks that ended well."""
+def _solve(objects, make_task, summary, *, advice=common.advice, to_json=None) -> list[modal.Task]:
+    """Solves one task per object and writes the results; prints a line for each, or records. Returns the tasks that ended
+    well."""
     tasks, failures = [], []
     for ob in objects:
         try:
@@ -219,10 +233,18 @@ def _solve(objects, make_task, summary) -> list[modal.Task]:
     while not run.advance(1.0):
         pass
     run.finish()
+    found = []
     for task in run.done:
-        print(f"{task.snapshot.object_name}: {summary([task])}")
+        line, warning = summary([task]), advice([task])
+        found.append(records.of_task(task, line, warning))
+        if to_json != "-":
+            text = f"{line}. Warning: {warning}" if warning else line
+            print(f"{task.snapshot.object_name}: {text}")
     for failure in run.failures:
+        found.append(records.of_failure(failure))
         print(failure, file=sys.stderr)
+    if to_json:
+        records.write(found, to_json)
     return run.done
 
 
@@ -232,14 +254,24 @@ def _run(options) -> int:
         print(f"{options.input}: no meshes in this file", file=sys.stderr)
         return 1
     if options.command == "check":
-        done = _solve(objects, check.CheckTask, check.summary)
+        stacked = {"stacked_ok": options.allow_stacked}
+        done = _solve(
+            objects,
+            lambda snapshot: check.CheckTask(snapshot, **stacked),
+            check.summary,
+            advice=check.advice,
+            to_json=options.json,
+        )
         return 0 if len(done) == len(objects) and all(t.certificate.ok for t in done) else 1
     make_task, summary, values = options.options(options)
-    done = _solve(objects, lambda snapshot: make_task(snapshot, **values), summary)
+    done = _solve(
+        objects, lambda snapshot: make_task(snapshot, **values), summary, to_json=options.json
+    )
     if len(done) < len(objects):
         return 1
     _write(options.output)
-    print(f"Written: {options.output}")
+    if options.json != "-":
+        print(f"Written: {options.output}")
     return 0
 
 

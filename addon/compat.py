@@ -5,6 +5,7 @@ Seen in 4.3.2 and 5.2.2. Everything takes a mesh outside edit mode (or a copy of
 attribute arrays are empty while a mesh is being edited.
 """
 
+import bmesh
 import bpy
 import numpy as np
 
@@ -41,6 +42,42 @@ def _bool_attribute(mesh: bpy.types.Mesh, name: str, size: int) -> np.ndarray | 
     return values
 
 
+def _values(mesh: bpy.types.Mesh, attribute: str, key: str, shape: tuple, dtype) -> np.ndarray:
+    """All values of one of Blender's own attributes: a hundred times faster than the property that shows the same."""
+    values = np.empty(shape, dtype)
+    mesh.attributes[attribute].data.foreach_get(key, values.ravel())
+    return values
+
+
+def positions(mesh: bpy.types.Mesh) -> np.ndarray:
+    """(#vertices, 3) float32."""
+    return _values(mesh, "position", "vector", (len(mesh.vertices), 3), np.float32)
+
+
+def corner_vertices(mesh: bpy.types.Mesh) -> np.ndarray:
+    """(#loops,) int32: the vertex of each."""
+    return _values(mesh, ".corner_vert", "value", (len(mesh.loops),), np.int32)
+
+
+def corner_edges(mesh: bpy.types.Mesh) -> np.ndarray:
+    """(#loops,) int32: the edge from each to the next of its face."""
+    return _values(mesh, ".corner_edge", "value", (len(mesh.loops),), np.int32)
+
+
+def edge_vertices(mesh: bpy.types.Mesh) -> np.ndarray:
+    """(#edges, 2) int32. A mesh without edges has no attribute for them."""
+    if len(mesh.edges) == 0:
+        return np.zeros((0, 2), np.int32)
+    return _values(mesh, ".edge_verts", "value", (len(mesh.edges), 2), np.int32)
+
+
+def triangle_faces(mesh: bpy.types.Mesh) -> np.ndarray:
+    """(#loop triangles,) int32: the face of each, after calc_loop_triangles()."""
+    values = np.empty(len(mesh.loop_triangles), np.int32)
+    mesh.loop_triangle_polygons.foreach_get("value", values)
+    return values
+
+
 def pinned_loops(mesh: bpy.types.Mesh, layer_name: str) -> np.ndarray:
     """(#loops,) bool. `uv_layer.pin` does not exist before `pin_ensure()` in 5.2; the attribute is there in both."""
     values = _bool_attribute(mesh, f".pn.{layer_name}", len(mesh.loops))
@@ -72,6 +109,28 @@ def uv_selected_faces(mesh: bpy.types.Mesh, layer_name: str) -> np.ndarray:
     starts = np.empty(faces, dtype=np.int32)
     mesh.polygons.foreach_get("loop_start", starts)
     return np.logical_and.reduceat(corners, starts) if faces else np.zeros(0, dtype=bool)
+
+
+def select_uv_faces(mesh: bpy.types.Mesh, faces: np.ndarray) -> None:
+    """In Edit Mode: selects these faces and nothing else in UV editors that do not follow the mesh selection, and adds them
+    to that, as such editors show selected faces only. Up to 4.x each layer's corners have flags, from 5.0 on bmesh has."""
+    bm = bmesh.from_edit_mesh(mesh)
+    chosen = set(faces.tolist())
+    layer = bm.loops.layers.uv.verify()
+    for face in bm.faces:
+        on = face.index in chosen
+        if on:
+            face.hide_set(False)
+            face.select_set(True)
+        if hasattr(face, "uv_select"):
+            face.uv_select = on
+        for loop in face.loops:
+            if hasattr(loop, "uv_select_vert"):
+                loop.uv_select_vert = loop.uv_select_edge = on
+            else:
+                loop[layer].select = loop[layer].select_edge = on
+    bm.select_flush_mode()
+    bmesh.update_edit_mesh(mesh, loop_triangles=False, destructive=False)
 
 
 def seam_edges(mesh: bpy.types.Mesh) -> np.ndarray:

@@ -17,29 +17,35 @@ TEXTS = {
     "empty mesh": ("has no faces", "Add or select some"),
     "array of the wrong shape": ("was read wrongly", "Please report this as a bug"),
     "index out of range": ("was read wrongly", "Please report this as a bug"),
-    "coordinate is not finite": ("has a coordinate that is no number", "Delete it"),
+    "coordinate is not finite": ("has a coordinate that is no number", "Delete it in Edit Mode"),
     "face uses a vertex twice": (
         "uses one vertex twice",
-        "Mesh > Clean Up > Degenerate Dissolve removes such faces",
+        "Run bpy.context.object.data.validate() in the Python console, which removes such faces",
     ),
-    "duplicate face": ("has the same vertices as another face", "Delete one of them"),
+    "duplicate face": (
+        "has the same vertices as another face",
+        "Delete it in Edit Mode (Delete > Only Faces)",
+    ),
     "non-manifold edge": (
         "belongs to more than two faces",
-        "Delete the inner faces, or split them off with Mesh > Split",
+        "Select it and use Mesh > Split > Faces by Edges, or delete the inner faces",
     ),
     "inconsistent orientation": (
         "joins two faces that look to opposite sides",
-        "Use Mesh > Normals > Recalculate Outside",
+        "Select all (A) in Edit Mode and use Mesh > Normals > Recalculate Outside",
     ),
     "non-manifold vertex": (
         "joins parts of the surface that share no edge",
-        "Use Mesh > Split > Faces & Edges by Vertices",
+        "Select it and use Mesh > Split > Faces & Edges by Vertices",
     ),
     "zero-area face": (
         "has a triangle without area",
-        "Use Mesh > Clean Up > Degenerate Dissolve, or move a corner",
+        "Select all (A) in Edit Mode and use Mesh > Clean Up > Degenerate Dissolve; for a quad, Face > Triangulate Faces",
     ),
-    "zero-length edge": ("has no length", "Use Mesh > Merge > By Distance"),
+    "zero-length edge": (
+        "has no length",
+        "Select all (A) in Edit Mode and use Mesh > Merge > By Distance",
+    ),
     "isolated vertex": ("belongs to no face", "Use Mesh > Clean Up > Delete Loose"),
     "mesh is not connected": ("has separate parts", "Use Mesh > Separate > By Loose Parts"),
     "mesh is not a disk": (
@@ -102,6 +108,12 @@ TEXTS = {
 }
 
 
+HINT = "UV > Unwrap > Select Where It Failed shows the place"
+
+# Of the last run, those with a place; Select Where It Failed asks for them.
+_remembered: list["Failure"] = []
+
+
 @dataclass
 class Failure:
     """Why one object got no map. `kind` and `elements` are ids of the Blender mesh, for selecting them."""
@@ -110,16 +122,33 @@ class Failure:
     message: str
     kind: str = "none"
     elements: np.ndarray | None = None
+    counts: tuple = ()  # of the mesh that the ids belong to (mesh_io.counts)
 
     def __str__(self):
         return self.message
 
-    def show(self):
-        """Selects the place in the object, and says so."""
-        ob = bpy.data.objects.get(self.object_name)
-        if ob is not None and self.elements is not None and len(self.elements):
-            mesh_io.select_only(ob, self.kind, self.elements)
-            self.message += ". Now selected"
+    @property
+    def has_place(self) -> bool:
+        return self.kind != "none" and self.elements is not None and len(self.elements) > 0
+
+
+def remember(failures: list[Failure]) -> bool:
+    """Keeps the failures of a run until the next one; True if some have a place to show."""
+    _remembered[:] = [failure for failure in failures if failure.has_place]
+    for failure in _remembered:
+        ob = bpy.data.objects.get(failure.object_name)
+        failure.counts = () if ob is None else mesh_io.counts(ob)
+    return bool(_remembered)
+
+
+def has_places() -> bool:
+    return bool(_remembered)
+
+
+def places() -> list[tuple[bpy.types.Object, Failure]]:
+    """What the last run remembered and still holds: objects that are there, with meshes of the same size."""
+    found = [(bpy.data.objects.get(f.object_name), f) for f in _remembered]
+    return [(ob, f) for ob, f in found if ob is not None and mesh_io.counts(ob) == f.counts]
 
 
 def _place(kind: str, elements: np.ndarray) -> str:
@@ -140,8 +169,13 @@ def from_solver(snapshot: mesh_io.Snapshot, error) -> Failure:
     # Numbers that only the solver knows (a missing angle, two pins) follow in its own words.
     if not place or error.code in WITH_SOLVER_TEXT:
         message += f" ({error})"
+    if error.code in NOT_FOR_EDIT_MODE:
+        kind, elements = "none", None
     return Failure(snapshot.object_name, message, kind, elements)
 
+
+# Such meshes must not be shown: Blender hangs when it selects something in them in Edit Mode.
+NOT_FOR_EDIT_MODE = {"face uses a vertex twice"}
 
 # Codes whose solver message says more than the place.
 WITH_SOLVER_TEXT = {

@@ -11,6 +11,8 @@ ENTRIES = (
     "uv.flipfree_suggest_cones",
     "mesh.flipfree_mark_cone",
     "uv.flipfree_check",
+    "uv.flipfree_select_poor",
+    "uv.flipfree_select_failed",
 )
 
 

@@ -14,6 +14,8 @@ import bmesh
 import bpy
 import numpy as np
 
+import flipfree
+
 from . import compat
 
 
@@ -42,6 +44,7 @@ class Snapshot:
     vertex_ids: np.ndarray  # (#Sv,) mesh vertex of each
     triangle_loops: np.ndarray  # (#St, 3) mesh loops
     triangle_face: np.ndarray  # (#St,) mesh face
+    inner_sides: np.ndarray  # (#St, 3) bool: the side from corner k to the next lies inside a face
     uv: np.ndarray  # (#loops, 2) float32; zeros without a UV map
     pinned: np.ndarray  # (#loops,) bool
     seams: np.ndarray  # (#edges,) bool
@@ -59,9 +62,13 @@ class Snapshot:
     def diagonals(self) -> np.ndarray:
         """(d, 2) submesh vertex pairs: edges of triangles inside faces. A map cannot be cut there, as a face's corner has
         one UV."""
-        ends = np.concatenate([self.triangles[:, e] for e in ((0, 1), (1, 2), (2, 0))])
-        inside = ~np.isin(edge_keys(self.vertex_ids[ends]), edge_keys(self.edges))
-        return np.unique(np.sort(ends[inside], axis=1), axis=0).astype(np.int32)
+        start, end = self.triangles, np.roll(self.triangles, -1, axis=1)
+        once = self.inner_sides & (start < end)  # a face has its diagonals in both directions
+        pairs = np.column_stack([start[once], end[once]])
+        pairs = pairs[~_members(edge_keys(self.vertex_ids[pairs]), edge_keys(self.edges))]
+        keys = np.sort(edge_keys(pairs))
+        keys = keys[np.append(True, keys[1:] != keys[:-1])[: len(keys)]]
+        return np.column_stack([keys >> 32, keys & 0xFFFFFFFF]).astype(np.int32)
 
     def part(self, triangles: np.ndarray) -> tuple["Snapshot", np.ndarray]:
         """These triangles as a snapshot of their own, and the (#part,) submesh vertex of each of its vertices."""
@@ -79,6 +86,7 @@ class Snapshot:
             vertex_ids=self.vertex_ids[used],
             triangle_loops=self.triangle_loops[triangles],
             triangle_face=self.triangle_face[triangles],
+            inner_sides=self.inner_sides[triangles],
         )
         return part, used
 
@@ -91,6 +99,14 @@ def _get(collection, name: str, count: int, dtype, width: int = 1) -> np.ndarray
 
 def _counts(mesh) -> tuple:
     return len(mesh.vertices), len(mesh.edges), len(mesh.loops), len(mesh.polygons)
+
+
+def counts(ob: bpy.types.Object) -> tuple:
+    """Numbers of vertices, edges, loops and faces, in either mode."""
+    if ob.mode != "EDIT":
+        return _counts(ob.data)
+    bm = bmesh.from_edit_mesh(ob.data)
+    return len(bm.verts), len(bm.edges), sum(len(f.loops) for f in bm.faces), len(bm.faces)
 
 
 def read(ob: bpy.types.Object, *, only_selected: bool, uv_selection: bool = False) -> Snapshot:
@@ -116,12 +132,12 @@ def _read(name: str, mesh, only_selected: bool, uv_selection: bool) -> Snapshot:
     if len(mesh.polygons) == 0:
         raise MeshProblem(f"{name}: the mesh has no faces. Nothing to unwrap")
 
-    positions = _get(mesh.vertices, "co", len(mesh.vertices), np.float32, 3)
+    positions = compat.positions(mesh)
     mesh.calc_loop_triangles()
-    count = len(mesh.loop_triangles)
-    corners = _get(mesh.loop_triangles, "vertices", count, np.int32, 3)
-    loops = _get(mesh.loop_triangles, "loops", count, np.int32, 3)
-    faces = _get(mesh.loop_triangles, "polygon_index", count, np.int32)
+    loops = _get(mesh.loop_triangles, "loops", len(mesh.loop_triangles), np.int32, 3)
+    faces = compat.triangle_faces(mesh)
+    corners = compat.corner_vertices(mesh)[loops]
+    inner = _inner_sides(mesh, loops, faces)
 
     other_loops = loops[:0]
     if only_selected:
@@ -133,18 +149,19 @@ def _read(name: str, mesh, only_selected: bool, uv_selection: bool) -> Snapshot:
             raise NothingSelected(f"{name}: no faces are selected. Select the faces to work on")
         keep = chosen[faces]
         other_loops = loops[~keep]
-        corners, loops, faces = corners[keep], loops[keep], faces[keep]
+        corners, loops, faces, inner = corners[keep], loops[keep], faces[keep], inner[keep]
 
-    used = np.unique(corners)
-    bad = used[~np.isfinite(positions[used]).all(axis=1)]
-    if len(bad):
-        raise MeshProblem(
-            f"{name}: vertex {bad[0]}{more(bad)} has a coordinate that is no number. Delete it",
-            "vertex",
-            bad,
-        )
+    finite = np.isfinite(positions).all(axis=1)
+    if not finite.all():
+        bad = np.setdiff1d(np.flatnonzero(~finite), _unused(corners, len(positions)))
+        if len(bad):
+            raise MeshProblem(
+                f"{name}: vertex {bad[0]}{more(bad)} has a coordinate that is no number. Delete it",
+                "vertex",
+                bad,
+            )
 
-    edges = _get(mesh.edges, "vertices", len(mesh.edges), np.int32, 2)
+    edges = compat.edge_vertices(mesh)
     seams = compat.seam_edges(mesh)
     triangles, vertex_ids = split_fans(corners)
     return Snapshot(
@@ -156,6 +173,7 @@ def _read(name: str, mesh, only_selected: bool, uv_selection: bool) -> Snapshot:
         vertex_ids=vertex_ids,
         triangle_loops=loops,
         triangle_face=faces,
+        inner_sides=inner,
         uv=compat.uv_values(mesh, layer_name)
         if layer_name
         else np.zeros((len(mesh.loops), 2), np.float32),
@@ -183,12 +201,46 @@ def _cuts(corners: np.ndarray, triangles: np.ndarray, seam_vertices: np.ndarray)
     """Seams inside the submesh as (s, 2) submesh vertex pairs."""
     if not len(seam_vertices):
         return np.zeros((0, 2), np.int32)
-    ends = ((0, 1), (1, 2), (2, 0))
-    in_mesh = np.concatenate([corners[:, e] for e in ends])
-    in_submesh = np.concatenate([triangles[:, e] for e in ends])
-    on_seam = np.isin(edge_keys(in_mesh), edge_keys(seam_vertices))
+    near = np.zeros(max(int(corners.max()), int(seam_vertices.max())) + 1, bool)
+    near[seam_vertices] = True
+    flags = near[corners]
+    rows, sides = np.nonzero(flags & np.roll(flags, -1, axis=1))
+    following = (sides + 1) % 3
+    in_mesh = np.column_stack([corners[rows, sides], corners[rows, following]])
+    in_submesh = np.column_stack([triangles[rows, sides], triangles[rows, following]])
+    on_seam = _members(edge_keys(in_mesh), edge_keys(seam_vertices))
     pairs = np.sort(in_submesh[on_seam], axis=1)
     return np.unique(pairs, axis=0).astype(np.int32)
+
+
+def _members(keys: np.ndarray, among: np.ndarray) -> np.ndarray:
+    """np.isin for int64, without hashing or stable sorts: (len(keys),) bool."""
+    if not len(among):
+        return np.zeros(len(keys), bool)
+    among = np.sort(among)
+    if len(among) < 1 << 16:  # fits the cache
+        return among[np.minimum(np.searchsorted(among, keys), len(among) - 1)] == keys
+    order = np.argsort(keys)
+    place = np.searchsorted(among, keys[order])  # in ascending order: one pass through memory
+    found = np.zeros(len(keys), bool)
+    found[order] = among[np.minimum(place, len(among) - 1)] == keys[order]
+    return found
+
+
+def _unused(corners: np.ndarray, count: int) -> np.ndarray:
+    used = np.zeros(count, bool)
+    used[corners] = True
+    return np.flatnonzero(~used)
+
+
+def _inner_sides(mesh, loops: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """(#triangles, 3) bool: sides that are diagonals of their face. A face's loops follow each other."""
+    if len(loops) == len(mesh.polygons):
+        return np.zeros(loops.shape, bool)  # triangles only
+    first = _get(mesh.polygons, "loop_start", len(mesh.polygons), np.int32)
+    last = first + _get(mesh.polygons, "loop_total", len(mesh.polygons), np.int32) - 1
+    following = np.where(loops == last[faces][:, None], first[faces][:, None], loops + 1)
+    return following != np.roll(loops, -1, axis=1)
 
 
 def split_fans(
@@ -196,33 +248,10 @@ def split_fans(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Renumbers triangles so that every fan of edge-connected triangles around a point has its own vertex.
 
-    corners (m, 3) mesh vertices -> triangles (m, 3) int32, vertex_ids (n,) mesh vertex of each new vertex. Vertices keep the
-    mesh's order, fans of one vertex the order of their triangles. All triangles of an edge count as connected, however
-    many they are and whichever way they run: the solver's validation shall name such an edge and nothing else. Edges in
-    `cuts` (s, 2) connect nothing.
+    corners (m, 3) mesh vertices -> triangles (m, 3) int32, vertex_ids (n,) mesh vertex of each new vertex; see
+    flipfree.split_fans. Edges in `cuts` (s, 2) connect nothing.
     """
-    m = len(corners)
-    start = corners.ravel().astype(np.int64)
-    end = np.roll(corners, -1, axis=1).ravel().astype(np.int64)
-    half_edges = np.arange(3 * m)  # 3 t + k runs from corner k of triangle t to its next corner
-    following = half_edges // 3 * 3 + (half_edges + 1) % 3
-    low = np.where(start < end, half_edges, following)
-    high = np.where(start < end, following, half_edges)
-    key = edge_keys(np.column_stack([start, end]))
-    order = np.argsort(key, kind="stable")
-    joined = key[order][1:] == key[order][:-1]
-    if cuts is not None and len(cuts):
-        joined &= ~np.isin(key[order][1:], edge_keys(cuts))
-    same = np.flatnonzero(joined)
-    a, b = order[same], order[same + 1]
-    links_a, links_b = np.concatenate([low[a], high[a]]), np.concatenate([low[b], high[b]])
-    label = connected_components(3 * m, links_a, links_b)
-    # Order fans by (mesh vertex, first corner).
-    roots = np.flatnonzero(label == np.arange(3 * m))
-    roots = roots[np.lexsort((roots, start[roots]))]
-    number = np.empty(3 * m, dtype=np.int32)
-    number[roots] = np.arange(len(roots), dtype=np.int32)
-    return number[label].reshape(m, 3), start[roots]
+    return flipfree.split_fans(corners, cuts=cuts)
 
 
 def connected_components(n: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -270,15 +299,19 @@ def _edge_ends(triangles: np.ndarray):
     return low[a], low[b], high[a], high[b]
 
 
-def count_islands(triangles: np.ndarray, uv: np.ndarray) -> int:
-    """Islands of the map uv (m, 3, 2): triangles belong together if they share an edge and its UVs, bit for bit."""
+def island_labels(triangles: np.ndarray, uv: np.ndarray) -> np.ndarray:
+    """(m,) smallest triangle of each triangle's island in the map uv (m, 3, 2): triangles belong together if they share an
+    edge and its UVs, bit for bit."""
     low, other_low, high, other_high = _edge_ends(triangles)
     flat = uv.reshape(-1, 2)
     joined = (flat[low] == flat[other_low]).all(axis=1) & (flat[high] == flat[other_high]).all(
         axis=1
     )
-    label = connected_components(len(triangles), low[joined] // 3, other_low[joined] // 3)
-    return len(np.unique(label))
+    return connected_components(len(triangles), low[joined] // 3, other_low[joined] // 3)
+
+
+def count_islands(triangles: np.ndarray, uv: np.ndarray) -> int:
+    return int(np.count_nonzero(island_labels(triangles, uv) == np.arange(len(triangles))))
 
 
 def nearly_joined(triangles: np.ndarray, uv: np.ndarray) -> int:
@@ -293,18 +326,20 @@ def nearly_joined(triangles: np.ndarray, uv: np.ndarray) -> int:
 
 
 def _per_loop(snapshot: Snapshot, corner_uv: np.ndarray):
-    """(loops, row of `values` that holds each loop's value, values (3 #St, 2) float32, rows that disagree)."""
+    """(loops, float32 value (k, 2) of each, rows of the flat corner_uv whose loop has another value elsewhere)."""
     values = np.asarray(corner_uv, dtype=np.float32).reshape(-1, 2)
-    loops, first, inverse = np.unique(
-        snapshot.triangle_loops.ravel(), return_index=True, return_inverse=True
-    )
-    torn = np.flatnonzero((values != values[first][inverse]).any(axis=1))
-    return loops, first, values, torn
+    at = snapshot.triangle_loops.ravel()
+    stored = np.zeros((len(snapshot.uv), 2), np.float32)
+    stored[at] = values
+    used = np.zeros(len(stored), bool)
+    used[at] = True
+    loops = np.flatnonzero(used)
+    return loops, stored[loops], np.flatnonzero((values != stored[at]).any(axis=1))
 
 
 def torn_faces(snapshot: Snapshot, corner_uv: np.ndarray) -> np.ndarray:
     """Faces of which a corner would need different UVs in different triangles."""
-    return np.unique(snapshot.triangle_face[_per_loop(snapshot, corner_uv)[3] // 3])
+    return np.unique(snapshot.triangle_face[_per_loop(snapshot, corner_uv)[2] // 3])
 
 
 def loop_values(snapshot: Snapshot, corner_uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -313,7 +348,7 @@ def loop_values(snapshot: Snapshot, corner_uv: np.ndarray) -> tuple[np.ndarray, 
     A face's corner shared by several of its triangles must have one value in all of them, bit for bit; otherwise the
     map is torn inside a face and MeshProblem names it.
     """
-    loops, first, values, torn = _per_loop(snapshot, corner_uv)
+    loops, values, torn = _per_loop(snapshot, corner_uv)
     if len(torn):
         faces = np.unique(snapshot.triangle_face[torn // 3])
         raise MeshProblem(
@@ -322,7 +357,7 @@ def loop_values(snapshot: Snapshot, corner_uv: np.ndarray) -> tuple[np.ndarray, 
             "face",
             faces,
         )
-    return loops, values[first]
+    return loops, values
 
 
 def write_uv(
@@ -359,8 +394,7 @@ def write_uv(
 def _write_edit_mode(ob, snapshot, loops, values, new_seams) -> None:
     mesh = ob.data
     bm = bmesh.from_edit_mesh(mesh)
-    counts = len(bm.verts), len(bm.edges), sum(len(f.loops) for f in bm.faces), len(bm.faces)
-    if counts != snapshot.counts:
+    if counts(ob) != snapshot.counts:
         raise MeshProblem(
             f"{ob.name}: the mesh was changed while its map was computed. Run the operator again"
         )
@@ -387,7 +421,7 @@ def _write_edit_mode(ob, snapshot, loops, values, new_seams) -> None:
 def edge_ids(snapshot: Snapshot, submesh_pairs: np.ndarray) -> np.ndarray:
     """Ids of the mesh's edges between these submesh vertices; pairs that are no edge (diagonals) are left out."""
     pairs = snapshot.vertex_ids[np.asarray(submesh_pairs, dtype=np.int64).reshape(-1, 2)]
-    return np.flatnonzero(np.isin(edge_keys(snapshot.edges), edge_keys(pairs)))
+    return np.flatnonzero(_members(edge_keys(snapshot.edges), edge_keys(pairs)))
 
 
 def to_mesh_elements(snapshot: Snapshot, kind: str, elements) -> tuple[str, np.ndarray]:
@@ -406,50 +440,3 @@ def to_mesh_elements(snapshot: Snapshot, kind: str, elements) -> tuple[str, np.n
     if kind == "corner":
         return "face", np.unique(snapshot.triangle_face[elements // 3])
     return "none", np.zeros(0, np.int64)
-
-
-def select_only(ob: bpy.types.Object, kind: str, elements: np.ndarray) -> None:
-    """Selects these elements and nothing else, in the select mode that shows them. No-op for kind "none"."""
-    if kind == "none" or len(elements) == 0:
-        return
-    mesh = ob.data
-    if ob.mode == "EDIT":
-        bm = bmesh.from_edit_mesh(mesh)
-        bm.select_mode = {{"vertex": "VERT", "edge": "EDGE", "face": "FACE"}[kind]}
-        bpy.context.tool_settings.mesh_select_mode = (
-            kind == "vertex",
-            kind == "edge",
-            kind == "face",
-        )
-        for sequence in (bm.verts, bm.edges, bm.faces):
-            for element in sequence:
-                element.select = False
-        sequence = {"vertex": bm.verts, "edge": bm.edges, "face": bm.faces}[kind]
-        sequence.ensure_lookup_table()
-        for index in elements.tolist():
-            if not sequence[index].hide:
-                sequence[index].select_set(True)
-        bm.select_flush_mode()
-        bmesh.update_edit_mesh(mesh, loop_triangles=False, destructive=False)
-        return
-    chosen = {
-        "vertex": np.zeros(len(mesh.vertices), bool),
-        "edge": np.zeros(len(mesh.edges), bool),
-        "face": np.zeros(len(mesh.polygons), bool),
-    }
-    chosen[kind][elements] = True
-    # Larger elements carry their smaller ones, as Blender itself keeps them.
-    if kind == "face":
-        loop_vertices = _get(mesh.loops, "vertex_index", len(mesh.loops), np.int32)
-        loop_edges = _get(mesh.loops, "edge_index", len(mesh.loops), np.int32)
-        totals = _get(mesh.polygons, "loop_total", len(mesh.polygons), np.int32)
-        in_face = np.repeat(chosen["face"], totals)
-        chosen["vertex"][loop_vertices[in_face]] = True
-        chosen["edge"][loop_edges[in_face]] = True
-    elif kind == "edge":
-        edges = _get(mesh.edges, "vertices", len(mesh.edges), np.int32, 2)
-        chosen["vertex"][edges[chosen["edge"]].ravel()] = True
-    mesh.vertices.foreach_set("select", chosen["vertex"])
-    mesh.edges.foreach_set("select", chosen["edge"])
-    mesh.polygons.foreach_set("select", chosen["face"])
-    mesh.update()

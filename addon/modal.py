@@ -7,7 +7,8 @@
     make_tasks -> Run.advance() ... -> Run.finish() -> report, undo step
 
 The solver runs on a C++ thread that touches neither Python nor Blender's data; no Python thread exists. Meshes are
-written only after the last solver has ended, so Esc leaves every one of them as it was.
+written only after the last solver has ended, so Esc leaves every one of them as it was. Return takes each map as it is
+then, or as soon as there is one.
 """
 
 import time
@@ -34,6 +35,7 @@ _NAVIGATION = {
     "MOUSESMARTZOOM",
     "NDOF_MOTION",
 }
+_ACCEPT = {"RET", "NUMPAD_ENTER"}
 _live_runs: "weakref.WeakSet[Run]" = weakref.WeakSet()
 
 
@@ -42,6 +44,8 @@ class Task:
 
     # Whether its result is an object's; a layout only changes what other tasks write.
     writes = True
+    # Certificates of what it made, with the mesh faces they speak of (operators.common.Judged).
+    judged = ()
 
     def __init__(self, snapshot: mesh_io.Snapshot):
         self.snapshot = snapshot
@@ -97,6 +101,8 @@ class Run:
         self._task = None
         self._job = None
         self._cancelled = False
+        self._accepted = False
+        self.ended_early = False  # some job ended because its map was taken as it was
         self.done: list[Task] = []
         self.failures: list[errors.Failure] = list(failures or [])
         self.started = time.perf_counter()
@@ -115,7 +121,7 @@ class Run:
                 return False
             else:
                 job, self._job = self._job, None
-                self._guard(lambda job=job: self._set_job(self._task.collect(job.result())))
+                self._guard(lambda job=job: self._set_job(self._task.collect(self._result(job))))
             if self._job is None and self._task is not None:
                 if self._task.writes:
                     self.done.append(self._task)
@@ -131,6 +137,14 @@ class Run:
 
     def _set_job(self, job):
         self._job = job
+        if job is not None and self._accepted:
+            job.accept()
+
+    def _result(self, job):
+        result = job.result()
+        if self._accepted and getattr(result, "stats", {}).get("time_limit_reached", 0):
+            self.ended_early = True
+        return result
 
     def _guard(self, step):
         """Runs one step of the current task; turns what it raises into a Failure and drops the task."""
@@ -155,6 +169,16 @@ class Run:
         self._cancelled = True
         if self._job is not None:
             self._job.cancel()
+
+    def accept(self):
+        """Takes every map as it is, as soon as there is one. Nothing fails because of it."""
+        self._accepted = True
+        if self._job is not None:
+            self._job.accept()
+
+    @property
+    def accepted(self) -> bool:
+        return self._accepted
 
     @property
     def cancelled(self) -> bool:
@@ -216,6 +240,10 @@ class SolverOperator:
         """The report line for tasks that were written."""
         raise NotImplementedError
 
+    def advice(self, tasks: list[Task]) -> str:
+        """What to do where a result is valid but not good; the report is a warning then. "" if all is well."""
+        return ""
+
     # -- blocking: scripts, redo panel, background
     # ---------------------------------------------------------
     def execute(self, context):
@@ -257,6 +285,8 @@ class SolverOperator:
     def modal(self, context, event):
         if event.type == "ESC" and event.value == "PRESS":
             self._run.cancel()
+        if event.type in _ACCEPT and event.value == "PRESS":
+            self._run.accept()
         if event.type in _NAVIGATION:
             return {"PASS_THROUGH"}
         if event.type != "TIMER":
@@ -279,7 +309,11 @@ class SolverOperator:
 
     def _show_progress(self, context):
         text, fraction = self._run.progress()
-        hint = "stopping ..." if self._run.cancelled else "[Esc] cancel"
+        hint = "[Esc] cancel  [Return] take it as it is"
+        if self._run.cancelled:
+            hint = "stopping ..."
+        elif self._run.accepted:
+            hint = "[Esc] cancel  taking the map as it is ..."
         context.workspace.status_text_set(f"{self.verb}  {100 * fraction:.0f} %   {text}   {hint}")
 
     def _stop_showing(self, context):
@@ -289,6 +323,7 @@ class SolverOperator:
     # -- both
     # ----------------------------------------------------------------------------------------------
     def _start(self, context) -> Run | None:
+        errors.remember([])
         try:
             return self.make_run(context)
         except mesh_io.MeshProblem as problem:
@@ -305,12 +340,17 @@ class SolverOperator:
             self._report_failures(run.failures, written=bool(run.done))
         if not run.done:
             return {"CANCELLED"}
-        self.report({"INFO"}, f"{self.summary(run.done)}, {seconds:.2f} s")
+        text = f"{self.summary(run.done)}, {seconds:.2f} s"
+        if run.ended_early:
+            text += ", accepted early"
+        advice = self.advice(run.done)
+        self.report({"WARNING"} if advice else {"INFO"}, f"{text}. {advice}" if advice else text)
         return {"FINISHED"}
 
     def _report_failures(self, failures, written: bool):
-        """Says what failed and selects the place. With results for other objects it is a warning: an error would
-        make the whole call fail for scripts."""
-        for failure in failures:
-            failure.show()
-        self.report({"WARNING"} if written else {"ERROR"}, "\n".join(str(f) for f in failures))
+        """Says what failed; the selection stays. With results for other objects it is a warning: an error would make the
+        whole call fail for scripts."""
+        text = "\n".join(str(f) for f in failures)
+        if errors.remember(failures):
+            text += f". {errors.HINT}"
+        self.report({"WARNING"} if written else {"ERROR"}, text)

@@ -3,7 +3,8 @@
 
 A new vertex lies on an edge or in the interior of one of the user's triangles (design: guarantee G7). Everything the
 mesh carries is interpolated there by Blender's own code: vertex groups, shape keys, colours, other UV maps; pieces of
-an edge keep its seam, sharpness and crease; new faces keep their face's material. Nothing else moves.
+an edge keep its seam, sharpness and crease; new faces keep their face's material. Nothing else moves. What the user
+marked vertices with is theirs alone: new vertices are neither pinned nor in groups of pins or cones.
 """
 
 from dataclasses import dataclass
@@ -12,7 +13,9 @@ import bmesh
 import bpy
 import numpy as np
 
-from . import mesh_io
+from . import cones, mesh_io
+
+PIN_GROUP = "Pins"  # its vertices are pinned, as if their UVs were
 
 
 @dataclass
@@ -92,7 +95,8 @@ def write(ob: bpy.types.Object, snapshot: mesh_io.Snapshot, result, *, mark_cuts
             raise mesh_io.MeshProblem(
                 f"{ob.name}: the mesh was changed while its map was computed. Run the operator again"
             )
-        _rebuild(bm, snapshot, result, todo, mark_cuts)
+        new = _rebuild(bm, snapshot, result, todo, mark_cuts)
+        _unmark(bm, new, _marking_groups(ob))
         if editing:
             bmesh.update_edit_mesh(ob.data)
         else:
@@ -104,7 +108,30 @@ def write(ob: bpy.types.Object, snapshot: mesh_io.Snapshot, result, *, mark_cuts
     return len(todo.supports)
 
 
-def _rebuild(bm, snapshot, result, todo, mark_cuts) -> None:
+def _marking_groups(ob) -> list[int]:
+    pins = ob.vertex_groups.get(PIN_GROUP)
+    return [*cones.groups(ob), *([] if pins is None else [pins.index])]
+
+
+def _unmark(bm, vertices, groups) -> None:
+    """Takes interpolated pins and cones from new vertices: the next run would take them for the user's."""
+    deform = bm.verts.layers.deform.active
+    angle = bm.verts.layers.float.get(cones.ATTRIBUTE)
+    for vertex in vertices:
+        if deform is not None:
+            for group in groups:
+                if group in vertex[deform]:
+                    del vertex[deform][group]
+        if angle is not None:
+            vertex[angle] = 0.0
+        for loop in vertex.link_loops:
+            for layer in bm.loops.layers.uv.values():
+                if loop[layer].pin_uv:
+                    loop[layer].pin_uv = False
+
+
+def _rebuild(bm, snapshot, result, todo, mark_cuts) -> list:
+    """Returns the new vertices."""
     layers = bm.loops.layers.uv
     layer = layers[snapshot.layer_name] if snapshot.layer_name else layers.new("UVMap")
     # Adding elements makes Blender's own index tables stale.
@@ -146,6 +173,7 @@ def _rebuild(bm, snapshot, result, todo, mark_cuts) -> None:
     if mark_cuts:
         _mark(bm, points, result.cut_edges)
     bm.normal_update()
+    return points[n:]
 
 
 def _mark(bm, points, cut_edges) -> None:

@@ -23,7 +23,7 @@ def check_version() -> None:
         )
 
 
-def certify(snapshot, uv, *, pins=None, bijective=False):
+def certify(snapshot, uv, *, pins=None, bijective=False, disjoint=False):
     """Starts the certificate of uv (m, 3, 2) on the snapshot's triangles; returns the job."""
     return jobs.certify(
         snapshot.vertices,
@@ -31,6 +31,7 @@ def certify(snapshot, uv, *, pins=None, bijective=False):
         uv,
         pins=pins,
         bijective=bijective,
+        disjoint=disjoint,
         threads=THREADS,
     )
 

@@ -4,20 +4,35 @@
 import bpy
 import numpy as np
 
-from .. import mesh_io, modal, solver
+from .. import mesh_io, modal, selection, solver
 from . import common, options
+
+_MOST_NAMED = 3  # islands in a report
 
 
 class CheckTask(modal.Task):
-    def __init__(self, snapshot):
+    def __init__(self, snapshot, *, stacked_ok=False):
         super().__init__(snapshot)
+        self.stacked_ok = stacked_ok
         self.certificate = None
-        self.islands = 0
+        self._label = None  # island of each triangle
+
+    @property
+    def judged(self):
+        return [common.Judged(self.certificate, self.snapshot.triangle_face)]
+
+    @property
+    def islands(self) -> int:
+        return len(np.unique(self._label))
+
+    def island_count(self) -> int:
+        return self.islands
 
     def start(self):
         common.refuse_nonfinite_uvs(self.snapshot)
-        self.islands = mesh_io.count_islands(self.snapshot.triangles, self.snapshot.corner_uv)
-        return solver.certify(self.snapshot, self.snapshot.corner_uv, bijective=True)
+        uv = self.snapshot.corner_uv
+        self._label = mesh_io.island_labels(self.snapshot.triangles, uv)
+        return solver.certify(self.snapshot, uv, bijective=True, disjoint=not self.stacked_ok)
 
     def collect(self, result):
         self.certificate = result
@@ -25,13 +40,22 @@ class CheckTask(modal.Task):
     def torn_edges(self) -> int:
         return mesh_io.nearly_joined(self.snapshot.triangles, self.snapshot.corner_uv)
 
+    def stacked(self) -> np.ndarray:
+        """Islands that share area with others, as labels; none if they may."""
+        if self.stacked_ok:
+            return np.zeros(0, np.int64)
+        return np.unique(self._label[self.certificate.island_overlap_faces])
+
     def failed_faces(self) -> np.ndarray:
-        return np.unique(self.snapshot.triangle_face[self.certificate.failed_faces])
+        """What the certificate names, and all of islands that are on others."""
+        wrong = np.isin(self._label, self.stacked())
+        wrong[self.certificate.failed_faces] = True
+        return np.unique(self.snapshot.triangle_face[wrong])
 
     def write(self, ob):
-        """Leaves UVs alone; shows the faces that the certificate names."""
+        """Leaves UVs alone; shows the faces that are wrong."""
         if not self.certificate.ok:
-            mesh_io.select_only(ob, "face", self.failed_faces())
+            selection.select_only(ob, "face", self.failed_faces())
 
 
 def summary(tasks: list[CheckTask]) -> str:
@@ -39,6 +63,11 @@ def summary(tasks: list[CheckTask]) -> str:
     text = common.figures([t.certificate for t in tasks], sum(t.islands for t in tasks))
     wrong = sum(len(t.failed_faces()) for t in tasks)
     verdict = f"{common.plural(wrong, 'face')} wrong, now selected" if wrong else "Nothing wrong"
+    stacked = [int(t.snapshot.triangle_face[island]) for t in tasks for island in t.stacked()]
+    if stacked:
+        named = ", ".join(map(str, stacked[:_MOST_NAMED]))
+        more = f" and {len(stacked) - _MOST_NAMED} more" if len(stacked) > _MOST_NAMED else ""
+        text += f"; stacked: islands of the faces {named}{more}"
     torn = sum(t.torn_edges() for t in tasks if t.certificate.overlaps > 0)
     if torn:
         text += (
@@ -48,22 +77,44 @@ def summary(tasks: list[CheckTask]) -> str:
     return f"{verdict}: {text}"
 
 
+def advice(tasks: list[CheckTask]) -> str:
+    """What to do about what is wrong or poor; "" if nothing is."""
+    texts = []
+    if any(len(t.stacked()) for t in tasks):
+        texts.append("Pack the islands, or allow stacked ones in the redo panel")
+    if any(t.certificate.flips32 > 0 or t.certificate.overlaps > 0 for t in tasks):
+        texts.append("Unwrap Flip-Free makes a map without flips and overlaps")
+    elif not texts and not all(t.certificate.ok for t in tasks):
+        texts.append("Unwrap it anew")
+    return ". ".join([*texts, *filter(None, [common.advice(tasks)])])
+
+
 class UV_OT_flipfree_check(options.MapOperator, bpy.types.Operator):
     bl_idname = "uv.flipfree_check"
     bl_label = "Check Flips and Overlaps"
     bl_description = (
-        "Check the UV map with exact arithmetic: count flipped and overlapping faces, measure distortion, and select the faces "
-        "that are wrong"
+        "Check the UV map with exact arithmetic: count flipped and overlapping faces and islands, measure distortion, and select "
+        "the faces that are wrong"
     )
     bl_options = {"REGISTER", "UNDO"}
     verb = "Check"
     needs_uv = True
+    option_names = ("stacked_ok",)
 
-    def make_task(self, snapshot):
-        return CheckTask(snapshot)
+    stacked_ok: bpy.props.BoolProperty(
+        name="Allow Stacked Islands",
+        description="Islands that lie on each other are counted, but not wrong: for parts that share a texture on purpose",
+        default=False,
+    )
+
+    def make_task(self, snapshot, **options):
+        return CheckTask(snapshot, **options)
 
     def summary(self, tasks):
         return summary(tasks)
+
+    def advice(self, tasks):
+        return advice(tasks)
 
 
 CLASSES = (UV_OT_flipfree_check,)

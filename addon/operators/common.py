@@ -2,10 +2,19 @@
 """What the operators share: which objects they work on, and the numbers they report."""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from .. import errors, mesh_io
+
+
+@dataclass
+class Judged:
+    """A certificate, and the mesh face of each triangle of its map as the mesh was read."""
+
+    certificate: object
+    faces: np.ndarray
 
 
 def meshes(context) -> list:
@@ -98,19 +107,67 @@ def plural(count: int, noun: str, many: str = "") -> str:
     return f"{count} {noun}" if count == 1 else f"{count} {many or noun + 's'}"
 
 
-def figures(certificates, islands: int) -> str:
-    """The numbers of a report line: islands, flips, overlaps, distortion (1 = none)."""
+def figures(certificates, islands: int, island_overlaps: int | None = None) -> str:
+    """The numbers of a report line: islands, flips, overlaps, distortion (1 = none).
+
+    island_overlaps: pairs of islands on each other, where the certificates are those of parts and do not know.
+    """
     flips = sum(max(c.flips32, 0) for c in certificates)
-    overlaps = sum(max(c.overlaps, 0) for c in certificates)
     triangles = sum(c.triangles for c in certificates)
     known = [c for c in certificates if math.isfinite(c.energy)]
+    if island_overlaps is None:
+        island_overlaps = sum(max(c.island_overlaps, 0) for c in certificates)
     parts = [
         plural(islands, "island"),
         plural(flips, "flip"),
-        plural(overlaps, "overlap"),
+        overlaps_text(sum(max(c.overlaps, 0) for c in certificates), island_overlaps),
     ]
     if known:
         mean = sum(c.energy * c.triangles for c in known) / max(sum(c.triangles for c in known), 1)
         worst = max(c.max_energy for c in known)
         parts.append(f"distortion mean {mean:.3f} max {worst:.3g}")
     return ", ".join(parts) + f" on {plural(triangles, 'triangle')}"
+
+
+def overlaps_text(own: int, between: int) -> str:
+    """own: places where an island overlaps itself; between: pairs of islands that share area."""
+    texts = [plural(own, "overlap")] if own or not between else []
+    if between:
+        texts.append(
+            "1 pair of islands overlaps" if between == 1 else f"{between} pairs of islands overlap"
+        )
+    return ", ".join(texts)
+
+
+def poor_islands(tasks) -> list[int]:
+    """Mesh faces, one of each island that is distorted beyond the bound; the worst of each map first."""
+    return [
+        int(judged.faces[face])
+        for task in tasks
+        for judged in task.judged
+        for face in judged.certificate.poor_islands.tolist()
+    ]
+
+
+# What to do about distorted islands, unless a task knows better (`poor_cure`).
+MORE_SEAMS = "Mark more seams there"
+
+
+def advice(tasks) -> str:
+    """What to do about poor maps among `tasks`; "" if there are none."""
+    poor = [task for task in tasks if any(judged.certificate.poor for judged in task.judged)]
+    if not poor:
+        return ""
+    cure = getattr(poor[0], "poor_cure", MORE_SEAMS)
+    found = poor_islands(tasks)
+    if not found:
+        return (
+            "Badly distorted in places: a hundredth of the surface is stretched or shrunk many times. "
+            f"{cure}"
+        )
+    refined = any(getattr(task, "new_vertices", 0) for task in tasks)
+    where = "" if refined else f", the worst at face {found[0]}"  # new faces shift the ids
+    return (
+        f"Badly distorted: {plural(len(found), 'island')}{where}. {cure}: "
+        "UV > Unwrap > Select Distorted Islands selects them"
+    )

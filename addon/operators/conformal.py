@@ -72,6 +72,8 @@ def submesh_boundary(snapshot) -> np.ndarray:
 class ConformalTask(parts.PartsTask):
     """Every connected part of the faces is a surface of its own, with cones that must fit it alone."""
 
+    poor_cure = "Suggest Cones finds where cones would even the scale out, or cut the surface there"
+
     def __init__(
         self,
         snapshot,
@@ -123,6 +125,10 @@ class ConformalTask(parts.PartsTask):
                 scale_true=self.scale_true,
             )
             self.result.uv, self.result.stored = packed.uv, packed.uv32()
+        yield from self.look_at_islands()
+
+    def island_count(self) -> int:
+        return mesh_io.count_islands(self.result.faces, self.result.uv32())
 
     def _combined_cuts(self, pieces) -> np.ndarray:
         """Cut edges of all parts in the numbers of the combined map."""
@@ -226,8 +232,9 @@ def make_task(snapshot, **options) -> ConformalTask:
 
 def summary(tasks: list[ConformalTask]) -> str:
     """The report line, without the time."""
-    count = sum(mesh_io.count_islands(t.result.faces, t.result.uv32()) for t in tasks)
-    text = common.figures([c for t in tasks for c in t.certificates], count)
+    count = sum(t.island_count() for t in tasks)
+    between = sum(t.island_overlaps for t in tasks)
+    text = common.figures([c for t in tasks for c in t.certificates], count, between)
     error = max(t.angle_error for t in tasks)
     return f"{text}, cone angles within {error:.1e} rad, {parts.added(tasks)}"
 

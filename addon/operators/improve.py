@@ -36,11 +36,16 @@ class ImproveTask(modal.StagedTask, MapTask):
         )
         self.take(result)
 
+    @property
+    def islands(self) -> int:
+        return mesh_io.count_islands(self.snapshot.triangles, self.result.uv32())
+
 
 def summary(tasks: list[ImproveTask]) -> str:
     """The report line, without the time."""
-    islands = sum(mesh_io.count_islands(t.snapshot.triangles, t.result.uv32()) for t in tasks)
-    return common.figures([t.certificate for t in tasks], islands) + layout_notes(tasks)
+    return common.figures(
+        [t.certificate for t in tasks], sum(t.islands for t in tasks)
+    ) + layout_notes(tasks)
 
 
 class UV_OT_flipfree_improve(

@@ -4,10 +4,10 @@
 import bpy
 import numpy as np
 
-from .. import islands, layout, mesh_io, solver
+from .. import islands, layout, mesh_io, refine, solver
 from . import common, options, parts
 
-GROUP = "Pins"
+GROUP = refine.PIN_GROUP
 
 REST = (
     ("keep", "Stay", "Islands without pins keep their UVs"),
@@ -20,6 +20,8 @@ REST = (
 
 
 class MatchTask(parts.PartsTask):
+    poor_cure = "Move pins nearer to where their surroundings are, or mark seams there"
+
     def __init__(
         self,
         snapshot,
@@ -29,9 +31,11 @@ class MatchTask(parts.PartsTask):
         straight_lines=True,
         cut_open=False,
         rest="keep",
+        may_add=True,
         max_seconds=options.MAX_SECONDS,
     ):
         super().__init__(snapshot)
+        self.may_add = may_add  # vertices
         self.group_vertices = group_vertices  # mesh vertices of the group `Pins`
         self.bijective = bijective
         self.straight_lines = straight_lines
@@ -65,6 +69,27 @@ class MatchTask(parts.PartsTask):
         self.result = islands.combine(self.snapshot, pieces, self._cuts)
         if len(self.result.seam_triangles):
             yield from self._check_seams(pieces)
+        if not self.may_add:
+            self._refuse_new_faces()
+        yield from self.look_at_islands()
+
+    def _refuse_new_faces(self):
+        """Raises MeshProblem if the map needs more than the mesh's own faces, and says how much."""
+        count = len(self.result.vertices) - len(self.snapshot.vertices)
+        faces = np.array(sorted(refine.plan(self.snapshot, self.result).children), np.int64)
+        if count == 0 and len(faces) == 0:
+            return
+        new = common.plural(count, "new vertex", "new vertices")
+        raise mesh_io.MeshProblem(
+            f"{self.snapshot.object_name}: the pins cannot be met without {new if count else 'splitting'} in "
+            f"{common.plural(len(faces), 'face')}, the first is face {faces[0]}. Turn on May Add Vertices in the redo "
+            "panel, or move pins nearer to where their surroundings are",
+            "face",
+            faces,
+        )
+
+    def island_count(self) -> int:
+        return self.charts
 
     def _sort_islands(self):
         """(islands with pins, islands without); closed ones are refused, or cut open first."""
@@ -243,7 +268,8 @@ class MatchTask(parts.PartsTask):
 def summary(tasks: list[MatchTask]) -> str:
     """The report line, without the time."""
     certificates = [c for task in tasks for c in task.certificates]
-    text = common.figures(certificates, sum(task.charts for task in tasks))
+    between = sum(task.island_overlaps for task in tasks)
+    text = common.figures(certificates, sum(task.charts for task in tasks), between)
     hurried = sum(task.hurried for task in tasks)
     if hurried:
         text += f", {common.plural(hurried, 'island')} stopped at the time limit"
@@ -266,8 +292,23 @@ class UV_OT_flipfree_match(
     bl_options = {"REGISTER", "UNDO"}
     verb = "Match Pins"
     needs_uv = True
-    option_names = ("bijective", "straight_lines", "cut_open", "rest", "max_seconds")
+    option_names = (
+        "bijective",
+        "may_add",
+        "straight_lines",
+        "cut_open",
+        "rest",
+        "max_seconds",
+    )
 
+    may_add: bpy.props.BoolProperty(
+        name="May Add Vertices",
+        description=(
+            "Triangles are subdivided where the pins leave no other way. Off: the mesh stays as it is, and pins that "
+            "cannot be met then are refused"
+        ),
+        default=True,
+    )
     straight_lines: bpy.props.BoolProperty(
         name="Straight Lines",
         description="Edges between two pinned vertices stay straight, even where triangles beside them are subdivided",

@@ -89,6 +89,9 @@ class MapOperator(modal.SolverOperator):
     needs_uv = False
     joint_layout = False  # islands of all objects are packed together
 
+    def advice(self, tasks):
+        return common.advice(tasks)
+
     def make_task(self, snapshot, **options) -> modal.Task:
         """options: the operator's properties named in `option_names`."""
         raise NotImplementedError

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from .. import mesh_io, modal, refine
+from .. import mesh_io, modal, refine, solver
 from . import common
 
 
@@ -16,6 +16,8 @@ class PartsTask(modal.StagedTask):
         super().__init__(snapshot)
         self.result = None
         self.certificates = []
+        self.judged = []
+        self.island_overlaps = 0
         self.new_vertices = 0
         # (submesh vertices, triangles) of the part that the solver has, or None: its ids are the snapshot's.
         self.solving = None
@@ -24,7 +26,18 @@ class PartsTask(modal.StagedTask):
         """The result of a part, its certificate kept for the report."""
         common.refuse_uncertified(self.snapshot, result.certificate)
         self.certificates.append(result.certificate)
+        _, triangles = self.solving
+        faces = self.snapshot.triangle_face[triangles[result.parent_face]]
+        self.judged.append(common.Judged(result.certificate, faces))
         return result
+
+    def look_at_islands(self):
+        """Last stage: counts the islands that lie on each other in the map as it will be stored."""
+        result = self.result
+        certificate = yield solver.certify_arrays(
+            result.vertices, result.faces, result.uv32(), bijective=False
+        )
+        self.island_overlaps = max(certificate.island_overlaps, 0)
 
     def explain(self, error):
         """The solver's ids are those of a part: to the snapshot's. Where it names none: the whole part."""

@@ -50,8 +50,15 @@ class MapTask(modal.Task):
         return self.result.certificate
 
     @property
+    def judged(self) -> list[common.Judged]:
+        return [common.Judged(self.certificate, self.snapshot.triangle_face)]
+
+    @property
     def islands(self) -> int:
         return int(self.result.stats["charts"])
+
+    def island_count(self) -> int:
+        return self.islands
 
     def write(self, ob):
         mesh_io.write_uv(ob, self.snapshot, self._loops, self._values, self.new_seams())

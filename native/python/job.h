@@ -31,6 +31,8 @@ class Job {
   // Waits up to `seconds` without the GIL; true when the work has ended, well or badly.
   bool wait(double seconds);
   void cancel() { context_.cancel(); }
+  // See ExecutionContext::accept().
+  void accept() { context_.accept(); }
   std::pair<std::string, double> progress() const {
     return {context_.stage(), context_.fraction()};
   }

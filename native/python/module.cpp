@@ -71,6 +71,7 @@ PYBIND11_MODULE(_native, module) {
   py::class_<Job>(module, "Job")
       .def("wait", &Job::wait, py::arg("seconds"))
       .def("cancel", &Job::cancel)
+      .def("accept", &Job::accept)
       .def("progress", &Job::progress)
       .def("result", &Job::result);
   bind_certify(module);
@@ -79,5 +80,6 @@ PYBIND11_MODULE(_native, module) {
   bind_distortion(module);
   bind_embedding(module);
   bind_matchmaker(module);
+  bind_mesh(module);
   bind_unwrap(module);
 }

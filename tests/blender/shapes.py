@@ -42,9 +42,30 @@ def grid(n=8, name="Grid", *, bump=0.3, uv=False, x=0.0):
     return add(name, vertices, faces, uv=uv)
 
 
+def two_sheets(*, squeezed=False):
+    """A large island (faces 0 to 15) and a small one (16 to 31), mapped by x, y and pinned all over; `squeezed`: the small
+    one is 20 times too flat."""
+    large = grid(4, "Sheets", bump=0.0)
+    small = grid(4, "Small", bump=0.0)
+    for vertex in small.data.vertices:
+        vertex.co = (vertex.co.x * 0.2 + 3.0, vertex.co.y * 0.2, 0.0)
+    large.select_set(True)
+    bpy.context.view_layer.objects.active = large
+    bpy.ops.object.join()
+    ob = bpy.context.object
+    ob.data.uv_layers.new(name="UVMap")
+    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    uv = np.array([ob.data.vertices[v].co[:2] for v in corner], np.float32)
+    if squeezed:
+        uv[corner >= 25] *= np.float32([1.0, 0.05])
+    set_uv(ob, (uv + 1) / 5)
+    set_pins(ob, np.ones(len(corner), bool))
+    return ob
+
+
 def slow(name="Grid"):
     """A surface that takes the solver seconds: for watching and stopping it."""
-    ob = grid(200, name, bump=6.0, uv=True)
+    ob = grid(320, name, bump=6.0, uv=True)
     ob.display_type = "BOUNDS"  # so that drawing it takes no time
     return ob
 
@@ -124,6 +145,36 @@ def selected(ob, kind):
     mask = np.empty(len(sequence), bool)
     sequence.foreach_get("select", mask)
     return np.flatnonzero(mask).tolist()
+
+
+def selection(ob):
+    """All that is selected in the object's mesh, and the select mode: what a failed run must leave alone as well."""
+    mode = ob.mode
+    if mode == "EDIT":
+        ob.update_from_editmode()
+    mesh = ob.data.copy()
+    flags = [
+        (name, _flags(mesh, name))
+        for name in sorted(a.name for a in mesh.attributes)
+        if "select" in name or name.startswith((".vs.", ".es."))
+    ]
+    bpy.data.meshes.remove(mesh)
+    return flags, tuple(bpy.context.tool_settings.mesh_select_mode), mode
+
+
+def _flags(mesh, name):
+    data = mesh.attributes[name].data
+    values = np.empty(len(data), bool)
+    data.foreach_get("value", values)
+    return values.tobytes()
+
+
+def shown(kind):
+    """What Select Where It Failed selects in the one object in Edit Mode afterwards; ends in object mode."""
+    assert bpy.ops.uv.flipfree_select_failed() == {"FINISHED"}
+    ob = bpy.context.edit_object
+    bpy.ops.object.mode_set(mode="OBJECT")
+    return selected(ob, kind)
 
 
 def everything(ob):

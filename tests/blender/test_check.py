@@ -49,6 +49,66 @@ def test_mirrored_islands_count_as_flipped(capfd):
     assert "18 flips" in capfd.readouterr().out
 
 
+def cubes(count, apart):
+    """So many cubes in one mesh, with one island a face; the UVs of each are moved from those of the one before."""
+    corners = [(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)]
+    sides = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+    vertices = [(x + 2 * i, y, z) for i in range(count) for x, y, z in corners]
+    faces = [tuple(8 * i + v for v in side) for i in range(count) for side in sides]
+    ob = shapes.add("Cubes", vertices, faces, uv=True)
+    square = np.float32([[0, 0], [1, 0], [1, 1], [0, 1]])
+    uv = [square + (1.5 * f, 1.5 * i * apart) for i in range(count) for f in range(6)]
+    shapes.set_uv(ob, np.concatenate(uv) / 10)
+    return ob
+
+
+@pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
+def test_stacked_islands_are_wrong_named_and_selected(mode, capfd):
+    ob = cubes(40, 0.0)
+    before = shapes.everything(ob)
+    bpy.ops.object.mode_set(mode=mode)
+    if mode == "EDIT":
+        bpy.ops.mesh.select_all(action="SELECT")
+    assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
+    report = capfd.readouterr().out
+    pairs = 6 * 40 * 39 // 2
+    assert "Warning" in report and "240 faces wrong, now selected: 240 islands" in report
+    assert f"{pairs} pairs of islands overlap" in report and "0 overlaps" not in report
+    assert "stacked: islands of the faces 0, 1, 2 and 237 more" in report
+    assert "Pack the islands" in report
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert shapes.selected(ob, "face") == list(range(240))
+    assert shapes.everything(ob) == before
+
+
+def test_only_the_islands_that_are_stacked_are_selected(capfd):
+    ob = cubes(3, 1.0)
+    uv = shapes.uv_of(ob)
+    uv[:4] += np.float32([0.0, 0.2])  # the first face onto the seventh
+    shapes.set_uv(ob, uv)
+    assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
+    report = capfd.readouterr().out
+    assert "2 faces wrong" in report and "1 pair of islands overlaps" in report
+    assert "stacked: islands of the faces 0, 6" in report
+    assert shapes.selected(ob, "face") == [0, 6]
+
+
+def test_stacked_islands_may_be_allowed(capfd):
+    ob = cubes(3, 0.0)
+    chosen = shapes.selection(ob)
+    assert bpy.ops.uv.flipfree_check(stacked_ok=True) == {"FINISHED"}
+    report = capfd.readouterr().out
+    assert "Nothing wrong: 18 islands, 0 flips, 18 pairs of islands overlap" in report
+    assert "Warning" not in report
+    assert shapes.selection(ob) == chosen
+
+
+def test_cubes_side_by_side_have_nothing_wrong(capfd):
+    cubes(5, 1.0)
+    assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
+    assert "Nothing wrong: 30 islands, 0 flips, 0 overlaps" in capfd.readouterr().out
+
+
 def test_uvs_that_differ_in_the_last_bits_come_with_a_cure(capfd):
     """As the UVs of Blender 4.3's own grid, which computes the sides of an edge apart."""
     ob = shapes.grid(20, uv=True)
@@ -90,4 +150,4 @@ def test_uvs_that_are_no_numbers_are_named():
     shapes.set_uv(ob, uv)
     with pytest.raises(RuntimeError, match="face 1 has a UV that is no number"):
         bpy.ops.uv.flipfree_check()
-    assert shapes.selected(ob, "face") == [1]
+    assert shapes.shown("face") == [1]

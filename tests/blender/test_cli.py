@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Batches: blender -b -c flipfree ..., as a process of its own."""
 
+import json
 import os
 import subprocess
 
@@ -91,6 +92,41 @@ def test_a_bad_mesh_gives_status_1_and_no_file(tmp_path):
     result = command("unwrap", path, tmp_path / "out.obj")
     assert result.returncode == 1 and "without area" in result.stdout + result.stderr
     assert not (tmp_path / "out.obj").exists()
+
+
+def test_records_have_the_numbers_of_the_certificate(bumpy_obj, tmp_path):
+    out, record = tmp_path / "out.obj", tmp_path / "record.json"
+    assert command("unwrap", bumpy_obj, out, "--json", record).returncode == 0
+    (found,) = json.loads(record.read_text())
+    assert found["ok"] and not found["poor"] and found["poor_islands"] == []
+    assert found["islands"] == 1 and found["triangles"] == 72
+    assert found["flips32"] == found["overlaps"] == found["island_overlaps"] == 0
+    assert 1.0 <= found["energy"] <= found["energy_p99"] <= found["max_energy"] < 5.0
+    assert found["warnings"] == found["errors"] == []
+    printed = command("check", out, "--json", "-").stdout
+    (again,) = json.loads(printed[printed.index("[") : printed.rindex("]") + 1])
+    assert again["ok"] and "Nothing wrong" in again["report"]
+
+
+def test_records_say_what_is_poor_and_what_failed(tmp_path):
+    ob = shapes.grid(4, "Flat", bump=0.0, uv=True)
+    corner = [loop.vertex_index for loop in ob.data.loops]
+    flat = np.array([ob.data.vertices[v].co[:2] for v in corner], np.float32)
+    shapes.set_uv(ob, flat * np.float32([1.0, 0.01]))
+    shapes.add("Bad", [(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(0, 1, 2)], uv=True)
+    path, record = tmp_path / "two.blend", tmp_path / "record.json"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
+    assert command("check", path, "--json", record).returncode == 0
+    found = {entry["object"]: entry for entry in json.loads(record.read_text())}
+    assert found["Flat"]["poor"] and found["Flat"]["poor_islands"] == [0]
+    assert "Select Distorted Islands" in found["Flat"]["warnings"][0]
+    out = tmp_path / "out.blend"
+    assert command("unwrap", path, out, "--json", record).returncode == 1
+    found = {entry["object"]: entry for entry in json.loads(record.read_text())}
+    assert found["Flat"]["ok"] and not found["Flat"]["poor"]
+    (error,) = found["Bad"]["errors"]
+    assert not found["Bad"]["ok"] and "without area" in error["message"]
+    assert error["kind"] == "face" and error["elements"] == [0]
 
 
 def test_unknown_files_and_arguments_are_refused_with_words(tmp_path):

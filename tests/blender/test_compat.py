@@ -118,3 +118,31 @@ def test_a_mesh_holds_as_many_uv_maps_as_compat_says(part):
     while ob.data.uv_layers.new(name=f"Map {made}") is not None and made < 20:
         made += 1
     assert made == part("compat").MAX_UV_LAYERS
+
+
+def test_blenders_own_attributes_say_what_its_properties_say(part):
+    compat = part("compat")
+    mesh = shapes.monkey(0).data
+    mesh.calc_loop_triangles()
+    assert np.array_equal(compat.positions(mesh), [v.co[:] for v in mesh.vertices])
+    loops = mesh.loops
+    assert compat.corner_vertices(mesh).tolist() == [loop.vertex_index for loop in loops]
+    assert compat.corner_edges(mesh).tolist() == [loop.edge_index for loop in loops]
+    assert np.array_equal(compat.edge_vertices(mesh), [e.vertices[:] for e in mesh.edges])
+    faces = [triangle.polygon_index for triangle in mesh.loop_triangles]
+    assert compat.triangle_faces(mesh).tolist() == faces
+    points = bpy.data.meshes.new("Points")
+    points.from_pydata([(0, 0, 0)], [], [])
+    assert compat.edge_vertices(points).shape == (0, 2)
+
+
+def test_faces_selected_for_the_uv_editor_are_those_and_the_mesh_shows_them(part):
+    compat = part("compat")
+    ob = shapes.grid(3, uv=True)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.context.tool_settings.use_uv_select_sync = False
+    shapes.select_faces(ob, [0, 1, 2])
+    compat.select_uv_faces(ob.data, np.array([2, 5]))
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert shapes.selected(ob, "face") == [0, 1, 2, 5]
+    assert np.flatnonzero(compat.uv_selected_faces(ob.data, "UVMap")).tolist() == [2, 5]

@@ -264,7 +264,7 @@ def test_every_part_is_named_with_its_own_remainder():
     ):
         bpy.ops.uv.flipfree_conformal()
     assert shapes.everything(ob) == before
-    chosen = shapes.selected(ob, "face")
+    chosen = shapes.shown("face")
     assert len(chosen) == 384 and all(ob.data.polygons[f].center.x > 4.0 for f in chosen)
 
 

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Each kind of bad input: its own message, the place selected, the mesh untouched (docs/errors.md)."""
+"""Each kind of bad input: its own message, the mesh and the selection untouched, the place shown on demand (docs/errors.md).
+
+What to do about each, done as it is said, is in test_cures.py.
+"""
 
 import re
 from pathlib import Path
@@ -14,7 +17,7 @@ REPOSITORY = Path(__file__).parents[2]
 
 def refused(ob, *expected, **options):
     """The operator refuses with a message that has all of `expected` and leaves everything alone."""
-    before = shapes.everything(ob)
+    before, chosen = shapes.everything(ob), shapes.selection(ob)
     with pytest.raises(RuntimeError) as error:
         bpy.ops.uv.flipfree_unwrap(**options)
     message = str(error.value)
@@ -22,6 +25,8 @@ def refused(ob, *expected, **options):
         assert text in message
     assert ob.name in message
     assert shapes.everything(ob) == before
+    assert shapes.selection(ob) == chosen
+    assert ("Select Where It Failed" in message) == bpy.ops.uv.flipfree_select_failed.poll()
     return message
 
 
@@ -37,8 +42,8 @@ def test_improving_a_map_with_flips():
     before = shapes.everything(ob)
     with pytest.raises(RuntimeError, match="is flipped.*Unwrap it first"):
         bpy.ops.uv.flipfree_improve()
-    assert shapes.selected(ob, "face")
     assert shapes.everything(ob) == before
+    assert shapes.shown("face")
 
 
 def test_no_selected_faces():
@@ -61,7 +66,7 @@ def test_coordinate_that_is_no_number():
     ob = shapes.grid(3, uv=True)
     ob.data.vertices[5].co.x = float("nan")
     refused(ob, "vertex 5", "no number", "Delete it")
-    assert shapes.selected(ob, "vertex") == [5]
+    assert shapes.shown("vertex") == [5]
 
 
 def test_edge_with_three_faces():
@@ -73,7 +78,7 @@ def test_edge_with_three_faces():
     )
     refused(ob, "edge", "more than two faces")
     edge = next(e.index for e in ob.data.edges if set(e.vertices) == {0, 1})
-    assert shapes.selected(ob, "edge") == [edge]
+    assert shapes.shown("edge") == [edge]
 
 
 def test_faces_that_look_to_opposite_sides():
@@ -81,7 +86,7 @@ def test_faces_that_look_to_opposite_sides():
         "Twist", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, -1, 0)], [(0, 1, 2), (0, 1, 3)], uv=True
     )
     refused(ob, "edge", "opposite sides", "Recalculate Outside")
-    assert len(shapes.selected(ob, "edge")) == 1
+    assert len(shapes.shown("edge")) == 1
 
 
 def test_zero_area_face():
@@ -92,7 +97,7 @@ def test_zero_area_face():
         uv=True,
     )
     refused(ob, "face 2", "without area", "Degenerate Dissolve")
-    assert shapes.selected(ob, "face") == [2]
+    assert shapes.shown("face") == [2]
 
 
 def test_zero_length_edge():
@@ -114,7 +119,7 @@ def test_pin_that_is_no_number():
     shapes.set_uv(ob, uv)
     shapes.set_pins(ob, [9])
     refused(ob, "face 2", "pinned UV", "Alt P")
-    assert shapes.selected(ob, "face") == [2]
+    assert shapes.shown("face") == [2]
 
 
 def test_two_vertices_pinned_to_one_point():
@@ -146,6 +151,57 @@ def test_one_bad_object_does_not_spoil_the_others(capfd):
     assert shapes.exact_flips(good) == 0
     assert shapes.everything(bad) == before
     assert "Bad: face 0 has a triangle without area" in capfd.readouterr().out
+
+
+@pytest.mark.parametrize("mode", ["VERT", "EDGE", "FACE"])
+def test_the_selection_before_a_failed_run_in_edit_mode_is_kept(mode):
+    flat = [(5 + x, y, 0) for x, y in ((0, 0), (1, 0), (2, 0))]
+    good = shapes.grid(3, "Good", uv=True).data
+    vertices = [tuple(v.co) for v in good.vertices] + flat
+    faces = [tuple(f.vertices) for f in good.polygons] + [(16, 17, 18)]
+    ob = shapes.add("Part", vertices, faces, uv=True)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_mode(type=mode)
+    bpy.ops.mesh.select_all(action="SELECT")
+    refused(ob, "face 9", "without area")
+    assert shapes.shown("face") == [9]
+
+
+def test_select_where_it_failed_is_off_after_a_run_that_went_well():
+    ob = shapes.grid(3, uv=True)
+    ob.data.vertices[5].co.x = float("nan")
+    refused(ob, "vertex 5")
+    assert bpy.ops.uv.flipfree_select_failed.poll()
+    ob.data.vertices[5].co.x = -0.3
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    assert not bpy.ops.uv.flipfree_select_failed.poll()
+
+
+def test_places_of_a_mesh_that_changed_are_not_shown():
+    ob = shapes.add("Double", [(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(0, 1, 2)], uv=True)
+    refused(ob, "face 0", "without area")
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.ops.mesh.subdivide()
+    with pytest.raises(RuntimeError, match="no longer the one"):
+        bpy.ops.uv.flipfree_select_failed()
+
+
+def test_places_in_several_objects_are_shown_together():
+    flat = [(0, 0, 0), (1, 0, 0), (2, 0, 0)]
+    first = shapes.add("First", flat, [(0, 1, 2)], uv=True)
+    second = shapes.add(
+        "Second", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, -1, 0)], [(0, 1, 2), (0, 1, 3)], uv=True
+    )
+    shapes.activate(first, only=False)
+    with pytest.raises(RuntimeError, match="without area(.|\n)*opposite sides"):
+        bpy.ops.uv.flipfree_unwrap()
+    assert bpy.ops.uv.flipfree_select_failed() == {"FINISHED"}
+    assert {ob.name for ob in bpy.context.objects_in_mode} == {"First", "Second"}
+    assert tuple(bpy.context.tool_settings.mesh_select_mode) == (False, True, True)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert shapes.selected(first, "face") == [0]
+    assert len(shapes.selected(second, "edge")) == 1
 
 
 def test_places_are_named_in_the_whole_mesh_when_only_a_part_is_selected():

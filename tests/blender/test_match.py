@@ -57,6 +57,69 @@ def test_pins_that_swap_places_are_met_even_if_faces_must_be_subdivided():
     assert sum(p.area for p in ob.data.polygons) == pytest.approx(area, rel=0.01)
 
 
+# Four inner vertices make half a turn inside a rim of pins, one row of faces away: too much of a twist for these faces.
+SWAP = {v: (0.0, 0.0) for v in range(81) if max(abs(v // 9 - 4), abs(v % 9 - 4)) == 2}
+SWAP |= {30: (0.5, 0.5), 32: (0.5, -0.5), 48: (-0.5, 0.5), 50: (-0.5, -0.5)}
+
+
+def test_new_vertices_are_no_pins(capfd):
+    moves = SWAP
+    ob, uv, corner = pinned_sheet(moves)
+    ob.vertex_groups.new(name="Pins").add([30, 48], 1.0, "REPLACE")
+    ob.vertex_groups.new(name="Cone +1").add([30], 1.0, "REPLACE")
+    before = len(ob.data.vertices)
+    assert bpy.ops.uv.flipfree_match() == {"FINISHED"}
+    assert f"{len(ob.data.vertices) - before} vertices added" in capfd.readouterr().out
+    assert len(ob.data.vertices) > before
+    name = f".pn.{ob.data.uv_layers.active.name}"
+    pinned = np.empty(len(ob.data.loops), bool)
+    ob.data.attributes[name].data.foreach_get("value", pinned)
+    now = np.array([loop.vertex_index for loop in ob.data.loops])
+    assert set(now[pinned].tolist()) == set(moves)
+    grouped = {g.name: set() for g in ob.vertex_groups}
+    for vertex in ob.data.vertices:
+        for entry in vertex.groups:
+            grouped[ob.vertex_groups[entry.group].name].add(vertex.index)
+    assert grouped == {"Pins": {30, 48}, "Cone +1": {30}}
+    # The next run has the same pins.
+    assert bpy.ops.uv.flipfree_match() == {"FINISHED"}
+    met(ob, moves, uv, corner)
+
+
+@pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
+def test_pins_that_need_new_vertices_are_refused_if_there_may_be_none(mode):
+    ob, _, _ = pinned_sheet(SWAP)
+    bpy.ops.object.mode_set(mode=mode)
+    if mode == "EDIT":
+        bpy.ops.mesh.select_all(action="SELECT")
+    before, chosen = shapes.everything(ob), shapes.selection(ob)
+    with pytest.raises(
+        RuntimeError,
+        match=r"cannot be met without \d+ new vert(ex|ices) in \d+ faces?.*May Add Vertices",
+    ):
+        bpy.ops.uv.flipfree_match(may_add=False)
+    assert shapes.everything(ob) == before and shapes.selection(ob) == chosen
+    assert shapes.shown("face")
+
+
+def test_pins_that_the_mesh_can_meet_are_met_without_new_vertices():
+    moves = {20: (0.05, 0.0), 40: (0.0, -0.06)}
+    ob, uv, corner = pinned_sheet(moves)
+    assert bpy.ops.uv.flipfree_match(may_add=False) == {"FINISHED"}
+    assert len(ob.data.vertices) == 81 and len(ob.data.polygons) == 64
+    met(ob, moves, uv, corner)
+
+
+def test_islands_on_each_other_are_counted(capfd):
+    ob, uv, corner = pinned_sheet({20: (0.05, 0.0), 60: (0.0, 0.0)})
+    right = seam_along_y(ob)
+    uv[right] -= np.float32([0.9, 0.0])
+    shapes.set_uv(ob, uv)
+    assert bpy.ops.uv.flipfree_match() == {"FINISHED"}
+    report = capfd.readouterr().out
+    assert "1 pair of islands overlaps" in report and "0 overlaps" not in report
+
+
 def test_the_group_pins_counts():
     ob, uv, corner = pinned_sheet({40: (0.07, 0.02)})
     shapes.set_pins(ob, np.zeros(len(corner), bool))
@@ -84,7 +147,7 @@ def test_two_vertices_on_one_point_are_named_and_selected():
     with pytest.raises(RuntimeError, match="contradict"):
         bpy.ops.uv.flipfree_match()
     assert shapes.everything(ob) == before
-    assert shapes.selected(ob, "vertex") == [30, 50]
+    assert shapes.shown("vertex") == [30, 50]
 
 
 def test_without_pins_there_is_nothing_to_match():
@@ -176,7 +239,7 @@ def test_a_closed_island_is_named_with_the_cure():
     with pytest.raises(RuntimeError, match=r"island of face 0 \(6 faces\) is closed.*Cut Open"):
         bpy.ops.uv.flipfree_match()
     assert shapes.everything(ob) == before
-    assert shapes.selected(ob, "face") == list(range(6))
+    assert shapes.shown("face") == list(range(6))
 
 
 def test_a_closed_island_can_be_cut_open():
@@ -246,7 +309,7 @@ def test_a_rim_that_bounds_no_map_is_named_and_selected(place, words):
     rim = pin_the_rim(ob, uv, corner, place)
     with pytest.raises(RuntimeError, match=words):
         bpy.ops.uv.flipfree_match()
-    chosen = shapes.selected(ob, "vertex")
+    chosen = shapes.shown("vertex")
     assert chosen and set(chosen) <= set(rim)
 
 
@@ -259,7 +322,7 @@ def test_crossing_lines_are_named_and_selected():
     shapes.set_uv(ob, uv)
     with pytest.raises(RuntimeError, match="crosses"):
         bpy.ops.uv.flipfree_match()
-    assert shapes.selected(ob, "vertex") == [30, 31, 50, 51]
+    assert shapes.shown("vertex") == [30, 31, 50, 51]
 
 
 def test_two_places_for_one_vertex_are_named_and_selected():
@@ -268,7 +331,7 @@ def test_two_places_for_one_vertex_are_named_and_selected():
     shapes.set_uv(ob, uv)
     with pytest.raises(RuntimeError, match="vertex 30 is pinned to two places"):
         bpy.ops.uv.flipfree_match()
-    assert shapes.selected(ob, "vertex") == [30]
+    assert shapes.shown("vertex") == [30]
 
 
 def test_an_island_with_one_pin_keeps_its_size_and_direction():

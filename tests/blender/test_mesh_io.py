@@ -71,6 +71,37 @@ def test_diagonals_are_the_edges_inside_faces(part):
     assert len(part("mesh_io").edge_ids(snapshot, snapshot.diagonals)) == 0
 
 
+def test_cuts_and_diagonals_agree_with_sets(part):
+    """On a mesh with triangles, quads and n-gons, of which any part is selected."""
+    ob = shapes.monkey(0)
+    mesh = ob.data
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.ops.mesh.dissolve_limited(angle_limit=0.2)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    random = np.random.default_rng(5)
+    for edge in mesh.edges:
+        edge.use_seam = bool(random.random() < 0.3)
+    real = {frozenset(e.vertices) for e in mesh.edges}
+    seams = {frozenset(e.vertices) for e in mesh.edges if e.use_seam}
+    bpy.ops.object.mode_set(mode="EDIT")
+    for share in (0.2, 0.7, 1.0):
+        chosen = np.flatnonzero(random.random(len(mesh.polygons)) <= share).tolist()
+        shapes.select_faces(ob, chosen)
+        snapshot = part("mesh_io").read(ob, only_selected=True)
+        cuts, diagonals = set(), set()
+        for triangle in snapshot.triangles.tolist():
+            for a, b in zip(triangle, triangle[1:] + triangle[:1], strict=True):
+                ends = frozenset(snapshot.vertex_ids[[a, b]].tolist())
+                if ends in seams:
+                    cuts.add(frozenset((a, b)))
+                if ends not in real:
+                    diagonals.add(frozenset((a, b)))
+        assert {frozenset(pair) for pair in snapshot.cuts.tolist()} == cuts
+        assert {frozenset(pair) for pair in snapshot.diagonals.tolist()} == diagonals
+        assert len(snapshot.diagonals) == len(diagonals) > 0
+
+
 def test_only_selected_visible_faces_are_read_in_edit_mode(part):
     ob = shapes.grid(4)
     bpy.ops.object.mode_set(mode="EDIT")
@@ -164,7 +195,7 @@ def test_a_mesh_changed_meanwhile_is_left_alone(part, mode):
 def test_select_only_selects_that_and_nothing_else(part, mode, kind):
     ob = shapes.grid(3)
     bpy.ops.object.mode_set(mode=mode)
-    part("mesh_io").select_only(ob, kind, np.array([2, 5]))
+    part("selection").select_only(ob, kind, np.array([2, 5]))
     bpy.ops.object.mode_set(mode="OBJECT")
     assert shapes.selected(ob, kind) == [2, 5]
 

@@ -42,6 +42,45 @@ def test_progress_never_falls_and_names_object_and_stage(big_run):
     assert 0.0 <= fractions[0] and fractions[-1] <= 1.0
 
 
+def test_accepting_takes_the_map_as_it_is(big_run):
+    ob, run = big_run
+    before = shapes.everything(ob)
+    run.accept()
+    while not run.advance(0.05):
+        pass
+    assert run.accepted and run.ended_early and len(run.done) == 1 and not run.failures
+    run.finish()
+    assert shapes.everything(ob) != before and shapes.exact_flips(ob) == 0
+    assert run.done[0].certificate.ok
+
+
+def test_accepting_counts_for_all_objects_that_are_left(part):
+    objects = [shapes.grid(30, f"Grid{i}", bump=3.0, uv=True) for i in range(3)]
+    tasks = [
+        part("operators.unwrap").UnwrapTask(part("mesh_io").read(ob, only_selected=False))
+        for ob in objects
+    ]
+    run = part("modal").Run(tasks)
+    run.accept()
+    while not run.advance(0.05):
+        pass
+    assert len(run.done) == 3 and run.ended_early
+    assert all(task.result.stats["time_limit_reached"] for task in run.done)
+
+
+def test_return_accepts_and_escape_still_cancels(part):
+    pressed = []
+    operator = part("modal").SolverOperator()
+    operator._run = SimpleNamespace(
+        accept=lambda: pressed.append("accept"), cancel=lambda: pressed.append("cancel")
+    )
+    for key in ("RET", "NUMPAD_ENTER", "ESC", "A"):
+        event = SimpleNamespace(type=key, value="PRESS")
+        assert operator.modal(None, event) == {"RUNNING_MODAL"}
+    operator.modal(None, SimpleNamespace(type="RET", value="RELEASE"))
+    assert pressed == ["accept", "accept", "cancel"]
+
+
 def test_closing_ends_the_solvers_thread(big_run, part):
     _, run = big_run
     job = run._job

@@ -141,6 +141,26 @@ def test_halves_of_an_edge_keep_what_it_carried(refined):
     assert sum(e.use_seam for e in mesh.edges) == 2
 
 
+def test_new_vertices_are_neither_pinned_nor_cones(part):
+    ob = shapes.grid(2, bump=0.0, uv=True)
+    shapes.set_pins(ob, np.ones(len(ob.data.loops), bool))
+    for name in ("Pins", "Cone +1", "Cone -2", "Weight"):
+        ob.vertex_groups.new(name=name).add(list(range(9)), 1.0, "REPLACE")
+    ob.data.attributes.new("cone_angle", "FLOAT", "POINT").data.foreach_set("value", np.ones(9))
+    snapshot = part("mesh_io").read(ob, only_selected=False)
+    part("refine").write(ob, snapshot, split(snapshot, {(4, 7)}), mark_cuts=False)
+    assert len(ob.data.vertices) == 10
+    names = [{ob.vertex_groups[g.group].name for g in v.groups} for v in ob.data.vertices]
+    assert names[9] == {"Weight"} and all(len(found) == 4 for found in names[:9])
+    pinned = np.empty(len(ob.data.loops), bool)
+    ob.data.attributes[".pn.UVMap"].data.foreach_get("value", pinned)
+    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    assert np.array_equal(pinned, corner != 9)
+    angle = np.empty(10, np.float32)
+    ob.data.attributes["cone_angle"].data.foreach_get("value", angle)
+    assert angle.tolist() == [1.0] * 9 + [0.0]
+
+
 def test_a_map_that_fits_the_faces_needs_no_new_ones(part):
     ob = shapes.grid(3, uv=True)
     snapshot = part("mesh_io").read(ob, only_selected=False)

@@ -14,6 +14,7 @@ OPERATORS = [
     "flipfree_conformal",
     "flipfree_suggest_cones",
     "flipfree_check",
+    "flipfree_select_poor",
 ]
 
 
@@ -34,7 +35,14 @@ OPTIONS = {
         "keep_placement",
         "margin",
     },
-    "flipfree_match": {"bijective", "straight_lines", "cut_open", "rest", "max_seconds"},
+    "flipfree_match": {
+        "bijective",
+        "may_add",
+        "straight_lines",
+        "cut_open",
+        "rest",
+        "max_seconds",
+    },
     "flipfree_improve": {"bijective", "use_pins", "iterations", "pack", "margin"},
     "flipfree_conformal": {
         "boundary",
@@ -45,7 +53,8 @@ OPTIONS = {
         "refined_start",
     },
     "flipfree_suggest_cones": {"bound", "quarter_turns"},
-    "flipfree_check": set(),
+    "flipfree_check": {"stacked_ok"},
+    "flipfree_select_poor": set(),
 }
 
 

@@ -18,6 +18,7 @@ double ExecutionContext::now() const {
 }
 
 double ExecutionContext::seconds_left() const {
+  if (in_hand_ && accepted()) return 0.0;
   return deadline_ < kForever ? std::max(0.0, deadline_ - now()) : kForever;
 }
 

@@ -25,13 +25,14 @@ class ExecutionContext {
 
   ExecutionContext() = default;
   // A context for one part of a job, for example one chart of many solved side by side: it has a
-  // progress of its own, `threads` of its own, the time limit that its parent has now, and is
-  // cancelled with its parent, which must outlive it.
+  // progress of its own, `threads` of its own, the time limit and the map in hand that its parent
+  // has now, and is cancelled and accepted with its parent, which must outlive it.
   ExecutionContext(const ExecutionContext* parent, int part_threads)
       : threads(part_threads),
         seed(parent->seed),
         clock(parent->clock),
         deadline_(parent->deadline_),
+        in_hand_(parent->in_hand_),
         parent_(parent) {}
   ExecutionContext(const ExecutionContext&) = delete;
   ExecutionContext& operator=(const ExecutionContext&) = delete;
@@ -43,12 +44,21 @@ class ExecutionContext {
            (parent_ != nullptr && parent_->cancelled());
   }
 
+  // From any thread: somebody takes the map as it is. The solver's time is over wherever it has a
+  // map that it can return (MapInHand), now or as soon as it has one; elsewhere nothing happens.
+  void accept() { accepted_.store(true, std::memory_order_relaxed); }
+  bool accepted() const {
+    return accepted_.load(std::memory_order_relaxed) || (parent_ != nullptr && parent_->accepted());
+  }
+
   // From the solver: throws Cancelled if somebody asked for it, TimeIsOver if it is.
   void check() const;
   // From the solver: how long the innermost TimeLimit still lasts, not negative; infinite if there
-  // is none.
+  // is none; zero with a map in hand that is accepted.
   double seconds_left() const;
-  bool time_is_over() const { return deadline_ < kForever && now() > deadline_; }
+  bool time_is_over() const {
+    return (deadline_ < kForever && now() > deadline_) || (in_hand_ && accepted());
+  }
   // From the solver: names the stage (a string literal) and its fraction in [0, 1] of the current
   // range, then checks.
   void report(const char* stage, double fraction);
@@ -58,6 +68,7 @@ class ExecutionContext {
   double fraction() const { return fraction_.load(std::memory_order_relaxed); }
 
  private:
+  friend class MapInHand;
   friend class ProgressRange;
   friend class TimeLimit;
   friend class Untimed;
@@ -66,11 +77,13 @@ class ExecutionContext {
   double now() const;
 
   std::atomic<bool> cancelled_{false};
+  std::atomic<bool> accepted_{false};
   std::atomic<const char*> stage_{""};
   std::atomic<double> fraction_{0.0};
   double begin_ = 0.0;
   double end_ = 1.0;
   double deadline_ = kForever;
+  bool in_hand_ = false;
   const ExecutionContext* parent_ = nullptr;
 };
 
@@ -109,20 +122,42 @@ inline double limit_of(double max_seconds) {
   return max_seconds > 0.0 ? max_seconds : std::numeric_limits<double>::infinity();
 }
 
-// While it lives, `context` has no time limit: for the short work without which what was found in
-// time would be lost.
+// While it lives, `context` has no time limit and cannot be accepted: for the short work without
+// which what was found in time would be lost.
 class Untimed {
  public:
-  explicit Untimed(ExecutionContext& context) : context_(context), outer_(context.deadline_) {
+  explicit Untimed(ExecutionContext& context)
+      : context_(context), outer_(context.deadline_), outer_in_hand_(context.in_hand_) {
     context_.deadline_ = ExecutionContext::kForever;
+    context_.in_hand_ = false;
   }
-  ~Untimed() { context_.deadline_ = outer_; }
+  ~Untimed() {
+    context_.deadline_ = outer_;
+    context_.in_hand_ = outer_in_hand_;
+  }
   Untimed(const Untimed&) = delete;
   Untimed& operator=(const Untimed&) = delete;
 
  private:
   ExecutionContext& context_;
   double outer_;
+  bool outer_in_hand_;
+};
+
+// While it lives, the solver has a map that it returns if its time is over: accept() then ends it.
+// Only where TimeIsOver costs nothing but distortion, never where it would cost the map.
+class MapInHand {
+ public:
+  explicit MapInHand(ExecutionContext& context) : context_(context), outer_(context.in_hand_) {
+    context_.in_hand_ = true;
+  }
+  ~MapInHand() { context_.in_hand_ = outer_; }
+  MapInHand(const MapInHand&) = delete;
+  MapInHand& operator=(const MapInHand&) = delete;
+
+ private:
+  ExecutionContext& context_;
+  bool outer_;
 };
 
 }  // namespace flipfree

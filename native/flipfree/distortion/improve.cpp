@@ -140,6 +140,7 @@ void improve_chart(const Chart& chart, const ImproveOptions& options, double sca
   try {
     if (map.pins.empty()) {
       try {
+        const MapInHand before_is_valid(context);
         map.uv = minimize_distortion(chart.surface, before, minimize, context, map.stats);
       } catch (const TimeIsOver&) {
         map.uv = before;
@@ -147,6 +148,7 @@ void improve_chart(const Chart& chart, const ImproveOptions& options, double sca
       const Untimed placing(context);
       place_like(faces, before, scale, map.bijective, map.uv, context);
     } else {
+      minimize.acceptable = true;
       TargetsResult result =
           minimize_with_targets(chart.surface, before, map.pins, minimize, context, map.stats);
       if (!result.missed.empty()) {
@@ -261,7 +263,7 @@ Parametrization improve(const Surface& surface, const Points2& corner_uv,
     const ProgressRange range(context, 0.05, 0.93);
     const TimeLimit limit(context, limit_of(options.max_seconds) - watch.seconds());
     improve_all(charts, options, common_scale(surface, corner_uv), maps, context);
-    hurried = context.time_is_over();
+    hurried = context.time_is_over() || context.accepted();
   }
   const Untimed finishing(context);
   context.report("certifying", 0.95);

@@ -44,6 +44,9 @@ struct MinimizeOptions {
   // UV length of a surface length 1 at which the energy is measured, for charts that are a part of
   // another; 0: whatever is best for the chart. Needs fixed vertices; not with `bijective`.
   double unit = 0;
+  // The result is the caller's: accept() ends the descent once the energy is bearable, with a stop
+  // "time limit" (not the way to targets before it).
+  bool acceptable = false;
 };
 
 // chart: one disk-like or any other oriented manifold piece, already cut (one UV per vertex).

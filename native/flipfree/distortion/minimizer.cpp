@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <optional>
 #include <string>
 
 #include "flipfree/base/error.h"
@@ -10,6 +11,9 @@
 namespace flipfree::distortion {
 namespace {
 
+// A map with a larger mean is not taken for somebody who accepts it as it is: nothing can be done
+// with it, and 32 bits may not hold it.
+constexpr double kBearableEnergy = 100.0;
 // The step goes this far towards the first flip; closer would leave a triangle whose barrier
 // dominates the next step.
 constexpr double kShareOfFlip = 0.9;
@@ -238,7 +242,9 @@ void Minimizer::advance(double end, double begin, double now, double first, doub
 // finished leaves uv_ and one_to_one_ as they were.
 const char* Minimizer::descend() try {
   bool progressive = true;
+  std::optional<MapInHand> in_hand;
   for (int i = 0; i < options_.max_iterations; ++i) {
+    if (options_.acceptable && measure(sums_) <= kBearableEnergy) in_hand.emplace(context_);
     // What a step's parts report stays within the least that it adds.
     const ProgressRange range(context_, progress_, progress_ + kLeastProgress * (1 - progress_));
     context_.report("reducing distortion", 0.0);

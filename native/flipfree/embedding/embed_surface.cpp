@@ -160,6 +160,7 @@ namespace {
 void lower_distortion(const Surface& surface, const Boundary& boundary,
                       const EmbedSurfaceOptions& options, EmbedOptions embed, Parametrization& map,
                       Points2& uv, ExecutionContext& context) try {
+  const MapInHand embedded(context);
   const auto n = static_cast<Index>(surface.vertices.rows());
   double energy = symmetric_dirichlet(map.surface, corner_uv(map.surface.faces, uv)).mean;
   if (!(energy < kPoorStart) && options.method == EmbedMethod::kLadder &&

@@ -398,6 +398,34 @@ CertifyRequest certify_request(const RefinedSurface& surface, const Constraints&
   return request;
 }
 
+void lower_distortion(RefinedMap& map, const Constraints& constraints, const MatchOptions& options,
+                      bool bijective, ExecutionContext& context, Stats& stats) {
+  const std::vector<VertexId> held = held_to_the_end(map.surface, constraints);
+  const int steps = affordable_steps(map.surface, options.max_iterations);
+  map.uv = optimise(map.surface, held, map.uv, steps, bijective, context, stats);
+}
+
+// The values to be stored. A map that was accepted before it could be stored is optimised after
+// all.
+Points2f stored(RefinedMap& map, const RefinedSurface& input, const Constraints& constraints,
+                const MatchOptions& options, bool bijective, ExecutionContext& context,
+                Stats& stats) {
+  const Index keep = input.mesh.vertex_count();
+  const auto store = [&] {
+    return store_map(map, held_to_the_end(map.surface, constraints), keep, bijective, context,
+                     stats);
+  };
+  if (!context.accepted() || !options.optimise) return store();
+  const RefinedMap early = map;
+  try {
+    return store();
+  } catch (const NotConverged&) {
+    map = early;
+    lower_distortion(map, constraints, options, bijective, context, stats);
+    return store();
+  }
+}
+
 Parametrization match_in_time(const Surface& surface, const MatchRequest& request,
                               const MatchOptions& options, ExecutionContext& context) {
   ValidateOptions validation;
@@ -428,15 +456,13 @@ Parametrization match_in_time(const Surface& surface, const MatchRequest& reques
     const ProgressRange range(context, 0.85, 0.95);
     const double left = context.seconds_left();
     const TimeLimit limit(context, left - std::min(0.5 * left, seconds_to_store(solution.surface)));
-    const std::vector<VertexId> held = held_to_the_end(solution.surface, constraints);
-    const int steps = affordable_steps(solution.surface, options.max_iterations);
-    solution.uv = optimise(solution.surface, held, solution.uv, steps, bijective, context, stats);
+    const MapInHand valid(context);
+    lower_distortion(solution, constraints, options, bijective, context, stats);
   }
   stats["seconds_optimise"] = watch.seconds() - std::get<double>(stats["seconds_map"]);
 
   const ProgressRange range(context, 0.95, 1.0);
-  const Points2f uv32 = store_map(solution, held_to_the_end(solution.surface, constraints),
-                                  refined.mesh.vertex_count(), bijective, context, stats);
+  const Points2f uv32 = stored(solution, refined, constraints, options, bijective, context, stats);
   const Untimed finishing(context);
   Parametrization map = to_parametrization(solution, solution.uv, uv32);
   stats["added_vertices"] =

@@ -10,6 +10,7 @@
 #include "flipfree/distortion/conformal_start.h"
 #include "flipfree/distortion/energy.h"
 #include "flipfree/distortion/minimize.h"
+#include "flipfree/distortion/rounding.h"
 #include "flipfree/distortion/targets.h"
 #include "flipfree/embedding/boundary.h"
 #include "flipfree/embedding/embed.h"
@@ -135,6 +136,7 @@ MinimizeOptions minimize_options(const FlattenOptions& options) {
   minimize.max_iterations = options.max_iterations;
   minimize.tolerance = options.tolerance;
   minimize.bijective = options.bijective;
+  minimize.acceptable = options.acceptable;
   return minimize;
 }
 
@@ -183,6 +185,31 @@ FlatChart without_overlap(const Surface& chart, const FlattenOptions& options, P
   return {std::move(free), std::move(cut), std::move(apart)};
 }
 
+// Did the last descent end before its goal, by the clock or because its map was accepted?
+bool ended_early(const Stats& stats) {
+  const auto stop = stats.find("distortion.stop");
+  return stop != stats.end() && std::get<std::string>(stop->second) == "time limit";
+}
+
+// A map that was accepted early may be drawn out too far for 32 bits. Then the descent goes on,
+// whoever waits for it: there is no map otherwise.
+void keep_storable(const Surface& chart, const MinimizeOptions& options, Points2& uv,
+                   ExecutionContext& context, Stats& stats) {
+  if (!options.acceptable || !context.accepted()) return;
+  const Untimed storing(context);
+  RoundingOptions rounding;
+  rounding.fixed = options.fixed;
+  rounding.bijective = options.bijective;
+  Stats ignored;
+  try {
+    round_to_storage(chart.faces, uv, rounding, context, ignored);
+  } catch (const NotConverged&) {
+    MinimizeOptions whole = options;
+    whole.acceptable = false;
+    uv = minimize_distortion(chart, uv, whole, context, stats);
+  }
+}
+
 // Of a chart without pins, from a map that does not overlap, as far as time allows.
 void lower_distortion(const Surface& chart, const FlattenOptions& options, FlatChart& flat,
                       ExecutionContext& context, Stats& stats) try {
@@ -197,7 +224,7 @@ void lower_distortion(const Surface& chart, const FlattenOptions& options, FlatC
     const ProgressRange range(context, 0.5, 1.0);
     flat = without_overlap(chart, options, flat.uv, std::move(free), context, stats);
   }
-  if (context.time_is_over()) stats["time_limit_reached"] = std::int64_t{1};
+  if (context.time_is_over() || ended_early(stats)) stats["time_limit_reached"] = std::int64_t{1};
 } catch (const TimeIsOver&) {
   stats["time_limit_reached"] = std::int64_t{1};
 }
@@ -258,6 +285,7 @@ FlatChart flatten_piece(const Surface& piece, Points2 uv, Points2 apart,
       return flatten_chart(piece, options, context, stats);
     flat.uv = std::move(apart);
     lower_distortion(piece, options, flat, context, stats);
+    if (flat.cut.empty()) keep_storable(piece, minimize_options(options), flat.uv, context, stats);
     return flat;
   }
   flat.uv = std::move(uv);
@@ -266,9 +294,11 @@ FlatChart flatten_piece(const Surface& piece, Points2 uv, Points2 apart,
   minimize.overlapping = &free;  // the piece is near its optimum: the last map before is good
   try {
     flat.uv = minimize_distortion(piece, flat.uv, minimize, context, stats);
+    if (context.time_is_over() || ended_early(stats)) stats["time_limit_reached"] = std::int64_t{1};
   } catch (const TimeIsOver&) {
     stats["time_limit_reached"] = std::int64_t{1};
   }
+  keep_storable(piece, minimize_options(options), flat.uv, context, stats);
   return flat;
 }
 
@@ -285,6 +315,7 @@ FlatChart flatten_chart(const Surface& chart, const FlattenOptions& options,
     start_better(chart, flat.uv, context, stats);
     const ProgressRange range(context, 0.3, 1.0);
     lower_distortion(chart, options, flat, context, stats);
+    if (flat.cut.empty()) keep_storable(chart, minimize_options(options), flat.uv, context, stats);
     return flat;
   }
   Points2 uv = std::move(flat.uv);
@@ -292,7 +323,7 @@ FlatChart flatten_chart(const Surface& chart, const FlattenOptions& options,
     const ProgressRange range(context, 0.2, 0.3);
     uv = better_start(chart, uv, context, stats);
   }
-  const MinimizeOptions minimize = minimize_options(options);
+  MinimizeOptions minimize = minimize_options(options);
   {
     const ProgressRange range(context, 0.3, 0.6);
     uv = minimize_distortion(chart, uv, minimize, context, stats);
@@ -301,8 +332,9 @@ FlatChart flatten_chart(const Surface& chart, const FlattenOptions& options,
   // places.
   apply(place_by_pins(uv, options.pins), uv);
   const ProgressRange range(context, 0.6, 1.0);
+  minimize.acceptable = options.acceptable;
   TargetsResult result = minimize_with_targets(chart, uv, options.pins, minimize, context, stats);
-  if (context.time_is_over()) stats["time_limit_reached"] = std::int64_t{1};
+  if (context.time_is_over() || ended_early(stats)) stats["time_limit_reached"] = std::int64_t{1};
   if (!result.missed.empty()) {
     throw_not_converged(
         ErrorCode::kLineSearchStalled,
@@ -312,6 +344,8 @@ FlatChart flatten_chart(const Surface& chart, const FlattenOptions& options,
             " % of the way. Use Match Pins, which refines the mesh, or move or unpin them.",
         ElementKind::kVertex, result.missed);
   }
+  for (const auto& [v, target] : options.pins) minimize.fixed.push_back(v);
+  keep_storable(chart, minimize, result.uv, context, stats);
   return {std::move(result.uv), {}, {}};
 }
 

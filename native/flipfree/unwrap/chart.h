@@ -22,6 +22,7 @@ struct FlattenOptions {
   EdgeFlags uncuttable;  // of the chart's half-edges, may be empty; see separating_cut()
   int max_iterations = 200;
   double tolerance = 1e-4;
+  bool acceptable = true;                          // ExecutionContext::accept() ends the descent
   std::vector<std::pair<VertexId, Vector2>> pins;  // chart vertices and their UVs, met bit for bit
 };
 

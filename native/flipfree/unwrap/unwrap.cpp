@@ -168,13 +168,15 @@ constexpr int kCuttingRounds = 3;
 class Flattening {
  public:
   Flattening(Islands& islands, const Surface& surface, const Adjacency& adjacency,
-             const EdgeFlags& uncuttable, const ChartPins& pins, const UnwrapOptions& options)
+             const EdgeFlags& uncuttable, const ChartPins& pins, const UnwrapOptions& options,
+             bool acceptable)
       : islands_(islands),
         surface_(surface),
         adjacency_(adjacency),
         uncuttable_(uncuttable),
         pins_(pins),
         options_(options),
+        acceptable_(acceptable),
         uv_(3 * surface.faces.rows(), 2),
         apart_(3 * surface.faces.rows(), 2),
         divided_(static_cast<std::size_t>(surface.faces.rows()), 1) {}
@@ -238,6 +240,7 @@ class Flattening {
     flatten.bijective = options_.bijective;
     flatten.max_iterations = options_.max_iterations;
     flatten.tolerance = options_.tolerance;
+    flatten.acceptable = acceptable_;
     if (round == 0) flatten.pins = pins_.of_chart[c];
     flatten.may_add_cuts = options_.bijective && options_.may_add_cuts && flatten.pins.empty();
     if (round + 1 >= kCuttingRounds) flatten.tolerated_overlap = 0.0;
@@ -267,6 +270,7 @@ class Flattening {
   const EdgeFlags& uncuttable_;
   const ChartPins& pins_;
   const UnwrapOptions& options_;
+  bool acceptable_;
   Points2 uv_;                 // per corner of the surface
   Points2 apart_;              // the same of the maps without overlap of charts that were cut
   std::vector<char> divided_;  // per face: its chart is to be flattened next
@@ -319,8 +323,9 @@ PlacedCharts place_and_round(const Islands& islands, const ChartPins& pins,
   return placed;
 }
 
+// acceptable: maps may be taken as they are (ExecutionContext::accept).
 Parametrization unwrap_in_time(const Surface& surface, const UnwrapOptions& options,
-                               ExecutionContext& context) {
+                               bool acceptable, ExecutionContext& context) {
   Stopwatch total;
   Stopwatch watch;
   Parametrization map;
@@ -357,7 +362,8 @@ Parametrization unwrap_in_time(const Surface& surface, const UnwrapOptions& opti
   std::vector<Points2> uv;
   {
     const ProgressRange range(context, 0.05, 0.92);
-    uv = Flattening(islands, working, adjacency, uncuttable, pins, options).run(context, stats);
+    uv = Flattening(islands, working, adjacency, uncuttable, pins, options, acceptable)
+             .run(context, stats);
   }
   pins = pins_by_chart(islands, options.pins);
   stats["charts"] = static_cast<std::int64_t>(islands.charts.size());
@@ -407,7 +413,13 @@ Parametrization unwrap_in_time(const Surface& surface, const UnwrapOptions& opti
 Parametrization unwrap(const Surface& surface, const UnwrapOptions& options,
                        ExecutionContext& context) try {
   const TimeLimit limit(context, limit_of(options.max_seconds));
-  return unwrap_in_time(surface, options, context);
+  try {
+    return unwrap_in_time(surface, options, true, context);
+  } catch (const NotConverged&) {
+    if (!context.accepted()) throw;
+  }
+  // What was accepted cannot be stored beside the other charts: as if nobody had asked.
+  return unwrap_in_time(surface, options, false, context);
 } catch (const TimeIsOver&) {
   if (!(options.max_seconds > 0)) throw;  // the limit is the caller's
   throw_out_of_time("Not all charts were flattened", options.max_seconds,

@@ -11,6 +11,7 @@ from .conformal import ConformalMetric, conformal_metric
 from .conformal_map import conformal
 from .embedding import embed
 from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConverged
+from .fans import split_fans
 from .improving import improve
 from .matching import match
 from .packing import pack
@@ -38,6 +39,7 @@ __all__ = [
     "jobs",
     "match",
     "pack",
+    "split_fans",
     "suggest_cones",
     "unwrap",
 ]

@@ -1,4 +1,4 @@
-"""Solver calls that run on a C++ thread while Python goes on: poll, cancel, collect.
+"""Solver calls that run on a C++ thread while Python goes on: poll, cancel, accept, collect.
 
 ``start_*`` functions return a :class:`Job` at once; the blocking functions of the package are ``run(start_*(...))``.
 The solver thread touches neither Python nor the caller's arrays (they are copied at the start).
@@ -38,6 +38,12 @@ class Job(Generic[Result]):
     def cancel(self) -> None:
         """Asks the solver to stop; it does within 0.2 s. Then ``result`` raises Cancelled."""
         self._native.cancel()
+
+    def accept(self) -> None:
+        """Takes the map as it is: as if ``max_seconds`` were over now, or as soon as there is a map. ``result`` then has
+        ``stats["time_limit_reached"]`` 1. Calls that have no map before their end (conformal, certify, pack) just go on.
+        """
+        self._native.accept()
 
     def result(self) -> Result:
         """Waits for the end; the result, or the solver's exception. Call it once."""

@@ -26,6 +26,7 @@ import importlib  # noqa: E402
 import shapes  # noqa: E402
 
 modal = importlib.import_module("bl_ext.user_default.flipfree_uv.modal")
+compat = importlib.import_module("bl_ext.user_default.flipfree_uv.compat")
 mesh_io = importlib.import_module("bl_ext.user_default.flipfree_uv.mesh_io")
 arguments = sys.argv[sys.argv.index("--") + 1 :]
 REPORT = arguments[0]
@@ -65,6 +66,18 @@ def invoke(name="unwrap", **options):
         return operator("INVOKE_DEFAULT", True, **options)
 
 
+class modal_from_the_start:
+    """Runs go through the timer however short they are: the window shows reports of those only, not of calls that scripts
+    make."""
+
+    def __enter__(self):
+        self._advance = advance = modal.Run.advance
+        modal.Run.advance = lambda run, seconds: seconds == 0.0 and advance(run, seconds)
+
+    def __exit__(self, *_):
+        modal.Run.advance = self._advance
+
+
 def simulate(kind, value="PRESS"):
     window = bpy.context.window_manager.windows[0]
     window.event_simulate(type=kind, value=value, x=window.width // 2, y=window.height // 2)
@@ -101,6 +114,90 @@ def test_escape_cancels_and_leaves_everything():
     yield from wait_for_end(10.0)
     assert shapes.everything(ob) == before
     assert not running()
+
+
+def test_return_takes_the_map_as_it_is():
+    show("UV Editing")
+    yield 0.5
+    ob = shapes.slow()
+    before = shapes.uv_of(ob).tobytes()
+    assert invoke() == {"RUNNING_MODAL"}
+    yield 0.6
+    assert running(), "too small a mesh for this test"
+    shot("accept_before")
+    simulate("RET")
+    simulate("RET", "RELEASE")
+    yield 0.2
+    shot("accept_after")
+    yield from wait_for_end(60.0)
+    assert shapes.uv_of(ob).tobytes() != before
+    assert shapes.exact_flips(ob) == 0
+
+
+def test_a_poor_result_is_a_warning_and_its_islands_can_be_selected():
+    show("UV Editing")
+    yield 0.5
+    ob = shapes.two_sheets(squeezed=True)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    with modal_from_the_start():
+        assert invoke() == {"RUNNING_MODAL"}
+        yield 0.5
+    yield from wait_for_end()
+    frame_all()
+    yield 0.5
+    shot("poor_warning")
+    with bpy.context.temp_override(**area_of("VIEW_3D")):
+        assert bpy.ops.uv.flipfree_select_poor("INVOKE_DEFAULT") == {"FINISHED"}
+    yield 1.0
+    shot("poor_selected")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert shapes.selected(ob, "face") == list(range(16, 32))
+
+
+def test_distorted_islands_are_selected_in_a_uv_editor_with_its_own_selection():
+    show("UV Editing")
+    yield 0.5
+    ob = shapes.two_sheets(squeezed=True)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.context.tool_settings.use_uv_select_sync = False
+    with bpy.context.temp_override(**area_of("IMAGE_EDITOR")):
+        assert bpy.ops.uv.flipfree_select_poor("INVOKE_DEFAULT") == {"FINISHED"}
+    yield 0.4
+    shot("poor_selected_uv")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    mesh = ob.data
+    chosen = compat.uv_selected_faces(mesh, mesh.uv_layers.active.name)
+    assert np.flatnonzero(chosen).tolist() == list(range(16, 32))
+    assert len(shapes.selected(ob, "face")) == 32, "the mesh's selection stays"
+
+
+def test_check_of_stacked_cubes_names_and_selects_them():
+    show("UV Editing")
+    yield 0.5
+    objects = []
+    for i in range(40):
+        bpy.ops.mesh.primitive_cube_add(location=(2.5 * (i % 8), 2.5 * (i // 8), 0))
+        objects.append(bpy.context.object)
+    for ob in objects:
+        ob.select_set(True)
+    bpy.ops.object.join()
+    ob = bpy.context.object
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    with modal_from_the_start():
+        assert invoke("check") == {"RUNNING_MODAL"}
+        yield 0.5
+    yield from wait_for_end()
+    frame_all()
+    yield 0.5
+    shot("check_stacked")
+    open_redo_panel()
+    yield 0.4
+    shot("check_stacked_options")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert len(shapes.selected(ob, "face")) == 240
 
 
 def test_a_run_from_the_menu_writes_a_map_and_is_one_undo_step():
@@ -278,7 +375,7 @@ def test_escape_stops_match_pins_and_leaves_everything():
     assert shapes.everything(ob) == before
 
 
-def test_contradictory_pins_are_selected_in_the_viewport():
+def test_contradictory_pins_are_selected_on_demand():
     show("UV Editing")
     yield 0.5
     ob, targets = pinned_monkey(2, 0.05)
@@ -295,6 +392,10 @@ def test_contradictory_pins_are_selected_in_the_viewport():
         yield from wait_for_end()
     except RuntimeError as error:
         assert "contradict" in str(error)
+    yield 0.3
+    assert all(bpy.context.object.data.count_selected_items()), "the selection stays"
+    with bpy.context.temp_override(**area_of("VIEW_3D")):
+        assert bpy.ops.uv.flipfree_select_failed("INVOKE_DEFAULT") == {"FINISHED"}
     yield 0.3
     shot("match_contradiction")
     bpy.ops.object.mode_set(mode="OBJECT")

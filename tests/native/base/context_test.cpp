@@ -122,6 +122,37 @@ TEST(TimeLimit, zero_seconds_of_an_option_are_no_limit) {
   EXPECT_EQ(context.seconds_left(), std::numeric_limits<double>::infinity());
 }
 
+TEST(MapInHand, accepting_ends_the_time_where_there_is_a_map_and_nowhere_else) {
+  ExecutionContext context;
+  context.accept();
+  EXPECT_TRUE(context.accepted());
+  EXPECT_NO_THROW(context.check());
+  {
+    const MapInHand map(context);
+    EXPECT_TRUE(context.time_is_over());
+    EXPECT_EQ(context.seconds_left(), 0.0);
+    EXPECT_THROW(context.check(), TimeIsOver);
+    const Untimed storing(context);
+    EXPECT_NO_THROW(context.check());
+  }
+  EXPECT_NO_THROW(context.check());
+}
+
+TEST(MapInHand, parts_are_accepted_with_their_parent_and_have_its_map) {
+  ExecutionContext parent;
+  ExecutionContext before(&parent, 1);
+  const MapInHand map(parent);
+  ExecutionContext part(&parent, 1);
+  EXPECT_NO_THROW(part.check());
+  parent.accept();
+  EXPECT_THROW(part.check(), TimeIsOver);
+  EXPECT_NO_THROW(before.check());
+  const MapInHand own(before);
+  EXPECT_THROW(before.check(), TimeIsOver);
+  parent.cancel();
+  EXPECT_THROW(part.check(), Cancelled);
+}
+
 TEST(ParallelFor, visits_every_index_exactly_once_for_any_number_of_threads) {
   for (const int threads : {1, 2, 5}) {
     ExecutionContext context;

@@ -55,6 +55,22 @@ Outcome match_for(const Surface& surface, const MatchRequest& request, MatchOpti
   return outcome;
 }
 
+// The first map that meets the pins is returned, certified.
+TEST(MatchTime, AcceptedBeforeThereIsAMapReturnsTheFirstOne) {
+  const Surface surface = test::bumpy_grid(14, 14, 0.5, 3);
+  MatchRequest request;
+  request.points = {{40, {0.3, 0.3}}, {100, {0.7, 0.5}}, {150, {0.4, 0.8}}};
+  for (const bool bijective : {true, false}) {
+    MatchOptions options;
+    options.bijective = bijective;
+    ExecutionContext context;
+    context.accept();
+    const Parametrization map = match_piece(surface, request, options, context);
+    EXPECT_TRUE(map.certificate.ok);
+    EXPECT_EQ(std::get<std::int64_t>(map.stats.at("time_limit_reached")), 1);
+  }
+}
+
 // Limits all over the time that the work takes: each gives a valid map with all pins, or says that
 // there was no time. Returns what came out, by ascending limit; the last had all the time.
 std::vector<Outcome> end_anywhere(const Surface& surface, const MatchRequest& request,

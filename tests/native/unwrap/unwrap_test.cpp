@@ -70,5 +70,41 @@ TEST(Unwrap, ends_anywhere_with_a_valid_map_or_the_time_limit) {
   EXPECT_GT(failed, 0);
 }
 
+Parametrization accepted_at_once(const Surface& surface, const UnwrapOptions& options = {}) {
+  ExecutionContext context;
+  context.accept();
+  return unwrap(surface, options, context);
+}
+
+TEST(Unwrap, accepted_before_there_is_a_map_returns_the_first_one) {
+  const Surface surface = test::bumpy_grid(20, 20, 0.5, 3);
+  ExecutionContext context;
+  const Parametrization best = unwrap(surface, {}, context);
+  const Parametrization early = accepted_at_once(surface);
+  EXPECT_TRUE(early.certificate.ok);
+  EXPECT_EQ(std::get<std::int64_t>(early.stats.at("time_limit_reached")), 1);
+  EXPECT_EQ(std::get<std::int64_t>(best.stats.at("time_limit_reached")), 0);
+  EXPECT_GT(early.certificate.energy, best.certificate.energy);
+}
+
+// The embedding of a long tube on a circle shrinks far below what 32 bits hold.
+TEST(Unwrap, accepted_maps_that_cannot_be_stored_yet_are_optimised_first) {
+  const Parametrization map = accepted_at_once(test::tube(12, 400));
+  EXPECT_TRUE(map.certificate.ok);
+}
+
+TEST(Unwrap, accepted_maps_meet_their_pins) {
+  const Surface surface = test::bumpy_grid(12, 12, 0.5, 3);
+  ExecutionContext context;
+  const Parametrization free = unwrap(surface, {}, context);
+  UnwrapOptions options;
+  for (const CornerId c : {CornerId{0}, static_cast<CornerId>(surface.faces.size() - 1)})
+    options.pins.push_back({c, free.uv32.row(c).cast<double>().transpose() * 2.0});
+  const Parametrization map = accepted_at_once(surface, options);
+  EXPECT_TRUE(map.certificate.ok);
+  for (const CornerPin& pin : options.pins)
+    EXPECT_EQ(map.uv32.row(pin.corner).cast<double>().transpose(), pin.uv);
+}
+
 }  // namespace
 }  // namespace flipfree

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Select Where It Failed, Select Distorted Islands: what a report speaks of, shown in the viewport or the UV editor."""
+
+import bpy
+import numpy as np
+
+from .. import compat, errors, mesh_io, modal, selection, solver
+from . import common, options
+
+
+def show(context, places: list) -> None:
+    """Selects these elements and nothing else: places is [(object, "vertex" | "edge" | "face", ids)]. Enters Edit Mode.
+
+    In a UV editor that has a selection of its own, faces are selected there, and the mesh's selection only grows by them.
+    """
+    if context.mode == "OBJECT":
+        for ob in context.selected_objects:
+            ob.select_set(False)
+        for ob, _, _ in places:
+            ob.hide_set(False)
+            ob.select_set(True)
+        context.view_layer.objects.active = places[0][0]
+        bpy.ops.object.mode_set(mode="EDIT")
+    in_uv_editor = context.area is not None and context.area.type == "IMAGE_EDITOR"
+    if in_uv_editor and not context.tool_settings.use_uv_select_sync:
+        shown = {ob: ids for ob, kind, ids in places if kind == "face"}
+        if shown:
+            for ob in context.objects_in_mode_unique_data:
+                compat.select_uv_faces(ob.data, shown.get(ob, np.zeros(0, np.int64)))
+            return
+    bpy.ops.mesh.select_all(action="DESELECT")
+    kinds = {kind for _, kind, _ in places}
+    for ob, kind, ids in places:
+        selection.select_only(ob, kind, ids, modes=kinds)
+
+
+class UV_OT_flipfree_select_failed(bpy.types.Operator):
+    bl_idname = "uv.flipfree_select_failed"
+    bl_label = "Select Where It Failed"
+    bl_description = "Select what the last error message speaks of"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        if context.mode not in {"OBJECT", "EDIT_MESH"}:
+            cls.poll_message_set("Works in Object Mode and in Edit Mode of meshes")
+            return False
+        if not errors.has_places():
+            cls.poll_message_set("The last run did not fail, or nowhere in particular")
+            return False
+        return True
+
+    def execute(self, context):
+        found = errors.places()
+        if context.mode == "EDIT_MESH":
+            editing = set(context.objects_in_mode)
+            found = [(ob, failure) for ob, failure in found if ob in editing]
+        if not found:
+            self.report(
+                {"ERROR"},
+                "The mesh is no longer the one that the run failed on, or not the one in Edit Mode. Run it again",
+            )
+            return {"CANCELLED"}
+        show(context, [(ob, failure.kind, failure.elements) for ob, failure in found])
+        counts = [common.plural(len(f.elements), f.kind, _MANY[f.kind]) for _, f in found]
+        self.report({"INFO"}, f"{', '.join(counts)} selected")
+        return {"FINISHED"}
+
+
+_MANY = {"vertex": "vertices", "edge": "edges", "face": "faces"}
+
+
+class DistortedTask(modal.Task):
+    """The active map of a whole object: which islands are distorted beyond the bound."""
+
+    def __init__(self, snapshot):
+        super().__init__(snapshot)
+        self.faces = np.zeros(0, np.int64)
+        self.islands = 0
+
+    def start(self):
+        common.refuse_nonfinite_uvs(self.snapshot)
+        return solver.certify(self.snapshot, self.snapshot.corner_uv)
+
+    def collect(self, result):
+        label = mesh_io.island_labels(self.snapshot.triangles, self.snapshot.corner_uv)
+        chosen = np.unique(label[result.poor_islands])
+        self.islands = len(chosen)
+        self.faces = np.unique(self.snapshot.triangle_face[np.isin(label, chosen)])
+
+    def write(self, ob):
+        """Leaves the object alone; the operator selects in all of them together."""
+
+
+class UV_OT_flipfree_select_poor(options.MapOperator, bpy.types.Operator):
+    bl_idname = "uv.flipfree_select_poor"
+    bl_label = "Select Distorted Islands"
+    bl_description = (
+        "Select the islands of the UV map whose mean distortion is above 5: more seams there give a better map. "
+        "At most the hundred worst"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+    verb = "Select Distorted Islands"
+    needs_uv = True
+
+    def make_run(self, context):
+        snapshots, failures = [], []
+        for ob in common.meshes(context):
+            if ob.data.uv_layers.active is None:
+                continue
+            try:
+                snapshots.append(mesh_io.read(ob, only_selected=False))
+            except mesh_io.MeshProblem as problem:
+                failures.append(errors.from_problem(ob.name, problem))
+        return modal.Run([DistortedTask(s) for s in snapshots], failures)
+
+    def summary(self, tasks):
+        places = [
+            (bpy.data.objects[task.snapshot.object_name], "face", task.faces)
+            for task in tasks
+            if len(task.faces)
+        ]
+        if not places:
+            return "No island is distorted badly"
+        show(bpy.context, places)
+        count = common.plural(sum(task.islands for task in tasks), "island")
+        return f"{count} distorted badly, now selected. Mark more seams there and unwrap again"
+
+
+CLASSES = (UV_OT_flipfree_select_failed, UV_OT_flipfree_select_poor)

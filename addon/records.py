@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What `blender -b -c flipfree ... --json FILE` writes: one record per mesh object, in numbers instead of a report line."""
+
+import json
+import math
+import sys
+
+from .operators import common
+
+_COUNTS = ("triangles", "flips32", "overlaps", "island_overlaps")
+
+
+def of_task(task, line: str, advice: str) -> dict:
+    """Certificates of several parts are added up: counts are sums (-1: not measured), energies the worst part's."""
+    certificates = [judged.certificate for judged in task.judged]
+    record = {
+        "object": task.snapshot.object_name,
+        "ok": all(c.ok for c in certificates),
+        "report": line,
+        "islands": task.island_count(),
+        "added_vertices": getattr(task, "new_vertices", 0),
+    }
+    for name in _COUNTS:
+        values = [getattr(c, name) for c in certificates]
+        record[name] = sum(values) if values and min(values) >= 0 else -1
+    if hasattr(task, "island_overlaps"):  # of the parts together
+        record["island_overlaps"] = task.island_overlaps
+    for name in ("energy", "energy_p99", "max_energy"):
+        record[name] = _worst([getattr(c, name) for c in certificates])
+    record["poor"] = any(c.poor for c in certificates)
+    record["poor_islands"] = common.poor_islands([task])
+    record["warnings"] = [advice] if advice else []
+    record["errors"] = []
+    return record
+
+
+def of_failure(failure) -> dict:
+    place = failure.elements.tolist() if failure.has_place else []
+    return {
+        "object": failure.object_name,
+        "ok": False,
+        "warnings": [],
+        "errors": [{"message": str(failure), "kind": failure.kind, "elements": place}],
+    }
+
+
+def _worst(values) -> float | None:
+    """JSON has no infinity and no NaN: null."""
+    finite = [value for value in values if math.isfinite(value)]
+    return max(finite) if finite and len(finite) == len(values) else None
+
+
+def write(records: list[dict], target: str) -> None:
+    """target: a path, or - for the standard output."""
+    text = json.dumps(records, indent=1, allow_nan=False) + "\n"
+    if target == "-":
+        sys.stdout.write(text)
+    else:
+        with open(target, "w", encoding="utf-8") as file:
+            file.write(text)

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Showing places in meshes: what is selected, in Edit Mode and outside."""
+
+import bmesh
+import bpy
+import numpy as np
+
+from . import compat
+
+
+def select_only(ob: bpy.types.Object, kind: str, elements: np.ndarray, *, modes=()) -> None:
+    """Selects these elements and nothing else, in the select modes `modes` or the one that shows them. No-op for kind
+    "none"."""
+    if kind == "none" or len(elements) == 0:
+        return
+    mesh = ob.data
+    modes = set(modes) or {kind}
+    if ob.mode == "EDIT":
+        bm = bmesh.from_edit_mesh(mesh)
+        bm.select_mode = {
+            {"vertex": "VERT", "edge": "EDGE", "face": "FACE"}[mode] for mode in modes
+        }
+        bpy.context.tool_settings.mesh_select_mode = [
+            name in modes for name in ("vertex", "edge", "face")
+        ]
+        for sequence in (bm.verts, bm.edges, bm.faces):
+            for element in sequence:
+                element.select = False
+        sequence = {"vertex": bm.verts, "edge": bm.edges, "face": bm.faces}[kind]
+        sequence.ensure_lookup_table()
+        for index in elements.tolist():
+            if sequence[index].hide:
+                sequence[index].hide_set(False)
+            sequence[index].select_set(True)
+        bm.select_flush_mode()
+        bmesh.update_edit_mesh(mesh, loop_triangles=False, destructive=False)
+        return
+    chosen = {
+        "vertex": np.zeros(len(mesh.vertices), bool),
+        "edge": np.zeros(len(mesh.edges), bool),
+        "face": np.zeros(len(mesh.polygons), bool),
+    }
+    chosen[kind][elements] = True
+    # Larger elements carry their smaller ones, as Blender itself keeps them.
+    if kind == "face":
+        loop_vertices = compat.corner_vertices(mesh)
+        loop_edges = compat.corner_edges(mesh)
+        totals = np.empty(len(mesh.polygons), np.int32)
+        mesh.polygons.foreach_get("loop_total", totals)
+        in_face = np.repeat(chosen["face"], totals)
+        chosen["vertex"][loop_vertices[in_face]] = True
+        chosen["edge"][loop_edges[in_face]] = True
+    elif kind == "edge":
+        edges = compat.edge_vertices(mesh)
+        chosen["vertex"][edges[chosen["edge"]].ravel()] = True
+    mesh.vertices.foreach_set("select", chosen["vertex"])
+    mesh.edges.foreach_set("select", chosen["edge"])
+    mesh.polygons.foreach_set("select", chosen["face"])
+    mesh.update()

@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What our messages tell the user to do, done as they say it: the run then succeeds.
+
+Each cure starts from what a user has after the error: everything selected, as before the run, or what Select Where It Failed
+selected. A text that names neither works from both.
+"""
+
+import bpy
+import numpy as np
+import pytest
+import shapes
+
+mesh = bpy.ops.mesh
+
+
+def not_a_number():
+    ob = shapes.grid(3, uv=True)
+    ob.data.vertices[5].co.x = float("nan")
+    return ob
+
+
+def twice():
+    return shapes.add(
+        "Repeat", [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [(0, 1, 1, 2), (0, 2, 3)], uv=True
+    )
+
+
+def duplicate():
+    return shapes.add("Twice", [(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2), (0, 1, 2)], uv=True)
+
+
+def book():
+    vertices = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, -1, 0.5), (0, 0, 1)]
+    return shapes.add("Book", vertices, [(0, 1, 2), (1, 0, 3), (0, 1, 4)], uv=True)
+
+
+def twisted():
+    """A cube of which two sides look inside."""
+    ob = shapes.cube()
+    ob.data.uv_layers.new(name="UVMap")
+    ob.data.polygons[2].flip()
+    ob.data.polygons[4].flip()
+    return ob
+
+
+def sliver():
+    vertices = [(0, 0, 0), (1, 0, 0), (2, 0, 0), (1, 1, 0)]
+    return shapes.add("Sliver", vertices, [(0, 1, 3), (1, 2, 3), (2, 1, 0)], uv=True)
+
+
+def quad_with_a_straight_corner():
+    vertices = [(0, 0, 0), (1, 0, 0), (2, 0, 0), (1, 1, 0)]
+    return shapes.add("Quad", vertices, [(0, 1, 2, 3)], uv=True)
+
+
+def double():
+    vertices = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 1, 0)]
+    return shapes.add("Double", vertices, [(0, 1, 2), (1, 3, 2)], uv=True)
+
+
+def all_then(*steps):
+    return lambda: [step() for step in (lambda: mesh.select_all(action="SELECT"), *steps)]
+
+
+CURES = {
+    # code: (mesh, cure, words of the text that say it, does it also work on everything that was selected before)
+    "coordinate is not finite": (not_a_number, lambda: mesh.delete(type="VERT"), "Delete", False),
+    "duplicate face": (duplicate, lambda: mesh.delete(type="ONLY_FACE"), "Only Faces", False),
+    "non-manifold edge": (book, lambda: mesh.edge_split(type="EDGE"), "Faces by Edges", False),
+    "inconsistent orientation": (
+        twisted,
+        all_then(lambda: mesh.normals_make_consistent(inside=False)),
+        "Select all",
+        True,
+    ),
+    "zero-area face": (sliver, all_then(mesh.dissolve_degenerate), "Degenerate Dissolve", True),
+    "zero-area face in a quad": (
+        quad_with_a_straight_corner,
+        mesh.quads_convert_to_tris,
+        "for a quad, Face > Triangulate Faces",
+        True,
+    ),
+    "zero-length edge": (double, all_then(mesh.remove_doubles), "Merge > By Distance", True),
+}
+
+
+def message_of(**options):
+    with pytest.raises(RuntimeError) as error:
+        bpy.ops.uv.flipfree_unwrap(**options)
+    return str(error.value)
+
+
+@pytest.mark.parametrize("start", ["place", "everything"])
+@pytest.mark.parametrize("code", CURES)
+def test_the_named_cure_makes_the_run_succeed(code, start, part):
+    make, cure, words, on_everything = CURES[code]
+    if start == "everything" and not on_everything:
+        pytest.skip("the text asks for the place")
+    ob = make()
+    what, cure_text = part("errors").TEXTS[code.removesuffix(" in a quad")]
+    assert words in cure_text
+    bpy.ops.object.mode_set(mode="EDIT")
+    mesh.select_mode(type="VERT")
+    mesh.select_all(action="SELECT")
+    assert what in message_of()
+    if start == "place":
+        assert bpy.ops.uv.flipfree_select_failed() == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="EDIT")
+    cure()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    assert shapes.exact_flips(ob) == 0
+
+
+def test_a_face_that_uses_a_vertex_twice_is_not_shown_but_removed():
+    """Blender hangs when it selects something in such a mesh in Edit Mode."""
+    ob = twice()
+    assert "bpy.context.object.data.validate()" in message_of()
+    assert not bpy.ops.uv.flipfree_select_failed.poll()
+    assert bpy.context.object.data.validate()
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    assert shapes.exact_flips(ob) == 0
+
+
+def test_a_map_with_flips_is_unwrapped_first():
+    ob = shapes.grid(3, uv=True)
+    uv = np.array([ob.data.vertices[loop.vertex_index].co[:2] for loop in ob.data.loops])
+    shapes.set_uv(ob, uv * (-1, 1))
+    with pytest.raises(RuntimeError, match="Unwrap it first"):
+        bpy.ops.uv.flipfree_improve()
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    assert bpy.ops.uv.flipfree_improve() == {"FINISHED"}
+
+
+def test_pins_that_contradict_each_other_are_unpinned_where_it_failed():
+    ob = shapes.grid(4, uv=True)
+    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    uv = np.array([ob.data.vertices[v].co[:2] for v in corner], np.float32)
+    uv[np.isin(corner, [6, 18])] = 0.0
+    shapes.set_uv(ob, uv)
+    shapes.set_pins(ob, np.isin(corner, [6, 18]))
+    with pytest.raises(RuntimeError, match="contradict(.|\n)*unpin"):
+        bpy.ops.uv.flipfree_match()
+    assert shapes.shown("vertex") == [6, 18]
+    shapes.set_pins(ob, corner == 6)  # Alt P on the other one
+    assert bpy.ops.uv.flipfree_match() == {"FINISHED"}
+
+
+def test_stacked_islands_are_packed(capfd):
+    ob = shapes.cube()
+    uv = np.tile(np.float32([[0, 0], [1, 0], [1, 1], [0, 1]]), (6, 1))
+    shapes.set_uv(ob, uv)
+    for edge in ob.data.edges:
+        edge.use_seam = True
+    assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
+    assert "Pack the islands" in capfd.readouterr().out
+    assert bpy.ops.uv.flipfree_improve(pack=True) == {"FINISHED"}
+    capfd.readouterr()
+    assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
+    assert "Nothing wrong: 6 islands, 0 flips, 0 overlaps" in capfd.readouterr().out
+
+
+def test_cones_that_do_not_sum_up_are_suggested():
+    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=2)
+    ob = bpy.context.object
+    ob.vertex_groups.new(name="Cone +1").add([0, 1], 1.0, "REPLACE")
+    with pytest.raises(RuntimeError, match="Mark Cone"):
+        bpy.ops.uv.flipfree_conformal()
+    assert bpy.ops.uv.flipfree_suggest_cones(quarter_turns=True) == {"FINISHED"}
+    assert bpy.ops.uv.flipfree_conformal() == {"FINISHED"}

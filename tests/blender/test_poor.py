@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Results that are valid but distorted badly: a warning that says where, and Select Distorted Islands."""
+
+import bpy
+import pytest
+import shapes
+
+
+def warnings(out):
+    return [line for line in out.splitlines() if line.startswith("Warning:")]
+
+
+@pytest.mark.parametrize("operator", ["unwrap", "improve", "match"])
+def test_a_poor_result_is_a_warning_that_names_the_islands(operator, capfd):
+    shapes.two_sheets(squeezed=True)
+    assert getattr(bpy.ops.uv, f"flipfree_{operator}")() == {"FINISHED"}
+    (line,) = warnings(capfd.readouterr().out)
+    assert "2 islands, 0 flips, 0 overlaps" in line
+    assert "Badly distorted: 1 island" in line and "at face 16" in line
+    cure = "Move pins nearer" if operator == "match" else "Mark more seams there"
+    assert cure in line and "Select Distorted Islands" in line
+
+
+@pytest.mark.parametrize("operator", ["unwrap", "improve", "match"])
+def test_a_good_result_is_none(operator, capfd):
+    shapes.two_sheets()
+    assert getattr(bpy.ops.uv, f"flipfree_{operator}")() == {"FINISHED"}
+    out = capfd.readouterr().out
+    assert not warnings(out) and "Badly" not in out
+
+
+def test_check_warns_of_a_poor_map_though_nothing_is_wrong(capfd):
+    ob = shapes.two_sheets(squeezed=True)
+    chosen = shapes.selection(ob)
+    assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
+    (line,) = warnings(capfd.readouterr().out)
+    assert "Nothing wrong: 2 islands" in line and "the worst at face 16" in line
+    assert shapes.selection(ob) == chosen
+
+
+@pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
+def test_distorted_islands_are_selected_whole(mode, capfd):
+    ob = shapes.two_sheets(squeezed=True)
+    before = shapes.everything(ob)
+    bpy.ops.object.mode_set(mode=mode)
+    if mode == "EDIT":  # what is selected before does not matter
+        shapes.select_faces(ob, [3])
+    assert bpy.ops.uv.flipfree_select_poor() == {"FINISHED"}
+    assert "1 island distorted badly, now selected" in capfd.readouterr().out
+    assert bpy.context.mode == "EDIT_MESH"
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert shapes.selected(ob, "face") == list(range(16, 32))
+    assert shapes.everything(ob) == before
+
+
+def test_where_no_island_is_distorted_the_selection_stays(capfd):
+    ob = shapes.two_sheets()
+    bpy.ops.object.mode_set(mode="EDIT")
+    shapes.select_faces(ob, [3])
+    assert bpy.ops.uv.flipfree_select_poor() == {"FINISHED"}
+    assert "No island is distorted badly" in capfd.readouterr().out
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert shapes.selected(ob, "face") == [3]
+
+
+def test_without_a_uv_map_nothing_can_be_selected():
+    shapes.grid(3)
+    assert not bpy.ops.uv.flipfree_select_poor.poll()
