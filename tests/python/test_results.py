@@ -194,3 +194,36 @@ def test_tuttes_map_does_not_depend_on_a_start() -> None:
     result = ff.embed(vertices, faces, method="tutte", initial_uv=start)
     assert result.uv64.tobytes() == usual.uv64.tobytes()
     assert result.stats["rung"] == "tutte"
+
+
+@pytest.mark.parametrize("bijective", [True, False])
+@pytest.mark.parametrize("far", [1e10, 1e20, 1e38])
+def test_pins_far_away_are_met_or_not_reached(far: float, bijective: bool) -> None:
+    vertices, faces = bumpy_grid(5, 5)
+    for pins in (
+        {0: (0.0, 0.0), 35: (far, 0.0)},
+        {14: (far, far)},
+        {0: (0.0, 0.0), 14: (far, 1.0)},
+    ):
+        try:
+            assert ff.match(vertices, faces, points=pins, bijective=bijective).certificate.ok
+        except ff.NotConverged as error:
+            assert "nwrap it" not in str(error)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_an_embedding_is_not_lost_by_optimising_it(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    vertices, faces = bumpy_grid(int(random.integers(2, 6)), int(random.integers(2, 5)))
+    vertices = vertices * [1.0, 10.0 ** -random.integers(0, 12), 10.0 ** -random.integers(0, 12)]
+    a, b = faces[random.integers(len(faces))][:2]
+    vertices[a] = vertices[b] + random.normal(size=3) * 10.0 ** -random.integers(2, 14)
+    try:
+        plain = ff.embed(vertices, faces, low_distortion=True)
+    except ff.FlipfreeError:
+        return  # it was not there in the first place
+    optimised = ff.embed(vertices, faces, optimise=True)
+    assert optimised.certificate.ok
+    assert optimised.certificate.energy <= plain.certificate.energy * (1 + 1e-6)
+    improved = ff.improve(plain)
+    assert improved.certificate.energy <= plain.certificate.energy * (1 + 1e-6)

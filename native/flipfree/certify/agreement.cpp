@@ -18,7 +18,14 @@ void agree_with_storage(Parametrization& map, const CertifyRequest& request,
   CertifyRequest again = request;
   again.uv = &mixed;
   again.parent = nullptr;  // the same subdivision
-  if (certify(again, context).ok) map.agreed = std::move(mixed);
+  if (certify(again, context).ok) {
+    map.agreed = std::move(mixed);
+    return;
+  }
+  again.uv = &map.agreed;
+  again.pins.clear();  // met as stored
+  Certificate stored = certify(again, context);
+  if (!stored.ok) map.certificate = std::move(stored);
 }
 
 }  // namespace flipfree

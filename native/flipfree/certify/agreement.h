@@ -13,7 +13,8 @@ namespace flipfree {
 // Sets map.agreed for a map whose certificate for `request` is ok: empty if map.uv rounds to
 // map.uv32 everywhere. Else the solver's values, with the stored ones wherever they do not round to
 // these; or, where that does not pass the same certificate, or angles are prescribed, the stored
-// values alone, which have passed. Cost: O(#F); a second certificate where rounding was repaired.
+// values alone. Should these not pass either (an infinite energy), map.certificate says so. Cost:
+// O(#F); a second certificate where rounding was repaired.
 void agree_with_storage(Parametrization& map, const CertifyRequest& request,
                         const ExecutionContext& context);
 

@@ -60,8 +60,9 @@ BoundaryGrid::BoundaryGrid(const Boundary& boundary, const Points2& uv)
   // Cells no shorter than the mean edge, and no more than four per edge.
   const auto count = static_cast<double>(boundary.edges.size());
   const Vector2 extent = high - low_;
-  cell_ = std::max(
-      {length / count, 0.5 * std::sqrt(extent.x() / count) * std::sqrt(extent.y()), 1e-300});
+  // (A closed boundary is longer than its extent, unless squares of lengths vanish among doubles.)
+  cell_ = std::max({length / count, extent.maxCoeff() / count,
+                    0.5 * std::sqrt(extent.x() / count) * std::sqrt(extent.y()), 1e-300});
   // A map that has left the range of doubles is one cell.
   if (!std::isfinite(cell_) || !extent.allFinite()) cell_ = std::numeric_limits<double>::infinity();
   columns_ = static_cast<Index>(extent.allFinite() ? extent.x() / cell_ : 0.0) + 1;

@@ -190,7 +190,9 @@ void lower_distortion(const Surface& surface, const Boundary& boundary,
   minimize.tolerance = options.tolerance;
   Points2 better = with_own_map(
       [&] { return minimize_distortion(map.surface, uv, minimize, context, map.stats); });
-  if (make_storable(map.surface.faces, boundary.loop, better, context, map.stats)) {
+  // Where floats are coarse, their grid can take more than the optimisation gave.
+  if (make_storable(map.surface.faces, boundary.loop, better, context, map.stats) &&
+      symmetric_dirichlet(map.surface, corner_uv(map.surface.faces, better)).mean <= energy) {
     uv = better;
   } else {
     map.stats["optimisation_dropped"] = std::int64_t{1};

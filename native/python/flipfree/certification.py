@@ -69,9 +69,9 @@ def pins_to_corners(
                 kind="vertex",
                 elements=[v for v in sorted(missing) if 0 <= v < 2**31][:1000],
             )
-        for corner in np.flatnonzero(np.isin(flat, list(by_vertex))):
-            corners.append(int(corner))
-            targets.append(by_vertex[int(flat[corner])])
+        for found in np.flatnonzero(np.isin(flat, list(by_vertex))).tolist():
+            corners.append(found)
+            targets.append(by_vertex[int(flat[found])])
     return as_indices(corners, name), as_floats(targets, name, 2)
 
 

@@ -59,7 +59,7 @@ class Job(Generic[Result]):
     def __init__(self, native: Any, convert: Callable[[Any], Result]) -> None:
         self._native = native
         self._convert = convert
-        self._collected: Result | None = None
+        self._collected = False
 
     def wait(self, seconds: float) -> bool:
         """Waits up to ``seconds``, without the GIL; True when the call has ended, well or badly."""
@@ -81,13 +81,18 @@ class Job(Generic[Result]):
         self._native.cancel()
 
     def result(self) -> Result:
-        """Waits for the end; the result, or the solver's exception. Later calls return the same result."""
-        if self._collected is None:
-            try:
-                self._collected = self._convert(self._native.result())
-            except Exception as error:
-                _raise_ours(error)
-        return self._collected
+        """Waits for the end; the result, once, or the solver's exception."""
+        if self._collected:
+            raise InvalidInput(
+                "The result of this job was already collected. Keep it, it is not held here.",
+                code="bad option",
+            )
+        try:
+            result = self._convert(self._native.result())
+        except Exception as error:
+            _raise_ours(error)
+        self._collected = True
+        return result
 
 
 def run(job: Job[Result], progress: Progress | None = None) -> Result:
