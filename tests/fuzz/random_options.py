@@ -161,6 +161,8 @@ PARAMETERS: dict[str, tuple[float, Callable[[Mesh, Random], Any]]] = {
     "corners": (0.3, lambda mesh, random: loop_of(mesh)[: random.integers(1, 5)]),
     "lengths": (0.2, lengths),
     "parent": (0.3, parent),
+    "obstacles": (0.2, lambda _mesh, random: random.uniform(-0.5, 1.5, (random.integers(0, 4), 3, 2))),
+    "density": (0.2, lambda _mesh, random: float(10.0 ** random.integers(-9, 10))),
     "unmoved": (0.2, lambda mesh, random: list(range(int(random.integers(0, 4))))),
     "bijective": (0.5, flag),
     "keep_bijective": (0.5, flag),
