@@ -189,6 +189,7 @@ class Repair {
     // Pattern search from the whole star's size down to neighbouring floats, from the best point so
     // far.
     const auto [centre, radius] = star(v);
+    if (!std::isfinite(radius)) return false;  // a neighbour lies beyond the range of floats
     attempt(centre);
     const double grain =
         std::max(std::abs(start.x()), std::abs(start.y())) * std::numeric_limits<float>::epsilon();
