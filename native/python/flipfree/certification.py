@@ -63,11 +63,12 @@ def pins_to_corners(
         flat = faces.reshape(-1)
         missing = set(by_vertex) - set(np.unique(flat).tolist())
         if missing:
+            largest = int(flat.max(initial=-1))  # beyond it, nobody here knows whether they exist
             raise InvalidInput(
                 f"{name} names vertex {shown(min(missing))}, which belongs to no face.",
                 code="bad pins",
                 kind="vertex",
-                elements=[v for v in sorted(missing) if 0 <= v < 2**31][:1000],
+                elements=[v for v in sorted(missing) if 0 <= v <= largest][:1000],
             )
         for found in np.flatnonzero(np.isin(flat, list(by_vertex))).tolist():
             corners.append(found)
