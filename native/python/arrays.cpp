@@ -43,7 +43,9 @@ py::dict to_dict(const Parametrization& map) {
   py::dict d;
   d["vertices"] = from_matrix(map.surface.vertices);
   d["faces"] = from_matrix(map.surface.faces);
-  d["uv"] = from_matrix(map.uv).attr("reshape")(-1, 3, 2);
+  d["uv64"] = from_matrix(map.uv).attr("reshape")(-1, 3, 2);
+  const bool agreed = map.agreed.rows() == map.uv.rows();
+  d["uv"] = agreed ? from_matrix(map.agreed).attr("reshape")(-1, 3, 2) : py::object(d["uv64"]);
   d["uv32"] = from_matrix(map.uv32).attr("reshape")(-1, 3, 2);
   d["parent_face"] = from_vector(map.parent_face);
   d["vertex_parent"] = from_vector(map.vertex_parent);

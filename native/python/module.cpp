@@ -34,10 +34,13 @@ const char* kind_name(ElementKind kind) {
 // Raises flipfree.errors.<name>(message, code=..., kind=..., elements=[...]).
 void raise(const char* name, const Error& error, const py::object& certificate = py::none()) {
   const py::object type = py::module_::import("flipfree.errors").attr(name);
+  py::dict witness;
+  if (!error.witness.rule.empty()) witness["rule"] = error.witness.rule;
+  for (const auto& [key, numbers] : error.witness.numbers) witness[py::str(key)] = numbers;
   const py::object instance =
       type(error.message, py::arg("code") = std::string(describe(error.code)),
            py::arg("kind") = kind_name(error.kind), py::arg("elements") = error.elements,
-           py::arg("certificate") = certificate);
+           py::arg("certificate") = certificate, py::arg("witness") = witness);
   PyErr_SetObject(type.ptr(), instance.ptr());
 }
 

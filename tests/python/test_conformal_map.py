@@ -261,7 +261,7 @@ def test_bad_options_are_named(options: dict[str, object]) -> None:
 def test_cuts_that_are_no_edges_are_named() -> None:
     with pytest.raises(ff.InvalidInput) as caught:
         ff.conformal(*rectangle_case(), cuts=[[0, 300]])
-    assert caught.value.kind == "edge"
+    assert (caught.value.kind, caught.value.elements) == ("vertex", [0, 300])
 
 
 def sheared_grid(shear: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

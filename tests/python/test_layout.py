@@ -172,7 +172,7 @@ def test_islands_keep_usable_places_at_one_scale() -> None:
 def test_places_that_are_not_usable_are_given_up_for_all(fault: str) -> None:
     scene = Scene(5, 7)
     mesh = scene.vertices, scene.faces
-    before = ff.pack(*mesh, scene.uv, scale_true=True, margin=0.01).uv
+    before = ff.pack(*mesh, scene.uv, scale_true=True, margin=0.01).uv.copy()
     first, second = scene.island[0], scene.island[1]
     obstacles = None
     if fault == "overlap":

@@ -138,7 +138,7 @@ def test_figure_eight_is_refused_with_the_reason() -> None:
 def test_two_vertices_at_one_point_are_named() -> None:
     vertices, faces = bumpy_grid(10, 10)
     with pytest.raises(ff.Infeasible) as caught:
-        ff.match(vertices, faces, points={30: (0.5, 0.5), 60: (0.5, 0.5)})
+        ff.match(vertices, faces, points={30: (0.5, 0.5), 60: (0.5, 0.5)}, bijective=True)
     assert sorted(caught.value.elements) == [30, 60]
 
 
@@ -149,6 +149,7 @@ def test_crossing_lines_are_named() -> None:
             vertices,
             faces,
             lines=[([24, 25], [(0, 0), (1, 1)]), ([70, 71], [(0, 1), (1, 0)])],
+            bijective=True,
         )
     assert sorted(caught.value.elements) == [24, 25, 70, 71]
 
@@ -156,8 +157,15 @@ def test_crossing_lines_are_named() -> None:
 def test_pins_that_are_one_point_as_stored_are_named() -> None:
     vertices, faces = bumpy_grid(10, 10)
     with pytest.raises(ff.Infeasible) as caught:
-        ff.match(vertices, faces, points={30: (1.0, 0.5), 60: (1.0 + 1e-12, 0.5)})
+        ff.match(vertices, faces, points={30: (1.0, 0.5), 60: (1.0 + 1e-12, 0.5)}, bijective=True)
     assert sorted(caught.value.elements) == [30, 60]
+
+
+def test_pins_at_one_point_are_no_contradiction_where_the_map_may_overlap_itself() -> None:
+    vertices, faces = bumpy_grid(10, 10)
+    with pytest.raises(ff.NotConverged, match="none is looked for") as caught:
+        ff.match(vertices, faces, points={30: (0.5, 0.5), 60: (0.5, 0.5)})
+    assert (caught.value.code, sorted(caught.value.elements)) == ("contradictory pins", [30, 60])
 
 
 def test_a_closed_line_keeps_the_side_that_it_encloses() -> None:

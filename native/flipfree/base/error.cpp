@@ -81,9 +81,9 @@ void throw_invalid(ErrorCode code, std::string message, ElementKind kind,
   throw InvalidInput({code, std::move(message), kind, std::move(elements)});
 }
 
-void throw_infeasible(ErrorCode code, std::string message, ElementKind kind,
+void throw_infeasible(ErrorCode code, std::string message, Witness witness, ElementKind kind,
                       std::vector<Index> elements) {
-  throw Infeasible({code, std::move(message), kind, std::move(elements)});
+  throw Infeasible({code, std::move(message), kind, std::move(elements), std::move(witness)});
 }
 
 void throw_not_converged(ErrorCode code, std::string message, ElementKind kind,

@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "flipfree/base/types.h"
@@ -55,13 +56,21 @@ enum class ErrorCode {
 
 enum class ElementKind { kNone, kVertex, kEdge, kFace, kCorner };
 
+// The numbers that prove that no map can meet a target, for others to check by other means. The
+// rules, and what their numbers mean, are listed in docs/errors.md. Empty: nothing is proved.
+struct Witness {
+  std::string rule;
+  std::vector<std::pair<std::string, std::vector<double>>> numbers;
+};
+
 // What failed, where, and what to do about it.
 struct Error {
   ErrorCode code = ErrorCode::kInternal;
   std::string message;  // one sentence what and where, one sentence cure
   ElementKind kind = ElementKind::kNone;
   std::vector<Index>
-      elements;  // ids of the elements at fault (edges as vertex pairs), at most 1000
+      elements;       // ids of the elements at fault (edges as vertex pairs), at most 1000
+  Witness witness{};  // of Infeasible only
 };
 
 // A short fixed text for the code alone, e.g. "non-manifold edge".
@@ -108,8 +117,8 @@ class InternalError : public Exception {
 [[noreturn]] void throw_invalid(ErrorCode code, std::string message,
                                 ElementKind kind = ElementKind::kNone,
                                 std::vector<Index> elements = {});
-// Throws Infeasible with these parts.
-[[noreturn]] void throw_infeasible(ErrorCode code, std::string message,
+// Throws Infeasible with these parts: a proof, which the witness holds.
+[[noreturn]] void throw_infeasible(ErrorCode code, std::string message, Witness witness,
                                    ElementKind kind = ElementKind::kNone,
                                    std::vector<Index> elements = {});
 // Throws NotConverged with these parts.

@@ -9,6 +9,7 @@
 #include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/base/tolerances.h"
+#include "flipfree/certify/agreement.h"
 #include "flipfree/certify/energy.h"
 #include "flipfree/certify/flips.h"
 #include "flipfree/certify/island_overlap.h"
@@ -261,6 +262,16 @@ struct Certifier {
       certificate.poor_islands.resize(kMostIslands);
   }
 
+  // Where triangles are so small or thin that their areas vanish among doubles.
+  void check_figures() {
+    const Certificate& c = certificate;
+    if (!c.failures.empty() || (std::isfinite(c.energy) && std::isfinite(c.max_energy))) return;
+    fail(
+        "The distortion is not a finite number: areas of the surface, or of the map, are too small "
+        "for doubles",
+        {});
+  }
+
   void check_provenance_of_refinement() {
     if (request.parent == nullptr) return;
     certificate.provenance_failures = provenance.failures;
@@ -319,6 +330,7 @@ Certificate certify(const CertifyRequest& request, const ExecutionContext& conte
   certifier.check_cones();
   certifier.check_provenance_of_refinement();
   certifier.judge_distortion();
+  certifier.check_figures();
   certifier.certificate.ok = certifier.certificate.failures.empty();
   return certifier.certificate;
 }
@@ -334,6 +346,7 @@ void certify_map(Parametrization& map, const Surface& input, const CertifyReques
   request.vertex_parent = &map.vertex_parent;
   request.vertex_barycentric = &map.vertex_barycentric;
   map.certificate = certify(request, context);
+  if (map.certificate.ok) agree_with_storage(map, request, context);
 }
 
 namespace {
@@ -352,7 +365,21 @@ CertificateFailed::CertificateFailed(const std::string& what, Certificate certif
       certificate_(std::move(certificate)) {}
 
 void require_certificate(const Parametrization& map, const char* what) {
-  if (!map.certificate.ok) throw CertificateFailed(what, map.certificate);
+  if (map.certificate.ok) return;
+  // The caller never sees a refined mesh that failed: he is told faces of his own.
+  Certificate certificate = map.certificate;
+  bool refined = false;
+  for (FaceId& f : certificate.failed_faces) {
+    if (static_cast<std::size_t>(f) >= map.parent_face.size()) continue;
+    refined = refined || map.parent_face[static_cast<std::size_t>(f)] != f;
+    f = map.parent_face[static_cast<std::size_t>(f)];
+  }
+  std::sort(certificate.failed_faces.begin(), certificate.failed_faces.end());
+  certificate.failed_faces.erase(
+      std::unique(certificate.failed_faces.begin(), certificate.failed_faces.end()),
+      certificate.failed_faces.end());
+  if (refined) certificate.failures.emplace_back("(Numbers are those of the refined mesh)");
+  throw CertificateFailed(what, std::move(certificate));
 }
 
 }  // namespace flipfree

@@ -27,6 +27,31 @@ double percentile(std::vector<std::pair<double, double>> weighted, double share)
   return weighted.empty() ? std::numeric_limits<double>::quiet_NaN() : weighted.back().first;
 }
 
+// A number as the sum of two doubles that do not overlap.
+struct Pair {
+  double high = 0.0;
+  double low = 0.0;
+};
+
+Pair difference(double x, double y) {
+  const double high = x - y;
+  const double back = x - high;
+  return {high, (x - (high + back)) + (back - y)};
+}
+
+Pair product(const Pair& x, const Pair& y) {
+  const double high = x.high * y.high;
+  const double low = std::fma(x.high, y.high, -high) + (x.high * y.low + x.low * y.high);
+  return {high, low + x.low * y.low};
+}
+
+// Twice the area of a triangle so thin that its cross product has no correct digit in doubles.
+double thin_area(const Vector2& p, const Vector2& q, const Vector2& r) {
+  const Pair first = product(difference(q.x(), p.x()), difference(r.y(), p.y()));
+  const Pair second = product(difference(q.y(), p.y()), difference(r.x(), p.x()));
+  return (first.high - second.high) + (first.low - second.low);
+}
+
 }  // namespace
 
 Points3 symmetric_dirichlet_parts(const Surface& surface, const Points2& corner_uv) {
@@ -46,8 +71,13 @@ Points3 symmetric_dirichlet_parts(const Surface& surface, const Points2& corner_
                              d2.squaredNorm() * e1.squaredNorm();
     const double norm = numerator / (area3 * area3);
     parts(f, 0) = norm;
-    parts(f, 1) =
-        area2 > 0.0 ? numerator / (area2 * area2) : std::numeric_limits<double>::infinity();
+    if (area2 > 0.0) {
+      parts(f, 1) = numerator / (area2 * area2);
+    } else {
+      const double area =
+          thin_area(q, corner_uv.row(3 * f + 1).transpose(), corner_uv.row(3 * f + 2).transpose());
+      parts(f, 1) = area > 0.0 ? numerator / area / area : std::numeric_limits<double>::infinity();
+    }
     parts(f, 2) = 0.5 * area3;
   }
   return parts;

@@ -21,6 +21,7 @@ struct Parametrization {
   Surface surface;                    // the input's vertices first; possibly refined
   Points2 uv;                         // 3 #F x 2: row 3 f + k belongs to corner k of face f
   Points2f uv32;                      // 3 #F x 2: the values that Blender stores, certified
+  Points2 agreed;                     // uv where rounding to uv32 was repaired, see agreement.h
   std::vector<FaceId> parent_face;    // #F: input face that contains each face
   std::vector<FaceId> vertex_parent;  // #V: an input face that contains each vertex
   Points3 vertex_barycentric;         // #V x 3: weights in that face

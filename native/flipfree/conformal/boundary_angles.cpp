@@ -85,7 +85,9 @@ void make_straight(const Shape& shape, const BoundaryAnglesOptions& options,
     throw_infeasible(
         ErrorCode::kGaussBonnet,
         std::to_string(options.corners.size()) + " corners cannot take " + std::to_string(turning) +
-            " radians of turning: each must turn by less than pi. Add corners or cones.");
+            " radians of turning: each must turn by less than pi. Add corners or cones.",
+        {"corner turning",
+         {{"turning", {turning}}, {"corners", {static_cast<double>(options.corners.size())}}}});
   }
   for (const VertexId v : options.corners) angles[at(v)] = pi - share;
 }
@@ -186,7 +188,8 @@ void make_round(const Surface& surface, const Shape& shape, const BoundaryAngles
         const VertexId v = shape.loops[l][at(i)];
         angles[at(v)] = pi - share[i] / total * (l == outer ? turning : others);
         if (angles[at(v)] > 0.0) continue;
-        throw_infeasible(
+        // Of the lengths of this round, not of those that are looked for: no proof.
+        throw_not_converged(
             ErrorCode::kBadAngles,
             "The boundary edges at vertex " + std::to_string(v) +
                 " are too long for a round boundary: its angle would not be positive. Split them.",
@@ -244,7 +247,9 @@ void close_gauss_bonnet(std::vector<double>& angles, const std::vector<bool>& on
     throw_infeasible(
         ErrorCode::kGaussBonnet,
         "The angles do not add up (Gauss-Bonnet): " + std::to_string(static_cast<double>(missing)) +
-            " radians of curvature are missing. Add corners or cones, or another boundary.");
+            " radians of curvature are missing. Add corners or cones, or another boundary.",
+        {"curvature sum",
+         {{"missing", {static_cast<double>(missing)}}, {"euler", {static_cast<double>(euler)}}}});
   }
   // The largest angle takes it: flat vertices stay exactly flat.
   std::size_t largest = 0;

@@ -77,7 +77,10 @@ std::vector<double> checked_targets(const std::vector<double>& target, const Int
                          std::to_string(euler) + " is " + text(2.0 * kPi * euler) +
                          " (Gauss-Bonnet). Add " + text(static_cast<double>(missing)) +
                          " radians (" + text(static_cast<double>(missing) / (0.5 * kPi)) +
-                         " quarter turns) to the sum of the target angles.");
+                         " quarter turns) to the sum of the target angles.",
+                     {"angle sum",
+                      {{"sum", {static_cast<double>(sum)}},
+                       {"needed", {std::numbers::pi * static_cast<double>(face_count)}}}});
   }
   std::vector<double> spread = target;
   for (double& t : spread) t += share;

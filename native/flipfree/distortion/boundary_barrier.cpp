@@ -41,6 +41,7 @@ BoundaryBarrier::BoundaryBarrier(const Surface& chart)
   edge_loop_.assign(boundary_.edges.size(), kInvalid);
   vertex_loop_.assign(boundary_.vertices.size(), kInvalid);
   for (std::size_t start = 0; start < boundary_.edges.size(); ++start) {
+    if (edge_loop_[start] != kInvalid) continue;
     double length = 0;
     for (std::size_t e = start; edge_loop_[e] == kInvalid; e = leaving[at(boundary_.edges[e][1])]) {
       const auto& [a, b] = boundary_.edges[e];
@@ -48,7 +49,7 @@ BoundaryBarrier::BoundaryBarrier(const Surface& chart)
       edge_place_[e] = vertex_place_[at(a)] = length;
       length += (chart.vertices.row(a) - chart.vertices.row(b)).norm();
     }
-    if (length > 0) loop_length_.push_back(length);
+    loop_length_.push_back(length);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/topology.h"
@@ -59,10 +60,13 @@ BoundaryGrid::BoundaryGrid(const Boundary& boundary, const Points2& uv)
   // Cells no shorter than the mean edge, and no more than four per edge.
   const auto count = static_cast<double>(boundary.edges.size());
   const Vector2 extent = high - low_;
-  cell_ = std::max(
-      {length / count, 0.5 * std::sqrt(extent.x() / count) * std::sqrt(extent.y()), 1e-300});
-  columns_ = static_cast<Index>(extent.x() / cell_) + 1;
-  rows_ = static_cast<Index>(extent.y() / cell_) + 1;
+  // (A closed boundary is longer than its extent, unless squares of lengths vanish among doubles.)
+  cell_ = std::max({length / count, extent.maxCoeff() / count,
+                    0.5 * std::sqrt(extent.x() / count) * std::sqrt(extent.y()), 1e-300});
+  // A map that has left the range of doubles is one cell.
+  if (!std::isfinite(cell_) || !extent.allFinite()) cell_ = std::numeric_limits<double>::infinity();
+  columns_ = static_cast<Index>(extent.allFinite() ? extent.x() / cell_ : 0.0) + 1;
+  rows_ = static_cast<Index>(extent.allFinite() ? extent.y() / cell_ : 0.0) + 1;
   begin_.assign(size(columns_) * size(rows_) + 1, 0);
   const auto for_edges = [&](auto visit) {
     for (std::size_t e = 0; e < boundary.edges.size(); ++e) {
@@ -77,14 +81,14 @@ BoundaryGrid::BoundaryGrid(const Boundary& boundary, const Points2& uv)
   for_edges([&](std::size_t cell, Index e) { edges_[size(next[cell]++)] = e; });
 }
 
-Index BoundaryGrid::column(double x) const {
-  return static_cast<Index>(
-      std::clamp((x - low_.x()) / cell_, 0.0, static_cast<double>(columns_ - 1)));
+// The cell of a coordinate that many cells from the first, of so many; NaN is in the first.
+Index BoundaryGrid::clamped(double cells, Index count) {
+  if (!(cells > 0.0)) return 0;
+  return static_cast<Index>(std::min(cells, static_cast<double>(count - 1)));
 }
-Index BoundaryGrid::row(double y) const {
-  return static_cast<Index>(
-      std::clamp((y - low_.y()) / cell_, 0.0, static_cast<double>(rows_ - 1)));
-}
+
+Index BoundaryGrid::column(double x) const { return clamped((x - low_.x()) / cell_, columns_); }
+Index BoundaryGrid::row(double y) const { return clamped((y - low_.y()) / cell_, rows_); }
 
 // Visits every cell that the segment passes through, widened by far more than the rounding of the
 // arithmetic here, so that two segments with a common point always share a cell.

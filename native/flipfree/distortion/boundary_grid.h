@@ -30,6 +30,7 @@ class BoundaryGrid {
   void near(const Vector2& point, double radius, std::vector<Index>& edges) const;
 
  private:
+  static Index clamped(double cells, Index count);
   Index column(double x) const;
   Index row(double y) const;
   template <typename Visit>

@@ -12,10 +12,12 @@
 #include "flipfree/base/parallel.h"
 #include "flipfree/distortion/boundary_grid.h"
 #include "flipfree/distortion/energy.h"
+#include "flipfree/distortion/own_map.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/distortion/targets.h"
 #include "flipfree/distortion/valid_map.h"
 #include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/own_unit.h"
 
 namespace flipfree {
 namespace {
@@ -127,8 +129,11 @@ Error in_chart(const Error& error, const Chart& chart) {
   return named;
 }
 
+// scale: UV length of a surface length 1, over the whole map.
 void improve_chart(const Chart& chart, const ImproveOptions& options, double scale, ChartMap& map,
                    ExecutionContext& context) {
+  const InOwnUnit own(chart.surface);
+  scale *= own.unit();
   const Points2 before = map.uv;
   const Triangles& faces = chart.surface.faces;
   MinimizeOptions minimize;
@@ -141,16 +146,23 @@ void improve_chart(const Chart& chart, const ImproveOptions& options, double sca
     if (map.pins.empty()) {
       try {
         const MapInHand before_is_valid(context);
-        map.uv = minimize_distortion(chart.surface, before, minimize, context, map.stats);
+        map.uv = with_own_map([&] {
+          return minimize_distortion(own.surface(), before, minimize, context, map.stats);
+        });
       } catch (const TimeIsOver&) {
+        map.uv = before;
+      } catch (const NotConverged& failure) {
+        // A map that cannot be improved stays as it is.
+        map.stats["optimise_failure"] = failure.error().message;
         map.uv = before;
       }
       const Untimed placing(context);
       place_like(faces, before, scale, map.bijective, map.uv, context);
     } else {
       minimize.acceptable = true;
-      TargetsResult result =
-          minimize_with_targets(chart.surface, before, map.pins, minimize, context, map.stats);
+      TargetsResult result = with_own_map([&] {
+        return minimize_with_targets(own.surface(), before, map.pins, minimize, context, map.stats);
+      });
       if (!result.missed.empty()) {
         const VertexId v = result.missed.front();
         throw_not_converged(ErrorCode::kLineSearchStalled,
@@ -172,8 +184,6 @@ void improve_chart(const Chart& chart, const ImproveOptions& options, double sca
                       "or move pins nearer to where their surroundings are");
   } catch (const NotConverged& e) {
     throw NotConverged(in_chart(e.error(), chart));
-  } catch (const InvalidInput& e) {
-    throw InvalidInput(in_chart(e.error(), chart));
   }
 }
 

@@ -254,9 +254,12 @@ double NewtonSystem::solve(Points2& direction, ExecutionContext& context) {
   damping_ = std::max(kLeastDamping, 0.1 * damping_);
   for (;; damping_ *= 100) {
     if (damping_ > kMostDamping) {
-      throw_not_converged(
-          ErrorCode::kFactorizationFailed,
-          "The Newton system could not be factorized; the surface or the start is too degenerate.");
+      throw_not_converged(ErrorCode::kFactorizationFailed,
+                          "The Newton system could not be factorized: the surface or the map has "
+                          "triangles that are "
+                          "too small or too thin. Merge vertices that nearly coincide (Merge by "
+                          "Distance), dissolve "
+                          "slivers (Degenerate Dissolve), or move pins apart.");
     }
     for (std::size_t i = 0; i < diagonal_.size(); ++i)
       values[column[i]] = diagonal_[i] * (1.0 + damping_);

@@ -189,6 +189,7 @@ class Repair {
     // Pattern search from the whole star's size down to neighbouring floats, from the best point so
     // far.
     const auto [centre, radius] = star(v);
+    if (!std::isfinite(radius)) return false;  // a neighbour lies beyond the range of floats
     attempt(centre);
     const double grain =
         std::max(std::abs(start.x()), std::abs(start.y())) * std::numeric_limits<float>::epsilon();
@@ -275,19 +276,18 @@ class Repair {
 };
 
 [[noreturn]] void give_up(std::vector<FaceId> bad, const std::vector<VertexId>& seeds) {
-  const std::string what = bad.empty() ? "The boundary meets itself near vertex " +
-                                             std::to_string(seeds.empty() ? 0 : seeds.front())
-                                       : std::to_string(bad.size()) +
-                                             " triangles flip or collapse, the first is face " +
-                                             std::to_string(bad.front());
-  if (bad.size() > 1000) bad.resize(1000);
+  const std::string what = bad.empty() ? std::string("The boundary meets itself")
+                                       : std::to_string(bad.size()) + " triangles flip or collapse";
+  const ElementKind kind = bad.empty() ? ElementKind::kVertex : ElementKind::kFace;
+  std::vector<Index> elements = bad.empty() ? seeds : std::move(bad);
+  if (elements.size() > 1000) elements.resize(1000);
   throw_not_converged(
       ErrorCode::kRoundingFlips,
       what +
           ", when the map is rounded to the 32-bit values that are stored, and no 32-bit points "
           "near by "
           "avoid it. Cut the chart into smaller ones, or enlarge its smallest parts.",
-      ElementKind::kFace, std::move(bad));
+      kind, std::move(elements));
 }
 
 }  // namespace
@@ -312,7 +312,11 @@ Points2f round_to_storage(const Triangles& faces, const Points2& uv, const Round
       region.insert(region.end(), seeds.begin(), seeds.end());
       for (int r = 0; r < rings; ++r) region = repair.grow(region);
       const bool everything = static_cast<Eigen::Index>(region.size()) == uv.rows();
-      open_region(faces, region, options, wide, context);
+      try {
+        open_region(faces, region, options, wide, context);
+      } catch (const NotConverged&) {
+        give_up(std::move(bad), left);  // too small or too thin for doubles, let alone floats
+      }
       points = wide.cast<float>().cast<double>();
       seeds = repair.seeds(bad);
       left = seeds.empty() ? seeds : repair.sweep(seeds, bad);

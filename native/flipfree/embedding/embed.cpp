@@ -1,9 +1,13 @@
 #include "flipfree/embedding/embed.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <map>
+#include <set>
 #include <string>
 #include <utility>
 
+#include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
 #include "flipfree/embedding/chords.h"
 #include "flipfree/embedding/planar_map.h"
@@ -23,6 +27,8 @@ using Size = std::size_t;
 // from nothing.
 constexpr double kRepairableShare = 0.02;
 constexpr int kSchnyderSweeps = 10;
+// Rows of the grid times corners that a proof that there is no room may look at.
+constexpr std::uint64_t kRoomBudget = 1'000'000;
 // How far the progress bar is after Tutte's and after the Schnyder-weighted embedding, where these
 // may have to be repaired.
 constexpr double kTutteShare = 0.2;
@@ -93,6 +99,10 @@ void require_positive_fixed_faces(const PlanarMap& map) {
                          ") on the boundary, and their positions, as given or rounded to 32 bits, "
                          "do not turn left. "
                          "Move them apart, or nearer to the origin.",
+                     {"fixed triangle",
+                      {{"triangle",
+                        {map.at(a).x(), map.at(a).y(), map.at(b).x(), map.at(b).y(), map.at(c).x(),
+                         map.at(c).y()}}}},
                      ElementKind::kFace, {f});
   }
 }
@@ -159,13 +169,14 @@ class Ladder {
   // so far.
   bool tutte() {
     Stopwatch watch;
-    uv_ = initial_or_tutte();
+    uv_ = options_.method == EmbedMethod::kTutte ? tutte_map() : initial_or_tutte();
     stats_["seconds_tutte"] = watch.seconds();
     PlanarMap map = start_map(uv_);
     bad_ = count_bad(map);
     stats_["tutte_flips"] = static_cast<std::int64_t>(bad_);
     if (options_.method == EmbedMethod::kTutte || bad_ == 0) {
-      set_rung(stats_, options_.initial != nullptr ? "initial" : "tutte");
+      const bool given = options_.initial != nullptr && options_.method != EmbedMethod::kTutte;
+      set_rung(stats_, given ? "initial" : "tutte");
       result_.uv = options_.method == EmbedMethod::kTutte ? uv_ : map.uv;
       return true;
     }
@@ -257,22 +268,55 @@ class Ladder {
     from_nothing();
   }
 
-  // Throws Infeasible if the polygon holds fewer grid points than there are inner vertices.
+  // Edges between boundary vertices are fixed and divide the polygon. Throws Infeasible if one of
+  // the parts holds fewer grid points than it has inner vertices.
   void require_room_for_all() {
     const PlanarMap map = start_map(boundary_only());
-    Star ring;
-    for (const VertexId v : loop_) {
-      ring.ring.push_back(v);
-      ring.at.push_back(map.at(v));
+    const Triangles& faces = result_.faces;
+    const Adjacency adjacency = build_adjacency(vertex_count_, faces);
+    const auto halfedges = static_cast<HalfedgeId>(faces.size());
+    const auto fixed = [&](HalfedgeId h) {
+      return map.mesh.is_boundary(source(faces, h)) && map.mesh.is_boundary(target(faces, h));
+    };
+    DisjointSets parts(static_cast<Index>(faces.rows()));
+    for (HalfedgeId h = 0; h < halfedges; ++h) {
+      if (!fixed(h)) parts.join(h / 3, adjacency.opposite[static_cast<Size>(h)] / 3);
     }
-    const Room room = find_room(map, ring);
-    const Size inner = inner_vertices(map).size();
-    if (!room.exact || room.points >= inner) return;
+    std::map<Index, std::map<VertexId, VertexId>> outline;  // part -> corner -> next corner
+    std::map<Index, std::set<VertexId>> inner;
+    for (HalfedgeId h = 0; h < halfedges; ++h) {
+      if (fixed(h)) outline[parts.find(h / 3)][source(faces, h)] = target(faces, h);
+      if (!map.mesh.is_boundary(source(faces, h)))
+        inner[parts.find(h / 3)].insert(source(faces, h));
+    }
+    for (const auto& [part, vertices] : inner) {
+      context_.check();
+      const std::map<VertexId, VertexId>& next = outline.at(part);
+      Star ring;
+      VertexId v = next.begin()->first;
+      for (Size i = 0; i < next.size(); ++i, v = next.at(v)) {
+        ring.ring.push_back(v);
+        ring.at.push_back(map.at(v));
+      }
+      require_room(map, ring, vertices.size(), kRoomBudget / inner.size());
+    }
+  }
+
+  void require_room(const PlanarMap& map, const Star& ring, Size needed, std::uint64_t budget) {
+    const Room room = find_room(map, ring, budget);
+    if (!room.exact || room.points >= needed) return;
+    std::vector<double> polygon;
+    for (const Vector2& p : ring.at) polygon.insert(polygon.end(), {p.x(), p.y()});
     throw_infeasible(ErrorCode::kNoRoomInPolygon,
                      "The polygon holds " + std::to_string(room.points) + " points with " +
-                         (options_.float32 ? "32-bit" : "64-bit") + " coordinates, " +
-                         std::to_string(inner) + " inner vertices need one each. Make it wider " +
-                         narrowest_extent(ring) + ", or move it to the origin.");
+                         (options_.float32 ? "32-bit" : "64-bit") + " coordinates where " +
+                         std::to_string(needed) + " inner vertices need one each. Make it wider " +
+                         narrowest_extent(ring) + ", or move it to the origin.",
+                     {"too few points",
+                      {{"polygon", polygon},
+                       {"points", {static_cast<double>(room.points)}},
+                       {"needed", {static_cast<double>(needed)}},
+                       {"bits", {options_.float32 ? 32.0 : 64.0}}}});
   }
 
   bool finish(PlanarMap& map, const ProgressiveOptions& options, const char* rung) {
@@ -289,12 +333,14 @@ class Ladder {
     return uv;
   }
 
+  Points2 tutte_map() {
+    const bool alone = options_.method == EmbedMethod::kTutte;
+    const ProgressRange range(context_, 0.0, alone ? 1.0 : kTutteShare);
+    return tutte_uniform(result_.faces, vertex_count_, loop_, boundary_, context_);
+  }
+
   Points2 initial_or_tutte() {
-    if (options_.initial == nullptr) {
-      const bool alone = options_.method == EmbedMethod::kTutte;
-      const ProgressRange range(context_, 0.0, alone ? 1.0 : kTutteShare);
-      return tutte_uniform(result_.faces, vertex_count_, loop_, boundary_, context_);
-    }
+    if (options_.initial == nullptr) return tutte_map();
     const Index given = static_cast<Index>(options_.initial->rows());
     Points2 uv = Points2::Zero(vertex_count_, 2);
     uv.topRows(given) = *options_.initial;
@@ -357,7 +403,7 @@ Points2 embed_disk(const Triangles& faces, Index vertex_count, const std::vector
         ErrorCode::kNoRoomInPolygon,
         "The edge between vertices " + std::to_string(first.a) + " and " + std::to_string(first.b) +
             " joins two points of one straight side. Allow refinement, or bend the side.",
-        ElementKind::kEdge, {first.a, first.b});
+        {"straight side", {}}, ElementKind::kEdge, {first.a, first.b});
   }
   return result.uv;
 }

@@ -9,6 +9,7 @@
 #include "flipfree/certify/certify.h"
 #include "flipfree/certify/energy.h"
 #include "flipfree/distortion/minimize.h"
+#include "flipfree/distortion/own_map.h"
 #include "flipfree/embedding/planar_map.h"
 #include "flipfree/embedding/progressive.h"
 #include "flipfree/embedding/tutte.h"
@@ -188,8 +189,11 @@ void lower_distortion(const Surface& surface, const Boundary& boundary,
   minimize.fixed = boundary.loop;
   minimize.max_iterations = options.max_iterations;
   minimize.tolerance = options.tolerance;
-  Points2 better = minimize_distortion(map.surface, uv, minimize, context, map.stats);
-  if (make_storable(map.surface.faces, boundary.loop, better, context, map.stats)) {
+  Points2 better = with_own_map(
+      [&] { return minimize_distortion(map.surface, uv, minimize, context, map.stats); });
+  // Where floats are coarse, their grid can take more than the optimisation gave.
+  if (make_storable(map.surface.faces, boundary.loop, better, context, map.stats) &&
+      symmetric_dirichlet(map.surface, corner_uv(map.surface.faces, better)).mean <= energy) {
     uv = better;
   } else {
     map.stats["optimisation_dropped"] = std::int64_t{1};
@@ -197,6 +201,21 @@ void lower_distortion(const Surface& surface, const Boundary& boundary,
   if (context.time_is_over()) map.stats["time_limit_reached"] = std::int64_t{1};
 } catch (const TimeIsOver&) {
   map.stats["time_limit_reached"] = std::int64_t{1};
+} catch (const NotConverged& failure) {
+  // An embedding that cannot be improved is still the one that was asked for.
+  map.stats["optimise_failure"] = failure.error().message;
+}
+
+// Without vertices that were added, and faces that they are in.
+Error of_input(Error error, const Surface& surface) {
+  const Eigen::Index limit =
+      error.kind == ElementKind::kVertex ? surface.vertices.rows() : surface.faces.rows();
+  if (std::any_of(error.elements.begin(), error.elements.end(),
+                  [&](Index i) { return i >= limit; })) {
+    error.kind = ElementKind::kNone;
+    error.elements.clear();
+  }
+  return error;
 }
 
 Parametrization embed_in_time(const Surface& surface, const EmbedSurfaceOptions& options,
@@ -246,6 +265,10 @@ Parametrization embed_surface(const Surface& surface, const EmbedSurfaceOptions&
                               ExecutionContext& context) try {
   const TimeLimit limit(context, limit_of(options.max_seconds));
   return embed_in_time(surface, options, context);
+} catch (const CertificateFailed&) {
+  throw;
+} catch (const NotConverged& e) {
+  throw NotConverged(of_input(e.error(), surface));
 } catch (const TimeIsOver&) {
   if (!(options.max_seconds > 0)) throw;  // the limit is the caller's
   throw_out_of_time("No embedding was found", options.max_seconds, "or choose a roomier polygon");

@@ -45,8 +45,8 @@ inline ProgressiveOptions thorough(ProgressiveStart start) {
 
 // On return every face of map is positive by exact test, as given and as stored.
 // Stats: "collapses", "insertion_retries", "recollapses" (collapses repeated because an insertion
-// found no room), "seconds_simplify", "seconds_insert". Throws Infeasible (no room for a vertex
-// alone), NotConverged (kIterationLimit: an insertion failed whatever the smoothing), Cancelled.
+// found no room), "seconds_simplify", "seconds_insert". Throws NotConverged (kNoRoomInPolygon: no
+// room for a vertex alone; kIterationLimit: an insertion failed whatever the smoothing), Cancelled.
 void progressive_embedding(PlanarMap& map, const ProgressiveOptions& options,
                            ExecutionContext& context, Stats& stats);
 

@@ -57,11 +57,12 @@ void place_alone(PlanarMap& map, VertexId v, Star& star) {
   const std::string place = narrowest_extent(star);
   const std::string numbers = map.float32 ? "32-bit" : "64-bit";
   if (room.exact) {
-    throw_infeasible(ErrorCode::kNoRoomInPolygon,
-                     "The polygon has no room for vertex " + std::to_string(v) +
-                         ": no point with " + numbers + " coordinates lies " + place +
-                         ". Make the polygon wider there, or move it to the origin.",
-                     ElementKind::kVertex, {v});
+    // Of the simplified mesh: the proof for the given one is the ladder's.
+    throw_not_converged(ErrorCode::kNoRoomInPolygon,
+                        "The polygon has no room for vertex " + std::to_string(v) +
+                            ": no point with " + numbers + " coordinates lies " + place +
+                            ". Make the polygon wider there, or move it to the origin.",
+                        ElementKind::kVertex, {v});
   }
   throw_not_converged(ErrorCode::kIterationLimit,
                       "No point with " + numbers + " coordinates was found for vertex " +
@@ -175,7 +176,7 @@ class Simplifier {
     const VertexId a = map_.mesh.source(3 * f);
     const VertexId b = map_.mesh.source(3 * f + 1);
     const VertexId c = map_.mesh.source(3 * f + 2);
-    throw_infeasible(
+    throw_not_converged(
         ErrorCode::kNoRoomInPolygon,
         "The face with vertices " + std::to_string(a) + ", " + std::to_string(b) + ", " +
             std::to_string(c) +

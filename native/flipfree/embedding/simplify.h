@@ -29,7 +29,7 @@ void split_vertex(PlanarMap& map, HalfedgeId h);
 // if their star is invalid they are moved into its kernel. If `move_first` is set, a vertex of an
 // invalid face is first tried in the centre of its kernel, and only collapsed if that fails (rung
 // "repair"). Guarantee: on return every face is valid. Appends to `record`. Cost: near-linear in
-// the number of faces touched. Throws Infeasible (kNoRoomInPolygon) if a vertex that cannot be
+// the number of faces touched. Throws NotConverged (kNoRoomInPolygon) if a vertex that cannot be
 // collapsed has no valid position.
 void collapse_invalid(PlanarMap& map, bool move_first, CollapseRecord& record,
                       ExecutionContext& context);

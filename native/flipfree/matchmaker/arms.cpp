@@ -12,6 +12,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/distortion/minimize.h"
+#include "flipfree/distortion/own_map.h"
 #include "flipfree/embedding/embed.h"
 #include "flipfree/matchmaker/coarsen.h"
 #include "flipfree/matchmaker/ease.h"
@@ -113,7 +114,8 @@ void relax_star(Candidate& candidate, const std::vector<char>& pinned, Execution
   candidate.cost = std::numeric_limits<double>::infinity();
   try {
     Stats figures;
-    plane.after = minimize_distortion(flat, plane.after, options, context, figures);
+    plane.after = with_own_map(
+        [&] { return minimize_distortion(flat, plane.after, options, context, figures); });
     candidate.cost = std::get<double>(figures.at("distortion.energy"));
   } catch (const NotConverged&) {
     return;  // too squeezed for the Newton system: others will be better

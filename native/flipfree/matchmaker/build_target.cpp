@@ -19,14 +19,16 @@ Target embedded_target(const RefinedSurface& surface, const Constraints& constra
   if (constraints.free_boundary()) {
     // A box with a margin as wide as the pins' own extent, its corners spread evenly over the
     // collar.
-    Vector2 low = constraints.pins.front().uv;
+    Vector2 low = constraints.pins.empty() ? Vector2::Zero() : constraints.pins.front().uv;
     Vector2 high = low;
     for (const PinnedVertex& p : constraints.pins) {
       low = low.cwiseMin(p.uv);
       high = high.cwiseMax(p.uv);
     }
     const double extent =
-        std::max((high - low).maxCoeff(), 1e-3 * std::max(low.cwiseAbs().maxCoeff(), 1e-300));
+        constraints.pins.empty()
+            ? 1.0
+            : std::max((high - low).maxCoeff(), 1e-3 * std::max(low.cwiseAbs().maxCoeff(), 1e-300));
     const Vector2 margin = Vector2::Constant(extent);
     low -= margin;
     high += margin;
@@ -109,16 +111,18 @@ SlitOutline cut_slits(const RefinedSurface& surface, const Constraints& constrai
 }
 
 [[noreturn]] void refuse(const Constraints& constraints) {
-  const std::string why =
-      constraints.paths.empty()
-          ? "although it turns " + std::to_string(constraints.turning_number) +
-                " times, no way of filling it with counter-clockwise triangles exists"
-          : std::string(
-                "no disk with this outline contains the straight slits from the given paths' ends "
-                "to their "
-                "pins; give other paths, or move the pins");
+  const std::string what = "The boundary's targets are not weakly self-overlapping: ";
+  if (!constraints.paths.empty()) {
+    // Only slits that are straight were tried: no proof.
+    throw_not_converged(ErrorCode::kNotSelfOverlapping,
+                        what +
+                            "no disk with this outline contains the straight slits from the given "
+                            "paths' ends to their pins; give other paths, or move the pins.");
+  }
   throw_infeasible(ErrorCode::kNotSelfOverlapping,
-                   "The boundary's targets are not weakly self-overlapping: " + why + ".");
+                   what + "although it turns " + std::to_string(constraints.turning_number) +
+                       " times, no way of filling it with counter-clockwise triangles exists.",
+                   {"no immersion", {{"polygon", numbers_of(constraints.outline)}}});
 }
 
 Target immersed_outline(const RefinedSurface& surface, const Constraints& constraints,
@@ -137,12 +141,14 @@ Target immersed_outline(const RefinedSurface& surface, const Constraints& constr
   return target;
 }
 
-[[noreturn]] void refuse_sheets(const PinnedVertex& p, std::size_t sheets) {
+[[noreturn]] void refuse_sheets(const PinnedVertex& p, std::size_t sheets,
+                                const Constraints& constraints) {
   const std::string who = "Vertex " + std::to_string(p.vertex) + " is pinned to a point ";
   if (sheets == 0) {
-    throw_infeasible(ErrorCode::kContradictoryPins,
-                     who + "outside the boundary's targets. Move it inside.", ElementKind::kVertex,
-                     {p.vertex});
+    throw_infeasible(
+        ErrorCode::kContradictoryPins, who + "outside the boundary's targets. Move it inside.",
+        {"outside", {{"place", numbers_of({p.uv})}, {"polygon", numbers_of(constraints.outline)}}},
+        ElementKind::kVertex, {p.vertex});
   }
   throw_invalid(
       ErrorCode::kBadPins,
@@ -163,6 +169,7 @@ void check_off_edges(const TargetDomain& domain, const PinnedVertex& p, FaceId s
                        "Vertex " + std::to_string(p.vertex) +
                            " is pinned to a point on the boundary's targets, or on another pin. "
                            "Move it.",
+                       {"segments meet", {{"segments", numbers_of({a, b, p.uv, p.uv})}}},
                        ElementKind::kVertex, {p.vertex});
     }
   }
@@ -174,7 +181,7 @@ void insert_pins(Target& target, const Constraints& constraints) {
   for (const PinnedVertex& p : constraints.pins) {
     if (std::binary_search(placed.begin(), placed.end(), p.vertex)) continue;
     const std::vector<FaceId> sheets = sheets_at(target.domain, p.uv);
-    if (sheets.size() != 1) refuse_sheets(p, sheets.size());
+    if (sheets.size() != 1) refuse_sheets(p, sheets.size(), constraints);
     check_off_edges(target.domain, p, sheets[0]);
     insert_point(target.domain, sheets[0], p.uv, p.vertex);
   }
@@ -264,6 +271,7 @@ void follow_lines(SheetTarget& target, const Constraints& constraints) {
           throw_infeasible(ErrorCode::kContradictoryPins,
                            "The line through vertices " + std::to_string(a) + ", " +
                                std::to_string(b) + " leaves the boundary's targets.",
+                           {"line leaves", {{"place", numbers_of({next.pin.uv})}}},
                            ElementKind::kVertex, {a, b});
         }
         changed = true;
@@ -314,12 +322,14 @@ void refuse_crossings(const SheetTarget& target, const Constraints& constraints,
       const FaceId there = sheet(a);
       if (there == kInvalid || sheet(b) != there || sheet(c) != there || sheet(d) != there)
         continue;
-      throw_infeasible(ErrorCode::kContradictoryPins,
-                       "The line through vertices " + std::to_string(a.vertex) + ", " +
-                           std::to_string(b.vertex) + " crosses the one through vertices " +
-                           std::to_string(c.vertex) + ", " + std::to_string(d.vertex) +
-                           " on one sheet. Move one of them.",
-                       ElementKind::kVertex, {a.vertex, b.vertex, c.vertex, d.vertex});
+      throw_infeasible(
+          ErrorCode::kContradictoryPins,
+          "The line through vertices " + std::to_string(a.vertex) + ", " +
+              std::to_string(b.vertex) + " crosses the one through vertices " +
+              std::to_string(c.vertex) + ", " + std::to_string(d.vertex) +
+              " on one sheet. Move one of them.",
+          {"segments meet", {{"segments", numbers_of({a.place, b.place, c.place, d.place})}}},
+          ElementKind::kVertex, {a.vertex, b.vertex, c.vertex, d.vertex});
     }
   }
 }
@@ -345,7 +355,8 @@ SheetTarget sheet_target(const RefinedSurface& surface, const Constraints& const
       if (p.face != kInvalid) continue;
       const std::vector<FaceId> sheets = sheets_at(result.domain, p.pin.uv);
       if (sheets.size() == 1) p.face = sheets[0];
-      if (sheets.empty() || (last && sheets.size() > 1)) refuse_sheets(p.pin, sheets.size());
+      if (sheets.empty() || (last && sheets.size() > 1))
+        refuse_sheets(p.pin, sheets.size(), constraints);
     }
   };
   find_only_sheets(constraints.edges.empty());
@@ -363,7 +374,8 @@ SheetTarget sheet_target(const RefinedSurface& surface, const Constraints& const
                            std::to_string(p.pin.vertex) +
                            " are pinned to the same point of one sheet. Move or release one of "
                            "them.",
-                       ElementKind::kVertex, {result.pins[j].pin.vertex, p.pin.vertex});
+                       {"same place", {{"place", numbers_of({p.pin.uv})}}}, ElementKind::kVertex,
+                       {result.pins[j].pin.vertex, p.pin.vertex});
     }
   }
   if (!constraints.simple_outline) refuse_crossings(result, constraints, context);

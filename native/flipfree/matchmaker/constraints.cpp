@@ -6,6 +6,7 @@
 #include <map>
 #include <string>
 #include <tuple>
+#include <utility>
 
 #include "flipfree/base/error.h"
 #include "flipfree/numeric/predicates.h"
@@ -17,8 +18,8 @@ std::string name(VertexId v) { return "vertex " + std::to_string(v); }
 
 class Reader {
  public:
-  Reader(RefinedSurface& surface, const MatchRequest& request)
-      : surface_(surface), request_(request) {}
+  Reader(RefinedSurface& surface, const MatchRequest& request, SelfOverlaps overlaps)
+      : surface_(surface), request_(request), overlaps_(overlaps) {}
 
   Constraints read() {
     read_boundary();
@@ -84,11 +85,13 @@ class Reader {
       }
     }
     if (enclosed == (turns == 1)) return;
-    throw_infeasible(ErrorCode::kContradictoryPins,
-                     "The closed line through " + name(chain[0]) + " and " + name(chain[1]) +
-                         " runs the other way round in the map than on the mesh: every map that "
-                         "meets it is turned over. Reverse its points, or its vertices.",
-                     ElementKind::kVertex, {chain.begin(), chain.end() - 1});
+    throw_infeasible(
+        ErrorCode::kContradictoryPins,
+        "The closed line through " + name(chain[0]) + " and " + name(chain[1]) +
+            " runs the other way round in the map than on the mesh: every map that "
+            "meets it is turned over. Reverse its points, or its vertices.",
+        {"closed line", {{"polygon", numbers_of(corners)}, {"encloses", {enclosed ? 1.0 : 0.0}}}},
+        ElementKind::kVertex, {chain.begin(), chain.end() - 1});
   }
 
   void read_boundary() {
@@ -142,6 +145,7 @@ class Reader {
                          "Neighbouring boundary vertices " + std::to_string(loop[i]) + " and " +
                              std::to_string(loop[(i + 1) % n]) +
                              " have the same target. Move one of them.",
+                         {"same place", {{"place", numbers_of({result_.outline[i]})}}},
                          ElementKind::kVertex, {loop[i], loop[(i + 1) % n]});
       }
     }
@@ -164,7 +168,8 @@ class Reader {
     if (known != nullptr && *known != uv) {
       throw_infeasible(ErrorCode::kContradictoryPins,
                        "Two different targets are given for " + name(v) + ". Keep one of them.",
-                       ElementKind::kVertex, {v});
+                       {"two places", {{"places", numbers_of({*known, uv})}}}, ElementKind::kVertex,
+                       {v});
     }
   }
 
@@ -270,7 +275,7 @@ class Reader {
       if (pinned) {
         throw_infeasible(ErrorCode::kContradictoryPins,
                          "Vertex " + std::to_string(v) + " is pinned and movable. Choose one.",
-                         ElementKind::kVertex, {v});
+                         {"pinned and movable", {}}, ElementKind::kVertex, {v});
       }
       result_.movable.push_back(v);
     }
@@ -288,6 +293,7 @@ class Reader {
                        "The boundary's targets run clockwise, against the surface's orientation: "
                        "every map onto them "
                        "is turned over. Mirror the targets, or reverse their order.",
+                       {"turning number", {{"polygon", numbers_of(result_.outline)}}},
                        ElementKind::kVertex, {});
     }
     if (result_.turning_number < 1) {
@@ -303,10 +309,23 @@ class Reader {
                               std::to_string(elements[1])
                         : std::string()) +
               ".",
-          ElementKind::kVertex, elements);
+          {"turning number", {{"polygon", numbers_of(result_.outline)}}}, ElementKind::kVertex,
+          elements);
     }
   }
   VertexId at_loop(Index i) const { return surface_.boundary[static_cast<std::size_t>(i)]; }
+
+  [[noreturn]] void contradict(const std::string& message, Witness witness,
+                               std::vector<VertexId> vertices) const {
+    if (overlaps_ == SelfOverlaps::kAllowed && result_.free_boundary()) {
+      throw_not_converged(
+          ErrorCode::kContradictoryPins,
+          message + " (A map that overlaps itself might do it; none is looked for.)",
+          ElementKind::kVertex, std::move(vertices));
+    }
+    throw_infeasible(ErrorCode::kContradictoryPins, message, std::move(witness),
+                     ElementKind::kVertex, std::move(vertices));
+  }
 
   // No two vertices at one point, except boundary vertices of a target that overlaps itself.
   // (There sheet_target() looks further.)
@@ -330,11 +349,11 @@ class Reader {
       const bool same = outline ? all[i].uv == all[i + 1].uv
                                 : all[i].uv.cast<float>() == all[i + 1].uv.cast<float>();
       if (!same) continue;
-      throw_infeasible(ErrorCode::kContradictoryPins,
-                       "Vertices " + std::to_string(all[i].vertex) + " and " +
-                           std::to_string(all[i + 1].vertex) +
-                           " are pinned to the same point. Move or release one of them.",
-                       ElementKind::kVertex, {all[i].vertex, all[i + 1].vertex});
+      contradict("Vertices " + std::to_string(all[i].vertex) + " and " +
+                     std::to_string(all[i + 1].vertex) +
+                     " are pinned to the same point. Move or release one of them.",
+                 {"same place", {{"place", numbers_of({all[i].uv})}}},
+                 {all[i].vertex, all[i + 1].vertex});
     }
   }
 
@@ -352,23 +371,25 @@ class Reader {
       const Vector2& b = target(edges[i].second);
       for (std::size_t j = 0; j < i; ++j) {
         if (!segments_conflict(a, b, target(edges[j].first), target(edges[j].second))) continue;
-        throw_infeasible(ErrorCode::kContradictoryPins,
-                         "The line through vertices " + std::to_string(edges[i].first) + ", " +
-                             std::to_string(edges[i].second) +
-                             " crosses the one through vertices " + std::to_string(edges[j].first) +
-                             ", " + std::to_string(edges[j].second) +
-                             ". Lines of the mesh that do not meet may not meet in the map.",
-                         ElementKind::kVertex,
-                         {edges[i].first, edges[i].second, edges[j].first, edges[j].second});
+        throw_infeasible(
+            ErrorCode::kContradictoryPins,
+            "The line through vertices " + std::to_string(edges[i].first) + ", " +
+                std::to_string(edges[i].second) + " crosses the one through vertices " +
+                std::to_string(edges[j].first) + ", " + std::to_string(edges[j].second) +
+                ". Lines of the mesh that do not meet may not meet in the map.",
+            {"segments meet",
+             {{"segments", numbers_of({a, b, target(edges[j].first), target(edges[j].second)})}}},
+            ElementKind::kVertex,
+            {edges[i].first, edges[i].second, edges[j].first, edges[j].second});
       }
       for (const PinnedVertex& p : result_.pins) {
         if (!segments_conflict(a, b, p.uv, p.uv)) continue;
-        throw_infeasible(ErrorCode::kContradictoryPins,
-                         "Vertex " + std::to_string(p.vertex) +
-                             " is pinned onto the line through vertices " +
-                             std::to_string(edges[i].first) + ", " +
-                             std::to_string(edges[i].second) + ". Move it off the line.",
-                         ElementKind::kVertex, {p.vertex, edges[i].first, edges[i].second});
+        contradict("Vertex " + std::to_string(p.vertex) +
+                       " is pinned onto the line through vertices " +
+                       std::to_string(edges[i].first) + ", " + std::to_string(edges[i].second) +
+                       ". Move it off the line.",
+                   {"segments meet", {{"segments", numbers_of({a, b, p.uv, p.uv})}}},
+                   {p.vertex, edges[i].first, edges[i].second});
       }
     }
   }
@@ -381,6 +402,7 @@ class Reader {
           ErrorCode::kContradictoryPins,
           "Inner vertex " + std::to_string(p.vertex) +
               " is pinned outside the boundary's targets, or onto them. Move it inside.",
+          {"outside", {{"place", numbers_of({p.uv})}, {"polygon", numbers_of(result_.outline)}}},
           ElementKind::kVertex, {p.vertex});
     }
     const std::size_t n = result_.outline.size();
@@ -396,6 +418,9 @@ class Reader {
                          "The line through vertices " + std::to_string(a) + ", " +
                              std::to_string(b) + " crosses the boundary's targets at vertices " +
                              std::to_string(c) + ", " + std::to_string(d) + ".",
+                         {"segments meet",
+                          {{"segments", numbers_of({target(a), target(b), result_.outline[i],
+                                                    result_.outline[(i + 1) % n]})}}},
                          ElementKind::kVertex, {a, b, c, d});
       }
     }
@@ -403,6 +428,7 @@ class Reader {
 
   RefinedSurface& surface_;
   const MatchRequest& request_;
+  SelfOverlaps overlaps_;
   Constraints result_;
   std::map<VertexId, Vector2> pins_;
   std::map<VertexId, std::size_t> on_boundary_;
@@ -410,8 +436,9 @@ class Reader {
 
 }  // namespace
 
-Constraints read_constraints(RefinedSurface& surface, const MatchRequest& request) {
-  return Reader(surface, request).read();
+Constraints read_constraints(RefinedSurface& surface, const MatchRequest& request,
+                             SelfOverlaps overlaps) {
+  return Reader(surface, request, overlaps).read();
 }
 
 }  // namespace flipfree

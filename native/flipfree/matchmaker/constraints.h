@@ -54,7 +54,10 @@ struct Constraints {
 // (kBadPins, kIndexOutOfRange, kBadBoundary, kNotFinite, kNotAnEdge) for malformed requests,
 // Infeasible (kContradictoryPins, kNotSelfOverlapping) for demands that no map can meet: two
 // vertices at one point, crossing lines, a pin outside the outline, an outline that runs clockwise
-// or winds wrongly.
-Constraints read_constraints(RefinedSurface& surface, const MatchRequest& request);
+// or winds wrongly. Where the boundary is free and the map may overlap itself, pins and lines that
+// meet are no contradiction, but nothing that is looked for: NotConverged.
+enum class SelfOverlaps { kRefused, kAllowed };
+Constraints read_constraints(RefinedSurface& surface, const MatchRequest& request,
+                             SelfOverlaps overlaps = SelfOverlaps::kRefused);
 
 }  // namespace flipfree

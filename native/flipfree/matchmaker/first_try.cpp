@@ -8,6 +8,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/distortion/minimize.h"
+#include "flipfree/distortion/own_map.h"
 #include "flipfree/embedding/embed.h"
 #include "flipfree/matchmaker/compose.h"
 #include "flipfree/matchmaker/untangle.h"
@@ -43,13 +44,15 @@ Points2 flatten(const RefinedSurface& surface, ExecutionContext& context, Stats&
   Points2 uv;
   {
     const ProgressRange range(context, 0.0, 0.2);
-    uv = embed_disk(arrays.faces, static_cast<Index>(arrays.vertices.rows()), surface.boundary,
-                    circle, options, context, stats);
+    uv = with_own_map([&] {
+      return embed_disk(arrays.faces, static_cast<Index>(arrays.vertices.rows()), surface.boundary,
+                        circle, options, context, stats);
+    });
   }
   const ProgressRange range(context, 0.2, 0.6);
   MinimizeOptions minimize;
   minimize.max_iterations = 60;
-  return minimize_distortion(arrays, uv, minimize, context, stats);
+  return with_own_map([&] { return minimize_distortion(arrays, uv, minimize, context, stats); });
 }
 
 // Turns, scales and moves `uv` to lie over the pins: rotation of least squares, scale by the

@@ -435,7 +435,8 @@ Parametrization match_in_time(const Surface& surface, const MatchRequest& reques
   stats["time_limit_reached"] = std::int64_t{0};
   const Stopwatch watch;
   RefinedSurface refined = make_refined_surface(surface);
-  Constraints constraints = read_constraints(refined, request);
+  Constraints constraints = read_constraints(
+      refined, request, options.bijective ? SelfOverlaps::kRefused : SelfOverlaps::kAllowed);
   constraints.one_to_one = options.bijective && constraints.free_boundary();
   // A boundary that moves away from a simple outline stays simple.
   const bool bijective =

@@ -242,16 +242,20 @@ void release_holes(Parametrization& map, const CertifyRequest& extra, const Matc
 // What cannot be met whatever is done is refused before any work. Returns the vertices of the piece
 // with fixed places, lines included; nothing if lines need vertices that the piece does not have.
 std::optional<std::vector<PinnedVertex>> pinned_vertices(const Surface& disk, const Surface& input,
-                                                         const MatchRequest& request) {
+                                                         const MatchRequest& request,
+                                                         const MatchOptions& options) {
   try {
     RefinedSurface refined = make_refined_surface(disk);
-    Constraints constraints = read_constraints(refined, request);
+    Constraints constraints = read_constraints(
+        refined, request, options.bijective ? SelfOverlaps::kRefused : SelfOverlaps::kAllowed);
     if (refined.mesh.vertex_count() > static_cast<Index>(disk.vertices.rows())) return std::nullopt;
     return std::move(constraints.pins);
   } catch (const InvalidInput& e) {
     throw InvalidInput(of_input(e.error(), input));
   } catch (const Infeasible& e) {
     throw Infeasible(of_input(e.error(), input));
+  } catch (const NotConverged& e) {
+    throw NotConverged(of_input(e.error(), input));
   }
 }
 
@@ -276,6 +280,10 @@ std::optional<Parametrization> unwrapped(const Surface& surface,
     return map;
   } catch (const NotConverged&) {
     return std::nullopt;
+  } catch (const InvalidInput&) {
+    return std::nullopt;  // of maps on the way: the mesh and the pins were checked before
+  } catch (const Infeasible&) {
+    return std::nullopt;
   } catch (const TimeIsOver&) {
     context.check();
     return std::nullopt;
@@ -298,7 +306,8 @@ Parametrization match_piece_in_time(const Surface& surface, const MatchRequest& 
   std::vector<Loop> holes = boundary_halfedge_loops(surface.faces, adjacency);
   holes.erase(holes.begin() + static_cast<std::ptrdiff_t>(outer_loop(surface, holes, request)));
   const Surface disk = holes.empty() ? surface : as_disk(surface, holes);
-  const std::optional<std::vector<PinnedVertex>> pins = pinned_vertices(disk, surface, request);
+  const std::optional<std::vector<PinnedVertex>> pins =
+      pinned_vertices(disk, surface, request, options);
   double begin = 0.0;
   if (pins && !pins->empty() && request.boundary_uv.empty() && options.bijective &&
       options.optimise && options.engine != MatchEngine::kMatchmaker) {
@@ -345,6 +354,10 @@ Parametrization match_piece(const Surface& surface, const MatchRequest& request,
                             const MatchOptions& options, ExecutionContext& context) try {
   const TimeLimit limit(context, limit_of(options.max_seconds));
   return match_piece_in_time(surface, request, options, context);
+} catch (const CertificateFailed&) {
+  throw;
+} catch (const NotConverged& e) {
+  throw NotConverged(of_input(e.error(), surface));
 } catch (const TimeIsOver&) {
   if (!(options.max_seconds > 0)) throw;  // the limit is the caller's
   throw_match_out_of_time(options);

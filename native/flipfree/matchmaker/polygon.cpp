@@ -91,4 +91,10 @@ int locate_in_polygon(const Polygon& polygon, const Vector2& point) {
   return inside ? 1 : -1;
 }
 
+std::vector<double> numbers_of(const Polygon& points) {
+  std::vector<double> numbers;
+  for (const Vector2& p : points) numbers.insert(numbers.end(), {p.x(), p.y()});
+  return numbers;
+}
+
 }  // namespace flipfree

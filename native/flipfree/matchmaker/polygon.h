@@ -28,4 +28,7 @@ std::optional<std::pair<Index, Index>> first_conflict(const Polygon& polygon);
 // Where a point lies: 1 strictly inside, 0 on the polygon, -1 outside (even-odd rule). Cost: O(n).
 int locate_in_polygon(const Polygon& polygon, const Vector2& point);
 
+// x0, y0, x1, y1, ..., as witnesses hold points.
+std::vector<double> numbers_of(const Polygon& points);
+
 }  // namespace flipfree

@@ -9,6 +9,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/distortion/energy.h"
 #include "flipfree/distortion/minimize.h"
+#include "flipfree/distortion/own_map.h"
 #include "flipfree/distortion/rest_shapes.h"
 #include "flipfree/distortion/working_rest.h"
 #include "flipfree/matchmaker/first_try.h"
@@ -36,7 +37,7 @@ bool minimize(const Surface& surface, const MinimizeOptions& options, Points2& u
               ExecutionContext& context) try {
   if (static_cast<Eigen::Index>(options.fixed.size()) >= uv.rows()) return true;
   Stats unused;
-  uv = minimize_distortion(surface, uv, options, context, unused);
+  uv = with_own_map([&] { return minimize_distortion(surface, uv, options, context, unused); });
   return true;
 } catch (const NotConverged&) {
   return false;

@@ -9,6 +9,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/certify/overlap.h"
 #include "flipfree/distortion/minimize.h"
+#include "flipfree/distortion/own_map.h"
 #include "flipfree/matchmaker/coarsen.h"
 #include "flipfree/matchmaker/first_try.h"
 #include "flipfree/matchmaker/relax.h"
@@ -71,7 +72,8 @@ Points2 optimise(const RefinedSurface& surface, std::vector<VertexId> held, cons
   options.lengthen = true;
   if (static_cast<Index>(options.fixed.size()) >= surface.mesh.vertex_count()) return uv;
   try {
-    Points2 better = minimize_distortion(to_surface(surface), uv, options, context, stats);
+    Points2 better = with_own_map(
+        [&] { return minimize_distortion(to_surface(surface), uv, options, context, stats); });
     if (context.time_is_over()) note_time_limit(stats);
     return better;
   } catch (const NotConverged& failure) {

@@ -6,6 +6,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/distortion/energy.h"
+#include "flipfree/distortion/own_map.h"
 #include "flipfree/distortion/rest_shapes.h"
 #include "flipfree/distortion/targets.h"
 #include "flipfree/embedding/embed.h"
@@ -118,8 +119,8 @@ class OutlineWalker {
     const ProgressRange quiet(context_, time_, time_);
     Stats stats;
     try {
-      TargetsResult result =
-          minimize_with_targets(chart_, map_.uv, moving, options, context_, stats);
+      TargetsResult result = with_own_map(
+          [&] { return minimize_with_targets(chart_, map_.uv, moving, options, context_, stats); });
       const double energy = std::get<double>(stats["distortion.energy"]);
       effort = std::get<std::int64_t>(stats["distortion.factorizations"]);
       if (!result.missed.empty() || !(energy < kMostRise * energy_)) return false;
@@ -141,7 +142,8 @@ class OutlineWalker {
     const ProgressRange quiet(context_, time_, time_);
     Stats stats;
     if (static_cast<Index>(held_.size()) >= map_.surface.mesh.vertex_count()) return;
-    map_.uv = minimize_distortion(chart_, map_.uv, options, context_, stats);
+    map_.uv = with_own_map(
+        [&] { return minimize_distortion(chart_, map_.uv, options, context_, stats); });
     energy_ = std::get<double>(stats["distortion.energy"]);
   }
 
@@ -319,15 +321,19 @@ RefinedMap first_frame(const RefinedSurface& surface, const OutlineFilm& film,
   EmbedOptions embed;
   embed.float32 = false;
   embed.low_distortion = true;
-  map.uv = embed_disk(map.surface.mesh.faces(), map.surface.mesh.vertex_count(), loop, polygon,
+  map.uv = with_own_map([&] {
+    return embed_disk(map.surface.mesh.faces(), map.surface.mesh.vertex_count(), loop, polygon,
                       embed, context, stats);
+  });
   MinimizeOptions minimize;
   minimize.max_iterations = kFirstSteps;
   minimize.fixed = loop;
   std::sort(minimize.fixed.begin(), minimize.fixed.end());
   Stats unused;
   if (loop.size() < static_cast<std::size_t>(map.uv.rows()))
-    map.uv = minimize_distortion(to_surface(map.surface), map.uv, minimize, context, unused);
+    map.uv = with_own_map([&] {
+      return minimize_distortion(to_surface(map.surface), map.uv, minimize, context, unused);
+    });
   return map;
 }
 

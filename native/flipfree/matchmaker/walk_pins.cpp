@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/distortion/own_map.h"
 #include "flipfree/distortion/targets.h"
 #include "flipfree/matchmaker/arms.h"
 #include "flipfree/matchmaker/coarsen.h"
@@ -91,7 +92,9 @@ class Walker {
     Stats unused;
     TargetsResult result;
     try {
-      result = minimize_with_targets(chart_, map_.uv, targets, options, context_, unused);
+      result = with_own_map([&] {
+        return minimize_with_targets(chart_, map_.uv, targets, options, context_, unused);
+      });
     } catch (const NotConverged&) {
       return false;  // too squeezed for the Newton system: blocked, like any other
     }

@@ -30,11 +30,15 @@ EdgeFlags flag_edges(const Triangles& faces, const Adjacency& adjacency,
     HalfedgeId h = in_range ? outgoing(a, b) : kInvalid;
     if (h == kInvalid && in_range) h = outgoing(b, a);
     if (h == kInvalid) {
+      std::vector<Index> existing;
+      for (const VertexId v : {a, b}) {
+        if (v >= 0 && v < vertex_count) existing.push_back(v);
+      }
       throw_invalid(ErrorCode::kNotAnEdge,
                     "Cut " + std::to_string(i) + " (vertices " + std::to_string(a) + " and " +
                         std::to_string(b) +
                         ") is not an edge of the mesh. Give pairs of vertices that an edge joins.",
-                    ElementKind::kEdge, {a, b});
+                    ElementKind::kVertex, existing);
     }
     const HalfedgeId o = adjacency.opposite[static_cast<std::size_t>(h)];
     if (o == kInvalid) continue;

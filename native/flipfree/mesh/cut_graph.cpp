@@ -26,9 +26,10 @@ namespace {
 class PlanarCutter {
  public:
   PlanarCutter(const Surface& surface, const Adjacency& adjacency, const ExecutionContext& context,
-               const EdgeFlags& uncuttable)
+               const EdgeFlags& uncuttable, const std::vector<char>& avoided)
       : adjacency_(adjacency),
         context_(context),
+        avoided_(avoided),
         real_vertices_(static_cast<Index>(surface.vertices.rows())),
         filled_(fill_holes(surface, boundary_halfedge_loops(surface.faces, adjacency)).surface),
         full_(build_adjacency(static_cast<Index>(filled_.vertices.rows()), filled_.faces)),
@@ -41,6 +42,7 @@ class PlanarCutter {
       length_[static_cast<std::size_t>(h)] =
           real ? (filled_.vertices.row(a) - filled_.vertices.row(b)).norm() : 0.0;
     }
+    if (!avoided_.empty()) lengthen_at_avoided();
     // Infinitely long, such an edge lies on no shortest path, and the cotree takes it first.
     for (std::size_t h = 0; h < uncuttable.size(); ++h) {
       if (uncuttable[h]) length_[h] = ShortestPaths::kUnreached;
@@ -49,9 +51,11 @@ class PlanarCutter {
 
   // Twice to the farthest vertex: the ends of a long shortest path, about a diameter.
   EdgeFlags open_sphere() {
-    const VertexId root = farthest(paths_from(source(filled_.faces, 0)));
+    const VertexId root = farthest(paths_from(any_root()));
     const ShortestPaths paths = paths_from(root);
-    const VertexId end = farthest(paths);
+    VertexId end = farthest(paths);
+    // Lengths may vanish among doubles: then any neighbour is as far as any other vertex.
+    if (end == root) end = neighbour(root, paths);
     mark_path(paths, end);
     if (paths.arrival(end) != kInvalid && paths.before(end) == root) {
       // A single edge opens nothing: go on by one more.
@@ -70,7 +74,7 @@ class PlanarCutter {
   // the loop that it would close.
   EdgeFlags open_handles() {
     const Triangles& faces = filled_.faces;
-    const ShortestPaths paths = paths_from(source(faces, 0));
+    const ShortestPaths paths = paths_from(any_root());
     const auto loop_length = [&](HalfedgeId h) {
       return paths.distance(source(faces, h)) + length_[static_cast<std::size_t>(h)] +
              paths.distance(target(faces, h));
@@ -101,6 +105,30 @@ class PlanarCutter {
   }
 
  private:
+  bool avoids(VertexId v) const {
+    return !avoided_.empty() && v < real_vertices_ && avoided_[static_cast<std::size_t>(v)] != 0;
+  }
+
+  // Longer than any detour, so that a path has as few avoided vertices as can be.
+  void lengthen_at_avoided() {
+    double detour = 1.0;
+    for (const double length : length_) detour += length;
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(length_.size()); ++h) {
+      const VertexId a = source(filled_.faces, h);
+      const VertexId b = target(filled_.faces, h);
+      if (a >= real_vertices_ || b >= real_vertices_) continue;
+      length_[static_cast<std::size_t>(h)] += detour * (int{avoids(a)} + int{avoids(b)});
+    }
+  }
+
+  // Where loops meet.
+  VertexId any_root() const {
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency_.opposite.size()); ++h) {
+      if (!avoids(source(filled_.faces, h))) return source(filled_.faces, h);
+    }
+    return source(filled_.faces, 0);
+  }
+
   void mark(HalfedgeId h) {
     if (length_[static_cast<std::size_t>(h)] == ShortestPaths::kUnreached)
       refuse_uncuttable(source(filled_.faces, h));
@@ -129,14 +157,25 @@ class PlanarCutter {
     return paths;
   }
 
+  // One to which a path leads straight from the root.
+  VertexId neighbour(VertexId root, const ShortestPaths& paths) const {
+    for (VertexId v = 0; v < real_vertices_; ++v) {
+      if (paths.arrival(v) != kInvalid && paths.before(v) == root) return v;
+    }
+    refuse_uncuttable(root);
+  }
+
   VertexId farthest(const ShortestPaths& paths) const {
     VertexId best = 0;
     double distance = -1.0;
+    bool avoided = true;
     for (VertexId v = 0; v < real_vertices_; ++v) {
       const double d = paths.distance(v);
-      if (d > distance && d < ShortestPaths::kUnreached) {
+      if (d >= ShortestPaths::kUnreached) continue;
+      if (avoids(v) != avoided ? avoided : d > distance) {
         best = v;
         distance = d;
+        avoided = avoids(v);
       }
     }
     return best;
@@ -175,6 +214,7 @@ class PlanarCutter {
 
   const Adjacency& adjacency_;  // of the surface as it is
   const ExecutionContext& context_;
+  const std::vector<char>& avoided_;
   Index real_vertices_;
   Surface filled_;  // faces of the surface first
   Adjacency full_;  // of the filled surface
@@ -185,11 +225,12 @@ class PlanarCutter {
 }  // namespace
 
 EdgeFlags planar_cut(const Surface& surface, const Adjacency& adjacency,
-                     const ExecutionContext& context, const EdgeFlags& uncuttable) {
+                     const ExecutionContext& context, const EdgeFlags& uncuttable,
+                     const std::vector<char>& avoided) {
   const Topology shape = topology(surface.faces, adjacency);
   if (shape.boundary_loops > 0 && shape.genus() == 0)
     return EdgeFlags(adjacency.opposite.size(), 0);
-  PlanarCutter cutter(surface, adjacency, context, uncuttable);
+  PlanarCutter cutter(surface, adjacency, context, uncuttable, avoided);
   return shape.genus() == 0 ? cutter.open_sphere() : cutter.open_handles();
 }
 

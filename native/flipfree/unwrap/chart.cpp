@@ -10,6 +10,7 @@
 #include "flipfree/distortion/conformal_start.h"
 #include "flipfree/distortion/energy.h"
 #include "flipfree/distortion/minimize.h"
+#include "flipfree/distortion/own_map.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/distortion/targets.h"
 #include "flipfree/embedding/boundary.h"
@@ -68,10 +69,20 @@ Points2 embed_on_circle(const Surface& chart, ExecutionContext& context, Stats& 
   EmbedOptions options;
   options.float32 = false;
   options.low_distortion = true;  // where Tutte fails: a start the optimiser can open
-  const Points2 uv =
-      embed_disk(filled.surface.faces, static_cast<Index>(filled.surface.vertices.rows()), rim,
-                 placement.positions, options, context, stats);
-  return uv.topRows(vertex_count);
+  try {
+    return with_own_map([&] {
+      const auto filled_count = static_cast<Index>(filled.surface.vertices.rows());
+      return Points2(embed_disk(filled.surface.faces, filled_count, rim, placement.positions,
+                                options, context, stats)
+                         .topRows(vertex_count));
+    });
+  } catch (const NotConverged& e) {
+    // Its text counts vertices of the filled chart.
+    throw_not_converged(e.error().code,
+                        "The chart could not be laid into a circle (" +
+                            std::string(describe(e.error().code)) +
+                            "): it has very long and thin parts. Mark seams that cut these off.");
+  }
 }
 
 double energy_of(const Surface& chart, const Points2& uv) {
@@ -115,19 +126,32 @@ Similarity place_by_pins(const Points2& uv, const std::vector<std::pair<VertexId
   return fit_similarity(from, to);
 }
 
-void reject_coincident_pins(const std::vector<std::pair<VertexId, Vector2>>& pins) {
+// A chart that does not overlap itself has no two vertices at one point; another one has no edge
+// between them.
+void reject_coincident_pins(const Surface& chart, bool bijective,
+                            const std::vector<std::pair<VertexId, Vector2>>& pins) {
   std::vector<std::pair<VertexId, Vector2>> sorted = pins;
   std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
     return a.second.x() != b.second.x() ? a.second.x() < b.second.x() : a.second.y() < b.second.y();
   });
+  const auto joined = [&](VertexId a, VertexId b) {
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(chart.faces.size()); ++h) {
+      const std::pair ends(source(chart.faces, h), target(chart.faces, h));
+      if (ends == std::pair(a, b) || ends == std::pair(b, a)) return true;
+    }
+    return false;
+  };
   for (std::size_t i = 1; i < sorted.size(); ++i) {
-    if (sorted[i].second != sorted[i - 1].second) continue;
-    throw_infeasible(ErrorCode::kContradictoryPins,
-                     "Two vertices of one chart are pinned to the same point (" +
-                         std::to_string(sorted[i].second.x()) + ", " +
-                         std::to_string(sorted[i].second.y()) +
-                         "). Unpin one of them or move its pin.",
-                     ElementKind::kVertex, {sorted[i - 1].first, sorted[i].first});
+    for (std::size_t j = i; j-- > 0 && sorted[j].second == sorted[i].second;) {
+      if (!bijective && !joined(sorted[i].first, sorted[j].first)) continue;
+      throw_infeasible(ErrorCode::kContradictoryPins,
+                       "Two vertices of one chart are pinned to the same point (" +
+                           std::to_string(sorted[i].second.x()) + ", " +
+                           std::to_string(sorted[i].second.y()) +
+                           "). Unpin one of them or move its pin.",
+                       {"same place", {{"place", {sorted[i].second.x(), sorted[i].second.y()}}}},
+                       ElementKind::kVertex, {sorted[j].first, sorted[i].first});
+    }
   }
 }
 
@@ -227,6 +251,9 @@ void lower_distortion(const Surface& chart, const FlattenOptions& options, FlatC
   if (context.time_is_over() || ended_early(stats)) stats["time_limit_reached"] = std::int64_t{1};
 } catch (const TimeIsOver&) {
   stats["time_limit_reached"] = std::int64_t{1};
+} catch (const NotConverged& failure) {
+  // A map that cannot be improved is a map still.
+  stats["optimise_failure"] = failure.error().message;
 }
 
 void start_better(const Surface& chart, Points2& uv, ExecutionContext& context, Stats& stats) try {
@@ -297,6 +324,8 @@ FlatChart flatten_piece(const Surface& piece, Points2 uv, Points2 apart,
     if (context.time_is_over() || ended_early(stats)) stats["time_limit_reached"] = std::int64_t{1};
   } catch (const TimeIsOver&) {
     stats["time_limit_reached"] = std::int64_t{1};
+  } catch (const NotConverged& failure) {
+    stats["optimise_failure"] = failure.error().message;
   }
   keep_storable(piece, minimize_options(options), flat.uv, context, stats);
   return flat;
@@ -304,7 +333,7 @@ FlatChart flatten_piece(const Surface& piece, Points2 uv, Points2 apart,
 
 FlatChart flatten_chart(const Surface& chart, const FlattenOptions& options,
                         ExecutionContext& context, Stats& stats) {
-  reject_coincident_pins(options.pins);
+  reject_coincident_pins(chart, options.bijective, options.pins);
   FlatChart flat;
   {
     const ProgressRange range(context, 0.0, 0.2);
@@ -326,7 +355,11 @@ FlatChart flatten_chart(const Surface& chart, const FlattenOptions& options,
   MinimizeOptions minimize = minimize_options(options);
   {
     const ProgressRange range(context, 0.3, 0.6);
-    uv = minimize_distortion(chart, uv, minimize, context, stats);
+    try {
+      uv = minimize_distortion(chart, uv, minimize, context, stats);
+    } catch (const NotConverged& failure) {
+      stats["optimise_failure"] = failure.error().message;
+    }
   }
   // The free map, put where the pins want it, is the start from which they are pulled to their
   // places.

@@ -20,8 +20,8 @@ class Cutter {
     opened_.assign(static_cast<std::size_t>(surface.faces.rows()), 0);
   }
 
-  // Rebuilds the charts and cuts each along what `find(surface, adjacency, uncuttable)` flags of
-  // its edges; charts for which `wanted` is false stay. True if anything was cut.
+  // Rebuilds the charts and cuts each along what `find(chart, adjacency, uncuttable)` flags of its
+  // edges; charts for which `wanted` is false stay. True if anything was cut.
   template <typename Find, typename Wanted>
   bool cut_charts(const Adjacency& adjacency, Find find, Wanted wanted) {
     islands_.mesh = cut_along(surface_.faces, adjacency, islands_.cut);
@@ -38,7 +38,7 @@ class Cutter {
       EdgeFlags local_uncuttable(uncuttable_.empty() ? 0 : local.opposite.size());
       for (std::size_t h = 0; h < local_uncuttable.size(); ++h)
         local_uncuttable[h] = uncuttable_[global(h)];
-      const EdgeFlags graph = find(chart.surface, local, local_uncuttable);
+      const EdgeFlags graph = find(chart, local, local_uncuttable);
       bool opened = false;
       for (std::size_t h = 0; h < graph.size(); ++h) {
         if (!graph[h]) continue;
@@ -69,13 +69,20 @@ class Cutter {
 }  // namespace
 
 Islands make_islands(const Surface& surface, const Adjacency& adjacency, const EdgeFlags& seams,
-                     const EdgeFlags& uncuttable, bool extremities, ExecutionContext& context) {
+                     const EdgeFlags& uncuttable, bool extremities, ExecutionContext& context,
+                     const std::vector<char>& pinned) {
   Cutter cutter(surface, seams, uncuttable, context);
-  const auto open_up = [&](const Surface& chart, const Adjacency& local, const EdgeFlags& avoid) {
-    return planar_cut(chart, local, context, avoid);
+  const auto open_up = [&](const Chart& chart, const Adjacency& local, const EdgeFlags& avoid) {
+    std::vector<char> avoided;
+    const std::vector<VertexId>& origin = cutter.islands().mesh.vertex_origin;
+    for (std::size_t i = 0; i < chart.vertices.size() && !pinned.empty(); ++i) {
+      const VertexId v = origin[static_cast<std::size_t>(chart.vertices[i])];
+      avoided.push_back(pinned[static_cast<std::size_t>(v)]);
+    }
+    return planar_cut(chart.surface, local, context, avoid, avoided);
   };
-  const auto slit = [&](const Surface& chart, const Adjacency& local, const EdgeFlags& avoid) {
-    return cut_to_extremities(chart, local, avoid, context);
+  const auto slit = [&](const Chart& chart, const Adjacency& local, const EdgeFlags& avoid) {
+    return cut_to_extremities(chart.surface, local, avoid, context);
   };
   // One round opens every piece; cutting through a hole can in rare cases split a piece in two, and
   // seams around a handle can leave a part that needs another. Each round lowers the genus or opens

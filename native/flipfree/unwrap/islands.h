@@ -22,11 +22,13 @@ struct Islands {
 // stay. A seam that opens nothing (a single edge inside a chart) is not a cut of the result.
 // With `extremities`, charts that had to be opened are also slit to theirs (extremities.h); pieces
 // whose seams were enough never are.
-// Added cuts avoid the flagged edges of `uncuttable` (see planar_cut; may be empty).
+// Added cuts avoid the flagged edges of `uncuttable` and, where there is another way, the flagged
+// vertices of `pinned` (see planar_cut; both may be empty).
 // Precondition: a validated surface. Cost: O(#F log #F), and a sparse
 // factorization or two with `extremities`.
 Islands make_islands(const Surface& surface, const Adjacency& adjacency, const EdgeFlags& seams,
-                     const EdgeFlags& uncuttable, bool extremities, ExecutionContext& context);
+                     const EdgeFlags& uncuttable, bool extremities, ExecutionContext& context,
+                     const std::vector<char>& pinned = {});
 
 // Cuts the islands along further edges of the surface, which count as added, and numbers the charts
 // anew.

@@ -3,14 +3,18 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
+#include <map>
 #include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
 
+#include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/distortion/rounding.h"
+#include "flipfree/mesh/own_unit.h"
 #include "flipfree/mesh/validate.h"
 #include "flipfree/unwrap/chart.h"
 #include "flipfree/unwrap/islands.h"
@@ -19,28 +23,82 @@
 namespace flipfree {
 namespace {
 
-// Positions moved to the origin and scaled by a power of two, which is exact, so that squares
-// neither overflow nor vanish whatever the user's unit is.
+// Positions scaled by one power of two, which is exact, so that squares neither overflow nor vanish
+// whatever the user's unit is; every component is moved to the origin on its own, so that none of
+// them is lost beside one that is large or far away.
 Points3 normalised(const Points3& positions, const Triangles& faces) {
-  Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
-  Vector3 high = -low;
-  for (const VertexId v : faces.reshaped()) {
-    low = low.cwiseMin(positions.row(v).transpose());
-    high = high.cwiseMax(positions.row(v).transpose());
+  const auto count = static_cast<std::size_t>(positions.rows());
+  DisjointSets components(static_cast<Index>(count));
+  for (Eigen::Index f = 0; f < faces.rows(); ++f) {
+    components.join(faces(f, 0), faces(f, 1));
+    components.join(faces(f, 1), faces(f, 2));
   }
-  // Halves first: the sum of two huge coordinates may not be finite.
-  const Vector3 centre = 0.5 * low + 0.5 * high;
-  const double size = (0.5 * high - 0.5 * low).maxCoeff();
+  const Vector3 infinite = Vector3::Constant(std::numeric_limits<double>::infinity());
+  std::vector<Vector3> low(count, infinite);
+  std::vector<Vector3> high(count, -infinite);
+  for (const VertexId v : faces.reshaped()) {
+    const auto c = static_cast<std::size_t>(components.find(v));
+    low[c] = low[c].cwiseMin(positions.row(v).transpose());
+    high[c] = high[c].cwiseMax(positions.row(v).transpose());
+  }
+  double size = 0.0;
+  for (std::size_t c = 0; c < count; ++c) {
+    // Halves first: the difference of two huge coordinates may not be finite.
+    if (low[c].x() <= high[c].x()) size = std::max(size, (0.5 * high[c] - 0.5 * low[c]).maxCoeff());
+  }
   int exponent = 0;
   std::frexp(size, &exponent);
-  Points3 result = positions.rowwise() - centre.transpose();
+  Points3 result = positions;
+  for (VertexId v = 0; v < static_cast<VertexId>(count); ++v) {
+    const auto c = static_cast<std::size_t>(components.find(v));
+    if (low[c].x() <= high[c].x()) result.row(v) -= (0.5 * low[c] + 0.5 * high[c]).transpose();
+  }
   for (double& x : result.reshaped()) x = std::ldexp(x, -exponent);
   return result;
+}
+
+// Flags of the vertices that have a pinned corner; empty without pins.
+std::vector<char> pinned_vertices(const Surface& surface, const std::vector<CornerPin>& pins) {
+  if (pins.empty()) return {};
+  std::vector<char> pinned(static_cast<std::size_t>(surface.vertices.rows()), 0);
+  for (const CornerPin& pin : pins) {
+    if (pin.corner >= 0 && pin.corner < surface.faces.size())
+      pinned[static_cast<std::size_t>(surface.faces(pin.corner / 3, pin.corner % 3))] = 1;
+  }
+  return pinned;
 }
 
 struct ChartPins {
   std::vector<std::vector<std::pair<VertexId, Vector2>>> of_chart;  // chart vertices
 };
+
+// Added cuts avoid pinned vertices; where they could not, one vertex has two places in its chart,
+// and its pin would have to be met by both.
+void refuse_pins_on_added_cuts(const Islands& islands, const ChartPins& pins) {
+  const Triangles& faces = islands.mesh.faces;
+  std::vector<char> on_added(islands.mesh.vertex_origin.size(), 0);
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(islands.added.size()); ++h) {
+    if (islands.added[static_cast<std::size_t>(h)] == 0) continue;
+    on_added[static_cast<std::size_t>(source(faces, h))] = 1;
+    on_added[static_cast<std::size_t>(target(faces, h))] = 1;
+  }
+  for (std::size_t c = 0; c < pins.of_chart.size(); ++c) {
+    std::map<VertexId, Vector2> known;
+    for (const auto& [local, uv] : pins.of_chart[c]) {
+      const VertexId v = islands.charts[c].vertices[static_cast<std::size_t>(local)];
+      const VertexId origin = islands.mesh.vertex_origin[static_cast<std::size_t>(v)];
+      const auto [it, fresh] = known.emplace(origin, uv);
+      if (fresh || it->second != uv || on_added[static_cast<std::size_t>(v)] == 0) continue;
+      throw_not_converged(
+          ErrorCode::kBadPins,
+          "The island of vertex " + std::to_string(origin) +
+              " had to be cut open, and every way that was found runs through this pinned vertex, "
+              "which has two places then. Mark seams that open the island elsewhere, or unpin "
+              "some vertices.",
+          ElementKind::kVertex, {origin});
+    }
+  }
+}
 
 // Corner pins as pins of chart vertices; corners that share a chart vertex must agree.
 ChartPins pins_by_chart(const Islands& islands, const std::vector<CornerPin>& pins) {
@@ -77,6 +135,7 @@ ChartPins pins_by_chart(const Islands& islands, const std::vector<CornerPin>& pi
     const auto [chart, local] = place[v];
     result.of_chart[chart].emplace_back(local, pin.uv);
   }
+  refuse_pins_on_added_cuts(islands, result);
   return result;
 }
 
@@ -87,7 +146,14 @@ Error in_terms_of_input(Error error, const Islands& islands, std::size_t c) {
     return islands.mesh
         .vertex_origin[static_cast<std::size_t>(chart.vertices[static_cast<std::size_t>(v)])];
   };
+  // Some are of the surface with its holes filled, which nobody else knows.
+  const Index limit = error.kind == ElementKind::kFace ? static_cast<Index>(chart.faces.size())
+                                                       : static_cast<Index>(chart.vertices.size());
+  if (std::any_of(error.elements.begin(), error.elements.end(),
+                  [&](Index i) { return i < 0 || i >= limit; }))
+    error.elements.clear();
   std::string place;
+  if (error.elements.empty()) error.kind = ElementKind::kNone;
   if (error.kind == ElementKind::kVertex || error.kind == ElementKind::kEdge) {
     for (Index& v : error.elements) v = origin(v);
     if (!error.elements.empty())
@@ -209,10 +275,15 @@ class Flattening {
                  const Chart& chart = islands_.charts[c];
                  if (divided_[static_cast<std::size_t>(chart.faces.front())] == 0) return;
                  FlattenOptions flatten = options_of(c, round);
+                 const InOwnUnit own(chart.surface);
                  flat[c] = round == 0
-                               ? flatten_chart(chart.surface, flatten, chart_context, chart_stats)
-                               : flatten_piece(chart.surface, part(chart, uv_), part(chart, apart_),
-                                               flatten, chart_context, chart_stats);
+                               ? flatten_chart(own.surface(), flatten, chart_context, chart_stats)
+                               : flatten_piece(own.surface(), part(chart, uv_) / own.unit(),
+                                               part(chart, apart_) / own.unit(), flatten,
+                                               chart_context, chart_stats);
+                 if (!flatten.pins.empty()) return;  // pins have a unit of their own
+                 flat[c].uv *= own.unit();
+                 flat[c].apart *= own.unit();
                });
     EdgeFlags further(adjacency_.opposite.size(), 0);
     std::fill(divided_.begin(), divided_.end(), 0);
@@ -323,6 +394,15 @@ PlacedCharts place_and_round(const Islands& islands, const ChartPins& pins,
   return placed;
 }
 
+// The stored values of charts without pins, also as those in 64 bits.
+void use_stored_values(const Islands& islands, const ChartPins& pins, Parametrization& map) {
+  for (std::size_t c = 0; c < islands.charts.size(); ++c) {
+    if (!pins.of_chart[c].empty()) continue;
+    for (const FaceId f : islands.charts[c].faces)
+      map.uv.middleRows(3 * f, 3) = map.uv32.middleRows(3 * f, 3).cast<double>();
+  }
+}
+
 // acceptable: maps may be taken as they are (ExecutionContext::accept).
 Parametrization unwrap_in_time(const Surface& surface, const UnwrapOptions& options,
                                bool acceptable, ExecutionContext& context) {
@@ -353,7 +433,8 @@ Parametrization unwrap_in_time(const Surface& surface, const UnwrapOptions& opti
   Islands islands = [&] {
     const ProgressRange range(context, 0.02, 0.05);
     return make_islands(working, adjacency, seams, uncuttable,
-                        options.cut_extremities && options.pins.empty(), context);
+                        options.cut_extremities && options.pins.empty(), context,
+                        pinned_vertices(surface, options.pins));
   }();
   ChartPins pins = pins_by_chart(islands, options.pins);
   stats["opened_charts"] = static_cast<std::int64_t>(islands.opened);
@@ -398,6 +479,12 @@ Parametrization unwrap_in_time(const Surface& surface, const UnwrapOptions& opti
   request.require_bijective = options.bijective;
   request.require_disjoint = options.pins.empty();  // charts with pins lie where the pins are
   certify_map(map, surface, request, context);
+  if (!map.certificate.ok) {
+    // Turning and scaling can fold what is thinner than doubles resolve; the stored values were
+    // rounded with care.
+    use_stored_values(islands, pins, map);
+    certify_map(map, surface, request, context);
+  }
   lap("seconds_certify");
   stats["energy"] = map.certificate.energy;
   stats["max_energy"] = map.certificate.max_energy;

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from operator import index
 from typing import Any
 
 import numpy as np
@@ -14,14 +13,14 @@ from .arrays import (
     as_corner_uv,
     as_floats,
     as_indices,
+    as_items,
     as_vertex_map,
     as_vertices,
-    in_unit,
     refuse_beyond_storage,
 )
 from .errors import InvalidInput
-from .job import Job, Progress, run
-from .options import as_count, as_flag
+from .job import Job, Progress, ours_only, run
+from .options import as_flag, as_number, as_threads, shown, whole_number
 from .results import Certificate, certificate_from
 
 Pins = Mapping[Any, tuple[float, float]]
@@ -34,24 +33,22 @@ def pins_to_corners(
     corners: list[int] = []
     targets: list[tuple[float, float]] = []
     by_vertex: dict[int, tuple[float, float]] = {}
-    if pins is not None and not isinstance(pins, Mapping):
-        raise InvalidInput(f"{name} must be a dict {{vertex: (u, v)}}.", code="bad pins")
-    for key, value in (pins or {}).items():
-        target = as_floats(value, f"{name}[{key!r}]")
+    meaning = "{vertex or (face, corner): (u, v)}"
+    for key, value in as_items(pins, name, meaning, "bad pins"):
+        place_name = f"{name}[{shown(key)}]"
+        target = as_floats(value, place_name)
         if target.shape != (2,) or not np.isfinite(target).all():
-            raise InvalidInput(
-                f"{name}[{key!r}] must be two finite numbers (u, v).", code="bad pins"
-            )
-        refuse_beyond_storage(target, f"{name}[{key!r}]")
+            raise InvalidInput(f"{place_name} must be two finite numbers (u, v).", code="bad pins")
+        refuse_beyond_storage(target, place_name)
         place = (float(target[0]), float(target[1]))
-        try:
-            face, corner = key if isinstance(key, tuple) else (None, key)
-            corner, face = index(corner), None if face is None else index(face)
-        except (TypeError, ValueError):
+        pair = isinstance(key, tuple) and len(key) == 2
+        corner = whole_number(key[1] if pair else key)
+        face = whole_number(key[0]) if pair else None
+        if corner is None or (pair and face is None):
             raise InvalidInput(
-                f"{name} has the key {key!r}, which is neither a vertex nor a pair (face, corner).",
+                f"{name} has the key {shown(key)}, which is neither a vertex nor a pair (face, corner).",
                 code="bad pins",
-            ) from None
+            )
         if face is None:
             by_vertex[corner] = place
         elif 0 <= face < len(faces) and 0 <= corner < 3:
@@ -59,25 +56,27 @@ def pins_to_corners(
             targets.append(place)
         else:
             raise InvalidInput(
-                f"{name} names corner {corner} of face {face}, which does not exist.",
+                f"{name} names corner {shown(corner)} of face {shown(face)}, which does not exist.",
                 code="bad pins",
             )
     if by_vertex:
         flat = faces.reshape(-1)
         missing = set(by_vertex) - set(np.unique(flat).tolist())
         if missing:
+            largest = int(flat.max(initial=-1))  # beyond it, nobody here knows whether they exist
             raise InvalidInput(
-                f"{name} names vertex {min(missing)}, which belongs to no face.",
+                f"{name} names vertex {shown(min(missing))}, which belongs to no face.",
                 code="bad pins",
                 kind="vertex",
-                elements=sorted(missing)[:1000],
+                elements=[v for v in sorted(missing) if 0 <= v <= largest][:1000],
             )
-        for corner in np.flatnonzero(np.isin(flat, list(by_vertex))):
-            corners.append(int(corner))
-            targets.append(by_vertex[int(flat[corner])])
+        for found in np.flatnonzero(np.isin(flat, list(by_vertex))).tolist():
+            corners.append(found)
+            targets.append(by_vertex[int(flat[found])])
     return as_indices(corners, name), as_floats(targets, name, 2)
 
 
+@ours_only
 def start_certify(
     vertices: Any,
     faces: Any,
@@ -101,7 +100,8 @@ def start_certify(
     face_array = as_indices(faces, "faces", 3)
     pin_corners, pin_uv = pins_to_corners(pins, face_array)
     cone_angles = as_vertex_map(cones, "cones", "angle")
-    positions, exponent = as_vertices(vertices)
+    positions = as_vertices(vertices, face_array)
+    corner_uv = as_corner_uv(uv, "uv", len(face_array))
     parent_parts = None
     if parent is not None:
         if not isinstance(parent, (tuple, list)) or len(parent) != 5:
@@ -110,26 +110,27 @@ def start_certify(
                 "the input mesh and the map's provenance arrays.",
                 code="bad option",
             )
+        parent_faces = as_indices(parent[1], "parent faces", 3)
         parent_parts = (
-            in_unit(as_floats(parent[0], "parent vertices", 3), exponent),
-            as_indices(parent[1], "parent faces", 3),
+            as_vertices(parent[0], parent_faces, "parent vertices", positions.exponent).scaled,
+            parent_faces,
             as_indices(parent[2], "parent_face"),
             as_indices(parent[3], "vertex_parent"),
             as_floats(parent[4], "vertex_barycentric", 3),
         )
     native = _native.certify(
-        positions,
+        positions.scaled,
         face_array,
-        as_corner_uv(uv, "uv", len(face_array)),
+        corner_uv,
         pin_corners,
         pin_uv,
         as_indices(list(cone_angles), "cones"),
-        as_floats(list(cone_angles.values()), "cones"),
+        as_floats([as_number(a, f"cones[{v}]") for v, a in cone_angles.items()], "cones"),
         parent_parts,
         as_flag(bijective, "bijective"),
         as_flag(disjoint, "disjoint"),
         as_flag(seamless, "seamless"),
-        as_count(threads, "threads", 1),
+        as_threads(threads),
     )
     return Job(native, certificate_from)
 

@@ -12,8 +12,8 @@ import numpy.typing as npt
 from . import _native
 from .arrays import as_floats, as_indices, as_lengths, as_vertices
 from .errors import InvalidInput
-from .job import Job, Progress, run
-from .options import as_choice, as_count, as_flag, as_positive, as_seconds
+from .job import Job, Progress, ours_only, run
+from .options import as_choice, as_count, as_flag, as_positive, as_seconds, as_threads, shown
 
 #: What ``precision`` may be.
 LEAST_BITS, MOST_BITS = 53, 4096
@@ -91,14 +91,15 @@ def precision_bits(precision: int | str) -> int:
     if isinstance(precision, str) and precision == "auto":
         return 0
     try:
-        return as_count(precision, "precision", LEAST_BITS)
+        return as_count(precision, "precision", LEAST_BITS, MOST_BITS)
     except InvalidInput:
         raise InvalidInput(
-            f"precision must be 'auto' or {LEAST_BITS} to {MOST_BITS} mantissa bits, not {precision!r}.",
+            f"precision must be 'auto' or {LEAST_BITS} to {MOST_BITS} mantissa bits, not {shown(precision)}.",
             code="bad option",
         ) from None
 
 
+@ours_only
 def start_conformal_metric(
     vertices: Any,
     faces: Any,
@@ -116,12 +117,14 @@ def start_conformal_metric(
     """As :func:`conformal_metric`, at once, on a thread."""
     bits = precision_bits(precision)
     edge_lengths = None
-    positions, exponent = as_vertices(vertices)
+    face_array = as_indices(faces, "faces", 3)
+    positions = as_vertices(vertices, face_array)
+    exponent = positions.exponent
     if lengths is not None:
         edge_lengths, exponent = as_lengths(lengths)
     native = _native.conformal_metric(
-        positions,
-        as_indices(faces, "faces", 3),
+        positions.scaled,
+        face_array,
         as_floats(target_angles, "target_angles"),
         as_positive(tolerance, "tolerance"),
         bits,
@@ -130,7 +133,7 @@ def start_conformal_metric(
         as_flag(require_convergence, "require_convergence"),
         as_choice(intrinsic_refinement, "intrinsic_refinement", REFINEMENT_CHOICES),
         edge_lengths,
-        as_count(threads, "threads", 1),
+        as_threads(threads),
     )
     return Job(native, partial(metric_from, exponent=exponent))
 

@@ -6,33 +6,34 @@ from functools import partial
 from typing import Any
 
 from . import _native
-from .arrays import as_floats, as_indices, as_lengths, as_vertices
+from .arrays import Positions, as_floats, as_indices, as_lengths, as_vertices
 from .conformal import REFINEMENT_CHOICES, metric_from, precision_bits
 from .errors import InvalidInput, NotConverged
-from .job import Job, Progress, run
-from .options import as_choice, as_count, as_positive, as_seconds
+from .job import Job, Progress, ours_only, run
+from .options import as_choice, as_flag, as_positive, as_seconds, as_threads, shown
 from .results import Parametrization, parametrization_from
 
-_REFINEMENT = {"auto": "auto", True: "never", False: "full"}
 
-
-def _result_from(data: dict[str, Any], exponent: int, metric_exponent: int) -> Parametrization:
+def _result_from(
+    data: dict[str, Any], positions: Positions, metric_exponent: int
+) -> Parametrization:
     error = data["error"]
     if error is None:
-        parametrization = parametrization_from(data["map"], exponent)
+        parametrization = parametrization_from(data["map"], positions)
         parametrization.stats.update(data["figures"])
         return parametrization
     failure = NotConverged(
         error["message"], code=error["code"], kind=error["kind"], elements=error["elements"]
     )
     if len(data["map"]["faces"]):
-        best = parametrization_from(data["map"], exponent)
+        best = parametrization_from(data["map"], positions)
         failure.parametrization = best
         failure.certificate = best.certificate
     failure.metric = metric_from(data["metric"], metric_exponent)
     raise failure
 
 
+@ours_only
 def start_conformal(
     vertices: Any,
     faces: Any,
@@ -49,20 +50,24 @@ def start_conformal(
     threads: int = 2,
 ) -> Job[Parametrization]:
     """As :func:`conformal`, at once, on a thread."""
-    try:
-        refinement = _REFINEMENT[original_triangles]
-    except (KeyError, TypeError):
-        raise InvalidInput(
-            f"original_triangles must be 'auto', True or False, not {original_triangles!r}.",
-            code="bad option",
-        ) from None
-    positions, exponent = as_vertices(vertices)
-    edge_lengths, metric_exponent = None, exponent
+    if isinstance(original_triangles, str) and original_triangles == "auto":
+        refinement = "auto"
+    else:
+        try:
+            refinement = "never" if as_flag(original_triangles, "original_triangles") else "full"
+        except InvalidInput:
+            raise InvalidInput(
+                f"original_triangles must be 'auto', True or False, not {shown(original_triangles)}.",
+                code="bad option",
+            ) from None
+    face_array = as_indices(faces, "faces", 3)
+    positions = as_vertices(vertices, face_array)
+    edge_lengths, metric_exponent = None, positions.exponent
     if lengths is not None:
         edge_lengths, metric_exponent = as_lengths(lengths)
     native = _native.conformal(
-        positions,
-        as_indices(faces, "faces", 3),
+        positions.scaled,
+        face_array,
         as_floats(target_angles, "target_angles"),
         as_indices([] if cuts is None else cuts, "cuts", 2),
         as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
@@ -72,9 +77,9 @@ def start_conformal(
         refinement,
         as_choice(intrinsic_refinement, "intrinsic_refinement", REFINEMENT_CHOICES),
         edge_lengths,
-        as_count(threads, "threads", 1),
+        as_threads(threads),
     )
-    return Job(native, partial(_result_from, exponent=exponent, metric_exponent=metric_exponent))
+    return Job(native, partial(_result_from, positions=positions, metric_exponent=metric_exponent))
 
 
 def conformal(

@@ -7,8 +7,8 @@ from typing import Any
 
 from . import _native
 from .arrays import as_floats, as_indices, as_places, as_vertices
-from .job import Job, Progress, run
-from .options import as_choice, as_count, as_flag, as_positive, as_seconds
+from .job import Job, Progress, ours_only, run
+from .options import as_choice, as_count, as_flag, as_positive, as_seconds, as_threads
 from .results import Parametrization, parametrization_from
 
 SHAPES = ("circle", "square", "triangle")
@@ -16,6 +16,7 @@ STARTS = ("tutte", "nothing")
 METHODS = ("ladder", "schnyder", "progressive", "tutte")
 
 
+@ours_only
 def start_embed(
     vertices: Any,
     faces: Any,
@@ -38,10 +39,11 @@ def start_embed(
         shape = as_choice(boundary, "boundary", SHAPES, ", or an array of positions")
     else:
         polygon = as_places(boundary, "boundary")
-    positions, exponent = as_vertices(vertices)
+    face_array = as_indices(faces, "faces", 3)
+    positions = as_vertices(vertices, face_array)
     native = _native.embed(
-        positions,
-        as_indices(faces, "faces", 3),
+        positions.scaled,
+        face_array,
         shape,
         polygon,
         [] if boundary_loop is None else as_indices(boundary_loop, "boundary_loop").tolist(),
@@ -53,9 +55,9 @@ def start_embed(
         as_count(iterations, "iterations"),
         as_positive(tolerance, "tolerance"),
         as_seconds(max_seconds, "max_seconds"),
-        as_count(threads, "threads", 1),
+        as_threads(threads),
     )
-    return Job(native, partial(parametrization_from, exponent=exponent))
+    return Job(native, partial(parametrization_from, positions=positions))
 
 
 def embed(

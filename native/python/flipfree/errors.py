@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .conformal import ConformalMetric
@@ -18,6 +18,7 @@ class FlipfreeError(Exception):
         kind: ``"vertex"``, ``"edge"``, ``"face"``, ``"corner"`` or ``"none"``: what ``elements`` counts.
         elements: ids of the elements at fault (edges as consecutive vertex pairs), at most 1000.
         certificate: the best certificate that was reached, where there is one.
+        witness: of Infeasible: ``{"rule": name, ...}``, the numbers that prove it, see docs/errors.md; else empty.
     """
 
     def __init__(
@@ -28,12 +29,14 @@ class FlipfreeError(Exception):
         kind: str = "none",
         elements: Sequence[int] = (),
         certificate: Certificate | None = None,
+        witness: Mapping[str, Any] | None = None,
     ) -> None:
         super().__init__(message)
         self.code = code
         self.kind = kind
         self.elements = list(elements)
         self.certificate = certificate
+        self.witness = dict(witness or {})
 
 
 class InvalidInput(FlipfreeError, ValueError):

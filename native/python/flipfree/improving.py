@@ -9,11 +9,12 @@ from . import _native
 from .arrays import as_corner_uv, as_indices, as_vertices, refuse_beyond_storage
 from .certification import Pins, pins_to_corners
 from .errors import InvalidInput
-from .job import Job, Progress, run
-from .options import as_count, as_flag, as_positive, as_seconds
+from .job import Job, Progress, ours_only, run
+from .options import as_count, as_flag, as_positive, as_seconds, as_threads
 from .results import Parametrization, parametrization_from
 
 
+@ours_only
 def start_improve(
     map_or_arrays: Any,
     *,
@@ -31,7 +32,7 @@ def start_improve(
     else:
         try:
             vertices, faces, uv = map_or_arrays
-        except (TypeError, ValueError):
+        except Exception:  # it has another number of parts, or none
             raise InvalidInput(
                 "improve takes a Parametrization or (vertices, faces, uv).",
                 code="array of the wrong shape",
@@ -40,9 +41,9 @@ def start_improve(
     pin_corners, pin_uv = pins_to_corners(pins, face_array)
     corner_uv = as_corner_uv(uv, "uv", len(face_array))
     refuse_beyond_storage(corner_uv, "uv")
-    positions, exponent = as_vertices(vertices)
+    positions = as_vertices(vertices, face_array)
     native = _native.improve(
-        positions,
+        positions.scaled,
         face_array,
         corner_uv,
         pin_corners,
@@ -51,9 +52,9 @@ def start_improve(
         as_count(iterations, "iterations"),
         as_positive(tolerance, "tolerance"),
         as_seconds(max_seconds, "max_seconds"),
-        as_count(threads, "threads", 1),
+        as_threads(threads),
     )
-    return Job(native, partial(parametrization_from, exponent=exponent))
+    return Job(native, partial(parametrization_from, positions=positions))
 
 
 def improve(

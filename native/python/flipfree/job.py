@@ -7,15 +7,50 @@ The solver thread touches neither Python nor the caller's arrays (they are copie
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Generic, TypeVar
+from functools import wraps
+from typing import Any, Generic, NoReturn, ParamSpec, TypeVar
 
 from .errors import Cancelled, FlipfreeError, InvalidInput, NotConverged
+from .options import real_number, shown
 
 Result = TypeVar("Result")
+Arguments = ParamSpec("Arguments")
 Progress = Callable[[str, float], bool | None]
 
 #: Seconds between two calls of a progress function.
 POLL_SECONDS = 0.05
+
+
+#: The longest time that Job.wait waits at once.
+LONGEST_WAIT = 1e6
+
+
+def _raise_ours(error: Exception) -> NoReturn:
+    """Raises what is no error of the caller's as one of the package's exceptions."""
+    if isinstance(error, FlipfreeError):
+        raise error
+    if isinstance(error, MemoryError):
+        raise NotConverged(
+            "Not enough memory for this mesh. Split it, or close other programs.",
+            code="out of memory",
+        ) from None
+    raise NotConverged(
+        f"The solver met an error of its own: {error}. Please report this mesh.",
+        code="internal error",
+    ) from error
+
+
+def ours_only(start: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+    """``start``, from which no other exceptions come than the package's."""
+
+    @wraps(start)
+    def guarded(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
+        try:
+            return start(*args, **kwargs)
+        except Exception as error:
+            _raise_ours(error)
+
+    return guarded
 
 
 class Job(Generic[Result]):
@@ -24,10 +59,16 @@ class Job(Generic[Result]):
     def __init__(self, native: Any, convert: Callable[[Any], Result]) -> None:
         self._native = native
         self._convert = convert
+        self._collected = False
 
     def wait(self, seconds: float) -> bool:
         """Waits up to ``seconds``, without the GIL; True when the call has ended, well or badly."""
-        ended: bool = self._native.wait(seconds)
+        number = real_number(seconds)
+        if number is None or number != number:
+            raise InvalidInput(
+                f"seconds must be a number, not {shown(seconds)}.", code="bad option"
+            )
+        ended: bool = self._native.wait(min(max(number, 0.0), LONGEST_WAIT))
         return ended
 
     def progress(self) -> tuple[str, float]:
@@ -46,21 +87,18 @@ class Job(Generic[Result]):
         self._native.accept()
 
     def result(self) -> Result:
-        """Waits for the end; the result, or the solver's exception. Call it once."""
+        """Waits for the end; the result, once, or the solver's exception."""
+        if self._collected:
+            raise InvalidInput(
+                "The result of this job was already collected. Keep it, it is not held here.",
+                code="bad option",
+            )
         try:
-            return self._convert(self._native.result())
-        except FlipfreeError:
-            raise
-        except MemoryError:
-            raise NotConverged(
-                "Not enough memory for this mesh. Split it, or close other programs.",
-                code="out of memory",
-            ) from None
+            result = self._convert(self._native.result())
         except Exception as error:
-            raise NotConverged(
-                f"The solver met an error of its own: {error}. Please report this mesh.",
-                code="internal error",
-            ) from error
+            _raise_ours(error)
+        self._collected = True
+        return result
 
 
 def run(job: Job[Result], progress: Progress | None = None) -> Result:
@@ -71,12 +109,17 @@ def run(job: Job[Result], progress: Progress | None = None) -> Result:
 
     def stops(stage: str, fraction: float) -> bool:
         answer = None if progress is None else progress(stage, fraction)
-        return answer is not None and not answer
+        try:
+            return answer is not None and not answer
+        except Exception:  # such as an array's, whose truth is ambiguous
+            raise InvalidInput(
+                f"progress must return None, True or False, not {shown(answer)}.", code="bad option"
+            ) from None
 
     if progress is not None and not callable(progress):
         job.cancel()
         raise InvalidInput(
-            f"progress must be a function of (stage, fraction), not {progress!r}.",
+            f"progress must be a function of (stage, fraction), not {shown(progress)}.",
             code="bad option",
         )
     try:

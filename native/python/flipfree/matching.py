@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _native
-from .arrays import as_indices, as_places, as_vertex_map, as_vertices
+from .arrays import as_floats, as_indices, as_list, as_place, as_places, as_vertex_map, as_vertices
 from .errors import InvalidInput
-from .job import Job, Progress, run
-from .options import as_choice, as_count, as_flag, as_seconds
+from .job import Job, Progress, ours_only, run
+from .options import as_choice, as_count, as_flag, as_seconds, as_threads, shown
 from .results import Parametrization, parametrization_from
 
 Points = Mapping[int, tuple[float, float]]
@@ -25,8 +25,10 @@ ENGINES = ("auto", "first try", "outline", "overlay", "arms", "matchmaker")
 
 def _lines(lines: Lines | None) -> list[tuple[npt.NDArray[np.int32], npt.NDArray[np.float64]]]:
     result = []
-    for i, line in enumerate(() if lines is None else _listed(lines, "lines")):
-        pair = _listed(line, f"lines[{i}]")
+    for i, line in enumerate(
+        () if lines is None else as_list(lines, "lines", "a list of pairs (vertices, polyline)")
+    ):
+        pair = as_list(line, f"lines[{i}]", "a pair (vertices, polyline)")
         if len(pair) != 2:
             raise InvalidInput(
                 f"lines[{i}] must be a pair (vertices, polyline).", code="array of the wrong shape"
@@ -35,18 +37,7 @@ def _lines(lines: Lines | None) -> list[tuple[npt.NDArray[np.int32], npt.NDArray
     return result
 
 
-def _listed(values: Any, name: str) -> list[Any]:
-    try:
-        return list(values)
-    except TypeError:
-        raise InvalidInput(
-            f"{name} must be a list of pairs (vertices, polyline), not {values!r}."
-            if name == "lines"
-            else f"{name} must be a pair (vertices, polyline), not {values!r}.",
-            code="array of the wrong shape",
-        ) from None
-
-
+@ours_only
 def start_match(
     vertices: Any,
     faces: Any,
@@ -66,21 +57,22 @@ def start_match(
 ) -> Job[Parametrization]:
     """As :func:`match`, at once, on a thread."""
     pins = as_vertex_map(points, "points", "(u, v)")
-    targets = as_places(list(pins.values()), "points")
+    targets = [as_place(value, f"points[{shown(v)}]") for v, value in pins.items()]
     native_paths = []
     for vertex, path in as_vertex_map(paths, "paths", "[vertices to the boundary]").items():
-        chain = as_indices(path, f"paths[{vertex}]")
+        chain = as_indices(path, f"paths[{shown(vertex)}]")
         if len(chain) == 0 or chain[0] != vertex:
-            chain = np.concatenate([np.array([vertex], dtype=np.int32), chain])
+            chain = np.concatenate([as_indices([vertex], "paths"), chain])
         native_paths.append(chain)
     if boundary_uv is None and boundary_loop is not None:
         raise InvalidInput("boundary_loop is given without boundary_uv.", code="bad boundary")
-    positions, exponent = as_vertices(vertices)
+    face_array = as_indices(faces, "faces", 3)
+    positions = as_vertices(vertices, face_array)
     native = _native.match(
-        positions,
-        as_indices(faces, "faces", 3),
+        positions.scaled,
+        face_array,
         as_indices(list(pins), "points"),
-        targets,
+        as_floats(targets, "points", 2),
         _lines(lines),
         as_indices([] if boundary_loop is None else boundary_loop, "boundary_loop"),
         as_places([] if boundary_uv is None else boundary_uv, "boundary_uv"),
@@ -91,9 +83,9 @@ def start_match(
         as_count(iterations, "iterations"),
         as_choice(engine, "engine", ENGINES),
         as_seconds(max_seconds, "max_seconds"),
-        as_count(threads, "threads", 1),
+        as_threads(threads),
     )
-    return Job(native, partial(parametrization_from, exponent=exponent))
+    return Job(native, partial(parametrization_from, positions=positions))
 
 
 def match(

@@ -6,15 +6,15 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from . import _native
-from .arrays import as_corner_uv, as_indices, as_vertices
-from .job import Job, Progress, run
-from .options import as_count, as_flag, as_margin, as_positive
+from .arrays import Positions, as_corner_uv, as_indices, as_triangles, as_vertices
+from .job import Job, Progress, ours_only, run
+from .options import as_flag, as_margin, as_positive, as_threads
 from .results import Parametrization, parametrization_from
 
 
+@ours_only
 def start_pack(
     vertices: Any,
     faces: Any,
@@ -32,9 +32,9 @@ def start_pack(
 ) -> Job[Parametrization]:
     """As :func:`pack`, at once, on a thread."""
     face_array = as_indices(faces, "faces", 3)
-    positions, exponent = as_vertices(vertices)
+    positions = as_vertices(vertices, face_array)
     native = _native.pack(
-        positions,
+        positions.scaled,
         face_array,
         as_corner_uv(uv, "uv", len(face_array)),
         as_margin(margin),
@@ -42,26 +42,19 @@ def start_pack(
         as_flag(scale_true, "scale_true"),
         as_flag(keep_bijective, "keep_bijective"),
         as_indices([] if unmoved is None else unmoved, "unmoved"),
-        _as_triangles([] if obstacles is None else obstacles),
-        0.0 if density is None else _times_power(as_positive(density, "density"), exponent),
+        as_triangles([] if obstacles is None else obstacles, "obstacles"),
+        0.0
+        if density is None
+        else _times_power(as_positive(density, "density"), positions.exponent),
         None if place_like is None else as_corner_uv(place_like, "place_like", len(face_array)),
-        as_count(threads, "threads", 1),
+        as_threads(threads),
     )
-    return Job(native, partial(_packed_from, exponent=exponent))
+    return Job(native, partial(_packed_from, positions=positions))
 
 
-def _as_triangles(obstacles: Any) -> npt.NDArray[np.float64]:
-    """``obstacles`` as (3 k, 2)."""
-    try:
-        count = len(obstacles)
-    except TypeError:
-        count = 1  # no array: the check below says so
-    return as_corner_uv(np.zeros((0, 3, 2)) if count == 0 else obstacles, "obstacles", count)
-
-
-def _packed_from(data: dict[str, Any], exponent: int) -> Parametrization:
-    packed = parametrization_from(data, exponent)
-    packed.stats["density"] = _times_power(packed.stats["density"], -exponent)
+def _packed_from(data: dict[str, Any], positions: Positions) -> Parametrization:
+    packed = parametrization_from(data, positions)
+    packed.stats["density"] = _times_power(packed.stats["density"], -positions.exponent)
     return packed
 
 

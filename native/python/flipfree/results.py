@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .arrays import in_unit
+from .arrays import Positions
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -76,23 +76,26 @@ class Transitions:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Parametrization:
-    """A map to the plane.
+    """A map to the plane. Its arrays are read-only: they are what was certified.
 
     Attributes:
         vertices: (n', 3), the input's n vertices first.
         faces: (m', 3).
-        uv: (m', 3, 2), one per face corner.
+        uv: (m', 3, 2), one per face corner. Rounded to the nearest 32-bit floats these are ``uv32()``, what is stored.
+        uv64: (m', 3, 2), the solver's own values. Where rounding them would fold a triangle, the stored ones were
+            chosen otherwise, and ``uv`` follows these: there it has the stored values instead. Elsewhere both are the same.
         parent_face: (m',), the input face that contains each face.
         vertex_parent, vertex_barycentric: (n',), (n', 3), where each vertex lies on the input.
         cut_edges: (s, 2), vertex pairs along which the map is cut.
         transitions: per cut edge, empty where the map is not seamless.
-        certificate: measured on ``uv`` and ``uv32()``.
+        certificate: measured on ``uv64`` and ``uv32()``; ``uv`` passes it too.
         stats: seconds per stage, iterations, added vertices, energy.
     """
 
     vertices: FloatArray
     faces: IntArray
     uv: FloatArray
+    uv64: FloatArray
     parent_face: IntArray
     vertex_parent: IntArray
     vertex_barycentric: FloatArray
@@ -105,24 +108,43 @@ class Parametrization:
     def __repr__(self) -> str:
         return (
             f"<Parametrization: {len(self.vertices)} vertices, {len(self.faces)} faces, "
-            f"{len(self.cut_edges)} cut edges; {str(self.certificate).splitlines()[0]}>"
+            f"{len(self.cut_edges)} cut edges; {str(self.certificate).splitlines()[0]}; "
+            "uv rounds to uv32()>"
         )
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)  # copies and pickles forget that arrays are read-only
+        for value in state.values():
+            if isinstance(value, np.ndarray):
+                frozen(value)
+        for array in (self.transitions.quarter_turns, self.transitions.translation):
+            frozen(array)
+
     def uv32(self) -> npt.NDArray[np.float32]:
-        """The (m', 3, 2) values that Blender stores; the certificate was measured on them."""
+        """The (m', 3, 2) values that Blender stores: ``uv`` rounded to nearest. A copy."""
         return self._uv32.copy()
 
 
+def frozen(array: Any) -> Any:
+    """``array``, read-only from now on."""
+    array.flags.writeable = False
+    return array
+
+
 def certificate_from(data: dict[str, Any]) -> Certificate:
-    return Certificate(**data)
+    return Certificate(**{**data, "failed_faces": frozen(data["failed_faces"])})
 
 
-def parametrization_from(data: dict[str, Any], exponent: int = 0) -> Parametrization:
-    """The dataclass from what the compiled module returns for vertices in units of 2 to the exponent."""
+def parametrization_from(data: dict[str, Any], positions: Positions) -> Parametrization:
+    """The dataclass from what the compiled module returns for the scaled vertices of ``positions``."""
     data = dict(data)
-    data["vertices"] = in_unit(data["vertices"], -exponent)
-    transitions = Transitions(data.pop("transition_turns"), data.pop("transition_translations"))
-    certificate = certificate_from(data.pop("certificate"))
-    return Parametrization(
-        transitions=transitions, certificate=certificate, _uv32=data.pop("uv32"), **data
+    data["vertices"] = positions.restored(data["vertices"])
+    data["_uv32"] = data.pop("uv32")
+    for value in data.values():
+        if isinstance(value, np.ndarray):
+            frozen(value)
+    transitions = Transitions(
+        frozen(data.pop("transition_turns")), frozen(data.pop("transition_translations"))
     )
+    certificate = certificate_from(data.pop("certificate"))
+    return Parametrization(transitions=transitions, certificate=certificate, **data)

@@ -11,8 +11,8 @@ import numpy.typing as npt
 from . import _native
 from .arrays import as_floats, as_indices, as_vertex_map, as_vertices
 from .errors import InvalidInput
-from .job import Job, Progress, run
-from .options import as_choice, as_count, as_flag, as_number
+from .job import Job, Progress, ours_only, run
+from .options import as_choice, as_count, as_flag, as_number, as_threads
 
 BOUNDARIES = ("free", "straight", "circle")
 
@@ -38,6 +38,7 @@ def _suggestion(data: tuple[FloatArray, npt.NDArray[np.int32], float, bool]) -> 
     return angles
 
 
+@ours_only
 def start_suggest_cones(
     vertices: Any,
     faces: Any,
@@ -56,15 +57,16 @@ def start_suggest_cones(
         raise InvalidInput(
             f"least_angle must lie in (0, 2 pi), not {least_angle}.", code="bad option"
         )
-    positions, _ = as_vertices(vertices)
+    face_array = as_indices(faces, "faces", 3)
+    positions = as_vertices(vertices, face_array)
     native = _native.suggest_cones(
-        positions,
-        as_indices(faces, "faces", 3),
+        positions.scaled,
+        face_array,
         bound,
         as_count(max_cones, "max_cones", 1),
         np.pi / 2 if as_flag(quarter_turns, "quarter_turns") else 0.0,
         least_angle,
-        as_count(threads, "threads", 1),
+        as_threads(threads),
     )
     return Job(native, _suggestion)
 
@@ -108,6 +110,7 @@ def suggest_cones(
     return run(job, progress)
 
 
+@ours_only
 def start_boundary_angles(
     vertices: Any,
     faces: Any,
@@ -119,15 +122,16 @@ def start_boundary_angles(
 ) -> Job[FloatArray]:
     """As :func:`boundary_angles`, at once, on a thread."""
     cone_angles = as_vertex_map(cones, "cones", "angle")
-    positions, _ = as_vertices(vertices)
+    face_array = as_indices(faces, "faces", 3)
+    positions = as_vertices(vertices, face_array)
     native = _native.boundary_angles(
-        positions,
-        as_indices(faces, "faces", 3),
+        positions.scaled,
+        face_array,
         as_choice(boundary, "boundary", BOUNDARIES),
         as_indices(list(cone_angles), "cones"),
-        as_floats(list(cone_angles.values()), "cones"),
+        as_floats([as_number(a, f"cones[{v}]") for v, a in cone_angles.items()], "cones"),
         as_indices([] if corners is None else corners, "corners"),
-        as_count(threads, "threads", 1),
+        as_threads(threads),
     )
     return Job(native, np.asarray)
 

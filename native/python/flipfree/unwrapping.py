@@ -8,11 +8,12 @@ from typing import Any
 from . import _native
 from .arrays import as_corner_uv, as_indices, as_vertices
 from .certification import Pins, pins_to_corners
-from .job import Job, Progress, run
-from .options import as_count, as_flag, as_margin, as_positive, as_seconds
+from .job import Job, Progress, ours_only, run
+from .options import as_count, as_flag, as_margin, as_positive, as_seconds, as_threads
 from .results import Parametrization, parametrization_from
 
 
+@ours_only
 def start_unwrap(
     vertices: Any,
     faces: Any,
@@ -36,9 +37,9 @@ def start_unwrap(
     reference = (
         None if place_like is None else as_corner_uv(place_like, "place_like", len(face_array))
     )
-    positions, exponent = as_vertices(vertices)
+    positions = as_vertices(vertices, face_array)
     native = _native.unwrap(
-        positions,
+        positions.scaled,
         face_array,
         as_indices([] if cuts is None else cuts, "cuts", 2),
         as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
@@ -52,9 +53,9 @@ def start_unwrap(
         as_margin(margin),
         reference,
         as_seconds(max_seconds, "max_seconds"),
-        as_count(threads, "threads", 1),
+        as_threads(threads),
     )
-    return Job(native, partial(parametrization_from, exponent=exponent))
+    return Job(native, partial(parametrization_from, positions=positions))
 
 
 def unwrap(

@@ -143,11 +143,14 @@ TEST(Match, ContradictionsNameTheVertices) {
   const auto expect_contradiction = [&](const MatchRequest& request, ErrorCode code,
                                         std::vector<Index> named) {
     ExecutionContext context;
+    MatchOptions options;
+    options.bijective = true;
     try {
-      match(surface, request, {}, context);
+      match(surface, request, options, context);
       FAIL() << "accepted";
     } catch (const Infeasible& failure) {
       EXPECT_EQ(failure.error().code, code) << failure.what();
+      EXPECT_FALSE(failure.error().witness.rule.empty());
       for (const Index v : named) {
         EXPECT_NE(std::find(failure.error().elements.begin(), failure.error().elements.end(), v),
                   failure.error().elements.end());
@@ -157,6 +160,9 @@ TEST(Match, ContradictionsNameTheVertices) {
   MatchRequest same;
   same.points = {{8, {0.5, 0.5}}, {16, {0.5, 0.5}}};
   expect_contradiction(same, ErrorCode::kContradictoryPins, {8, 16});
+  // Two sheets of a map that may overlap itself could have them both: no proof.
+  ExecutionContext context;
+  EXPECT_THROW(match(surface, same, {}, context), NotConverged);
 
   MatchRequest crossing;
   crossing.lines = {{{8, 9}, {{0, 0}, {1, 1}}}, {{22, 23}, {{0, 1}, {1, 0}}}};

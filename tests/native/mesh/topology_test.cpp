@@ -184,6 +184,36 @@ TEST(PlanarCut, avoids_the_diagonals_of_polygons) {
   }
 }
 
+TEST(PlanarCut, passes_through_avoided_vertices_only_where_there_is_no_other_way) {
+  const ExecutionContext context;
+  for (const Surface& surface :
+       {test::torus(9, 7), test::sphere(12, 9), test::tetrahedron(), test::sphere(4, 3)}) {
+    const Adjacency adjacency = adjacency_of(surface);
+    const auto through = [&](const std::vector<char>& avoided) {
+      const EdgeFlags graph = planar_cut(surface, adjacency, context, {}, avoided);
+      const auto charts =
+          split_into_charts(surface.vertices, cut_along(surface.faces, adjacency, graph));
+      EXPECT_EQ(charts.size(), 1U);
+      EXPECT_EQ(topology_of(charts[0].surface).genus(), 0);
+      EXPECT_GE(topology_of(charts[0].surface).boundary_loops, 1);
+      std::vector<int> degree(avoided.size(), 0);
+      for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(graph.size()); ++h)
+        degree[static_cast<std::size_t>(source(surface.faces, h))] +=
+            graph[static_cast<std::size_t>(h)];
+      int crossed = 0;
+      for (std::size_t v = 0; v < avoided.size(); ++v) crossed += avoided[v] && degree[v] > 1;
+      return crossed;
+    };
+    const auto vertices = static_cast<std::size_t>(surface.vertices.rows());
+    for (std::size_t v = 0; v < vertices; ++v) {
+      std::vector<char> avoided(vertices, 0);
+      avoided[v] = 1;
+      EXPECT_EQ(through(avoided), 0) << "vertex " << v << " of " << vertices;
+    }
+    EXPECT_GT(through(std::vector<char>(vertices, 1)), 0);
+  }
+}
+
 TEST(PlanarCut, leaves_planar_surfaces_alone) {
   const ExecutionContext context;
   const Surface surface = test::cylinder(8, 3);

@@ -1,0 +1,27 @@
+#include "flipfree/mesh/own_unit.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+
+namespace flipfree {
+
+InOwnUnit::InOwnUnit(const Surface& surface) : given_(surface) {
+  Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
+  Vector3 high = -low;
+  for (const VertexId v : surface.faces.reshaped()) {
+    low = low.cwiseMin(surface.vertices.row(v).transpose());
+    high = high.cwiseMax(surface.vertices.row(v).transpose());
+  }
+  // Halves first: the difference of two huge coordinates may not be finite.
+  const double size = (0.5 * high - 0.5 * low).maxCoeff();
+  if (!(size > 0.0) || !std::isfinite(size)) return;
+  int exponent = 0;
+  std::frexp(size, &exponent);
+  if (std::abs(exponent) <= kOrdinaryExponent) return;
+  unit_ = std::ldexp(1.0, exponent);
+  scaled_ = surface;
+  for (double& x : scaled_->vertices.reshaped()) x = std::ldexp(x, -exponent);
+}
+
+}  // namespace flipfree

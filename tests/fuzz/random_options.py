@@ -1,0 +1,213 @@
+"""Random arguments for every parameter of the package's functions, most of them sensible."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+import flipfree as ff
+from flipfree.matching import ENGINES
+
+from hostile_values import FUNCTIONS, VALUES
+from random_meshes import Mesh
+
+Random = np.random.Generator
+HOSTILE = list(VALUES.values())
+
+
+def edges(mesh: Mesh, random: Random) -> Any:
+    if len(mesh.faces) == 0:
+        return []
+    pick = random.integers(len(mesh.faces), size=random.integers(0, 8))
+    corner = random.integers(3, size=len(pick))
+    pairs = np.stack([mesh.faces[pick, corner], mesh.faces[pick, (corner + 1) % 3]], -1)
+    return pairs if random.random() < 0.95 else random.integers(0, len(mesh.vertices), (2, 2))
+
+
+def vertices_of(mesh: Mesh, random: Random, most: int = 5) -> list[int]:
+    count = min(int(random.integers(0, most)), len(mesh.vertices))
+    return [int(v) for v in random.choice(len(mesh.vertices), count, replace=False)]
+
+
+def place(random: Random) -> tuple[float, float]:
+    if random.random() < 0.3:
+        return tuple(map(float, random.integers(-1, 2, 2)))  # these meet each other
+    size = 1.0 if random.random() < 0.9 else 10.0 ** random.integers(-40, 39)
+    return tuple(map(float, random.normal(size=2) * size))
+
+
+def pins(mesh: Mesh, random: Random) -> Any:
+    if random.random() < 0.15 and len(mesh.faces):
+        return {(int(random.integers(len(mesh.faces))), int(random.integers(3))): place(random)}
+    return {v: place(random) for v in vertices_of(mesh, random)}
+
+
+def lines(mesh: Mesh, random: Random) -> Any:
+    if random.random() < 0.5 or len(mesh.faces) == 0:
+        return None
+    face = mesh.faces[random.integers(len(mesh.faces))]
+    count = int(random.integers(1, 4))
+    return [([int(v) for v in face[:count]], [place(random) for _ in range(random.integers(1, 5))])]
+
+
+def loop_of(mesh: Mesh) -> list[int]:
+    """One boundary loop, surface on the left."""
+    halfedges = {(int(f[k]), int(f[(k + 1) % 3])) for f in mesh.faces for k in range(3)}
+    after = {a: b for a, b in halfedges if (b, a) not in halfedges}
+    loop = [min(after)] if after else []
+    while loop and after.get(loop[-1], loop[0]) != loop[0] and len(loop) <= len(after):
+        loop.append(after[loop[-1]])
+    return loop
+
+
+def polygon(mesh: Mesh, random: Random) -> Any:
+    """For the boundary: round, a line now and then, or scattered."""
+    count = len(loop_of(mesh)) + int(random.random() < 0.05)
+    angle = np.sort(random.uniform(0, 2 * np.pi, count))
+    if random.random() < 0.5:
+        angle = 2 * np.pi * np.arange(count) / max(count, 1)
+    points = np.stack([np.cos(angle), np.sin(angle)], -1) * 10.0 ** random.integers(-3, 4)
+    if random.random() < 0.2:
+        points = random.normal(size=(count, 2))
+    return np.round(points, 2) if random.random() < 0.3 else points
+
+
+def corner_uv(mesh: Mesh, random: Random) -> Any:
+    """The map of an unwrap, a projection, a scatter: with and without folds."""
+    kind = random.random()
+    if kind < 0.6:
+        try:
+            return ff.unwrap(mesh.vertices, mesh.faces, iterations=3, max_seconds=1.0).uv64
+        except ff.FlipfreeError:
+            pass
+    try:
+        projected = np.array(mesh.vertices)[mesh.faces][:, :, :2]
+    except IndexError:
+        projected = np.zeros((len(mesh.faces), 3, 2))
+    return projected if kind < 0.9 else random.normal(size=projected.shape)
+
+
+def angles(mesh: Mesh, random: Random) -> Any:
+    """What adds up, from the package itself; or all alike; or scattered."""
+    kind = random.random()
+    if kind < 0.7:
+        try:
+            boundary = ("free", "straight")[random.integers(2)]
+            return ff.boundary_angles(mesh.vertices, mesh.faces, boundary)
+        except ff.FlipfreeError:
+            pass
+    count = len(mesh.vertices)
+    share = np.pi * len(mesh.faces) / max(count, 1)
+    if kind < 0.9:
+        return np.full(count, share)
+    return share * np.exp(random.normal(size=count) * random.integers(0, 4))
+
+
+def lengths(mesh: Mesh, random: Random) -> Any:
+    if random.random() < 0.7:
+        return None
+    return np.exp(random.normal(size=mesh.faces.shape) * random.choice([0.0, 0.1, 1.0]))
+
+
+def parent(mesh: Mesh, _random: Random) -> Any:
+    vertex_parent = np.zeros(len(mesh.vertices), int)
+    barycentric = np.zeros((len(mesh.vertices), 3))
+    for f, face in enumerate(mesh.faces):
+        for k, v in enumerate(face):
+            if 0 <= v < len(mesh.vertices):
+                vertex_parent[v], barycentric[v] = f, np.eye(3)[k]
+    return mesh.vertices, mesh.faces, np.arange(len(mesh.faces)), vertex_parent, barycentric
+
+
+def boundary(name: str, mesh: Mesh, random: Random) -> Any:
+    if name == "embed":
+        words: list[Any] = ["circle", "square", "triangle"]
+        return polygon(mesh, random) if random.random() < 0.4 else words[random.integers(3)]
+    return ["free", "straight", "circle"][random.integers(3)]
+
+
+def flag(_mesh: Mesh, random: Random) -> bool:
+    return bool(random.integers(2))
+
+
+def one_of(*choices: Any) -> Callable[[Mesh, Random], Any]:
+    return lambda _mesh, random: choices[random.integers(len(choices))]
+
+
+def vertex_map(values: Callable[[Random], Any]) -> Callable[[Mesh, Random], Any]:
+    return lambda mesh, random: {v: values(random) for v in vertices_of(mesh, random)}
+
+
+#: parameter -> (how often it is given, what is given). Required ones are always given.
+PARAMETERS: dict[str, tuple[float, Callable[[Mesh, Random], Any]]] = {
+    "uv": (1.0, corner_uv),
+    "target_angles": (1.0, angles),
+    "map_or_arrays": (1.0, lambda mesh, random: (mesh.vertices, mesh.faces, corner_uv(mesh, random))),
+    "pins": (0.4, pins),
+    "points": (0.7, lambda mesh, random: {v: place(random) for v in vertices_of(mesh, random)}),
+    "cuts": (0.4, edges),
+    "uncuttable": (0.2, edges),
+    "lines": (0.3, lines),
+    "boundary_uv": (0.4, polygon),
+    "boundary_loop": (0.15, lambda mesh, _random: loop_of(mesh)),
+    "paths": (0.1, lambda mesh, random: {v: [v, *vertices_of(mesh, random)] for v in loop_of(mesh)[:2]}),
+    "movable": (0.1, lambda mesh, random: loop_of(mesh)[: random.integers(1, 4)]),
+    "initial_uv": (0.2, lambda mesh, random: random.normal(size=(len(mesh.vertices), 2))),
+    "place_like": (0.15, corner_uv),
+    "cones": (0.3, vertex_map(lambda random: float(random.uniform(0.5, 7)))),
+    "corners": (0.3, lambda mesh, random: loop_of(mesh)[: random.integers(1, 5)]),
+    "lengths": (0.2, lengths),
+    "parent": (0.3, parent),
+    "obstacles": (0.2, lambda _mesh, random: random.uniform(-0.5, 1.5, (random.integers(0, 4), 3, 2))),
+    "density": (0.2, lambda _mesh, random: float(10.0 ** random.integers(-9, 10))),
+    "unmoved": (0.2, lambda mesh, random: list(range(int(random.integers(0, 4))))),
+    "bijective": (0.5, flag),
+    "keep_bijective": (0.5, flag),
+    "cut_extremities": (0.3, flag),
+    "optimise": (0.4, flag),
+    "low_distortion": (0.3, flag),
+    "seamless": (0.2, flag),
+    "together": (0.4, flag),
+    "scale_true": (0.4, flag),
+    "quarter_turns": (0.4, flag),
+    "require_convergence": (0.4, flag),
+    "original_triangles": (0.4, one_of("auto", True, False)),
+    "intrinsic_refinement": (0.3, one_of("auto", "on", "off")),
+    "method": (0.4, one_of("ladder", "schnyder", "progressive", "tutte")),
+    "start": (0.3, one_of("tutte", "nothing")),
+    "engine": (0.3, one_of(*ENGINES)),
+    "precision": (0.2, one_of("auto", 53, 100, 200)),
+    "iterations": (0.4, one_of(0, 1, 2, 5, 30)),
+    "max_iterations": (0.3, one_of(0, 1, 5, 50)),
+    "max_cones": (0.3, one_of(1, 3, 20)),
+    "bound": (0.3, one_of(1.01, 1.5, 4.0, 1e3)),
+    "least_angle": (0.2, one_of(0.1, 1.0, 3.0)),
+    "tolerance": (0.2, one_of(1e-2, 1e-6, 1e-14)),
+    "margin": (0.3, one_of(0.0, 0.01, 0.3)),
+    "max_seconds": (0.5, lambda _mesh, random: float(10.0 ** random.uniform(-5, 0))),
+    "threads": (0.4, one_of(1, 2, 3)),
+}  # fmt: skip
+
+
+def random_arguments(name: str, mesh: Mesh, random: Random) -> dict[str, Any]:
+    """Arguments for the function; one in twelve calls has a hostile value somewhere."""
+    arguments: dict[str, Any] = {}
+    parameters = inspect.signature(FUNCTIONS[name]).parameters
+    for key, parameter in parameters.items():
+        if key in ("vertices", "faces"):
+            arguments[key] = getattr(mesh, key)
+        elif key == "boundary":
+            if random.random() < 0.7:
+                arguments[key] = boundary(name, mesh, random)
+        elif key in PARAMETERS:
+            often, make = PARAMETERS[key]
+            if parameter.default is inspect.Parameter.empty or random.random() < often:
+                arguments[key] = make(mesh, random)
+    if random.random() < 1 / 12:
+        keys = [key for key in parameters if key != "progress"]
+        key = keys[random.integers(len(keys))]
+        arguments[key] = HOSTILE[random.integers(len(HOSTILE))]()
+    return arguments

@@ -1,0 +1,108 @@
+"""What one call may do: return something certified, or raise one of the package's exceptions that names what exists."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+import flipfree as ff
+
+from random_meshes import Mesh
+
+
+class Finding(Exception):
+    """A promise that was broken, in words."""
+
+
+def _flips(uv: np.ndarray) -> int:
+    """Triangles without positive area, in rational numbers."""
+    count = 0
+    for a, b, c in uv:
+        ax, ay, bx, by, cx, cy = (Fraction(float(x)) for x in (*a, *b, *c))
+        count += (bx - ax) * (cy - ay) <= (cx - ax) * (by - ay)
+    return count
+
+
+def _check_certificate(certificate: ff.Certificate) -> None:
+    if certificate.ok:
+        figures = [certificate.energy, certificate.max_energy]
+        if not np.isfinite(figures).all():
+            raise Finding(f"the certificate is ok with the energies {figures}")
+        if certificate.failures:
+            raise Finding(f"the certificate is ok, and lists {certificate.failures}")
+    elif not certificate.failures:
+        raise Finding("the certificate is not ok and does not say why")
+
+
+def _check_map(result: ff.Parametrization, arguments: dict[str, Any]) -> None:
+    _check_certificate(result.certificate)
+    if not result.certificate.ok:
+        raise Finding(f"a map came back that failed: {result.certificate.failures}")
+    for name, uv in (("uv", result.uv), ("uv64", result.uv64)):
+        if _flips(uv):
+            raise Finding(f"{name} has {_flips(uv)} flips")
+    if not np.array_equal(result.uv.astype(np.float32), result.uv32()):
+        raise Finding("uv does not round to uv32()")
+    again = ff.certify(result.vertices, result.faces, result.uv)
+    if not again.ok:
+        raise Finding(f"certified again, uv fails: {again.failures}")
+    if "vertices" in arguments:
+        given = np.asarray(arguments["vertices"], float)
+        if not np.array_equal(result.vertices[: len(given)], given, equal_nan=True):
+            raise Finding("the first vertices are not those that were given")
+    pins = arguments.get("pins") or arguments.get("points") or {}
+    for key, place in pins.items():
+        at = [key] if isinstance(key, tuple) else np.argwhere(result.faces == key)
+        for f, k in at:
+            if tuple(result.uv64[f, k]) != tuple(place):
+                raise Finding(f"pin {key} is at {result.uv64[f, k]}, not at {place}")
+            if tuple(result.uv32()[f, k]) != tuple(np.asarray(place, np.float32)):
+                raise Finding(f"pin {key} is stored at {result.uv32()[f, k]}, not at {place}")
+
+
+def check_result(name: str, result: Any, arguments: dict[str, Any]) -> None:
+    """Raises Finding for a result that breaks a promise."""
+    if isinstance(result, ff.Parametrization):
+        _check_map(result, arguments)
+    elif isinstance(result, ff.Certificate):
+        _check_certificate(result)
+    elif isinstance(result, ff.ConformalMetric):
+        parts = [result.scale_factors, result.angles, result.log_lengths]
+        if result.converged and not all(np.isfinite(part).all() for part in parts):
+            raise Finding("a metric converged with numbers that are not finite")
+    elif not np.isfinite(result).all():
+        raise Finding(f"{name} returned angles that are not finite")
+
+
+def _edges(faces: np.ndarray) -> set[frozenset[int]]:
+    return {frozenset((int(f[k]), int(f[(k + 1) % 3]))) for f in faces for k in range(3)}
+
+
+def _check_elements(error: ff.FlipfreeError, vertex_count: int, faces: np.ndarray) -> None:
+    elements = error.elements
+    limit = {"vertex": vertex_count, "edge": vertex_count, "face": len(faces)}
+    limit |= {"corner": 3 * len(faces), "none": 0}
+    if any(not 0 <= e < limit[error.kind] for e in elements):
+        raise Finding(f"{error.kind} {elements[:6]} does not exist: {error}")
+    if error.kind == "edge":
+        known = _edges(faces)
+        for a, b in zip(elements[::2], elements[1::2], strict=True):
+            if frozenset((a, b)) not in known:
+                raise Finding(f"{a}-{b} is no edge: {error}")
+
+
+def check_error(error: ff.FlipfreeError, mesh: Mesh, arguments: dict[str, Any]) -> None:
+    """Raises Finding for an exception of ours that explains nothing, or names what the user does not have."""
+    if len(str(error)) < 20 or not error.code:
+        raise Finding(f"an error without an explanation: {error!r}")
+    if error.code in ("internal error", "out of memory"):
+        raise Finding(f"{error.code}: {error}")
+    if "Please report" in str(error):
+        raise Finding(f"asks to be reported: {error}")
+    ours = all(arguments.get(key) is getattr(mesh, key) for key in ("vertices", "faces"))
+    if ours or "map_or_arrays" in arguments:
+        _check_elements(error, len(mesh.vertices), mesh.faces)
+    if isinstance(error, ff.Infeasible) and not error.witness:
+        raise Finding(f"Infeasible without a witness: {error}")
