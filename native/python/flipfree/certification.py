@@ -21,7 +21,7 @@ from .arrays import (
 )
 from .errors import InvalidInput
 from .job import Job, Progress, run
-from .options import as_count, as_flag
+from .options import as_count, as_flag, as_seconds
 from .results import Certificate, certificate_from
 
 Pins = Mapping[Any, tuple[float, float]]
@@ -90,6 +90,7 @@ def start_certify(
     parent: tuple[Any, ...] | None = None,
     bijective: bool = False,
     disjoint: bool = False,
+    max_seconds: float | None = None,
     threads: int = 2,
 ) -> Job[Certificate]:
     """As :func:`certify`, at once, on a thread."""
@@ -129,6 +130,7 @@ def start_certify(
         as_flag(bijective, "bijective"),
         as_flag(disjoint, "disjoint"),
         as_flag(seamless, "seamless"),
+        as_seconds(max_seconds, "max_seconds"),
         as_count(threads, "threads", 1),
     )
     return Job(native, certificate_from)
@@ -146,6 +148,7 @@ def certify(
     parent: tuple[Any, ...] | None = None,
     bijective: bool = False,
     disjoint: bool = False,
+    max_seconds: float | None = None,
     threads: int = 2,
     progress: Progress | None = None,
 ) -> Certificate:
@@ -161,6 +164,7 @@ def certify(
         signature: must be None; holonomy is not measured yet.
         bijective: overlaps of a chart with itself are a failure, not only a figure.
         disjoint: so are overlaps between charts.
+        max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
         threads: the result has the same bits for every number.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
@@ -168,7 +172,7 @@ def certify(
         Certificate: ``ok``, the counts, ``failures`` in words, energy. A map that fails is no error.
 
     Raises:
-        InvalidInput (a mesh that is none, arrays of the wrong shape), Cancelled.
+        InvalidInput (a mesh that is none, arrays of the wrong shape), NotConverged (time is over), Cancelled.
     """
     job = start_certify(
         vertices,
@@ -181,6 +185,7 @@ def certify(
         parent=parent,
         bijective=bijective,
         disjoint=disjoint,
+        max_seconds=max_seconds,
         threads=threads,
     )
     return run(job, progress)
