@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from degenerate_meshes import degenerate_mesh
-from embedding_meshes import boundary_loop, fingers, stacked, tube, wavy_grid
+from embedding_meshes import boundary_loop, corridors, fingers, stacked, tube, wavy_grid
 
 import flipfree as ff
 
@@ -45,6 +45,7 @@ def corpus() -> Iterator[Case]:
         stacked(8000),
         stacked(4000, "deep"),
         fingers(4, 20),
+        corridors(4, 20),
     ):
         yield disk.name, disk.vertices, disk.faces
     yield "sphere 33k", *octahedron_sphere(6)

@@ -177,3 +177,32 @@ def fingers(levels: int, rings: int) -> Disk:
     corner = index.reshape(-1, 4)
     faces = np.concatenate([corner[:, [0, 1, 2]], corner[:, [0, 2, 3]]]).astype(np.int32)
     return Disk(f"fingers {levels} x {rings}", points.astype(np.float64), faces)
+
+
+def corridors(width: int, size: int, seed: int = 0) -> Disk:
+    """A random tree of corridors in the plane, `size` x `size` crossings, `width` squares wide: fingers on fingers. Its
+    boundary is nearly as long as the disk is large."""
+    random = np.random.default_rng(seed)
+    seen, path, cells = {(0, 0)}, [(0, 0)], {(0, 0)}
+    while path:
+        x, y = path[-1]
+        around = [(x + 1, y), (x - 1, y), (x, y + 1), (x, y - 1)]
+        free = [p for p in around if min(p) >= 0 and max(p) < size and p not in seen]
+        if not free:
+            path.pop()
+            continue
+        at = free[random.integers(len(free))]
+        seen.add(at)
+        path.append(at)
+        cells |= {(x + at[0], y + at[1]), (2 * at[0], 2 * at[1])}
+    corners = [
+        [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)]
+        for x, y in sorted(cells)
+        for i in range(x * width, (x + 1) * width)
+        for j in range(y * width, (y + 1) * width)
+    ]
+    points, index = np.unique(np.array(corners).reshape(-1, 2), axis=0, return_inverse=True)
+    quad = index.reshape(-1, 4)
+    faces = np.concatenate([quad[:, [0, 1, 2]], quad[:, [0, 2, 3]]]).astype(np.int32)
+    flat = np.column_stack([points / width, np.zeros(len(points))])
+    return Disk(f"corridors {width} x {size}", flat, faces)

@@ -4,7 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from embedding_meshes import Disk, boundary_loop, corpus, fingers, stacked, tube, wavy_grid
+from embedding_meshes import (
+    Disk,
+    boundary_loop,
+    corpus,
+    corridors,
+    fingers,
+    stacked,
+    tube,
+    wavy_grid,
+)
 
 import flipfree as ff
 
@@ -223,3 +232,11 @@ def test_a_repair_that_would_rebuild_the_map_leaves_it_to_the_next_rung() -> Non
     # A thousand times less than what repair made of it.
     assert result.certificate.ok and result.stats["energy"] < 100
     assert seen == sorted(seen)
+
+
+def test_a_repair_that_searches_too_long_leaves_it_to_the_next_rung() -> None:
+    # Repair looked for places for a minute here.
+    disk = corridors(4, 20)
+    result = ff.embed(disk.vertices, disk.faces, boundary="square", max_seconds=60)
+    assert result.stats["rung"] == "progressive" and result.stats["schnyder_flips"] > 0
+    assert result.certificate.ok and result.stats["energy"] < 1000
