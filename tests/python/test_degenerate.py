@@ -64,7 +64,7 @@ def test_random_degenerate_calls_neither_crash_nor_raise_foreign_errors() -> Non
 
 
 #: Seeds of random_call whose call once crashed, came back late or had numbers that were none.
-@pytest.mark.parametrize("seed", [18, 23, 260])
+@pytest.mark.parametrize("seed", [18, 23, 260, 30058, 30675])
 def test_calls_that_once_failed_do_not(seed: int) -> None:
     assert not outcome(seed, 1.0)[1].startswith("BAD")
 

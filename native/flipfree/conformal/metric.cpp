@@ -10,6 +10,7 @@
 #include "flipfree/conformal/engine.h"
 #include "flipfree/conformal/newton.h"
 #include "flipfree/mesh/validate.h"
+#include "flipfree/numeric/scalar.h"
 
 namespace flipfree::conformal {
 namespace {
@@ -186,6 +187,18 @@ void write_stats(const Totals& totals, const NewtonSystem& system, Stats& stats)
   stats["intrinsic_refinement"] = static_cast<std::int64_t>(0);
 }
 
+// Whether all lengths are in the range of numbers, which few bits may leave.
+bool has_lengths(const ConformalMetric& metric) {
+  return std::visit(
+      [](const auto& lengths) {
+        using T = typename std::decay_t<decltype(lengths)>::value_type;
+        return std::all_of(lengths.begin(), lengths.end(), [](const T& length) {
+          return ScalarTraits<T>::finite(length) && length > T(0.0);
+        });
+      },
+      metric.length);
+}
+
 // The metric where the last run ended, its true angles and why it ended there. A metric that was
 // reached is worth kFinishing seconds more than there are; of one that was not, doubles are enough.
 void finish_result(MetricEngine& engine, const EngineInput& input, const MetricOptions& options,
@@ -356,7 +369,7 @@ class Ladder {
     finish_result(*engine_, input_, options_, reached ? last_ : run, result_, context_);
     result_.stats["seconds"] = watch_.seconds();
     write_stats(totals_, system_, result_.stats);
-    if (!std::isfinite(result_.angle_error)) {
+    if (!std::isfinite(result_.angle_error) || !has_lengths(result_)) {
       if (run.end == NewtonEnd::kSeconds)
         throw_out_of_time("No metric with angles in the range of numbers was reached",
                           options_.max_seconds, "or remove nearly degenerate triangles");

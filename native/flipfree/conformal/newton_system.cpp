@@ -56,11 +56,11 @@ double difference_along(const Coupling& c, const FineVector& d) {
 class Largest {
  public:
   void add(double value) {
-    if (!(std::abs(value) <= value_)) value_ = std::abs(value);
+    const double size =
+        std::isnan(value) ? std::numeric_limits<double>::infinity() : std::abs(value);
+    value_ = std::max(value_, size);
   }
-  double value() const {
-    return std::isnan(value_) ? std::numeric_limits<double>::infinity() : value_;
-  }
+  double value() const { return value_; }
 
  private:
   double value_ = 0.0;

@@ -188,9 +188,9 @@ template <typename T>
 inline void ScalarEngine<T>::finish_gradient(Gradient& out) {
   out.max_error = 0.0;
   for (const double g : out.value) {
-    if (!(std::abs(g) <= out.max_error)) out.max_error = std::abs(g);
+    const double error = std::isnan(g) ? std::numeric_limits<double>::infinity() : std::abs(g);
+    out.max_error = std::max(out.max_error, error);
   }
-  if (std::isnan(out.max_error)) out.max_error = std::numeric_limits<double>::infinity();
 }
 
 // Everything in T, for accuracies beyond double. Target angles are doubles; what their sum misses
