@@ -91,6 +91,7 @@ def _parser() -> argparse.ArgumentParser:
         added,
         keep_placement="islands stay where they were, if that is a usable layout; otherwise all are packed",
         allow_overlaps=overlaps,
+        no_new_cuts="crush islands that would lie on top of themselves rather than cut them",
         short_cuts="do not cut closed parts along legs and fingers",
         ignore_pins="treat pinned UVs as any other",
         mark_seams="mark automatic cuts as seams",
@@ -167,6 +168,7 @@ def _unwrap_options(given):
         unwrap.summary,
         {
             "bijective": not given.allow_overlaps,
+            "may_add_cuts": not given.no_new_cuts,
             "cut_extremities": not given.short_cuts,
             "use_pins": not given.ignore_pins,
             "mark_seams": given.mark_seams,

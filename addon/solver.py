@@ -48,7 +48,7 @@ def certify_arrays(vertices, faces, uv, *, bijective):
     )
 
 
-def unwrap(snapshot, *, pins, bijective, cut_extremities, margin, keep_places):
+def unwrap(snapshot, *, pins, bijective, may_add_cuts, cut_extremities, margin, keep_places):
     """Starts the unwrap of a snapshot. keep_places: islands stay where they were if that is a usable layout; otherwise all
     are packed."""
     old = snapshot.corner_uv if keep_places and snapshot.layer_name else None
@@ -59,6 +59,7 @@ def unwrap(snapshot, *, pins, bijective, cut_extremities, margin, keep_places):
         uncuttable=snapshot.diagonals,
         pins=pins or None,
         bijective=bijective,
+        may_add_cuts=may_add_cuts,
         cut_extremities=cut_extremities,
         margin=margin,
         place_like=old,
@@ -68,7 +69,9 @@ def unwrap(snapshot, *, pins, bijective, cut_extremities, margin, keep_places):
 
 def unwrap_island(island, *, bijective):
     """Starts the unwrap of one island without pins."""
-    return jobs.unwrap(island.vertices, island.faces, bijective=bijective, threads=THREADS)
+    return jobs.unwrap(
+        island.vertices, island.faces, bijective=bijective, may_add_cuts=False, threads=THREADS
+    )
 
 
 def settle(island, uv, pins, *, bijective):

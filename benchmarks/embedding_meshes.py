@@ -135,3 +135,74 @@ def synthetic() -> Iterator[Disk]:
         yield tube(8, rings)
     for kind in ("random", "deep", "mixed"):
         yield stacked(20_000, kind)
+
+
+def fingers(levels: int, rings: int) -> Disk:
+    """Four fingers on every finger, `levels` deep and each `rings` unit squares high, on a square: a terrain whose steps
+    are walls. Tutte's map shrinks every finger by orders of magnitude, and those on it by as many again."""
+    width = 2**levels + 1
+    height = np.zeros((width, width), np.int64)
+
+    def grow(x: int, y: int, size: int) -> None:
+        height[x : x + size, y : y + size] += rings
+        half = size // 2
+        if half == 0:
+            return
+        for dx in (0, half + 1):
+            for dy in (0, half + 1):
+                grow(x + dx, y + dy, half)
+
+    grow(1, 1, width - 2)
+    quads: list[list[tuple[int, int, int]]] = []
+    for x in range(width):
+        for y in range(width):
+            z = height[x, y]
+            quads.append([(x, y, z), (x + 1, y, z), (x + 1, y + 1, z), (x, y + 1, z)])
+    # Walls run where the height changes, seen from outside: from the lower cell.
+    for x in range(1, width):
+        for y in range(width):
+            a, b = int(height[x - 1, y]), int(height[x, y])
+            for z in range(a, b):
+                quads.append([(x, y + 1, z), (x, y, z), (x, y, z + 1), (x, y + 1, z + 1)])
+            for z in range(b, a):
+                quads.append([(x, y, z), (x, y + 1, z), (x, y + 1, z + 1), (x, y, z + 1)])
+    for x in range(width):
+        for y in range(1, width):
+            a, b = int(height[x, y - 1]), int(height[x, y])
+            for z in range(a, b):
+                quads.append([(x, y, z), (x + 1, y, z), (x + 1, y, z + 1), (x, y, z + 1)])
+            for z in range(b, a):
+                quads.append([(x + 1, y, z), (x, y, z), (x, y, z + 1), (x + 1, y, z + 1)])
+    points, index = np.unique(np.array(quads).reshape(-1, 3), axis=0, return_inverse=True)
+    corner = index.reshape(-1, 4)
+    faces = np.concatenate([corner[:, [0, 1, 2]], corner[:, [0, 2, 3]]]).astype(np.int32)
+    return Disk(f"fingers {levels} x {rings}", points.astype(np.float64), faces)
+
+
+def corridors(width: int, size: int, seed: int = 0) -> Disk:
+    """A random tree of corridors in the plane, `size` x `size` crossings, `width` squares wide: fingers on fingers. Its
+    boundary is nearly as long as the disk is large."""
+    random = np.random.default_rng(seed)
+    seen, path, cells = {(0, 0)}, [(0, 0)], {(0, 0)}
+    while path:
+        x, y = path[-1]
+        around = [(x + 1, y), (x - 1, y), (x, y + 1), (x, y - 1)]
+        free = [p for p in around if min(p) >= 0 and max(p) < size and p not in seen]
+        if not free:
+            path.pop()
+            continue
+        at = free[random.integers(len(free))]
+        seen.add(at)
+        path.append(at)
+        cells |= {(x + at[0], y + at[1]), (2 * at[0], 2 * at[1])}
+    corners = [
+        [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)]
+        for x, y in sorted(cells)
+        for i in range(x * width, (x + 1) * width)
+        for j in range(y * width, (y + 1) * width)
+    ]
+    points, index = np.unique(np.array(corners).reshape(-1, 2), axis=0, return_inverse=True)
+    quad = index.reshape(-1, 4)
+    faces = np.concatenate([quad[:, [0, 1, 2]], quad[:, [0, 2, 3]]]).astype(np.int32)
+    flat = np.column_stack([points / width, np.zeros(len(points))])
+    return Disk(f"corridors {width} x {size}", flat, faces)

@@ -156,6 +156,7 @@ class MatchTask(parts.PartsTask):
             part,
             pins={},
             bijective=self.bijective,
+            may_add_cuts=False,
             cut_extremities=False,
             margin=0.005,
             keep_places=False,

@@ -6,7 +6,7 @@ import dataclasses
 import bpy
 import numpy as np
 
-from .. import mesh_io, modal, solver
+from .. import mesh_io, modal, selection, solver
 from . import common, options
 
 
@@ -74,25 +74,30 @@ class UnwrapTask(MapTask):
         snapshot,
         *,
         bijective=True,
+        may_add_cuts=True,
         cut_extremities=True,
         use_pins=True,
         mark_seams=False,
+        select_cuts=False,
         keep_placement=False,
         margin=0.005,
     ):
         super().__init__(snapshot)
         self.use_pins = use_pins
         self.bijective = bijective
+        self.may_add_cuts = may_add_cuts
         self.cut_extremities = cut_extremities
         self.keep_placement = keep_placement
         self.margin = margin
         self.mark_seams = mark_seams
+        self.select_cuts = select_cuts
 
     def start(self):
         return solver.unwrap(
             self.snapshot,
             pins=self.pins(),
             bijective=self.bijective,
+            may_add_cuts=self.may_add_cuts,
             cut_extremities=self.cut_extremities,
             margin=self.margin,
             keep_places=self.keep_placement,
@@ -105,6 +110,11 @@ class UnwrapTask(MapTask):
 
     def new_seams(self):
         return self.automatic_cuts() if self.mark_seams else None
+
+    def write(self, ob):
+        super().write(ob)
+        if self.select_cuts:
+            selection.select_only(ob, "edge", self.automatic_cuts())
 
 
 def summary(tasks: list[UnwrapTask]) -> str:
@@ -144,14 +154,24 @@ class UV_OT_flipfree_unwrap(
     verb = "Unwrap Flip-Free"
     option_names = (
         "bijective",
+        "may_add_cuts",
         "cut_extremities",
         "use_pins",
         "mark_seams",
+        "select_cuts",
         "keep_placement",
         "margin",
     )
     joint_layout = True
 
+    may_add_cuts: bpy.props.BoolProperty(
+        name="May Add Cuts",
+        description=(
+            "An island that would lie on top of itself, and could only be kept from it by crushing it, is cut further. "
+            "Off: it is crushed. Without effect on islands with pins, or where overlaps are allowed"
+        ),
+        default=True,
+    )
     cut_extremities: bpy.props.BoolProperty(
         name="Cut to Extremities",
         description=(
@@ -162,7 +182,12 @@ class UV_OT_flipfree_unwrap(
     )
     mark_seams: bpy.props.BoolProperty(
         name="Mark Cuts as Seams",
-        description="Closed parts without seams are cut open automatically; mark these cuts as seams",
+        description="Mark the edges that were cut automatically as seams",
+        default=False,
+    )
+    select_cuts: bpy.props.BoolProperty(
+        name="Select Added Cuts",
+        description="Select the edges that were cut automatically",
         default=False,
     )
 

@@ -1,5 +1,6 @@
 #include "arrays.h"
 #include "bindings.h"
+#include "flipfree/base/in_time.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/mesh/validate.h"
 #include "job.h"
@@ -15,7 +16,7 @@ void bind_certify(py::module_& module) {
          const Array<Index>& pin_corners, const Array<double>& pin_uv,
          const Array<Index>& cone_vertices, const Array<double>& cone_angles,
          const py::object& parent, bool require_bijective, bool require_disjoint,
-         bool require_seamless, int threads) {
+         bool require_seamless, double max_seconds, int threads) {
         Parametrization map;
         map.surface = to_surface(vertices, faces);
         map.uv = to_matrix<Points2>(uv, "uv");
@@ -40,18 +41,21 @@ void bind_certify(py::module_& module) {
               to_matrix<Points3>(parts[4].cast<Array<double>>(), "vertex_barycentric");
         }
         return start_job(
-            [map = std::move(map), input = std::move(input), request,
-             refined = !parent.is_none()](ExecutionContext& context) mutable {
-              validate(map.surface, {.reject_zero_area = false}, context);
-              map.uv32 = map.uv.cast<float>();
-              if (refined) {
-                certify_map(map, input, request, context);
-                return map.certificate;
-              }
-              request.surface = &map.surface;
-              request.uv = &map.uv;
-              request.uv32 = &map.uv32;
-              return certify(request, context);
+            [map = std::move(map), input = std::move(input), request, refined = !parent.is_none(),
+             max_seconds](ExecutionContext& context) mutable {
+              return in_time(context, max_seconds, "The map was not judged",
+                             "or certify fewer faces at once", [&] {
+                               validate(map.surface, {.reject_zero_area = false}, context);
+                               map.uv32 = map.uv.cast<float>();
+                               if (refined) {
+                                 certify_map(map, input, request, context);
+                                 return map.certificate;
+                               }
+                               request.surface = &map.surface;
+                               request.uv = &map.uv;
+                               request.uv32 = &map.uv32;
+                               return certify(request, context);
+                             });
             },
             [](const Certificate& certificate) -> py::object { return to_dict(certificate); },
             threads);
@@ -59,7 +63,7 @@ void bind_certify(py::module_& module) {
       py::arg("vertices"), py::arg("faces"), py::arg("uv"), py::arg("pin_corners"),
       py::arg("pin_uv"), py::arg("cone_vertices"), py::arg("cone_angles"), py::arg("parent"),
       py::arg("require_bijective"), py::arg("require_disjoint"), py::arg("require_seamless"),
-      py::arg("threads"));
+      py::arg("max_seconds"), py::arg("threads"));
 }
 
 }  // namespace flipfree::python

@@ -1,3 +1,5 @@
+#include <cmath>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -60,7 +62,7 @@ void add_mesh(const conformal::ConformalMetric& metric, py::dict& d) {
   std::vector<std::int8_t> label(mesh.face_count());
   std::visit(
       [&](const auto& length) {
-        using std::log;
+        using Traits = ScalarTraits<typename std::decay_t<decltype(length)>::value_type>;
         for (std::size_t f = 0; f < mesh.face_count(); ++f) {
           HalfedgeId h = mesh.face_halfedge[f];
           label[f] = static_cast<std::int8_t>(mesh.label_of_face(static_cast<FaceId>(f)));
@@ -68,8 +70,14 @@ void add_mesh(const conformal::ConformalMetric& metric, py::dict& d) {
             const auto row = static_cast<Eigen::Index>(f);
             faces(row, k) =
                 mesh.unknown[static_cast<std::size_t>(mesh.origin[static_cast<std::size_t>(h)])];
-            const auto l = log(length[static_cast<std::size_t>(h >> 1)]);
-            log_length(row, k) = ScalarTraits<std::decay_t<decltype(l)>>::to_double(l);
+            // With many bits a logarithm in full takes half a millisecond.
+            std::int64_t exponent = 0;
+            const double mantissa =
+                Traits::scaled(length[static_cast<std::size_t>(h >> 1)], exponent);
+            const bool near_one = exponent >= -1 && exponent <= 1;
+            log_length(row, k) =
+                near_one ? std::log(std::ldexp(mantissa, static_cast<int>(exponent)))
+                         : std::log(mantissa) + std::numbers::ln2 * static_cast<double>(exponent);
           }
         }
       },

@@ -94,12 +94,13 @@ void bind_conformal_map(py::module_& module) {
   module.def(
       "suggest_cones",
       [](const Array<double>& vertices, const Array<Index>& faces, double bound, int max_cones,
-         double quantum, double least_angle, int threads) {
+         double quantum, double least_angle, double max_seconds, int threads) {
         SuggestConesOptions options;
         options.bound = bound;
         options.max_cones = max_cones;
         options.quantum = quantum;
         options.least_angle = least_angle;
+        options.max_seconds = max_seconds;
         return start_job(
             [surface = to_surface(vertices, faces), options](ExecutionContext& context) {
               return suggest_cones(surface, options, context);
@@ -111,12 +112,12 @@ void bind_conformal_map(py::module_& module) {
             threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("bound"), py::arg("max_cones"),
-      py::arg("quantum"), py::arg("least_angle"), py::arg("threads"));
+      py::arg("quantum"), py::arg("least_angle"), py::arg("max_seconds"), py::arg("threads"));
   module.def(
       "boundary_angles",
       [](const Array<double>& vertices, const Array<Index>& faces, const std::string& shape,
          const Array<Index>& cone_vertices, const Array<double>& cone_angles,
-         const Array<Index>& corners, int threads) {
+         const Array<Index>& corners, double max_seconds, int threads) {
         BoundaryAnglesOptions options;
         options.shape = shape == "straight" ? BoundaryShape::kStraight
                         : shape == "circle" ? BoundaryShape::kCircle
@@ -125,6 +126,7 @@ void bind_conformal_map(py::module_& module) {
           options.cones.emplace_back(cone_vertices.data()[i], cone_angles.data()[i]);
         }
         options.corners.assign(corners.data(), corners.data() + corners.size());
+        options.max_seconds = max_seconds;
         return start_job(
             [surface = to_surface(vertices, faces), options](ExecutionContext& context) {
               return boundary_angles(surface, options, context);
@@ -133,7 +135,7 @@ void bind_conformal_map(py::module_& module) {
             threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("shape"), py::arg("cone_vertices"),
-      py::arg("cone_angles"), py::arg("corners"), py::arg("threads"));
+      py::arg("cone_angles"), py::arg("corners"), py::arg("max_seconds"), py::arg("threads"));
 }
 
 }  // namespace flipfree::python

@@ -2,6 +2,7 @@
 
 #include "arrays.h"
 #include "bindings.h"
+#include "flipfree/base/in_time.h"
 #include "flipfree/unwrap/pack.h"
 #include "flipfree/unwrap/unwrap.h"
 #include "job.h"
@@ -54,7 +55,7 @@ void bind_unwrap(py::module_& module) {
       [](const Array<double>& vertices, const Array<Index>& faces, const Array<double>& uv,
          double margin, bool together, bool scale_true, bool keep_bijective,
          const Array<Index>& unmoved, const Array<double>& obstacles, double density,
-         const py::object& place_like, int threads) {
+         const py::object& place_like, double max_seconds, int threads) {
         struct Request {
           Surface surface;
           Points2 uv;
@@ -76,15 +77,18 @@ void bind_unwrap(py::module_& module) {
         if (keep_place)
           request.place_like = to_matrix<Points2>(place_like.cast<Array<double>>(), "place_like");
         return start_job(
-            [request = std::move(request), keep_place](ExecutionContext& context) mutable {
+            [request = std::move(request), keep_place,
+             max_seconds](ExecutionContext& context) mutable {
               if (keep_place) request.options.place_like = &request.place_like;
-              return pack(request.surface, request.uv, request.options, context);
+              return in_time(
+                  context, max_seconds, "The charts were not packed", "or pack fewer faces at once",
+                  [&] { return pack(request.surface, request.uv, request.options, context); });
             },
             [](const Parametrization& map) -> py::object { return to_dict(map); }, threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("uv"), py::arg("margin"), py::arg("together"),
       py::arg("scale_true"), py::arg("keep_bijective"), py::arg("unmoved"), py::arg("obstacles"),
-      py::arg("density"), py::arg("place_like"), py::arg("threads"));
+      py::arg("density"), py::arg("place_like"), py::arg("max_seconds"), py::arg("threads"));
 }
 
 }  // namespace flipfree::python

@@ -29,9 +29,11 @@ def test_operators_are_there_with_undo_and_a_redo_panel(name, addon):
 OPTIONS = {
     "flipfree_unwrap": {
         "bijective",
+        "may_add_cuts",
         "cut_extremities",
         "use_pins",
         "mark_seams",
+        "select_cuts",
         "keep_placement",
         "margin",
     },

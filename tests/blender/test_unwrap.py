@@ -261,3 +261,53 @@ def test_islands_may_overlap_themselves_if_allowed():
     ob = shapes.monkey(1)
     unwrap(bijective=False)
     assert shapes.exact_flips(ob) == 0
+
+
+def rings(turns=1.6, sectors=96, rows=6):
+    """A strip of quads around a slender cone: flat, it winds `turns` times around a point, and lies on itself."""
+    around, out = np.meshgrid(
+        np.linspace(0.0, 6 * np.pi * turns, sectors + 1), np.linspace(1.0, 2.5, rows + 1)
+    )
+    lift = np.sqrt(1.0 - 1.0 / 9.0)
+    vertices = np.stack([out * np.cos(around) / 3, out * np.sin(around) / 3, out * lift], -1)
+    at = np.arange((sectors + 1) * (rows + 1)).reshape(rows + 1, sectors + 1)
+    faces = np.stack([at[:-1, :-1], at[:-1, 1:], at[1:, 1:], at[1:, :-1]], -1).reshape(-1, 4)
+    return shapes.add("Rings", vertices.reshape(-1, 3), faces)
+
+
+def test_an_island_that_would_lie_on_itself_is_cut_along_edges_that_can_be_selected():
+    ob = rings()
+    shapes.activate(ob)
+    assert unwrap(select_cuts=True) == {"FINISHED"}
+    assert shapes.exact_flips(ob) == 0
+    assert counter_islands(ob) > 1
+    chosen = [edge for edge in ob.data.edges if edge.select]
+    assert chosen and not any(edge.use_seam for edge in ob.data.edges)
+    assert unwrap(mark_seams=True) == {"FINISHED"}
+    seams = {edge.index for edge in ob.data.edges if edge.use_seam}
+    assert seams == {edge.index for edge in chosen}
+
+
+def test_no_cuts_are_added_where_they_may_not():
+    ob = rings()
+    shapes.activate(ob)
+    assert unwrap(may_add_cuts=False) == {"FINISHED"}
+    assert counter_islands(ob) == 1
+    assert shapes.exact_flips(ob) == 0
+
+
+def test_suzanne_cut_at_her_sharp_edges_is_usable(capfd):
+    bpy.ops.mesh.primitive_monkey_add()
+    ob = bpy.context.object
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="DESELECT")
+    bpy.context.tool_settings.mesh_select_mode = (False, True, False)
+    bpy.ops.mesh.edges_select_sharp(sharpness=np.radians(60.0))
+    bpy.ops.mesh.mark_seam()
+    bpy.ops.mesh.select_all(action="SELECT")
+    assert unwrap() == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert shapes.exact_flips(ob) == 0
+    line = [line for line in capfd.readouterr().out.splitlines() if "distortion mean" in line][-1]
+    assert "0 overlaps" in line
+    assert float(line.split("distortion mean ")[1].split()[0]) < 1.5

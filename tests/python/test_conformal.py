@@ -135,8 +135,27 @@ def test_seconds_that_are_over_end_metric_and_map(refinement: str) -> None:
     vertices, faces = octahedron_sphere(6)
     target = random_targets(len(vertices), len(faces), 3)
     limits = {"max_seconds": 1e-3, "intrinsic_refinement": refinement}
-    metric = ff.conformal_metric(vertices, faces, target, require_convergence=False, **limits)
+    with pytest.raises(ff.NotConverged, match="max_seconds = 0.001"):
+        ff.conformal_metric(vertices, faces, target, **limits)
+    metric = None
+    for k in range(9):
+        # The first limit that leaves time for the mesh to be read and the solver to start.
+        seconds = 0.05 * 2**k
+        try:
+            metric = ff.conformal_metric(
+                vertices,
+                faces,
+                target,
+                require_convergence=False,
+                max_seconds=seconds,
+                intrinsic_refinement=refinement,
+            )
+            break
+        except ff.NotConverged as error:
+            assert error.code == "time limit reached"
+    assert metric is not None
     assert not metric.converged and metric.stats["stopped_by"] == "seconds"
+    assert np.isfinite(metric.angle_error) and np.isfinite(metric.scale_factors).all()
     with pytest.raises(ff.NotConverged, match="seconds"):
         ff.conformal(vertices, faces, target, **limits)
     with pytest.raises(ff.InvalidInput, match="max_seconds"):

@@ -4,7 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from embedding_meshes import Disk, boundary_loop, corpus, stacked, tube, wavy_grid
+from embedding_meshes import (
+    Disk,
+    boundary_loop,
+    corpus,
+    corridors,
+    fingers,
+    stacked,
+    tube,
+    wavy_grid,
+)
 
 import flipfree as ff
 
@@ -207,3 +216,27 @@ def test_out_of_time_without_an_embedding_is_an_error() -> None:
         ff.embed(vertices, faces, max_seconds=1e-6)
     assert error.value.code == "time limit reached"
     assert ff.embed(vertices, faces, max_seconds=1000).stats["time_limit_reached"] == 0
+
+
+def test_a_repair_that_would_rebuild_the_map_leaves_it_to_the_next_rung() -> None:
+    disk = fingers(4, 20)
+    seen: list[float] = []
+    result = ff.embed(
+        disk.vertices,
+        disk.faces,
+        max_seconds=300,
+        progress=lambda stage, fraction: seen.append(fraction),
+    )
+    assert result.stats["schnyder_flips"] > 0
+    assert result.stats["rung"] == "progressive"
+    # A thousand times less than what repair made of it.
+    assert result.certificate.ok and result.stats["energy"] < 100
+    assert seen == sorted(seen)
+
+
+def test_a_repair_that_searches_too_long_leaves_it_to_the_next_rung() -> None:
+    # Repair looked for places for a minute here.
+    disk = corridors(4, 20)
+    result = ff.embed(disk.vertices, disk.faces, boundary="square", max_seconds=60)
+    assert result.stats["rung"] == "progressive" and result.stats["schnyder_flips"] > 0
+    assert result.certificate.ok and result.stats["energy"] < 1000

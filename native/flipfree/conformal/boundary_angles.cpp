@@ -6,6 +6,7 @@
 #include <string>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/in_time.h"
 #include "flipfree/conformal/metric.h"
 #include "flipfree/conformal/pinned_metric.h"
 #include "flipfree/mesh/adjacency.h"
@@ -30,11 +31,11 @@ struct Shape {
   Index euler = 0;
 };
 
-Shape shape_of(const Surface& surface) {
+Shape shape_of(const Surface& surface, const ExecutionContext& context) {
   ValidateOptions rules;
   rules.require_connected = true;
   rules.allow_isolated_vertices = false;
-  validate(surface, rules);
+  validate(surface, rules, context);
   Shape shape;
   shape.adjacency = build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
   shape.loops = boundary_loops(surface.faces, shape.adjacency);
@@ -145,6 +146,16 @@ class Anderson {
   std::vector<Eigen::VectorXd> steps_, changes_;
 };
 
+[[noreturn]] void throw_no_lengths(VertexId v) {
+  throw_not_converged(ErrorCode::kIterationLimit,
+                      "The round boundary was not reached: the lengths of the boundary edges at "
+                      "vertex " +
+                          std::to_string(v) +
+                          " left the range of numbers. Remove nearly degenerate triangles, or take "
+                          "a free or straight boundary.",
+                      ElementKind::kVertex, {v});
+}
+
 // Fixed point: curvature proportional to length in the metric that this curvature gives; the
 // unknowns are the logarithms of the lengths' shares. The longest loop turns once around, the
 // others turn the other way; it takes what cones and handles leave.
@@ -187,8 +198,9 @@ void make_round(const Surface& surface, const Shape& shape, const BoundaryAngles
       for (Index i = 0; i < size; ++i) {
         const VertexId v = shape.loops[l][at(i)];
         angles[at(v)] = pi - share[i] / total * (l == outer ? turning : others);
+        if (!std::isfinite(angles[at(v)])) throw_no_lengths(v);
         if (angles[at(v)] > 0.0) continue;
-        // Of the lengths of this round, not of those that are looked for: no proof.
+        // Of this step towards the round boundary: no proof that there is none.
         throw_not_converged(
             ErrorCode::kBadAngles,
             "The boundary edges at vertex " + std::to_string(v) +
@@ -262,9 +274,23 @@ void close_gauss_bonnet(std::vector<double>& angles, const std::vector<bool>& on
   angles[largest] -= static_cast<double>(missing);
 }
 
-std::vector<double> boundary_angles(const Surface& surface, const BoundaryAnglesOptions& options,
-                                    ExecutionContext& context) {
-  const Shape shape = shape_of(surface);
+void close_measured_angles(std::vector<double>& angles, const std::vector<bool>& on_boundary,
+                           Index euler, double tolerance) {
+  try {
+    close_gauss_bonnet(angles, on_boundary, euler, tolerance);
+  } catch (const Infeasible&) {
+    throw_not_converged(ErrorCode::kIterationLimit,
+                        "The angles of the metric that was reached do not add up to rounding "
+                        "(Gauss-Bonnet). Remove nearly degenerate triangles from the mesh.");
+  }
+}
+
+namespace {
+
+// As boundary_angles, within the limit of `context`.
+std::vector<double> angles_in_time(const Surface& surface, const BoundaryAnglesOptions& options,
+                                   ExecutionContext& context) {
+  const Shape shape = shape_of(surface, context);
   check_places(shape, options);
   std::vector<double> angles(shape.on_boundary.size());
   for (std::size_t v = 0; v < angles.size(); ++v) angles[v] = shape.on_boundary[v] ? pi : 2 * pi;
@@ -274,6 +300,7 @@ std::vector<double> boundary_angles(const Surface& surface, const BoundaryAngles
     switch (options.shape) {
       case BoundaryShape::kFree:
         make_free(surface, shape, angles, context);
+        close_measured_angles(angles, shape.on_boundary, shape.euler, 1e-6);
         break;
       case BoundaryShape::kStraight:
         make_straight(shape, options, angles);
@@ -285,6 +312,15 @@ std::vector<double> boundary_angles(const Surface& surface, const BoundaryAngles
   }
   close_gauss_bonnet(angles, shape.on_boundary, shape.euler, 1e-6);
   return angles;
+}
+
+}  // namespace
+
+std::vector<double> boundary_angles(const Surface& surface, const BoundaryAnglesOptions& options,
+                                    ExecutionContext& context) {
+  return in_time(context, options.max_seconds, "The boundary's angles were not found",
+                 "or take a straight boundary",
+                 [&] { return angles_in_time(surface, options, context); });
 }
 
 }  // namespace flipfree

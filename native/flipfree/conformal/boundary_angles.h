@@ -22,12 +22,13 @@ struct BoundaryAnglesOptions {
   std::vector<std::pair<VertexId, double>>
       cones;                      // interior vertices and their total angle; all others 2 pi
   std::vector<VertexId> corners;  // for kStraight
+  double max_seconds = 0.0;       // 0 = never
 };
 
 // #V target angles that satisfy Gauss-Bonnet to rounding, as conformal() takes them. Closed
 // surfaces: the cones alone. Errors: InvalidInput (surface; cones or corners that are out of range,
 // on the wrong side of the boundary, or not positive), Infeasible/kGaussBonnet (names the
-// remainder), NotConverged.
+// remainder), NotConverged (kTimeLimit: not in max_seconds), Cancelled.
 std::vector<double> boundary_angles(const Surface& surface, const BoundaryAnglesOptions& options,
                                     ExecutionContext& context);
 
@@ -35,5 +36,9 @@ std::vector<double> boundary_angles(const Surface& surface, const BoundaryAngles
 // Infeasible/kGaussBonnet if more than `tolerance` is missing altogether.
 void close_gauss_bonnet(std::vector<double>& angles, const std::vector<bool>& on_boundary,
                         Index euler, double tolerance);
+
+// The same for angles that were measured: NotConverged, since no demand of the caller is at fault.
+void close_measured_angles(std::vector<double>& angles, const std::vector<bool>& on_boundary,
+                           Index euler, double tolerance);
 
 }  // namespace flipfree

@@ -15,7 +15,6 @@ namespace {
 using std::numbers::pi;
 
 constexpr double kNeedleVertex = pi / 3;  // total angle below which nothing helps
-constexpr Index kCheckEvery = 256;        // insertions per check for cancellation
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -34,7 +33,7 @@ class Refiner {
     requeue();
     for (const Entry& e : entries_)
       result_.smallest_angle = std::min(result_.smallest_angle, e.angle);
-    std::erase_if(entries_, [&](const Entry& e) { return e.angle >= options_.least_angle; });
+    std::erase_if(entries_, [&](const Entry& e) { return !is_bad(e); });
     for (const Entry& e : entries_) bad_.push(e);
     recording_ = true;
     result_.complete = true;
@@ -56,6 +55,11 @@ class Refiner {
       return radius != o.radius ? radius < o.radius : face > o.face;
     }
   };
+
+  // Triangles too degenerate to have a radius are left alone: the queue could not order them.
+  bool is_bad(const Entry& e) const {
+    return e.angle < options_.least_angle && std::isfinite(e.radius);
+  }
 
   bool is_needle(VertexId v) const { return mesh_.vertex(v).total_angle < kNeedleVertex; }
 
@@ -85,7 +89,7 @@ class Refiner {
       const Entry entry{radius, angle, f, version_[at(f)]};
       if (!recording_) {
         entries_.push_back(entry);
-      } else if (angle < options_.least_angle) {
+      } else if (is_bad(entry)) {
         bad_.push(entry);
       }
     }
@@ -93,8 +97,8 @@ class Refiner {
 
   // One insertion. False if there is nothing left to do.
   bool step() {
+    context_.check();
     const auto added = static_cast<Index>(mesh_.vertices().size()) - input_vertices_;
-    if (added % kCheckEvery == 0) context_.check();
     if (added >= options_.max_added) {
       result_.complete = encroached_.empty() && bad_.empty();
       return false;
@@ -119,6 +123,7 @@ class Refiner {
   }
 
   void split(HalfedgeId h) {
+    context_.check();
     mesh_.split_boundary(h);
     mesh_.restore_delaunay(context_);
     requeue();

@@ -64,7 +64,7 @@ class MetricEngine {
   // Logarithms of all factors so far (u / 2), and a fresh engine's way to there: in stages, since a
   // long way at once would go through triangulations far from both ends and cost many times the
   // flips. False if lengths leave the exponent range.
-  virtual ScaleLogarithms scaled_so_far() const = 0;
+  virtual ScaleLogarithms scaled_so_far(const ExecutionContext& context) const = 0;
   virtual bool go_to(const ScaleLogarithms& x, ExecutionContext& context) = 0;
   // Ptolemy flips until every edge is Delaunay (Weeks' algorithm, 4.2.4). False if it gave up:
   // lengths left the exponent range, or the number of flips exceeded a multiple of the number of
@@ -99,8 +99,9 @@ class MetricEngine {
   // Delaunay tests that the filter in double left to the scalar type.
   virtual std::size_t exact_tests() const = 0;
 
-  // Fills mesh, lengths, u, flips and bits of the result.
-  virtual void finish(ConformalMetric& result) const = 0;
+  // Fills mesh, lengths, u, flips and bits of the result; u only to double unless in_full.
+  virtual void finish(ConformalMetric& result, bool in_full,
+                      const ExecutionContext& context) const = 0;
 };
 
 // What an engine starts from: plain data, shared by the rungs of the precision ladder.

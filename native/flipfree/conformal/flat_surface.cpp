@@ -86,6 +86,8 @@ FaceRay ray_from_vertex(const FlatSurface& s, VertexId v, double direction) {
   } else {
     direction -= total * std::floor(direction / total);
   }
+  // Rounding, or a vertex without an angle, must not lead before the fan.
+  if (!(direction >= 0.0)) direction = 0.0;
   const auto begin = s.fan_start.begin() + s.fan_begin[at(v)];
   const auto end = s.fan_start.begin() + s.fan_begin[at(v) + 1];
   const auto place = std::upper_bound(begin, end, direction) - s.fan_start.begin() - 1;

@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "flipfree/base/in_time.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/base/tolerances.h"
@@ -34,6 +35,7 @@ using conformal::ConformalMetric;
 using conformal::needs_refinement;
 using conformal::not_certified;
 using conformal::not_storable;
+using conformal::out_of_time;
 using conformal::RefinedMetric;
 using conformal::Scalars;
 using conformal::scientific;
@@ -333,14 +335,14 @@ Prescribed prescribed_angles(const std::vector<double>& target_angles,
 }
 
 // Why the map cannot be used, if it cannot.
-void judge(const RoundedMap& rounded, Refinement refinement, ConformalMapResult& result) {
+void judge(const RoundedMap& rounded, Refinement refinement, const ConformalMetric& metric,
+           ConformalMapResult& result) {
   Parametrization& map = result.map;
   if (!rounded.too_small.empty()) {
-    result.failure = refinement == Refinement::kNever
-                         ? needs_refinement(rounded.too_small)
-                         : not_storable(result.metric, rounded.too_small);
+    result.failure = refinement == Refinement::kNever ? needs_refinement(rounded.too_small)
+                                                      : not_storable(metric, rounded.too_small);
   } else if (!map.certificate.ok) {
-    result.failure = not_certified(result.metric, map.certificate);
+    result.failure = not_certified(metric, map.certificate);
   }
   if (result.failure && map.certificate.ok) {
     // Positive triangles everywhere, but only because rounding bent the cones.
@@ -367,9 +369,12 @@ void try_refined_start(const Surface& surface, const Points3* lengths,
 
 }  // namespace
 
-ConformalMapResult map_from_metric(const Surface& surface, const std::vector<double>& target_angles,
-                                   RefinedMetric solved, const ConformalMapOptions& options,
-                                   ExecutionContext& context) {
+namespace {
+
+// The map, its metric left in `solved`.
+ConformalMapResult map_of(const Surface& surface, const std::vector<double>& target_angles,
+                          const RefinedMetric& solved, const ConformalMapOptions& options,
+                          ExecutionContext& context) {
   const auto vertex_count = static_cast<Index>(surface.vertices.rows());
   const Adjacency adjacency = build_adjacency(vertex_count, surface.faces);
   const EdgeFlags given = flag_edges(surface.faces, adjacency, options.cuts);
@@ -404,7 +409,6 @@ ConformalMapResult map_from_metric(const Surface& surface, const std::vector<dou
     });
   } catch (const NotConverged& e) {
     result.failure = e.error();
-    result.metric = std::move(solved.metric);
     return result;
   }
   lap("seconds_overlay");
@@ -443,16 +447,36 @@ ConformalMapResult map_from_metric(const Surface& surface, const std::vector<dou
   map.stats["closing_error"] = developed.layout.closing_error;
   map.stats["intrinsic_refinement"] = static_cast<std::int64_t>(solved.metric.added.size());
   map.stats["energy"] = map.certificate.energy;
-  result.metric = std::move(solved.metric);
-  judge(rounded, options.refinement, result);
+  judge(rounded, options.refinement, solved.metric, result);
   map.stats["seconds_map"] = whole.seconds();
   context.report("certificate", 1.0);
   return result;
 }
 
-ConformalMapResult conformal_map(const Surface& surface, const Points3* lengths,
-                                 const std::vector<double>& target_angles,
-                                 const ConformalMapOptions& options, ExecutionContext& context) {
+}  // namespace
+
+ConformalMapResult map_from_metric(const Surface& surface, const std::vector<double>& target_angles,
+                                   RefinedMetric solved, const ConformalMapOptions& options,
+                                   ExecutionContext& context) {
+  ConformalMapResult result;
+  try {
+    result = map_of(surface, target_angles, solved, options, context);
+  } catch (const TimeIsOver&) {
+    // The limit of the metric is one of the whole map; the metric was found in time.
+    if (!(options.metric.max_seconds > 0.0)) throw;
+    result = {};
+    result.failure = out_of_time(solved.metric);
+  }
+  result.metric = std::move(solved.metric);
+  return result;
+}
+
+namespace {
+
+// As conformal_map, within the limit of `context`.
+ConformalMapResult map_in_time(const Surface& surface, const Points3* lengths,
+                               const std::vector<double>& target_angles,
+                               const ConformalMapOptions& options, ExecutionContext& context) {
   if (options.cuts.rows() > 0) {
     // Complain about cuts before the work, not after.
     validate(surface, {}, context);
@@ -476,9 +500,25 @@ ConformalMapResult conformal_map(const Surface& surface, const Points3* lengths,
   if (result.failure && !refined && wish == StartRefinement::kAuto &&
       options.refinement != Refinement::kNever) {
     const ProgressRange range(context, 0.8, 1.0);
-    try_refined_start(surface, lengths, target_angles, options, result, context);
+    // Where the second way fails as well, the failure of the first one stays.
+    try {
+      try_refined_start(surface, lengths, target_angles, options, result, context);
+    } catch (const NotConverged&) {
+    } catch (const TimeIsOver&) {
+      if (!(options.metric.max_seconds > 0.0)) throw;
+    }
   }
   return result;
+}
+
+}  // namespace
+
+ConformalMapResult conformal_map(const Surface& surface, const Points3* lengths,
+                                 const std::vector<double>& target_angles,
+                                 const ConformalMapOptions& options, ExecutionContext& context) {
+  return in_time(context, options.metric.max_seconds, "The conformal map was not reached",
+                 "or spread the curvature over more vertices",
+                 [&] { return map_in_time(surface, lengths, target_angles, options, context); });
 }
 
 }  // namespace flipfree

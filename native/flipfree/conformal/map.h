@@ -18,7 +18,7 @@ struct ConformalMapOptions {
                     // handles need them
   IndexPairs uncuttable;  // edges that added cuts avoid: diagonals of polygons
   Refinement refinement = Refinement::kAuto;
-  conformal::MetricOptions metric;
+  conformal::MetricOptions metric;  // its max_seconds are those of the whole map
   conformal::StartRefinement intrinsic_refinement = conformal::StartRefinement::kAuto;
   // An interior vertex is a cone, and lies on a cut, if its target differs from 2 pi by more
   // (radians).
@@ -37,7 +37,8 @@ struct ConformalMapResult {
 // The map of a converged metric of this surface, which may have been refined for it.
 // `target_angles` as for the metric; boundary targets below zero are "free" and not certified. A
 // failure to store the map is returned in `failure`, with the certificate of the best attempt in
-// map.certificate. Throws InvalidInput for cuts that are no edges, Cancelled, InternalError.
+// map.certificate; so is a limit of time that ends it (kTimeLimit). Throws InvalidInput for cuts
+// that are no edges, Cancelled, InternalError.
 ConformalMapResult map_from_metric(const Surface& surface, const std::vector<double>& target_angles,
                                    conformal::RefinedMetric solved,
                                    const ConformalMapOptions& options, ExecutionContext& context);

@@ -45,6 +45,15 @@ Error not_certified(const ConformalMetric& metric, const Certificate& certificat
           ElementKind::kFace, certificate.failed_faces};
 }
 
+Error out_of_time(const ConformalMetric& metric) {
+  return {ErrorCode::kTimeLimit,
+          "The metric is computed (largest angle error " + scientific(metric.angle_error) +
+              "), but time was over before its map was laid out. Allow more time (max_seconds), or "
+              "use the metric as it is.",
+          ElementKind::kNone,
+          {}};
+}
+
 Error needs_refinement(const std::vector<FaceId>& faces) {
   Error error;
   error.code = ErrorCode::kCertificateFailed;

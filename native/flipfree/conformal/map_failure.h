@@ -18,6 +18,8 @@ std::string scientific(double x);
 Error not_storable(const ConformalMetric& metric, const std::vector<FaceId>& faces);
 // The certificate has failures.
 Error not_certified(const ConformalMetric& metric, const Certificate& certificate);
+// The metric was there, but time was over before its map was.
+Error out_of_time(const ConformalMetric& metric);
 // These input faces (at least one) need added points, which the caller did not allow.
 Error needs_refinement(const std::vector<FaceId>& faces);
 

@@ -5,6 +5,8 @@
 #include <limits>
 #include <utility>
 
+#include "flipfree/base/error.h"
+
 namespace flipfree::conformal {
 namespace {
 
@@ -223,10 +225,11 @@ Found relaxed_step(MetricEngine& engine, const FineVector& direction, double fir
 }
 
 // Algorithm 3.
-NewtonRun iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
-                  Descent& descent, ExecutionContext& context) {
+void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
+             Descent& descent, NewtonRun& run, ExecutionContext& context) {
   const Deadline deadline(options.max_seconds);
-  NewtonRun run;
+  const bool limited = options.max_seconds > 0.0;
+  if (limited) engine.remember();
   Gradient gradient;
   Gradient trial;
   FineVector direction;
@@ -245,31 +248,31 @@ NewtonRun iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOption
     run.noise = gradient.noise;
     if (run.error <= options.tolerance) {
       run.end = NewtonEnd::kConverged;
-      return run;
+      return;
     }
     if (run.iterations >= options.max_iterations) {
       run.end = NewtonEnd::kIterations;
-      return run;
+      return;
     }
     if (deadline.over()) {
       run.end = NewtonEnd::kSeconds;
-      return run;
+      return;
     }
     // Most of the way is measured in digits of the error.
-    const double fraction = std::clamp(
-        std::log(start_error / run.error) / std::log(start_error / options.tolerance + 1.0), 0.0,
-        1.0);
+    const double way =
+        std::log(start_error / run.error) / std::log(start_error / options.tolerance + 1.0);
+    const double fraction = std::isfinite(way) ? std::clamp(way, 0.0, 1.0) : 0.0;
     context.report("conformal metric", fraction);
     const ProgressRange still(context, fraction, fraction);  // factorizations report as well
     run.end = NewtonEnd::kPrecision;
     if (gradient.noise > 0.1 * run.error ||
         (options.more_bits && descent == Descent::kRelaxed && gradient.noise > kMostNoise)) {
       run.reason = "gradient below its noise";
-      return run;
+      return;
     }
     if (!system.solve(engine.mesh(), gradient, engine.bits(), direction, context)) {
       run.reason = "no descent direction";
-      return run;
+      return;
     }
     double range = 0.0;
     for (const double x : direction.high) range = std::max(range, 2.0 * std::abs(x));
@@ -297,16 +300,20 @@ NewtonRun iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOption
           ++run.relaxed_iterations;
           if (!relax(engine, ray, how, trial, deadline, run, context)) {
             run.reason = "relaxation left the range of numbers";
-            return run;
+            return;
           }
         }
       }
     }
     if (found != Found::kStep) {
-      if (found == Found::kDeadline) run.end = NewtonEnd::kSeconds;
+      if (found == Found::kDeadline) {
+        run.end = NewtonEnd::kSeconds;
+        engine.go_back();
+      }
       run.reason = "no step along the direction";
-      return run;
+      return;
     }
+    if (limited) engine.remember();
     std::swap(gradient, trial);
     ++run.iterations;
     run.error_history.push_back(gradient.max_error);
@@ -317,7 +324,17 @@ NewtonRun iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOption
 
 NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
                      Descent& descent, ExecutionContext& context) {
-  return iterate(engine, system, options, descent, context);
+  NewtonRun run;
+  try {
+    const TimeLimit limit(context, limit_of(options.max_seconds));
+    iterate(engine, system, options, descent, run, context);
+  } catch (const TimeIsOver&) {
+    if (!(options.max_seconds > 0.0)) throw;
+    engine.go_back();
+    run.end = NewtonEnd::kSeconds;
+    run.reason = "time was over during a step";
+  }
+  return run;
 }
 
 }  // namespace flipfree::conformal

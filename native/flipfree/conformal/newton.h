@@ -1,6 +1,7 @@
 // Newton's method with the energy-free line search (thesis 4.3, Algorithm 3) on a MetricEngine.
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "flipfree/base/stats.h"
@@ -12,7 +13,7 @@ namespace flipfree::conformal {
 struct NewtonOptions {
   double tolerance = 1e-10;
   int max_iterations = 500;
-  double max_seconds = 0.0;  // 0 = never; looked at after every evaluation and while relaxing
+  double max_seconds = 0.0;  // 0 = never
   bool more_bits = true;     // are to be had: the run ends early where they would help
   // A step changes no difference of scale factors by more than this (4.6.1: "the range of the
   // coefficients"): it keeps factors representable and the flips of one trial few.
@@ -38,7 +39,7 @@ enum class NewtonEnd {
 struct NewtonRun {
   NewtonEnd end = NewtonEnd::kIterations;
   const char* reason = "";  // with kPrecision: what rounding spoiled
-  double error = 0.0;
+  double error = std::numeric_limits<double>::infinity();
   double noise = 0.0;
   int iterations = 0;
   int evaluations = 0;
@@ -51,7 +52,8 @@ struct NewtonRun {
 
 // Iterates from the engine's present state. Every step either lowers the convex energy or ends the
 // run. `descent` is carried from one engine to the next. Checks for cancellation in every
-// evaluation.
+// evaluation, and more often with many bits. When max_seconds are over in the middle of a step, the
+// engine goes back to where the step began.
 NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
                      Descent& descent, ExecutionContext& context);
 

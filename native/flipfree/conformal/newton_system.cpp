@@ -52,15 +52,29 @@ double difference_along(const Coupling& c, const FineVector& d) {
                         : (d.full[j] - d.full[i]).to_double();
 }
 
+// Infinite if an entry is not a number: comparisons with it would pass it by.
+class Largest {
+ public:
+  void add(double value) {
+    const double size =
+        std::isnan(value) ? std::numeric_limits<double>::infinity() : std::abs(value);
+    value_ = std::max(value_, size);
+  }
+  double value() const { return value_; }
+
+ private:
+  double value_ = 0.0;
+};
+
 double largest_of(const std::vector<double>& x) {
-  double largest = 0.0;
-  for (const double value : x) largest = std::max(largest, std::abs(value));
-  return largest;
+  Largest largest;
+  for (const double value : x) largest.add(value);
+  return largest.value();
 }
 
 }  // namespace
 
-void NewtonSystem::collect_couplings(const IntrinsicMesh& mesh, const Gradient& gradient) {
+bool NewtonSystem::collect_couplings(const IntrinsicMesh& mesh, const Gradient& gradient) {
   const std::size_t n = gradient.value.size();
   // Edges of copy 2 couple the same unknowns as their mirror images; only their part from symmetric
   // faces is not zero.
@@ -93,7 +107,12 @@ void NewtonSystem::collect_couplings(const IntrinsicMesh& mesh, const Gradient& 
     }
   }
   // Delaunay weights are not negative; what rounding says otherwise is zero.
-  for (Coupling& c : couplings_) c.weight = std::max(c.weight, 0.0);
+  bool finite = true;
+  for (Coupling& c : couplings_) {
+    finite = finite && std::isfinite(c.weight);
+    c.weight = std::max(c.weight, 0.0);
+  }
+  return finite;
 }
 
 void NewtonSystem::build_matrix(Index last) {
@@ -134,9 +153,9 @@ double NewtonSystem::residual(const std::vector<double>& g, const FineVector& d,
     r[at(c.low)] += flow;
     r[at(c.high)] -= flow;
   }
-  double largest = 0.0;
-  for (std::size_t i = 0; i + 1 < r.size(); ++i) largest = std::max(largest, std::abs(r[i]));
-  return largest;
+  Largest largest;
+  for (std::size_t i = 0; i + 1 < r.size(); ++i) largest.add(r[i]);
+  return largest.value();
 }
 
 double NewtonSystem::rounding(const FineVector& d) const {
@@ -275,7 +294,8 @@ double NewtonSystem::by_accurate_factor(const std::vector<double>& g, double err
   double before = std::numeric_limits<double>::infinity();
   std::vector<Number> last;
   for (int round = 0; round < kAccurateRounds; ++round) {
-    accurate_.solve(r);
+    context.check();
+    accurate_.solve(r, context);
     last = d.full;
     for (std::size_t i = 0; i < n; ++i) {
       d.full[i] += r[i];
@@ -286,9 +306,9 @@ double NewtonSystem::by_accurate_factor(const std::vector<double>& g, double err
       r[at(c.low)] += flow;
       r[at(c.high)] -= flow;
     }
-    residual_left = 0.0;
-    for (std::size_t i = 0; i + 1 < n; ++i)
-      residual_left = std::max(residual_left, std::abs(r[i].to_double()));
+    Largest largest;
+    for (std::size_t i = 0; i + 1 < n; ++i) largest.add(r[i].to_double());
+    residual_left = largest.value();
     if (!(residual_left < 0.5 * before)) {
       residual_left = before;
       std::swap(d.full, last);
@@ -306,7 +326,9 @@ bool NewtonSystem::find_direction(const IntrinsicMesh& mesh, const Gradient& gra
                                   FineVector& d, ExecutionContext& context) {
   const std::vector<double> g = without_mean(gradient.value);
   const double error = gradient.max_error;
-  collect_couplings(mesh, gradient);
+  clear(d, g.size());
+  // Angles that doubles cannot tell from 0 or pi have no cotangent.
+  if (!std::isfinite(error) || !collect_couplings(mesh, gradient)) return false;
   // Cholesky first; where it fails or leaves a residual, the factorization that is accurate entry
   // by entry.
   double residual_left = std::numeric_limits<double>::infinity();
@@ -324,19 +346,14 @@ bool NewtonSystem::find_direction(const IntrinsicMesh& mesh, const Gradient& gra
     use_accurate_ = true;
     residual_left = by_accurate_factor(g, error, bits, d, context);
   }
-  double low = d.high[0];
-  double high = d.high[0];
-  for (const double x : d.high) {
-    low = std::min(low, x);
-    high = std::max(high, x);
-  }
-  if (!std::isfinite(low) || !std::isfinite(high) || !(residual_left < 0.5 * error)) return false;
+  if (!(residual_left < 0.5 * error) || !std::isfinite(largest_of(d.high))) return false;
+  const auto [low, high] = std::minmax_element(d.high.begin(), d.high.end());
   slope_ = 0.0;
   for (const Coupling& c : couplings_) {
     const double difference = difference_along(c, d);
     slope_ -= c.weight * difference * difference;
   }
-  const double middle = 0.5 * (low + high);
+  const double middle = 0.5 * (*low + *high);
   for (std::size_t i = 0; i < d.high.size(); ++i) {
     if (d.full.empty()) {
       add(d, i, -middle);

@@ -16,8 +16,9 @@ class NewtonSystem {
   // Solves H d = -g up to a constant, d shifted so that its largest and smallest entries are
   // opposite. The Hessian has the entries -w_ij, w_ij = (cot + cot) / 2 over the edges between
   // unknowns i and j, and zero row sums; the last unknown is fixed. The symbolic analysis is kept
-  // while the pattern stays, its order while only flips changed it. False if the matrix is not
-  // positive definite to working precision or the solution not finite.
+  // while the pattern stays, its order while only flips changed it. False, and the direction of no
+  // meaning, if a cotangent is not finite, the matrix not positive definite to working precision or
+  // the solution not finite.
   // The low parts come from the refinement; they are what counts along heavy couplings. Where
   // couplings are heavier than two doubles can serve - the last place of the direction times the
   // weight is an angle - it has `bits` bits.
@@ -46,7 +47,8 @@ class NewtonSystem {
                        ExecutionContext& context);
   double by_accurate_factor(const std::vector<double>& g, double error, int bits, FineVector& d,
                             ExecutionContext& context);
-  void collect_couplings(const IntrinsicMesh& mesh, const Gradient& gradient);
+  // False if a weight is not a finite number.
+  bool collect_couplings(const IntrinsicMesh& mesh, const Gradient& gradient);
   // From the couplings; `last` is the fixed unknown.
   void build_matrix(Index last);
   // What the low parts of d contribute to H d at most, entry by entry of the couplings.

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/in_time.h"
 
 namespace flipfree::conformal {
 namespace {
@@ -16,6 +17,8 @@ using std::numbers::pi;
 constexpr int kMostSteps = 150;
 constexpr double kLeastSeconds = 1e-3;  // what a run that has no time left is given
 constexpr double kFirstShare = 0.6;     // of the seconds, for the first of two ways
+constexpr char kNotReached[] = "The conformal metric was not reached";
+constexpr char kCure[] = "or spread the curvature over more vertices";
 
 // Vertices added at most: per vertex of the input, but this many are always allowed, and never
 // more than that.
@@ -37,9 +40,10 @@ ConformalMetric plain_metric(const Surface& surface, const Points3* lengths,
 std::unique_ptr<SplitSurface> refine_start(const Surface& surface, const Points3* lengths,
                                            Stats& stats, const ExecutionContext& context) {
   const auto vertices = static_cast<Index>(surface.vertices.rows());
-  const FlatSurface flat = make_flat_surface(
-      vertices, surface.faces,
-      lengths != nullptr ? *lengths : lengths_of(surface.vertices, surface.faces));
+  const Points3 sides = lengths != nullptr ? *lengths : lengths_of(surface.vertices, surface.faces);
+  // Edges that doubles cannot tell from points: there is nothing to work with.
+  if (!sides.allFinite() || !(sides.minCoeff() > 0.0)) return nullptr;
+  const FlatSurface flat = make_flat_surface(vertices, surface.faces, sides);
   RefinementOptions options;
   options.max_added =
       static_cast<Index>(std::clamp<std::int64_t>(kMostGrowth * vertices, kMostAnyway, kMostEver));
@@ -96,6 +100,10 @@ MetricOptions remaining(const MetricOptions& options, const Stopwatch& watch) {
   return rest;
 }
 
+bool is_out_of_time(const ConformalMetric& metric) {
+  return std::get<std::string>(metric.stats.at("stopped_by")) == "seconds";
+}
+
 // Refined first, plain if that fails.
 RefinedMetric refined_first(const Surface& surface, const Points3* lengths,
                             const std::vector<double>& target_angles, const MetricOptions& options,
@@ -110,8 +118,12 @@ RefinedMetric refined_first(const Surface& surface, const Points3* lengths,
     share.max_seconds = kFirstShare * options.max_seconds;
     share.max_iterations = std::min(options.max_iterations, kMostSteps);
     share.require_convergence = false;
-    refined = metric_of(std::move(start), target_angles, share, context);
-    if (refined->metric.converged) return std::move(*refined);
+    try {
+      refined = metric_of(std::move(start), target_angles, share, context);
+      if (refined->metric.converged) return std::move(*refined);
+    } catch (const NotConverged&) {
+      // Not even its start: the plain way is left.
+    }
   }
   RefinedMetric result;
   result.metric = plain_metric(surface, lengths, target_angles, remaining(options, watch), context);
@@ -130,23 +142,42 @@ RefinedMetric plain_first(const Surface& surface, const Points3* lengths,
   plain.max_seconds = kFirstShare * options.max_seconds;
   // Where there is nothing to refine the plain way goes on.
   plain.more_seconds = [&] {
-    start = find_refined_start(surface, lengths, context);
+    try {
+      start = find_refined_start(surface, lengths, context);
+    } catch (const TimeIsOver&) {
+      return 0.0;  // what the plain way reached is the answer
+    }
     return start->split == nullptr ? options.max_seconds - watch.seconds() : 0.0;
   };
   RefinedMetric result;
-  {
+  std::optional<Error> not_started;
+  try {
     const ProgressRange range(context, 0.0, 0.9);
     result.metric = plain_metric(surface, lengths, target_angles, plain, context);
+    if (result.metric.converged) return result;
+  } catch (const NotConverged& e) {
+    not_started = e.error();
   }
-  if (result.metric.converged) return result;
-  if (!start) start = find_refined_start(surface, lengths, context);
-  if (start->split != nullptr) {
-    MetricOptions rest = remaining(options, watch);
-    rest.max_iterations = std::min(options.max_iterations, kMostSteps);
-    rest.require_convergence = false;
-    RefinedMetric refined = metric_of(std::move(*start), target_angles, rest, context);
-    if (refined.metric.converged) return refined;
+  try {
+    if (!start) start = find_refined_start(surface, lengths, context);
+    if (start->split != nullptr) {
+      MetricOptions rest = remaining(options, watch);
+      rest.max_iterations = std::min(options.max_iterations, kMostSteps);
+      rest.require_convergence = false;
+      RefinedMetric refined = metric_of(std::move(*start), target_angles, rest, context);
+      if (refined.metric.converged) return refined;
+      if (is_out_of_time(refined.metric) && !not_started)
+        result.metric.stats["stopped_by"] = std::string("seconds");
+    }
+  } catch (const TimeIsOver&) {
+    if (not_started || options.require_convergence || !(options.max_seconds > 0.0)) throw;
+    result.metric.stats["stopped_by"] = std::string("seconds");
+  } catch (const NotConverged&) {
+    // Not even the start of the second way: what the first one reached is the answer.
   }
+  if (not_started && not_started->code == ErrorCode::kTimeLimit)
+    throw_out_of_time(kNotReached, options.max_seconds, kCure);
+  if (not_started) throw NotConverged(*not_started);
   if (options.require_convergence) throw_not_reached(result.metric, options);
   return result;
 }
@@ -168,17 +199,20 @@ RefinedMetric compute_refined_metric(const Surface& surface, const Points3* leng
                                      const std::vector<double>& target_angles,
                                      const MetricOptions& options, StartRefinement refinement,
                                      ExecutionContext& context) {
-  switch (refinement) {
-    case StartRefinement::kOn:
-      return refined_first(surface, lengths, target_angles, options, context);
-    case StartRefinement::kAuto:
-      return plain_first(surface, lengths, target_angles, options, context);
-    case StartRefinement::kOff:
-      break;
-  }
-  RefinedMetric result;
-  result.metric = plain_metric(surface, lengths, target_angles, options, context);
-  return result;
+  const auto compute = [&] {
+    switch (refinement) {
+      case StartRefinement::kOn:
+        return refined_first(surface, lengths, target_angles, options, context);
+      case StartRefinement::kAuto:
+        return plain_first(surface, lengths, target_angles, options, context);
+      case StartRefinement::kOff:
+        break;
+    }
+    RefinedMetric result;
+    result.metric = plain_metric(surface, lengths, target_angles, options, context);
+    return result;
+  };
+  return in_time(context, options.max_seconds, kNotReached, kCure, compute);
 }
 
 }  // namespace flipfree::conformal

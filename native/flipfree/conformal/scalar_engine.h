@@ -44,8 +44,9 @@ class ScalarEngine final : public MetricEngine {
     using std::exp;
     const T one = T(1.0);
     factor_.resize(x.high.size());
+    // No check once the first factor is applied: the products must stay those of the lengths.
     for (std::size_t v = 0; v < x.high.size(); ++v) {
-      if (v % kCheckEvery == kCheckEvery - 1) context.check();
+      if (v % kCheckLogarithms == kCheckLogarithms - 1) context.check();
       if (!Traits::kIsDouble && !x.full.empty()) {
         factor_[v] = exp(Traits::from_big(x.full[v], bits_));
       } else if (x.low.empty()) {
@@ -55,15 +56,17 @@ class ScalarEngine final : public MetricEngine {
       } else {
         factor_[v] = exp(Traits::make(x.high[v], bits_) + Traits::make(x.low[v], bits_));
       }
-      factor_product_[v] *= factor_[v];
     }
     apply_factors();
   }
 
-  ScaleLogarithms scaled_so_far() const override {
+  ScaleLogarithms scaled_so_far(const ExecutionContext& context) const override {
     using std::log;
     ScaleLogarithms x(factor_product_.size());
-    for (std::size_t v = 0; v < x.size(); ++v) x[v] = Traits::to_big(log(factor_product_[v]));
+    for (std::size_t v = 0; v < x.size(); ++v) {
+      if (v % kCheckLogarithms == kCheckLogarithms - 1) context.check();
+      x[v] = Traits::to_big(log(factor_product_[v]));
+    }
     return x;
   }
 
@@ -78,11 +81,14 @@ class ScalarEngine final : public MetricEngine {
       low = std::min(low, Traits::to_double(part[v]));
       high = std::max(high, Traits::to_double(part[v]));
     }
+    if (!std::isfinite(high - low)) return false;
     const double stages = std::clamp(std::ceil((high - low) / kStageRange), 1.0, 1000.0);
     factor_.resize(x.size());
-    for (std::size_t v = 0; v < x.size(); ++v) factor_[v] = exp(part[v] / T(stages));
+    for (std::size_t v = 0; v < x.size(); ++v) {
+      if (v % kCheckLogarithms == kCheckLogarithms - 1) context.check();
+      factor_[v] = exp(part[v] / T(stages));
+    }
     for (double stage = 0; stage < stages; ++stage) {
-      for (std::size_t v = 0; v < x.size(); ++v) factor_product_[v] *= factor_[v];
       apply_factors();
       if (!restore_delaunay(context)) return false;
     }
@@ -90,7 +96,7 @@ class ScalarEngine final : public MetricEngine {
   }
 
   bool restore_delaunay(ExecutionContext& context) override {
-    return flip_to_delaunay<true>(context);
+    return in_range_ && flip_to_delaunay<true>(context);
   }
 
   void evaluate(double accuracy, Gradient& out, ExecutionContext& context) override;
@@ -113,6 +119,7 @@ class ScalarEngine final : public MetricEngine {
     flips_.resize(memory_.flips);
     star_.clear();
     shadow_valid_ = false;
+    in_range_ = true;
   }
 
   std::vector<double> moved() const override {
@@ -124,7 +131,8 @@ class ScalarEngine final : public MetricEngine {
     return change;
   }
 
-  void finish(ConformalMetric& result) const override {
+  void finish(ConformalMetric& result, bool in_full,
+              const ExecutionContext& context) const override {
     result.mesh = mesh_;
     result.initial = input_.setup.mesh;
     result.input_halfedge = input_.setup.input_halfedge;
@@ -139,7 +147,9 @@ class ScalarEngine final : public MetricEngine {
     std::vector<T> u(factor_product_.size());
     T sum = Traits::make(0.0, bits_);
     for (std::size_t v = 0; v < u.size(); ++v) {
-      u[v] = T(2.0) * log(factor_product_[v]);
+      if (v % kCheckLogarithms == kCheckLogarithms - 1) context.check();
+      u[v] = in_full ? T(2.0) * log(factor_product_[v])
+                     : Traits::make(2.0 * logarithm_of(factor_product_[v]), bits_);
       sum += u[v];
     }
     const T mean = sum / T(static_cast<double>(u.size()));
@@ -167,7 +177,12 @@ class ScalarEngine final : public MetricEngine {
  private:
   using Traits = ScalarTraits<T>;
   static constexpr double kPi = std::numbers::pi;
-  static constexpr std::size_t kCheckEvery = 2048;  // faces, vertices or edges per check for cancel
+  // Faces, edges, or logarithms and exponentials per check for cancel: with the most bits an angle
+  // or a logarithm takes half a millisecond, a Delaunay test or a flip some 30 us.
+  static constexpr std::size_t kCheckEvery = 2048;  // in double
+  static constexpr std::size_t kCheckTests = Traits::kIsDouble ? kCheckEvery : 256;
+  static constexpr std::size_t kCheckFlips = Traits::kIsDouble ? 1024 : 64;
+  static constexpr std::size_t kCheckLogarithms = Traits::kIsDouble ? kCheckEvery : 32;
   // Bounds of one relaxation: of each logarithm of a length, and flips per edge. A vertex that
   // wants to go further waits for the others to follow.
   static constexpr double kRelaxMove = 2.0;
@@ -183,6 +198,8 @@ class ScalarEngine final : public MetricEngine {
   static constexpr double kEnergyRoundings = 16.0;
   // Relative size of the sum of two half-cotangents from which on it is computed in full.
   static constexpr double kCancelled = 1e-3;
+  // Half-cotangents below which they are: doubles know them to 1e-16.
+  static constexpr double kRight = 1e-10;
   static constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
   static constexpr std::size_t slot(int i) { return static_cast<std::size_t>(i); }
   std::size_t unknown_at(HalfedgeId h) const { return at(mesh_.unknown[at(mesh_.origin[at(h)])]); }
@@ -207,7 +224,14 @@ class ScalarEngine final : public MetricEngine {
     }
   }
 
+  static bool is_usable(const T& x) { return Traits::finite(x) && x > T(0.0); }
+
   void apply_factors() {
+    in_range_ = true;
+    for (std::size_t v = 0; v < factor_.size(); ++v) {
+      factor_product_[v] *= factor_[v];
+      in_range_ = in_range_ && is_usable(factor_product_[v]);
+    }
     for (std::size_t e = 0; e < length_.size(); ++e) {
       const T& fi = factor_[at(mesh_.unknown[at(mesh_.origin[2 * e])])];
       const T& fj = factor_[at(mesh_.unknown[at(mesh_.origin[2 * e + 1])])];
@@ -334,6 +358,7 @@ class ScalarEngine final : public MetricEngine {
   void evaluate_exactly(Gradient& out, ExecutionContext& context);
   void spread_remainder();
   void repair_weights(Gradient& out) const;
+  void repair_right_angle(std::size_t h, Gradient& out) const;
   T half_tangent_square(HalfedgeId h) const;
   static void finish_gradient(Gradient& out);
 
@@ -368,6 +393,7 @@ class ScalarEngine final : public MetricEngine {
   std::vector<T> initial_length_;
   std::vector<T> factor_;          // of the last scaling
   std::vector<T> factor_product_;  // exp(u / 2)
+  bool in_range_ = true;           // so are they all
   std::vector<T> exact_target_;
   std::vector<T> sums_;
   std::vector<double> angle_;  // per half-edge: at its origin, times the weight of its face

@@ -48,9 +48,9 @@ template <typename Visit>
 inline double ScalarEngine<T>::visit_all_faces(double accuracy, ExecutionContext& context,
                                                const Visit& visit) const {
   double smallest = 1.0;
-  for (std::size_t begin = 0; begin < mesh_.face_count(); begin += kCheckEvery) {
+  for (std::size_t begin = 0; begin < mesh_.face_count(); begin += kCheckLogarithms) {
     context.check();
-    const std::size_t end = std::min(mesh_.face_count(), begin + kCheckEvery);
+    const std::size_t end = std::min(mesh_.face_count(), begin + kCheckLogarithms);
     smallest = std::min(smallest, visit_faces(begin, end, accuracy, visit));
   }
   return smallest;
@@ -136,12 +136,18 @@ Energy ScalarEngine<T>::energy(ExecutionContext& context) const {
 // The half-cotangents of the two angles opposite an edge are huge and opposite where the angles
 // are nearly 0 and nearly pi. With t = tan(angle / 2) their sum is a quarter of
 // (t1 + t2) (1 - t1 t2) / (t1 t2); where it cancels in double, 1 - (t1 t2)^2 is computed in full.
+// So is 1 - t^2 where both angles are so nearly right that doubles see nothing of a weight that may
+// be all that holds a vertex.
 template <typename T>
 inline void ScalarEngine<T>::repair_weights(Gradient& out) const {
   if constexpr (!Traits::kIsDouble) {
     for (std::size_t h = 0; h < out.half_cotangent.size(); h += 2) {
       const double a = out.half_cotangent[h];
       const double b = out.half_cotangent[h + 1];
+      if (std::abs(a) + std::abs(b) < kRight) {
+        for (const std::size_t k : {h, h + 1}) repair_right_angle(k, out);
+        continue;
+      }
       if (!(std::abs(a + b) < kCancelled * (std::abs(a) + std::abs(b)))) continue;
       const double weight = face_weight(at(mesh_.face[h]));
       if (weight != face_weight(at(mesh_.face[h + 1]))) continue;
@@ -155,6 +161,17 @@ inline void ScalarEngine<T>::repair_weights(Gradient& out) const {
       out.half_cotangent[h + 1] = 0.0;
     }
   }
+}
+
+template <typename T>
+inline void ScalarEngine<T>::repair_right_angle(std::size_t h, Gradient& out) const {
+  const double weight = face_weight(at(mesh_.face[h]));
+  const bool diagonal = mesh_.label_of_edge(static_cast<EdgeId>(h >> 1)) == EdgeLabel::kDiagonal;
+  if (weight == 0.0 || diagonal) return;
+  const T square = half_tangent_square(static_cast<HalfedgeId>(h));
+  if (!(square > T(0.0))) return;
+  out.half_cotangent[h] =
+      0.25 * weight * Traits::to_double(T(1.0) - square) / std::sqrt(Traits::to_double(square));
 }
 
 // tan^2 of half the angle opposite h.
@@ -171,9 +188,9 @@ template <typename T>
 inline void ScalarEngine<T>::finish_gradient(Gradient& out) {
   out.max_error = 0.0;
   for (const double g : out.value) {
-    if (!(std::abs(g) <= out.max_error)) out.max_error = std::abs(g);
+    const double error = std::isnan(g) ? std::numeric_limits<double>::infinity() : std::abs(g);
+    out.max_error = std::max(out.max_error, error);
   }
-  if (std::isnan(out.max_error)) out.max_error = std::numeric_limits<double>::infinity();
 }
 
 // Everything in T, for accuracies beyond double. Target angles are doubles; what their sum misses

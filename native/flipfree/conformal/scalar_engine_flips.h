@@ -81,7 +81,7 @@ inline bool ScalarEngine<T>::flip_to_delaunay(ExecutionContext& context) {
   refresh_shadow();
   FlipType type = FlipType::kInterior;
   for (std::size_t e = edges; e-- > 0;) {
-    if (e % kCheckEvery == 0) context.check();
+    if (e % kCheckTests == 0) context.check();
     queued_[e] = 0;
     if (violates_delaunay(static_cast<EdgeId>(e)) &&
         flip_type(mesh_, static_cast<EdgeId>(e), type)) {
@@ -114,7 +114,7 @@ inline bool ScalarEngine<T>::empty_stack(ExecutionContext& context) {
         push(mesh_.next[at(n)] >> 1);
       }
     }
-    if (++done % 1024 == 0) context.check();
+    if (++done % kCheckFlips == 0) context.check();
     if (done > cap) return false;
   }
   return true;
@@ -162,8 +162,7 @@ template <typename T>
 inline bool ScalarEngine<T>::usable(const FlipStencil& s) const {
   for (const EdgeId e : {s.new_side, s.new_cross, s.new_diagonal, s.new_diagonal2}) {
     if (e == kInvalid) continue;
-    const T& l = length_[at(e)];
-    if (!Traits::finite(l) || !(l > T(0.0))) return false;
+    if (!is_usable(length_[at(e)])) return false;
   }
   return true;
 }

@@ -47,6 +47,7 @@ inline bool ScalarEngine<T>::relax_one(VertexId v, double accuracy, ExecutionCon
   std::size_t last_events = 0;
   std::size_t budget = kFirstEvents;
   for (int i = 0; i < kRelaxSteps; ++i) {
+    if (i % 16 == 15) context.check();
     const StarAngle star = star_angle(v);
     const double error = target_[at(v)] - star.angle;
     if (!std::isfinite(error)) return false;
@@ -141,6 +142,7 @@ template <typename T>
 inline bool ScalarEngine<T>::scale_star(VertexId v, double growth, ExecutionContext& context) {
   const T factor = T(1.0) + Traits::make(growth, bits_);
   factor_product_[at(v)] *= factor;
+  if (!is_usable(factor_product_[at(v)])) return false;
   const auto scale_one = [&](HalfedgeId h) {
     length_[at(h >> 1)] *= factor;
     update_shadow(h >> 1);

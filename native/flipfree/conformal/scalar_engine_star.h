@@ -49,7 +49,7 @@ inline auto ScalarEngine<T>::move_star(VertexId v, double step, std::size_t most
     if (event.version != event_version_[at(event.e)] || !flip_type(mesh_, event.e, type)) continue;
     PlainFlips plain;
     if (!flip<true>(event.e, type, plain)) return move;
-    if (++move.events % 1024 == 0) context.check();
+    if (++move.events % kCheckFlips == 0) context.check();
     if (move.events >= most_events) {
       step = event.step;
       break;

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/in_time.h"
 #include "flipfree/conformal/boundary_angles.h"
 #include "flipfree/conformal/cone_placement.h"
 #include "flipfree/conformal/cone_rounding.h"
@@ -57,6 +58,11 @@ void check_options(const SuggestConesOptions& options) {
 double range_of(const std::vector<double>& u) {
   const auto [low, high] = std::minmax_element(u.begin(), u.end());
   return *high - *low;
+}
+
+// Of a range of logarithms; finite.
+double ratio_of(double range) {
+  return std::min(std::exp(range), std::numeric_limits<double>::max());
 }
 
 VertexId extreme_of(const std::vector<double>& u, const std::vector<char>& pinned) {
@@ -114,23 +120,40 @@ void place_linearly(const Problem& p, double allowed, LinearPlacement& linear,
   }
 }
 
+// Does the metric give its cones positive angles?
+bool is_usable(const PinnedMetric& metric) {
+  return !metric.angles.empty() && metric.error <= kUsableError &&
+         std::all_of(metric.angles.begin(), metric.angles.end(),
+                     [](double angle) { return angle > 0.0; });
+}
+
 // The true metric with u = 0 at the cones; more cones at its extremes until the bound holds.
 PinnedMetric place_truly(const Problem& p, std::vector<char> pinned, std::vector<VertexId>& cones,
                          ExecutionContext& context) {
   for (const VertexId v : cones) pinned[at(v)] = 1;
   PinnedMetric metric;
-  for (int round = 0; round < kTrueRounds; ++round) {
-    context.report("suggest cones", 0.5 + 0.3 * round / kTrueRounds);
-    metric = conformal::compute_pinned_metric(p.surface, p.flat, pinned, kPinnedTolerance, context);
-    bool positive = true;
-    for (const double angle : metric.angles) positive = positive && angle >= p.options.least_angle;
-    const bool usable = metric.converged || metric.error < kUsableError;
-    if (usable && positive && range_of(metric.u) <= p.allowed) break;
-    if (static_cast<Index>(cones.size()) >= p.options.max_cones) break;
-    const VertexId v = extreme_of(metric.u, pinned);
-    if (v == kInvalid) break;
-    pinned[at(v)] = 1;
-    cones.push_back(v);
+  std::size_t measured = 0;  // cones of `metric`
+  try {
+    for (int round = 0; round < kTrueRounds; ++round) {
+      context.report("suggest cones", 0.5 + 0.3 * round / kTrueRounds);
+      metric =
+          conformal::compute_pinned_metric(p.surface, p.flat, pinned, kPinnedTolerance, context);
+      measured = cones.size();
+      bool positive = true;
+      for (const double angle : metric.angles)
+        positive = positive && angle >= p.options.least_angle;
+      const bool usable = metric.converged || metric.error < kUsableError;
+      if (usable && positive && range_of(metric.u) <= p.allowed) break;
+      if (static_cast<Index>(cones.size()) >= p.options.max_cones) break;
+      const VertexId v = extreme_of(metric.u, pinned);
+      if (v == kInvalid) break;
+      pinned[at(v)] = 1;
+      cones.push_back(v);
+    }
+  } catch (const TimeIsOver&) {
+    // Cones whose angles are positive serve, though the bound does not hold.
+    if (!(p.options.max_seconds > 0.0) || !is_usable(metric)) throw;
+    cones.resize(measured);
   }
   for (std::size_t v = 0; v < metric.angles.size(); ++v) {
     if (!(metric.angles[v] > 0.0) || !(metric.error <= kUsableError)) {
@@ -195,40 +218,63 @@ void quantise(const Problem& p, LinearPlacement& linear, SuggestedCones& out,
   search.allowed = p.allowed;
   search.max_cones = p.options.max_cones;
   search.fixed.assign(p.on_boundary.begin(), p.on_boundary.end());
-  const auto scale_of = [&](const ConeSteps& cones) { return measure(p, cones, context).scale; };
+  // What was measured best: it is the result also where time is over in the search for better.
+  MeasuredCones best_measured;
+  FoundCones best{{}, std::numeric_limits<double>::infinity()};
+  const auto scale_of = [&](const ConeSteps& cones) {
+    MeasuredCones measured;
+    try {
+      measured = measure(p, cones, context);
+    } catch (const NotConverged&) {
+      return TrueScale{};  // other cones may have a metric
+    } catch (const Infeasible&) {
+      return TrueScale{};  // so few cones cannot take the curvature in whole quanta
+    }
+    TrueScale scale = measured.scale;
+    if (!scale.u.empty() && scale.range < best.range) {
+      best = {cones, scale.range};
+      best_measured = std::move(measured);
+    }
+    return scale;
+  };
   std::vector<double> angles = out.target_angles;
   std::vector<VertexId> cones = out.cones;
-  FoundCones best{{}, std::numeric_limits<double>::infinity()};
-  for (std::size_t i = 0; i <= kTighter.size(); ++i) {
-    const double part = 0.2 / static_cast<double>(kTighter.size() + 1);
-    const ProgressRange range(context, 0.8 + part * static_cast<double>(i),
-                              0.8 + part * static_cast<double>(i + 1));
-    FoundCones found =
-        search_cones(p.surface, linear, search,
-                     round_cones(p.surface, angles, cones, search.quantum, search.most_steps),
-                     scale_of, context);
-    if (found.range < best.range) best = std::move(found);
-    if (best.range <= p.allowed || i == kTighter.size()) break;
-    cones.assign(out.cones.begin(), out.cones.begin() + (p.closed ? 1 : 0));
-    cones.insert(cones.end(), linear.cones.begin(), linear.cones.end());
-    place_linearly(p, kTighter[i] * p.allowed, linear, cones, context);
-    angles = linear_angles(p, linear, cones.front());
+  try {
+    for (std::size_t i = 0; i <= kTighter.size(); ++i) {
+      const double part = 0.2 / static_cast<double>(kTighter.size() + 1);
+      const ProgressRange range(context, 0.8 + part * static_cast<double>(i),
+                                0.8 + part * static_cast<double>(i + 1));
+      search_cones(p.surface, linear, search,
+                   round_cones(p.surface, angles, cones, search.quantum, search.most_steps),
+                   scale_of, context);
+      if (best.range <= p.allowed || i == kTighter.size()) break;
+      cones.assign(out.cones.begin(), out.cones.begin() + (p.closed ? 1 : 0));
+      cones.insert(cones.end(), linear.cones.begin(), linear.cones.end());
+      place_linearly(p, kTighter[i] * p.allowed, linear, cones, context);
+      angles = linear_angles(p, linear, cones.front());
+    }
+  } catch (const TimeIsOver&) {
+    if (!(p.options.max_seconds > 0.0) || best_measured.scale.u.empty()) throw;
   }
-  MeasuredCones measured = measure(p, best.cones, context);
-  if (measured.scale.u.empty()) {
+  if (best_measured.scale.u.empty() && !p.closed) best_measured = measure(p, {}, context);
+  if (best_measured.scale.u.empty()) {
     throw_not_converged(ErrorCode::kIterationLimit,
-                        "The metric of the rounded cones was not reached. Use a finer mesh, or "
-                        "cones of any angle (quarter_turns=False).");
+                        "The metric of the rounded cones was not reached. Use a finer mesh without "
+                        "nearly degenerate triangles, or cones of any angle "
+                        "(quarter_turns=False).");
   }
-  out.target_angles = std::move(measured.target_angles);
-  out.scale_ratio = std::exp(measured.scale.range);
+  out.target_angles = std::move(best_measured.target_angles);
+  out.scale_ratio = ratio_of(best_measured.scale.range);
   out.cones.clear();
   for (const auto& [v, steps] : best.cones) out.cones.push_back(v);
 }
 
 }  // namespace
 
-SuggestedCones suggest_cones(const Surface& surface, const SuggestConesOptions& options,
+namespace {
+
+// As suggest_cones, within the limit of `context`.
+SuggestedCones cones_in_time(const Surface& surface, const SuggestConesOptions& options,
                              ExecutionContext& context) {
   check_options(options);
   ValidateOptions rules;
@@ -261,13 +307,21 @@ SuggestedCones suggest_cones(const Surface& surface, const SuggestConesOptions& 
   place_linearly(p, p.allowed, linear, out.cones, context);
   const PinnedMetric metric = place_truly(p, std::move(pinned), out.cones, context);
   out.target_angles = metric.angles;
-  out.scale_ratio = std::exp(range_of(metric.u));
+  out.scale_ratio = ratio_of(range_of(metric.u));
   if (options.quantum > 0.0) quantise(p, linear, out, context);
-  close_gauss_bonnet(out.target_angles, p.on_boundary, p.euler, kSpread);
+  close_measured_angles(out.target_angles, p.on_boundary, p.euler, kSpread);
   std::erase_if(out.cones,
                 [&](VertexId v) { return std::abs(out.target_angles[at(v)] - 2 * pi) < kFlat; });
   out.bound_holds = out.scale_ratio <= options.bound * (1.0 + kRelativeSlack);
   return out;
+}
+
+}  // namespace
+
+SuggestedCones suggest_cones(const Surface& surface, const SuggestConesOptions& options,
+                             ExecutionContext& context) {
+  return in_time(context, options.max_seconds, "No cones were found", "or allow a larger bound",
+                 [&] { return cones_in_time(surface, options, context); });
 }
 
 }  // namespace flipfree

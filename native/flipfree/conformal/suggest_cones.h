@@ -26,6 +26,8 @@ struct SuggestConesOptions {
   double quantum = 0.0;
   // No suggested cone is sharper than this total angle.
   double least_angle = 0.5235987755982988;  // pi / 6
+  // 0 = never. When they are over the best cones whose metric was measured are returned.
+  double max_seconds = 0.0;
 };
 
 struct SuggestedCones {
@@ -36,8 +38,9 @@ struct SuggestedCones {
   bool bound_holds = false;     // scale_ratio <= bound
 };
 
-// Errors: InvalidInput (surface, options), NotConverged when max_cones do not suffice even for
-// positive angles, Cancelled. Cost: a factorization, one solve per cone, a few conformal metrics.
+// Errors: InvalidInput (surface, options), NotConverged when max_cones, or the time
+// (kTimeLimit), do not suffice even for positive angles, Cancelled. Cost: a factorization, one
+// solve per cone, a few conformal metrics.
 SuggestedCones suggest_cones(const Surface& surface, const SuggestConesOptions& options,
                              ExecutionContext& context);
 

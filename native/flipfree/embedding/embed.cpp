@@ -33,6 +33,12 @@ constexpr std::uint64_t kRoomBudget = 1'000'000;
 // may have to be repaired.
 constexpr double kTutteShare = 0.2;
 constexpr double kSchnyderShare = 0.4;
+constexpr double kRepairShare = 0.6;
+// Of the time left, for each way that is tried before the start from nothing.
+constexpr double kShareOfTime = 0.4;
+// Of the inner vertices: repairs that collapse more give worse maps than a start from nothing, and
+// take longer.
+constexpr double kMostRepaired = 0.25;
 
 void require_disk_with_boundary(const Triangles& faces, Index vertex_count,
                                 const std::vector<VertexId>& loop, const Points2& boundary) {
@@ -150,7 +156,7 @@ class Ladder {
     }
     if (options_.method == EmbedMethod::kLadder && tutte()) return;
     if (!options_.low_distortion) {
-      if (schnyder()) return;
+      if (schnyder_in_its_share()) return;
       if (repair()) return;
     }
     from_nothing();
@@ -174,6 +180,7 @@ class Ladder {
     PlanarMap map = start_map(uv_);
     bad_ = count_bad(map);
     stats_["tutte_flips"] = static_cast<std::int64_t>(bad_);
+    nothing_from_ = kTutteShare;
     if (options_.method == EmbedMethod::kTutte || bad_ == 0) {
       const bool given = options_.initial != nullptr && options_.method != EmbedMethod::kTutte;
       set_rung(stats_, given ? "initial" : "tutte");
@@ -190,6 +197,8 @@ class Ladder {
     Stopwatch watch;
     Points2 uv;
     const ProgressRange range(context_, kTutteShare, kSchnyderShare);
+    nothing_from_ = kSchnyderShare;
+    const TimeLimit limit(context_, kShareOfTime * context_.seconds_left());
     context_.report("Schnyder drawing", 0.1);
     try {
       uv = schnyder_embedding(result_.faces, vertex_count_, loop_, boundary_, context_);
@@ -225,20 +234,40 @@ class Ladder {
     return false;
   }
 
+  // A start from nothing must get its turn.
+  bool schnyder_in_its_share() {
+    try {
+      return schnyder();
+    } catch (const TimeIsOver&) {
+      context_.check();
+      return false;
+    }
+  }
+
   bool repair() {
     const double share = static_cast<double>(bad_) / static_cast<double>(result_.faces.rows());
     if (share > kRepairableShare) return false;
+    const ProgressRange range(context_, kSchnyderShare, kRepairShare);
+    nothing_from_ = kRepairShare;
+    const double seconds = kShareOfTime * context_.seconds_left();
     try {
+      const TimeLimit limit(context_, seconds);
       PlanarMap map = start_map(uv_);
-      return finish(map, thorough(ProgressiveStart::kRepair), "repair");
+      ProgressiveOptions options = thorough(ProgressiveStart::kRepair);
+      options.most_repaired = kMostRepaired;
+      return finish(map, options, "repair");
     } catch (const NotConverged&) {
       return false;
     } catch (const Infeasible&) {
       return false;  // decided again, and named, where nothing else is in the way
+    } catch (const TimeIsOver&) {
+      context_.check();
+      return false;
     }
   }
 
   void from_nothing() {
+    const ProgressRange range(context_, nothing_from_, 1.0);
     bool done = false;
     try {
       PlanarMap map = start_map(boundary_only());
@@ -362,6 +391,7 @@ class Ladder {
   Stats& stats_;
   Points2 uv_;
   Size bad_ = 0;
+  double nothing_from_ = 0.0;  // how far the progress bar is before a start from nothing
 };
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "flipfree/embedding/progressive.h"
 
 #include <algorithm>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,13 @@ namespace {
 using Size = std::size_t;
 
 constexpr int kMaxRetries = 4;
+constexpr Size kNoLimit = std::numeric_limits<Size>::max();
 constexpr double kLeastInvalidEnergy = 1e2;
+
+Size share_of_inner(const PlanarMap& map, double share) {
+  if (!(share < 1.0)) return kNoLimit;
+  return static_cast<Size>(share * static_cast<double>(vertices_left(map, {}).size()));
+}
 
 // Inner vertices within `rings` edges of v.
 std::vector<VertexId> neighbourhood(const PlanarMap& map, VertexId v, int rings,
@@ -51,7 +58,9 @@ void progressive_embedding(PlanarMap& map, const ProgressiveOptions& options,
     const ProgressRange range(context, 0.0, 0.2);
     collapse_all(map, record, context);
   } else {
-    collapse_invalid(map, options.start == ProgressiveStart::kRepair, record, context);
+    const bool repair = options.start == ProgressiveStart::kRepair;
+    collapse_invalid(map, repair, repair ? share_of_inner(map, options.most_repaired) : kNoLimit,
+                     record, context);
   }
   stats["collapses"] = static_cast<std::int64_t>(record.size());
   stats["seconds_simplify"] = watch.seconds();
@@ -101,7 +110,7 @@ void progressive_embedding(PlanarMap& map, const ProgressiveOptions& options,
       if (map.invalid_energy > kLeastInvalidEnergy) {
         map.invalid_energy =
             std::max(kLeastInvalidEnergy, std::min(map.invalid_energy, kInvalidEnergyDouble) / 1e4);
-        collapse_invalid(map, false, record, context);
+        collapse_invalid(map, false, kNoLimit, record, context);
       } else {
         collapse_all(map, record, context);
         from_nothing = true;

@@ -14,6 +14,15 @@ namespace {
 
 using Size = std::size_t;
 
+constexpr Size kReportEvery = 64;
+constexpr double kShare = 0.2;  // of the progress of the embedding
+// Of a search for places in kernels: corners of a kernel, and ring vertices times corners per face.
+// A start from nothing smooths every vertex some ten times, in about the time that 5000 of them
+// take.
+constexpr Size kFewCorners = 64;
+constexpr Size kMostSearch = 5000;
+constexpr Size kCheckSearch = 1'000'000;
+
 double& share(PlanarMap& map, HalfedgeId h) { return map.share[static_cast<Size>(h / 3)]; }
 
 // What the star of m looks like once it is merged into its neighbour.
@@ -76,8 +85,13 @@ enum : char { kFree = 0, kQueued = 1, kStuck = 2, kAccepted = 3 };
 
 class Simplifier {
  public:
-  Simplifier(PlanarMap& map, bool move_first, CollapseRecord& record, ExecutionContext& context)
-      : map_(map), move_first_(move_first), record_(record), context_(context) {}
+  Simplifier(PlanarMap& map, bool move_first, Size most_collapses, CollapseRecord& record,
+             ExecutionContext& context)
+      : map_(map),
+        move_first_(move_first),
+        most_collapses_(most_collapses),
+        record_(record),
+        context_(context) {}
 
   void run() {
     const Index faces = map_.mesh.face_count();
@@ -116,7 +130,7 @@ class Simplifier {
       state_[static_cast<Size>(f)] = kFree;
       const bool is_invalid = invalid(f);
       if (!is_invalid && !grown_) continue;
-      if (++steps_ % 256 == 0) context_.check();
+      if (++steps_ % kReportEvery == 0) report();
       if (is_invalid && move_first_ && move(f)) continue;
       if (!collapse_face(f)) {
         state_[static_cast<Size>(f)] = kStuck;
@@ -129,6 +143,12 @@ class Simplifier {
     }
     queue_.clear();
     head_ = 0;
+  }
+
+  // Nobody knows how far it is: every face once is half of the way.
+  void report() {
+    const auto steps = static_cast<double>(steps_);
+    context_.report("repairing", kShare * steps / (steps + static_cast<double>(state_.size())));
   }
 
   void requeue_stuck() {
@@ -184,11 +204,26 @@ class Simplifier {
         ElementKind::kVertex, {a, b, c});
   }
 
+  [[noreturn]] static void throw_too_much(const char* what) {
+    throw_not_converged(
+        ErrorCode::kIterationLimit,
+        std::string("Repairing the embedding takes too many ") + what + ". Start it from nothing.");
+  }
+
   // Tries to cure f by moving one of its vertices into its kernel.
   bool move(FaceId f) {
     for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
       const VertexId v = map_.mesh.source(h);
-      if (map_.mesh.is_boundary(v) || !centre_in_kernel(map_, v, star_)) continue;
+      if (map_.mesh.is_boundary(v)) continue;
+      // Clipping is quadratic where the kernel has many corners.
+      const auto degree = static_cast<Size>(map_.mesh.degree(v));
+      searched_ += degree * std::min(degree, kFewCorners);
+      if (searched_ > kMostSearch * state_.size()) throw_too_much("places for vertices");
+      if (searched_ / kCheckSearch != checked_) {
+        checked_ = searched_ / kCheckSearch;
+        context_.check();
+      }
+      if (!centre_in_kernel(map_, v, star_)) continue;
       if (is_valid_face(map_, f)) return true;
     }
     return false;
@@ -211,6 +246,7 @@ class Simplifier {
       if (best.halfedge != kInvalid) break;
     }
     if (best.halfedge == kInvalid) return false;
+    if (record_.size() >= most_collapses_) throw_too_much("collapses");
     const VertexId v0 = map_.mesh.target(best.halfedge);
     collapse_vertex(map_, best.halfedge);
     record_.push_back(best.halfedge);
@@ -229,6 +265,7 @@ class Simplifier {
 
   PlanarMap& map_;
   bool move_first_;
+  Size most_collapses_;
   CollapseRecord& record_;
   ExecutionContext& context_;
   std::vector<char> state_;
@@ -237,6 +274,8 @@ class Simplifier {
   std::vector<FaceId> stuck_;
   bool grown_ = false;
   Size steps_ = 0;
+  Size searched_ = 0;  // ring vertices times corners of kernels looked at, at most
+  Size checked_ = 0;
   Star star_;
 };
 
@@ -281,9 +320,9 @@ void split_vertex(PlanarMap& map, HalfedgeId h) {
     share(map, k) *= factor;
 }
 
-void collapse_invalid(PlanarMap& map, bool move_first, CollapseRecord& record,
-                      ExecutionContext& context) {
-  Simplifier(map, move_first, record, context).run();
+void collapse_invalid(PlanarMap& map, bool move_first, std::size_t most_collapses,
+                      CollapseRecord& record, ExecutionContext& context) {
+  Simplifier(map, move_first, most_collapses, record, context).run();
 }
 
 void collapse_all(PlanarMap& map, CollapseRecord& record, ExecutionContext& context) {

@@ -29,10 +29,12 @@ void split_vertex(PlanarMap& map, HalfedgeId h);
 // if their star is invalid they are moved into its kernel. If `move_first` is set, a vertex of an
 // invalid face is first tried in the centre of its kernel, and only collapsed if that fails (rung
 // "repair"). Guarantee: on return every face is valid. Appends to `record`. Cost: near-linear in
-// the number of faces touched. Throws NotConverged (kNoRoomInPolygon) if a vertex that cannot be
-// collapsed has no valid position.
-void collapse_invalid(PlanarMap& map, bool move_first, CollapseRecord& record,
-                      ExecutionContext& context);
+// the number of faces touched; with `move_first`, kMostSearch numbers per face and inner vertex at
+// most are looked at for places in kernels. Throws NotConverged: kNoRoomInPolygon if a vertex that
+// cannot be collapsed has no valid position; kIterationLimit after `most_collapses`, or where the
+// search for places is that long.
+void collapse_invalid(PlanarMap& map, bool move_first, std::size_t most_collapses,
+                      CollapseRecord& record, ExecutionContext& context);
 
 // Collapses every inner vertex that can be, lowest degree first, in rounds of independent vertices,
 // and puts what remains (one vertex per part of the disk between chords) into its kernel: the start

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
@@ -10,6 +11,8 @@ namespace flipfree {
 namespace {
 
 using Size = std::size_t;
+
+constexpr Size kSmallRing = 64;
 
 // Value, gradient and Hessian of star_energy at p.
 struct Quadratic {
@@ -130,6 +133,14 @@ std::vector<std::vector<VertexId>> colour_classes(const PlanarMap& map,
   return classes;
 }
 
+// A step that visits n places in an order in which neighbours come late: 1 for small n.
+Size far_stride(Size n) {
+  if (n <= kSmallRing) return 1;
+  Size stride = static_cast<Size>(0.618 * static_cast<double>(n));
+  while (std::gcd(stride, n) != 1) ++stride;
+  return stride;
+}
+
 }  // namespace
 
 void gather_star(const PlanarMap& map, VertexId v, Star& star) {
@@ -203,7 +214,7 @@ double improve_vertex(PlanarMap& map, VertexId v, Star& star) {
 
 bool centre_in_kernel(PlanarMap& map, VertexId v, Star& star) {
   gather_star(map, v, star);
-  if (star.ring.size() > 64) {
+  if (star.ring.size() > kSmallRing) {
     // Clipping is quadratic; the ring of a hub often is convex, or star-shaped around its mean.
     Vector2 mean = Vector2::Zero();
     for (const Vector2& q : star.at) mean += q;
@@ -223,16 +234,19 @@ bool centre_in_kernel(PlanarMap& map, VertexId v, Star& star) {
   std::vector<Vector2> kernel{low, {high.x(), low.y()}, high, {low.x(), high.y()}};
   std::vector<Vector2> next;
   const Size n = star.ring.size();
-  for (Size i = 0; i < n && !kernel.empty(); ++i) {
+  // Edges far apart first: they leave few corners, or none, to clip by the others.
+  const Size stride = far_stride(n);
+  Size i = 0;
+  for (Size k = 0; k < n && !kernel.empty(); ++k, i = (i + stride) % n) {
     const Vector2& q = star.at[i];
     const Vector2& r = star.at[i + 1 == n ? 0 : i + 1];
     const auto side = [&](const Vector2& x) {
       return (r.x() - q.x()) * (x.y() - q.y()) - (r.y() - q.y()) * (x.x() - q.x());
     };
     next.clear();
-    for (Size k = 0; k < kernel.size(); ++k) {
-      const Vector2& a = kernel[k];
-      const Vector2& b = kernel[k + 1 == kernel.size() ? 0 : k + 1];
+    for (Size c = 0; c < kernel.size(); ++c) {
+      const Vector2& a = kernel[c];
+      const Vector2& b = kernel[c + 1 == kernel.size() ? 0 : c + 1];
       const double sa = side(a);
       const double sb = side(b);
       if (sa >= 0) next.push_back(a);

@@ -12,6 +12,8 @@ namespace {
 
 constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
+constexpr std::size_t kCheckEvery = 1024;  // columns
+
 }  // namespace
 
 void LaplacianFactor::order(Index vertices, const std::vector<Coupling>& couplings) {
@@ -80,7 +82,7 @@ bool LaplacianFactor::factorize(Index vertices, const std::vector<Coupling>& cou
     first[at(r)] = k;
   };
   for (Index j = 0; j < n; ++j) {
-    if (j % 1024 == 0) context.check();
+    if (at(j) % kCheckEvery == 0) context.check();
     pattern.clear();
     const auto add = [&](Index i, double w) {
       if (seen[at(i)] != j) {
@@ -128,11 +130,12 @@ bool LaplacianFactor::factorize(Index vertices, const std::vector<Coupling>& cou
 // The shares of a column sum to one. The largest is what the others leave of it, exactly: rounded,
 // it would be a coupling to the fixed vertex that does not exist, or a force on it.
 template <typename T>
-void LaplacianFactor::solve(std::vector<T>& b) const {
+void LaplacianFactor::solve(std::vector<T>& b, const ExecutionContext& context) const {
   const std::size_t n = pivot_.size();
   std::vector<T> work(n);
   for (std::size_t i = 0; i < n; ++i) work[at(position_[i])] = b[i];
   for (std::size_t j = 0; j < n; ++j) {
+    if (j % kCheckEvery == 0) context.check();
     const std::size_t main = main_[j];
     T rest = work[j];
     if (main < start_[j + 1]) rest -= T(fixed_share_[j]) * work[j];
@@ -145,6 +148,7 @@ void LaplacianFactor::solve(std::vector<T>& b) const {
     if (main < start_[j + 1]) work[at(row_[main])] += rest;
   }
   for (std::size_t j = n; j-- > 0;) {
+    if (j % kCheckEvery == 0) context.check();
     const std::size_t main = main_[j];
     T x = work[j] / T(pivot_[j]);
     if (main == start_[j + 1]) {
@@ -162,7 +166,8 @@ void LaplacianFactor::solve(std::vector<T>& b) const {
   b[n] = T(0.0);
 }
 
-template void LaplacianFactor::solve(std::vector<double>& b) const;
-template void LaplacianFactor::solve(std::vector<BigFloat<16>>& b) const;
+template void LaplacianFactor::solve(std::vector<double>& b, const ExecutionContext& context) const;
+template void LaplacianFactor::solve(std::vector<BigFloat<16>>& b,
+                                     const ExecutionContext& context) const;
 
 }  // namespace flipfree

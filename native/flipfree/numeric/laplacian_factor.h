@@ -34,7 +34,7 @@ class LaplacianFactor {
   // T: double or BigFloat<16>. A heavy coupling's ends differ by less than a double of them shows:
   // numbers of more bits keep such differences, with the relative accuracy of the factor.
   template <typename T>
-  void solve(std::vector<T>& b) const;
+  void solve(std::vector<T>& b, const ExecutionContext& context) const;
 
  private:
   void order(Index vertices, const std::vector<Coupling>& couplings);

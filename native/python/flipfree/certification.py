@@ -20,7 +20,7 @@ from .arrays import (
 )
 from .errors import InvalidInput
 from .job import Job, Progress, ours_only, run
-from .options import as_flag, as_number, as_threads, shown, whole_number
+from .options import as_flag, as_number, as_seconds, as_threads, shown, whole_number
 from .results import Certificate, certificate_from
 
 Pins = Mapping[Any, tuple[float, float]]
@@ -89,6 +89,7 @@ def start_certify(
     parent: tuple[Any, ...] | None = None,
     bijective: bool = False,
     disjoint: bool = False,
+    max_seconds: float | None = None,
     threads: int = 2,
 ) -> Job[Certificate]:
     """As :func:`certify`, at once, on a thread."""
@@ -130,6 +131,7 @@ def start_certify(
         as_flag(bijective, "bijective"),
         as_flag(disjoint, "disjoint"),
         as_flag(seamless, "seamless"),
+        as_seconds(max_seconds, "max_seconds"),
         as_threads(threads),
     )
     return Job(native, certificate_from)
@@ -147,6 +149,7 @@ def certify(
     parent: tuple[Any, ...] | None = None,
     bijective: bool = False,
     disjoint: bool = False,
+    max_seconds: float | None = None,
     threads: int = 2,
     progress: Progress | None = None,
 ) -> Certificate:
@@ -162,6 +165,7 @@ def certify(
         signature: must be None; holonomy is not measured yet.
         bijective: overlaps of a chart with itself are a failure, not only a figure.
         disjoint: so are overlaps between charts.
+        max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
         threads: the result has the same bits for every number.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
@@ -169,7 +173,7 @@ def certify(
         Certificate: ``ok``, the counts, ``failures`` in words, energy. A map that fails is no error.
 
     Raises:
-        InvalidInput (a mesh that is none, arrays of the wrong shape), Cancelled.
+        InvalidInput (a mesh that is none, arrays of the wrong shape), NotConverged (time is over), Cancelled.
     """
     job = start_certify(
         vertices,
@@ -182,6 +186,7 @@ def certify(
         parent=parent,
         bijective=bijective,
         disjoint=disjoint,
+        max_seconds=max_seconds,
         threads=threads,
     )
     return run(job, progress)

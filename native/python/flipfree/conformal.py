@@ -165,8 +165,10 @@ def conformal_metric(
         tolerance: largest angle error, radians. Below 1e-13 ask for more bits, or leave precision at "auto".
         precision: "auto" starts in double and adds bits only when rounding decides; or mantissa bits, 53 to 4096.
         lengths: (m, 3) edge lengths (corner k to k + 1) instead of those of the vertex positions.
-        max_iterations: of Newton. max_seconds: of the clock; None or 0 is no limit.
-        require_convergence: False returns what was reached, with ``converged`` False, instead of raising NotConverged.
+        max_iterations: of Newton. max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit
+            reached") when they are over.
+        require_convergence: False returns what was reached, with ``converged`` False, instead of raising NotConverged
+            (which is raised still where there is no metric yet).
         intrinsic_refinement: "on" adds flat points to the surface until its intrinsic Delaunay triangulation has no
             needles; "auto" does so if the plain way fails; "off" never. The metric is then that of the refined surface:
             the angles are the same, but it belongs to another discrete conformal class.

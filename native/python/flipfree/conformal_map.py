@@ -112,7 +112,8 @@ def conformal(
         cuts: (s, 2) vertex pairs: seam edges. More are added only where cones or handles need them.
         uncuttable: (d, 2) vertex pairs that added cuts avoid where there is another way, such as diagonals of polygons.
         tolerance: largest angle error of the metric, radians. precision: "auto", or mantissa bits.
-        max_seconds: of the metric, by the clock; None or 0 is no limit. NotConverged when they are over.
+        max_seconds: of the clock, for metric and map; None or 0 is no limit. NotConverged (code "time limit reached")
+            when they are over, with ``error.metric`` if only the map is missing.
         lengths: (m, 3) edge lengths (corner k to k + 1) to be used instead of those of the vertex positions.
         original_triangles: "auto" adds points only where a triangle would flip; True never does and raises
             NotConverged instead; False writes the common refinement with the final triangulation.

@@ -10,7 +10,7 @@ import numpy as np
 from . import _native
 from .arrays import Positions, as_corner_uv, as_indices, as_triangles, as_vertices
 from .job import Job, Progress, ours_only, run
-from .options import as_flag, as_margin, as_positive, as_threads
+from .options import as_flag, as_margin, as_positive, as_seconds, as_threads
 from .results import Parametrization, parametrization_from
 
 
@@ -28,6 +28,7 @@ def start_pack(
     obstacles: Any = None,
     density: float | None = None,
     place_like: Any = None,
+    max_seconds: float | None = None,
     threads: int = 2,
 ) -> Job[Parametrization]:
     """As :func:`pack`, at once, on a thread."""
@@ -47,6 +48,7 @@ def start_pack(
         if density is None
         else _times_power(as_positive(density, "density"), positions.exponent),
         None if place_like is None else as_corner_uv(place_like, "place_like", len(face_array)),
+        as_seconds(max_seconds, "max_seconds"),
         as_threads(threads),
     )
     return Job(native, partial(_packed_from, positions=positions))
@@ -78,6 +80,7 @@ def pack(
     obstacles: Any = None,
     density: float | None = None,
     place_like: Any = None,
+    max_seconds: float | None = None,
     threads: int = 2,
     progress: Progress | None = None,
 ) -> Parametrization:
@@ -102,6 +105,7 @@ def pack(
         place_like: (m, 3, 2) former UVs. If every chart that moves was a flip-free island of them, and if all of them
             turned and moved to there, at one common scale, lie in the unit square on top of nothing, they stay there:
             ``stats["kept_places"]`` is 1. Otherwise everything is packed. Not with ``together``.
+        max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
         threads: the result has the same bits for every number.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
@@ -120,6 +124,7 @@ def pack(
         obstacles=obstacles,
         density=density,
         place_like=place_like,
+        max_seconds=max_seconds,
         threads=threads,
     )
     return run(job, progress)

@@ -12,7 +12,7 @@ from . import _native
 from .arrays import as_floats, as_indices, as_vertex_map, as_vertices
 from .errors import InvalidInput
 from .job import Job, Progress, ours_only, run
-from .options import as_choice, as_count, as_flag, as_number, as_threads
+from .options import as_choice, as_count, as_flag, as_number, as_seconds, as_threads
 
 BOUNDARIES = ("free", "straight", "circle")
 
@@ -47,6 +47,7 @@ def start_suggest_cones(
     max_cones: int = 200,
     quarter_turns: bool = False,
     least_angle: float = np.pi / 6,
+    max_seconds: float | None = None,
     threads: int = 2,
 ) -> Job[SuggestedAngles]:
     """As :func:`suggest_cones`, at once, on a thread."""
@@ -66,6 +67,7 @@ def start_suggest_cones(
         as_count(max_cones, "max_cones", 1),
         np.pi / 2 if as_flag(quarter_turns, "quarter_turns") else 0.0,
         least_angle,
+        as_seconds(max_seconds, "max_seconds"),
         as_threads(threads),
     )
     return Job(native, _suggestion)
@@ -79,6 +81,7 @@ def suggest_cones(
     max_cones: int = 200,
     quarter_turns: bool = False,
     least_angle: float = np.pi / 6,
+    max_seconds: float | None = None,
     threads: int = 2,
     progress: Progress | None = None,
 ) -> SuggestedAngles:
@@ -94,6 +97,8 @@ def suggest_cones(
         quarter_turns: cone angles are multiples of pi / 2, as seamless maps want them. They are searched for, more
             than otherwise where the bound needs it; tight bounds cannot always be met with them.
         least_angle: no suggested cone is sharper.
+        max_seconds: of the clock; None or 0 is no limit. When they are over, the best cones that were measured come
+            back (``result.bound_holds`` says what they keep); NotConverged (code "time limit reached") if there are none.
 
     Raises:
         InvalidInput, NotConverged (no positive angles with so few cones), Cancelled.
@@ -105,6 +110,7 @@ def suggest_cones(
         max_cones=max_cones,
         quarter_turns=quarter_turns,
         least_angle=least_angle,
+        max_seconds=max_seconds,
         threads=threads,
     )
     return run(job, progress)
@@ -118,6 +124,7 @@ def start_boundary_angles(
     *,
     cones: Mapping[int, float] | None = None,
     corners: Any = None,
+    max_seconds: float | None = None,
     threads: int = 2,
 ) -> Job[FloatArray]:
     """As :func:`boundary_angles`, at once, on a thread."""
@@ -131,6 +138,7 @@ def start_boundary_angles(
         as_indices(list(cone_angles), "cones"),
         as_floats([as_number(a, f"cones[{v}]") for v, a in cone_angles.items()], "cones"),
         as_indices([] if corners is None else corners, "corners"),
+        as_seconds(max_seconds, "max_seconds"),
         as_threads(threads),
     )
     return Job(native, np.asarray)
@@ -143,6 +151,7 @@ def boundary_angles(
     *,
     cones: Mapping[int, float] | None = None,
     corners: Any = None,
+    max_seconds: float | None = None,
     threads: int = 2,
     progress: Progress | None = None,
 ) -> FloatArray:
@@ -154,11 +163,18 @@ def boundary_angles(
             corners, which share what is left) or "circle" (constant geodesic curvature; further loops turn the other
             way).
         cones: {interior vertex: total angle}. corners: boundary vertices, for "straight".
+        max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
 
     Raises:
         InvalidInput, Infeasible (Gauss-Bonnet; names the remainder), NotConverged, Cancelled.
     """
     job = start_boundary_angles(
-        vertices, faces, boundary, cones=cones, corners=corners, threads=threads
+        vertices,
+        faces,
+        boundary,
+        cones=cones,
+        corners=corners,
+        max_seconds=max_seconds,
+        threads=threads,
     )
     return run(job, progress)

@@ -90,14 +90,15 @@ TEST(MetricEngine, RelaxedVertexMeetsItsAngleAndTheEnergyFalls) {
   double energy = engine->energy(context).value;
   for (VertexId v = 0; v < input.vertex_count; v += 3) {
     const std::size_t at = static_cast<std::size_t>(v);
-    const double half_before = engine->scaled_so_far()[at].to_double();
+    const double half_before = engine->scaled_so_far(context)[at].to_double();
     ASSERT_TRUE(engine->relax(
         {v}, 1e-3, [] { return false; }, context));
     engine->evaluate(1e-13, gradient, context);
     const Energy after = engine->energy(context);
     EXPECT_LE(after.value, energy + 2.0 * after.noise) << v;
     energy = after.value;
-    const double moved = 2.0 * std::abs(engine->scaled_so_far()[at].to_double() - half_before);
+    const double moved =
+        2.0 * std::abs(engine->scaled_so_far(context)[at].to_double() - half_before);
     // A vertex that would have to move by more than the bound of one relaxation waits there.
     EXPECT_TRUE(std::abs(gradient.value[at]) <= 1.01e-3 || moved > 1.99)
         << v << ": " << gradient.value[at] << " left after moving by " << moved;
@@ -129,7 +130,8 @@ TEST(MetricEngine, RelaxationLeavesTheDelaunayTriangulationByFewFlips) {
     }
     engine->evaluate(1e-13, gradient, context);
     EXPECT_LE(std::abs(gradient.value[41]), 1.01e-3);
-    EXPECT_NEAR(engine->moved()[41], 2.0 * (engine->scaled_so_far()[41].to_double() + 5.0), 1e-9);
+    EXPECT_NEAR(engine->moved()[41], 2.0 * (engine->scaled_so_far(context)[41].to_double() + 5.0),
+                1e-9);
     const std::size_t done = engine->flips().size() - before;
     EXPECT_GT(done, 20u);
     EXPECT_LT(done, 1500u);

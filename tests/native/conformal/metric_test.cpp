@@ -514,5 +514,35 @@ TEST(ConformalMetric, gives_needles_more_bits_where_doubles_miss_their_start) {
     EXPECT_NEAR(metric.scale_factors[v], fine.scale_factors[v], 1e-9);
 }
 
+// The flat side of such a triangle hangs on cotangents of angles that doubles cannot tell from
+// right ones.
+Surface flat_triangle(double height) {
+  Surface s;
+  s.vertices.resize(3, 3);
+  s.vertices << 0, 0, 0, 1, 0, 0, 0.5, height, 0;
+  s.faces.resize(1, 3);
+  s.faces << 0, 1, 2;
+  return s;
+}
+
+TEST(ConformalMetric, of_a_triangle_flattened_to_nothing_has_the_angles_asked_for) {
+  for (const double height : {1e-12, 1e-17, 1e-20, 1e-60, 1e-140}) {
+    const ConformalMetric metric = solve(flat_triangle(height), {kPi / 3, kPi / 3, kPi / 3});
+    EXPECT_TRUE(metric.converged) << height;
+    for (const double angle : metric.angles) EXPECT_NEAR(angle, kPi / 3, 1e-10) << height;
+  }
+}
+
+TEST(ConformalMetric, names_the_flattest_triangle_where_bits_do_not_suffice) {
+  try {
+    solve(flat_triangle(1e-20), {kPi / 3, kPi / 3, kPi / 3}, 53);
+    FAIL();
+  } catch (const NotConverged& e) {
+    EXPECT_EQ(e.error().kind, ElementKind::kFace) << e.what();
+    EXPECT_EQ(e.error().elements, std::vector<Index>{0});
+    EXPECT_NE(std::string(e.what()).find("more bits"), std::string::npos) << e.what();
+  }
+}
+
 }  // namespace
 }  // namespace flipfree::conformal

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "support/shapes.h"
@@ -79,6 +80,47 @@ TEST(NewtonSystem, old_factors_serve_near_the_solution_and_only_there) {
   ASSERT_TRUE(system.solve(engine->mesh(), gradient, 53, d, context));
   EXPECT_EQ(system.factorizations(), 2);
   EXPECT_LE(residual(*engine, gradient, d), 1e-8);
+}
+
+// What needles may make of a gradient: no direction, and no access to one that is not there.
+TEST(NewtonSystem, refuses_cotangents_and_angles_that_are_no_numbers_or_join_nothing) {
+  const Surface surface = test::tetrahedron();
+  ExecutionContext context;
+  EngineInput input;
+  input.vertex_count = static_cast<Index>(surface.vertices.rows());
+  input.setup = build_intrinsic_mesh(input.vertex_count, surface.faces);
+  input.positions = &surface.vertices;
+  input.target.assign(static_cast<std::size_t>(input.vertex_count), std::numbers::pi);
+  const auto engine = make_engine(input, 53, context);
+  Gradient good;
+  engine->evaluate(1e-13, good, context);
+  good.value[0] += 0.1;
+  good.value[1] -= 0.1;
+  good.max_error = 0.1;
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  FineVector d;
+  ASSERT_TRUE(NewtonSystem().solve(engine->mesh(), good, 53, d, context));
+  for (const double bad : {0.0, -1.0, kNan, kInfinity, 1e308}) {
+    for (const std::size_t count : {std::size_t{1}, good.half_cotangent.size()}) {
+      Gradient gradient = good;
+      std::fill_n(gradient.half_cotangent.begin(), count, bad);
+      FineVector direction;  // nobody has sized it yet
+      const bool solved = NewtonSystem().solve(engine->mesh(), gradient, 53, direction, context);
+      if (!solved) continue;
+      EXPECT_LT(count, gradient.half_cotangent.size()) << bad;
+      for (const double x : direction.high) EXPECT_TRUE(std::isfinite(x)) << bad;
+    }
+  }
+  for (const double bad : {kNan, kInfinity}) {
+    Gradient gradient = good;
+    gradient.value[2] = bad;
+    for (const double error : {0.1, kInfinity}) {
+      gradient.max_error = error;
+      FineVector direction;
+      EXPECT_FALSE(NewtonSystem().solve(engine->mesh(), gradient, 53, direction, context));
+    }
+  }
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ TEST(LaplacianFactor, is_accurate_entry_by_entry_where_weights_span_sixty_orders
   ASSERT_TRUE(factor.factorize(n, path, context));
   std::vector<double> b(static_cast<std::size_t>(n), 0.0);
   b[0] = 1.0;
-  factor.solve(b);
+  factor.solve(b, context);
   double potential = 0.0;
   for (Index i = n - 1; i-- > 0;) {
     potential += 1.0 / path[static_cast<std::size_t>(i)].weight;
@@ -53,7 +53,7 @@ TEST(LaplacianFactor, solves_a_random_graph) {
     b[static_cast<std::size_t>(c.low)] += flow;
     b[static_cast<std::size_t>(c.high)] -= flow;
   }
-  factor.solve(b);
+  factor.solve(b, context);
   for (std::size_t i = 0; i < x.size(); ++i) EXPECT_NEAR(b[i], x[i], 1e-12);
 }
 
@@ -71,7 +71,7 @@ TEST(LaplacianFactor, balances_the_flow_through_a_coupling_forty_five_orders_hea
   std::vector<Number> x;
   for (const double f : force) x.emplace_back(f, 256);
   x.emplace_back(0.0, 256);
-  factor.solve(x);
+  factor.solve(x, context);
   std::vector<double> left(force, force + 4);
   left.push_back(0.0);
   for (const Coupling& c : graph) {

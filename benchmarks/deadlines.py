@@ -1,0 +1,228 @@
+"""How late every public call comes back when its time is over.
+
+    PYTHONPATH=build/python python3 benchmarks/deadlines.py [--limits 0.1 1 10] [--calls NAME ...] [--budget SECONDS]
+
+Every call of the package over a corpus - small, medium and degenerate generated meshes, and the surfaces of the shared
+data folder if there is one - with each limit. Prints a markdown table: cases, results, errors by kind, and per limit the
+latest return after its end, with the mesh. A case that ends early in every sense (a result or another error within the
+limit) counts as not late. Exit status 1 if a call raised anything but the package's own errors. On a loaded machine the
+lateness is that of the machine as well.
+"""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from degenerate_meshes import degenerate_mesh
+from embedding_meshes import boundary_loop, corridors, fingers, stacked, tube, wavy_grid
+
+import flipfree as ff
+
+from mesh_files import data_folder, read_mesh
+from surfaces import bumpy_grid, cylinder, octahedron_sphere, torus
+
+Case = tuple[str, npt.NDArray[np.float64], npt.NDArray[np.int32]]
+LARGEST_FACES = 200_000  # of the data folder
+DEGENERATE = 12
+
+
+def corpus() -> Iterator[Case]:
+    yield "grid 8 x 6", *bumpy_grid(8, 6)
+    yield "torus 24 x 12", *torus()
+    yield "sphere 1k", *octahedron_sphere(4)
+    yield "cylinder 64 x 40", *cylinder(64, 40)
+    for disk in (
+        wavy_grid(150, 100),
+        tube(40, 200),
+        stacked(8000),
+        stacked(4000, "deep"),
+        fingers(4, 20),
+        corridors(4, 20),
+    ):
+        yield disk.name, disk.vertices, disk.faces
+    yield "sphere 33k", *octahedron_sphere(6)
+    for seed in range(DEGENERATE):
+        yield f"degenerate {seed}", *degenerate_mesh(np.random.default_rng(seed))
+    folder = data_folder()
+    for path in sorted(folder.rglob("*.obj")) if folder else []:
+        if path.stat().st_size > 100 * LARGEST_FACES:
+            continue
+        mesh = read_mesh(path)
+        yield f"{path.parent.name}/{path.stem}", mesh.vertices, mesh.faces
+
+
+def is_disk(case: Case) -> bool:
+    loop = boundary_loop_or_none(case[2])
+    edges = 3 * len(case[2]) / 2 + len(loop) / 2
+    return len(loop) > 0 and len(np.unique(case[2])) - edges + len(case[2]) == 1
+
+
+def boundary_loop_or_none(faces: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+    try:
+        return boundary_loop(faces)
+    except (AssertionError, KeyError):
+        return np.zeros(0, np.int32)
+
+
+def far_angles(case: Case) -> npt.NDArray[np.float64]:
+    """Angles far from those of the surface, from the same seed for every limit."""
+    angles: npt.NDArray[np.float64] = np.random.default_rng(1).uniform(0.2, 1.0, len(case[1]))
+    return angles * (np.pi * len(case[2]) / angles.sum())
+
+
+def far_pins(case: Case) -> dict[int, tuple[float, float]]:
+    random = np.random.default_rng(2)
+    loop = boundary_loop_or_none(case[2])
+    inner = np.setdiff1d(np.unique(case[2]), loop)
+    chosen = random.choice(inner, min(len(inner), 6), replace=False)
+    return {
+        int(v): (float(x), float(y))
+        for v, (x, y) in zip(chosen, random.random((6, 2)), strict=False)
+    }
+
+
+def turned(uv: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
+    return np.asarray(uv, np.float64).reshape(-1, 3, 2)
+
+
+class Maps:
+    """A certified map of every mesh, made once, for the calls that need one."""
+
+    def __init__(self) -> None:
+        self._known: dict[str, Any] = {}
+
+    def of(self, case: Case) -> Any:
+        if case[0] not in self._known:
+            try:
+                self._known[case[0]] = ff.unwrap(case[1], case[2], max_seconds=20)
+            except ff.FlipfreeError:
+                self._known[case[0]] = None
+        return self._known[case[0]]
+
+
+Call = Callable[[Case, float], Any]
+
+
+def calls(maps: Maps) -> dict[str, tuple[Call, Callable[[Case], bool]]]:
+    """Name -> (call, whether it takes this mesh)."""
+
+    def every(case: Case) -> bool:
+        return True
+
+    def mapped(case: Case) -> bool:
+        return maps.of(case) is not None
+
+    def metric(case: Case, limit: float) -> Any:
+        return ff.conformal_metric(case[1], case[2], far_angles(case), max_seconds=limit)
+
+    def metric_of_many_bits(case: Case, limit: float) -> Any:
+        return ff.conformal_metric(
+            case[1], case[2], far_angles(case), precision=4096, tolerance=1e-30, max_seconds=limit
+        )
+
+    def certify(case: Case, limit: float) -> Any:
+        m = maps.of(case)
+        return ff.certify(m.vertices, m.faces, turned(m.uv), bijective=True, max_seconds=limit)
+
+    def pack(case: Case, limit: float) -> Any:
+        m = maps.of(case)
+        return ff.pack(m.vertices, m.faces, turned(m.uv), max_seconds=limit)
+
+    table: dict[str, tuple[Call, Callable[[Case], bool]]] = {
+        "unwrap": (lambda c, s: ff.unwrap(c[1], c[2], max_seconds=s), every),
+        "embed": (lambda c, s: ff.embed(c[1], c[2], max_seconds=s), is_disk),
+        "embed, optimise": (
+            lambda c, s: ff.embed(c[1], c[2], optimise=True, max_seconds=s),
+            is_disk,
+        ),
+        "match": (lambda c, s: ff.match(c[1], c[2], points=far_pins(c), max_seconds=s), is_disk),
+        "improve": (lambda c, s: ff.improve(maps.of(c), max_seconds=s), mapped),
+        "pack": (pack, mapped),
+        "certify": (certify, mapped),
+        "conformal_metric": (metric, every),
+        "conformal_metric, 4096 bits": (metric_of_many_bits, every),
+        "conformal": (
+            lambda c, s: ff.conformal(c[1], c[2], far_angles(c), max_seconds=s),
+            every,
+        ),
+        "suggest_cones": (
+            lambda c, s: ff.suggest_cones(c[1], c[2], bound=1.5, max_seconds=s),
+            every,
+        ),
+        "suggest_cones, quarters": (
+            lambda c, s: ff.suggest_cones(c[1], c[2], quarter_turns=True, max_seconds=s),
+            every,
+        ),
+        "boundary_angles, free": (
+            lambda c, s: ff.boundary_angles(c[1], c[2], max_seconds=s),
+            every,
+        ),
+        "boundary_angles, circle": (
+            lambda c, s: ff.boundary_angles(c[1], c[2], "circle", max_seconds=s),
+            every,
+        ),
+    }
+    named = {name.split(",")[0] for name in table}
+    public = {n for n in ff.__all__ if inspect.isfunction(getattr(ff, n))}
+    assert named == public, f"without a row: {public - named}"
+    return table
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--limits", type=float, nargs="+", default=[0.1, 1.0, 10.0])
+    parser.add_argument("--calls", nargs="*", default=None)
+    parser.add_argument(
+        "--budget", type=float, default=None, help="stop beginning calls after so long"
+    )
+    options = parser.parse_args()
+    begin = time.monotonic()
+    foreign = 0
+    meshes = list(corpus())
+    titles = " | ".join(f"latest after {limit:g} s" for limit in options.limits)
+    print(f"| call | cases | results | time limit | other errors | {titles} |")
+    print("|---" * (5 + len(options.limits)) + "|")
+    for name, (call, takes) in calls(Maps()).items():
+        if options.calls and not any(name.startswith(wanted) for wanted in options.calls):
+            continue
+        count: Counter[str] = Counter()
+        latest = {limit: (0.0, "-") for limit in options.limits}
+        for case in meshes:
+            if options.budget and time.monotonic() - begin > options.budget:
+                break
+            if not takes(case):
+                continue
+            for limit in options.limits:
+                start = time.monotonic()
+                try:
+                    call(case, limit)
+                    kind = "result"
+                except ff.FlipfreeError as error:
+                    late = error.code == "time limit reached"
+                    kind = "limit" if late else "error"
+                except Exception as error:
+                    kind = "foreign"
+                    foreign += 1
+                    print(f"{name}, {case[0]}: {error!r}", file=sys.stderr)
+                seconds = time.monotonic() - start
+                count[kind] += 1
+                latest[limit] = max(latest[limit], (seconds - limit, case[0]))
+        cells = " | ".join(f"{late:.2f} s ({where})" for late, where in latest.values())
+        print(
+            f"| {name} | {sum(count.values())} | {count['result']} | {count['limit']} |"
+            f" {count['error'] + count['foreign']} | {cells} |",
+            flush=True,
+        )
+    return int(foreign > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

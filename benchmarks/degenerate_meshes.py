@@ -1,0 +1,266 @@
+"""Small valid meshes that are as degenerate as doubles allow, and calls of the conformal half of the package on them.
+
+    PYTHONPATH=build/python python3 benchmarks/degenerate_meshes.py [--count 1000] [--seed 0] [--limit 0.5]
+
+runs that many random calls in child processes and prints what came out: results, errors by code, crashes, foreign
+exceptions, results that are not what they should be, and how late the latest call came back. Exit status 1 if a call
+ended in anything but a result of finite numbers or one of the package's own errors.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+import flipfree as ff
+
+from surfaces import Mesh, bumpy_grid, torus
+
+#: Calls per child process.
+BATCH = 50
+
+
+def hull(count: int, random: np.random.Generator) -> Mesh:
+    """Convex hull of random points on a sphere: every triangle that has all others on one side."""
+    points = random.normal(size=(count, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    faces = []
+    for a in range(count):
+        for b in range(count):
+            for c in range(b + 1, count):
+                if a >= b:
+                    continue
+                normal = np.cross(points[b] - points[a], points[c] - points[a])
+                side = (points - points[a]) @ normal
+                side[[a, b, c]] = 0.0
+                if (side <= 0).all():
+                    faces.append((a, b, c))
+                elif (side >= 0).all():
+                    faces.append((a, c, b))
+    return points, np.array(faces, np.int32)
+
+
+def fan(count: int, random: np.random.Generator) -> Mesh:
+    """A disk of one inner vertex and a ring of `count`."""
+    angle = np.sort(random.uniform(0, 2 * np.pi, count))
+    ring = np.stack([np.cos(angle), np.sin(angle), random.normal(size=count)], -1)
+    a = np.arange(count)
+    faces = np.stack([a, np.roll(a, -1), np.full(count, count)], -1)
+    return np.vstack([ring, [[0, 0, 0]]]), faces.astype(np.int32)
+
+
+def base_mesh(random: np.random.Generator) -> Mesh:
+    kind = random.integers(5)
+    if kind == 0:
+        return bumpy_grid(int(random.integers(1, 5)), int(random.integers(1, 4)))
+    if kind == 1:
+        return hull(int(random.integers(4, 21)), random)
+    if kind == 2:
+        return torus(int(random.integers(3, 6)), int(random.integers(3, 5)))
+    if kind == 3:
+        return fan(int(random.integers(3, 20)), random)
+    points = random.normal(size=(3, 3))
+    return points, np.array([[0, 1, 2]], np.int32)
+
+
+def degenerate_mesh(random: np.random.Generator) -> Mesh:
+    """One or two of: an axis scaled by 1e-5 to 1e-300, one vertex all but on another, one vertex thrown far."""
+    vertices, faces = base_mesh(random)
+    vertices = np.array(vertices, np.float64)
+    if random.integers(3) == 0:
+        vertices = vertices @ np.linalg.qr(random.normal(size=(3, 3)))[0]
+    for _ in range(random.integers(1, 3)):
+        kind = random.integers(4)
+        a, b = random.choice(len(vertices), 2, replace=False)
+        if kind == 0:
+            vertices[:, random.integers(3)] *= 10.0 ** -random.uniform(5, 300)
+        elif kind == 1:
+            vertices[a] = vertices[b] + 1e-17 * random.normal(size=3)
+        elif kind == 2:
+            vertices[a] = random.normal(size=3) * 10.0 ** random.uniform(3, 150)
+        else:
+            vertices *= 10.0 ** random.uniform(-150, 100)
+    return vertices, faces
+
+
+def open_edges(faces: npt.NDArray[np.int32]) -> npt.NDArray[np.int64]:
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).astype(np.int64)
+    key, backward = edges @ [1 << 32, 1], edges @ [1, 1 << 32]
+    return edges[~np.isin(key, backward)]
+
+
+def some_angles(
+    faces: npt.NDArray[np.int32], count: int, random: np.random.Generator
+) -> npt.NDArray[np.float64]:
+    """Positive angles that meet Gauss-Bonnet: equal ones, random ones, or nearly flat ones."""
+    kind = random.integers(3)
+    if kind == 0:
+        angles = np.ones(count)
+    elif kind == 1:
+        angles = random.uniform(0.05, 1.0, count)
+    else:
+        angles = np.full(count, 2.0)
+        angles[np.unique(open_edges(faces))] = 1.0
+    return angles * (np.pi * len(faces) / angles.sum())
+
+
+def some_lengths(
+    faces: npt.NDArray[np.int32], random: np.random.Generator
+) -> npt.NDArray[np.float64]:
+    """Lengths between 1 and just below 2, so that every triangle is one; some all but degenerate."""
+    edges = np.sort(np.stack([faces, np.roll(faces, -1, 1)], -1), -1).reshape(-1, 2)
+    _, inverse = np.unique(edges, axis=0, return_inverse=True)
+    span = [1e-9, 1e-3, 1.0 - 1e-15][random.integers(3)]
+    lengths = 1.0 + span * random.uniform(0, 1, inverse.max() + 1)
+    lengths[random.random(len(lengths)) < 0.2] = 1.0 + span
+    return lengths[inverse.reshape(-1)].reshape(-1, 3) * 10.0 ** random.uniform(-20, 20)
+
+
+Call = tuple[str, Callable[..., Any], tuple[Any, ...], dict[str, Any]]
+
+
+def random_call(seed: int, limit: float) -> Call:
+    """A call of the conformal half: its name, function, arguments."""
+    random = np.random.default_rng(seed)
+    vertices, faces = degenerate_mesh(random)
+    options: dict[str, Any] = {"max_seconds": limit}
+    name = ["conformal_metric", "conformal", "boundary_angles", "suggest_cones"][
+        random.choice(4, p=[0.3, 0.35, 0.2, 0.15])
+    ]
+    if name == "boundary_angles":
+        shape = ["free", "straight", "circle"][random.integers(3)]
+        if shape == "straight":
+            rim = np.unique(open_edges(faces))
+            corners = random.choice(rim, min(len(rim), 4), replace=False) if len(rim) else []
+            options["corners"] = corners
+        return name, ff.boundary_angles, (vertices, faces, shape), options
+    if name == "suggest_cones":
+        options["bound"] = float(1.0 + 10.0 ** random.uniform(-1, 3))
+        options["quarter_turns"] = bool(random.integers(2))
+        return name, ff.suggest_cones, (vertices, faces), options
+    if random.integers(3) == 0:
+        options["precision"] = [53, 200, 1000, 4096][random.integers(4)]
+    if random.integers(4) == 0:
+        options["tolerance"] = [1e-3, 1e-14, 1e-30][random.integers(3)]
+    if random.integers(4) == 0:
+        options["lengths"] = some_lengths(faces, random)
+    if random.integers(3) == 0:
+        options["intrinsic_refinement"] = ["on", "off"][random.integers(2)]
+    if name == "conformal":
+        if random.integers(3) == 0:
+            corner = random.integers(len(faces), size=2), random.integers(3, size=2)
+            options["cuts"] = np.stack([faces[corner], faces[corner[0], (corner[1] + 1) % 3]], -1)
+        options["original_triangles"] = ["auto", True, False][random.integers(3)]
+        function: Callable[..., Any] = ff.conformal
+    else:
+        options["require_convergence"] = bool(random.integers(2))
+        function = ff.conformal_metric
+    return name, function, (vertices, faces, some_angles(faces, len(vertices), random)), options
+
+
+def _arrays(value: Any, path: str) -> list[tuple[str, npt.NDArray[Any]]]:
+    if isinstance(value, (np.ndarray, float)):
+        return [(path, np.asarray(value))]
+    if isinstance(value, Mapping):
+        return [found for key in value for found in _arrays(value[key], f"{path}.{key}")]
+    if hasattr(value, "__dataclass_fields__"):
+        return _arrays({key: getattr(value, key) for key in value.__dataclass_fields__}, path)
+    return []
+
+
+def has_energy(vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int32]) -> bool:
+    """Whether squares of areas are numbers: given lengths ask for none of the positions' triangles."""
+    p = vertices[faces]
+    areas = np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1)
+    return bool((areas**2 > 0).all())
+
+
+def complaint(name: str, result: Any, arguments: tuple[Any, ...]) -> str:
+    """What is wrong with a result; empty if nothing is."""
+    for path, array in _arrays(result, name):
+        if "energy" in path and not has_energy(arguments[0], arguments[1]):
+            continue
+        if array.dtype.kind == "f" and not np.isfinite(array).all():
+            return f"{path} is not finite"
+    if name == "conformal" and not result.certificate.ok:
+        return "not certified"
+    return ""
+
+
+def outcome(seed: int, limit: float) -> tuple[str, str, float]:
+    """(call, what came of it, seconds). What came of it begins with BAD if it should not."""
+    name, function, arguments, options = random_call(seed, limit)
+    start = time.monotonic()
+    try:
+        result = function(*arguments, **options)
+        seconds = time.monotonic() - start
+        wrong = complaint(name, result, arguments)
+        return name, f"BAD result: {wrong}" if wrong else "result", seconds
+    except ff.FlipfreeError as error:
+        seconds = time.monotonic() - start
+        foreign = error.code == "internal error" or len(str(error)) < 20
+        return name, f"{'BAD ' if foreign else ''}{type(error).__name__}: {error.code}", seconds
+    except Exception as error:
+        return name, f"BAD {type(error).__name__}: {error}", time.monotonic() - start
+
+
+def _work(first: int, last: int, limit: float) -> None:
+    for seed in range(first, last):
+        print(f"{seed}\tstarted", flush=True)
+        name, what, seconds = outcome(seed, limit)
+        print(f"{seed}\t{name}\t{what}\t{seconds:.3f}", flush=True)
+
+
+def run_children(first: int, last: int, limit: float) -> list[tuple[int, str, str, float]]:
+    """(seed, call, what came of it, seconds) of all seeds; a crash costs its own call only."""
+    rows: list[tuple[int, str, str, float]] = []
+    while first < last:
+        end = min(last, first + BATCH)
+        child = [sys.executable, __file__, "--work", str(first), str(end), "--limit", str(limit)]
+        done = subprocess.run(child, capture_output=True, text=True, check=False)
+        begun = first
+        for line in done.stdout.splitlines():
+            part = line.split("\t")
+            if part[1] == "started":
+                begun = int(part[0])
+            else:
+                rows.append((int(part[0]), part[1], part[2], float(part[3])))
+        if done.returncode == 0:
+            first = end
+            continue
+        rows.append((begun, "?", f"BAD crash {done.returncode} {done.stderr[-300:]}", 0.0))
+        first = begun + 1
+    return rows
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--limit", type=float, default=0.5)
+    parser.add_argument("--work", type=int, nargs=2)
+    options = parser.parse_args()
+    if options.work:
+        _work(*options.work, options.limit)
+        return 0
+    rows = run_children(options.seed, options.seed + options.count, options.limit)
+    for (name, what), count in sorted(Counter((row[1], row[2]) for row in rows).items()):
+        print(f"{count:6d}  {name}: {what}")
+    for seed, name, what, _ in rows:
+        if what.startswith("BAD"):
+            print(f"seed {seed}: {name}: {what}")
+    late = max(rows, key=lambda row: row[3])
+    print(f"latest return: {late[3]:.3f} s with a limit of {options.limit} s, seed {late[0]}")
+    return any(row[2].startswith("BAD") for row in rows)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

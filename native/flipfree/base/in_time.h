@@ -1,0 +1,27 @@
+// A whole call under the limit of time that its caller set.
+#pragma once
+
+#include <string>
+#include <utility>
+
+#include "flipfree/base/context.h"
+#include "flipfree/base/error.h"
+
+namespace flipfree {
+
+// work(), with `context` limited to max_seconds; 0: no limit. Throws NotConverged (kTimeLimit) when
+// they are over: `what` did not happen, `cure` besides more time. What a limit around this one ends
+// is not ours: TimeIsOver goes on.
+template <typename Work>
+auto in_time(ExecutionContext& context, double max_seconds, const std::string& what,
+             const std::string& cure, Work&& work) {
+  try {
+    const TimeLimit limit(context, limit_of(max_seconds));
+    return std::forward<Work>(work)();
+  } catch (const TimeIsOver&) {
+    if (!(max_seconds > 0.0) || context.time_is_over()) throw;
+    throw_out_of_time(what, max_seconds, cure);
+  }
+}
+
+}  // namespace flipfree
