@@ -16,9 +16,12 @@ import flipfree as ff
 
 from surfaces import bumpy_grid
 
-#: The package's functions by name; classes, constants and submodules are none.
+#: The package's functions that solve, by name: those that report progress.
 FUNCTIONS: dict[str, Callable[..., Any]] = {
-    name: getattr(ff, name) for name in ff.__all__ if inspect.isfunction(getattr(ff, name))
+    name: getattr(ff, name)
+    for name in ff.__all__
+    if inspect.isfunction(getattr(ff, name))
+    and "progress" in inspect.signature(getattr(ff, name)).parameters
 }
 
 

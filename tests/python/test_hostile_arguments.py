@@ -68,6 +68,15 @@ def test_unexpected_arguments_are_taken_or_refused(name: str, parameter: str) ->
     assert refused > 20
 
 
+@pytest.mark.parametrize("parameter", ["faces", "cuts"])
+def test_split_fans_takes_or_refuses_unexpected_arguments(parameter: str) -> None:
+    for described, make in VALUES.items():
+        try:
+            ff.split_fans(**{"faces": [[0, 1, 2]], parameter: make()})
+        except ff.InvalidInput as error:
+            assert len(str(error)) > 20, (described, error)
+
+
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_arrays_of_any_layout_give_the_same_result(name: str) -> None:
     def read_only(a: np.ndarray) -> np.ndarray:

@@ -8,9 +8,11 @@ import numpy as np
 
 from . import _native
 from .arrays import as_indices
+from .job import ours_only
 from .results import IntArray
 
 
+@ours_only
 def split_fans(faces: Any, *, cuts: Any = None) -> tuple[IntArray, IntArray]:
     """Renumbers triangles so that every fan of edge-connected triangles around a point has a vertex of its own.
 
