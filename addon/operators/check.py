@@ -63,6 +63,9 @@ def summary(tasks: list[CheckTask]) -> str:
     text = common.figures([t.certificate for t in tasks], sum(t.islands for t in tasks))
     wrong = sum(len(t.failed_faces()) for t in tasks)
     verdict = f"{common.plural(wrong, 'face')} wrong, now selected" if wrong else "Nothing wrong"
+    nowhere = [text for t in tasks for text in t.certificate.failures]
+    if not wrong and nowhere:  # of the whole map, no face in particular
+        verdict = nowhere[0]
     stacked = [int(t.snapshot.triangle_face[island]) for t in tasks for island in t.stacked()]
     if stacked:
         named = ", ".join(map(str, stacked[:_MOST_NAMED]))
@@ -84,8 +87,10 @@ def advice(tasks: list[CheckTask]) -> str:
         texts.append("Pack the islands, or allow stacked ones in the redo panel")
     if any(t.certificate.flips32 > 0 or t.certificate.overlaps > 0 for t in tasks):
         texts.append("Unwrap Flip-Free makes a map without flips and overlaps")
-    elif not texts and not all(t.certificate.ok for t in tasks):
+    elif not texts and any(len(t.failed_faces()) for t in tasks):
         texts.append("Unwrap it anew")
+    elif not texts and not all(t.certificate.ok for t in tasks):
+        texts.append("Give the mesh's faces an area: Mesh > Clean Up > Degenerate Dissolve")
     return ". ".join([*texts, *filter(None, [common.advice(tasks)])])
 
 

@@ -116,8 +116,10 @@ def test_records_say_what_is_poor_and_what_failed(tmp_path):
     shapes.add("Bad", [(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(0, 1, 2)], uv=True)
     path, record = tmp_path / "two.blend", tmp_path / "record.json"
     bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
-    assert command("check", path, "--json", record).returncode == 0
+    # A surface without area has no distortion that could be measured.
+    assert command("check", path, "--json", record).returncode == 1
     found = {entry["object"]: entry for entry in json.loads(record.read_text())}
+    assert not found["Bad"]["ok"] and "not a finite number" in found["Bad"]["report"]
     assert found["Flat"]["poor"] and found["Flat"]["poor_islands"] == [0]
     assert "Select Distorted Islands" in found["Flat"]["warnings"][0]
     out = tmp_path / "out.blend"
