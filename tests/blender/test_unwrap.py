@@ -281,11 +281,11 @@ def test_an_island_that_would_lie_on_itself_is_cut_along_edges_that_can_be_selec
     unwrap(select_cuts=True)
     assert shapes.exact_flips(ob) == 0
     assert counter_islands(ob) > 1
-    chosen = [edge for edge in ob.data.edges if edge.select]
+    chosen = {edge.index for edge in ob.data.edges if edge.select}
     assert chosen and not any(edge.use_seam for edge in ob.data.edges)
     unwrap(mark_seams=True)
     seams = {edge.index for edge in ob.data.edges if edge.use_seam}
-    assert seams == {edge.index for edge in chosen}
+    assert seams == chosen
 
 
 def test_no_cuts_are_added_where_they_may_not():
