@@ -214,7 +214,7 @@ Packed pack_into(const std::vector<Vector2>& sizes, const std::vector<Way>& ways
     if (best.scale < low) continue;
     double high = bound;
     while (high > low * kFine) {
-      const double middle = std::sqrt(low * high);
+      const double middle = std::sqrt(low) * std::sqrt(high);  // their product may overflow
       (attempt(middle, way) ? low : high) = middle;
     }
     for (int i = 0; i < kScalesAbove; ++i) attempt(std::min(bound, low *= kFine), way);
