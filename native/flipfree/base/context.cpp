@@ -23,14 +23,24 @@ double ExecutionContext::seconds_left() const {
 }
 
 void ExecutionContext::report(const char* stage, double fraction) {
+  show(stage, fraction);
+  check();
+}
+
+void ExecutionContext::show(const char* stage, double fraction) {
   const double mapped = begin_ + (end_ - begin_) * std::clamp(fraction, 0.0, 1.0);
   stage_.store(stage, std::memory_order_relaxed);
   // Parts solved side by side may report at once: the largest value wins.
   double shown = fraction_.load(std::memory_order_relaxed);
-  while (mapped > shown &&
-         !fraction_.compare_exchange_weak(shown, mapped, std::memory_order_relaxed)) {
+  while (mapped > shown) {
+    if (!fraction_.compare_exchange_weak(shown, mapped, std::memory_order_relaxed)) continue;
+    if (shared_ != nullptr) shared_->add(stage, weight_ * (mapped - shown));
+    return;
   }
-  check();
+}
+
+void SharedProgress::add(const char* stage, double share) {
+  whole_.show(stage, share + sum_.fetch_add(share, std::memory_order_relaxed));
 }
 
 ProgressRange::ProgressRange(ExecutionContext& context, double begin, double end)

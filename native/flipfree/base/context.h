@@ -13,6 +13,8 @@
 
 namespace flipfree {
 
+class SharedProgress;
+
 class ExecutionContext {
  public:
   // Number of threads that solvers may use; results do not depend on it.
@@ -34,6 +36,14 @@ class ExecutionContext {
         deadline_(parent->deadline_),
         in_hand_(parent->in_hand_),
         parent_(parent) {}
+  // The same for one of several parts whose progress adds up: this one is the share `weight` of the
+  // whole. `shared` must outlive it.
+  ExecutionContext(const ExecutionContext* parent, int part_threads, SharedProgress* shared,
+                   double weight)
+      : ExecutionContext(parent, part_threads) {
+    shared_ = shared;
+    weight_ = weight;
+  }
   ExecutionContext(const ExecutionContext&) = delete;
   ExecutionContext& operator=(const ExecutionContext&) = delete;
 
@@ -70,11 +80,13 @@ class ExecutionContext {
  private:
   friend class MapInHand;
   friend class ProgressRange;
+  friend class SharedProgress;
   friend class TimeLimit;
   friend class Untimed;
   static constexpr double kForever = std::numeric_limits<double>::infinity();
 
   double now() const;
+  void show(const char* stage, double fraction);
 
   std::atomic<bool> cancelled_{false};
   std::atomic<bool> accepted_{false};
@@ -85,6 +97,23 @@ class ExecutionContext {
   double deadline_ = kForever;
   bool in_hand_ = false;
   const ExecutionContext* parent_ = nullptr;
+  SharedProgress* shared_ = nullptr;
+  double weight_ = 0.0;
+};
+
+// The progress of parts that are solved side by side, added up in the current range of the whole,
+// which stays the same meanwhile.
+class SharedProgress {
+ public:
+  // done: share of the whole that the parts do not cover and that is behind.
+  SharedProgress(ExecutionContext& whole, double done) : whole_(whole), sum_(done) {}
+
+ private:
+  friend class ExecutionContext;
+  void add(const char* stage, double share);
+
+  ExecutionContext& whole_;
+  std::atomic<double> sum_;
 };
 
 // While it lives, fractions reported on `context` cover [begin, end] of the range that was current

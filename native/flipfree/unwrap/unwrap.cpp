@@ -1,7 +1,6 @@
 #include "flipfree/unwrap/unwrap.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -185,6 +184,9 @@ void for_charts(const Islands& islands, ExecutionContext& context, Stats& stats,
   });
   std::size_t total = 0;
   for (const Chart& chart : charts) total += chart.faces.size();
+  const auto share_of = [&](std::size_t c) {
+    return static_cast<double>(charts[c].faces.size()) / static_cast<double>(total);
+  };
 
   const auto solve_one = [&](std::size_t c, ExecutionContext& chart_context) {
     try {
@@ -201,24 +203,22 @@ void for_charts(const Islands& islands, ExecutionContext& context, Stats& stats,
   };
 
   std::size_t first_small = 0;
-  std::size_t done = 0;
+  double done = 0.0;
   if (charts.size() == 1 || 2 * charts[order[0]].faces.size() >= total) {
-    const std::size_t faces = charts[order[0]].faces.size();
-    const ProgressRange range(context, 0.0,
-                              static_cast<double>(faces) / static_cast<double>(total));
+    done = share_of(order[0]);
+    const ProgressRange range(context, 0.0, done);
     solve_one(order[0], context);
     first_small = 1;
-    done = faces;
   }
-  std::atomic<std::size_t> finished{done};
-  parallel_for(
-      context, order.size() - first_small, 1, [&](std::size_t begin, std::size_t, std::size_t) {
-        const std::size_t c = order[first_small + begin];
-        ExecutionContext part(&context, 1);
-        solve_one(c, part);
-        const std::size_t now = finished.fetch_add(charts[c].faces.size()) + charts[c].faces.size();
-        context.report("flattening charts", static_cast<double>(now) / static_cast<double>(total));
-      });
+  SharedProgress progress(context, done);
+  parallel_for(context, order.size() - first_small, 1,
+               [&](std::size_t begin, std::size_t, std::size_t) {
+                 const std::size_t c = order[first_small + begin];
+                 ExecutionContext part(&context, 1, &progress, share_of(c));
+                 solve_one(c, part);
+                 const Untimed done_with(part);
+                 part.report("flattening charts", 1.0);
+               });
   if (!order.empty()) stats.insert(chart_stats[order[0]].begin(), chart_stats[order[0]].end());
   if (std::any_of(chart_stats.begin(), chart_stats.end(),
                   [](const Stats& s) { return s.contains("time_limit_reached"); }))

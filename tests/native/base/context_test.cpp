@@ -214,5 +214,21 @@ TEST(ErrorCode, every_code_has_a_text_of_its_own) {
   EXPECT_EQ(std::adjacent_find(texts.begin(), texts.end()), texts.end());
 }
 
+TEST(SharedProgress, adds_up_what_parts_have_done_in_the_range_of_the_whole) {
+  ExecutionContext whole;
+  const ProgressRange range(whole, 0.0, 0.5);
+  SharedProgress progress(whole, 0.2);
+  ExecutionContext first(&whole, 1, &progress, 0.5);
+  ExecutionContext second(&whole, 1, &progress, 0.3);
+  first.report("first", 0.5);
+  EXPECT_DOUBLE_EQ(whole.fraction(), 0.5 * 0.45);
+  second.report("second", 1.0);
+  EXPECT_DOUBLE_EQ(whole.fraction(), 0.5 * 0.75);
+  first.report("first", 0.25);  // falling back changes nothing
+  EXPECT_DOUBLE_EQ(whole.fraction(), 0.5 * 0.75);
+  first.report("first", 1.0);
+  EXPECT_DOUBLE_EQ(whole.fraction(), 0.5);
+}
+
 }  // namespace
 }  // namespace flipfree
