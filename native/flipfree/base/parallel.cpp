@@ -4,6 +4,8 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
+#include <new>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -47,7 +49,11 @@ void parallel_for(const ExecutionContext& context, std::size_t count, std::size_
   {
     std::vector<std::jthread> threads;
     threads.reserve(workers - 1);
-    for (std::size_t t = 1; t < workers; ++t) threads.emplace_back(work);
+    try {
+      for (std::size_t t = 1; t < workers; ++t) threads.emplace_back(work);
+    } catch (const std::system_error&) {  // no more threads are to be had: these do all the work
+    } catch (const std::bad_alloc&) {
+    }
     work();
   }
   if (failure) std::rethrow_exception(failure);

@@ -11,7 +11,8 @@
 namespace flipfree {
 
 // Calls body(begin, end, chunk) for the chunks [0, grain), [grain, 2 grain), ... of [0, count),
-// each exactly once, on up to context.threads threads; the calling thread takes part. The first
+// each exactly once, on up to context.threads threads, fewer if the system gives no more; the
+// calling thread takes part. The first
 // exception (in chunk order) is rethrown after all threads have stopped. Chunks that did not start
 // when one threw, or after a cancel, are dropped.
 void parallel_for(

@@ -47,7 +47,8 @@ void LinearPlacement::add(VertexId v, ExecutionContext& context) {
     b[i] = free_[row];
     for (Eigen::Index j = 0; j < k; ++j) a(i, j) = green_[static_cast<std::size_t>(j)][row];
   }
-  charge = -a.ldlt().solve(b);
+  // By way of a new vector: Eigen frees before it allocates, and would free again if it gets none.
+  charge = Eigen::VectorXd(-a.ldlt().solve(b));
   u = free_;
   for (std::size_t j = 0; j < cones.size(); ++j) {
     const double q = charge[static_cast<Eigen::Index>(j)];

@@ -245,6 +245,7 @@ class Ladder {
   }
 
   bool repair() {
+    if (uv_.rows() == 0) return false;  // time was over before there was anything to repair
     const double share = static_cast<double>(bad_) / static_cast<double>(result_.faces.rows());
     if (share > kRepairableShare) return false;
     const ProgressRange range(context_, kSchnyderShare, kRepairShare);
