@@ -311,7 +311,8 @@ Points2f round_to_storage(const Triangles& faces, const Points2& uv, const Round
     for (int rings = kFirstRings; !left.empty(); rings *= 2) {
       region.insert(region.end(), seeds.begin(), seeds.end());
       for (int r = 0; r < rings; ++r) region = repair.grow(region);
-      const bool everything = static_cast<Eigen::Index>(region.size()) == uv.rows();
+      // All that is connected to the vertices at fault, which need not be the whole mesh.
+      const bool everything = repair.grow(region).size() == region.size();
       try {
         open_region(faces, region, options, wide, context);
       } catch (const NotConverged&) {

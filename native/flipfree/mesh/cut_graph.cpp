@@ -8,6 +8,7 @@
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
 #include "flipfree/mesh/fill.h"
+#include "flipfree/mesh/own_unit.h"
 #include "flipfree/mesh/shortest_paths.h"
 #include "flipfree/mesh/topology.h"
 
@@ -100,11 +101,26 @@ class PlanarCutter {
       mark_path(paths, source(faces, h));
       mark_path(paths, target(faces, h));
     }
+    rejoin();
     prune();
     return std::move(cut_);
   }
 
  private:
+  // Without the fans the surface may have fallen apart where shortest paths tie and reach a rim
+  // beside its fan. Two planar pieces joined along one edge are one planar piece.
+  void rejoin() {
+    DisjointSets pieces(static_cast<Index>(cut_.size() / 3));
+    for (const bool cut : {false, true}) {
+      for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cut_.size()); ++h) {
+        const HalfedgeId o = adjacency_.opposite[static_cast<std::size_t>(h)];
+        if (o < h || (cut_[static_cast<std::size_t>(h)] != 0) != cut) continue;
+        if (pieces.join(h / 3, o / 3) && cut)
+          cut_[static_cast<std::size_t>(h)] = cut_[static_cast<std::size_t>(o)] = 0;
+      }
+    }
+  }
+
   bool avoids(VertexId v) const {
     return !avoided_.empty() && v < real_vertices_ && avoided_[static_cast<std::size_t>(v)] != 0;
   }
@@ -230,7 +246,9 @@ EdgeFlags planar_cut(const Surface& surface, const Adjacency& adjacency,
   const Topology shape = topology(surface.faces, adjacency);
   if (shape.boundary_loops > 0 && shape.genus() == 0)
     return EdgeFlags(adjacency.opposite.size(), 0);
-  PlanarCutter cutter(surface, adjacency, context, uncuttable, avoided);
+  // Infinite lengths would pass for edges that must not be cut.
+  const InOwnUnit scaled(surface);
+  PlanarCutter cutter(scaled.surface(), adjacency, context, uncuttable, avoided);
   return shape.genus() == 0 ? cutter.open_sphere() : cutter.open_handles();
 }
 

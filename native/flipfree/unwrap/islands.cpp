@@ -84,9 +84,8 @@ Islands make_islands(const Surface& surface, const Adjacency& adjacency, const E
   const auto slit = [&](const Chart& chart, const Adjacency& local, const EdgeFlags& avoid) {
     return cut_to_extremities(chart.surface, local, avoid, context);
   };
-  // One round opens every piece; cutting through a hole can in rare cases split a piece in two, and
-  // seams around a handle can leave a part that needs another. Each round lowers the genus or opens
-  // a closed piece.
+  // One round opens every piece; seams around a handle can leave a part that needs another. Each
+  // round lowers the genus or opens a closed piece.
   constexpr int kMostRounds = 64;
   bool planar = false;
   for (int round = 0; round < kMostRounds && !planar; ++round) {

@@ -138,5 +138,27 @@ TEST(Rounding, ImpossibleMapsAreRefusedAndNamed) {
   }
 }
 
+TEST(Rounding, WhatCannotBeStoredEndsTheSearchInItsOwnPiece) {
+  // Two pieces that no triangle joins. In the second a vertex lies within a triangle of three
+  // neighbouring 32-bit points, which are fixed.
+  Triangles faces(4, 3);
+  faces << 0, 1, 2, 3, 4, 6, 4, 5, 6, 5, 3, 6;
+  const double step = 0x1p-23;
+  Points2 uv(7, 2);
+  uv << 0, 0, 1, 0, 0, 1, 1, 1, 1 + step, 1, 1, 1 + step, 1 + step / 3, 1 + step / 3;
+  RoundingOptions options;
+  options.fixed = {3, 4, 5};
+  ExecutionContext context;
+  ASSERT_TRUE(distortion::is_flip_free(faces, uv, context));
+  Stats stats;
+  const TimeLimit limit(context, 60.0);
+  try {
+    round_to_storage(faces, uv, options, context, stats);
+    FAIL() << "a collapsed triangle was accepted";
+  } catch (const NotConverged& e) {
+    EXPECT_EQ(e.error().code, ErrorCode::kRoundingFlips);
+  }
+}
+
 }  // namespace
 }  // namespace flipfree

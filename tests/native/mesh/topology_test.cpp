@@ -235,5 +235,30 @@ TEST(PlanarCut, of_a_torus_is_not_much_longer_than_its_two_shortest_loops) {
   EXPECT_LT(length, 1.6 * 2.0 * 3.15 * (0.4 + 0.6));
 }
 
+TEST(PlanarCut, lengths_beyond_doubles_and_lengths_that_vanish_leave_one_planar_piece) {
+  // Tori with two holes; all shortest paths tie where lengths vanish.
+  Surface surface = test::torus(6, 5);
+  surface.faces.row(20) = surface.faces.row(58).eval();
+  surface.faces.conservativeResize(58, 3);
+  const Adjacency adjacency = adjacency_of(surface);
+  ASSERT_EQ(topology_of(surface).boundary_loops, 2);
+  const ExecutionContext context;
+  for (const double unit : {1e-200, 1.0, 1e200, 1e307}) {
+    SCOPED_TRACE(unit);
+    Surface scaled = surface;
+    scaled.vertices *= unit;
+    // One vertex far away makes all other lengths vanish.
+    for (const bool thrown : {false, true}) {
+      if (thrown) scaled.vertices(0, 0) = 1e300;
+      const EdgeFlags graph = planar_cut(scaled, adjacency, context);
+      const CutMesh cut = cut_along(scaled.faces, adjacency, graph);
+      const Topology t = topology(
+          cut.faces, build_adjacency(static_cast<Index>(cut.vertex_origin.size()), cut.faces));
+      EXPECT_EQ(t.components, 1);
+      EXPECT_EQ(t.genus(), 0);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace flipfree

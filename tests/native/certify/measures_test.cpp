@@ -1,0 +1,289 @@
+// Single measures of the certificate where whole certificates do not reach: degenerate surfaces,
+// limits of what is named, provenance that is wrong in each possible way.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "flipfree/certify/certify.h"
+#include "flipfree/certify/energy.h"
+#include "flipfree/certify/island_overlap.h"
+#include "flipfree/certify/overlap.h"
+#include "flipfree/certify/provenance.h"
+#include "flipfree/certify/seamless.h"
+#include "flipfree/certify/winding.h"
+#include "support/shapes.h"
+
+namespace flipfree {
+namespace {
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+Points2 corners(const Surface& surface, const Points2& vertex_uv) {
+  Points2 uv(3 * surface.faces.rows(), 2);
+  for (CornerId c = 0; c < uv.rows(); ++c) uv.row(c) = vertex_uv.row(surface.faces(c / 3, c % 3));
+  return uv;
+}
+
+Points2 flat(const Surface& surface) { return corners(surface, surface.vertices.leftCols<2>()); }
+
+Adjacency adjacency_of(const Surface& surface) {
+  return build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+}
+
+// Triangles apart from each other in space, all in one place in the plane.
+Surface loose_triangles(Index count) {
+  Surface surface;
+  surface.vertices.resize(3 * count, 3);
+  surface.faces.resize(count, 3);
+  for (Index f = 0; f < count; ++f) {
+    surface.vertices.middleRows<3>(3 * f) << f, 0, 0, f + 1, 0, 0, f, 1, 0;
+    surface.faces.row(f) << 3 * f, 3 * f + 1, 3 * f + 2;
+  }
+  return surface;
+}
+Points2 stacked(Index count) {
+  Points2 uv(3 * count, 2);
+  for (Index f = 0; f < count; ++f) uv.middleRows<3>(3 * f) << 0, 0, 1, 0, 0, 1;
+  return uv;
+}
+
+TEST(Energy, of_flipped_maps_is_infinite_and_of_surfaces_without_area_not_a_number) {
+  Surface surface = test::grid(2, 2);
+  Points2 uv = flat(surface);
+  uv.row(0).swap(uv.row(1));
+  EXPECT_EQ(symmetric_dirichlet(surface, uv).maximum, kInfinite);
+  surface.vertices.setZero();
+  const EnergyFigures none = symmetric_dirichlet(surface, flat(test::grid(2, 2)));
+  EXPECT_TRUE(std::isnan(none.mean));
+  EXPECT_TRUE(std::isnan(none.percentile99));
+}
+
+TEST(Energy, leaves_faces_without_area_out_also_where_charts_are_named) {
+  Surface surface = test::grid(2, 2);
+  const Points2 uv = flat(surface);
+  surface.vertices.row(surface.faces(0, 0)) = surface.vertices.row(surface.faces(0, 1)).eval();
+  EXPECT_TRUE(std::isfinite(symmetric_dirichlet(surface, uv).mean));
+  const Components charts = charts_of(adjacency_of(surface), EdgeFlags(24, 0));
+  EXPECT_EQ(charts_above(surface, uv, charts, 1.0, 1e9).size(), 0U);
+  EXPECT_EQ(charts_above(surface, uv, charts, 1.0, 0.0).size(), 1U);
+}
+
+TEST(Winding, of_closed_surfaces_is_judged_at_every_uncut_vertex) {
+  const Surface surface = test::tetrahedron();
+  const Adjacency adjacency = adjacency_of(surface);
+  Points2 uv(12, 2);
+  for (Index f = 0; f < 4; ++f) uv.middleRows<3>(3 * f) << 0, 0, 1, 0, 0, 1;
+  EXPECT_FALSE(winding_failures(adjacency, EdgeFlags(12, 0), uv).empty());
+  EXPECT_TRUE(winding_failures(adjacency, EdgeFlags(12, 1), uv).empty());
+}
+
+TEST(Seams, only_cut_edges_with_two_sides_are_judged) {
+  const Surface surface = test::grid(1, 1);
+  const Adjacency adjacency = adjacency_of(surface);
+  Points2 uv = flat(surface);
+  EXPECT_TRUE(seam_failures(adjacency, EdgeFlags(6, 1), uv).empty());
+  uv.bottomRows(3) *= 2.0;
+  EXPECT_TRUE(seam_failures(adjacency, EdgeFlags(6, 0), uv).empty());
+  EXPECT_EQ(seam_failures(adjacency, EdgeFlags(6, 1), uv).size(), 1U);
+}
+
+TEST(Overlap, names_at_most_a_thousand_faces) {
+  // A strip of 700 cells folded onto the same 7 places over and over: thousands of contacts.
+  const Surface surface = test::grid(700, 1);
+  Points2 uv(surface.vertices.rows(), 2);
+  for (VertexId v = 0; v < uv.rows(); ++v) {
+    const double angle = 2.0 * 3.14159265358979 * (v % 701) / 7.0;
+    const double radius = 2.0 - surface.vertices(v, 1);
+    uv.row(v) << radius * std::cos(angle), radius * std::sin(angle);
+  }
+  const Overlaps overlaps = boundary_overlaps(surface.faces, adjacency_of(surface),
+                                              EdgeFlags(3 * 1400, 0), corners(surface, uv));
+  EXPECT_GT(overlaps.contacts, 1000);
+  EXPECT_LE(overlaps.faces.size(), 1000U);
+}
+
+TEST(Overlap, names_at_most_a_thousand_faces_of_loops_turned_inside_out) {
+  // A ring whose hole is turned inside out: its inner boundary runs outside the outer one. (The
+  // triangles are flipped; the loops are simple all the same.)
+  constexpr Index kColumns = 1200;
+  Surface ring = test::grid(kColumns, 1);
+  Points2 uv(ring.vertices.rows(), 2);
+  for (VertexId v = 0; v < uv.rows(); ++v) {
+    const Index column = v % (kColumns + 1) % kColumns;
+    const double angle = 2.0 * 3.14159265358979 * column / kColumns;
+    const double radius = v > kColumns ? 3.0 : 2.0;
+    uv.row(v) << radius * std::cos(angle), radius * std::sin(angle);
+  }
+  for (VertexId& v : ring.faces.reshaped()) {
+    if (v % (kColumns + 1) == kColumns) v -= kColumns;
+  }
+  Points2 mirrored = corners(ring, uv);
+  // Both loops run counter-clockwise: one of them mirrored.
+  for (CornerId c = 0; c < mirrored.rows(); ++c) {
+    if (ring.faces(c / 3, c % 3) > kColumns) mirrored(c, 1) *= -1.0;
+  }
+  const Overlaps overlaps =
+      boundary_overlaps(ring.faces, adjacency_of(ring), EdgeFlags(6 * kColumns, 0), mirrored);
+  EXPECT_EQ(overlaps.contacts, 0);
+  EXPECT_EQ(overlaps.turned_loops, 1);
+  EXPECT_EQ(overlaps.faces.size(), 1000U);
+}
+
+TEST(IslandOverlap, counting_ends_at_a_million_pairs_and_a_thousand_faces) {
+  constexpr Index kTriangles = 1500;
+  const Surface surface = loose_triangles(kTriangles);
+  const Components charts =
+      charts_of(adjacency_of(surface), EdgeFlags(static_cast<std::size_t>(3 * kTriangles), 0));
+  const IslandOverlaps overlaps = island_overlaps(charts, stacked(kTriangles));
+  EXPECT_EQ(overlaps.pairs, IslandOverlaps::kMostPairs);
+  EXPECT_EQ(overlaps.faces.size(), 1000U);
+}
+
+TEST(IslandOverlap, charts_that_cover_nothing_overlap_nothing) {
+  const Surface surface = loose_triangles(4);
+  const Components charts = charts_of(adjacency_of(surface), EdgeFlags(12, 0));
+  Points2 uv = stacked(4);
+  uv.row(0).setConstant(std::numeric_limits<double>::quiet_NaN());
+  uv.middleRows<3>(3).setConstant(kInfinite);
+  uv.row(8) = uv.row(7);        // degenerate
+  uv.row(10).swap(uv.row(11));  // flipped: covers what it covers
+  EXPECT_EQ(island_overlaps(charts, uv).pairs, 0);
+  uv.middleRows<3>(6) << 0, 0, 1, 0, 0, 1;
+  EXPECT_EQ(island_overlaps(charts, uv).pairs, 1);
+}
+
+TEST(IslandOverlap, trees_of_many_triangles_are_searched_on_both_sides) {
+  // Two combs of which only the last teeth meet, in either order.
+  const Surface grid = test::grid(8, 8);
+  const Eigen::Index n = grid.vertices.rows();
+  const Eigen::Index m = grid.faces.rows();
+  Surface surface;
+  surface.vertices.resize(n + 3, 3);
+  surface.vertices << grid.vertices, loose_triangles(1).vertices;
+  surface.faces.resize(m + 1, 3);
+  surface.faces.topRows(m) = grid.faces;
+  surface.faces.row(m) << static_cast<Index>(n), static_cast<Index>(n + 1),
+      static_cast<Index>(n + 2);
+  const Components charts =
+      charts_of(adjacency_of(surface), EdgeFlags(static_cast<std::size_t>(3 * (m + 1)), 0));
+  for (const double x : {-0.05, 0.5, 0.99}) {
+    for (const double y : {-0.05, 0.5, 0.99}) {
+      Points2 uv(3 * (m + 1), 2);
+      uv.topRows(3 * m) = flat(grid);
+      uv.bottomRows<3>() << x, y, x + 0.06, y, x, y + 0.06;
+      const bool apart = x < 0.0 && y < 0.0;  // its long side touches the corner, or passes it
+      EXPECT_EQ(island_overlaps(charts, uv).pairs, apart ? 1 - (x + y + 0.06 < 0.0) : 1)
+          << x << " " << y;
+    }
+  }
+}
+
+// A grid whose first face is split at its centroid, with what says where everything lies.
+struct Refined {
+  Surface parent = test::bumpy_grid(3, 3, 0.3, 2.0);
+  Surface surface;
+  std::vector<FaceId> parent_face;
+  std::vector<FaceId> vertex_parent;
+  Points3 weights;
+
+  Refined() {
+    const Eigen::Index n = parent.vertices.rows();
+    const Eigen::Index m = parent.faces.rows();
+    const Index a = parent.faces(0, 0), b = parent.faces(0, 1), c = parent.faces(0, 2);
+    surface.vertices.resize(n + 1, 3);
+    surface.vertices.topRows(n) = parent.vertices;
+    surface.vertices.row(n) =
+        (parent.vertices.row(a) + parent.vertices.row(b) + parent.vertices.row(c)) / 3.0;
+    surface.faces.resize(m + 2, 3);
+    surface.faces.topRows(m) = parent.faces;
+    surface.faces.row(0) << a, b, static_cast<Index>(n);
+    surface.faces.row(m) << b, c, static_cast<Index>(n);
+    surface.faces.row(m + 1) << c, a, static_cast<Index>(n);
+    for (FaceId f = 0; f < m; ++f) parent_face.push_back(f);
+    parent_face.insert(parent_face.end(), {0, 0});
+    vertex_parent.assign(static_cast<std::size_t>(n + 1), 0);
+    weights = Points3::Zero(n + 1, 3);
+    weights.row(n).setConstant(1.0 / 3.0);
+  }
+  ProvenanceReport check() const {
+    return check_provenance(surface, {&parent, &parent_face, &vertex_parent, &weights});
+  }
+};
+
+TEST(Provenance, says_in_which_way_it_is_wrong) {
+  struct Wrong {
+    const char* sentence;
+    std::function<void(Refined&)> make;
+  };
+  const auto last = [](Refined& r) { return r.surface.vertices.rows() - 1; };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const Wrong cases[] = {
+      {"sizes", [](Refined& r) { r.parent_face.pop_back(); }},
+      {"sizes", [](Refined& r) { r.vertex_parent.pop_back(); }},
+      {"sizes", [](Refined& r) { r.weights.conservativeResize(2, 3); }},
+      {"sizes", [](Refined& r) { r.parent.vertices.conservativeResize(40, 3); }},
+      {"of the input was moved", [](Refined& r) { r.surface.vertices(3, 1) += 1e-15; }},
+      {"no valid place", [](Refined& r) { r.vertex_parent.back() = -1; }},
+      {"no valid place", [](Refined& r) { r.vertex_parent.back() = 18; }},
+      {"no valid place", [&](Refined& r) { r.weights.row(last(r)) << -0.5, 0.5, 1.0; }},
+      {"no valid place", [&](Refined& r) { r.weights.row(last(r)) << 0.5, 0.5, 0.5; }},
+      {"no valid place", [&](Refined& r) { r.weights(last(r), 0) = nan; }},
+      {"does not lie where", [&](Refined& r) { r.surface.vertices(last(r), 2) += 1e-3; }},
+      {"does not lie where", [&](Refined& r) { r.surface.vertices(last(r), 2) = nan; }},
+      {"has no parent", [](Refined& r) { r.parent_face.back() = -1; }},
+      {"has no parent", [](Refined& r) { r.parent_face.back() = 18; }},
+      {"leaves its parent", [](Refined& r) { r.parent_face.back() = 9; }},
+      {"turned over", [](Refined& r) { std::swap(r.surface.faces(0, 0), r.surface.faces(0, 1)); }},
+      {"not covered exactly once",
+       [](Refined& r) {
+         r.surface.faces.row(5) = r.surface.faces.row(4).eval();
+         r.parent_face[5] = 4;
+       }},
+  };
+  EXPECT_EQ(Refined().check().failures, 0);
+  for (const Wrong& wrong : cases) {
+    Refined refined;
+    wrong.make(refined);
+    const ProvenanceReport report = refined.check();
+    EXPECT_GT(report.failures, 0) << wrong.sentence;
+    EXPECT_NE(report.first.find(wrong.sentence), std::string::npos)
+        << wrong.sentence << " / " << report.first;
+  }
+}
+
+TEST(Provenance, vertices_of_neighbouring_faces_are_found_on_the_common_edge) {
+  // A vertex on the edge between the first two faces belongs to one of them and is a corner of
+  // triangles in both.
+  Surface parent = test::grid(1, 1);
+  Surface surface;
+  surface.vertices.resize(5, 3);
+  surface.vertices << parent.vertices, 0.5, 0.5, 0.0;
+  surface.faces.resize(4, 3);
+  // Faces are (0, 1, 3) and (0, 3, 2), the diagonal 0-3.
+  surface.faces << 0, 1, 4, 1, 3, 4, 0, 4, 2, 4, 3, 2;
+  const std::vector<FaceId> parent_face{0, 0, 1, 1};
+  std::vector<FaceId> vertex_parent{0, 0, 1, 0, 0};
+  Points3 weights = Points3::Zero(5, 3);
+  weights.row(4) << 0.5, 0.0, 0.5;
+  const Provenance provenance{&parent, &parent_face, &vertex_parent, &weights};
+  EXPECT_EQ(check_provenance(surface, provenance).failures, 0);
+  vertex_parent[4] = -1;
+  EXPECT_GT(check_provenance(surface, provenance).failures, 0);
+}
+
+TEST(Provenance, at_most_a_thousand_faces_are_named) {
+  Refined refined;
+  refined.parent = test::grid(30, 30);
+  refined.surface = refined.parent;
+  refined.parent_face.assign(1800, -1);
+  refined.vertex_parent.assign(961, 0);
+  refined.weights = Points3::Zero(961, 3);
+  const ProvenanceReport report = refined.check();
+  EXPECT_EQ(report.faces.size(), 1000U);
+  EXPECT_GE(report.failures, 1800);
+}
+
+}  // namespace
+}  // namespace flipfree

@@ -1,0 +1,242 @@
+// What may be asked of a certificate, and how much it says.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "flipfree/certify/certify.h"
+#include "flipfree/certify/winding.h"
+#include "support/shapes.h"
+
+namespace flipfree {
+namespace {
+
+Points2 corners(const Surface& surface, const Points2& vertex_uv) {
+  Points2 uv(3 * surface.faces.rows(), 2);
+  for (CornerId c = 0; c < uv.rows(); ++c) uv.row(c) = vertex_uv.row(surface.faces(c / 3, c % 3));
+  return uv;
+}
+
+Points2 flat(const Surface& surface) { return corners(surface, surface.vertices.leftCols<2>()); }
+
+struct Case {
+  Surface surface = test::grid(3, 3);
+  Points2 uv = flat(surface);
+  CertifyRequest request;
+  Case() { refer(); }
+  void refer() {
+    request.surface = &surface;
+    request.uv = &uv;
+  }
+  Certificate measure() { return certify(request, ExecutionContext()); }
+  ErrorCode refusal() {
+    try {
+      measure();
+    } catch (const InvalidInput& e) {
+      return e.error().code;
+    }
+    return ErrorCode::kInternal;
+  }
+};
+
+TEST(CertifyRequest, maps_of_another_shape_are_refused) {
+  Case c;
+  c.request.surface = nullptr;
+  EXPECT_EQ(c.refusal(), ErrorCode::kBadShape);
+  c.refer();
+  c.request.uv = nullptr;
+  EXPECT_EQ(c.refusal(), ErrorCode::kBadShape);
+  const Points2 fewer = c.uv.topRows(3);
+  c.request.uv = &fewer;
+  EXPECT_EQ(c.refusal(), ErrorCode::kBadShape);
+  c.refer();
+  const Points2f stored = fewer.cast<float>();
+  c.request.uv32 = &stored;
+  EXPECT_EQ(c.refusal(), ErrorCode::kBadShape);
+}
+
+TEST(CertifyRequest, pins_and_cones_that_do_not_exist_are_refused) {
+  for (const CornerId corner : {-1, 54}) {
+    Case c;
+    c.request.pins = {{corner, Vector2(0, 0)}};
+    EXPECT_EQ(c.refusal(), ErrorCode::kBadPins);
+  }
+  const double infinite = std::numeric_limits<double>::infinity();
+  for (const auto& cone : {std::pair{-1, 1.0}, std::pair{16, 1.0}, std::pair{5, infinite}}) {
+    Case c;
+    c.request.cone_angles = {cone};
+    EXPECT_EQ(c.refusal(), ErrorCode::kBadAngles);
+  }
+}
+
+TEST(CertifyRequest, stored_values_may_be_given_and_are_judged_as_they_are) {
+  Case c;
+  Points2f stored = c.uv.cast<float>();
+  c.request.uv32 = &stored;
+  EXPECT_TRUE(c.measure().ok);
+  stored.row(4) = stored.row(3);
+  const Certificate certificate = c.measure();
+  EXPECT_EQ(certificate.flips64, 0);
+  EXPECT_GT(certificate.flips32, 0);
+}
+
+TEST(CertifyRequest, pins_are_judged_in_each_coordinate_in_64_and_in_32_bits) {
+  Case c;
+  Points2f stored = c.uv.cast<float>();
+  c.request.uv32 = &stored;
+  const CornerId corner = 7;
+  c.request.pins = {{corner, c.uv.row(corner).transpose()}};
+  EXPECT_EQ(c.measure().pin_failures, 0);
+  for (const Index axis : {0, 1}) {
+    const double before = c.uv(corner, axis);
+    c.uv(corner, axis) += 1e-12;
+    EXPECT_EQ(c.measure().pin_failures, 1);
+    c.uv(corner, axis) = before;
+    stored(corner, axis) += 1e-6F;
+    EXPECT_EQ(c.measure().pin_failures, 1);
+    stored(corner, axis) = static_cast<float>(before);
+  }
+}
+
+TEST(CertifyRequest, overlaps_are_measured_only_where_somebody_asks) {
+  Case c;
+  c.request.measure_overlaps = false;
+  EXPECT_EQ(c.measure().overlaps, -1);
+  EXPECT_EQ(c.measure().island_overlaps, -1);
+  c.request.require_disjoint = true;
+  EXPECT_EQ(c.measure().overlaps, 0);
+}
+
+TEST(CertifyRequest, a_prescribed_angle_excuses_the_winding_at_its_vertex_alone) {
+  // Fans of eight triangles wound twice around their centres, side by side.
+  Case c;
+  c.surface.vertices = Points3::Zero(18, 3);
+  c.surface.faces.resize(16, 3);
+  Points2 places = Points2::Zero(18, 2);
+  for (Index fan = 0; fan < 2; ++fan) {
+    for (Index i = 0; i < 8; ++i) {
+      const double once = 2.0 * std::numbers::pi * i / 8;
+      c.surface.vertices.row(9 * fan + i) << std::cos(once) + 9 * fan, std::sin(once), 0.0;
+      places.row(9 * fan + i) << std::cos(2 * once) + 9 * fan, std::sin(2 * once);
+      c.surface.faces.row(8 * fan + i) << 9 * fan + 8, 9 * fan + i, 9 * fan + (i + 1) % 8;
+    }
+    c.surface.vertices.row(9 * fan + 8) << 9 * fan, 0.0, 0.0;
+    places.row(9 * fan + 8) << 9 * fan, 0.0;
+  }
+  c.uv = corners(c.surface, places);
+  EXPECT_EQ(c.measure().winding_failures, 2);
+  c.request.cone_angles = {{17, 4.0 * std::numbers::pi}};
+  const Certificate one = c.measure();
+  EXPECT_EQ(one.winding_failures, 1);
+  EXPECT_EQ(one.cone_failures, 1);  // the other one has no prescription, so 2 pi
+  c.request.cone_angles.emplace_back(8, 4.0 * std::numbers::pi);
+  EXPECT_TRUE(c.measure().ok);
+}
+
+TEST(CertifyRequest, isolated_vertices_have_no_angle_and_no_winding) {
+  Case c;
+  c.surface.vertices.conservativeResize(17, 3);
+  c.surface.vertices.row(16).setZero();
+  c.request.cone_angles = {{5, 2.0 * std::numbers::pi}};
+  EXPECT_TRUE(c.measure().ok);
+}
+
+TEST(CertifyRequest, sentences_count_one_and_many) {
+  Case c;
+  c.uv.row(0) = c.uv.row(1);
+  const Certificate one = c.measure();
+  ASSERT_EQ(one.flips64, 1);
+  EXPECT_NE(one.failures[0].find("1 triangle is flipped"), std::string::npos);
+  c.uv.row(3) = c.uv.row(4);
+  EXPECT_NE(c.measure().failures[0].find("2 triangles are flipped"), std::string::npos);
+}
+
+TEST(CertifyRequest, figures_that_are_no_numbers_are_a_failure) {
+  Case c;
+  c.surface.vertices *= 1e-320;  // areas vanish
+  const Certificate certificate = c.measure();
+  EXPECT_FALSE(certificate.ok);
+  ASSERT_FALSE(certificate.failures.empty());
+}
+
+TEST(CertifyRequest, all_pins_that_are_missed_are_counted) {
+  Case c;
+  c.request.pins = {{0, Vector2(9, 9)}, {1, Vector2(9, 9)}};
+  const Certificate certificate = c.measure();
+  EXPECT_EQ(certificate.pin_failures, 2);
+  EXPECT_NE(certificate.failures[0].find("2 pins are"), std::string::npos);
+}
+
+TEST(CertifyRequest, all_angles_that_are_not_met_are_counted) {
+  Case c;
+  c.request.cone_angles = {{5, 1.0}, {6, 1.0}};
+  EXPECT_EQ(c.measure().cone_failures, 2);
+}
+
+TEST(CertifyRequest, at_most_a_thousand_faces_are_named) {
+  Case c;
+  c.surface = test::grid(40, 20);
+  c.uv = -flat(c.surface);
+  c.uv.col(0) *= -1.0;  // every face is flipped
+  c.request.require_disjoint = true;
+  const Certificate certificate = c.measure();
+  EXPECT_EQ(certificate.flips64, 1600);
+  EXPECT_EQ(certificate.failed_faces.size(), 1000U);
+}
+
+TEST(CertifyRequest, poor_islands_are_named_worst_first_up_to_a_hundred) {
+  // Triangles apart from each other, each stretched more than the one before.
+  constexpr Index kTriangles = 150;
+  Case c;
+  c.surface.vertices.resize(3 * kTriangles, 3);
+  c.surface.faces.resize(kTriangles, 3);
+  Points2 places(3 * kTriangles, 2);
+  for (Index f = 0; f < kTriangles; ++f) {
+    c.surface.vertices.middleRows<3>(3 * f) << f, 0, 0, f + 1, 0, 0, f, 1, 0;
+    c.surface.faces.row(f) << 3 * f, 3 * f + 1, 3 * f + 2;
+    const double stretch = 100.0 + f;
+    places.middleRows<3>(3 * f) << 0, 2 * f, stretch, 2 * f, 0, 2 * f + 1 / stretch;
+  }
+  c.uv = corners(c.surface, places);
+  const Certificate certificate = c.measure();
+  EXPECT_TRUE(certificate.ok);
+  EXPECT_TRUE(certificate.poor);
+  ASSERT_EQ(certificate.poor_islands.size(), 100U);
+  EXPECT_EQ(certificate.poor_islands.front(), kTriangles - 1);
+}
+
+TEST(CertifyRequest, a_map_is_poor_by_a_hundredth_of_its_area_alone) {
+  Case c;
+  c.surface = test::grid(10, 10);
+  c.uv = flat(c.surface);
+  // Two of the 200 triangles are drawn out, cut off from the rest and put beside it.
+  for (CornerId k = 0; k < 9; ++k)
+    c.uv.row(k) = Eigen::RowVector2d(c.uv(k, 0) * 9, c.uv(k, 1) / 9 - 3);
+  const Certificate certificate = c.measure();
+  EXPECT_LT(certificate.energy, 5.0);
+  EXPECT_TRUE(certificate.poor);
+}
+
+TEST(CertifyRequest, what_failed_is_said_when_a_certificate_is_required) {
+  Parametrization map;
+  map.surface = test::grid(2, 2);
+  map.uv = flat(map.surface);
+  map.uv32 = map.uv.cast<float>();
+  set_identity_provenance(map);
+  certify_map(map, map.surface, {}, ExecutionContext());
+  EXPECT_NO_THROW(require_certificate(map, "The test"));
+  map.uv.row(0).setConstant(9.0);
+  certify_map(map, map.surface, {}, ExecutionContext());
+  try {
+    require_certificate(map, "The test");
+    FAIL() << "a flip was accepted";
+  } catch (const CertificateFailed& e) {
+    EXPECT_NE(std::string(e.what()).find("G1:"), std::string::npos);
+    EXPECT_FALSE(e.certificate().ok);
+  }
+}
+
+}  // namespace
+}  // namespace flipfree
