@@ -1,0 +1,91 @@
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include "finding.h"
+#include "flipfree/embedding/embed.h"
+#include "flipfree/mesh/topology.h"
+#include "meshes.h"
+#include "rational.h"
+#include "targets.h"
+
+namespace flipfree::fuzz {
+namespace {
+
+// A polygon with a place for each of `count` corners: one of ours, one whose corners are moved, a
+// triangle with points on its sides, or anything.
+Points2 read_polygon(Bytes& bytes, Index count) {
+  const Index kind = bytes.below(6);
+  Points2 polygon(count, 2);
+  if (kind < 3) {
+    const auto shape = static_cast<BoundaryShape>(kind);
+    std::vector<double> lengths(static_cast<std::size_t>(count), 1.0);
+    if (bytes.flag()) {
+      for (double& length : lengths) length = std::ldexp(1.0, bytes.below(41) - 20);
+    }
+    return place_boundary(shape, lengths).positions;
+  }
+  for (Index i = 0; i < count; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / count;
+    polygon.row(i) << std::cos(angle), std::sin(angle);
+  }
+  if (kind == 3) return polygon * std::pow(10.0, bytes.below(81) - 40);
+  if (kind == 4) {
+    polygon.row(bytes.below(count)) += Eigen::RowVector2d(bytes.eighth(), bytes.eighth());
+    return polygon;
+  }
+  for (double& x : polygon.reshaped()) x = bytes.number();
+  return polygon;
+}
+
+}  // namespace
+
+void fuzz_embed(Bytes bytes) {
+  const Index wishes = bytes.byte();
+  const Surface surface = read_mesh(bytes, Kind::kDisk, 60);
+  const auto vertices = static_cast<Index>(surface.vertices.rows());
+  const std::vector<VertexId> loop =
+      boundary_loops(surface.faces, build_adjacency(vertices, surface.faces)).front();
+  EmbedOptions options;
+  options.float32 = (wishes & 1) != 0;
+  options.low_distortion = (wishes & 2) != 0;
+  constexpr std::array kMethods{EmbedMethod::kLadder, EmbedMethod::kLadder,
+                                EmbedMethod::kProgressive, EmbedMethod::kSchnyder};
+  options.method = kMethods[static_cast<std::size_t>(wishes >> 2) % 4];
+  options.start_from_tutte = (wishes & 16) != 0;
+  Points2 initial(vertices, 2);
+  if ((wishes & 32) != 0) {
+    for (double& x : initial.reshaped()) x = bytes.number();
+    options.initial = &initial;
+  }
+  ExecutionContext context;
+  const TimeLimit limit(context, 20.0);
+  Stats stats;
+  Points2 polygon;
+  Embedding result;
+  if (!allowed([&] {
+        polygon = read_polygon(bytes, static_cast<Index>(loop.size()));
+        result =
+            embed_disk_refined(surface.faces, vertices, loop, polygon, options, context, stats);
+      }))
+    return;
+  require(result.uv.allFinite(), "a value is not finite");
+  for (std::size_t i = 0; i < loop.size(); ++i)
+    require(result.uv.row(loop[i]) == polygon.row(static_cast<Eigen::Index>(i)),
+            "the boundary is not where it was wanted");
+  const Points2 stored =
+      options.float32 ? Points2(result.uv.cast<float>().cast<double>()) : result.uv;
+  for (const Points2& uv : {result.uv, stored}) {
+    require(uv.allFinite(), "a stored value is not finite");
+    for (FaceId f = 0; f < result.faces.rows(); ++f) {
+      const auto at = [&](Index k) { return exact(uv.row(result.faces(f, k)).transpose()); };
+      require(side(at(0), at(1), at(2)) > 0, "a face is flipped");
+    }
+  }
+  require(result.parent_face.size() == static_cast<std::size_t>(result.faces.rows()) &&
+              result.uv.rows() == vertices + static_cast<Eigen::Index>(result.added.size()),
+          "sizes do not fit");
+}
+
+}  // namespace flipfree::fuzz
