@@ -225,6 +225,9 @@ ConvexPartition partition_by(const TargetDomain& domain, const Merger& merger) {
       done[static_cast<std::size_t>(h)] = true;
       const Index e = edge_of[static_cast<std::size_t>(h)];
       polygon.push_back({e, partition.edges[static_cast<std::size_t>(e)].a == mesh.source(h)});
+      // A polygon whose edges lead elsewhere would be walked without end.
+      if (polygon.size() > edge_of.size())
+        throw InternalError("the target's triangulation is not closed around a polygon");
       h = next_corner(h);
       while (edge_of[static_cast<std::size_t>(h)] == kInvalid) h = next_corner(mesh.opposite(h));
     } while (h != first);
