@@ -364,9 +364,7 @@ CertificateFailed::CertificateFailed(const std::string& what, Certificate certif
                     ElementKind::kFace, certificate.failed_faces}),
       certificate_(std::move(certificate)) {}
 
-void require_certificate(const Parametrization& map, const char* what) {
-  if (map.certificate.ok) return;
-  // The caller never sees a refined mesh that failed: he is told faces of his own.
+Certificate in_input_faces(const Parametrization& map) {
   Certificate certificate = map.certificate;
   bool refined = false;
   for (FaceId& f : certificate.failed_faces) {
@@ -379,7 +377,11 @@ void require_certificate(const Parametrization& map, const char* what) {
       std::unique(certificate.failed_faces.begin(), certificate.failed_faces.end()),
       certificate.failed_faces.end());
   if (refined) certificate.failures.emplace_back("(Numbers are those of the refined mesh)");
-  throw CertificateFailed(what, std::move(certificate));
+  return certificate;
+}
+
+void require_certificate(const Parametrization& map, const char* what) {
+  if (!map.certificate.ok) throw CertificateFailed(what, in_input_faces(map));
 }
 
 }  // namespace flipfree

@@ -342,7 +342,7 @@ void judge(const RoundedMap& rounded, Refinement refinement, const ConformalMetr
     result.failure = refinement == Refinement::kNever ? needs_refinement(rounded.too_small)
                                                       : not_storable(metric, rounded.too_small);
   } else if (!map.certificate.ok) {
-    result.failure = not_certified(metric, map.certificate);
+    result.failure = not_certified(metric, in_input_faces(map));
   }
   if (result.failure && map.certificate.ok) {
     // Positive triangles everywhere, but only because rounding bent the cones.
