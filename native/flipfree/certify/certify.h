@@ -60,8 +60,8 @@ class CertificateFailed : public NotConverged {
   Certificate certificate_;
 };
 
-// The map's certificate with failed_faces as faces of the input: the caller never sees a refined mesh
-// that failed. A sentence says so if the failures' texts number other faces.
+// The map's certificate with failed_faces as faces of the input, as the caller never sees a refined
+// mesh that failed. A sentence says so if the failures' texts number other faces.
 Certificate in_input_faces(const Parametrization& map);
 
 // Throws CertificateFailed unless map.certificate.ok; `what` names the operation, e.g. "The
