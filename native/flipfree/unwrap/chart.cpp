@@ -206,6 +206,8 @@ FlatChart without_overlap(const Surface& chart, const FlattenOptions& options, P
   // What is tolerated may need no cut at all; where holding apart has not helped, a cut has to.
   if (std::find(cut.begin(), cut.end(), 1) == cut.end())
     cut = separating_cut(chart, adjacency, free, pairs, 0.0, options.uncuttable, context);
+  // A map that only touches itself has nothing to be cut between.
+  if (std::find(cut.begin(), cut.end(), 1) == cut.end()) return {std::move(apart), {}, {}};
   return {std::move(free), std::move(cut), std::move(apart)};
 }
 

@@ -3,6 +3,7 @@
 #include <CGAL/box_intersection_d.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "flipfree/base/plane.h"
 #include "flipfree/numeric/predicates.h"
@@ -51,7 +52,7 @@ double common_area(const Triangles& faces, const Points2& uv, FaceId f, FaceId g
   double area = 0;
   for (std::size_t i = 2; i < polygon.size(); ++i)
     area += 0.5 * cross(Vector2(polygon[i - 1] - polygon[0]), Vector2(polygon[i] - polygon[0]));
-  return std::max(area, 0.0);
+  return std::max(area, std::numeric_limits<double>::min());  // it is positive, however rounded
 }
 
 }  // namespace
