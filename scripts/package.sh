@@ -51,7 +51,7 @@ package() {  # package TAG MODULE: one zip
   local tag=$1 module=$2 stage=build/extension-$1 log=build/extension-$1.log
   rm -rf "$stage"
   mkdir -p "$stage/wheels"
-  cp -r addon/. "$stage/"
+  cp -r addon/. blender_manifest.toml "$stage/"
   find "$stage" -name __pycache__ -prune -exec rm -rf {} +
   cp LICENSE "$stage/LICENSE"
   local wheel
