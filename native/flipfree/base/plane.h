@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "flipfree/base/types.h"
@@ -16,6 +17,11 @@ inline double cross(const Vector2& a, const Vector2& b) { return a.x() * b.y() -
 
 inline double twice_area(const Vector2& a, const Vector2& b, const Vector2& c) {
   return cross(b - a, c - a);
+}
+
+// Can the 32-bit floats in which UVs are stored hold it (in size, not to the last bit)?
+inline bool is_storable(const Vector2& uv) {
+  return (uv.array().abs() <= std::numeric_limits<float>::max()).all();  // NaN is not
 }
 
 // The angle from a to b, in [-pi, pi].

@@ -10,6 +10,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/distortion/boundary_grid.h"
 #include "flipfree/distortion/energy.h"
 #include "flipfree/distortion/own_map.h"
@@ -48,10 +49,11 @@ void assign_pins(const Surface& surface, const std::vector<Chart>& charts,
     }
   }
   for (const CornerPin& pin : options.pins) {
-    if (pin.corner < 0 || pin.corner >= 3 * surface.faces.rows() || !pin.uv.allFinite()) {
+    if (pin.corner < 0 || pin.corner >= 3 * surface.faces.rows() || !is_storable(pin.uv)) {
       throw_invalid(ErrorCode::kBadPins,
                     "A pin names corner " + std::to_string(pin.corner) +
-                        ", which does not exist, or a place that is not finite. Correct the pin.",
+                        ", which does not exist, or a place that UVs cannot store (up to 3.4e38). "
+                        "Correct the pin.",
                     ElementKind::kCorner, {pin.corner});
     }
     const auto [c, f] = place[size(pin.corner / 3)];

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree {
@@ -43,6 +44,18 @@ class Reader {
                         ", which belongs to no face. Name vertices of the mesh.",
                     ElementKind::kVertex, {v});
     }
+  }
+
+  // A target beyond what is stored can be met by no map, and exact predicates need finite sums.
+  // A vertex that a line has added is named by no caller.
+  void check_storable(const std::string& where, VertexId v, const Vector2& uv) const {
+    if (is_storable(uv)) return;
+    const bool own = v < surface_.input_vertices();
+    throw_invalid(ErrorCode::kNotFinite,
+                  "The target of " + where + (own ? name(v) : "a vertex that a line adds") +
+                      " is not finite, or beyond 3.4e38, the largest number that UVs can store. "
+                      "Correct it, or scale all targets down.",
+                  ElementKind::kVertex, own ? std::vector<VertexId>{v} : std::vector<VertexId>{});
   }
 
   void check_edge(const std::string& what, VertexId a, VertexId b) const {
@@ -135,11 +148,7 @@ class Reader {
     }
     for (std::size_t i = 0; i < n; ++i) {
       on_boundary_.emplace(loop[i], i);
-      if (!result_.outline[i].allFinite()) {
-        throw_invalid(ErrorCode::kNotFinite,
-                      "The target of boundary " + name(loop[i]) + " is not finite.",
-                      ElementKind::kVertex, {loop[i]});
-      }
+      check_storable("boundary ", loop[i], result_.outline[i]);
       if (result_.outline[i] == result_.outline[(i + 1) % n]) {
         throw_infeasible(ErrorCode::kContradictoryPins,
                          "Neighbouring boundary vertices " + std::to_string(loop[i]) + " and " +
@@ -153,10 +162,7 @@ class Reader {
 
   void pin(VertexId v, const Vector2& uv, bool added = false) {
     if (!added) check_vertex(v);
-    if (!uv.allFinite()) {
-      throw_invalid(ErrorCode::kNotFinite, "The target of " + name(v) + " is not finite.",
-                    ElementKind::kVertex, {v});
-    }
+    check_storable("", v, uv);
     const auto boundary = on_boundary_.find(v);
     const Vector2* known = nullptr;
     if (boundary != on_boundary_.end()) {

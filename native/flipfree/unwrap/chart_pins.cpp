@@ -6,6 +6,7 @@
 #include <string>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
 
 namespace flipfree {
 
@@ -65,10 +66,11 @@ ChartPins pins_by_chart(const Islands& islands, const std::vector<CornerPin>& pi
   }
   std::vector<std::optional<Vector2>> target(cut_vertices);
   for (const CornerPin& pin : pins) {
-    if (pin.corner < 0 || pin.corner >= 3 * islands.mesh.faces.rows() || !pin.uv.allFinite()) {
+    if (pin.corner < 0 || pin.corner >= 3 * islands.mesh.faces.rows() || !is_storable(pin.uv)) {
       throw_invalid(ErrorCode::kBadPins,
                     "A pin names corner " + std::to_string(pin.corner) +
-                        ", which does not exist, or a place that is not finite. Correct the pin.",
+                        ", which does not exist, or a place that UVs cannot store (up to 3.4e38). "
+                        "Correct the pin.",
                     ElementKind::kCorner, {pin.corner});
     }
     const auto v = static_cast<std::size_t>(islands.mesh.faces(pin.corner / 3, pin.corner % 3));

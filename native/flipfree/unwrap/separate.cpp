@@ -397,7 +397,7 @@ class Separator {
     // Two faces that share two edges have two arcs each way: they are matched in order.
     std::vector<boost::graph_traits<Graph>::edge_descriptor> edge_of(arcs.size());
     for (auto [e, end] = boost::edges(graph); e != end; ++e)
-      edge_of[boost::get(boost::edge_index, graph, *e)] = *e;
+      edge_of[static_cast<std::size_t>(boost::get(boost::edge_index, graph, *e))] = *e;
     std::vector<boost::graph_traits<Graph>::edge_descriptor> reverse(arcs.size());
     for (std::size_t i = 0; i < arcs.size();) {
       std::size_t same = i;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <random>
 
@@ -182,6 +183,40 @@ TEST(Match, ContradictionsNameTheVertices) {
   expect_contradiction(eight, ErrorCode::kNotSelfOverlapping, {});
   outside.points = {{24, {3, 3}}};
   expect_contradiction(outside, ErrorCode::kContradictoryPins, {24});
+}
+
+// A box around such pins has no corners among doubles, and exact predicates no sign.
+TEST(Match, TargetsBeyondWhatUVsStoreAreRefusedAndNamed) {
+  const Surface surface = test::grid(6, 6);
+  const double largest = std::numeric_limits<float>::max();
+  const auto expect_refused = [&](const MatchRequest& request, const std::vector<Index>& named) {
+    ExecutionContext context;
+    try {
+      match(surface, request, {}, context);
+      FAIL() << "accepted";
+    } catch (const InvalidInput& refusal) {
+      EXPECT_EQ(refusal.error().code, ErrorCode::kNotFinite);
+      EXPECT_EQ(refusal.error().elements, named);
+    }
+  };
+  for (const double far :
+       {std::nextafter(largest, 2 * largest), 1e300, std::numeric_limits<double>::max(),
+        std::numeric_limits<double>::quiet_NaN()}) {
+    MatchRequest pin;
+    pin.points = {{8, {0, 0}}, {16, {1, far}}};
+    expect_refused(pin, {16});
+    MatchRequest line;
+    line.lines = {{{8, 9}, {{0, 0}, {-far, 1}}}};
+    expect_refused(line, {9});
+    MatchRequest split = line;  // its middle point goes to a vertex that the line adds
+    split.lines[0].polyline = {{0, 0}, {far, 0}, {1, 1}};
+    expect_refused(split, {});
+    MatchRequest boundary;
+    for (const VertexId v : boundary_of(surface))
+      boundary.boundary_uv.emplace_back(surface.vertices.row(v).head<2>().transpose());
+    boundary.boundary_uv[3].x() = far;
+    expect_refused(boundary, {boundary_of(surface)[3]});
+  }
 }
 
 TEST(Match, LinesLieOnTheirPolylines) {
