@@ -1,5 +1,5 @@
-// Sparse Cholesky on Newton-like systems of triangulated grids: analysis, factorization, solve; and CHOLMOD with METIS
-// ordering on the same systems, where it is installed.
+// Sparse Cholesky on Newton-like systems of triangulated grids: analysis, factorization, solve; and
+// CHOLMOD with METIS ordering on the same systems, where it is installed.
 //
 //   build/benchmarks/cholesky_benchmark
 //
@@ -13,15 +13,15 @@
 #include <algorithm>
 #include <vector>
 
-#include "flipfree/numeric/cholesky.h"
+#include "flipfree/numeric/cholesky/cholesky.h"
 
 namespace {
 
 using flipfree::ExecutionContext;
 using flipfree::Index;
 using flipfree::Points2;
-using flipfree::SparseCholesky;
-using flipfree::SparseMatrix;
+using flipfree::numeric::SparseCholesky;
+using flipfree::numeric::SparseMatrix;
 
 // Two unknowns per vertex of a triangulated grid, diagonally dominant; lower triangle.
 SparseMatrix system_of_grid(Index side) {
@@ -55,10 +55,10 @@ void analyze(benchmark::State& state) {
   const auto side = static_cast<Index>(state.range(0));
   const SparseMatrix matrix = system_of_grid(side);
   const Points2 places = places_of_grid(side);
-  ExecutionContext context;
+  flipfree::ExecutionContext context;
   context.threads = static_cast<int>(state.range(1));
   for (auto _ : state) {
-    SparseCholesky solver;
+    flipfree::numeric::SparseCholesky solver;
     solver.analyze(matrix, context, &places);
     benchmark::DoNotOptimize(solver.factor_nonzeros());
   }
@@ -68,9 +68,9 @@ void factorize(benchmark::State& state) {
   const auto side = static_cast<Index>(state.range(0));
   const SparseMatrix matrix = system_of_grid(side);
   const Points2 places = places_of_grid(side);
-  ExecutionContext context;
+  flipfree::ExecutionContext context;
   context.threads = static_cast<int>(state.range(1));
-  SparseCholesky solver;
+  flipfree::numeric::SparseCholesky solver;
   solver.analyze(matrix, context, &places);
   if (!solver.factorize(matrix, context)) state.SkipWithError("not positive definite");
   for (auto _ : state) benchmark::DoNotOptimize(solver.factorize(matrix, context));
@@ -81,9 +81,9 @@ void factorize(benchmark::State& state) {
 void solve(benchmark::State& state) {
   const auto side = static_cast<Index>(state.range(0));
   const SparseMatrix matrix = system_of_grid(side);
-  ExecutionContext context;
+  flipfree::ExecutionContext context;
   context.threads = static_cast<int>(state.range(1));
-  SparseCholesky solver;
+  flipfree::numeric::SparseCholesky solver;
   solver.analyze(matrix, context);
   if (!solver.factorize(matrix, context)) state.SkipWithError("not positive definite");
   const Eigen::VectorXd rhs = Eigen::VectorXd::Ones(matrix.rows());

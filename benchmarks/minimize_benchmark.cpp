@@ -9,15 +9,15 @@
 #include <string>
 #include <variant>
 
-#include "flipfree/distortion/minimize.h"
+#include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/rounding.h"
 
 namespace {
 
 using namespace flipfree;
 
-Surface sheet(Index side) {
-  Surface surface;
+mesh::Surface sheet(Index side) {
+  mesh::Surface surface;
   const Index line = side + 1;
   surface.vertices.resize(line * line, 3);
   for (Index v = 0; v < line * line; ++v) {
@@ -35,7 +35,7 @@ Surface sheet(Index side) {
 }
 
 // The plan squeezed towards one side by a factor of 1000: far from isometric, flip-free.
-Points2 poor_start(const Surface& surface) {
+Points2 poor_start(const mesh::Surface& surface) {
   Points2 uv = surface.vertices.leftCols<2>();
   for (Eigen::Index v = 0; v < uv.rows(); ++v) {
     const double scale = std::pow(1000.0, uv(v, 0));
@@ -45,13 +45,13 @@ Points2 poor_start(const Surface& surface) {
 }
 
 void minimize(benchmark::State& state) {
-  const Surface surface = sheet(static_cast<Index>(state.range(0)));
+  const mesh::Surface surface = sheet(static_cast<Index>(state.range(0)));
   const Points2 start = poor_start(surface);
   Stats stats;
   for (auto _ : state) {
     ExecutionContext context;
     context.threads = static_cast<int>(state.range(1));
-    benchmark::DoNotOptimize(minimize_distortion(surface, start, {}, context, stats));
+    benchmark::DoNotOptimize(distortion::minimize_distortion(surface, start, {}, context, stats));
   }
   state.counters["iterations"] =
       static_cast<double>(std::get<std::int64_t>(stats.at("distortion.iterations")));
@@ -59,13 +59,13 @@ void minimize(benchmark::State& state) {
 }
 
 void round_down(benchmark::State& state) {
-  const Surface surface = sheet(static_cast<Index>(state.range(0)));
+  const mesh::Surface surface = sheet(static_cast<Index>(state.range(0)));
   const Points2 uv = surface.vertices.leftCols<2>() / 3.0;
   Stats stats;
   for (auto _ : state) {
     ExecutionContext context;
     context.threads = static_cast<int>(state.range(1));
-    benchmark::DoNotOptimize(round_to_storage(surface.faces, uv, {}, context, stats));
+    benchmark::DoNotOptimize(distortion::round_to_storage(surface.faces, uv, {}, context, stats));
   }
 }
 

@@ -10,7 +10,7 @@ if [ "${1:-}" = --thread ]; then sanitizers=thread folder=build/sanitize-thread;
 cmake -S . -B "$folder" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_FLAGS_RELEASE="-O1 -g1" \
   -DFLIPFREE_SANITIZE="$sanitizers" -DFLIPFREE_PYTHON=OFF -DFLIPFREE_BENCHMARKS=OFF >/dev/null
 if [ $# -gt 0 ]; then programs=("$@"); else
-  mapfile -t programs < <(cd tests/native && for d in */; do ls "$d"*_test.cpp >/dev/null 2>&1 && echo "${d%/}_tests"; done)
+  mapfile -t programs < <(cd tests/native && for d in */; do [ -z "$(find "$d" -name '*_test.cpp')" ] || echo "${d%/}_tests"; done)
 fi
 cmake --build "$folder" --target "${programs[@]}"
 export ASAN_OPTIONS=detect_leaks=1 UBSAN_OPTIONS=print_stacktrace=1 TSAN_OPTIONS=halt_on_error=1

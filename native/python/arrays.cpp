@@ -4,7 +4,7 @@ namespace py = pybind11;
 
 namespace flipfree::python {
 
-py::dict to_dict(const Certificate& c) {
+py::dict to_dict(const certify::Certificate& c) {
   py::dict d;
   d["ok"] = c.ok;
   d["triangles"] = c.triangles;
@@ -39,7 +39,7 @@ py::dict to_dict(const Stats& stats) {
   return d;
 }
 
-py::dict to_dict(const Parametrization& map) {
+py::dict to_dict(const certify::Parametrization& map) {
   py::dict d;
   d["vertices"] = from_matrix(map.surface.vertices);
   d["faces"] = from_matrix(map.surface.faces);
@@ -53,7 +53,7 @@ py::dict to_dict(const Parametrization& map) {
   d["cut_edges"] = from_matrix(map.cut_edges);
   std::vector<Index> turns;
   Points2 translations(static_cast<Eigen::Index>(map.transitions.size()), 2);
-  for (const Transition& t : map.transitions) {
+  for (const certify::Transition& t : map.transitions) {
     translations.row(static_cast<Eigen::Index>(turns.size())) = t.translation.transpose();
     turns.push_back(t.quarter_turns);
   }
@@ -64,18 +64,19 @@ py::dict to_dict(const Parametrization& map) {
   return d;
 }
 
-std::vector<CornerPin> to_corner_pins(const Array<Index>& corners, const Array<double>& uv) {
+std::vector<certify::CornerPin> to_corner_pins(const Array<Index>& corners,
+                                               const Array<double>& uv) {
   const Points2 targets = to_matrix<Points2>(uv, "pin_uv");
   if (corners.size() != targets.rows()) {
     throw_invalid(ErrorCode::kBadShape, "Pins need one target per corner.");
   }
-  std::vector<CornerPin> pins;
+  std::vector<certify::CornerPin> pins;
   for (py::ssize_t i = 0; i < corners.size(); ++i)
     pins.push_back({corners.data()[i], targets.row(i).transpose()});
   return pins;
 }
 
-Surface to_surface(const Array<double>& vertices, const Array<Index>& faces) {
+mesh::Surface to_surface(const Array<double>& vertices, const Array<Index>& faces) {
   return {to_matrix<Points3>(vertices, "vertices"), to_matrix<Triangles>(faces, "faces")};
 }
 

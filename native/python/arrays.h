@@ -36,15 +36,16 @@ pybind11::array from_vector(const std::vector<T>& values) {
 }
 
 // Plain dicts that flipfree/results.py turns into its dataclasses.
-pybind11::dict to_dict(const Certificate& certificate);
+pybind11::dict to_dict(const certify::Certificate& certificate);
 pybind11::dict to_dict(const Stats& stats);
-pybind11::dict to_dict(const Parametrization& map);
+pybind11::dict to_dict(const certify::Parametrization& map);
 
 // (p,) corner ids and (p,2) targets -> pins.
-std::vector<CornerPin> to_corner_pins(const Array<Index>& corners, const Array<double>& uv);
+std::vector<certify::CornerPin> to_corner_pins(const Array<Index>& corners,
+                                               const Array<double>& uv);
 
 // (n,3) and (m,3) -> surface.
-Surface to_surface(const Array<double>& vertices, const Array<Index>& faces);
+mesh::Surface to_surface(const Array<double>& vertices, const Array<Index>& faces);
 
 }  // namespace flipfree::python
 

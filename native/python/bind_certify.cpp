@@ -1,6 +1,7 @@
 #include "arrays.h"
 #include "bindings.h"
 #include "flipfree/base/in_time.h"
+#include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/mesh/validate.h"
 #include "job.h"
@@ -17,10 +18,10 @@ void bind_certify(py::module_& module) {
          const Array<Index>& cone_vertices, const Array<double>& cone_angles,
          const py::object& parent, bool require_bijective, bool require_disjoint,
          bool require_seamless, double max_seconds, int threads) {
-        Parametrization map;
+        certify::Parametrization map;
         map.surface = to_surface(vertices, faces);
         map.uv = to_matrix<Points2>(uv, "uv");
-        CertifyRequest request;
+        certify::CertifyRequest request;
         request.require_bijective = require_bijective;
         request.require_disjoint = require_disjoint;
         request.require_seamless = require_seamless;
@@ -28,7 +29,7 @@ void bind_certify(py::module_& module) {
         for (py::ssize_t i = 0; i < cone_vertices.size(); ++i) {
           request.cone_angles.emplace_back(cone_vertices.data()[i], cone_angles.data()[i]);
         }
-        Surface input;
+        mesh::Surface input;
         if (!parent.is_none()) {
           const auto parts = parent.cast<py::tuple>();
           input = to_surface(parts[0].cast<Array<double>>(), parts[1].cast<Array<Index>>());
@@ -45,19 +46,21 @@ void bind_certify(py::module_& module) {
              max_seconds](ExecutionContext& context) mutable {
               return in_time(context, max_seconds, "The map was not judged",
                              "or certify fewer faces at once", [&] {
-                               validate(map.surface, {.reject_zero_area = false}, context);
+                               mesh::validate(map.surface, {.reject_zero_area = false}, context);
                                map.uv32 = map.uv.cast<float>();
                                if (refined) {
-                                 certify_map(map, input, request, context);
+                                 certify::certify_map(map, input, request, context);
                                  return map.certificate;
                                }
                                request.surface = &map.surface;
                                request.uv = &map.uv;
                                request.uv32 = &map.uv32;
-                               return certify(request, context);
+                               return certify::certify(request, context);
                              });
             },
-            [](const Certificate& certificate) -> py::object { return to_dict(certificate); },
+            [](const certify::Certificate& certificate) -> py::object {
+              return to_dict(certificate);
+            },
             threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("uv"), py::arg("pin_corners"),

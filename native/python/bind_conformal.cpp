@@ -8,7 +8,7 @@
 
 #include "arrays.h"
 #include "bindings.h"
-#include "flipfree/conformal/refined_metric.h"
+#include "flipfree/conformal/metric/refined_metric.h"
 #include "flipfree/numeric/scalar.h"
 #include "job.h"
 #include "metric_object.h"
@@ -19,7 +19,7 @@ namespace flipfree::python {
 namespace {
 
 struct MetricRequest {
-  Surface surface;
+  mesh::Surface surface;
   std::optional<Points3> lengths;
   std::vector<double> target_angles;
   conformal::MetricOptions options;
@@ -45,7 +45,7 @@ void add_refinement(const conformal::ConformalMetric& metric, py::dict& d) {
       metric.scale_factors.begin() + static_cast<std::ptrdiff_t>(own), metric.scale_factors.end()));
   std::vector<FaceId> parent;
   Points3 weights(static_cast<Eigen::Index>(metric.added.size()), 3);
-  for (const conformal::AddedVertex& v : metric.added) {
+  for (const intrinsic::AddedVertex& v : metric.added) {
     weights.row(static_cast<Eigen::Index>(parent.size())) = v.weight.transpose();
     parent.push_back(v.face);
   }
@@ -56,13 +56,13 @@ void add_refinement(const conformal::ConformalMetric& metric, py::dict& d) {
 // Final triangulation as the single cover sees it: vertices of the user's mesh, natural logarithms
 // of lengths.
 void add_mesh(const conformal::ConformalMetric& metric, py::dict& d) {
-  const conformal::IntrinsicMesh& mesh = metric.mesh;
+  const intrinsic::IntrinsicMesh& mesh = metric.mesh;
   Triangles faces(static_cast<Eigen::Index>(mesh.face_count()), 3);
   Points3 log_length(faces.rows(), 3);
   std::vector<std::int8_t> label(mesh.face_count());
   std::visit(
       [&](const auto& length) {
-        using Traits = ScalarTraits<typename std::decay_t<decltype(length)>::value_type>;
+        using Traits = numeric::ScalarTraits<typename std::decay_t<decltype(length)>::value_type>;
         for (std::size_t f = 0; f < mesh.face_count(); ++f) {
           HalfedgeId h = mesh.face_halfedge[f];
           label[f] = static_cast<std::int8_t>(mesh.label_of_face(static_cast<FaceId>(f)));

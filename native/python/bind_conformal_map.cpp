@@ -4,9 +4,9 @@
 
 #include "arrays.h"
 #include "bindings.h"
-#include "flipfree/conformal/boundary_angles.h"
-#include "flipfree/conformal/map.h"
-#include "flipfree/conformal/suggest_cones.h"
+#include "flipfree/conformal/cones/boundary_angles.h"
+#include "flipfree/conformal/cones/suggest_cones.h"
+#include "flipfree/conformal/map/map.h"
 #include "job.h"
 #include "metric_object.h"
 
@@ -15,17 +15,17 @@ namespace py = pybind11;
 namespace flipfree::python {
 namespace {
 
-Refinement to_refinement(const std::string& name) {
-  if (name == "never") return Refinement::kNever;
-  if (name == "full") return Refinement::kFull;
-  return Refinement::kAuto;
+intrinsic::Refinement to_refinement(const std::string& name) {
+  if (name == "never") return intrinsic::Refinement::kNever;
+  if (name == "full") return intrinsic::Refinement::kFull;
+  return intrinsic::Refinement::kAuto;
 }
 
 const char* kind_name(ElementKind kind) { return kind == ElementKind::kFace ? "face" : "none"; }
 
 // {map, figures, error, metric}: error is None or {message, code, kind, elements}, with the metric;
 // the map is valid only without one.
-py::object to_object(const ConformalMapResult& result) {
+py::object to_object(const conformal::ConformalMapResult& result) {
   py::dict d;
   d["map"] = to_dict(result.map);
   py::dict figures;
@@ -60,10 +60,10 @@ void bind_conformal_map(py::module_& module) {
          const std::string& refinement, const std::string& intrinsic_refinement,
          const py::object& lengths, int threads) {
         struct Request {
-          Surface surface;
+          mesh::Surface surface;
           std::vector<double> target_angles;
           Points3 lengths;
-          ConformalMapOptions options;
+          conformal::ConformalMapOptions options;
         };
         Request request;
         request.surface = to_surface(vertices, faces);
@@ -81,10 +81,13 @@ void bind_conformal_map(py::module_& module) {
           request.lengths = to_matrix<Points3>(lengths.cast<Array<double>>(), "lengths");
         return start_job(
             [request = std::move(request), own_lengths](ExecutionContext& context) {
-              return conformal_map(request.surface, own_lengths ? &request.lengths : nullptr,
-                                   request.target_angles, request.options, context);
+              return conformal::conformal_map(request.surface,
+                                              own_lengths ? &request.lengths : nullptr,
+                                              request.target_angles, request.options, context);
             },
-            [](const ConformalMapResult& result) -> py::object { return to_object(result); },
+            [](const conformal::ConformalMapResult& result) -> py::object {
+              return to_object(result);
+            },
             threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("target_angles"), py::arg("cuts"),
@@ -95,7 +98,7 @@ void bind_conformal_map(py::module_& module) {
       "suggest_cones",
       [](const Array<double>& vertices, const Array<Index>& faces, double bound, int max_cones,
          double quantum, double least_angle, double max_seconds, int threads) {
-        SuggestConesOptions options;
+        conformal::SuggestConesOptions options;
         options.bound = bound;
         options.max_cones = max_cones;
         options.quantum = quantum;
@@ -103,9 +106,9 @@ void bind_conformal_map(py::module_& module) {
         options.max_seconds = max_seconds;
         return start_job(
             [surface = to_surface(vertices, faces), options](ExecutionContext& context) {
-              return suggest_cones(surface, options, context);
+              return conformal::suggest_cones(surface, options, context);
             },
-            [](const SuggestedCones& cones) -> py::object {
+            [](const conformal::SuggestedCones& cones) -> py::object {
               return py::make_tuple(from_vector(cones.target_angles), from_vector(cones.cones),
                                     cones.scale_ratio, cones.bound_holds);
             },
@@ -118,10 +121,10 @@ void bind_conformal_map(py::module_& module) {
       [](const Array<double>& vertices, const Array<Index>& faces, const std::string& shape,
          const Array<Index>& cone_vertices, const Array<double>& cone_angles,
          const Array<Index>& corners, double max_seconds, int threads) {
-        BoundaryAnglesOptions options;
-        options.shape = shape == "straight" ? BoundaryShape::kStraight
-                        : shape == "circle" ? BoundaryShape::kCircle
-                                            : BoundaryShape::kFree;
+        conformal::BoundaryAnglesOptions options;
+        options.shape = shape == "straight" ? conformal::BoundaryGoal::kStraight
+                        : shape == "circle" ? conformal::BoundaryGoal::kCircle
+                                            : conformal::BoundaryGoal::kFree;
         for (py::ssize_t i = 0; i < cone_vertices.size(); ++i) {
           options.cones.emplace_back(cone_vertices.data()[i], cone_angles.data()[i]);
         }
@@ -129,7 +132,7 @@ void bind_conformal_map(py::module_& module) {
         options.max_seconds = max_seconds;
         return start_job(
             [surface = to_surface(vertices, faces), options](ExecutionContext& context) {
-              return boundary_angles(surface, options, context);
+              return conformal::boundary_angles(surface, options, context);
             },
             [](const std::vector<double>& angles) -> py::object { return from_vector(angles); },
             threads);

@@ -13,20 +13,20 @@ namespace py = pybind11;
 namespace flipfree::python {
 namespace {
 
-BoundaryShape shape_of(const std::string& name) {
-  if (name == "circle") return BoundaryShape::kCircle;
-  if (name == "square") return BoundaryShape::kSquare;
-  if (name == "triangle") return BoundaryShape::kTriangle;
+embedding::BoundaryShape shape_of(const std::string& name) {
+  if (name == "circle") return embedding::BoundaryShape::kCircle;
+  if (name == "square") return embedding::BoundaryShape::kSquare;
+  if (name == "triangle") return embedding::BoundaryShape::kTriangle;
   throw_invalid(
       ErrorCode::kBadOption,
       "boundary must be \"circle\", \"square\", \"triangle\" or an array, not \"" + name + "\".");
 }
 
-EmbedMethod method_of(const std::string& name) {
-  if (name == "ladder") return EmbedMethod::kLadder;
-  if (name == "progressive") return EmbedMethod::kProgressive;
-  if (name == "tutte") return EmbedMethod::kTutte;
-  if (name == "schnyder") return EmbedMethod::kSchnyder;
+embedding::EmbedMethod method_of(const std::string& name) {
+  if (name == "ladder") return embedding::EmbedMethod::kLadder;
+  if (name == "progressive") return embedding::EmbedMethod::kProgressive;
+  if (name == "tutte") return embedding::EmbedMethod::kTutte;
+  if (name == "schnyder") return embedding::EmbedMethod::kSchnyder;
   throw_invalid(ErrorCode::kBadOption,
                 "method must be \"ladder\", \"schnyder\", \"progressive\" or \"tutte\", not \"" +
                     name + "\".");
@@ -41,8 +41,8 @@ void bind_embedding(py::module_& module) {
          const py::object& polygon, const std::vector<VertexId>& loop, const py::object& initial,
          const std::string& method, bool start_from_tutte, bool low_distortion, bool optimise,
          int iterations, double tolerance, double max_seconds, int threads) {
-        EmbedSurfaceOptions options;
-        const Surface surface = to_surface(vertices, faces);
+        embedding::EmbedSurfaceOptions options;
+        const mesh::Surface surface = to_surface(vertices, faces);
         options.shape = shape_of(shape);
         if (!polygon.is_none())
           options.polygon = to_matrix<Points2>(polygon.cast<Array<double>>(), "boundary");
@@ -58,9 +58,10 @@ void bind_embedding(py::module_& module) {
         options.max_seconds = max_seconds;
         return start_job(
             [surface, options](ExecutionContext& context) {
-              return embed_surface(surface, options, context);
+              return embedding::embed_surface(surface, options, context);
             },
-            [](const Parametrization& map) -> py::object { return to_dict(map); }, threads);
+            [](const certify::Parametrization& map) -> py::object { return to_dict(map); },
+            threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("shape"), py::arg("polygon"), py::arg("loop"),
       py::arg("initial"), py::arg("method"), py::arg("start_from_tutte"), py::arg("low_distortion"),

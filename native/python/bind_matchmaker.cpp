@@ -11,9 +11,9 @@ namespace py = pybind11;
 namespace flipfree::python {
 namespace {
 
-Polygon to_polygon(const py::handle& array, const char* name) {
+matchmaker::Polygon to_polygon(const py::handle& array, const char* name) {
   const Points2 points = to_matrix<Points2>(array.cast<Array<double>>(), name);
-  Polygon polygon;
+  matchmaker::Polygon polygon;
   for (Eigen::Index i = 0; i < points.rows(); ++i) polygon.push_back(points.row(i).transpose());
   return polygon;
 }
@@ -34,14 +34,14 @@ void bind_matchmaker(py::module_& module) {
          const Array<Index>& movable, bool optimise, bool bijective, int iterations,
          const std::string& engine, double max_seconds, int threads) {
         struct Call {
-          Surface surface;
-          MatchRequest request;
-          MatchOptions options;
+          mesh::Surface surface;
+          matchmaker::MatchRequest request;
+          matchmaker::MatchOptions options;
         };
         Call job;
         job.surface = to_surface(vertices, faces);
         const std::vector<VertexId> pinned = to_ids(point_vertices);
-        const Polygon targets = to_polygon(point_uv, "points");
+        const matchmaker::Polygon targets = to_polygon(point_uv, "points");
         if (pinned.size() != targets.size())
           throw_invalid(ErrorCode::kBadShape, "points must give one target each.");
         for (std::size_t i = 0; i < pinned.size(); ++i)
@@ -58,16 +58,17 @@ void bind_matchmaker(py::module_& module) {
         job.options.bijective = bijective;
         job.options.max_iterations = iterations;
         job.options.max_seconds = max_seconds;
-        if (engine == "first try") job.options.engine = MatchEngine::kFirstTry;
-        if (engine == "outline") job.options.engine = MatchEngine::kOutline;
-        if (engine == "overlay") job.options.engine = MatchEngine::kOverlay;
-        if (engine == "arms") job.options.engine = MatchEngine::kArms;
-        if (engine == "matchmaker") job.options.engine = MatchEngine::kMatchmaker;
+        if (engine == "first try") job.options.engine = matchmaker::MatchEngine::kFirstTry;
+        if (engine == "outline") job.options.engine = matchmaker::MatchEngine::kOutline;
+        if (engine == "overlay") job.options.engine = matchmaker::MatchEngine::kOverlay;
+        if (engine == "arms") job.options.engine = matchmaker::MatchEngine::kArms;
+        if (engine == "matchmaker") job.options.engine = matchmaker::MatchEngine::kMatchmaker;
         return start_job(
             [job = std::move(job)](ExecutionContext& context) {
-              return match_piece(job.surface, job.request, job.options, context);
+              return matchmaker::match_piece(job.surface, job.request, job.options, context);
             },
-            [](const Parametrization& map) -> py::object { return to_dict(map); }, threads);
+            [](const certify::Parametrization& map) -> py::object { return to_dict(map); },
+            threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("point_vertices"), py::arg("point_uv"),
       py::arg("lines"), py::arg("boundary_loop"), py::arg("boundary_uv"), py::arg("paths"),

@@ -12,10 +12,10 @@ void bind_mesh(py::module_& module) {
       [](const Array<Index>& faces, const Array<Index>& cuts) {
         const auto triangles = to_matrix<Triangles>(faces, "faces");
         const auto pairs = to_matrix<IndexPairs>(cuts, "cuts");
-        Fans fans;
+        mesh::Fans fans;
         {
           const py::gil_scoped_release release;
-          fans = split_fans(triangles, pairs);
+          fans = mesh::split_fans(triangles, pairs);
         }
         return py::make_tuple(from_matrix(fans.faces), from_vector(fans.origin));
       },

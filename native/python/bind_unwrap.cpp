@@ -3,7 +3,7 @@
 #include "arrays.h"
 #include "bindings.h"
 #include "flipfree/base/in_time.h"
-#include "flipfree/unwrap/pack.h"
+#include "flipfree/unwrap/packing/pack.h"
 #include "flipfree/unwrap/unwrap.h"
 #include "job.h"
 
@@ -20,8 +20,8 @@ void bind_unwrap(py::module_& module) {
          int iterations, double tolerance, double margin, const py::object& place_like,
          double max_seconds, int threads) {
         struct Request {
-          Surface surface;
-          UnwrapOptions options;
+          mesh::Surface surface;
+          unwrap::UnwrapOptions options;
           Points2 place_like;
         };
         Request request;
@@ -42,9 +42,10 @@ void bind_unwrap(py::module_& module) {
         return start_job(
             [request = std::move(request), keep_place](ExecutionContext& context) mutable {
               if (keep_place) request.options.place_like = &request.place_like;
-              return unwrap(request.surface, request.options, context);
+              return unwrap::unwrap(request.surface, request.options, context);
             },
-            [](const Parametrization& map) -> py::object { return to_dict(map); }, threads);
+            [](const certify::Parametrization& map) -> py::object { return to_dict(map); },
+            threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("cuts"), py::arg("uncuttable"),
       py::arg("pin_corners"), py::arg("pin_uv"), py::arg("bijective"), py::arg("may_add_cuts"),
@@ -57,15 +58,15 @@ void bind_unwrap(py::module_& module) {
          const Array<Index>& unmoved, const Array<double>& obstacles, double density,
          const py::object& place_like, double max_seconds, int threads) {
         struct Request {
-          Surface surface;
+          mesh::Surface surface;
           Points2 uv;
-          PackOptions options;
+          unwrap::PackOptions options;
           Points2 place_like;
         };
         Request request;
         request.surface = to_surface(vertices, faces);
         request.uv = to_matrix<Points2>(uv, "uv");
-        PackOptions& options = request.options;
+        unwrap::PackOptions& options = request.options;
         options.margin = margin;
         options.together = together;
         options.scale_true = scale_true;
@@ -80,11 +81,14 @@ void bind_unwrap(py::module_& module) {
             [request = std::move(request), keep_place,
              max_seconds](ExecutionContext& context) mutable {
               if (keep_place) request.options.place_like = &request.place_like;
-              return in_time(
-                  context, max_seconds, "The charts were not packed", "or pack fewer faces at once",
-                  [&] { return pack(request.surface, request.uv, request.options, context); });
+              return in_time(context, max_seconds, "The charts were not packed",
+                             "or pack fewer faces at once", [&] {
+                               return unwrap::pack(request.surface, request.uv, request.options,
+                                                   context);
+                             });
             },
-            [](const Parametrization& map) -> py::object { return to_dict(map); }, threads);
+            [](const certify::Parametrization& map) -> py::object { return to_dict(map); },
+            threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("uv"), py::arg("margin"), py::arg("together"),
       py::arg("scale_true"), py::arg("keep_bijective"), py::arg("unmoved"), py::arg("obstacles"),

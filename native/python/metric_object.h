@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "flipfree/conformal/refined_metric.h"
+#include "flipfree/conformal/metric/refined_metric.h"
 
 namespace flipfree::python {
 

@@ -7,6 +7,7 @@
 #include "arrays.h"
 #include "bindings.h"
 #include "flipfree/base/error.h"
+#include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
 #include "job.h"
 
@@ -51,7 +52,7 @@ void translate(std::exception_ptr failure) {
     raise("InvalidInput", e.error());
   } catch (const Infeasible& e) {
     raise("Infeasible", e.error());
-  } catch (const CertificateFailed& e) {
+  } catch (const certify::CertificateFailed& e) {
     const py::object make = py::module_::import("flipfree.results").attr("certificate_from");
     raise("NotConverged", e.error(), make(to_dict(e.certificate())));
   } catch (const NotConverged& e) {
@@ -70,19 +71,19 @@ PYBIND11_MODULE(_native, module) {
   using namespace flipfree::python;
   module.doc() = "Compiled solver of Flipfree UV; use the package `flipfree`, not this module.";
   module.attr("version") = FLIPFREE_VERSION;
-  py::register_exception_translator(&translate);
-  py::class_<Job>(module, "Job")
-      .def("wait", &Job::wait, py::arg("seconds"))
-      .def("cancel", &Job::cancel)
-      .def("accept", &Job::accept)
-      .def("progress", &Job::progress)
-      .def("result", &Job::result);
-  bind_certify(module);
-  bind_conformal(module);
-  bind_conformal_map(module);
-  bind_distortion(module);
-  bind_embedding(module);
-  bind_matchmaker(module);
-  bind_mesh(module);
-  bind_unwrap(module);
+  py::register_exception_translator(&flipfree::python::translate);
+  py::class_<flipfree::python::Job>(module, "Job")
+      .def("wait", &flipfree::python::Job::wait, py::arg("seconds"))
+      .def("cancel", &flipfree::python::Job::cancel)
+      .def("accept", &flipfree::python::Job::accept)
+      .def("progress", &flipfree::python::Job::progress)
+      .def("result", &flipfree::python::Job::result);
+  flipfree::python::bind_certify(module);
+  flipfree::python::bind_conformal(module);
+  flipfree::python::bind_conformal_map(module);
+  flipfree::python::bind_distortion(module);
+  flipfree::python::bind_embedding(module);
+  flipfree::python::bind_matchmaker(module);
+  flipfree::python::bind_mesh(module);
+  flipfree::python::bind_unwrap(module);
 }

@@ -4,7 +4,7 @@
 
 namespace flipfree::fuzz {
 
-void check_error(const Exception& e, const Surface* surface) {
+void check_error(const Exception& e, const mesh::Surface* surface) {
   const Error& error = e.error();
   if (error.code == ErrorCode::kInternal) throw Finding{"internal error: " + error.message};
   if (error.message.empty()) throw Finding{"an error without a message"};

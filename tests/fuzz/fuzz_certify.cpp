@@ -5,11 +5,11 @@
 
 #include "finding.h"
 #include "flipfree/certify/certify.h"
-#include "flipfree/certify/flips.h"
-#include "flipfree/certify/island_overlap.h"
-#include "flipfree/certify/overlap.h"
-#include "flipfree/certify/seamless.h"
-#include "flipfree/certify/winding.h"
+#include "flipfree/certify/measures/flips.h"
+#include "flipfree/certify/measures/seamless.h"
+#include "flipfree/certify/measures/winding.h"
+#include "flipfree/certify/overlap/island_overlap.h"
+#include "flipfree/certify/overlap/overlap.h"
 #include "judge.h"
 #include "planar_maps.h"
 #include "targets.h"
@@ -18,20 +18,23 @@ namespace flipfree::fuzz {
 namespace {
 
 // What certify/ says of the map with these values against the judge; positive: no flipped face.
-void compare(const Surface& surface, const Adjacency& adjacency, const Points2& uv,
+void compare(const mesh::Surface& surface, const mesh::Adjacency& adjacency, const Points2& uv,
              const Judge& judge, bool positive, std::int64_t& places) {
-  require(flipped_faces(uv) == judge.flipped(), "flipped_faces differs from rational areas");
-  const EdgeFlags cuts = uv_cuts(adjacency, uv);
-  const IslandOverlaps islands = island_overlaps(charts_of(adjacency, cuts), uv);
+  require(certify::flipped_faces(uv) == judge.flipped(),
+          "flipped_faces differs from rational areas");
+  const mesh::EdgeFlags cuts = mesh::uv_cuts(adjacency, uv);
+  const certify::IslandOverlaps islands =
+      certify::island_overlaps(certify::charts_of(adjacency, cuts), uv);
   require(islands.pairs == judge.island_pairs(), "island_overlaps differs from all pairs");
   require((islands.pairs > 0) == !islands.faces.empty(), "island_overlaps names no face");
-  require(static_cast<std::int64_t>(seam_failures(adjacency, cuts, uv).size()) == judge.seams(),
+  require(static_cast<std::int64_t>(certify::seam_failures(adjacency, cuts, uv).size()) ==
+              judge.seams(),
           "seam_failures differs from rational differences");
   if (!positive) return;
-  const std::vector<VertexId> winding = winding_failures(adjacency, cuts, uv);
+  const std::vector<VertexId> winding = certify::winding_failures(adjacency, cuts, uv);
   require(std::set<VertexId>(winding.begin(), winding.end()) == judge.winding(),
           "winding_failures differs from counting a direction");
-  const Overlaps overlaps = boundary_overlaps(surface.faces, adjacency, cuts, uv);
+  const certify::Overlaps overlaps = certify::boundary_overlaps(surface.faces, adjacency, cuts, uv);
   std::int64_t contacts = 0;
   bool turned = false;
   for (const FaceId chart : judge.charts()) {
@@ -54,9 +57,9 @@ void fuzz_certify(Bytes bytes) {
   if (!uv.allFinite() || !(uv.cwiseAbs().maxCoeff() < 1e30)) return;
   const Points2f uv32 = uv.cast<float>();
   const Points2 stored = uv32.cast<double>();
-  const Surface& surface = map.surface;
+  const mesh::Surface& surface = map.surface;
 
-  CertifyRequest request;
+  certify::CertifyRequest request;
   request.surface = &surface;
   request.uv = &uv;
   request.require_bijective = (wishes & 1) != 0;
@@ -64,17 +67,17 @@ void fuzz_certify(Bytes bytes) {
   request.require_seamless = (wishes & 4) != 0;
   std::int64_t missed = 0;
   for (Index n = wishes >> 6; n > 0; --n) {
-    CornerPin pin{bytes.below(static_cast<Index>(uv.rows())), Vector2::Zero()};
+    certify::CornerPin pin{bytes.below(static_cast<Index>(uv.rows())), Vector2::Zero()};
     pin.uv = uv.row(pin.corner).transpose();
     if (bytes.flag()) pin.uv.x() = std::nextafter(pin.uv.x(), HUGE_VAL);
     missed += pin.uv != uv.row(pin.corner).transpose();
     request.pins.push_back(pin);
   }
   const ExecutionContext context;
-  const Certificate certificate = certify(request, context);
+  const certify::Certificate certificate = certify::certify(request, context);
 
-  const Adjacency adjacency =
-      build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
   const Judge judge(surface, uv);
   const Judge judge32(surface, stored);
   const bool positive = judge.flipped().empty() && judge32.flipped().empty();

@@ -3,11 +3,11 @@
 #include <vector>
 
 #include "finding.h"
-#include "flipfree/mesh/cut.h"
-#include "flipfree/mesh/cut_graph.h"
+#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/mesh/cut_graph/cut_graph.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
-#include "flipfree/unwrap/islands.h"
+#include "flipfree/unwrap/islands/islands.h"
 #include "meshes.h"
 #include "targets.h"
 
@@ -16,8 +16,8 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-EdgeFlags read_flags(Bytes& bytes, const Adjacency& adjacency) {
-  EdgeFlags flags(adjacency.opposite.size(), 0);
+mesh::EdgeFlags read_flags(Bytes& bytes, const mesh::Adjacency& adjacency) {
+  mesh::EdgeFlags flags(adjacency.opposite.size(), 0);
   for (Index n = bytes.below(16); n > 0; --n) {
     const HalfedgeId h = bytes.below(static_cast<Index>(flags.size()));
     const HalfedgeId o = adjacency.opposite[at(h)];
@@ -26,7 +26,7 @@ EdgeFlags read_flags(Bytes& bytes, const Adjacency& adjacency) {
   return flags;
 }
 
-void check_flags(const Adjacency& adjacency, const EdgeFlags& flags) {
+void check_flags(const mesh::Adjacency& adjacency, const mesh::EdgeFlags& flags) {
   require(flags.size() == adjacency.opposite.size(), "flags of another mesh");
   for (std::size_t h = 0; h < flags.size(); ++h) {
     const HalfedgeId o = adjacency.opposite[h];
@@ -34,14 +34,14 @@ void check_flags(const Adjacency& adjacency, const EdgeFlags& flags) {
   }
 }
 
-Topology topology_of(Index vertices, const Triangles& faces) {
-  return topology(faces, build_adjacency(vertices, faces));
+mesh::Topology topology_of(Index vertices, const Triangles& faces) {
+  return mesh::topology(faces, mesh::build_adjacency(vertices, faces));
 }
 
 // Corners keep their vertices, and faces of the cut mesh are joined across an edge exactly if it is
 // not cut, but for edges that open nothing.
-void check_cut(const Surface& surface, const Adjacency& adjacency, const EdgeFlags& flags,
-               const CutMesh& cut) {
+void check_cut(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+               const mesh::EdgeFlags& flags, const mesh::CutMesh& cut) {
   const auto count = static_cast<Index>(cut.vertex_origin.size());
   require(cut.faces.rows() == surface.faces.rows(), "a face was lost");
   for (CornerId c = 0; c < 3 * cut.faces.rows(); ++c) {
@@ -49,56 +49,57 @@ void check_cut(const Surface& surface, const Adjacency& adjacency, const EdgeFla
     require(v >= 0 && v < count, "a corner without a vertex");
     require(cut.vertex_origin[at(v)] == surface.faces(c / 3, c % 3), "a corner changed its vertex");
   }
-  const Adjacency after = build_adjacency(count, cut.faces);
+  const mesh::Adjacency after = mesh::build_adjacency(count, cut.faces);
   for (std::size_t h = 0; h < flags.size(); ++h) {
     const bool joined = adjacency.opposite[h] != kInvalid && !flags[h];
     if (joined) require(after.opposite[h] == adjacency.opposite[h], "an edge was opened");
     if (after.opposite[h] != kInvalid)
       require(after.opposite[h] == adjacency.opposite[h], "faces were glued anew");
   }
-  ValidateOptions options;
+  mesh::ValidateOptions options;
   options.reject_zero_area = false;
   Points3 places(count, 3);
   for (Index v = 0; v < count; ++v) places.row(v) = surface.vertices.row(cut.vertex_origin[at(v)]);
-  require(find_defects({places, cut.faces}, options).empty(), "the cut mesh is no manifold");
+  require(mesh::find_defects({places, cut.faces}, options).empty(), "the cut mesh is no manifold");
 }
 
 }  // namespace
 
 void fuzz_cut(Bytes bytes) {
   const Index wishes = bytes.byte();
-  const Surface surface = read_mesh(bytes, Kind::kAny, 60);
+  const mesh::Surface surface = read_mesh(bytes, Kind::kAny, 60);
   const auto vertices = static_cast<Index>(surface.vertices.rows());
   // Extremities measure lengths: as every caller, only valid surfaces are handed on.
-  if (!find_defects(surface).empty()) return;
-  const Adjacency adjacency = build_adjacency(vertices, surface.faces);
-  const EdgeFlags seams = read_flags(bytes, adjacency);
+  if (!mesh::find_defects(surface).empty()) return;
+  const mesh::Adjacency adjacency = mesh::build_adjacency(vertices, surface.faces);
+  const mesh::EdgeFlags seams = read_flags(bytes, adjacency);
   ExecutionContext context;
   const TimeLimit limit(context, 20.0);
 
-  const CutMesh cut = cut_along(surface.faces, adjacency, seams);
+  const mesh::CutMesh cut = mesh::cut_along(surface.faces, adjacency, seams);
   check_cut(surface, adjacency, seams, cut);
-  const std::vector<Chart> charts = split_into_charts(surface.vertices, cut);
+  const std::vector<mesh::Chart> charts = mesh::split_into_charts(surface.vertices, cut);
   std::size_t faces = 0;
-  for (const Chart& chart : charts) {
+  for (const mesh::Chart& chart : charts) {
     faces += chart.faces.size();
-    const Topology t =
+    const mesh::Topology t =
         topology_of(static_cast<Index>(chart.surface.vertices.rows()), chart.surface.faces);
     require(t.components == 1, "a chart falls apart");
   }
   require(faces == at(static_cast<Index>(surface.faces.rows())), "charts do not hold every face");
 
-  const EdgeFlags pairs =
-      flag_edges(surface.faces, adjacency, flagged_edges(surface.faces, adjacency, seams));
+  const mesh::EdgeFlags pairs = mesh::flag_edges(
+      surface.faces, adjacency, mesh::flagged_edges(surface.faces, adjacency, seams));
   require(pairs == seams, "flagged_edges and flag_edges are no inverses");
 
-  const Topology whole = topology(surface.faces, adjacency);
+  const mesh::Topology whole = mesh::topology(surface.faces, adjacency);
   if (whole.components == 1) {
-    EdgeFlags graph;
-    if (allowed([&] { graph = planar_cut(surface, adjacency, context); })) {
+    mesh::EdgeFlags graph;
+    if (allowed([&] { graph = mesh::planar_cut(surface, adjacency, context); })) {
       check_flags(adjacency, graph);
-      const CutMesh open = cut_along(surface.faces, adjacency, graph);
-      const Topology t = topology_of(static_cast<Index>(open.vertex_origin.size()), open.faces);
+      const mesh::CutMesh open = mesh::cut_along(surface.faces, adjacency, graph);
+      const mesh::Topology t =
+          topology_of(static_cast<Index>(open.vertex_origin.size()), open.faces);
       require(t.components == 1 && t.genus() == 0 && t.boundary_loops >= 1,
               "planar_cut left a handle, a closed surface or pieces");
       const bool planar = whole.genus() == 0 && whole.boundary_loops >= 1;
@@ -109,19 +110,21 @@ void fuzz_cut(Bytes bytes) {
     }
   }
 
-  const EdgeFlags uncuttable = (wishes & 1) != 0 ? read_flags(bytes, adjacency) : EdgeFlags();
-  Islands islands;
+  const mesh::EdgeFlags uncuttable =
+      (wishes & 1) != 0 ? read_flags(bytes, adjacency) : mesh::EdgeFlags();
+  unwrap::Islands islands;
   if (!allowed([&] {
-        islands = make_islands(surface, adjacency, seams, uncuttable, (wishes & 2) != 0, context);
+        islands =
+            unwrap::make_islands(surface, adjacency, seams, uncuttable, (wishes & 2) != 0, context);
       }))
     return;
   check_flags(adjacency, islands.cut);
   check_flags(adjacency, islands.added);
   check_cut(surface, adjacency, islands.cut, islands.mesh);
   faces = 0;
-  for (const Chart& chart : islands.charts) {
+  for (const mesh::Chart& chart : islands.charts) {
     faces += chart.faces.size();
-    const Topology t =
+    const mesh::Topology t =
         topology_of(static_cast<Index>(chart.surface.vertices.rows()), chart.surface.faces);
     require(t.components == 1 && t.genus() == 0 && t.boundary_loops >= 1,
             "an island is closed, has a handle or falls apart");

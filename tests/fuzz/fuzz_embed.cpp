@@ -19,12 +19,12 @@ Points2 read_polygon(Bytes& bytes, Index count) {
   const Index kind = bytes.below(6);
   Points2 polygon(count, 2);
   if (kind < 3) {
-    const auto shape = static_cast<BoundaryShape>(kind);
+    const auto shape = static_cast<embedding::BoundaryShape>(kind);
     std::vector<double> lengths(static_cast<std::size_t>(count), 1.0);
     if (bytes.flag()) {
       for (double& length : lengths) length = std::ldexp(1.0, bytes.below(41) - 20);
     }
-    return place_boundary(shape, lengths).positions;
+    return embedding::place_boundary(shape, lengths).positions;
   }
   for (Index i = 0; i < count; ++i) {
     const double angle = 2.0 * std::numbers::pi * i / count;
@@ -43,15 +43,16 @@ Points2 read_polygon(Bytes& bytes, Index count) {
 
 void fuzz_embed(Bytes bytes) {
   const Index wishes = bytes.byte();
-  const Surface surface = read_mesh(bytes, Kind::kDisk, 60);
+  const mesh::Surface surface = read_mesh(bytes, Kind::kDisk, 60);
   const auto vertices = static_cast<Index>(surface.vertices.rows());
   const std::vector<VertexId> loop =
-      boundary_loops(surface.faces, build_adjacency(vertices, surface.faces)).front();
-  EmbedOptions options;
+      mesh::boundary_loops(surface.faces, mesh::build_adjacency(vertices, surface.faces)).front();
+  embedding::EmbedOptions options;
   options.float32 = (wishes & 1) != 0;
   options.low_distortion = (wishes & 2) != 0;
-  constexpr std::array kMethods{EmbedMethod::kLadder, EmbedMethod::kLadder,
-                                EmbedMethod::kProgressive, EmbedMethod::kSchnyder};
+  constexpr std::array kMethods{embedding::EmbedMethod::kLadder, embedding::EmbedMethod::kLadder,
+                                embedding::EmbedMethod::kProgressive,
+                                embedding::EmbedMethod::kSchnyder};
   options.method = kMethods[static_cast<std::size_t>(wishes >> 2) % 4];
   options.start_from_tutte = (wishes & 16) != 0;
   Points2 initial(vertices, 2);
@@ -63,11 +64,11 @@ void fuzz_embed(Bytes bytes) {
   const TimeLimit limit(context, 20.0);
   Stats stats;
   Points2 polygon;
-  Embedding result;
+  embedding::Embedding result;
   if (!allowed([&] {
         polygon = read_polygon(bytes, static_cast<Index>(loop.size()));
-        result =
-            embed_disk_refined(surface.faces, vertices, loop, polygon, options, context, stats);
+        result = embedding::embed_disk_refined(surface.faces, vertices, loop, polygon, options,
+                                               context, stats);
       }))
     return;
   require(result.uv.allFinite(), "a value is not finite");

@@ -4,24 +4,24 @@
 #include <vector>
 
 #include "finding.h"
-#include "flipfree/conformal/flip_lengths.h"
-#include "flipfree/conformal/symmetric_flips.h"
+#include "flipfree/intrinsic/flip_lengths.h"
+#include "flipfree/intrinsic/symmetric_flips.h"
 #include "meshes.h"
 #include "targets.h"
 
 namespace flipfree::fuzz {
 namespace {
 
-using conformal::EdgeLabel;
-using conformal::FlipLengths;
-using conformal::FlipStencil;
-using conformal::FlipType;
-using conformal::IntrinsicMesh;
+using intrinsic::EdgeLabel;
+using intrinsic::FlipLengths;
+using intrinsic::FlipStencil;
+using intrinsic::FlipType;
+using intrinsic::IntrinsicMesh;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 // Edges as what does not depend on their numbers: ends and length.
-std::vector<std::array<double, 3>> described(const IntrinsicMesh& mesh,
+std::vector<std::array<double, 3>> described(const intrinsic::IntrinsicMesh& mesh,
                                              const std::vector<double>& length) {
   std::vector<std::array<double, 3>> edges;
   for (std::size_t e = 0; e < length.size(); ++e) {
@@ -33,30 +33,32 @@ std::vector<std::array<double, 3>> described(const IntrinsicMesh& mesh,
   return edges;
 }
 
-void require_valid(const IntrinsicMesh& mesh) {
-  const std::string broken = find_broken_invariant(mesh);
+void require_valid(const intrinsic::IntrinsicMesh& mesh) {
+  const std::string broken = intrinsic::find_broken_invariant(mesh);
   if (!broken.empty()) throw Finding{"a flip broke the mesh: " + broken};
 }
 
-void flip(IntrinsicMesh& mesh, std::vector<double>& length, const FlipStencil& stencil) {
-  FlipLengths<double>(length).ptolemy(stencil);
-  flip_symmetrically(mesh, stencil);
+void flip(intrinsic::IntrinsicMesh& mesh, std::vector<double>& length,
+          const intrinsic::FlipStencil& stencil) {
+  intrinsic::FlipLengths<double>(length).ptolemy(stencil);
+  intrinsic::flip_symmetrically(mesh, stencil);
   require_valid(mesh);
 }
 
 // The edge that stands for the flipped one: the crossing edge, or the one in copy 1.
-EdgeId created(const IntrinsicMesh& mesh, const FlipStencil& stencil) {
+EdgeId created(const intrinsic::IntrinsicMesh& mesh, const intrinsic::FlipStencil& stencil) {
   if (stencil.new_cross != kInvalid) return stencil.new_cross;
-  const bool mirrored = mesh.symmetric() && mesh.label_of_edge(stencil.new_side) == EdgeLabel::kTwo;
+  const bool mirrored =
+      mesh.symmetric() && mesh.label_of_edge(stencil.new_side) == intrinsic::EdgeLabel::kTwo;
   return mirrored ? stencil.new_side2 : stencil.new_side;
 }
 
 }  // namespace
 
 void fuzz_flips(Bytes bytes) {
-  const Surface surface = read_mesh(bytes, Kind::kConnected, 24);
-  IntrinsicMesh mesh =
-      conformal::build_intrinsic_mesh(static_cast<Index>(surface.vertices.rows()), surface.faces)
+  const mesh::Surface surface = read_mesh(bytes, Kind::kConnected, 24);
+  intrinsic::IntrinsicMesh mesh =
+      intrinsic::build_intrinsic_mesh(static_cast<Index>(surface.vertices.rows()), surface.faces)
           .mesh;
   require_valid(mesh);
   // Symmetric, and mostly in breach of the triangle inequality. Small ranges: each of some hundred
@@ -70,20 +72,20 @@ void fuzz_flips(Bytes bytes) {
   }
   while (!bytes.empty()) {
     const EdgeId e = bytes.below(static_cast<Index>(mesh.edge_count()));
-    FlipType type = FlipType::kInterior;
-    if (!flip_type(mesh, e, type)) continue;
+    intrinsic::FlipType type = intrinsic::FlipType::kInterior;
+    if (!intrinsic::flip_type(mesh, e, type)) continue;
     const auto before = described(mesh, length);
-    const IntrinsicMesh mesh_before = mesh;
+    const intrinsic::IntrinsicMesh mesh_before = mesh;
     const std::vector<double> length_before = length;
-    const FlipStencil there = flip_stencil(mesh, e, type);
+    const intrinsic::FlipStencil there = intrinsic::flip_stencil(mesh, e, type);
     flip(mesh, length, there);
     for (const double x : length) require(x > 0.0, "a length is not positive");
-    IntrinsicMesh back = mesh;
+    intrinsic::IntrinsicMesh back = mesh;
     std::vector<double> length_back = length;
     const EdgeId now = created(back, there);
-    FlipType inverse = FlipType::kInterior;
-    require(flip_type(back, now, inverse), "a flip cannot be undone");
-    flip(back, length_back, flip_stencil(back, now, inverse));
+    intrinsic::FlipType inverse = intrinsic::FlipType::kInterior;
+    require(intrinsic::flip_type(back, now, inverse), "a flip cannot be undone");
+    flip(back, length_back, intrinsic::flip_stencil(back, now, inverse));
     const auto after = described(back, length_back);
     for (std::size_t i = 0; i < before.size(); ++i) {
       require(before[i][0] == after[i][0] && before[i][1] == after[i][1],

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "finding.h"
-#include "flipfree/conformal/metric.h"
+#include "flipfree/conformal/metric/metric.h"
 #include "flipfree/mesh/topology.h"
 #include "meshes.h"
 #include "targets.h"
@@ -13,15 +13,15 @@ namespace flipfree::fuzz {
 namespace {
 
 using conformal::ConformalMetric;
-using conformal::EdgeLabel;
-using conformal::IntrinsicMesh;
 using conformal::MetricOptions;
-using Number = BigFloat<64>;
+using intrinsic::EdgeLabel;
+using intrinsic::IntrinsicMesh;
+using Number = numeric::BigFloat<64>;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 constexpr int kBits = 1024;
 
-std::vector<Number> in_full(const conformal::Scalars& scalars) {
+std::vector<Number> in_full(const intrinsic::Scalars& scalars) {
   std::vector<Number> result;
   std::visit(
       [&](const auto& values) {
@@ -48,9 +48,9 @@ double angle(const Number& opposite, const Number& b, const Number& c) {
 
 // Total angle per vertex of the user's, from the lengths alone. In a double cover every vertex is
 // there twice, or has twice its angle.
-std::vector<double> angles_of(const ConformalMetric& metric, const std::vector<Number>& length,
-                              std::size_t vertices) {
-  const IntrinsicMesh& mesh = metric.mesh;
+std::vector<double> angles_of(const conformal::ConformalMetric& metric,
+                              const std::vector<Number>& length, std::size_t vertices) {
+  const intrinsic::IntrinsicMesh& mesh = metric.mesh;
   std::vector<double> sum(vertices, 0.0);
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(mesh.halfedge_count()); ++h) {
     const HalfedgeId n = mesh.next[at(h)];
@@ -63,11 +63,11 @@ std::vector<double> angles_of(const ConformalMetric& metric, const std::vector<N
 }
 
 // No edge violates the criterion beyond the rounding of lengths of so many bits.
-void require_delaunay(const ConformalMetric& metric, const std::vector<Number>& length) {
-  const IntrinsicMesh& mesh = metric.mesh;
+void require_delaunay(const conformal::ConformalMetric& metric, const std::vector<Number>& length) {
+  const intrinsic::IntrinsicMesh& mesh = metric.mesh;
   const Number bound(std::ldexp(1.0, 8 - metric.bits), kBits);
   for (EdgeId e = 0; e < static_cast<EdgeId>(mesh.edge_count()); ++e) {
-    if (mesh.label_of_edge(e) == EdgeLabel::kDiagonal) continue;
+    if (mesh.label_of_edge(e) == intrinsic::EdgeLabel::kDiagonal) continue;
     const auto opposite_cosine = [&](HalfedgeId h, Number& numerator, Number& product) {
       const Number& a = length[at(mesh.next[at(h)] >> 1)];
       const Number& b = length[at(mesh.previous(h) >> 1)];
@@ -91,10 +91,10 @@ void require_delaunay(const ConformalMetric& metric, const std::vector<Number>& 
 
 void fuzz_metric(Bytes bytes) {
   const Index wishes = bytes.byte();
-  const Surface surface = read_mesh(bytes, Kind::kConnected, 24);
+  const mesh::Surface surface = read_mesh(bytes, Kind::kConnected, 24);
   const auto vertices = static_cast<Index>(surface.vertices.rows());
-  const Adjacency adjacency = build_adjacency(vertices, surface.faces);
-  const Topology t = topology(surface.faces, adjacency);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(vertices, surface.faces);
+  const mesh::Topology t = mesh::topology(surface.faces, adjacency);
   // What Gauss and Bonnet leave is shared by all, so that most targets add up.
   std::vector<double> target;
   double missing = -2.0 * std::numbers::pi * t.euler();
@@ -110,7 +110,7 @@ void fuzz_metric(Bytes bytes) {
     for (double& angle : target) angle += missing / vertices;
   }
   if (bytes.byte() == 255) target[at(bytes.below(vertices))] = bytes.any_number();
-  MetricOptions options;
+  conformal::MetricOptions options;
   options.tolerance = 1e-8;
   options.bits = (wishes & 12) == 12 ? 113 : (wishes & 8) != 0 ? 53 : 0;
   options.max_iterations = 100;
@@ -118,15 +118,16 @@ void fuzz_metric(Bytes bytes) {
   options.require_convergence = (wishes & 16) != 0;
   ExecutionContext context;
   context.threads = 1;
-  ConformalMetric metric;
-  if (!allowed([&] { metric = compute_conformal_metric(surface, target, options, context); },
-               &surface))
+  conformal::ConformalMetric metric;
+  if (!allowed(
+          [&] { metric = conformal::compute_conformal_metric(surface, target, options, context); },
+          &surface))
     return;
   require(metric.angles.size() == target.size() && metric.scale_factors.size() == target.size(),
           "a figure is missing");
   require(metric.converged || !options.require_convergence, "returned without convergence");
   if (!metric.converged) return;
-  const std::string broken = find_broken_invariant(metric.mesh);
+  const std::string broken = intrinsic::find_broken_invariant(metric.mesh);
   if (!broken.empty()) throw Finding{"the metric's mesh is broken: " + broken};
   const std::vector<Number> length = in_full(metric.length);
   const std::vector<double> angles = angles_of(metric, length, target.size());

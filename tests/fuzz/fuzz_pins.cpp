@@ -14,9 +14,10 @@ namespace flipfree::fuzz {
 
 void fuzz_pins(Bytes bytes) {
   const Index wishes = bytes.byte();
-  const Surface surface = read_mesh(bytes, (wishes & 1) != 0 ? Kind::kConnected : Kind::kDisk, 24);
+  const mesh::Surface surface =
+      read_mesh(bytes, (wishes & 1) != 0 ? Kind::kConnected : Kind::kDisk, 24);
   const auto vertices = static_cast<Index>(surface.vertices.rows());
-  MatchRequest request;
+  matchmaker::MatchRequest request;
   for (Index n = bytes.below(5); n > 0; --n) {
     const VertexId v = read_id(bytes, vertices);
     const double u = bytes.number();
@@ -24,7 +25,7 @@ void fuzz_pins(Bytes bytes) {
   }
   if ((wishes & 2) != 0) {
     // Along edges for a while, then anywhere.
-    PinnedLine line;
+    matchmaker::PinnedLine line;
     const FaceId f = bytes.below(static_cast<Index>(surface.faces.rows()));
     for (Index n = bytes.between(2, 3), k = bytes.below(3); n > 0; --n, ++k)
       line.vertices.push_back(surface.faces(f, k % 3));
@@ -36,7 +37,8 @@ void fuzz_pins(Bytes bytes) {
     request.lines.push_back(line);
   }
   if ((wishes & 4) != 0) {
-    const auto loops = boundary_loops(surface.faces, build_adjacency(vertices, surface.faces));
+    const auto loops =
+        mesh::boundary_loops(surface.faces, mesh::build_adjacency(vertices, surface.faces));
     if (loops.empty()) return;
     request.boundary_loop = loops[static_cast<std::size_t>(bytes.byte()) % loops.size()];
     const auto n = static_cast<double>(request.boundary_loop.size());
@@ -47,18 +49,22 @@ void fuzz_pins(Bytes bytes) {
       request.boundary_uv.emplace_back(radius * std::cos(angle), radius * std::sin(angle));
     }
   }
-  MatchOptions options;
+  matchmaker::MatchOptions options;
   options.optimise = (wishes & 8) == 0;
   options.bijective = (wishes & 16) != 0;
   constexpr std::array kEngines{
-      MatchEngine::kAuto,    MatchEngine::kAuto, MatchEngine::kFirstTry, MatchEngine::kOutline,
-      MatchEngine::kOverlay, MatchEngine::kArms, MatchEngine::kAuto,     MatchEngine::kMatchmaker};
+      matchmaker::MatchEngine::kAuto,     matchmaker::MatchEngine::kAuto,
+      matchmaker::MatchEngine::kFirstTry, matchmaker::MatchEngine::kOutline,
+      matchmaker::MatchEngine::kOverlay,  matchmaker::MatchEngine::kArms,
+      matchmaker::MatchEngine::kAuto,     matchmaker::MatchEngine::kMatchmaker};
   options.engine = kEngines[static_cast<std::size_t>(wishes >> 5) % kEngines.size()];
   options.max_iterations = 20;
   options.max_seconds = 10.0;
   ExecutionContext context;
-  Parametrization map;
-  if (!allowed([&] { map = match_piece(surface, request, options, context); }, &surface)) return;
+  certify::Parametrization map;
+  if (!allowed([&] { map = matchmaker::match_piece(surface, request, options, context); },
+               &surface))
+    return;
 
   require(map.certificate.ok, "a map without a certificate");
   require(map.uv.allFinite() && map.uv32.allFinite(), "a value is not finite");
@@ -71,11 +77,11 @@ void fuzz_pins(Bytes bytes) {
       require(judge.winding().empty(), "a vertex is wound around more than once");
     }
   }
-  std::vector<PinnedVertex> pins = request.points;
+  std::vector<matchmaker::PinnedVertex> pins = request.points;
   for (std::size_t i = 0; i < request.boundary_uv.size(); ++i)
     pins.push_back({request.boundary_loop[i], request.boundary_uv[i]});
   for (CornerId c = 0; c < map.uv.rows(); ++c) {
-    for (const PinnedVertex& pin : pins) {
+    for (const matchmaker::PinnedVertex& pin : pins) {
       if (map.surface.faces(c / 3, c % 3) != pin.vertex) continue;
       require(map.uv.row(c) == pin.uv.transpose(), "a pin is not met");
       require(map.uv32.row(c) == pin.uv.cast<float>().transpose(), "a pin is not met as stored");

@@ -28,7 +28,7 @@ void fuzz_rounding(Bytes bytes) {
     return true;
   };
   if (!all_positive(map.uv)) return;
-  RoundingOptions options;
+  distortion::RoundingOptions options;
   for (Index n = wishes >> 6; n > 0; --n) {
     const VertexId v = bytes.below(static_cast<Index>(map.uv.rows()));
     const Points2 before = map.uv;
@@ -43,7 +43,9 @@ void fuzz_rounding(Bytes bytes) {
   const TimeLimit limit(context, 20.0);
   Stats stats;
   Points2f stored;
-  if (!allowed([&] { stored = round_to_storage(map.cut.faces, map.uv, options, context, stats); }))
+  if (!allowed([&] {
+        stored = distortion::round_to_storage(map.cut.faces, map.uv, options, context, stats);
+      }))
     return;
   require(stored.rows() == map.uv.rows() && stored.allFinite(), "values are missing");
   require(all_positive(stored.cast<double>()), "a triangle is flipped as stored");

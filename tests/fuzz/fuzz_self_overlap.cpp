@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "finding.h"
-#include "flipfree/matchmaker/self_overlapping.h"
+#include "flipfree/matchmaker/target/self_overlapping.h"
 #include "rational.h"
 #include "targets.h"
 
@@ -32,7 +32,7 @@ bool fills(const std::vector<Point>& polygon) {
 void fuzz_self_overlap(Bytes bytes) {
   const bool coarse = bytes.flag();
   const Index wanted = bytes.between(3, 20);
-  Polygon polygon;
+  matchmaker::Polygon polygon;
   while (static_cast<Index>(polygon.size()) < wanted) {
     // Few different coordinates, so that corners meet and lie on lines; or anything.
     const Vector2 p =
@@ -50,8 +50,8 @@ void fuzz_self_overlap(Bytes bytes) {
 
   ExecutionContext context;
   const TimeLimit limit(context, 20.0);
-  SelfOverlap result;
-  require(allowed([&] { result = find_self_overlap(polygon, context); }),
+  matchmaker::SelfOverlap result;
+  require(allowed([&] { result = matchmaker::find_self_overlap(polygon, context); }),
           "find_self_overlap has thrown");
   require(result.exists == fills(points), "find_self_overlap differs from the plain programme");
   if (!result.exists) {

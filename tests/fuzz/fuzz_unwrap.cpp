@@ -11,9 +11,9 @@ namespace flipfree::fuzz {
 
 void fuzz_unwrap(Bytes bytes) {
   const Index wishes = bytes.byte();
-  const Surface surface = read_mesh(bytes, Kind::kAny, 32);
+  const mesh::Surface surface = read_mesh(bytes, Kind::kAny, 32);
   const auto vertices = static_cast<Index>(surface.vertices.rows());
-  UnwrapOptions options;
+  unwrap::UnwrapOptions options;
   options.bijective = (wishes & 1) == 0;
   options.cut_extremities = (wishes & 2) == 0;
   options.may_add_cuts = (wishes & 4) == 0;
@@ -43,8 +43,8 @@ void fuzz_unwrap(Bytes bytes) {
     options.place_like = &former;
   }
   ExecutionContext context;
-  Parametrization map;
-  if (!allowed([&] { map = unwrap(surface, options, context); }, &surface)) return;
+  certify::Parametrization map;
+  if (!allowed([&] { map = unwrap::unwrap(surface, options, context); }, &surface)) return;
 
   require(map.certificate.ok, "a map without a certificate");
   require(std::isfinite(map.certificate.energy), "a certificate whose energy is not finite");
@@ -61,7 +61,7 @@ void fuzz_unwrap(Bytes bytes) {
       require(!judge.covers_twice(chart), "an island covers points twice");
     if (options.pins.empty()) require(judge.island_pairs() == 0, "islands overlap");
   }
-  for (const CornerPin& pin : options.pins) {
+  for (const certify::CornerPin& pin : options.pins) {
     require(map.uv.row(pin.corner) == pin.uv.transpose(), "a pin is not met");
     require(map.uv32.row(pin.corner) == pin.uv.cast<float>().transpose(),
             "a pin is not met as stored");

@@ -18,7 +18,7 @@ namespace {
 struct Judge {
   std::set<ErrorCode> codes;
 
-  bool values(const Surface& surface) {
+  bool values(const mesh::Surface& surface) {
     const auto count = static_cast<Index>(surface.vertices.rows());
     if (surface.faces.rows() == 0) codes.insert(ErrorCode::kEmptyMesh);
     for (FaceId f = 0; f < surface.faces.rows(); ++f) {
@@ -57,7 +57,7 @@ struct Judge {
   }
 
   // Faces around a vertex joined where they share an edge at it: more than one group is a pinch.
-  void vertices(const Surface& surface, bool allow_isolated) {
+  void vertices(const mesh::Surface& surface, bool allow_isolated) {
     for (VertexId v = 0; v < surface.vertices.rows(); ++v) {
       std::vector<std::set<VertexId>> groups;
       for (FaceId f = 0; f < surface.faces.rows(); ++f) {
@@ -81,7 +81,7 @@ struct Judge {
     }
   }
 
-  void shapes(const Surface& surface) {
+  void shapes(const mesh::Surface& surface) {
     for (FaceId f = 0; f < surface.faces.rows(); ++f) {
       std::array<std::array<Rational, 3>, 3> p;
       for (Index k = 0; k < 3; ++k) {
@@ -107,11 +107,12 @@ struct Judge {
 }  // namespace
 
 void fuzz_validate(Bytes bytes) {
-  ValidateOptions options;
+  mesh::ValidateOptions options;
   options.allow_isolated_vertices = bytes.flag();
-  const Surface surface = read_rubbish(bytes);
+  const mesh::Surface surface = read_rubbish(bytes);
   std::vector<Error> defects;
-  require(allowed([&] { defects = find_defects(surface, options); }), "find_defects has thrown");
+  require(allowed([&] { defects = mesh::find_defects(surface, options); }),
+          "find_defects has thrown");
 
   Judge judge;
   if (judge.values(surface)) {
@@ -130,7 +131,7 @@ void fuzz_validate(Bytes bytes) {
   require(codes == judge.codes, "find_defects differs from the definitions");
   bool refused = false;
   try {
-    validate(surface, options);
+    mesh::validate(surface, options);
   } catch (const InvalidInput&) {
     refused = true;
   }

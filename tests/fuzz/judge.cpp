@@ -21,7 +21,7 @@ void Sets::join(Index a, Index b) {
 }
 bool Sets::same(Index a, Index b) const { return of[at(a)] == of[at(b)]; }
 
-Judge::Judge(const Surface& surface, const Points2& corner_uv)
+Judge::Judge(const mesh::Surface& surface, const Points2& corner_uv)
     : faces_(surface.faces),
       uv_(corner_uv),
       opposite_(at(count()), kInvalid),

@@ -22,7 +22,7 @@ struct Sets {
 class Judge {
  public:
   // corner_uv (3 #F x 2) must outlive this, and so must the surface, a valid mesh.
-  Judge(const Surface& surface, const Points2& corner_uv);
+  Judge(const mesh::Surface& surface, const Points2& corner_uv);
 
   // Faces of no positive area, ascending.
   std::vector<FaceId> flipped() const;

@@ -17,7 +17,7 @@ namespace {
 
 // A disk grown from one triangle: each byte puts a triangle with a new vertex beside a boundary
 // edge, or closes a corner of the boundary.
-Surface glued(Bytes& bytes, Index most_faces) {
+mesh::Surface glued(Bytes& bytes, Index most_faces) {
   std::vector<VertexId> rim{0, 1, 2};  // surface on the left
   std::vector<Index> corners{0, 1, 2};
   std::set<std::pair<VertexId, VertexId>> edges{{0, 1}, {1, 2}, {0, 2}};
@@ -52,7 +52,7 @@ Surface glued(Bytes& bytes, Index most_faces) {
     }
     ++faces;
   }
-  Surface surface;
+  mesh::Surface surface;
   surface.vertices.resize(static_cast<Eigen::Index>(places.size()), 3);
   for (std::size_t v = 0; v < places.size(); ++v)
     surface.vertices.row(static_cast<Eigen::Index>(v)) = places[v].transpose();
@@ -60,7 +60,7 @@ Surface glued(Bytes& bytes, Index most_faces) {
   return surface;
 }
 
-Surface shape(Bytes& bytes, Kind kind, Index most_faces) {
+mesh::Surface shape(Bytes& bytes, Kind kind, Index most_faces) {
   const Index side = most_faces >= 50 ? 5 : 3;
   switch (bytes.below(kind == Kind::kDisk ? 5 : 9)) {
     case 0:
@@ -95,7 +95,7 @@ Surface shape(Bytes& bytes, Kind kind, Index most_faces) {
 }
 
 // Without unused vertices, in the order of their ids.
-void drop_unused(Surface& surface) {
+void drop_unused(mesh::Surface& surface) {
   std::vector<VertexId> renamed(static_cast<std::size_t>(surface.vertices.rows()), kInvalid);
   for (const VertexId v : surface.faces.reshaped()) renamed[static_cast<std::size_t>(v)] = 0;
   Index count = 0;
@@ -108,17 +108,17 @@ void drop_unused(Surface& surface) {
   for (VertexId& v : surface.faces.reshaped()) v = renamed[static_cast<std::size_t>(v)];
 }
 
-bool is_mesh(const Surface& surface, Kind kind) {
-  ValidateOptions options;
+bool is_mesh(const mesh::Surface& surface, Kind kind) {
+  mesh::ValidateOptions options;
   options.reject_zero_area = false;
   options.require_connected = kind != Kind::kAny;
   options.require_disk = kind == Kind::kDisk;
-  return find_defects(surface, options).empty();
+  return mesh::find_defects(surface, options).empty();
 }
 
 // One face less, or one face split into three; left alone if the result is not of the kind.
-void change_connectivity(Surface& surface, Bytes& bytes, Kind kind) {
-  Surface changed = surface;
+void change_connectivity(mesh::Surface& surface, Bytes& bytes, Kind kind) {
+  mesh::Surface changed = surface;
   const Index f = bytes.below(static_cast<Index>(surface.faces.rows()));
   const Eigen::Index last = surface.faces.rows() - 1;
   if (bytes.flag()) {
@@ -171,15 +171,15 @@ void change_places(Points3& vertices, Bytes& bytes) {
 
 }  // namespace
 
-Surface read_mesh(Bytes& bytes, Kind kind, Index most_faces) {
-  Surface surface = shape(bytes, kind, most_faces);
+mesh::Surface read_mesh(Bytes& bytes, Kind kind, Index most_faces) {
+  mesh::Surface surface = shape(bytes, kind, most_faces);
   for (Index n = bytes.below(4); n > 0; --n) change_connectivity(surface, bytes, kind);
   for (Index n = bytes.below(5); n > 0; --n) change_places(surface.vertices, bytes);
   return surface;
 }
 
-Surface read_rubbish(Bytes& bytes) {
-  Surface surface;
+mesh::Surface read_rubbish(Bytes& bytes) {
+  mesh::Surface surface;
   if (bytes.flag()) {
     surface = read_mesh(bytes, Kind::kAny, 40);
     for (Index n = bytes.below(4); n > 0 && surface.faces.rows() > 0; --n) {

@@ -15,11 +15,11 @@ enum class Kind {
 // At most `most_faces` triangles whose connectivity is that of a valid mesh (shapes, triangles
 // glued one by one, faces taken away or split) and whose coordinates may be anything finite: of
 // ordinary size, far from each other, equal, on one line. No vertex is isolated.
-Surface read_mesh(Bytes& bytes, Kind kind, Index most_faces);
+mesh::Surface read_mesh(Bytes& bytes, Kind kind, Index most_faces);
 
 // Anything of the right shape: indices out of range, repeated faces, coordinates that are not
 // finite.
-Surface read_rubbish(Bytes& bytes);
+mesh::Surface read_rubbish(Bytes& bytes);
 
 // An index of some corner or vertex, seldom out of range.
 Index read_id(Bytes& bytes, Index count);

@@ -28,21 +28,21 @@ bool positive(const PlanarMap& map) {
 // A surface and a place in the plane for each of its vertices; a ring has two columns of vertices
 // at its seam, of which the second is used by the corners there.
 struct Plan {
-  Surface surface;
+  mesh::Surface surface;
   Points2 corner;  // 3 #F x 2
 };
 
-Points2 by_vertex(const Surface& surface, const Points2& places) {
+Points2 by_vertex(const mesh::Surface& surface, const Points2& places) {
   Points2 corner(3 * surface.faces.rows(), 2);
   for (CornerId c = 0; c < corner.rows(); ++c)
     corner.row(c) = places.row(surface.faces(c / 3, c % 3));
   return corner;
 }
 
-Surface integer_grid(Bytes& bytes, Index most) {
+mesh::Surface integer_grid(Bytes& bytes, Index most) {
   const Index columns = bytes.between(1, most);
   const Index rows = bytes.between(1, most);
-  Surface surface = test::grid(columns, rows);
+  mesh::Surface surface = test::grid(columns, rows);
   surface.vertices.col(0) = (surface.vertices.col(0) * columns).array().round();
   surface.vertices.col(1) = (surface.vertices.col(1) * rows).array().round();
   return surface;
@@ -85,8 +85,8 @@ Plan read_plan(Bytes& bytes) {
     case 3:
       return ring(bytes);
     default: {  // two pieces, one on top of the other
-      const Surface one = integer_grid(bytes, 2);
-      const Surface two = integer_grid(bytes, 2);
+      const mesh::Surface one = integer_grid(bytes, 2);
+      const mesh::Surface two = integer_grid(bytes, 2);
       plan.surface.vertices.resize(one.vertices.rows() + two.vertices.rows(), 3);
       plan.surface.vertices << one.vertices, two.vertices;
       plan.surface.faces.resize(one.faces.rows() + two.faces.rows(), 3);
@@ -99,8 +99,8 @@ Plan read_plan(Bytes& bytes) {
 }
 
 // Flags some edges at random: single ones, and all between two sets of faces.
-EdgeFlags read_cuts(Bytes& bytes, const Adjacency& adjacency) {
-  EdgeFlags flags(adjacency.opposite.size(), 0);
+mesh::EdgeFlags read_cuts(Bytes& bytes, const mesh::Adjacency& adjacency) {
+  mesh::EdgeFlags flags(adjacency.opposite.size(), 0);
   const auto cut = [&](HalfedgeId h) {
     const HalfedgeId o = adjacency.opposite[static_cast<std::size_t>(h)];
     if (o != kInvalid) flags[static_cast<std::size_t>(h)] = flags[static_cast<std::size_t>(o)] = 1;
@@ -136,8 +136,8 @@ void move(PlanarMap& map, Bytes& bytes, bool may_flip) {
       map.uv(v, bytes.below(2)) = std::nextafter(map.uv(v, 0), bytes.flag() ? HUGE_VAL : -HUGE_VAL);
       break;
     case 4: {  // the chart of a vertex, turned and moved
-      const Adjacency adjacency = build_adjacency(count, map.cut.faces);
-      const Components charts = face_components(adjacency);
+      const mesh::Adjacency adjacency = mesh::build_adjacency(count, map.cut.faces);
+      const mesh::Components charts = mesh::face_components(adjacency);
       const ChartId chart = charts.of_face[static_cast<std::size_t>(
           adjacency.vertex_halfedge[static_cast<std::size_t>(v)] / 3)];
       const Index turns = bytes.below(4);
@@ -173,9 +173,9 @@ PlanarMap read_planar_map(Bytes& bytes, bool may_flip) {
   map.surface = std::move(plan.surface);
   if (map.surface.vertices.rows() > map.surface.faces.maxCoeff() + 1)
     map.surface.vertices.conservativeResize(map.surface.faces.maxCoeff() + 1, 3);
-  const Adjacency adjacency =
-      build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
-  map.cut = cut_along(map.surface.faces, adjacency, read_cuts(bytes, adjacency));
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
+  map.cut = mesh::cut_along(map.surface.faces, adjacency, read_cuts(bytes, adjacency));
   map.uv.resize(static_cast<Eigen::Index>(map.cut.vertex_origin.size()), 2);
   for (CornerId c = 0; c < plan.corner.rows(); ++c)
     map.uv.row(map.cut.faces(c / 3, c % 3)) = plan.corner.row(c);

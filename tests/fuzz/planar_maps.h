@@ -4,14 +4,14 @@
 #pragma once
 
 #include "bytes.h"
-#include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/cut_graph/cut.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::fuzz {
 
 struct PlanarMap {
-  Surface surface;
-  CutMesh cut;
+  mesh::Surface surface;
+  mesh::CutMesh cut;
   Points2 uv;  // per vertex of the cut mesh
   Points2 corner_uv() const;
 };

@@ -45,7 +45,7 @@ void print_text(const Input& input) {
     std::printf("%02x%s", input[i], i % 32 == 31 || i + 1 == input.size() ? "\n" : "");
 }
 
-bool run(const Target& target, const std::string& name, const Input& input) {
+bool run(const flipfree::fuzz::Target& target, const std::string& name, const Input& input) {
   // Said before, so that a crash has a name too.
   std::printf("%s\n", name.c_str());
   std::fflush(stdout);
@@ -69,8 +69,9 @@ int main(int argc, char** argv) {
     return 2;
   }
   const auto all = flipfree::fuzz::targets();
-  const auto target = std::find_if(all.begin(), all.end(),
-                                   [&](const Target& t) { return std::string(t.name) == argv[1]; });
+  const auto target = std::find_if(all.begin(), all.end(), [&](const flipfree::fuzz::Target& t) {
+    return std::string(t.name) == argv[1];
+  });
   if (target == all.end()) {
     std::fprintf(stderr, "There is no target %s.\n", argv[1]);
     return 2;

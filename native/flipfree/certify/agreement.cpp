@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace flipfree {
+namespace flipfree::certify {
 
 void agree_with_storage(Parametrization& map, const CertifyRequest& request,
                         const ExecutionContext& context) {
@@ -28,4 +28,4 @@ void agree_with_storage(Parametrization& map, const CertifyRequest& request,
   if (!stored.ok) map.certificate = std::move(stored);
 }
 
-}  // namespace flipfree
+}  // namespace flipfree::certify

@@ -8,7 +8,7 @@
 #include "flipfree/certify/certify.h"
 #include "flipfree/certify/parametrization.h"
 
-namespace flipfree {
+namespace flipfree::certify {
 
 // Sets map.agreed for a map whose certificate for `request` is ok: empty if map.uv rounds to
 // map.uv32 everywhere. Else the solver's values, with the stored ones wherever they do not round to
@@ -18,4 +18,4 @@ namespace flipfree {
 void agree_with_storage(Parametrization& map, const CertifyRequest& request,
                         const ExecutionContext& context);
 
-}  // namespace flipfree
+}  // namespace flipfree::certify

@@ -8,7 +8,7 @@
 
 #include "flipfree/base/types.h"
 
-namespace flipfree {
+namespace flipfree::certify {
 
 // Counts of -1 and NaN figures mean "not measured". `ok` is true only if every guarantee that
 // applies was measured and holds.
@@ -43,4 +43,4 @@ struct Certificate {
   std::vector<Index> failed_faces;  // faces of the map named by the failures, at most 1000
 };
 
-}  // namespace flipfree
+}  // namespace flipfree::certify

@@ -9,29 +9,28 @@
 #include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/base/tolerances.h"
-#include "flipfree/certify/agreement.h"
-#include "flipfree/certify/energy.h"
-#include "flipfree/certify/flips.h"
-#include "flipfree/certify/island_overlap.h"
-#include "flipfree/certify/overlap.h"
-#include "flipfree/certify/provenance.h"
-#include "flipfree/certify/seamless.h"
-#include "flipfree/certify/winding.h"
+#include "flipfree/certify/measures/energy.h"
+#include "flipfree/certify/measures/flips.h"
+#include "flipfree/certify/measures/provenance.h"
+#include "flipfree/certify/measures/seamless.h"
+#include "flipfree/certify/measures/winding.h"
+#include "flipfree/certify/overlap/island_overlap.h"
+#include "flipfree/certify/overlap/overlap.h"
 #include "flipfree/mesh/adjacency.h"
-#include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/cut_graph/cut.h"
 
-namespace flipfree {
+namespace flipfree::certify {
 namespace {
 
 struct Certifier {
   const CertifyRequest& request;
-  const Surface& surface;
+  const mesh::Surface& surface;
   const Points2& uv;
   const Points2f& uv32;
   Points2 stored{};  // uv32 as doubles, exact
-  Adjacency adjacency{};
-  EdgeFlags cuts{};    // of the 64-bit map
-  EdgeFlags cuts32{};  // of the stored one
+  mesh::Adjacency adjacency{};
+  mesh::EdgeFlags cuts{};    // of the 64-bit map
+  mesh::EdgeFlags cuts32{};  // of the stored one
   Certificate certificate{};
   // What takes time, measured on all threads; judged below, in a fixed order.
   std::vector<FaceId> flips64{};
@@ -49,8 +48,9 @@ struct Certifier {
   void measure(const ExecutionContext& context) {
     parallel_for(context, 5, 1, [&](std::size_t task, std::size_t, std::size_t) {
       if (task == 0) {
-        adjacency = build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
-        cuts = uv_cuts(adjacency, uv);
+        adjacency =
+            mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+        cuts = mesh::uv_cuts(adjacency, uv);
       } else if (task == 1) {
         flips64 = flipped_faces(uv);
       } else if (task == 2) {
@@ -63,7 +63,7 @@ struct Certifier {
                                                 request.vertex_parent, request.vertex_barycentric});
       }
     });
-    cuts32 = uv_cuts(adjacency, stored);
+    cuts32 = mesh::uv_cuts(adjacency, stored);
     const bool flip_free = flips64.empty() && flips32.empty();
     parallel_for(context, 7, 1, [&](std::size_t task, std::size_t, std::size_t) {
       if (task == 0) {
@@ -72,7 +72,7 @@ struct Certifier {
       }
       const bool as_stored = task % 2 == 0;
       const Points2& values = as_stored ? stored : uv;
-      const EdgeFlags& own_cuts = as_stored ? cuts32 : cuts;
+      const mesh::EdgeFlags& own_cuts = as_stored ? cuts32 : cuts;
       if (task > 4) {
         if (overlaps_count())
           (as_stored ? islands32 : islands64) =
@@ -174,8 +174,8 @@ struct Certifier {
     if (!bad.empty()) {
       fail("G4: " + counted(bad.size(), "seam edge is", "seam edges are") +
                " not matched by a quarter turn and a translation, first edge " +
-               std::to_string(source(surface.faces, bad[0])) + "-" +
-               std::to_string(target(surface.faces, bad[0])),
+               std::to_string(mesh::source(surface.faces, bad[0])) + "-" +
+               std::to_string(mesh::target(surface.faces, bad[0])),
            {bad[0] / 3});
     }
   }
@@ -312,7 +312,7 @@ Certificate certify(const CertifyRequest& request, const ExecutionContext& conte
   check_shapes(request);
   const Points2f rounded =
       request.uv32 != nullptr ? Points2f() : Points2f(request.uv->cast<float>());
-  const Surface& surface = *request.surface;
+  const mesh::Surface& surface = *request.surface;
   Certifier certifier{request, surface, *request.uv,
                       request.uv32 != nullptr ? *request.uv32 : rounded};
   certifier.certificate.triangles = surface.faces.rows();
@@ -335,53 +335,4 @@ Certificate certify(const CertifyRequest& request, const ExecutionContext& conte
   return certifier.certificate;
 }
 
-void certify_map(Parametrization& map, const Surface& input, const CertifyRequest& extra,
-                 const ExecutionContext& context) {
-  CertifyRequest request = extra;
-  request.surface = &map.surface;
-  request.uv = &map.uv;
-  request.uv32 = &map.uv32;
-  request.parent = &input;
-  request.parent_face = &map.parent_face;
-  request.vertex_parent = &map.vertex_parent;
-  request.vertex_barycentric = &map.vertex_barycentric;
-  map.certificate = certify(request, context);
-  if (map.certificate.ok) agree_with_storage(map, request, context);
-}
-
-namespace {
-
-std::string failure_text(const std::string& what, const Certificate& certificate) {
-  std::string text = what + " did not pass its certificate, so nothing is returned.";
-  for (const std::string& failure : certificate.failures) text += " " + failure + ".";
-  return text;
-}
-
-}  // namespace
-
-CertificateFailed::CertificateFailed(const std::string& what, Certificate certificate)
-    : NotConverged({ErrorCode::kCertificateFailed, failure_text(what, certificate),
-                    ElementKind::kFace, certificate.failed_faces}),
-      certificate_(std::move(certificate)) {}
-
-Certificate in_input_faces(const Parametrization& map) {
-  Certificate certificate = map.certificate;
-  bool refined = false;
-  for (FaceId& f : certificate.failed_faces) {
-    if (static_cast<std::size_t>(f) >= map.parent_face.size()) continue;
-    refined = refined || map.parent_face[static_cast<std::size_t>(f)] != f;
-    f = map.parent_face[static_cast<std::size_t>(f)];
-  }
-  std::sort(certificate.failed_faces.begin(), certificate.failed_faces.end());
-  certificate.failed_faces.erase(
-      std::unique(certificate.failed_faces.begin(), certificate.failed_faces.end()),
-      certificate.failed_faces.end());
-  if (refined) certificate.failures.emplace_back("(Numbers are those of the refined mesh)");
-  return certificate;
-}
-
-void require_certificate(const Parametrization& map, const char* what) {
-  if (!map.certificate.ok) throw CertificateFailed(what, in_input_faces(map));
-}
-
-}  // namespace flipfree
+}  // namespace flipfree::certify

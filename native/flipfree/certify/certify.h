@@ -11,7 +11,7 @@
 #include "flipfree/certify/certificate.h"
 #include "flipfree/certify/parametrization.h"
 
-namespace flipfree {
+namespace flipfree::certify {
 
 struct CornerPin {
   CornerId corner = kInvalid;  // 3 f + k
@@ -19,10 +19,10 @@ struct CornerPin {
 };
 
 struct CertifyRequest {
-  const Surface* surface = nullptr;  // #V, #F
-  const Points2* uv = nullptr;       // 3 #F x 2
-  const Points2f* uv32 = nullptr;    // 3 #F x 2; if null, uv rounded to nearest
-  std::vector<CornerPin> pins;       // G3
+  const mesh::Surface* surface = nullptr;  // #V, #F
+  const Points2* uv = nullptr;             // 3 #F x 2
+  const Points2f* uv32 = nullptr;          // 3 #F x 2; if null, uv rounded to nearest
+  std::vector<CornerPin> pins;             // G3
   bool measure_overlaps = true;
   bool require_bijective = false;  // overlaps are a failure, not only a figure
   bool require_disjoint = false;   // so are overlaps between charts
@@ -34,7 +34,7 @@ struct CertifyRequest {
   std::vector<std::pair<VertexId, double>> cone_angles;
 
   // G7: the input that surface refines, with provenance. If null, the surface is the input itself.
-  const Surface* parent = nullptr;
+  const mesh::Surface* parent = nullptr;
   const std::vector<FaceId>* parent_face = nullptr;
   const std::vector<FaceId>* vertex_parent = nullptr;
   const Points3* vertex_barycentric = nullptr;
@@ -45,27 +45,4 @@ struct CertifyRequest {
 // map will find them. Cost: O(#F log #F) on reasonable layouts.
 Certificate certify(const CertifyRequest& request, const ExecutionContext& context);
 
-// Fills map.certificate for a finished map (surface, uv, uv32, provenance); `input` is the user's
-// surface.
-void certify_map(Parametrization& map, const Surface& input, const CertifyRequest& extra,
-                 const ExecutionContext& context);
-
-// A finished map that did not pass: carries what was measured.
-class CertificateFailed : public NotConverged {
- public:
-  CertificateFailed(const std::string& what, Certificate certificate);
-  const Certificate& certificate() const { return certificate_; }
-
- private:
-  Certificate certificate_;
-};
-
-// The map's certificate with failed_faces as faces of the input, as the caller never sees a refined
-// mesh that failed. A sentence says so if the failures' texts number other faces.
-Certificate in_input_faces(const Parametrization& map);
-
-// Throws CertificateFailed unless map.certificate.ok; `what` names the operation, e.g. "The
-// unwrap".
-void require_certificate(const Parametrization& map, const char* what);
-
-}  // namespace flipfree
+}  // namespace flipfree::certify

@@ -1,6 +1,6 @@
 #include "flipfree/certify/parametrization.h"
 
-namespace flipfree {
+namespace flipfree::certify {
 
 void set_identity_provenance(Parametrization& map) {
   const Eigen::Index face_count = map.surface.faces.rows();
@@ -19,4 +19,4 @@ void set_identity_provenance(Parametrization& map) {
   }
 }
 
-}  // namespace flipfree
+}  // namespace flipfree::certify

@@ -8,7 +8,7 @@
 #include "flipfree/certify/certificate.h"
 #include "flipfree/mesh/surface.h"
 
-namespace flipfree {
+namespace flipfree::certify {
 
 // Across a cut edge: uv on the second side = rotation by quarter_turns * pi/2 of uv on the first
 // side + translation.
@@ -18,7 +18,7 @@ struct Transition {
 };
 
 struct Parametrization {
-  Surface surface;                    // the input's vertices first; possibly refined
+  mesh::Surface surface;              // the input's vertices first; possibly refined
   Points2 uv;                         // 3 #F x 2: row 3 f + k belongs to corner k of face f
   Points2f uv32;                      // 3 #F x 2: the values that Blender stores, certified
   Points2 agreed;                     // uv where rounding to uv32 was repaired, see agreement.h
@@ -35,4 +35,4 @@ struct Parametrization {
 // triangulation.
 void set_identity_provenance(Parametrization& map);
 
-}  // namespace flipfree
+}  // namespace flipfree::certify

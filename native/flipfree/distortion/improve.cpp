@@ -1,4 +1,5 @@
 #include "flipfree/distortion/improve.h"
+#include "flipfree/certify/certified_map.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,16 +12,16 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
-#include "flipfree/distortion/boundary_grid.h"
-#include "flipfree/distortion/energy.h"
-#include "flipfree/distortion/own_map.h"
+#include "flipfree/distortion/energy/energy.h"
+#include "flipfree/distortion/energy/own_map.h"
+#include "flipfree/distortion/minimize/boundary_grid.h"
+#include "flipfree/distortion/minimize/targets.h"
 #include "flipfree/distortion/rounding.h"
-#include "flipfree/distortion/targets.h"
 #include "flipfree/distortion/valid_map.h"
-#include "flipfree/mesh/cut.h"
+#include "flipfree/mesh/cut_graph/cut.h"
 #include "flipfree/mesh/own_unit.h"
 
-namespace flipfree {
+namespace flipfree::distortion {
 namespace {
 
 using Complex = std::complex<double>;
@@ -39,7 +40,7 @@ struct ChartMap {
 };
 
 // Corner pins as targets of chart vertices; corners of one vertex must agree.
-void assign_pins(const Surface& surface, const std::vector<Chart>& charts,
+void assign_pins(const mesh::Surface& surface, const std::vector<mesh::Chart>& charts,
                  const ImproveOptions& options, std::vector<ChartMap>& maps) {
   if (options.pins.empty()) return;
   std::vector<std::pair<Index, Index>> place(size(static_cast<Index>(surface.faces.rows())));
@@ -48,7 +49,7 @@ void assign_pins(const Surface& surface, const std::vector<Chart>& charts,
       place[size(charts[c].faces[f])] = {static_cast<Index>(c), static_cast<Index>(f)};
     }
   }
-  for (const CornerPin& pin : options.pins) {
+  for (const certify::CornerPin& pin : options.pins) {
     if (pin.corner < 0 || pin.corner >= 3 * surface.faces.rows() || !is_storable(pin.uv)) {
       throw_invalid(ErrorCode::kBadPins,
                     "A pin names corner " + std::to_string(pin.corner) +
@@ -77,7 +78,7 @@ void assign_pins(const Surface& surface, const std::vector<Chart>& charts,
 }
 
 // UV length of a surface length 1, over the whole map.
-double common_scale(const Surface& surface, const Points2& corner_uv) {
+double common_scale(const mesh::Surface& surface, const Points2& corner_uv) {
   double uv_area = 0;
   double area = 0;
   for (Eigen::Index f = 0; f < surface.faces.rows(); ++f) {
@@ -113,17 +114,16 @@ void place_like(const Triangles& faces, const Points2& like, double scale, bool 
     const Complex w = factor * (point(uv, v) - from) + to;
     placed.row(v) << w.real(), w.imag();
   }
-  if (!distortion::is_flip_free(faces, placed, context)) return;
+  if (!is_flip_free(faces, placed, context)) return;
   if (bijective &&
-      distortion::overlaps_itself(distortion::find_boundary(static_cast<Index>(uv.rows()), faces),
-                                  placed, context)) {
+      overlaps_itself(find_boundary(static_cast<Index>(uv.rows()), faces), placed, context)) {
     return;
   }
   uv = std::move(placed);
 }
 
 // Names the chart by its first face: elements of a chart are no elements of the user's mesh.
-Error in_chart(const Error& error, const Chart& chart) {
+Error in_chart(const Error& error, const mesh::Chart& chart) {
   Error named = error;
   named.message = "Chart at face " + std::to_string(chart.faces.front()) + ": " + error.message;
   named.kind = ElementKind::kFace;
@@ -132,9 +132,9 @@ Error in_chart(const Error& error, const Chart& chart) {
 }
 
 // scale: UV length of a surface length 1, over the whole map.
-void improve_chart(const Chart& chart, const ImproveOptions& options, double scale, ChartMap& map,
-                   ExecutionContext& context) {
-  const InOwnUnit own(chart.surface);
+void improve_chart(const mesh::Chart& chart, const ImproveOptions& options, double scale,
+                   ChartMap& map, ExecutionContext& context) {
+  const mesh::InOwnUnit own(chart.surface);
   scale *= own.unit();
   const Points2 before = map.uv;
   const Triangles& faces = chart.surface.faces;
@@ -190,15 +190,15 @@ void improve_chart(const Chart& chart, const ImproveOptions& options, double sca
 }
 
 // The largest chart alone if it is half of everything, the others side by side.
-void improve_all(const std::vector<Chart>& charts, const ImproveOptions& options, double scale,
-                 std::vector<ChartMap>& maps, ExecutionContext& context) {
+void improve_all(const std::vector<mesh::Chart>& charts, const ImproveOptions& options,
+                 double scale, std::vector<ChartMap>& maps, ExecutionContext& context) {
   std::vector<std::size_t> order(charts.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return charts[a].faces.size() > charts[b].faces.size();
   });
   std::size_t total = 0;
-  for (const Chart& chart : charts) total += chart.faces.size();
+  for (const mesh::Chart& chart : charts) total += chart.faces.size();
   std::size_t alone = 0;
   if (2 * charts[order[0]].faces.size() >= total) {
     const ProgressRange range(
@@ -218,7 +218,7 @@ void improve_all(const std::vector<Chart>& charts, const ImproveOptions& options
 
 // Spreads the charts' UVs over the corners.
 template <typename Pick>
-auto corners_of(const Surface& surface, const std::vector<Chart>& charts,
+auto corners_of(const mesh::Surface& surface, const std::vector<mesh::Chart>& charts,
                 const std::vector<ChartMap>& maps, Pick pick) {
   std::decay_t<decltype(pick(maps.front()))> corners(3 * surface.faces.rows(), 2);
   for (std::size_t c = 0; c < charts.size(); ++c) {
@@ -234,16 +234,16 @@ auto corners_of(const Surface& surface, const std::vector<Chart>& charts,
 
 }  // namespace
 
-Parametrization improve(const Surface& surface, const Points2& corner_uv,
-                        const ImproveOptions& options, ExecutionContext& context) {
+certify::Parametrization improve(const mesh::Surface& surface, const Points2& corner_uv,
+                                 const ImproveOptions& options, ExecutionContext& context) {
   const Stopwatch watch;
   context.report("checking the map", 0.0);
   require_valid_map(surface, corner_uv, context);
-  const Adjacency adjacency =
-      build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
-  const EdgeFlags cuts = uv_cuts(adjacency, corner_uv);
-  const CutMesh cut = cut_along(surface.faces, adjacency, cuts);
-  const std::vector<Chart> charts = split_into_charts(surface.vertices, cut);
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const mesh::EdgeFlags cuts = mesh::uv_cuts(adjacency, corner_uv);
+  const mesh::CutMesh cut = mesh::cut_along(surface.faces, adjacency, cuts);
+  const std::vector<mesh::Chart> charts = mesh::split_into_charts(surface.vertices, cut);
   std::vector<ChartMap> maps(charts.size());
   for (std::size_t c = 0; c < charts.size(); ++c) {
     const Triangles& faces = charts[c].surface.faces;
@@ -254,22 +254,22 @@ Parametrization improve(const Surface& surface, const Points2& corner_uv,
             corner_uv.row(3 * charts[c].faces[static_cast<std::size_t>(f)] + k);
       }
     }
-    maps[c].bijective = options.keep_bijective &&
-                        !distortion::overlaps_itself(
-                            distortion::find_boundary(static_cast<Index>(maps[c].uv.rows()), faces),
-                            maps[c].uv, context);
+    maps[c].bijective =
+        options.keep_bijective &&
+        !overlaps_itself(find_boundary(static_cast<Index>(maps[c].uv.rows()), faces), maps[c].uv,
+                         context);
   }
   assign_pins(surface, charts, options, maps);
 
-  Parametrization map;
+  certify::Parametrization map;
   map.surface = surface;
-  map.cut_edges = flagged_edges(surface.faces, adjacency, cuts);
-  set_identity_provenance(map);
-  CertifyRequest request;
+  map.cut_edges = mesh::flagged_edges(surface.faces, adjacency, cuts);
+  certify::set_identity_provenance(map);
+  certify::CertifyRequest request;
   request.surface = &surface;
   request.uv = &corner_uv;
   request.measure_overlaps = false;
-  const double energy_before = certify(request, context).energy;
+  const double energy_before = certify::certify(request, context).energy;
   bool hurried = false;
   {
     const ProgressRange range(context, 0.05, 0.93);
@@ -285,18 +285,18 @@ Parametrization improve(const Surface& surface, const Points2& corner_uv,
                         [](const ChartMap& m) -> const Points2f& { return m.uv32; });
   const auto largest = std::max_element(
       charts.begin(), charts.end(),
-      [](const Chart& a, const Chart& b) { return a.faces.size() < b.faces.size(); });
+      [](const mesh::Chart& a, const mesh::Chart& b) { return a.faces.size() < b.faces.size(); });
   map.stats = maps[static_cast<std::size_t>(largest - charts.begin())].stats;
-  CertifyRequest final_request;
+  certify::CertifyRequest final_request;
   final_request.pins = options.pins;
-  certify_map(map, surface, final_request, context);
+  certify::certify_map(map, surface, final_request, context);
   const bool keeps_input =
       options.pins.empty() && map.certificate.ok && map.certificate.energy > energy_before;
   if (keeps_input) {
     // Nothing was gained: the user's own values, as far as 32 bits hold them.
     map.uv = corner_uv;
     map.uv32 = corner_uv.cast<float>();
-    certify_map(map, surface, final_request, context);
+    certify::certify_map(map, surface, final_request, context);
   }
   map.stats["time_limit_reached"] = static_cast<std::int64_t>(hurried);
   map.stats["charts"] = static_cast<std::int64_t>(charts.size());
@@ -305,9 +305,9 @@ Parametrization improve(const Surface& surface, const Points2& corner_uv,
   map.stats["max_energy"] = map.certificate.max_energy;
   map.stats["added_vertices"] = std::int64_t{0};
   map.stats["seconds"] = watch.seconds();
-  require_certificate(map, "The improved map");
+  certify::require_certificate(map, "The improved map");
   context.report("done", 1.0);
   return map;
 }
 
-}  // namespace flipfree
+}  // namespace flipfree::distortion

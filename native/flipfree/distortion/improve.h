@@ -7,10 +7,10 @@
 #include "flipfree/certify/certify.h"
 #include "flipfree/certify/parametrization.h"
 
-namespace flipfree {
+namespace flipfree::distortion {
 
 struct ImproveOptions {
-  std::vector<CornerPin>
+  std::vector<certify::CornerPin>
       pins;                    // met bit for bit; corners that share a chart's vertex share the pin
   bool keep_bijective = true;  // charts that do not overlap themselves go on not to
   int max_iterations = 200;    // per chart
@@ -29,7 +29,7 @@ struct ImproveOptions {
 // of the largest chart. Throws InvalidInput (mesh defects, see validate(); kBadOption naming the
 // flipped faces; kBadPins), NotConverged (a pin was not reached, or not in max_seconds: kTimeLimit;
 // rounding; certificate), Cancelled.
-Parametrization improve(const Surface& surface, const Points2& corner_uv,
-                        const ImproveOptions& options, ExecutionContext& context);
+certify::Parametrization improve(const mesh::Surface& surface, const Points2& corner_uv,
+                                 const ImproveOptions& options, ExecutionContext& context);
 
-}  // namespace flipfree
+}  // namespace flipfree::distortion

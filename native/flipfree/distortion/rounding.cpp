@@ -6,14 +6,12 @@
 #include <string>
 
 #include "flipfree/base/error.h"
-#include "flipfree/distortion/boundary_grid.h"
-#include "flipfree/distortion/minimizer.h"
+#include "flipfree/distortion/minimize/boundary_grid.h"
+#include "flipfree/distortion/minimize/minimizer.h"
 #include "flipfree/numeric/predicates.h"
 
-namespace flipfree {
+namespace flipfree::distortion {
 namespace {
-
-using namespace distortion;
 
 constexpr int kMostSweeps = 6;  // over single points, before the region is opened as a whole
 constexpr int kFirstRings = 2;  // around the vertices at fault
@@ -235,7 +233,7 @@ class Repair {
       const Vector2 c = points_.row(faces_(f, 2)).transpose();
       const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm(), 1e-300});
       const double area = (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x();
-      const int sign = orientation(a, b, c);
+      const int sign = numeric::orientation(a, b, c);
       const double height = std::abs(area) / longest;
       lowest = std::min(lowest, sign > 0 ? height : -height);
       if (sign <= 0) penalty += kFlipPenalty;
@@ -255,7 +253,7 @@ class Repair {
         const bool joined = a == c || a == d || b == c || b == d;
         const bool same = !joined && (point(a) == point(c) || point(a) == point(d) ||
                                       point(b) == point(c) || point(b) == point(d));
-        if (same || segments_conflict(point(a), point(b), point(c), point(d))) count += 1;
+        if (same || numeric::segments_conflict(point(a), point(b), point(c), point(d))) count += 1;
       }
     }
     return count;
@@ -331,4 +329,4 @@ Points2f round_to_storage(const Triangles& faces, const Points2& uv, const Round
   return points.cast<float>();
 }
 
-}  // namespace flipfree
+}  // namespace flipfree::distortion

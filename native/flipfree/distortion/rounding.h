@@ -7,7 +7,7 @@
 #include "flipfree/base/stats.h"
 #include "flipfree/base/types.h"
 
-namespace flipfree {
+namespace flipfree::distortion {
 
 struct RoundingOptions {
   // Vertices that are rounded to nearest and then never moved (pins). Their 64-bit values are
@@ -27,4 +27,4 @@ struct RoundingOptions {
 Points2f round_to_storage(const Triangles& faces, const Points2& uv, const RoundingOptions& options,
                           ExecutionContext& context, Stats& stats);
 
-}  // namespace flipfree
+}  // namespace flipfree::distortion

@@ -5,20 +5,20 @@
 #include <vector>
 
 #include "flipfree/base/error.h"
-#include "flipfree/certify/flips.h"
+#include "flipfree/certify/measures/flips.h"
 #include "flipfree/mesh/validate.h"
 
-namespace flipfree {
+namespace flipfree::distortion {
 
-void require_valid_map(const Surface& surface, const Points2& corner_uv,
+void require_valid_map(const mesh::Surface& surface, const Points2& corner_uv,
                        const ExecutionContext& context) {
-  validate(surface, {}, context);
+  mesh::validate(surface, {}, context);
   if (corner_uv.rows() != 3 * surface.faces.rows()) {
     throw_invalid(ErrorCode::kBadShape, "uv has " + std::to_string(corner_uv.rows()) +
                                             " rows for " + std::to_string(surface.faces.rows()) +
                                             " faces. Give one row per face corner.");
   }
-  std::vector<FaceId> flipped = flipped_faces(corner_uv);
+  std::vector<FaceId> flipped = certify::flipped_faces(corner_uv);
   if (flipped.empty()) return;
   const std::string what =
       (flipped.size() == 1 ? "1 triangle of the map is"
@@ -29,4 +29,4 @@ void require_valid_map(const Surface& surface, const Points2& corner_uv,
   throw_invalid(ErrorCode::kFlippedMap, what, ElementKind::kFace, std::move(flipped));
 }
 
-}  // namespace flipfree
+}  // namespace flipfree::distortion

@@ -4,11 +4,11 @@
 #include "flipfree/base/context.h"
 #include "flipfree/mesh/surface.h"
 
-namespace flipfree {
+namespace flipfree::distortion {
 
 // Throws InvalidInput, naming the faces, unless the surface is valid and every triangle of
 // `corner_uv` (one row per face corner) is positive by the exact predicate.
-void require_valid_map(const Surface& surface, const Points2& corner_uv,
+void require_valid_map(const mesh::Surface& surface, const Points2& corner_uv,
                        const ExecutionContext& context);
 
-}  // namespace flipfree
+}  // namespace flipfree::distortion

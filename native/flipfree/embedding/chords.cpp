@@ -6,10 +6,10 @@
 #include <numeric>
 #include <utility>
 
-#include "flipfree/embedding/boundary.h"
+#include "flipfree/embedding/disk/boundary.h"
 #include "flipfree/numeric/predicates.h"
 
-namespace flipfree {
+namespace flipfree::embedding {
 namespace {
 
 using Size = std::size_t;
@@ -19,7 +19,7 @@ bool beyond(const Points2& p, Index i, Index k, Index j, double resolution) {
   const Vector2 a = p.row(i);
   const Vector2 b = p.row(k);
   const Vector2 c = p.row(j);
-  if (orientation(a, b, c) <= 0) return false;
+  if (numeric::orientation(a, b, c) <= 0) return false;
   const double area = (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x();
   return area > resolution * (c - a).norm();
 }
@@ -126,4 +126,4 @@ Embedding split_edges(const Triangles& faces, Index vertex_count,
   return result;
 }
 
-}  // namespace flipfree
+}  // namespace flipfree::embedding

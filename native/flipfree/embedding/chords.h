@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "flipfree/base/types.h"
-#include "flipfree/embedding/embed.h"
+#include "flipfree/embedding/embedding.h"
 
-namespace flipfree {
+namespace flipfree::embedding {
 
 // Half-edges (one per edge) of inner edges between boundary vertices that have to be split, because
 // a point of the polygon between their ends does not lie strictly beyond them, exactly, as given or
@@ -23,4 +23,4 @@ std::vector<HalfedgeId> chords_to_split(const Triangles& faces, Index vertex_cou
 Embedding split_edges(const Triangles& faces, Index vertex_count,
                       const std::vector<HalfedgeId>& edges);
 
-}  // namespace flipfree
+}  // namespace flipfree::embedding

@@ -10,15 +10,15 @@
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
 #include "flipfree/embedding/chords.h"
-#include "flipfree/embedding/planar_map.h"
-#include "flipfree/embedding/progressive.h"
-#include "flipfree/embedding/room.h"
-#include "flipfree/embedding/schnyder.h"
-#include "flipfree/embedding/smoothing.h"
-#include "flipfree/embedding/tutte.h"
+#include "flipfree/embedding/progressive/planar_map.h"
+#include "flipfree/embedding/progressive/progressive.h"
+#include "flipfree/embedding/progressive/room.h"
+#include "flipfree/embedding/progressive/smoothing.h"
+#include "flipfree/embedding/tutte/schnyder.h"
+#include "flipfree/embedding/tutte/tutte.h"
 #include "flipfree/mesh/adjacency.h"
 
-namespace flipfree {
+namespace flipfree::embedding {
 namespace {
 
 using Size = std::size_t;
@@ -64,7 +64,7 @@ void require_disk_with_boundary(const Triangles& faces, Index vertex_count,
     }
     place[static_cast<Size>(loop[i])] = static_cast<Index>(i);
   }
-  const Adjacency adjacency = build_adjacency(vertex_count, faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(vertex_count, faces);
   Index edges = 0;
   Index used = 0;
   Index boundary_edges = 0;
@@ -74,15 +74,15 @@ void require_disk_with_boundary(const Triangles& faces, Index vertex_count,
     edges += o < h;  // also counts boundary edges: kInvalid < h
     if (o != kInvalid) continue;
     ++boundary_edges;
-    const Index i = place[static_cast<Size>(source(faces, h))];
-    const Index j = place[static_cast<Size>(target(faces, h))];
+    const Index i = place[static_cast<Size>(mesh::source(faces, h))];
+    const Index j = place[static_cast<Size>(mesh::target(faces, h))];
     if (i != kInvalid && j == (i + 1) % static_cast<Index>(loop.size())) continue;
     throw_invalid(
         ErrorCode::kBadBoundary,
-        "The boundary edge from vertex " + std::to_string(source(faces, h)) + " to " +
-            std::to_string(target(faces, h)) +
+        "The boundary edge from vertex " + std::to_string(mesh::source(faces, h)) + " to " +
+            std::to_string(mesh::target(faces, h)) +
             " is not in the boundary loop. List the whole boundary in order, surface on the left.",
-        ElementKind::kEdge, {source(faces, h), target(faces, h)});
+        ElementKind::kEdge, {mesh::source(faces, h), mesh::target(faces, h)});
   }
   if (boundary_edges != static_cast<Index>(loop.size()) ||
       used - edges + static_cast<Index>(faces.rows()) != 1) {
@@ -303,10 +303,11 @@ class Ladder {
   void require_room_for_all() {
     const PlanarMap map = start_map(boundary_only());
     const Triangles& faces = result_.faces;
-    const Adjacency adjacency = build_adjacency(vertex_count_, faces);
+    const mesh::Adjacency adjacency = mesh::build_adjacency(vertex_count_, faces);
     const auto halfedges = static_cast<HalfedgeId>(faces.size());
     const auto fixed = [&](HalfedgeId h) {
-      return map.mesh.is_boundary(source(faces, h)) && map.mesh.is_boundary(target(faces, h));
+      return map.mesh.is_boundary(mesh::source(faces, h)) &&
+             map.mesh.is_boundary(mesh::target(faces, h));
     };
     DisjointSets parts(static_cast<Index>(faces.rows()));
     for (HalfedgeId h = 0; h < halfedges; ++h) {
@@ -315,9 +316,9 @@ class Ladder {
     std::map<Index, std::map<VertexId, VertexId>> outline;  // part -> corner -> next corner
     std::map<Index, std::set<VertexId>> inner;
     for (HalfedgeId h = 0; h < halfedges; ++h) {
-      if (fixed(h)) outline[parts.find(h / 3)][source(faces, h)] = target(faces, h);
-      if (!map.mesh.is_boundary(source(faces, h)))
-        inner[parts.find(h / 3)].insert(source(faces, h));
+      if (fixed(h)) outline[parts.find(h / 3)][mesh::source(faces, h)] = mesh::target(faces, h);
+      if (!map.mesh.is_boundary(mesh::source(faces, h)))
+        inner[parts.find(h / 3)].insert(mesh::source(faces, h));
     }
     for (const auto& [part, vertices] : inner) {
       context_.check();
@@ -376,7 +377,7 @@ class Ladder {
     uv.topRows(given) = *options_.initial;
     for (Size i = 0; i < loop_.size(); ++i) uv.row(loop_[i]) = boundary_.row(static_cast<Index>(i));
     for (Size k = 0; k < result_.added.size(); ++k) {
-      const AddedVertex& added = result_.added[k];
+      const SplitVertex& added = result_.added[k];
       uv.row(given + static_cast<Index>(k)) =
           (1 - added.t) * uv.row(added.a) + added.t * uv.row(added.b);
     }
@@ -429,7 +430,7 @@ Points2 embed_disk(const Triangles& faces, Index vertex_count, const std::vector
   Embedding result =
       embed_disk_refined(faces, vertex_count, loop, boundary, options, context, stats);
   if (!result.added.empty()) {
-    const AddedVertex& first = result.added.front();
+    const SplitVertex& first = result.added.front();
     throw_infeasible(
         ErrorCode::kNoRoomInPolygon,
         "The edge between vertices " + std::to_string(first.a) + " and " + std::to_string(first.b) +
@@ -439,4 +440,4 @@ Points2 embed_disk(const Triangles& faces, Index vertex_count, const std::vector
   return result.uv;
 }
 
-}  // namespace flipfree
+}  // namespace flipfree::embedding

@@ -12,9 +12,10 @@
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/base/types.h"
-#include "flipfree/embedding/boundary.h"
+#include "flipfree/embedding/disk/boundary.h"
+#include "flipfree/embedding/embedding.h"
 
-namespace flipfree {
+namespace flipfree::embedding {
 
 enum class EmbedMethod {
   kLadder,       // the rungs above
@@ -39,21 +40,6 @@ struct EmbedOptions {
   bool start_from_tutte = true;
 };
 
-// A vertex put on an inner edge whose ends lie on one straight side of the polygon. Its id is #V +
-// its place in the list.
-struct AddedVertex {
-  VertexId a = kInvalid;
-  VertexId b = kInvalid;
-  double t = 0.5;  // at (1 - t) a + t b
-};
-
-struct Embedding {
-  Points2 uv;       // #V' x 2, the input's vertices first; boundary rows equal the given positions
-  Triangles faces;  // #F' x 3
-  std::vector<AddedVertex> added;   // #V' - #V
-  std::vector<FaceId> parent_face;  // #F'
-};
-
 // Embeds the disk `faces` (validated: manifold, oriented, one boundary) into the polygon `boundary`
 // (#loop x 2, convex, counter-clockwise; straight sides may carry several points). `loop` lists the
 // boundary vertices with the surface on the left. Inner edges that join two points of one straight
@@ -72,4 +58,4 @@ Points2 embed_disk(const Triangles& faces, Index vertex_count, const std::vector
                    const Points2& boundary, const EmbedOptions& options, ExecutionContext& context,
                    Stats& stats);
 
-}  // namespace flipfree
+}  // namespace flipfree::embedding

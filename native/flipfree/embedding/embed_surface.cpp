@@ -6,17 +6,18 @@
 #include <variant>
 
 #include "flipfree/base/error.h"
+#include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
-#include "flipfree/certify/energy.h"
-#include "flipfree/distortion/minimize.h"
-#include "flipfree/distortion/own_map.h"
-#include "flipfree/embedding/planar_map.h"
-#include "flipfree/embedding/progressive.h"
-#include "flipfree/embedding/tutte.h"
+#include "flipfree/certify/measures/energy.h"
+#include "flipfree/distortion/energy/own_map.h"
+#include "flipfree/distortion/minimize/minimize.h"
+#include "flipfree/embedding/progressive/planar_map.h"
+#include "flipfree/embedding/progressive/progressive.h"
+#include "flipfree/embedding/tutte/tutte.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
 
-namespace flipfree {
+namespace flipfree::embedding {
 namespace {
 
 using Size = std::size_t;
@@ -29,10 +30,10 @@ struct Boundary {
   Points2 positions;
 };
 
-std::vector<VertexId> own_loop(const Surface& surface) {
-  const Adjacency adjacency =
-      build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
-  return boundary_loops(surface.faces, adjacency).front();
+std::vector<VertexId> own_loop(const mesh::Surface& surface) {
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  return mesh::boundary_loops(surface.faces, adjacency).front();
 }
 
 // Turns the caller's loop around if it runs against the surface's own loop. Returns whether it did.
@@ -46,7 +47,7 @@ bool orient_loop(std::vector<VertexId>& loop, const std::vector<VertexId>& own) 
   return true;
 }
 
-Boundary place(const Surface& surface, const EmbedSurfaceOptions& options) {
+Boundary place(const mesh::Surface& surface, const EmbedSurfaceOptions& options) {
   Boundary boundary;
   const std::vector<VertexId> own = own_loop(surface);
   boundary.loop = options.loop.empty() ? own : options.loop;
@@ -79,7 +80,8 @@ Points2 corner_uv(const Triangles& faces, const Points2& uv) {
 }
 
 // Surface and provenance of the refined mesh.
-void set_refined(Parametrization& map, const Surface& input, const Embedding& embedding) {
+void set_refined(certify::Parametrization& map, const mesh::Surface& input,
+                 const Embedding& embedding) {
   const Index n = static_cast<Index>(input.vertices.rows());
   const Index added = static_cast<Index>(embedding.added.size());
   map.surface.faces = embedding.faces;
@@ -95,7 +97,7 @@ void set_refined(Parametrization& map, const Surface& input, const Embedding& em
     map.vertex_barycentric(v, c % 3) = 1.0;
   }
   for (Index k = 0; k < added; ++k) {
-    const AddedVertex& vertex = embedding.added[static_cast<Size>(k)];
+    const SplitVertex& vertex = embedding.added[static_cast<Size>(k)];
     map.surface.vertices.row(n + k) =
         (1 - vertex.t) * input.vertices.row(vertex.a) + vertex.t * input.vertices.row(vertex.b);
   }
@@ -104,7 +106,7 @@ void set_refined(Parametrization& map, const Surface& input, const Embedding& em
     for (Index k = 0; k < 3; ++k) {
       const VertexId v = embedding.faces(f, k);
       if (v < n || map.vertex_parent[static_cast<Size>(v)] != kInvalid) continue;
-      const AddedVertex& vertex = embedding.added[static_cast<Size>(v - n)];
+      const SplitVertex& vertex = embedding.added[static_cast<Size>(v - n)];
       const FaceId parent = embedding.parent_face[static_cast<Size>(f)];
       map.vertex_parent[static_cast<Size>(v)] = parent;
       for (Index c = 0; c < 3; ++c) {
@@ -116,12 +118,12 @@ void set_refined(Parametrization& map, const Surface& input, const Embedding& em
 }
 
 // The certificate also judges that the boundary is bitwise where it was asked for.
-CertifyRequest boundary_pins(const Triangles& faces, const Boundary& boundary) {
+certify::CertifyRequest boundary_pins(const Triangles& faces, const Boundary& boundary) {
   std::vector<Index> place(static_cast<Size>(faces.maxCoeff()) + 1, kInvalid);
   for (Size i = 0; i < boundary.loop.size(); ++i) {
     place[static_cast<Size>(boundary.loop[i])] = static_cast<Index>(i);
   }
-  CertifyRequest request;
+  certify::CertifyRequest request;
   for (CornerId c = 0; c < faces.size(); ++c) {
     const Index i = place[static_cast<Size>(faces.data()[c])];
     if (i != kInvalid) request.pins.push_back({c, boundary.positions.row(i).transpose()});
@@ -158,12 +160,12 @@ bool make_storable(const Triangles& faces, const std::vector<VertexId>& loop, Po
 namespace {
 
 // Lowers the distortion of `uv` with the boundary where it is, as far as time allows.
-void lower_distortion(const Surface& surface, const Boundary& boundary,
-                      const EmbedSurfaceOptions& options, EmbedOptions embed, Parametrization& map,
-                      Points2& uv, ExecutionContext& context) try {
+void lower_distortion(const mesh::Surface& surface, const Boundary& boundary,
+                      const EmbedSurfaceOptions& options, EmbedOptions embed,
+                      certify::Parametrization& map, Points2& uv, ExecutionContext& context) try {
   const MapInHand embedded(context);
   const auto n = static_cast<Index>(surface.vertices.rows());
-  double energy = symmetric_dirichlet(map.surface, corner_uv(map.surface.faces, uv)).mean;
+  double energy = certify::symmetric_dirichlet(map.surface, corner_uv(map.surface.faces, uv)).mean;
   if (!(energy < kPoorStart) && options.method == EmbedMethod::kLadder &&
       std::get<std::string>(map.stats["rung"]) != "progressive") {
     // Valid, but so compressed that the optimiser would need hundreds of iterations to open it.
@@ -176,7 +178,7 @@ void lower_distortion(const Surface& surface, const Boundary& boundary,
                                              embed, context, stats)
                               .uv;
     const double other_energy =
-        symmetric_dirichlet(map.surface, corner_uv(map.surface.faces, other)).mean;
+        certify::symmetric_dirichlet(map.surface, corner_uv(map.surface.faces, other)).mean;
     if (other_energy < energy) {
       energy = other_energy;
       uv = other;
@@ -185,15 +187,17 @@ void lower_distortion(const Surface& surface, const Boundary& boundary,
   }
   map.stats["energy_embedding"] = energy;
   const ProgressRange range(context, 0.4, 0.95);
-  MinimizeOptions minimize;
+  distortion::MinimizeOptions minimize;
   minimize.fixed = boundary.loop;
   minimize.max_iterations = options.max_iterations;
   minimize.tolerance = options.tolerance;
-  Points2 better = with_own_map(
-      [&] { return minimize_distortion(map.surface, uv, minimize, context, map.stats); });
+  Points2 better = distortion::with_own_map([&] {
+    return distortion::minimize_distortion(map.surface, uv, minimize, context, map.stats);
+  });
   // Where floats are coarse, their grid can take more than the optimisation gave.
   if (make_storable(map.surface.faces, boundary.loop, better, context, map.stats) &&
-      symmetric_dirichlet(map.surface, corner_uv(map.surface.faces, better)).mean <= energy) {
+      certify::symmetric_dirichlet(map.surface, corner_uv(map.surface.faces, better)).mean <=
+          energy) {
     uv = better;
   } else {
     map.stats["optimisation_dropped"] = std::int64_t{1};
@@ -207,7 +211,7 @@ void lower_distortion(const Surface& surface, const Boundary& boundary,
 }
 
 // Without vertices that were added, and faces that they are in.
-Error of_input(Error error, const Surface& surface) {
+Error of_input(Error error, const mesh::Surface& surface) {
   const Eigen::Index limit =
       error.kind == ElementKind::kVertex ? surface.vertices.rows() : surface.faces.rows();
   if (std::any_of(error.elements.begin(), error.elements.end(),
@@ -218,17 +222,18 @@ Error of_input(Error error, const Surface& surface) {
   return error;
 }
 
-Parametrization embed_in_time(const Surface& surface, const EmbedSurfaceOptions& options,
-                              ExecutionContext& context) {
+certify::Parametrization embed_in_time(const mesh::Surface& surface,
+                                       const EmbedSurfaceOptions& options,
+                                       ExecutionContext& context) {
   Stopwatch watch;
   context.report("checking the mesh", 0.0);
-  ValidateOptions rules;
+  mesh::ValidateOptions rules;
   rules.require_disk = true;
-  validate(surface, rules, context);
+  mesh::validate(surface, rules, context);
   context.check();
   const Boundary boundary = place(surface, options);
   context.check();
-  Parametrization map;
+  certify::Parametrization map;
   map.stats["time_limit_reached"] = std::int64_t{0};
   EmbedOptions embed;
   embed.method = options.method;
@@ -251,21 +256,22 @@ Parametrization embed_in_time(const Surface& surface, const EmbedSurfaceOptions&
   map.uv = corner_uv(map.surface.faces, uv);
   map.uv32 = map.uv.cast<float>();
   context.check();
-  certify_map(map, surface, boundary_pins(map.surface.faces, boundary), context);
+  certify::certify_map(map, surface, boundary_pins(map.surface.faces, boundary), context);
   map.stats["seconds"] = watch.seconds();
   map.stats["energy"] = map.certificate.energy;
-  require_certificate(map, "The embedding");
+  certify::require_certificate(map, "The embedding");
   context.report("embedding", 1.0);
   return map;
 }
 
 }  // namespace
 
-Parametrization embed_surface(const Surface& surface, const EmbedSurfaceOptions& options,
-                              ExecutionContext& context) try {
+certify::Parametrization embed_surface(const mesh::Surface& surface,
+                                       const EmbedSurfaceOptions& options,
+                                       ExecutionContext& context) try {
   const TimeLimit limit(context, limit_of(options.max_seconds));
   return embed_in_time(surface, options, context);
-} catch (const CertificateFailed&) {
+} catch (const certify::CertificateFailed&) {
   throw;
 } catch (const NotConverged& e) {
   throw NotConverged(of_input(e.error(), surface));
@@ -274,4 +280,4 @@ Parametrization embed_surface(const Surface& surface, const EmbedSurfaceOptions&
   throw_out_of_time("No embedding was found", options.max_seconds, "or choose a roomier polygon");
 }
 
-}  // namespace flipfree
+}  // namespace flipfree::embedding

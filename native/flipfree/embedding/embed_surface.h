@@ -11,7 +11,7 @@
 #include "flipfree/certify/parametrization.h"
 #include "flipfree/embedding/embed.h"
 
-namespace flipfree {
+namespace flipfree::embedding {
 
 struct EmbedSurfaceOptions {
   // Where the boundary goes: `polygon` (one position per vertex of `loop`, counter-clockwise) if
@@ -37,8 +37,9 @@ struct EmbedSurfaceOptions {
 // if the certificate fails (method kTutte only: the others climb until it passes), or (kTimeLimit)
 // the time is over before there is an embedding. Stats: those of embed_disk_refined,
 // "energy_embedding" (before optimisation), "distortion.*".
-Parametrization embed_surface(const Surface& surface, const EmbedSurfaceOptions& options,
-                              ExecutionContext& context);
+certify::Parametrization embed_surface(const mesh::Surface& surface,
+                                       const EmbedSurfaceOptions& options,
+                                       ExecutionContext& context);
 
 // Inner vertices of a flip-free map in double moved to 32-bit floats, such that it is flip-free as
 // stored too: rounded to nearest, and where that flips, repaired by progressive embedding. False if
@@ -46,4 +47,4 @@ Parametrization embed_surface(const Surface& surface, const EmbedSurfaceOptions&
 bool make_storable(const Triangles& faces, const std::vector<VertexId>& loop, Points2& uv,
                    ExecutionContext& context, Stats& stats);
 
-}  // namespace flipfree
+}  // namespace flipfree::embedding

@@ -9,25 +9,26 @@
 #include <string>
 
 #include "flipfree/base/error.h"
+#include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
-#include "flipfree/matchmaker/arms.h"
-#include "flipfree/matchmaker/coarse_walk.h"
-#include "flipfree/matchmaker/coarsen.h"
-#include "flipfree/matchmaker/film_overlay.h"
-#include "flipfree/matchmaker/first_try.h"
-#include "flipfree/matchmaker/pipeline.h"
-#include "flipfree/matchmaker/relax.h"
-#include "flipfree/matchmaker/roomy_metric.h"
-#include "flipfree/matchmaker/store_map.h"
-#include "flipfree/matchmaker/time_share.h"
-#include "flipfree/matchmaker/unfold_wholes.h"
-#include "flipfree/matchmaker/usable_map.h"
-#include "flipfree/matchmaker/walk_outline.h"
-#include "flipfree/matchmaker/walk_pins.h"
+#include "flipfree/matchmaker/at_once/arms.h"
+#include "flipfree/matchmaker/film/film_overlay.h"
+#include "flipfree/matchmaker/film/walk_outline.h"
+#include "flipfree/matchmaker/finish/store_map.h"
+#include "flipfree/matchmaker/finish/unfold_wholes.h"
+#include "flipfree/matchmaker/finish/usable_map.h"
+#include "flipfree/matchmaker/patches/pipeline.h"
+#include "flipfree/matchmaker/smooth/relax.h"
+#include "flipfree/matchmaker/start/first_try.h"
+#include "flipfree/matchmaker/start/roomy_metric.h"
+#include "flipfree/matchmaker/take_back/coarsen.h"
+#include "flipfree/matchmaker/take_back/time_share.h"
+#include "flipfree/matchmaker/walk/coarse_walk.h"
+#include "flipfree/matchmaker/walk/walk_pins.h"
 #include "flipfree/mesh/validate.h"
 #include "flipfree/numeric/predicates.h"
 
-namespace flipfree {
+namespace flipfree::matchmaker {
 namespace {
 
 // Vertices that the walk to an outline may add, in units of the input's.
@@ -45,7 +46,7 @@ constexpr Index kMostPushed = 10000;
 constexpr int kRoundsOfUnfolding = 6;
 
 // What stays where it is until the end: movable boundary vertices do not.
-std::vector<VertexId> held_to_the_end(const RefinedSurface& surface,
+std::vector<VertexId> held_to_the_end(const mesh::RefinedSurface& surface,
                                       const Constraints& constraints) {
   std::vector<VertexId> held = held_vertices(surface, constraints);
   std::erase_if(held, [&](VertexId v) {
@@ -55,15 +56,15 @@ std::vector<VertexId> held_to_the_end(const RefinedSurface& surface,
 }
 
 // Lines are edges still, none of which was split.
-bool lines_are_whole(const RefinedSurface& surface, const Constraints& constraints) {
+bool lines_are_whole(const mesh::RefinedSurface& surface, const Constraints& constraints) {
   return std::all_of(constraints.edges.begin(), constraints.edges.end(), [&](const auto& edge) {
     return surface.mesh.find(edge.first, edge.second) != kInvalid;
   });
 }
 
-RefinedMap guaranteed(const RefinedSurface& surface, const Constraints& constraints, bool bijective,
-                      ExecutionContext& context, Stats& stats) {
-  RefinedMap fine;
+mesh::RefinedMap guaranteed(const mesh::RefinedSurface& surface, const Constraints& constraints,
+                            bool bijective, ExecutionContext& context, Stats& stats) {
+  mesh::RefinedMap fine;
   {
     const ProgressRange range(context, 0.0, 0.3);
     fine = run_matchmaker(surface, constraints, context, stats);
@@ -73,7 +74,7 @@ RefinedMap guaranteed(const RefinedSurface& surface, const Constraints& constrai
 }
 
 // The same refinement of another surface with the same faces.
-void lay_on(RefinedSurface& surface, const Surface& other) {
+void lay_on(mesh::RefinedSurface& surface, const mesh::Surface& other) {
   surface.input = &other;
   for (std::size_t v = 0; v < surface.position.size(); ++v)
     surface.position[v] = surface.place(surface.support[v]);
@@ -82,12 +83,12 @@ void lay_on(RefinedSurface& surface, const Surface& other) {
 // A map that meets all pins, walked there from a valid one without them; its refinement is not
 // taken back yet unless it is `settled`.
 struct WalkedMap {
-  RefinedMap map;
+  mesh::RefinedMap map;
   bool settled = false;
-  Surface room;  // the metric that it walked in, if another than the surface's own
+  mesh::Surface room;  // the metric that it walked in, if another than the surface's own
 };
 
-bool walk_there(RefinedSurface& surface, const Constraints& constraints,
+bool walk_there(mesh::RefinedSurface& surface, const Constraints& constraints,
                 const MatchOptions& options, WalkedMap& walk, ExecutionContext& context,
                 Stats& stats) {
   std::optional<Points2> start;
@@ -97,7 +98,7 @@ bool walk_there(RefinedSurface& surface, const Constraints& constraints,
   }
   if (!start) return false;
   walk.map = {surface, std::move(*start)};
-  RefinedMap& map = walk.map;
+  mesh::RefinedMap& map = walk.map;
   const bool refine = options.engine != MatchEngine::kFirstTry;
   const bool arms = options.engine == MatchEngine::kArms;
   const bool large = !arms && has_coarse_levels(surface, constraints);
@@ -122,10 +123,10 @@ bool walk_there(RefinedSurface& surface, const Constraints& constraints,
 }
 
 // Unfolds whole faces, where the boundary may give way for them.
-void unfold(RefinedMap& map, const Constraints& constraints, Index keep, bool bijective,
+void unfold(mesh::RefinedMap& map, const Constraints& constraints, Index keep, bool bijective,
             ExecutionContext& context, Stats& stats) {
-  RefinedMap unfolded = map;
-  EliminationMemory order(keep);
+  mesh::RefinedMap unfolded = map;
+  numeric::EliminationMemory order(keep);
   const TimeLimit share(context, kShareOfStep * context.seconds_left());
   const bool all = while_time_lasts(unfolded, [&] {
     unfold_wholes(unfolded, held_vertices(map.surface, constraints), keep, kRoundsOfUnfolding,
@@ -137,9 +138,9 @@ void unfold(RefinedMap& map, const Constraints& constraints, Index keep, bool bi
 
 // The map that needs no guarantee: a valid map without the pins, then the pins walked to their
 // targets.
-std::optional<RefinedMap> walked(RefinedSurface& surface, const Constraints& constraints,
-                                 const MatchOptions& options, ExecutionContext& context,
-                                 Stats& stats) {
+std::optional<mesh::RefinedMap> walked(mesh::RefinedSurface& surface,
+                                       const Constraints& constraints, const MatchOptions& options,
+                                       ExecutionContext& context, Stats& stats) {
   if (!constraints.free_boundary() && !untangling_is_safe(constraints)) return std::nullopt;
   WalkedMap walk;
   {
@@ -148,7 +149,7 @@ std::optional<RefinedMap> walked(RefinedSurface& surface, const Constraints& con
     const TimeLimit share(context, (last ? 1.0 : kShareOfWay) * context.seconds_left());
     if (!walk_there(surface, constraints, options, walk, context, stats)) return std::nullopt;
   }
-  RefinedMap map = std::move(walk.map);
+  mesh::RefinedMap map = std::move(walk.map);
   const ProgressRange range(context, 0.9, 1.0);
   const TimeLimit share(context, (1 - kShareOfStep) * context.seconds_left());
   if (!lines_are_whole(map.surface, constraints)) return std::nullopt;
@@ -165,10 +166,10 @@ std::optional<RefinedMap> walked(RefinedSurface& surface, const Constraints& con
 }
 
 // At the first frame of the film, with the pins at their places there.
-RefinedMap pinned_first_frame(const RefinedSurface& surface, const OutlineFilm& film,
-                              const Constraints& constraints, ExecutionContext& context,
-                              Stats& stats) {
-  RefinedMap map;
+mesh::RefinedMap pinned_first_frame(const mesh::RefinedSurface& surface, const OutlineFilm& film,
+                                    const Constraints& constraints, ExecutionContext& context,
+                                    Stats& stats) {
+  mesh::RefinedMap map;
   {
     const ProgressRange range(context, 0.0, 0.5);
     map = first_frame(surface, film, context, stats);
@@ -182,8 +183,8 @@ RefinedMap pinned_first_frame(const RefinedSurface& surface, const OutlineFilm& 
   for (std::size_t i = 0; i < surface.boundary.size(); ++i)
     disk.outline[i] = place.at(surface.boundary[i]);
   for (const SheetPin& p : film.pins()) disk.pins.push_back({p.pin.vertex, place.at(p.pin.vertex)});
-  const RefinedSurface unpinned = map.surface;
-  std::optional<RefinedMap> pinned = while_share_lasts(context, stats, [&] {
+  const mesh::RefinedSurface unpinned = map.surface;
+  std::optional<mesh::RefinedMap> pinned = while_share_lasts(context, stats, [&] {
     const TimeLimit share(context, kShareOfWay * context.seconds_left());
     const bool arrived = walk_pins(map, disk, constraints.edges.empty(), context, stats);
     return arrived ? std::optional(std::move(map)) : std::nullopt;
@@ -193,14 +194,15 @@ RefinedMap pinned_first_frame(const RefinedSurface& surface, const OutlineFilm& 
 
 // Through the frames of a film from a convex polygon, where pins are easily brought to their
 // places, to the target.
-std::optional<RefinedMap> film_walked(const RefinedSurface& surface, const Constraints& constraints,
-                                      ExecutionContext& context, Stats& stats) try {
+std::optional<mesh::RefinedMap> film_walked(const mesh::RefinedSurface& surface,
+                                            const Constraints& constraints,
+                                            ExecutionContext& context, Stats& stats) try {
   SheetTarget target = sheet_target(surface, constraints, context);
   // Where sheets overlap, pins ride along; else they find their places in the end.
   const bool riding = !constraints.simple_outline && !constraints.pins.empty();
   if (!riding) target.pins.clear();
   const OutlineFilm film(std::move(target.domain), target.pins);
-  RefinedMap map;
+  mesh::RefinedMap map;
   {
     const ProgressRange range(context, 0.0, 0.4);
     map = pinned_first_frame(surface, film, constraints, context, stats);
@@ -219,9 +221,10 @@ std::optional<RefinedMap> film_walked(const RefinedSurface& surface, const Const
   return std::nullopt;  // too squeezed for the Newton system on the way
 }
 
-std::optional<RefinedMap> filmed(const RefinedSurface& surface, const Constraints& constraints,
-                                 double share, ExecutionContext& context, Stats& stats) {
-  std::optional<RefinedMap> map;
+std::optional<mesh::RefinedMap> filmed(const mesh::RefinedSurface& surface,
+                                       const Constraints& constraints, double share,
+                                       ExecutionContext& context, Stats& stats) {
+  std::optional<mesh::RefinedMap> map;
   {
     const TimeLimit limit(context, share * context.seconds_left());
     map = film_walked(surface, constraints, context, stats);
@@ -235,10 +238,11 @@ std::optional<RefinedMap> filmed(const RefinedSurface& surface, const Constraint
 }
 
 // From the film's first frame to its last in one step (film_overlay.h).
-std::optional<RefinedMap> overlaid(const RefinedSurface& surface, const Constraints& constraints,
-                                   double share, ExecutionContext& context, Stats& stats) try {
+std::optional<mesh::RefinedMap> overlaid(const mesh::RefinedSurface& surface,
+                                         const Constraints& constraints, double share,
+                                         ExecutionContext& context, Stats& stats) try {
   if (!constraints.edges.empty()) return std::nullopt;  // straight lines would be cut
-  RefinedMap map;
+  mesh::RefinedMap map;
   {
     const TimeLimit limit(context, share * context.seconds_left());
     SheetTarget target = sheet_target(surface, constraints, context);
@@ -276,15 +280,15 @@ double sharp_turning(const Constraints& constraints) {
 bool is_convex(const Constraints& constraints) {
   const std::size_t n = constraints.outline.size();
   for (std::size_t i = 0; i < n; ++i) {
-    if (orientation(constraints.outline[i], constraints.outline[(i + 1) % n],
-                    constraints.outline[(i + 2) % n]) < 0)
+    if (numeric::orientation(constraints.outline[i], constraints.outline[(i + 1) % n],
+                             constraints.outline[(i + 2) % n]) < 0)
       return false;
   }
   return constraints.turning_number == 1;
 }
 
-RefinedMap solve(RefinedSurface& surface, const Constraints& constraints,
-                 const MatchOptions& options, ExecutionContext& context, Stats& stats) {
+mesh::RefinedMap solve(mesh::RefinedSurface& surface, const Constraints& constraints,
+                       const MatchOptions& options, ExecutionContext& context, Stats& stats) {
   // What the target's domain refuses is refused before any work.
   const bool overlapping = !constraints.free_boundary() && !constraints.simple_outline;
   if (overlapping) sheet_target(surface, constraints, context);
@@ -298,7 +302,7 @@ RefinedMap solve(RefinedSurface& surface, const Constraints& constraints,
       options.engine != MatchEngine::kOutline && options.engine != MatchEngine::kOverlay) {
     // The film has its share if it may follow; MatchMaker++ follows but rarely.
     const ProgressRange range(context, 0.0, film_helps ? 0.3 : 0.95);
-    if (std::optional<RefinedMap> map = while_share_lasts(context, stats, [&] {
+    if (std::optional<mesh::RefinedMap> map = while_share_lasts(context, stats, [&] {
           return walked(surface, constraints, options, context, stats);
         })) {
       stats["engine"] = std::string("first try");
@@ -321,7 +325,7 @@ RefinedMap solve(RefinedSurface& surface, const Constraints& constraints,
   if (film_helps && walks) {
     const ProgressRange range(context, 0.3, 0.8);
     const double share = options.engine == MatchEngine::kOutline ? 1.0 : kShareOfWay;
-    if (std::optional<RefinedMap> map = while_share_lasts(
+    if (std::optional<mesh::RefinedMap> map = while_share_lasts(
             context, stats, [&] { return filmed(surface, constraints, share, context, stats); })) {
       stats["engine"] = std::string("outline");
       return std::move(*map);
@@ -334,7 +338,7 @@ RefinedMap solve(RefinedSurface& surface, const Constraints& constraints,
   if (film_helps) {
     const ProgressRange range(context, walks ? 0.8 : 0.3, 0.95);
     const double share = options.engine == MatchEngine::kOverlay ? 1.0 : kShareOfWay;
-    if (std::optional<RefinedMap> map = while_share_lasts(
+    if (std::optional<mesh::RefinedMap> map = while_share_lasts(
             context, stats, [&] { return overlaid(surface, constraints, share, context, stats); }))
       return std::move(*map);
     if (options.engine == MatchEngine::kOverlay) {
@@ -351,10 +355,10 @@ RefinedMap solve(RefinedSurface& surface, const Constraints& constraints,
   return guaranteed(surface, constraints, constraints.one_to_one, context, stats);
 }
 
-Parametrization to_parametrization(const RefinedMap& solution, const Points2& uv,
-                                   const Points2f& uv32) {
-  Parametrization map;
-  const RefinedSurface& refined = solution.surface;
+certify::Parametrization to_parametrization(const mesh::RefinedMap& solution, const Points2& uv,
+                                            const Points2f& uv32) {
+  certify::Parametrization map;
+  const mesh::RefinedSurface& refined = solution.surface;
   std::vector<FaceId> slots;
   map.surface = to_surface(refined);
   refined.mesh.faces(&slots);
@@ -381,15 +385,16 @@ Parametrization to_parametrization(const RefinedMap& solution, const Points2& uv
   return map;
 }
 
-CertifyRequest certify_request(const RefinedSurface& surface, const Constraints& constraints,
-                               const Parametrization& map, bool bijective) {
+certify::CertifyRequest certify_request(const mesh::RefinedSurface& surface,
+                                        const Constraints& constraints,
+                                        const certify::Parametrization& map, bool bijective) {
   std::vector<const Vector2*> target(surface.position.size(), nullptr);
   for (const PinnedVertex& p : constraints.pins) target[static_cast<std::size_t>(p.vertex)] = &p.uv;
   for (std::size_t i = 0; i < constraints.outline.size(); ++i) {
     target[static_cast<std::size_t>(surface.boundary[i])] = &constraints.outline[i];
   }
   for (const VertexId v : constraints.movable) target[static_cast<std::size_t>(v)] = nullptr;
-  CertifyRequest request;
+  certify::CertifyRequest request;
   request.require_bijective = bijective;
   for (CornerId c = 0; c < map.surface.faces.size(); ++c) {
     const Vector2* uv = target[static_cast<std::size_t>(map.surface.faces.data()[c])];
@@ -398,8 +403,9 @@ CertifyRequest certify_request(const RefinedSurface& surface, const Constraints&
   return request;
 }
 
-void lower_distortion(RefinedMap& map, const Constraints& constraints, const MatchOptions& options,
-                      bool bijective, ExecutionContext& context, Stats& stats) {
+void lower_distortion(mesh::RefinedMap& map, const Constraints& constraints,
+                      const MatchOptions& options, bool bijective, ExecutionContext& context,
+                      Stats& stats) {
   const std::vector<VertexId> held = held_to_the_end(map.surface, constraints);
   const int steps = affordable_steps(map.surface, options.max_iterations);
   map.uv = optimise(map.surface, held, map.uv, steps, bijective, context, stats);
@@ -407,16 +413,16 @@ void lower_distortion(RefinedMap& map, const Constraints& constraints, const Mat
 
 // The values to be stored. A map that was accepted before it could be stored is optimised after
 // all.
-Points2f stored(RefinedMap& map, const RefinedSurface& input, const Constraints& constraints,
-                const MatchOptions& options, bool bijective, ExecutionContext& context,
-                Stats& stats) {
+Points2f stored(mesh::RefinedMap& map, const mesh::RefinedSurface& input,
+                const Constraints& constraints, const MatchOptions& options, bool bijective,
+                ExecutionContext& context, Stats& stats) {
   const Index keep = input.mesh.vertex_count();
   const auto store = [&] {
     return store_map(map, held_to_the_end(map.surface, constraints), keep, bijective, context,
                      stats);
   };
   if (!context.accepted() || !options.optimise) return store();
-  const RefinedMap early = map;
+  const mesh::RefinedMap early = map;
   try {
     return store();
   } catch (const NotConverged&) {
@@ -426,15 +432,15 @@ Points2f stored(RefinedMap& map, const RefinedSurface& input, const Constraints&
   }
 }
 
-Parametrization match_in_time(const Surface& surface, const MatchRequest& request,
-                              const MatchOptions& options, ExecutionContext& context) {
-  ValidateOptions validation;
+certify::Parametrization match_in_time(const mesh::Surface& surface, const MatchRequest& request,
+                                       const MatchOptions& options, ExecutionContext& context) {
+  mesh::ValidateOptions validation;
   validation.require_disk = true;
-  validate(surface, validation, context);
+  mesh::validate(surface, validation, context);
   Stats stats;
   stats["time_limit_reached"] = std::int64_t{0};
   const Stopwatch watch;
-  RefinedSurface refined = make_refined_surface(surface);
+  mesh::RefinedSurface refined = mesh::make_refined_surface(surface);
   Constraints constraints = read_constraints(
       refined, request, options.bijective ? SelfOverlaps::kRefused : SelfOverlaps::kAllowed);
   constraints.one_to_one = options.bijective && constraints.free_boundary();
@@ -442,7 +448,7 @@ Parametrization match_in_time(const Surface& surface, const MatchRequest& reques
   const bool bijective =
       constraints.one_to_one || (!constraints.movable.empty() && constraints.simple_outline);
 
-  RefinedMap solution;
+  mesh::RefinedMap solution;
   {
     const ProgressRange range(context, 0.0, 0.85);
     solution = solve(refined, constraints, options, context, stats);
@@ -465,12 +471,12 @@ Parametrization match_in_time(const Surface& surface, const MatchRequest& reques
   const ProgressRange range(context, 0.95, 1.0);
   const Points2f uv32 = stored(solution, refined, constraints, options, bijective, context, stats);
   const Untimed finishing(context);
-  Parametrization map = to_parametrization(solution, solution.uv, uv32);
+  certify::Parametrization map = to_parametrization(solution, solution.uv, uv32);
   stats["added_vertices"] =
       static_cast<std::int64_t>(map.surface.vertices.rows() - surface.vertices.rows());
-  certify_map(map, surface, certify_request(solution.surface, constraints, map, bijective),
-              context);
-  require_certificate(map, "The match");
+  certify::certify_map(map, surface, certify_request(solution.surface, constraints, map, bijective),
+                       context);
+  certify::require_certificate(map, "The match");
   stats["energy"] = map.certificate.energy;
   stats["seconds"] = watch.seconds();
   map.stats = std::move(stats);
@@ -484,8 +490,8 @@ void throw_match_out_of_time(const MatchOptions& options) {
                     "pin fewer vertices, or move pins nearer to where their surroundings are");
 }
 
-Parametrization match(const Surface& surface, const MatchRequest& request,
-                      const MatchOptions& options, ExecutionContext& context) try {
+certify::Parametrization match(const mesh::Surface& surface, const MatchRequest& request,
+                               const MatchOptions& options, ExecutionContext& context) try {
   const TimeLimit limit(context, limit_of(options.max_seconds));
   return match_in_time(surface, request, options, context);
 } catch (const TimeIsOver&) {
@@ -493,4 +499,4 @@ Parametrization match(const Surface& surface, const MatchRequest& request,
   throw_match_out_of_time(options);
 }
 
-}  // namespace flipfree
+}  // namespace flipfree::matchmaker

@@ -13,9 +13,9 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/certify/parametrization.h"
-#include "flipfree/matchmaker/constraints.h"
+#include "flipfree/matchmaker/request/constraints.h"
 
-namespace flipfree {
+namespace flipfree::matchmaker {
 
 enum class MatchEngine {
   kAuto,        // first try, then MatchMaker++
@@ -45,10 +45,10 @@ struct MatchOptions {
 // "added_vertices", "energy", "seconds_*", "first_try.*", "matchmaker.*", "distortion.*",
 // "rounding.*", "time_limit_reached" (1: the map might have become better, or have fewer vertices,
 // with more time). Deterministic for any number of threads as long as no limit of time is reached.
-Parametrization match(const Surface& surface, const MatchRequest& request,
-                      const MatchOptions& options, ExecutionContext& context);
+certify::Parametrization match(const mesh::Surface& surface, const MatchRequest& request,
+                               const MatchOptions& options, ExecutionContext& context);
 
 // What is said when time was over before there was a map. Throws NotConverged (kTimeLimit).
 [[noreturn]] void throw_match_out_of_time(const MatchOptions& options);
 
-}  // namespace flipfree
+}  // namespace flipfree::matchmaker

@@ -12,17 +12,18 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/distortion/improve.h"
-#include "flipfree/matchmaker/constraints.h"
-#include "flipfree/matchmaker/refined_surface.h"
-#include "flipfree/matchmaker/time_share.h"
-#include "flipfree/mesh/fill.h"
+#include "flipfree/matchmaker/request/constraints.h"
+#include "flipfree/matchmaker/take_back/time_share.h"
+#include "flipfree/mesh/cut_graph/fill.h"
+#include "flipfree/mesh/refined/refined_surface.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
 #include "flipfree/unwrap/unwrap.h"
 
-namespace flipfree {
+namespace flipfree::matchmaker {
 namespace {
 
 using Loop = std::vector<HalfedgeId>;
@@ -30,24 +31,24 @@ using Edge = std::pair<VertexId, VertexId>;
 
 Edge edge(VertexId a, VertexId b) { return {std::min(a, b), std::max(a, b)}; }
 
-double length(const Surface& surface, const Loop& loop) {
+double length(const mesh::Surface& surface, const Loop& loop) {
   double sum = 0.0;
   for (const HalfedgeId h : loop) {
-    sum += (surface.vertices.row(target(surface.faces, h)) -
-            surface.vertices.row(source(surface.faces, h)))
+    sum += (surface.vertices.row(mesh::target(surface.faces, h)) -
+            surface.vertices.row(mesh::source(surface.faces, h)))
                .norm();
   }
   return sum;
 }
 
 // The loop that is no hole.
-std::size_t outer_loop(const Surface& surface, const std::vector<Loop>& loops,
+std::size_t outer_loop(const mesh::Surface& surface, const std::vector<Loop>& loops,
                        const MatchRequest& request) {
   if (loops.size() == 1) return 0;
   if (!request.boundary_uv.empty()) {
     for (std::size_t i = 0; i < loops.size() && !request.boundary_loop.empty(); ++i) {
       for (const HalfedgeId h : loops[i]) {
-        if (source(surface.faces, h) == request.boundary_loop.front()) return i;
+        if (mesh::source(surface.faces, h) == request.boundary_loop.front()) return i;
       }
     }
     throw_invalid(
@@ -87,13 +88,14 @@ void lift_apex(std::span<const VertexId> loop, VertexId apex, Points3& vertices)
 }
 
 // The piece with its holes filled by fans.
-Surface as_disk(const Surface& piece, const std::vector<std::vector<HalfedgeId>>& holes) {
-  Surface disk = fill_holes(piece, holes).surface;
+mesh::Surface as_disk(const mesh::Surface& piece,
+                      const std::vector<std::vector<HalfedgeId>>& holes) {
+  mesh::Surface disk = mesh::fill_holes(piece, holes).surface;
   auto apex = static_cast<VertexId>(piece.vertices.rows());
   for (const std::vector<HalfedgeId>& hole : holes) {
     std::vector<VertexId> loop;
     loop.reserve(hole.size());
-    for (const HalfedgeId h : hole) loop.push_back(source(piece.faces, h));
+    for (const HalfedgeId h : hole) loop.push_back(mesh::source(piece.faces, h));
     lift_apex(loop, apex++, disk.vertices);
   }
   return disk;
@@ -101,8 +103,8 @@ Surface as_disk(const Surface& piece, const std::vector<std::vector<HalfedgeId>>
 
 // The map of the piece alone, with vertices in their old order and provenance in the piece's own
 // faces.
-Parametrization without_fans(const Parametrization& filled, const Surface& disk,
-                             const Surface& input) {
+certify::Parametrization without_fans(const certify::Parametrization& filled,
+                                      const mesh::Surface& disk, const mesh::Surface& input) {
   const auto n = static_cast<VertexId>(input.vertices.rows());
   std::vector<FaceId> kept;
   std::vector<FaceId> child_at(static_cast<std::size_t>(filled.surface.vertices.rows()), kInvalid);
@@ -120,7 +122,7 @@ Parametrization without_fans(const Parametrization& filled, const Surface& disk,
     old.push_back(v);
   }
 
-  Parametrization map;
+  certify::Parametrization map;
   map.surface.vertices.resize(static_cast<Eigen::Index>(old.size()), 3);
   map.vertex_parent.assign(old.size(), kInvalid);
   map.vertex_barycentric = Points3::Zero(static_cast<Eigen::Index>(old.size()), 3);
@@ -160,7 +162,7 @@ Parametrization without_fans(const Parametrization& filled, const Surface& disk,
 }
 
 // Vertices whose place the request prescribes, new ones on its lines and boundary included.
-std::vector<char> held_vertices(const Parametrization& map, const Surface& input,
+std::vector<char> held_vertices(const certify::Parametrization& map, const mesh::Surface& input,
                                 const MatchRequest& request) {
   std::vector<char> held(static_cast<std::size_t>(map.surface.vertices.rows()), 0);
   for (const PinnedVertex& p : request.points) held[static_cast<std::size_t>(p.vertex)] = 1;
@@ -192,7 +194,7 @@ std::vector<char> held_vertices(const Parametrization& map, const Surface& input
 }
 
 // The solver's ids without those of the fans, which the caller does not know.
-Error of_input(Error error, const Surface& input) {
+Error of_input(Error error, const mesh::Surface& input) {
   const Eigen::Index limit = error.kind == ElementKind::kFace     ? input.faces.rows()
                              : error.kind == ElementKind::kCorner ? input.faces.size()
                                                                   : input.vertices.rows();
@@ -204,8 +206,9 @@ Error of_input(Error error, const Surface& input) {
   return error;
 }
 
-Parametrization match_disk(const Surface& disk, const Surface& input, const MatchRequest& request,
-                           const MatchOptions& options, ExecutionContext& context) {
+certify::Parametrization match_disk(const mesh::Surface& disk, const mesh::Surface& input,
+                                    const MatchRequest& request, const MatchOptions& options,
+                                    ExecutionContext& context) {
   try {
     const TimeLimit share(context, (1 - kShareOfStep) * context.seconds_left());
     return match(disk, request, options, context);
@@ -213,7 +216,7 @@ Parametrization match_disk(const Surface& disk, const Surface& input, const Matc
     throw InvalidInput(of_input(e.error(), input));
   } catch (const Infeasible& e) {
     throw Infeasible(of_input(e.error(), input));
-  } catch (const CertificateFailed&) {
+  } catch (const certify::CertificateFailed&) {
     throw;
   } catch (const NotConverged& e) {
     throw NotConverged(of_input(e.error(), input));
@@ -221,14 +224,15 @@ Parametrization match_disk(const Surface& disk, const Surface& input, const Matc
 }
 
 // Lets the holes deform. A valid map that cannot be improved stays as it is.
-void release_holes(Parametrization& map, const CertifyRequest& extra, const MatchOptions& options,
-                   ExecutionContext& context) {
-  ImproveOptions improvement;
+void release_holes(certify::Parametrization& map, const certify::CertifyRequest& extra,
+                   const MatchOptions& options, ExecutionContext& context) {
+  distortion::ImproveOptions improvement;
   improvement.pins = extra.pins;
   improvement.keep_bijective = extra.require_bijective;
   improvement.max_iterations = options.max_iterations;
   try {
-    Parametrization better = improve(map.surface, map.uv, improvement, context);
+    certify::Parametrization better =
+        distortion::improve(map.surface, map.uv, improvement, context);
     map.uv = std::move(better.uv);
     map.uv32 = std::move(better.uv32);
     map.stats["hole_energy_before"] = better.stats["energy_before"];
@@ -241,11 +245,12 @@ void release_holes(Parametrization& map, const CertifyRequest& extra, const Matc
 
 // What cannot be met whatever is done is refused before any work. Returns the vertices of the piece
 // with fixed places, lines included; nothing if lines need vertices that the piece does not have.
-std::optional<std::vector<PinnedVertex>> pinned_vertices(const Surface& disk, const Surface& input,
+std::optional<std::vector<PinnedVertex>> pinned_vertices(const mesh::Surface& disk,
+                                                         const mesh::Surface& input,
                                                          const MatchRequest& request,
                                                          const MatchOptions& options) {
   try {
-    RefinedSurface refined = make_refined_surface(disk);
+    mesh::RefinedSurface refined = mesh::make_refined_surface(disk);
     Constraints constraints = read_constraints(
         refined, request, options.bijective ? SelfOverlaps::kRefused : SelfOverlaps::kAllowed);
     if (refined.mesh.vertex_count() > static_cast<Index>(disk.vertices.rows())) return std::nullopt;
@@ -262,12 +267,13 @@ std::optional<std::vector<PinnedVertex>> pinned_vertices(const Surface& disk, co
 // Pins that shall not make the piece overlap itself: continuation of the unwrap under its boundary
 // barrier, which walking the pins does not have. No added vertex, and no guarantee: nothing if it
 // stops, or its share of the time is over.
-std::optional<Parametrization> unwrapped(const Surface& surface,
-                                         const std::vector<PinnedVertex>& pins,
-                                         const MatchOptions& options, ExecutionContext& context) {
+std::optional<certify::Parametrization> unwrapped(const mesh::Surface& surface,
+                                                  const std::vector<PinnedVertex>& pins,
+                                                  const MatchOptions& options,
+                                                  ExecutionContext& context) {
   std::vector<const Vector2*> pin(static_cast<std::size_t>(surface.vertices.rows()), nullptr);
   for (const PinnedVertex& p : pins) pin[static_cast<std::size_t>(p.vertex)] = &p.uv;
-  UnwrapOptions unwrapping;
+  unwrap::UnwrapOptions unwrapping;
   unwrapping.max_iterations = options.max_iterations;
   for (CornerId c = 0; c < surface.faces.size(); ++c) {
     const Vector2* uv = pin[static_cast<std::size_t>(surface.faces.data()[c])];
@@ -275,7 +281,7 @@ std::optional<Parametrization> unwrapped(const Surface& surface,
   }
   try {
     const TimeLimit share(context, kShareOfWay * context.seconds_left());
-    Parametrization map = unwrap(surface, unwrapping, context);
+    certify::Parametrization map = unwrap::unwrap(surface, unwrapping, context);
     map.stats["engine"] = std::string("first try");
     return map;
   } catch (const NotConverged&) {
@@ -290,12 +296,14 @@ std::optional<Parametrization> unwrapped(const Surface& surface,
   }
 }
 
-Parametrization match_piece_in_time(const Surface& surface, const MatchRequest& request,
-                                    const MatchOptions& options, ExecutionContext& context) {
-  validate(surface, {}, context);
-  const Adjacency adjacency =
-      build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
-  const Topology shape = topology(surface.faces, adjacency);
+certify::Parametrization match_piece_in_time(const mesh::Surface& surface,
+                                             const MatchRequest& request,
+                                             const MatchOptions& options,
+                                             ExecutionContext& context) {
+  mesh::validate(surface, {}, context);
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const mesh::Topology shape = mesh::topology(surface.faces, adjacency);
   // Other shapes are refused there, by name.
   MatchOptions untimed = options;
   untimed.max_seconds = 0;  // the limit around holds
@@ -303,9 +311,9 @@ Parametrization match_piece_in_time(const Surface& surface, const MatchRequest& 
     return match(surface, request, untimed, context);
 
   const Stopwatch watch;
-  std::vector<Loop> holes = boundary_halfedge_loops(surface.faces, adjacency);
+  std::vector<Loop> holes = mesh::boundary_halfedge_loops(surface.faces, adjacency);
   holes.erase(holes.begin() + static_cast<std::ptrdiff_t>(outer_loop(surface, holes, request)));
-  const Surface disk = holes.empty() ? surface : as_disk(surface, holes);
+  const mesh::Surface disk = holes.empty() ? surface : as_disk(surface, holes);
   const std::optional<std::vector<PinnedVertex>> pins =
       pinned_vertices(disk, surface, request, options);
   double begin = 0.0;
@@ -313,19 +321,19 @@ Parametrization match_piece_in_time(const Surface& surface, const MatchRequest& 
       options.optimise && options.engine != MatchEngine::kMatchmaker) {
     begin = 0.3;
     const ProgressRange range(context, 0.0, begin);
-    if (std::optional<Parametrization> map = unwrapped(surface, *pins, options, context))
+    if (std::optional<certify::Parametrization> map = unwrapped(surface, *pins, options, context))
       return std::move(*map);
   }
   const ProgressRange whole(context, begin, 1.0);
   if (holes.empty()) return match(surface, request, untimed, context);
 
-  Parametrization map;
+  certify::Parametrization map;
   {
     const ProgressRange range(context, 0.0, 0.7);
     map = without_fans(match_disk(disk, surface, request, untimed, context), disk, surface);
   }
   const std::vector<char> held = held_vertices(map, surface, request);
-  CertifyRequest extra;
+  certify::CertifyRequest extra;
   extra.require_bijective = options.bijective && request.boundary_uv.empty();
   for (CornerId c = 0; c < map.surface.faces.size(); ++c) {
     if (held[static_cast<std::size_t>(map.surface.faces.data()[c])] != 0)
@@ -337,8 +345,8 @@ Parametrization match_piece_in_time(const Surface& surface, const MatchRequest& 
   }
   const Untimed finishing(context);
   context.report("certifying", 0.95);
-  certify_map(map, surface, extra, context);
-  require_certificate(map, "The match");
+  certify::certify_map(map, surface, extra, context);
+  certify::require_certificate(map, "The match");
   map.stats["holes"] = static_cast<std::int64_t>(holes.size());
   map.stats["added_vertices"] =
       static_cast<std::int64_t>(map.surface.vertices.rows() - surface.vertices.rows());
@@ -350,11 +358,11 @@ Parametrization match_piece_in_time(const Surface& surface, const MatchRequest& 
 
 }  // namespace
 
-Parametrization match_piece(const Surface& surface, const MatchRequest& request,
-                            const MatchOptions& options, ExecutionContext& context) try {
+certify::Parametrization match_piece(const mesh::Surface& surface, const MatchRequest& request,
+                                     const MatchOptions& options, ExecutionContext& context) try {
   const TimeLimit limit(context, limit_of(options.max_seconds));
   return match_piece_in_time(surface, request, options, context);
-} catch (const CertificateFailed&) {
+} catch (const certify::CertificateFailed&) {
   throw;
 } catch (const NotConverged& e) {
   throw NotConverged(of_input(e.error(), surface));
@@ -363,4 +371,4 @@ Parametrization match_piece(const Surface& surface, const MatchRequest& request,
   throw_match_out_of_time(options);
 }
 
-}  // namespace flipfree
+}  // namespace flipfree::matchmaker

@@ -11,14 +11,14 @@
 #include "flipfree/certify/parametrization.h"
 #include "flipfree/matchmaker/match.h"
 
-namespace flipfree {
+namespace flipfree::matchmaker {
 
 // As match(), also for connected pieces of genus 0 with more than one boundary loop. A prescribed
 // boundary is that of the loop which request.boundary_loop names (it must, as there are several);
 // with a free boundary the longest loop counts as the outer one. The other loops are holes: free,
 // but for the pins and lines on them. Everything else, disks included, goes to match(). Guarantee,
 // errors and stats as there, and "holes".
-Parametrization match_piece(const Surface& surface, const MatchRequest& request,
-                            const MatchOptions& options, ExecutionContext& context);
+certify::Parametrization match_piece(const mesh::Surface& surface, const MatchRequest& request,
+                                     const MatchOptions& options, ExecutionContext& context);
 
-}  // namespace flipfree
+}  // namespace flipfree::matchmaker

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace flipfree {
+namespace flipfree::mesh {
 
 Adjacency build_adjacency(Index vertex_count, const Triangles& faces) {
   const auto halfedges = static_cast<Index>(3 * faces.rows());
@@ -52,4 +52,4 @@ Adjacency build_adjacency(Index vertex_count, const Triangles& faces) {
   return adjacency;
 }
 
-}  // namespace flipfree
+}  // namespace flipfree::mesh

@@ -14,7 +14,7 @@
 
 #include "flipfree/base/types.h"
 
-namespace flipfree {
+namespace flipfree::mesh {
 
 struct Adjacency {
   std::vector<HalfedgeId> opposite;  // 3 #F
@@ -44,4 +44,4 @@ inline HalfedgeId rotate_cw(const Adjacency& adjacency, HalfedgeId h) {
   return o == kInvalid ? kInvalid : next_corner(o);
 }
 
-}  // namespace flipfree
+}  // namespace flipfree::mesh

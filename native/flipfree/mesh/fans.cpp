@@ -7,7 +7,7 @@
 
 #include "flipfree/base/error.h"
 
-namespace flipfree {
+namespace flipfree::mesh {
 namespace {
 
 std::size_t size(Index i) { return static_cast<std::size_t>(i); }
@@ -111,4 +111,4 @@ Fans split_fans(const Triangles& faces, const IndexPairs& cuts) {
   return result;
 }
 
-}  // namespace flipfree
+}  // namespace flipfree::mesh

@@ -6,7 +6,7 @@
 
 #include "flipfree/base/types.h"
 
-namespace flipfree {
+namespace flipfree::mesh {
 
 struct Fans {
   Triangles faces;               // #F x 3, over the new vertices
@@ -22,4 +22,4 @@ struct Fans {
 // of each vertex's neighbours and of the cuts.
 Fans split_fans(const Triangles& faces, const IndexPairs& cuts);
 
-}  // namespace flipfree
+}  // namespace flipfree::mesh

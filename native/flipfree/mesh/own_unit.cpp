@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <limits>
 
-namespace flipfree {
+namespace flipfree::mesh {
 
 InOwnUnit::InOwnUnit(const Surface& surface) : given_(surface) {
   Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
@@ -24,4 +24,4 @@ InOwnUnit::InOwnUnit(const Surface& surface) : given_(surface) {
   for (double& x : scaled_->vertices.reshaped()) x = std::ldexp(x, -exponent);
 }
 
-}  // namespace flipfree
+}  // namespace flipfree::mesh

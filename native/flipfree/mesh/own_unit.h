@@ -6,7 +6,7 @@
 
 #include "flipfree/mesh/surface.h"
 
-namespace flipfree {
+namespace flipfree::mesh {
 
 // Binary exponents of a piece's extent up to which it stays as it is.
 inline constexpr int kOrdinaryExponent = 64;
@@ -27,4 +27,4 @@ class InOwnUnit {
   double unit_ = 1.0;
 };
 
-}  // namespace flipfree
+}  // namespace flipfree::mesh

@@ -3,11 +3,11 @@
 
 #include "flipfree/base/types.h"
 
-namespace flipfree {
+namespace flipfree::mesh {
 
 struct Surface {
   Points3 vertices;  // #V x 3
   Triangles faces;   // #F x 3, consistently oriented
 };
 
-}  // namespace flipfree
+}  // namespace flipfree::mesh

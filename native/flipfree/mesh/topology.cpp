@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace flipfree {
+namespace flipfree::mesh {
 
 std::vector<std::vector<HalfedgeId>> boundary_halfedge_loops(const Triangles& faces,
                                                              const Adjacency& adjacency) {
@@ -76,4 +76,4 @@ Topology topology(const Triangles& faces, const Adjacency& adjacency) {
   return t;
 }
 
-}  // namespace flipfree
+}  // namespace flipfree::mesh

@@ -5,7 +5,7 @@
 
 #include "flipfree/mesh/adjacency.h"
 
-namespace flipfree {
+namespace flipfree::mesh {
 
 // Closed chains of boundary vertices, surface on the left, each starting at its smallest vertex id,
 // ordered by it.
@@ -35,4 +35,4 @@ struct Topology {
 };
 Topology topology(const Triangles& faces, const Adjacency& adjacency);
 
-}  // namespace flipfree
+}  // namespace flipfree::mesh

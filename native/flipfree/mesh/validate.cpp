@@ -13,7 +13,7 @@
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/topology.h"
 
-namespace flipfree {
+namespace flipfree::mesh {
 namespace {
 
 constexpr std::size_t kMostElementsListed = 1000;
@@ -301,4 +301,4 @@ void validate(const Surface& surface, const ValidateOptions& options,
   throw InvalidInput(std::move(first));
 }
 
-}  // namespace flipfree
+}  // namespace flipfree::mesh

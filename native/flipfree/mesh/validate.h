@@ -7,7 +7,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/mesh/surface.h"
 
-namespace flipfree {
+namespace flipfree::mesh {
 
 struct ValidateOptions {
   bool require_connected = false;
@@ -28,4 +28,4 @@ std::vector<Error> find_defects(const Surface& surface, const ValidateOptions& o
 void validate(const Surface& surface, const ValidateOptions& options = {},
               const ExecutionContext& context = ExecutionContext());
 
-}  // namespace flipfree
+}  // namespace flipfree::mesh

@@ -13,7 +13,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace flipfree {
+namespace flipfree::numeric {
 
 template <int Limbs>
 class BigFloat {
@@ -132,4 +132,4 @@ class BigFloat {
   mp_limb_t limbs_[Limbs];
 };
 
-}  // namespace flipfree
+}  // namespace flipfree::numeric

@@ -9,7 +9,7 @@
 extern "C" void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info,
                         std::size_t);
 
-namespace flipfree::dense {
+namespace flipfree::numeric::dense {
 
 void use_one_thread() { openblas_set_num_threads(1); }
 
@@ -137,4 +137,4 @@ void solve_trapezoid_transposed(int c, int r, const double* panel, double* x, co
   }
 }
 
-}  // namespace flipfree::dense
+}  // namespace flipfree::numeric::dense

@@ -3,7 +3,7 @@
 // deterministic.
 #pragma once
 
-namespace flipfree::dense {
+namespace flipfree::numeric::dense {
 
 // To be called before the kernels are used: keeps the BLAS from starting threads of its own.
 void use_one_thread();
@@ -36,4 +36,4 @@ void solve_trapezoid(int c, int r, const double* panel, double* x, double* y);
 // x = L1^-T (x - L2' y).
 void solve_trapezoid_transposed(int c, int r, const double* panel, double* x, const double* y);
 
-}  // namespace flipfree::dense
+}  // namespace flipfree::numeric::dense

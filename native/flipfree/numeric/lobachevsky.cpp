@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace flipfree {
+namespace flipfree::numeric {
 namespace {
 
 // zeta(2), zeta(4), ...; beyond, 1 + 4^-n is exact to double.
@@ -31,4 +31,4 @@ double lobachevsky(double x) {
   return x * (1.0 - std::log(2.0 * x) + sum);
 }
 
-}  // namespace flipfree
+}  // namespace flipfree::numeric

@@ -3,9 +3,9 @@
 // (Springborn, Schroeder, Pinkall 2008, equation 8).
 #pragma once
 
-namespace flipfree {
+namespace flipfree::numeric {
 
 // For x in [0, pi]. Absolute error below 1e-15.
 double lobachevsky(double x);
 
-}  // namespace flipfree
+}  // namespace flipfree::numeric

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace flipfree {
+namespace flipfree::numeric {
 namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
@@ -63,4 +63,4 @@ bool segments_conflict(const Vector2& a, const Vector2& b, const Vector2& c, con
   return (a == c && b == d) || (a == d && b == c);
 }
 
-}  // namespace flipfree
+}  // namespace flipfree::numeric

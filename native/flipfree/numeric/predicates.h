@@ -5,7 +5,7 @@
 
 #include "flipfree/base/types.h"
 
-namespace flipfree {
+namespace flipfree::numeric {
 
 // +1 if a, b, c turn counter-clockwise, -1 if clockwise, 0 if collinear. Coordinates must be
 // finite.
@@ -24,4 +24,4 @@ int in_circle(const Vector2& a, const Vector2& b, const Vector2& c, const Vector
 // overlap do.
 bool segments_conflict(const Vector2& a, const Vector2& b, const Vector2& c, const Vector2& d);
 
-}  // namespace flipfree
+}  // namespace flipfree::numeric

@@ -8,7 +8,7 @@
 
 #include "flipfree/numeric/big_float.h"
 
-namespace flipfree {
+namespace flipfree::numeric {
 
 template <typename T>
 struct ScalarTraits;
@@ -76,4 +76,4 @@ double ratio(const T& numerator, const T& denominator) {
   }
 }
 
-}  // namespace flipfree
+}  // namespace flipfree::numeric

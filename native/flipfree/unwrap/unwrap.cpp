@@ -1,4 +1,5 @@
 #include "flipfree/unwrap/unwrap.h"
+#include "flipfree/certify/certified_map.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,12 +16,12 @@
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/mesh/validate.h"
-#include "flipfree/unwrap/chart_pins.h"
-#include "flipfree/unwrap/flattening.h"
-#include "flipfree/unwrap/islands.h"
-#include "flipfree/unwrap/place.h"
+#include "flipfree/unwrap/chart/chart_pins.h"
+#include "flipfree/unwrap/chart/flattening.h"
+#include "flipfree/unwrap/islands/islands.h"
+#include "flipfree/unwrap/packing/place.h"
 
-namespace flipfree {
+namespace flipfree::unwrap {
 namespace {
 
 // Positions scaled by one power of two, which is exact, so that squares neither overflow nor vanish
@@ -66,12 +67,12 @@ std::vector<Points2f> round_all(const Islands& islands, const ChartPins& pins, b
   std::vector<Stats> chart_stats(count);
   parallel_for(context, count, 1, [&](std::size_t c, std::size_t, std::size_t) {
     ExecutionContext part(&context, 1);
-    RoundingOptions rounding;
+    distortion::RoundingOptions rounding;
     rounding.bijective = bijective;
     for (const auto& [v, target] : pins.of_chart[c]) rounding.fixed.push_back(v);
     try {
-      stored[c] =
-          round_to_storage(islands.charts[c].surface.faces, uv[c], rounding, part, chart_stats[c]);
+      stored[c] = distortion::round_to_storage(islands.charts[c].surface.faces, uv[c], rounding,
+                                               part, chart_stats[c]);
     } catch (const NotConverged& e) {
       throw NotConverged(in_terms_of_input(e.error(), islands, c));
     }
@@ -105,7 +106,8 @@ PlacedCharts place_and_round(const Islands& islands, const ChartPins& pins,
 }
 
 // The stored values of charts without pins, also as those in 64 bits.
-void use_stored_values(const Islands& islands, const ChartPins& pins, Parametrization& map) {
+void use_stored_values(const Islands& islands, const ChartPins& pins,
+                       certify::Parametrization& map) {
   for (std::size_t c = 0; c < islands.charts.size(); ++c) {
     if (!pins.of_chart[c].empty()) continue;
     for (const FaceId f : islands.charts[c].faces)
@@ -114,11 +116,11 @@ void use_stored_values(const Islands& islands, const ChartPins& pins, Parametriz
 }
 
 // acceptable: maps may be taken as they are (ExecutionContext::accept).
-Parametrization unwrap_in_time(const Surface& surface, const UnwrapOptions& options,
-                               bool acceptable, ExecutionContext& context) {
+certify::Parametrization unwrap_in_time(const mesh::Surface& surface, const UnwrapOptions& options,
+                                        bool acceptable, ExecutionContext& context) {
   Stopwatch total;
   Stopwatch watch;
-  Parametrization map;
+  certify::Parametrization map;
   Stats& stats = map.stats;
   stats["time_limit_reached"] = std::int64_t{0};
   const auto lap = [&](const char* name) {
@@ -126,20 +128,21 @@ Parametrization unwrap_in_time(const Surface& surface, const UnwrapOptions& opti
     watch.restart();
   };
   context.report("checking the mesh", 0.0);
-  validate(surface, {}, context);
+  mesh::validate(surface, {}, context);
   if (options.place_like != nullptr && options.place_like->rows() != 3 * surface.faces.rows()) {
     throw_invalid(ErrorCode::kBadShape, "The UVs to stay close to need one row per face corner.");
   }
-  const Adjacency adjacency =
-      build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
-  const EdgeFlags seams = flag_edges(surface.faces, adjacency, options.cuts);
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const mesh::EdgeFlags seams = mesh::flag_edges(surface.faces, adjacency, options.cuts);
   lap("seconds_validate");
 
   context.report("cutting into charts", 0.02);
-  const Surface working{normalised(surface.vertices, surface.faces), surface.faces};
-  const EdgeFlags uncuttable = options.uncuttable.rows() == 0
-                                   ? EdgeFlags{}
-                                   : flag_edges(surface.faces, adjacency, options.uncuttable);
+  const mesh::Surface working{normalised(surface.vertices, surface.faces), surface.faces};
+  const mesh::EdgeFlags uncuttable =
+      options.uncuttable.rows() == 0
+          ? mesh::EdgeFlags{}
+          : mesh::flag_edges(surface.faces, adjacency, options.uncuttable);
   Islands islands = [&] {
     const ProgressRange range(context, 0.02, 0.05);
     return make_islands(working, adjacency, seams, uncuttable,
@@ -170,7 +173,7 @@ Parametrization unwrap_in_time(const Surface& surface, const UnwrapOptions& opti
   map.uv.resize(3 * surface.faces.rows(), 2);
   map.uv32.resize(3 * surface.faces.rows(), 2);
   for (std::size_t c = 0; c < islands.charts.size(); ++c) {
-    const Chart& chart = islands.charts[c];
+    const mesh::Chart& chart = islands.charts[c];
     for (std::size_t i = 0; i < chart.faces.size(); ++i) {
       for (Index k = 0; k < 3; ++k) {
         const VertexId v = chart.surface.faces(static_cast<Eigen::Index>(i), k);
@@ -182,33 +185,33 @@ Parametrization unwrap_in_time(const Surface& surface, const UnwrapOptions& opti
   lap("seconds_place");
 
   context.report("certifying", 0.95);
-  set_identity_provenance(map);
-  map.cut_edges = flagged_edges(surface.faces, adjacency, islands.cut);
-  CertifyRequest request;
+  certify::set_identity_provenance(map);
+  map.cut_edges = mesh::flagged_edges(surface.faces, adjacency, islands.cut);
+  certify::CertifyRequest request;
   request.pins = options.pins;
   request.require_bijective = options.bijective;
   request.require_disjoint = options.pins.empty();  // charts with pins lie where the pins are
-  certify_map(map, surface, request, context);
+  certify::certify_map(map, surface, request, context);
   if (!map.certificate.ok) {
     // Turning and scaling can fold what is thinner than doubles resolve; the stored values were
     // rounded with care.
     use_stored_values(islands, pins, map);
-    certify_map(map, surface, request, context);
+    certify::certify_map(map, surface, request, context);
   }
   lap("seconds_certify");
   stats["energy"] = map.certificate.energy;
   stats["max_energy"] = map.certificate.max_energy;
   stats["added_vertices"] = std::int64_t{0};
   stats["seconds"] = total.seconds();
-  require_certificate(map, "The unwrap");
+  certify::require_certificate(map, "The unwrap");
   context.report("done", 1.0);
   return map;
 }
 
 }  // namespace
 
-Parametrization unwrap(const Surface& surface, const UnwrapOptions& options,
-                       ExecutionContext& context) try {
+certify::Parametrization unwrap(const mesh::Surface& surface, const UnwrapOptions& options,
+                                ExecutionContext& context) try {
   const TimeLimit limit(context, limit_of(options.max_seconds));
   try {
     return unwrap_in_time(surface, options, true, context);
@@ -223,4 +226,4 @@ Parametrization unwrap(const Surface& surface, const UnwrapOptions& options,
                     "or unwrap the mesh in parts");
 }
 
-}  // namespace flipfree
+}  // namespace flipfree::unwrap

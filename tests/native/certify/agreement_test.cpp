@@ -7,7 +7,7 @@
 
 #include "support/shapes.h"
 
-namespace flipfree {
+namespace flipfree::certify {
 namespace {
 
 Parametrization stored_map() {
@@ -65,4 +65,4 @@ TEST(Agreement, stored_values_that_do_not_pass_alone_are_said_to_fail) {
 }
 
 }  // namespace
-}  // namespace flipfree
+}  // namespace flipfree::certify

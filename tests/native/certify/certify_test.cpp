@@ -1,4 +1,5 @@
 #include "flipfree/certify/certify.h"
+#include "flipfree/certify/certified_map.h"
 
 #include <gtest/gtest.h>
 
@@ -7,27 +8,29 @@
 
 #include "support/shapes.h"
 
-namespace flipfree {
+namespace flipfree::certify {
 namespace {
 
 // Corner UVs from one UV per vertex.
-Points2 corners(const Surface& surface, const Points2& vertex_uv) {
+Points2 corners(const mesh::Surface& surface, const Points2& vertex_uv) {
   Points2 uv(3 * surface.faces.rows(), 2);
   for (CornerId c = 0; c < uv.rows(); ++c) uv.row(c) = vertex_uv.row(surface.faces(c / 3, c % 3));
   return uv;
 }
 
 // The map of a flat grid that drops z.
-Points2 flat(const Surface& surface) { return corners(surface, surface.vertices.leftCols<2>()); }
+Points2 flat(const mesh::Surface& surface) {
+  return corners(surface, surface.vertices.leftCols<2>());
+}
 
-Certificate measure(const Surface& surface, const Points2& uv, CertifyRequest request = {}) {
+Certificate measure(const mesh::Surface& surface, const Points2& uv, CertifyRequest request = {}) {
   request.surface = &surface;
   request.uv = &uv;
   return certify(request, ExecutionContext());
 }
 
 TEST(Certify, an_isometry_passes_with_energy_one) {
-  const Surface surface = test::grid(6, 5);
+  const mesh::Surface surface = test::grid(6, 5);
   const Certificate c = measure(surface, flat(surface));
   EXPECT_TRUE(c.ok);
   EXPECT_EQ(c.flips64, 0);
@@ -39,7 +42,7 @@ TEST(Certify, an_isometry_passes_with_energy_one) {
 }
 
 TEST(Certify, energy_is_that_of_the_closed_form_and_does_not_depend_on_scale) {
-  const Surface surface = test::grid(4, 4);
+  const mesh::Surface surface = test::grid(4, 4);
   for (const double scale : {1e-6, 1.0, 1e6}) {
     Points2 uv = flat(surface);
     uv.col(0) *= 2.0 * scale;
@@ -50,7 +53,7 @@ TEST(Certify, energy_is_that_of_the_closed_form_and_does_not_depend_on_scale) {
 }
 
 TEST(Certify, one_flipped_triangle_is_found_and_named) {
-  const Surface surface = test::grid(6, 5);
+  const mesh::Surface surface = test::grid(6, 5);
   Points2 vertex_uv = surface.vertices.leftCols<2>();
   vertex_uv.row(8) += Eigen::RowVector2d(0.4, 0.0);
   const Certificate c = measure(surface, corners(surface, vertex_uv));
@@ -62,7 +65,7 @@ TEST(Certify, one_flipped_triangle_is_found_and_named) {
 }
 
 TEST(Certify, a_triangle_that_only_rounding_to_32_bits_flips_is_found) {
-  Surface surface;
+  mesh::Surface surface;
   surface.vertices = Points3::Zero(3, 3);
   surface.vertices << 0, 0, 0, 1, 0, 0, 0, 1, 0;
   surface.faces = Triangles(1, 3);
@@ -76,7 +79,7 @@ TEST(Certify, a_triangle_that_only_rounding_to_32_bits_flips_is_found) {
 }
 
 TEST(Certify, nan_uvs_count_as_flips) {
-  const Surface surface = test::grid(2, 2);
+  const mesh::Surface surface = test::grid(2, 2);
   Points2 uv = flat(surface);
   uv(5, 1) = std::numeric_limits<double>::quiet_NaN();
   const Certificate c = measure(surface, uv);
@@ -86,7 +89,7 @@ TEST(Certify, nan_uvs_count_as_flips) {
 
 TEST(Certify, a_map_that_winds_twice_around_a_vertex_fails_g2_without_any_flip) {
   // A fan of eight triangles laid out over two full turns: every triangle is positive.
-  Surface surface;
+  mesh::Surface surface;
   surface.vertices.resize(9, 3);
   surface.vertices.row(8).setZero();
   Points2 uv(9, 2);
@@ -106,7 +109,7 @@ TEST(Certify, a_map_that_winds_twice_around_a_vertex_fails_g2_without_any_flip) 
 
 TEST(Certify, a_strip_that_crosses_itself_is_counted_and_fails_only_if_bijectivity_is_asked_for) {
   // A strip bent by 1.5 turns on a circle: locally injective, globally not.
-  const Surface surface = test::grid(60, 1);
+  const mesh::Surface surface = test::grid(60, 1);
   Points2 uv(surface.vertices.rows(), 2);
   for (VertexId v = 0; v < uv.rows(); ++v) {
     const double angle = 3.0 * std::numbers::pi * surface.vertices(v, 0);
@@ -121,7 +124,7 @@ TEST(Certify, a_strip_that_crosses_itself_is_counted_and_fails_only_if_bijectivi
 }
 
 TEST(Certify, overlap_counts_agree_with_testing_all_pairs) {
-  const Surface surface = test::grid(40, 1);
+  const mesh::Surface surface = test::grid(40, 1);
   Points2 uv(surface.vertices.rows(), 2);
   for (VertexId v = 0; v < uv.rows(); ++v) {
     const double angle = 3.4 * std::numbers::pi * surface.vertices(v, 0);
@@ -150,7 +153,7 @@ TEST(Certify, overlap_counts_agree_with_testing_all_pairs) {
 }
 
 TEST(Certify, pins_are_compared_bit_for_bit) {
-  const Surface surface = test::grid(3, 3);
+  const mesh::Surface surface = test::grid(3, 3);
   const Points2 uv = flat(surface);
   CertifyRequest request;
   request.pins = {{4, uv.row(4).transpose()}};
@@ -164,7 +167,7 @@ TEST(Certify, pins_are_compared_bit_for_bit) {
 // A unit square whose second triangle was cut off and moved by `turn` quarter turns and a
 // translation.
 Certificate moved_triangle(int turn, double dx) {
-  const Surface surface = test::grid(1, 1);
+  const mesh::Surface surface = test::grid(1, 1);
   Points2 uv = flat(surface);
   for (CornerId c = 3; c < 6; ++c) {
     Vector2 p = uv.row(c);
@@ -184,7 +187,7 @@ TEST(Certify, seams_must_match_by_exact_quarter_turns) {
 }
 
 TEST(Certify, cone_angles_are_judged_where_prescribed_and_two_pi_elsewhere) {
-  const Surface surface = test::grid(4, 4);
+  const mesh::Surface surface = test::grid(4, 4);
   CertifyRequest request;
   request.cone_angles = {{12, 2.0 * std::numbers::pi}};
   EXPECT_EQ(measure(surface, flat(surface), request).cone_failures, 0);
@@ -193,7 +196,7 @@ TEST(Certify, cone_angles_are_judged_where_prescribed_and_two_pi_elsewhere) {
 }
 
 // A grid whose first face (0, 1, 5) is split at its centroid.
-Parametrization split_face(const Surface& parent) {
+Parametrization split_face(const mesh::Surface& parent) {
   Parametrization map;
   const Eigen::Index n = parent.vertices.rows();
   const Eigen::Index m = parent.faces.rows();
@@ -219,7 +222,7 @@ Parametrization split_face(const Surface& parent) {
 }
 
 TEST(Certify, a_true_subdivision_passes_g7) {
-  const Surface parent = test::bumpy_grid(3, 3, 0.3, 2.0);
+  const mesh::Surface parent = test::bumpy_grid(3, 3, 0.3, 2.0);
   Parametrization map = split_face(parent);
   certify_map(map, parent, {}, ExecutionContext());
   EXPECT_EQ(map.certificate.provenance_failures, 0);
@@ -227,7 +230,7 @@ TEST(Certify, a_true_subdivision_passes_g7) {
 }
 
 TEST(Certify, g7_sees_moved_vertices_missing_faces_and_wrong_parents) {
-  const Surface parent = test::bumpy_grid(3, 3, 0.3, 2.0);
+  const mesh::Surface parent = test::bumpy_grid(3, 3, 0.3, 2.0);
   {
     Parametrization map = split_face(parent);
     map.surface.vertices(2, 2) += 1e-12;
@@ -260,4 +263,4 @@ TEST(Certify, g7_sees_moved_vertices_missing_faces_and_wrong_parents) {
 }
 
 }  // namespace
-}  // namespace flipfree
+}  // namespace flipfree::certify

@@ -7,34 +7,36 @@
 #include <limits>
 
 #include "flipfree/certify/certify.h"
-#include "flipfree/certify/energy.h"
-#include "flipfree/certify/island_overlap.h"
-#include "flipfree/certify/overlap.h"
-#include "flipfree/certify/provenance.h"
-#include "flipfree/certify/seamless.h"
-#include "flipfree/certify/winding.h"
+#include "flipfree/certify/measures/energy.h"
+#include "flipfree/certify/measures/provenance.h"
+#include "flipfree/certify/measures/seamless.h"
+#include "flipfree/certify/measures/winding.h"
+#include "flipfree/certify/overlap/island_overlap.h"
+#include "flipfree/certify/overlap/overlap.h"
 #include "support/shapes.h"
 
-namespace flipfree {
+namespace flipfree::certify {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-Points2 corners(const Surface& surface, const Points2& vertex_uv) {
+Points2 corners(const mesh::Surface& surface, const Points2& vertex_uv) {
   Points2 uv(3 * surface.faces.rows(), 2);
   for (CornerId c = 0; c < uv.rows(); ++c) uv.row(c) = vertex_uv.row(surface.faces(c / 3, c % 3));
   return uv;
 }
 
-Points2 flat(const Surface& surface) { return corners(surface, surface.vertices.leftCols<2>()); }
+Points2 flat(const mesh::Surface& surface) {
+  return corners(surface, surface.vertices.leftCols<2>());
+}
 
-Adjacency adjacency_of(const Surface& surface) {
-  return build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+mesh::Adjacency adjacency_of(const mesh::Surface& surface) {
+  return mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
 }
 
 // Triangles apart from each other in space, all in one place in the plane.
-Surface loose_triangles(Index count) {
-  Surface surface;
+mesh::Surface loose_triangles(Index count) {
+  mesh::Surface surface;
   surface.vertices.resize(3 * count, 3);
   surface.faces.resize(count, 3);
   for (Index f = 0; f < count; ++f) {
@@ -50,7 +52,7 @@ Points2 stacked(Index count) {
 }
 
 TEST(Energy, of_flipped_maps_is_infinite_and_of_surfaces_without_area_not_a_number) {
-  Surface surface = test::grid(2, 2);
+  mesh::Surface surface = test::grid(2, 2);
   Points2 uv = flat(surface);
   uv.row(0).swap(uv.row(1));
   EXPECT_EQ(symmetric_dirichlet(surface, uv).maximum, kInfinite);
@@ -61,37 +63,37 @@ TEST(Energy, of_flipped_maps_is_infinite_and_of_surfaces_without_area_not_a_numb
 }
 
 TEST(Energy, leaves_faces_without_area_out_also_where_charts_are_named) {
-  Surface surface = test::grid(2, 2);
+  mesh::Surface surface = test::grid(2, 2);
   const Points2 uv = flat(surface);
   surface.vertices.row(surface.faces(0, 0)) = surface.vertices.row(surface.faces(0, 1)).eval();
   EXPECT_TRUE(std::isfinite(symmetric_dirichlet(surface, uv).mean));
-  const Components charts = charts_of(adjacency_of(surface), EdgeFlags(24, 0));
+  const mesh::Components charts = charts_of(adjacency_of(surface), mesh::EdgeFlags(24, 0));
   EXPECT_EQ(charts_above(surface, uv, charts, 1.0, 1e9).size(), 0U);
   EXPECT_EQ(charts_above(surface, uv, charts, 1.0, 0.0).size(), 1U);
 }
 
 TEST(Winding, of_closed_surfaces_is_judged_at_every_uncut_vertex) {
-  const Surface surface = test::tetrahedron();
-  const Adjacency adjacency = adjacency_of(surface);
+  const mesh::Surface surface = test::tetrahedron();
+  const mesh::Adjacency adjacency = adjacency_of(surface);
   Points2 uv(12, 2);
   for (Index f = 0; f < 4; ++f) uv.middleRows<3>(3 * f) << 0, 0, 1, 0, 0, 1;
-  EXPECT_FALSE(winding_failures(adjacency, EdgeFlags(12, 0), uv).empty());
-  EXPECT_TRUE(winding_failures(adjacency, EdgeFlags(12, 1), uv).empty());
+  EXPECT_FALSE(winding_failures(adjacency, mesh::EdgeFlags(12, 0), uv).empty());
+  EXPECT_TRUE(winding_failures(adjacency, mesh::EdgeFlags(12, 1), uv).empty());
 }
 
 TEST(Seams, only_cut_edges_with_two_sides_are_judged) {
-  const Surface surface = test::grid(1, 1);
-  const Adjacency adjacency = adjacency_of(surface);
+  const mesh::Surface surface = test::grid(1, 1);
+  const mesh::Adjacency adjacency = adjacency_of(surface);
   Points2 uv = flat(surface);
-  EXPECT_TRUE(seam_failures(adjacency, EdgeFlags(6, 1), uv).empty());
+  EXPECT_TRUE(seam_failures(adjacency, mesh::EdgeFlags(6, 1), uv).empty());
   uv.bottomRows(3) *= 2.0;
-  EXPECT_TRUE(seam_failures(adjacency, EdgeFlags(6, 0), uv).empty());
-  EXPECT_EQ(seam_failures(adjacency, EdgeFlags(6, 1), uv).size(), 1U);
+  EXPECT_TRUE(seam_failures(adjacency, mesh::EdgeFlags(6, 0), uv).empty());
+  EXPECT_EQ(seam_failures(adjacency, mesh::EdgeFlags(6, 1), uv).size(), 1U);
 }
 
 TEST(Overlap, names_at_most_a_thousand_faces) {
   // A strip of 700 cells folded onto the same 7 places over and over: thousands of contacts.
-  const Surface surface = test::grid(700, 1);
+  const mesh::Surface surface = test::grid(700, 1);
   Points2 uv(surface.vertices.rows(), 2);
   for (VertexId v = 0; v < uv.rows(); ++v) {
     const double angle = 2.0 * 3.14159265358979 * (v % 701) / 7.0;
@@ -99,7 +101,7 @@ TEST(Overlap, names_at_most_a_thousand_faces) {
     uv.row(v) << radius * std::cos(angle), radius * std::sin(angle);
   }
   const Overlaps overlaps = boundary_overlaps(surface.faces, adjacency_of(surface),
-                                              EdgeFlags(3 * 1400, 0), corners(surface, uv));
+                                              mesh::EdgeFlags(3 * 1400, 0), corners(surface, uv));
   EXPECT_GT(overlaps.contacts, 1000);
   EXPECT_LE(overlaps.faces.size(), 1000U);
 }
@@ -108,7 +110,7 @@ TEST(Overlap, names_at_most_a_thousand_faces_of_loops_turned_inside_out) {
   // A ring whose hole is turned inside out: its inner boundary runs outside the outer one. (The
   // triangles are flipped; the loops are simple all the same.)
   constexpr Index kColumns = 1200;
-  Surface ring = test::grid(kColumns, 1);
+  mesh::Surface ring = test::grid(kColumns, 1);
   Points2 uv(ring.vertices.rows(), 2);
   for (VertexId v = 0; v < uv.rows(); ++v) {
     const Index column = v % (kColumns + 1) % kColumns;
@@ -125,7 +127,7 @@ TEST(Overlap, names_at_most_a_thousand_faces_of_loops_turned_inside_out) {
     if (ring.faces(c / 3, c % 3) > kColumns) mirrored(c, 1) *= -1.0;
   }
   const Overlaps overlaps =
-      boundary_overlaps(ring.faces, adjacency_of(ring), EdgeFlags(6 * kColumns, 0), mirrored);
+      boundary_overlaps(ring.faces, adjacency_of(ring), mesh::EdgeFlags(6 * kColumns, 0), mirrored);
   EXPECT_EQ(overlaps.contacts, 0);
   EXPECT_EQ(overlaps.turned_loops, 1);
   EXPECT_EQ(overlaps.faces.size(), 1000U);
@@ -133,17 +135,17 @@ TEST(Overlap, names_at_most_a_thousand_faces_of_loops_turned_inside_out) {
 
 TEST(IslandOverlap, counting_ends_at_a_million_pairs_and_a_thousand_faces) {
   constexpr Index kTriangles = 1500;
-  const Surface surface = loose_triangles(kTriangles);
-  const Components charts =
-      charts_of(adjacency_of(surface), EdgeFlags(static_cast<std::size_t>(3 * kTriangles), 0));
+  const mesh::Surface surface = loose_triangles(kTriangles);
+  const mesh::Components charts = charts_of(
+      adjacency_of(surface), mesh::EdgeFlags(static_cast<std::size_t>(3 * kTriangles), 0));
   const IslandOverlaps overlaps = island_overlaps(charts, stacked(kTriangles));
   EXPECT_EQ(overlaps.pairs, IslandOverlaps::kMostPairs);
   EXPECT_EQ(overlaps.faces.size(), 1000U);
 }
 
 TEST(IslandOverlap, charts_that_cover_nothing_overlap_nothing) {
-  const Surface surface = loose_triangles(4);
-  const Components charts = charts_of(adjacency_of(surface), EdgeFlags(12, 0));
+  const mesh::Surface surface = loose_triangles(4);
+  const mesh::Components charts = charts_of(adjacency_of(surface), mesh::EdgeFlags(12, 0));
   Points2 uv = stacked(4);
   uv.row(0).setConstant(std::numeric_limits<double>::quiet_NaN());
   uv.middleRows<3>(3).setConstant(kInfinite);
@@ -156,18 +158,18 @@ TEST(IslandOverlap, charts_that_cover_nothing_overlap_nothing) {
 
 TEST(IslandOverlap, trees_of_many_triangles_are_searched_on_both_sides) {
   // Two combs of which only the last teeth meet, in either order.
-  const Surface grid = test::grid(8, 8);
+  const mesh::Surface grid = test::grid(8, 8);
   const Eigen::Index n = grid.vertices.rows();
   const Eigen::Index m = grid.faces.rows();
-  Surface surface;
+  mesh::Surface surface;
   surface.vertices.resize(n + 3, 3);
   surface.vertices << grid.vertices, loose_triangles(1).vertices;
   surface.faces.resize(m + 1, 3);
   surface.faces.topRows(m) = grid.faces;
   surface.faces.row(m) << static_cast<Index>(n), static_cast<Index>(n + 1),
       static_cast<Index>(n + 2);
-  const Components charts =
-      charts_of(adjacency_of(surface), EdgeFlags(static_cast<std::size_t>(3 * (m + 1)), 0));
+  const mesh::Components charts =
+      charts_of(adjacency_of(surface), mesh::EdgeFlags(static_cast<std::size_t>(3 * (m + 1)), 0));
   for (const double x : {-0.05, 0.5, 0.99}) {
     for (const double y : {-0.05, 0.5, 0.99}) {
       Points2 uv(3 * (m + 1), 2);
@@ -182,8 +184,8 @@ TEST(IslandOverlap, trees_of_many_triangles_are_searched_on_both_sides) {
 
 // A grid whose first face is split at its centroid, with what says where everything lies.
 struct Refined {
-  Surface parent = test::bumpy_grid(3, 3, 0.3, 2.0);
-  Surface surface;
+  mesh::Surface parent = test::bumpy_grid(3, 3, 0.3, 2.0);
+  mesh::Surface surface;
   std::vector<FaceId> parent_face;
   std::vector<FaceId> vertex_parent;
   Points3 weights;
@@ -256,8 +258,8 @@ TEST(Provenance, says_in_which_way_it_is_wrong) {
 TEST(Provenance, vertices_of_neighbouring_faces_are_found_on_the_common_edge) {
   // A vertex on the edge between the first two faces belongs to one of them and is a corner of
   // triangles in both.
-  Surface parent = test::grid(1, 1);
-  Surface surface;
+  mesh::Surface parent = test::grid(1, 1);
+  mesh::Surface surface;
   surface.vertices.resize(5, 3);
   surface.vertices << parent.vertices, 0.5, 0.5, 0.0;
   surface.faces.resize(4, 3);
@@ -286,4 +288,4 @@ TEST(Provenance, at_most_a_thousand_faces_are_named) {
 }
 
 }  // namespace
-}  // namespace flipfree
+}  // namespace flipfree::certify

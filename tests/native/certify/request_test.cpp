@@ -6,23 +6,26 @@
 #include <limits>
 #include <numbers>
 
+#include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
-#include "flipfree/certify/winding.h"
+#include "flipfree/certify/measures/winding.h"
 #include "support/shapes.h"
 
-namespace flipfree {
+namespace flipfree::certify {
 namespace {
 
-Points2 corners(const Surface& surface, const Points2& vertex_uv) {
+Points2 corners(const mesh::Surface& surface, const Points2& vertex_uv) {
   Points2 uv(3 * surface.faces.rows(), 2);
   for (CornerId c = 0; c < uv.rows(); ++c) uv.row(c) = vertex_uv.row(surface.faces(c / 3, c % 3));
   return uv;
 }
 
-Points2 flat(const Surface& surface) { return corners(surface, surface.vertices.leftCols<2>()); }
+Points2 flat(const mesh::Surface& surface) {
+  return corners(surface, surface.vertices.leftCols<2>());
+}
 
 struct Case {
-  Surface surface = test::grid(3, 3);
+  mesh::Surface surface = test::grid(3, 3);
   Points2 uv = flat(surface);
   CertifyRequest request;
   Case() { refer(); }
@@ -239,4 +242,4 @@ TEST(CertifyRequest, what_failed_is_said_when_a_certificate_is_required) {
 }
 
 }  // namespace
-}  // namespace flipfree
+}  // namespace flipfree::certify

@@ -9,12 +9,12 @@
 #include <vector>
 
 #include "flipfree/base/error.h"
-#include "flipfree/conformal/boundary_angles.h"
-#include "flipfree/conformal/map.h"
-#include "flipfree/conformal/suggest_cones.h"
+#include "flipfree/conformal/cones/boundary_angles.h"
+#include "flipfree/conformal/cones/suggest_cones.h"
+#include "flipfree/conformal/map/map.h"
 #include "support/shapes.h"
 
-namespace flipfree {
+namespace flipfree::conformal {
 namespace {
 
 constexpr double kLimit = 1e6;  // seconds of the tests' clock
@@ -60,8 +60,8 @@ void with_every_limit(int samples, const Work& work) {
 }
 
 // A triangle so flat that its metric needs more bits than a double has.
-Surface needle() {
-  Surface s;
+mesh::Surface needle() {
+  mesh::Surface s;
   s.vertices.resize(3, 3);
   s.vertices << 0, 0, 0, 1, 0, 0, 0.5, 1e-20, 0;
   s.faces.resize(1, 3);
@@ -69,22 +69,22 @@ Surface needle() {
   return s;
 }
 
-std::vector<double> flat_targets(const Surface& s) {
+std::vector<double> flat_targets(const mesh::Surface& s) {
   // The angles of #F triangles, shared equally: far from those of the surface.
   return std::vector<double>(static_cast<std::size_t>(s.vertices.rows()),
                              std::numbers::pi * static_cast<double>(s.faces.rows()) /
                                  static_cast<double>(s.vertices.rows()));
 }
 
-void expect_metrics_to_end(const Surface& surface) {
+void expect_metrics_to_end(const mesh::Surface& surface) {
   const std::vector<double> target = flat_targets(surface);
-  conformal::MetricOptions options;
+  MetricOptions options;
   options.max_seconds = kLimit;
-  for (const auto refinement : {conformal::StartRefinement::kAuto, conformal::StartRefinement::kOn,
-                                conformal::StartRefinement::kOff}) {
+  for (const auto refinement :
+       {StartRefinement::kAuto, StartRefinement::kOn, StartRefinement::kOff}) {
     with_every_limit(120, [&](ExecutionContext& context) {
       const auto result =
-          conformal::compute_refined_metric(surface, nullptr, target, options, refinement, context);
+          compute_refined_metric(surface, nullptr, target, options, refinement, context);
       EXPECT_TRUE(result.metric.converged);
       EXPECT_LE(result.metric.angle_error, options.tolerance);
     });
@@ -96,16 +96,15 @@ TEST(TimeLimit, ends_a_metric_at_any_check) { expect_metrics_to_end(test::sphere
 TEST(TimeLimit, ends_a_metric_of_many_bits_at_any_check) { expect_metrics_to_end(needle()); }
 
 TEST(TimeLimit, returns_what_was_reached_where_that_is_wanted) {
-  const Surface surface = test::sphere(12, 9);
+  const mesh::Surface surface = test::sphere(12, 9);
   const std::vector<double> target = flat_targets(surface);
-  conformal::MetricOptions options;
+  MetricOptions options;
   options.max_seconds = kLimit;
   options.require_convergence = false;
   int partial = 0;
   const auto work = [&](ExecutionContext& context) {
     const auto metric =
-        conformal::compute_refined_metric(surface, nullptr, target, options,
-                                          conformal::StartRefinement::kAuto, context)
+        compute_refined_metric(surface, nullptr, target, options, StartRefinement::kAuto, context)
             .metric;
     EXPECT_TRUE(std::isfinite(metric.angle_error));
     for (const double u : metric.scale_factors) EXPECT_TRUE(std::isfinite(u));
@@ -127,7 +126,7 @@ TEST(TimeLimit, returns_what_was_reached_where_that_is_wanted) {
 }
 
 TEST(TimeLimit, ends_a_map_at_any_check_and_leaves_the_metric) {
-  const Surface surface = test::grid(6, 5);
+  const mesh::Surface surface = test::grid(6, 5);
   const std::vector<double> target = flat_targets(surface);
   ConformalMapOptions options;
   options.metric.max_seconds = kLimit;
@@ -147,9 +146,9 @@ TEST(TimeLimit, ends_a_map_at_any_check_and_leaves_the_metric) {
 }
 
 TEST(TimeLimit, ends_a_round_boundary_at_any_check) {
-  const Surface surface = test::grid(6, 5);
+  const mesh::Surface surface = test::grid(6, 5);
   BoundaryAnglesOptions options;
-  options.shape = BoundaryShape::kCircle;
+  options.shape = BoundaryGoal::kCircle;
   options.max_seconds = kLimit;
   with_every_limit(60, [&](ExecutionContext& context) {
     for (const double angle : boundary_angles(surface, options, context)) EXPECT_GT(angle, 0.0);
@@ -157,7 +156,7 @@ TEST(TimeLimit, ends_a_round_boundary_at_any_check) {
 }
 
 TEST(TimeLimit, of_suggested_cones_returns_the_best_that_was_measured) {
-  const Surface surface = test::sphere(12, 9);
+  const mesh::Surface surface = test::sphere(12, 9);
   SuggestConesOptions options;
   options.max_seconds = kLimit;
   options.bound = 1.5;
@@ -172,7 +171,7 @@ TEST(TimeLimit, of_suggested_cones_returns_the_best_that_was_measured) {
 }
 
 TEST(TimeLimit, of_the_caller_goes_through_a_call_without_one) {
-  const Surface surface = test::grid(6, 5);
+  const mesh::Surface surface = test::grid(6, 5);
   const std::vector<double> target = flat_targets(surface);
   for (const long asked : {5L, 20L, 60L}) {
     Clock clock;
@@ -185,4 +184,4 @@ TEST(TimeLimit, of_the_caller_goes_through_a_call_without_one) {
 }
 
 }  // namespace
-}  // namespace flipfree
+}  // namespace flipfree::conformal

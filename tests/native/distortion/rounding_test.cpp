@@ -5,25 +5,25 @@
 #include <cmath>
 
 #include "flipfree/base/error.h"
-#include "flipfree/distortion/boundary_grid.h"
-#include "flipfree/distortion/energy.h"
+#include "flipfree/distortion/energy/energy.h"
+#include "flipfree/distortion/minimize/boundary_grid.h"
 #include "support/shapes.h"
 
-namespace flipfree {
+namespace flipfree::distortion {
 namespace {
 
-Points2 plan(const Surface& surface) { return surface.vertices.leftCols<2>(); }
+Points2 plan(const mesh::Surface& surface) { return surface.vertices.leftCols<2>(); }
 
 std::int64_t repaired(const Stats& stats) {
   return std::get<std::int64_t>(stats.at("rounding.repaired"));
 }
 
 bool stored_flip_free(const Triangles& faces, const Points2f& uv) {
-  return distortion::is_flip_free(faces, uv.cast<double>(), ExecutionContext());
+  return is_flip_free(faces, uv.cast<double>(), ExecutionContext());
 }
 
 TEST(Rounding, OrdinaryMapsAreRoundedToNearest) {
-  const Surface surface = test::grid(30, 30);
+  const mesh::Surface surface = test::grid(30, 30);
   const Points2 uv = plan(surface) / 3.0;
   ExecutionContext context;
   Stats stats;
@@ -34,7 +34,7 @@ TEST(Rounding, OrdinaryMapsAreRoundedToNearest) {
 
 // A grid far from the origin, turned, whose cells shrink to `cell` and below the spacing of 32-bit
 // numbers in the middle.
-Points2 crowded(const Surface& grid, double cell) {
+Points2 crowded(const mesh::Surface& grid, double cell) {
   Points2 uv = plan(grid);
   for (double& coordinate : uv.reshaped()) {
     const double x = coordinate - 0.5;
@@ -47,12 +47,12 @@ Points2 crowded(const Surface& grid, double cell) {
 }
 
 TEST(Rounding, TrianglesBelowTheSpacingOfFloatsAreOpened) {
-  const Surface surface = test::grid(40, 40);
+  const mesh::Surface surface = test::grid(40, 40);
   for (const double cell : {1e-6, 1e-9, 1e-12}) {
     SCOPED_TRACE(cell);
     const Points2 uv = crowded(surface, cell);
     ExecutionContext context;
-    ASSERT_TRUE(distortion::is_flip_free(surface.faces, uv, context));
+    ASSERT_TRUE(is_flip_free(surface.faces, uv, context));
     ASSERT_FALSE(stored_flip_free(surface.faces, uv.cast<float>()));
     Stats stats;
     const Points2f stored = round_to_storage(surface.faces, uv, {}, context, stats);
@@ -64,7 +64,7 @@ TEST(Rounding, TrianglesBelowTheSpacingOfFloatsAreOpened) {
 }
 
 TEST(Rounding, FixedVerticesStayWhereTheyAreRoundedTo) {
-  const Surface surface = test::grid(40, 40);
+  const mesh::Surface surface = test::grid(40, 40);
   const Points2 uv = crowded(surface, 1e-8);
   RoundingOptions options;
   ASSERT_FALSE(stored_flip_free(surface.faces, uv.cast<float>()));
@@ -82,7 +82,7 @@ TEST(Rounding, FixedVerticesStayWhereTheyAreRoundedTo) {
 TEST(Rounding, BoundariesThatWouldTouchAreMovedApart) {
   // Two strips joined at their left end, apart by less than the spacing of floats at 1 elsewhere.
   const Index length = 10;
-  Surface strip = test::grid(length, 2);
+  mesh::Surface strip = test::grid(length, 2);
   Points2 uv = plan(strip);
   // Bend the strip into a hairpin: first half forward, second half back above it.
   const double gap = 1e-9;
@@ -102,31 +102,31 @@ TEST(Rounding, BoundariesThatWouldTouchAreMovedApart) {
     uv.row(v).array() += 0.9;
   }
   ExecutionContext context;
-  if (!distortion::is_flip_free(strip.faces, uv, context)) uv.col(1) = 2 - uv.col(1).array();
-  ASSERT_TRUE(distortion::is_flip_free(strip.faces, uv, context));
-  const auto boundary = distortion::find_boundary(static_cast<Index>(uv.rows()), strip.faces);
-  ASSERT_FALSE(distortion::overlaps_itself(boundary, uv, context));
+  if (!is_flip_free(strip.faces, uv, context)) uv.col(1) = 2 - uv.col(1).array();
+  ASSERT_TRUE(is_flip_free(strip.faces, uv, context));
+  const auto boundary = find_boundary(static_cast<Index>(uv.rows()), strip.faces);
+  ASSERT_FALSE(overlaps_itself(boundary, uv, context));
   const Points2 nearest = uv.cast<float>().cast<double>();
-  ASSERT_TRUE(distortion::overlaps_itself(boundary, nearest, context) ||
-              !distortion::is_flip_free(strip.faces, nearest, context));
+  ASSERT_TRUE(overlaps_itself(boundary, nearest, context) ||
+              !is_flip_free(strip.faces, nearest, context));
   RoundingOptions options;
   options.bijective = true;
   Stats stats;
   const Points2f stored = round_to_storage(strip.faces, uv, options, context, stats);
   EXPECT_TRUE(stored_flip_free(strip.faces, stored));
-  EXPECT_FALSE(distortion::overlaps_itself(boundary, stored.cast<double>(), context));
+  EXPECT_FALSE(overlaps_itself(boundary, stored.cast<double>(), context));
 }
 
 TEST(Rounding, ImpossibleMapsAreRefusedAndNamed) {
   // All corners of a triangle are fixed within one 32-bit step.
-  const Surface surface = test::grid(4, 4);
+  const mesh::Surface surface = test::grid(4, 4);
   Points2 uv = plan(surface);
   RoundingOptions options;
   for (Index v = 0; v < static_cast<Index>(uv.rows()); ++v) options.fixed.push_back(v);
   uv *= 1e-9;
   uv.array() += 1.0;
   ExecutionContext context;
-  ASSERT_TRUE(distortion::is_flip_free(surface.faces, uv, context));
+  ASSERT_TRUE(is_flip_free(surface.faces, uv, context));
   Stats stats;
   try {
     round_to_storage(surface.faces, uv, options, context, stats);
@@ -149,7 +149,7 @@ TEST(Rounding, WhatCannotBeStoredEndsTheSearchInItsOwnPiece) {
   RoundingOptions options;
   options.fixed = {3, 4, 5};
   ExecutionContext context;
-  ASSERT_TRUE(distortion::is_flip_free(faces, uv, context));
+  ASSERT_TRUE(is_flip_free(faces, uv, context));
   Stats stats;
   const TimeLimit limit(context, 60.0);
   try {
@@ -161,4 +161,4 @@ TEST(Rounding, WhatCannotBeStoredEndsTheSearchInItsOwnPiece) {
 }
 
 }  // namespace
-}  // namespace flipfree
+}  // namespace flipfree::distortion

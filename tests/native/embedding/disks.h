@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "flipfree/embedding/boundary.h"
+#include "flipfree/embedding/disk/boundary.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/topology.h"
 #include "support/shapes.h"
@@ -11,26 +11,26 @@
 namespace flipfree::test {
 
 struct Disk {
-  Surface surface;
+  mesh::Surface surface;
   std::vector<VertexId> loop;
   Points2 boundary;
   Index vertex_count() const { return static_cast<Index>(surface.vertices.rows()); }
 };
 
-inline Disk make_disk(Surface surface, BoundaryShape shape) {
+inline Disk make_disk(mesh::Surface surface, embedding::BoundaryShape shape) {
   Disk disk;
   disk.surface = std::move(surface);
-  const Adjacency adjacency = build_adjacency(disk.vertex_count(), disk.surface.faces);
-  disk.loop = boundary_loops(disk.surface.faces, adjacency).front();
+  const mesh::Adjacency adjacency = mesh::build_adjacency(disk.vertex_count(), disk.surface.faces);
+  disk.loop = mesh::boundary_loops(disk.surface.faces, adjacency).front();
   const std::vector<double> lengths(disk.loop.size(), 1.0);
-  disk.boundary = place_boundary(shape, lengths).positions;
+  disk.boundary = embedding::place_boundary(shape, lengths).positions;
   return disk;
 }
 
 // Closed surface without its last face, onto the triangle.
-inline Disk opened(Surface surface) {
+inline Disk opened(mesh::Surface surface) {
   surface.faces.conservativeResize(surface.faces.rows() - 1, 3);
-  return make_disk(std::move(surface), BoundaryShape::kTriangle);
+  return make_disk(std::move(surface), embedding::BoundaryShape::kTriangle);
 }
 
 }  // namespace flipfree::test

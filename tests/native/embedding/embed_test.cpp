@@ -4,11 +4,11 @@
 
 #include <cmath>
 
-#include "disks.h"
+#include "embedding/disks.h"
 #include "flipfree/base/error.h"
-#include "flipfree/embedding/tutte.h"
+#include "flipfree/embedding/tutte/tutte.h"
 
-namespace flipfree {
+namespace flipfree::embedding {
 namespace {
 
 Embedding embed(const test::Disk& disk, const EmbedOptions& options, Stats& stats) {
@@ -46,9 +46,9 @@ TEST(Embed, TheLadderIsClimbedWhereTutteFoldsAndSaysSo) {
 }
 
 TEST(Embed, EveryOuterFaceOfASphereWorks) {
-  const Surface sphere = test::sphere(14, 9);
+  const mesh::Surface sphere = test::sphere(14, 9);
   for (FaceId f = 0; f < sphere.faces.rows(); ++f) {
-    Surface open = sphere;
+    mesh::Surface open = sphere;
     open.faces.row(f).swap(open.faces.row(open.faces.rows() - 1));
     Stats stats;
     expect_flip_free(embed(test::opened(open), {}, stats));
@@ -84,7 +84,7 @@ TEST(Embed, OnlyChordsOfOneStraightSideAreSplit) {
   const Embedding split = embed(flat, {}, stats);
   expect_flip_free(split);
   EXPECT_GT(split.added.size(), 0U);
-  for (const AddedVertex& added : split.added) {
+  for (const SplitVertex& added : split.added) {
     EXPECT_EQ(flat.boundary(
                   std::find(flat.loop.begin(), flat.loop.end(), added.a) - flat.loop.begin(), 1),
               0.0);
@@ -196,4 +196,4 @@ TEST(Embed, ScaleAndPlaceOfThePolygonDecideNothingButRoom) {
 }
 
 }  // namespace
-}  // namespace flipfree
+}  // namespace flipfree::embedding

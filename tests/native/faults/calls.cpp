@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "flipfree/base/in_time.h"
+#include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/distortion/improve.h"
 #include "flipfree/embedding/embed_surface.h"
@@ -12,16 +13,16 @@
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
-#include "flipfree/unwrap/pack.h"
+#include "flipfree/unwrap/packing/pack.h"
 #include "flipfree/unwrap/unwrap.h"
 #include "support/shapes.h"
 
 namespace flipfree::test {
 namespace {
 
-using Solve = std::function<Parametrization(ExecutionContext&, double max_seconds)>;
+using Solve = std::function<certify::Parametrization(ExecutionContext&, double max_seconds)>;
 
-Call map_call(std::string name, Surface input, Solve solve) {
+Call map_call(std::string name, mesh::Surface input, Solve solve) {
   return {std::move(name), [input = std::move(input), solve = std::move(solve)](
                                ExecutionContext& context, double max_seconds) {
             return bytes_of_valid(solve(context, max_seconds), input);
@@ -29,8 +30,8 @@ Call map_call(std::string name, Surface input, Solve solve) {
 }
 
 // Two surfaces beside each other in one.
-Surface both(const Surface& a, const Surface& b) {
-  Surface result;
+mesh::Surface both(const mesh::Surface& a, const mesh::Surface& b) {
+  mesh::Surface result;
   result.vertices.resize(a.vertices.rows() + b.vertices.rows(), 3);
   result.vertices << a.vertices, b.vertices;
   result.faces.resize(a.faces.rows() + b.faces.rows(), 3);
@@ -38,14 +39,15 @@ Surface both(const Surface& a, const Surface& b) {
   return result;
 }
 
-std::vector<VertexId> boundary_of(const Surface& surface) {
-  return boundary_loops(surface.faces,
-                        build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces))
+std::vector<VertexId> boundary_of(const mesh::Surface& surface) {
+  return mesh::boundary_loops(
+             surface.faces,
+             mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces))
       .front();
 }
 
 // Corner UVs of a plane surface: its own places, sheared.
-Points2 sheared(const Surface& surface) {
+Points2 sheared(const mesh::Surface& surface) {
   Points2 uv(surface.faces.size(), 2);
   for (Index c = 0; c < uv.rows(); ++c) {
     const Vector3 p = surface.vertices.row(surface.faces.data()[c]);
@@ -54,67 +56,69 @@ Points2 sheared(const Surface& surface) {
   return uv;
 }
 
-Call unwrap_call(std::string name, const Surface& surface, const UnwrapOptions& options) {
+Call unwrap_call(std::string name, const mesh::Surface& surface,
+                 const unwrap::UnwrapOptions& options) {
   return map_call(std::move(name), surface, [=](ExecutionContext& context, double max_seconds) {
-    UnwrapOptions limited = options;
+    unwrap::UnwrapOptions limited = options;
     limited.max_seconds = max_seconds;
-    return unwrap(surface, limited, context);
+    return unwrap::unwrap(surface, limited, context);
   });
 }
 
-Call embed_call(std::string name, const Surface& surface, const EmbedSurfaceOptions& options) {
+Call embed_call(std::string name, const mesh::Surface& surface,
+                const embedding::EmbedSurfaceOptions& options) {
   return map_call(std::move(name), surface, [=](ExecutionContext& context, double max_seconds) {
-    EmbedSurfaceOptions limited = options;
+    embedding::EmbedSurfaceOptions limited = options;
     limited.max_seconds = max_seconds;
-    return embed_surface(surface, limited, context);
+    return embedding::embed_surface(surface, limited, context);
   });
 }
 
-Call match_call(std::string name, const Surface& surface, const MatchRequest& request,
-                const MatchOptions& options) {
+Call match_call(std::string name, const mesh::Surface& surface,
+                const matchmaker::MatchRequest& request, const matchmaker::MatchOptions& options) {
   Call call =
       map_call(std::move(name), surface, [=](ExecutionContext& context, double max_seconds) {
-        MatchOptions limited = options;
+        matchmaker::MatchOptions limited = options;
         limited.max_seconds = max_seconds;
-        return match(surface, request, limited, context);
+        return matchmaker::match(surface, request, limited, context);
       });
   call.may_lose_blocks = 1;
   return call;
 }
 
 void add_unwraps(std::vector<Call>& calls) {
-  const Surface bumps = bumpy_grid(5, 4, 0.4, 3);
+  const mesh::Surface bumps = bumpy_grid(5, 4, 0.4, 3);
   calls.push_back(unwrap_call("unwrap", bumps, {}));
   calls.push_back(unwrap_call("unwrap, closed", both(sphere(8, 5), torus(6, 5)), {}));
-  UnwrapOptions pinned;
+  unwrap::UnwrapOptions pinned;
   pinned.pins = {{0, Vector2(0.25, 0.5)}, {31, Vector2(0.75, 0.625)}};
   calls.push_back(unwrap_call("unwrap, pins", bumps, pinned));
 }
 
 void add_layouts(std::vector<Call>& calls) {
-  const Surface plane = both(grid(4, 3), grid(3, 3));
+  const mesh::Surface plane = both(grid(4, 3), grid(3, 3));
   const Points2 uv = sheared(plane);
   calls.push_back(map_call("improve", plane, [=](ExecutionContext& context, double max_seconds) {
-    ImproveOptions options;
+    distortion::ImproveOptions options;
     options.max_seconds = max_seconds;
-    return improve(plane, uv, options, context);
+    return distortion::improve(plane, uv, options, context);
   }));
   calls.push_back(map_call("pack", plane, [=](ExecutionContext& context, double max_seconds) {
-    PackOptions options;
+    unwrap::PackOptions options;
     options.scale_true = true;
     return in_time(context, max_seconds, "Packing did not end", "or pack less",
-                   [&] { return pack(plane, uv, options, context); });
+                   [&] { return unwrap::pack(plane, uv, options, context); });
   }));
   calls.push_back({"certify", [=](ExecutionContext& context, double max_seconds) {
                      const Points2f stored = uv.cast<float>();
-                     CertifyRequest request;
+                     certify::CertifyRequest request;
                      request.surface = &plane;
                      request.uv = &uv;
                      request.uv32 = &stored;
-                     const Certificate certificate = in_time(
+                     const certify::Certificate certificate = in_time(
                          context, max_seconds, "The map was not judged", "or judge less", [&] {
-                           validate(plane, {}, context);
-                           return certify(request, context);
+                           mesh::validate(plane, {}, context);
+                           return certify::certify(request, context);
                          });
                      if (!certificate.ok) throw WrongResult("a valid map is not certified");
                      std::string bytes;
@@ -126,41 +130,41 @@ void add_layouts(std::vector<Call>& calls) {
 }
 
 void add_embeddings(std::vector<Call>& calls) {
-  const Surface bumps = bumpy_grid(5, 4, 0.4, 3);
+  const mesh::Surface bumps = bumpy_grid(5, 4, 0.4, 3);
   calls.push_back(embed_call("embed", bumps, {}));
-  EmbedSurfaceOptions square;
-  square.shape = BoundaryShape::kSquare;
+  embedding::EmbedSurfaceOptions square;
+  square.shape = embedding::BoundaryShape::kSquare;
   square.optimise = true;
   calls.push_back(embed_call("embed, optimised", bumps, square));
   calls.push_back(embed_call("embed, deep", stacked(60, Stacking::kDeep), {}));
-  EmbedSurfaceOptions schnyder;
-  schnyder.method = EmbedMethod::kSchnyder;
+  embedding::EmbedSurfaceOptions schnyder;
+  schnyder.method = embedding::EmbedMethod::kSchnyder;
   calls.push_back(embed_call("embed, Schnyder", tube(4, 12), schnyder));
-  EmbedSurfaceOptions progressive;
-  progressive.method = EmbedMethod::kProgressive;
+  embedding::EmbedSurfaceOptions progressive;
+  progressive.method = embedding::EmbedMethod::kProgressive;
   progressive.initial = Points2(sphere(6, 4).vertices.leftCols<2>());
-  Surface opened = sphere(6, 4);
+  mesh::Surface opened = sphere(6, 4);
   opened.faces.conservativeResize(opened.faces.rows() - 1, 3);
   calls.push_back(embed_call("embed, progressive", opened, progressive));
 }
 
 void add_matches(std::vector<Call>& calls) {
-  const Surface bumps = bumpy_grid(5, 4, 0.3, 3);
-  MatchRequest pins;
+  const mesh::Surface bumps = bumpy_grid(5, 4, 0.3, 3);
+  matchmaker::MatchRequest pins;
   pins.points = {
       {0, Vector2(0, 0)}, {29, Vector2(1, 1)}, {8, Vector2(0.7, 0.6)}, {15, Vector2(0.3, 0.4)}};
   calls.push_back(match_call("match", bumps, pins, {}));
-  MatchOptions one_to_one;
+  matchmaker::MatchOptions one_to_one;
   one_to_one.bijective = true;
   calls.push_back(match_call("match, bijective", bumps, pins, one_to_one));
-  MatchOptions proven;
-  proven.engine = MatchEngine::kMatchmaker;
+  matchmaker::MatchOptions proven;
+  proven.engine = matchmaker::MatchEngine::kMatchmaker;
   calls.push_back(match_call("match, MatchMaker", bumps, pins, proven));
-  MatchOptions armed;
-  armed.engine = MatchEngine::kArms;
+  matchmaker::MatchOptions armed;
+  armed.engine = matchmaker::MatchEngine::kArms;
   calls.push_back(match_call("match, arms", bumps, pins, armed));
 
-  MatchRequest round = pins;
+  matchmaker::MatchRequest round = pins;
   round.points = {{8, Vector2(0.3, 0.1)}, {15, Vector2(-0.3, -0.1)}};
   round.boundary_loop = boundary_of(bumps);
   for (const VertexId v : round.boundary_loop) {
@@ -169,23 +173,23 @@ void add_matches(std::vector<Call>& calls) {
   }
   calls.push_back(match_call("match, boundary", bumps, round, {}));
   round.points.clear();
-  MatchOptions walked;
-  walked.engine = MatchEngine::kOutline;
+  matchmaker::MatchOptions walked;
+  walked.engine = matchmaker::MatchEngine::kOutline;
   calls.push_back(match_call("match, outline", bumps, round, walked));
-  MatchOptions laid;
-  laid.engine = MatchEngine::kOverlay;
+  matchmaker::MatchOptions laid;
+  laid.engine = matchmaker::MatchEngine::kOverlay;
   calls.push_back(match_call("match, overlay", bumps, round, laid));
 }
 
 }  // namespace
 
-std::string bytes_of_valid(const Parametrization& map, const Surface& input) {
+std::string bytes_of_valid(const certify::Parametrization& map, const mesh::Surface& input) {
   if (!map.certificate.ok) throw WrongResult("a map came back whose certificate is not ok");
   if (!map.uv.allFinite() || !map.uv32.allFinite() || !std::isfinite(map.certificate.energy))
     throw WrongResult("a map came back that is not finite");
-  Parametrization again = map;
+  certify::Parametrization again = map;
   ExecutionContext context;
-  certify_map(again, input, {}, context);
+  certify::certify_map(again, input, {}, context);
   if (!again.certificate.ok) throw WrongResult("a map came back that is not valid");
   std::string bytes;
   append_matrix(bytes, map.surface.vertices);

@@ -38,7 +38,7 @@ std::string identifier(const std::string& name);
 
 // Bytes of a certified map; WrongResult unless its certificate, and a second one measured anew, say
 // that it is valid.
-std::string bytes_of_valid(const Parametrization& map, const Surface& input);
+std::string bytes_of_valid(const certify::Parametrization& map, const mesh::Surface& input);
 
 template <typename T>
 void append(std::string& bytes, const T* values, std::size_t count) {

@@ -4,10 +4,10 @@
 #include <variant>
 
 #include "faults/calls.h"
-#include "flipfree/conformal/boundary_angles.h"
-#include "flipfree/conformal/map.h"
-#include "flipfree/conformal/metric.h"
-#include "flipfree/conformal/suggest_cones.h"
+#include "flipfree/conformal/cones/boundary_angles.h"
+#include "flipfree/conformal/cones/suggest_cones.h"
+#include "flipfree/conformal/map/map.h"
+#include "flipfree/conformal/metric/metric.h"
 #include "support/shapes.h"
 
 namespace flipfree::test {
@@ -38,13 +38,13 @@ std::string bytes_of_valid_metric(const conformal::ConformalMetric& metric,
 }
 
 // Four cones of pi on a closed surface of genus 0.
-std::vector<double> four_cones(const Surface& surface) {
+std::vector<double> four_cones(const mesh::Surface& surface) {
   std::vector<double> angles(static_cast<std::size_t>(surface.vertices.rows()), 2 * kPi);
   for (const std::size_t v : {0U, 4U, 10U, 17U}) angles[v] = kPi;
   return angles;
 }
 
-Call metric_call(std::string name, const Surface& surface, int bits) {
+Call metric_call(std::string name, const mesh::Surface& surface, int bits) {
   return {std::move(name), [=](ExecutionContext& context, double max_seconds) {
             conformal::MetricOptions options;
             options.bits = bits;
@@ -57,23 +57,25 @@ Call metric_call(std::string name, const Surface& surface, int bits) {
           }};
 }
 
-Call conformal_call(std::string name, const Surface& surface, const std::vector<double>& target) {
+Call conformal_call(std::string name, const mesh::Surface& surface,
+                    const std::vector<double>& target) {
   return {std::move(name), [=](ExecutionContext& context, double max_seconds) {
-            ConformalMapOptions options;
+            conformal::ConformalMapOptions options;
             options.metric.max_seconds = max_seconds;
-            const ConformalMapResult result =
-                conformal_map(surface, nullptr, target, options, context);
+            const conformal::ConformalMapResult result =
+                conformal::conformal_map(surface, nullptr, target, options, context);
             if (result.failure) throw NotConverged(*result.failure);
             return bytes_of_valid(result.map, surface);
           }};
 }
 
-Call angles_call(std::string name, const Surface& surface, BoundaryShape shape) {
+Call angles_call(std::string name, const mesh::Surface& surface, conformal::BoundaryGoal shape) {
   return {std::move(name), [=](ExecutionContext& context, double max_seconds) {
-            BoundaryAnglesOptions options;
+            conformal::BoundaryAnglesOptions options;
             options.shape = shape;
             options.max_seconds = max_seconds;
-            const std::vector<double> angles = boundary_angles(surface, options, context);
+            const std::vector<double> angles =
+                conformal::boundary_angles(surface, options, context);
             require_finite(angles);
             std::string bytes;
             append(bytes, angles);
@@ -81,13 +83,14 @@ Call angles_call(std::string name, const Surface& surface, BoundaryShape shape) 
           }};
 }
 
-Call cones_call(std::string name, const Surface& surface, double quantum) {
+Call cones_call(std::string name, const mesh::Surface& surface, double quantum) {
   return {std::move(name), [=](ExecutionContext& context, double max_seconds) {
-            SuggestConesOptions options;
+            conformal::SuggestConesOptions options;
             options.bound = 3.0;
             options.quantum = quantum;
             options.max_seconds = max_seconds;
-            const SuggestedCones cones = suggest_cones(surface, options, context);
+            const conformal::SuggestedCones cones =
+                conformal::suggest_cones(surface, options, context);
             require_finite(cones.target_angles);
             if (!std::isfinite(cones.scale_ratio) ||
                 (cones.bound_holds && cones.scale_ratio > options.bound))
@@ -102,16 +105,16 @@ Call cones_call(std::string name, const Surface& surface, double quantum) {
 }  // namespace
 
 std::vector<Call> conformal_calls() {
-  const Surface ball = sphere(6, 5);
-  const Surface bumps = bumpy_grid(4, 4, 0.5, 3);
+  const mesh::Surface ball = sphere(6, 5);
+  const mesh::Surface bumps = bumpy_grid(4, 4, 0.5, 3);
   ExecutionContext context;
-  const std::vector<double> flat = boundary_angles(bumps, {}, context);
+  const std::vector<double> flat = conformal::boundary_angles(bumps, {}, context);
   return {metric_call("metric", ball, 0),
           metric_call("metric, 113 bits", ball, 113),
           conformal_call("conformal", ball, four_cones(ball)),
           conformal_call("conformal, disk", bumps, flat),
-          angles_call("angles, free", bumps, BoundaryShape::kFree),
-          angles_call("angles, circle", bumps, BoundaryShape::kCircle),
+          angles_call("angles, free", bumps, conformal::BoundaryGoal::kFree),
+          angles_call("angles, circle", bumps, conformal::BoundaryGoal::kCircle),
           cones_call("cones", bumpy_grid(6, 6, 1.0, 2), 0.0),
           cones_call("cones, quarters", bumpy_grid(6, 6, 1.0, 2), kPi / 2)};
 }

@@ -5,16 +5,16 @@
 #include <limits>
 
 #include "flipfree/base/stats.h"
-#include "flipfree/conformal/newton_system.h"
-#include "flipfree/distortion/boundary_barrier.h"
-#include "flipfree/distortion/energy.h"
-#include "flipfree/distortion/newton_system.h"
-#include "flipfree/distortion/rest_shapes.h"
+#include "flipfree/conformal/metric/newton_system.h"
+#include "flipfree/distortion/energy/energy.h"
+#include "flipfree/distortion/energy/rest_shapes.h"
+#include "flipfree/distortion/minimize/boundary_barrier.h"
+#include "flipfree/distortion/minimize/newton_system.h"
 #include "flipfree/distortion/rounding.h"
-#include "flipfree/embedding/convex_combination.h"
+#include "flipfree/embedding/tutte/convex_combination.h"
 #include "flipfree/mesh/surface.h"
-#include "flipfree/numeric/cholesky.h"
-#include "flipfree/unwrap/pack_rectangles.h"
+#include "flipfree/numeric/cholesky/cholesky.h"
+#include "flipfree/unwrap/packing/pack_rectangles.h"
 
 namespace flipfree::test {
 namespace {
@@ -101,19 +101,19 @@ using Dense = Eigen::MatrixXd;
 
 // Symbols stay on one line: CMakeLists.txt reads them.
 // clang-format off
-STEP("_ZNK8flipfree14SparseCholesky5solveERKN5Eigen3RefIKNS1_6MatrixIdLin1ELin1ELi0ELin1ELin1EEELi0ENS1_11OuterStrideILin1EEEEERNS_16ExecutionContextE",
-     Dense, cholesky_solve, const SparseCholesky* self, const Eigen::Ref<const Dense>& rhs,
+STEP("_ZNK8flipfree7numeric14SparseCholesky5solveERKN5Eigen3RefIKNS2_6MatrixIdLin1ELin1ELi0ELin1ELin1EEELi0ENS2_11OuterStrideILin1EEEEERNS_16ExecutionContextE",
+     Dense, cholesky_solve, const numeric::SparseCholesky* self, const Eigen::Ref<const Dense>& rhs,
      ExecutionContext& context) {
   Dense x = real_cholesky_solve(self, rhs, context);
   if (poisons(kCholeskySolve)) spoil_matrix(x);
   return x;
 }
 
-STEP("_ZN8flipfree14SparseCholesky9factorizeERKN5Eigen12SparseMatrixIdLi0EiEERNS_16ExecutionContextE",
-     bool, cholesky_factorize, SparseCholesky* self, const SparseMatrix& matrix,
+STEP("_ZN8flipfree7numeric14SparseCholesky9factorizeERKN5Eigen12SparseMatrixIdLi0EiEERNS_16ExecutionContextE",
+     bool, cholesky_factorize, numeric::SparseCholesky* self, const numeric::SparseMatrix& matrix,
      ExecutionContext& context) {
   if (!poisons(kCholeskyFactorize)) return real_cholesky_factorize(self, matrix, context);
-  SparseMatrix spoiled = matrix;
+  numeric::SparseMatrix spoiled = matrix;
   if (spoiled.nonZeros() > 0) spoiled.valuePtr()[spoiled.nonZeros() * 2 / 3] = kNaN;
   return real_cholesky_factorize(self, spoiled, context);
 }
@@ -155,52 +155,52 @@ STEP("_ZNK8flipfree10distortion15BoundaryBarrier5valueERKN5Eigen6MatrixIdLin1ELi
   return poisons(kBarrierValue) ? kNaN : value;
 }
 
-STEP("_ZN8flipfree10distortion17build_rest_shapesERKNS_7SurfaceERKNS_16ExecutionContextE",
-     distortion::RestShapes, rest_shapes, const Surface& surface,
+STEP("_ZN8flipfree10distortion17build_rest_shapesERKNS_4mesh7SurfaceERKNS_16ExecutionContextE",
+     distortion::RestShapes, rest_shapes, const mesh::Surface& surface,
      const ExecutionContext& context) {
   distortion::RestShapes rest = real_rest_shapes(surface, context);
   if (poisons(kRestShapes)) rest.triangles[rest.triangles.size() / 2].gradient[0][1] = kNaN;
   return rest;
 }
 
-STEP("_ZN8flipfree22spectral_conformal_mapERKNS_7SurfaceERKN5Eigen6MatrixIdLin1ELi2ELi1ELin1ELi2EEERNS_16ExecutionContextE",
-     Points2, spectral, const Surface& chart, const Points2& seed, ExecutionContext& context) {
+STEP("_ZN8flipfree10distortion22spectral_conformal_mapERKNS_4mesh7SurfaceERKN5Eigen6MatrixIdLin1ELi2ELi1ELin1ELi2EEERNS_16ExecutionContextE",
+     Points2, spectral, const mesh::Surface& chart, const Points2& seed, ExecutionContext& context) {
   Points2 uv = real_spectral(chart, seed, context);
   if (poisons(kSpectralStart)) spoil_matrix(uv);
   return uv;
 }
 
-STEP("_ZN8flipfree25solve_convex_combinationsERKNS_18ConvexCombinationsERNS_16ExecutionContextE",
-     Points2, combinations, const ConvexCombinations& system, ExecutionContext& context) {
+STEP("_ZN8flipfree9embedding25solve_convex_combinationsERKNS0_18ConvexCombinationsERNS_16ExecutionContextE",
+     Points2, combinations, const embedding::ConvexCombinations& system, ExecutionContext& context) {
   Points2 x = real_combinations(system, context);
   if (poisons(kConvexCombinations)) spoil_matrix(x);
   return x;
 }
 
-STEP("_ZN8flipfree16round_to_storageERKN5Eigen6MatrixIiLin1ELi3ELi1ELin1ELi3EEERKNS1_IdLin1ELi2ELi1ELin1ELi2EEERKNS_15RoundingOptionsERNS_16ExecutionContextERSt3mapINSt7__cxx1112basic_stringIcSt11char_traitsIcESaIcEEESt7variantIJdlSJ_EESt4lessISJ_ESaISt4pairIKSJ_SL_EEE",
-     Points2f, rounding, const Triangles& faces, const Points2& uv, const RoundingOptions& options,
+STEP("_ZN8flipfree10distortion16round_to_storageERKN5Eigen6MatrixIiLin1ELi3ELi1ELin1ELi3EEERKNS2_IdLin1ELi2ELi1ELin1ELi2EEERKNS0_15RoundingOptionsERNS_16ExecutionContextERSt3mapINSt7__cxx1112basic_stringIcSt11char_traitsIcESaIcEEESt7variantIJdlSK_EESt4lessISK_ESaISt4pairIKSK_SM_EEE",
+     Points2f, rounding, const Triangles& faces, const Points2& uv, const distortion::RoundingOptions& options,
      ExecutionContext& context, Stats& stats) {
   Points2f stored = real_rounding(faces, uv, options, context, stats);
   if (poisons(kRounding)) spoil_matrix(stored);
   return stored;
 }
 
-STEP("_ZN8flipfree26turn_to_smallest_rectangleERN5Eigen6MatrixIdLin1ELi2ELi1ELin1ELi2EEE", void,
+STEP("_ZN8flipfree6unwrap26turn_to_smallest_rectangleERN5Eigen6MatrixIdLin1ELi2ELi1ELin1ELi2EEE", void,
      rectangle, Points2& uv) {
   real_rectangle(uv);
   if (poisons(kRectangle)) spoil_matrix(uv);
 }
 
-STEP("_ZN8flipfree15pack_rectanglesERKSt6vectorIN5Eigen6MatrixIdLi2ELi1ELi0ELi2ELi1EEESaIS3_EERKNS_11RoomOptionsE",
-     Placement, packing, const std::vector<Vector2>& sizes, const RoomOptions& options) {
-  Placement placement = real_packing(sizes, options);
+STEP("_ZN8flipfree6unwrap15pack_rectanglesERKSt6vectorIN5Eigen6MatrixIdLi2ELi1ELi0ELi2ELi1EEESaIS4_EERKNS0_11RoomOptionsE",
+     unwrap::Placement, packing, const std::vector<Vector2>& sizes, const unwrap::RoomOptions& options) {
+  unwrap::Placement placement = real_packing(sizes, options);
   if (poisons(kPackingScale)) placement.scale = kNaN;
   if (poisons(kPackingPlace) && !placement.corner.empty()) placement.corner.back().y() = kNaN;
   return placement;
 }
 
-STEP("_ZN8flipfree9conformal12NewtonSystem5solveERKNS0_13IntrinsicMeshERKNS0_8GradientEiRNS0_10FineVectorERNS_16ExecutionContextE",
-     bool, conformal_solve, conformal::NewtonSystem* self, const conformal::IntrinsicMesh& mesh,
+STEP("_ZN8flipfree9conformal12NewtonSystem5solveERKNS_9intrinsic13IntrinsicMeshERKNS0_8GradientEiRNS0_10FineVectorERNS_16ExecutionContextE",
+     bool, conformal_solve, conformal::NewtonSystem* self, const intrinsic::IntrinsicMesh& mesh,
      const conformal::Gradient& gradient, int bits, conformal::FineVector& direction,
      ExecutionContext& context) {
   conformal::Gradient spoiled = gradient;

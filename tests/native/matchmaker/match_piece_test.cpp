@@ -9,13 +9,13 @@
 #include "flipfree/mesh/topology.h"
 #include "support/shapes.h"
 
-namespace flipfree {
+namespace flipfree::matchmaker {
 namespace {
 
 // A bumpy sheet of 12 x 12 squares with two holes of 2 x 2 and 1 x 2 squares.
-Surface sheet_with_holes() {
-  const Surface sheet = test::bumpy_grid(12, 12, 0.2, 3);
-  Surface piece{sheet.vertices, Triangles(sheet.faces.rows(), 3)};
+mesh::Surface sheet_with_holes() {
+  const mesh::Surface sheet = test::bumpy_grid(12, 12, 0.2, 3);
+  mesh::Surface piece{sheet.vertices, Triangles(sheet.faces.rows(), 3)};
   Eigen::Index kept = 0;
   for (Eigen::Index f = 0; f < sheet.faces.rows(); ++f) {
     const Eigen::Index square = f / 2;
@@ -31,7 +31,7 @@ Surface sheet_with_holes() {
 
 VertexId at(Index x, Index y) { return 13 * y + x; }
 
-void expect_met(const Parametrization& map, const MatchRequest& request) {
+void expect_met(const certify::Parametrization& map, const MatchRequest& request) {
   EXPECT_TRUE(map.certificate.ok);
   for (const PinnedVertex& p : request.points) {
     for (CornerId c = 0; c < map.surface.faces.size(); ++c) {
@@ -43,17 +43,18 @@ void expect_met(const Parametrization& map, const MatchRequest& request) {
 }
 
 TEST(MatchPiece, PinsOnAPieceWithHolesAreMetAndTheHolesStayOpen) {
-  const Surface piece = sheet_with_holes();
+  const mesh::Surface piece = sheet_with_holes();
   MatchRequest request;
   request.points = {{at(1, 1), {0.1, 0.1}}, {at(11, 2), {0.9, 0.3}}, {at(4, 4), {0.5, 0.25}}};
   for (const bool bijective : {false, true}) {
     MatchOptions options;
     options.bijective = bijective;
     ExecutionContext context;
-    const Parametrization map = match_piece(piece, request, options, context);
+    const certify::Parametrization map = match_piece(piece, request, options, context);
     expect_met(map, request);
     const auto n = static_cast<Index>(map.surface.vertices.rows());
-    const Topology shape = topology(map.surface.faces, build_adjacency(n, map.surface.faces));
+    const mesh::Topology shape =
+        mesh::topology(map.surface.faces, mesh::build_adjacency(n, map.surface.faces));
     EXPECT_EQ(shape.boundary_loops, 3);
     EXPECT_EQ(shape.genus(), 0);
     if (bijective) {
@@ -64,7 +65,7 @@ TEST(MatchPiece, PinsOnAPieceWithHolesAreMetAndTheHolesStayOpen) {
 
 // The certificate inside judges provenance (G7): no vertex of a fan is left, rims included.
 TEST(MatchPiece, RefinementOfThePieceStaysInItsOwnTriangles) {
-  const Surface piece = sheet_with_holes();
+  const mesh::Surface piece = sheet_with_holes();
   MatchRequest request;
   request.points = {{at(2, 2), {0.7, 0.5}},
                     {at(6, 6), {0.2, 0.5}},
@@ -73,17 +74,17 @@ TEST(MatchPiece, RefinementOfThePieceStaysInItsOwnTriangles) {
   MatchOptions options;
   options.engine = MatchEngine::kMatchmaker;
   ExecutionContext context;
-  const Parametrization map = match_piece(piece, request, options, context);
+  const certify::Parametrization map = match_piece(piece, request, options, context);
   expect_met(map, request);
   for (const FaceId parent : map.parent_face) EXPECT_LT(parent, piece.faces.rows());
   EXPECT_EQ(map.surface.vertices.topRows(piece.vertices.rows()), piece.vertices);
 }
 
 TEST(MatchPiece, ABoundaryMustSayWhichOfSeveralItIs) {
-  const Surface cylinder = test::cylinder(8, 3);
-  const Adjacency adjacency =
-      build_adjacency(static_cast<Index>(cylinder.vertices.rows()), cylinder.faces);
-  const std::vector<std::vector<VertexId>> loops = boundary_loops(cylinder.faces, adjacency);
+  const mesh::Surface cylinder = test::cylinder(8, 3);
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(cylinder.vertices.rows()), cylinder.faces);
+  const std::vector<std::vector<VertexId>> loops = mesh::boundary_loops(cylinder.faces, adjacency);
   ASSERT_EQ(loops.size(), 2U);
   MatchRequest request;
   for (std::size_t i = 0; i < 8; ++i) {
@@ -93,7 +94,7 @@ TEST(MatchPiece, ABoundaryMustSayWhichOfSeveralItIs) {
   ExecutionContext context;
   EXPECT_THROW(match_piece(cylinder, request, {}, context), InvalidInput);
   request.boundary_loop = loops[1];
-  const Parametrization map = match_piece(cylinder, request, {}, context);
+  const certify::Parametrization map = match_piece(cylinder, request, {}, context);
   EXPECT_TRUE(map.certificate.ok);
   request.movable = {loops[1][2]};
   EXPECT_TRUE(match_piece(cylinder, request, {}, context).certificate.ok);
@@ -108,7 +109,7 @@ TEST(MatchPiece, ABoundaryMustSayWhichOfSeveralItIs) {
 
 TEST(MatchPiece, AHoleWhoseRimIsStraightCanBeFilled) {
   // Two triangles' worth of slit: a hole without area of its own, whose middle lies on its rim.
-  Surface slit = test::grid(4, 4);
+  mesh::Surface slit = test::grid(4, 4);
   const auto n = slit.vertices.rows();
   slit.vertices.conservativeResize(n + 1, 3);
   slit.vertices.row(n) = slit.vertices.row(12);
@@ -140,13 +141,13 @@ TEST(MatchPiece, TwoPinsAtOnePlaceAreNamed) {
 }
 
 TEST(MatchPiece, LinesBetweenPinsAreMetWithoutOverlaps) {
-  const Surface piece = sheet_with_holes();
+  const mesh::Surface piece = sheet_with_holes();
   MatchRequest request;
   request.lines = {{{at(6, 4), at(6, 5), at(6, 6)}, {{0.5, 0.4}, {0.55, 0.5}, {0.5, 0.6}}}};
   MatchOptions options;
   options.bijective = true;
   ExecutionContext context;
-  const Parametrization map = match_piece(piece, request, options, context);
+  const certify::Parametrization map = match_piece(piece, request, options, context);
   for (std::size_t i = 0; i < 3; ++i)
     request.points.push_back({request.lines[0].vertices[i], request.lines[0].polyline[i]});
   expect_met(map, request);
@@ -154,4 +155,4 @@ TEST(MatchPiece, LinesBetweenPinsAreMetWithoutOverlaps) {
 }
 
 }  // namespace
-}  // namespace flipfree
+}  // namespace flipfree::matchmaker

@@ -12,10 +12,10 @@
 #include "flipfree/mesh/topology.h"
 #include "support/shapes.h"
 
-namespace flipfree {
+namespace flipfree::matchmaker {
 namespace {
 
-MatchRequest random_pins(const Surface& surface, int count, unsigned seed) {
+MatchRequest random_pins(const mesh::Surface& surface, int count, unsigned seed) {
   std::mt19937 random(seed);
   std::vector<char> used(static_cast<std::size_t>(surface.vertices.rows()), 0);
   MatchRequest request;
@@ -29,7 +29,7 @@ MatchRequest random_pins(const Surface& surface, int count, unsigned seed) {
   return request;
 }
 
-void expect_met(const Parametrization& map, const MatchRequest& request) {
+void expect_met(const certify::Parametrization& map, const MatchRequest& request) {
   EXPECT_TRUE(map.certificate.ok);
   for (const PinnedVertex& p : request.points) {
     for (CornerId c = 0; c < map.surface.faces.size(); ++c) {
@@ -41,7 +41,7 @@ void expect_met(const Parametrization& map, const MatchRequest& request) {
 }
 
 TEST(Match, RandomPinsAreMetBitForBitByEitherEngine) {
-  const Surface surface = test::bumpy_grid(12, 12, 0.2, 3);
+  const mesh::Surface surface = test::bumpy_grid(12, 12, 0.2, 3);
   for (const MatchEngine engine : {MatchEngine::kAuto, MatchEngine::kMatchmaker}) {
     for (unsigned seed = 0; seed < 3; ++seed) {
       for (const int count : {1, 2, 3, 8}) {
@@ -56,27 +56,28 @@ TEST(Match, RandomPinsAreMetBitForBitByEitherEngine) {
 }
 
 TEST(Match, SameBitsForAnyNumberOfThreads) {
-  const Surface surface = test::bumpy_grid(12, 12, 0.2, 3);
+  const mesh::Surface surface = test::bumpy_grid(12, 12, 0.2, 3);
   const MatchRequest request = random_pins(surface, 6, 5);
   ExecutionContext one;
   one.threads = 1;
   ExecutionContext two;
   two.threads = 2;
-  const Parametrization a = match(surface, request, {}, one);
-  const Parametrization b = match(surface, request, {}, two);
+  const certify::Parametrization a = match(surface, request, {}, one);
+  const certify::Parametrization b = match(surface, request, {}, two);
   ASSERT_EQ(a.uv.rows(), b.uv.rows());
   EXPECT_EQ(a.uv, b.uv);
 }
 
-std::vector<VertexId> boundary_of(const Surface& surface) {
-  return boundary_loops(surface.faces,
-                        build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces))
+std::vector<VertexId> boundary_of(const mesh::Surface& surface) {
+  return mesh::boundary_loops(
+             surface.faces,
+             mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces))
       .front();
 }
 
 // Inner vertices stirred about the centre of a circle on which the boundary is held.
 TEST(Match, ThirtyPinsInsideAPrescribedBoundaryArrive) {
-  const Surface surface = test::bumpy_grid(24, 24, 0.15, 3);
+  const mesh::Surface surface = test::bumpy_grid(24, 24, 0.15, 3);
   const std::vector<VertexId> loop = boundary_of(surface);
   MatchRequest request;
   request.boundary_loop = loop;
@@ -98,22 +99,22 @@ TEST(Match, ThirtyPinsInsideAPrescribedBoundaryArrive) {
                                                       0.2 * coordinate())});
   }
   ExecutionContext context;
-  const Parametrization map = match(surface, request, {}, context);
+  const certify::Parametrization map = match(surface, request, {}, context);
   expect_met(map, request);
   EXPECT_LE(map.surface.faces.rows(), 3 * surface.faces.rows());
 }
 
 TEST(Match, TwentyPinsWithAFreeBoundaryArrive) {
-  const Surface surface = test::bumpy_grid(30, 30, 0.15, 3);
+  const mesh::Surface surface = test::bumpy_grid(30, 30, 0.15, 3);
   const MatchRequest request = random_pins(surface, 20, 100);
   ExecutionContext context;
-  const Parametrization map = match(surface, request, {}, context);
+  const certify::Parametrization map = match(surface, request, {}, context);
   expect_met(map, request);
   EXPECT_LE(map.surface.faces.rows(), 2 * surface.faces.rows());
 }
 
 TEST(Match, WholeBoundaryOnARibbonThatOverlapsItself) {
-  const Surface surface = test::grid(40, 4);
+  const mesh::Surface surface = test::grid(40, 4);
   const std::vector<VertexId> loop = boundary_of(surface);
   MatchRequest request;
   request.boundary_loop = loop;
@@ -126,7 +127,7 @@ TEST(Match, WholeBoundaryOnARibbonThatOverlapsItself) {
     ExecutionContext context;
     MatchOptions options;
     options.engine = engine;
-    Parametrization map;
+    certify::Parametrization map;
     try {
       map = match(surface, request, options, context);
     } catch (const Infeasible&) {
@@ -139,7 +140,7 @@ TEST(Match, WholeBoundaryOnARibbonThatOverlapsItself) {
 }
 
 TEST(Match, ContradictionsNameTheVertices) {
-  const Surface surface = test::grid(6, 6);
+  const mesh::Surface surface = test::grid(6, 6);
   const std::vector<VertexId> loop = boundary_of(surface);
   const auto expect_contradiction = [&](const MatchRequest& request, ErrorCode code,
                                         std::vector<Index> named) {
@@ -187,7 +188,7 @@ TEST(Match, ContradictionsNameTheVertices) {
 
 // A box around such pins has no corners among doubles, and exact predicates no sign.
 TEST(Match, TargetsBeyondWhatUVsStoreAreRefusedAndNamed) {
-  const Surface surface = test::grid(6, 6);
+  const mesh::Surface surface = test::grid(6, 6);
   const double largest = std::numeric_limits<float>::max();
   const auto expect_refused = [&](const MatchRequest& request, const std::vector<Index>& named) {
     ExecutionContext context;
@@ -220,7 +221,7 @@ TEST(Match, TargetsBeyondWhatUVsStoreAreRefusedAndNamed) {
 }
 
 TEST(Match, LinesLieOnTheirPolylines) {
-  const Surface surface = test::grid(10, 10);
+  const mesh::Surface surface = test::grid(10, 10);
   MatchRequest request;
   // Vertices 35 .. 41 run along a row; the polyline has a corner in the middle.
   request.lines = {{{35, 36, 37, 38, 39, 40, 41}, {{0, 0}, {0.5, 0.25}, {1, 0}}}};
@@ -228,7 +229,7 @@ TEST(Match, LinesLieOnTheirPolylines) {
     ExecutionContext context;
     MatchOptions options;
     options.engine = engine;
-    const Parametrization map = match(surface, request, options, context);
+    const certify::Parametrization map = match(surface, request, options, context);
     EXPECT_TRUE(map.certificate.ok);
     for (CornerId c = 0; c < map.surface.faces.size(); ++c) {
       const VertexId v = map.surface.faces.data()[c];
@@ -242,7 +243,7 @@ TEST(Match, LinesLieOnTheirPolylines) {
 }
 
 TEST(Match, CancelsWithoutAResult) {
-  const Surface surface = test::bumpy_grid(30, 30, 0.2, 3);
+  const mesh::Surface surface = test::bumpy_grid(30, 30, 0.2, 3);
   const MatchRequest request = random_pins(surface, 10, 1);
   ExecutionContext context;
   context.cancel();
@@ -250,4 +251,4 @@ TEST(Match, CancelsWithoutAResult) {
 }
 
 }  // namespace
-}  // namespace flipfree
+}  // namespace flipfree::matchmaker

@@ -12,7 +12,7 @@
 #include "flipfree/mesh/topology.h"
 #include "support/shapes.h"
 
-namespace flipfree {
+namespace flipfree::matchmaker {
 namespace {
 
 constexpr double kTick = 1e-4;  // seconds per look, about as often as the work looks at it
@@ -26,7 +26,7 @@ struct Outcome {
   std::int64_t given_up = 0;  // ways that ran out of their share
 };
 
-Outcome match_for(const Surface& surface, const MatchRequest& request, MatchOptions options,
+Outcome match_for(const mesh::Surface& surface, const MatchRequest& request, MatchOptions options,
                   double looks) {
   ExecutionContext context;
   context.threads = 1;
@@ -34,7 +34,7 @@ Outcome match_for(const Surface& surface, const MatchRequest& request, MatchOpti
   context.clock = [&] { return kTick * (outcome.looks += 1); };
   options.max_seconds = kTick * looks;
   try {
-    const Parametrization map = match_piece(surface, request, options, context);
+    const certify::Parametrization map = match_piece(surface, request, options, context);
     outcome.found = true;
     outcome.limited = std::get<std::int64_t>(map.stats.at("time_limit_reached")) != 0;
     if (map.stats.contains("ways_out_of_time"))
@@ -57,7 +57,7 @@ Outcome match_for(const Surface& surface, const MatchRequest& request, MatchOpti
 
 // The first map that meets the pins is returned, certified.
 TEST(MatchTime, AcceptedBeforeThereIsAMapReturnsTheFirstOne) {
-  const Surface surface = test::bumpy_grid(14, 14, 0.5, 3);
+  const mesh::Surface surface = test::bumpy_grid(14, 14, 0.5, 3);
   MatchRequest request;
   request.points = {{40, {0.3, 0.3}}, {100, {0.7, 0.5}}, {150, {0.4, 0.8}}};
   for (const bool bijective : {true, false}) {
@@ -65,7 +65,7 @@ TEST(MatchTime, AcceptedBeforeThereIsAMapReturnsTheFirstOne) {
     options.bijective = bijective;
     ExecutionContext context;
     context.accept();
-    const Parametrization map = match_piece(surface, request, options, context);
+    const certify::Parametrization map = match_piece(surface, request, options, context);
     EXPECT_TRUE(map.certificate.ok);
     EXPECT_EQ(std::get<std::int64_t>(map.stats.at("time_limit_reached")), 1);
   }
@@ -73,7 +73,7 @@ TEST(MatchTime, AcceptedBeforeThereIsAMapReturnsTheFirstOne) {
 
 // Limits all over the time that the work takes: each gives a valid map with all pins, or says that
 // there was no time. Returns what came out, by ascending limit; the last had all the time.
-std::vector<Outcome> end_anywhere(const Surface& surface, const MatchRequest& request,
+std::vector<Outcome> end_anywhere(const mesh::Surface& surface, const MatchRequest& request,
                                   const MatchOptions& options, int limits) {
   const Outcome whole = match_for(surface, request, options, kLong);
   EXPECT_TRUE(whole.found);
@@ -88,7 +88,7 @@ std::vector<Outcome> end_anywhere(const Surface& surface, const MatchRequest& re
 }
 
 // Two pins that change places on a sheet, in any engine's way.
-MatchRequest swapped_pins(const Surface& surface) {
+MatchRequest swapped_pins(const mesh::Surface& surface) {
   MatchRequest request;
   const auto n = static_cast<VertexId>(surface.vertices.rows());
   request.points = {{n / 2 + 3, {0.25, 0.45}}, {n / 2 - 3, {0.75, 0.55}}, {n / 4, {0.5, 0.5}}};
@@ -96,7 +96,7 @@ MatchRequest swapped_pins(const Surface& surface) {
 }
 
 TEST(MatchTime, MatchmakerEndsAnywhereWithAMapOrTheTimeLimit) {
-  const Surface surface = test::bumpy_grid(8, 8, 0.2, 3);
+  const mesh::Surface surface = test::bumpy_grid(8, 8, 0.2, 3);
   MatchOptions options;
   options.engine = MatchEngine::kMatchmaker;
   const auto outcomes = end_anywhere(surface, swapped_pins(surface), options, 12);
@@ -109,7 +109,7 @@ TEST(MatchTime, MatchmakerEndsAnywhereWithAMapOrTheTimeLimit) {
 }
 
 TEST(MatchTime, WalksEndAnywhereWithAMapOrTheTimeLimit) {
-  const Surface surface = test::bumpy_grid(8, 8, 0.2, 3);
+  const mesh::Surface surface = test::bumpy_grid(8, 8, 0.2, 3);
   for (const bool bijective : {false, true}) {
     MatchOptions options;
     options.bijective = bijective;
@@ -119,13 +119,13 @@ TEST(MatchTime, WalksEndAnywhereWithAMapOrTheTimeLimit) {
 }
 
 TEST(MatchTime, PrescribedBoundariesEndAnywhereWithAMapOrTheTimeLimit) {
-  const Surface surface = test::bumpy_grid(8, 8, 0.2, 3);
+  const mesh::Surface surface = test::bumpy_grid(8, 8, 0.2, 3);
   MatchRequest request = swapped_pins(surface);
-  const Adjacency adjacency =
-      build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
-  const auto loops = boundary_halfedge_loops(surface.faces, adjacency);
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const auto loops = mesh::boundary_halfedge_loops(surface.faces, adjacency);
   for (const HalfedgeId h : loops.front()) {
-    const VertexId v = source(surface.faces, h);
+    const VertexId v = mesh::source(surface.faces, h);
     request.boundary_loop.push_back(v);
     request.boundary_uv.emplace_back(surface.vertices.row(v).head<2>().transpose());
   }
@@ -138,7 +138,7 @@ TEST(MatchTime, PrescribedBoundariesEndAnywhereWithAMapOrTheTimeLimit) {
 }
 
 TEST(MatchTime, AWayThatRunsOutOfItsShareLeavesTimeForTheNext) {
-  const Surface surface = test::bumpy_grid(9, 9, 0.2, 3);
+  const mesh::Surface surface = test::bumpy_grid(9, 9, 0.2, 3);
   MatchRequest request;
   for (VertexId i = 0; i < 8; ++i)
     request.points.push_back({20 + 11 * i, {0.5 + 0.03 * ((7 * i) % 12), 0.04 * ((5 * i) % 12)}});
@@ -152,4 +152,4 @@ TEST(MatchTime, AWayThatRunsOutOfItsShareLeavesTimeForTheNext) {
 }
 
 }  // namespace
-}  // namespace flipfree
+}  // namespace flipfree::matchmaker

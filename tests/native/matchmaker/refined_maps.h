@@ -3,40 +3,43 @@
 
 #include <gtest/gtest.h>
 
-#include "flipfree/certify/winding.h"
-#include "flipfree/matchmaker/coarsen.h"
-#include "flipfree/matchmaker/corridor.h"
-#include "flipfree/matchmaker/push_point.h"
-#include "flipfree/matchmaker/untangle.h"
+#include "flipfree/certify/measures/winding.h"
+#include "flipfree/distortion/untangle.h"
+#include "flipfree/matchmaker/take_back/coarsen.h"
+#include "flipfree/matchmaker/walk/corridor.h"
+#include "flipfree/matchmaker/walk/push_point.h"
 #include "support/shapes.h"
 
 namespace flipfree::test {
 
-inline RefinedMap identity_map(const Surface& surface) {
-  return {make_refined_surface(surface), surface.vertices.leftCols(2)};
+inline mesh::RefinedMap identity_map(const mesh::Surface& surface) {
+  return {mesh::make_refined_surface(surface), surface.vertices.leftCols(2)};
 }
 
 // A vertex pushed through half of a grid, which leaves some hundred vertices behind, thinned out
 // with everything else where it is.
-inline RefinedMap pushed(const Surface& surface, VertexId v, ExecutionContext& context) {
-  RefinedMap map = identity_map(surface);
+inline mesh::RefinedMap pushed(const mesh::Surface& surface, VertexId v,
+                               ExecutionContext& context) {
+  mesh::RefinedMap map = identity_map(surface);
   const Vector2 goal(0.7123, 0.5317);
-  const Polygon corridor = corridor_around(map.uv.row(v).transpose(), goal,
-                                           Obstacles{{{0.45, 0.62}, {0.6, 0.4}}, {}, {}}, 0.3, 0.8);
+  const matchmaker::Polygon corridor = matchmaker::corridor_around(
+      map.uv.row(v).transpose(), goal, matchmaker::Obstacles{{{0.45, 0.62}, {0.6, 0.4}}, {}, {}},
+      0.3, 0.8);
   const std::vector<char> held(map.surface.position.size(), 0);
-  EXPECT_TRUE(push_point(map, v, goal, corridor, held, 5000, context));
-  while (thin_out(map, {v}, static_cast<Index>(surface.vertices.rows()), context) > 0) continue;
+  EXPECT_TRUE(matchmaker::push_point(map, v, goal, corridor, held, 5000, context));
+  while (matchmaker::thin_out(map, {v}, static_cast<Index>(surface.vertices.rows()), context) > 0)
+    continue;
   return map;
 }
 
 // Every face positive in the map and in its parent, and once around every inner vertex.
-inline void expect_valid(const RefinedMap& map) {
+inline void expect_valid(const mesh::RefinedMap& map) {
   map.surface.mesh.check_invariants();
   ASSERT_EQ(map.uv.rows(), map.surface.mesh.vertex_count());
   const ExecutionContext context;
   std::vector<FaceId> slots;
   const Triangles faces = map.surface.mesh.faces(&slots);
-  EXPECT_TRUE(find_flips(faces, map.uv, context).empty());
+  EXPECT_TRUE(distortion::find_flips(faces, map.uv, context).empty());
   for (FaceId f = 0; f < faces.rows(); ++f) {
     const FaceId parent = map.surface.mesh.parent(slots[static_cast<std::size_t>(f)]);
     EXPECT_GT(map.surface.orientation_in_parent(parent, faces(f, 0), faces(f, 1), faces(f, 2)), 0)
@@ -44,10 +47,10 @@ inline void expect_valid(const RefinedMap& map) {
   }
   Points2 corner_uv(faces.size(), 2);
   for (CornerId c = 0; c < faces.size(); ++c) corner_uv.row(c) = map.uv.row(faces.data()[c]);
-  const EdgeFlags no_cuts(static_cast<std::size_t>(faces.size()), 0);
-  EXPECT_TRUE(
-      winding_failures(build_adjacency(map.surface.mesh.vertex_count(), faces), no_cuts, corner_uv)
-          .empty());
+  const mesh::EdgeFlags no_cuts(static_cast<std::size_t>(faces.size()), 0);
+  EXPECT_TRUE(certify::winding_failures(
+                  mesh::build_adjacency(map.surface.mesh.vertex_count(), faces), no_cuts, corner_uv)
+                  .empty());
 }
 
 }  // namespace flipfree::test

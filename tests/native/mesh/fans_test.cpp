@@ -12,7 +12,7 @@
 
 #include "flipfree/base/error.h"
 
-namespace flipfree {
+namespace flipfree::mesh {
 namespace {
 
 // Corners joined step by step, as the contract says it and as slowly: two corners of one vertex
@@ -97,4 +97,4 @@ TEST(SplitFans, refuses_negative_vertices_and_takes_no_triangles) {
 }
 
 }  // namespace
-}  // namespace flipfree
+}  // namespace flipfree::mesh

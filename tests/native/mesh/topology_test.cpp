@@ -5,11 +5,11 @@
 #include <algorithm>
 
 #include "flipfree/base/error.h"
-#include "flipfree/mesh/cut.h"
-#include "flipfree/mesh/cut_graph.h"
+#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/mesh/cut_graph/cut_graph.h"
 #include "support/shapes.h"
 
-namespace flipfree {
+namespace flipfree::mesh {
 namespace {
 
 Adjacency adjacency_of(const Surface& surface) {
@@ -261,4 +261,4 @@ TEST(PlanarCut, lengths_beyond_doubles_and_lengths_that_vanish_leave_one_planar_
 }
 
 }  // namespace
-}  // namespace flipfree
+}  // namespace flipfree::mesh

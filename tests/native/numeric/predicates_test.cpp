@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-namespace flipfree {
+namespace flipfree::numeric {
 namespace {
 
 using Rational = boost::multiprecision::mpq_rational;
@@ -76,4 +76,4 @@ TEST(SegmentsConflict, tells_crossings_touches_and_shared_ends_apart) {
 }
 
 }  // namespace
-}  // namespace flipfree
+}  // namespace flipfree::numeric

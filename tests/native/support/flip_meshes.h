@@ -6,16 +6,16 @@
 #include <utility>
 #include <vector>
 
-#include "flipfree/conformal/overlay_coordinates.h"
+#include "flipfree/intrinsic/overlay/overlay_coordinates.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::test {
 
 // The surface's faces, with every boundary edge joined to one new vertex (the last).
-inline FlipMesh closed_mesh(const Surface& surface) {
+inline intrinsic::FlipMesh closed_mesh(const mesh::Surface& surface) {
   const auto n = static_cast<Index>(surface.vertices.rows());
-  const Adjacency adjacency = build_adjacency(n, surface.faces);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(n, surface.faces);
   std::vector<std::array<Index, 3>> faces;
   for (Index f = 0; f < surface.faces.rows(); ++f) {
     faces.push_back({surface.faces(f, 0), surface.faces(f, 1), surface.faces(f, 2)});
@@ -23,10 +23,10 @@ inline FlipMesh closed_mesh(const Surface& surface) {
   bool open = false;
   for (HalfedgeId h = 0; h < 3 * static_cast<Index>(surface.faces.rows()); ++h) {
     if (adjacency.opposite[static_cast<std::size_t>(h)] != kInvalid) continue;
-    faces.push_back({target(surface.faces, h), source(surface.faces, h), n});
+    faces.push_back({mesh::target(surface.faces, h), mesh::source(surface.faces, h), n});
     open = true;
   }
-  FlipMesh mesh;
+  intrinsic::FlipMesh mesh;
   mesh.vertex_count = n + (open ? 1 : 0);
   std::map<std::pair<Index, Index>, HalfedgeId> ids;
   mesh.next.resize(faces.size() * 3);

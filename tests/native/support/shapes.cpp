@@ -33,8 +33,8 @@ Triangles lattice_faces(Index columns, Index rows, Id id) {
 
 }  // namespace
 
-Surface bumpy_grid(Index columns, Index rows, double height, double frequency) {
-  Surface surface;
+mesh::Surface bumpy_grid(Index columns, Index rows, double height, double frequency) {
+  mesh::Surface surface;
   surface.vertices.resize((columns + 1) * (rows + 1), 3);
   const auto id = [&](Index i, Index j) { return j * (columns + 1) + i; };
   for (Index j = 0; j <= rows; ++j) {
@@ -49,10 +49,10 @@ Surface bumpy_grid(Index columns, Index rows, double height, double frequency) {
   return surface;
 }
 
-Surface grid(Index columns, Index rows) { return bumpy_grid(columns, rows, 0.0, 1.0); }
+mesh::Surface grid(Index columns, Index rows) { return bumpy_grid(columns, rows, 0.0, 1.0); }
 
-Surface sphere(Index sectors, Index rings) {
-  Surface surface;
+mesh::Surface sphere(Index sectors, Index rings) {
+  mesh::Surface surface;
   surface.vertices.resize(2 + sectors * (rings - 1), 3);
   surface.vertices.row(0) << 0, 0, 1;
   surface.vertices.row(1) << 0, 0, -1;
@@ -80,8 +80,8 @@ Surface sphere(Index sectors, Index rings) {
   return surface;
 }
 
-Surface torus(Index sectors, Index rings, double minor) {
-  Surface surface;
+mesh::Surface torus(Index sectors, Index rings, double minor) {
+  mesh::Surface surface;
   surface.vertices.resize(sectors * rings, 3);
   const auto id = [&](Index i, Index j) { return (j % rings) * sectors + i % sectors; };
   for (Index j = 0; j < rings; ++j) {
@@ -97,8 +97,8 @@ Surface torus(Index sectors, Index rings, double minor) {
   return surface;
 }
 
-Surface cylinder(Index sectors, Index rings) {
-  Surface surface;
+mesh::Surface cylinder(Index sectors, Index rings) {
+  mesh::Surface surface;
   surface.vertices.resize(sectors * (rings + 1), 3);
   const auto id = [&](Index i, Index j) { return j * sectors + i % sectors; };
   for (Index j = 0; j <= rings; ++j) {
@@ -112,8 +112,8 @@ Surface cylinder(Index sectors, Index rings) {
   return surface;
 }
 
-Surface tetrahedron() {
-  Surface surface;
+mesh::Surface tetrahedron() {
+  mesh::Surface surface;
   surface.vertices.resize(4, 3);
   surface.vertices << 1, 1, 1, 1, -1, -1, -1, 1, -1, -1, -1, 1;
   surface.faces.resize(4, 3);
@@ -121,8 +121,8 @@ Surface tetrahedron() {
   return surface;
 }
 
-Surface tube(Index sectors, Index rings) {
-  Surface surface;
+mesh::Surface tube(Index sectors, Index rings) {
+  mesh::Surface surface;
   surface.vertices.resize(sectors * rings + 1, 3);
   surface.faces.resize(2 * sectors * (rings - 1) + sectors, 3);
   for (Index r = 0; r < rings; ++r) {
@@ -149,9 +149,9 @@ Surface tube(Index sectors, Index rings) {
   return surface;
 }
 
-Surface stacked(Index vertices, Stacking stacking, unsigned seed) {
+mesh::Surface stacked(Index vertices, Stacking stacking, unsigned seed) {
   std::vector<std::array<VertexId, 3>> faces{{0, 1, 2}};
-  Surface surface;
+  mesh::Surface surface;
   surface.vertices.resize(vertices, 3);
   surface.vertices.topRows(3) << 0, 0, 0, 1, 0, 1, 0, 1, 1;
   std::mt19937 random(seed);
@@ -182,7 +182,7 @@ std::optional<std::string> shared_data(const std::string& relative) {
   return path.string();
 }
 
-Surface read_mesh(const std::string& path) {
+mesh::Surface read_mesh(const std::string& path) {
   std::ifstream in(path);
   if (!in) throw std::runtime_error("cannot read " + path);
   const bool off = path.size() > 4 && path.substr(path.size() - 4) == ".off";
@@ -224,7 +224,7 @@ Surface read_mesh(const std::string& path) {
       }
     }
   }
-  Surface surface;
+  mesh::Surface surface;
   surface.vertices =
       Eigen::Map<const Points3>(points.data(), static_cast<Eigen::Index>(points.size() / 3), 3);
   surface.faces =

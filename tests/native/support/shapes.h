@@ -10,33 +10,33 @@ namespace flipfree::test {
 
 // Triangulated (columns x rows) unit grid in the plane z = 0: (columns + 1)(rows + 1) vertices, a
 // disk.
-Surface grid(Index columns, Index rows);
+mesh::Surface grid(Index columns, Index rows);
 // The same over [0, 1]^2 with z = height * sin(frequency * pi * x) * sin(frequency * pi * y).
-Surface bumpy_grid(Index columns, Index rows, double height, double frequency);
+mesh::Surface bumpy_grid(Index columns, Index rows, double height, double frequency);
 // Sphere of radius 1 with two poles, `rings` - 1 rings of `sectors` vertices between them; closed,
 // genus 0.
-Surface sphere(Index sectors, Index rings);
+mesh::Surface sphere(Index sectors, Index rings);
 // Torus with radii 1 and `minor`; closed, genus 1.
-Surface torus(Index sectors, Index rings, double minor = 0.4);
+mesh::Surface torus(Index sectors, Index rings, double minor = 0.4);
 // Open cylinder of radius 1, unit height; two boundary loops.
-Surface cylinder(Index sectors, Index rings);
+mesh::Surface cylinder(Index sectors, Index rings);
 // Regular tetrahedron, closed.
-Surface tetrahedron();
+mesh::Surface tetrahedron();
 
 // Tube of radius 1 and unit ring distance, closed at the far end by a fan, open at ring 0: a disk
 // with `sectors` boundary vertices whose Tutte map decays exponentially with `rings`.
-Surface tube(Index sectors, Index rings);
+mesh::Surface tube(Index sectors, Index rings);
 // Stacked (Apollonian) triangulation: starting from one triangle, a vertex is put into a face and
 // joined to its corners, `vertices` - 3 times. kRandom: any face; kDeep: always the newest one;
 // kMixed: one of the three newest. A disk with three boundary vertices; new vertices lie at the
 // centroids of their faces.
 enum class Stacking { kRandom, kDeep, kMixed };
-Surface stacked(Index vertices, Stacking stacking, unsigned seed = 1);
+mesh::Surface stacked(Index vertices, Stacking stacking, unsigned seed = 1);
 
 // Path of a file in the shared data folder (environment variable FLIPFREE_DATA), or nothing when it
 // is not there.
 std::optional<std::string> shared_data(const std::string& relative);
 // Triangles of an .obj or .off file; polygons are fanned. Texture coordinates are ignored.
-Surface read_mesh(const std::string& path);
+mesh::Surface read_mesh(const std::string& path);
 
 }  // namespace flipfree::test

@@ -10,11 +10,11 @@
 #include "flipfree/base/error.h"
 #include "support/shapes.h"
 
-namespace flipfree {
+namespace flipfree::unwrap {
 namespace {
 
 TEST(Unwrap, the_progress_bar_is_full_only_at_the_end) {
-  const Surface surface = test::sphere(40, 30);
+  const mesh::Surface surface = test::sphere(40, 30);
   ExecutionContext context;
   std::atomic<bool> ended{false};
   std::atomic<bool> too_early{false};
@@ -25,7 +25,7 @@ TEST(Unwrap, the_progress_bar_is_full_only_at_the_end) {
       if (full && std::strcmp(context.stage(), "done") != 0) too_early = true;
     }
   });
-  const Parametrization map = unwrap(surface, {}, context);
+  const certify::Parametrization map = unwrap(surface, {}, context);
   ended = true;
   watcher.join();
   EXPECT_FALSE(too_early);
@@ -35,7 +35,7 @@ TEST(Unwrap, the_progress_bar_is_full_only_at_the_end) {
 
 // A clock that goes one second at every look at it ends the work at any place, always the same.
 TEST(Unwrap, ends_anywhere_with_a_valid_map_or_the_time_limit) {
-  const Surface surface = test::bumpy_grid(10, 10, 0.5, 3);
+  const mesh::Surface surface = test::bumpy_grid(10, 10, 0.5, 3);
   double looks = 0;
   const auto unwrap_for = [&](double seconds) {
     ExecutionContext context;
@@ -46,17 +46,17 @@ TEST(Unwrap, ends_anywhere_with_a_valid_map_or_the_time_limit) {
     options.max_seconds = seconds;
     return unwrap(surface, options, context);
   };
-  const auto limited = [](const Parametrization& map) {
+  const auto limited = [](const certify::Parametrization& map) {
     return std::get<std::int64_t>(map.stats.at("time_limit_reached")) != 0;
   };
-  const Parametrization best = unwrap_for(1e15);
+  const certify::Parametrization best = unwrap_for(1e15);
   EXPECT_FALSE(limited(best));
   const double whole = looks;
   int stopped = 0;
   int failed = 0;
   for (int i = 1; i < 12; ++i) {
     try {
-      const Parametrization map = unwrap_for(whole * i / 12);
+      const certify::Parametrization map = unwrap_for(whole * i / 12);
       EXPECT_TRUE(map.certificate.ok);
       if (!limited(map)) continue;
       ++stopped;
@@ -70,17 +70,18 @@ TEST(Unwrap, ends_anywhere_with_a_valid_map_or_the_time_limit) {
   EXPECT_GT(failed, 0);
 }
 
-Parametrization accepted_at_once(const Surface& surface, const UnwrapOptions& options = {}) {
+certify::Parametrization accepted_at_once(const mesh::Surface& surface,
+                                          const UnwrapOptions& options = {}) {
   ExecutionContext context;
   context.accept();
   return unwrap(surface, options, context);
 }
 
 TEST(Unwrap, accepted_before_there_is_a_map_returns_the_first_one) {
-  const Surface surface = test::bumpy_grid(20, 20, 0.5, 3);
+  const mesh::Surface surface = test::bumpy_grid(20, 20, 0.5, 3);
   ExecutionContext context;
-  const Parametrization best = unwrap(surface, {}, context);
-  const Parametrization early = accepted_at_once(surface);
+  const certify::Parametrization best = unwrap(surface, {}, context);
+  const certify::Parametrization early = accepted_at_once(surface);
   EXPECT_TRUE(early.certificate.ok);
   EXPECT_EQ(std::get<std::int64_t>(early.stats.at("time_limit_reached")), 1);
   EXPECT_EQ(std::get<std::int64_t>(best.stats.at("time_limit_reached")), 0);
@@ -89,22 +90,22 @@ TEST(Unwrap, accepted_before_there_is_a_map_returns_the_first_one) {
 
 // The embedding of a long tube on a circle shrinks far below what 32 bits hold.
 TEST(Unwrap, accepted_maps_that_cannot_be_stored_yet_are_optimised_first) {
-  const Parametrization map = accepted_at_once(test::tube(12, 400));
+  const certify::Parametrization map = accepted_at_once(test::tube(12, 400));
   EXPECT_TRUE(map.certificate.ok);
 }
 
 TEST(Unwrap, accepted_maps_meet_their_pins) {
-  const Surface surface = test::bumpy_grid(12, 12, 0.5, 3);
+  const mesh::Surface surface = test::bumpy_grid(12, 12, 0.5, 3);
   ExecutionContext context;
-  const Parametrization free = unwrap(surface, {}, context);
+  const certify::Parametrization free = unwrap(surface, {}, context);
   UnwrapOptions options;
   for (const CornerId c : {CornerId{0}, static_cast<CornerId>(surface.faces.size() - 1)})
     options.pins.push_back({c, free.uv32.row(c).cast<double>().transpose() * 2.0});
-  const Parametrization map = accepted_at_once(surface, options);
+  const certify::Parametrization map = accepted_at_once(surface, options);
   EXPECT_TRUE(map.certificate.ok);
-  for (const CornerPin& pin : options.pins)
+  for (const certify::CornerPin& pin : options.pins)
     EXPECT_EQ(map.uv32.row(pin.corner).cast<double>().transpose(), pin.uv);
 }
 
 }  // namespace
-}  // namespace flipfree
+}  // namespace flipfree::unwrap

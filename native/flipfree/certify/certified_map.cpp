@@ -1,0 +1,59 @@
+#include "flipfree/certify/certified_map.h"
+
+#include <algorithm>
+#include <cstddef>
+
+#include "flipfree/certify/agreement.h"
+
+namespace flipfree::certify {
+
+namespace {
+
+std::string failure_text(const std::string& what, const Certificate& certificate) {
+  std::string text = what + " did not pass its certificate, so nothing is returned.";
+  for (const std::string& failure : certificate.failures) text += " " + failure + ".";
+  return text;
+}
+
+}  // namespace
+
+void certify_map(Parametrization& map, const mesh::Surface& input, const CertifyRequest& extra,
+                 const ExecutionContext& context) {
+  CertifyRequest request = extra;
+  request.surface = &map.surface;
+  request.uv = &map.uv;
+  request.uv32 = &map.uv32;
+  request.parent = &input;
+  request.parent_face = &map.parent_face;
+  request.vertex_parent = &map.vertex_parent;
+  request.vertex_barycentric = &map.vertex_barycentric;
+  map.certificate = certify(request, context);
+  if (map.certificate.ok) agree_with_storage(map, request, context);
+}
+
+CertificateFailed::CertificateFailed(const std::string& what, Certificate certificate)
+    : NotConverged({ErrorCode::kCertificateFailed, failure_text(what, certificate),
+                    ElementKind::kFace, certificate.failed_faces}),
+      certificate_(std::move(certificate)) {}
+
+Certificate in_input_faces(const Parametrization& map) {
+  Certificate certificate = map.certificate;
+  bool refined = false;
+  for (FaceId& f : certificate.failed_faces) {
+    if (static_cast<std::size_t>(f) >= map.parent_face.size()) continue;
+    refined = refined || map.parent_face[static_cast<std::size_t>(f)] != f;
+    f = map.parent_face[static_cast<std::size_t>(f)];
+  }
+  std::sort(certificate.failed_faces.begin(), certificate.failed_faces.end());
+  certificate.failed_faces.erase(
+      std::unique(certificate.failed_faces.begin(), certificate.failed_faces.end()),
+      certificate.failed_faces.end());
+  if (refined) certificate.failures.emplace_back("(Numbers are those of the refined mesh)");
+  return certificate;
+}
+
+void require_certificate(const Parametrization& map, const char* what) {
+  if (!map.certificate.ok) throw CertificateFailed(what, in_input_faces(map));
+}
+
+}  // namespace flipfree::certify

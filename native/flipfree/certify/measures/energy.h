@@ -1,0 +1,31 @@
+// The quoted distortion: symmetric Dirichlet energy, area-weighted mean at the best global scale; 1
+// = isometric.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/mesh/surface.h"
+#include "flipfree/mesh/topology.h"
+
+namespace flipfree::certify {
+
+struct EnergyFigures {
+  double mean = 0.0;  // area-weighted mean of (|J|^2 + |J^-1|^2) / 4 at the scale that minimises it
+  double maximum = 0.0;       // largest value of one triangle at that scale
+  double percentile99 = 0.0;  // area-weighted: triangles above it hold a hundredth of the area
+  double scale = 1.0;         // factor on the UVs that attains it
+};
+
+// Infinite if a face is flipped or degenerate in UV; faces of zero area in 3D are left out. Cost:
+// O(#F log #F).
+EnergyFigures symmetric_dirichlet(const mesh::Surface& surface, const Points2& corner_uv);
+
+// One face of every chart whose own mean at the map's scale (EnergyFigures::scale) is above
+// `bound`, worst first. Cost: O(#F).
+std::vector<FaceId> charts_above(const mesh::Surface& surface, const Points2& corner_uv,
+                                 const mesh::Components& charts, double scale, double bound);
+
+// Per face (|J|^2, |J^-1|^2, 3D area): the parts from which the figures come. #F x 3.
+Points3 symmetric_dirichlet_parts(const mesh::Surface& surface, const Points2& corner_uv);
+
+}  // namespace flipfree::certify

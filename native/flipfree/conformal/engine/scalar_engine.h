@@ -1,0 +1,414 @@
+// MetricEngine over a scalar type: its state, scaling and result. Private to the engines'
+// translation units, which include engine_impl.h: members are defined by idea in scalar_engine_*.h.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "flipfree/base/error.h"
+#include "flipfree/conformal/engine/engine.h"
+#include "flipfree/intrinsic/symmetric_flips.h"
+#include "flipfree/numeric/scalar.h"
+
+namespace flipfree::conformal {
+
+template <typename T>
+class ScalarEngine final : public MetricEngine {
+ public:
+  ScalarEngine(const EngineInput& input, int bits, ExecutionContext& context)
+      : input_(input), target_(input.target), bits_(bits), mesh_(input.setup.mesh) {
+    initialise_lengths();
+    initial_length_ = length_;
+    const std::size_t edges = mesh_.edge_count();
+    queued_.assign(edges, 0);
+    stack_.reserve(edges);
+    factor_product_.assign(static_cast<std::size_t>(input.vertex_count), Traits::make(1.0, bits));
+    started_ = flip_to_delaunay<false>(context);
+    euclidean_flips_ = flips_.size();
+  }
+
+  int bits() const override { return bits_; }
+  bool started() const override { return started_; }
+  const intrinsic::IntrinsicMesh& mesh() const override { return mesh_; }
+  const std::vector<intrinsic::FlipRecord>& flips() const override { return flips_; }
+  std::size_t euclidean_flips() const override { return euclidean_flips_; }
+  std::size_t exact_tests() const override { return exact_tests_; }
+
+  void scale(const FineVector& x, ExecutionContext& context) override {
+    using std::exp;
+    const T one = T(1.0);
+    factor_.resize(x.high.size());
+    // No check once the first factor is applied: the products must stay those of the lengths.
+    for (std::size_t v = 0; v < x.high.size(); ++v) {
+      if (v % kCheckLogarithms == kCheckLogarithms - 1) context.check();
+      if (!Traits::kIsDouble && !x.full.empty()) {
+        factor_[v] = exp(Traits::from_big(x.full[v], bits_));
+      } else if (x.low.empty()) {
+        factor_[v] = one + Traits::make(std::expm1(x.high[v]), bits_);
+      } else if constexpr (Traits::kIsDouble) {
+        factor_[v] = one + (std::expm1(x.high[v]) + x.low[v]);
+      } else {
+        factor_[v] = exp(Traits::make(x.high[v], bits_) + Traits::make(x.low[v], bits_));
+      }
+    }
+    apply_factors();
+  }
+
+  ScaleLogarithms scaled_so_far(const ExecutionContext& context) const override {
+    using std::log;
+    ScaleLogarithms x(factor_product_.size());
+    for (std::size_t v = 0; v < x.size(); ++v) {
+      if (v % kCheckLogarithms == kCheckLogarithms - 1) context.check();
+      x[v] = Traits::to_big(log(factor_product_[v]));
+    }
+    return x;
+  }
+
+  bool go_to(const ScaleLogarithms& x, ExecutionContext& context) override {
+    using std::exp;
+    constexpr double kStageRange = 2.0;
+    std::vector<T> part(x.size());
+    double low = std::numeric_limits<double>::infinity();
+    double high = -low;
+    for (std::size_t v = 0; v < x.size(); ++v) {
+      part[v] = Traits::from_big(x[v], bits_);
+      low = std::min(low, Traits::to_double(part[v]));
+      high = std::max(high, Traits::to_double(part[v]));
+    }
+    if (!std::isfinite(high - low)) return false;
+    const double stages = std::clamp(std::ceil((high - low) / kStageRange), 1.0, 1000.0);
+    factor_.resize(x.size());
+    for (std::size_t v = 0; v < x.size(); ++v) {
+      if (v % kCheckLogarithms == kCheckLogarithms - 1) context.check();
+      factor_[v] = exp(part[v] / T(stages));
+    }
+    for (double stage = 0; stage < stages; ++stage) {
+      apply_factors();
+      if (!restore_delaunay(context)) return false;
+    }
+    return true;
+  }
+
+  bool restore_delaunay(ExecutionContext& context) override {
+    return in_range_ && flip_to_delaunay<true>(context);
+  }
+
+  void evaluate(double accuracy, Gradient& out, ExecutionContext& context) override;
+
+  Energy energy(ExecutionContext& context) const override;
+
+  bool relax(const std::vector<VertexId>& unknowns, double accuracy,
+             const std::function<bool()>& stop, ExecutionContext& context) override;
+
+  void remember() override {
+    memory_.mesh = mesh_;
+    memory_.length = length_;
+    memory_.factor_product = factor_product_;
+    memory_.flips = flips_.size();
+  }
+  void go_back() override {
+    mesh_ = memory_.mesh;
+    length_ = memory_.length;
+    factor_product_ = memory_.factor_product;
+    flips_.resize(memory_.flips);
+    star_.clear();
+    shadow_valid_ = false;
+    in_range_ = true;
+  }
+
+  std::vector<double> moved() const override {
+    std::vector<double> change(factor_product_.size());
+    for (std::size_t v = 0; v < change.size(); ++v) {
+      const T& before = memory_.factor_product[v];
+      change[v] = 2.0 * std::log1p(numeric::ratio(factor_product_[v] - before, before));
+    }
+    return change;
+  }
+
+  void finish(ConformalMetric& result, bool in_full,
+              const ExecutionContext& context) const override {
+    result.mesh = mesh_;
+    result.initial = input_.setup.mesh;
+    result.input_halfedge = input_.setup.input_halfedge;
+    result.on_boundary = input_.setup.on_boundary;
+    result.initial_length = initial_length_;
+    result.flips = flips_;
+    result.euclidean_flips = euclidean_flips_;
+    result.bits = bits_;
+    // u = 2 log(product of factors), shifted to mean zero; lengths are shifted with it.
+    using std::exp;
+    using std::log;
+    std::vector<T> u(factor_product_.size());
+    T sum = Traits::make(0.0, bits_);
+    for (std::size_t v = 0; v < u.size(); ++v) {
+      if (v % kCheckLogarithms == kCheckLogarithms - 1) context.check();
+      u[v] = in_full ? T(2.0) * log(factor_product_[v])
+                     : Traits::make(2.0 * logarithm_of(factor_product_[v]), bits_);
+      sum += u[v];
+    }
+    const T mean = sum / T(static_cast<double>(u.size()));
+    result.scale_factors.resize(u.size());
+    double low = std::numeric_limits<double>::infinity();
+    double high = -low;
+    for (std::size_t v = 0; v < u.size(); ++v) {
+      u[v] -= mean;
+      result.scale_factors[v] = Traits::to_double(u[v]);
+      low = std::min(low, result.scale_factors[v]);
+      high = std::max(high, result.scale_factors[v]);
+    }
+    result.scale_range = high - low;
+    const T shrink = exp(-mean);
+    std::vector<T> length = length_;
+    for (T& l : length) l *= shrink;
+    result.u = std::move(u);
+    result.length = std::move(length);
+    result.flip_counts.fill(0);
+    for (std::size_t i = euclidean_flips_; i < flips_.size(); ++i) {
+      ++result.flip_counts[static_cast<std::size_t>(flips_[i].type)];
+    }
+  }
+
+ private:
+  using Traits = numeric::ScalarTraits<T>;
+  static constexpr double kPi = std::numbers::pi;
+  // Faces, edges, or logarithms and exponentials per check for cancel: with the most bits an angle
+  // or a logarithm takes half a millisecond, a Delaunay test or a flip some 30 us.
+  static constexpr std::size_t kCheckEvery = 2048;  // in double
+  static constexpr std::size_t kCheckTests = Traits::kIsDouble ? kCheckEvery : 256;
+  static constexpr std::size_t kCheckFlips = Traits::kIsDouble ? 1024 : 64;
+  static constexpr std::size_t kCheckLogarithms = Traits::kIsDouble ? kCheckEvery : 32;
+  // Bounds of one relaxation: of each logarithm of a length, and flips per edge. A vertex that
+  // wants to go further waits for the others to follow.
+  static constexpr double kRelaxMove = 2.0;
+  static constexpr std::size_t kRelaxFlips = 4;
+  static constexpr int kRelaxSteps = 150;
+  static constexpr std::size_t kFirstEvents = 4;
+  // Errors of a shape's x from lengths rounded to double, three roundings each of at most half of
+  // s.
+  static constexpr double kShadowError = 1e-15;
+  static constexpr double kStarAccuracy = 1e-6;     // of angles in relaxation
+  static constexpr double kEnergyAccuracy = 1e-14;  // of angles in the energy
+  // Roundings in the sum of the energy's terms, against the estimate of one per term.
+  static constexpr double kEnergyRoundings = 16.0;
+  // Relative size of the sum of two half-cotangents from which on it is computed in full.
+  static constexpr double kCancelled = 1e-3;
+  // Half-cotangents below which they are: doubles know them to 1e-16.
+  static constexpr double kRight = 1e-10;
+  static constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+  static constexpr std::size_t slot(int i) { return static_cast<std::size_t>(i); }
+  std::size_t unknown_at(HalfedgeId h) const { return at(mesh_.unknown[at(mesh_.origin[at(h)])]); }
+
+  void initialise_lengths() {
+    using std::sqrt;
+    const std::size_t edges = mesh_.edge_count();
+    length_.resize(edges);
+    for (std::size_t e = 0; e < edges; ++e) {
+      if (input_.positions == nullptr) {
+        length_[e] = Traits::make(input_.edge_length[e], bits_);
+        continue;
+      }
+      const auto a = input_.positions->row(mesh_.unknown[at(mesh_.origin[2 * e])]);
+      const auto b = input_.positions->row(mesh_.unknown[at(mesh_.origin[2 * e + 1])]);
+      T sum = Traits::make(0.0, bits_);
+      for (int k = 0; k < 3; ++k) {
+        const T d = Traits::make(a[k], bits_) - Traits::make(b[k], bits_);
+        sum += d * d;
+      }
+      length_[e] = sqrt(sum);
+    }
+  }
+
+  static bool is_usable(const T& x) { return Traits::finite(x) && x > T(0.0); }
+
+  void apply_factors() {
+    in_range_ = true;
+    for (std::size_t v = 0; v < factor_.size(); ++v) {
+      factor_product_[v] *= factor_[v];
+      in_range_ = in_range_ && is_usable(factor_product_[v]);
+    }
+    for (std::size_t e = 0; e < length_.size(); ++e) {
+      const T& fi = factor_[at(mesh_.unknown[at(mesh_.origin[2 * e])])];
+      const T& fj = factor_[at(mesh_.unknown[at(mesh_.origin[2 * e + 1])])];
+      length_[e] = (length_[e] * fi) * fj;
+    }
+    shadow_valid_ = false;
+  }
+
+  double face_weight(std::size_t f) const {
+    if (!mesh_.symmetric()) return 1.0;
+    switch (mesh_.face_label[f]) {
+      case intrinsic::FaceLabel::kOne:
+        return 1.0;
+      case intrinsic::FaceLabel::kTwo:
+        return 0.0;
+      case intrinsic::FaceLabel::kTriangle:
+      case intrinsic::FaceLabel::kQuad:
+        return 0.5;
+    }
+    return 0.0;
+  }
+
+  // Half-edges of a face, x[k] = s - 2 length[k] relative to the perimeter s, and the factor
+  // `radius` with tan(angle opposite k / 2) = radius / x[k]. `accuracy`: error of the angles that
+  // is good enough; where no x is too small for that, lengths rounded to double serve.
+  double shape(std::size_t f, double accuracy, HalfedgeId h[3], double x[3]) const {
+    h[0] = mesh_.face_halfedge[f];
+    h[1] = mesh_.next[at(h[0])];
+    h[2] = mesh_.next[at(h[1])];
+    // Below rounding a length difference is not known; the triangle is then read as barely valid,
+    // and the noise estimate says what that is worth.
+    const double least = std::ldexp(1.0, -bits_);
+    if constexpr (Traits::kIsDouble) {
+      shape_in_double(length_, h, x);
+      for (int k = 0; k < 3; ++k) x[k] = std::max(x[k], least);
+      return std::sqrt(x[0] * x[1] * x[2]);
+    } else {
+      if (shadow_valid_) {
+        shape_in_double(shadow_, h, x);
+        if (std::min({x[0], x[1], x[2]}) * accuracy > kShadowError)
+          return std::sqrt(x[0] * x[1] * x[2]);
+      }
+      const T& a = length_[at(h[0] >> 1)];
+      const T& b = length_[at(h[1] >> 1)];
+      const T& c = length_[at(h[2] >> 1)];
+      const T s = a + b + c;
+      x[0] = numeric::ratio(b - a + c, s);
+      x[1] = numeric::ratio(c - b + a, s);
+      x[2] = numeric::ratio(a - c + b, s);
+      for (int k = 0; k < 3; ++k) x[k] = std::max(x[k], least);
+      return std::sqrt(x[0]) * std::sqrt(x[1]) * std::sqrt(x[2]);  // the product may underflow
+    }
+  }
+  static void shape_in_double(const std::vector<double>& length, const HalfedgeId h[3],
+                              double x[3]) {
+    const double a = length[at(h[0] >> 1)];
+    const double b = length[at(h[1] >> 1)];
+    const double c = length[at(h[2] >> 1)];
+    const double inverse = 1.0 / (a + b + c);
+    x[0] = ((b - a) + c) * inverse;
+    x[1] = ((c - b) + a) * inverse;
+    x[2] = ((a - c) + b) * inverse;
+  }
+
+  // The widest angle is opposite the smallest x.
+  static int widest_of(const double x[3]) {
+    return x[0] <= x[1] ? (x[0] <= x[2] ? 0 : 2) : (x[1] <= x[2] ? 1 : 2);
+  }
+  static double logarithm_of(const T& value) {
+    std::int64_t exponent = 0;
+    const double mantissa = Traits::scaled(value, exponent);
+    return std::log(mantissa) + std::numbers::ln2 * static_cast<double>(exponent);
+  }
+
+  // scalar_engine_relax.h
+  void index_stars();
+  struct StarAngle {
+    double angle = 0.0;         // total angle at an unknown
+    double slope = 0.0;         // Hessian diagonal
+    double reach = kRelaxMove;  // changes of the scale factor that keep the shape of the star
+  };
+  StarAngle star_angle(VertexId v) const;
+  bool relax_one(VertexId v, double accuracy, ExecutionContext& context);
+  bool scale_star(VertexId v, double growth, ExecutionContext& context);
+
+  // scalar_engine_star.h
+  struct StarMove {
+    double step = 0.0;       // change of the scale factor done
+    std::size_t events = 0;  // flips on the way
+    bool followed = false;
+  };
+  struct StarEvent {
+    double step = 0.0;  // where the edge stops being Delaunay
+    EdgeId e = kInvalid;
+    std::uint32_t version = 0;
+  };
+  StarMove move_star(VertexId v, double step, std::size_t most_events, ExecutionContext& context);
+  void add_event(VertexId v, EdgeId e, double step, double done);
+  template <typename S>
+  void event_terms(VertexId v, EdgeId e, const std::vector<S>& length, S& low, S& high,
+                   S& size) const;
+  template <typename Visit>
+  void around(VertexId v, Visit visit) const {
+    const HalfedgeId first = star_[at(v)];
+    HalfedgeId h = first;
+    do {
+      visit(h);
+      h = mesh_.next[at(h ^ 1)];
+    } while (h != first);
+  }
+
+  double noise_of(double smallest_radius, double angle_error) const {
+    // An angle changes by at most (relative error of lengths) / radius; a few roundings per length.
+    const double length_error = 4.0 * std::ldexp(1.0, -bits_);
+    return length_error / std::max(smallest_radius, 1e-300) + 4.0 * angle_error;
+  }
+
+  // scalar_engine_angles.h
+  struct Shape;
+  template <typename Visit>
+  double visit_faces(std::size_t begin, std::size_t end, double accuracy, const Visit& visit) const;
+  template <typename Visit>
+  double visit_all_faces(double accuracy, ExecutionContext& context, const Visit& visit) const;
+  void evaluate_exactly(Gradient& out, ExecutionContext& context);
+  void spread_remainder();
+  void repair_weights(Gradient& out) const;
+  void repair_right_angle(std::size_t h, Gradient& out) const;
+  T half_tangent_square(HalfedgeId h) const;
+  static void finish_gradient(Gradient& out);
+
+  // scalar_engine_flips.h
+  bool violates_delaunay(EdgeId e);
+  void refresh_shadow();
+  void update_shadow(EdgeId e);
+  void update_shadows(const intrinsic::FlipStencil& s);
+  void push(EdgeId e);
+  template <bool kPtolemy>
+  bool flip_to_delaunay(ExecutionContext& context);
+  template <bool kPtolemy>
+  bool empty_stack(ExecutionContext& context);
+  template <bool kPtolemy>
+  bool flip(EdgeId e, intrinsic::FlipType type, intrinsic::PlainFlips& plain);
+  bool usable(const intrinsic::FlipStencil& s) const;
+
+  struct Memory {
+    intrinsic::IntrinsicMesh mesh;
+    std::vector<T> length;
+    std::vector<T> factor_product;
+    std::size_t flips = 0;
+  };
+
+  const EngineInput& input_;
+  const std::vector<double>& target_;
+  Memory memory_;
+  int bits_;
+  intrinsic::IntrinsicMesh mesh_;
+  std::vector<T> length_;
+  std::array<T, 3> before_;  // lengths that a flip overwrites
+  std::vector<T> initial_length_;
+  std::vector<T> factor_;          // of the last scaling
+  std::vector<T> factor_product_;  // exp(u / 2)
+  bool in_range_ = true;           // so are they all
+  std::vector<T> exact_target_;
+  std::vector<T> sums_;
+  std::vector<double> angle_;  // per half-edge: at its origin, times the weight of its face
+  std::vector<double> shadow_;
+  bool shadow_valid_ = false;
+  std::vector<intrinsic::FlipRecord> flips_;
+  bool started_ = false;
+  std::size_t euclidean_flips_ = 0;
+  std::size_t exact_tests_ = 0;
+  std::vector<HalfedgeId> star_;
+  std::vector<VertexId> mirror_;
+  std::vector<StarEvent> events_;             // heap
+  std::vector<std::uint32_t> event_version_;  // per edge: events with another one are void
+  std::vector<char> queued_;
+  std::vector<EdgeId> stack_;
+};
+
+}  // namespace flipfree::conformal

@@ -1,0 +1,80 @@
+// The Newton direction: cotan Laplacian of the current triangulation, factorized by
+// numeric/cholesky.h, refined in double.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/conformal/engine/engine.h"
+#include "flipfree/numeric/cholesky/cholesky.h"
+#include "flipfree/numeric/cholesky/laplacian_factor.h"
+
+namespace flipfree::conformal {
+
+class NewtonSystem {
+ public:
+  // Solves H d = -g up to a constant, d shifted so that its largest and smallest entries are
+  // opposite. The Hessian has the entries -w_ij, w_ij = (cot + cot) / 2 over the edges between
+  // unknowns i and j, and zero row sums; the last unknown is fixed. The symbolic analysis is kept
+  // while the pattern stays, its order while only flips changed it. False, and the direction of no
+  // meaning, if a cotangent is not finite, the matrix not positive definite to working precision or
+  // the solution not finite.
+  // The low parts come from the refinement; they are what counts along heavy couplings. Where
+  // couplings are heavier than two doubles can serve - the last place of the direction times the
+  // weight is an angle - it has `bits` bits.
+  bool solve(const intrinsic::IntrinsicMesh& mesh, const Gradient& gradient, int bits,
+             FineVector& direction, ExecutionContext& context);
+
+  // Derivative of the energy along the last direction, -d' H d: a sum of squares.
+  double slope() const { return slope_; }
+
+  int analyses() const { return analyses_; }
+  int accurate_factorizations() const { return accurate_factorizations_; }
+  int orderings() const { return orderings_; }
+  int factorizations() const { return factorizations_; }
+  int old_factor_solves() const { return old_factor_solves_; }
+  // Wall-clock seconds so far: symbolic (orderings and analyses), and everything else.
+  double seconds_symbolic() const { return seconds_symbolic_; }
+  double seconds_numeric() const { return seconds_numeric_; }
+
+ private:
+  bool find_direction(const intrinsic::IntrinsicMesh& mesh, const Gradient& gradient, int bits,
+                      FineVector& direction, ExecutionContext& context);
+  bool factorize(ExecutionContext& context);
+  bool by_old_factor(const std::vector<double>& g, double goal, FineVector& d,
+                     ExecutionContext& context);
+  double by_new_factor(const std::vector<double>& g, double goal, FineVector& d,
+                       ExecutionContext& context);
+  double by_accurate_factor(const std::vector<double>& g, double error, int bits, FineVector& d,
+                            ExecutionContext& context);
+  // False if a weight is not a finite number.
+  bool collect_couplings(const intrinsic::IntrinsicMesh& mesh, const Gradient& gradient);
+  // From the couplings; `last` is the fixed unknown.
+  void build_matrix(Index last);
+  // What the low parts of d contribute to H d at most, entry by entry of the couplings.
+  double rounding(const FineVector& d) const;
+  // r = -g - H d, and its largest entry.
+  double residual(const std::vector<double>& g, const FineVector& d, std::vector<double>& r) const;
+
+  std::vector<numeric::Coupling> couplings_;  // one per pair of different unknowns, weight > = 0
+  std::vector<numeric::Coupling> unsorted_;
+  std::vector<Index> bucket_;
+  numeric::SparseMatrix matrix_;
+  std::vector<Index> analysed_outer_;
+  std::vector<Index> analysed_inner_;
+  numeric::SparseCholesky cholesky_;
+  numeric::LaplacianFactor accurate_;
+  bool use_accurate_ = false;
+  bool factor_kept_ = false;  // cholesky_ holds the factor of an earlier matrix
+  double slope_ = 0.0;
+  int accurate_factorizations_ = 0;
+  double order_flops_ = 0.0;
+  int orderings_ = 0;
+  int analyses_ = 0;
+  int factorizations_ = 0;
+  int old_factor_solves_ = 0;
+  double seconds_symbolic_ = 0.0;
+  double seconds_numeric_ = 0.0;
+};
+
+}  // namespace flipfree::conformal

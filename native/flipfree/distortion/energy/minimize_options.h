@@ -1,0 +1,44 @@
+// How a descent of the symmetric Dirichlet energy goes, and when it ends (minimize.h).
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/types.h"
+#include "flipfree/numeric/cholesky/elimination_memory.h"
+
+namespace flipfree::distortion {
+
+struct MinimizeOptions {
+  int max_iterations = 200;
+  // Stop when a full Newton step promises to lower the energy by less than this share of it. The
+  // step is still taken.
+  double tolerance = 1e-4;
+  // Vertices that keep their initial UV bit for bit.
+  std::vector<VertexId> fixed;
+  // The chart's boundary may not touch itself. Precondition: it does not in the initial map.
+  bool bijective = false;
+  // With `bijective`: the boundary is held apart from the first step on, for maps that are known to
+  // overlap without. Otherwise only where a descent without has ended in an overlap.
+  bool held_apart = false;
+  // With `bijective`, where the descent without holding apart ends in an overlap: not null, and its
+  // map is put here; the last map of the descent that did not overlap is the result, as it is.
+  Points2* overlapping = nullptr;
+  // Also try steps beyond the full Newton step, doubled while the energy falls, up to 8 times. The
+  // convexified Hessian is too stiff where maps are drawn out far; there this takes a third of the
+  // steps. Not while parts of the boundary are held apart.
+  bool lengthen = false;
+  // Rounds of pulling that minimize_with_targets() may spend on the way.
+  int max_pulls = 200;
+  // Elimination orders of former calls by vertex, for meshes that differ little; null: none.
+  numeric::EliminationMemory* memory = nullptr;
+  // What the memory knows each vertex by (#V, ascending); null: its id.
+  const std::vector<Index>* labels = nullptr;
+  // UV length of a surface length 1 at which the energy is measured, for charts that are a part of
+  // another; 0: whatever is best for the chart. Needs fixed vertices; not with `bijective`.
+  double unit = 0;
+  // The result is the caller's: accept() ends the descent once the energy is bearable, with a stop
+  // "time limit" (not the way to targets before it).
+  bool acceptable = false;
+};
+
+}  // namespace flipfree::distortion

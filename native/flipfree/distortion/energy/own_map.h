@@ -1,0 +1,32 @@
+// Steps that take a map of the solver's own: what is wrong with such a map is no fault of the
+// caller's, and no proof of anything.
+#pragma once
+
+#include <string>
+
+#include "flipfree/base/error.h"
+
+namespace flipfree::distortion {
+
+// step(), whose InvalidInput and Infeasible become NotConverged (kCertificateFailed), without the
+// elements and the text, which count what the caller does not know.
+template <typename Step>
+auto with_own_map(Step step) -> decltype(step()) {
+  const auto refuse = [](const Exception& e) {
+    throw_not_converged(ErrorCode::kCertificateFailed,
+                        "A map on the way to the result was not usable (" +
+                            std::string(describe(e.error().code)) +
+                            "). Pins that lie closer together and nearer to the origin, or a mesh "
+                            "without needles, leave more room.");
+  };
+  try {
+    return step();
+  } catch (const InvalidInput& e) {
+    refuse(e);
+  } catch (const Infeasible& e) {
+    refuse(e);
+  }
+  throw InternalError("refused, and yet here");
+}
+
+}  // namespace flipfree::distortion

@@ -1,0 +1,28 @@
+// Rest shapes: each surface triangle unfolded into the plane, normalised to total area 1.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/distortion/energy/symmetric_dirichlet.h"
+#include "flipfree/mesh/surface.h"
+
+namespace flipfree::distortion {
+
+// Rest triangles lower than this share of their longest edge are raised to it: the gradients of a
+// needle would drown the entries of its neighbours in rounding. Its weight stays the true area, so
+// that energies of meshes with slivers change by less than the slivers' share of the surface.
+inline constexpr double kFlattestRest = 1e-7;
+// Least weight of a triangle as a share of the mean weight. A triangle of no area would resist
+// nothing until it is about to flip, and then stop the line search for all others.
+inline constexpr double kLeastWeight = 1e-3;
+
+struct RestShapes {
+  std::vector<RestTriangle> triangles;  // #F, lengths divided by `length`; weights sum to 1
+  double length = 1;                    // square root of the surface's area
+};
+
+// Precondition: coordinates are finite and the surface has positive area.
+RestShapes build_rest_shapes(const mesh::Surface& surface, const ExecutionContext& context);
+
+}  // namespace flipfree::distortion

@@ -1,0 +1,63 @@
+// Barrier that keeps a chart's boundary from meeting itself: for every boundary vertex p and
+// boundary edge ab that does not end in p, (h / d - 1)^2 where their distance d is below h, after
+// Smith, Schaefer 2015, "Bijective Parameterization with Free Boundaries". It only steers; what is
+// accepted is decided by the exact test of boundary_grid.h.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "flipfree/distortion/minimize/boundary_grid.h"
+#include "flipfree/mesh/surface.h"
+
+namespace flipfree::distortion {
+
+class BoundaryBarrier {
+ public:
+  explicit BoundaryBarrier(const mesh::Surface& chart);
+
+  const Boundary& boundary() const { return boundary_; }
+
+  // A pair within reach, and the derivatives of its term: gradient and Gauss-Newton Hessian are
+  // slope * (n, -(1 - t) n, -t n) and curvature * the outer product of the same; both weighted.
+  struct Contact {
+    std::array<VertexId, 3> vertices;  // p, a, b
+    Vector2 normal;                    // n: unit, from the closest point a + t (b - a) to p
+    double t = 0;
+    double value = 0;
+    double slope = 0;
+    double curvature = 0;
+  };
+  // How far the barrier reaches and what it weighs.
+  struct Reach {
+    double unit = 1;    // UV length of a surface length 1
+    double factor = 1;  // times the ordinary reach; far reach lets parts give way before they meet
+    double weight = 1;  // of each term
+  };
+  // Order of the contacts: by p, then edge. Pairs that are nearer along the boundary than twice the
+  // far reach cannot help being near: they have the ordinary reach always.
+  std::vector<Contact> contacts(const Points2& uv, const Reach& reach) const;
+  // Vertex pairs (lower first, sorted, unique) that contacts couple while no distance changes by
+  // more than half of the reach; edges of the boundary are not listed.
+  std::vector<std::array<VertexId, 2>> couplings(const Points2& uv, const Reach& reach) const;
+  // Sum of the values of the contacts.
+  double value(const Points2& uv, const Reach& reach) const;
+
+ private:
+  template <typename Visit>
+  void for_contacts(const Points2& uv, const Reach& reach, double wider, Visit visit) const;
+  double along_boundary(std::size_t vertex, std::size_t edge) const;
+
+  Boundary boundary_;
+  std::vector<double> edge_reach_;    // per boundary edge, surface lengths
+  std::vector<double> vertex_reach_;  // per entry of boundary_.vertices
+  // Places along the boundary loops, in surface lengths: of each edge's first end, and of each
+  // vertex.
+  std::vector<double> edge_place_;
+  std::vector<double> vertex_place_;
+  std::vector<Index> edge_loop_;
+  std::vector<Index> vertex_loop_;
+  std::vector<double> loop_length_;
+};
+
+}  // namespace flipfree::distortion

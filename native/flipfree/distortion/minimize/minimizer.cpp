@@ -1,0 +1,418 @@
+#include "flipfree/distortion/minimize/minimizer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <optional>
+#include <string>
+
+#include "flipfree/base/error.h"
+
+namespace flipfree::distortion {
+namespace {
+
+// A map with a larger mean is not taken for somebody who accepts it as it is: nothing can be done
+// with it, and 32 bits may not hold it.
+constexpr double kBearableEnergy = 100.0;
+// The step goes this far towards the first flip; closer would leave a triangle whose barrier
+// dominates the next step.
+constexpr double kShareOfFlip = 0.9;
+constexpr double kSufficientDecrease = 1e-4;
+constexpr double kShortestStep = 1e-12;
+// Longest one, in full steps, with MinimizeOptions::lengthen.
+constexpr double kLongestStep = 8;
+// Below this relative size a difference of two energies is rounding (sums of 1e6 terms); slopes
+// decide instead.
+constexpr double kEnergyRounding = 1e-11;
+// Targets go this far towards the first flip at once, with so many steps of recovery in between;
+// they have got stuck when this many rounds in a row brought them no more than a hundredth nearer.
+constexpr double kPullShare = 0.7;
+constexpr int kRecoveries = 3;
+constexpr int kIdlePulls = 8;
+// This many steps in a row shorter than kCreep lead nowhere.
+constexpr double kCreep = 1e-4;
+constexpr int kMostCreeping = 6;
+// Of the progress, what the progressive steps take; what a step adds at least, of what is left;
+// where it waits for the end.
+constexpr double kProgressiveShare = 0.3;
+constexpr double kLeastProgress = 0.01;
+constexpr double kMostProgress = 0.98;
+// Weight of a contact in units of a mean triangle's.
+constexpr double kBarrierWeight = 1.0;
+// Reach of the barrier while the map is far from its target, in units of the ordinary reach; it is
+// halved whenever a step promises less than the share kSettled of the energy.
+constexpr double kFarReach = 8.0;
+constexpr double kSettled = 5e-3;
+
+}  // namespace
+
+Minimizer::Minimizer(const Triangles& faces, RestShapes rest, const mesh::Surface* surface,
+                     const Points2& initial, const MinimizeOptions& options,
+                     ExecutionContext& context)
+    : faces_(faces),
+      options_(options),
+      context_(context),
+      uv_(initial),
+      fixed_(static_cast<std::size_t>(initial.rows()), 0),
+      rest_(std::move(rest)) {
+  for (const VertexId v : options.fixed) fixed_[static_cast<std::size_t>(v)] = 1;
+  if (options.bijective) barrier_.emplace(*surface);
+  if (options.fixed.empty()) normalise();
+  if (options.unit > 0) {
+    scale_rest(rest_.triangles, 1.0 / (rest_.length * options.unit), context_, working_);
+    rest_.triangles.swap(working_);
+    rest_.length = 1.0 / options.unit;
+  }
+}
+
+// Exact: may trial_ replace uv_?
+bool Minimizer::acceptable() {
+  return trial_.allFinite() && is_flip_free(faces_, trial_, context_) &&
+         !(barrier_on_ && overlaps_itself(barrier_->boundary(), trial_, context_));
+}
+
+// Without fixed vertices: bounding box centred at the origin, where doubles are densest, and about
+// as large as the rest shapes. Kept only if the exact tests still hold.
+void Minimizer::normalise() {
+  const Eigen::RowVector2d low = uv_.colwise().minCoeff();
+  const Eigen::RowVector2d high = uv_.colwise().maxCoeff();
+  trial_ = uv_.rowwise() - 0.5 * (low + high);
+  // A power of two: changes no triangle's sign.
+  trial_ *= std::ldexp(1.0, -std::ilogb((high - low).maxCoeff()));
+  barrier_on_ = barrier_.has_value();
+  if (acceptable()) uv_.swap(trial_);
+  barrier_on_ = false;
+}
+
+// Brings a free map to the surface's unit; by a power of two if rounding of the exact factor would
+// spoil something.
+void Minimizer::finish_unit() {
+  const double factor = rest_.length * sums_.best_scale();
+  const Eigen::RowVector2d centre = 0.5 * (uv_.colwise().minCoeff() + uv_.colwise().maxCoeff());
+  trial_ = factor * (uv_.rowwise() - centre);
+  barrier_on_ = barrier_.has_value();
+  if (acceptable()) {
+    uv_.swap(trial_);
+  } else {
+    uv_ *= std::ldexp(1.0, static_cast<int>(std::lround(std::log2(factor))));
+  }
+}
+
+// Longest acceptable step along direction_, 0 if there is none; leaves the new map in trial_.
+double Minimizer::line_search(double slope, double energy, bool progressive) {
+  double step = std::min(1.0, kShareOfFlip * step_to_first_flip(faces_, uv_, direction_, context_));
+  for (; step > kShortestStep; step *= 0.5) {
+    trial_ = uv_ + step * direction_;
+    if (!acceptable()) continue;
+    const EnergySums sums = sum_energy(faces_, working_, trial_, context_);
+    double now = progressive || barrier_on_ ? sums.value() : measure(sums);
+    if (barrier_on_) now += barrier_->value(trial_, reach_);
+    if (now <= energy + kSufficientDecrease * step * slope) {
+      const bool may = options_.lengthen && step == 1.0 && !progressive && !barrier_on_;
+      return may ? lengthen(now) : step;
+    }
+    if (std::abs(step * slope) < kEnergyRounding * energy &&
+        directional_derivative(faces_, working_, trial_, direction_, context_) <= 0) {
+      return step;
+    }
+  }
+  return 0;
+}
+
+// The full step is in trial_ and has energy `now`: doubles it while the energy falls. Returns the
+// factor.
+double Minimizer::lengthen(double now) {
+  const double most = kShareOfFlip * step_to_first_flip(faces_, uv_, direction_, context_);
+  Points2 longer;
+  double step = 1.0;
+  while (2 * step <= std::min(most, kLongestStep)) {
+    longer = uv_ + 2 * step * direction_;
+    if (!is_flip_free(faces_, longer, context_)) break;
+    const double then = measure(sum_energy(faces_, working_, longer, context_));
+    if (!(then < now)) break;
+    now = then;
+    step *= 2;
+    trial_.swap(longer);
+  }
+  return step;
+}
+
+bool Minimizer::add_contacts(const std::vector<BoundaryBarrier::Contact>& contacts) {
+  for (const auto& contact : contacts) {
+    const double factor[3] = {1.0, contact.t - 1.0, -contact.t};
+    const Vector2& n = contact.normal;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = i; j < 3; ++j) {
+        const double c = contact.curvature * factor[i] * factor[j];
+        const double block[3] = {c * n.x() * n.x(), c * n.x() * n.y(), c * n.y() * n.y()};
+        if (i != j) {
+          if (!system_->add_pair(contact.vertices[static_cast<std::size_t>(i)],
+                                 contact.vertices[static_cast<std::size_t>(j)], block)) {
+            return false;
+          }
+          continue;
+        }
+        const double gradient[2] = {contact.slope * factor[i] * n.x(),
+                                    contact.slope * factor[i] * n.y()};
+        system_->add(contact.vertices[static_cast<std::size_t>(i)], gradient, block);
+      }
+    }
+  }
+  return true;
+}
+
+// Gradient and Hessian at uv_ for the working rest shapes; returns the energy. The system's pattern
+// is extended when parts of the boundary come near each other that were not before.
+double Minimizer::assemble(double scale, bool soft) {
+  if (!barrier_on_) {
+    if (!system_)
+      system_.emplace(faces_, fixed_, uv_, std::vector<std::array<VertexId, 2>>{}, context_,
+                      options_.memory, options_.labels);
+    return system_->assemble(working_, uv_, soft, context_);
+  }
+  reach_ = {unit(scale), soft ? kFarReach : reach_factor_,
+            kBarrierWeight / static_cast<double>(faces_.rows())};
+  const auto contacts = barrier_->contacts(uv_, reach_);
+  double energy = 0;
+  const auto all = [&] {
+    energy = system_->assemble(working_, uv_, soft, context_);
+    return add_contacts(contacts);
+  };
+  if (!system_ || !all()) {
+    system_.emplace(faces_, fixed_, uv_, barrier_->couplings(uv_, reach_), context_,
+                    options_.memory, options_.labels);
+    if (!all()) throw InternalError("a contact of the boundary barrier is missing in the pattern");
+  }
+  for (const auto& contact : contacts) energy += contact.value;
+  return energy;
+}
+
+Minimizer::Step Minimizer::iterate(bool progressive) {
+  double scale = scale_of(sums_);
+  if (progressive) {
+    // Scale at which the logarithm of the area distortion averages to zero: the best scale would
+    // follow the few worst triangles.
+    if (options_.unit == 0) scale = std::exp(-0.5 * sums_.log_area);
+    progressive_rest(faces_, rest_.triangles, scale, uv_, context_, working_);
+  } else {
+    if (barrier_on_ && frozen_scale_ == 0) frozen_scale_ = scale;
+    if (barrier_on_) scale = frozen_scale_;
+    scale_rest(rest_.triangles, scale, context_, working_);
+  }
+  const double energy = assemble(scale, progressive);
+  const double slope = system_->solve(direction_, context_);
+  ++factorizations_;
+  if (!(slope < 0)) return slope == 0 ? Step::kConverged : Step::kStalled;
+  const double step = line_search(slope, energy, progressive);
+  if (step == 0) return -slope < kEnergyRounding * energy ? Step::kConverged : Step::kStalled;
+  const EnergySums sums = sum_energy(faces_, rest_.triangles, trial_, context_);
+  if (progressive && !(measure(sums) < measure(sums_))) return Step::kStalled;
+  creeping_ = step < kCreep ? creeping_ + 1 : 0;
+  uv_.swap(trial_);
+  sums_ = sums;
+  if (progressive) {
+    // The worst triangle on its way to where true rest shapes take over.
+    first_worst_ = std::max(first_worst_, worst(sums_));
+    advance(kProgressiveShare, 0.0, worst(sums_), first_worst_, 10 * kProgressiveBound);
+    return Step::kTaken;
+  }
+  const double promise = -0.5 * slope / energy;
+  first_promise_ = std::max(first_promise_, promise);
+  advance(1.0, kProgressiveShare, promise, first_promise_, options_.tolerance);
+  if (barrier_on_ && reach_factor_ > 1) {
+    // Far reach keeps parts apart for longer steps; it is drawn in as the map settles.
+    if (promise < kSettled) reach_factor_ = std::max(1.0, 0.5 * reach_factor_);
+    return Step::kTaken;
+  }
+  return promise <= options_.tolerance && step >= 1.0 ? Step::kConverged : Step::kTaken;
+}
+
+// A figure on its way from its largest value to its goal, by orders of magnitude, moves the
+// progress from `begin` to `end`. It never falls back, and always a little forward: no bound on the
+// steps is known.
+void Minimizer::advance(double end, double begin, double now, double first, double goal) {
+  const double whole = std::log(first / goal);
+  const double gone = whole > 0 ? std::clamp(std::log(first / now) / whole, 0.0, 1.0) : 0.0;
+  const double estimate = begin + (end - begin) * gone;
+  progress_ =
+      std::max(progress_ + kLeastProgress * (1 - progress_), std::min(estimate, kMostProgress));
+}
+
+// Steps until nothing is to be gained, or time is over; returns why it stopped. A step that is not
+// finished leaves uv_ and one_to_one_ as they were.
+const char* Minimizer::descend() try {
+  bool progressive = true;
+  std::optional<MapInHand> in_hand;
+  for (int i = 0; i < options_.max_iterations; ++i) {
+    if (options_.acceptable && measure(sums_) <= kBearableEnergy) in_hand.emplace(context_);
+    // What a step's parts report stays within the least that it adds.
+    const ProgressRange range(context_, progress_, progress_ + kLeastProgress * (1 - progress_));
+    context_.report("reducing distortion", 0.0);
+    progressive = progressive && worst(sums_) > 10 * kProgressiveBound;
+    const Step step = iterate(progressive);
+    ++iterations_;
+    progressive_iterations_ += progressive ? 1 : 0;
+    if (step == Step::kTaken) {
+      if (!progressive && creeping_ >= kMostCreeping) return "stalled";
+      if (barrier_ && !barrier_on_ && !overlaps_itself(barrier_->boundary(), uv_, context_))
+        one_to_one_ = uv_;
+      continue;
+    }
+    if (!progressive && reach_factor_ > 1) {
+      reach_factor_ = 1;
+      continue;
+    }
+    if (!progressive) return step == Step::kConverged ? "converged" : "stalled";
+    progressive = false;
+  }
+  return "iteration limit";
+} catch (const TimeIsOver&) {
+  return "time limit";
+}
+
+// Turns, scales and moves the whole map to where the targets are met best in the mean: z -> a z + b
+// in complex numbers. Only if nothing is fixed yet, and the exact tests still hold.
+void Minimizer::align(const std::vector<std::pair<VertexId, Vector2>>& targets) {
+  using Complex = std::complex<double>;
+  const auto from = [&](VertexId v) { return Complex(uv_(v, 0), uv_(v, 1)); };
+  const auto to = [](const Vector2& p) { return Complex(p.x(), p.y()); };
+  Complex from_mean = 0;
+  Complex to_mean = 0;
+  const auto count = static_cast<double>(targets.size());
+  for (const auto& [v, target] : targets) {
+    from_mean += from(v) / count;
+    to_mean += to(target) / count;
+  }
+  Complex product = 0;
+  double square = 0;
+  double to_square = 0;
+  for (const auto& [v, target] : targets) {
+    product += std::conj(from(v) - from_mean) * (to(target) - to_mean);
+    square += std::norm(from(v) - from_mean);
+    to_square += std::norm(to(target) - to_mean);
+  }
+  Complex a = 1;
+  if (square > 0) {
+    a = product / square;
+    // Targets that are reflected or scattered have no direction; then only the size is taken over.
+    const double size = std::sqrt(to_square / square);
+    if (std::abs(a) < 0.2 * size) a = size;
+    if (a == 0.0) a = 1;
+  }
+  trial_.resize(uv_.rows(), 2);
+  for (Eigen::Index v = 0; v < uv_.rows(); ++v) {
+    const Complex w = a * (Complex(uv_(v, 0), uv_(v, 1)) - from_mean) + to_mean;
+    trial_.row(v) << w.real(), w.imag();
+  }
+  if (acceptable()) uv_.swap(trial_);
+}
+
+// The Newton step with the targets' remaining way prescribed: minimises the quadratic model over
+// all other vertices. It goes as far as triangles stay open, then the map recovers with the targets
+// held, and again.
+double Minimizer::pull(const std::vector<std::pair<VertexId, Vector2>>& targets) {
+  if (targets.empty()) return 1.0;
+  barrier_on_ = barrier_.has_value();
+  if (options_.fixed.size() == targets.size()) align(targets);
+  sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
+  for (const auto& [v, target] : targets) fixed_[static_cast<std::size_t>(v)] = 1;
+  system_.reset();
+  const auto distance = [&] {
+    double sum = 0;
+    for (const auto& [v, target] : targets) sum += (target - uv_.row(v).transpose()).norm();
+    return sum;
+  };
+  const double whole = distance();
+  double left = whole;
+  int idle = 0;
+  for (int round = 0; left > 0 && round < options_.max_pulls && idle < kIdlePulls; ++round) {
+    const ProgressRange range(context_, progress_, 1.0);
+    context_.report("moving to the targets", 0.5 * (1 - left / whole));
+    Points2 motion = Points2::Zero(uv_.rows(), 2);
+    for (const auto& [v, target] : targets) motion.row(v) = target.transpose() - uv_.row(v);
+    const double scale = scale_of(sums_);
+    frozen_scale_ = scale;
+    scale_rest(rest_.triangles, scale, context_, working_);
+    assemble(scale, false);
+    system_->add_prescribed(motion);
+    system_->solve(direction_, context_);
+    ++factorizations_;
+    direction_ += motion;  // the system leaves fixed vertices where they are
+    double step = std::min(1.0, kPullShare * step_to_first_flip(faces_, uv_, direction_, context_));
+    for (; step > kShortestStep; step *= 0.5) {
+      trial_ = uv_ + step * direction_;
+      if (step == 1.0) {
+        for (const auto& [v, target] : targets) trial_.row(v) = target.transpose();
+      }
+      if (acceptable()) break;
+    }
+    if (step <= kShortestStep) ++idle;
+    if (step > kShortestStep) {
+      uv_.swap(trial_);
+      sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
+    }
+    const double now = distance();
+    idle = now < 0.99 * left ? 0 : idle + 1;
+    left = now;
+    for (int i = 0; i < kRecoveries && left > 0; ++i) {
+      frozen_scale_ = 0;
+      const Step result = iterate(worst(sums_) > 10 * kProgressiveBound);
+      ++iterations_;
+      if (result != Step::kTaken) break;
+    }
+  }
+  frozen_scale_ = 0;
+  barrier_on_ = false;
+  return whole > 0 ? 1 - left / whole : 1.0;
+}
+
+// Does uv_ overlap itself, where it may not? Then uv_ becomes the last map that did not.
+bool Minimizer::overlaps() {
+  const Untimed deciding(context_);
+  if (!barrier_ || !overlaps_itself(barrier_->boundary(), uv_, context_)) return false;
+  if (options_.overlapping != nullptr) *options_.overlapping = uv_;
+  uv_ = std::move(one_to_one_);
+  sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
+  return true;
+}
+
+void Minimizer::hold_apart() {
+  barrier_on_ = true;
+  reach_factor_ = kFarReach;
+  system_.reset();
+}
+
+Points2 Minimizer::run(Stats& stats) {
+  const Stopwatch watch;
+  if (barrier_) system_.reset();  // its contacts were those of the way
+  sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
+  stats["distortion.energy_start"] = measure(sums_);
+  const char* stop = "converged";
+  const bool all_fixed = std::all_of(fixed_.begin(), fixed_.end(), [](char f) { return f != 0; });
+  if (!all_fixed) {
+    if (barrier_) one_to_one_ = uv_;
+    if (barrier_ && options_.held_apart) hold_apart();
+    stop = descend();
+    if (!barrier_on_ && overlaps()) {
+      if (options_.overlapping == nullptr) {
+        hold_apart();
+        stop = descend();
+      } else {
+        stop = "overlap";
+      }
+    }
+  }
+  const Untimed finishing(context_);
+  stats["distortion.barrier"] = static_cast<std::int64_t>(barrier_on_);
+  if (std::none_of(fixed_.begin(), fixed_.end(), [](char f) { return f != 0; })) finish_unit();
+  sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
+  stats["distortion.energy"] = measure(sums_);
+  stats["distortion.iterations"] = static_cast<std::int64_t>(iterations_);
+  stats["distortion.progressive_iterations"] = static_cast<std::int64_t>(progressive_iterations_);
+  stats["distortion.factorizations"] = static_cast<std::int64_t>(factorizations_);
+  stats["distortion.stop"] = std::string(stop);
+  stats["distortion.seconds"] = watch.seconds();
+  return std::move(uv_);
+}
+
+}  // namespace flipfree::distortion

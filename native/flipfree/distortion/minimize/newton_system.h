@@ -1,0 +1,69 @@
+// The sparse Newton system of a per-triangle energy: pattern, assembly, solve. Unknowns are the two
+// coordinates of every free vertex; fixed vertices are eliminated, they have no row at all.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/distortion/energy/symmetric_dirichlet.h"
+#include "flipfree/numeric/cholesky/cholesky.h"
+
+namespace flipfree::distortion {
+
+class NewtonSystem {
+ public:
+  // `couplings` are vertex pairs beyond the mesh's edges that add_pair() will be called for.
+  // `fixed` has one entry per vertex. `places` (#V x 2) is any rough planar drawing of the mesh; it
+  // guides the elimination ordering and nothing else. `memory`, if given, has the order of former
+  // systems by vertex, or by labels[vertex], ascending.
+  NewtonSystem(const Triangles& faces, const std::vector<char>& fixed, const Points2& places,
+               const std::vector<std::array<VertexId, 2>>& couplings, ExecutionContext& context,
+               numeric::EliminationMemory* memory = nullptr,
+               const std::vector<Index>* labels = nullptr);
+
+  // Gradient and projected Hessian of the energy at `uv`. `soft`: see
+  // symmetric_dirichlet_hessian(). Returns the energy. Same bits for any number of threads.
+  double assemble(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft,
+                  ExecutionContext& context);
+
+  // Adds to the gradient what moving fixed vertices by `motion` (#V x 2, zero elsewhere) does to it
+  // to first order: the solution then is the best motion of the free vertices that goes with it. To
+  // be called after assemble().
+  void add_prescribed(const Points2& motion);
+  // Adds to the assembled system: symmetric 2 x 2 diagonal block (uu, uv, vv) and gradient of
+  // vertex v. Nothing happens if it is fixed.
+  void add(VertexId v, const double gradient[2], const double block[3]);
+  // Adds a symmetric block (uu, uv, vv) between two different vertices. Nothing happens if one is
+  // fixed. Returns false if the pair is neither an edge nor a coupling.
+  [[nodiscard]] bool add_pair(VertexId v, VertexId w, const double block[3]);
+
+  // direction = -H^-1 gradient, zero on fixed vertices. The diagonal is raised by the least
+  // relative amount for which the factorization succeeds. Returns the gradient's product with the
+  // direction (<= 0). Throws NotConverged (kFactorizationFailed) if no amount helps.
+  double solve(Points2& direction, ExecutionContext& context);
+
+  const std::vector<double>& gradient() const { return gradient_; }  // 2 per free vertex
+  int factorizations() const { return factorizations_; }
+
+ private:
+  void build_pattern(const Triangles& faces, const std::vector<std::array<VertexId, 2>>& couplings,
+                     const ExecutionContext& context);
+
+  const Triangles& faces_;
+  std::vector<Index> number_of_;      // #V -> free number
+  std::vector<VertexId> vertex_of_;   // free number -> #V
+  std::vector<Index> corner_offset_;  // free number -> range in corners_
+  std::vector<CornerId> corners_;     // corners at each free vertex, ascending
+  std::vector<Index> slot_;  // 3 #F: position of half-edge's block below the diagonal of its column
+  numeric::SparseMatrix matrix_;  // lower triangle
+  std::vector<double> diagonal_;  // of matrix_, before it is raised
+  std::vector<double> gradient_;
+  std::vector<double> face_gradient_;  // 6 per face
+  std::vector<double> face_hessian_;   // kHessianEntries per face
+  numeric::SparseCholesky cholesky_;
+  double damping_ = 0;
+  int factorizations_ = 0;
+};
+
+}  // namespace flipfree::distortion

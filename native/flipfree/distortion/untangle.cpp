@@ -1,0 +1,432 @@
+#include "flipfree/distortion/untangle.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/parallel.h"
+#include "flipfree/base/plane.h"
+#include "flipfree/numeric/predicates.h"
+
+namespace flipfree::distortion {
+namespace {
+
+constexpr std::size_t kGrain = 2048;
+// Share of the mean weight that no triangle falls below: small triangles must unfold as well.
+constexpr double kLeastWeight = 0.1;
+constexpr double kArmijo = 1e-4;
+// A full Newton step that promises less than this share of the energy ends the minimisation for one
+// eps.
+constexpr double kConverged = 0.02;
+// Least share by which eps may fall otherwise (their section 3).
+constexpr double kSlowPace = 0.1;
+
+using Matrix4 = Eigen::Matrix4d;
+using Vector4 = Eigen::Vector4d;
+
+double chi(double d, double epsilon) {
+  const double root = std::sqrt(d * d + epsilon * epsilon);
+  // The difference cancels for negative d; the quotient does not.
+  return d > 0 ? 0.5 * (d + root) : 0.5 * epsilon * epsilon / (root - d);
+}
+
+// J as (J00, J01, J10, J11): row = coordinate of the map, column = coordinate of the rest triangle.
+Vector4 jacobian(const double (&gradient)[3][2], const double* p0, const double* p1,
+                 const double* p2) {
+  Vector4 j = Vector4::Zero();
+  const double* p[3] = {p0, p1, p2};
+  // Corner 0 is subtracted: large translations must not cost digits.
+  for (int k = 1; k < 3; ++k) {
+    for (int i = 0; i < 2; ++i) {
+      for (int a = 0; a < 2; ++a) j[2 * i + a] += (p[k][i] - p0[i]) * gradient[k][a];
+    }
+  }
+  return j;
+}
+
+double determinant(const Vector4& j) { return j[0] * j[3] - j[1] * j[2]; }
+
+// Eigenvalues of [a b; b c], the greater one first, and the direction of the first.
+struct Symmetric2 {
+  double greater, less;
+  Vector2 direction;
+
+  Symmetric2(double a, double b, double c) {
+    const double mean = 0.5 * (a + c);
+    const double half = 0.5 * (a - c);
+    const double radius = std::hypot(half, b);
+    greater = mean + radius;
+    less = mean - radius;
+    // The longer of two columns of the matrix minus the other eigenvalue.
+    direction = half >= 0 ? Vector2(radius + half, b) : Vector2(b, radius - half);
+    const double norm = direction.norm();
+    direction = norm > 0 ? Vector2(direction / norm) : Vector2(1, 0);
+  }
+};
+
+// Gradient and clamped Hessian of f with respect to J. With D the matrix of the determinant, C = D
+// J the cofactors, J = P + M its similarity and anti-similarity parts (D P = P, D M = -M), the
+// Hessian is
+//   a I + b D + p (J C' + C J') + q C C',
+// which has the eigenvalues a + b and a - b across P and M in their planes, and mixes P and M
+// alone.
+void derivatives(const Vector4& j, double lambda, double epsilon, Vector4& gradient,
+                 Matrix4& hessian) {
+  const double d = determinant(j);
+  const double c = chi(d, epsilon);
+  const double root = std::sqrt(d * d + epsilon * epsilon);
+  const double c1 = c / root;
+  const double c2 = 0.5 * epsilon * epsilon / (root * root * root);
+  const double n = j.squaredNorm() + lambda * (d * d + 1.0);
+  const Vector4 cofactor(j[3], -j[2], -j[1], j[0]);
+  gradient = (2.0 * j + 2.0 * lambda * d * cofactor) / c - (n * c1 / (c * c)) * cofactor;
+  const double a = 2.0 / c;
+  const double b = 2.0 * lambda * d / c - n * c1 / (c * c);
+  const double p = -2.0 * c1 / (c * c);
+  const double q = 2.0 * lambda / c - 4.0 * lambda * d * c1 / (c * c) +
+                   2.0 * n * c1 * c1 / (c * c * c) - n * c2 / (c * c);
+  const Vector4 similar = 0.5 * (j + cofactor);
+  const Vector4 opposed = 0.5 * (j - cofactor);
+  const double s = similar.norm();
+  const double o = opposed.norm();
+  const Vector4 u = s > 0 ? Vector4(similar / s) : Vector4(std::sqrt(0.5) * Vector4(1, 0, 0, 1));
+  const Vector4 w = o > 0 ? Vector4(opposed / o) : Vector4(std::sqrt(0.5) * Vector4(1, 0, 0, -1));
+  const Vector4 across_u(-u[2], -u[3], u[0], u[1]);  // J turned by a right angle
+  const Vector4 across_w(-w[2], -w[3], w[0], w[1]);
+  const Symmetric2 mixed(a + b + (2.0 * p + q) * s * s, -q * s * o, a - b + (q - 2.0 * p) * o * o);
+  double value[4] = {a + b, a - b, mixed.greater, mixed.less};
+  const auto [low, high] = std::minmax_element(value, value + 4);
+  if (*low <= 0) {
+    const double least = 1e-9 * std::max(std::abs(*low), *high);
+    for (double& v : value) v = std::max(v, least);
+  }
+  const Vector4 first = mixed.direction.x() * u + mixed.direction.y() * w;
+  const Vector4 second = -mixed.direction.y() * u + mixed.direction.x() * w;
+  hessian.noalias() = (value[0] * across_u) * across_u.transpose();
+  hessian.noalias() += (value[1] * across_w) * across_w.transpose();
+  hessian.noalias() += (value[2] * first) * first.transpose();
+  hessian.noalias() += (value[3] * second) * second.transpose();
+}
+
+constexpr int kLocal = 27;
+
+}  // namespace
+
+std::vector<FaceId> find_flips(const Triangles& faces, const Points2& uv,
+                               const ExecutionContext& context) {
+  const auto count = static_cast<std::size_t>(faces.rows());
+  std::vector<std::vector<FaceId>> found(chunk_count(count, kGrain));
+  parallel_for(context, count, kGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+    for (std::size_t f = begin; f < end; ++f) {
+      const auto corner = [&](Index k) {
+        return uv.row(faces(static_cast<Eigen::Index>(f), k)).data();
+      };
+      if (numeric::orientation(corner(0), corner(1), corner(2)) <= 0)
+        found[chunk].push_back(static_cast<FaceId>(f));
+    }
+  });
+  std::vector<FaceId> all;
+  for (const auto& part : found) all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+Untangler::Untangler(const mesh::Surface& surface, const std::vector<char>& fixed,
+                     ExecutionContext& context)
+    : surface_(surface), number_(fixed.size(), kInvalid) {
+  std::vector<char> used(fixed.size(), 0);
+  for (Eigen::Index i = 0; i < surface.faces.size(); ++i)
+    used[static_cast<std::size_t>(surface.faces.data()[i])] = 1;
+  for (std::size_t v = 0; v < fixed.size(); ++v) {
+    if (fixed[v] || !used[v]) continue;
+    number_[v] = unknowns_;
+    unknowns_ += 2;
+  }
+  const auto face_count = static_cast<std::size_t>(surface.faces.rows());
+  std::vector<Eigen::Triplet<double, Index>> triplets;
+  triplets.reserve(12 * face_count);
+  const auto unknown = [&](std::size_t f, int i) {
+    const Index first =
+        number_[static_cast<std::size_t>(surface_.faces(static_cast<Eigen::Index>(f), i / 2))];
+    return first == kInvalid ? kInvalid : first + i % 2;
+  };
+  for (std::size_t f = 0; f < face_count; ++f) {
+    for (int i = 0; i < 6; ++i) {
+      for (int j = 0; j <= i; ++j) {
+        const Index a = unknown(f, i);
+        const Index b = unknown(f, j);
+        if (a != kInvalid && b != kInvalid)
+          triplets.emplace_back(std::max(a, b), std::min(a, b), 1.0);
+      }
+    }
+  }
+  matrix_.resize(unknowns_, unknowns_);
+  matrix_.setFromTriplets(triplets.begin(), triplets.end());
+  slot_.assign(21 * face_count, kInvalid);
+  for (std::size_t f = 0; f < face_count; ++f) {
+    std::size_t at = 21 * f;
+    for (int i = 0; i < 6; ++i) {
+      for (int j = 0; j <= i; ++j, ++at) {
+        const Index a = unknown(f, i);
+        const Index b = unknown(f, j);
+        if (a == kInvalid || b == kInvalid) continue;
+        const Index column = std::min(a, b);
+        const Index* begin = matrix_.innerIndexPtr() + matrix_.outerIndexPtr()[column];
+        const Index* end = matrix_.innerIndexPtr() + matrix_.outerIndexPtr()[column + 1];
+        slot_[at] = static_cast<Index>(std::lower_bound(begin, end, std::max(a, b)) -
+                                       matrix_.innerIndexPtr());
+      }
+    }
+  }
+  rest_.resize(face_count);
+  local_.resize(kLocal * face_count);
+  gradient_.resize(unknowns_);
+  diagonal_.resize(static_cast<std::size_t>(unknowns_));
+  context.check();
+  if (unknowns_ > 0) cholesky_.analyze(matrix_, context);
+}
+
+void Untangler::build_rest(const UntangleOptions& options, double target_area,
+                           const ExecutionContext& context) {
+  const auto count = static_cast<std::size_t>(surface_.faces.rows());
+  std::vector<double> area(count);
+  struct Flat {
+    Vector2 p1, p2;
+  };
+  std::vector<Flat> flat(count);
+  parallel_for(context, count, kGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t f = begin; f < end; ++f) {
+      Vector3 p[3];
+      for (Index k = 0; k < 3; ++k) {
+        p[k] = surface_.vertices.row(surface_.faces(static_cast<Eigen::Index>(f), k)).transpose();
+        if (options.shapes != nullptr)
+          p[k] << (*options.shapes)[f][static_cast<std::size_t>(k)], 0.0;
+      }
+      int base = 0;
+      for (int k = 1; k < 3; ++k) {
+        if ((p[(k + 1) % 3] - p[k]).squaredNorm() > (p[(base + 1) % 3] - p[base]).squaredNorm())
+          base = k;
+      }
+      const Vector3 e = p[(base + 1) % 3] - p[base];
+      const Vector3 s = p[(base + 2) % 3] - p[base];
+      const double length = std::max(e.norm(), 1e-300);
+      const double height = std::max(e.cross(s).norm() / length, options.least_height * length);
+      Vector2 q[3];
+      q[base] = Vector2::Zero();
+      q[(base + 1) % 3] = Vector2(length, 0);
+      q[(base + 2) % 3] = Vector2(std::clamp(e.dot(s) / length, 0.0, length), height);
+      flat[f] = {q[1] - q[0], q[2] - q[0]};
+      area[f] = 0.5 * length * height;
+    }
+  });
+  double total = 0;
+  for (const double a : area) total += a;
+  const double mean = total / static_cast<double>(count);
+  const double scale = std::sqrt(target_area / total);
+  for (std::size_t f = 0; f < count; ++f) {
+    const Vector2 a = scale * flat[f].p1;
+    const Vector2 b = scale * flat[f].p2;
+    const double det = cross(a, b);
+    Rest& rest = rest_[f];
+    rest.gradient[1][0] = b.y() / det;
+    rest.gradient[1][1] = -b.x() / det;
+    rest.gradient[2][0] = -a.y() / det;
+    rest.gradient[2][1] = a.x() / det;
+    for (int i = 0; i < 2; ++i) rest.gradient[0][i] = -rest.gradient[1][i] - rest.gradient[2][i];
+    rest.weight = std::max(area[f] / mean, kLeastWeight) / static_cast<double>(count);
+    if (options.weights != nullptr) rest.weight *= (*options.weights)[f];
+  }
+}
+
+double Untangler::energy(const Points2& uv, double lambda, double epsilon,
+                         double& least_determinant, const ExecutionContext& context) const {
+  const std::size_t count = rest_.size();
+  std::vector<double> sums(chunk_count(count, kGrain), 0.0);
+  std::vector<double> least(sums.size(), std::numeric_limits<double>::infinity());
+  parallel_for(context, count, kGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+    for (std::size_t f = begin; f < end; ++f) {
+      const auto corner = [&](Index k) {
+        return uv.row(surface_.faces(static_cast<Eigen::Index>(f), k)).data();
+      };
+      const Vector4 j = jacobian(rest_[f].gradient, corner(0), corner(1), corner(2));
+      const double d = determinant(j);
+      const bool guard = f < guards_;
+      if (guard && !(d > 0)) {
+        sums[chunk] = std::numeric_limits<double>::infinity();
+        return;
+      }
+      sums[chunk] += rest_[f].weight * (j.squaredNorm() + lambda * (d * d + 1.0)) /
+                     chi(d, guard ? 0.0 : epsilon);
+      if (!guard) least[chunk] = std::min(least[chunk], d);
+    }
+  });
+  double sum = 0;
+  least_determinant = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    sum += sums[i];
+    least_determinant = std::min(least_determinant, least[i]);
+  }
+  return sum;
+}
+
+void Untangler::assemble(const Points2& uv, double lambda, double epsilon,
+                         const ExecutionContext& context) {
+  const std::size_t count = rest_.size();
+  parallel_for(context, count, kGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
+    Vector4 gradient;
+    Matrix4 hessian;
+    for (std::size_t f = begin; f < end; ++f) {
+      const auto corner = [&](Index k) {
+        return uv.row(surface_.faces(static_cast<Eigen::Index>(f), k)).data();
+      };
+      const Rest& rest = rest_[f];
+      derivatives(jacobian(rest.gradient, corner(0), corner(1), corner(2)), lambda,
+                  f < guards_ ? 0.0 : epsilon, gradient, hessian);
+      double* out = &local_[kLocal * f];
+      for (int i = 0; i < 6; ++i) {
+        const double* g = rest.gradient[i / 2];
+        const int row = 2 * (i % 2);
+        out[i] = rest.weight * (gradient[row] * g[0] + gradient[row + 1] * g[1]);
+      }
+      double* entry = out + 6;
+      for (int i = 0; i < 6; ++i) {
+        const double* g = rest.gradient[i / 2];
+        const int row = 2 * (i % 2);
+        for (int j = 0; j <= i; ++j, ++entry) {
+          const double* h = rest.gradient[j / 2];
+          const int column = 2 * (j % 2);
+          *entry = rest.weight *
+                   (g[0] * (hessian(row, column) * h[0] + hessian(row, column + 1) * h[1]) +
+                    g[1] * (hessian(row + 1, column) * h[0] + hessian(row + 1, column + 1) * h[1]));
+        }
+      }
+    }
+  });
+  gradient_.setZero();
+  double* values = matrix_.valuePtr();
+  std::fill(values, values + matrix_.nonZeros(), 0.0);
+  for (std::size_t f = 0; f < count; ++f) {
+    const double* in = &local_[kLocal * f];
+    for (int i = 0; i < 6; ++i) {
+      const Index first =
+          number_[static_cast<std::size_t>(surface_.faces(static_cast<Eigen::Index>(f), i / 2))];
+      if (first != kInvalid) gradient_[first + i % 2] += in[i];
+    }
+    const Index* slot = &slot_[21 * f];
+    for (int i = 0; i < 21; ++i) {
+      if (slot[i] != kInvalid) values[slot[i]] += in[6 + i];
+    }
+  }
+}
+
+bool Untangler::guards_hold(const Points2& uv, const ExecutionContext& context) const {
+  std::atomic<bool> hold{true};
+  parallel_for(context, guards_, kGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t f = begin; f < end && hold.load(std::memory_order_relaxed); ++f) {
+      const auto corner = [&](Index k) {
+        return uv.row(surface_.faces(static_cast<Eigen::Index>(f), k)).data();
+      };
+      if (numeric::orientation(corner(0), corner(1), corner(2)) <= 0)
+        hold.store(false, std::memory_order_relaxed);
+    }
+  });
+  return hold;
+}
+
+UntangleResult Untangler::run(const Points2& initial, const UntangleOptions& options,
+                              ExecutionContext& context) {
+  UntangleResult result;
+  result.uv = initial;
+  result.flips = static_cast<Index>(find_flips(surface_.faces, initial, context).size());
+  if (unknowns_ == 0) return result;
+  guards_ = static_cast<std::size_t>(options.guards);
+  double target_area = options.target_area;
+  if (target_area <= 0) {
+    for (Eigen::Index f = 0; f < surface_.faces.rows(); ++f) {
+      const auto at = [&](Index k) -> Vector2 {
+        return initial.row(surface_.faces(f, k)).transpose();
+      };
+      const Vector2 a = at(1) - at(0);
+      const Vector2 b = at(2) - at(0);
+      target_area += 0.5 * std::abs(cross(a, b));
+    }
+  }
+  build_rest(options, target_area, context);
+
+  double least = 0;
+  energy(result.uv, options.lambda, 1.0, least, context);
+  double epsilon = least > 0
+                       ? options.least_epsilon
+                       : std::max(options.least_epsilon, std::sqrt(1e-12 + 0.04 * least * least));
+  double best = -std::numeric_limits<double>::infinity();
+  int since_progress = 0;
+  int extra = 0;
+  Points2 trial = result.uv;
+  for (result.iterations = 0; result.iterations < options.max_iterations; ++result.iterations) {
+    context.check();
+    const double before = energy(result.uv, options.lambda, epsilon, least, context);
+    assemble(result.uv, options.lambda, epsilon, context);
+    double damping = 1e-10;
+    const auto diagonal = [&](Index i) -> double& {
+      return matrix_.valuePtr()[matrix_.outerIndexPtr()[i]];
+    };
+    for (Index i = 0; i < unknowns_; ++i) diagonal_[static_cast<std::size_t>(i)] = diagonal(i);
+    while (true) {
+      for (Index i = 0; i < unknowns_; ++i)
+        diagonal(i) = diagonal_[static_cast<std::size_t>(i)] * (1.0 + damping);
+      if (cholesky_.factorize(matrix_, context)) break;
+      damping *= 100;
+      if (damping > 1.0) return result;
+    }
+    const Eigen::VectorXd step = cholesky_.solve(-gradient_, context);
+    const double slope = gradient_.dot(step);
+    if (!(slope < 0)) break;
+    double t = 1.0;
+    double after = before;
+    bool moved = false;
+    for (int halvings = 0; halvings < 40; ++halvings, t *= 0.5) {
+      for (std::size_t v = 0; v < number_.size(); ++v) {
+        const Index i = number_[v];
+        if (i == kInvalid) continue;
+        const auto row = static_cast<Eigen::Index>(v);
+        trial(row, 0) = result.uv(row, 0) + t * step[i];
+        trial(row, 1) = result.uv(row, 1) + t * step[i + 1];
+      }
+      after = energy(trial, options.lambda, epsilon, least, context);
+      if (after <= before + kArmijo * t * slope && guards_hold(trial, context)) {
+        moved = true;
+        break;
+      }
+    }
+    if (moved) result.uv.swap(trial);
+    if (moved) {
+      for (std::size_t v = 0; v < number_.size(); ++v) {
+        if (number_[v] == kInvalid)
+          trial.row(static_cast<Eigen::Index>(v)) = result.uv.row(static_cast<Eigen::Index>(v));
+      }
+    } else {
+      energy(result.uv, options.lambda, epsilon, least, context);
+    }
+    result.flips = static_cast<Index>(find_flips(surface_.faces, result.uv, context).size());
+    if (result.flips == 0 && extra++ >= options.extra_iterations) break;
+    if (least > 0.9 * best) {
+      best = least;
+      since_progress = 0;
+    } else if (++since_progress > options.patience) {
+      break;
+    }
+    // Garanzha et al. 2021, equation 6: how far eps may fall depends on how well the last step did.
+    const bool converged = moved && t == 1.0 && -slope < kConverged * before;
+    const double sigma = std::max(1.0 - after / before, converged ? options.pace : kSlowPace);
+    const double mu = (1.0 - sigma) * chi(least, epsilon);
+    epsilon = least < mu ? std::max(options.least_epsilon, 2.0 * std::sqrt(mu * (mu - least)))
+                         : options.least_epsilon;
+    if (!moved && epsilon <= 10.0 * options.least_epsilon) break;
+  }
+  return result;
+}
+
+}  // namespace flipfree::distortion

@@ -1,0 +1,96 @@
+// A triangulated disk with positions while it is being simplified, refined and smoothed.
+//
+// Energies compare a triangle with an equilateral one of target area t_f * unit (thesis 3.2.2 uses
+// t_f = 1, the polygon's area divided by the number of triangles). Here t_f counts how many
+// original triangles a face stands for: collapses hand it on, splits take it back, so that a coarse
+// map already keeps room for what is inserted later.
+//
+//   D = twice the signed area, D0 = twice the target area, S = sum of the squared edge lengths,
+//   |J|^2 = S / (sqrt(3) D0), |J^-1|^2 = |J|^2 (D0 / D)^2, E = |J|^2 + |J^-1|^2   (4 for the target
+//   itself).
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include "flipfree/base/types.h"
+#include "flipfree/embedding/progressive/planar_mesh.h"
+#include "flipfree/numeric/predicates.h"
+
+namespace flipfree::embedding {
+
+// Energy above which a triangle counts as invalid although it is positive. Thesis 3.2.2: 1e20, in
+// double. On the grid of 32-bit floats there is no room to insert a vertex into triangles that
+// small: 1e8 means a hundredth of the mean edge.
+inline constexpr double kInvalidEnergyDouble = 1e20;
+inline constexpr double kInvalidEnergyFloat = 1e8;
+
+struct PlanarMap {
+  PlanarMesh mesh;
+  Points2 uv;      // inner vertices: values of the grid (32-bit floats if float32)
+  Points2 stored;  // uv after rounding; differs at boundary vertices only; empty if float32 is
+                   // false or the boundary consists of 32-bit floats anyway
+  bool float32 = true;
+  std::vector<double> share;  // t_f
+  double unit = 1.0;          // area of the polygon / sum of t_f
+  double invalid_energy = kInvalidEnergyDouble;
+
+  Vector2 at(VertexId v) const { return uv.row(v).transpose(); }
+  // The nearest value that the grid holds.
+  Vector2 snap(const Vector2& p) const {
+    if (!float32) return p;
+    return p.cast<float>().cast<double>();
+  }
+  // Is the triangle positive, as given and as stored? Exact.
+  bool positive(VertexId a, VertexId b, VertexId c) const {
+    if (numeric::orientation(uv.data() + 2 * a, uv.data() + 2 * b, uv.data() + 2 * c) <= 0)
+      return false;
+    return stored.rows() == 0 || numeric::orientation(stored.data() + 2 * a, stored.data() + 2 * b,
+                                                      stored.data() + 2 * c) > 0;
+  }
+  bool positive(FaceId f) const {
+    return positive(mesh.source(3 * f), mesh.source(3 * f + 1), mesh.source(3 * f + 2));
+  }
+  void move(VertexId v, const Vector2& p) {
+    uv.row(v) = p.transpose();
+    if (stored.rows() > 0) stored.row(v) = p.transpose();
+  }
+};
+
+// E of a triangle; infinite unless D > 0 in floating point.
+inline double triangle_energy(const Vector2& a, const Vector2& b, const Vector2& c,
+                              double target_area) {
+  const double dx1 = b.x() - a.x();
+  const double dy1 = b.y() - a.y();
+  const double dx2 = c.x() - a.x();
+  const double dy2 = c.y() - a.y();
+  const double d = dx1 * dy2 - dy1 * dx2;
+  if (!(d > 0)) return HUGE_VAL;
+  const double d0 = 2 * target_area;
+  const double ex = dx2 - dx1;
+  const double ey = dy2 - dy1;
+  const double s = dx1 * dx1 + dy1 * dy1 + dx2 * dx2 + dy2 * dy2 + ex * ex + ey * ey;
+  const double ratio = d0 / d;
+  return s / (std::sqrt(3.0) * d0) * (1 + ratio * ratio);
+}
+
+inline double face_energy(const PlanarMap& map, FaceId f) {
+  return triangle_energy(map.at(map.mesh.source(3 * f)), map.at(map.mesh.source(3 * f + 1)),
+                         map.at(map.mesh.source(3 * f + 2)),
+                         map.unit * map.share[static_cast<std::size_t>(f)]);
+}
+
+// Thesis 3.2.2: neither flipped (exact, as given and as stored) nor worse than invalid_energy.
+inline bool is_valid_face(const PlanarMap& map, FaceId f) {
+  return map.positive(f) && face_energy(map, f) < map.invalid_energy;
+}
+
+// Map of a whole disk: positions copied, inner ones snapped, all shares 1.
+PlanarMap make_planar_map(const Triangles& faces, const std::vector<VertexId>& loop,
+                          const Points2& uv, bool float32);
+
+// Exact area is not needed: twice the signed area of the polygon through the loop, in floating
+// point.
+double polygon_area(const Points2& polygon);
+
+}  // namespace flipfree::embedding

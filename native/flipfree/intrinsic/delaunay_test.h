@@ -1,0 +1,54 @@
+// The Delaunay criterion of an edge (thesis 4.4) on lengths: a filter in double, and the test in
+// full. c is the edge, a and b the other sides of one of its triangles, a2 and b2 those of the
+// other one; no triangle inequality is needed (Penner coordinates). Violations within rounding are
+// none, so that stably co-circular edges are not flipped.
+#pragma once
+
+#include <cmath>
+
+namespace flipfree::intrinsic {
+
+// Bound of the rounding errors of delaunay_sign, counted in half-ulps of the sum of absolute
+// values. The lengths themselves may have been rounded to double, 1 each: a length over c 4 (its
+// own, that of c, the inverse, the product), its square 9, left and right 10, minus one 11; a
+// product of two sides 9; their product 21, the sum 22 (14 if the lengths are exact). The rest and
+// the rounding up of kHalfUlp cover terms of second order and the roundings of the bound. The test
+// in full needs 6.
+inline constexpr double kDelaunayRoundings = 24.0;
+inline constexpr double kHalfUlp = 1.2e-16;  // 2^-53 = 1.11e-16, rounded up
+
+// Sign of the Delaunay criterion (4.4) times the product of the four outer lengths: -1 violated,
+// +1 satisfied, 0 within rounding. Lengths are taken relative to the edge, so only their ratios
+// must be representable.
+inline int delaunay_sign(double c, double a, double b, double a2, double b2) {
+  const double inverse = 1.0 / c;
+  a *= inverse;
+  b *= inverse;
+  a2 *= inverse;
+  b2 *= inverse;
+  const double ab = a * b;
+  const double ab2 = a2 * b2;
+  const double left = a * a + b * b;
+  const double right = a2 * a2 + b2 * b2;
+  const double sum = (left - 1.0) * ab2 + (right - 1.0) * ab;
+  const double bound = kDelaunayRoundings * kHalfUlp * ((left + 1.0) * ab2 + (right + 1.0) * ab);
+  if (sum > bound) return 1;
+  if (sum < -bound) return -1;
+  return 0;
+}
+
+// The same in the scalar type of a run with `bits` mantissa bits: violated beyond rounding?
+template <typename T>
+bool violates_delaunay_in_full(const T& c, const T& a, const T& b, const T& a2, const T& b2,
+                               int bits) {
+  const T cc = c * c;
+  const T left = a * a + b * b;
+  const T right = a2 * a2 + b2 * b2;
+  const T ab = a * b;
+  const T ab2 = a2 * b2;
+  const T sum = (left - cc) * ab2 + (right - cc) * ab;
+  const T size = (left + cc) * ab2 + (right + cc) * ab;
+  return sum < T(-std::ldexp(kDelaunayRoundings, -bits)) * size;
+}
+
+}  // namespace flipfree::intrinsic

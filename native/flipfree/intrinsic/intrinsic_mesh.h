@@ -1,0 +1,117 @@
+// The combinatorial mesh of an intrinsic triangulation (thesis 4.4.2, Definitions 4.4-4.6) in flat
+// arrays.
+//
+// A mesh is a set of half-edges with two maps: next(h) walks around the face on the left of h, and
+// opposite(h) = h ^ 1 is its other half, so that edge e owns the half-edges 2e and 2e + 1. Nothing
+// else is assumed: a vertex may have valence 1, a face may be glued to itself, two vertices may
+// share many edges. Faces are the orbits of `next`, always three half-edges long here.
+//
+//                k               h  = i -> j, face (i, j, k) counter-clockwise
+//              /   \             hn = next(h)  = j -> k
+//         hp /       \ hn        hp = next(hn) = k -> i
+//          /     h     \         o  = opposite(h) = j -> i
+//        i ------------- j       on = next(o)  = i -> m
+//          \     o     /         op = next(on) = m -> j
+//         on \       / op
+//              \   /
+//                m
+//
+// flip(edge) turns the edge counter-clockwise:
+//     h = i -> j becomes m -> k in face (m, k, i), o = j -> i becomes k -> m in face (k, m, j);
+//     all other half-edges keep their end points.
+// Two flips give the edge back, reversed.
+//
+// A surface with boundary is represented by its double cover (4.4.1): a mirrored copy glued along
+// the boundary, with the reflection R on half-edges. R reverses orientation: R(a -> b) runs from
+// R(b) to R(a), next(R(h)) = R(previous(h)) and R(opposite(h)) = opposite(R(h)). Labels say where
+// an edge or face lies: in copy 1, in copy 2, on the symmetry line (parallel), across it
+// (perpendicular); symmetric faces are triangles (t) or quadrilaterals (q).
+//
+// Deviation from the thesis: a quadrilateral face q is stored as two triangles, both labelled q,
+// that meet in an edge labelled `diagonal`. The diagonal keeps its length, is never tested and has
+// no reflection. Since a symmetric quadrilateral is an inscribed trapezoid under every symmetric
+// metric, either diagonal gives the same angles (4.4.4); storing it as an edge lets every loop over
+// faces see triangles only, and every symmetric flip be a short sequence of plain edge flips, which
+// is also how an overlay replays it.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "flipfree/base/types.h"
+
+namespace flipfree::intrinsic {
+
+enum class EdgeLabel : std::uint8_t { kOne, kTwo, kParallel, kPerpendicular, kDiagonal };
+enum class FaceLabel : std::uint8_t { kOne, kTwo, kTriangle, kQuad };
+
+struct IntrinsicMesh {
+  // Per half-edge, #H = 2 #E.
+  std::vector<HalfedgeId> next;
+  std::vector<VertexId> origin;
+  std::vector<FaceId> face;
+  std::vector<HalfedgeId>
+      reflection;  // empty for a closed surface; kInvalid for the halves of a diagonal
+  // Per edge and face; empty for a closed surface (all are then kOne).
+  std::vector<EdgeLabel> edge_label;
+  std::vector<FaceLabel> face_label;
+  // Per edge, for perpendicular ones: 1 if half-edge 2e runs from copy 2 to copy 1. It is what
+  // tells the copies apart when a flip restores the two sides of a symmetric face whose
+  // surroundings all lie on the symmetry line.
+  std::vector<std::uint8_t> starts_in_two;
+  // Per face: one of its half-edges.
+  std::vector<HalfedgeId> face_halfedge;
+  // Per vertex of this mesh: the vertex of the user's mesh whose unknown it shares. The first
+  // #input vertices are the user's own; the mirror images of interior vertices follow.
+  std::vector<VertexId> unknown;
+
+  static constexpr HalfedgeId opposite(HalfedgeId h) { return h ^ 1; }
+  static constexpr EdgeId edge(HalfedgeId h) { return h >> 1; }
+  static constexpr HalfedgeId halfedge(EdgeId e) { return 2 * e; }
+
+  std::size_t halfedge_count() const { return next.size(); }
+  std::size_t edge_count() const { return next.size() / 2; }
+  std::size_t face_count() const { return face_halfedge.size(); }
+  std::size_t vertex_count() const { return unknown.size(); }
+  bool symmetric() const { return !reflection.empty(); }
+
+  HalfedgeId previous(HalfedgeId h) const { return next[at(next[at(h)])]; }
+  VertexId target(HalfedgeId h) const { return origin[at(h ^ 1)]; }
+  EdgeLabel label_of_edge(EdgeId e) const {
+    return edge_label.empty() ? EdgeLabel::kOne : edge_label[at(e)];
+  }
+  // For half-edges of perpendicular edges: does it run from copy 1 to copy 2?
+  bool leaves_one(HalfedgeId h) const { return (starts_in_two[at(h >> 1)] != 0) == ((h & 1) != 0); }
+  FaceLabel label_of_face(FaceId f) const {
+    return face_label.empty() ? FaceLabel::kOne : face_label[at(f)];
+  }
+
+  static constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+};
+
+// The mesh of a user's surface and where its corners went.
+struct IntrinsicSetup {
+  IntrinsicMesh mesh;  // closed, or the double cover if the surface has a boundary
+  std::vector<HalfedgeId>
+      input_halfedge;  // 3 #F: half-edge of the (first copy's) face f from corner k to k + 1
+  std::vector<bool> on_boundary;  // per user's vertex
+};
+
+// Precondition: `faces` is a valid manifold oriented mesh without isolated vertices. Faces 0 .. #F
+// - 1 of the mesh are the user's in the same order; in a double cover #F + f is the mirror image of
+// f. Cost: O(#F).
+IntrinsicSetup build_intrinsic_mesh(Index vertex_count, const Triangles& faces);
+
+// Makes a and b, and their opposites, mirror images of each other.
+void pair_by_reflection(IntrinsicMesh& mesh, HalfedgeId a, HalfedgeId b);
+
+// One plain flip, as drawn above; labels and reflection are not touched. Precondition: the edge's
+// two faces differ.
+void flip_edge(IntrinsicMesh& mesh, EdgeId e);
+
+// Empty if all invariants hold (orbits, reflection, label compatibility of Proposition 2);
+// otherwise what is broken. For tests and debug builds; O(#H).
+std::string find_broken_invariant(const IntrinsicMesh& mesh);
+
+}  // namespace flipfree::intrinsic

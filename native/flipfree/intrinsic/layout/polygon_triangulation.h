@@ -1,0 +1,51 @@
+// Triangulates the image of one input triangle whose sides carry points: a polygon in the UV plane.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "flipfree/base/types.h"
+
+namespace flipfree::intrinsic {
+
+struct PolygonVertex {
+  Index id = kInvalid;     // the caller's name for it
+  std::uint8_t sides = 0;  // bit k: lies on side k of the input triangle (corners lie on two)
+  std::array<double, 2>
+      domain{};  // place in the input triangle, any affine frame of positive orientation
+  std::array<double, 2> uv{};
+  std::array<float, 2> uv32{};
+};
+using PolygonTriangle = std::array<Index, 3>;  // positions in the polygon
+
+// Which values must be positive.
+enum class Storage { k64And32, k64Only };
+
+// Is (a, b, c) strictly positive in UV and not flat in the input triangle? Exact.
+bool valid_triangle(const PolygonVertex& a, const PolygonVertex& b, const PolygonVertex& c,
+                    Storage storage);
+
+// Conformal distortion of (a, b, c): (|J|^2 / (2 det J)) times the domain's area; >= the area. Any
+// frame of the domain that is isometric to the surface gives the same.
+double distortion_cost(const PolygonVertex& a, const PolygonVertex& b, const PolygonVertex& c);
+
+// Angle of a triangle at a in UV, counter-clockwise from b to c.
+double corner_angle(const PolygonVertex& a, const PolygonVertex& b, const PolygonVertex& c);
+// Sums of angles are the right ones if they differ by less than this (radians): wrong ones differ
+// by a full turn.
+inline constexpr double kAngleSlack = 1.0;
+
+// Triangles of least summed cost, all valid and, unless `angles` is empty, with these angle sums at
+// the polygon's vertices (a polygon that overlaps itself may have triangulations that wind
+// differently; Shor, Van Wyk 1992); false if there are none. The polygon's vertices are in
+// counter-clockwise order; it may overlap itself, as long as the triangles are valid. Cost: O(k^3)
+// up to kExactPolygon vertices. Above that the best valid ear is cut, in O(k^2); where that fails,
+// the exact way is tried up to kLargestExactPolygon vertices, and beyond a solution may be missed.
+inline constexpr std::size_t kLargestExactPolygon = 256;
+inline constexpr std::size_t kExactPolygon = 48;
+bool triangulate_polygon(const std::vector<PolygonVertex>& polygon,
+                         const std::vector<double>& angles, Storage storage,
+                         std::vector<PolygonTriangle>& triangles);
+
+}  // namespace flipfree::intrinsic

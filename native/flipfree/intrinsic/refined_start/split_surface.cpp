@@ -1,0 +1,214 @@
+#include "flipfree/intrinsic/refined_start/split_surface.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "flipfree/intrinsic/refined_start/face_triangulation.h"
+
+namespace flipfree::intrinsic {
+namespace {
+
+constexpr FaceId kCheckEvery = 4096;
+constexpr int kWeightBits = 52;
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+double quantised(double weight) {
+  return std::ldexp(std::nearbyint(std::ldexp(weight, kWeightBits)), -kWeightBits);
+}
+
+struct SidePoint {
+  HalfedgeId edge;  // the lower of the edge's half-edges
+  double share;     // along it
+  VertexId vertex;
+};
+
+class Splitter {
+ public:
+  Splitter(const FlatSurface& surface, SplitSurface& out) : surface_(surface), out_(out) {}
+
+  bool run(const std::vector<AddedPoint>& points, const ExecutionContext& context) {
+    const auto faces = static_cast<FaceId>(surface_.faces.rows());
+    out_ = {};
+    out_.vertex_count = surface_.vertex_count;
+    collect(points);
+    out_.piece_begin.assign(1, 0);
+    out_.corner_begin.assign(1, 0);
+    for (FaceId f = 0; f < faces; ++f) {
+      if (f % kCheckEvery == 0) context.check();
+      fill(f);
+    }
+    const auto count = static_cast<Eigen::Index>(faces_.size());
+    out_.faces.resize(count, 3);
+    out_.lengths.resize(count, 3);
+    for (Eigen::Index f = 0; f < count; ++f) {
+      for (int k = 0; k < 3; ++k) {
+        out_.faces(f, k) = faces_[static_cast<std::size_t>(f)][static_cast<std::size_t>(k)];
+        out_.lengths(f, k) = lengths_[static_cast<std::size_t>(f)][static_cast<std::size_t>(k)];
+      }
+      const auto l = out_.lengths.row(f);
+      if (!(l[0] + l[1] > l[2] && l[1] + l[2] > l[0] && l[2] + l[0] > l[1])) return false;
+    }
+    return true;
+  }
+
+ private:
+  HalfedgeId canonical(HalfedgeId h) const {
+    const HalfedgeId o = surface_.adjacency.opposite[at(h)];
+    return o == kInvalid ? h : std::min(h, o);
+  }
+
+  VertexId add_vertex(FaceId f, const Vector3& weight, bool on_boundary) {
+    out_.added.push_back({f, weight});
+    out_.added_on_boundary.push_back(on_boundary);
+    return out_.vertex_count++;
+  }
+
+  // Points per edge, in order along its lower half-edge, and per face.
+  void collect(const std::vector<AddedPoint>& points) {
+    inner_.resize(at(static_cast<Index>(surface_.faces.rows())));
+    for (const AddedPoint& p : points) {
+      if (p.edge == kInvalid) {
+        const Vector3 w = surface_.weights(p.place);
+        const Vector2 affine(quantised(w[1]), quantised(w[2]));
+        // Rounded onto a side, a point would be missing on the other side of it.
+        if (affine.x() > 0.0 && affine.y() > 0.0 && affine.x() + affine.y() < 1.0)
+          inner_[at(p.place.face)].push_back(affine);
+        continue;
+      }
+      const HalfedgeId h = canonical(p.edge);
+      const double share = quantised(h == p.edge ? p.share : 1.0 - p.share);
+      if (share > 0.0 && share < 1.0) sides_.push_back({h, share, kInvalid});
+    }
+    std::sort(sides_.begin(), sides_.end(), [](const SidePoint& a, const SidePoint& b) {
+      return a.edge != b.edge ? a.edge < b.edge : a.share < b.share;
+    });
+    sides_.erase(std::unique(sides_.begin(), sides_.end(),
+                             [](const SidePoint& a, const SidePoint& b) {
+                               return a.edge == b.edge && a.share == b.share;
+                             }),
+                 sides_.end());
+    for (SidePoint& p : sides_) {
+      Vector3 weight = Vector3::Zero();
+      weight[p.edge % 3] = 1.0 - p.share;
+      weight[next_corner(p.edge) % 3] = p.share;
+      p.vertex =
+          add_vertex(p.edge / 3, weight, surface_.adjacency.opposite[at(p.edge)] == kInvalid);
+    }
+  }
+
+  std::pair<std::size_t, std::size_t> on_side(HalfedgeId h) const {
+    const auto less = [](const SidePoint& a, HalfedgeId e) { return a.edge < e; };
+    const auto first = std::lower_bound(sides_.begin(), sides_.end(), h, less);
+    const auto last = std::lower_bound(first, sides_.end(), h + 1, less);
+    return {static_cast<std::size_t>(first - sides_.begin()),
+            static_cast<std::size_t>(last - sides_.begin())};
+  }
+
+  FaceTriangulation::Point point_at(FaceId f, const Vector2& affine) const {
+    const Vector2 a = surface_.corner_at(3 * f), b = surface_.corner_at(3 * f + 1),
+                  c = surface_.corner_at(3 * f + 2);
+    return {affine, a + affine.x() * (b - a) + affine.y() * (c - a)};
+  }
+
+  void fill(FaceId f) {
+    local_.start({point_at(f, {0, 0}), point_at(f, {1, 0}), point_at(f, {0, 1})});
+    vertex_.assign({surface_.faces(f, 0), surface_.faces(f, 1), surface_.faces(f, 2)});
+    // Places of the points on side k, seen along the face's own half-edge: number in the local
+    // triangulation to share.
+    side_share_.assign(3, {-1, 0.0});
+    for (Index k = 0; k < 3; ++k) {
+      const HalfedgeId h = 3 * f + k, e = canonical(h);
+      const auto [first, last] = on_side(e);
+      for (std::size_t i = first; i < last; ++i) {
+        const double share = h == e ? sides_[i].share : 1.0 - sides_[i].share;
+        const Vector2 affine = k == 0   ? Vector2(share, 0.0)
+                               : k == 1 ? Vector2(1.0 - share, share)
+                                        : Vector2(0.0, 1.0 - share);
+        local_.insert(point_at(f, affine));
+        vertex_.push_back(sides_[i].vertex);
+        side_share_.push_back({k, share});
+      }
+    }
+    for (const Vector2& affine : inner_[at(f)]) {
+      const auto known = static_cast<Index>(vertex_.size());
+      if (local_.insert(point_at(f, affine)) < known) continue;
+      vertex_.push_back(
+          add_vertex(f, {(1.0 - affine.x()) - affine.y(), affine.x(), affine.y()}, false));
+      side_share_.push_back({-1, 0.0});
+    }
+    write(f);
+  }
+
+  // Share of local vertex v along side k, -1 if it does not lie on it.
+  double share_on(Index v, Index k) const {
+    if (v == k) return 0.0;
+    if (v == (k + 1) % 3) return 1.0;
+    return side_share_[at(v)].side == k ? side_share_[at(v)].share : -1.0;
+  }
+
+  void write(FaceId f) {
+    const auto base = static_cast<Index>(faces_.size());
+    for (Index k = 0; k < 3; ++k) pieces_[at(k)].clear(), corners_[at(k)].clear();
+    for (Index t = 0; t < local_.triangle_count(); ++t) {
+      faces_.push_back({vertex_[at(local_.vertex(3 * t))], vertex_[at(local_.vertex(3 * t + 1))],
+                        vertex_[at(local_.vertex(3 * t + 2))]});
+      lengths_.emplace_back();
+      out_.parent_face.push_back(f);
+      for (Index c = 3 * t; c < 3 * t + 3; ++c) {
+        const Index v = local_.vertex(c), w = local_.vertex(next_corner(c));
+        if (v < 3) corners_[at(v)].push_back(3 * base + c);
+        double& length = lengths_.back()[at(c % 3)];
+        if (local_.opposite(c) != kInvalid) {
+          // From the lower to the higher number: the same bits on both sides.
+          length = (local_.point(std::max(v, w)).place - local_.point(std::min(v, w)).place).norm();
+          continue;
+        }
+        for (Index k = 0; k < 3; ++k) {
+          const double from = share_on(v, k), to = share_on(w, k);
+          if (from < 0.0 || to < 0.0) continue;
+          pieces_[at(k)].push_back({from, 3 * base + c});
+          length = to - from == 1.0 ? surface_.length[at(3 * f + k)]
+                                    : (to - from) * surface_.length[at(3 * f + k)];
+        }
+      }
+    }
+    for (Index k = 0; k < 3; ++k) {
+      std::sort(pieces_[at(k)].begin(), pieces_[at(k)].end());
+      for (const auto& [from, h] : pieces_[at(k)]) {
+        out_.piece.push_back(h);
+        out_.piece_from.push_back(from);
+      }
+      out_.piece_begin.push_back(static_cast<Index>(out_.piece.size()));
+      out_.corner.insert(out_.corner.end(), corners_[at(k)].begin(), corners_[at(k)].end());
+      out_.corner_begin.push_back(static_cast<Index>(out_.corner.size()));
+    }
+  }
+
+  struct SideShare {
+    Index side;
+    double share;
+  };
+  const FlatSurface& surface_;
+  SplitSurface& out_;
+  std::vector<SidePoint> sides_;
+  std::vector<std::vector<Vector2>> inner_;  // per face, affine
+  std::vector<std::array<VertexId, 3>> faces_;
+  std::vector<std::array<double, 3>> lengths_;
+  // Scratch of one face.
+  FaceTriangulation local_;
+  std::vector<VertexId> vertex_;
+  std::vector<SideShare> side_share_;
+  std::array<std::vector<std::pair<double, HalfedgeId>>, 3> pieces_;
+  std::array<std::vector<CornerId>, 3> corners_;
+};
+
+}  // namespace
+
+bool split_surface(const FlatSurface& surface, const std::vector<AddedPoint>& points,
+                   const ExecutionContext& context, SplitSurface& out) {
+  return Splitter(surface, out).run(points, context);
+}
+
+}  // namespace flipfree::intrinsic

@@ -1,0 +1,252 @@
+#include "flipfree/matchmaker/at_once/arms.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/parallel.h"
+#include "flipfree/distortion/energy/own_map.h"
+#include "flipfree/distortion/minimize/minimize.h"
+#include "flipfree/embedding/embed.h"
+#include "flipfree/matchmaker/finish/ease.h"
+#include "flipfree/matchmaker/finish/unfold_wholes.h"
+#include "flipfree/matchmaker/overlay/star_map.h"
+#include "flipfree/matchmaker/smooth/relax.h"
+#include "flipfree/matchmaker/start/first_try.h"
+#include "flipfree/matchmaker/start/roomy_metric.h"
+#include "flipfree/matchmaker/take_back/coarsen.h"
+#include "flipfree/matchmaker/take_back/time_share.h"
+
+namespace flipfree::matchmaker {
+namespace {
+
+constexpr std::size_t kFewestPins = 3;
+// Newton steps of a star without the surface.
+constexpr int kStepsOfStar = 30;
+// So many stars are brought to rest, of these so many with the surface on them, and of these so
+// many for a round; then half of them after each round.
+constexpr std::size_t kShort = 24;
+constexpr std::size_t kLifted = 8;
+constexpr std::size_t kTried = 4;
+// Rounds of taking refinement back for the one that is taken, and Newton steps of each. They end
+// when one frees less than one vertex in so many.
+constexpr int kRounds = 16;
+constexpr int kStepsPerRound = 10;
+constexpr Index kWorthwhile = 50;
+// Then whole faces are unfolded, so often, after so many Newton steps each.
+constexpr int kUnfoldings = 2;
+constexpr int kRoundsOfUnfolding = 6;
+constexpr int kStepsPerUnfolding = 30;
+
+double part_of(std::size_t i, std::size_t count) {
+  return static_cast<double>(i) / static_cast<double>(count);
+}
+double part_of(int i, int count) { return static_cast<double>(i) / count; }
+
+// The surface in a circle, all of it with room.
+mesh::RefinedMap in_circle(const mesh::RefinedSurface& surface, ExecutionContext& context) {
+  const auto count = static_cast<double>(surface.boundary.size());
+  Points2 circle(static_cast<Eigen::Index>(surface.boundary.size()), 2);
+  for (Eigen::Index i = 0; i < circle.rows(); ++i) {
+    const double angle = 2 * std::numbers::pi * static_cast<double>(i) / count;
+    circle.row(i) << std::cos(angle), std::sin(angle);
+  }
+  embedding::EmbedOptions options;
+  options.float32 = false;
+  options.low_distortion = true;
+  Stats unused;
+  const Points2 uv = embedding::embed_disk(surface.mesh.faces(), surface.mesh.vertex_count(),
+                                           surface.boundary, circle, options, context, unused);
+  const mesh::Surface room = roomy_metric(surface, uv, context);
+  return {surface, room.vertices.leftCols(2)};
+}
+
+// A star, by itself and with the surface on it.
+struct Candidate {
+  StarView view;
+  PlaneMap plane;
+  mesh::RefinedMap map;                                   // empty until the surface is on it
+  double cost = std::numeric_limits<double>::infinity();  // the less, the better
+};
+
+// The best few by cost, the best first.
+void keep_best(std::vector<Candidate>& all, std::size_t count) {
+  std::erase_if(all, [](const Candidate& c) { return !std::isfinite(c.cost); });
+  std::stable_sort(all.begin(), all.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; });
+  if (all.size() > count) all.resize(count);
+}
+
+// Lines in the disk, all told: what is added grows with it.
+double length_of(const PlaneMap& plane) {
+  double length = 0;
+  for (Eigen::Index f = 0; f < plane.faces.rows(); ++f) {
+    for (Eigen::Index k = 0; k < 3; ++k)
+      length +=
+          (plane.before.row(plane.faces(f, k)) - plane.before.row(plane.faces(f, (k + 1) % 3)))
+              .norm();
+  }
+  return length;
+}
+
+// Brings the star to rest with the pins where they are; its energy is its cost.
+void relax_star(Candidate& candidate, const std::vector<char>& pinned, ExecutionContext& context) {
+  PlaneMap& plane = candidate.plane;
+  mesh::Surface flat;
+  flat.faces = plane.faces;
+  flat.vertices = Points3::Zero(plane.before.rows(), 3);
+  flat.vertices.leftCols(2) = plane.before;
+  distortion::MinimizeOptions options;
+  options.max_iterations = kStepsOfStar;
+  options.lengthen = true;
+  for (std::size_t v = 0; v < plane.vertex.size(); ++v) {
+    const VertexId w = plane.vertex[v];
+    if (w != kInvalid && w < static_cast<VertexId>(pinned.size()) &&
+        pinned[static_cast<std::size_t>(w)] != 0)
+      options.fixed.push_back(static_cast<VertexId>(v));
+  }
+  candidate.cost = std::numeric_limits<double>::infinity();
+  try {
+    Stats figures;
+    plane.after = distortion::with_own_map([&] {
+      return distortion::minimize_distortion(flat, plane.after, options, context, figures);
+    });
+    candidate.cost = std::get<double>(figures.at("distortion.energy"));
+  } catch (const NotConverged&) {
+    return;  // too squeezed for the Newton system: others will be better
+  }
+}
+
+// Stars that promise most.
+std::vector<Candidate> best_stars(const mesh::RefinedMap& disk, const Constraints& constraints,
+                                  ExecutionContext& context) {
+  std::vector<Vector2> pins;
+  std::vector<char> pinned(disk.surface.position.size(), 0);
+  for (const PinnedVertex& p : constraints.pins) {
+    pins.emplace_back(disk.uv.row(p.vertex).transpose());
+    pinned[static_cast<std::size_t>(p.vertex)] = 1;
+  }
+  std::vector<Candidate> all;
+  for (StarView& view : star_views(pins)) {
+    context.check();
+    mesh::RefinedMap split = disk;
+    std::optional<PlaneMap> plane = make_star(split, constraints, view, context);
+    if (!plane) continue;
+    const double length = length_of(*plane);
+    all.push_back({std::move(view), std::move(*plane), {}, length});
+    if (all.size() > 2 * kShort) keep_best(all, kShort);
+  }
+  keep_best(all, kShort);
+  parallel_for(context, all.size(), 1, [&](std::size_t begin, std::size_t end, std::size_t) {
+    for (std::size_t i = begin; i < end; ++i) {
+      ExecutionContext part(&context, 1);
+      relax_star(all[i], pinned, part);
+    }
+  });
+  keep_best(all, kLifted);
+  return all;
+}
+
+// Takes refinement back and lowers the distortion, in so many rounds.
+void settle(mesh::RefinedMap& map, const Constraints& constraints, Index keep, int rounds,
+            ExecutionContext& context) {
+  const std::vector<VertexId> held = held_vertices(map.surface, constraints);
+  numeric::EliminationMemory order(keep);
+  const auto added = [&] { return map.surface.mesh.vertex_count() - keep; };
+  for (int round = 0; round < rounds && added() > 0; ++round) {
+    const ProgressRange range(context, part_of(round, rounds), part_of(round + 1, rounds));
+    const Index before = added();
+    remove_added(map, held, keep, context);
+    if (!relax(map, held, {kStepsPerRound, true, &order}, context)) return;
+    if (kWorthwhile * (before - added()) < before) return;
+  }
+}
+
+// The star that bears the surface best.
+std::optional<mesh::RefinedMap> best_map(const mesh::RefinedMap& disk, std::vector<Candidate> stars,
+                                         const Constraints& constraints, ExecutionContext& context,
+                                         Stats& stats) {
+  const Index keep = disk.surface.mesh.vertex_count();
+  for (Candidate& c : stars) {
+    c.cost = std::numeric_limits<double>::infinity();
+    c.map = disk;
+    // The star has come to rest since; what it splits is the same again.
+    if (!make_star(c.map, constraints, c.view, context) || !follow_by(c.map, c.plane, context))
+      continue;
+    c.map = mesh::compacted_map(c.map);  // with the boundary as it is now
+    c.cost = c.map.surface.mesh.vertex_count() - keep;
+  }
+  keep_best(stars, kTried);
+  if (stars.empty()) return std::nullopt;
+  stats["arms.lifted"] = static_cast<std::int64_t>(stars.front().cost);
+  for (double done = 0; stars.size() > 1;) {
+    // Half of the work that is left is in this round.
+    const double share = 0.5 * (1 - done);
+    for (std::size_t i = 0; i < stars.size(); ++i) {
+      const ProgressRange range(context, done + share * part_of(i, stars.size()),
+                                done + share * part_of(i + 1, stars.size()));
+      settle(stars[i].map, constraints, keep, 1, context);
+      stars[i].cost = energy_of(stars[i].map, context);
+    }
+    keep_best(stars, (stars.size() + 1) / 2);
+    done += share;
+  }
+  if (stars.empty()) return std::nullopt;
+  return std::move(stars.front().map);
+}
+
+}  // namespace
+
+bool walk_with_arms(mesh::RefinedMap& map, const Constraints& constraints,
+                    ExecutionContext& context, Stats& stats) {
+  if (!constraints.free_boundary() || constraints.one_to_one || !constraints.edges.empty() ||
+      constraints.pins.size() < kFewestPins)
+    return false;
+  const Index keep = map.surface.mesh.vertex_count();
+  std::optional<mesh::RefinedMap> best;
+  try {
+    mesh::RefinedMap disk;
+    std::vector<Candidate> stars;
+    {
+      const ProgressRange range(context, 0.0, 0.1);
+      disk = in_circle(map.surface, context);
+      stars = best_stars(disk, constraints, context);
+    }
+    const ProgressRange range(context, 0.1, 0.5);
+    best = best_map(disk, std::move(stars), constraints, context, stats);
+  } catch (const NotConverged&) {
+    return false;
+  } catch (const Infeasible&) {
+    return false;  // there is no map into the circle in doubles
+  }
+  if (!best) return false;
+  const std::vector<VertexId> held = held_vertices(best->surface, constraints);
+  numeric::EliminationMemory order(keep);
+  const auto added = [&] { return best->surface.mesh.vertex_count() - keep; };
+  // All pins are met: the rest may end anywhere.
+  while_time_lasts(*best, [&] {
+    {
+      const ProgressRange range(context, 0.5, 0.7);
+      settle(*best, constraints, keep, kRounds, context);
+    }
+    for (int round = 0; round < kUnfoldings && added() > 0; ++round) {
+      const ProgressRange range(context, 0.7 + 0.2 * part_of(round, kUnfoldings),
+                                0.7 + 0.2 * part_of(round + 1, kUnfoldings));
+      relax(*best, held, {kStepsPerUnfolding, true, &order}, context);
+      unfold_wholes(*best, held, keep, kRoundsOfUnfolding, context, &order);
+    }
+    const ProgressRange range(context, 0.9, 1.0);
+    ease(*best, held, keep, 0, order, context);
+  });
+  stats["arms.left"] = static_cast<std::int64_t>(added());
+  map = std::move(*best);
+  return true;
+}
+
+}  // namespace flipfree::matchmaker

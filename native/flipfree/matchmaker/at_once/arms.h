@@ -1,0 +1,28 @@
+// Brings many pins to their targets at one stroke where the boundary is free and the map may
+// overlap itself: every pin gets an arm of its own.
+//
+// The surface is laid into a circle and from there onto a star (star_map.h), whose arms lead to the
+// targets and may cross each other. So nothing winds around anything, in whatever order the pins
+// are, and what is added grows linearly with their number: a map that is one-to-one has to wind
+// lines around lines (MatchMaker++, thesis 3.3), and so does one that grows out of such a map by
+// moving pins past each other (walk_pins.h). A star depends on the point that the pins are seen
+// from. Several are tried as they are, a few of them with the surface on them, and of these the one
+// that comes to rest with the least distortion is taken; refinement is then taken back.
+#pragma once
+
+#include "flipfree/base/context.h"
+#include "flipfree/base/stats.h"
+#include "flipfree/matchmaker/patches/pipeline.h"
+
+namespace flipfree::matchmaker {
+
+// Precondition: map.uv is flip-free. True: the map is flip-free by exact test, all pins are where
+// they should be bit for bit; vertices were added at the end of the numbering, some of them on the
+// boundary. What map.uv was does not matter. False, and the map unchanged, where the boundary is
+// prescribed or the map must be one-to-one, with lines, with fewer than three pins, or where
+// doubles are not enough. Cost: an embedding into a circle, some hundred Newton steps, and O(log)
+// per crossing of the surface's edges with the star's. Stats: "arms.*".
+bool walk_with_arms(mesh::RefinedMap& map, const Constraints& constraints,
+                    ExecutionContext& context, Stats& stats);
+
+}  // namespace flipfree::matchmaker

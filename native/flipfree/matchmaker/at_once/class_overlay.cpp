@@ -1,0 +1,351 @@
+#include "flipfree/matchmaker/at_once/class_overlay.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "flipfree/distortion/untangle.h"
+#include "flipfree/matchmaker/finish/simplify_plane_map.h"
+#include "flipfree/matchmaker/overlay/mesh_overlay.h"
+#include "flipfree/matchmaker/plan/plan_motion.h"
+#include "flipfree/matchmaker/smooth/relax.h"
+#include "flipfree/matchmaker/start/first_try.h"
+#include "flipfree/matchmaker/start/roomy_metric.h"
+#include "flipfree/matchmaker/take_back/coarsen.h"
+#include "flipfree/mesh/refined/curve_overlay.h"
+#include "flipfree/numeric/predicates.h"
+
+namespace flipfree::matchmaker {
+namespace {
+
+// Corners of the ring, at first, and at most, where pins lie near the boundary.
+constexpr std::size_t kCorners = 16;
+constexpr std::size_t kMostCorners = 64;
+// Pins lie this far inside the ring at least, as a share of its size.
+constexpr double kFarthestPin = 0.995;
+// Newton steps that bring the coarse map to rest before the surface is carried along.
+constexpr int kStepsOfOverlay = 40;
+// Before, crossings are thinned out so often, with so many steps each time.
+constexpr int kThinnings = 10;
+constexpr int kStepsOfThinning = 10;
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+double cross(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
+
+// A polygon around all pins inside a convex outline, and where it is joined to it.
+struct Ring {
+  Polygon polygon;
+  std::vector<std::size_t> place;  // of each corner's partner in the outline
+};
+
+bool is_convex(const Polygon& outline) {
+  const std::size_t n = outline.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    if (numeric::orientation(outline[i], outline[(i + 1) % n], outline[(i + 2) % n]) < 0)
+      return false;
+  }
+  return true;
+}
+
+// The largest share of the way from `centre` to the polygon at which one of these points lies.
+double reach_of(const std::vector<Vector2>& points, const Polygon& polygon, const Vector2& centre) {
+  double reach = 0;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vector2 a = polygon[i] - centre;
+    const Vector2 side = polygon[(i + 1) % polygon.size()] - polygon[i];
+    for (const Vector2& p : points)
+      reach = std::max(reach, cross(p - centre, side) / cross(a, side));
+  }
+  return reach;
+}
+
+// Corners of the outline at even distances, drawn in halfway to the pins. Empty if there is no
+// room.
+Ring ring_around(const Polygon& outline, const std::vector<Vector2>& pins) {
+  const std::size_t n = outline.size();
+  const Vector2 centre =
+      std::accumulate(outline.begin(), outline.end(), Vector2(0, 0)) / static_cast<double>(n);
+  std::vector<double> length(n + 1, 0.0);
+  for (std::size_t i = 0; i < n; ++i)
+    length[i + 1] = length[i] + (outline[(i + 1) % n] - outline[i]).norm();
+  for (std::size_t corners = kCorners; corners <= std::min(n, kMostCorners); corners *= 2) {
+    Ring ring;
+    for (std::size_t i = 0; i < corners; ++i) {
+      const double along = length[n] * static_cast<double>(i) / static_cast<double>(corners);
+      const auto place = std::min(
+          n - 1, static_cast<std::size_t>(std::lower_bound(length.begin(), length.end(), along) -
+                                          length.begin()));
+      if (!ring.place.empty() && place <= ring.place.back()) continue;
+      ring.place.push_back(place);
+      ring.polygon.push_back(outline[place]);
+    }
+    // Collinear corners add nothing.
+    for (std::size_t i = 0; i < ring.polygon.size() && ring.polygon.size() > 3;) {
+      const std::size_t m = ring.polygon.size();
+      const Vector2 a = ring.polygon[i] - ring.polygon[(i + m - 1) % m];
+      const Vector2 b = ring.polygon[(i + 1) % m] - ring.polygon[i];
+      if (cross(a, b) > 1e-6 * a.norm() * b.norm()) {
+        ++i;
+        continue;
+      }
+      ring.polygon.erase(ring.polygon.begin() + static_cast<std::ptrdiff_t>(i));
+      ring.place.erase(ring.place.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+    const double reach = reach_of(pins, ring.polygon, centre);
+    const double share = 0.5 * (1.0 + reach);
+    if (reach > kFarthestPin * share) continue;
+    for (Vector2& p : ring.polygon) p = centre + share * (p - centre);
+    return ring;
+  }
+  return {};
+}
+
+// An arc of one triangulation, as it crosses edges of the other.
+struct Crossing {
+  HalfedgeId edge;  // the lesser of its two half-edges
+  std::int64_t k;   // from that one's source on
+};
+using ArcId = std::pair<VertexId, VertexId>;  // its ends, the lesser first
+
+HalfedgeId edge_of(const MovingPins& pins, HalfedgeId h) {
+  const HalfedgeId o = pins.opposite(h);
+  return o != kInvalid && o < h ? o : h;
+}
+
+// Follows the arc that leaves the apex of h across h, k-th from its source.
+VertexId follow(const MovingPins& pins, HalfedgeId h, std::int64_t k, std::vector<Crossing>& way) {
+  way.clear();
+  while (true) {
+    const std::int64_t count = pins.crossings(h);
+    const HalfedgeId o = pins.opposite(h);
+    way.push_back(o < h ? Crossing{o, count - 1 - k} : Crossing{h, k});
+    h = o;
+    k = count - 1 - k;
+    const HalfedgeId next = MovingPins::next(h);
+    const HalfedgeId previous = MovingPins::previous(h);
+    const Strands strands(count, pins.crossings(previous), pins.crossings(next));
+    if (k < strands.at_u) {
+      h = previous;
+      k = pins.crossings(previous) - 1 - k;
+    } else if (k < strands.at_u + strands.end_p) {
+      return pins.apex(h);
+    } else {
+      h = next;
+      k = count - 1 - k;
+    }
+  }
+}
+
+std::map<ArcId, std::vector<Crossing>> follow_all(const MovingPins& pins) {
+  std::map<ArcId, std::vector<Crossing>> arcs;
+  std::vector<Crossing> way;
+  for (HalfedgeId h = 0; h < 3 * pins.face_count(); ++h) {
+    if (pins.opposite(h) == kInvalid) continue;
+    const VertexId from = pins.apex(h);
+    const Strands strands(pins.crossings(h), pins.crossings(MovingPins::previous(h)),
+                          pins.crossings(MovingPins::next(h)));
+    for (std::int64_t i = 0; i < strands.end_p; ++i) {
+      const VertexId to = follow(pins, h, strands.at_u + i, way);
+      if (from < to) arcs[{from, to}] = way;
+    }
+  }
+  return arcs;
+}
+
+// Lays the triangulation of the targets over that of the sources.
+class Overlayer {
+ public:
+  Overlayer(mesh::RefinedSurface& base, const MovingPins& after, const std::vector<VertexId>& id)
+      : after_(after), id_(id), overlay_(base) {
+    uv_.resize(base.position.size(), Vector2(0, 0));
+  }
+
+  // False if the two do not fit together, which they always should.
+  bool run() {
+    const auto arcs = follow_all(after_);
+    std::map<HalfedgeId, std::vector<std::pair<ArcId, std::size_t>>> crossed;
+    for (HalfedgeId h = 0; h < 3 * after_.face_count(); ++h) {
+      if (edge_of(after_, h) == h && after_.opposite(h) != kInvalid)
+        crossed[h].resize(at(static_cast<Index>(after_.crossings(h))), {{kInvalid, kInvalid}, 0});
+    }
+    for (const auto& [arc, way] : arcs) {
+      for (std::size_t i = 0; i < way.size(); ++i)
+        crossed[way[i].edge][static_cast<std::size_t>(way[i].k)] = {arc, i};
+    }
+    return std::all_of(crossed.begin(), crossed.end(),
+                       [&](const auto& edge) { return lay(edge.first, edge.second); });
+  }
+
+  void finish() { overlay_.finish(); }
+  const std::vector<Vector2>& uv() const { return uv_; }
+
+ private:
+  bool lay(HalfedgeId edge, const std::vector<std::pair<ArcId, std::size_t>>& crossings) {
+    const VertexId from = after_.source(edge);
+    const VertexId to = after_.target(edge);
+    VertexId here = id_[at(from)];
+    const double parts = static_cast<double>(crossings.size() + 1);
+    for (std::size_t k = 0; k < crossings.size(); ++k) {
+      const auto& [arc, i] = crossings[k];
+      if (arc.first == kInvalid) return false;
+      std::map<std::size_t, VertexId>& on_arc = cut_[arc];
+      const auto after = on_arc.upper_bound(i);
+      const VertexId a = after == on_arc.begin() ? id_[at(arc.first)] : std::prev(after)->second;
+      const VertexId b = after == on_arc.end() ? id_[at(arc.second)] : after->second;
+      const VertexId fresh = overlay_.cross(here, a, b, edge);
+      if (fresh == kInvalid) return false;
+      on_arc[i] = fresh;
+      const double t = static_cast<double>(k + 1) / parts;
+      uv_.push_back((1 - t) * after_.place(from) + t * after_.place(to));
+      here = fresh;
+    }
+    return overlay_.reach(here, id_[at(to)], edge);
+  }
+
+  const MovingPins& after_;
+  const std::vector<VertexId>& id_;
+  mesh::CurveOverlay overlay_;
+  std::vector<Vector2> uv_;                               // of added vertices
+  std::map<ArcId, std::map<std::size_t, VertexId>> cut_;  // where arcs are cut so far
+};
+
+// The triangulation of the sources and of the space between the ring and the boundary, flat. Its
+// vertices: the boundary's, the pins, the ring's.
+mesh::Surface sources(const std::vector<Vector2>& outline, const Ring& ring,
+                      const MovingPins& pins) {
+  const auto n = static_cast<Index>(outline.size());
+  const auto m = static_cast<Index>(ring.polygon.size());
+  std::vector<std::array<VertexId, 3>> faces;
+  for (Index f = 0; f < pins.face_count(); ++f)
+    faces.push_back({n + pins.corner(f, 0), n + pins.corner(f, 1), n + pins.corner(f, 2)});
+  const auto inner = [&](Index i) { return n + pins.pin_count() + i % m; };
+  for (Index i = 0; i < m; ++i) {
+    // Each corner is joined to the outline from halfway to the one before to halfway to the next.
+    const auto begin = static_cast<Index>(ring.place[at(i)]);
+    const Index end = i + 1 < m ? static_cast<Index>(ring.place[at(i + 1)])
+                                : static_cast<Index>(ring.place[0]) + n;
+    const Index middle = (begin + end) / 2;
+    for (Index k = begin; k < middle; ++k) faces.push_back({inner(i), k % n, (k + 1) % n});
+    faces.push_back({inner(i), middle % n, inner(i + 1)});
+    for (Index k = middle; k < end; ++k) faces.push_back({inner(i + 1), k % n, (k + 1) % n});
+  }
+  mesh::Surface flat;
+  flat.vertices = Points3::Zero(n + pins.vertex_count(), 3);
+  for (Index i = 0; i < n; ++i) flat.vertices.row(i).head(2) = outline[at(i)].transpose();
+  for (Index v = 0; v < pins.vertex_count(); ++v)
+    flat.vertices.row(n + v).head(2) = pins.place(v).transpose();
+  flat.faces.resize(static_cast<Eigen::Index>(faces.size()), 3);
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    for (std::size_t k = 0; k < 3; ++k)
+      flat.faces(static_cast<Eigen::Index>(f), static_cast<Eigen::Index>(k)) = faces[f][k];
+  }
+  return flat;
+}
+
+Points2 flat(const mesh::Surface& surface) { return surface.vertices.leftCols(2); }
+
+// Both triangulations laid over each other, as a map of the sources' that is flip-free in both
+// planes.
+std::optional<mesh::RefinedMap> overlay(const mesh::Surface& base, const MovingPins& after,
+                                        Index outline, ExecutionContext& context) {
+  mesh::RefinedMap map;
+  map.surface = mesh::make_refined_surface(base);
+  std::vector<VertexId> id(at(after.vertex_count()));
+  std::iota(id.begin(), id.end(), outline);
+  Overlayer overlayer(map.surface, after, id);
+  if (!overlayer.run()) return std::nullopt;
+  overlayer.finish();
+  const Triangles faces = map.surface.mesh.faces();
+  map.uv = flat(to_surface(map.surface));
+  if (!distortion::find_flips(faces, map.uv, context).empty()) return std::nullopt;
+  for (Index v = 0; v < after.vertex_count(); ++v)
+    map.uv.row(outline + v) = after.place(v).transpose();
+  for (Eigen::Index v = base.vertices.rows(); v < map.uv.rows(); ++v)
+    map.uv.row(v) = overlayer.uv()[static_cast<std::size_t>(v)].transpose();
+  if (!distortion::find_flips(faces, map.uv, context).empty()) return std::nullopt;
+  return map;
+}
+
+// The coarse map: laid out evenly at the sources, and with little distortion at the targets.
+// Crossings that the map bears to lose need not be followed. The vertices below `held` are the
+// boundary's and the pins'.
+std::optional<PlaneMap> coarse_map(mesh::RefinedMap map, Index held, ExecutionContext& context) {
+  std::vector<VertexId> fixed(at(held));
+  std::iota(fixed.begin(), fixed.end(), 0);
+  for (int round = 0; round < kThinnings; ++round) {
+    relax(map, fixed, {kStepsOfThinning, true, nullptr}, context);
+    thin_out(map, fixed, map.surface.input_vertices(), context);
+  }
+  PlaneMap plane;
+  {
+    const mesh::Surface before = to_surface(map.surface);
+    plane = {before.faces, flat(before), map.uv, {}};
+    plane.vertex.assign(static_cast<std::size_t>(map.uv.rows()), kInvalid);
+  }
+  simplify_plane_map(plane, held, context);
+  mesh::Surface even;
+  even.faces = plane.faces;
+  even.vertices = Points3::Zero(plane.before.rows(), 3);
+  const mesh::RefinedSurface uneven = mesh::make_refined_surface(even);
+  even = roomy_metric(uneven, plane.before, context, fixed);
+  map = {mesh::make_refined_surface(even), plane.after};
+  relax(map, fixed, {kStepsOfOverlay, true, nullptr}, context);
+  plane.before = flat(even);
+  plane.after = std::move(map.uv);
+  if (!distortion::find_flips(plane.faces, plane.before, context).empty() ||
+      !distortion::find_flips(plane.faces, plane.after, context).empty())
+    return std::nullopt;
+  return plane;
+}
+
+}  // namespace
+
+bool place_pins(mesh::RefinedMap& map, const Constraints& constraints, ExecutionContext& context,
+                Stats& stats) {
+  if (constraints.pins.empty() || constraints.free_boundary() || !constraints.edges.empty() ||
+      !is_convex(constraints.outline))
+    return false;
+  std::vector<Vector2> from;
+  std::vector<Vector2> to;
+  for (const PinnedVertex& p : constraints.pins) {
+    from.push_back(map.uv.row(p.vertex).transpose());
+    to.push_back(p.uv);
+  }
+  std::vector<Vector2> all = from;
+  all.insert(all.end(), to.begin(), to.end());
+  const Ring ring = ring_around(constraints.outline, all);
+  if (ring.polygon.size() < 3) return false;
+  std::vector<PinMove> moves;
+  {
+    const ProgressRange range(context, 0.0, 0.6);
+    moves = plan_motion(ring.polygon, from, to, context);
+  }
+  if (moves.empty()) return false;
+  const ProgressRange range(context, 0.6, 1.0);
+  MovingPins pins(ring.polygon, from);
+  const mesh::Surface base = sources(constraints.outline, ring, pins);
+  for (const PinMove& move : moves) pins.move(move.pin, move.to);
+  stats["plan.complexity"] = pins.complexity();
+  const auto outline = static_cast<Index>(constraints.outline.size());
+  if (!distortion::find_flips(base.faces, base.vertices.leftCols(2), context).empty()) return false;
+  std::optional<mesh::RefinedMap> fine = overlay(base, pins, outline, context);
+  if (!fine) return false;
+  const Index held = outline + pins.pin_count();
+  std::optional<PlaneMap> plane = coarse_map(std::move(*fine), held, context);
+  if (!plane) return false;
+  std::copy(map.surface.boundary.begin(), map.surface.boundary.end(), plane->vertex.begin());
+  for (Index i = 0; i < pins.pin_count(); ++i)
+    plane->vertex[at(outline + i)] = constraints.pins[at(i)].vertex;
+  const Index count = map.surface.mesh.vertex_count();
+  if (!follow_by(map, *plane, context)) return false;
+  stats["plan.lifted"] = static_cast<std::int64_t>(map.surface.mesh.vertex_count() - count);
+  return true;
+}
+
+}  // namespace flipfree::matchmaker

@@ -1,0 +1,51 @@
+#include "flipfree/matchmaker/finish/ease.h"
+
+#include <array>
+#include <cstddef>
+
+#include "flipfree/matchmaker/smooth/relax.h"
+#include "flipfree/matchmaker/take_back/coarsen.h"
+#include "flipfree/matchmaker/take_back/untangle_removal.h"
+
+namespace flipfree::matchmaker {
+namespace {
+
+// Rounds at most, and Newton steps after each. One that frees less than one vertex in so many (with
+// neighbourhoods of one ring, of two) is followed by larger neighbourhoods.
+constexpr int kRounds = 12;
+constexpr int kSteps = 20;
+constexpr std::array<Index, 2> kWorthwhile = {7, 12};
+// Newton steps of an untangling.
+constexpr int kIterations = 80;
+// Vertices to be looked at when there are few enough, in units of those that are kept.
+constexpr Index kMostLookedAt = 4;
+
+}  // namespace
+
+void ease(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep, Index enough,
+          numeric::EliminationMemory& order, ExecutionContext& context) {
+  const auto added = [&] { return map.surface.mesh.vertex_count() - keep; };
+  VainRemovals vain;
+  UntangleRemovalOptions untangling;
+  untangling.rings = 1;
+  untangling.iterations = kIterations;
+  untangling.vain = &vain;
+  Index looked_at = 0;
+  for (int round = 0; round < kRounds && added() > 0; ++round) {
+    if (added() <= enough && looked_at > kMostLookedAt * keep) return;
+    const double begin = static_cast<double>(round) / kRounds;
+    const ProgressRange range(context, begin, begin + 1.0 / kRounds);
+    const Index before = added();
+    looked_at += before;
+    remove_by_untangling(map, held, keep, context, untangling);
+    map = mesh::compacted_map(map);
+    relax(map, held, {kSteps, true, &order}, context);
+    remove_added(map, held, keep, context);
+    const auto size = static_cast<std::size_t>(untangling.rings);
+    if (kWorthwhile[size - 1] * (before - added()) >= before) continue;
+    if (size == kWorthwhile.size()) return;
+    ++untangling.rings;
+  }
+}
+
+}  // namespace flipfree::matchmaker

@@ -1,0 +1,146 @@
+#include "flipfree/matchmaker/finish/usable_map.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "flipfree/base/error.h"
+#include "flipfree/certify/overlap/overlap.h"
+#include "flipfree/distortion/energy/own_map.h"
+#include "flipfree/distortion/minimize/minimize.h"
+#include "flipfree/distortion/untangle.h"
+#include "flipfree/matchmaker/smooth/relax.h"
+#include "flipfree/matchmaker/start/first_try.h"
+#include "flipfree/matchmaker/take_back/coarsen.h"
+#include "flipfree/matchmaker/take_back/time_share.h"
+#include "flipfree/numeric/predicates.h"
+
+namespace flipfree::matchmaker {
+namespace {
+
+// A refined map is optimised for so many Newton steps times vertices, but this many steps at least.
+constexpr double kRefinedWork = 4e6;
+constexpr int kFewestSteps = 10;
+// A map with a larger share of folded triangles is not worth untangling: in none of the 35 cases of
+// benchmarks/match_matchmaker.py did that succeed with more, at up to a third of the time.
+constexpr double kMostFolded = 0.01;
+
+// The map at the vertices of a coarser refinement of the same input; added vertices are put where
+// their weights say.
+Points2 restricted(const mesh::RefinedMap& map, const mesh::RefinedSurface& coarse) {
+  const Index kept = coarse.input_vertices();
+  Points2 uv(static_cast<Eigen::Index>(coarse.position.size()), 2);
+  uv.topRows(kept) = map.uv.topRows(kept);
+  for (Eigen::Index v = kept; v < uv.rows(); ++v) {
+    const mesh::Support& support = coarse.support[static_cast<std::size_t>(v)];
+    uv.row(v).setZero();
+    for (std::size_t i = 0; i < 3 && support.vertex[i] != kInvalid; ++i) {
+      uv.row(v) += support.weight[i] * map.uv.row(support.vertex[i]);
+    }
+  }
+  return uv;
+}
+
+// The map of the user's vertices that is untangled from a finer one; nothing if it stays folded, or
+// time is over.
+std::optional<mesh::RefinedMap> untangled_whole(const mesh::RefinedMap& fine,
+                                                const mesh::RefinedSurface& surface,
+                                                const Constraints& constraints,
+                                                ExecutionContext& context, Stats& stats) try {
+  const TimeLimit share(context, kShareOfStep * context.seconds_left());
+  const Points2 start = restricted(fine, surface);
+  const auto faces = static_cast<double>(surface.mesh.faces().rows());
+  const auto folded =
+      static_cast<double>(distortion::find_flips(surface.mesh.faces(), start, context).size());
+  if (folded > kMostFolded * faces) return std::nullopt;
+  std::optional<Points2> uv = untangle_from(surface, constraints, start, context, stats);
+  if (!uv) return std::nullopt;
+  return mesh::RefinedMap{surface, std::move(*uv)};
+} catch (const TimeIsOver&) {
+  note_time_limit(stats);
+  return std::nullopt;
+}
+
+}  // namespace
+
+Points2 optimise(const mesh::RefinedSurface& surface, std::vector<VertexId> held, const Points2& uv,
+                 int iterations, bool bijective, ExecutionContext& context, Stats& stats) {
+  distortion::MinimizeOptions options;
+  options.max_iterations = iterations;
+  options.fixed = std::move(held);
+  options.bijective = bijective;
+  options.lengthen = true;
+  if (static_cast<Index>(options.fixed.size()) >= surface.mesh.vertex_count()) return uv;
+  try {
+    Points2 better = distortion::with_own_map([&] {
+      return distortion::minimize_distortion(to_surface(surface), uv, options, context, stats);
+    });
+    if (context.time_is_over()) note_time_limit(stats);
+    return better;
+  } catch (const NotConverged& failure) {
+    // A valid map that cannot be improved is still the map that was asked for.
+    stats["optimise_failure"] = failure.error().message;
+  } catch (const TimeIsOver&) {
+    note_time_limit(stats);
+  }
+  return uv;
+}
+
+int affordable_steps(const mesh::RefinedSurface& surface, int wanted) {
+  const auto count = static_cast<double>(surface.mesh.vertex_count());
+  if (count < 3 * static_cast<double>(surface.input_vertices())) return wanted;
+  return std::min(wanted, std::max(kFewestSteps, static_cast<int>(kRefinedWork / count)));
+}
+
+bool overlaps(const mesh::RefinedSurface& surface, const Points2& uv) {
+  const Triangles faces = surface.mesh.faces();
+  Points2 corner_uv(faces.size(), 2);
+  for (CornerId c = 0; c < faces.size(); ++c) corner_uv.row(c) = uv.row(faces.data()[c]);
+  const mesh::Adjacency adjacency = mesh::build_adjacency(surface.mesh.vertex_count(), faces);
+  const mesh::EdgeFlags no_cuts(static_cast<std::size_t>(faces.size()), 0);
+  return certify::boundary_overlaps(faces, adjacency, no_cuts, corner_uv).places() > 0;
+}
+
+bool untangling_is_safe(const Constraints& constraints) {
+  return !constraints.free_boundary() && constraints.turning_number == 1;
+}
+
+mesh::RefinedMap made_usable(mesh::RefinedMap fine, const mesh::RefinedSurface& surface,
+                             const Constraints& constraints, bool bijective,
+                             ExecutionContext& context, Stats& stats) {
+  {
+    const ProgressRange range(context, 0.0, 0.5);
+    const TimeLimit share(context, kShareOfStep * context.seconds_left());
+    // Its distortion is enormous at first; what counts is that the refinement can be taken back.
+    constexpr int kIterations = 40;
+    fine.uv = optimise(fine.surface, held_vertices(fine.surface, constraints), fine.uv,
+                       affordable_steps(fine.surface, kIterations), bijective, context, stats);
+  }
+  if (untangling_is_safe(constraints)) {
+    const ProgressRange range(context, 0.5, 0.8);
+    if (std::optional<mesh::RefinedMap> map =
+            untangled_whole(fine, surface, constraints, context, stats)) {
+      stats["engine"] = std::string("matchmaker, restricted");
+      return std::move(*map);
+    }
+  }
+  const ProgressRange range(context, 0.8, 1.0);
+  const TimeLimit share(context, (1 - kShareOfStep) * context.seconds_left());
+  stats["engine"] = std::string("matchmaker, coarsened");
+  // Fewer vertices are worth more distortion, but not one that nothing can be done with.
+  constexpr double kMostLoss = 10.0;
+  const Index keep = surface.mesh.vertex_count();
+  mesh::RefinedMap coarse = coarsen(fine, constraints, keep, context, stats);
+  const Untimed judging(context);
+  const double bearable = kMostLoss * energy_of(fine, context);
+  const auto fit = [&](const mesh::RefinedMap& map) {
+    return energy_of(map, context) <= bearable && !(bijective && overlaps(map.surface, map.uv));
+  };
+  if (fit(coarse)) return coarse;
+  coarse = coarsen(fine, constraints, keep, context, stats, Coarsening::kBounded);
+  return fit(coarse) ? coarse : fine;
+}
+
+}  // namespace flipfree::matchmaker

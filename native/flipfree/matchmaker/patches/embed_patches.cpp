@@ -1,0 +1,348 @@
+#include "flipfree/matchmaker/patches/embed_patches.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cstddef>
+#include <string>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
+#include "flipfree/embedding/embed.h"
+#include "flipfree/embedding/tutte/tutte.h"
+#include "flipfree/numeric/predicates.h"
+
+namespace flipfree::matchmaker {
+namespace {
+
+using Mesh = mesh::EditableTriangulation;
+
+struct Patch {
+  std::vector<VertexId> loop;  // boundary, patch on the left
+  std::vector<Index> side;     // per loop edge (from loop[i]): number of its straight side
+  std::vector<FaceId> faces;
+};
+
+// A patch by itself: faces, loop and boundary by place in `vertices`.
+struct Disk {
+  std::vector<VertexId> vertices;
+  Triangles faces;
+  std::vector<VertexId> loop;
+  Points2 boundary;  // where the loop lies
+};
+
+// An affine frame in which a polygon is about as wide as high, near the origin: thin polygons are
+// judged and solved there as well as any other. Affine maps keep convex combinations, hence
+// embeddings.
+struct Frame {
+  Vector2 origin;
+  Eigen::Matrix2d to_round, from_round;
+};
+
+Frame round_frame(const Points2& polygon) {
+  Frame frame;
+  frame.origin = polygon.colwise().mean().transpose();
+  const Eigen::Matrix<double, Eigen::Dynamic, 2> centred =
+      polygon.rowwise() - frame.origin.transpose();
+  const Eigen::Matrix2d spread =
+      centred.transpose() * centred / static_cast<double>(polygon.rows());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(spread);
+  const Vector2 size = eigen.eigenvalues().cwiseMax(1e-30 * eigen.eigenvalues()[1]).cwiseSqrt();
+  Eigen::Matrix2d axes = eigen.eigenvectors();
+  if (axes.determinant() < 0) axes.col(0) *= -1;
+  frame.to_round = size.cwiseInverse().asDiagonal() * axes.transpose();
+  frame.from_round = axes * size.asDiagonal();
+  return frame;
+}
+
+class PatchEmbedder {
+ public:
+  PatchEmbedder(mesh::RefinedSurface& surface, const TargetDomain& domain,
+                const ConvexPartition& partition, const Paths& paths, std::vector<Vector2>* drawing)
+      : surface_(surface),
+        mesh_(surface.mesh),
+        domain_(domain),
+        partition_(partition),
+        paths_(paths),
+        drawing_(drawing) {}
+
+  Points2 run(ExecutionContext& context, Stats& stats) {
+    std::vector<Patch> patches;
+    for (const auto& polygon : partition_.polygons) {
+      context.check();
+      patches.push_back(outline(polygon));
+      split_chords(patches.back());
+    }
+    place_paths();
+    local_.assign(static_cast<std::size_t>(mesh_.vertex_count()), kInvalid);
+    for (std::size_t i = 0; i < patches.size(); ++i) {
+      context.report("embedding patches",
+                     static_cast<double>(i) / static_cast<double>(patches.size()));
+      flood(patches[i]);
+      embed(patches[i], context, stats);
+    }
+    return uv_;
+  }
+
+ private:
+  const Vector2& point(Index domain_vertex) const {
+    return domain_.point[static_cast<std::size_t>(domain_vertex)];
+  }
+
+  // Loop of the patch left of the polygon's paths; sides are numbered by runs without a strict
+  // corner.
+  Patch outline(const std::vector<ConvexPartition::Side>& polygon) const {
+    Patch patch;
+    const std::size_t n = polygon.size();
+    const auto start = [&](std::size_t i) {
+      const auto& edge = partition_.edges[static_cast<std::size_t>(polygon[i % n].edge)];
+      return polygon[i % n].forward ? edge.a : edge.b;
+    };
+    std::size_t first = 0;
+    // Samples of a straight side are collinear up to rounding only; embed_disk judges them by a
+    // tolerance as well. A corner that is taken for straight costs a few splits, nothing else.
+    constexpr double kStraight = 1e-5;
+    const auto bend = [&](std::size_t i) {
+      const Vector2 a = point(start(i)) - point(start(i + n - 1));
+      const Vector2 b = point(start(i + 1)) - point(start(i));
+      return cross(a, b) / (a.norm() * b.norm());
+    };
+    std::size_t strict = 0;
+    for (std::size_t i = 0; i < n; ++i) strict += bend(i) > kStraight ? 1 : 0;
+    const auto is_corner = [&](std::size_t i) {
+      if (strict >= 3) return bend(i) > kStraight;
+      return numeric::orientation(point(start(i + n - 1)), point(start(i)), point(start(i + 1))) !=
+             0;
+    };
+    while (first < n && !is_corner(first)) ++first;
+    Index side = -1;
+    for (std::size_t i = first; i < first + n; ++i) {
+      if (is_corner(i)) ++side;
+      std::vector<VertexId> path = paths_[static_cast<std::size_t>(polygon[i % n].edge)];
+      if (!polygon[i % n].forward) std::reverse(path.begin(), path.end());
+      for (std::size_t k = 0; k + 1 < path.size(); ++k) {
+        patch.loop.push_back(path[k]);
+        patch.side.push_back(side);
+      }
+    }
+    return patch;
+  }
+
+  HalfedgeId loop_halfedge(const Patch& patch, std::size_t i) const {
+    const HalfedgeId h = mesh_.find(patch.loop[i], patch.loop[(i + 1) % patch.loop.size()]);
+    if (h == kInvalid || mesh_.source(h) != patch.loop[i])
+      throw InternalError("a patch is not closed");
+    return h;
+  }
+
+  // Splits inner edges whose two ends lie on one side (its corners included).
+  void split_chords(const Patch& patch) {
+    const std::size_t n = patch.loop.size();
+    const Index sides = patch.side.back() + 1;
+    std::vector<std::pair<VertexId, std::size_t>> place;
+    for (std::size_t i = 0; i < n; ++i) place.emplace_back(patch.loop[i], i);
+    std::sort(place.begin(), place.end());
+    const auto find = [&](VertexId v) {
+      const auto it = std::lower_bound(place.begin(), place.end(), std::pair(v, std::size_t{0}));
+      return it != place.end() && it->first == v ? it->second : n;
+    };
+    const auto on_side = [&](std::size_t i, Index side) {
+      return patch.side[i] == side || patch.side[(i + n - 1) % n] == side;
+    };
+    const auto share_side = [&](std::size_t i, std::size_t j) {
+      const Index a = patch.side[i];
+      const Index b = patch.side[(i + n - 1) % n];
+      return on_side(j, a) || (sides > 1 && on_side(j, b));
+    };
+    for (std::size_t i = 0; i < n; ++i) {
+      // Around loop[i] inside the patch: from the loop's edge counter-clockwise to the one that
+      // arrives.
+      std::vector<VertexId> chords;
+      for (HalfedgeId h = loop_halfedge(patch, i);;) {
+        h = mesh_.rotate_ccw(h);
+        if (h == kInvalid || mesh_.mark(h) != Mesh::kUnmarked) break;
+        const std::size_t j = find(mesh_.target(h));
+        if (j != n && share_side(i, j)) chords.push_back(mesh_.target(h));
+      }
+      for (const VertexId w : chords) {
+        surface_.split_edge(mesh_.find(patch.loop[i], w));
+        if (drawing_ == nullptr) continue;
+        const Vector2& a = (*drawing_)[static_cast<std::size_t>(patch.loop[i])];
+        const Vector2& b = (*drawing_)[static_cast<std::size_t>(w)];
+        drawing_->push_back(0.5 * (a + b));
+      }
+    }
+  }
+
+  void place_paths() {
+    uv_ = Points2::Zero(mesh_.vertex_count(), 2);
+    for (std::size_t e = 0; e < paths_.size(); ++e) {
+      const std::vector<VertexId>& path = paths_[e];
+      const Vector2& a = point(partition_.edges[e].a);
+      const Vector2& b = point(partition_.edges[e].b);
+      std::vector<double> along = {0.0};
+      for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+        const auto from = static_cast<std::size_t>(path[i]);
+        const auto to = static_cast<std::size_t>(path[i + 1]);
+        along.push_back(along.back() +
+                        (drawing_ != nullptr
+                             ? ((*drawing_)[to] - (*drawing_)[from]).norm()
+                             : (surface_.position[to] - surface_.position[from]).norm()));
+      }
+      // No step gets less than a tenth of the mean: equal points would leave no room for any map.
+      const double total = along.back();
+      const auto steps = static_cast<double>(path.size() - 1);
+      for (std::size_t i = 0; i < path.size(); ++i) {
+        const double t = 0.9 * (total > 0 ? along[i] / total : static_cast<double>(i) / steps) +
+                         0.1 * static_cast<double>(i) / steps;
+        uv_.row(path[i]) = (a + t * (b - a)).transpose();
+      }
+      uv_.row(path.front()) = a.transpose();
+      uv_.row(path.back()) = b.transpose();
+    }
+  }
+
+  void flood(Patch& patch) {
+    visited_.resize(static_cast<std::size_t>(mesh_.face_slots()), false);
+    patch.faces = {loop_halfedge(patch, 0) / 3};
+    visited_[static_cast<std::size_t>(patch.faces.front())] = true;
+    for (std::size_t i = 0; i < patch.faces.size(); ++i) {
+      for (HalfedgeId h = 3 * patch.faces[i]; h < 3 * patch.faces[i] + 3; ++h) {
+        if (mesh_.is_boundary(h) || mesh_.mark(h) != Mesh::kUnmarked) continue;
+        const FaceId g = mesh_.opposite(h) / 3;
+        if (visited_[static_cast<std::size_t>(g)]) continue;
+        visited_[static_cast<std::size_t>(g)] = true;
+        patch.faces.push_back(g);
+      }
+    }
+    std::sort(patch.faces.begin(), patch.faces.end());
+  }
+
+  // Mean-value weights of the drawing keep the patch's shape there as far as the polygon allows,
+  // where equal weights squeeze what hangs on one side. Nothing if the drawing has folds.
+  Points2 as_drawn(const Disk& disk, const Points2& boundary, ExecutionContext& context) const {
+    Eigen::MatrixXd shape(static_cast<Eigen::Index>(disk.vertices.size()), 2);
+    for (std::size_t v = 0; v < disk.vertices.size(); ++v)
+      shape.row(static_cast<Eigen::Index>(v)) =
+          (*drawing_)[static_cast<std::size_t>(disk.vertices[v])].transpose();
+    if (embedding::count_flips(disk.faces, shape, context) > 0) return {};
+    return embedding::tutte_mean_value(disk.faces, shape, disk.loop, boundary, context);
+  }
+
+  void embed(const Patch& patch, ExecutionContext& context, Stats& stats) {
+    std::vector<VertexId> vertices;
+    Triangles faces(static_cast<Eigen::Index>(patch.faces.size()), 3);
+    for (std::size_t f = 0; f < patch.faces.size(); ++f) {
+      for (Index k = 0; k < 3; ++k) {
+        const VertexId v = mesh_.source(3 * patch.faces[f] + k);
+        Index& number = local_[static_cast<std::size_t>(v)];
+        if (number == kInvalid) {
+          number = static_cast<Index>(vertices.size());
+          vertices.push_back(v);
+        }
+        faces(static_cast<Eigen::Index>(f), k) = number;
+      }
+    }
+    Disk disk{std::move(vertices), std::move(faces), {}, {}};
+    disk.boundary.resize(static_cast<Eigen::Index>(patch.loop.size()), 2);
+    for (std::size_t i = 0; i < patch.loop.size(); ++i) {
+      disk.loop.push_back(local_[static_cast<std::size_t>(patch.loop[i])]);
+      disk.boundary.row(static_cast<Eigen::Index>(i)) = uv_.row(patch.loop[i]);
+    }
+    if (disk.vertices.size() > disk.loop.size()) fill(disk, context, stats);
+    for (const VertexId v : disk.vertices) local_[static_cast<std::size_t>(v)] = kInvalid;
+  }
+
+  // Places the inner vertices of a patch. Equal weights squeeze what hangs on one side of it, by a
+  // factor per layer; Schnyder's drawing squeezes less, and the last resort watches every triangle
+  // in the coordinates in which it will be judged.
+  void fill(const Disk& disk, ExecutionContext& context, Stats& stats) {
+    const Frame round = round_frame(disk.boundary);
+    const Frame plain{Vector2::Zero(), Eigen::Matrix2d::Identity(), Eigen::Matrix2d::Identity()};
+    struct Attempt {
+      const Frame& frame;
+      bool as_drawn;
+      embedding::EmbedMethod method;
+    };
+    const Attempt attempts[] = {{round, true, embedding::EmbedMethod::kLadder},
+                                {round, false, embedding::EmbedMethod::kLadder},
+                                {round, false, embedding::EmbedMethod::kSchnyder},
+                                {plain, false, embedding::EmbedMethod::kSchnyder}};
+    for (const Attempt& attempt : attempts) {
+      if (attempt.as_drawn && drawing_ == nullptr) continue;
+      const ProgressRange quiet(context, 0.0, 0.0);
+      Points2 boundary = disk.boundary;
+      for (Eigen::Index i = 0; i < boundary.rows(); ++i) {
+        boundary.row(i) =
+            (attempt.frame.to_round * (boundary.row(i).transpose() - attempt.frame.origin))
+                .transpose();
+      }
+      Points2 uv;
+      try {
+        if (attempt.as_drawn) {
+          uv = as_drawn(disk, boundary, context);
+        } else {
+          embedding::EmbedOptions options;
+          options.float32 = false;
+          options.method = attempt.method;
+          uv = embedding::embed_disk(disk.faces, static_cast<Index>(disk.vertices.size()),
+                                     disk.loop, boundary, options, context, stats);
+        }
+      } catch (const Cancelled&) {
+        throw;
+      } catch (const TimeIsOver&) {
+        throw;
+      } catch (const Exception&) {
+        continue;  // the next attempt
+      }
+      if (uv.rows() > 0 && settles(disk, attempt.frame, uv, context)) return;
+    }
+    // Ids would be the patch's own.
+    throw_not_converged(
+        ErrorCode::kRoundingFlips,
+        "A patch of the target is too thin to be mapped in 64-bit coordinates. Move the pins "
+        "further apart, or make the target wider.");
+  }
+
+  // Hands the map of a patch over; false if a triangle is not positive where it comes to lie.
+  bool settles(const Disk& disk, const Frame& frame, Points2& uv, ExecutionContext& context) {
+    for (Eigen::Index v = 0; v < uv.rows(); ++v)
+      uv.row(v) = (frame.origin + frame.from_round * uv.row(v).transpose()).transpose();
+    for (std::size_t i = 0; i < disk.loop.size(); ++i)
+      uv.row(disk.loop[i]) = disk.boundary.row(static_cast<Eigen::Index>(i));
+    if (embedding::count_flips(disk.faces, uv, context) > 0) return false;
+    for (std::size_t v = 0; v < disk.vertices.size(); ++v)
+      uv_.row(disk.vertices[v]) = uv.row(static_cast<Eigen::Index>(v));
+    return true;
+  }
+
+  mesh::RefinedSurface& surface_;
+  Mesh& mesh_;
+  const TargetDomain& domain_;
+  const ConvexPartition& partition_;
+  const Paths& paths_;
+  std::vector<Vector2>* drawing_;
+  Points2 uv_;
+  std::vector<Index> local_;
+  std::vector<bool> visited_;
+};
+
+}  // namespace
+
+Points2 embed_patches(mesh::RefinedSurface& surface, const TargetDomain& domain,
+                      const ConvexPartition& partition, const Paths& paths,
+                      ExecutionContext& context, Stats& stats, std::vector<Vector2>* drawing) {
+  Points2 uv = PatchEmbedder(surface, domain, partition, paths, drawing).run(context, stats);
+  const Triangles faces = surface.mesh.faces();
+  for (Eigen::Index f = 0; f < faces.rows(); ++f) {
+    const auto corner = [&](Index k) -> Vector2 { return uv.row(faces(f, k)).transpose(); };
+    if (numeric::orientation(corner(0), corner(1), corner(2)) <= 0) {
+      throw_not_converged(ErrorCode::kRoundingFlips,
+                          // Faces of the refined mesh are not the caller's.
+                          "A patch of the target is too thin for 64-bit coordinates. Move the pins "
+                          "further apart.");
+    }
+  }
+  return uv;
+}
+
+}  // namespace flipfree::matchmaker

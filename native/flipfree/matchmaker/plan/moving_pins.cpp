@@ -1,0 +1,221 @@
+#include "flipfree/matchmaker/plan/moving_pins.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "flipfree/numeric/predicates.h"
+
+namespace flipfree::matchmaker {
+namespace {
+
+// Steps that a straight move may be cut into.
+constexpr int kMostSteps = 2000;
+constexpr double kLeastStep = 1e-9;
+// Rounding errors of the determinant below, in units of the rim's size to the fourth power: its
+// terms are 12 at most then, and errors less than 1.2e-15 of their sum (Shewchuk 1997).
+constexpr double kDoubt = 1.5e-14;
+
+}  // namespace
+
+Strands::Strands(std::int64_t uv, std::int64_t up, std::int64_t vp)
+    : end_p(std::max<std::int64_t>(0, uv - up - vp)),
+      end_u(std::max<std::int64_t>(0, vp - uv - up)),
+      end_v(std::max<std::int64_t>(0, up - uv - vp)) {
+  const std::int64_t a = uv - end_p;
+  const std::int64_t b = up - end_v;
+  const std::int64_t c = vp - end_u;
+  at_u = (a + b - c) / 2;
+  at_v = (a + c - b) / 2;
+  at_p = (b + c - a) / 2;
+}
+
+MovingPins::MovingPins(const Polygon& rim, const std::vector<Vector2>& pins)
+    : pins_(static_cast<Index>(pins.size())), place_(pins) {
+  place_.insert(place_.end(), rim.begin(), rim.end());
+  leaving_.assign(place_.size(), kInvalid);
+  Vector2 low = rim.front();
+  Vector2 high = rim.front();
+  for (const Vector2& p : rim) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  doubt_ = kDoubt * std::pow((high - low).maxCoeff(), 4);
+  const auto corners = static_cast<Index>(rim.size());
+  for (Index i = 1; i + 1 < corners; ++i) {
+    for (const Index c : {Index{0}, i, i + 1}) {
+      leaving_[at(pins_ + c)] = static_cast<HalfedgeId>(corner_.size());
+      corner_.push_back(pins_ + c);
+      opposite_.push_back(kInvalid);
+    }
+    if (i > 1) link(3 * (i - 1), 3 * (i - 2) + 2);
+  }
+  crossings_.assign(corner_.size(), 0);
+  along_.assign(corner_.size(), 0);
+  for (Index v = 0; v < pins_ && valid_; ++v) valid_ = insert(v);
+  std::fill(crossings_.begin(), crossings_.end(), 0);
+  for (std::size_t h = 0; h < along_.size(); ++h) along_[h] = opposite_[h] == kInvalid ? 0 : 1;
+  complexity_ = 0;
+}
+
+void MovingPins::link(HalfedgeId a, HalfedgeId b) {
+  opposite_[at(a)] = b;
+  if (b != kInvalid) opposite_[at(b)] = a;
+}
+
+void MovingPins::set(HalfedgeId h, std::int64_t crossings, char along) {
+  crossings_[at(h)] = crossings;
+  along_[at(h)] = along;
+}
+
+void MovingPins::open(HalfedgeId h) {
+  if (opposite_[at(h)] != kInvalid) open_.push_back(h);
+}
+
+// Puts a vertex into the face that it lies in.
+bool MovingPins::insert(VertexId v) {
+  const Vector2& p = place(v);
+  for (Index f = 0; f < face_count(); ++f) {
+    int least = 1;
+    for (Index k = 0; k < 3; ++k)
+      least = std::min(least,
+                       numeric::orientation(place(source(3 * f + k)), place(target(3 * f + k)), p));
+    if (least < 0) continue;
+    if (least == 0) return false;
+    const VertexId c[3] = {corner(f, 0), corner(f, 1), corner(f, 2)};
+    const HalfedgeId outer[3] = {opposite_[at(3 * f)], opposite_[at(3 * f + 1)],
+                                 opposite_[at(3 * f + 2)]};
+    const Index fresh = face_count();
+    corner_.resize(corner_.size() + 6);
+    opposite_.resize(corner_.size(), kInvalid);
+    crossings_.resize(corner_.size(), 0);
+    along_.resize(corner_.size(), 0);
+    const Index face[3] = {f, fresh, fresh + 1};
+    for (int k = 0; k < 3; ++k) {
+      const HalfedgeId h = 3 * face[k];
+      corner_[at(h)] = c[k];
+      corner_[at(h + 1)] = c[(k + 1) % 3];
+      corner_[at(h + 2)] = v;
+      leaving_[at(c[k])] = h;
+      link(h, outer[k]);
+      open(h);
+    }
+    for (int k = 0; k < 3; ++k) link(3 * face[k] + 1, 3 * face[(k + 1) % 3] + 2);
+    leaving_[at(v)] = 3 * f + 2;
+    make_delaunay();
+    return true;
+  }
+  return false;
+}
+
+void MovingPins::flip(HalfedgeId h) {
+  const HalfedgeId o = opposite_[at(h)];
+  const VertexId u = source(h);
+  const VertexId v = target(h);
+  const VertexId p = apex(h);
+  const VertexId q = apex(o);
+  struct Side {
+    HalfedgeId opposite;
+    std::int64_t crossings;
+    char along;
+  };
+  const auto side = [&](HalfedgeId s) {
+    return Side{opposite_[at(s)], crossings_[at(s)], along_[at(s)]};
+  };
+  const Side vp = side(next(h));
+  const Side pu = side(previous(h));
+  const Side uq = side(next(o));
+  const Side qv = side(previous(o));
+  const std::int64_t before = crossings(h);
+  const Strands one(before, pu.crossings, vp.crossings);
+  const Strands two(before, uq.crossings, qv.crossings);
+  // Of the arcs across UV, in order from U to V, those that turn to different sides cross PQ, and
+  // one that ends in both P and Q runs along it.
+  const std::int64_t after = one.at_p + one.end_u + one.end_v + two.at_p + two.end_u + two.end_v +
+                             along_[at(h)] +
+                             std::max<std::int64_t>(0, one.at_u - two.at_u - two.end_p) +
+                             std::max<std::int64_t>(0, two.at_u - one.at_u - one.end_p);
+  const std::int64_t both =
+      std::min(one.at_u + one.end_p, two.at_u + two.end_p) - std::max(one.at_u, two.at_u);
+  complexity_ += after - before;
+  const HalfedgeId a = 3 * (h / 3);
+  const HalfedgeId b = 3 * (o / 3);
+  const VertexId corners[6] = {p, u, q, q, v, p};
+  const Side sides[6] = {pu, uq, {}, qv, vp, {}};
+  for (int k = 0; k < 6; ++k) {
+    const HalfedgeId s = k < 3 ? a + k : b + k - 3;
+    corner_[at(s)] = corners[k];
+    leaving_[at(corners[k])] = s;
+    if (k % 3 == 2) continue;
+    link(s, sides[k].opposite);
+    set(s, sides[k].crossings, sides[k].along);
+  }
+  link(a + 2, b + 2);
+  set(a + 2, after, both > 0 ? 1 : 0);
+  set(b + 2, after, both > 0 ? 1 : 0);
+}
+
+// Is the far corner across an inner edge outside the circle of the face, or on it?
+bool MovingPins::is_delaunay(HalfedgeId h) const {
+  const Vector2& u = place(source(h));
+  const Vector2& v = place(target(h));
+  const Vector2& p = place(apex(h));
+  const Vector2& q = place(apex(opposite(h)));
+  const Vector2 a = u - q;
+  const Vector2 b = v - q;
+  const Vector2 c = p - q;
+  const double det = a.squaredNorm() * (b.x() * c.y() - b.y() * c.x()) +
+                     b.squaredNorm() * (c.x() * a.y() - c.y() * a.x()) +
+                     c.squaredNorm() * (a.x() * b.y() - a.y() * b.x());
+  return std::abs(det) > doubt_ ? det < 0 : numeric::in_circle(u, v, p, q) <= 0;
+}
+
+void MovingPins::make_delaunay() {
+  while (!open_.empty()) {
+    const HalfedgeId h = open_.back();
+    open_.pop_back();
+    const HalfedgeId o = opposite_[at(h)];
+    if (o == kInvalid) continue;
+    if (is_delaunay(h)) continue;
+    flip(h);
+    const HalfedgeId a = 3 * (h / 3);
+    const HalfedgeId b = 3 * (o / 3);
+    for (const HalfedgeId s : {a, a + 1, b, b + 1}) open(s);
+  }
+}
+
+bool MovingPins::star_is_positive(VertexId v, const Vector2& p) const {
+  const HalfedgeId first = leaving(v);
+  HalfedgeId h = first;
+  do {
+    if (numeric::orientation(p, place(target(h)), place(apex(h))) <= 0) return false;
+    h = opposite(previous(h));
+  } while (h != first);
+  return true;
+}
+
+bool MovingPins::move(VertexId pin, const Vector2& to) {
+  double step = 1.0;  // share of what is left
+  for (int i = 0; i < kMostSteps; ++i) {
+    const Vector2 from = place(pin);
+    const Vector2 next_place = step == 1.0 ? to : Vector2(from + step * (to - from));
+    if (!star_is_positive(pin, next_place)) {
+      step *= 0.5;
+      if (step < kLeastStep) return false;
+      continue;
+    }
+    place_[at(pin)] = next_place;
+    const HalfedgeId first = leaving(pin);
+    HalfedgeId h = first;
+    do {
+      open(h);
+      open(next(h));
+      h = opposite(previous(h));
+    } while (h != first);
+    make_delaunay();
+    if (step == 1.0) return true;
+    step = std::min(1.0, 4.0 * step);
+  }
+  return false;
+}
+
+}  // namespace flipfree::matchmaker

@@ -1,0 +1,225 @@
+#include "flipfree/matchmaker/start/first_try.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <string>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
+#include "flipfree/distortion/energy/own_map.h"
+#include "flipfree/distortion/minimize/minimize.h"
+#include "flipfree/distortion/untangle.h"
+#include "flipfree/embedding/embed.h"
+#include "flipfree/matchmaker/start/compose.h"
+#include "flipfree/numeric/predicates.h"
+
+namespace flipfree::matchmaker {
+namespace {
+
+// A start with a larger share of flips than this is not worth untangling: letters have 3 to 8 per
+// cent, narrow spirals 27 and more, which never end well.
+constexpr double kMostFolded = 0.2;
+
+void hold(const mesh::RefinedSurface& surface, const Constraints& constraints, Points2& uv) {
+  for (const PinnedVertex& p : constraints.pins) uv.row(p.vertex) = p.uv.transpose();
+  for (std::size_t i = 0; i < constraints.outline.size(); ++i) {
+    uv.row(surface.boundary[i]) = constraints.outline[i].transpose();
+  }
+}
+
+// The surface's own flattening, free boundary, least distortion.
+Points2 flatten(const mesh::RefinedSurface& surface, ExecutionContext& context, Stats& stats) {
+  const mesh::Surface arrays = to_surface(surface);
+  std::vector<double> lengths;
+  const std::size_t n = surface.boundary.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    lengths.push_back((surface.position[static_cast<std::size_t>(surface.boundary[(i + 1) % n])] -
+                       surface.position[static_cast<std::size_t>(surface.boundary[i])])
+                          .norm());
+  }
+  embedding::EmbedOptions options;
+  options.float32 = false;
+  const Points2 circle =
+      embedding::place_boundary(embedding::BoundaryShape::kCircle, lengths).positions;
+  Points2 uv;
+  {
+    const ProgressRange range(context, 0.0, 0.2);
+    uv = distortion::with_own_map([&] {
+      return embedding::embed_disk(arrays.faces, static_cast<Index>(arrays.vertices.rows()),
+                                   surface.boundary, circle, options, context, stats);
+    });
+  }
+  const ProgressRange range(context, 0.2, 0.6);
+  distortion::MinimizeOptions minimize;
+  minimize.max_iterations = 60;
+  return distortion::with_own_map(
+      [&] { return distortion::minimize_distortion(arrays, uv, minimize, context, stats); });
+}
+
+// Turns, scales and moves `uv` to lie over the pins: rotation of least squares, scale by the
+// spreads' ratio.
+void lay_over(Points2& uv, const std::vector<PinnedVertex>& pins) {
+  if (pins.empty()) return;
+  Vector2 from = Vector2::Zero();
+  Vector2 to = Vector2::Zero();
+  const auto count = static_cast<double>(pins.size());
+  for (const PinnedVertex& p : pins) {
+    from += uv.row(p.vertex).transpose() / count;
+    to += p.uv / count;
+  }
+  double cosine = 0;
+  double sine = 0;
+  double spread_from = 0;
+  double spread_to = 0;
+  for (const PinnedVertex& p : pins) {
+    const Vector2 a = uv.row(p.vertex).transpose() - from;
+    const Vector2 b = p.uv - to;
+    cosine += a.dot(b);
+    sine += cross(a, b);
+    spread_from += a.squaredNorm();
+    spread_to += b.squaredNorm();
+  }
+  const double scale = spread_from > 0 ? std::sqrt(spread_to / spread_from) : 1.0;
+  const double norm = std::hypot(cosine, sine);
+  const double c = norm > 0 ? scale * cosine / norm : scale;
+  const double s = norm > 0 ? scale * sine / norm : 0.0;
+  for (Eigen::Index v = 0; v < uv.rows(); ++v) {
+    const Vector2 a = uv.row(v).transpose() - from;
+    uv.row(v) = (to + Vector2(c * a.x() - s * a.y(), s * a.x() + c * a.y())).transpose();
+  }
+}
+
+// Inner edges between boundary vertices whose straight images leave the target.
+void split_blind_chords(mesh::RefinedSurface& surface, const Constraints& constraints) {
+  if (surface.boundary.empty()) return;
+  const mesh::EditableTriangulation& mesh = surface.mesh;
+  std::vector<Index> place(static_cast<std::size_t>(mesh.vertex_count()), kInvalid);
+  const std::size_t n = surface.boundary.size();
+  for (std::size_t i = 0; i < n; ++i)
+    place[static_cast<std::size_t>(surface.boundary[i])] = static_cast<Index>(i);
+  // In the 32-bit values that are stored as well: chords along straight sides are seen by rounding
+  // alone.
+  Polygon stored = constraints.outline;
+  for (Vector2& p : stored) p = p.cast<float>().cast<double>();
+  const auto sees_in = [&](const Polygon& outline, std::size_t i, std::size_t j) {
+    const Vector2& a = outline[i];
+    const Vector2& b = outline[j];
+    for (std::size_t k = 0; k < n; ++k) {
+      if (numeric::segments_conflict(a, b, outline[k], outline[(k + 1) % n])) return false;
+    }
+    // No crossing: inside or outside as a whole. Locally at a, b must lie within the corner.
+    const Vector2& before = outline[(i + n - 1) % n];
+    const Vector2& after = outline[(i + 1) % n];
+    const bool left_of_out = numeric::orientation(a, after, b) > 0;
+    const bool left_of_in = numeric::orientation(before, a, b) > 0;
+    return numeric::orientation(before, a, after) > 0 ? left_of_out && left_of_in
+                                                      : left_of_out || left_of_in;
+  };
+  const auto sees = [&](std::size_t i, std::size_t j) {
+    return constraints.simple_outline && sees_in(constraints.outline, i, j) &&
+           sees_in(stored, i, j);
+  };
+  std::vector<std::pair<VertexId, VertexId>> blind;
+  for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
+    if (!mesh.alive(h / 3) || mesh.edge(h) != h || mesh.is_boundary(h)) continue;
+    const Index i = place[static_cast<std::size_t>(mesh.source(h))];
+    const Index j = place[static_cast<std::size_t>(mesh.target(h))];
+    if (i == kInvalid || j == kInvalid) continue;
+    if (!sees(static_cast<std::size_t>(i), static_cast<std::size_t>(j)))
+      blind.emplace_back(mesh.source(h), mesh.target(h));
+  }
+  for (const auto& [a, b] : blind) surface.split_edge(mesh.find(a, b));
+}
+
+double outline_area(const Polygon& outline) {
+  double twice = 0;
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const Vector2 a = outline[i] - outline[0];
+    const Vector2 b = outline[(i + 1) % outline.size()] - outline[0];
+    twice += cross(a, b);
+  }
+  return 0.5 * std::abs(twice);
+}
+
+}  // namespace
+
+mesh::Surface to_surface(const mesh::RefinedSurface& surface) {
+  mesh::Surface arrays;
+  arrays.faces = surface.mesh.faces();
+  arrays.vertices.resize(surface.mesh.vertex_count(), 3);
+  for (std::size_t v = 0; v < surface.position.size(); ++v) {
+    arrays.vertices.row(static_cast<Eigen::Index>(v)) = surface.position[v].transpose();
+  }
+  return arrays;
+}
+
+std::vector<VertexId> held_vertices(const mesh::RefinedSurface& surface,
+                                    const Constraints& constraints) {
+  std::vector<VertexId> held;
+  for (const PinnedVertex& p : constraints.pins) held.push_back(p.vertex);
+  if (!constraints.free_boundary())
+    held.insert(held.end(), surface.boundary.begin(), surface.boundary.end());
+  std::sort(held.begin(), held.end());
+  return held;
+}
+
+std::optional<Points2> untangle_from(const mesh::RefinedSurface& surface,
+                                     const Constraints& constraints, const Points2& start,
+                                     ExecutionContext& context, Stats& stats,
+                                     const std::vector<std::array<Vector2, 3>>* shapes) {
+  const mesh::Surface arrays = to_surface(surface);
+  std::vector<char> fixed(surface.position.size(), 0);
+  for (const VertexId v : held_vertices(surface, constraints))
+    fixed[static_cast<std::size_t>(v)] = 1;
+  Points2 begin = start;
+  hold(surface, constraints, begin);
+  distortion::Untangler untangler(arrays, fixed, context);
+  std::int64_t iterations = 0;
+  // A fast schedule first; where it gets stuck in a fold, a slow one often does not.
+  for (const double pace : {0.4, 0.15}) {
+    distortion::UntangleOptions options;
+    options.pace = pace;
+    if (shapes != nullptr) {
+      options.shapes = shapes;
+      options.least_height = 0.01;
+    }
+    if (!constraints.free_boundary()) options.target_area = outline_area(constraints.outline);
+    distortion::UntangleResult result = untangler.run(begin, options, context);
+    iterations += result.iterations;
+    stats["first_try.iterations"] = iterations;
+    stats["first_try.flips"] = static_cast<std::int64_t>(result.flips);
+    if (result.flips == 0) return std::move(result.uv);
+  }
+  return std::nullopt;
+}
+
+std::optional<Points2> first_try(mesh::RefinedSurface& surface, const Constraints& constraints,
+                                 ExecutionContext& context, Stats& stats) {
+  if (constraints.free_boundary()) {
+    Points2 uv = flatten(surface, context, stats);
+    lay_over(uv, constraints.pins);
+    if (distortion::find_flips(surface.mesh.faces(), uv, context).empty()) return uv;
+    return std::nullopt;  // needles that lose their area when turned; MatchMaker++ starts from
+                          // combinatorics
+  }
+  split_blind_chords(surface, constraints);
+  Constraints boundary_only;
+  boundary_only.outline = constraints.outline;
+  boundary_only.simple_outline = constraints.simple_outline;
+  boundary_only.turning_number = constraints.turning_number;
+  const Target target = outline_target(surface, boundary_only, context);
+  std::vector<std::array<Vector2, 3>> shapes;
+  const Points2 start = compose_through_disk(surface, target.domain, context, stats, &shapes);
+  const auto folded =
+      static_cast<double>(distortion::find_flips(surface.mesh.faces(), start, context).size());
+  stats["first_try.folded"] = static_cast<std::int64_t>(folded);
+  if (folded > kMostFolded * static_cast<double>(surface.mesh.faces().rows())) return std::nullopt;
+  std::optional<Points2> uv = untangle_from(surface, boundary_only, start, context, stats);
+  // Long narrow targets stretch triangles far from their shapes on the surface: rather those of the
+  // composition.
+  if (!uv) uv = untangle_from(surface, boundary_only, start, context, stats, &shapes);
+  return uv;
+}
+
+}  // namespace flipfree::matchmaker

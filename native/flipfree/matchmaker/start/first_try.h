@@ -1,0 +1,40 @@
+// Where the search begins: a valid map without the inner pins, on the triangles as they are, as a
+// rule.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/base/stats.h"
+#include "flipfree/matchmaker/patches/build_target.h"
+
+namespace flipfree::matchmaker {
+
+// A flip-free position per vertex (#V x 2) with a prescribed boundary met bit for bit, inner pins
+// not yet; nothing if the search failed, which it cannot with a free boundary.
+//
+// Free boundary: the surface's own flattening, laid over the pins by the best similarity.
+// Prescribed boundary: from compose_through_disk(), untangled; inner edges between boundary
+// vertices whose targets do not see each other are split first, in `surface` (no map of the unsplit
+// mesh exists). Stats: "first_try.*".
+std::optional<Points2> first_try(mesh::RefinedSurface& surface, const Constraints& constraints,
+                                 ExecutionContext& context, Stats& stats);
+
+// A flip-free map that meets all constraints, pins included, untangled from a given start (e.g. a
+// map of a finer mesh restricted to these vertices); nothing if the search failed. Precondition:
+// the boundary is prescribed. (With a free one positive triangles may wind twice around an inner
+// vertex; with a simple outline they cannot, see self_overlapping.h.)
+std::optional<Points2> untangle_from(const mesh::RefinedSurface& surface,
+                                     const Constraints& constraints, const Points2& start,
+                                     ExecutionContext& context, Stats& stats,
+                                     const std::vector<std::array<Vector2, 3>>* shapes = nullptr);
+
+// Arrays of the live mesh.
+mesh::Surface to_surface(const mesh::RefinedSurface& surface);
+// Vertices that constraints hold, ascending.
+std::vector<VertexId> held_vertices(const mesh::RefinedSurface& surface,
+                                    const Constraints& constraints);
+
+}  // namespace flipfree::matchmaker

@@ -1,0 +1,174 @@
+#include "flipfree/matchmaker/take_back/coarsen.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <utility>
+
+#include "flipfree/matchmaker/smooth/relax.h"
+#include "flipfree/matchmaker/start/first_try.h"
+#include "flipfree/matchmaker/take_back/remove_vertex.h"
+#include "flipfree/matchmaker/take_back/restore.h"
+#include "flipfree/matchmaker/take_back/straighten.h"
+#include "flipfree/matchmaker/take_back/time_share.h"
+#include "flipfree/matchmaker/take_back/untangle_removal.h"
+
+namespace flipfree::matchmaker {
+namespace {
+
+constexpr int kMostPasses = 12;
+constexpr int kRelaxIterations = 6;
+// A pass that removes a smaller share (in per cent) of what is there is idle.
+constexpr Index kWorthwhile = 2;
+// Neighbourhoods in which pieces are untangled at the end.
+constexpr std::array<int, 2> kRings = {2, 5};
+// Passes in which what is left is untangled vertex by vertex: while each frees this share (in per
+// cent), and if there is not more left than so many times the vertices to keep.
+constexpr int kMostEasings = 4;
+constexpr Index kWorthEasing = 10;
+constexpr Index kMostEased = 2;
+
+// A map whose refinement is being taken back, relaxed on the way.
+class Coarsener {
+ public:
+  Coarsener(mesh::RefinedMap map, const Constraints& constraints, Index keep,
+            ExecutionContext& context)
+      : map_(std::move(map)),
+        constraints_(constraints),
+        keep_(keep),
+        context_(context),
+        order_(keep) {}
+
+  // The map so far, valid at every check of the context.
+  mesh::RefinedMap& map() { return map_; }
+
+  void all() {
+    in_passes(0.8, [&] { return pass(); });
+    const ProgressRange rest(context_, 0.8, 1.0);
+    restore_in_pieces();
+    untangle_one_by_one();
+  }
+
+  void bounded() {
+    in_passes(1.0, [&] { return bounded_pass(); });
+  }
+
+  std::int64_t passes() const { return passes_; }
+
+ private:
+  Index added() const { return map_.surface.mesh.vertex_count() - keep_; }
+  std::vector<VertexId> held() const { return held_vertices(map_.surface, constraints_); }
+
+  // False when the map is too squeezed; what is removed is removed.
+  bool relaxed() {
+    RelaxOptions options;
+    options.steps = kRelaxIterations;
+    options.memory = &order_;
+    return relax(map_, held(), options, context_);
+  }
+
+  // Passes while there is something to remove and a pass says that another is worth it, in the
+  // first `share` of the progress.
+  template <typename Pass>
+  void in_passes(double share, const Pass& pass) {
+    for (int i = 0; i < kMostPasses && added() > 0; ++i) {
+      const double begin = share * i / kMostPasses;
+      context_.report("taking refinement back", begin);
+      const ProgressRange quiet(context_, begin, share * (i + 1) / kMostPasses);
+      if (!pass()) return;
+    }
+  }
+
+  bool pass() {
+    const Index there = added();
+    const Index removed = remove_added(map_, held(), keep_, context_);
+    idle_ = 100 * removed < kWorthwhile * there ? idle_ + 1 : 0;
+    if (added() == 0 || !relaxed()) return false;
+    ++passes_;
+    return idle_ < 2;
+  }
+
+  bool bounded_pass() {
+    if (thin_out(map_, held(), keep_, context_) == 0 || !relaxed()) return false;
+    ++passes_;
+    return true;
+  }
+
+  void restore_in_pieces() {
+    for (const int rings : kRings) {
+      if (added() == 0 || added() > keep_ / 2) return;
+      std::vector<char> fixed(map_.surface.position.size(), 0);
+      for (const VertexId v : held()) fixed[static_cast<std::size_t>(v)] = 1;
+      if (restore_pieces(map_, fixed, keep_, rings, context_) == 0) continue;
+      map_ = mesh::compacted_map(map_);
+      relaxed();
+    }
+  }
+
+  void untangle_one_by_one() {
+    for (int pass = 0; pass < kMostEasings && added() > 0 && added() <= kMostEased * keep_;
+         ++pass) {
+      const Index there = added();
+      if (remove_by_untangling(map_, held(), keep_, context_) == 0) return;
+      map_ = mesh::compacted_map(map_);
+      if (!relaxed()) return;
+      remove_added(map_, held(), keep_, context_);
+      if (100 * (there - added()) < kWorthEasing * there) return;
+    }
+  }
+
+  mesh::RefinedMap map_;
+  const Constraints& constraints_;
+  Index keep_;
+  ExecutionContext& context_;
+  numeric::EliminationMemory order_;
+  std::int64_t passes_ = 0;
+  int idle_ = 0;
+};
+
+}  // namespace
+
+Index remove_vertices(mesh::RefinedMap& map, const std::vector<char>& removable,
+                      ExecutionContext& context) {
+  VertexRemover remover(map);
+  Index removed = 0;
+  for (VertexId v = map.surface.mesh.vertex_count(); v-- > 0;) {
+    if (v % 256 == 0) context.check();
+    if (removable[static_cast<std::size_t>(v)] != 0 && remover.remove(v)) ++removed;
+  }
+  return removed;
+}
+
+Index thin_out(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
+               ExecutionContext& context) {
+  std::vector<char> removable(map.surface.position.size(), 0);
+  std::fill(removable.begin() +
+                std::min<std::ptrdiff_t>(keep, static_cast<std::ptrdiff_t>(removable.size())),
+            removable.end(), char{1});
+  for (const VertexId v : held) removable[static_cast<std::size_t>(v)] = 0;
+  const Index removed = remove_vertices(map, removable, context);
+  if (removed > 0) map = mesh::compacted_map(map);
+  return removed;
+}
+
+Index remove_added(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
+                   ExecutionContext& context) {
+  straighten(map, held, keep, context);
+  return thin_out(map, held, keep, context);
+}
+
+mesh::RefinedMap coarsen(mesh::RefinedMap map, const Constraints& constraints, Index keep,
+                         ExecutionContext& context, Stats& stats, Coarsening how) {
+  const Index before = map.surface.mesh.vertex_count();
+  Coarsener coarsener(std::move(map), constraints, keep, context);
+  const bool to_the_end = while_time_lasts(coarsener.map(), [&] {
+    how == Coarsening::kBounded ? coarsener.bounded() : coarsener.all();
+  });
+  if (!to_the_end) note_time_limit(stats);
+  stats["coarsen.passes"] = coarsener.passes();
+  mesh::RefinedMap result = std::move(coarsener.map());
+  stats["coarsen.removed"] = static_cast<std::int64_t>(before - result.surface.mesh.vertex_count());
+  return result;
+}
+
+}  // namespace flipfree::matchmaker

@@ -1,0 +1,276 @@
+#include "flipfree/matchmaker/target/target_domain.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <deque>
+#include <map>
+
+#include "flipfree/base/error.h"
+#include "flipfree/numeric/predicates.h"
+
+namespace flipfree::matchmaker {
+namespace {
+
+using Mesh = mesh::EditableTriangulation;
+
+const Vector2& point_of(const TargetDomain& domain, Index v) {
+  return domain.point[static_cast<std::size_t>(v)];
+}
+
+// Can the edge be flipped (its two triangles form a strictly convex quadrilateral), and is it not
+// locally Delaunay?
+bool wants_flip(const TargetDomain& domain, HalfedgeId h) {
+  const Mesh& mesh = domain.triangulation;
+  if (mesh.is_boundary(h) || mesh.mark(h) != Mesh::kUnmarked) return false;
+  const HalfedgeId o = mesh.opposite(h);
+  const Vector2& a = point_of(domain, mesh.source(h));
+  const Vector2& b = point_of(domain, mesh.target(h));
+  const Vector2& c = point_of(domain, mesh.apex(h));
+  const Vector2& d = point_of(domain, mesh.apex(o));
+  if (numeric::orientation(c, d, b) <= 0 || numeric::orientation(d, c, a) <= 0) return false;
+  if (mesh.find(mesh.apex(h), mesh.apex(o)) != kInvalid) return false;
+  return numeric::in_circle(a, b, c, d) > 0;
+}
+
+// Lawson's flips from the given edges. The queue holds vertex pairs, because flips renumber
+// half-edges.
+void restore_delaunay(TargetDomain& domain, std::deque<std::pair<Index, Index>> queue) {
+  Mesh& mesh = domain.triangulation;
+  while (!queue.empty()) {
+    const auto [a, b] = queue.front();
+    queue.pop_front();
+    const HalfedgeId h = mesh.find(a, b);
+    if (h == kInvalid || !wants_flip(domain, h)) continue;
+    const Index c = mesh.apex(h);
+    const Index d = mesh.apex(mesh.opposite(h));
+    mesh.flip_edge(h);
+    for (const auto& pair : {std::pair(a, c), std::pair(a, d), std::pair(b, c), std::pair(b, d)}) {
+      queue.push_back(pair);
+    }
+  }
+}
+
+}  // namespace
+
+void make_delaunay(TargetDomain& domain) {
+  std::deque<std::pair<Index, Index>> queue;
+  const Mesh& mesh = domain.triangulation;
+  for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
+    if (mesh.alive(h / 3) && mesh.edge(h) == h) queue.emplace_back(mesh.source(h), mesh.target(h));
+  }
+  restore_delaunay(domain, std::move(queue));
+}
+
+TargetDomain triangulate_immersed(const Polygon& outline, std::span<const Index> corner_vertex,
+                                  Index vertex_count, const Triangles& triangles) {
+  TargetDomain domain;
+  domain.point.resize(static_cast<std::size_t>(vertex_count));
+  domain.mesh_vertex.assign(static_cast<std::size_t>(vertex_count), kInvalid);
+  const std::size_t n = outline.size();
+  for (std::size_t i = 0; i < n; ++i)
+    domain.point[static_cast<std::size_t>(corner_vertex[i])] = outline[i];
+  Triangles faces = triangles;
+  for (Eigen::Index i = 0; i < faces.size(); ++i) {
+    faces.data()[i] = corner_vertex[static_cast<std::size_t>(faces.data()[i])];
+  }
+  domain.triangulation = Mesh(vertex_count, faces);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Index a = corner_vertex[i];
+    const Index b = corner_vertex[(i + 1) % n];
+    const HalfedgeId h = domain.triangulation.find(a, b);
+    if (h == kInvalid)
+      throw InternalError("the outline of an immersed target is not in its triangulation");
+    domain.triangulation.set_mark(h, TargetDomain::kFixedEdge);
+  }
+  Index start = kInvalid;
+  for (Index v = 0; v < vertex_count && start == kInvalid; ++v) {
+    if (domain.triangulation.is_boundary_vertex(v)) start = v;
+  }
+  for (Index v = start;;) {
+    domain.outline.push_back(v);
+    v = domain.triangulation.target(domain.triangulation.outgoing(v));
+    if (v == start) break;
+  }
+  make_delaunay(domain);
+  return domain;
+}
+
+std::vector<FaceId> sheets_at(const TargetDomain& domain, const Vector2& point) {
+  const Mesh& mesh = domain.triangulation;
+  std::vector<FaceId> sheets;
+  for (FaceId f = 0; f < mesh.face_slots(); ++f) {
+    if (!mesh.alive(f)) continue;
+    std::array<int, 3> side{};
+    for (Index k = 0; k < 3; ++k) {
+      const HalfedgeId h = 3 * f + k;
+      side[static_cast<std::size_t>(k)] = numeric::orientation(
+          point_of(domain, mesh.source(h)), point_of(domain, mesh.target(h)), point);
+    }
+    if (*std::min_element(side.begin(), side.end()) < 0) continue;
+    bool first = true;
+    for (Index k = 0; k < 3; ++k) {
+      const HalfedgeId h = 3 * f + k;
+      const bool on_edge = side[static_cast<std::size_t>(k)] == 0;
+      if (on_edge && !mesh.is_boundary(h) && mesh.opposite(h) / 3 < f) first = false;
+      if (point == point_of(domain, mesh.source(h))) {
+        for (const FaceId g : mesh.star(mesh.source(h))) first = first && g >= f;
+      }
+    }
+    if (first) sheets.push_back(f);
+  }
+  return sheets;
+}
+
+Index insert_point(TargetDomain& domain, FaceId sheet, const Vector2& point, VertexId mesh_vertex) {
+  Mesh& mesh = domain.triangulation;
+  HalfedgeId on_edge = kInvalid;
+  for (HalfedgeId h = 3 * sheet; h < 3 * sheet + 3; ++h) {
+    if (numeric::orientation(point_of(domain, mesh.source(h)), point_of(domain, mesh.target(h)),
+                             point) == 0)
+      on_edge = h;
+  }
+  const Index v = on_edge == kInvalid ? mesh.split_face(sheet) : mesh.split_edge(on_edge);
+  domain.point.push_back(point);
+  domain.mesh_vertex.push_back(mesh_vertex);
+  std::deque<std::pair<Index, Index>> queue;
+  mesh.for_each_outgoing(v,
+                         [&](HalfedgeId h) { queue.emplace_back(mesh.target(h), mesh.apex(h)); });
+  restore_delaunay(domain, std::move(queue));
+  return v;
+}
+
+namespace {
+
+// Union of triangles by dropped edges, walked edge by edge: which half-edges are kept.
+class Merger {
+ public:
+  explicit Merger(const TargetDomain& domain)
+      : domain_(domain),
+        mesh_(domain.triangulation),
+        kept_(static_cast<std::size_t>(mesh_.halfedge_slots()), true) {}
+
+  bool kept(HalfedgeId h) const { return kept_[static_cast<std::size_t>(h)]; }
+
+  // Drops the edge if both of its ends stay convex.
+  void try_drop(HalfedgeId h) {
+    const HalfedgeId o = mesh_.opposite(h);
+    if (!convex_without(h) || !convex_without(o)) return;
+    kept_[static_cast<std::size_t>(h)] = false;
+    kept_[static_cast<std::size_t>(o)] = false;
+  }
+
+ private:
+  // At the source of h: is the angle between the kept neighbours of h on both sides at most pi?
+  bool convex_without(HalfedgeId h) const {
+    Index in = kInvalid;
+    for (HalfedgeId g = h;;) {
+      const HalfedgeId back = previous_corner(g);
+      if (kept(back)) {
+        in = mesh_.source(back);
+        break;
+      }
+      g = mesh_.opposite(back);
+      if (g == h) return false;
+    }
+    Index out = kInvalid;
+    for (HalfedgeId g = h;;) {
+      g = mesh_.rotate_cw(g);
+      if (g == kInvalid || g == h) return false;
+      if (kept(g)) {
+        out = mesh_.target(g);
+        break;
+      }
+    }
+    if (in == out) return false;
+    const Vector2& v = point_of(domain_, mesh_.source(h));
+    const Vector2& e = point_of(domain_, mesh_.target(h));
+    const Vector2& p = point_of(domain_, out);
+    const Vector2& q = point_of(domain_, in);
+    // The angles from out to h and from h to in are at most pi each, so the sign of orientation(v,
+    // p, q) tells whether their sum is below pi; if it is exactly pi, the first one is below pi; if
+    // 2 pi, both are straight.
+    const int side = numeric::orientation(v, p, q);
+    if (side > 0) return true;
+    return side == 0 && numeric::orientation(v, p, e) > 0;
+  }
+
+  const TargetDomain& domain_;
+  const Mesh& mesh_;
+  std::vector<bool> kept_;
+};
+
+// The polygons that kept edges bound.
+ConvexPartition partition_by(const TargetDomain& domain, const Merger& merger) {
+  const Mesh& mesh = domain.triangulation;
+  ConvexPartition partition;
+  std::vector<Index> edge_of(static_cast<std::size_t>(mesh.halfedge_slots()), kInvalid);
+  for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
+    if (!mesh.alive(h / 3) || mesh.edge(h) != h || !merger.kept(h)) continue;
+    edge_of[static_cast<std::size_t>(h)] = static_cast<Index>(partition.edges.size());
+    if (!mesh.is_boundary(h)) {
+      edge_of[static_cast<std::size_t>(mesh.opposite(h))] =
+          static_cast<Index>(partition.edges.size());
+    }
+    partition.edges.push_back(
+        {mesh.source(h), mesh.target(h), mesh.is_boundary(h), mesh.mark(h) != Mesh::kUnmarked});
+  }
+  std::vector<bool> done(edge_of.size(), false);
+  for (HalfedgeId first = 0; first < mesh.halfedge_slots(); ++first) {
+    if (edge_of[static_cast<std::size_t>(first)] == kInvalid ||
+        done[static_cast<std::size_t>(first)])
+      continue;
+    auto& polygon = partition.polygons.emplace_back();
+    HalfedgeId h = first;
+    do {
+      done[static_cast<std::size_t>(h)] = true;
+      const Index e = edge_of[static_cast<std::size_t>(h)];
+      polygon.push_back({e, partition.edges[static_cast<std::size_t>(e)].a == mesh.source(h)});
+      // A polygon whose edges lead elsewhere would be walked without end.
+      if (polygon.size() > edge_of.size())
+        throw InternalError("the target's triangulation is not closed around a polygon");
+      h = next_corner(h);
+      while (edge_of[static_cast<std::size_t>(h)] == kInvalid) h = next_corner(mesh.opposite(h));
+    } while (h != first);
+  }
+  partition.around.resize(domain.point.size());
+  for (Index v = 0; v < mesh.vertex_count(); ++v) {
+    auto& list = partition.around[static_cast<std::size_t>(v)];
+    HalfedgeId last = kInvalid;
+    mesh.for_each_outgoing(v, [&](HalfedgeId h) {
+      if (edge_of[static_cast<std::size_t>(h)] != kInvalid)
+        list.push_back(edge_of[static_cast<std::size_t>(h)]);
+      last = previous_corner(h);
+    });
+    if (last != kInvalid && mesh.is_boundary(last))
+      list.push_back(edge_of[static_cast<std::size_t>(last)]);
+  }
+  return partition;
+}
+
+}  // namespace
+
+ConvexPartition unmerged(const TargetDomain& domain) {
+  return partition_by(domain, Merger(domain));
+}
+
+ConvexPartition merge_convex(const TargetDomain& domain) {
+  const Mesh& mesh = domain.triangulation;
+  std::vector<HalfedgeId> order;
+  for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
+    if (mesh.alive(h / 3) && mesh.edge(h) == h && !mesh.is_boundary(h) &&
+        mesh.mark(h) == Mesh::kUnmarked) {
+      order.push_back(h);
+    }
+  }
+  const auto length = [&](HalfedgeId h) {
+    return (point_of(domain, mesh.source(h)) - point_of(domain, mesh.target(h))).squaredNorm();
+  };
+  std::stable_sort(order.begin(), order.end(),
+                   [&](HalfedgeId a, HalfedgeId b) { return length(a) > length(b); });
+  Merger merger(domain);
+  for (const HalfedgeId h : order) merger.try_drop(h);
+  return partition_by(domain, merger);
+}
+
+}  // namespace flipfree::matchmaker

@@ -1,0 +1,76 @@
+// Phase 1 of MatchMaker++ (thesis 3.3): the target domain as a triangulated disk, merged into
+// convex polygons.
+//
+// The disk is abstract: several of its vertices may share a point of the plane where an immersed
+// target overlaps itself. Every vertex stands for one mesh vertex. Half-edges of the triangulation
+// carry marks: kUnmarked for edges that can be dropped, kFixedEdge for those that a line or the
+// outline prescribes.
+#pragma once
+
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/matchmaker/request/polygon.h"
+#include "flipfree/mesh/refined/editable_triangulation.h"
+
+namespace flipfree::matchmaker {
+
+struct TargetDomain {
+  static constexpr Index kFixedEdge = 0;
+
+  mesh::EditableTriangulation triangulation;
+  std::vector<Vector2> point;         // per domain vertex
+  std::vector<VertexId> mesh_vertex;  // per domain vertex
+  std::vector<Index> outline;         // domain vertices along the boundary, domain on the left
+};
+
+// An embedded target: a simple counter-clockwise outline, points strictly inside, fixed edges
+// between vertices (numbered: outline first, then points). The constrained Delaunay triangulation
+// of it. Preconditions: all points different, fixed edges meet at vertices only (checked by the
+// caller, who can name them).
+TargetDomain triangulate_embedded(const Polygon& outline, std::span<const Vector2> inner,
+                                  std::span<const std::pair<Index, Index>> fixed_edges);
+
+// An immersed target: the outline's triangles as found by find_self_overlap, where corners of the
+// outline that are the two sides of a slit share a vertex: `corner_vertex` gives the vertex of each
+// corner, `vertex_count` their number. Slit edges become fixed edges. Afterwards the triangulation
+// is made Delaunay by flips.
+TargetDomain triangulate_immersed(const Polygon& outline, std::span<const Index> corner_vertex,
+                                  Index vertex_count, const Triangles& triangles);
+
+// The triangles (sheets) whose closure contains the point; a point on an edge or a vertex of the
+// triangulation counts once, by the lowest of the faces around it.
+std::vector<FaceId> sheets_at(const TargetDomain& domain, const Vector2& point);
+// Inserts a point into a sheet and restores Delaunay by flips. Returns the new domain vertex.
+// Precondition: the point is no vertex of that face and on no boundary edge.
+Index insert_point(TargetDomain& domain, FaceId sheet, const Vector2& point, VertexId mesh_vertex);
+
+// Flips unmarked edges until all of them are locally Delaunay.
+void make_delaunay(TargetDomain& domain);
+
+// The convex polygons that remain when unmarked edges are dropped greedily, longest first, wherever
+// the polygon stays convex (Hertel and Mehlhorn 1983). Straight corners are allowed; every polygon
+// has at least three strict ones.
+struct ConvexPartition {
+  struct Edge {
+    Index a, b;     // domain vertices
+    bool boundary;  // runs along the outline, the domain on the left of a -> b
+    bool fixed;
+  };
+  struct Side {
+    Index edge;
+    bool forward;  // the polygon lies on the left of a -> b
+  };
+  std::vector<Edge> edges;
+  std::vector<std::vector<Side>> polygons;  // counter-clockwise
+  // Per domain vertex its edges counter-clockwise; at an outline vertex from the edge that leaves
+  // it along the outline to the one that arrives.
+  std::vector<std::vector<Index>> around;
+};
+ConvexPartition merge_convex(const TargetDomain& domain);
+// The triangles themselves.
+ConvexPartition unmerged(const TargetDomain& domain);
+
+}  // namespace flipfree::matchmaker

@@ -1,0 +1,25 @@
+// Walking pins on large surfaces: coarse to fine.
+//
+// What takes long on a fine mesh is the way: dozens of Newton steps that all move far. So the flat
+// disk is decimated (decimate.h), the pins are walked there (walk_pins.h), and the fine map is
+// carried along (lift_map.h) and settles (settle.h), over as many levels as it takes.
+#pragma once
+
+#include "flipfree/base/context.h"
+#include "flipfree/base/stats.h"
+#include "flipfree/matchmaker/patches/pipeline.h"
+
+namespace flipfree::matchmaker {
+
+// True if all pins arrived bit for bit, over coarse levels; then `map` is the result, with as much
+// refinement taken back as goes. False, and the map unchanged, if the surface is small, has lines,
+// or a level fails; walk_pins() may arrive all the same. Preconditions are those of walk_pins().
+// Stats: those of the coarsest walk, "walk.levels" (coarse levels; 0 if false), "walk.coarsest"
+// (vertices of the coarsest), "walk.lifted" (vertices that carrying maps over added at first).
+bool walk_coarse_to_fine(mesh::RefinedMap& map, const Constraints& constraints,
+                         ExecutionContext& context, Stats& stats);
+
+// Are there coarse levels for it?
+bool has_coarse_levels(const mesh::RefinedSurface& surface, const Constraints& constraints);
+
+}  // namespace flipfree::matchmaker

@@ -1,0 +1,30 @@
+// Brings pins to their targets along maps that are all flip-free, refining the surface only where
+// the way is blocked.
+//
+// First all pins together by continuation (distortion/targets.h). If that stops, many pins inside a
+// convex boundary are planned together (planned_walk.h), and where the boundary is free and the map
+// may overlap itself, every pin gets an arm of its own (arms.h). Otherwise they go one after
+// another, the nearest first, each held once it has arrived; pins that wait are free, so the others
+// do not wind around them. A pin that continuation does not bring home is pushed (push_point.h)
+// along a way past the held pins (corridor.h), the map relaxed, and refinement taken back
+// (coarsen.h) before the next. Every map on the way is valid, so nothing has to be repaired, and
+// interior vertices keep winding once, which untangling with a free boundary does not ensure.
+#pragma once
+
+#include "flipfree/base/context.h"
+#include "flipfree/base/stats.h"
+#include "flipfree/matchmaker/patches/pipeline.h"
+
+namespace flipfree::matchmaker {
+
+// Precondition: map.uv is flip-free, a prescribed boundary is at its targets. True if all pins
+// arrived bit for bit; then `map` is the result, otherwise some valid map on the way. Without
+// `refine` no vertex is added and nothing pushed. In exact arithmetic pushes always arrive; in
+// doubles they can fail where a map has become so narrow that new vertices cannot be told apart, or
+// where one push would add more than a few times the input's vertices. A walk that would take out
+// of proportion long, as every push leaves more refinement behind, is given up ("walk.exhausted").
+// Lines and targets that overlap themselves are not pushed at all. Stats: "walk.*".
+bool walk_pins(mesh::RefinedMap& map, const Constraints& constraints, bool refine,
+               ExecutionContext& context, Stats& stats);
+
+}  // namespace flipfree::matchmaker

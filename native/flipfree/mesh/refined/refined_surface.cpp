@@ -1,0 +1,211 @@
+#include "flipfree/mesh/refined/refined_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "flipfree/base/error.h"
+#include "flipfree/mesh/topology.h"
+#include "flipfree/numeric/predicates.h"
+
+namespace flipfree::mesh {
+
+double Support::of(VertexId v) const {
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (vertex[i] == v && v != kInvalid) return weight[i];
+  }
+  return 0.0;
+}
+
+Support between(const Support& a, const Support& b, double share) {
+  std::array<VertexId, 6> all = {a.vertex[0], a.vertex[1], a.vertex[2],
+                                 b.vertex[0], b.vertex[1], b.vertex[2]};
+  std::sort(all.begin(), all.end());
+  Support result;
+  std::size_t count = 0;
+  for (const VertexId v : all) {
+    if (v == kInvalid || (count > 0 && result.vertex[count - 1] == v)) continue;
+    if (count == 3) throw InternalError("point between points that share no input face");
+    result.vertex[count] = v;
+    result.weight[count++] = (1 - share) * a.of(v) + share * b.of(v);
+  }
+  return result;
+}
+
+Support rounded_between(const Support& a, const Support& b, double share) {
+  const Support exact = between(a, b, share);
+  Support result;
+  std::size_t count = 0;
+  double rest = 1.0;
+  for (std::size_t i = 0; i < 3 && exact.vertex[i] != kInvalid; ++i) {
+    const bool last = i == 2 || exact.vertex[i + 1] == kInvalid;
+    const double weight =
+        last ? rest
+             : std::min(rest, std::ldexp(std::nearbyint(std::ldexp(exact.weight[i], 52)), -52));
+    rest -= weight;
+    if (weight == 0.0) continue;
+    result.vertex[count] = exact.vertex[i];
+    result.weight[count++] = weight;
+  }
+  return result;
+}
+
+double RefinedSurface::exact_share(HalfedgeId h, double share) const {
+  if (share * 16 != std::floor(share * 16)) return 0.5;
+  for (const VertexId v : {mesh.source(h), mesh.target(h)}) {
+    for (const double w : support[static_cast<std::size_t>(v)].weight) {
+      const double scaled = std::ldexp(w, 36);
+      if (scaled != std::floor(scaled)) return 0.5;
+    }
+  }
+  return share;
+}
+
+VertexId RefinedSurface::split_edge(HalfedgeId h, double share) {
+  const auto a = static_cast<std::size_t>(mesh.source(h));
+  const auto b = static_cast<std::size_t>(mesh.target(h));
+  const bool on_input = !support[a].empty() && !support[b].empty();
+  if (on_input) return split_edge(h, between(support[a], support[b], share));
+  const VertexId s = mesh.split_edge(h);
+  support.emplace_back();
+  position.emplace_back((1 - share) * position[a] + share * position[b]);
+  return s;
+}
+
+VertexId RefinedSurface::split_edge(HalfedgeId h, const Support& where) {
+  support.push_back(where);
+  position.push_back(place(where));
+  return mesh.split_edge(h);
+}
+
+VertexId RefinedSurface::split_face(FaceId f, const Support& where) {
+  support.push_back(where);
+  position.push_back(place(where));
+  return mesh.split_face(f);
+}
+
+Vector3 RefinedSurface::place(const Support& s) const {
+  Vector3 where = Vector3::Zero();
+  for (std::size_t i = 0; i < 3 && s.vertex[i] != kInvalid; ++i) {
+    where += s.weight[i] * input->vertices.row(s.vertex[i]).transpose();
+  }
+  return where;
+}
+
+int RefinedSurface::orientation_in_parent(FaceId parent, VertexId a, VertexId b, VertexId c) const {
+  return orientation_in_parent(parent, support[static_cast<std::size_t>(a)],
+                               support[static_cast<std::size_t>(b)],
+                               support[static_cast<std::size_t>(c)]);
+}
+
+int RefinedSurface::orientation_in_parent(FaceId parent, const Support& a, const Support& b,
+                                          const Support& c) const {
+  const auto planar = [&](const Support& s) {
+    return Vector2(s.of(input->faces(parent, 1)), s.of(input->faces(parent, 2)));
+  };
+  return numeric::orientation(planar(a), planar(b), planar(c));
+}
+
+namespace {
+
+std::vector<VertexId> walk_boundary(const EditableTriangulation& mesh, VertexId start) {
+  std::vector<VertexId> loop;
+  VertexId v = start;
+  do {
+    loop.push_back(v);
+    v = mesh.target(mesh.outgoing(v));
+  } while (v != start);
+  return loop;
+}
+
+}  // namespace
+
+RefinedSurface make_refined_surface(const Surface& surface) {
+  RefinedSurface refined;
+  refined.input = &surface;
+  const auto n = static_cast<Index>(surface.vertices.rows());
+  refined.boundary = boundary_loops(surface.faces, build_adjacency(n, surface.faces)).front();
+  refined.outer_boundary = refined.boundary;
+  for (Index v = 0; v < n; ++v) {
+    refined.support.push_back({{v, kInvalid, kInvalid}, {1.0, 0.0, 0.0}});
+    refined.position.emplace_back(surface.vertices.row(v).transpose());
+  }
+  refined.mesh = EditableTriangulation(n, surface.faces);
+  return refined;
+}
+
+RefinedSurface with_collar(const RefinedSurface& surface) {
+  RefinedSurface refined;
+  refined.input = surface.input;
+  refined.support = surface.support;
+  refined.position = surface.position;
+  refined.boundary = walk_boundary(surface.mesh, surface.boundary.front());
+  std::vector<FaceId> slots;
+  Triangles faces = surface.mesh.faces(&slots);
+  const auto m = static_cast<Index>(faces.rows());
+  const auto n = static_cast<Index>(surface.position.size());
+  const auto loop = static_cast<Index>(refined.boundary.size());
+  //  n+i ---- n+i+1     the collar lies to the right of the loop b_i -> b_i+1
+  //   | \       |
+  //  b_i --- b_i+1
+  faces.conservativeResize(m + 2 * loop, 3);
+  Vector3 centre = Vector3::Zero();
+  for (const VertexId v : refined.boundary) centre += refined.position[static_cast<std::size_t>(v)];
+  centre /= static_cast<double>(loop);
+  for (Index i = 0; i < loop; ++i) {
+    const VertexId b0 = refined.boundary[static_cast<std::size_t>(i)];
+    const VertexId b1 = refined.boundary[static_cast<std::size_t>((i + 1) % loop)];
+    faces.row(m + 2 * i) << b1, b0, n + i;
+    faces.row(m + 2 * i + 1) << b1, n + i, n + (i + 1) % loop;
+    refined.support.emplace_back();
+    const Vector3 p = refined.position[static_cast<std::size_t>(b0)];
+    refined.position.emplace_back(p + 0.2 * (p - centre));
+  }
+  refined.mesh = EditableTriangulation(static_cast<Index>(refined.position.size()), faces);
+  for (FaceId f = 0; f < refined.mesh.face_slots(); ++f) {
+    refined.mesh.set_parent(
+        f, f < m ? surface.mesh.parent(slots[static_cast<std::size_t>(f)]) : kInvalid);
+  }
+  if (loop == 3) refined.split_edge(refined.mesh.outgoing(n));
+  refined.outer_boundary = walk_boundary(refined.mesh, n);
+  return refined;
+}
+
+RefinedSurface compacted(const RefinedSurface& surface, std::vector<VertexId>& old_vertex) {
+  const EditableTriangulation& mesh = surface.mesh;
+  std::vector<FaceId> slots;
+  for (FaceId f = 0; f < mesh.face_slots(); ++f) {
+    if (mesh.alive(f) && !surface.in_collar(f)) slots.push_back(f);
+  }
+  std::vector<VertexId> number(static_cast<std::size_t>(mesh.vertex_count()), kInvalid);
+  for (const FaceId f : slots) {
+    for (const VertexId v : mesh.corners(f)) number[static_cast<std::size_t>(v)] = v;
+  }
+  RefinedSurface result;
+  result.input = surface.input;
+  old_vertex.clear();
+  for (VertexId v = 0; v < mesh.vertex_count(); ++v) {
+    // Isolated vertices of the input stay.
+    if (v >= surface.input_vertices() && number[static_cast<std::size_t>(v)] == kInvalid) continue;
+    number[static_cast<std::size_t>(v)] = static_cast<VertexId>(old_vertex.size());
+    old_vertex.push_back(v);
+    result.support.push_back(surface.support[static_cast<std::size_t>(v)]);
+    result.position.push_back(surface.position[static_cast<std::size_t>(v)]);
+  }
+  Triangles faces(static_cast<Eigen::Index>(slots.size()), 3);
+  for (std::size_t f = 0; f < slots.size(); ++f) {
+    for (Index k = 0; k < 3; ++k) {
+      faces(static_cast<Eigen::Index>(f), k) =
+          number[static_cast<std::size_t>(mesh.source(3 * slots[f] + k))];
+    }
+  }
+  result.mesh = EditableTriangulation(static_cast<Index>(old_vertex.size()), faces);
+  for (std::size_t f = 0; f < slots.size(); ++f) {
+    result.mesh.set_parent(static_cast<FaceId>(f), mesh.parent(slots[f]));
+  }
+  result.boundary = walk_boundary(result.mesh, surface.boundary.front());
+  result.outer_boundary = result.boundary;
+  return result;
+}
+
+}  // namespace flipfree::mesh

@@ -1,0 +1,197 @@
+#include "flipfree/numeric/cholesky/cholesky.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "flipfree/base/error.h"
+#include "flipfree/numeric/cholesky/multifrontal.h"
+#include "flipfree/numeric/cholesky/symbolic_cholesky.h"
+#include "flipfree/numeric/ordering/nested_dissection.h"
+
+namespace flipfree::numeric {
+namespace {
+
+std::size_t size(Index i) { return static_cast<std::size_t>(i); }
+
+// Lower triangle as sorted ranges, whatever else the matrix stores.
+struct Column {
+  const Index* begin;
+  const Index* end;
+};
+Column lower_column(const SparseMatrix& matrix, Index j) {
+  const Index* begin = matrix.innerIndexPtr() + matrix.outerIndexPtr()[j];
+  const Index* end = matrix.innerIndexPtr() + matrix.outerIndexPtr()[j + 1];
+  return {std::lower_bound(begin, end, j), end};
+}
+
+// Do unknowns 2 i and 2 i + 1 always occur together? Then the graph has half the vertices and a
+// quarter of the edges.
+bool has_pairs(const SparseMatrix& matrix) {
+  if (matrix.rows() % 2 != 0) return false;
+  for (Index j = 0; j < static_cast<Index>(matrix.cols()); j += 2) {
+    const Column even = lower_column(matrix, j);
+    const Column odd = lower_column(matrix, j + 1);
+    if ((even.end - even.begin) % 2 != 0 || even.end - even.begin < 2 || even.begin[0] != j ||
+        even.begin[1] != j + 1) {
+      return false;
+    }
+    if (odd.end - odd.begin != even.end - even.begin - 1 ||
+        !std::equal(odd.begin, odd.end, even.begin + 1)) {
+      return false;
+    }
+    for (const Index* row = even.begin + 2; row != even.end; row += 2) {
+      if (row[0] % 2 != 0 || row[1] != row[0] + 1) return false;
+    }
+  }
+  return true;
+}
+
+Graph graph_of(const SparseMatrix& matrix, Index block) {
+  const Index count = static_cast<Index>(matrix.cols()) / block;
+  Graph graph;
+  graph.offset.assign(size(count) + 1, 0);
+  const auto for_edges = [&](auto visit) {
+    for (Index v = 0; v < count; ++v) {
+      const Column column = lower_column(matrix, block * v);
+      for (const Index* row = column.begin; row != column.end; row += block) {
+        if (*row / block != v) visit(v, *row / block);
+      }
+    }
+  };
+  for_edges([&](Index v, Index u) {
+    ++graph.offset[size(v) + 1];
+    ++graph.offset[size(u) + 1];
+  });
+  for (Index v = 0; v < count; ++v) graph.offset[size(v) + 1] += graph.offset[size(v)];
+  graph.neighbour.resize(size(graph.offset.back()));
+  std::vector<Index> next(graph.offset.begin(), graph.offset.end() - 1);
+  for_edges([&](Index v, Index u) {
+    graph.neighbour[size(next[size(v)]++)] = u;
+    graph.neighbour[size(next[size(u)]++)] = v;
+  });
+  return graph;
+}
+
+}  // namespace
+
+struct SparseCholesky::State {
+  std::optional<Multifrontal> numeric;
+  std::vector<Index> order;  // of the graph's vertices: unknowns, or pairs of them
+  DissectionTree tree;       // of the same vertices
+  Index unknowns = 0;
+  bool factorized = false;
+  FactorMemory memory;  // of the last factor, until there is a new one
+
+  // Forgets the last analysis but its memory.
+  void begin() {
+    if (numeric) memory = numeric->take_memory();
+    numeric.reset();
+    factorized = false;
+  }
+  void set_order(std::vector<Index> elimination, const Graph& graph, Index block,
+                 const SparseMatrix& matrix, ExecutionContext& context) {
+    order = std::move(elimination);
+    begin();
+    Supernodes supernodes = analyze_supernodes(graph, order, context);
+    numeric.emplace(std::move(supernodes), block, unknowns, matrix.outerIndexPtr(),
+                    matrix.innerIndexPtr(), context, std::move(memory));
+  }
+};
+
+SparseCholesky::SparseCholesky() : state_(std::make_unique<State>()) {}
+SparseCholesky::~SparseCholesky() = default;
+SparseCholesky::SparseCholesky(SparseCholesky&&) noexcept = default;
+SparseCholesky& SparseCholesky::operator=(SparseCholesky&&) noexcept = default;
+
+bool SparseCholesky::analyzed() const { return state_->numeric.has_value(); }
+
+void SparseCholesky::analyze(const SparseMatrix& matrix, ExecutionContext& context,
+                             const Points2* places) {
+  context.check();
+  state_->begin();
+  state_->unknowns = static_cast<Index>(matrix.cols());
+  const Index block = has_pairs(matrix) ? 2 : 1;
+  const Graph graph = graph_of(matrix, block);
+  context.check();
+  std::vector<double> place;
+  if (places != nullptr && places->rows() > 0) {
+    // One place per vertex of the graph: the first of each pair, if they came per unknown.
+    const Eigen::Index stride = places->rows() == graph.count() ? 1 : block;
+    place.resize(2 * size(graph.count()));
+    for (Index v = 0; v < graph.count(); ++v) {
+      place[2 * size(v)] = (*places)(stride * v, 0);
+      place[2 * size(v) + 1] = (*places)(stride * v, 1);
+    }
+  }
+  state_->set_order(
+      nested_dissection(graph, place.empty() ? nullptr : place.data(), context, &state_->tree),
+      graph, block, matrix, context);
+}
+
+void SparseCholesky::analyze(const SparseMatrix& matrix, ExecutionContext& context,
+                             const Points2* places, EliminationMemory& memory,
+                             const std::vector<Index>& label) {
+  const Index block = has_pairs(matrix) ? 2 : 1;
+  if (label.size() * size(block) != size(static_cast<Index>(matrix.cols()))) {
+    analyze(matrix, context, places);
+    return;
+  }
+  context.check();
+  state_->begin();
+  state_->unknowns = static_cast<Index>(matrix.cols());
+  const Graph graph = graph_of(matrix, block);
+  std::vector<Index> before;
+  if (memory.recall(graph, label, before, state_->tree)) {
+    state_->set_order(repair_dissection(graph, before, state_->tree, context), graph, block, matrix,
+                      context);
+    if (!memory.dear(graph.count(), factor_flops())) {
+      memory.keep(state_->order, state_->tree, label, factor_flops(), false);
+      return;
+    }
+  }
+  analyze(matrix, context, places);
+  memory.keep(state_->order, state_->tree, label, factor_flops(), true);
+}
+
+void SparseCholesky::analyze_again(const SparseMatrix& matrix, ExecutionContext& context) {
+  const Index block = has_pairs(matrix) ? 2 : 1;
+  if (state_->order.size() * size(block) != size(static_cast<Index>(matrix.cols()))) {
+    analyze(matrix, context);
+    return;
+  }
+  context.check();
+  state_->begin();
+  const Graph graph = graph_of(matrix, block);
+  state_->set_order(repair_dissection(graph, state_->order, state_->tree, context), graph, block,
+                    matrix, context);
+}
+
+bool SparseCholesky::factorize(const SparseMatrix& matrix, ExecutionContext& context) {
+  context.check();
+  if (!state_->numeric || matrix.cols() != state_->unknowns) {
+    throw InternalError("factorize() without analyze() of the same pattern");
+  }
+  state_->factorized = false;
+  state_->factorized = state_->numeric->factorize(matrix.valuePtr(), context);
+  return state_->factorized;
+}
+
+Eigen::MatrixXd SparseCholesky::solve(const Eigen::Ref<const Eigen::MatrixXd>& rhs,
+                                      ExecutionContext& context) const {
+  context.check();
+  if (!state_->factorized) throw InternalError("solve() without a successful factorize()");
+  Eigen::MatrixXd x = rhs;
+  state_->numeric->solve(x.data(), static_cast<Index>(x.cols()), context);
+  return x;
+}
+
+std::int64_t SparseCholesky::factor_nonzeros() const {
+  return state_->numeric ? state_->numeric->factor_nonzeros() : 0;
+}
+
+double SparseCholesky::factor_flops() const {
+  return state_->numeric ? state_->numeric->flops() : 0;
+}
+
+}  // namespace flipfree::numeric

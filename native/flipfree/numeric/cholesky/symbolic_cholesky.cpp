@@ -1,0 +1,274 @@
+#include "flipfree/numeric/cholesky/symbolic_cholesky.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+namespace flipfree::numeric {
+namespace {
+
+std::size_t size(Index i) { return static_cast<std::size_t>(i); }
+
+std::vector<Index> inverse(const std::vector<Index>& order) {
+  std::vector<Index> position(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) position[size(order[i])] = static_cast<Index>(i);
+  return position;
+}
+
+// Calls visit(j) for the columns j != i adjacent to column i.
+template <typename Visit>
+void for_adjacent(const Graph& graph, const std::vector<Index>& order,
+                  const std::vector<Index>& position, Index i, Visit visit) {
+  const Index v = order[size(i)];
+  for (Index at = graph.offset[size(v)]; at < graph.offset[size(v) + 1]; ++at) {
+    visit(position[size(graph.neighbour[size(at)])]);
+  }
+}
+
+// Parent of each column: the first row below the diagonal of the factor. Path compression over
+// virtual ancestors.
+std::vector<Index> elimination_tree(const Graph& graph, const std::vector<Index>& order,
+                                    const std::vector<Index>& position) {
+  const Index count = graph.count();
+  std::vector<Index> parent(size(count), kInvalid);
+  std::vector<Index> ancestor(size(count), kInvalid);
+  for (Index i = 0; i < count; ++i) {
+    for_adjacent(graph, order, position, i, [&](Index j) {
+      if (j > i) return;
+      while (ancestor[size(j)] != i) {
+        const Index up = ancestor[size(j)];
+        ancestor[size(j)] = i;
+        if (up == kInvalid) {
+          parent[size(j)] = i;
+          return;
+        }
+        j = up;
+        if (j == i) return;
+      }
+    });
+  }
+  return parent;
+}
+
+// Postorder of the forest: position -> column; children in ascending order.
+std::vector<Index> postorder(const std::vector<Index>& parent) {
+  const auto count = static_cast<Index>(parent.size());
+  std::vector<Index> child(parent.size(), kInvalid);
+  std::vector<Index> sibling(parent.size(), kInvalid);
+  std::vector<Index> stack;
+  for (Index j = count - 1; j >= 0; --j) {
+    if (parent[size(j)] == kInvalid) continue;
+    sibling[size(j)] = child[size(parent[size(j)])];
+    child[size(parent[size(j)])] = j;
+  }
+  std::vector<Index> post;
+  post.reserve(parent.size());
+  for (Index root = 0; root < count; ++root) {
+    if (parent[size(root)] != kInvalid) continue;
+    stack.push_back(root);
+    while (!stack.empty()) {
+      const Index j = stack.back();
+      const Index next = child[size(j)];
+      if (next == kInvalid) {
+        post.push_back(j);
+        stack.pop_back();
+      } else {
+        child[size(j)] = sibling[size(next)];
+        stack.push_back(next);
+      }
+    }
+  }
+  return post;
+}
+
+// Entries per column of the factor, diagonal included. Columns are postordered. Row i of the factor
+// is a subtree of the elimination tree, pruned from i: it is counted by its leaves, minus the least
+// common ancestors of consecutive leaves.
+std::vector<Index> column_counts(const Graph& graph, const std::vector<Index>& order,
+                                 const std::vector<Index>& position,
+                                 const std::vector<Index>& parent) {
+  const Index count = graph.count();
+  std::vector<Index> first(size(count));  // first descendant
+  for (Index j = 0; j < count; ++j) first[size(j)] = j;
+  for (Index j = 0; j < count; ++j) {
+    if (parent[size(j)] != kInvalid) {
+      Index& up = first[size(parent[size(j)])];
+      up = std::min(up, first[size(j)]);
+    }
+  }
+  std::vector<Index> counts(size(count), 0);
+  std::vector<Index> last_first(size(count), kInvalid);
+  std::vector<Index> last_leaf(size(count), kInvalid);
+  std::vector<Index> set(size(count));
+  std::iota(set.begin(), set.end(), 0);
+  const auto representative = [&](Index j) {
+    Index root = j;
+    while (set[size(root)] != root) root = set[size(root)];
+    while (set[size(j)] != root) j = std::exchange(set[size(j)], root);
+    return root;
+  };
+  for (Index j = 0; j < count; ++j) {
+    if (first[size(j)] == j) ++counts[size(j)];
+    if (parent[size(j)] != kInvalid) --counts[size(parent[size(j)])];
+    for_adjacent(graph, order, position, j, [&](Index i) {
+      if (i < j || first[size(j)] <= last_first[size(i)]) return;
+      last_first[size(i)] = first[size(j)];
+      ++counts[size(j)];
+      if (last_leaf[size(i)] != kInvalid) --counts[size(representative(last_leaf[size(i)]))];
+      last_leaf[size(i)] = j;
+    });
+    if (parent[size(j)] != kInvalid) set[size(j)] = parent[size(j)];
+  }
+  for (Index j = 0; j < count; ++j) {
+    if (parent[size(j)] != kInvalid) counts[size(parent[size(j)])] += counts[size(j)];
+  }
+  return counts;
+}
+
+// A supernode under construction.
+struct Block {
+  Index first;
+  Index columns;
+  Index front;  // columns and rows below
+  std::int64_t zeros;
+
+  static std::int64_t entries(std::int64_t columns, std::int64_t front) {
+    return columns * front - columns * (columns - 1) / 2;
+  }
+};
+
+// Is it worth storing `zeros` explicit zeros for one larger block? Small blocks cost more in calls
+// than in flops.
+bool worth_merging(Index columns, std::int64_t zeros, std::int64_t entries) {
+  const double share = static_cast<double>(zeros) / static_cast<double>(entries);
+  if (columns <= 4) return true;
+  if (columns <= 12) return share < 0.5;
+  if (columns <= 32) return share < 0.15;
+  return share < 0.05;
+}
+
+// First columns of the relaxed supernodes, and the end.
+std::vector<Index> find_supernodes(const std::vector<Index>& parent,
+                                   const std::vector<Index>& counts) {
+  const auto count = static_cast<Index>(parent.size());
+  std::vector<Block> blocks;
+  Index begin = 0;
+  while (begin < count) {
+    Index end = begin + 1;
+    while (end < count && parent[size(end) - 1] == end &&
+           counts[size(end)] == counts[size(end) - 1] - 1)
+      ++end;
+    Block block{begin, end - begin, counts[size(begin)], 0};
+    begin = end;
+    // The block just before is the last child if its parent column lies here.
+    while (!blocks.empty()) {
+      const Block& child = blocks.back();
+      const Index up = parent[size(child.first + child.columns) - 1];
+      if (up == kInvalid || up >= end) break;
+      Block merged{child.first, child.columns + block.columns, child.columns + block.front, 0};
+      const std::int64_t entries = Block::entries(merged.columns, merged.front);
+      merged.zeros = child.zeros + block.zeros + entries -
+                     Block::entries(child.columns, child.front) -
+                     Block::entries(block.columns, block.front);
+      if (!worth_merging(merged.columns, merged.zeros, entries)) break;
+      block = merged;
+      blocks.pop_back();
+    }
+    blocks.push_back(block);
+  }
+  std::vector<Index> first;
+  first.reserve(blocks.size() + 1);
+  for (const Block& block : blocks) first.push_back(block.first);
+  first.push_back(count);
+  return first;
+}
+
+// Row structures: union of the graph's columns and the children's rows.
+void find_rows(const Graph& graph, Supernodes& s, const ExecutionContext& context) {
+  const Index count = s.count();
+  s.rows_begin.assign(1, 0);
+  s.parent.assign(size(count), kInvalid);
+  std::vector<Index> mark(size(graph.count()), kInvalid);
+  std::vector<Index> child(size(count), kInvalid);
+  std::vector<Index> sibling(size(count), kInvalid);
+  std::vector<Index> rows;
+  for (Index n = 0; n < count; ++n) {
+    if (n % 4096 == 0) context.check();
+    rows.clear();
+    const Index end = s.first[size(n) + 1];
+    const auto add = [&](Index row) {
+      if (row < end || mark[size(row)] == n) return;
+      mark[size(row)] = n;
+      rows.push_back(row);
+    };
+    for (Index j = s.first[size(n)]; j < end; ++j) for_adjacent(graph, s.order, s.position, j, add);
+    for (Index c = child[size(n)]; c != kInvalid; c = sibling[size(c)]) {
+      for (std::int64_t i = s.rows_begin[size(c)]; i < s.rows_begin[size(c) + 1]; ++i) {
+        add(s.rows[static_cast<std::size_t>(i)]);
+      }
+    }
+    std::sort(rows.begin(), rows.end());
+    s.rows.insert(s.rows.end(), rows.begin(), rows.end());
+    s.rows_begin.push_back(static_cast<std::int64_t>(s.rows.size()));
+    if (!rows.empty()) {
+      const Index up = s.of_column[size(rows.front())];
+      s.parent[size(n)] = up;
+      sibling[size(n)] = child[size(up)];
+      child[size(up)] = n;
+    }
+  }
+}
+
+void find_relative(Supernodes& s) {
+  s.relative.resize(s.rows.size());
+  for (Index n = 0; n < s.count(); ++n) {
+    const Index p = s.parent[size(n)];
+    if (p == kInvalid) continue;
+    const Index end = s.first[size(p) + 1];
+    auto in_parent = s.rows_begin[size(p)];
+    for (auto i = s.rows_begin[size(n)]; i < s.rows_begin[size(n) + 1]; ++i) {
+      const Index row = s.rows[static_cast<std::size_t>(i)];
+      if (row < end) {
+        s.relative[static_cast<std::size_t>(i)] = row - s.first[size(p)];
+        continue;
+      }
+      while (s.rows[static_cast<std::size_t>(in_parent)] != row) ++in_parent;
+      s.relative[static_cast<std::size_t>(i)] =
+          s.columns(p) + static_cast<Index>(in_parent - s.rows_begin[size(p)]);
+    }
+  }
+}
+
+}  // namespace
+
+Supernodes analyze_supernodes(const Graph& graph, const std::vector<Index>& order,
+                              const ExecutionContext& context) {
+  Supernodes s;
+  const std::vector<Index> tree = elimination_tree(graph, order, inverse(order));
+  context.check();
+  const std::vector<Index> post = postorder(tree);
+  const std::vector<Index> place = inverse(post);
+  s.order.resize(order.size());
+  std::vector<Index> parent(order.size());
+  for (std::size_t i = 0; i < post.size(); ++i) {
+    s.order[i] = order[size(post[i])];
+    const Index up = tree[size(post[i])];
+    parent[i] = up == kInvalid ? kInvalid : place[size(up)];
+  }
+  s.position = inverse(s.order);
+  context.check();
+  const std::vector<Index> counts = column_counts(graph, s.order, s.position, parent);
+  context.check();
+  s.first = find_supernodes(parent, counts);
+  s.of_column.resize(order.size());
+  for (Index n = 0; n < s.count(); ++n) {
+    std::fill(s.of_column.begin() + s.first[size(n)], s.of_column.begin() + s.first[size(n) + 1],
+              n);
+  }
+  find_rows(graph, s, context);
+  context.check();
+  find_relative(s);
+  return s;
+}
+
+}  // namespace flipfree::numeric

@@ -1,0 +1,49 @@
+// Symbolic analysis of a sparse Cholesky factorization: elimination tree, supernodes and their row
+// structures.
+//
+// Based on: Liu 1990, "The role of elimination trees in sparse factorization"; Gilbert, Ng, Peyton
+// 1994 (column counts in nearly linear time); Ashcraft, Grimes 1989 (relaxed supernodes).
+//
+//   supernode s = columns [first[s], first[s + 1]) with one common row structure:
+//
+//      first  +---+            front of s: its columns and then its rows below,
+//             |\  |            both ascending; rows_begin[s] .. rows_begin[s + 1) index `rows`
+//             +---+
+//      rows   |   |            parent of s: the supernode that has rows[rows_begin[s]] as a column
+//             +---+
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/numeric/ordering/nested_dissection.h"
+
+namespace flipfree::numeric {
+
+struct Supernodes {
+  std::vector<Index> order;     // column of the factor -> vertex of the graph (postordered)
+  std::vector<Index> position;  // its inverse
+  std::vector<Index> first;     // count + 1
+  std::vector<std::int64_t> rows_begin;  // count + 1
+  std::vector<Index> rows;
+  std::vector<Index> relative;   // beside rows: place of that row in the front of the parent
+  std::vector<Index> parent;     // kInvalid for roots; otherwise greater than the supernode itself
+  std::vector<Index> of_column;  // column -> supernode
+
+  Index count() const { return static_cast<Index>(first.size()) - 1; }
+  Index columns(Index s) const {
+    return first[static_cast<std::size_t>(s) + 1] - first[static_cast<std::size_t>(s)];
+  }
+  Index rows_below(Index s) const {
+    return static_cast<Index>(rows_begin[static_cast<std::size_t>(s) + 1] -
+                              rows_begin[static_cast<std::size_t>(s)]);
+  }
+};
+
+// order: any elimination order (position -> vertex); what comes back uses an equivalent one. Cost:
+// nearly linear in the graph and the row structures.
+Supernodes analyze_supernodes(const Graph& graph, const std::vector<Index>& order,
+                              const ExecutionContext& context);
+
+}  // namespace flipfree::numeric

@@ -1,0 +1,389 @@
+#include "flipfree/unwrap/chart/chart.h"
+
+#include <algorithm>
+#include <string>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
+#include "flipfree/certify/measures/energy.h"
+#include "flipfree/distortion/energy/energy.h"
+#include "flipfree/distortion/energy/own_map.h"
+#include "flipfree/distortion/minimize/boundary_grid.h"
+#include "flipfree/distortion/minimize/conformal_start.h"
+#include "flipfree/distortion/minimize/minimize.h"
+#include "flipfree/distortion/minimize/targets.h"
+#include "flipfree/distortion/rounding.h"
+#include "flipfree/embedding/disk/boundary.h"
+#include "flipfree/embedding/embed.h"
+#include "flipfree/mesh/cut_graph/fill.h"
+#include "flipfree/mesh/topology.h"
+#include "flipfree/unwrap/chart/overlapping_faces.h"
+#include "flipfree/unwrap/chart/separate.h"
+#include "flipfree/unwrap/packing/layout.h"
+
+namespace flipfree::unwrap {
+namespace {
+
+using Loop = std::vector<HalfedgeId>;
+
+std::vector<double> edge_lengths(const mesh::Surface& chart, const Loop& loop) {
+  std::vector<double> lengths;
+  lengths.reserve(loop.size());
+  for (const HalfedgeId h : loop) {
+    lengths.push_back((chart.vertices.row(mesh::source(chart.faces, h)) -
+                       chart.vertices.row(mesh::target(chart.faces, h)))
+                          .norm());
+  }
+  return lengths;
+}
+
+// The longest loop becomes the outer boundary; it is moved to the front.
+std::vector<Loop> outer_loop_first(const mesh::Surface& chart, std::vector<Loop> loops) {
+  std::size_t outer = 0;
+  double longest = -1.0;
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    double length = 0.0;
+    for (const double l : edge_lengths(chart, loops[i])) length += l;
+    if (length > longest) {
+      longest = length;
+      outer = i;
+    }
+  }
+  std::swap(loops[0], loops[outer]);
+  return loops;
+}
+
+// A flip-free start: holes filled virtually, the outer loop on a circle.
+Points2 embed_on_circle(const mesh::Surface& chart, ExecutionContext& context, Stats& stats) {
+  const auto vertex_count = static_cast<Index>(chart.vertices.rows());
+  const mesh::Adjacency adjacency = mesh::build_adjacency(vertex_count, chart.faces);
+  const std::vector<Loop> loops =
+      outer_loop_first(chart, mesh::boundary_halfedge_loops(chart.faces, adjacency));
+  const mesh::FilledSurface filled = mesh::fill_holes(chart, {loops.begin() + 1, loops.end()});
+  std::vector<VertexId> rim;
+  rim.reserve(loops[0].size());
+  for (const HalfedgeId h : loops[0]) rim.push_back(mesh::source(chart.faces, h));
+  const embedding::BoundaryPlacement placement =
+      embedding::place_boundary(embedding::BoundaryShape::kCircle, edge_lengths(chart, loops[0]));
+  // The optimiser starts from 64 bits; only its result is rounded.
+  embedding::EmbedOptions options;
+  options.float32 = false;
+  options.low_distortion = true;  // where Tutte fails: a start the optimiser can open
+  try {
+    return distortion::with_own_map([&] {
+      const auto filled_count = static_cast<Index>(filled.surface.vertices.rows());
+      return Points2(embedding::embed_disk(filled.surface.faces, filled_count, rim,
+                                           placement.positions, options, context, stats)
+                         .topRows(vertex_count));
+    });
+  } catch (const NotConverged& e) {
+    // Its text counts vertices of the filled chart.
+    throw_not_converged(e.error().code,
+                        "The chart could not be laid into a circle (" +
+                            std::string(describe(e.error().code)) +
+                            "): it has very long and thin parts. Mark seams that cut these off.");
+  }
+}
+
+double energy_of(const mesh::Surface& chart, const Points2& uv) {
+  Points2 corners(3 * chart.faces.rows(), 2);
+  for (CornerId c = 0; c < corners.rows(); ++c) corners.row(c) = uv.row(chart.faces.data()[c]);
+  return certify::symmetric_dirichlet(chart, corners).mean;
+}
+
+// The conformal map if it is flip-free and one-to-one, by exact test, and less distorted than the
+// map on the circle; the optimiser then needs about half the iterations.
+Points2 better_start(const mesh::Surface& chart, Points2 circle, ExecutionContext& context,
+                     Stats& stats) {
+  context.report("conformal start", 0.0);
+  const Points2 conformal = distortion::spectral_conformal_map(chart, circle, context);
+  if (conformal.rows() == 0) return circle;
+  const double energy = energy_of(chart, conformal);
+  const bool usable =
+      conformal.allFinite() && distortion::is_flip_free(chart.faces, conformal, context) &&
+      !distortion::overlaps_itself(
+          distortion::find_boundary(static_cast<Index>(chart.vertices.rows()), chart.faces),
+          conformal, context);
+  stats["conformal_start.energy"] = energy;
+  stats["conformal_start.usable"] = static_cast<std::int64_t>(usable);
+  return usable && energy < energy_of(chart, circle) ? conformal : circle;
+}
+
+void apply(const Similarity& similarity, Points2& uv) {
+  for (Eigen::Index i = 0; i < uv.rows(); ++i)
+    uv.row(i) = similarity(uv.row(i).transpose()).transpose();
+}
+
+// The best placement of the free map with respect to its pins; one pin only moves it.
+Similarity place_by_pins(const Points2& uv, const std::vector<std::pair<VertexId, Vector2>>& pins) {
+  const auto count = static_cast<Eigen::Index>(pins.size());
+  Points2 from(count, 2);
+  Points2 to(count, 2);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    from.row(i) = uv.row(pins[static_cast<std::size_t>(i)].first);
+    to.row(i) = pins[static_cast<std::size_t>(i)].second.transpose();
+  }
+  return fit_similarity(from, to);
+}
+
+// A chart that does not overlap itself has no two vertices at one point; another one has no edge
+// between them.
+void reject_coincident_pins(const mesh::Surface& chart, bool bijective,
+                            const std::vector<std::pair<VertexId, Vector2>>& pins) {
+  std::vector<std::pair<VertexId, Vector2>> sorted = pins;
+  std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
+    return a.second.x() != b.second.x() ? a.second.x() < b.second.x() : a.second.y() < b.second.y();
+  });
+  const auto joined = [&](VertexId a, VertexId b) {
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(chart.faces.size()); ++h) {
+      const std::pair ends(mesh::source(chart.faces, h), mesh::target(chart.faces, h));
+      if (ends == std::pair(a, b) || ends == std::pair(b, a)) return true;
+    }
+    return false;
+  };
+  for (std::size_t i = 1; i < sorted.size(); ++i) {
+    for (std::size_t j = i; j-- > 0 && sorted[j].second == sorted[i].second;) {
+      if (!bijective && !joined(sorted[i].first, sorted[j].first)) continue;
+      throw_infeasible(ErrorCode::kContradictoryPins,
+                       "Two vertices of one chart are pinned to the same point (" +
+                           std::to_string(sorted[i].second.x()) + ", " +
+                           std::to_string(sorted[i].second.y()) +
+                           "). Unpin one of them or move its pin.",
+                       {"same place", {{"place", {sorted[i].second.x(), sorted[i].second.y()}}}},
+                       ElementKind::kVertex, {sorted[j].first, sorted[i].first});
+    }
+  }
+}
+
+distortion::MinimizeOptions minimize_options(const FlattenOptions& options) {
+  distortion::MinimizeOptions minimize;
+  minimize.max_iterations = options.max_iterations;
+  minimize.tolerance = options.tolerance;
+  minimize.bijective = options.bijective;
+  minimize.acceptable = options.acceptable;
+  return minimize;
+}
+
+// A chart that overlaps itself by this share of its area at most is held apart before a cut is
+// thought of; more has never come near the free map (benchmarks/unwrap_sharp.py). In so many steps.
+constexpr double kMildOverlap = 0.2;
+constexpr int kHeldSteps = 100;
+// What a map without overlap may have more than the free one before a cut is the better way.
+constexpr double kEnergyFactor = 1.1;
+constexpr double kEnergyExcess = 0.02;
+
+double overlapping_share(const std::vector<FacePair>& pairs, const mesh::Surface& chart,
+                         const Points2& uv) {
+  double area = 0.0;
+  for (FaceId f = 0; f < chart.faces.rows(); ++f) {
+    const Vector2 p = uv.row(chart.faces(f, 0)).transpose();
+    area += 0.5 * cross(Vector2(uv.row(chart.faces(f, 1)).transpose() - p),
+                        Vector2(uv.row(chart.faces(f, 2)).transpose() - p));
+  }
+  double overlap = 0.0;
+  for (const FacePair& pair : pairs) overlap += pair.area;
+  return overlap / area;
+}
+
+// `apart`: the last map of the descent to `free` that did not overlap.
+FlatChart without_overlap(const mesh::Surface& chart, const FlattenOptions& options, Points2 apart,
+                          Points2 free, ExecutionContext& context, Stats& stats) {
+  distortion::MinimizeOptions minimize = minimize_options(options);
+  minimize.held_apart = true;
+  if (!options.may_add_cuts)
+    return {distortion::minimize_distortion(chart, apart, minimize, context, stats), {}, {}};
+  const std::vector<FacePair> pairs = overlapping_faces(chart.faces, free, context);
+  if (overlapping_share(pairs, chart, free) <= kMildOverlap) {
+    minimize.max_iterations = std::min(kHeldSteps, options.max_iterations);
+    apart = distortion::minimize_distortion(chart, apart, minimize, context, stats);
+    if (energy_of(chart, apart) <= kEnergyFactor * energy_of(chart, free) + kEnergyExcess)
+      return {std::move(apart), {}, {}};
+  }
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(chart.vertices.rows()), chart.faces);
+  mesh::EdgeFlags cut = separating_cut(chart, adjacency, free, pairs, options.tolerated_overlap,
+                                       options.uncuttable, context);
+  // What is tolerated may need no cut at all; where holding apart has not helped, a cut has to.
+  if (std::find(cut.begin(), cut.end(), 1) == cut.end())
+    cut = separating_cut(chart, adjacency, free, pairs, 0.0, options.uncuttable, context);
+  // A map that only touches itself has nothing to be cut between.
+  if (std::find(cut.begin(), cut.end(), 1) == cut.end()) return {std::move(apart), {}, {}};
+  return {std::move(free), std::move(cut), std::move(apart)};
+}
+
+// Did the last descent end before its goal, by the clock or because its map was accepted?
+bool ended_early(const Stats& stats) {
+  const auto stop = stats.find("distortion.stop");
+  return stop != stats.end() && std::get<std::string>(stop->second) == "time limit";
+}
+
+// A map that was accepted early may be drawn out too far for 32 bits. Then the descent goes on,
+// whoever waits for it: there is no map otherwise.
+void keep_storable(const mesh::Surface& chart, const distortion::MinimizeOptions& options,
+                   Points2& uv, ExecutionContext& context, Stats& stats) {
+  if (!options.acceptable || !context.accepted()) return;
+  const Untimed storing(context);
+  distortion::RoundingOptions rounding;
+  rounding.fixed = options.fixed;
+  rounding.bijective = options.bijective;
+  Stats ignored;
+  try {
+    distortion::round_to_storage(chart.faces, uv, rounding, context, ignored);
+  } catch (const NotConverged&) {
+    distortion::MinimizeOptions whole = options;
+    whole.acceptable = false;
+    uv = distortion::minimize_distortion(chart, uv, whole, context, stats);
+  }
+}
+
+// Of a chart without pins, from a map that does not overlap, as far as time allows.
+void lower_distortion(const mesh::Surface& chart, const FlattenOptions& options, FlatChart& flat,
+                      ExecutionContext& context, Stats& stats) try {
+  Points2 free;
+  distortion::MinimizeOptions minimize = minimize_options(options);
+  minimize.overlapping = &free;
+  {
+    const ProgressRange range(context, 0.0, 0.5);
+    flat.uv = distortion::minimize_distortion(chart, flat.uv, minimize, context, stats);
+  }
+  if (free.rows() > 0) {
+    const ProgressRange range(context, 0.5, 1.0);
+    flat = without_overlap(chart, options, flat.uv, std::move(free), context, stats);
+  }
+  if (context.time_is_over() || ended_early(stats)) stats["time_limit_reached"] = std::int64_t{1};
+} catch (const TimeIsOver&) {
+  stats["time_limit_reached"] = std::int64_t{1};
+} catch (const NotConverged& failure) {
+  // A map that cannot be improved is a map still.
+  stats["optimise_failure"] = failure.error().message;
+}
+
+void start_better(const mesh::Surface& chart, Points2& uv, ExecutionContext& context,
+                  Stats& stats) try {
+  const ProgressRange range(context, 0.2, 0.3);
+  uv = better_start(chart, uv, context, stats);
+} catch (const TimeIsOver&) {
+  stats["time_limit_reached"] = std::int64_t{1};
+}
+
+// Copies of a vertex that lie in the same place are drawn into the corners of their own faces,
+// until the piece does not touch itself. False if it still does.
+bool draw_apart(const Triangles& faces, Points2& uv, const ExecutionContext& context) {
+  const distortion::Boundary boundary =
+      distortion::find_boundary(static_cast<Index>(uv.rows()), faces);
+  if (!distortion::overlaps_itself(boundary, uv, context)) return true;
+  std::vector<VertexId> sorted = boundary.vertices;
+  std::sort(sorted.begin(), sorted.end(), [&](VertexId a, VertexId b) {
+    return uv(a, 0) != uv(b, 0) ? uv(a, 0) < uv(b, 0) : uv(a, 1) < uv(b, 1);
+  });
+  std::vector<char> moves(static_cast<std::size_t>(uv.rows()), 0);
+  for (std::size_t i = 1; i < sorted.size(); ++i) {
+    if (uv.row(sorted[i - 1]) != uv.row(sorted[i])) continue;
+    moves[static_cast<std::size_t>(sorted[i - 1])] = moves[static_cast<std::size_t>(sorted[i])] = 1;
+  }
+  Points2 inner = Points2::Zero(uv.rows(), 2);
+  Eigen::VectorXd weight = Eigen::VectorXd::Zero(uv.rows());
+  for (FaceId f = 0; f < faces.rows(); ++f) {
+    for (Index k = 0; k < 3; ++k) {
+      inner.row(faces(f, k)) += uv.row(faces(f, (k + 1) % 3)) + uv.row(faces(f, (k + 2) % 3));
+      weight[faces(f, k)] += 2.0;
+    }
+  }
+  for (double share = 0.25; share > 1e-3; share *= 0.5) {
+    Points2 apart = uv;
+    for (const VertexId v : boundary.vertices) {
+      if (moves[static_cast<std::size_t>(v)] != 0)
+        apart.row(v) += share * (inner.row(v) / weight[v] - uv.row(v));
+    }
+    if (!distortion::is_flip_free(faces, apart, context) ||
+        distortion::overlaps_itself(boundary, apart, context)) {
+      continue;
+    }
+    uv = std::move(apart);
+    return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+FlatChart flatten_piece(const mesh::Surface& piece, Points2 uv, Points2 apart,
+                        const FlattenOptions& options, ExecutionContext& context, Stats& stats) {
+  FlatChart flat;
+  if (!draw_apart(piece.faces, uv, context)) {
+    if (!draw_apart(piece.faces, apart, context))
+      return flatten_chart(piece, options, context, stats);
+    flat.uv = std::move(apart);
+    lower_distortion(piece, options, flat, context, stats);
+    if (flat.cut.empty()) keep_storable(piece, minimize_options(options), flat.uv, context, stats);
+    return flat;
+  }
+  flat.uv = std::move(uv);
+  Points2 free;
+  distortion::MinimizeOptions minimize = minimize_options(options);
+  minimize.overlapping = &free;  // the piece is near its optimum: the last map before is good
+  try {
+    flat.uv = distortion::minimize_distortion(piece, flat.uv, minimize, context, stats);
+    if (context.time_is_over() || ended_early(stats)) stats["time_limit_reached"] = std::int64_t{1};
+  } catch (const TimeIsOver&) {
+    stats["time_limit_reached"] = std::int64_t{1};
+  } catch (const NotConverged& failure) {
+    stats["optimise_failure"] = failure.error().message;
+  }
+  keep_storable(piece, minimize_options(options), flat.uv, context, stats);
+  return flat;
+}
+
+FlatChart flatten_chart(const mesh::Surface& chart, const FlattenOptions& options,
+                        ExecutionContext& context, Stats& stats) {
+  reject_coincident_pins(chart, options.bijective, options.pins);
+  FlatChart flat;
+  {
+    const ProgressRange range(context, 0.0, 0.2);
+    flat.uv = embed_on_circle(chart, context, stats);
+  }
+  // From here on there is a map: without pins, less time only leaves it more distorted.
+  if (options.pins.empty()) {
+    start_better(chart, flat.uv, context, stats);
+    const ProgressRange range(context, 0.3, 1.0);
+    lower_distortion(chart, options, flat, context, stats);
+    if (flat.cut.empty()) keep_storable(chart, minimize_options(options), flat.uv, context, stats);
+    return flat;
+  }
+  Points2 uv = std::move(flat.uv);
+  {
+    const ProgressRange range(context, 0.2, 0.3);
+    uv = better_start(chart, uv, context, stats);
+  }
+  distortion::MinimizeOptions minimize = minimize_options(options);
+  {
+    const ProgressRange range(context, 0.3, 0.6);
+    try {
+      uv = distortion::minimize_distortion(chart, uv, minimize, context, stats);
+    } catch (const NotConverged& failure) {
+      stats["optimise_failure"] = failure.error().message;
+    }
+  }
+  // The free map, put where the pins want it, is the start from which they are pulled to their
+  // places.
+  apply(place_by_pins(uv, options.pins), uv);
+  const ProgressRange range(context, 0.6, 1.0);
+  minimize.acceptable = options.acceptable;
+  distortion::TargetsResult result =
+      distortion::minimize_with_targets(chart, uv, options.pins, minimize, context, stats);
+  if (context.time_is_over() || ended_early(stats)) stats["time_limit_reached"] = std::int64_t{1};
+  if (!result.missed.empty()) {
+    throw_not_converged(
+        ErrorCode::kLineSearchStalled,
+        std::to_string(result.missed.size()) + " of " + std::to_string(options.pins.size()) +
+            " pins cannot be reached without folding this triangulation; the map came " +
+            std::to_string(static_cast<int>(100.0 * result.fraction)) +
+            " % of the way. Use Match Pins, which refines the mesh, or move or unpin them.",
+        ElementKind::kVertex, result.missed);
+  }
+  for (const auto& [v, target] : options.pins) minimize.fixed.push_back(v);
+  keep_storable(chart, minimize, result.uv, context, stats);
+  return {std::move(result.uv), {}, {}};
+}
+
+}  // namespace flipfree::unwrap

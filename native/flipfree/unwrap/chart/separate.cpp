@@ -1,0 +1,456 @@
+#include "flipfree/unwrap/chart/separate.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <boost/graph/boykov_kolmogorov_max_flow.hpp>
+#include <boost/graph/compressed_sparse_row_graph.hpp>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <queue>
+
+#include "flipfree/base/plane.h"
+#include "flipfree/mesh/topology.h"
+
+namespace flipfree::unwrap {
+namespace {
+
+std::size_t size(Index i) { return static_cast<std::size_t>(i); }
+
+// A cut along a crease of a right angle or more costs a quarter of one through a flat place.
+constexpr double kCreaseShare = 0.25;
+// A cut through a polygon, where the user sees no edge, costs so many times its length.
+constexpr double kUncuttableCost = 1e3;
+
+enum class Side : char { kNone, kFirst, kSecond };
+
+class Separator {
+ public:
+  Separator(const mesh::Surface& chart, const mesh::Adjacency& adjacency, const Points2& uv,
+            double tolerated, const mesh::EdgeFlags& uncuttable, ExecutionContext& context)
+      : chart_(chart), adjacency_(adjacency), tolerated_(tolerated), context_(context) {
+    for (FaceId f = 0; f < chart.faces.rows(); ++f) {
+      const Vector2 p = uv.row(chart.faces(f, 0)).transpose();
+      area_.push_back(0.5 * cross(Vector2(uv.row(chart.faces(f, 1)).transpose() - p),
+                                  Vector2(uv.row(chart.faces(f, 2)).transpose() - p)));
+    }
+    cut_.assign(adjacency.opposite.size(), 0);
+    weigh_edges(uncuttable);
+  }
+
+  mesh::EdgeFlags run(const std::vector<FacePair>& overlapping) {
+    std::vector<FacePair> pairs = overlapping;
+    while (!pairs.empty()) {
+      context_.check();
+      const mesh::Components pieces = components();
+      std::erase_if(pairs, [&](const FacePair& pair) {
+        return pieces.of_face[size(pair.first)] != pieces.of_face[size(pair.second)];
+      });
+      struct Piece {
+        std::vector<FacePair> pairs;
+        std::vector<FaceId> faces;
+        double area = 0;
+        double overlap = 0;
+      };
+      std::vector<Piece> found(size(pieces.count));
+      for (const FacePair& pair : pairs) {
+        Piece& piece = found[size(pieces.of_face[size(pair.first)])];
+        piece.pairs.push_back(pair);
+        piece.overlap += pair.area;
+      }
+      for (std::size_t f = 0; f < pieces.of_face.size(); ++f) {
+        Piece& piece = found[size(pieces.of_face[f])];
+        if (piece.pairs.empty()) continue;
+        piece.faces.push_back(static_cast<FaceId>(f));
+        piece.area += area_[f];
+      }
+      std::erase_if(pairs, [&](const FacePair& pair) {
+        const Piece& piece = found[size(pieces.of_face[size(pair.first)])];
+        return piece.overlap <= tolerated_ * piece.area;
+      });
+      for (const Piece& piece : found) {
+        if (!piece.pairs.empty() && piece.overlap > tolerated_ * piece.area)
+          divide(piece.faces, piece.pairs);
+      }
+    }
+    join(overlapping);
+    return std::move(cut_);
+  }
+
+ private:
+  // Neighbouring pieces that do not lie on top of each other become one again, those with the most
+  // expensive cut between them first.
+  void join(const std::vector<FacePair>& overlapping) {
+    const mesh::Components pieces = components();
+    std::vector<Index> parent(size(pieces.count));
+    std::iota(parent.begin(), parent.end(), Index{0});
+    const auto root = [&](Index piece) {
+      while (parent[size(piece)] != piece)
+        piece = parent[size(piece)] = parent[size(parent[size(piece)])];
+      return piece;
+    };
+    std::vector<std::map<Index, double>> on_top(
+        parent.size());                           // area shared with each other piece
+    std::vector<double> own(parent.size(), 0.0);  // area that overlaps within
+    std::vector<double> area(parent.size(), 0.0);
+    for (std::size_t f = 0; f < area_.size(); ++f) area[size(pieces.of_face[f])] += area_[f];
+    for (const FacePair& pair : overlapping) {
+      const Index a = pieces.of_face[size(pair.first)];
+      const Index b = pieces.of_face[size(pair.second)];
+      if (a == b) {
+        own[size(a)] += pair.area;
+        continue;
+      }
+      on_top[size(a)][b] += pair.area;
+      on_top[size(b)][a] += pair.area;
+    }
+    const auto may_join = [&](Index a, Index b) {
+      const auto found = on_top[size(a)].find(b);
+      if (found == on_top[size(a)].end() && own[size(a)] + own[size(b)] == 0) return true;
+      const double shared = found == on_top[size(a)].end() ? 0.0 : found->second;
+      return own[size(a)] + own[size(b)] + shared <= tolerated_ * (area[size(a)] + area[size(b)]) &&
+             (tolerated_ > 0 || shared == 0);
+    };
+    std::vector<std::map<Index, double>> beside(
+        parent.size());  // cost of the cut to each neighbour
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cut_.size()); ++h) {
+      if (!cut_[size(h)]) continue;
+      const Index a = pieces.of_face[size(h / 3)];
+      const Index b = pieces.of_face[size(adjacency_.opposite[size(h)] / 3)];
+      beside[size(a)][b] += cost_[size(h)];
+    }
+    struct Join {
+      double cost;
+      Index a, b;
+      bool operator<(const Join& other) const {
+        return cost != other.cost ? cost < other.cost : a != other.a ? a > other.a : b > other.b;
+      }
+    };
+    std::priority_queue<Join> queue;
+    const auto offer = [&](Index a, Index b) {
+      if (may_join(a, b)) queue.push({beside[size(a)].at(b), std::min(a, b), std::max(a, b)});
+    };
+    for (Index a = 0; a < pieces.count; ++a) {
+      for (const auto& [b, cost] : beside[size(a)]) {
+        if (a < b) offer(a, b);
+      }
+    }
+    while (!queue.empty()) {
+      const Join next = queue.top();
+      queue.pop();
+      // Entries of pieces that have been joined, or whose common cut has grown, are out of date.
+      if (root(next.a) != next.a || root(next.b) != next.b || !may_join(next.a, next.b) ||
+          beside[size(next.a)].at(next.b) != next.cost)
+        continue;
+      const Index a = next.a;
+      const Index b = next.b;
+      parent[size(b)] = a;
+      own[size(a)] += own[size(b)];
+      area[size(a)] += area[size(b)];
+      for (const auto& [c, shared] : on_top[size(b)]) {
+        if (c == a) {
+          own[size(a)] += shared;
+          continue;
+        }
+        on_top[size(c)].erase(b);
+        on_top[size(c)][a] = on_top[size(a)][c] += shared;
+      }
+      on_top[size(a)].erase(b);
+      beside[size(a)].erase(b);
+      for (const auto& [c, cost] : beside[size(b)]) {
+        if (c == a) continue;
+        beside[size(c)].erase(b);
+        beside[size(c)][a] = beside[size(a)][c] += cost;
+      }
+      for (const auto& [c, cost] : beside[size(a)]) offer(a, c);
+    }
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cut_.size()); ++h) {
+      if (!cut_[size(h)]) continue;
+      const HalfedgeId o = adjacency_.opposite[size(h)];
+      if (root(pieces.of_face[size(h / 3)]) == root(pieces.of_face[size(o / 3)]))
+        cut_[size(h)] = cut_[size(o)] = 0;
+    }
+  }
+
+  void weigh_edges(const mesh::EdgeFlags& uncuttable) {
+    Points3 normals(chart_.faces.rows(), 3);
+    centre_.resize(chart_.faces.rows(), 3);
+    for (FaceId f = 0; f < chart_.faces.rows(); ++f) {
+      const Vector3 a = chart_.vertices.row(chart_.faces(f, 0)).transpose();
+      const Vector3 b = chart_.vertices.row(chart_.faces(f, 1)).transpose();
+      const Vector3 c = chart_.vertices.row(chart_.faces(f, 2)).transpose();
+      normals.row(f) = (b - a).cross(c - a).normalized().transpose();
+      centre_.row(f) = ((a + b + c) / 3.0).transpose();
+    }
+    cost_.assign(cut_.size(), 0.0);
+    double longest = 0.0;
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cost_.size()); ++h) {
+      const HalfedgeId o = adjacency_.opposite[size(h)];
+      if (o == kInvalid) continue;
+      const double length = (chart_.vertices.row(mesh::target(chart_.faces, h)) -
+                             chart_.vertices.row(mesh::source(chart_.faces, h)))
+                                .norm();
+      const double cosine = std::clamp(normals.row(h / 3).dot(normals.row(o / 3)), 0.0, 1.0);
+      const double share = kCreaseShare + (1.0 - kCreaseShare) * cosine;
+      cost_[size(h)] = length * (std::isfinite(share) ? share : 1.0) *
+                       (uncuttable.empty() || !uncuttable[size(h)] ? 1.0 : kUncuttableCost);
+      longest = std::max(longest, length);
+    }
+    // No edge is free: of two cuts of the same length the one with fewer edges is the smoother.
+    for (double& cost : cost_) cost += 1e-3 * longest;
+  }
+
+  mesh::Components components() const {
+    mesh::Adjacency separated = adjacency_;
+    for (std::size_t h = 0; h < cut_.size(); ++h) {
+      if (cut_[h]) separated.opposite[h] = kInvalid;
+    }
+    return mesh::face_components(separated);
+  }
+
+  HalfedgeId across(HalfedgeId h) const {
+    return cut_[size(h)] ? kInvalid : adjacency_.opposite[size(h)];
+  }
+
+  // Cuts one piece between triangles that lie on top of each other; at least one pair is separated.
+  void divide(const std::vector<FaceId>& faces, const std::vector<FacePair>& pairs) {
+    std::vector<Side> side = sides_by_regions(pairs);
+    const auto separated = [&](const FacePair& pair) {
+      return side[size(pair.first)] != Side::kNone && side[size(pair.second)] != Side::kNone &&
+             side[size(pair.first)] != side[size(pair.second)];
+    };
+    if (std::none_of(pairs.begin(), pairs.end(), separated)) side = sides_by_distance(pairs);
+    const std::vector<char> first = minimum_cut(faces, side);
+    for (const FaceId f : faces) {
+      for (Index k = 0; k < 3; ++k) {
+        const HalfedgeId h = 3 * f + k;
+        const HalfedgeId o = across(h);
+        if (o == kInvalid || first[size(f)] == first[size(o / 3)]) continue;
+        cut_[size(h)] = cut_[size(o)] = 1;
+      }
+    }
+  }
+
+  // Connected regions of faces that lie on or under others get one side each, such that regions on
+  // top of each other differ as far as that is possible; largest conflict first.
+  std::vector<Side> sides_by_regions(const std::vector<FacePair>& pairs) const {
+    std::vector<Side> side(size(static_cast<Index>(chart_.faces.rows())), Side::kNone);
+    std::vector<Index> region(side.size(), kInvalid);
+    std::vector<FaceId> involved;
+    for (const FacePair& pair : pairs) involved.insert(involved.end(), {pair.first, pair.second});
+    std::sort(involved.begin(), involved.end());
+    involved.erase(std::unique(involved.begin(), involved.end()), involved.end());
+    std::vector<char> is_involved(side.size(), 0);
+    for (const FaceId f : involved) is_involved[size(f)] = 1;
+    Index count = 0;
+    std::vector<FaceId> stack;
+    for (const FaceId seed : involved) {
+      if (region[size(seed)] != kInvalid) continue;
+      region[size(seed)] = count;
+      stack.push_back(seed);
+      while (!stack.empty()) {
+        const FaceId f = stack.back();
+        stack.pop_back();
+        for (Index k = 0; k < 3; ++k) {
+          const HalfedgeId o = across(3 * f + k);
+          if (o == kInvalid || !is_involved[size(o / 3)] || region[size(o / 3)] != kInvalid)
+            continue;
+          region[size(o / 3)] = count;
+          stack.push_back(o / 3);
+        }
+      }
+      ++count;
+    }
+    std::vector<std::array<Index, 2>> conflicts;
+    for (const FacePair& pair : pairs) {
+      const Index a = region[size(pair.first)];
+      const Index b = region[size(pair.second)];
+      if (a != b) conflicts.push_back({std::min(a, b), std::max(a, b)});
+    }
+    std::sort(conflicts.begin(), conflicts.end());
+    conflicts.erase(std::unique(conflicts.begin(), conflicts.end()), conflicts.end());
+    std::vector<std::vector<Index>> against(size(count));
+    for (const auto& [a, b] : conflicts) {
+      against[size(a)].push_back(b);
+      against[size(b)].push_back(a);
+    }
+    std::vector<Side> of_region(size(count), Side::kNone);
+    for (Index seed = 0; seed < count; ++seed) {
+      if (of_region[size(seed)] != Side::kNone || against[size(seed)].empty()) continue;
+      of_region[size(seed)] = Side::kFirst;
+      std::vector<Index> queue{seed};
+      for (std::size_t at = 0; at < queue.size(); ++at) {
+        for (const Index b : against[size(queue[at])]) {
+          if (of_region[size(b)] != Side::kNone) continue;
+          of_region[size(b)] =
+              of_region[size(queue[at])] == Side::kFirst ? Side::kSecond : Side::kFirst;
+          queue.push_back(b);
+        }
+      }
+    }
+    // Only faces of pairs that this separates are held to their side.
+    for (const FacePair& pair : pairs) {
+      const Side a = of_region[size(region[size(pair.first)])];
+      const Side b = of_region[size(region[size(pair.second)])];
+      if (a == Side::kNone || b == Side::kNone || a == b) continue;
+      side[size(pair.first)] = a;
+      side[size(pair.second)] = b;
+    }
+    return side;
+  }
+
+  // Where a region lies on top of itself: by the nearer of the two faces of the pair that is
+  // farthest apart.
+  std::vector<Side> sides_by_distance(const std::vector<FacePair>& pairs) const {
+    const std::vector<double> from_first = distances(pairs.front().first);
+    FacePair ends = pairs.front();
+    for (const FacePair& pair : pairs) {
+      const auto apart = [&](const FacePair& p) {
+        return std::abs(from_first[size(p.first)] - from_first[size(p.second)]);
+      };
+      if (apart(pair) > apart(ends)) ends = pair;
+    }
+    const std::vector<double> a = distances(ends.first);
+    const std::vector<double> b = distances(ends.second);
+    std::vector<Side> side(a.size(), Side::kNone);
+    for (const FacePair& pair : pairs) {
+      const bool first = a[size(pair.first)] < b[size(pair.first)];
+      const bool second = a[size(pair.second)] < b[size(pair.second)];
+      if (first == second) continue;
+      side[size(pair.first)] = first ? Side::kFirst : Side::kSecond;
+      side[size(pair.second)] = second ? Side::kFirst : Side::kSecond;
+    }
+    // The two ends differ in any case, even where all distances are the same.
+    side[size(ends.first)] = Side::kFirst;
+    side[size(ends.second)] = Side::kSecond;
+    return side;
+  }
+
+  // Over the faces' centres.
+  std::vector<double> distances(FaceId from) const {
+    std::vector<double> distance(size(static_cast<Index>(chart_.faces.rows())),
+                                 std::numeric_limits<double>::infinity());
+    using Entry = std::pair<double, FaceId>;
+    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+    distance[size(from)] = 0.0;
+    queue.emplace(0.0, from);
+    while (!queue.empty()) {
+      const auto [d, f] = queue.top();
+      queue.pop();
+      if (d > distance[size(f)]) continue;
+      for (Index k = 0; k < 3; ++k) {
+        const HalfedgeId o = across(3 * f + k);
+        if (o == kInvalid) continue;
+        const double next = d + (centre_.row(f) - centre_.row(o / 3)).norm();
+        if (!(next < distance[size(o / 3)])) continue;
+        distance[size(o / 3)] = next;
+        queue.emplace(next, o / 3);
+      }
+    }
+    return distance;
+  }
+
+  // Per face of the chart: is it on the first side of the least cut? Only `faces` are looked at.
+  std::vector<char> minimum_cut(const std::vector<FaceId>& faces,
+                                const std::vector<Side>& side) const {
+    using Graph = boost::compressed_sparse_row_graph<boost::directedS, boost::no_property,
+                                                     boost::no_property, Index, Index>;
+    std::vector<Index> node(side.size(), kInvalid);
+    for (std::size_t i = 0; i < faces.size(); ++i) node[size(faces[i])] = static_cast<Index>(i);
+    const auto source_node = static_cast<Index>(faces.size());
+    const Index sink_node = source_node + 1;
+    struct Arc {
+      Index from, to;
+      double capacity;
+    };
+    double total = 1.0;
+    for (const FaceId f : faces) {
+      for (Index k = 0; k < 3; ++k) total += cost_[size(3 * f + k)];
+    }
+    std::vector<Arc> arcs;
+    arcs.reserve(3 * faces.size());
+    for (const FaceId f : faces) {
+      for (Index k = 0; k < 3; ++k) {
+        const HalfedgeId o = across(3 * f + k);
+        if (o != kInvalid)
+          arcs.push_back({node[size(f)], node[size(o / 3)], cost_[size(3 * f + k)]});
+      }
+      if (side[size(f)] == Side::kFirst) {
+        arcs.push_back({source_node, node[size(f)], total});
+        arcs.push_back({node[size(f)], source_node, 0.0});
+      } else if (side[size(f)] == Side::kSecond) {
+        arcs.push_back({node[size(f)], sink_node, total});
+        arcs.push_back({sink_node, node[size(f)], 0.0});
+      }
+    }
+    std::sort(arcs.begin(), arcs.end(), [](const Arc& a, const Arc& b) {
+      return a.from != b.from ? a.from < b.from : a.to < b.to;
+    });
+    std::vector<std::pair<Index, Index>> ends;
+    std::vector<double> capacity;
+    for (const Arc& arc : arcs) {
+      ends.emplace_back(arc.from, arc.to);
+      capacity.push_back(arc.capacity);
+    }
+    const Graph graph(boost::edges_are_sorted, ends.begin(), ends.end(), sink_node + 1);
+    // Two faces that share two edges have two arcs each way: they are matched in order.
+    std::vector<boost::graph_traits<Graph>::edge_descriptor> edge_of(arcs.size());
+    for (auto [e, end] = boost::edges(graph); e != end; ++e)
+      edge_of[static_cast<std::size_t>(boost::get(boost::edge_index, graph, *e))] = *e;
+    std::vector<boost::graph_traits<Graph>::edge_descriptor> reverse(arcs.size());
+    for (std::size_t i = 0; i < arcs.size();) {
+      std::size_t same = i;
+      while (same < arcs.size() && arcs[same].from == arcs[i].from && arcs[same].to == arcs[i].to)
+        ++same;
+      auto back = static_cast<std::size_t>(
+          std::lower_bound(arcs.begin(), arcs.end(), Arc{arcs[i].to, arcs[i].from, 0.0},
+                           [](const Arc& a, const Arc& b) {
+                             return a.from != b.from ? a.from < b.from : a.to < b.to;
+                           }) -
+          arcs.begin());
+      for (; i < same; ++i, ++back) reverse[i] = edge_of[back];
+    }
+    std::vector<double> residual(arcs.size());
+    std::vector<boost::graph_traits<Graph>::edge_descriptor> predecessor(size(sink_node + 1));
+    std::vector<boost::default_color_type> color(size(sink_node + 1));
+    std::vector<Index> distance(size(sink_node + 1));
+    const auto by_edge = boost::get(boost::edge_index, graph);
+    const auto by_node = boost::get(boost::vertex_index, graph);
+    boost::boykov_kolmogorov_max_flow(
+        graph, boost::make_iterator_property_map(capacity.begin(), by_edge),
+        boost::make_iterator_property_map(residual.begin(), by_edge),
+        boost::make_iterator_property_map(reverse.begin(), by_edge),
+        boost::make_iterator_property_map(predecessor.begin(), by_node),
+        boost::make_iterator_property_map(color.begin(), by_node),
+        boost::make_iterator_property_map(distance.begin(), by_node), by_node, source_node,
+        sink_node);
+    const auto source_color = color[size(source_node)];
+    std::vector<char> first(side.size(), 0);
+    for (const FaceId f : faces) {
+      const bool reached = color[size(node[size(f)])] == source_color;
+      first[size(f)] = side[size(f)] == Side::kFirst || (reached && side[size(f)] != Side::kSecond);
+    }
+    return first;
+  }
+
+  const mesh::Surface& chart_;
+  const mesh::Adjacency& adjacency_;
+  double tolerated_;
+  ExecutionContext& context_;
+  std::vector<double> area_;  // per face, in the map
+  mesh::EdgeFlags cut_;
+  std::vector<double> cost_;  // per half-edge
+  Points3 centre_;            // per face
+};
+
+}  // namespace
+
+mesh::EdgeFlags separating_cut(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
+                               const Points2& uv, const std::vector<FacePair>& overlapping,
+                               double tolerated, const mesh::EdgeFlags& uncuttable,
+                               ExecutionContext& context) {
+  return Separator(chart, adjacency, uv, tolerated, uncuttable, context).run(overlapping);
+}
+
+}  // namespace flipfree::unwrap

@@ -1,0 +1,25 @@
+// A chart whose map lies on top of itself, divided into pieces that do not.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/unwrap/chart/overlapping_faces.h"
+
+namespace flipfree::unwrap {
+
+// Flags of edges along which the chart falls into pieces. The area by which triangles of one piece
+// overlap in the map `uv` is at most the share `tolerated` of the piece's; with 0, no two triangles
+// of a piece are a pair of `overlapping`, which is overlapping_faces() of the map. The cuts are
+// short, the rather along creases, where they show less: each part is a minimum cut between
+// triangles that lie on top of each other (Boykov, Kolmogorov 2004, through Boost); then
+// neighbouring pieces that do not lie on top of each other are joined again. Edges flagged in
+// `uncuttable` (may be empty) are cut only where nothing else separates a pair. Deterministic.
+// Cost: a few minimum cuts of the faces' graph.
+mesh::EdgeFlags separating_cut(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
+                               const Points2& uv, const std::vector<FacePair>& overlapping,
+                               double tolerated, const mesh::EdgeFlags& uncuttable,
+                               ExecutionContext& context);
+
+}  // namespace flipfree::unwrap

@@ -1,0 +1,118 @@
+#include "flipfree/unwrap/islands/islands.h"
+
+#include <utility>
+
+#include "flipfree/base/error.h"
+#include "flipfree/mesh/cut_graph/cut_graph.h"
+#include "flipfree/mesh/topology.h"
+#include "flipfree/unwrap/islands/extremities.h"
+
+namespace flipfree::unwrap {
+namespace {
+
+class Cutter {
+ public:
+  Cutter(const mesh::Surface& surface, const mesh::EdgeFlags& seams,
+         const mesh::EdgeFlags& uncuttable, ExecutionContext& context)
+      : surface_(surface), uncuttable_(uncuttable), context_(context) {
+    islands_.cut = seams;
+    islands_.added.assign(seams.size(), 0);
+    opened_.assign(static_cast<std::size_t>(surface.faces.rows()), 0);
+  }
+
+  // Rebuilds the charts and cuts each along what `find(chart, adjacency, uncuttable)` flags of its
+  // edges; charts for which `wanted` is false stay. True if anything was cut.
+  template <typename Find, typename Wanted>
+  bool cut_charts(const mesh::Adjacency& adjacency, Find find, Wanted wanted) {
+    islands_.mesh = mesh::cut_along(surface_.faces, adjacency, islands_.cut);
+    islands_.charts = mesh::split_into_charts(surface_.vertices, islands_.mesh);
+    bool any = false;
+    for (const mesh::Chart& chart : islands_.charts) {
+      context_.check();
+      if (!wanted(chart)) continue;
+      const mesh::Adjacency local = mesh::build_adjacency(
+          static_cast<Index>(chart.surface.vertices.rows()), chart.surface.faces);
+      const auto global = [&](std::size_t h) {
+        return 3 * static_cast<std::size_t>(chart.faces[h / 3]) + h % 3;
+      };
+      mesh::EdgeFlags local_uncuttable(uncuttable_.empty() ? 0 : local.opposite.size());
+      for (std::size_t h = 0; h < local_uncuttable.size(); ++h)
+        local_uncuttable[h] = uncuttable_[global(h)];
+      const mesh::EdgeFlags graph = find(chart, local, local_uncuttable);
+      bool opened = false;
+      for (std::size_t h = 0; h < graph.size(); ++h) {
+        if (!graph[h]) continue;
+        opened = true;
+        islands_.cut[global(h)] = islands_.added[global(h)] = 1;
+      }
+      if (!opened) continue;
+      any = true;
+      for (const FaceId f : chart.faces) opened_[static_cast<std::size_t>(f)] = 1;
+    }
+    return any;
+  }
+
+  bool opened(const mesh::Chart& chart) const {
+    return opened_[static_cast<std::size_t>(chart.faces.front())] != 0;
+  }
+
+  Islands& islands() { return islands_; }
+
+ private:
+  const mesh::Surface& surface_;
+  const mesh::EdgeFlags& uncuttable_;
+  ExecutionContext& context_;
+  Islands islands_;
+  std::vector<char> opened_;  // faces of charts that were cut
+};
+
+}  // namespace
+
+Islands make_islands(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                     const mesh::EdgeFlags& seams, const mesh::EdgeFlags& uncuttable,
+                     bool extremities, ExecutionContext& context, const std::vector<char>& pinned) {
+  Cutter cutter(surface, seams, uncuttable, context);
+  const auto open_up = [&](const mesh::Chart& chart, const mesh::Adjacency& local,
+                           const mesh::EdgeFlags& avoid) {
+    std::vector<char> avoided;
+    const std::vector<VertexId>& origin = cutter.islands().mesh.vertex_origin;
+    for (std::size_t i = 0; i < chart.vertices.size() && !pinned.empty(); ++i) {
+      const VertexId v = origin[static_cast<std::size_t>(chart.vertices[i])];
+      avoided.push_back(pinned[static_cast<std::size_t>(v)]);
+    }
+    return mesh::planar_cut(chart.surface, local, context, avoid, avoided);
+  };
+  const auto slit = [&](const mesh::Chart& chart, const mesh::Adjacency& local,
+                        const mesh::EdgeFlags& avoid) {
+    return cut_to_extremities(chart.surface, local, avoid, context);
+  };
+  // One round opens every piece; seams around a handle can leave a part that needs another. Each
+  // round lowers the genus or opens a closed piece.
+  constexpr int kMostRounds = 64;
+  bool planar = false;
+  for (int round = 0; round < kMostRounds && !planar; ++round) {
+    planar = !cutter.cut_charts(adjacency, open_up, [](const mesh::Chart&) { return true; });
+    if (round > 0) continue;
+    for (const mesh::Chart& chart : cutter.islands().charts)
+      cutter.islands().opened += cutter.opened(chart);
+  }
+  if (!planar) throw InternalError("a chart could not be cut open; please report this mesh");
+  const auto was_opened = [&](const mesh::Chart& chart) { return cutter.opened(chart); };
+  if (extremities && cutter.islands().opened > 0 &&
+      cutter.cut_charts(adjacency, slit, was_opened)) {
+    cutter.islands().mesh = mesh::cut_along(surface.faces, adjacency, cutter.islands().cut);
+    cutter.islands().charts = mesh::split_into_charts(surface.vertices, cutter.islands().mesh);
+  }
+  return std::move(cutter.islands());
+}
+
+void cut_further(Islands& islands, const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                 const mesh::EdgeFlags& further) {
+  for (std::size_t h = 0; h < further.size(); ++h) {
+    if (further[h] && !islands.cut[h]) islands.cut[h] = islands.added[h] = 1;
+  }
+  islands.mesh = mesh::cut_along(surface.faces, adjacency, islands.cut);
+  islands.charts = mesh::split_into_charts(surface.vertices, islands.mesh);
+}
+
+}  // namespace flipfree::unwrap

@@ -1,0 +1,39 @@
+// From a surface and its seams to charts that can be flattened: planar pieces with at least one
+// boundary loop.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/mesh/cut_graph/cut.h"
+
+namespace flipfree::unwrap {
+
+struct Islands {
+  mesh::EdgeFlags cut;              // seams plus the cuts that were added
+  mesh::EdgeFlags added;            // only the cuts that were added
+  mesh::CutMesh mesh;               // the surface cut along `cut`
+  std::vector<mesh::Chart> charts;  // chart.vertices index mesh.vertex_origin
+  Index opened = 0;                 // charts that had to be cut: closed, or with handles
+};
+
+// Cuts along the seams; every piece that is closed or has handles is cut further along a short cut
+// graph (mesh/cut_graph.h) until each chart is connected, of genus 0 and has a boundary. Holes
+// stay. A seam that opens nothing (a single edge inside a chart) is not a cut of the result.
+// With `extremities`, charts that had to be opened are also slit to theirs (extremities.h); pieces
+// whose seams were enough never are.
+// Added cuts avoid the flagged edges of `uncuttable` and, where there is another way, the flagged
+// vertices of `pinned` (see planar_cut; both may be empty).
+// Precondition: a validated surface. Cost: O(#F log #F), and a sparse
+// factorization or two with `extremities`.
+Islands make_islands(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                     const mesh::EdgeFlags& seams, const mesh::EdgeFlags& uncuttable,
+                     bool extremities, ExecutionContext& context,
+                     const std::vector<char>& pinned = {});
+
+// Cuts the islands along further edges of the surface, which count as added, and numbers the charts
+// anew.
+void cut_further(Islands& islands, const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                 const mesh::EdgeFlags& further);
+
+}  // namespace flipfree::unwrap

@@ -1,0 +1,101 @@
+#include "flipfree/unwrap/packing/layout.h"
+
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/convex_hull_2.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "flipfree/base/plane.h"
+
+namespace flipfree::unwrap {
+namespace {
+
+std::vector<Vector2> convex_hull(const Points2& points) {
+  using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+  std::vector<Kernel::Point_2> input;
+  input.reserve(static_cast<std::size_t>(points.rows()));
+  for (Eigen::Index i = 0; i < points.rows(); ++i) input.emplace_back(points(i, 0), points(i, 1));
+  std::vector<Kernel::Point_2> hull;
+  CGAL::convex_hull_2(input.begin(), input.end(), std::back_inserter(hull));
+  std::vector<Vector2> corners;
+  corners.reserve(hull.size());
+  for (const auto& p : hull) corners.emplace_back(p.x(), p.y());
+  return corners;
+}
+
+// Unit direction of the side on which the smallest rectangle around the convex polygon stands. The
+// supporting corners advance monotonically with the side, so the whole turn is linear.
+Vector2 smallest_rectangle_direction(const std::vector<Vector2>& hull) {
+  const std::size_t n = hull.size();
+  const auto at = [&](std::size_t i) { return hull[i % n]; };
+  std::size_t right = 1;
+  std::size_t top = 1;
+  std::size_t left = 1;
+  double best_area = std::numeric_limits<double>::infinity();
+  Vector2 best(1.0, 0.0);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vector2 side = at(i + 1) - at(i);
+    const double length = side.norm();
+    if (!(length > 0.0)) continue;
+    const Vector2 x = side / length;
+    const Vector2 y(-x.y(), x.x());
+    // At most one turn each: a guard against rounding on nearly equal corners.
+    right = std::max(right, i);
+    for (std::size_t k = 0; k < n && (at(right + 1) - at(right)).dot(x) > 0.0; ++k) ++right;
+    top = std::max(top, right);
+    for (std::size_t k = 0; k < n && (at(top + 1) - at(top)).dot(y) > 0.0; ++k) ++top;
+    left = std::max(left, top);
+    for (std::size_t k = 0; k < n && (at(left + 1) - at(left)).dot(x) < 0.0; ++k) ++left;
+    const double area = (at(right) - at(left)).dot(x) * (at(top) - at(i)).dot(y);
+    if (area < best_area) {
+      best_area = area;
+      best = x;
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+void turn_to_smallest_rectangle(Points2& uv) {
+  const std::vector<Vector2> hull = convex_hull(uv);
+  if (hull.size() < 3) return;
+  const Vector2 x = smallest_rectangle_direction(hull);
+  const auto turn = [&](const Vector2& direction) {
+    for (Eigen::Index i = 0; i < uv.rows(); ++i) {
+      const Vector2 p = uv.row(i);
+      uv.row(i) << p.dot(direction), p.y() * direction.x() - p.x() * direction.y();
+    }
+  };
+  turn(x);
+  const Vector2 extent = (uv.colwise().maxCoeff() - uv.colwise().minCoeff()).transpose();
+  if (extent.y() > extent.x()) turn(Vector2(0.0, 1.0));
+  uv.rowwise() -= uv.colwise().minCoeff().eval();
+}
+
+Similarity fit_similarity(const Points2& from, const Points2& to) {
+  Similarity similarity;
+  const Eigen::RowVector2d from_mean = from.colwise().mean();
+  const Eigen::RowVector2d to_mean = to.colwise().mean();
+  double cosine = 0.0;
+  double sine = 0.0;
+  double square = 0.0;
+  for (Eigen::Index i = 0; i < from.rows(); ++i) {
+    const Vector2 p = from.row(i) - from_mean;
+    const Vector2 q = to.row(i) - to_mean;
+    cosine += p.dot(q);
+    sine += cross(p, q);
+    square += p.squaredNorm();
+  }
+  const double size = std::hypot(cosine, sine);
+  if (square > 0.0 && size > 0.0) similarity.linear = Vector2(cosine, sine) / square;
+  const Vector2 mean = from_mean;
+  similarity.translation = Vector2::Zero();
+  similarity.translation = to_mean.transpose() - similarity(mean);
+  return similarity;
+}
+
+}  // namespace flipfree::unwrap

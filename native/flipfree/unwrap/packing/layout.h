@@ -1,0 +1,25 @@
+// Turning and moving charts in UV space.
+#pragma once
+
+#include "flipfree/base/types.h"
+
+namespace flipfree::unwrap {
+
+// Turns the map to the smallest rectangle that bounds it (rotating calipers on the convex hull),
+// wider than high, with its lower left corner at the origin.
+void turn_to_smallest_rectangle(Points2& uv);
+
+// The similarity (rotation, uniform scale, translation; no reflection) that carries the points
+// `from` to `to` best in the least-squares sense: w = a z + b over complex numbers. Identity scale
+// if the points coincide.
+struct Similarity {
+  Vector2 linear = Vector2(1.0, 0.0);  // a = linear.x + i linear.y
+  Vector2 translation = Vector2::Zero();
+  Vector2 operator()(const Vector2& p) const {
+    return {linear.x() * p.x() - linear.y() * p.y() + translation.x(),
+            linear.y() * p.x() + linear.x() * p.y() + translation.y()};
+  }
+};
+Similarity fit_similarity(const Points2& from, const Points2& to);
+
+}  // namespace flipfree::unwrap

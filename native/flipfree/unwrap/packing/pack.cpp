@@ -1,0 +1,162 @@
+#include "flipfree/unwrap/packing/pack.h"
+
+#include <string>
+#include <utility>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/parallel.h"
+#include "flipfree/certify/certified_map.h"
+#include "flipfree/certify/certify.h"
+#include "flipfree/distortion/minimize/boundary_grid.h"
+#include "flipfree/distortion/rounding.h"
+#include "flipfree/distortion/valid_map.h"
+#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/mesh/topology.h"
+#include "flipfree/unwrap/packing/place.h"
+
+namespace flipfree::unwrap {
+namespace {
+
+std::size_t size(Eigen::Index i) { return static_cast<std::size_t>(i); }
+
+struct PackedCharts {
+  std::vector<Points2> uv;
+  std::vector<Index> group;
+  std::vector<char> moved;
+  std::vector<char> bijective;
+  std::vector<std::vector<VertexId>> fixed;  // chart vertices with a corner that stays
+};
+
+void check_options(const Points2& corner_uv, const PackOptions& options) {
+  for (const CornerId c : options.unmoved) {
+    if (c < 0 || c >= corner_uv.rows()) {
+      throw_invalid(ErrorCode::kIndexOutOfRange,
+                    "Corner " + std::to_string(c) + " that shall stay does not exist.");
+    }
+  }
+  if (options.obstacles.rows() % 3 != 0)
+    throw_invalid(ErrorCode::kBadShape, "Obstacles need three rows per triangle.");
+  if (!options.obstacles.allFinite()) {
+    throw_invalid(ErrorCode::kNotFinite,
+                  "An obstacle has a coordinate that is not finite. Leave it out.");
+  }
+  if (options.place_like == nullptr) return;
+  if (options.place_like->rows() != corner_uv.rows())
+    throw_invalid(ErrorCode::kBadShape, "The former UVs need one row per face corner.");
+  if (options.together) {
+    throw_invalid(ErrorCode::kBadOption,
+                  "Former places are kept chart by chart. Give no place_like, or not together.");
+  }
+}
+
+PackedCharts read_charts(const std::vector<mesh::Chart>& charts, const Points2& corner_uv,
+                         const mesh::Components& components, const PackOptions& options,
+                         const ExecutionContext& context) {
+  std::vector<char> stays(size(corner_uv.rows()), 0);
+  for (const CornerId c : options.unmoved) stays[size(c)] = 1;
+  PackedCharts result;
+  for (const mesh::Chart& chart : charts) {
+    const Triangles& faces = chart.surface.faces;
+    Points2 uv(chart.surface.vertices.rows(), 2);
+    std::vector<VertexId> fixed;
+    for (Eigen::Index f = 0; f < faces.rows(); ++f) {
+      for (Index k = 0; k < 3; ++k) {
+        const CornerId corner = 3 * chart.faces[size(f)] + k;
+        uv.row(faces(f, k)) = corner_uv.row(corner);
+        if (stays[size(corner)] != 0) fixed.push_back(faces(f, k));
+      }
+    }
+    if (options.together) result.group.push_back(components.of_face[size(chart.faces.front())]);
+    result.moved.push_back(fixed.empty());
+    result.bijective.push_back(
+        options.keep_bijective &&
+        !distortion::overlaps_itself(
+            distortion::find_boundary(static_cast<Index>(uv.rows()), faces), uv, context));
+    result.fixed.push_back(std::move(fixed));
+    result.uv.push_back(std::move(uv));
+  }
+  return result;
+}
+
+std::vector<Points2f> round_all(const std::vector<mesh::Chart>& charts, const PackedCharts& packed,
+                                const std::vector<Points2>& uv, const ExecutionContext& context) {
+  std::vector<Points2f> stored(charts.size());
+  parallel_for(context, charts.size(), 1, [&](std::size_t c, std::size_t, std::size_t) {
+    ExecutionContext part(&context, 1);
+    distortion::RoundingOptions rounding;
+    rounding.bijective = packed.bijective[c] != 0;
+    rounding.fixed = packed.fixed[c];
+    Stats unused;
+    try {
+      stored[c] =
+          distortion::round_to_storage(charts[c].surface.faces, uv[c], rounding, part, unused);
+    } catch (const NotConverged& e) {
+      Error error = e.error();
+      if (error.kind == ElementKind::kFace)
+        for (Index& f : error.elements) f = charts[c].faces[size(f)];
+      throw NotConverged(std::move(error));
+    }
+  });
+  return stored;
+}
+
+}  // namespace
+
+certify::Parametrization pack(const mesh::Surface& surface, const Points2& corner_uv,
+                              const PackOptions& options, ExecutionContext& context) {
+  const Stopwatch watch;
+  context.report("packing", 0.0);
+  distortion::require_valid_map(surface, corner_uv, context);
+  check_options(corner_uv, options);
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const mesh::EdgeFlags cuts = mesh::uv_cuts(adjacency, corner_uv);
+  const std::vector<mesh::Chart> charts =
+      mesh::split_into_charts(surface.vertices, mesh::cut_along(surface.faces, adjacency, cuts));
+  PackedCharts packed =
+      read_charts(charts, corner_uv, mesh::face_components(adjacency), options, context);
+  PlacingOptions placing;
+  placing.margin = options.margin;
+  placing.scale_true = options.scale_true;
+  placing.group = packed.group;
+  placing.density = options.density;
+  placing.obstacles = &options.obstacles;
+  placing.place_like = options.place_like;
+  context.report("packing", 0.2);
+  const PlacedCharts placed =
+      place_charts(charts, packed.uv, packed.moved, placing, [&](const std::vector<Points2>& uv) {
+        context.report("packing", 0.4);
+        return round_all(charts, packed, uv, context);
+      });
+
+  certify::Parametrization map;
+  map.surface = surface;
+  map.uv.resize(corner_uv.rows(), 2);
+  map.uv32.resize(corner_uv.rows(), 2);
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    for (std::size_t f = 0; f < charts[c].faces.size(); ++f) {
+      for (Index k = 0; k < 3; ++k) {
+        const VertexId v = charts[c].surface.faces(static_cast<Eigen::Index>(f), k);
+        map.uv.row(3 * charts[c].faces[f] + k) = placed.uv[c].row(v);
+        map.uv32.row(3 * charts[c].faces[f] + k) = placed.stored[c].row(v);
+      }
+    }
+  }
+  context.report("certifying", 0.7);
+  certify::set_identity_provenance(map);
+  map.cut_edges = mesh::flagged_edges(surface.faces, adjacency, cuts);
+  certify::CertifyRequest request;
+  request.require_disjoint = options.unmoved.empty();  // what stays may lie on top of itself
+  certify::certify_map(map, surface, request, context);
+  certify::require_certificate(map, "The packed map");
+  map.stats["charts"] = static_cast<std::int64_t>(charts.size());
+  map.stats["density"] = density_of(charts, placed.uv, packed.moved);
+  map.stats["kept_places"] = static_cast<std::int64_t>(placed.kept);
+  map.stats["tile"] = static_cast<std::int64_t>(placed.tile);
+  map.stats["energy"] = map.certificate.energy;
+  map.stats["seconds"] = watch.seconds();
+  context.report("done", 1.0);
+  return map;
+}
+
+}  // namespace flipfree::unwrap

@@ -1,0 +1,44 @@
+// An existing map's charts, moved into the unit square, clear of what lies there: similarities
+// only, so that what a solver achieved stays.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/certify/parametrization.h"
+
+namespace flipfree::unwrap {
+
+struct PackOptions {
+  double margin = 0.005;  // between charts, in units of the unit square
+  // Charts of one connected surface component turn together and are scaled together: where the two
+  // sides of a cut are related by a rotation and a translation, they stay so, with the same
+  // rotation. Otherwise each chart turns to its own smallest rectangle.
+  bool together = false;
+  // Every component (every chart, if not together) is scaled to the size of its surface; otherwise
+  // scales stay in the ratio they have.
+  bool scale_true = false;
+  bool keep_bijective = true;  // charts that do not overlap themselves still do not once rounded
+  // Charts with one of these corners stay where they are, these corners bit for bit. The others
+  // keep clear of them.
+  std::vector<CornerId> unmoved;
+  // 3 k x 2: triangles to keep clear of as well, of either orientation, degenerate ones too.
+  Points2 obstacles;
+  // Length in the plane per length of the surface: taken if there is room for it, else the largest
+  // that there is room for. 0: that of the unmoved charts, if scale_true and there are any; else
+  // the largest.
+  double density = 0.0;
+  // Former corner UVs (3 #F x 2) whose places are kept if that leaves a usable layout (place.h), or
+  // null; not together.
+  const Points2* place_like = nullptr;
+};
+
+// corner_uv: 3 #F x 2, every triangle positively oriented; the map is cut where the UVs on the two
+// sides of an edge differ. Certified as by certify_map (G1, G2, G7). Stats: "charts", "seconds",
+// "density" (of all that was moved), "kept_places" (0 or 1), "tile" (pack_rectangles.h: 0 is the
+// unit square). Throws InvalidInput (mesh defects, kBadOption naming flipped faces or if there is
+// no room, kBadShape), NotConverged (rounding, certificate), Cancelled. Cost: O(#F log #F).
+certify::Parametrization pack(const mesh::Surface& surface, const Points2& corner_uv,
+                              const PackOptions& options, ExecutionContext& context);
+
+}  // namespace flipfree::unwrap

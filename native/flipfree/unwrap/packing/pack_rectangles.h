@@ -1,0 +1,36 @@
+// Rectangles into a unit tile, at one scale, clear of what lies there already.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/types.h"
+
+namespace flipfree::unwrap {
+
+struct RoomOptions {
+  // Least space between rectangles, to obstacles and to the tile's border, in units of the tile.
+  // Lowered to 0.9 / (ceil(sqrt(n)) + 1) for n rectangles, so that they have room, and never less
+  // than 2^-17: 32-bit rounding and its repairs stay within.
+  double margin = 0.005;
+  // 3 k x 2, k triangles of either orientation, degenerate ones too, finite; or null.
+  const Points2* obstacles = nullptr;
+  // Factor on the sizes that is wanted: taken if everything fits, else the largest found that does.
+  // 0: the largest.
+  double scale = 0.0;
+};
+
+struct Placement {
+  std::vector<Vector2> corner;  // lower left, per rectangle, once scaled
+  double scale = 1.0;           // the common factor
+  Index tile = 0;               // column + 10 row of the unit tile, as UDIM counts (less 1001)
+};
+
+// Skylines or shelves in the largest free boxes, at the largest scale that bisection finds over a
+// few orders of the rectangles (shelves only for more than 2000). A tile counts as full if it
+// allows less than an eighth of the scale that an empty one allows (or of the scale that is wanted,
+// if that is less); then the next is tried, in the order of UDIM. Deterministic. Throws
+// InvalidInput (kBadOption) if all 100 are full. Cost: O(n s) for skylines of s steps, about
+// sqrt(n), per scale tried, some 30 per order.
+Placement pack_rectangles(const std::vector<Vector2>& sizes, const RoomOptions& options);
+
+}  // namespace flipfree::unwrap

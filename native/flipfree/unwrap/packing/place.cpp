@@ -1,0 +1,252 @@
+#include "flipfree/unwrap/packing/place.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
+#include "flipfree/certify/measures/flips.h"
+#include "flipfree/certify/overlap/island_overlap.h"
+#include "flipfree/unwrap/packing/layout.h"
+#include "flipfree/unwrap/packing/pack_rectangles.h"
+
+namespace flipfree::unwrap {
+namespace {
+
+struct Areas {
+  double surface = 0.0;
+  double plane = 0.0;
+  void add(const Areas& other) {
+    surface += other.surface;
+    plane += other.plane;
+  }
+  double density() const {
+    const double ratio = std::sqrt(plane / surface);
+    return std::isnormal(ratio) ? ratio : 0.0;
+  }
+};
+
+Areas areas(const mesh::Surface& surface, const Points2& uv) {
+  Areas sum;
+  for (Eigen::Index f = 0; f < surface.faces.rows(); ++f) {
+    const auto at = [&](Index k) -> Vector3 {
+      return surface.vertices.row(surface.faces(f, k)).transpose();
+    };
+    const auto map = [&](Index k) -> Vector2 { return uv.row(surface.faces(f, k)).transpose(); };
+    sum.surface += 0.5 * (at(1) - at(0)).cross(at(2) - at(0)).norm();
+    sum.plane += 0.5 * std::abs(twice_area(map(0), map(1), map(2)));
+  }
+  return sum;
+}
+
+// The former UVs of a chart's vertices, if it was one flip-free island of them.
+std::optional<Points2> reference_of(const mesh::Chart& chart, const Points2& corner_uv) {
+  Points2 reference(chart.surface.vertices.rows(), 2);
+  Points2 corners(3 * chart.surface.faces.rows(), 2);
+  std::vector<char> known(static_cast<std::size_t>(reference.rows()), 0);
+  for (FaceId f = 0; f < chart.surface.faces.rows(); ++f) {
+    for (Index k = 0; k < 3; ++k) {
+      const VertexId v = chart.surface.faces(f, k);
+      const auto uv = corner_uv.row(3 * chart.faces[static_cast<std::size_t>(f)] + k);
+      corners.row(3 * f + k) = uv;
+      if (known[static_cast<std::size_t>(v)] && reference.row(v) != uv) return std::nullopt;
+      known[static_cast<std::size_t>(v)] = 1;
+      reference.row(v) = uv;
+    }
+  }
+  if (!corners.allFinite() || !certify::flipped_faces(corners).empty()) return std::nullopt;
+  return reference;
+}
+
+// The charts at their former places, at the one scale that keeps the sum of their former areas;
+// nothing if one had none.
+std::optional<std::vector<Points2>> at_former_places(const std::vector<mesh::Chart>& charts,
+                                                     const std::vector<Points2>& uv,
+                                                     const std::vector<char>& moved,
+                                                     const Points2& place_like) {
+  std::vector<Points2> references(charts.size());
+  double former = 0.0;
+  double now = 0.0;
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    if (!moved[c]) continue;
+    std::optional<Points2> reference = reference_of(charts[c], place_like);
+    if (!reference) return std::nullopt;
+    references[c] = std::move(*reference);
+    former += areas(charts[c].surface, references[c]).plane;
+    now += areas(charts[c].surface, uv[c]).plane;
+  }
+  const double scale = std::sqrt(former / now);
+  if (!std::isnormal(scale)) return std::nullopt;
+  std::vector<Points2> result = uv;
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    if (!moved[c]) continue;
+    Similarity fitted = fit_similarity(uv[c], references[c]);
+    const Eigen::RowVector2d middle = uv[c].colwise().mean();
+    const Vector2 target = fitted(middle.transpose());
+    fitted.linear = scale * fitted.linear.normalized();
+    fitted.translation = Vector2::Zero();
+    fitted.translation = target - fitted(middle.transpose());
+    for (Eigen::Index i = 0; i < uv[c].rows(); ++i)
+      result[c].row(i) = fitted(uv[c].row(i).transpose()).transpose();
+  }
+  return result;
+}
+
+Points2 corners_of(const Triangles& faces, const Points2& uv) {
+  Points2 corners(3 * faces.rows(), 2);
+  for (Eigen::Index f = 0; f < faces.rows(); ++f) {
+    for (Index k = 0; k < 3; ++k) corners.row(3 * f + k) = uv.row(faces(f, k));
+  }
+  return corners;
+}
+
+// Corners of the triangles that nothing may be put on: charts that stay, and obstacles.
+Points2 everything_that_stays(const std::vector<mesh::Chart>& charts,
+                              const std::vector<Points2>& uv, const std::vector<char>& moved,
+                              const Points2* obstacles) {
+  Eigen::Index rows = obstacles == nullptr ? 0 : obstacles->rows();
+  for (std::size_t c = 0; c < charts.size(); ++c)
+    if (!moved[c]) rows += 3 * charts[c].surface.faces.rows();
+  Points2 corners(rows, 2);
+  Eigen::Index row = 0;
+  const auto append = [&](const Points2& more) {
+    corners.middleRows(row, more.rows()) = more;
+    row += more.rows();
+  };
+  if (obstacles != nullptr) append(*obstacles);
+  for (std::size_t c = 0; c < charts.size(); ++c)
+    if (!moved[c]) append(corners_of(charts[c].surface.faces, uv[c]));
+  return corners;
+}
+
+// As stored: all that moved within the unit square, and nothing on top of anything.
+bool places_are_free(const std::vector<mesh::Chart>& charts, const std::vector<Points2f>& stored,
+                     const std::vector<char>& moved, const Points2& stays) {
+  mesh::Components islands;
+  Eigen::Index rows = stays.rows();
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    if (!moved[c]) continue;
+    if (stored[c].minCoeff() < 0.0F || stored[c].maxCoeff() > 1.0F) return false;
+    rows += 3 * charts[c].surface.faces.rows();
+  }
+  Points2 corners(rows, 2);
+  corners.topRows(stays.rows()) = stays;
+  islands.of_face.assign(static_cast<std::size_t>(stays.rows() / 3), 0);
+  islands.count = 1;
+  Eigen::Index row = stays.rows();
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    if (!moved[c]) continue;
+    const Points2 own = corners_of(charts[c].surface.faces, stored[c].cast<double>());
+    corners.middleRows(row, own.rows()) = own;
+    row += own.rows();
+    islands.of_face.insert(islands.of_face.end(), charts[c].faces.size(), islands.count++);
+  }
+  return certify::island_overlaps(islands, corners).pairs == 0;
+}
+
+// Turns the charts of each group, and scales them if they get their true size: by the smallest
+// rectangle of its largest chart. The lower left corner of each is the origin then.
+void align(const std::vector<mesh::Chart>& charts, const std::vector<char>& moved,
+           const PlacingOptions& options, std::vector<Points2>& uv) {
+  std::vector<std::vector<std::size_t>> groups;
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    if (!moved[c]) continue;
+    const std::size_t group =
+        options.group.empty() ? c : static_cast<std::size_t>(options.group[c]);
+    groups.resize(std::max(groups.size(), group + 1));
+    groups[group].push_back(c);
+  }
+  for (const std::vector<std::size_t>& members : groups) {
+    if (members.empty()) continue;
+    Areas sum;
+    std::size_t largest = members.front();
+    double largest_area = -1.0;
+    for (const std::size_t c : members) {
+      const Areas own = areas(charts[c].surface, uv[c]);
+      if (own.plane > largest_area) largest = c;
+      largest_area = std::max(largest_area, own.plane);
+      sum.add(own);
+    }
+    const double density = sum.density();
+    const double scale = options.scale_true && density > 0.0 ? 1.0 / density : 1.0;
+    // The turn that turn_to_smallest_rectangle gives the largest chart, fitted to its points.
+    Points2 turned = uv[largest];
+    turn_to_smallest_rectangle(turned);
+    const Vector2 turn = scale * fit_similarity(uv[largest], turned).linear.normalized();
+    const Similarity similarity{turn, Vector2::Zero()};
+    for (const std::size_t c : members) {
+      for (Eigen::Index v = 0; v < uv[c].rows(); ++v)
+        uv[c].row(v) = similarity(uv[c].row(v).transpose()).transpose();
+      uv[c].rowwise() -= uv[c].colwise().minCoeff().eval();
+    }
+  }
+}
+
+// Packs what moves and is aligned; returns the tile.
+Index pack_charts(const std::vector<mesh::Chart>& charts, const std::vector<char>& moved,
+                  const Points2& stays, const PlacingOptions& options, std::vector<Points2>& uv) {
+  std::vector<char> fixed(moved.size());
+  std::transform(moved.begin(), moved.end(), fixed.begin(), [](char m) { return !m; });
+  double density = options.density;
+  if (!(density > 0.0) && options.scale_true) density = density_of(charts, uv, fixed);
+  std::vector<std::size_t> packed;
+  std::vector<Vector2> sizes;
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    if (!moved[c]) continue;
+    packed.push_back(c);
+    sizes.emplace_back(uv[c].colwise().maxCoeff().transpose());
+  }
+  RoomOptions room;
+  room.margin = options.margin;
+  room.obstacles = &stays;
+  const double own = density_of(charts, uv, moved);
+  if (density > 0.0 && own > 0.0) room.scale = density / own;
+  const Placement placement = pack_rectangles(sizes, room);
+  for (std::size_t i = 0; i < packed.size(); ++i) {
+    Points2& points = uv[packed[i]];
+    points = ((points * placement.scale).rowwise() + placement.corner[i].transpose()).eval();
+  }
+  return placement.tile;
+}
+
+}  // namespace
+
+double density_of(const std::vector<mesh::Chart>& charts, const std::vector<Points2>& uv,
+                  const std::vector<char>& chosen) {
+  Areas sum;
+  for (std::size_t c = 0; c < charts.size(); ++c)
+    if (chosen[c]) sum.add(areas(charts[c].surface, uv[c]));
+  return sum.density();
+}
+
+PlacedCharts place_charts(const std::vector<mesh::Chart>& charts, std::vector<Points2> uv,
+                          const std::vector<char>& moved, const PlacingOptions& options,
+                          const RoundCharts& round) {
+  PlacedCharts placed;
+  const Points2 stays = everything_that_stays(charts, uv, moved, options.obstacles);
+  align(charts, moved, options, uv);
+  if (options.place_like != nullptr) {
+    if (auto former = at_former_places(charts, uv, moved, *options.place_like)) {
+      try {
+        std::vector<Points2f> stored = round(*former);
+        if (places_are_free(charts, stored, moved, stays)) {
+          placed.uv = std::move(*former);
+          placed.stored = std::move(stored);
+          placed.kept = true;
+          return placed;
+        }
+      } catch (const NotConverged&) {
+        // Too small there for 32 bits: packed, they are larger.
+      }
+    }
+  }
+  placed.tile = pack_charts(charts, moved, stays, options, uv);
+  placed.stored = round(uv);
+  placed.uv = std::move(uv);
+  return placed;
+}
+
+}  // namespace flipfree::unwrap

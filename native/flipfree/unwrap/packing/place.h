@@ -1,0 +1,49 @@
+// Where the islands of a run go: one scale for all, packed clear of everything that stays, or back
+// to their former places if those are free.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/mesh/cut_graph/cut.h"
+
+namespace flipfree::unwrap {
+
+struct PlacingOptions {
+  double margin = 0.005;  // see RoomOptions
+  // Every group gets the size of its surface; otherwise scales stay in the ratio they have.
+  bool scale_true = false;
+  // Charts of equal number turn and scale together; empty: each by itself.
+  std::vector<Index> group;
+  // Length in the plane per length of the surface, over all that moves: taken if there is room for
+  // it. 0: that of the charts that stay, if scale_true and there are any; else the largest.
+  double density = 0.0;
+  const Points2* obstacles = nullptr;   // 3 k x 2, triangles to keep clear of; finite
+  const Points2* place_like = nullptr;  // 3 #F x 2, former corner UVs
+};
+
+struct PlacedCharts {
+  std::vector<Points2> uv;
+  std::vector<Points2f> stored;
+  bool kept = false;  // at their former places
+  Index tile = 0;     // see Placement
+};
+
+// Rounds all charts to what is stored; may throw NotConverged.
+using RoundCharts = std::function<std::vector<Points2f>(const std::vector<Points2>&)>;
+
+// Charts that are not `moved` stay as they are. The others keep their former places - turned and
+// moved to fit them best, all at one common scale - if every one was a flip-free island of
+// place_like and, as stored, none overlaps another, a chart that stays or an obstacle, and none
+// leaves the unit square. Otherwise they are packed together, boxes apart by the margin from each
+// other and from all that stays. Throws what pack_rectangles and `round` throw. Cost: O(#F log #F).
+PlacedCharts place_charts(const std::vector<mesh::Chart>& charts, std::vector<Points2> uv,
+                          const std::vector<char>& moved, const PlacingOptions& options,
+                          const RoundCharts& round);
+
+// sqrt(area in the plane / area of the surface) of the charts chosen; 0 if there are none.
+double density_of(const std::vector<mesh::Chart>& charts, const std::vector<Points2>& uv,
+                  const std::vector<char>& chosen);
+
+}  // namespace flipfree::unwrap

@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The house's rules as a test: floors, circles, the size of rooms and files. check_house.py [FOLDER]
+
+A room is a folder, a module is a header with its source (or one Python file). docs/architecture.md says why.
+"""
+
+import ast
+import re
+import sys
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+# Lower floors first: a stage includes itself and what stands before it.
+STAGES = (
+    *("base", "numeric", "mesh", "certify", "intrinsic", "distortion", "embedding", "unwrap"),
+    *("matchmaker", "conformal", "field", "seamless", "holonomy", "quads"),
+)
+# What decides whether a map is correct shares nothing with what makes maps.
+JUDGE = {"certify": {"base", "numeric", "mesh", "certify"}}
+MOST_FILES = 12  # beside each other, the door (named as the room) aside
+MOST_LINES = 400
+# A longer file says in its head why it is one.
+REASON = re.compile(r"^(?://|#|\"\"\"|)\s*Long(?: file)?:", re.MULTILINE)
+HEAD = 40  # lines
+
+Graph = Mapping[str, Iterable[str]]
+
+
+def circles(graph: Graph) -> list[list[str]]:
+    """Strongly connected components of more than one node (Tarjan)."""
+    index: dict[str, int] = {}
+    low: dict[str, int] = {}
+    stack: list[str] = []
+    found: list[list[str]] = []
+
+    def visit(node: str) -> None:
+        index[node] = low[node] = len(index)
+        stack.append(node)
+        for other in graph.get(node, ()):
+            if other not in index:
+                visit(other)
+                low[node] = min(low[node], low[other])
+            elif other in stack:
+                low[node] = min(low[node], index[other])
+        if low[node] == index[node]:
+            component = [stack.pop()]
+            while component[-1] != node:
+                component.append(stack.pop())
+            if len(component) > 1:
+                found.append(sorted(component))
+
+    sys.setrecursionlimit(10_000)
+    for node in list(graph):
+        if node not in index:
+            visit(node)
+    return found
+
+
+def native_modules(root: Path) -> dict[str, set[str]]:
+    """Module -> modules whose headers it includes, as paths below native/flipfree without suffix."""
+    house = root / "native" / "flipfree"
+    graph: dict[str, set[str]] = defaultdict(set)
+    for path in sorted((*house.rglob("*.h"), *house.rglob("*.cpp"))):
+        module = str(path.relative_to(house).with_suffix(""))
+        included = re.findall(r'^#include "flipfree/([\w/]+)\.h"', path.read_text(), re.MULTILINE)
+        graph[module] |= set(included) - {module}
+    return dict(graph)
+
+
+def room_of(module: str) -> str:
+    return module.rpartition("/")[0]
+
+
+def complaints_about_native(root: Path) -> list[str]:
+    modules = native_modules(root)
+    complaints = [f"include circle: {' '.join(c)}" for c in circles(modules)]
+    rooms: dict[str, set[str]] = defaultdict(set)
+    for module, others in modules.items():
+        stage = module.split("/")[0]
+        if stage not in STAGES:
+            complaints.append(f"{module}: stage {stage} has no floor in scripts/check_house.py")
+            continue
+        allowed = JUDGE.get(stage, set(STAGES[: STAGES.index(stage) + 1]))
+        for other in sorted(others):
+            if other.split("/")[0] not in allowed:
+                complaints.append(f"{module} includes {other}, which stands above it")
+            if room_of(other) != room_of(module):
+                rooms[room_of(module)].add(room_of(other))
+    complaints += [f"rooms that include each other: {' '.join(c)}" for c in circles(rooms)]
+    house = root / "native" / "flipfree"
+    return complaints + sizes(house, (".h", ".cpp")) + wrong_namespaces(house)
+
+
+def wrong_namespaces(house: Path) -> list[str]:
+    """One namespace a stage; base/ holds the words that all share."""
+    complaints = []
+    for path in sorted((*house.rglob("*.h"), *house.rglob("*.cpp"))):
+        stage = path.relative_to(house).parts[0]
+        wanted = "flipfree" if stage == "base" else f"flipfree::{stage}"
+        for found in re.findall(r"^namespace (flipfree[\w:]*) \{", path.read_text(), re.MULTILINE):
+            if found != wanted and not found.startswith(wanted + "::"):
+                complaints.append(f"{path}: namespace {found} instead of {wanted}")
+    return complaints
+
+
+def sizes(folder: Path, suffixes: tuple[str, ...]) -> list[str]:
+    complaints = []
+    rooms: dict[Path, int] = defaultdict(int)
+    for path in sorted(p for p in folder.rglob("*") if p.suffix in suffixes):
+        if path.stem not in (path.parent.name, "__init__"):
+            rooms[path.parent] += 1
+        lines = path.read_text().splitlines()
+        if len(lines) > MOST_LINES and not REASON.search("\n".join(lines[:HEAD])):
+            complaints.append(f"{path}: {len(lines)} lines, and no 'Long:' in its head says why")
+    for room, count in rooms.items():
+        if count > MOST_FILES:
+            complaints.append(f"{room}: {count} files beside each other")
+    return complaints
+
+
+def python_modules(package: Path) -> dict[str, set[str]]:
+    """Module -> modules of the same package that it imports when it is imported itself."""
+    names = {}
+    for path in sorted(package.rglob("*.py")):
+        parts = path.relative_to(package).with_suffix("").parts
+        names[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    graph: dict[str, set[str]] = {}
+    for name, path in names.items():
+        inside = name.split(".") if name else []
+        is_package = path.stem == "__init__"
+        found: set[str] = set()
+        for node in ast.parse(path.read_text()).body:
+            if not isinstance(node, ast.ImportFrom) or node.level == 0:
+                continue
+            up = node.level - (1 if is_package else 0)
+            base = [p for p in inside[: len(inside) - up] if p] + (
+                node.module.split(".") if node.module else []
+            )
+            for alias in node.names:
+                below = ".".join([*base, alias.name])
+                # What a package takes from itself without naming a module is compiled (_native).
+                found.add(below if below in names or node.module is None else ".".join(base))
+        graph[name] = {f for f in found if f in names and f != name}
+    return graph
+
+
+def complaints_about_python(package: Path) -> list[str]:
+    complaints = [
+        f"{package}: import circle {' '.join(c)}" for c in circles(python_modules(package))
+    ]
+    return complaints + sizes(package, (".py",))
+
+
+def complaints(root: Path) -> list[str]:
+    return [
+        *complaints_about_native(root),
+        *sizes(root / "native" / "python", (".h", ".cpp")),
+        *complaints_about_python(root / "native" / "python" / "flipfree"),
+        *complaints_about_python(root / "addon"),
+    ]
+
+
+if __name__ == "__main__":
+    found = complaints(Path(sys.argv[1] if len(sys.argv) > 1 else "."))
+    print("\n".join(found))
+    sys.exit(1 if found else 0)

@@ -1,0 +1,161 @@
+#include "flipfree/embedding/progressive/progressive.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "embedding/disks.h"
+#include "flipfree/base/error.h"
+#include "flipfree/embedding/progressive/simplify.h"
+#include "flipfree/embedding/tutte/tutte.h"
+
+namespace flipfree::embedding {
+namespace {
+
+Points2 with_boundary(const test::Disk& disk, Points2 uv) {
+  for (std::size_t i = 0; i < disk.loop.size(); ++i) {
+    uv.row(disk.loop[i]) = disk.boundary.row(static_cast<Index>(i));
+  }
+  return uv;
+}
+
+Points2 random_start(const test::Disk& disk, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> unit(0, 1);
+  Points2 uv(disk.vertex_count(), 2);
+  for (Index v = 0; v < uv.rows(); ++v) uv.row(v) << unit(random), unit(random);
+  return with_boundary(disk, uv);
+}
+
+void expect_flip_free(const test::Disk& disk, const Points2& uv, bool float32) {
+  ExecutionContext context;
+  EXPECT_EQ(count_flips(disk.surface.faces, uv, context), 0U);
+  if (float32) {
+    EXPECT_EQ(count_flips(disk.surface.faces, round_to_float(uv), context), 0U);
+  }
+  for (std::size_t i = 0; i < disk.loop.size(); ++i) {
+    EXPECT_EQ(uv.row(disk.loop[i]), disk.boundary.row(static_cast<Index>(i)));
+  }
+}
+
+Points2 solve(const test::Disk& disk, const Points2& start, ProgressiveStart kind, bool float32) {
+  ExecutionContext context;
+  Stats stats;
+  PlanarMap map = make_planar_map(disk.surface.faces, disk.loop, start, float32);
+  const bool nothing = kind == ProgressiveStart::kNothing;
+  progressive_embedding(map, nothing ? ProgressiveOptions{.start = kind} : thorough(kind), context,
+                        stats);
+  return map.uv;
+}
+
+std::vector<test::Disk> hard_disks() {
+  std::vector<test::Disk> disks;
+  disks.push_back(test::make_disk(test::tube(8, 160), BoundaryShape::kCircle));
+  disks.push_back(test::make_disk(test::tube(3, 400), BoundaryShape::kTriangle));
+  disks.push_back(
+      test::make_disk(test::stacked(2000, test::Stacking::kMixed), BoundaryShape::kTriangle));
+  disks.push_back(
+      test::make_disk(test::stacked(2000, test::Stacking::kDeep), BoundaryShape::kTriangle));
+  disks.push_back(test::make_disk(test::bumpy_grid(30, 20, 0.2, 3), BoundaryShape::kCircle));
+  return disks;
+}
+
+TEST(Progressive, FromNothingEveryHardDiskIsEmbeddedAsStored) {
+  for (const test::Disk& disk : hard_disks()) {
+    const Points2 uv = solve(disk, with_boundary(disk, Points2::Zero(disk.vertex_count(), 2)),
+                             ProgressiveStart::kNothing, true);
+    expect_flip_free(disk, uv, true);
+    EXPECT_EQ(uv, round_to_float(uv));
+  }
+}
+
+TEST(Progressive, FromRandomStartsEveryHardDiskIsEmbeddedAsStored) {
+  for (const test::Disk& disk : hard_disks()) {
+    for (const unsigned seed : {1U, 2U, 3U}) {
+      const Points2 uv = solve(disk, random_start(disk, seed), ProgressiveStart::kInitial, true);
+      expect_flip_free(disk, uv, true);
+    }
+  }
+}
+
+TEST(Progressive, FromTuttesFoldedMapEveryHardDiskIsEmbeddedInDouble) {
+  ExecutionContext context;
+  for (const test::Disk& disk : hard_disks()) {
+    const Points2 start =
+        tutte_uniform(disk.surface.faces, disk.vertex_count(), disk.loop, disk.boundary, context);
+    expect_flip_free(disk, solve(disk, start, ProgressiveStart::kInitial, false), false);
+  }
+}
+
+TEST(Progressive, SharesAreConservedByCollapsesAndRestoredBySplits) {
+  const test::Disk disk = test::make_disk(test::bumpy_grid(15, 12, 0.2, 3), BoundaryShape::kCircle);
+  ExecutionContext context;
+  PlanarMap map = make_planar_map(disk.surface.faces, disk.loop,
+                                  with_boundary(disk, Points2::Zero(disk.vertex_count(), 2)), true);
+  CollapseRecord record;
+  collapse_all(map, record, context);
+  double total = 0.0;
+  for (FaceId f = 0; f < map.mesh.face_count(); ++f) {
+    if (map.mesh.is_alive(f)) total += map.share[static_cast<std::size_t>(f)];
+  }
+  EXPECT_NEAR(total, static_cast<double>(map.mesh.face_count()), 1e-6);
+  for (; !record.empty(); record.pop_back()) split_vertex(map, record.back());
+  for (const double share : map.share) EXPECT_NEAR(share, 1.0, 1e-9);
+}
+
+TEST(Progressive, AlgorithmOneLeavesOnlyValidFacesAndTouchesNothingElse) {
+  test::Disk disk = test::make_disk(test::bumpy_grid(20, 20, 0.1, 2), BoundaryShape::kCircle);
+  ExecutionContext context;
+  Points2 uv =
+      tutte_uniform(disk.surface.faces, disk.vertex_count(), disk.loop, disk.boundary, context);
+  const VertexId moved = 21 * 10 + 10;  // an inner vertex, thrown across the disk
+  uv.row(moved) << 0.9, 0.0;
+  PlanarMap map = make_planar_map(disk.surface.faces, disk.loop, uv, true);
+  CollapseRecord record;
+  collapse_invalid(map, false, map.mesh.vertex_count(), record, context);
+  EXPECT_GE(record.size(), 1U);
+  EXPECT_LT(record.size(), 20U);
+  for (FaceId f = 0; f < map.mesh.face_count(); ++f) {
+    if (map.mesh.is_alive(f)) {
+      EXPECT_TRUE(is_valid_face(map, f));
+    }
+  }
+}
+
+TEST(Progressive, RepairGivesUpWhereItWouldCollapseMoreThanAllowed) {
+  test::Disk disk = test::make_disk(test::bumpy_grid(20, 20, 0.1, 2), BoundaryShape::kCircle);
+  ExecutionContext context;
+  Stats stats;
+  // Everything on one point: nothing has a kernel.
+  const Points2 uv = with_boundary(disk, Points2::Zero(disk.vertex_count(), 2));
+  ProgressiveOptions options = thorough(ProgressiveStart::kRepair);
+  for (const double share : {0.0, 0.1}) {
+    options.most_repaired = share;
+    PlanarMap map = make_planar_map(disk.surface.faces, disk.loop, uv, true);
+    try {
+      progressive_embedding(map, options, context, stats);
+      FAIL() << share;
+    } catch (const NotConverged& e) {
+      EXPECT_EQ(e.error().code, ErrorCode::kIterationLimit);
+    }
+  }
+  options.most_repaired = 1.0;
+  PlanarMap map = make_planar_map(disk.surface.faces, disk.loop, uv, true);
+  progressive_embedding(map, options, context, stats);
+  for (FaceId f = 0; f < map.mesh.face_count(); ++f) EXPECT_TRUE(map.positive(f));
+}
+
+TEST(Progressive, CancelStopsIt) {
+  const test::Disk disk = test::make_disk(test::tube(8, 400), BoundaryShape::kCircle);
+  ExecutionContext context;
+  context.cancel();
+  Stats stats;
+  PlanarMap map = make_planar_map(disk.surface.faces, disk.loop,
+                                  with_boundary(disk, Points2::Zero(disk.vertex_count(), 2)), true);
+  ProgressiveOptions options;
+  options.start = ProgressiveStart::kNothing;
+  EXPECT_THROW(progressive_embedding(map, options, context, stats), Cancelled);
+}
+
+}  // namespace
+}  // namespace flipfree::embedding

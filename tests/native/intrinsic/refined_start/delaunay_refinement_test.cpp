@@ -1,0 +1,229 @@
+// Intrinsic Delaunay refinement: angles of the refined start, provenance of its vertices, and what
+// it does for the metric.
+#include "flipfree/intrinsic/refined_start/delaunay_refinement.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+
+#include <cmath>
+
+#include <numbers>
+#include <vector>
+
+#include "flipfree/base/error.h"
+#include "flipfree/conformal/metric/refined_metric.h"
+#include "flipfree/intrinsic/refined_start/split_surface.h"
+#include "support/shapes.h"
+
+namespace flipfree::intrinsic {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+// A prism over a regular polygon as CAD programs write it: long needles around, caps fanned from
+// one vertex.
+mesh::Surface prism(Index sectors, double height, bool closed) {
+  mesh::Surface s;
+  s.vertices.resize(2 * sectors, 3);
+  for (Index i = 0; i < sectors; ++i) {
+    const double a = 2 * kPi * i / sectors;
+    s.vertices.row(i) << std::cos(a), std::sin(a), 0;
+    s.vertices.row(sectors + i) << std::cos(a), std::sin(a), height;
+  }
+  const Index caps = closed ? 2 : 1;
+  s.faces.resize(2 * sectors + caps * (sectors - 2), 3);
+  Index f = 0;
+  for (Index i = 0; i < sectors; ++i) {
+    const Index j = (i + 1) % sectors;
+    s.faces.row(f++) << i, j, sectors + j;
+    s.faces.row(f++) << i, sectors + j, sectors + i;
+  }
+  for (Index i = 1; i + 1 < sectors; ++i) {
+    s.faces.row(f++) << 0, i + 1, i;
+    if (closed) s.faces.row(f++) << sectors, sectors + i, sectors + i + 1;
+  }
+  return s;
+}
+
+FlatSurface flat(const mesh::Surface& s) {
+  return make_flat_surface(static_cast<Index>(s.vertices.rows()), s.faces,
+                           lengths_of(s.vertices, s.faces));
+}
+
+struct Refined {
+  FlatSurface input;
+  RefinementPoints found;
+  SplitSurface split;
+};
+Refined refine(const mesh::Surface& s, RefinementOptions options = {}) {
+  ExecutionContext context;
+  Refined r{flat(s), {}, {}};
+  r.found = find_refinement_points(r.input, options, context);
+  EXPECT_TRUE(split_surface(r.input, r.found.points, context, r.split));
+  return r;
+}
+
+class Prisms : public testing::TestWithParam<bool> {};
+
+TEST_P(Prisms, LoseTheirNeedles) {
+  const RefinementOptions options;
+  const Refined r = refine(prism(120, 3.0, GetParam()), options);
+  EXPECT_LT(r.found.smallest_angle, 0.1);
+  EXPECT_TRUE(r.found.complete);
+  EXPECT_GT(r.found.points.size(), 100u);
+  // The Delaunay triangulation of what was written, not of what the refinement believed.
+  ExecutionContext context;
+  const FlatSurface after = make_flat_surface(r.split.vertex_count, r.split.faces, r.split.lengths);
+  const RefinementPoints again = find_refinement_points(after, options, context);
+  EXPECT_GT(again.smallest_angle, 0.999 * options.least_angle);
+}
+
+TEST_P(Prisms, AreTheSameSurfaceAfterwards) {
+  const Refined r = refine(prism(60, 3.0, GetParam()));
+  const FlatSurface after = make_flat_surface(r.split.vertex_count, r.split.faces, r.split.lengths);
+  for (VertexId v = 0; v < r.input.vertex_count; ++v) {
+    EXPECT_NEAR(after.total_angle[at(v)], r.input.total_angle[at(v)], 1e-9) << v;
+  }
+  for (VertexId v = r.input.vertex_count; v < after.vertex_count; ++v) {
+    const bool boundary = r.split.added_on_boundary[at(v - r.input.vertex_count)] != 0;
+    EXPECT_EQ(after.on_boundary(v), boundary);
+    EXPECT_NEAR(after.total_angle[at(v)], boundary ? kPi : 2 * kPi, 1e-9) << v;
+  }
+}
+
+TEST_P(Prisms, KnowExactlyWhereTheirNewVerticesLie) {
+  const Refined r = refine(prism(60, 3.0, GetParam()));
+  ASSERT_FALSE(r.split.added.empty());
+  for (const AddedVertex& v : r.split.added) {
+    EXPECT_EQ(v.weight[0] + v.weight[1] + v.weight[2], 1.0);
+    EXPECT_GE(v.weight.minCoeff(), 0.0);
+    for (int k = 0; k < 3; ++k) {
+      const double steps = std::ldexp(v.weight[k], 52);
+      EXPECT_EQ(steps, std::round(steps));
+    }
+  }
+  // Positive in the parent, and pieces of every side from end to end.
+  const auto weight = [&](FaceId parent, VertexId v) -> Vector3 {
+    if (v < r.input.vertex_count) {
+      for (int k = 0; k < 3; ++k) {
+        if (r.input.faces(parent, k) == v) return Vector3::Unit(k);
+      }
+    }
+    const AddedVertex& a = r.split.added[at(v - r.input.vertex_count)];
+    if (a.face == parent) return a.weight;
+    Vector3 w = Vector3::Zero();  // on an edge: weights go by vertex
+    for (int k = 0; k < 3; ++k) {
+      for (int l = 0; l < 3; ++l) {
+        if (r.input.faces(parent, k) == r.input.faces(a.face, l)) w[k] = a.weight[l];
+      }
+    }
+    return w;
+  };
+  std::vector<double> area(at(static_cast<Index>(r.input.faces.rows())), 0.0);
+  for (Index f = 0; f < r.split.faces.rows(); ++f) {
+    Eigen::Matrix3d m;
+    for (int k = 0; k < 3; ++k)
+      m.row(k) = weight(r.split.parent_face[at(f)], r.split.faces(f, k)).transpose();
+    EXPECT_GT(m.determinant(), 0.0) << f;
+    area[at(r.split.parent_face[at(f)])] += m.determinant();
+  }
+  for (const double a : area) EXPECT_NEAR(a, 1.0, 1e-12);
+}
+
+INSTANTIATE_TEST_SUITE_P(Refinement, Prisms, testing::Values(true, false));
+
+TEST(Refinement, LeavesGoodTriangulationsAlone) {
+  EXPECT_TRUE(refine(test::torus(24, 12)).found.points.empty());
+  EXPECT_TRUE(refine(test::grid(6, 6)).found.points.empty());
+}
+
+TEST(Refinement, IsTheSameEveryTime) {
+  const mesh::Surface s = prism(80, 1.0, false);
+  const Refined a = refine(s), b = refine(s);
+  EXPECT_EQ(a.split.faces, b.split.faces);
+  EXPECT_EQ(a.split.lengths, b.split.lengths);
+}
+
+TEST(Refinement, StopsAtItsLimitAndSaysSo) {
+  RefinementOptions options;
+  options.max_added = 20;
+  const Refined r = refine(prism(120, 3.0, true), options);
+  EXPECT_FALSE(r.found.complete);
+  EXPECT_EQ(r.found.points.size(), 20u);
+  EXPECT_EQ(r.split.vertex_count, 240 + 20);
+}
+
+TEST(Refinement, CanBeCancelled) {
+  ExecutionContext context;
+  context.cancel();
+  const FlatSurface surface = flat(prism(120, 3.0, true));
+  EXPECT_THROW(find_refinement_points(surface, {}, context), Cancelled);
+}
+
+// Cones of +-pi / 2 on a closed prism.
+std::vector<double> few_cones(const mesh::Surface& s) {
+  std::vector<double> angles(at(static_cast<Index>(s.vertices.rows())), 2 * kPi);
+  for (const Index v : {3, 20, 41, 60, 83, 99, 110, 130, 150, 200}) angles[at(v)] = 1.5 * kPi;
+  for (const Index v : {12, 140}) angles[at(v)] = 2.5 * kPi;
+  return angles;
+}
+
+TEST(RefinedMetric, TakesFewerStepsAndFlipsFromAStartWithoutNeedles) {
+  const mesh::Surface s = prism(120, 3.0, true);
+  ExecutionContext context;
+  const auto plain = conformal::compute_refined_metric(s, nullptr, few_cones(s), {},
+                                                       conformal::StartRefinement::kOff, context);
+  const auto refined = conformal::compute_refined_metric(s, nullptr, few_cones(s), {},
+                                                         conformal::StartRefinement::kOn, context);
+  ASSERT_NE(refined.split, nullptr);
+  EXPECT_TRUE(refined.metric.converged);
+  EXPECT_LE(refined.metric.angle_error, 1e-10);
+  EXPECT_LT(refined.metric.iterations, plain.metric.iterations);
+  EXPECT_LT(10 * (refined.metric.flips.size() - refined.metric.euclidean_flips),
+            plain.metric.flips.size() - plain.metric.euclidean_flips);
+}
+
+TEST(RefinedMetric, IsOnlyUsedByItselfWhereThePlainWayFails) {
+  const mesh::Surface s = prism(120, 3.0, true);
+  ExecutionContext context;
+  conformal::MetricOptions options;
+  const auto easy = conformal::compute_refined_metric(s, nullptr, few_cones(s), options,
+                                                      conformal::StartRefinement::kAuto, context);
+  EXPECT_EQ(easy.split, nullptr);
+  EXPECT_EQ(std::get<std::int64_t>(easy.metric.stats.at("intrinsic_refinement")), 0);
+  // One step fewer than the plain way needs.
+  options.max_iterations = easy.metric.iterations - 1;
+  EXPECT_THROW(conformal::compute_refined_metric(s, nullptr, few_cones(s), options,
+                                                 conformal::StartRefinement::kOff, context),
+               NotConverged);
+  const auto hard = conformal::compute_refined_metric(s, nullptr, few_cones(s), options,
+                                                      conformal::StartRefinement::kAuto, context);
+  ASSERT_NE(hard.split, nullptr);
+  EXPECT_TRUE(hard.metric.converged);
+  EXPECT_EQ(std::get<std::int64_t>(hard.metric.stats.at("intrinsic_refinement")),
+            static_cast<std::int64_t>(hard.split->added.size()));
+}
+
+TEST(RefinedMetric, FailsAsThePlainOneWhereThereIsNothingToRefine) {
+  const mesh::Surface s = test::torus(24, 12);
+  std::vector<double> angles(at(static_cast<Index>(s.vertices.rows())), 2 * kPi);
+  angles[5] = kPi;
+  angles[80] = 3 * kPi;
+  conformal::MetricOptions options;
+  options.max_iterations = 1;
+  ExecutionContext context;
+  EXPECT_THROW(conformal::compute_refined_metric(s, nullptr, angles, options,
+                                                 conformal::StartRefinement::kAuto, context),
+               NotConverged);
+  options.require_convergence = false;
+  const auto reached = conformal::compute_refined_metric(
+      s, nullptr, angles, options, conformal::StartRefinement::kAuto, context);
+  EXPECT_FALSE(reached.metric.converged);
+  EXPECT_EQ(reached.metric.iterations, 1);
+}
+
+}  // namespace
+}  // namespace flipfree::intrinsic

@@ -1,0 +1,86 @@
+#include "flipfree/matchmaker/walk/lift_map.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "flipfree/matchmaker/walk/corridor.h"
+#include "flipfree/matchmaker/walk/push_point.h"
+#include "matchmaker/refined_maps.h"
+#include "support/shapes.h"
+
+namespace flipfree::matchmaker {
+namespace {
+
+constexpr Index kSide = 40;
+
+// A grid, slightly warped so that nothing is collinear.
+mesh::Surface fine_square() {
+  mesh::Surface surface = test::grid(kSide, kSide);
+  for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v) {
+    const double x = surface.vertices(v, 0);
+    const double y = surface.vertices(v, 1);
+    const double bump = x * (1 - x) * y * (1 - y);
+    surface.vertices(v, 0) += 0.1 * bump * std::sin(7 * y);
+    surface.vertices(v, 1) += 0.1 * bump * std::cos(5 * x);
+  }
+  return surface;
+}
+
+std::vector<char> boundary_and(const mesh::RefinedMap& map, VertexId v) {
+  std::vector<char> keep(map.surface.position.size(), 0);
+  for (const VertexId b : map.surface.boundary) keep[static_cast<std::size_t>(b)] = 1;
+  keep[static_cast<std::size_t>(v)] = 1;
+  return keep;
+}
+
+mesh::RefinedMap coarse_map(const CoarseDisk& disk, const mesh::RefinedMap& fine) {
+  mesh::RefinedMap map;
+  map.surface = mesh::make_refined_surface(disk.surface);
+  map.uv.resize(static_cast<Eigen::Index>(disk.fine.size()), 2);
+  for (std::size_t v = 0; v < disk.fine.size(); ++v)
+    map.uv.row(static_cast<Eigen::Index>(v)) = fine.uv.row(disk.fine[v]);
+  return map;
+}
+
+TEST(LiftMap, TheIdentityMovesAndAddsNothing) {
+  const mesh::Surface surface = fine_square();
+  mesh::RefinedMap map = test::identity_map(surface);
+  ExecutionContext context;
+  const CoarseDisk disk = decimate(map, boundary_and(map, 0), 400, context);
+  const mesh::RefinedMap coarse = coarse_map(disk, map);
+  ASSERT_TRUE(lift_map(map, disk, coarse, 100, context));
+  EXPECT_EQ(map.surface.mesh.vertex_count(), surface.vertices.rows());
+  EXPECT_LT((map.uv - surface.vertices.leftCols(2)).cwiseAbs().maxCoeff(), 1e-14);
+}
+
+TEST(LiftMap, FollowsAFarPushOfTheCoarseMapByAFewSplits) {
+  const mesh::Surface surface = fine_square();
+  mesh::RefinedMap map = test::identity_map(surface);
+  const VertexId pin = 41 * 20 + 8;
+  ExecutionContext context;
+  const CoarseDisk disk = decimate(map, boundary_and(map, pin), 400, context);
+  mesh::RefinedMap coarse = coarse_map(disk, map);
+  const VertexId v = disk.coarse[static_cast<std::size_t>(pin)];
+  const Vector2 from = coarse.uv.row(v).transpose();
+  const Vector2 goal(0.8123, 0.5317);
+  const Obstacles obstacles{{{0.45, 0.62}, {0.6, 0.4}}, {}, {}};
+  ASSERT_TRUE(push_point(coarse, v, goal, corridor_around(from, goal, obstacles, 0.15, 0.8),
+                         std::vector<char>(coarse.surface.position.size(), 0), 5000, context));
+  ASSERT_GT(coarse.surface.mesh.vertex_count(), 400) << "the coarse map must be refined as well";
+
+  const Points2 before = map.uv;
+  EXPECT_FALSE(lift_map(map, disk, coarse, 1, context)) << "limit ignored";
+  EXPECT_EQ(map.uv, before);
+  ASSERT_TRUE(lift_map(map, disk, coarse, 5000, context));
+  test::expect_valid(map);
+  for (std::size_t c = 0; c < disk.fine.size(); ++c)
+    EXPECT_EQ(map.uv.row(disk.fine[c]), coarse.uv.row(static_cast<Eigen::Index>(c)));
+  EXPECT_EQ(map.uv.row(pin).transpose(), goal);
+  const Index added = map.surface.mesh.vertex_count() - static_cast<Index>(before.rows());
+  EXPECT_GT(added, 0);
+  EXPECT_LT(added, before.rows() / 2) << "most triangles need not be split";
+}
+
+}  // namespace
+}  // namespace flipfree::matchmaker

@@ -1,0 +1,60 @@
+#include "flipfree/unwrap/chart/chart.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "flipfree/unwrap/chart/overlapping_faces.h"
+#include "support/shapes.h"
+
+namespace flipfree::unwrap {
+namespace {
+
+// 3 x 3 squares with slits: vertices 3 and 10, 19 and 20 are two corners each that lie
+// in one place of the plane, where the chart is at rest.
+mesh::Surface flat_and_touching_itself() {
+  mesh::Surface chart;
+  chart.faces.resize(24, 3);
+  chart.faces << 0, 1, 2, 0, 2, 3, 1, 4, 5, 1, 5, 2, 4, 6, 7, 4, 8, 5, 3, 2, 9, 10, 11, 12,      //
+      2, 5, 13, 2, 13, 11, 5, 8, 14, 5, 15, 13, 12, 11, 16, 12, 16, 17, 11, 13, 18, 11, 18, 16,  //
+      13, 15, 19, 13, 20, 18, 2, 11, 9, 11, 10, 9, 8, 15, 14, 15, 5, 14, 6, 8, 7, 8, 4, 7;
+  const double far = 0.96915635090782171;
+  const double near = 0.32305211696927394;
+  const double other = 0.32305211696927383;
+  const double fold = 0.75378827292830552;
+  const double inner = 0.10768403898975809;
+  chart.vertices.resize(21, 3);
+  chart.vertices << -far, -far, 0, -near, -far, 0, -near, -near, 0, -far, -near, 0, other, -far, 0,
+      other, -near, 0, far, -far, 0, fold, -0.75378827292830586, 0, far, -near, 0,
+      -0.5384201949487899, -inner, 0, -far, -near, 0, -near, other, 0, -far, other, 0, other, other,
+      0, fold, -inner, 0, far, other, 0, -near, far, 0, -far, far, 0, other, far, 0, far, far, 0,
+      far, far, 0;
+  return chart;
+}
+
+TEST(FlattenChart, makes_no_cut_that_cuts_nothing_where_the_chart_only_touches_itself) {
+  const mesh::Surface chart = flat_and_touching_itself();
+  FlattenOptions options;
+  options.may_add_cuts = true;
+  ExecutionContext context;
+  Stats stats;
+  const FlatChart flat = flatten_chart(chart, options, context, stats);
+  EXPECT_TRUE(flat.cut.empty());
+  EXPECT_EQ(flat.uv.rows(), chart.vertices.rows());
+  EXPECT_TRUE(overlapping_faces(chart.faces, flat.uv, context).empty());
+}
+
+// The square of 1e-170 is no double.
+TEST(OverlappingFaces, share_an_area_even_if_no_double_holds_it) {
+  Triangles faces(2, 3);
+  faces << 0, 1, 2, 3, 4, 5;
+  Points2 uv(6, 2);
+  uv << 0, 0, 2, 0, 0, 2, 1, 0, 3, 0, 1, 2;
+  ExecutionContext context;
+  const std::vector<FacePair> pairs = overlapping_faces(faces, 1e-170 * uv, context);
+  ASSERT_EQ(pairs.size(), 1U);
+  EXPECT_GE(pairs[0].area, std::numeric_limits<double>::min());
+}
+
+}  // namespace
+}  // namespace flipfree::unwrap

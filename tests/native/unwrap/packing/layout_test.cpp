@@ -1,0 +1,53 @@
+#include "flipfree/unwrap/packing/layout.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace flipfree::unwrap {
+namespace {
+
+// Rounding of a few operations on numbers of size one.
+constexpr double kRounding = 1e-14;
+
+TEST(Layout, no_other_direction_gives_a_smaller_rectangle) {
+  std::mt19937 random(11);
+  std::normal_distribution<double> normal;
+  for (int cloud = 0; cloud < 20; ++cloud) {
+    Points2 points(40, 2);
+    for (Eigen::Index i = 0; i < points.rows(); ++i)
+      points.row(i) << 3.0 * normal(random) + normal(random), normal(random);
+    Points2 turned = points;
+    turn_to_smallest_rectangle(turned);
+    const Vector2 extent = turned.colwise().maxCoeff().transpose();
+    EXPECT_NEAR(turned.colwise().minCoeff().norm(), 0.0, kRounding);
+    EXPECT_GE(extent.x(), extent.y());
+    constexpr int kDirections = 1800;
+    for (int d = 0; d < kDirections; ++d) {
+      const double angle = std::numbers::pi * d / kDirections;
+      const Eigen::VectorXd x = points * Vector2(std::cos(angle), std::sin(angle));
+      const Eigen::VectorXd y = points * Vector2(-std::sin(angle), std::cos(angle));
+      const double area = (x.maxCoeff() - x.minCoeff()) * (y.maxCoeff() - y.minCoeff());
+      EXPECT_LE(extent.prod(), area * (1.0 + 1e-12));
+    }
+  }
+}
+
+TEST(Layout, a_similarity_is_found_again_from_its_points) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  Points2 from(9, 2);
+  for (Eigen::Index i = 0; i < from.size(); ++i) from.data()[i] = normal(random);
+  const Similarity known{Vector2(-0.3, 1.7), Vector2(4.0, -2.0)};
+  Points2 to(9, 2);
+  for (Eigen::Index i = 0; i < from.rows(); ++i)
+    to.row(i) = known(from.row(i).transpose()).transpose();
+  const Similarity found = fit_similarity(from, to);
+  EXPECT_LT((found.linear - known.linear).norm(), kRounding);
+  EXPECT_LT((found.translation - known.translation).norm(), kRounding);
+}
+
+}  // namespace
+}  // namespace flipfree::unwrap
