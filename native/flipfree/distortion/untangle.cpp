@@ -10,10 +10,18 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
+#include "flipfree/distortion/energy/foldover_free.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::distortion {
 namespace {
+
+using foldover_free::chi;
+using foldover_free::derivatives;
+using foldover_free::determinant;
+using foldover_free::jacobian;
+using foldover_free::Matrix4;
+using foldover_free::Vector4;
 
 constexpr std::size_t kGrain = 2048;
 // Share of the mean weight that no triangle falls below: small triangles must unfold as well.
@@ -24,93 +32,6 @@ constexpr double kArmijo = 1e-4;
 constexpr double kConverged = 0.02;
 // Least share by which eps may fall otherwise (their section 3).
 constexpr double kSlowPace = 0.1;
-
-using Matrix4 = Eigen::Matrix4d;
-using Vector4 = Eigen::Vector4d;
-
-double chi(double d, double epsilon) {
-  const double root = std::sqrt(d * d + epsilon * epsilon);
-  // The difference cancels for negative d; the quotient does not.
-  return d > 0 ? 0.5 * (d + root) : 0.5 * epsilon * epsilon / (root - d);
-}
-
-// J as (J00, J01, J10, J11): row = coordinate of the map, column = coordinate of the rest triangle.
-Vector4 jacobian(const double (&gradient)[3][2], const double* p0, const double* p1,
-                 const double* p2) {
-  Vector4 j = Vector4::Zero();
-  const double* p[3] = {p0, p1, p2};
-  // Corner 0 is subtracted: large translations must not cost digits.
-  for (int k = 1; k < 3; ++k) {
-    for (int i = 0; i < 2; ++i) {
-      for (int a = 0; a < 2; ++a) j[2 * i + a] += (p[k][i] - p0[i]) * gradient[k][a];
-    }
-  }
-  return j;
-}
-
-double determinant(const Vector4& j) { return j[0] * j[3] - j[1] * j[2]; }
-
-// Eigenvalues of [a b; b c], the greater one first, and the direction of the first.
-struct Symmetric2 {
-  double greater, less;
-  Vector2 direction;
-
-  Symmetric2(double a, double b, double c) {
-    const double mean = 0.5 * (a + c);
-    const double half = 0.5 * (a - c);
-    const double radius = std::hypot(half, b);
-    greater = mean + radius;
-    less = mean - radius;
-    // The longer of two columns of the matrix minus the other eigenvalue.
-    direction = half >= 0 ? Vector2(radius + half, b) : Vector2(b, radius - half);
-    const double norm = direction.norm();
-    direction = norm > 0 ? Vector2(direction / norm) : Vector2(1, 0);
-  }
-};
-
-// Gradient and clamped Hessian of f with respect to J. With D the matrix of the determinant, C = D
-// J the cofactors, J = P + M its similarity and anti-similarity parts (D P = P, D M = -M), the
-// Hessian is
-//   a I + b D + p (J C' + C J') + q C C',
-// which has the eigenvalues a + b and a - b across P and M in their planes, and mixes P and M
-// alone.
-void derivatives(const Vector4& j, double lambda, double epsilon, Vector4& gradient,
-                 Matrix4& hessian) {
-  const double d = determinant(j);
-  const double c = chi(d, epsilon);
-  const double root = std::sqrt(d * d + epsilon * epsilon);
-  const double c1 = c / root;
-  const double c2 = 0.5 * epsilon * epsilon / (root * root * root);
-  const double n = j.squaredNorm() + lambda * (d * d + 1.0);
-  const Vector4 cofactor(j[3], -j[2], -j[1], j[0]);
-  gradient = (2.0 * j + 2.0 * lambda * d * cofactor) / c - (n * c1 / (c * c)) * cofactor;
-  const double a = 2.0 / c;
-  const double b = 2.0 * lambda * d / c - n * c1 / (c * c);
-  const double p = -2.0 * c1 / (c * c);
-  const double q = 2.0 * lambda / c - 4.0 * lambda * d * c1 / (c * c) +
-                   2.0 * n * c1 * c1 / (c * c * c) - n * c2 / (c * c);
-  const Vector4 similar = 0.5 * (j + cofactor);
-  const Vector4 opposed = 0.5 * (j - cofactor);
-  const double s = similar.norm();
-  const double o = opposed.norm();
-  const Vector4 u = s > 0 ? Vector4(similar / s) : Vector4(std::sqrt(0.5) * Vector4(1, 0, 0, 1));
-  const Vector4 w = o > 0 ? Vector4(opposed / o) : Vector4(std::sqrt(0.5) * Vector4(1, 0, 0, -1));
-  const Vector4 across_u(-u[2], -u[3], u[0], u[1]);  // J turned by a right angle
-  const Vector4 across_w(-w[2], -w[3], w[0], w[1]);
-  const Symmetric2 mixed(a + b + (2.0 * p + q) * s * s, -q * s * o, a - b + (q - 2.0 * p) * o * o);
-  double value[4] = {a + b, a - b, mixed.greater, mixed.less};
-  const auto [low, high] = std::minmax_element(value, value + 4);
-  if (*low <= 0) {
-    const double least = 1e-9 * std::max(std::abs(*low), *high);
-    for (double& v : value) v = std::max(v, least);
-  }
-  const Vector4 first = mixed.direction.x() * u + mixed.direction.y() * w;
-  const Vector4 second = -mixed.direction.y() * u + mixed.direction.x() * w;
-  hessian.noalias() = (value[0] * across_u) * across_u.transpose();
-  hessian.noalias() += (value[1] * across_w) * across_w.transpose();
-  hessian.noalias() += (value[2] * first) * first.transpose();
-  hessian.noalias() += (value[3] * second) * second.transpose();
-}
 
 constexpr int kLocal = 27;
 

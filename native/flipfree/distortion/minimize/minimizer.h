@@ -18,6 +18,9 @@
 
 namespace flipfree::distortion {
 
+// Shorter shares of a step lead nowhere.
+inline constexpr double kShortestStep = 1e-12;
+
 // One run of the method; the state that its steps share.
 class Minimizer {
  public:
