@@ -20,8 +20,9 @@ from pathlib import Path
 
 import bpy
 
-from . import errors, layout, mesh_io, modal, records
-from .operators import check, common, conformal, improve, match, unwrap
+from . import errors, modal, records
+from .meshes import mesh_io
+from .operators import check, common, conformal, improve, layout, match, unwrap
 from .operators.options import MAX_SECONDS
 
 _handles = []

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from . import mesh_io
+from .meshes import mesh_io
 
 # Solver's code -> (what is wrong with the place that is named, what to do about it in Blender).
 TEXTS = {

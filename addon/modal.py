@@ -18,7 +18,8 @@ import bpy
 
 import flipfree
 
-from . import errors, mesh_io
+from . import errors
+from .meshes import mesh_io
 
 _INTERVAL = 0.1  # seconds between looks at the solver
 # Navigating stays possible while solving; everything else waits, so the mesh cannot change

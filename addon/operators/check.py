@@ -4,7 +4,8 @@
 import bpy
 import numpy as np
 
-from .. import mesh_io, modal, selection, solver
+from .. import modal, solver
+from ..meshes import labels, selection
 from . import common, options
 
 _MOST_NAMED = 3  # islands in a report
@@ -31,14 +32,14 @@ class CheckTask(modal.Task):
     def start(self):
         common.refuse_nonfinite_uvs(self.snapshot)
         uv = self.snapshot.corner_uv
-        self._label = mesh_io.island_labels(self.snapshot.triangles, uv)
+        self._label = labels.island_labels(self.snapshot.triangles, uv)
         return solver.certify(self.snapshot, uv, bijective=True, disjoint=not self.stacked_ok)
 
     def collect(self, result):
         self.certificate = result
 
     def torn_edges(self) -> int:
-        return mesh_io.nearly_joined(self.snapshot.triangles, self.snapshot.corner_uv)
+        return labels.nearly_joined(self.snapshot.triangles, self.snapshot.corner_uv)
 
     def stacked(self) -> np.ndarray:
         """Islands that share area with others, as labels; none if they may."""

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .. import errors, mesh_io
+from .. import errors
+from ..meshes import mesh_io
 
 
 @dataclass

@@ -7,7 +7,8 @@ import math
 import bpy
 import numpy as np
 
-from .. import cones, islands, mesh_io, modal, solver
+from .. import modal, solver
+from ..meshes import cones, islands, labels, mesh_io
 from . import common, options, parts
 
 # Radians by which a 32-bit cone angle may be off its 64-bit value (half a unit in the last place below 64).
@@ -100,7 +101,7 @@ class ConformalTask(parts.PartsTask):
 
     def stages(self):
         self._refuse_bad_angles()
-        label = mesh_io.face_components(self.snapshot.triangles)
+        label = labels.face_components(self.snapshot.triangles)
         components = [np.flatnonzero(label == root) for root in np.unique(label)]
         requests = [self._request(triangles) for triangles in components]
         self._refuse_unbalanced(components, requests)
@@ -128,7 +129,7 @@ class ConformalTask(parts.PartsTask):
         yield from self.look_at_islands()
 
     def island_count(self) -> int:
-        return mesh_io.count_islands(self.result.faces, self.result.uv32())
+        return labels.count_islands(self.result.faces, self.result.uv32())
 
     def _combined_cuts(self, pieces) -> np.ndarray:
         """Cut edges of all parts in the numbers of the combined map."""
@@ -295,7 +296,7 @@ class SuggestTask(modal.StagedTask):
         self.bound_holds = True
 
     def stages(self):
-        label = mesh_io.face_components(self.snapshot.triangles)
+        label = labels.face_components(self.snapshot.triangles)
         for root in np.unique(label):
             part, used = self.snapshot.part(np.flatnonzero(label == root))
             found = yield solver.suggest_cones(

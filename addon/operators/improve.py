@@ -3,7 +3,8 @@
 
 import bpy
 
-from .. import mesh_io, modal, solver
+from .. import modal, solver
+from ..meshes import labels
 from . import common, options
 from .unwrap import MapTask, layout_notes
 
@@ -38,7 +39,7 @@ class ImproveTask(modal.StagedTask, MapTask):
 
     @property
     def islands(self) -> int:
-        return mesh_io.count_islands(self.snapshot.triangles, self.result.uv32())
+        return labels.count_islands(self.snapshot.triangles, self.result.uv32())
 
 
 def summary(tasks: list[ImproveTask]) -> str:

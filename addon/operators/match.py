@@ -4,8 +4,9 @@
 import bpy
 import numpy as np
 
-from .. import islands, layout, mesh_io, refine, solver
-from . import common, options, parts
+from .. import solver
+from ..meshes import islands, labels, mesh_io, refine
+from . import common, layout, options, parts
 
 GROUP = refine.PIN_GROUP
 
@@ -229,9 +230,9 @@ class MatchTask(parts.PartsTask):
         ends = np.concatenate([solid[:, e] for e in ((0, 1), (1, 2), (2, 0))])
         edges = island.edges()
         edges = edges[pinned[edges].all(axis=1)]
-        edges = edges[~np.isin(mesh_io.edge_keys(edges), mesh_io.edge_keys(ends))]
+        edges = edges[~np.isin(labels.edge_keys(edges), labels.edge_keys(ends))]
         in_mesh = self.snapshot.vertex_ids[island.submesh[edges]]
-        real = np.isin(mesh_io.edge_keys(in_mesh), mesh_io.edge_keys(self.snapshot.edges))
+        real = np.isin(labels.edge_keys(in_mesh), labels.edge_keys(self.snapshot.edges))
         return [(a, b) for a, b in edges[real].tolist() if a not in outline or b not in outline]
 
     def explain(self, error):

@@ -11,8 +11,9 @@ these classes. `tests/blender/test_registration.py` looks at every operator's pr
 
 import bpy
 
-from .. import layout, mesh_io, modal
-from . import common
+from .. import modal
+from ..meshes import mesh_io
+from . import common, layout
 
 
 class NoOverlaps:

@@ -3,7 +3,8 @@
 
 import numpy as np
 
-from .. import mesh_io, modal, refine, solver
+from .. import modal, solver
+from ..meshes import mesh_io, refine
 from . import common
 
 

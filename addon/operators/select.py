@@ -4,7 +4,8 @@
 import bpy
 import numpy as np
 
-from .. import compat, errors, mesh_io, modal, selection, solver
+from .. import compat, errors, modal, solver
+from ..meshes import labels, mesh_io, selection
 from . import common, options
 
 
@@ -83,7 +84,7 @@ class DistortedTask(modal.Task):
         return solver.certify(self.snapshot, self.snapshot.corner_uv)
 
     def collect(self, result):
-        label = mesh_io.island_labels(self.snapshot.triangles, self.snapshot.corner_uv)
+        label = labels.island_labels(self.snapshot.triangles, self.snapshot.corner_uv)
         chosen = np.unique(label[result.poor_islands])
         self.islands = len(chosen)
         self.faces = np.unique(self.snapshot.triangle_face[np.isin(label, chosen)])

@@ -6,7 +6,8 @@ import dataclasses
 import bpy
 import numpy as np
 
-from .. import mesh_io, modal, selection, solver
+from .. import modal, solver
+from ..meshes import mesh_io, selection
 from . import common, options
 
 

@@ -17,7 +17,7 @@ def addon():
 
 @pytest.fixture
 def part():
-    """part("mesh_io") is the extension's module of that name."""
+    """part("meshes.mesh_io") is the extension's module of that name."""
     return lambda name: importlib.import_module(f"{PACKAGE}.{name}")
 
 

@@ -312,7 +312,7 @@ def test_improve_packs_on_demand_and_leaves_pinned_islands():
 def test_mark_cone_names_the_parts_that_lack_something(part):
     ob = two_spheres(second_cones=5)
     first = min(v.index for v in ob.data.vertices if v.co.x > 4.0)
-    words = part("cones").balance(ob)
+    words = part("meshes.cones").balance(ob)
     assert words == f"The cones still lack, in the part of vertex {first}: +3 quarter turns"
     ob.vertex_groups["Cone +1"].add(corners(ob), 1.0, "REPLACE")
-    assert part("cones").balance(ob) == "The cones fit all 2 parts"
+    assert part("meshes.cones").balance(ob) == "The cones fit all 2 parts"

@@ -69,7 +69,7 @@ def rim(snapshot, island):
 @pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
 @pytest.mark.parametrize("sides", ["one", "both at one place", "both at two places"])
 def test_a_vertex_on_a_seam_is_one_on_both_sides(part, mode, sides):
-    islands, mesh_io, refine = part("islands"), part("mesh_io"), part("refine")
+    islands, mesh_io, refine = part("meshes.islands"), part("meshes.mesh_io"), part("meshes.refine")
     ob = seam_in_the_middle()
     before = len(ob.data.vertices)
     if mode == "EDIT":
@@ -107,7 +107,7 @@ def test_a_vertex_on_a_seam_is_one_on_both_sides(part, mode, sides):
 
 
 def test_a_seam_inside_one_island_is_split_on_both_sides(part):
-    islands, mesh_io = part("islands"), part("mesh_io")
+    islands, mesh_io = part("meshes.islands"), part("meshes.mesh_io")
     ob = seam_in_the_middle()
     mesh = ob.data
     for edge in mesh.edges:  # a slit: only its upper half
@@ -126,7 +126,7 @@ def test_a_seam_inside_one_island_is_split_on_both_sides(part):
 
 
 def test_faces_that_were_not_selected_stay_joined(part):
-    islands, mesh_io, refine = part("islands"), part("mesh_io"), part("refine")
+    islands, mesh_io, refine = part("meshes.islands"), part("meshes.mesh_io"), part("meshes.refine")
     ob = seam_in_the_middle()
     for edge in ob.data.edges:
         edge.use_seam = False

@@ -9,7 +9,7 @@ import shapes
 
 def test_triangles_are_blenders_own_and_loops_fit(part):
     ob = shapes.monkey(0)
-    snapshot = part("mesh_io").read(ob, only_selected=False)
+    snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
     ob.data.calc_loop_triangles()
     own = np.array([tuple(t.vertices) for t in ob.data.loop_triangles])
     assert np.array_equal(snapshot.vertex_ids[snapshot.triangles], own)
@@ -19,12 +19,12 @@ def test_triangles_are_blenders_own_and_loops_fit(part):
 
 def test_vertices_without_faces_are_left_out(part):
     ob = shapes.add("Loose", [(0, 0, 0), (5, 5, 5), (1, 0, 0), (0, 1, 0)], [(0, 2, 3)])
-    snapshot = part("mesh_io").read(ob, only_selected=False)
+    snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
     assert snapshot.vertex_ids.tolist() == [0, 2, 3]
 
 
 def test_two_fans_that_touch_in_a_point_get_two_vertices(part):
-    triangles, ids = part("mesh_io").split_fans(np.array([[0, 1, 2], [0, 3, 4]]))
+    triangles, ids = part("meshes.mesh_io").split_fans(np.array([[0, 1, 2], [0, 3, 4]]))
     assert ids.tolist() == [0, 0, 1, 2, 3, 4]
     assert triangles[0, 0] != triangles[1, 0]
 
@@ -32,20 +32,20 @@ def test_two_fans_that_touch_in_a_point_get_two_vertices(part):
 def test_closed_fans_that_touch_tip_to_tip_get_two_vertices(part):
     upper = [[0, 1, 2], [0, 2, 3], [0, 3, 1]]
     lower = [[0, 4, 5], [0, 5, 6], [0, 6, 4]]
-    triangles, ids = part("mesh_io").split_fans(np.array(upper + lower))
+    triangles, ids = part("meshes.mesh_io").split_fans(np.array(upper + lower))
     assert len(ids) == 8 and len(set(triangles[:, 0])) == 2
 
 
 def test_manifold_meshes_keep_their_vertices(part):
     ob = shapes.cube()
-    snapshot = part("mesh_io").read(ob, only_selected=False)
+    snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
     assert snapshot.vertex_ids.tolist() == list(range(8))
 
 
 def test_faces_at_an_overfull_edge_stay_together(part):
     """The solver must see the edge to name it; a split would hide it."""
     fan = np.array([[0, 1, 2], [1, 0, 3], [0, 1, 4]])
-    triangles, ids = part("mesh_io").split_fans(fan)
+    triangles, ids = part("meshes.mesh_io").split_fans(fan)
     assert np.array_equal(ids[triangles], fan) and len(ids) == 5
 
 
@@ -58,17 +58,17 @@ def test_seams_become_cuts_between_submesh_vertices(part):
     ]
     for index in seams:
         ob.data.edges[index].use_seam = True
-    snapshot = part("mesh_io").read(ob, only_selected=False)
+    snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
     cut = {tuple(sorted(p)) for p in snapshot.vertex_ids[snapshot.cuts].tolist()}
     assert cut == {tuple(sorted(ob.data.edges[i].vertices)) for i in seams}
-    assert part("mesh_io").edge_ids(snapshot, snapshot.cuts).tolist() == seams
+    assert part("meshes.mesh_io").edge_ids(snapshot, snapshot.cuts).tolist() == seams
 
 
 def test_diagonals_are_the_edges_inside_faces(part):
     ob = shapes.grid(3)
-    snapshot = part("mesh_io").read(ob, only_selected=False)
+    snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
     assert len(snapshot.diagonals) == 9
-    assert len(part("mesh_io").edge_ids(snapshot, snapshot.diagonals)) == 0
+    assert len(part("meshes.mesh_io").edge_ids(snapshot, snapshot.diagonals)) == 0
 
 
 def test_cuts_and_diagonals_agree_with_sets(part):
@@ -88,7 +88,7 @@ def test_cuts_and_diagonals_agree_with_sets(part):
     for share in (0.2, 0.7, 1.0):
         chosen = np.flatnonzero(random.random(len(mesh.polygons)) <= share).tolist()
         shapes.select_faces(ob, chosen)
-        snapshot = part("mesh_io").read(ob, only_selected=True)
+        snapshot = part("meshes.mesh_io").read(ob, only_selected=True)
         cuts, diagonals = set(), set()
         for triangle in snapshot.triangles.tolist():
             for a, b in zip(triangle, triangle[1:] + triangle[:1], strict=True):
@@ -106,11 +106,11 @@ def test_only_selected_visible_faces_are_read_in_edit_mode(part):
     ob = shapes.grid(4)
     bpy.ops.object.mode_set(mode="EDIT")
     shapes.select_faces(ob, [1, 6])
-    snapshot = part("mesh_io").read(ob, only_selected=True)
+    snapshot = part("meshes.mesh_io").read(ob, only_selected=True)
     assert sorted(set(snapshot.triangle_face.tolist())) == [1, 6]
     bpy.ops.mesh.hide()
-    with pytest.raises(part("mesh_io").NothingSelected):
-        part("mesh_io").read(ob, only_selected=True)
+    with pytest.raises(part("meshes.mesh_io").NothingSelected):
+        part("meshes.mesh_io").read(ob, only_selected=True)
 
 
 def test_reading_in_edit_mode_sees_what_was_just_edited_and_leaves_no_mesh_behind(part):
@@ -123,13 +123,13 @@ def test_reading_in_edit_mode_sees_what_was_just_edited_and_leaves_no_mesh_behin
     bm.verts.ensure_lookup_table()
     bm.verts[0].co.z = 7.0
     before = len(bpy.data.meshes)
-    snapshot = part("mesh_io").read(ob, only_selected=True)
+    snapshot = part("meshes.mesh_io").read(ob, only_selected=True)
     assert snapshot.vertices[0, 2] == 7.0
     assert len(bpy.data.meshes) == before
 
 
 def test_a_map_torn_inside_a_face_is_refused_by_name(part):
-    mesh_io = part("mesh_io")
+    mesh_io = part("meshes.mesh_io")
     ob = shapes.grid(2)
     snapshot = mesh_io.read(ob, only_selected=False)
     uv = np.zeros((len(snapshot.triangles), 3, 2), np.float32)
@@ -140,7 +140,7 @@ def test_a_map_torn_inside_a_face_is_refused_by_name(part):
 
 @pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
 def test_values_are_stored_bit_for_bit_and_other_loops_keep_theirs(part, mode):
-    mesh_io = part("mesh_io")
+    mesh_io = part("meshes.mesh_io")
     ob = shapes.grid(3, uv=True)
     rng = np.random.default_rng(1)
     before = rng.random((len(ob.data.loops), 2), np.float32)
@@ -162,7 +162,7 @@ def test_values_are_stored_bit_for_bit_and_other_loops_keep_theirs(part, mode):
 
 @pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
 def test_a_mesh_without_uv_map_gets_one(part, mode):
-    mesh_io = part("mesh_io")
+    mesh_io = part("meshes.mesh_io")
     ob = shapes.grid(2)
     bpy.ops.object.mode_set(mode=mode)
     if mode == "EDIT":
@@ -176,7 +176,7 @@ def test_a_mesh_without_uv_map_gets_one(part, mode):
 
 @pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
 def test_a_mesh_changed_meanwhile_is_left_alone(part, mode):
-    mesh_io = part("mesh_io")
+    mesh_io = part("meshes.mesh_io")
     ob = shapes.grid(2, uv=True)
     snapshot = mesh_io.read(ob, only_selected=False)
     bpy.ops.object.mode_set(mode="EDIT")
@@ -195,13 +195,13 @@ def test_a_mesh_changed_meanwhile_is_left_alone(part, mode):
 def test_select_only_selects_that_and_nothing_else(part, mode, kind):
     ob = shapes.grid(3)
     bpy.ops.object.mode_set(mode=mode)
-    part("selection").select_only(ob, kind, np.array([2, 5]))
+    part("meshes.selection").select_only(ob, kind, np.array([2, 5]))
     bpy.ops.object.mode_set(mode="OBJECT")
     assert shapes.selected(ob, kind) == [2, 5]
 
 
 def test_elements_of_the_solver_become_elements_of_the_mesh(part):
-    mesh_io = part("mesh_io")
+    mesh_io = part("meshes.mesh_io")
     ob = shapes.grid(3)
     bpy.ops.object.mode_set(mode="EDIT")
     shapes.select_faces(ob, [4])
@@ -223,7 +223,7 @@ def test_elements_of_the_solver_become_elements_of_the_mesh(part):
 def test_islands_are_counted_by_their_uvs(part):
     triangles = np.array([[0, 1, 2], [1, 3, 2], [2, 3, 4]])
     uv = np.random.default_rng(3).random((5, 2))[triangles]
-    count = part("mesh_io").count_islands
+    count = part("meshes.labels").count_islands
     assert count(triangles, uv) == 1
     uv[0] += 3
     assert count(triangles, uv) == 2

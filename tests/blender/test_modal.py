@@ -12,7 +12,7 @@ import shapes
 def big_run(part):
     """A run that takes seconds, just started, and its object."""
     ob = shapes.slow()
-    snapshot = part("mesh_io").read(ob, only_selected=False)
+    snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
     task = part("operators.unwrap").UnwrapTask(snapshot)
     run = part("modal").Run([task])
     assert run.advance(0.05) is False, "too small a mesh for this test"
@@ -57,7 +57,7 @@ def test_accepting_takes_the_map_as_it_is(big_run):
 def test_accepting_counts_for_all_objects_that_are_left(part):
     objects = [shapes.grid(30, f"Grid{i}", bump=3.0, uv=True) for i in range(3)]
     tasks = [
-        part("operators.unwrap").UnwrapTask(part("mesh_io").read(ob, only_selected=False))
+        part("operators.unwrap").UnwrapTask(part("meshes.mesh_io").read(ob, only_selected=False))
         for ob in objects
     ]
     run = part("modal").Run(tasks)
@@ -92,7 +92,7 @@ def test_an_object_that_was_deleted_meanwhile_is_a_failure_not_a_crash(part):
     import bpy
 
     ob = shapes.grid(4, uv=True)
-    snapshot = part("mesh_io").read(ob, only_selected=False)
+    snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
     task = part("operators.unwrap").UnwrapTask(snapshot)
     run = part("modal").Run([task])
     while not run.advance(0.05):

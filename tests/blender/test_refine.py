@@ -72,12 +72,12 @@ def refined(request, part):
     bpy.ops.object.mode_set(mode=request.param)
     if request.param == "EDIT":
         bpy.ops.mesh.select_all(action="SELECT")
-    snapshot = part("mesh_io").read(ob, only_selected=False)
+    snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
     diagonal = tuple(snapshot.diagonals[0].tolist())
     result = split(snapshot, {tuple(sorted(diagonal)), (4, 7)})
     before = sum(p.area for p in mesh.polygons)
-    assert part("refine").needs_new_faces(snapshot, result)
-    assert part("refine").write(ob, snapshot, result, mark_cuts=False) == 2
+    assert part("meshes.refine").needs_new_faces(snapshot, result)
+    assert part("meshes.refine").write(ob, snapshot, result, mark_cuts=False) == 2
     bpy.ops.object.mode_set(mode="OBJECT")
     return SimpleNamespace(ob=ob, result=result, area=before)
 
@@ -147,8 +147,8 @@ def test_new_vertices_are_neither_pinned_nor_cones(part):
     for name in ("Pins", "Cone +1", "Cone -2", "Weight"):
         ob.vertex_groups.new(name=name).add(list(range(9)), 1.0, "REPLACE")
     ob.data.attributes.new("cone_angle", "FLOAT", "POINT").data.foreach_set("value", np.ones(9))
-    snapshot = part("mesh_io").read(ob, only_selected=False)
-    part("refine").write(ob, snapshot, split(snapshot, {(4, 7)}), mark_cuts=False)
+    snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
+    part("meshes.refine").write(ob, snapshot, split(snapshot, {(4, 7)}), mark_cuts=False)
     assert len(ob.data.vertices) == 10
     names = [{ob.vertex_groups[g.group].name for g in v.groups} for v in ob.data.vertices]
     assert names[9] == {"Weight"} and all(len(found) == 4 for found in names[:9])
@@ -163,13 +163,13 @@ def test_new_vertices_are_neither_pinned_nor_cones(part):
 
 def test_a_map_that_fits_the_faces_needs_no_new_ones(part):
     ob = shapes.grid(3, uv=True)
-    snapshot = part("mesh_io").read(ob, only_selected=False)
-    assert not part("refine").needs_new_faces(snapshot, split(snapshot, set()))
+    snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
+    assert not part("meshes.refine").needs_new_faces(snapshot, split(snapshot, set()))
 
 
 def test_a_mesh_changed_meanwhile_is_left_alone(part):
     ob = shapes.grid(2, uv=True)
-    snapshot = part("mesh_io").read(ob, only_selected=False)
+    snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
     result = split(snapshot, {(4, 7)})
     bm = bmesh.new()
     bm.from_mesh(ob.data)
@@ -177,6 +177,6 @@ def test_a_mesh_changed_meanwhile_is_left_alone(part):
     bm.to_mesh(ob.data)
     bm.free()
     before = shapes.everything(ob)
-    with pytest.raises(part("mesh_io").MeshProblem, match="changed"):
-        part("refine").write(ob, snapshot, result, mark_cuts=False)
+    with pytest.raises(part("meshes.mesh_io").MeshProblem, match="changed"):
+        part("meshes.refine").write(ob, snapshot, result, mark_cuts=False)
     assert shapes.everything(ob) == before

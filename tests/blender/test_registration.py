@@ -192,7 +192,7 @@ def test_prefixed_symbols_keep_blenders_libraries_out():
 
 def test_nothing_is_written_into_the_extensions_folder(addon):
     folder = Path(addon.__file__).parent
-    shipped = {"__init__.py", "blender_manifest.toml", "LICENSE", "operators", "wheels"}
+    shipped = {"__init__.py", "blender_manifest.toml", "LICENSE", "meshes", "operators", "wheels"}
     extra = {p.name for p in folder.iterdir()} - shipped
     assert {p for p in extra if not p.endswith(".py") and p != "__pycache__"} == set()
     assert sys.modules[addon.__name__] is addon

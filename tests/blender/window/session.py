@@ -27,7 +27,8 @@ import shapes  # noqa: E402
 
 modal = importlib.import_module("bl_ext.user_default.flipfree_uv.modal")
 compat = importlib.import_module("bl_ext.user_default.flipfree_uv.compat")
-mesh_io = importlib.import_module("bl_ext.user_default.flipfree_uv.mesh_io")
+labels = importlib.import_module("bl_ext.user_default.flipfree_uv.meshes.labels")
+mesh_io = importlib.import_module("bl_ext.user_default.flipfree_uv.meshes.mesh_io")
 arguments = sys.argv[sys.argv.index("--") + 1 :]
 REPORT = arguments[0]
 SHOTS = Path(arguments[1]) if len(arguments) > 1 else None
@@ -304,7 +305,7 @@ def pinned_monkey(levels, move):
     ends = np.bincount([loop.edge_index for loop in mesh.loops], minlength=len(mesh.edges))
     on_seam |= {v for e in mesh.edges if ends[e.index] < 2 for v in e.vertices}
     pairs = np.array([list(e.vertices) for e in mesh.edges])
-    part = mesh_io.connected_components(len(mesh.vertices), pairs[:, 0], pairs[:, 1])
+    part = labels.connected_components(len(mesh.vertices), pairs[:, 0], pairs[:, 1])
     head = np.argmax(np.bincount(part))  # eyes are parts of their own
     inner = [v for v in range(len(mesh.vertices)) if v not in on_seam and part[v] == head]
     face = [v for v in inner if mesh.vertices[v].co.y < -0.2 and mesh.vertices[v].co.x > 0.05]

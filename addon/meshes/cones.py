@@ -12,7 +12,7 @@ import bmesh
 import bpy
 import numpy as np
 
-from . import mesh_io
+from . import labels
 
 ATTRIBUTE = "cone_angle"
 _GROUP = re.compile(r"Cone ([+-]\d+)")
@@ -114,7 +114,7 @@ def _parts(mesh: bpy.types.Mesh) -> list[tuple[np.ndarray, int, int]]:
     """(vertices, number of edges, number of faces) of each connected part that has faces, by its first vertex."""
     ends = np.empty((len(mesh.edges), 2), np.int32)
     mesh.edges.foreach_get("vertices", ends.ravel())
-    label = mesh_io.connected_components(len(mesh.vertices), ends[:, 0], ends[:, 1])
+    label = labels.connected_components(len(mesh.vertices), ends[:, 0], ends[:, 1])
     first = np.empty(len(mesh.polygons), np.int32)
     mesh.polygons.foreach_get("loop_start", first)
     corners = np.empty(len(mesh.loops), np.int32)

@@ -12,8 +12,9 @@ import functools
 import bpy
 import numpy as np
 
-from . import mesh_io, modal, solver
-from .operators import common
+from .. import modal, solver
+from ..meshes import mesh_io
+from . import common
 
 
 def joint_of(context, snapshots):

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from . import mesh_io
+from . import labels, mesh_io
 
 _SIDES = ((0, 1), (1, 2), (2, 0))
 
@@ -63,7 +63,7 @@ def islands_of(snapshot, cuts: np.ndarray | None = None) -> list[Island]:
     cuts = snapshot.cuts if cuts is None else cuts
     triangles = snapshot.triangles
     split, _ = mesh_io.split_fans(triangles, cuts)
-    label = mesh_io.face_components(split)
+    label = labels.face_components(split)
     return [Island(snapshot, np.flatnonzero(label == root), cuts) for root in np.unique(label)]
 
 
@@ -173,10 +173,10 @@ def _close_seams(snapshot, combined) -> None:
     combined.faces = same[combined.faces].astype(np.int32)
 
     beside: dict[tuple[int, int], list[int]] = {key: [] for key in points}
-    wanted = mesh_io.edge_keys(np.array(list(points)))
+    wanted = labels.edge_keys(np.array(list(points)))
     for k, m in _SIDES:
         ends = snapshot.triangles[:, (k, m)]
-        for t in np.flatnonzero(np.isin(mesh_io.edge_keys(ends), wanted)).tolist():
+        for t in np.flatnonzero(np.isin(labels.edge_keys(ends), wanted)).tolist():
             beside[int(ends[t].min()), int(ends[t].max())].append(t)
     near = np.isin(combined.parent_face, np.unique(np.concatenate(list(beside.values()))))
     children: dict[int, list] = {}

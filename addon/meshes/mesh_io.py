@@ -16,7 +16,8 @@ import numpy as np
 
 import flipfree
 
-from . import compat
+from .. import compat
+from . import labels
 
 
 class MeshProblem(Exception):
@@ -65,8 +66,10 @@ class Snapshot:
         start, end = self.triangles, np.roll(self.triangles, -1, axis=1)
         once = self.inner_sides & (start < end)  # a face has its diagonals in both directions
         pairs = np.column_stack([start[once], end[once]])
-        pairs = pairs[~_members(edge_keys(self.vertex_ids[pairs]), edge_keys(self.edges))]
-        keys = np.sort(edge_keys(pairs))
+        pairs = pairs[
+            ~_members(labels.edge_keys(self.vertex_ids[pairs]), labels.edge_keys(self.edges))
+        ]
+        keys = np.sort(labels.edge_keys(pairs))
         keys = keys[np.append(True, keys[1:] != keys[:-1])[: len(keys)]]
         return np.column_stack([keys >> 32, keys & 0xFFFFFFFF]).astype(np.int32)
 
@@ -77,7 +80,7 @@ class Snapshot:
         number = np.full(len(self.vertices), -1, np.int32)
         number[used] = np.arange(len(used))
         ends = np.concatenate([corners[:, e] for e in ((0, 1), (1, 2), (2, 0))])
-        cuts = self.cuts[np.isin(edge_keys(self.cuts), edge_keys(ends))]
+        cuts = self.cuts[np.isin(labels.edge_keys(self.cuts), labels.edge_keys(ends))]
         part = replace(
             self,
             vertices=self.vertices[used],
@@ -191,12 +194,6 @@ def more(elements) -> str:
     return f" (and {len(elements) - 1} more)" if len(elements) > 1 else ""
 
 
-def edge_keys(pairs: np.ndarray) -> np.ndarray:
-    """One int64 per vertex pair, the same for both directions."""
-    pairs = pairs.astype(np.int64)
-    return np.minimum(pairs[:, 0], pairs[:, 1]) << 32 | np.maximum(pairs[:, 0], pairs[:, 1])
-
-
 def _cuts(corners: np.ndarray, triangles: np.ndarray, seam_vertices: np.ndarray) -> np.ndarray:
     """Seams inside the submesh as (s, 2) submesh vertex pairs."""
     if not len(seam_vertices):
@@ -208,7 +205,7 @@ def _cuts(corners: np.ndarray, triangles: np.ndarray, seam_vertices: np.ndarray)
     following = (sides + 1) % 3
     in_mesh = np.column_stack([corners[rows, sides], corners[rows, following]])
     in_submesh = np.column_stack([triangles[rows, sides], triangles[rows, following]])
-    on_seam = _members(edge_keys(in_mesh), edge_keys(seam_vertices))
+    on_seam = _members(labels.edge_keys(in_mesh), labels.edge_keys(seam_vertices))
     pairs = np.sort(in_submesh[on_seam], axis=1)
     return np.unique(pairs, axis=0).astype(np.int32)
 
@@ -252,77 +249,6 @@ def split_fans(
     flipfree.split_fans. Edges in `cuts` (s, 2) connect nothing.
     """
     return flipfree.split_fans(corners, cuts=cuts)
-
-
-def connected_components(n: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """(n,) smallest member of each element's component under the links a[i] - b[i]. O((n + #links) log n)."""
-    label = np.arange(n)
-    while len(a):
-        low, high = np.minimum(label[a], label[b]), np.maximum(label[a], label[b])
-        differ = low != high
-        if not differ.any():
-            break
-        a, b, low, high = a[differ], b[differ], low[differ], high[differ]
-        np.minimum.at(label, high, low)
-        while True:
-            up = label[label]
-            if np.array_equal(up, label):
-                break
-            label = up
-    return label
-
-
-def face_components(triangles: np.ndarray) -> np.ndarray:
-    """(m,) smallest triangle of each triangle's component; triangles are joined by common edges."""
-    m = len(triangles)
-    key = edge_keys(np.concatenate([triangles[:, e] for e in ((0, 1), (1, 2), (2, 0))]))
-    order = np.argsort(key, kind="stable")
-    same = np.flatnonzero(key[order][1:] == key[order][:-1])
-    return connected_components(m, order[same] % m, order[same + 1] % m)
-
-
-def _edge_ends(triangles: np.ndarray):
-    """Corners at both ends of every inner edge, in one triangle and in the other: (low, other low, high, other high)."""
-    m = len(triangles)
-    low_corner, high_corner = [], []
-    for k in range(3):
-        here, there = 3 * np.arange(m) + k, 3 * np.arange(m) + (k + 1) % 3
-        up = triangles[:, k] < triangles[:, (k + 1) % 3]
-        low_corner.append(np.where(up, here, there))
-        high_corner.append(np.where(up, there, here))
-    low, high = np.concatenate(low_corner), np.concatenate(high_corner)
-    vertex = triangles.ravel().astype(np.int64)
-    key = vertex[low] << 32 | vertex[high]
-    order = np.argsort(key, kind="stable")
-    same = np.flatnonzero(key[order][1:] == key[order][:-1])
-    a, b = order[same], order[same + 1]
-    return low[a], low[b], high[a], high[b]
-
-
-def island_labels(triangles: np.ndarray, uv: np.ndarray) -> np.ndarray:
-    """(m,) smallest triangle of each triangle's island in the map uv (m, 3, 2): triangles belong together if they share an
-    edge and its UVs, bit for bit."""
-    low, other_low, high, other_high = _edge_ends(triangles)
-    flat = uv.reshape(-1, 2)
-    joined = (flat[low] == flat[other_low]).all(axis=1) & (flat[high] == flat[other_high]).all(
-        axis=1
-    )
-    return connected_components(len(triangles), low[joined] // 3, other_low[joined] // 3)
-
-
-def count_islands(triangles: np.ndarray, uv: np.ndarray) -> int:
-    return int(np.count_nonzero(island_labels(triangles, uv) == np.arange(len(triangles))))
-
-
-def nearly_joined(triangles: np.ndarray, uv: np.ndarray) -> int:
-    """Edges whose UVs on the two sides differ, but only in the last bits that 32-bit floats have: never meant to be cuts."""
-    low, other_low, high, other_high = _edge_ends(triangles)
-    flat = uv.reshape(-1, 2).astype(np.float64)
-    apart = np.concatenate([flat[low] - flat[other_low], flat[high] - flat[other_high]], axis=1)
-    size = np.maximum(np.abs(flat[low]), np.abs(flat[high])).max(axis=1, initial=1.0)
-    gap = np.abs(apart).max(axis=1)
-    last_bits = 4 * np.finfo(np.float32).eps * np.maximum(size, 1.0)
-    return int(np.count_nonzero((gap > 0) & (gap <= last_bits)))
 
 
 def _per_loop(snapshot: Snapshot, corner_uv: np.ndarray):
@@ -421,7 +347,7 @@ def _write_edit_mode(ob, snapshot, loops, values, new_seams) -> None:
 def edge_ids(snapshot: Snapshot, submesh_pairs: np.ndarray) -> np.ndarray:
     """Ids of the mesh's edges between these submesh vertices; pairs that are no edge (diagonals) are left out."""
     pairs = snapshot.vertex_ids[np.asarray(submesh_pairs, dtype=np.int64).reshape(-1, 2)]
-    return np.flatnonzero(_members(edge_keys(snapshot.edges), edge_keys(pairs)))
+    return np.flatnonzero(_members(labels.edge_keys(snapshot.edges), labels.edge_keys(pairs)))
 
 
 def to_mesh_elements(snapshot: Snapshot, kind: str, elements) -> tuple[str, np.ndarray]:

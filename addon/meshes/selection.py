@@ -5,7 +5,7 @@ import bmesh
 import bpy
 import numpy as np
 
-from . import compat
+from .. import compat
 
 
 def select_only(ob: bpy.types.Object, kind: str, elements: np.ndarray, *, modes=()) -> None:
