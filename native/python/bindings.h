@@ -12,6 +12,7 @@ void bind_distortion(pybind11::module_& module);
 void bind_embedding(pybind11::module_& module);
 void bind_matchmaker(pybind11::module_& module);
 void bind_mesh(pybind11::module_& module);
+void bind_seamless(pybind11::module_& module);
 void bind_unwrap(pybind11::module_& module);
 
 }  // namespace flipfree::python

@@ -85,5 +85,6 @@ PYBIND11_MODULE(_native, module) {
   flipfree::python::bind_embedding(module);
   flipfree::python::bind_matchmaker(module);
   flipfree::python::bind_mesh(module);
+  flipfree::python::bind_seamless(module);
   flipfree::python::bind_unwrap(module);
 }

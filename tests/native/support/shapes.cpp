@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <numbers>
 #include <random>
 #include <sstream>
@@ -110,6 +111,55 @@ mesh::Surface cylinder(Index sectors, Index rings) {
   }
   surface.faces = lattice_faces(sectors, rings, id);
   return surface;
+}
+
+mesh::Surface perforated_plate(Index holes, Index fineness) {
+  const Index width = 2 * holes + 1;
+  const auto filled = [&](Index x, Index y, Index z) {
+    const bool inside = x >= 0 && x < width && y >= 0 && y < 3 && z == 0;
+    return inside && !(y == 1 && x % 2 == 1);
+  };
+  std::map<std::array<Index, 3>, VertexId> ids;
+  std::vector<std::array<Index, 3>> faces;
+  const auto id = [&](const std::array<Index, 3>& p) {
+    return ids.try_emplace(p, static_cast<VertexId>(ids.size())).first->second;
+  };
+  // A square of a cube's side: from `corner` along the axes u and v, which turn counter-clockwise
+  // as seen from outside.
+  const auto add_side = [&](std::array<Index, 3> corner, std::size_t u, std::size_t v) {
+    for (Index& c : corner) c *= fineness;
+    const auto point = [&](Index i, Index j) {
+      std::array<Index, 3> p = corner;
+      p[u] += i;
+      p[v] += j;
+      return id(p);
+    };
+    for (Index i = 0; i < fineness; ++i) {
+      for (Index j = 0; j < fineness; ++j) {
+        faces.push_back({point(i, j), point(i + 1, j), point(i + 1, j + 1)});
+        faces.push_back({point(i, j), point(i + 1, j + 1), point(i, j + 1)});
+      }
+    }
+  };
+  for (Index x = 0; x < width; ++x) {
+    for (Index y = 0; y < 3; ++y) {
+      if (!filled(x, y, 0)) continue;
+      if (!filled(x + 1, y, 0)) add_side({x + 1, y, 0}, 1, 2);
+      if (!filled(x - 1, y, 0)) add_side({x, y, 0}, 2, 1);
+      if (!filled(x, y + 1, 0)) add_side({x, y + 1, 0}, 2, 0);
+      if (!filled(x, y - 1, 0)) add_side({x, y, 0}, 0, 2);
+      add_side({x, y, 1}, 0, 1);
+      add_side({x, y, 0}, 1, 0);
+    }
+  }
+  mesh::Surface s;
+  s.vertices.resize(static_cast<Eigen::Index>(ids.size()), 3);
+  for (const auto& [p, v] : ids) s.vertices.row(v) << p[0], p[1], p[2];
+  s.vertices /= fineness;
+  s.faces.resize(static_cast<Eigen::Index>(faces.size()), 3);
+  for (std::size_t f = 0; f < faces.size(); ++f)
+    s.faces.row(static_cast<Eigen::Index>(f)) << faces[f][0], faces[f][1], faces[f][2];
+  return s;
 }
 
 mesh::Surface tetrahedron() {

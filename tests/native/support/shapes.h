@@ -20,6 +20,9 @@ mesh::Surface sphere(Index sectors, Index rings);
 mesh::Surface torus(Index sectors, Index rings, double minor = 0.4);
 // Open cylinder of radius 1, unit height; two boundary loops.
 mesh::Surface cylinder(Index sectors, Index rings);
+// Boundary of a flat plate of cubes, (2 holes + 1) x 3 x 1, with `holes` square holes through it;
+// closed, of that genus. Every square is cut into 2 fineness^2 triangles.
+mesh::Surface perforated_plate(Index holes, Index fineness);
 // Regular tetrahedron, closed.
 mesh::Surface tetrahedron();
 

@@ -61,6 +61,9 @@ class MetricEngine {
   // Multiplies the length of every edge (i, j) by exp(x_i + x_j). If x is high parts only, what is
   // taken for exp(x) - 1 is the nearest double, exactly; else exp is computed in full.
   virtual void scale(const FineVector& x, ExecutionContext& context) = 0;
+  // Multiplies the length of every edge e by exp(x[e]), which leaves the conformal class; the scale
+  // factors stay what they are.
+  virtual void stretch(const std::vector<double>& x, ExecutionContext& context) = 0;
   // Logarithms of all factors so far (u / 2), and a fresh engine's way to there: in stages, since a
   // long way at once would go through triangulations far from both ends and cost many times the
   // flips. False if lengths leave the exponent range.
@@ -75,6 +78,9 @@ class MetricEngine {
   // well-conditioned quotients.
   virtual void evaluate(double accuracy, Gradient& out, ExecutionContext& context) = 0;
 
+  // tan(angle / 2) of the angle opposite each half-edge, in every face; small relative errors.
+  virtual void half_tangents(std::vector<double>& tangent, ExecutionContext& context) const = 0;
+
   // The convex energy of the present metric (Springborn, Schroeder, Pinkall 2008; across flips
   // Springborn 2019). Costs about as much as the angles.
   virtual Energy energy(ExecutionContext& context) const = 0;
@@ -87,6 +93,8 @@ class MetricEngine {
   virtual bool relax(const std::vector<VertexId>& unknowns, double accuracy,
                      const std::function<bool()>& stop, ExecutionContext& context) = 0;
 
+  // Another engine with the same state.
+  virtual std::unique_ptr<MetricEngine> copy() const = 0;
   // Remembers the present metric, and returns to the one remembered last. Copies all arrays.
   virtual void remember() = 0;
   virtual void go_back() = 0;

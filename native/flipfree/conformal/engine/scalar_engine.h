@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <numbers>
 #include <utility>
 #include <vector>
@@ -60,6 +61,16 @@ class ScalarEngine final : public MetricEngine {
     apply_factors();
   }
 
+  void stretch(const std::vector<double>& x, ExecutionContext& context) override {
+    using std::exp;
+    for (std::size_t e = 0; e < length_.size(); ++e) {
+      if (e % kCheckLogarithms == kCheckLogarithms - 1) context.check();
+      if (x[e] != 0.0) length_[e] *= exp(Traits::make(x[e], bits_));
+      in_range_ = in_range_ && is_usable(length_[e]);
+    }
+    shadow_valid_ = false;
+  }
+
   ScaleLogarithms scaled_so_far(const ExecutionContext& context) const override {
     using std::log;
     ScaleLogarithms x(factor_product_.size());
@@ -100,12 +111,16 @@ class ScalarEngine final : public MetricEngine {
   }
 
   void evaluate(double accuracy, Gradient& out, ExecutionContext& context) override;
+  void half_tangents(std::vector<double>& tangent, ExecutionContext& context) const override;
 
   Energy energy(ExecutionContext& context) const override;
 
   bool relax(const std::vector<VertexId>& unknowns, double accuracy,
              const std::function<bool()>& stop, ExecutionContext& context) override;
 
+  std::unique_ptr<MetricEngine> copy() const override {
+    return std::make_unique<ScalarEngine>(*this);
+  }
   void remember() override {
     memory_.mesh = mesh_;
     memory_.length = length_;

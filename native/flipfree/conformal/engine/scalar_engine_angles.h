@@ -100,6 +100,20 @@ void ScalarEngine<T>::evaluate(double accuracy, Gradient& out, ExecutionContext&
   finish_gradient(out);
 }
 
+template <typename T>
+void ScalarEngine<T>::half_tangents(std::vector<double>& tangent, ExecutionContext& context) const {
+  tangent.resize(mesh_.halfedge_count());
+  parallel_for(context, mesh_.face_count(), kCheckLogarithms,
+               [&](std::size_t begin, std::size_t end, std::size_t) {
+                 HalfedgeId h[3];
+                 double x[3];
+                 for (std::size_t f = begin; f < end; ++f) {
+                   const double radius = shape(f, kEnergyAccuracy, h, x);
+                   for (int k = 0; k < 3; ++k) tangent[at(h[k])] = radius / x[k];
+                 }
+               });
+}
+
 // Sum over triangles of 2 f - pi (x1 + x2 + x3) plus target * u, with x the logarithms of the
 // lengths and f = sum of angle * x + Lobachevsky(angle). The edges' own term makes the sum
 // continuous across flips: on a co-circular edge it cancels what the two opposite angles add.

@@ -198,6 +198,23 @@ bool NewtonSystem::factorize(ExecutionContext& context) {
   return cholesky_.factorize(matrix_, context);
 }
 
+bool NewtonSystem::factorize(const intrinsic::IntrinsicMesh& mesh, const Gradient& gradient,
+                             ExecutionContext& context) {
+  if (!collect_couplings(mesh, gradient)) return false;
+  build_matrix(static_cast<Index>(gradient.value.size()) - 1);
+  factor_kept_ = factorize(context);
+  return factor_kept_;
+}
+
+Eigen::MatrixXd NewtonSystem::solve_columns(const Eigen::Ref<const Eigen::MatrixXd>& columns,
+                                            ExecutionContext& context) const {
+  const Eigen::Index last = columns.rows() - 1;
+  Eigen::MatrixXd x(columns.rows(), columns.cols());
+  x.topRows(last) = cholesky_.solve(columns.topRows(last), context);
+  x.row(last).setZero();
+  return x;
+}
+
 bool NewtonSystem::solve(const intrinsic::IntrinsicMesh& mesh, const Gradient& gradient, int bits,
                          FineVector& d, ExecutionContext& context) {
   const Stopwatch watch;

@@ -25,6 +25,14 @@ class NewtonSystem {
   bool solve(const intrinsic::IntrinsicMesh& mesh, const Gradient& gradient, int bits,
              FineVector& direction, ExecutionContext& context);
 
+  // Factorizes the Hessian alone, for solutions with many right-hand sides. False as solve().
+  bool factorize(const intrinsic::IntrinsicMesh& mesh, const Gradient& gradient,
+                 ExecutionContext& context);
+  // X with H X = B for columns of B that sum to zero (#V x k), X zero at the last unknown; by the
+  // last factorize(). Precondition: no solve() since.
+  Eigen::MatrixXd solve_columns(const Eigen::Ref<const Eigen::MatrixXd>& columns,
+                                ExecutionContext& context) const;
+
   // Derivative of the energy along the last direction, -d' H d: a sum of squares.
   double slope() const { return slope_; }
 

@@ -1,0 +1,153 @@
+#include "flipfree/intrinsic/loops/dual_loops.h"
+
+#include <algorithm>
+#include <limits>
+#include <queue>
+#include <utility>
+
+#include "flipfree/base/disjoint_sets.h"
+
+namespace flipfree::intrinsic {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+// Faces are named by numbers of their own, in the order of their first half-edge.
+struct Faces {
+  std::vector<Index> of;        // per half-edge
+  std::vector<HalfedgeId> any;  // per face: one of its half-edges
+};
+
+Faces number_faces(const FlipMesh& mesh) {
+  Faces faces;
+  faces.of.assign(mesh.next.size(), kInvalid);
+  for (HalfedgeId h = 0; h < mesh.halfedge_count(); ++h) {
+    if (faces.of[at(h)] != kInvalid) continue;
+    const auto f = static_cast<Index>(faces.any.size());
+    faces.any.push_back(h);
+    HalfedgeId g = h;
+    do {
+      faces.of[at(g)] = f;
+      g = mesh.next_of(g);
+    } while (g != h);
+  }
+  return faces;
+}
+
+// Shortest paths from one face to all, across edges.
+struct DualTree {
+  std::vector<double> distance;     // per face
+  std::vector<HalfedgeId> entered;  // per face: the half-edge crossed last, in the face before;
+                                    // kInvalid at the root
+  std::vector<Index> depth;         // edges to the root
+};
+
+DualTree shortest_paths(const FlipMesh& mesh, const Faces& faces, const std::vector<double>& step,
+                        const ExecutionContext& context) {
+  const std::size_t count = faces.any.size();
+  DualTree tree{std::vector<double>(count, std::numeric_limits<double>::infinity()),
+                std::vector<HalfedgeId>(count, kInvalid), std::vector<Index>(count, 0)};
+  using Entry = std::pair<double, Index>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  tree.distance[0] = 0.0;
+  queue.push({0.0, 0});
+  std::size_t done = 0;
+  while (!queue.empty()) {
+    const auto [distance, f] = queue.top();
+    queue.pop();
+    if (distance > tree.distance[at(f)]) continue;
+    if (++done % 4096 == 0) context.check();
+    HalfedgeId h = faces.any[at(f)];
+    for (int k = 0; k < 3; ++k, h = mesh.next_of(h)) {
+      const Index other = faces.of[at(FlipMesh::opposite_of(h))];
+      const double further = distance + step[at(h >> 1)];
+      if (!(further < tree.distance[at(other)])) continue;
+      tree.distance[at(other)] = further;
+      tree.entered[at(other)] = h;
+      tree.depth[at(other)] = tree.depth[at(f)] + 1;
+      queue.push({further, other});
+    }
+  }
+  return tree;
+}
+
+// Edges in neither tree: of those that the dual tree does not cross, the primal spanning tree takes
+// the ones first whose cycles are long.
+std::vector<HalfedgeId> generators(const FlipMesh& mesh, const Faces& faces, const DualTree& tree,
+                                   const std::vector<double>& step) {
+  std::vector<char> crossed(step.size(), 0);
+  for (const HalfedgeId h : tree.entered) {
+    if (h != kInvalid) crossed[at(h >> 1)] = 1;
+  }
+  std::vector<std::pair<double, HalfedgeId>> edges;
+  for (HalfedgeId h = 0; h < mesh.halfedge_count(); h += 2) {
+    if (crossed[at(h >> 1)] != 0) continue;
+    edges.emplace_back(tree.distance[at(faces.of[at(h)])] + tree.distance[at(faces.of[at(h + 1)])] +
+                           step[at(h >> 1)],
+                       h);
+  }
+  std::sort(edges.begin(), edges.end(), [](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first > b.first : a.second < b.second;
+  });
+  DisjointSets sets(mesh.vertex_count);
+  std::vector<HalfedgeId> left;
+  for (const auto& [length, h] : edges) {
+    if (!sets.join(mesh.source_of(h), mesh.source_of(h + 1))) left.push_back(h);
+  }
+  return left;
+}
+
+// From the tree's root across h and back, without what both ways share.
+DualLoop fundamental_cycle(const Faces& faces, const DualTree& tree, HalfedgeId h) {
+  Index a = faces.of[at(h)], b = faces.of[at(FlipMesh::opposite_of(h))];
+  DualLoop to, back;
+  const auto up = [&](Index& f) {
+    const HalfedgeId entered = tree.entered[at(f)];
+    f = faces.of[at(entered)];
+    return entered;
+  };
+  while (a != b) {
+    if (tree.depth[at(a)] >= tree.depth[at(b)]) {
+      to.push_back(up(a));
+    } else {
+      back.push_back(FlipMesh::opposite_of(up(b)));
+    }
+  }
+  std::reverse(to.begin(), to.end());
+  to.push_back(h);
+  to.insert(to.end(), back.begin(), back.end());
+  return to;
+}
+
+}  // namespace
+
+std::vector<DualLoop> homology_basis(const FlipMesh& mesh, const std::vector<double>& step,
+                                     const ExecutionContext& context) {
+  const Faces faces = number_faces(mesh);
+  const DualTree tree = shortest_paths(mesh, faces, step, context);
+  std::vector<DualLoop> loops;
+  for (const HalfedgeId h : generators(mesh, faces, tree, step))
+    loops.push_back(fundamental_cycle(faces, tree, h));
+  return loops;
+}
+
+// b is pushed to the left of itself until it runs along edges: around the corners on its left. It
+// then crosses a wherever a crosses one of these edges.
+Index intersection_number(const FlipMesh& mesh, const DualLoop& a, const DualLoop& b) {
+  // The edges on the left of b: those of which b passes the target on its left, from corner to
+  // corner. As a chain: for each face whose third side b has on its left, that side.
+  std::vector<Index> chain(mesh.next.size() / 2, 0);
+  for (std::size_t i = 0; i < b.size(); ++i) {
+    const HalfedgeId entered = FlipMesh::opposite_of(b[i]);
+    const HalfedgeId leaving = b[(i + 1) % b.size()];
+    if (leaving != mesh.next_of(entered)) continue;  // a corner on the left: no side there
+    // The third side, previous(entered), runs against b's direction.
+    const HalfedgeId side = mesh.previous_of(entered);
+    chain[at(side >> 1)] += (side & 1) == 0 ? -1 : 1;
+  }
+  Index sum = 0;
+  for (const HalfedgeId h : a) sum += (h & 1) == 0 ? chain[at(h >> 1)] : -chain[at(h >> 1)];
+  return sum;
+}
+
+}  // namespace flipfree::intrinsic

@@ -1,0 +1,35 @@
+// Closed strips of triangles that generate the homology of a closed surface.
+//
+// A dual loop is a cyclic sequence of half-edges: the loop leaves the face of loop[i] across it,
+// and the next face across loop[i + 1]. It does not turn back (loop[i + 1] is never the opposite of
+// loop[i]). In the face that it enters across o = opposite(loop[i]) it passes one corner:
+//
+//       loop[i + 1] = next(o): the corner at the source of loop[i + 1] lies on its right hand,
+//       loop[i + 1] = previous(o): the corner at the source of o lies on its left hand.
+//
+// Its holonomy angle is the sum of the angles of these corners, left ones positive, right ones
+// negative (thesis 6.2): how much it turns to the left, as seen by parallel transport.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/intrinsic/overlay/overlay_coordinates.h"
+
+namespace flipfree::intrinsic {
+
+using DualLoop = std::vector<HalfedgeId>;
+
+// 2 g loops, each without a face twice, that generate the first homology of a closed connected
+// surface: the fundamental cycles of a tree-cotree decomposition (Eppstein 2003; Erickson and
+// Whittlesey 2005) whose dual tree is one of shortest paths and whose primal tree spares the edges
+// with the shortest cycles. `step`: per edge, how far it is from face to face across it (> 0).
+// Cost: O(#F log #F) plus the loops.
+std::vector<DualLoop> homology_basis(const FlipMesh& mesh, const std::vector<double>& step,
+                                     const ExecutionContext& context);
+
+// Algebraic number of crossings of a loop with another one pushed off it; both in the same mesh.
+// The matrix over a homology basis has determinant 1.
+Index intersection_number(const FlipMesh& mesh, const DualLoop& a, const DualLoop& b);
+
+}  // namespace flipfree::intrinsic

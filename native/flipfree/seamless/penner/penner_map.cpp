@@ -1,0 +1,275 @@
+#include "flipfree/seamless/penner/penner_map.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include "flipfree/base/in_time.h"
+#include "flipfree/certify/certified_map.h"
+#include "flipfree/certify/certify.h"
+#include "flipfree/conformal/map/map.h"
+#include "flipfree/mesh/topology.h"
+#include "flipfree/mesh/validate.h"
+
+namespace flipfree::seamless {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
+
+std::vector<VertexId> cones_of(const std::vector<Index>& cones) {
+  std::vector<VertexId> vertices;
+  for (std::size_t v = 0; v < cones.size(); ++v) {
+    if (cones[v] != 4) vertices.push_back(static_cast<VertexId>(v));
+  }
+  return vertices;
+}
+
+// Branches, transitions and the seam error of a map whose cut_edges are known.
+void find_seams(const std::vector<Index>& cones, PennerMap& result) {
+  certify::Parametrization& map = result.map;
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
+  const mesh::EdgeFlags cut = mesh::flag_edges(map.surface.faces, adjacency, map.cut_edges);
+  result.branches = seam_branches(map.surface.faces, adjacency, cut, cones_of(cones), map.uv);
+  result.seam_error = largest_seam_error(result.branches, adjacency, map.uv);
+  write_transitions(result.branches, map);
+}
+
+void add_figures(const PennerMetric& metric, Stats& stats) {
+  const auto& of_metric = metric.metric.stats;
+  stats["seconds_conformal"] = of_metric.at("seconds_conformal");
+  const auto newton = of_metric.find("seconds_newton");
+  stats["seconds_newton"] = newton == of_metric.end() ? StatValue{0.0} : newton->second;
+  stats["conformal_iterations"] = static_cast<std::int64_t>(metric.conformal_iterations);
+  stats["iterations"] = static_cast<std::int64_t>(metric.iterations);
+  stats["conformal_flips"] = static_cast<std::int64_t>(metric.conformal_flips);
+  stats["flips"] = static_cast<std::int64_t>(metric.metric.flips.size());
+  stats["bits"] = static_cast<std::int64_t>(metric.metric.bits);
+  stats["angle_error"] = metric.metric.angle_error;
+  stats["loops"] = static_cast<std::int64_t>(metric.loops.size());
+  std::int64_t changed = 0;
+  for (std::size_t i = 0; i < metric.loops.size(); ++i) {
+    changed += std::lround(metric.start_angles[i] / kQuarterTurn) != metric.loops[i].quarter_turns;
+  }
+  stats["loops_not_nearest"] = changed;
+}
+
+// One connected component, its branches not yet found.
+PennerMap map_component(const mesh::Surface& surface, const std::vector<Index>& cones,
+                        const std::optional<std::vector<LoopTurn>>& loops,
+                        const PennerMapOptions& options, ExecutionContext& context) {
+  PennerMap result;
+  PennerMetric solved;
+  {
+    const ProgressRange range(context, 0.0, 0.7);
+    PennerOptions metric = options.metric;
+    metric.max_seconds = 0.0;  // a limit of the whole call is in force already
+    solved = compute_penner_metric(surface, cones, loops, metric, context);
+  }
+  std::vector<double> angles;
+  angles.reserve(cones.size());
+  for (const Index k : cones) angles.push_back(k * kQuarterTurn);
+  conformal::ConformalMapOptions of_map;
+  of_map.uncuttable = options.uncuttable;
+  of_map.max_crossings = options.max_crossings;
+  conformal::RefinedMetric metric;
+  result.loops = solved.loops;
+  Stats stats;
+  add_figures(solved, stats);
+  metric.metric = std::move(solved.metric);
+  conformal::ConformalMapResult mapped;
+  {
+    const ProgressRange range(context, 0.7, 1.0);
+    mapped = conformal::map_from_metric(surface, angles, std::move(metric), of_map, context);
+  }
+  result.map = std::move(mapped.map);
+  result.map.stats.merge(stats);
+  result.not_stored = std::move(mapped.failure);
+  const certify::Certificate& certificate = result.map.certificate;
+  if (result.map.surface.faces.rows() == 0) throw NotConverged(*result.not_stored);
+  if (certificate.flips64 != 0) {
+    throw certify::CertificateFailed("The seamless map", certify::in_input_faces(result.map));
+  }
+  return result;
+}
+
+double area(const Points3& p, const Triangles& faces) {
+  double sum = 0.0;
+  for (Eigen::Index f = 0; f < faces.rows(); ++f) {
+    const Vector3 a = p.row(faces(f, 1)) - p.row(faces(f, 0));
+    const Vector3 b = p.row(faces(f, 2)) - p.row(faces(f, 0));
+    sum += 0.5 * a.cross(b).norm();
+  }
+  return sum;
+}
+
+double area(const Points2& uv) {
+  double sum = 0.0;
+  for (Eigen::Index c = 0; c < uv.rows(); c += 3) {
+    const Vector2 a = uv.row(c + 1) - uv.row(c), b = uv.row(c + 2) - uv.row(c);
+    sum += 0.5 * (a.x() * b.y() - a.y() * b.x());
+  }
+  return sum;
+}
+
+// Where the rows of one component go in the whole.
+class Merger {
+ public:
+  Merger(const mesh::Surface& input, PennerMap& whole) : whole_(whole) {
+    certify::Parametrization& map = whole.map;
+    map.surface.vertices = input.vertices;
+    map.vertex_parent.assign(at(static_cast<Index>(input.vertices.rows())), kInvalid);
+    map.vertex_barycentric = Points3::Zero(input.vertices.rows(), 3);
+  }
+
+  // `vertices`: the input's, of the chart.
+  void add(const mesh::Chart& chart, const std::vector<VertexId>& vertices, PennerMap part) {
+    certify::Parametrization& from = part.map;
+    certify::Parametrization& to = whole_.map;
+    // Vertices: those of the chart, then its added ones at the end.
+    std::vector<VertexId> own = vertices;
+    const auto first = static_cast<Index>(own.size());
+    const auto count = static_cast<Index>(from.surface.vertices.rows());
+    auto end = static_cast<Index>(to.surface.vertices.rows());
+    to.surface.vertices.conservativeResize(end + count - first, 3);
+    to.vertex_barycentric.conservativeResize(end + count - first, 3);
+    to.vertex_parent.resize(at(end + count - first));
+    for (Index v = 0; v < count; ++v) {
+      if (v >= first) own.push_back(end++);
+      to.surface.vertices.row(own[at(v)]) = from.surface.vertices.row(v);
+      to.vertex_barycentric.row(own[at(v)]) = from.vertex_barycentric.row(v);
+      to.vertex_parent[at(own[at(v)])] = chart.faces[at(from.vertex_parent[at(v)])];
+    }
+    const Eigen::Index faces = to.surface.faces.rows(), added = from.surface.faces.rows();
+    to.surface.faces.conservativeResize(faces + added, 3);
+    for (Eigen::Index f = 0; f < added; ++f) {
+      for (int k = 0; k < 3; ++k)
+        to.surface.faces(faces + f, k) = own[at(from.surface.faces(f, k))];
+      to.parent_face.push_back(chart.faces[at(from.parent_face[static_cast<std::size_t>(f)])]);
+    }
+    const Eigen::Index cuts = to.cut_edges.rows();
+    to.cut_edges.conservativeResize(cuts + from.cut_edges.rows(), 2);
+    for (Eigen::Index e = 0; e < from.cut_edges.rows(); ++e) {
+      for (int k = 0; k < 2; ++k) to.cut_edges(cuts + e, k) = own[at(from.cut_edges(e, k))];
+    }
+    place(chart, from.uv);
+    for (LoopTurn& loop : part.loops) {
+      for (HalfedgeId& h : loop.loop) h = 3 * chart.faces[at(h / 3)] + h % 3;
+      whole_.loops.push_back(std::move(loop));
+    }
+    if (part.not_stored) whole_.not_stored = part.not_stored;
+    for (const auto& [name, value] : from.stats) add_stat(name, value);
+  }
+
+ private:
+  // Right of what is there, at the scale of the surface.
+  void place(const mesh::Chart& chart, const Points2& uv) {
+    Points2& all = whole_.map.uv;
+    const double scale = std::sqrt(area(chart.surface.vertices, chart.surface.faces) / area(uv));
+    const Eigen::Index before = all.rows();
+    all.conservativeResize(before + uv.rows(), 2);
+    const double left = scale * uv.col(0).minCoeff(), low = scale * uv.col(1).minCoeff();
+    const double width = scale * uv.col(0).maxCoeff() - left;
+    for (Eigen::Index c = 0; c < uv.rows(); ++c)
+      all.row(before + c) << scale * uv(c, 0) - left + right_, scale * uv(c, 1) - low;
+    right_ += 1.02 * width;
+  }
+  void add_stat(const std::string& name, const StatValue& value) {
+    StatValue& sum = whole_.map.stats[name];
+    if (const auto* number = std::get_if<std::int64_t>(&value)) {
+      const auto* before = std::get_if<std::int64_t>(&sum);
+      sum = *number + (before == nullptr ? 0 : *before);
+    } else if (const auto* figure = std::get_if<double>(&value)) {
+      const auto* before = std::get_if<double>(&sum);
+      sum = *figure + (before == nullptr ? 0.0 : *before);
+    }
+  }
+
+  PennerMap& whole_;
+  double right_ = 0.0;
+};
+
+// The loops that lie in a chart, in its own faces.
+std::vector<LoopTurn> loops_in(const mesh::Chart& chart, const std::vector<LoopTurn>& loops) {
+  std::vector<LoopTurn> own;
+  for (const LoopTurn& loop : loops) {
+    const auto local = [&](HalfedgeId h) {
+      const auto place = std::lower_bound(chart.faces.begin(), chart.faces.end(), h / 3);
+      return place == chart.faces.end() || *place != h / 3
+                 ? kInvalid
+                 : static_cast<HalfedgeId>(3 * (place - chart.faces.begin())) + h % 3;
+    };
+    if (loop.loop.empty() || local(loop.loop.front()) == kInvalid) continue;
+    LoopTurn mine{{}, loop.quarter_turns};
+    for (const HalfedgeId h : loop.loop) mine.loop.push_back(local(h));
+    own.push_back(std::move(mine));
+  }
+  return own;
+}
+
+PennerMap map_components(const mesh::Surface& surface, const std::vector<Index>& cones,
+                         const std::optional<std::vector<LoopTurn>>& loops,
+                         const PennerMapOptions& options, const mesh::Adjacency& adjacency,
+                         ExecutionContext& context) {
+  const mesh::EdgeFlags none(adjacency.opposite.size(), 0);
+  const mesh::CutMesh mesh = mesh::cut_along(surface.faces, adjacency, none);
+  const std::vector<mesh::Chart> charts = mesh::split_into_charts(surface.vertices, mesh);
+  PennerMap whole;
+  Merger merger(surface, whole);
+  for (std::size_t i = 0; i < charts.size(); ++i) {
+    const double count = static_cast<double>(charts.size());
+    const ProgressRange range(context, static_cast<double>(i) / count,
+                              static_cast<double>(i + 1) / count);
+    std::vector<VertexId> vertices;
+    std::vector<Index> own_cones;
+    for (const VertexId v : charts[i].vertices) {
+      vertices.push_back(mesh.vertex_origin[at(v)]);
+      own_cones.push_back(cones[at(vertices.back())]);
+    }
+    std::optional<std::vector<LoopTurn>> own_loops;
+    if (loops) own_loops = loops_in(charts[i], *loops);
+    PennerMapOptions own = options;
+    own.uncuttable.resize(0, 2);
+    merger.add(charts[i], vertices,
+               map_component(charts[i].surface, own_cones, own_loops, own, context));
+  }
+  Points2& uv = whole.map.uv;
+  uv /= std::max(uv.col(0).maxCoeff(), uv.col(1).maxCoeff());
+  whole.map.uv32 = uv.cast<float>();
+  certify::CertifyRequest request;
+  for (const VertexId v : cones_of(cones))
+    request.cone_angles.emplace_back(v, cones[at(v)] * kQuarterTurn);
+  certify::certify_map(whole.map, surface, request, context);
+  return whole;
+}
+
+}  // namespace
+
+PennerMap compute_penner_map(const mesh::Surface& surface, const std::vector<Index>& cones,
+                             const std::optional<std::vector<LoopTurn>>& loops,
+                             const PennerMapOptions& options, ExecutionContext& context) {
+  mesh::ValidateOptions rules;
+  rules.allow_isolated_vertices = false;
+  mesh::validate(surface, rules, context);
+  if (cones.size() != static_cast<std::size_t>(surface.vertices.rows()))
+    throw_invalid(ErrorCode::kBadShape, "cones need one number per vertex.");
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  PennerMap result =
+      in_time(context, options.metric.max_seconds, "The seamless map was not reached",
+              "or spread the curvature over more vertices", [&] {
+                return mesh::face_components(adjacency).count == 1
+                           ? map_component(surface, cones, loops, options, context)
+                           : map_components(surface, cones, loops, options, adjacency, context);
+              });
+  find_seams(cones, result);
+  result.map.stats["seam_error"] = result.seam_error;
+  return result;
+}
+
+}  // namespace flipfree::seamless

@@ -1,0 +1,46 @@
+// The engine "penner": a seamless map in doubles from cones, up to the rounding of its metric.
+//
+// metric with the cones and quarter-turn loops (penner_metric.h) -> overlay -> layout along a cut
+// graph through all cones -> refinement of the input where a triangle would flip -> certificate.
+// What comes out is locally injective; the two sides of every seam differ by a quarter turn and a
+// translation up to `seam_error`. Making them agree exactly, in 32 bits too, is the next stage's.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/base/error.h"
+#include "flipfree/certify/parametrization.h"
+#include "flipfree/mesh/surface.h"
+#include "flipfree/seamless/penner/penner_metric.h"
+#include "flipfree/seamless/seams.h"
+
+namespace flipfree::seamless {
+
+struct PennerMapOptions {
+  PennerOptions metric;   // its max_seconds are those of the whole map
+  IndexPairs uncuttable;  // edges that the cut avoids: diagonals of polygons
+  std::int64_t max_crossings = 20'000'000;
+};
+
+struct PennerMap {
+  // uv valid in 64 bits (certificate.flips64 is 0, cones and winding hold there); cut_edges and
+  // transitions along `branches`, quarter turns exact, translations rounded. Several components
+  // have one chart each, side by side, all at one scale.
+  certify::Parametrization map;
+  std::vector<SeamBranch> branches;
+  std::vector<LoopTurn> loops;      // on the input's faces, of all components
+  double seam_error = 0.0;          // largest distance between two sides, uv units
+  std::optional<Error> not_stored;  // why the 32-bit values are no valid map, if they are none
+};
+
+// `cones`: quarter turns per vertex, 4 where it is flat. `loops`: as compute_penner_metric(); given
+// ones are those of all components, in any order.
+// Errors: InvalidInput (defects of the mesh; a boundary; cones), Infeasible (signature.h),
+// NotConverged, Cancelled.
+PennerMap compute_penner_map(const mesh::Surface& surface, const std::vector<Index>& cones,
+                             const std::optional<std::vector<LoopTurn>>& loops,
+                             const PennerMapOptions& options, ExecutionContext& context);
+
+}  // namespace flipfree::seamless

@@ -1,0 +1,301 @@
+#include "flipfree/seamless/penner/penner_metric.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include "flipfree/base/in_time.h"
+#include "flipfree/conformal/engine/engine.h"
+#include "flipfree/intrinsic/loops/loop_carrier.h"
+#include "flipfree/mesh/topology.h"
+#include "flipfree/mesh/validate.h"
+#include "flipfree/numeric/scalar.h"
+#include "flipfree/seamless/penner/penner_newton.h"
+#include "flipfree/seamless/signature.h"
+
+namespace flipfree::seamless {
+
+using conformal::ConformalMetric;
+using conformal::EngineInput;
+using conformal::MetricEngine;
+using intrinsic::IntrinsicMesh;
+using intrinsic::Scalars;
+
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
+constexpr int kLargestBits = 1024;
+
+intrinsic::FlipMesh as_flip_mesh(const IntrinsicMesh& mesh) {
+  return {mesh.next, mesh.origin, static_cast<Index>(mesh.vertex_count())};
+}
+
+std::string scientific(double value) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.3g", value);
+  return text;
+}
+
+// Distance between the centres of two triangles across each edge: two thirds of the height of the
+// edge over them, as far as doubles tell.
+std::vector<double> steps_across(const mesh::Surface& surface,
+                                 const intrinsic::IntrinsicSetup& setup) {
+  std::vector<double> step(setup.mesh.edge_count(), 1e-12);
+  for (Index f = 0; f < static_cast<Index>(surface.faces.rows()); ++f) {
+    Vector3 centre = Vector3::Zero();
+    for (int k = 0; k < 3; ++k) centre += surface.vertices.row(surface.faces(f, k)) / 3.0;
+    for (int k = 0; k < 3; ++k) {
+      const Vector3 a = surface.vertices.row(surface.faces(f, k));
+      const Vector3 b = surface.vertices.row(surface.faces(f, (k + 1) % 3));
+      step[at(setup.input_halfedge[at(3 * f + k)] >> 1)] += (centre - 0.5 * (a + b)).norm();
+    }
+  }
+  return step;
+}
+
+std::vector<intrinsic::DualLoop> on_setup(const std::vector<LoopTurn>& loops,
+                                          const Triangles& faces,
+                                          const intrinsic::IntrinsicSetup& setup) {
+  const auto corner_count = static_cast<HalfedgeId>(3 * faces.rows());
+  std::vector<HalfedgeId> corner_of(setup.mesh.halfedge_count(), kInvalid);
+  for (HalfedgeId c = 0; c < corner_count; ++c) corner_of[at(setup.input_halfedge[at(c)])] = c;
+  std::vector<intrinsic::DualLoop> out;
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    const auto& loop = loops[i].loop;
+    intrinsic::DualLoop own;
+    for (std::size_t k = 0; k < loop.size(); ++k) {
+      const HalfedgeId after = loop[(k + 1) % loop.size()];
+      const bool inside =
+          loop[k] >= 0 && loop[k] < corner_count && after >= 0 && after < corner_count;
+      const HalfedgeId entered =
+          inside ? corner_of[at(setup.input_halfedge[at(loop[k])] ^ 1)] : kInvalid;
+      if (!inside || entered / 3 != after / 3 || entered == after) {
+        throw_invalid(ErrorCode::kBadOption,
+                      "Loop " + std::to_string(i) + " is not a closed strip of faces at place " +
+                          std::to_string(k) +
+                          ". Give half-edges across each of which the loop enters the face of the "
+                          "next one, without turning back.");
+      }
+      own.push_back(setup.input_halfedge[at(loop[k])]);
+    }
+    if (own.empty())
+      throw_invalid(ErrorCode::kBadOption,
+                    "Loop " + std::to_string(i) + " is empty. Leave it out.");
+    out.push_back(std::move(own));
+  }
+  return out;
+}
+
+void carry(const std::vector<intrinsic::FlipRecord>& flips, intrinsic::LoopCarrier& loops,
+           const ExecutionContext& context) {
+  for (std::size_t i = 0; i < flips.size(); ++i) {
+    if (i % 65536 == 65535) context.check();
+    for (int k = 0; k < flips[i].plain.count; ++k)
+      loops.flip(flips[i].plain.edges[static_cast<std::size_t>(k)]);
+  }
+}
+
+std::vector<double> to_doubles(const Scalars& values) {
+  return std::visit(
+      [](const auto& v) {
+        using T = typename std::decay_t<decltype(v)>::value_type;
+        std::vector<double> out;
+        out.reserve(v.size());
+        for (const T& x : v) out.push_back(numeric::ScalarTraits<T>::to_double(x));
+        return out;
+      },
+      values);
+}
+
+// The metric so far as the start of an engine.
+EngineInput start_of(const ConformalMetric& metric, const std::vector<double>& target) {
+  EngineInput input;
+  input.setup.mesh = metric.mesh;
+  input.setup.input_halfedge = metric.input_halfedge;
+  input.setup.on_boundary = metric.on_boundary;
+  input.vertex_count = static_cast<Index>(target.size());
+  input.edge_length = to_doubles(metric.length);
+  input.target = target;
+  return input;
+}
+
+// What an engine that started from the metric so far reached, appended to it.
+void append(const MetricEngine& engine, ConformalMetric& metric, const ExecutionContext& context) {
+  ConformalMetric further;
+  engine.finish(further, false, context);
+  metric.flips.insert(metric.flips.end(), further.flips.begin(), further.flips.end());
+  metric.mesh = std::move(further.mesh);
+  metric.length = std::move(further.length);
+  std::vector<double> u = to_doubles(metric.u);
+  for (std::size_t v = 0; v < u.size(); ++v) u[v] += further.scale_factors[v];
+  metric.scale_factors = u;
+  const auto [low, high] = std::minmax_element(u.begin(), u.end());
+  metric.scale_range = *high - *low;
+  metric.u = std::move(u);
+  metric.bits = further.bits;
+}
+
+class Solver {
+ public:
+  Solver(const mesh::Surface& surface, const std::vector<Index>& cones,
+         const PennerOptions& options, ExecutionContext& context)
+      : surface_(surface), cones_(cones), options_(options), context_(context) {
+    const auto vertex_count = static_cast<Index>(surface.vertices.rows());
+    setup_ = intrinsic::build_intrinsic_mesh(vertex_count, surface.faces);
+    if (setup_.mesh.symmetric()) {
+      throw_invalid(ErrorCode::kBadBoundary,
+                    "The surface has a boundary. Give a closed surface (Fill Holes).");
+    }
+    const auto euler = static_cast<Index>(setup_.mesh.vertex_count() + setup_.mesh.face_count()) -
+                       static_cast<Index>(setup_.mesh.edge_count());
+    genus_ = (2 - euler) / 2;
+    check_cones(cones, genus_);
+    for (const Index k : cones) targets_.vertex_angle.push_back(k * kQuarterTurn);
+  }
+
+  PennerMetric run(const std::optional<std::vector<LoopTurn>>& given) {
+    PennerMetric result;
+    if (given) {
+      result.loops = *given;
+    } else {
+      for (auto& loop : input_homology_basis(surface_, context_))
+        result.loops.push_back({std::move(loop), 0});
+    }
+    if (static_cast<Index>(result.loops.size()) != 2 * genus_) {
+      throw_invalid(ErrorCode::kBadOption, "A surface of genus " + std::to_string(genus_) +
+                                               " has " + std::to_string(2 * genus_) +
+                                               " independent loops, not " +
+                                               std::to_string(result.loops.size()) + ".");
+    }
+    if (given) refuse_impossible(*given);
+    intrinsic::LoopCarrier loops(as_flip_mesh(setup_.mesh),
+                                 on_setup(result.loops, surface_.faces, setup_));
+    start(result, loops, given.has_value());
+    // Cones that are met leave the loops of a torus without cones no choice.
+    const bool flat =
+        genus_ == 1 && std::all_of(cones_.begin(), cones_.end(), [](Index k) { return k == 4; });
+    if (genus_ > 0 && !flat) climb(result, loops);
+    finish(result, loops);
+    return result;
+  }
+
+ private:
+  void refuse_impossible(const std::vector<LoopTurn>& given) const {
+    std::vector<Index> turns;
+    for (const LoopTurn& loop : given) turns.push_back(loop.quarter_turns);
+    const std::string why = why_impossible(cones_, genus_, turns);
+    if (why.empty()) return;
+    std::vector<double> numbers(turns.begin(), turns.end());
+    throw_infeasible(ErrorCode::kBadAngles, why + " Change a cone or the turns of a loop.",
+                     {"empty stratum",
+                      {{"genus", {static_cast<double>(genus_)}}, {"turns", std::move(numbers)}}});
+  }
+
+  // The conformal metric with these cones; the loops are carried there.
+  void start(PennerMetric& result, intrinsic::LoopCarrier& loops, bool turns_given) {
+    const Stopwatch watch;
+    conformal::MetricOptions options;
+    options.tolerance = options_.tolerance;
+    result.metric =
+        conformal::compute_conformal_metric(surface_, targets_.vertex_angle, options, context_);
+    result.conformal_iterations = result.metric.iterations;
+    result.conformal_flips = result.metric.flips.size();
+    carry(result.metric.flips, loops, context_);
+    targets_.loop_angle.assign(loops.size(), 0.0);
+    const EngineInput input = start_of(result.metric, targets_.vertex_angle);
+    const auto engine = make_engine(input, 53, context_);
+    PennerAngles angles;
+    measure(*engine, loops, targets_, angles, context_);
+    for (const double error : angles.loops) result.start_angles.push_back(-error);
+    if (!turns_given) {
+      const std::vector<Index> turns = nearest_turns(cones_, genus_, result.start_angles);
+      for (std::size_t i = 0; i < turns.size(); ++i) result.loops[i].quarter_turns = turns[i];
+    }
+    for (std::size_t i = 0; i < result.loops.size(); ++i)
+      targets_.loop_angle[i] = result.loops[i].quarter_turns * kQuarterTurn;
+    result.metric.stats["seconds_conformal"] = watch.seconds();
+  }
+
+  // Newton's method with ever more bits.
+  void climb(PennerMetric& result, intrinsic::LoopCarrier& loops) {
+    const Stopwatch watch;
+    PennerNewtonOptions newton;
+    newton.tolerance = options_.tolerance;
+    for (int bits = result.metric.bits;; bits = bits == 53 ? 128 : 2 * bits) {
+      const EngineInput input = start_of(result.metric, targets_.vertex_angle);
+      auto engine = make_engine(input, bits, context_);
+      carry(engine->flips(), loops, context_);
+      newton.max_iterations = options_.max_iterations - result.iterations;
+      const PennerRun run = run_penner(engine, loops, targets_, newton, context_);
+      result.iterations += run.iterations;
+      result.metric.error_history.insert(result.metric.error_history.end(),
+                                         run.error_history.begin(), run.error_history.end());
+      append(*engine, result.metric, context_);
+      last_ = run;
+      if (run.end != PennerEnd::kStalled || bits >= kLargestBits) break;
+    }
+    result.metric.stats["seconds_newton"] = watch.seconds();
+    if (last_.end == PennerEnd::kConverged) return;
+    throw_not_converged(
+        last_.end == PennerEnd::kIterations ? ErrorCode::kIterationLimit
+                                            : ErrorCode::kLineSearchStalled,
+        "The seamless metric was not reached: the largest angle error is " +
+            scientific(last_.error) + " radians after " + std::to_string(result.iterations) +
+            " Newton steps with " + std::to_string(result.metric.bits) +
+            " bits. Spread the curvature over more vertices, or refine the mesh near the cones.");
+  }
+
+  // The errors of the final lengths, rounded to double as they are for the layout at worst.
+  void finish(PennerMetric& result, const intrinsic::LoopCarrier& loops) {
+    const EngineInput input = start_of(result.metric, targets_.vertex_angle);
+    const auto engine = make_engine(input, result.metric.bits, context_);
+    PennerAngles angles;
+    measure(*engine, loops, targets_, angles, context_);
+    result.loop_error = angles.loops;
+    result.metric.angle_error = angles.max_error;
+    for (std::size_t v = 0; v < targets_.vertex_angle.size(); ++v)
+      result.metric.angles[v] = targets_.vertex_angle[v] - angles.vertices.value[v];
+  }
+
+  const mesh::Surface& surface_;
+  const std::vector<Index>& cones_;
+  const PennerOptions& options_;
+  ExecutionContext& context_;
+  intrinsic::IntrinsicSetup setup_;
+  Index genus_ = 0;
+  PennerTargets targets_;
+  PennerRun last_;
+};
+
+}  // namespace
+
+std::vector<std::vector<HalfedgeId>> input_homology_basis(const mesh::Surface& surface,
+                                                          const ExecutionContext& context) {
+  const auto setup =
+      intrinsic::build_intrinsic_mesh(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  std::vector<HalfedgeId> corner_of(setup.mesh.halfedge_count(), kInvalid);
+  for (std::size_t c = 0; c < setup.input_halfedge.size(); ++c)
+    corner_of[at(setup.input_halfedge[c])] = static_cast<HalfedgeId>(c);
+  auto loops =
+      intrinsic::homology_basis(as_flip_mesh(setup.mesh), steps_across(surface, setup), context);
+  for (auto& loop : loops) {
+    for (HalfedgeId& h : loop) h = corner_of[at(h)];
+  }
+  return loops;
+}
+
+PennerMetric compute_penner_metric(const mesh::Surface& surface, const std::vector<Index>& cones,
+                                   const std::optional<std::vector<LoopTurn>>& loops,
+                                   const PennerOptions& options, ExecutionContext& context) {
+  return in_time(context, options.max_seconds, "The seamless metric was not reached",
+                 "or spread the curvature over more vertices",
+                 [&] { return Solver(surface, cones, options, context).run(loops); });
+}
+
+}  // namespace flipfree::seamless

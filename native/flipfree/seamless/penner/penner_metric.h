@@ -1,0 +1,58 @@
+// A flat metric with prescribed cone angles and loop angles, all in quarter turns: the metric of a
+// seamless map (Capouellez, Zorin 2024; design: Penner coordinates without the chain rule).
+//
+// Starts from the discretely conformal metric with the same cones, so that only the loops are left;
+// then Newton's method (penner_newton.h) in double, and with more bits where that stalls. The
+// overlay of the input with the final triangulation is what the flips lead to: the metric changes
+// between them in any way, isotopy classes do not care.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/conformal/metric/metric.h"
+#include "flipfree/intrinsic/loops/dual_loops.h"
+#include "flipfree/mesh/surface.h"
+
+namespace flipfree::seamless {
+
+// A loop on the input's faces, and by how much it turns.
+struct LoopTurn {
+  std::vector<HalfedgeId> loop;  // half-edges of the input, each left by the loop across it
+                                 // (dual_loops.h)
+  Index quarter_turns = 0;       // to the left
+};
+
+struct PennerOptions {
+  double tolerance = 1e-10;  // of every vertex' and loop's angle, radians
+  int max_iterations = 200;  // Newton steps, those of the conformal start not counted
+  double max_seconds = 0.0;  // give up after so many seconds of wall time; 0 = never
+};
+
+struct PennerMetric {
+  // The metric, its triangulation and the flips that lead there (Euclidean and Ptolemy flips of the
+  // conformal start, then Ptolemy flips of this one). `u`: the conformal part of the change.
+  conformal::ConformalMetric metric;
+  std::vector<LoopTurn> loops;       // on the input
+  std::vector<double> loop_error;    // target - angle, radians
+  std::vector<double> start_angles;  // of the loops, in the conformal metric
+  std::size_t conformal_flips = 0;   // the first so many of metric.flips
+  int conformal_iterations = 0;
+  int iterations = 0;  // of Newton's method
+};
+
+// `cones`: quarter turns per vertex, 4 where it is flat. `loops`: none: a homology basis with the
+// turns that the conformal metric is nearest to and that some metric has. Given ones must generate
+// the homology and be independent there.
+// Precondition: a valid, closed, connected surface. Errors: signature.h; InvalidInput (a surface
+// with boundary; loops that are no closed strips), NotConverged (says what was reached), Cancelled.
+PennerMetric compute_penner_metric(const mesh::Surface& surface, const std::vector<Index>& cones,
+                                   const std::optional<std::vector<LoopTurn>>& loops,
+                                   const PennerOptions& options, ExecutionContext& context);
+
+// The loops of a homology basis of the input, short ones, in half-edges of its faces.
+std::vector<std::vector<HalfedgeId>> input_homology_basis(const mesh::Surface& surface,
+                                                          const ExecutionContext& context);
+
+}  // namespace flipfree::seamless

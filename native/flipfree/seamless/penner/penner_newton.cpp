@@ -1,0 +1,178 @@
+#include "flipfree/seamless/penner/penner_newton.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "flipfree/conformal/metric/newton.h"
+
+namespace flipfree::seamless {
+
+using conformal::FineVector;
+using conformal::MetricEngine;
+using intrinsic::FlipRecord;
+
+namespace {
+
+constexpr double kArmijo = 1e-4;
+constexpr double kSmallestStep = 1e-4;
+// Below the tolerance iterations go on while each gains this much: the last step of a quadratically
+// converging iteration costs little and brings the angles to rounding.
+constexpr double kWorthwhile = 0.1;
+// A line search that cuts its step to this share fights the cones, not the loops: from then on
+// every step meets the cones again before it is judged.
+constexpr double kShortStep = 0.25;
+// How well cones are met then: share of the loops' error.
+constexpr double kCones = 1e-3;
+constexpr int kConeIterations = 50;
+
+void carry(const MetricEngine& engine, std::size_t from, intrinsic::LoopCarrier& loops) {
+  const std::vector<FlipRecord>& flips = engine.flips();
+  for (std::size_t i = from; i < flips.size(); ++i) {
+    for (int k = 0; k < flips[i].plain.count; ++k)
+      loops.flip(flips[i].plain.edges[static_cast<std::size_t>(k)]);
+  }
+}
+
+double norm_of(const std::vector<double>& values) {
+  double squares = 0.0;
+  for (const double x : values) squares += x * x;
+  return std::sqrt(squares);
+}
+
+class PennerNewton {
+ public:
+  PennerNewton(std::unique_ptr<MetricEngine>& engine, intrinsic::LoopCarrier& loops,
+               const PennerTargets& targets, const PennerNewtonOptions& options,
+               ExecutionContext& context)
+      : engine_(engine), loops_(loops), targets_(targets), options_(options), context_(context) {}
+
+  PennerRun run() {
+    measure(*engine_, loops_, targets_, angles_, context_);
+    run_.error_history.push_back(angles_.max_error);
+    double before = std::numeric_limits<double>::infinity();
+    run_.end = PennerEnd::kConverged;
+    while (angles_.max_error > options_.tolerance || angles_.max_error < kWorthwhile * before) {
+      if (angles_.max_error == 0.0) break;
+      run_.end = PennerEnd::kIterations;
+      if (run_.iterations >= options_.max_iterations) break;
+      context_.check();
+      run_.end = PennerEnd::kStalled;
+      before = angles_.max_error;
+      if (!system_.solve(engine_->mesh(), loops_, angles_, direction_, context_)) break;
+      if (!(restoring_ ? restored_step() : plain_step())) break;
+      ++run_.iterations;
+      run_.error_history.push_back(angles_.max_error);
+      run_.end = PennerEnd::kConverged;
+    }
+    if (angles_.max_error <= options_.tolerance) run_.end = PennerEnd::kConverged;
+    run_.error = angles_.max_error;
+    return std::move(run_);
+  }
+
+ private:
+  double first_step() const {
+    return std::min({1.0, options_.max_stretch / std::max(direction_.most_stretch, 1e-300),
+                     options_.max_scale_range / std::max(direction_.scale_range, 1e-300)});
+  }
+
+  // Changes the engine by `step` times the direction. False if it could not follow.
+  bool move(MetricEngine& engine, double step) {
+    ++run_.evaluations;
+    FineVector scale;
+    scale.high.reserve(direction_.scale.size());
+    for (const double u : direction_.scale) scale.high.push_back(0.5 * step * u);
+    engine.scale(scale, context_);
+    std::vector<double> stretch;
+    stretch.reserve(direction_.stretch.size());
+    for (const double s : direction_.stretch) stretch.push_back(step * s);
+    engine.stretch(stretch, context_);
+    return engine.restore_delaunay(context_);
+  }
+
+  // Halves the step until the norm of all errors falls.
+  bool plain_step() {
+    const double first = first_step();
+    const intrinsic::LoopCarrier saved = loops_;
+    const std::size_t flips = engine_->flips().size();
+    engine_->remember();
+    for (double step = first;; step *= 0.5) {
+      if (step <= kShortStep * first && angles_.max_error > options_.tolerance) {
+        restoring_ = true;
+        return restore_here() && (angles_.max_error <= options_.tolerance || restored_step());
+      }
+      if (step < kShortStep * first) return false;
+      if (move(*engine_, step)) {
+        carry(*engine_, flips, loops_);
+        measure(*engine_, loops_, targets_, trial_, context_);
+        if (trial_.norm < (1.0 - kArmijo * step) * angles_.norm) break;
+      }
+      engine_->go_back();
+      loops_ = saved;
+    }
+    std::swap(angles_, trial_);
+    return true;
+  }
+
+  // Meets the cones by conformal changes alone.
+  bool meet_cones(MetricEngine& engine, double loop_error) {
+    conformal::NewtonOptions newton;
+    newton.tolerance = std::max(0.1 * options_.tolerance, kCones * loop_error);
+    newton.max_iterations = kConeIterations;
+    newton.more_bits = engine.bits() == 53;
+    conformal::Descent descent = conformal::Descent::kLineSearch;
+    return run_newton(engine, conformal_, newton, descent, context_).end ==
+           conformal::NewtonEnd::kConverged;
+  }
+
+  bool restore_here() {
+    std::unique_ptr<MetricEngine> trial = engine_->copy();
+    if (!meet_cones(*trial, norm_of(angles_.loops))) return false;
+    carry(*trial, engine_->flips().size(), loops_);
+    engine_ = std::move(trial);
+    measure(*engine_, loops_, targets_, angles_, context_);
+    return system_.solve(engine_->mesh(), loops_, angles_, direction_, context_);
+  }
+
+  // Halves the step until the loops' error falls where the cones are met again.
+  bool restored_step() {
+    const double first = first_step();
+    const double before = norm_of(angles_.loops);
+    for (double step = first; step >= kSmallestStep * first; step *= 0.5) {
+      std::unique_ptr<MetricEngine> trial = engine_->copy();
+      if (!move(*trial, step) || !meet_cones(*trial, before)) continue;
+      intrinsic::LoopCarrier carried = loops_;
+      carry(*trial, engine_->flips().size(), carried);
+      measure(*trial, carried, targets_, trial_, context_);
+      if (!(norm_of(trial_.loops) < (1.0 - kArmijo * step) * before)) continue;
+      engine_ = std::move(trial);
+      loops_ = std::move(carried);
+      std::swap(angles_, trial_);
+      ++run_.restored;
+      return true;
+    }
+    return false;
+  }
+
+  std::unique_ptr<MetricEngine>& engine_;
+  intrinsic::LoopCarrier& loops_;
+  const PennerTargets& targets_;
+  const PennerNewtonOptions& options_;
+  ExecutionContext& context_;
+  PennerSystem system_;
+  conformal::NewtonSystem conformal_;
+  PennerAngles angles_, trial_;
+  PennerDirection direction_;
+  bool restoring_ = false;
+  PennerRun run_;
+};
+
+}  // namespace
+
+PennerRun run_penner(std::unique_ptr<MetricEngine>& engine, intrinsic::LoopCarrier& loops,
+                     const PennerTargets& targets, const PennerNewtonOptions& options,
+                     ExecutionContext& context) {
+  return PennerNewton(engine, loops, targets, options, context).run();
+}
+
+}  // namespace flipfree::seamless

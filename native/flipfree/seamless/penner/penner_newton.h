@@ -1,0 +1,49 @@
+// Newton's method for cone and loop angles on a metric that is kept Delaunay by Ptolemy flips.
+//
+// Ptolemy flips are exact changes of coordinates of the space of metrics, so every step is taken in
+// the edge lengths of the triangulation that is Delaunay at the moment, and loops are carried
+// along.
+#pragma once
+
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/conformal/engine/engine.h"
+#include "flipfree/intrinsic/loops/loop_carrier.h"
+#include "flipfree/seamless/penner/penner_system.h"
+
+namespace flipfree::seamless {
+
+enum class PennerEnd {
+  kConverged,
+  kStalled,  // no step lowers the error: rounding, or a limit of the method
+  kIterations,
+};
+
+struct PennerNewtonOptions {
+  double tolerance = 1e-10;  // of every angle, radians
+  int max_iterations = 100;
+  // A step changes no logarithm of an edge by more than this beside the conformal part, and no
+  // difference of scale factors by more than that.
+  double max_stretch = 2.0;
+  double max_scale_range = 10.0;
+};
+
+struct PennerRun {
+  PennerEnd end = PennerEnd::kIterations;
+  double error = std::numeric_limits<double>::infinity();
+  int iterations = 0;
+  int evaluations = 0;
+  int restored = 0;  // steps after which the cones were met again by conformal changes alone
+  std::vector<double> error_history;
+};
+
+// Iterates from the engine's present state. `loops` holds the loops in the engine's triangulation,
+// before and after. The norm of all errors falls with every step. Throws Cancelled, TimeIsOver.
+PennerRun run_penner(std::unique_ptr<conformal::MetricEngine>& engine,
+                     intrinsic::LoopCarrier& loops, const PennerTargets& targets,
+                     const PennerNewtonOptions& options, ExecutionContext& context);
+
+}  // namespace flipfree::seamless

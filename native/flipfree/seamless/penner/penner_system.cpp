@@ -1,0 +1,174 @@
+#include "flipfree/seamless/penner/penner_system.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "flipfree/base/parallel.h"
+
+namespace flipfree::seamless {
+
+using intrinsic::IntrinsicMesh;
+
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+constexpr std::size_t kFacesPerChunk = 4096;
+
+// The sides after a half-edge in its face.
+struct Sides {
+  std::size_t next, previous;
+};
+Sides sides(const IntrinsicMesh& mesh, std::size_t h) {
+  const HalfedgeId n = mesh.next[h];
+  return {at(n), at(mesh.next[at(n)])};
+}
+
+// Jl', one column per loop.
+Eigen::MatrixXd loop_derivatives(const IntrinsicMesh& mesh, const intrinsic::LoopCarrier& loops,
+                                 const std::vector<double>& cotangent) {
+  const auto columns = static_cast<Eigen::Index>(loops.size());
+  Eigen::MatrixXd r = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(mesh.edge_count()), columns);
+  for (Eigen::Index i = 0; i < columns; ++i) {
+    loops.visit_corners(static_cast<std::size_t>(i), [&](const intrinsic::PassedCorner& corner) {
+      const auto h = at(corner.opposite);
+      const auto [n, p] = sides(mesh, h);
+      r(static_cast<Eigen::Index>(h / 2), i) += corner.sign * (cotangent[n] + cotangent[p]);
+      r(static_cast<Eigen::Index>(n / 2), i) -= corner.sign * cotangent[p];
+      r(static_cast<Eigen::Index>(p / 2), i) -= corner.sign * cotangent[n];
+    });
+  }
+  return r;
+}
+
+// B' r, column by column.
+Eigen::MatrixXd by_vertices(const IntrinsicMesh& mesh, const Eigen::MatrixXd& r) {
+  Eigen::MatrixXd a =
+      Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(mesh.vertex_count()), r.cols());
+  for (Eigen::Index i = 0; i < r.cols(); ++i) {
+    for (std::size_t e = 0; e < mesh.edge_count(); ++e) {
+      const double half = 0.5 * r(static_cast<Eigen::Index>(e), i);
+      if (half == 0.0) continue;
+      a(mesh.origin[2 * e], i) += half;
+      a(mesh.origin[2 * e + 1], i) += half;
+    }
+  }
+  return a;
+}
+
+// r -= Jv' x, column by column.
+void subtract_vertex_part(const IntrinsicMesh& mesh, const std::vector<double>& cotangent,
+                          const Eigen::MatrixXd& x, Eigen::MatrixXd& r,
+                          const ExecutionContext& context) {
+  parallel_for(context, static_cast<std::size_t>(r.cols()), 1,
+               [&](std::size_t begin, std::size_t end, std::size_t) {
+                 for (std::size_t c = begin; c < end; ++c) {
+                   const auto column = static_cast<Eigen::Index>(c);
+                   const double* v = x.col(column).data();
+                   double* out = r.col(column).data();
+                   for (std::size_t h = 0; h < cotangent.size(); ++h) {
+                     const auto [n, p] = sides(mesh, h);
+                     const double source = v[mesh.origin[h]], target = v[mesh.origin[n]],
+                                  apex = v[mesh.origin[p]];
+                     out[h / 2] -= cotangent[n] * (apex - target) + cotangent[p] * (apex - source);
+                   }
+                 }
+               });
+}
+
+// Jv s.
+Eigen::VectorXd vertex_change(const IntrinsicMesh& mesh, const std::vector<double>& cotangent,
+                              const Eigen::VectorXd& s) {
+  Eigen::VectorXd change = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(mesh.vertex_count()));
+  const auto of = [&](std::size_t h) { return s[static_cast<Eigen::Index>(h / 2)]; };
+  for (std::size_t h = 0; h < cotangent.size(); ++h) {
+    const auto [n, p] = sides(mesh, h);
+    change[mesh.origin[p]] += cotangent[n] * (of(h) - of(p)) + cotangent[p] * (of(h) - of(n));
+  }
+  return change;
+}
+
+// Columns that sum to zero, as right-hand sides of the Laplacian must: what rounding adds would all
+// land on the fixed vertex.
+void remove_means(Eigen::MatrixXd& columns) {
+  columns.rowwise() -= columns.colwise().mean().eval();
+}
+
+}  // namespace
+
+void measure(const conformal::MetricEngine& engine, const intrinsic::LoopCarrier& loops,
+             const PennerTargets& targets, PennerAngles& out, ExecutionContext& context) {
+  const IntrinsicMesh& mesh = engine.mesh();
+  std::vector<double> tangent;
+  engine.half_tangents(tangent, context);
+  const std::size_t count = tangent.size();
+  out.cotangent.resize(count);
+  out.vertices.half_cotangent.resize(count);
+  std::vector<double> angle(count);
+  parallel_for(context, count, 3 * kFacesPerChunk,
+               [&](std::size_t begin, std::size_t end, std::size_t) {
+                 for (std::size_t h = begin; h < end; ++h) {
+                   const double t = tangent[h];
+                   angle[h] = 2.0 * std::atan(t);
+                   out.vertices.half_cotangent[h] = 0.25 * (1.0 / t - t);
+                   out.cotangent[h] = 2.0 * out.vertices.half_cotangent[h];
+                 }
+               });
+  out.vertices.value = targets.vertex_angle;
+  for (std::size_t h = 0; h < count; ++h)
+    out.vertices.value[at(mesh.origin[sides(mesh, h).previous])] -= angle[h];
+  out.loops = targets.loop_angle;
+  for (std::size_t i = 0; i < out.loops.size(); ++i) {
+    loops.visit_corners(i, [&](const intrinsic::PassedCorner& corner) {
+      out.loops[i] -= corner.sign * angle[at(corner.opposite)];
+    });
+  }
+  double largest = 0.0, squares = 0.0;
+  for (const auto* errors : {&out.vertices.value, &out.loops}) {
+    for (const double error : *errors) {
+      const double size =
+          std::isfinite(error) ? std::abs(error) : std::numeric_limits<double>::infinity();
+      largest = std::max(largest, size);
+      squares += size * size;
+    }
+  }
+  out.vertices.max_error = largest;
+  out.max_error = largest;
+  out.norm = std::sqrt(squares);
+}
+
+bool PennerSystem::solve(const IntrinsicMesh& mesh, const intrinsic::LoopCarrier& loops,
+                         const PennerAngles& angles, PennerDirection& direction,
+                         ExecutionContext& context) {
+  if (!std::isfinite(angles.max_error)) return false;
+  if (!laplacian_.factorize(mesh, angles.vertices, context)) return false;
+  const auto vertex_count = static_cast<Eigen::Index>(mesh.vertex_count());
+  const Eigen::Map<const Eigen::VectorXd> g(angles.vertices.value.data(), vertex_count);
+  Eigen::MatrixXd right = -g;
+  Eigen::VectorXd s = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(mesh.edge_count()));
+  if (loops.size() > 0) {
+    Eigen::MatrixXd q = loop_derivatives(mesh, loops, angles.cotangent);
+    Eigen::MatrixXd a = by_vertices(mesh, q);
+    remove_means(a);
+    const Eigen::MatrixXd x = -laplacian_.solve_columns(a, context);
+    subtract_vertex_part(mesh, angles.cotangent, x, q, context);
+    const Eigen::Map<const Eigen::VectorXd> f(angles.loops.data(),
+                                              static_cast<Eigen::Index>(loops.size()));
+    const Eigen::LDLT<Eigen::MatrixXd> gram(q.transpose() * q);
+    s = q * gram.solve(f - x.transpose() * g);
+    right += vertex_change(mesh, angles.cotangent, s);
+  }
+  remove_means(right);
+  const Eigen::MatrixXd u = laplacian_.solve_columns(right, context);
+  direction.scale.assign(u.data(), u.data() + vertex_count);
+  direction.stretch.assign(s.data(), s.data() + s.size());
+  direction.scale_range = u.maxCoeff() - u.minCoeff();
+  direction.most_stretch = s.cwiseAbs().maxCoeff();
+  const double middle = 0.5 * (u.maxCoeff() + u.minCoeff());
+  for (double& value : direction.scale) value -= middle;
+  return std::isfinite(direction.scale_range) && std::isfinite(direction.most_stretch);
+}
+
+}  // namespace flipfree::seamless

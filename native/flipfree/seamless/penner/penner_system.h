@@ -1,0 +1,63 @@
+// Newton's equations for cone angles and loop angles in the logarithms of the edge lengths of the
+// current triangulation (Capouellez, Zorin 2024, "Seamless Parametrization in Penner Coordinates").
+//
+// Unknowns outnumber equations; the paper takes the shortest step. Here a step is the sum of a
+// conformal one, u_i at every vertex, which costs nothing, and a stretch s_e of every edge, which
+// is the shortest: d_e = (u_i + u_j) / 2 + s_e. So the metric leaves the conformal class of the
+// input no further than the loops ask, and all that has to be factorized is the cotangent Laplacian
+// H, whatever the genus.
+//
+// Letters: Jv, Jl derivatives of vertex and loop angles, B u = (u_i + u_j) / 2, so Jv B = -H;
+// g, f what vertices and loops lack. Minimal s'D^-1 s under Jv d = g, Jl d = f gives s = D Q c with
+//
+//     Q = Jl' - Jv' X,  X = -H^-1 B' Jl',   (Q' D Q) c = f - X' g,   u = H^-1 (Jv s - g).
+//
+// The columns of Q sum to zero around every vertex, depend on the homology classes of the loops
+// only, and are independent as these are: there is one step for any basis.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/conformal/engine/engine.h"
+#include "flipfree/conformal/metric/newton_system.h"
+#include "flipfree/intrinsic/loops/loop_carrier.h"
+
+namespace flipfree::seamless {
+
+// What is prescribed.
+struct PennerTargets {
+  std::vector<double> vertex_angle;  // #V
+  std::vector<double> loop_angle;    // #loops
+};
+
+// The angles of a metric against what is prescribed.
+struct PennerAngles {
+  std::vector<double> cotangent;  // #H: of the angle opposite each half-edge
+  conformal::Gradient vertices;   // value: target - angle; half cotangents
+  std::vector<double> loops;      // target - angle
+  double max_error = 0.0;         // of both; infinite if an angle is no number
+  double norm = 0.0;              // of both
+};
+void measure(const conformal::MetricEngine& engine, const intrinsic::LoopCarrier& loops,
+             const PennerTargets& targets, PennerAngles& out, ExecutionContext& context);
+
+struct PennerDirection {
+  std::vector<double> scale;    // #V: u
+  std::vector<double> stretch;  // #E: s
+  double scale_range = 0.0;
+  double most_stretch = 0.0;
+};
+
+class PennerSystem {
+ public:
+  // False if the Laplacian is not positive definite to working precision or an angle has no
+  // cotangent. Cost: a factorization, 2 g + 1 solutions, O(g^2 #E).
+  bool solve(const intrinsic::IntrinsicMesh& mesh, const intrinsic::LoopCarrier& loops,
+             const PennerAngles& angles, PennerDirection& direction, ExecutionContext& context);
+
+ private:
+  conformal::NewtonSystem laplacian_;
+};
+
+}  // namespace flipfree::seamless

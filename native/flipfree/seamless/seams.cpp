@@ -1,0 +1,167 @@
+#include "flipfree/seamless/seams.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <utility>
+
+namespace flipfree::seamless {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+// The two ends of a cut edge on both sides, as seen along half-edge h.
+struct TwoSides {
+  Vector2 source, target;                // first side
+  Vector2 second_source, second_target;  // second side
+};
+TwoSides sides_of(const mesh::Adjacency& adjacency, const Points2& uv, HalfedgeId h) {
+  const HalfedgeId o = adjacency.opposite[at(h)];
+  return {uv.row(h), uv.row(next_corner(h)), uv.row(next_corner(o)), uv.row(o)};
+}
+
+std::complex<double> as_complex(const Vector2& v) { return {v.x(), v.y()}; }
+
+certify::Transition fit_transition(const std::vector<HalfedgeId>& chain,
+                                   const mesh::Adjacency& adjacency, const Points2& uv) {
+  std::complex<double> turn = 0.0;
+  for (const HalfedgeId h : chain) {
+    const TwoSides s = sides_of(adjacency, uv, h);
+    turn +=
+        as_complex(s.second_target - s.second_source) * std::conj(as_complex(s.target - s.source));
+  }
+  certify::Transition transition;
+  transition.quarter_turns =
+      static_cast<Index>(std::lround(std::arg(turn) / (0.5 * std::numbers::pi)) + 4) % 4;
+  for (const HalfedgeId h : chain) {
+    const TwoSides s = sides_of(adjacency, uv, h);
+    transition.translation += s.second_source - quarter_turned(s.source, transition.quarter_turns);
+    transition.translation += s.second_target - quarter_turned(s.target, transition.quarter_turns);
+  }
+  transition.translation /= 2.0 * static_cast<double>(chain.size());
+  return transition;
+}
+
+// Walks along cut edges.
+class Walker {
+ public:
+  Walker(const Triangles& faces, const mesh::Adjacency& adjacency, const mesh::EdgeFlags& cut,
+         const std::vector<VertexId>& cones)
+      : faces_(faces), adjacency_(adjacency), cut_(cut), done_(cut.size(), 0) {
+    degree_.assign(adjacency.vertex_halfedge.size(), 0);
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cut.size()); ++h) {
+      if (cut[at(h)] != 0) ++degree_[at(mesh::source(faces, h))];
+    }
+    for (const VertexId v : cones) degree_[at(v)] += kNode;
+  }
+
+  bool is_open(HalfedgeId h) const { return cut_[at(h)] != 0 && done_[at(h)] == 0; }
+  bool starts_at_node(HalfedgeId h) const { return degree_[at(mesh::source(faces_, h))] != 2; }
+
+  std::vector<HalfedgeId> walk(HalfedgeId first) {
+    std::vector<HalfedgeId> chain;
+    for (HalfedgeId h = first; h != kInvalid && done_[at(h)] == 0;) {
+      chain.push_back(h);
+      done_[at(h)] = done_[at(adjacency_.opposite[at(h)])] = 1;
+      h = degree_[at(mesh::target(faces_, h))] == 2 ? onwards(h) : kInvalid;
+    }
+    return chain;
+  }
+
+ private:
+  static constexpr Index kNode = 1'000'000;
+
+  // The other cut half-edge out of the target of h.
+  HalfedgeId onwards(HalfedgeId h) const {
+    const HalfedgeId back = adjacency_.opposite[at(h)];
+    HalfedgeId g = mesh::rotate_ccw(adjacency_, back);
+    while (cut_[at(g)] == 0) g = mesh::rotate_ccw(adjacency_, g);
+    return g;
+  }
+
+  const Triangles& faces_;
+  const mesh::Adjacency& adjacency_;
+  const mesh::EdgeFlags& cut_;
+  std::vector<char> done_;
+  std::vector<Index> degree_;
+};
+
+}  // namespace
+
+Vector2 quarter_turned(const Vector2& p, Index turns) {
+  switch ((turns % 4 + 4) % 4) {
+    case 1:
+      return {-p.y(), p.x()};
+    case 2:
+      return {-p.x(), -p.y()};
+    case 3:
+      return {p.y(), -p.x()};
+    default:
+      return p;
+  }
+}
+
+std::vector<SeamBranch> seam_branches(const Triangles& faces, const mesh::Adjacency& adjacency,
+                                      const mesh::EdgeFlags& cut,
+                                      const std::vector<VertexId>& cones,
+                                      const Points2& corner_uv) {
+  Walker walker(faces, adjacency, cut, cones);
+  std::vector<SeamBranch> branches;
+  const auto count = static_cast<HalfedgeId>(cut.size());
+  const auto add = [&](HalfedgeId h) {
+    SeamBranch branch{walker.walk(h), {}};
+    branch.transition = fit_transition(branch.halfedges, adjacency, corner_uv);
+    branches.push_back(std::move(branch));
+  };
+  for (HalfedgeId h = 0; h < count; ++h) {
+    if (walker.is_open(h) && walker.starts_at_node(h)) add(h);
+  }
+  // Closed chains, from their lowest vertex.
+  std::vector<HalfedgeId> left;
+  for (HalfedgeId h = 0; h < count; ++h) {
+    if (walker.is_open(h)) left.push_back(h);
+  }
+  std::stable_sort(left.begin(), left.end(), [&](HalfedgeId a, HalfedgeId b) {
+    return mesh::source(faces, a) < mesh::source(faces, b);
+  });
+  for (const HalfedgeId h : left) {
+    if (walker.is_open(h)) add(h);
+  }
+  return branches;
+}
+
+double largest_seam_error(const std::vector<SeamBranch>& branches, const mesh::Adjacency& adjacency,
+                          const Points2& corner_uv) {
+  double largest = 0.0;
+  for (const SeamBranch& branch : branches) {
+    const certify::Transition& t = branch.transition;
+    for (const HalfedgeId h : branch.halfedges) {
+      const TwoSides s = sides_of(adjacency, corner_uv, h);
+      const Vector2 a =
+          s.second_source - (quarter_turned(s.source, t.quarter_turns) + t.translation);
+      const Vector2 b =
+          s.second_target - (quarter_turned(s.target, t.quarter_turns) + t.translation);
+      largest = std::max({largest, a.norm(), b.norm()});
+    }
+  }
+  return largest;
+}
+
+void write_transitions(const std::vector<SeamBranch>& branches, certify::Parametrization& map) {
+  std::size_t count = 0;
+  for (const SeamBranch& branch : branches) count += branch.halfedges.size();
+  map.cut_edges.resize(static_cast<Eigen::Index>(count), 2);
+  map.transitions.clear();
+  map.transitions.reserve(count);
+  for (const SeamBranch& branch : branches) {
+    for (const HalfedgeId h : branch.halfedges) {
+      map.cut_edges.row(static_cast<Eigen::Index>(map.transitions.size()))
+          << mesh::source(map.surface.faces, h),
+          mesh::target(map.surface.faces, h);
+      map.transitions.push_back(branch.transition);
+    }
+  }
+}
+
+}  // namespace flipfree::seamless

@@ -1,0 +1,41 @@
+// The seams of a map as branches, and the quarter turn and translation across each.
+//
+// A branch is a chain of cut edges between two nodes: vertices where other than two cut edges meet,
+// and cones. Along a branch the two sides of a seamless map differ by one rigid motion. Closed
+// chains without a node begin at their lowest vertex.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/certify/parametrization.h"
+#include "flipfree/mesh/cut_graph/cut.h"
+
+namespace flipfree::seamless {
+
+struct SeamBranch {
+  // Half-edges of the map's surface in order, head to tail. Their own faces are the first side,
+  // those of the opposite half-edges the second.
+  std::vector<HalfedgeId> halfedges;
+  certify::Transition
+      transition;  // uv on the second side = turned uv on the first side + translation
+};
+
+// Precondition: `cut` flags edges inside the surface; the surface cut along it has disks as pieces.
+// Cost: O(#F).
+std::vector<SeamBranch> seam_branches(const Triangles& faces, const mesh::Adjacency& adjacency,
+                                      const mesh::EdgeFlags& cut,
+                                      const std::vector<VertexId>& cones, const Points2& corner_uv);
+
+// (x, y) turned by so many quarter turns counter-clockwise, without rounding.
+Vector2 quarter_turned(const Vector2& p, Index turns);
+
+// Largest distance, over the ends of all cut edges, between the second side and the first one after
+// its transition; in the units of uv. Zero if and only if the map is seamless as real numbers go,
+// up to the rounding of this sum.
+double largest_seam_error(const std::vector<SeamBranch>& branches, const mesh::Adjacency& adjacency,
+                          const Points2& corner_uv);
+
+// The map's own lists: cut_edges along the branches, and a transition for each.
+void write_transitions(const std::vector<SeamBranch>& branches, certify::Parametrization& map);
+
+}  // namespace flipfree::seamless

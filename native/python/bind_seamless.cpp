@@ -1,0 +1,87 @@
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "arrays.h"
+#include "bindings.h"
+#include "flipfree/seamless/penner/penner_map.h"
+#include "job.h"
+
+namespace py = pybind11;
+
+namespace flipfree::python {
+namespace {
+
+using seamless::LoopTurn;
+using seamless::PennerMap;
+
+// [(half-edges, quarter turns)] <-> loops.
+std::optional<std::vector<LoopTurn>> to_loops(const py::object& given) {
+  if (given.is_none()) return std::nullopt;
+  std::vector<LoopTurn> loops;
+  for (const py::handle item : given) {
+    const auto pair = item.cast<std::pair<Array<Index>, Index>>();
+    loops.push_back({{pair.first.data(), pair.first.data() + pair.first.size()}, pair.second});
+  }
+  return loops;
+}
+
+py::list from_loops(const std::vector<LoopTurn>& loops) {
+  py::list list;
+  for (const LoopTurn& loop : loops)
+    list.append(py::make_tuple(from_vector(loop.loop), loop.quarter_turns));
+  return list;
+}
+
+py::object to_object(const PennerMap& result) {
+  py::dict d;
+  d["map"] = to_dict(result.map);
+  py::list branches;
+  for (const seamless::SeamBranch& branch : result.branches) {
+    const certify::Transition& t = branch.transition;
+    branches.append(py::make_tuple(from_vector(branch.halfedges), t.quarter_turns,
+                                   py::make_tuple(t.translation.x(), t.translation.y())));
+  }
+  d["branches"] = branches;
+  d["loops"] = from_loops(result.loops);
+  d["seam_error"] = result.seam_error;
+  d["not_stored"] = py::none();
+  if (result.not_stored) d["not_stored"] = result.not_stored->message;
+  return d;
+}
+
+}  // namespace
+
+void bind_seamless(py::module_& module) {
+  module.def(
+      "seamless_penner",
+      [](const Array<double>& vertices, const Array<Index>& faces, const Array<Index>& cones,
+         const py::object& loops, const Array<Index>& uncuttable, double tolerance,
+         int max_iterations, double max_seconds, int threads) {
+        struct Request {
+          mesh::Surface surface;
+          std::vector<Index> cones;
+          std::optional<std::vector<LoopTurn>> loops;
+          seamless::PennerMapOptions options;
+        };
+        Request request;
+        request.surface = to_surface(vertices, faces);
+        request.cones.assign(cones.data(), cones.data() + cones.size());
+        request.loops = to_loops(loops);
+        request.options.uncuttable = to_matrix<IndexPairs>(uncuttable, "uncuttable");
+        request.options.metric.tolerance = tolerance;
+        request.options.metric.max_iterations = max_iterations;
+        request.options.metric.max_seconds = max_seconds;
+        return start_job(
+            [request = std::move(request)](ExecutionContext& context) {
+              return seamless::compute_penner_map(request.surface, request.cones, request.loops,
+                                                  request.options, context);
+            },
+            [](const PennerMap& result) -> py::object { return to_object(result); }, threads);
+      },
+      py::arg("vertices"), py::arg("faces"), py::arg("cones"), py::arg("loops"),
+      py::arg("uncuttable"), py::arg("tolerance"), py::arg("max_iterations"),
+      py::arg("max_seconds"), py::arg("threads"));
+}
+
+}  // namespace flipfree::python

@@ -1,0 +1,157 @@
+"""Seamless maps: cones in quarter turns, seams that match by quarter turns and translations.
+
+Not exported yet: seams agree up to ``seam_error``, not exactly, and maps are not optimised.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from . import _native
+from .arrays import Positions, as_indices, as_vertex_map, as_vertices
+from .errors import InvalidInput
+from .job import Job, Progress, ours_only, run
+from .options import as_choice, as_count, as_seconds, as_threads, shown, whole_number
+from .results import IntArray, Parametrization, parametrization_from
+
+ENGINES = ("auto", "penner")
+
+
+@dataclass(frozen=True)
+class SeamBranch:
+    """A chain of cut edges between two nodes, or around.
+
+    Attributes:
+        halfedges: (k,) 3 f + c: from corner c of face f of the map to the next one, head to tail; their faces are the
+            first side.
+        quarter_turns, translation: uv on the second side = turned uv on the first side + translation.
+    """
+
+    halfedges: IntArray
+    quarter_turns: int
+    translation: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class SeamlessMap:
+    """What an engine found.
+
+    Attributes:
+        map: valid in 64 bits; its certificate says whether its rounding to 32 bits is.
+        branches: its seams.
+        loops: (half-edges 3 f + c of the input, quarter turns to the left): closed strips of faces that generate the
+            homology; each half-edge is crossed from its own face.
+        seam_error: largest distance between the two sides of a seam, in the units of uv.
+        not_stored: why 32 bits do not hold the map, if they do not.
+    """
+
+    map: Parametrization
+    branches: list[SeamBranch]
+    loops: list[tuple[IntArray, int]]
+    seam_error: float
+    not_stored: str | None
+
+
+def _map_from(data: dict[str, Any], positions: Positions) -> SeamlessMap:
+    return SeamlessMap(
+        parametrization_from(data["map"], positions),
+        [SeamBranch(*branch) for branch in data["branches"]],
+        data["loops"],
+        data["seam_error"],
+        data["not_stored"],
+    )
+
+
+def _quarter_turns(cones: Any, count: int) -> IntArray:
+    turns = np.full(count, 4, np.int32)
+    for vertex, value in as_vertex_map(cones, "cones", "quarter turns").items():
+        if not 0 <= vertex < count:
+            raise InvalidInput(
+                f"cones names vertex {vertex}, which does not exist (the mesh has {count}).",
+                code="index out of range",
+            )
+        number = whole_number(value)
+        if number is None or not 1 <= number < 2**20:
+            raise InvalidInput(
+                f"cones[{vertex}] must be a whole number of quarter turns, 1 or more, not {shown(value)}.",
+                code="bad angles",
+            )
+        turns[vertex] = number
+    return turns
+
+
+@ours_only
+def start_penner(
+    vertices: Any,
+    faces: Any,
+    cones: Any,
+    *,
+    engine: str = "auto",
+    loops: Sequence[tuple[Any, int]] | None = None,
+    uncuttable: Any = None,
+    max_iterations: int = 200,
+    max_seconds: float | None = None,
+    threads: int = 2,
+) -> Job[SeamlessMap]:
+    """The map of the engine "penner", at once, on a thread; ``loops`` as in :class:`SeamlessMap`, None: chosen."""
+    as_choice(engine, "engine", ENGINES)
+    face_array = as_indices(faces, "faces", 3)
+    positions = as_vertices(vertices, face_array)
+    native = _native.seamless_penner(
+        positions.scaled,
+        face_array,
+        _quarter_turns(cones, len(positions.scaled)),
+        None if loops is None else [(np.asarray(h, np.int32), int(turns)) for h, turns in loops],
+        as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
+        1e-10,
+        as_count(max_iterations, "max_iterations", 1),
+        as_seconds(max_seconds, "max_seconds"),
+        as_threads(threads),
+    )
+    return Job(native, partial(_map_from, positions=positions))
+
+
+def seamless(
+    vertices: Any,
+    faces: Any,
+    cones: Any,
+    *,
+    engine: str = "auto",
+    max_iterations: int = 200,
+    max_seconds: float | None = None,
+    threads: int = 2,
+    progress: Progress | None = None,
+) -> Parametrization:
+    """A seamless map of a closed surface with these cones, up to rounding.
+
+    Args:
+        vertices: (n, 3) float64. faces: (m, 3), closed, manifold, consistently oriented.
+        cones: {vertex: k}: total angle k pi / 2; all others are flat. On every component of genus g the sum of 4 - k
+            is 8 - 8 g.
+        engine: "penner" or "auto", which is the same today.
+        max_iterations: Newton steps. max_seconds: of the clock; None or 0 is no limit.
+        threads: the result has the same bits for every number.
+        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
+
+    Returns:
+        The map with ``transitions`` per cut edge (quarter turns exact, translations rounded); ``stats["seam_error"]``
+        is the largest distance between two sides of a seam. Its certificate speaks of G1, G2, G5 and G7, not of G4.
+
+    Raises:
+        InvalidInput, Infeasible, NotConverged, Cancelled.
+    """
+    job = start_penner(
+        vertices,
+        faces,
+        cones,
+        engine=engine,
+        max_iterations=max_iterations,
+        max_seconds=max_seconds,
+        threads=threads,
+    )
+    return run(job, progress).map

@@ -1,0 +1,242 @@
+// The metric with prescribed cones and loop angles, measured by sums of its own: long double, the
+// law of cosines, a homology basis that the solver has not seen.
+#include "flipfree/seamless/penner/penner_metric.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include "flipfree/base/error.h"
+#include "flipfree/intrinsic/loops/loop_carrier.h"
+#include "flipfree/seamless/penner/penner_newton.h"
+#include "support/shapes.h"
+
+namespace flipfree::seamless {
+namespace {
+
+constexpr long double kQuarterTurn = std::numbers::pi_v<long double> / 2;
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+std::vector<Index> flat(const mesh::Surface& surface) {
+  return std::vector<Index>(static_cast<std::size_t>(surface.vertices.rows()), 4);
+}
+
+// `count` cones of 3 and 5 quarter turns at random vertices of a surface of this genus; the sum
+// decides how many of each.
+std::vector<Index> random_cones(const mesh::Surface& surface, Index genus, Index count,
+                                unsigned seed) {
+  std::vector<Index> cones = flat(surface);
+  std::vector<std::size_t> places(cones.size());
+  for (std::size_t i = 0; i < places.size(); ++i) places[i] = i;
+  std::mt19937 random(seed);
+  std::shuffle(places.begin(), places.end(), random);
+  const Index sharp = (count + 8 - 8 * genus) / 2;
+  for (Index i = 0; i < count; ++i) cones[places[at(i)]] = i < sharp ? 3 : 5;
+  return cones;
+}
+
+// The angle opposite each half-edge.
+std::vector<long double> angles(const conformal::ConformalMetric& metric) {
+  const auto& length = std::get<std::vector<double>>(metric.length);
+  const auto of = [&](HalfedgeId h) { return static_cast<long double>(length[at(h >> 1)]); };
+  std::vector<long double> angle(metric.mesh.halfedge_count());
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(angle.size()); ++h) {
+    const long double a = of(h), b = of(metric.mesh.next[at(h)]), c = of(metric.mesh.previous(h));
+    angle[at(h)] = std::acos((b * b + c * c - a * a) / (2 * b * c));
+  }
+  return angle;
+}
+
+// The loops of a basis with random steps, after all flips, and the half-edge numbers of the input.
+intrinsic::LoopCarrier other_basis(const conformal::ConformalMetric& metric, unsigned seed) {
+  const ExecutionContext context;
+  const intrinsic::FlipMesh mesh{metric.initial.next, metric.initial.origin,
+                                 static_cast<Index>(metric.initial.vertex_count())};
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(0.01, 1.0);
+  std::vector<double> step(metric.initial.edge_count());
+  for (double& s : step) s = uniform(random);
+  intrinsic::LoopCarrier carrier(mesh, intrinsic::homology_basis(mesh, step, context));
+  for (const auto& flip : metric.flips) {
+    for (int k = 0; k < flip.plain.count; ++k)
+      carrier.flip(flip.plain.edges[static_cast<std::size_t>(k)]);
+  }
+  return carrier;
+}
+
+void expect_seamless(const PennerMetric& result, const std::vector<Index>& cones) {
+  const auto& metric = result.metric;
+  const auto angle = angles(metric);
+  std::vector<long double> sum(cones.size(), 0);
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(angle.size()); ++h)
+    sum[at(metric.mesh.origin[at(metric.mesh.previous(h))])] += angle[at(h)];
+  for (std::size_t v = 0; v < cones.size(); ++v)
+    EXPECT_NEAR(static_cast<double>(sum[v] - cones[v] * kQuarterTurn), 0.0, 1e-10) << v;
+  const intrinsic::LoopCarrier loops = other_basis(metric, 11);
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    long double turn = 0;
+    loops.visit_corners(
+        i, [&](const intrinsic::PassedCorner& c) { turn += c.sign * angle[at(c.opposite)]; });
+    EXPECT_NEAR(static_cast<double>(std::remainder(turn, kQuarterTurn)), 0.0, 1e-9) << i;
+  }
+}
+
+PennerMetric solve(const mesh::Surface& surface, const std::vector<Index>& cones,
+                   const std::optional<std::vector<LoopTurn>>& loops = {}, int threads = 2) {
+  ExecutionContext context;
+  context.threads = threads;
+  return compute_penner_metric(surface, cones, loops, {}, context);
+}
+
+TEST(PennerMetric, RandomConesOnGenusZeroToThree) {
+  for (Index genus = 0; genus <= 3; ++genus) {
+    const mesh::Surface surface =
+        genus == 0 ? test::sphere(20, 14) : test::perforated_plate(genus, 4);
+    for (unsigned seed = 0; seed < 4; ++seed) {
+      const auto cones = random_cones(surface, genus, 20, 10 * static_cast<unsigned>(genus) + seed);
+      const PennerMetric result = solve(surface, cones);
+      EXPECT_EQ(result.loops.size(), at(2 * genus));
+      EXPECT_LE(result.metric.angle_error, 1e-10);
+      expect_seamless(result, cones);
+    }
+  }
+}
+
+TEST(PennerMetric, TorusWithoutConesTurnsNowhere) {
+  const mesh::Surface surface = test::torus(24, 10, 0.4);
+  const PennerMetric result = solve(surface, flat(surface));
+  for (const LoopTurn& loop : result.loops) EXPECT_EQ(loop.quarter_turns, 0);
+  expect_seamless(result, flat(surface));
+  auto loops = result.loops;
+  loops[0].quarter_turns = 1;
+  EXPECT_THROW(solve(surface, flat(surface), loops), Infeasible);
+}
+
+TEST(PennerMetric, TwoConesOnATorus) {
+  const mesh::Surface surface = test::torus(24, 10, 0.4);
+  for (const Index m : {2, 3}) {
+    std::vector<Index> cones = flat(surface);
+    cones[3] = 4 - m;
+    cones[117] = 4 + m;
+    expect_seamless(solve(surface, cones), cones);
+  }
+  std::vector<Index> cones = flat(surface);
+  cones[3] = 3;
+  cones[117] = 5;
+  EXPECT_THROW(solve(surface, cones), Infeasible);
+}
+
+TEST(PennerMetric, MeetsOtherTurnsThanTheNearest) {
+  const mesh::Surface surface = test::perforated_plate(2, 4);
+  const auto cones = random_cones(surface, 2, 20, 5);
+  auto loops = solve(surface, cones).loops;
+  for (std::size_t i = 0; i < loops.size(); ++i) loops[i].quarter_turns += i % 2 == 0 ? 1 : -1;
+  const PennerMetric result = solve(surface, cones, loops);
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    EXPECT_EQ(result.loops[i].quarter_turns, loops[i].quarter_turns);
+    EXPECT_NEAR(result.loop_error[i], 0.0, 1e-10);
+  }
+  expect_seamless(result, cones);
+}
+
+TEST(PennerMetric, SameBitsForAnyNumberOfThreads) {
+  const mesh::Surface surface = test::perforated_plate(2, 6);
+  const auto cones = random_cones(surface, 2, 20, 1);
+  const PennerMetric one = solve(surface, cones, {}, 1), two = solve(surface, cones, {}, 2);
+  EXPECT_EQ(std::get<std::vector<double>>(one.metric.length),
+            std::get<std::vector<double>>(two.metric.length));
+  EXPECT_EQ(one.metric.mesh.next, two.metric.mesh.next);
+}
+
+TEST(PennerMetric, RefusesLoopsThatAreNoStrips) {
+  const mesh::Surface surface = test::torus(12, 8, 0.4);
+  std::vector<Index> cones = random_cones(surface, 1, 8, 2);
+  auto loops = solve(surface, cones).loops;
+  auto broken = loops;
+  broken[0].loop.pop_back();
+  EXPECT_THROW(solve(surface, cones, broken), InvalidInput);
+  broken = loops;
+  broken.pop_back();
+  EXPECT_THROW(solve(surface, cones, broken), InvalidInput);
+  broken = loops;
+  broken[1].loop[0] = -3;
+  EXPECT_THROW(solve(surface, cones, broken), InvalidInput);
+}
+
+TEST(PennerMetric, RefusesASurfaceWithBoundary) {
+  const mesh::Surface surface = test::grid(4, 4);
+  EXPECT_THROW(solve(surface, flat(surface)), InvalidInput);
+}
+
+TEST(PennerMetric, CanBeCancelledAndLimited) {
+  const mesh::Surface surface = test::perforated_plate(3, 8);
+  const auto cones = random_cones(surface, 3, 20, 1);
+  ExecutionContext cancelled;
+  cancelled.cancel();
+  EXPECT_THROW(compute_penner_metric(surface, cones, {}, {}, cancelled), Cancelled);
+  ExecutionContext context;
+  double time = 0.0;
+  context.clock = [&] { return time += 0.01; };
+  context.threads = 1;
+  PennerOptions options;
+  options.max_seconds = 0.5;
+  try {
+    compute_penner_metric(surface, cones, {}, options, context);
+    FAIL();
+  } catch (const NotConverged& e) {
+    EXPECT_EQ(e.error().code, ErrorCode::kTimeLimit);
+  }
+}
+
+// A whole Newton step makes all errors vanish to first order: so does a small share of it by that
+// share.
+TEST(PennerSystem, StepsRemoveErrorsInProportion) {
+  const mesh::Surface surface = test::perforated_plate(2, 3);
+  const auto cones = random_cones(surface, 2, 16, 4);
+  ExecutionContext context;
+  conformal::EngineInput input;
+  input.vertex_count = static_cast<Index>(surface.vertices.rows());
+  input.setup = intrinsic::build_intrinsic_mesh(input.vertex_count, surface.faces);
+  // Lengths without right angles, so that no flip is near.
+  mesh::Surface bent = surface;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> uniform(-0.02, 0.02);
+  for (Eigen::Index i = 0; i < bent.vertices.size(); ++i)
+    bent.vertices.data()[i] += uniform(random);
+  input.positions = &bent.vertices;
+  for (const Index k : cones) input.target.push_back(static_cast<double>(k * kQuarterTurn));
+  const auto engine = conformal::make_engine(input, 53, context);
+  const auto& mesh = engine->mesh();
+  const intrinsic::FlipMesh flips{mesh.next, mesh.origin, input.vertex_count};
+  const intrinsic::LoopCarrier loops(
+      flips,
+      intrinsic::homology_basis(flips, std::vector<double>(mesh.edge_count(), 1.0), context));
+  PennerTargets targets{input.target, std::vector<double>(loops.size(), 0.3)};
+  PennerAngles before, after;
+  measure(*engine, loops, targets, before, context);
+  PennerSystem system;
+  PennerDirection direction;
+  ASSERT_TRUE(system.solve(mesh, loops, before, direction, context));
+  const double share = 1e-6;
+  conformal::FineVector u;
+  for (const double x : direction.scale) u.high.push_back(0.5 * share * x);
+  std::vector<double> s;
+  for (const double x : direction.stretch) s.push_back(share * x);
+  engine->scale(u, context);
+  engine->stretch(s, context);
+  measure(*engine, loops, targets, after, context);
+  for (std::size_t v = 0; v < cones.size(); ++v) {
+    EXPECT_NEAR((before.vertices.value[v] - after.vertices.value[v]) / share,
+                before.vertices.value[v], 2e-4);
+  }
+  for (std::size_t i = 0; i < loops.size(); ++i)
+    EXPECT_NEAR((before.loops[i] - after.loops[i]) / share, before.loops[i], 2e-4);
+}
+
+}  // namespace
+}  // namespace flipfree::seamless
