@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Conformal Map with Cones, Suggest Cones, Mark Cone (thesis 4, docs/conformal-blender.md)."""
+"""Conformal Map with Cones, Suggest Cones, Mark Cone (thesis 4, docs/conformal-map.md)."""
 
 import functools
 import math

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Improve: less distortion for a flip-free map, without a flip on the way (docs/unwrap.md)."""
+"""Improve: less distortion for a flip-free map, without a flip on the way (docs/improve-check.md)."""
 
 import bpy
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Match Pins: pinned UVs met bit for bit without a fold, subdividing where that is needed (thesis 3.3, docs/pins.md)."""
+"""Match Pins: pinned UVs met bit for bit without a fold, subdividing where that is needed (thesis 3.3, docs/match-pins.md)."""
 
 import bpy
 import numpy as np

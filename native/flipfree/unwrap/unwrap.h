@@ -16,7 +16,7 @@ namespace flipfree::unwrap {
 // "time_limit_reached", and what the chart solvers report of the largest chart. Throws InvalidInput
 // (see validate()), NotConverged with what failed (kTimeLimit: some chart was not flat in
 // max_seconds), Cancelled. Nothing is returned that did not pass the certificate. Cost: a few
-// factorizations of a planar-like system per chart; docs/benchmarks.md.
+// factorizations of a planar-like system per chart; docs/measurements/unwrap.md.
 certify::Parametrization unwrap(const mesh::Surface& surface, const UnwrapOptions& options,
                                 ExecutionContext& context);
 
