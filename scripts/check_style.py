@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Style as a test: ruff and mypy over the Python sources, clang-format over the C++ ones. check_style.py REPORT.xml"""
+"""Style as a test: ruff and mypy over Python, clang-format over C++, links and names of the pages. check_style.py REPORT.xml"""
 
 import re
 import shutil
@@ -8,6 +8,8 @@ import sys
 import xml.etree.ElementTree as ET
 from functools import partial
 from pathlib import Path
+
+import check_docs
 
 # Other versions break lines differently.
 CLANG_FORMAT = 14
@@ -42,6 +44,10 @@ def clang_format() -> str | None:
     return result.stderr if result.returncode else None
 
 
+def pages() -> str | None:
+    return "\n".join(check_docs.complaints(Path("."))) or None
+
+
 def clang_format_missing() -> str | None:
     """Why clang-format cannot judge here, or None."""
     if not shutil.which("clang-format"):
@@ -61,6 +67,7 @@ def main(report: str) -> int:
         ("ruff format", partial(ruff, "format", "--check"), None),
         ("mypy", mypy, None),
         ("clang-format", clang_format, clang_format_missing()),
+        ("pages", pages, None),
     ):
         case = ET.SubElement(suite, "testcase", name=name)
         if missing:
