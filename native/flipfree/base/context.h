@@ -6,10 +6,13 @@
 // with it for the end of their time, at least every 50 ms of work.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <functional>
 #include <limits>
+
+#include "flipfree/base/types.h"
 
 namespace flipfree {
 
@@ -79,6 +82,7 @@ class ExecutionContext {
 
  private:
   friend class MapInHand;
+  friend class Overtime;
   friend class ProgressRange;
   friend class SharedProgress;
   friend class TimeLimit;
@@ -151,6 +155,13 @@ inline double limit_of(double max_seconds) {
   return max_seconds > 0.0 ? max_seconds : std::numeric_limits<double>::infinity();
 }
 
+// Of so many seconds those for looking for a map of so many faces: what is left over is enough, as
+// a rule, to place, store and certify it, which happens after the limit otherwise. At least half.
+inline double seconds_to_search(double seconds, Index faces) {
+  constexpr double kSecondsPerFace = 4e-6;
+  return seconds - std::min(0.5 * seconds, kSecondsPerFace * static_cast<double>(faces));
+}
+
 // While it lives, `context` has no time limit and cannot be accepted: for the short work without
 // which what was found in time would be lost.
 class Untimed {
@@ -166,6 +177,31 @@ class Untimed {
   }
   Untimed(const Untimed&) = delete;
   Untimed& operator=(const Untimed&) = delete;
+
+ private:
+  ExecutionContext& context_;
+  double outer_;
+  bool outer_in_hand_;
+};
+
+// While it lives, the limit of `context` is a little later and it cannot be accepted: for work that
+// is short as a rule, without which what was found in time would be lost, but that may also take
+// long. Callers wait for a late answer no longer than twice this.
+class Overtime {
+ public:
+  static constexpr double kSeconds = 0.1;
+
+  explicit Overtime(ExecutionContext& context)
+      : context_(context), outer_(context.deadline_), outer_in_hand_(context.in_hand_) {
+    context_.deadline_ += kSeconds;
+    context_.in_hand_ = false;
+  }
+  ~Overtime() {
+    context_.deadline_ = outer_;
+    context_.in_hand_ = outer_in_hand_;
+  }
+  Overtime(const Overtime&) = delete;
+  Overtime& operator=(const Overtime&) = delete;
 
  private:
   ExecutionContext& context_;

@@ -178,10 +178,12 @@ void improve_chart(const mesh::Chart& chart, const ImproveOptions& options, doub
       map.uv = std::move(result.uv);
       for (const auto& [v, target] : map.pins) rounding.fixed.push_back(v);
     }
-    const Untimed storing(context);
+    const Overtime storing(context);
     map.uv32 = round_to_storage(faces, map.uv, rounding, context, map.stats);
   } catch (const TimeIsOver&) {
     if (!(options.max_seconds > 0)) throw;  // the limit is the caller's
+    if (map.pins.empty())
+      throw_out_of_time("The map was not stored", options.max_seconds, "or cut it into parts");
     throw_out_of_time("The pins were not reached", options.max_seconds,
                       "or move pins nearer to where their surroundings are");
   } catch (const NotConverged& e) {
@@ -273,7 +275,9 @@ certify::Parametrization improve(const mesh::Surface& surface, const Points2& co
   bool hurried = false;
   {
     const ProgressRange range(context, 0.05, 0.93);
-    const TimeLimit limit(context, limit_of(options.max_seconds) - watch.seconds());
+    const double left = limit_of(options.max_seconds) - watch.seconds();
+    const TimeLimit limit(context,
+                          seconds_to_search(left, static_cast<Index>(surface.faces.rows())));
     improve_all(charts, options, common_scale(surface, corner_uv), maps, context);
     hurried = context.time_is_over() || context.accepted();
   }

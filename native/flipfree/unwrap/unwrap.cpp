@@ -156,6 +156,8 @@ certify::Parametrization unwrap_in_time(const mesh::Surface& surface, const Unwr
   std::vector<Points2> uv;
   {
     const ProgressRange range(context, 0.05, 0.92);
+    const TimeLimit limit(context, seconds_to_search(context.seconds_left(),
+                                                     static_cast<Index>(surface.faces.rows())));
     uv = flatten_islands(islands, working, adjacency, uncuttable, pins, options, acceptable,
                          context, stats);
   }
@@ -165,10 +167,12 @@ certify::Parametrization unwrap_in_time(const mesh::Surface& surface, const Unwr
       static_cast<std::int64_t>(std::count(islands.added.begin(), islands.added.end(), 1) / 2);
   lap("seconds_flatten");
 
+  const PlacedCharts placed = [&] {
+    const Overtime storing(context);
+    context.report("placing charts", 0.92);
+    return place_and_round(islands, pins, options, std::move(uv), context, stats);
+  }();
   const Untimed finishing(context);
-  context.report("placing charts", 0.92);
-  const PlacedCharts placed =
-      place_and_round(islands, pins, options, std::move(uv), context, stats);
   map.surface = surface;
   map.uv.resize(3 * surface.faces.rows(), 2);
   map.uv32.resize(3 * surface.faces.rows(), 2);
@@ -222,7 +226,7 @@ certify::Parametrization unwrap(const mesh::Surface& surface, const UnwrapOption
   return unwrap_in_time(surface, options, false, context);
 } catch (const TimeIsOver&) {
   if (!(options.max_seconds > 0)) throw;  // the limit is the caller's
-  throw_out_of_time("Not all charts were flattened", options.max_seconds,
+  throw_out_of_time("Not all charts were flattened and stored", options.max_seconds,
                     "or unwrap the mesh in parts");
 }
 

@@ -122,6 +122,39 @@ TEST(TimeLimit, zero_seconds_of_an_option_are_no_limit) {
   EXPECT_EQ(context.seconds_left(), std::numeric_limits<double>::infinity());
 }
 
+TEST(Overtime, lasts_a_little_beyond_the_limit_and_cannot_be_accepted) {
+  double seconds = 0;
+  ExecutionContext context;
+  context.clock = [&] { return seconds; };
+  context.accept();
+  const TimeLimit limit(context, 10.0);
+  const MapInHand map(context);
+  EXPECT_THROW(context.check(), TimeIsOver);
+  {
+    const Overtime storing(context);
+    seconds = 10.0 + 0.9 * Overtime::kSeconds;
+    EXPECT_NO_THROW(context.check());
+    seconds = 10.0 + 1.1 * Overtime::kSeconds;
+    EXPECT_THROW(context.check(), TimeIsOver);
+  }
+  seconds = 0;
+  EXPECT_EQ(context.seconds_left(), 0.0);
+}
+
+TEST(Overtime, of_no_limit_is_none) {
+  ExecutionContext context;
+  const Overtime storing(context);
+  EXPECT_EQ(context.seconds_left(), std::numeric_limits<double>::infinity());
+}
+
+TEST(SecondsToSearch, leave_at_least_half_for_the_map_and_something_for_storing_it) {
+  EXPECT_EQ(seconds_to_search(1.0, 1000000000), 0.5);
+  EXPECT_GT(seconds_to_search(1.0, 1000), 0.99);
+  EXPECT_LT(seconds_to_search(1.0, 1000), 1.0);
+  const double forever = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(seconds_to_search(forever, 1000), forever);
+}
+
 TEST(MapInHand, accepting_ends_the_time_where_there_is_a_map_and_nowhere_else) {
   ExecutionContext context;
   context.accept();

@@ -105,7 +105,7 @@ Points2f store_map(mesh::RefinedMap& map, const std::vector<VertexId>& held, Ind
     try {
       // As a rule far less; where nothing fits, repairing goes on for minutes.
       const double seconds = std::max(context.seconds_left(), seconds_to_store(map.surface));
-      const Untimed storing(context);
+      const Overtime storing(context);
       const TimeLimit limit(context, seconds);
       return distortion::round_to_storage(to_surface(map.surface).faces, map.uv, rounding, context,
                                           stats);

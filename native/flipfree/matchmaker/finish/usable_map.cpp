@@ -133,10 +133,10 @@ mesh::RefinedMap made_usable(mesh::RefinedMap fine, const mesh::RefinedSurface& 
   constexpr double kMostLoss = 10.0;
   const Index keep = surface.mesh.vertex_count();
   mesh::RefinedMap coarse = coarsen(fine, constraints, keep, context, stats);
-  const Untimed judging(context);
-  const double bearable = kMostLoss * energy_of(fine, context);
   const auto fit = [&](const mesh::RefinedMap& map) {
-    return energy_of(map, context) <= bearable && !(bijective && overlaps(map.surface, map.uv));
+    const Untimed judging(context);
+    return energy_of(map, context) <= kMostLoss * energy_of(fine, context) &&
+           !(bijective && overlaps(map.surface, map.uv));
   };
   if (fit(coarse)) return coarse;
   coarse = coarsen(fine, constraints, keep, context, stats, Coarsening::kBounded);

@@ -222,7 +222,7 @@ bool ended_early(const Stats& stats) {
 void keep_storable(const mesh::Surface& chart, const distortion::MinimizeOptions& options,
                    Points2& uv, ExecutionContext& context, Stats& stats) {
   if (!options.acceptable || !context.accepted()) return;
-  const Untimed storing(context);
+  const Overtime storing(context);
   distortion::RoundingOptions rounding;
   rounding.fixed = options.fixed;
   rounding.bijective = options.bijective;
@@ -233,6 +233,8 @@ void keep_storable(const mesh::Surface& chart, const distortion::MinimizeOptions
     distortion::MinimizeOptions whole = options;
     whole.acceptable = false;
     uv = distortion::minimize_distortion(chart, uv, whole, context, stats);
+  } catch (const TimeIsOver&) {
+    // What is left of the time is for the other charts.
   }
 }
 
