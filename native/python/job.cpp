@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <new>
+#include <system_error>
 
 #include "flipfree/base/error.h"
 
@@ -10,7 +11,7 @@ namespace flipfree::python {
 Job::Job(std::function<ResultMaker(ExecutionContext&)> work, int threads, std::uint64_t seed) {
   context_.threads = threads;
   context_.seed = seed;
-  thread_ = std::thread([this, work = std::move(work)] {
+  const auto run = [this, work = std::move(work)] {
     ResultMaker maker;
     std::exception_ptr failure;
     try {
@@ -24,7 +25,12 @@ Job::Job(std::function<ResultMaker(ExecutionContext&)> work, int threads, std::u
     failure_ = failure;
     ended_ = true;
     ended_signal_.notify_all();
-  });
+  };
+  try {
+    thread_ = std::thread(run);
+  } catch (const std::system_error&) {  // no memory for its stack
+    throw std::bad_alloc();
+  }
 }
 
 Job::~Job() {

@@ -2,16 +2,71 @@
 
 #include <cblas.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <mutex>
+#include <new>
+#include <vector>
 
 // LAPACK, part of the same library; it has no C header of its own everywhere.
 extern "C" void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info,
                         std::size_t);
+// OpenBLAS's own; other libraries, or builds that hide them, have none.
+extern "C" void* blas_memory_alloc(int position) __attribute__((weak));
+extern "C" void blas_memory_free(void* buffer) __attribute__((weak));
 
 namespace flipfree::numeric::dense {
 
-void use_one_thread() { openblas_set_num_threads(1); }
+namespace {
+
+// What the process has asked of the BLAS, whose buffers are the process's as well.
+struct Buffers {
+  std::mutex mutex;
+  int wanted = 0;
+  int taken = 0;
+};
+Buffers& buffers() {
+  static Buffers all;
+  return all;
+}
+
+// Held all at once, so that there are as many. Those that others hold are more than enough.
+void take(int count) {
+  constexpr std::size_t kBytes = std::size_t{132} << 20;
+  std::vector<void*> held;
+  held.reserve(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i) {
+    try {
+      ::operator delete(::operator new(kBytes));
+    } catch (const std::bad_alloc&) {
+      for (void* buffer : held) blas_memory_free(buffer);
+      throw;
+    }
+    if (blas_memory_alloc != nullptr && blas_memory_free != nullptr)
+      held.push_back(blas_memory_alloc(0));
+  }
+  for (void* buffer : held) blas_memory_free(buffer);
+}
+
+}  // namespace
+
+Calls::Calls(int threads) : threads_(std::max(1, threads)) {
+  openblas_set_num_threads(1);
+  Buffers& all = buffers();
+  const std::scoped_lock lock(all.mutex);
+  if (all.wanted + threads_ > all.taken) {
+    take(all.wanted + threads_);
+    all.taken = all.wanted + threads_;
+  }
+  all.wanted += threads_;
+}
+
+Calls::~Calls() {
+  Buffers& all = buffers();
+  const std::scoped_lock lock(all.mutex);
+  all.wanted -= threads_;
+}
 
 bool cholesky(int n, double* a, int lda) {
   int info = 0;

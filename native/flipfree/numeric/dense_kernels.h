@@ -5,8 +5,20 @@
 
 namespace flipfree::numeric::dense {
 
-// To be called before the kernels are used: keeps the BLAS from starting threads of its own.
-void use_one_thread();
+// Lives while kernels are called, on up to so many threads at once: keeps the BLAS from starting
+// threads of its own, and has it take its work buffers (128 MB of addresses for each thread, kept
+// for ever, and touched only as far as they are used) now: where it finds no memory for one it
+// would try again without end. Throws std::bad_alloc.
+class Calls {
+ public:
+  explicit Calls(int threads);
+  ~Calls();
+  Calls(const Calls&) = delete;
+  Calls& operator=(const Calls&) = delete;
+
+ private:
+  int threads_;
+};
 
 // A = L L' in place, n x n. False if a pivot is not positive and finite.
 bool cholesky(int n, double* a, int lda);

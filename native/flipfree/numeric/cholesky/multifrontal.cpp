@@ -226,7 +226,7 @@ void Multifrontal::advance(double flops, ExecutionContext& context) {
 }
 
 bool Multifrontal::factorize(const double* values, ExecutionContext& context) {
-  dense::use_one_thread();
+  const dense::Calls calls(context.threads);
   factor_ = memory_.factor.provide(panel_.back());
   memory_.handed.provide(handed_size_);
   done_flops_ = 0;

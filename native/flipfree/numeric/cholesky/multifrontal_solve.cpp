@@ -86,7 +86,7 @@ void Multifrontal::permute(double* rhs, double* x, Index count, bool back) const
 }
 
 void Multifrontal::solve(double* rhs, Index count, const ExecutionContext& context) const {
-  dense::use_one_thread();
+  const dense::Calls calls(context.threads);
   std::vector<double> x(size(size_) * size(count));
   permute(rhs, x.data(), count, false);
   std::vector<double> outside(size(outside_size_) * size(count), 0.0);

@@ -1,0 +1,85 @@
+"""Address space that is really exhausted: out of memory or a result, soon, and the next call as if nothing had been."""
+
+from __future__ import annotations
+
+import os
+import resource
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import flipfree as ff
+
+from surfaces import bumpy_grid, octahedron_sphere
+
+#: Megabytes beyond what the process has; the linear algebra alone takes 128 for each thread.
+ROOM = (0, 1, 4, 16, 64, 150, 300, 600)
+#: Seconds for a process that makes one call with each; on a busy machine.
+DEADLINE = 120
+
+GRID = bumpy_grid(40, 40)
+BALL = octahedron_sphere(4)
+
+
+def cones():
+    angles = np.full(len(BALL[0]), 2 * np.pi)
+    angles[[0, 1, 2, 3]] = np.pi
+    return angles
+
+
+CALLS = {
+    "unwrap": lambda: ff.unwrap(*BALL).uv,
+    "embed": lambda: ff.embed(*GRID, optimise=True).uv,
+    "match": lambda: ff.match(*GRID, points={0: (0, 0), 700: (1, 0.3), 900: (0.2, 1)}).uv,
+    "metric": lambda: ff.conformal_metric(*BALL, cones()).scale_factors,
+    "conformal": lambda: ff.conformal(*BALL, cones()).uv,
+    "angles": lambda: ff.boundary_angles(*GRID, "circle"),
+    "cones": lambda: np.asarray(ff.suggest_cones(*GRID)),
+}
+
+
+def main(name: str) -> None:
+    results = []
+    for room in ROOM:
+        with open("/proc/self/statm") as statm:
+            used = int(statm.read().split()[0]) * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (used + room * 2**20, resource.RLIM_INFINITY))
+        begin = time.monotonic()
+        try:
+            results.append(CALLS[name]())
+            outcome = "result"
+        except ff.NotConverged as error:
+            outcome = error.code
+        except MemoryError:  # of numpy's, on the way in or out
+            outcome = "out of memory"
+        resource.setrlimit(resource.RLIMIT_AS, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+        print(room, f"{time.monotonic() - begin:.2f}", outcome, sep="\t", flush=True)
+    expected = CALLS[name]()
+    print("same", all(np.array_equal(result, expected) for result in results), sep="\t")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+@pytest.mark.parametrize("name", CALLS)
+def test_memory_that_is_exhausted_ends_in_out_of_memory(name: str) -> None:
+    run = subprocess.run(
+        [sys.executable, __file__, name],
+        capture_output=True,
+        text=True,
+        timeout=DEADLINE,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+        check=False,
+    )
+    assert run.returncode == 0, run.stdout + run.stderr
+    *lines, last = [line.split("\t") for line in run.stdout.splitlines()]
+    outcomes = [outcome for _room, _seconds, outcome in lines]
+    assert len(outcomes) == len(ROOM)
+    assert outcomes[0] == "out of memory" and outcomes[-1] == "result", outcomes
+    assert set(outcomes) == {"out of memory", "result"}
+    assert last == ["same", "True"]
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
