@@ -72,6 +72,29 @@ class Umbrella {
 
 }  // namespace
 
+namespace {
+
+// The same for ids that leave out so many numbers that lists by vertex would be longer than the
+// mesh.
+Fans split_sparse(const Triangles& faces, const IndexPairs& cuts) {
+  std::vector<VertexId> ids(faces.data(), faces.data() + faces.size());
+  std::sort(ids.begin(), ids.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  const auto rank = [&](VertexId v) {
+    const auto at = std::lower_bound(ids.begin(), ids.end(), v);
+    return at != ids.end() && *at == v ? static_cast<VertexId>(at - ids.begin()) : kInvalid;
+  };
+  Triangles ranked(faces.rows(), 3);
+  std::transform(faces.data(), faces.data() + faces.size(), ranked.data(), rank);
+  IndexPairs pairs(cuts.rows(), 2);
+  std::transform(cuts.data(), cuts.data() + cuts.size(), pairs.data(), rank);
+  Fans result = split_fans(ranked, pairs);
+  for (VertexId& v : result.origin) v = ids[size(v)];
+  return result;
+}
+
+}  // namespace
+
 Fans split_fans(const Triangles& faces, const IndexPairs& cuts) {
   Fans result;
   result.faces.resize(faces.rows(), 3);
@@ -79,6 +102,7 @@ Fans split_fans(const Triangles& faces, const IndexPairs& cuts) {
   if (faces.minCoeff() < 0)
     throw_invalid(ErrorCode::kIndexOutOfRange, "A triangle has a negative vertex. Correct it.");
   const std::size_t vertices = size(faces.maxCoeff()) + 1;
+  if (vertices > 2 * static_cast<std::size_t>(faces.size())) return split_sparse(faces, cuts);
   const ByVertex corners = by_vertex(
       vertices, static_cast<std::size_t>(faces.size()),
       [&](std::size_t c) { return size(faces.data()[c]); },

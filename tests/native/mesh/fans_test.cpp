@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <random>
@@ -87,6 +88,18 @@ TEST(SplitFans, agrees_with_corners_joined_one_by_one_in_the_promised_order) {
       }
     }
   }
+}
+
+TEST(SplitFans, takes_no_memory_for_ids_that_no_triangle_has) {
+  constexpr VertexId far = std::numeric_limits<VertexId>::max();
+  Triangles faces(2, 3);  // they touch in the vertex `far`, and share an edge that is cut
+  faces << far, 7, 1000000000, 1000000000, 7, far;
+  IndexPairs cuts(2, 2);
+  cuts << 7, far, 8, far;
+  const Fans fans = split_fans(faces, cuts);
+  EXPECT_EQ(fans.origin, (std::vector<VertexId>{7, 1000000000, far}));
+  cuts.row(1) << far, 1000000000;
+  EXPECT_EQ(split_fans(faces, cuts).origin, (std::vector<VertexId>{7, 1000000000, far, far}));
 }
 
 TEST(SplitFans, refuses_negative_vertices_and_takes_no_triangles) {
