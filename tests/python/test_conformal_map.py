@@ -340,3 +340,21 @@ def test_intrinsic_refinement_must_be_known() -> None:
     vertices, faces, angles = octahedral_case()
     with pytest.raises(ff.InvalidInput, match="intrinsic_refinement"):
         ff.conformal(vertices, faces, angles, intrinsic_refinement="sometimes")
+
+
+@pytest.mark.parametrize("positions", ["nowhere", "on a line", "far away"])
+def test_with_lengths_the_map_is_theirs_wherever_the_vertices_are(positions: str) -> None:
+    vertices, faces = bumpy_grid(5, 4)
+    lengths = np.linalg.norm(vertices[faces] - vertices[np.roll(faces, -1, axis=1)], axis=2)
+    angles = ff.boundary_angles(vertices, faces)
+    elsewhere = {
+        "nowhere": np.zeros_like(vertices),
+        "on a line": vertices * [1.0, 0.0, 0.0],
+        "far away": np.full_like(vertices, 1e300),
+    }[positions]
+    result = ff.conformal(elsewhere, faces, angles, lengths=lengths)
+    assert result.certificate.ok
+    assert np.array_equal(result.uv, ff.conformal(vertices, faces, angles, lengths=lengths).uv)
+    # Distortion is measured against positions, and these have no area.
+    assert result.certificate.energy == result.certificate.max_energy == -1.0
+    assert result.certificate.energy_p99 == -1.0 and not result.certificate.poor

@@ -250,6 +250,11 @@ struct Certifier {
   }
 
   void judge_distortion() {
+    const bool finite = std::isfinite(energy.mean) && std::isfinite(energy.maximum);
+    if (!finite && !request.require_distortion) {
+      certificate.energy = certificate.max_energy = certificate.energy_p99 = -1.0;
+      return;
+    }
     certificate.energy = energy.mean;
     certificate.max_energy = energy.maximum;
     certificate.energy_p99 = energy.percentile99;

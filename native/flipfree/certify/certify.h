@@ -27,6 +27,9 @@ struct CertifyRequest {
   bool require_bijective = false;  // overlaps are a failure, not only a figure
   bool require_disjoint = false;   // so are overlaps between charts
   bool require_seamless = false;   // G4, on the 64-bit and on the 32-bit values
+  // False where the positions are not the surface's metric, so that their areas may vanish: then
+  // distortion, which is measured against them, is -1 unless it is finite.
+  bool require_distortion = true;
 
   // G5: prescribed total UV angle at vertices (radians); vertices not listed: 2 pi inside, free on
   // the boundary of the surface. Empty: cones are judged only as "corners around an uncut interior

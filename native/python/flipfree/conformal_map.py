@@ -114,7 +114,8 @@ def conformal(
         tolerance: largest angle error of the metric, radians. precision: "auto", or mantissa bits.
         max_seconds: of the clock, for metric and map; None or 0 is no limit. NotConverged (code "time limit reached")
             when they are over, with ``error.metric`` if only the map is missing.
-        lengths: (m, 3) edge lengths (corner k to k + 1) to be used instead of those of the vertex positions.
+        lengths: (m, 3) edge lengths (corner k to k + 1) to be used instead of those of the vertex positions, which may
+            be anything then. Energies are still measured against the positions: -1 where these have no area.
         original_triangles: "auto" adds points only where a triangle would flip; True never does and raises
             NotConverged instead; False writes the common refinement with the final triangulation.
         intrinsic_refinement: of the metric, see ``conformal_metric``: "on", "off", or "auto", if the metric or the map

@@ -447,7 +447,9 @@ ConformalMapResult map_of(const mesh::Surface& surface, const std::vector<double
     rounded.too_small.clear();
   }
   lap("seconds_round");
-  certify::certify_map(map, surface, prescribed.request, context);
+  certify::CertifyRequest request = prescribed.request;
+  request.require_distortion = options.positions_are_metric;
+  certify::certify_map(map, surface, request, context);
   map.stats["stored_angle_error"] = stored_angle_error(map, wanted);
   lap("seconds_certify");
   map.stats["added_vertices"] =
@@ -527,8 +529,11 @@ ConformalMapResult conformal_map(const mesh::Surface& surface, const Points3* le
                                  const std::vector<double>& target_angles,
                                  const ConformalMapOptions& options, ExecutionContext& context) {
   return in_time(context, options.metric.max_seconds, "The conformal map was not reached",
-                 "or spread the curvature over more vertices",
-                 [&] { return map_in_time(surface, lengths, target_angles, options, context); });
+                 "or spread the curvature over more vertices", [&] {
+                   ConformalMapOptions own = options;
+                   own.positions_are_metric = options.positions_are_metric && lengths == nullptr;
+                   return map_in_time(surface, lengths, target_angles, own, context);
+                 });
 }
 
 }  // namespace flipfree::conformal

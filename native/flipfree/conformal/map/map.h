@@ -24,6 +24,9 @@ struct ConformalMapOptions {
   // (radians).
   double flat_tolerance = 1e-8;
   std::int64_t max_crossings = 20'000'000;
+  // The vertex positions may have no area, as the metric is not theirs; see
+  // CertifyRequest::require_distortion.
+  bool positions_are_metric = true;
 };
 
 // What came out. The metric is there whenever it converged, also if it cannot be stored as a map.
