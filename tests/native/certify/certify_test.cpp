@@ -6,28 +6,15 @@
 #include <cmath>
 #include <numbers>
 
+#include "support/corner_maps.h"
 #include "support/shapes.h"
 
 namespace flipfree::certify {
 namespace {
 
-// Corner UVs from one UV per vertex.
-Points2 corners(const mesh::Surface& surface, const Points2& vertex_uv) {
-  Points2 uv(3 * surface.faces.rows(), 2);
-  for (CornerId c = 0; c < uv.rows(); ++c) uv.row(c) = vertex_uv.row(surface.faces(c / 3, c % 3));
-  return uv;
-}
-
-// The map of a flat grid that drops z.
-Points2 flat(const mesh::Surface& surface) {
-  return corners(surface, surface.vertices.leftCols<2>());
-}
-
-Certificate measure(const mesh::Surface& surface, const Points2& uv, CertifyRequest request = {}) {
-  request.surface = &surface;
-  request.uv = &uv;
-  return certify(request, ExecutionContext());
-}
+using test::corners;
+using test::flat;
+using test::measure;
 
 TEST(Certify, an_isometry_passes_with_energy_one) {
   const mesh::Surface surface = test::grid(6, 5);

@@ -13,22 +13,16 @@
 #include "flipfree/certify/measures/winding.h"
 #include "flipfree/certify/overlap/island_overlap.h"
 #include "flipfree/certify/overlap/overlap.h"
+#include "support/corner_maps.h"
 #include "support/shapes.h"
 
 namespace flipfree::certify {
 namespace {
 
+using test::corners;
+using test::flat;
+
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-
-Points2 corners(const mesh::Surface& surface, const Points2& vertex_uv) {
-  Points2 uv(3 * surface.faces.rows(), 2);
-  for (CornerId c = 0; c < uv.rows(); ++c) uv.row(c) = vertex_uv.row(surface.faces(c / 3, c % 3));
-  return uv;
-}
-
-Points2 flat(const mesh::Surface& surface) {
-  return corners(surface, surface.vertices.leftCols<2>());
-}
 
 mesh::Adjacency adjacency_of(const mesh::Surface& surface) {
   return mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);

@@ -9,20 +9,14 @@
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/certify/measures/winding.h"
+#include "support/corner_maps.h"
 #include "support/shapes.h"
 
 namespace flipfree::certify {
 namespace {
 
-Points2 corners(const mesh::Surface& surface, const Points2& vertex_uv) {
-  Points2 uv(3 * surface.faces.rows(), 2);
-  for (CornerId c = 0; c < uv.rows(); ++c) uv.row(c) = vertex_uv.row(surface.faces(c / 3, c % 3));
-  return uv;
-}
-
-Points2 flat(const mesh::Surface& surface) {
-  return corners(surface, surface.vertices.leftCols<2>());
-}
+using test::corners;
+using test::flat;
 
 struct Case {
   mesh::Surface surface = test::grid(3, 3);

@@ -7,29 +7,26 @@
 
 #include "flipfree/certify/certify.h"
 #include "flipfree/certify/overlap/island_overlap.h"
+#include "support/corner_maps.h"
 #include "support/shapes.h"
 
 namespace flipfree::certify {
 namespace {
 
-Points2 corners(const mesh::Surface& surface, const Points2& vertex_uv) {
-  Points2 uv(3 * surface.faces.rows(), 2);
-  for (CornerId c = 0; c < uv.rows(); ++c) uv.row(c) = vertex_uv.row(surface.faces(c / 3, c % 3));
-  return uv;
-}
+using test::corners;
+using test::flat;
+using test::measure;
 
-Points2 flat(const mesh::Surface& surface) {
-  return corners(surface, surface.vertices.leftCols<2>());
-}
-
-Certificate measure(const mesh::Surface& surface, const Points2& uv, bool bijective = false,
-                    bool disjoint = false) {
+CertifyRequest bijective() {
   CertifyRequest request;
-  request.surface = &surface;
-  request.uv = &uv;
-  request.require_bijective = bijective;
-  request.require_disjoint = disjoint;
-  return certify(request, ExecutionContext());
+  request.require_bijective = true;
+  return request;
+}
+
+CertifyRequest disjoint() {
+  CertifyRequest request;
+  request.require_disjoint = true;
+  return request;
 }
 
 // A flat 4 x 4 grid of unit squares, opened along the two edges left and right of its centre; the
@@ -53,7 +50,7 @@ OpenedGrid opened_grid(double below, double above) {
 
 TEST(Overlap, a_slit_whose_sides_are_moved_past_each_other_is_an_overlap) {
   const OpenedGrid grid = opened_grid(2.3, 1.7);
-  const Certificate c = measure(grid.surface, grid.uv, true);
+  const Certificate c = measure(grid.surface, grid.uv, bijective());
   EXPECT_EQ(c.flips64, 0);
   EXPECT_EQ(c.winding_failures, 0);
   EXPECT_EQ(c.overlaps, 1);
@@ -63,7 +60,7 @@ TEST(Overlap, a_slit_whose_sides_are_moved_past_each_other_is_an_overlap) {
 
 TEST(Overlap, a_slit_that_gapes_is_none) {
   const OpenedGrid grid = opened_grid(1.7, 2.3);
-  const Certificate c = measure(grid.surface, grid.uv, true);
+  const Certificate c = measure(grid.surface, grid.uv, bijective());
   EXPECT_EQ(c.overlaps, 0);
   EXPECT_TRUE(c.ok);
 }
@@ -90,7 +87,7 @@ TEST(Overlap, an_annulus_wound_twice_is_an_overlap_and_once_is_none) {
 
 TEST(Overlap, sides_of_a_cut_that_become_equal_in_32_bits_are_joined_in_the_stored_map) {
   const OpenedGrid grid = opened_grid(2.0 - 1e-12, 2.0 + 1e-12);
-  const Certificate c = measure(grid.surface, grid.uv, true);
+  const Certificate c = measure(grid.surface, grid.uv, bijective());
   EXPECT_EQ(c.overlaps, 0);
   EXPECT_TRUE(c.ok);
 }
@@ -131,7 +128,7 @@ TEST(IslandOverlap, stacked_islands_are_counted_and_fail_only_if_they_must_be_di
   EXPECT_EQ(c.overlaps, 0);
   EXPECT_EQ(c.island_overlaps, 1);
   EXPECT_EQ(c.island_overlap_faces.size(), 2U);
-  EXPECT_FALSE(measure(pair.surface, pair.uv, false, true).ok);
+  EXPECT_FALSE(measure(pair.surface, pair.uv, disjoint()).ok);
 }
 
 TEST(IslandOverlap, islands_that_touch_along_an_edge_or_in_a_corner_share_no_area) {
