@@ -2,13 +2,22 @@
 # Builds the native tests with sanitizers and runs them; also switches the solvers' own invariant checks on
 # (FLIPFREE_DEBUG_CHECKS). Any finding fails the run.
 #   scripts/sanitize.sh [--thread] [TEST_PROGRAM ...]      default: every *_tests
-# Without --thread: AddressSanitizer and UndefinedBehaviorSanitizer. With it: ThreadSanitizer.
+#   scripts/sanitize.sh --odr
+# Without an option: AddressSanitizer and UndefinedBehaviorSanitizer. --thread: ThreadSanitizer. --odr: nothing is run; everything
+# is linked with link-time optimisation, where types of one name that differ between files (-Wodr) are errors.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+options=(-DCMAKE_BUILD_TYPE=Release -DFLIPFREE_PYTHON=OFF -DFLIPFREE_BENCHMARKS=OFF)
+if [ "${1:-}" = --odr ]; then
+  # Without inlining and at -O1 the linker compares the same types in a fraction of the time.
+  cmake -S . -B build/odr -G Ninja "${options[@]}" -DCMAKE_CXX_FLAGS_RELEASE="-O1 -DNDEBUG" \
+    -DCMAKE_CXX_FLAGS="-flto=auto -Wodr -Werror=odr -Werror=lto-type-mismatch" >/dev/null
+  cmake --build build/odr
+  exit
+fi
 sanitizers=address,undefined folder=build/sanitize
 if [ "${1:-}" = --thread ]; then sanitizers=thread folder=build/sanitize-thread; shift; fi
-cmake -S . -B "$folder" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_FLAGS_RELEASE="-O1 -g1" \
-  -DFLIPFREE_SANITIZE="$sanitizers" -DFLIPFREE_PYTHON=OFF -DFLIPFREE_BENCHMARKS=OFF >/dev/null
+cmake -S . -B "$folder" -G Ninja "${options[@]}" -DCMAKE_CXX_FLAGS_RELEASE="-O1 -g1" -DFLIPFREE_SANITIZE="$sanitizers" >/dev/null
 if [ $# -gt 0 ]; then programs=("$@"); else
   mapfile -t programs < <(cd tests/native && for d in */; do [ -z "$(find "$d" -name '*_test.cpp')" ] || echo "${d%/}_tests"; done)
 fi
