@@ -1,4 +1,4 @@
-"""Reading .obj and .off files for benchmarks and tests, and where the shared data folder is."""
+"""Meshes of benchmarks and tests with their seams, and where the shared data folder is."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+
+import flipfree as ff
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -27,8 +29,8 @@ class MeshFile:
 
 
 def read_mesh(path: Path | str) -> MeshFile:
-    path = Path(path)
-    return _read_off(path) if path.suffix == ".off" else _read_obj(path)
+    mesh = ff.read(path)
+    return MeshFile(mesh.vertices, mesh.faces, mesh.seams(), mesh.uv)
 
 
 def cut_pieces(
@@ -76,66 +78,3 @@ def cut_corners(
                 face_of[find(face_of, seen[key][0] // 3)] = find(face_of, f)
     corner = np.array([find(corner_of, i) for i in range(faces.size)]).reshape(-1, 3)
     return corner, np.array([find(face_of, f) for f in range(len(faces))])
-
-
-def _fan(polygon: list[int]) -> list[tuple[int, int, int]]:
-    return [(polygon[0], polygon[k - 1], polygon[k]) for k in range(2, len(polygon))]
-
-
-def _read_off(path: Path) -> MeshFile:
-    tokens = path.read_text().split()
-    n, m = int(tokens[1]), int(tokens[2])
-    vertices = np.array(tokens[4 : 4 + 3 * n], dtype=np.float64).reshape(n, 3)
-    faces: list[tuple[int, int, int]] = []
-    at = 4 + 3 * n
-    for _ in range(m):
-        size = int(tokens[at])
-        faces += _fan([int(t) for t in tokens[at + 1 : at + 1 + size]])
-        at += 1 + size
-    return MeshFile(vertices, np.array(faces, np.int32), np.zeros((0, 2), np.int32), None)
-
-
-def _read_obj(path: Path) -> MeshFile:
-    points: list[list[float]] = []
-    texture: list[list[float]] = []
-    faces: list[tuple[int, int, int]] = []
-    corners: list[tuple[int, int, int]] = []
-    for line in path.read_text().splitlines():
-        fields = line.split()
-        if not fields:
-            continue
-        if fields[0] == "v":
-            points.append([float(x) for x in fields[1:4]])
-        elif fields[0] == "vt":
-            texture.append([float(x) for x in fields[1:3]])
-        elif fields[0] == "f":
-            parts = [item.split("/") for item in fields[1:]]
-            faces += _fan([int(p[0]) - 1 for p in parts])
-            if len(parts[0]) > 1 and parts[0][1]:
-                corners += _fan([int(p[1]) - 1 for p in parts])
-    face_array = np.array(faces, np.int32)
-    seams = np.zeros((0, 2), np.int32)
-    uv = None
-    if len(corners) == len(faces) and texture:
-        corner_array = np.array(corners)
-        uv = np.array(texture)[corner_array]
-        seams = _differing_edges(face_array, corner_array)
-    return MeshFile(np.array(points), face_array, seams, uv)
-
-
-def _differing_edges(
-    faces: npt.NDArray[np.int32], labels: npt.NDArray[np.int64]
-) -> npt.NDArray[np.int32]:
-    """Edges whose two sides carry different labels at an end point."""
-    seen: dict[tuple[int, int], tuple[int, int]] = {}
-    cut: list[tuple[int, int]] = []
-    for f in range(len(faces)):
-        for k in range(3):
-            a, b = int(faces[f, k]), int(faces[f, (k + 1) % 3])
-            la, lb = int(labels[f, k]), int(labels[f, (k + 1) % 3])
-            key, value = ((a, b), (la, lb)) if a < b else ((b, a), (lb, la))
-            if key not in seen:
-                seen[key] = value
-            elif seen[key] != value:
-                cut.append(key)
-    return np.array(cut, np.int32).reshape(-1, 2)

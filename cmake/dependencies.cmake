@@ -8,10 +8,12 @@ find_path(CGAL_INCLUDE CGAL/Exact_predicates_inexact_constructions_kernel.h REQU
 find_path(BOOST_INCLUDE boost/multiprecision/mpfr.hpp REQUIRED)
 find_library(GMP_LIBRARY gmp REQUIRED)
 find_library(MPFR_LIBRARY mpfr REQUIRED)
+find_path(OPENMESH_INCLUDE OpenMesh/Core/IO/IOManager.hh REQUIRED)
+find_library(OPENMESH_LIBRARY OpenMeshCore REQUIRED)
 
 add_library(flipfree_dependencies INTERFACE)
-target_include_directories(flipfree_dependencies SYSTEM INTERFACE ${CGAL_INCLUDE} ${BOOST_INCLUDE})
+target_include_directories(flipfree_dependencies SYSTEM INTERFACE ${CGAL_INCLUDE} ${BOOST_INCLUDE} ${OPENMESH_INCLUDE})
 target_link_libraries(flipfree_dependencies INTERFACE
-  Eigen3::Eigen Threads::Threads ${OPENBLAS_LIBRARY} ${MPFR_LIBRARY} ${GMP_LIBRARY})
+  Eigen3::Eigen Threads::Threads ${OPENMESH_LIBRARY} ${OPENBLAS_LIBRARY} ${MPFR_LIBRARY} ${GMP_LIBRARY})
 target_compile_definitions(flipfree_dependencies INTERFACE CGAL_HEADER_ONLY=1
   CGAL_DISABLE_ROUNDING_MATH_CHECK=1)

@@ -9,7 +9,7 @@ cd "$(dirname "$0")/.."
 
 packages=(
   g++ cmake ninja-build ccache                                   # the build
-  libeigen3-dev libsuitesparse-dev  # matrices, meshes, factorization
+  libeigen3-dev libopenmesh-dev libsuitesparse-dev               # matrices, meshes, factorization
   libopenblas-dev libcgal-dev libgmp-dev libmpfr-dev libboost-dev
   libgtest-dev libbenchmark-dev clang-format                     # tests
   python3 python3-dev python3-venv
@@ -19,7 +19,7 @@ packages=(
 
 if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
   echo "This is neither Debian nor Ubuntu. Please install by hand, then run the build (docs/architecture.md):" >&2
-  echo "  a C++20 compiler, CMake 3.22, Ninja, Eigen 3.4, OpenBLAS (and CHOLMOD, the peer of a benchmark)," >&2
+  echo "  a C++20 compiler, CMake 3.22, Ninja, Eigen 3.4, OpenMesh 9, OpenBLAS (and CHOLMOD, the peer of a benchmark)," >&2
   echo "  CGAL 5, Boost, GMP, MPFR, GoogleTest, Google Benchmark, clang-format, Python 3.11+ with headers and venv." >&2
 else
   missing=()

@@ -71,6 +71,7 @@ PYBIND11_MODULE(_native, module) {
   using namespace flipfree::python;
   module.doc() = "Compiled solver of Flipfree UV; use the package `flipfree`, not this module.";
   module.attr("version") = FLIPFREE_VERSION;
+<<<<<<< HEAD
   py::register_exception_translator(&flipfree::python::translate);
   py::class_<flipfree::python::Job>(module, "Job")
       .def("wait", &flipfree::python::Job::wait, py::arg("seconds"))
@@ -87,4 +88,22 @@ PYBIND11_MODULE(_native, module) {
   flipfree::python::bind_mesh(module);
   flipfree::python::bind_seamless(module);
   flipfree::python::bind_unwrap(module);
+=======
+  py::register_exception_translator(&translate);
+  py::class_<Job>(module, "Job")
+      .def("wait", &Job::wait, py::arg("seconds"))
+      .def("cancel", &Job::cancel)
+      .def("accept", &Job::accept)
+      .def("progress", &Job::progress)
+      .def("result", &Job::result);
+  bind_certify(module);
+  bind_conformal(module);
+  bind_conformal_map(module);
+  bind_distortion(module);
+  bind_embedding(module);
+  bind_files(module);
+  bind_matchmaker(module);
+  bind_mesh(module);
+  bind_unwrap(module);
+>>>>>>> 4018a42 (ff.read and ff.write: meshes with texture coordinates in OBJ, PLY, OFF and STL, read through OpenMesh behind a strict pass; a certificate holds for the file too)
 }

@@ -29,6 +29,8 @@ void fuzz_unwrap(Bytes bytes);
 void fuzz_certify(Bytes bytes);
 // round_to_storage: positive in 32 bits, fixed vertices at their nearest value.
 void fuzz_rounding(Bytes bytes);
+// read_mesh: a mesh or InvalidInput, and what was read comes back from what write_mesh writes.
+void fuzz_files(Bytes bytes);
 
 struct Target {
   const char* name;

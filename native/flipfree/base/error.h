@@ -32,6 +32,7 @@ enum class ErrorCode {
   kNotAnEdge,
   kBadOption,
   kFlippedMap,
+  kBadFile,
   kBadBoundary,
   kNotConvex,
   kBadPins,

@@ -14,6 +14,7 @@ from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConve
 from .fans import split_fans
 from .improving import improve
 from .matching import match
+from .mesh_files import MeshFile, read, write
 from .packing import pack
 from .results import Certificate, Parametrization, Transitions
 from .target_angles import boundary_angles, suggest_cones
@@ -26,6 +27,7 @@ __all__ = [
     "FlipfreeError",
     "Infeasible",
     "InvalidInput",
+    "MeshFile",
     "NotConverged",
     "Parametrization",
     "Transitions",
@@ -39,7 +41,9 @@ __all__ = [
     "jobs",
     "match",
     "pack",
+    "read",
     "split_fans",
     "suggest_cones",
     "unwrap",
+    "write",
 ]

@@ -1,0 +1,48 @@
+// Meshes in files: OBJ, PLY, OFF and STL, from bytes to arrays and back.
+//
+// Reading goes through OpenMesh's readers, behind a strict pass of our own (plain_form.h says why).
+// Writing is ours: OpenMesh 9 writes positions with 32 bits, loses small numbers to fixed notation,
+// and knows no texture coordinates per corner in PLY (docs/architecture.md, "Mesh files").
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "flipfree/base/types.h"
+
+namespace flipfree::mesh {
+
+enum class Format { kObj, kPly, kOff, kStl };
+
+// By a path's ending, in any case. Throws InvalidInput (kBadFile), which lists what is known.
+Format format_of(std::string_view path);
+
+// True of formats that hold texture coordinates for every corner: OBJ and PLY.
+bool holds_corner_uv(Format format);
+
+// A mesh as it stands in a file, whatever its faces do: nothing is merged, oriented or dropped, but
+// STL names no vertices: equal corners become one, and triangles left with two corners are none.
+struct MeshFile {
+  Points3 vertices;             // #V x 3, used by faces or not
+  Triangles faces;              // #F x 3, polygons as fans around their first corner
+  std::vector<Index> polygons;  // #F, ascending: the file's polygon that a triangle is part of
+  Points2f uv;                  // 3 #F x 2, NaN where a polygon has none; no rows if none has
+};
+
+// Reads a file's bytes. Positions are 64-bit numbers as written, texture coordinates the 32-bit
+// ones nearest to what is written. Materials, groups, normals, colours and lines are passed over,
+// no other file is opened, the locale has no say. Throws InvalidInput (kBadFile) for bytes that are
+// no such file, which names the line or element and what to do; never anything else but bad_alloc.
+// Memory and time grow with the bytes, not with what they promise. Safe to call from any thread;
+// OpenMesh's readers are single objects, so that calls wait for each other.
+MeshFile read_mesh(std::string_view bytes, Format format);
+
+// The file's bytes. Positions and texture coordinates have all their digits, so that reading gives
+// the same bits; consecutive triangles of one polygon that are a fan become one face again. STL has
+// 32-bit positions. Preconditions: indices exist, positions are finite, uv has 3 #F rows or none,
+// polygons #F entries or none. Throws InvalidInput (kBadFile) for texture coordinates in a format
+// without them, or that are not finite (NaN: as read).
+std::string write_mesh(const MeshFile& mesh, Format format);
+
+}  // namespace flipfree::mesh

@@ -1,0 +1,35 @@
+// What OpenMesh's readers do not check is checked here, and what they do not keep is kept.
+//
+// Tried with OpenMesh 9: an OBJ face `/1` aborts the process; `mtllib` opens any file; positions
+// are rounded to 32 bits; a corner that repeats a vertex shifts the texture coordinates of those
+// behind it; a PLY header without an end is read forever; PLY lists other than the vertices', and
+// bytes in ASCII, put all that follows out of step; STL believes any number of triangles. So every
+// file is read strictly first, positions are taken from there, and OpenMesh gets the plain form: a
+// file of the same format that says the same with nothing but positions (zeros, but for STL, where
+// they decide what is one vertex), texture coordinates and polygons.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "flipfree/base/types.h"
+
+namespace flipfree::mesh {
+
+struct PlainForm {
+  std::string text;            // for OpenMesh
+  const char* extension = "";  // that tells it which reader to take, ".obj"
+  bool binary = false;
+  Points3 positions;       // as written; no rows for STL
+  Index polygons = 0;      // how many faces OpenMesh must find; STL: at most
+  bool corner_uv = false;  // a polygon has texture coordinates
+  bool vertex_uv = false;  // vertices have
+};
+
+// Each throws InvalidInput (kBadFile), naming the line or element.
+PlainForm plain_obj(std::string_view bytes);
+PlainForm plain_off(std::string_view bytes);
+PlainForm plain_ply(std::string_view bytes);
+PlainForm plain_stl(std::string_view bytes);
+
+}  // namespace flipfree::mesh

@@ -1,0 +1,79 @@
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+
+#include "flipfree/base/error.h"
+#include "flipfree/mesh/files/mesh_file.h"
+#include "flipfree/mesh/files/openmesh_reader.h"
+#include "flipfree/mesh/files/text.h"
+
+namespace flipfree::mesh {
+namespace {
+
+PlainForm plain_form(std::string_view bytes, Format format) {
+  switch (format) {
+    case Format::kObj:
+      return plain_obj(bytes);
+    case Format::kPly:
+      return plain_ply(bytes);
+    case Format::kOff:
+      return plain_off(bytes);
+    case Format::kStl:
+      return plain_stl(bytes);
+  }
+  throw InternalError("A format without a reader.");
+}
+
+}  // namespace
+
+Format format_of(std::string_view path) {
+  struct Named {
+    std::string_view ending;
+    Format format;
+  };
+  static constexpr std::array<Named, 4> kFormats{{{".obj", Format::kObj},
+                                                  {".ply", Format::kPly},
+                                                  {".off", Format::kOff},
+                                                  {".stl", Format::kStl}}};
+  std::string ending(path.substr(std::min(path.rfind('.'), path.size())));
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  for (const Named& named : kFormats)
+    if (ending == named.ending) return named.format;
+  refuse(std::string(path), "files of this type are not known", "Use .obj, .ply, .off or .stl");
+}
+
+bool holds_corner_uv(Format format) { return format == Format::kObj || format == Format::kPly; }
+
+MeshFile read_mesh(std::string_view bytes, Format format) {
+  PlainForm plain = plain_form(bytes, format);
+  Polygons polygons = read_with_openmesh(plain);
+  plain.text = std::string();
+  if (std::all_of(polygons.uv.begin(), polygons.uv.end(), [](float t) { return std::isnan(t); }))
+    polygons.uv.clear();
+  MeshFile mesh;
+  mesh.vertices = format == Format::kStl ? polygons.positions : std::move(plain.positions);
+
+  const std::size_t count = polygons.begin.size() - 1;
+  const Index triangles = count_of(polygons.corners.size() - 2 * count, "End of the file");
+  mesh.faces.resize(triangles, 3);
+  mesh.uv.resize(polygons.uv.empty() ? 0 : 3 * triangles, 2);
+  Index f = 0;
+  for (std::size_t p = 0; p < count; ++p) {
+    const Index first = polygons.begin[p];
+    for (Index k = first + 2; k < polygons.begin[p + 1]; ++k, ++f) {
+      const std::array<Index, 3> corners{first, k - 1, k};
+      for (Index i = 0; i < 3; ++i) {
+        const auto c = static_cast<std::size_t>(corners[static_cast<std::size_t>(i)]);
+        mesh.faces(f, i) = polygons.corners[c];
+        if (mesh.uv.rows() > 0)
+          mesh.uv.row(3 * f + i) << polygons.uv[2 * c], polygons.uv[2 * c + 1];
+      }
+      mesh.polygons.push_back(static_cast<Index>(p));
+    }
+  }
+  return mesh;
+}
+
+}  // namespace flipfree::mesh

@@ -1,0 +1,185 @@
+"""Read and write: meshes with texture coordinates in OBJ, PLY, OFF and STL files."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _native
+from .arrays import BAD_SHAPE, as_corner_uv, as_floats, as_indices, refuse_beyond_storage
+from .errors import InvalidInput
+from .job import ours_only
+from .options import shown
+from .results import Parametrization
+
+NO_ACCESS = "file not accessible"
+
+
+@dataclass(frozen=True, eq=False)
+class MeshFile:
+    """A mesh as it stands in a file: whether a map can be made of it, the functions that make maps say.
+
+    Attributes:
+        vertices: (n, 3) float64, as written.
+        faces: (m, 3) int32; polygons are fans around their first corner.
+        uv: (m, 3, 2) float64, one per face corner: 32-bit numbers, as UVs are stored. NaN at faces without; None if no
+            face has any.
+        polygons: (m,) int32, ascending: the file's polygon that each triangle is part of.
+    """
+
+    vertices: npt.NDArray[np.float64]
+    faces: npt.NDArray[np.int32]
+    uv: npt.NDArray[np.float64] | None
+    polygons: npt.NDArray[np.int32]
+
+    def seams(self) -> npt.NDArray[np.int32]:
+        """(s, 2) edges on whose two sides the texture coordinates differ: the ``cuts`` of :func:`unwrap` that keep the
+        file's charts."""
+        if self.uv is None:
+            return np.zeros((0, 2), np.int32)
+        ends = np.stack([self.faces, np.roll(self.faces, -1, axis=1)], -1).reshape(-1, 2)
+        sides = np.stack([self.uv, np.roll(self.uv, -1, axis=1)], -2).reshape(-1, 2, 2)
+        backward = ends[:, 0] > ends[:, 1]
+        ends[backward] = ends[backward, ::-1]
+        sides[backward] = sides[backward, ::-1]
+        edges, edge, first = _grouped(ends)
+        known = sides[first][edge]
+        same = (sides == known) | (np.isnan(sides) & np.isnan(known))
+        differing: npt.NDArray[np.int32] = edges[np.unique(edge[~same.all(axis=(1, 2))])]
+        return differing
+
+
+def _grouped(pairs: npt.NDArray[Any]) -> tuple[Any, Any, Any]:
+    """Distinct pairs, which of them each pair is, and where each comes first."""
+    edges, first, edge = np.unique(pairs, axis=0, return_index=True, return_inverse=True)
+    return edges, edge.reshape(-1), first
+
+
+def _as_path(path: Any) -> Path:
+    try:
+        text = os.fspath(path)
+    except Exception:  # not a path, or one that fails
+        text = None
+    if not isinstance(text, str) or not text or "\0" in text:
+        raise InvalidInput(
+            f"path must be the path of a file, not {shown(path)}.", code="bad option"
+        )
+    return Path(text)
+
+
+def _no_access(path: Path, doing: str, error: OSError) -> InvalidInput:
+    return InvalidInput(
+        f"{path} cannot be {doing}: {error.strerror or error}. Check the path and its permissions.",
+        code=NO_ACCESS,
+    )
+
+
+@ours_only
+def read(path: str | os.PathLike[str]) -> MeshFile:
+    """The mesh of an .obj, .ply, .off or .stl file.
+
+    Faces stay as they are, also where no surface has such ones. Positions keep all their digits. OBJ and PLY have texture
+    coordinates per face corner (in PLY the list ``texcoord``) or per vertex, OFF per vertex (STOFF). Materials, groups, normals,
+    colours and lines are passed over. STL names no vertices: equal corners become one vertex.
+
+    Raises:
+        InvalidInput: the file cannot be read (code "file not accessible"), or is no such file (code "malformed file"); the
+            message names the line or element, and what to do.
+    """
+    file = _as_path(path)
+    try:
+        if file.exists() and not file.is_file():
+            raise InvalidInput(f"{file} is not a file. Give the path of one.", code=NO_ACCESS)
+        content = file.read_bytes()
+    except OSError as error:
+        raise _no_access(file, "read", error) from error
+    vertices, faces, polygons, uv = _native.read_mesh(str(file), content)
+    corner_uv = uv.astype(np.float64).reshape(-1, 3, 2) if len(uv) else None
+    return MeshFile(vertices, faces, corner_uv, polygons)
+
+
+@ours_only
+def write(path: str | os.PathLike[str], mesh: Any) -> None:
+    """Writes an .obj, .ply, .off or .stl file, whole or not at all.
+
+    Texture coordinates are written as the 32-bit numbers that are stored, with all their digits, so that a certificate holds
+    for the file too; so are positions, but for STL, whose numbers have 32 bits.
+
+    Args:
+        path: of the file; what is there is replaced.
+        mesh: a Parametrization, of which ``uv32()`` is written; or a MeshFile, whose polygons are joined again; or
+            (vertices, faces) or (vertices, faces, uv) with uv (m, 3, 2).
+
+    Raises:
+        InvalidInput: also for texture coordinates in formats that have none for corners (.off, .stl), and where the file
+            cannot be written (code "file not accessible").
+    """
+    file = _as_path(path)
+    vertices, faces, uv, polygons = _parts(mesh)
+    face_array = as_indices(faces, "faces", 3)
+    positions = as_floats(vertices, "vertices", 3)
+    if face_array.size and not (0 <= face_array.min() and face_array.max() < len(positions)):
+        raise InvalidInput(
+            f"faces has an index that is none of the {len(positions)} vertices. Correct it.",
+            code="index out of range",
+        )
+    if not np.isfinite(positions).all():
+        raise InvalidInput(
+            "vertices has a coordinate that is NaN or infinite. Delete or move it.",
+            code="coordinate is not finite",
+        )
+    corner_uv = np.zeros((0, 2)) if uv is None else as_corner_uv(uv, "uv", len(face_array))
+    refuse_beyond_storage(corner_uv, "uv")
+    content = _native.write_mesh(
+        str(file), positions, face_array, polygons, corner_uv.astype(np.float32)
+    )
+    _replace(file, content)
+
+
+def _parts(mesh: Any) -> tuple[Any, Any, Any, npt.NDArray[np.int32]]:
+    """Vertices, faces, uv or None, and polygons (m,) or none."""
+    none = np.zeros(0, np.int32)
+    if isinstance(mesh, Parametrization):
+        return mesh.vertices, mesh.faces, mesh.uv32(), none
+    if isinstance(mesh, MeshFile):
+        polygons = as_indices(mesh.polygons, "polygons")
+        if len(polygons) != len(mesh.faces):
+            raise InvalidInput("polygons must have one entry per face.", code=BAD_SHAPE)
+        return mesh.vertices, mesh.faces, mesh.uv, polygons
+    try:
+        parts = list(islice(iter(mesh), 4))
+    except Exception:  # it has no parts
+        parts = []
+    if len(parts) in (2, 3):
+        return parts[0], parts[1], parts[2] if len(parts) == 3 else None, none
+    raise InvalidInput(
+        "write takes a Parametrization, a MeshFile, (vertices, faces) or (vertices, faces, uv).",
+        code=BAD_SHAPE,
+    )
+
+
+def _replace(file: Path, content: bytes) -> None:
+    """Writes beside the file first, so that a full disk does not cost what is there."""
+    part = None
+    try:
+        target = file.resolve()
+        if target.exists() and not target.is_file():
+            raise InvalidInput(f"{file} is not a file. Give the path of one.", code=NO_ACCESS)
+        beside = target.with_name(f".{target.name}.{os.getpid()}.part")
+        with beside.open("xb") as stream:
+            part = beside
+            stream.write(content)
+        part.replace(target)
+        part = None
+    except (OSError, RuntimeError) as error:  # RuntimeError: links in a circle, before Python 3.13
+        reason = error if isinstance(error, OSError) else OSError(str(error))
+        raise _no_access(file, "written", reason) from error
+    finally:
+        if part is not None:
+            part.unlink(missing_ok=True)

@@ -1,0 +1,166 @@
+"""Meshes in files: what a certificate says of a map holds for the file, and nothing else is promised than what is kept."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import flipfree as ff
+
+from hostile_values import VALUES
+from surfaces import bumpy_grid
+
+SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+
+
+@pytest.fixture(scope="module")
+def refined() -> ff.Parametrization:
+    """A map with vertices of its own."""
+    vertices, faces = bumpy_grid(3, 3)
+    places = {v: (float(x), float(y)) for v, (x, y) in enumerate(vertices[:, :2])}
+    swapped = {5: places[10], 10: places[5]}
+    result = ff.match(vertices, faces, points=places | swapped)
+    assert len(result.vertices) > len(vertices)
+    return result
+
+
+@pytest.mark.parametrize("ending", ["obj", "ply"])
+def test_a_certificate_survives_the_file(
+    refined: ff.Parametrization, tmp_path: Path, ending: str
+) -> None:
+    ff.write(tmp_path / f"map.{ending}", refined)
+    back = ff.read(tmp_path / f"map.{ending}")
+    assert np.array_equal(back.vertices, refined.vertices)
+    assert np.array_equal(back.faces, refined.faces)
+    assert back.uv is not None
+    assert back.uv.astype(np.float32).tobytes() == refined.uv32().tobytes()
+    certificate = ff.certify(back.vertices, back.faces, back.uv)
+    assert certificate.ok
+    assert certificate.energy == ff.certify(refined.vertices, refined.faces, refined.uv32()).energy
+
+
+def test_seams_of_a_file_are_cuts_that_keep_its_charts(tmp_path: Path) -> None:
+    box = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
+    faces = np.array(
+        [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]]
+        + [[2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
+    )
+    unwrapped = ff.unwrap(box, faces)
+    ff.write(tmp_path / "box.obj", unwrapped)
+    mesh = ff.read(tmp_path / "box.obj")
+    seams = {tuple(sorted(edge)) for edge in mesh.seams().tolist()}
+    assert seams == {tuple(sorted(edge)) for edge in unwrapped.cut_edges.tolist()}
+    again = ff.unwrap(mesh.vertices, mesh.faces, cuts=mesh.seams())
+    assert {tuple(sorted(edge)) for edge in again.cut_edges.tolist()} == seams
+    assert len(ff.MeshFile(mesh.vertices, mesh.faces, None, mesh.polygons).seams()) == 0
+
+
+def test_polygons_get_new_texture_coordinates_and_stay_polygons(tmp_path: Path) -> None:
+    (tmp_path / "quad.obj").write_text(SQUARE + "f 1 2 3 4\n")
+    mesh = ff.read(tmp_path / "quad.obj")
+    assert mesh.uv is None
+    assert mesh.polygons.tolist() == [0, 0]
+    mapped = ff.unwrap(mesh.vertices, mesh.faces)
+    ff.write(tmp_path / "mapped.obj", replace(mesh, uv=mapped.uv))
+    lines = (tmp_path / "mapped.obj").read_text().splitlines()
+    assert [line for line in lines if line.startswith("f")] == ["f 1/1 2/2 3/3 4/4"]
+
+
+def test_plain_arrays_are_written_to_every_format(tmp_path: Path) -> None:
+    vertices, faces = bumpy_grid(3)
+    for ending in ("obj", "ply", "off", "stl", "OBJ"):
+        ff.write(os.fspath(tmp_path / f"mesh.{ending}"), (vertices, faces))
+        back = ff.read(os.fspath(tmp_path / f"mesh.{ending}"))
+        assert len(back.faces) == len(faces)
+        assert back.uv is None
+        if ending != "stl":
+            assert np.array_equal(back.vertices, vertices)
+
+
+def test_what_cannot_be_read_is_refused_by_name(tmp_path: Path) -> None:
+    (tmp_path / "bad.obj").write_text(SQUARE + "f 1 2 9\n")
+    (tmp_path / "folder.obj").mkdir()
+    (tmp_path / "mesh.fbx").write_text("")
+    for path, code, words in (
+        ("bad.obj", "malformed file", "Line 5: a face uses vertex 9, the file has 4"),
+        ("missing.obj", "file not accessible", "No such file"),
+        ("folder.obj", "file not accessible", "is not a file"),
+        ("mesh.fbx", "malformed file", r"Use \.obj, \.ply, \.off or \.stl"),
+    ):
+        with pytest.raises(ff.InvalidInput, match=words) as caught:
+            ff.read(tmp_path / path)
+        assert caught.value.code == code
+    with pytest.raises(ff.InvalidInput, match="is not a file"):
+        ff.read("/dev/zero")
+
+
+def test_what_cannot_be_written_is_refused_and_the_old_file_stays(tmp_path: Path) -> None:
+    vertices, faces = bumpy_grid(2)
+    uv = np.random.default_rng(0).random((len(faces), 3, 2))
+    file = tmp_path / "mesh.stl"
+    file.write_text("old")
+    for mesh, words in (
+        ((vertices, faces, uv), "Write .obj or .ply"),
+        ((vertices[:3], faces), "index"),
+        ((vertices * np.nan, faces), "NaN"),
+        ((vertices, faces, uv * 1e300), "Scale it down"),
+        ((vertices * 1e300, faces), "Scale the mesh down"),
+        ((vertices,), "write takes"),
+    ):
+        with pytest.raises(ff.InvalidInput, match=words):
+            ff.write(file, mesh)
+    assert file.read_text() == "old"
+    uv[1, 2, 0] = np.nan
+    with pytest.raises(ff.InvalidInput, match="Face 1 has a texture coordinate that is not finite"):
+        ff.write(tmp_path / "mesh.obj", (vertices, faces, uv))
+    with pytest.raises(ff.InvalidInput, match="cannot be written: No such file"):
+        ff.write(tmp_path / "missing" / "mesh.obj", (vertices, faces))
+    assert [path.name for path in tmp_path.iterdir()] == ["mesh.stl"]
+
+
+def test_a_link_keeps_pointing_to_the_file_that_is_written(tmp_path: Path) -> None:
+    (tmp_path / "link.obj").symlink_to(tmp_path / "mesh.obj")
+    ff.write(tmp_path / "link.obj", bumpy_grid(2))
+    assert (tmp_path / "link.obj").is_symlink()
+    assert len(ff.read(tmp_path / "mesh.obj").faces) == len(bumpy_grid(2)[1])
+
+
+def test_truncated_files_are_refused_or_are_a_mesh(tmp_path: Path) -> None:
+    mesh = bumpy_grid(3)
+    for ending in ("obj", "ply", "off", "stl"):
+        path = tmp_path / f"mesh.{ending}"
+        ff.write(path, mesh)
+        content = path.read_bytes()
+        refused = 0
+        for size in range(0, len(content) - 2, 7):
+            path.write_bytes(content[:size])
+            try:
+                ff.read(path)
+            except ff.InvalidInput as error:
+                refused += 1
+                assert error.code == "malformed file"
+        assert refused > (0 if ending == "obj" else 30)
+
+
+@pytest.mark.parametrize("described", VALUES)
+def test_unexpected_arguments_are_taken_or_refused(described: str, tmp_path: Path) -> None:
+    value: Any = VALUES[described]()
+    good = (np.eye(3), np.array([[0, 1, 2]]))
+    for call in (
+        lambda: ff.read(value),
+        lambda: ff.write(value, good),
+        lambda: ff.write(tmp_path / "a.obj", value),
+        lambda: ff.write(tmp_path / "a.obj", (value, good[1])),
+        lambda: ff.write(tmp_path / "a.obj", (good[0], value)),
+        lambda: ff.write(tmp_path / "a.obj", (*good, value)),
+    ):
+        try:
+            call()
+        except ff.InvalidInput as error:
+            assert error.code not in ("", "internal error", "out of memory"), error
+            assert len(str(error)) > 20
