@@ -40,8 +40,6 @@ std::string_view describe(ErrorCode code) {
       return "bad option";
     case ErrorCode::kFlippedMap:
       return "map has flips";
-    case ErrorCode::kBadFile:
-      return "malformed file";
     case ErrorCode::kBadBoundary:
       return "bad boundary";
     case ErrorCode::kNotConvex:

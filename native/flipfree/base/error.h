@@ -32,7 +32,6 @@ enum class ErrorCode {
   kNotAnEdge,
   kBadOption,
   kFlippedMap,
-  kBadFile,
   kBadBoundary,
   kNotConvex,
   kBadPins,

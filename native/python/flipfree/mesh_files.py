@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -19,6 +21,7 @@ from .options import shown
 from .results import Parametrization
 
 NO_ACCESS = "file not accessible"
+MALFORMED = "malformed file"
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +76,17 @@ def _as_path(path: Any) -> Path:
     return Path(text)
 
 
+@contextmanager
+def _named(path: Path) -> Iterator[None]:
+    """Complaints about a file's content say which file."""
+    try:
+        yield
+    except InvalidInput as error:
+        raise InvalidInput(
+            f"{path}: {error}", code=MALFORMED, kind=error.kind, elements=error.elements
+        ) from None
+
+
 def _no_access(path: Path, doing: str, error: OSError) -> InvalidInput:
     return InvalidInput(
         f"{path} cannot be {doing}: {error.strerror or error}. Check the path and its permissions.",
@@ -99,7 +113,8 @@ def read(path: str | os.PathLike[str]) -> MeshFile:
         content = file.read_bytes()
     except OSError as error:
         raise _no_access(file, "read", error) from error
-    vertices, faces, polygons, uv = _native.read_mesh(str(file), content)
+    with _named(file):
+        vertices, faces, polygons, uv = _native.read_mesh(str(file), content)
     corner_uv = uv.astype(np.float64).reshape(-1, 3, 2) if len(uv) else None
     return MeshFile(vertices, faces, corner_uv, polygons)
 
@@ -136,9 +151,10 @@ def write(path: str | os.PathLike[str], mesh: Any) -> None:
         )
     corner_uv = np.zeros((0, 2)) if uv is None else as_corner_uv(uv, "uv", len(face_array))
     refuse_beyond_storage(corner_uv, "uv")
-    content = _native.write_mesh(
-        str(file), positions, face_array, polygons, corner_uv.astype(np.float32)
-    )
+    with _named(file):
+        content = _native.write_mesh(
+            str(file), positions, face_array, polygons, corner_uv.astype(np.float32)
+        )
     _replace(file, content)
 
 

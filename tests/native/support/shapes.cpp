@@ -6,12 +6,15 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <numbers>
 #include <random>
-#include <sstream>
 #include <stdexcept>
+#include <utility>
 #include <vector>
+
+#include "flipfree/mesh/files/mesh_file.h"
 
 namespace flipfree::test {
 namespace {
@@ -233,53 +236,11 @@ std::optional<std::string> shared_data(const std::string& relative) {
 }
 
 mesh::Surface read_mesh(const std::string& path) {
-  std::ifstream in(path);
+  std::ifstream in(path, std::ios::binary);
   if (!in) throw std::runtime_error("cannot read " + path);
-  const bool off = path.size() > 4 && path.substr(path.size() - 4) == ".off";
-  std::vector<double> points;
-  std::vector<Index> faces;
-  const auto add_polygon = [&](const std::vector<Index>& polygon) {
-    for (std::size_t k = 2; k < polygon.size(); ++k)
-      faces.insert(faces.end(), {polygon[0], polygon[k - 1], polygon[k]});
-  };
-  std::string line;
-  if (off) {
-    std::string magic;
-    Index n = 0;
-    Index m = 0;
-    Index edges = 0;
-    in >> magic >> n >> m >> edges;
-    points.resize(static_cast<std::size_t>(3 * n));
-    for (double& x : points) in >> x;
-    for (Index f = 0; f < m; ++f) {
-      std::size_t size = 0;
-      in >> size;
-      std::vector<Index> polygon(size);
-      for (Index& v : polygon) in >> v;
-      std::getline(in, line);
-      add_polygon(polygon);
-    }
-  } else {
-    while (std::getline(in, line)) {
-      std::istringstream fields(line);
-      std::string key;
-      fields >> key;
-      if (key == "v") {
-        for (int k = 0; k < 3; ++k) fields >> points.emplace_back();
-      } else if (key == "f") {
-        std::vector<Index> polygon;
-        std::string item;
-        while (fields >> item) polygon.push_back(std::stoi(item) - 1);
-        add_polygon(polygon);
-      }
-    }
-  }
-  mesh::Surface surface;
-  surface.vertices =
-      Eigen::Map<const Points3>(points.data(), static_cast<Eigen::Index>(points.size() / 3), 3);
-  surface.faces =
-      Eigen::Map<const Triangles>(faces.data(), static_cast<Eigen::Index>(faces.size() / 3), 3);
-  return surface;
+  const std::string bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  mesh::MeshFile file = mesh::read_mesh(bytes, mesh::format_of(path));
+  return {std::move(file.vertices), std::move(file.faces)};
 }
 
 }  // namespace flipfree::test

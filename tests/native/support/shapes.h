@@ -39,7 +39,7 @@ mesh::Surface stacked(Index vertices, Stacking stacking, unsigned seed = 1);
 // Path of a file in the shared data folder (environment variable FLIPFREE_DATA), or nothing when it
 // is not there.
 std::optional<std::string> shared_data(const std::string& relative);
-// Triangles of an .obj or .off file; polygons are fanned. Texture coordinates are ignored.
+// Triangles of an .obj, .ply, .off or .stl file; polygons are fanned.
 mesh::Surface read_mesh(const std::string& path);
 
 }  // namespace flipfree::test

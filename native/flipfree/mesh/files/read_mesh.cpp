@@ -41,7 +41,7 @@ Format format_of(std::string_view path) {
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   for (const Named& named : kFormats)
     if (ending == named.ending) return named.format;
-  refuse(std::string(path), "files of this type are not known", "Use .obj, .ply, .off or .stl");
+  refuse("Ending of the path", "it is none of .obj, .ply, .off and .stl", "Use one of them");
 }
 
 bool holds_corner_uv(Format format) { return format == Format::kObj || format == Format::kPly; }

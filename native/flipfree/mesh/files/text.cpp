@@ -38,7 +38,7 @@ void append(std::string& text, Format... format) {
 }  // namespace
 
 void refuse(const std::string& place, const std::string& what, const std::string& cure) {
-  throw_invalid(ErrorCode::kBadFile, place + ": " + what + ". " + cure + ".");
+  throw_invalid(kBadFile, place + ": " + what + ". " + cure + ".");
 }
 
 Lines::Lines(std::string_view text) : rest_(text) {

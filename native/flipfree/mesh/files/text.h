@@ -6,9 +6,13 @@
 #include <string_view>
 #include <vector>
 
+#include "flipfree/base/error.h"
 #include "flipfree/base/types.h"
 
 namespace flipfree::mesh {
+
+// What is said of bytes that are no mesh: they do not have the shape of one.
+inline constexpr ErrorCode kBadFile = ErrorCode::kBadShape;
 
 // Throws InvalidInput (kBadFile): "<place>: <what>. <cure>", the cure being to write the file
 // again unless another is given.

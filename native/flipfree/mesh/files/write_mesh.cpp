@@ -55,18 +55,18 @@ void check(const MeshFile& mesh, Format format) {
   constexpr double kLargest = std::numeric_limits<float>::max();
   if (format == Format::kStl && mesh.vertices.size() > 0 &&
       mesh.vertices.cwiseAbs().maxCoeff() > kLargest)
-    throw_invalid(ErrorCode::kBadFile,
+    throw_invalid(kBadFile,
                   "A position is beyond the 32-bit numbers of this format. Scale the mesh down, or "
                   "write another format.");
   if (mesh.uv.rows() == 0) return;
   if (!holds_corner_uv(format))
-    throw_invalid(ErrorCode::kBadFile,
+    throw_invalid(kBadFile,
                   "Files of this type hold no texture coordinates for corners. Write .obj or .ply, "
                   "or leave uv out.");
   for (FaceId f = 0; f < mesh.faces.rows(); ++f) {
     const auto block = mesh.uv.middleRows<3>(3 * f);
     if (!block.allFinite() && !block.array().isNaN().all())
-      throw_invalid(ErrorCode::kBadFile,
+      throw_invalid(kBadFile,
                     "Face " + std::to_string(f) +
                         " has a texture coordinate that is not finite, or "
                         "beyond 32-bit numbers. Unwrap it again, or leave uv out.",

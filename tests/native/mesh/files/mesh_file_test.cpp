@@ -26,7 +26,7 @@ std::string refusal(const std::string& text, Format format) {
   try {
     (void)read_mesh(text, format);
   } catch (const InvalidInput& e) {
-    EXPECT_EQ(e.error().code, ErrorCode::kBadFile);
+    EXPECT_EQ(e.error().code, ErrorCode::kBadShape);
     return e.what();
   }
   return "accepted";
