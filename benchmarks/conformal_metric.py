@@ -21,7 +21,7 @@ import numpy.typing as npt
 from conformal_maps import cases
 
 import flipfree as ff
-from flipfree.conformal import FLIP_TYPES
+from flipfree.results import FLIP_TYPES
 
 from mesh_files import data_folder, read_mesh
 
@@ -289,7 +289,7 @@ def run_bits(arguments: argparse.Namespace) -> bool:
     for i in range(arguments.count):
         target = interior_targets(mesh, np.random.default_rng(i))
         for b in mantissas:
-            m, _ = solve(mesh, target, precision=b, tolerance=2.0 ** (-b - 20), max_iterations=50)
+            m, _ = solve(mesh, target, precision=b, tolerance=2.0 ** (-b - 20), iterations=50)
             points[b].append((m.scale_range, m.angle_error))
     heading("bits", "median error", "worst error", "units of the last place (median)")
     for b in mantissas:

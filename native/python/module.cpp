@@ -53,7 +53,7 @@ void translate(std::exception_ptr failure) {
   } catch (const Infeasible& e) {
     raise("Infeasible", e.error());
   } catch (const certify::CertificateFailed& e) {
-    const py::object make = py::module_::import("flipfree.results").attr("certificate_from");
+    const py::object make = py::module_::import("flipfree.conversions").attr("certificate_from");
     raise("NotConverged", e.error(), make(to_dict(e.certificate())));
   } catch (const NotConverged& e) {
     raise("NotConverged", e.error());
@@ -71,7 +71,6 @@ PYBIND11_MODULE(_native, module) {
   using namespace flipfree::python;
   module.doc() = "Compiled solver of Flipfree UV; use the package `flipfree`, not this module.";
   module.attr("version") = FLIPFREE_VERSION;
-<<<<<<< HEAD
   py::register_exception_translator(&flipfree::python::translate);
   py::class_<flipfree::python::Job>(module, "Job")
       .def("wait", &flipfree::python::Job::wait, py::arg("seconds"))
@@ -84,26 +83,9 @@ PYBIND11_MODULE(_native, module) {
   flipfree::python::bind_conformal_map(module);
   flipfree::python::bind_distortion(module);
   flipfree::python::bind_embedding(module);
+  flipfree::python::bind_files(module);
   flipfree::python::bind_matchmaker(module);
   flipfree::python::bind_mesh(module);
   flipfree::python::bind_seamless(module);
   flipfree::python::bind_unwrap(module);
-=======
-  py::register_exception_translator(&translate);
-  py::class_<Job>(module, "Job")
-      .def("wait", &Job::wait, py::arg("seconds"))
-      .def("cancel", &Job::cancel)
-      .def("accept", &Job::accept)
-      .def("progress", &Job::progress)
-      .def("result", &Job::result);
-  bind_certify(module);
-  bind_conformal(module);
-  bind_conformal_map(module);
-  bind_distortion(module);
-  bind_embedding(module);
-  bind_files(module);
-  bind_matchmaker(module);
-  bind_mesh(module);
-  bind_unwrap(module);
->>>>>>> 4018a42 (ff.read and ff.write: meshes with texture coordinates in OBJ, PLY, OFF and STL, read through OpenMesh behind a strict pass; a certificate holds for the file too)
 }

@@ -183,7 +183,6 @@ PARAMETERS: dict[str, tuple[float, Callable[[Mesh, Random], Any]]] = {
     "engine": (0.3, one_of(*ENGINES)),
     "precision": (0.2, one_of("auto", 53, 100, 200)),
     "iterations": (0.4, one_of(0, 1, 2, 5, 30)),
-    "max_iterations": (0.3, one_of(0, 1, 5, 50)),
     "max_cones": (0.3, one_of(1, 3, 20)),
     "bound": (0.3, one_of(1.01, 1.5, 4.0, 1e3)),
     "least_angle": (0.2, one_of(0.1, 1.0, 3.0)),

@@ -123,10 +123,8 @@ def test_not_converged_says_what_was_reached() -> None:
     vertices, faces = octahedron_sphere(2)
     target = random_targets(len(vertices), len(faces), 3)
     with pytest.raises(ff.NotConverged, match="after 1 Newton steps"):
-        ff.conformal_metric(vertices, faces, target, max_iterations=1)
-    metric = ff.conformal_metric(
-        vertices, faces, target, max_iterations=1, require_convergence=False
-    )
+        ff.conformal_metric(vertices, faces, target, iterations=1)
+    metric = ff.conformal_metric(vertices, faces, target, iterations=1, require_convergence=False)
     assert not metric.converged and metric.iterations == 1
 
 
@@ -188,7 +186,7 @@ def test_a_single_cone_on_a_high_genus_surface(name: str) -> None:
             vertices.append([float(x) for x in word[1:4]])
         elif word[:1] == ["f"]:
             faces.append([int(x.split("/")[0]) - 1 for x in word[1:]])
-    metric = ff.conformal_metric(vertices, faces, np.loadtxt(angles), max_iterations=60)
+    metric = ff.conformal_metric(vertices, faces, np.loadtxt(angles), iterations=60)
     assert metric.angle_error <= 1e-10
 
 
@@ -243,10 +241,8 @@ def test_a_refined_start_serves_where_the_plain_way_ends_too_early() -> None:
     assert plain.stats["intrinsic_refinement"] == 0 and len(plain.added_parent) == 0
     limit = plain.iterations - 1
     with pytest.raises(ff.NotConverged):
-        ff.conformal_metric(
-            vertices, faces, angles, max_iterations=limit, intrinsic_refinement="off"
-        )
-    metric = ff.conformal_metric(vertices, faces, angles, max_iterations=limit)
+        ff.conformal_metric(vertices, faces, angles, iterations=limit, intrinsic_refinement="off")
+    metric = ff.conformal_metric(vertices, faces, angles, iterations=limit)
     added = metric.stats["intrinsic_refinement"]
     assert added > 100
     assert metric.scale_factors.shape == metric.angles.shape == (2 * sectors,)
@@ -264,7 +260,7 @@ def test_the_plain_way_serves_where_a_refined_start_that_was_asked_for_fails() -
     vertices, faces, angles = strip_of_needles(0)
     plain = ff.conformal_metric(vertices, faces, angles, intrinsic_refinement="off")
     metric = ff.conformal_metric(
-        vertices, faces, angles, intrinsic_refinement="on", max_iterations=plain.iterations
+        vertices, faces, angles, intrinsic_refinement="on", iterations=plain.iterations
     )
     assert metric.stats["intrinsic_refinement"] == 0
     assert metric.stats["refined_start_error"] > 1e-10
@@ -273,11 +269,9 @@ def test_the_plain_way_serves_where_a_refined_start_that_was_asked_for_fails() -
 
 def test_a_strip_of_needles_is_solved_without_a_refined_start() -> None:
     vertices, faces, angles = strip_of_needles(1)
-    plain = ff.conformal_metric(
-        vertices, faces, angles, intrinsic_refinement="off", max_iterations=60
-    )
+    plain = ff.conformal_metric(vertices, faces, angles, intrinsic_refinement="off", iterations=60)
     assert plain.converged and plain.angle_error <= 1e-10
-    metric = ff.conformal_metric(vertices, faces, angles, max_iterations=60)
+    metric = ff.conformal_metric(vertices, faces, angles, iterations=60)
     assert metric.converged and metric.angle_error <= 1e-10
     assert metric.stats["intrinsic_refinement"] == 0
 

@@ -7,7 +7,7 @@ Angles in radians. Every result carries a certificate measured with exact predic
 from . import jobs
 from ._native import version as __version__
 from .certification import certify
-from .conformal import ConformalMetric, conformal_metric
+from .conformal import conformal_metric
 from .conformal_map import conformal
 from .embedding import embed
 from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConverged
@@ -16,7 +16,7 @@ from .improving import improve
 from .matching import match
 from .mesh_files import MeshFile, read, write
 from .packing import pack
-from .results import Certificate, Parametrization, Transitions
+from .results import Certificate, ConformalMetric, Parametrization, Transitions
 from .target_angles import boundary_angles, suggest_cones
 from .unwrapping import unwrap
 

@@ -18,10 +18,11 @@ from .arrays import (
     as_vertices,
     refuse_beyond_storage,
 )
+from .conversions import certificate_from
 from .errors import InvalidInput
-from .job import Job, Progress, ours_only, run
+from .job import Job, Progress, solver_call
 from .options import as_flag, as_number, as_seconds, as_threads, shown, whole_number
-from .results import Certificate, certificate_from
+from .results import Certificate
 
 Pins = Mapping[Any, tuple[float, float]]
 
@@ -76,8 +77,8 @@ def pins_to_corners(
     return as_indices(corners, name), as_floats(targets, name, 2)
 
 
-@ours_only
-def start_certify(
+@solver_call
+def certify(
     vertices: Any,
     faces: Any,
     uv: Any,
@@ -91,8 +92,30 @@ def start_certify(
     disjoint: bool = False,
     max_seconds: float | None = None,
     threads: int = 2,
+    progress: Progress | None = None,
 ) -> Job[Certificate]:
-    """As :func:`certify`, at once, on a thread."""
+    """Measures a map with exact predicates, on the given values and on their rounding to 32 bits.
+
+    Args:
+        vertices: (n, 3) float64. faces: (m, 3). uv: (m, 3, 2), one UV per face corner.
+        pins: {vertex or (face, corner): (u, v)}; G3 demands them bit for bit.
+        cones: {vertex: total angle in radians}; G5 demands these angles, and 2 pi at every other interior vertex.
+        seamless: G4 demands that every cut is an exact quarter turn and translation.
+        parent: (vertices, faces, parent_face, vertex_parent, vertex_barycentric) of the input that this mesh
+            refines; G7 demands a subdivision.
+        signature: must be None; holonomy is not measured yet.
+        bijective: overlaps of a chart with itself are a failure, not only a figure.
+        disjoint: so are overlaps between charts.
+        max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
+        threads: the result has the same bits for every number.
+        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
+
+    Returns:
+        Certificate: ``ok``, the counts, ``failures`` in words, energy. A map that fails is no error.
+
+    Raises:
+        InvalidInput (a mesh that is none, arrays of the wrong shape), NotConverged (time is over), Cancelled.
+    """
     if signature is not None:
         raise InvalidInput(
             "This version measures no holonomy signature (G6); leave signature out.",
@@ -135,58 +158,3 @@ def start_certify(
         as_threads(threads),
     )
     return Job(native, certificate_from)
-
-
-def certify(
-    vertices: Any,
-    faces: Any,
-    uv: Any,
-    *,
-    pins: Pins | None = None,
-    cones: Mapping[int, float] | None = None,
-    signature: Any = None,
-    seamless: bool = False,
-    parent: tuple[Any, ...] | None = None,
-    bijective: bool = False,
-    disjoint: bool = False,
-    max_seconds: float | None = None,
-    threads: int = 2,
-    progress: Progress | None = None,
-) -> Certificate:
-    """Measures a map with exact predicates, on the given values and on their rounding to 32 bits.
-
-    Args:
-        vertices: (n, 3) float64. faces: (m, 3). uv: (m, 3, 2), one UV per face corner.
-        pins: {vertex or (face, corner): (u, v)}; G3 demands them bit for bit.
-        cones: {vertex: total angle in radians}; G5 demands these angles, and 2 pi at every other interior vertex.
-        seamless: G4 demands that every cut is an exact quarter turn and translation.
-        parent: (vertices, faces, parent_face, vertex_parent, vertex_barycentric) of the input that this mesh
-            refines; G7 demands a subdivision.
-        signature: must be None; holonomy is not measured yet.
-        bijective: overlaps of a chart with itself are a failure, not only a figure.
-        disjoint: so are overlaps between charts.
-        max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
-        threads: the result has the same bits for every number.
-        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
-
-    Returns:
-        Certificate: ``ok``, the counts, ``failures`` in words, energy. A map that fails is no error.
-
-    Raises:
-        InvalidInput (a mesh that is none, arrays of the wrong shape), NotConverged (time is over), Cancelled.
-    """
-    job = start_certify(
-        vertices,
-        faces,
-        uv,
-        pins=pins,
-        cones=cones,
-        signature=signature,
-        seamless=seamless,
-        parent=parent,
-        bijective=bijective,
-        disjoint=disjoint,
-        max_seconds=max_seconds,
-        threads=threads,
-    )
-    return run(job, progress)

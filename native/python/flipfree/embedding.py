@@ -7,59 +7,17 @@ from typing import Any
 
 from . import _native
 from .arrays import as_floats, as_indices, as_places, as_vertices
-from .job import Job, Progress, ours_only, run
+from .conversions import parametrization_from
+from .job import Job, Progress, solver_call
 from .options import as_choice, as_count, as_flag, as_positive, as_seconds, as_threads
-from .results import Parametrization, parametrization_from
+from .results import Parametrization
 
 SHAPES = ("circle", "square", "triangle")
 STARTS = ("tutte", "nothing")
 METHODS = ("ladder", "schnyder", "progressive", "tutte")
 
 
-@ours_only
-def start_embed(
-    vertices: Any,
-    faces: Any,
-    *,
-    boundary: Any = "circle",
-    boundary_loop: Any = None,
-    initial_uv: Any = None,
-    method: str = "ladder",
-    start: str = "tutte",
-    low_distortion: bool = False,
-    optimise: bool = False,
-    iterations: int = 200,
-    tolerance: float = 1e-4,
-    max_seconds: float | None = None,
-    threads: int = 2,
-) -> Job[Parametrization]:
-    """As :func:`embed`, at once, on a thread."""
-    shape, polygon = "circle", None
-    if isinstance(boundary, str):
-        shape = as_choice(boundary, "boundary", SHAPES, ", or an array of positions")
-    else:
-        polygon = as_places(boundary, "boundary")
-    face_array = as_indices(faces, "faces", 3)
-    positions = as_vertices(vertices, face_array)
-    native = _native.embed(
-        positions.scaled,
-        face_array,
-        shape,
-        polygon,
-        [] if boundary_loop is None else as_indices(boundary_loop, "boundary_loop").tolist(),
-        None if initial_uv is None else as_floats(initial_uv, "initial_uv", 2),
-        as_choice(method, "method", METHODS),
-        as_choice(start, "start", STARTS) == "tutte",
-        as_flag(low_distortion, "low_distortion"),
-        as_flag(optimise, "optimise"),
-        as_count(iterations, "iterations"),
-        as_positive(tolerance, "tolerance"),
-        as_seconds(max_seconds, "max_seconds"),
-        as_threads(threads),
-    )
-    return Job(native, partial(parametrization_from, positions=positions))
-
-
+@solver_call
 def embed(
     vertices: Any,
     faces: Any,
@@ -76,7 +34,7 @@ def embed(
     max_seconds: float | None = None,
     threads: int = 2,
     progress: Progress | None = None,
-) -> Parametrization:
+) -> Job[Parametrization]:
     """A disk onto a convex polygon without flips, in 64 bits and as stored in 32.
 
     Inner edges between two points of one straight side of the polygon are split (``stats["added_vertices"]``);
@@ -106,19 +64,27 @@ def embed(
     Raises:
         InvalidInput, Infeasible (the polygon has no room in these numbers), NotConverged, Cancelled.
     """
-    job = start_embed(
-        vertices,
-        faces,
-        boundary=boundary,
-        boundary_loop=boundary_loop,
-        initial_uv=initial_uv,
-        method=method,
-        start=start,
-        low_distortion=low_distortion,
-        optimise=optimise,
-        iterations=iterations,
-        tolerance=tolerance,
-        max_seconds=max_seconds,
-        threads=threads,
+    shape, polygon = "circle", None
+    if isinstance(boundary, str):
+        shape = as_choice(boundary, "boundary", SHAPES, ", or an array of positions")
+    else:
+        polygon = as_places(boundary, "boundary")
+    face_array = as_indices(faces, "faces", 3)
+    positions = as_vertices(vertices, face_array)
+    native = _native.embed(
+        positions.scaled,
+        face_array,
+        shape,
+        polygon,
+        [] if boundary_loop is None else as_indices(boundary_loop, "boundary_loop").tolist(),
+        None if initial_uv is None else as_floats(initial_uv, "initial_uv", 2),
+        as_choice(method, "method", METHODS),
+        as_choice(start, "start", STARTS) == "tutte",
+        as_flag(low_distortion, "low_distortion"),
+        as_flag(optimise, "optimise"),
+        as_count(iterations, "iterations"),
+        as_positive(tolerance, "tolerance"),
+        as_seconds(max_seconds, "max_seconds"),
+        as_threads(threads),
     )
-    return run(job, progress)
+    return Job(native, partial(parametrization_from, positions=positions))

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from .conformal import ConformalMetric
-    from .results import Certificate, Parametrization
+from .results import Certificate, ConformalMetric, Parametrization
 
 
 class FlipfreeError(Exception):

@@ -8,14 +8,15 @@ from typing import Any
 from . import _native
 from .arrays import as_corner_uv, as_indices, as_vertices, refuse_beyond_storage
 from .certification import Pins, pins_to_corners
+from .conversions import parametrization_from
 from .errors import InvalidInput
-from .job import Job, Progress, ours_only, run
+from .job import Job, Progress, solver_call
 from .options import as_count, as_flag, as_positive, as_seconds, as_threads
-from .results import Parametrization, parametrization_from
+from .results import Parametrization
 
 
-@ours_only
-def start_improve(
+@solver_call
+def improve(
     map_or_arrays: Any,
     *,
     pins: Pins | None = None,
@@ -24,8 +25,26 @@ def start_improve(
     tolerance: float = 1e-4,
     max_seconds: float | None = None,
     threads: int = 2,
+    progress: Progress | None = None,
 ) -> Job[Parametrization]:
-    """As :func:`improve`, at once, on a thread."""
+    """Lowers the distortion of a flip-free map; every step keeps every triangle open.
+
+    The map is cut where the UVs on the two sides of an edge differ. Charts get one common scale and keep their
+    centres and directions; they are not packed again. Without pins the energy is never higher than before.
+
+    Args:
+        map_or_arrays: a Parametrization, or (vertices, faces, uv) with uv (m, 3, 2), one per face corner.
+        pins: {vertex or (face, corner): (u, v)}, met bit for bit.
+        keep_bijective: charts that do not overlap themselves go on not to.
+        iterations: most optimiser iterations per chart. tolerance: share of the energy that a step must promise.
+        max_seconds: of the clock; None or 0 is no limit. What was gained by then is kept, and
+            ``stats["time_limit_reached"]`` is 1; NotConverged (code "time limit reached") if there is no map yet.
+        threads: the result has the same bits for every number, unless a limit of time is reached.
+        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
+
+    Raises:
+        InvalidInput (also for a map with flipped triangles, which are named), NotConverged, Cancelled.
+    """
     if isinstance(map_or_arrays, Parametrization):
         given = map_or_arrays
         vertices, faces, uv = given.vertices, given.faces, given.uv
@@ -55,44 +74,3 @@ def start_improve(
         as_threads(threads),
     )
     return Job(native, partial(parametrization_from, positions=positions))
-
-
-def improve(
-    map_or_arrays: Any,
-    *,
-    pins: Pins | None = None,
-    keep_bijective: bool = True,
-    iterations: int = 200,
-    tolerance: float = 1e-4,
-    max_seconds: float | None = None,
-    threads: int = 2,
-    progress: Progress | None = None,
-) -> Parametrization:
-    """Lowers the distortion of a flip-free map; every step keeps every triangle open.
-
-    The map is cut where the UVs on the two sides of an edge differ. Charts get one common scale and keep their
-    centres and directions; they are not packed again. Without pins the energy is never higher than before.
-
-    Args:
-        map_or_arrays: a Parametrization, or (vertices, faces, uv) with uv (m, 3, 2), one per face corner.
-        pins: {vertex or (face, corner): (u, v)}, met bit for bit.
-        keep_bijective: charts that do not overlap themselves go on not to.
-        iterations: most optimiser iterations per chart. tolerance: share of the energy that a step must promise.
-        max_seconds: of the clock; None or 0 is no limit. What was gained by then is kept, and
-            ``stats["time_limit_reached"]`` is 1; NotConverged (code "time limit reached") if there is no map yet.
-        threads: the result has the same bits for every number, unless a limit of time is reached.
-        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
-
-    Raises:
-        InvalidInput (also for a map with flipped triangles, which are named), NotConverged, Cancelled.
-    """
-    job = start_improve(
-        map_or_arrays,
-        pins=pins,
-        keep_bijective=keep_bijective,
-        iterations=iterations,
-        tolerance=tolerance,
-        max_seconds=max_seconds,
-        threads=threads,
-    )
-    return run(job, progress)

@@ -1,14 +1,16 @@
 """Solver calls that run on a C++ thread while Python goes on: poll, cancel, accept, collect.
 
-``start_*`` functions return a :class:`Job` at once; the blocking functions of the package are ``run(start_*(...))``.
-The solver thread touches neither Python nor the caller's arrays (they are copied at the start).
+Every function of the package is declared once, as one that starts a :class:`Job`; :func:`solver_call` makes the blocking
+function of it, :func:`job_of` finds the one that returns the job. The solver thread touches neither Python nor the caller's
+arrays (they are copied at the start).
 """
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from functools import wraps
-from typing import Any, Generic, NoReturn, ParamSpec, TypeVar
+from typing import Any, Generic, NoReturn, ParamSpec, TypeVar, cast
 
 from .errors import Cancelled, FlipfreeError, InvalidInput, NotConverged
 from .options import real_number, shown
@@ -134,3 +136,48 @@ def run(job: Job[Result], progress: Progress | None = None) -> Result:
     if stops("done", 1.0):
         raise Cancelled("Cancelled by the caller.", code="cancelled")
     return result
+
+
+def solver_call(declared: Callable[Arguments, Job[Result]]) -> Callable[Arguments, Result]:
+    """The blocking function of a declaration that starts a job: same arguments, the job's result.
+
+    ``declared`` has the parameter ``progress``, which belongs to the blocking function alone: it is left out when the job is
+    started. Arguments that are missing or unknown are Python's own TypeError; nothing else leaves but the package's exceptions.
+    """
+    signature = inspect.signature(declared)
+    result = str(signature.return_annotation).removeprefix("Job[").removesuffix("]")
+    parameters = [p for name, p in signature.parameters.items() if name != "progress"]
+    job_signature = signature.replace(parameters=parameters)
+    guarded = ours_only(declared)
+
+    @wraps(declared)
+    def start(*args: Any, **kwargs: Any) -> Job[Result]:
+        job_signature.bind(*args, **kwargs)
+        return cast(Callable[..., Job[Result]], guarded)(*args, **kwargs)
+
+    @wraps(declared)
+    def blocking(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
+        progress = cast("Progress | None", kwargs.pop("progress", None))
+        return run(start(*args, **kwargs), progress)
+
+    for function, shown_signature in (
+        (start, job_signature),
+        (blocking, signature.replace(return_annotation=result)),
+    ):
+        function.__dict__["__signature__"] = shown_signature
+        function.__annotations__ = {
+            **declared.__annotations__,
+            "return": shown_signature.return_annotation,
+        }
+    start.__doc__ = f"As :func:`flipfree.{declared.__name__}`, at once, on a thread."
+    blocking.__dict__["__wrapped__"] = start
+    return blocking
+
+
+def job_of(blocking: Callable[Arguments, Result]) -> Callable[Arguments, Job[Result]]:
+    """The function that starts the job of what :func:`solver_call` has made; it takes no ``progress``."""
+    return cast("Callable[Arguments, Job[Result]]", inspect.unwrap(blocking, stop=_is_start))
+
+
+def _is_start(function: Callable[..., Any]) -> bool:
+    return "Job[" in str(function.__annotations__.get("return"))

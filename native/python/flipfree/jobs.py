@@ -3,17 +3,28 @@
 For user interfaces: poll ``job.wait(0.0)`` and ``job.progress()``, offer ``job.cancel()``, collect ``job.result()``.
 """
 
-from .certification import start_certify as certify
-from .conformal import start_conformal_metric as conformal_metric
-from .conformal_map import start_conformal as conformal
-from .embedding import start_embed as embed
-from .improving import start_improve as improve
-from .job import Job
-from .matching import start_match as match
-from .packing import start_pack as pack
-from .target_angles import start_boundary_angles as boundary_angles
-from .target_angles import start_suggest_cones as suggest_cones
-from .unwrapping import start_unwrap as unwrap
+from .certification import certify as _certify
+from .conformal import conformal_metric as _conformal_metric
+from .conformal_map import conformal as _conformal
+from .embedding import embed as _embed
+from .improving import improve as _improve
+from .job import Job, job_of
+from .matching import match as _match
+from .packing import pack as _pack
+from .target_angles import boundary_angles as _boundary_angles
+from .target_angles import suggest_cones as _suggest_cones
+from .unwrapping import unwrap as _unwrap
+
+boundary_angles = job_of(_boundary_angles)
+certify = job_of(_certify)
+conformal = job_of(_conformal)
+conformal_metric = job_of(_conformal_metric)
+embed = job_of(_embed)
+improve = job_of(_improve)
+match = job_of(_match)
+pack = job_of(_pack)
+suggest_cones = job_of(_suggest_cones)
+unwrap = job_of(_unwrap)
 
 __all__ = [
     "Job",

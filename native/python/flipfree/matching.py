@@ -11,10 +11,11 @@ import numpy.typing as npt
 
 from . import _native
 from .arrays import as_floats, as_indices, as_list, as_place, as_places, as_vertex_map, as_vertices
+from .conversions import parametrization_from
 from .errors import InvalidInput
-from .job import Job, Progress, ours_only, run
+from .job import Job, Progress, solver_call
 from .options import as_choice, as_count, as_flag, as_seconds, as_threads, shown
-from .results import Parametrization, parametrization_from
+from .results import Parametrization
 
 Points = Mapping[int, tuple[float, float]]
 Lines = Sequence[tuple[Sequence[int], Any]]
@@ -37,8 +38,8 @@ def _lines(lines: Lines | None) -> list[tuple[npt.NDArray[np.int32], npt.NDArray
     return result
 
 
-@ours_only
-def start_match(
+@solver_call
+def match(
     vertices: Any,
     faces: Any,
     *,
@@ -54,8 +55,38 @@ def start_match(
     engine: str = "auto",
     max_seconds: float | None = None,
     threads: int = 2,
+    progress: Progress | None = None,
 ) -> Job[Parametrization]:
-    """As :func:`match`, at once, on a thread."""
+    """Maps a disk, or a piece with holes, so that every constraint is met bit for bit and no triangle folds.
+
+    Args:
+        vertices: (n, 3) float64. faces: (m, 3), connected, of genus 0, with a boundary. Of several boundary loops the
+            longest counts as the outer one, or the one that boundary_loop names; the others are holes.
+        points: {vertex: (u, v)}.
+        lines: [(vertices along mesh edges, (k, 2) polyline)]; with as many points as vertices they correspond one to
+            one, otherwise ends to ends and inner points to the nearest vertices by length.
+        boundary_uv: (b, 2) targets of the whole boundary; the polygon may overlap itself. Without it the boundary is
+            free. boundary_loop: (b,) its vertices in order (default: from the smallest id, surface on the left).
+        paths: {vertex: vertices from it along mesh edges to the boundary}: on which sheet of an overlapping target a
+            pinned vertex lies, or which of several disks with this boundary is meant.
+        movable: boundary vertices whose targets are only where they begin: the optimisation may move them.
+        optimise: lower the distortion with all constraints held. iterations: at most so many Newton steps.
+        bijective: with a free boundary, one-to-one as a whole and not only locally.
+        engine: "auto", or "first try" / "outline" / "overlay" / "arms" / "matchmaker" alone.
+        max_seconds: of the clock; None or 0 is no limit. A map that meets all constraints by then is returned, however
+            little time there was to take its refinement back and to lower its distortion:
+            ``stats["time_limit_reached"]`` is 1 then. If there is none, NotConverged (code "time limit reached").
+        threads: the result has the same bits for every number, unless a limit of time is reached.
+        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
+
+    Returns:
+        Parametrization: refined only where no map of the user's triangles was found; ``stats["added_vertices"]``,
+        ``stats["engine"]``. Its certificate is ok.
+
+    Raises:
+        Infeasible: contradictory constraints, or a boundary that no disk has, with the reason and the vertices.
+        InvalidInput, NotConverged, Cancelled.
+    """
     pins = as_vertex_map(points, "points", "(u, v)")
     targets = [as_place(value, f"points[{shown(v)}]") for v, value in pins.items()]
     native_paths = []
@@ -86,68 +117,3 @@ def start_match(
         as_threads(threads),
     )
     return Job(native, partial(parametrization_from, positions=positions))
-
-
-def match(
-    vertices: Any,
-    faces: Any,
-    *,
-    points: Points | None = None,
-    lines: Lines | None = None,
-    boundary_uv: Any = None,
-    boundary_loop: Any = None,
-    paths: Mapping[int, Sequence[int]] | None = None,
-    movable: Sequence[int] | None = None,
-    optimise: bool = True,
-    bijective: bool = False,
-    iterations: int = 200,
-    engine: str = "auto",
-    max_seconds: float | None = None,
-    threads: int = 2,
-    progress: Progress | None = None,
-) -> Parametrization:
-    """Maps a disk, or a piece with holes, so that every constraint is met bit for bit and no triangle folds.
-
-    Args:
-        vertices: (n, 3) float64. faces: (m, 3), connected, of genus 0, with a boundary. Of several boundary loops the
-            longest counts as the outer one, or the one that boundary_loop names; the others are holes.
-        points: {vertex: (u, v)}.
-        lines: [(vertices along mesh edges, (k, 2) polyline)]; with as many points as vertices they correspond one to
-            one, otherwise ends to ends and inner points to the nearest vertices by length.
-        boundary_uv: (b, 2) targets of the whole boundary; the polygon may overlap itself. Without it the boundary is
-            free. boundary_loop: (b,) its vertices in order (default: from the smallest id, surface on the left).
-        paths: {vertex: vertices from it along mesh edges to the boundary}: on which sheet of an overlapping target a
-            pinned vertex lies, or which of several disks with this boundary is meant.
-        movable: boundary vertices whose targets are only where they begin: the optimisation may move them.
-        optimise: lower the distortion with all constraints held. iterations: at most so many Newton steps.
-        bijective: with a free boundary, one-to-one as a whole and not only locally.
-        engine: "auto", or "first try" / "outline" / "overlay" / "arms" / "matchmaker" alone.
-        max_seconds: of the clock; None or 0 is no limit. A map that meets all constraints by then is returned, however
-            little time there was to take its refinement back and to lower its distortion:
-            ``stats["time_limit_reached"]`` is 1 then. If there is none, NotConverged (code "time limit reached").
-
-    Returns:
-        Parametrization: refined only where no map of the user's triangles was found; ``stats["added_vertices"]``,
-        ``stats["engine"]``. Its certificate is ok.
-
-    Raises:
-        Infeasible: contradictory constraints, or a boundary that no disk has, with the reason and the vertices.
-        InvalidInput, NotConverged, Cancelled.
-    """
-    job = start_match(
-        vertices,
-        faces,
-        points=points,
-        lines=lines,
-        boundary_uv=boundary_uv,
-        boundary_loop=boundary_loop,
-        paths=paths,
-        movable=movable,
-        optimise=optimise,
-        bijective=bijective,
-        iterations=iterations,
-        engine=engine,
-        max_seconds=max_seconds,
-        threads=threads,
-    )
-    return run(job, progress)

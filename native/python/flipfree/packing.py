@@ -9,13 +9,14 @@ import numpy as np
 
 from . import _native
 from .arrays import Positions, as_corner_uv, as_indices, as_triangles, as_vertices
-from .job import Job, Progress, ours_only, run
+from .conversions import parametrization_from
+from .job import Job, Progress, solver_call
 from .options import as_flag, as_margin, as_positive, as_seconds, as_threads
-from .results import Parametrization, parametrization_from
+from .results import Parametrization
 
 
-@ours_only
-def start_pack(
+@solver_call
+def pack(
     vertices: Any,
     faces: Any,
     uv: Any,
@@ -30,8 +31,36 @@ def start_pack(
     place_like: Any = None,
     max_seconds: float | None = None,
     threads: int = 2,
+    progress: Progress | None = None,
 ) -> Job[Parametrization]:
-    """As :func:`pack`, at once, on a thread."""
+    """Moves the charts of a flip-free map into the unit square, as ``unwrap`` does; only turns, shifts and scales.
+
+    The map is cut where the UVs on the two sides of an edge differ. Where pinned charts and obstacles leave less than an
+    eighth of the scale that the empty unit square allows, the next free tile is taken, in the order of UDIM:
+    ``stats["tile"]`` is 1 for the tile on the right, 10 for the one above. ``stats["density"]`` is what came out.
+
+    Args:
+        vertices: (n, 3) float64. faces: (m, 3). uv: (m, 3, 2), one per face corner.
+        margin: space between charts, in units of the unit square.
+        together: charts of one connected component turn and scale together, so that cuts whose sides are related by
+            a rotation and a shift stay so, with the same rotation. Otherwise every chart turns on its own.
+        scale_true: components (charts, if not together) get the size of their surface; otherwise scales keep their ratio.
+        keep_bijective: charts that do not overlap themselves go on not to, once rounded to 32 bits.
+        unmoved: corners 3 face + corner that stay bit for bit, and their charts with them. The others keep clear of
+            them, and with scale_true take their area-weighted density if there is room.
+        obstacles: (k, 3, 2) triangles to keep clear of as well, of either orientation.
+        density: length in the plane per length of the surface, over all charts that move: taken if there is room for
+            it. Otherwise, and by default, the largest that there is room for.
+        place_like: (m, 3, 2) former UVs. If every chart that moves was a flip-free island of them, and if all of them
+            turned and moved to there, at one common scale, lie in the unit square on top of nothing, they stay there:
+            ``stats["kept_places"]`` is 1. Otherwise everything is packed. Not with ``together``.
+        max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
+        threads: the result has the same bits for every number.
+        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
+
+    Raises:
+        InvalidInput (also for a map with flipped triangles, which are named), NotConverged, Cancelled.
+    """
     face_array = as_indices(faces, "faces", 3)
     positions = as_vertices(vertices, face_array)
     native = _native.pack(
@@ -65,66 +94,3 @@ def _times_power(number: float, exponent: int) -> float:
     with np.errstate(over="ignore", under="ignore"):
         result = float(np.ldexp(number, exponent))
     return result if result > 0.0 or not number > 0.0 else 5e-324
-
-
-def pack(
-    vertices: Any,
-    faces: Any,
-    uv: Any,
-    *,
-    margin: float = 0.005,
-    together: bool = False,
-    scale_true: bool = False,
-    keep_bijective: bool = True,
-    unmoved: Any = None,
-    obstacles: Any = None,
-    density: float | None = None,
-    place_like: Any = None,
-    max_seconds: float | None = None,
-    threads: int = 2,
-    progress: Progress | None = None,
-) -> Parametrization:
-    """Moves the charts of a flip-free map into the unit square, as ``unwrap`` does; only turns, shifts and scales.
-
-    The map is cut where the UVs on the two sides of an edge differ. Where pinned charts and obstacles leave less than an
-    eighth of the scale that the empty unit square allows, the next free tile is taken, in the order of UDIM:
-    ``stats["tile"]`` is 1 for the tile on the right, 10 for the one above. ``stats["density"]`` is what came out.
-
-    Args:
-        vertices: (n, 3) float64. faces: (m, 3). uv: (m, 3, 2), one per face corner.
-        margin: space between charts, in units of the unit square.
-        together: charts of one connected component turn and scale together, so that cuts whose sides are related by
-            a rotation and a shift stay so, with the same rotation. Otherwise every chart turns on its own.
-        scale_true: components (charts, if not together) get the size of their surface; otherwise scales keep their ratio.
-        keep_bijective: charts that do not overlap themselves go on not to, once rounded to 32 bits.
-        unmoved: corners 3 face + corner that stay bit for bit, and their charts with them. The others keep clear of
-            them, and with scale_true take their area-weighted density if there is room.
-        obstacles: (k, 3, 2) triangles to keep clear of as well, of either orientation.
-        density: length in the plane per length of the surface, over all charts that move: taken if there is room for
-            it. Otherwise, and by default, the largest that there is room for.
-        place_like: (m, 3, 2) former UVs. If every chart that moves was a flip-free island of them, and if all of them
-            turned and moved to there, at one common scale, lie in the unit square on top of nothing, they stay there:
-            ``stats["kept_places"]`` is 1. Otherwise everything is packed. Not with ``together``.
-        max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
-        threads: the result has the same bits for every number.
-        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
-
-    Raises:
-        InvalidInput (also for a map with flipped triangles, which are named), NotConverged, Cancelled.
-    """
-    job = start_pack(
-        vertices,
-        faces,
-        uv,
-        margin=margin,
-        together=together,
-        scale_true=scale_true,
-        keep_bijective=keep_bijective,
-        unmoved=unmoved,
-        obstacles=obstacles,
-        density=density,
-        place_like=place_like,
-        max_seconds=max_seconds,
-        threads=threads,
-    )
-    return run(job, progress)

@@ -1,4 +1,4 @@
-"""What the solvers return: plain dataclasses over numpy arrays."""
+"""What the solvers return: plain dataclasses over numpy arrays. Imports nothing of the package: errors carry results."""
 
 from __future__ import annotations
 
@@ -8,10 +8,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .arrays import Positions
-
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
+
+#: Names of the symmetric flip types in the order of ``ConformalMetric.flip_counts`` (faces left and right of the edge).
+FLIP_TYPES = (
+    "(1,1,1)",
+    "(1,par,2)",
+    "(t,perp,t)",
+    "(1,1,t)",
+    "(t,perp,q)",
+    "(1,1,q)",
+    "(q,perp,q)",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,26 +134,52 @@ class Parametrization:
         return self._uv32.copy()
 
 
+@dataclass(frozen=True, eq=False)
+class ConformalMetric:
+    """A metric that is discretely conformally equivalent to the input, with the prescribed angles.
+
+    Attributes:
+        scale_factors: (n,) natural logarithms u of the scale factors, mean 0. Where no edge was flipped, the new length
+            of edge (i, j) is the old one times exp((u_i + u_j) / 2).
+        angles: (n,) total angle reached at every vertex. angle_error: the largest distance from the targets, radians,
+            measured in the precision of the run.
+        flips: Ptolemy flips from the Delaunay triangulation of the input to the final one; flip_counts: by type, see
+            FLIP_TYPES. euclidean_flips: flips that made the input Delaunay first.
+        iterations: Newton steps. bits: mantissa of the lengths. error_history: largest angle error at the start and
+            after every step.
+        scale_range: max u - min u. converged: angle_error is within the tolerance.
+        faces, log_lengths: (k, 3) final intrinsic triangulation and logarithms of its lengths (corner j to j + 1). For a
+            surface with boundary these are the faces of its symmetric double cover, both copies of a vertex bearing its
+            number, with face_labels 0 = this copy, 1 = the mirrored one, 2 and 3 = symmetric triangle and (half of a)
+            quadrilateral.
+        symmetric: the double cover was used. stats: seconds and counts; "intrinsic_refinement" is the number of
+            vertices added.
+        added_scale_factors, added_parent, added_barycentric: (a,), (a,), (a, 3) of vertices added by intrinsic
+            refinement, numbered from n on in ``faces``: u, the input face in which each lies, and its weights there.
+    """
+
+    scale_factors: npt.NDArray[np.float64]
+    angles: npt.NDArray[np.float64]
+    angle_error: float
+    scale_range: float
+    flips: int
+    euclidean_flips: int
+    flip_counts: tuple[int, ...]
+    iterations: int
+    bits: int
+    converged: bool
+    error_history: npt.NDArray[np.float64]
+    symmetric: bool
+    added_scale_factors: npt.NDArray[np.float64]
+    added_parent: npt.NDArray[np.int32]
+    added_barycentric: npt.NDArray[np.float64]
+    faces: npt.NDArray[np.int32]
+    log_lengths: npt.NDArray[np.float64]
+    face_labels: npt.NDArray[np.int8]
+    stats: dict[str, Any]
+
+
 def frozen(array: Any) -> Any:
     """``array``, read-only from now on."""
     array.flags.writeable = False
     return array
-
-
-def certificate_from(data: dict[str, Any]) -> Certificate:
-    return Certificate(**{**data, "failed_faces": frozen(data["failed_faces"])})
-
-
-def parametrization_from(data: dict[str, Any], positions: Positions) -> Parametrization:
-    """The dataclass from what the compiled module returns for the scaled vertices of ``positions``."""
-    data = dict(data)
-    data["vertices"] = positions.restored(data["vertices"])
-    data["_uv32"] = data.pop("uv32")
-    for value in data.values():
-        if isinstance(value, np.ndarray):
-            frozen(value)
-    transitions = Transitions(
-        frozen(data.pop("transition_turns")), frozen(data.pop("transition_translations"))
-    )
-    certificate = certificate_from(data.pop("certificate"))
-    return Parametrization(transitions=transitions, certificate=certificate, **data)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from . import _native
 from .arrays import as_floats, as_indices, as_vertex_map, as_vertices
 from .errors import InvalidInput
-from .job import Job, Progress, ours_only, run
+from .job import Job, Progress, solver_call
 from .options import as_choice, as_count, as_flag, as_number, as_seconds, as_threads
 
 BOUNDARIES = ("free", "straight", "circle")
@@ -38,8 +38,8 @@ def _suggestion(data: tuple[FloatArray, npt.NDArray[np.int32], float, bool]) -> 
     return angles
 
 
-@ours_only
-def start_suggest_cones(
+@solver_call
+def suggest_cones(
     vertices: Any,
     faces: Any,
     *,
@@ -49,8 +49,28 @@ def start_suggest_cones(
     least_angle: float = np.pi / 6,
     max_seconds: float | None = None,
     threads: int = 2,
+    progress: Progress | None = None,
 ) -> Job[SuggestedAngles]:
-    """As :func:`suggest_cones`, at once, on a thread."""
+    """Cones that keep the scale distortion of the conformal map within a bound, as (n,) target angles.
+
+    Greedy: the next cone is where the scale factor is most extreme with the present ones. The boundary is free
+    (u = 0).
+
+    Args:
+        vertices: (n, 3) float64. faces: (m, 3), manifold, consistently oriented, connected.
+        bound: largest allowed ratio between the largest and the smallest scale over all vertices.
+        max_cones: stop there even if the bound does not hold (``result.bound_holds`` says so).
+        quarter_turns: cone angles are multiples of pi / 2, as seamless maps want them. They are searched for, more
+            than otherwise where the bound needs it; tight bounds cannot always be met with them.
+        least_angle: no suggested cone is sharper.
+        max_seconds: of the clock; None or 0 is no limit. When they are over, the best cones that were measured come
+            back (``result.bound_holds`` says what they keep); NotConverged (code "time limit reached") if there are none.
+        threads: the result has the same bits for every number, unless a limit of time is reached.
+        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
+
+    Raises:
+        InvalidInput, NotConverged (no positive angles with so few cones), Cancelled.
+    """
     bound, least_angle = as_number(bound, "bound"), as_number(least_angle, "least_angle")
     if not bound > 1.0:
         raise InvalidInput(f"bound must be larger than 1, not {bound}.", code="bad option")
@@ -73,51 +93,8 @@ def start_suggest_cones(
     return Job(native, _suggestion)
 
 
-def suggest_cones(
-    vertices: Any,
-    faces: Any,
-    *,
-    bound: float = 4.0,
-    max_cones: int = 200,
-    quarter_turns: bool = False,
-    least_angle: float = np.pi / 6,
-    max_seconds: float | None = None,
-    threads: int = 2,
-    progress: Progress | None = None,
-) -> SuggestedAngles:
-    """Cones that keep the scale distortion of the conformal map within a bound, as (n,) target angles.
-
-    Greedy: the next cone is where the scale factor is most extreme with the present ones. The boundary is free
-    (u = 0).
-
-    Args:
-        vertices: (n, 3) float64. faces: (m, 3), manifold, consistently oriented, connected.
-        bound: largest allowed ratio between the largest and the smallest scale over all vertices.
-        max_cones: stop there even if the bound does not hold (``result.bound_holds`` says so).
-        quarter_turns: cone angles are multiples of pi / 2, as seamless maps want them. They are searched for, more
-            than otherwise where the bound needs it; tight bounds cannot always be met with them.
-        least_angle: no suggested cone is sharper.
-        max_seconds: of the clock; None or 0 is no limit. When they are over, the best cones that were measured come
-            back (``result.bound_holds`` says what they keep); NotConverged (code "time limit reached") if there are none.
-
-    Raises:
-        InvalidInput, NotConverged (no positive angles with so few cones), Cancelled.
-    """
-    job = start_suggest_cones(
-        vertices,
-        faces,
-        bound=bound,
-        max_cones=max_cones,
-        quarter_turns=quarter_turns,
-        least_angle=least_angle,
-        max_seconds=max_seconds,
-        threads=threads,
-    )
-    return run(job, progress)
-
-
-@ours_only
-def start_boundary_angles(
+@solver_call
+def boundary_angles(
     vertices: Any,
     faces: Any,
     boundary: str = "free",
@@ -126,8 +103,23 @@ def start_boundary_angles(
     corners: Any = None,
     max_seconds: float | None = None,
     threads: int = 2,
+    progress: Progress | None = None,
 ) -> Job[FloatArray]:
-    """As :func:`boundary_angles`, at once, on a thread."""
+    """(n,) target angles that are flat inside except at ``cones``, for a boundary of this shape.
+
+    Args:
+        vertices: (n, 3) float64. faces: (m, 3), manifold, consistently oriented, connected.
+        boundary: "free" (no scaling on the boundary, least area distortion), "straight" (angle pi except at the
+            corners, which share what is left) or "circle" (constant geodesic curvature; further loops turn the other
+            way).
+        cones: {interior vertex: total angle}. corners: boundary vertices, for "straight".
+        max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
+        threads: the result has the same bits for every number.
+        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
+
+    Raises:
+        InvalidInput, Infeasible (Gauss-Bonnet; names the remainder), NotConverged, Cancelled.
+    """
     cone_angles = as_vertex_map(cones, "cones", "angle")
     face_array = as_indices(faces, "faces", 3)
     positions = as_vertices(vertices, face_array)
@@ -142,39 +134,3 @@ def start_boundary_angles(
         as_threads(threads),
     )
     return Job(native, np.asarray)
-
-
-def boundary_angles(
-    vertices: Any,
-    faces: Any,
-    boundary: str = "free",
-    *,
-    cones: Mapping[int, float] | None = None,
-    corners: Any = None,
-    max_seconds: float | None = None,
-    threads: int = 2,
-    progress: Progress | None = None,
-) -> FloatArray:
-    """(n,) target angles that are flat inside except at ``cones``, for a boundary of this shape.
-
-    Args:
-        vertices: (n, 3) float64. faces: (m, 3), manifold, consistently oriented, connected.
-        boundary: "free" (no scaling on the boundary, least area distortion), "straight" (angle pi except at the
-            corners, which share what is left) or "circle" (constant geodesic curvature; further loops turn the other
-            way).
-        cones: {interior vertex: total angle}. corners: boundary vertices, for "straight".
-        max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
-
-    Raises:
-        InvalidInput, Infeasible (Gauss-Bonnet; names the remainder), NotConverged, Cancelled.
-    """
-    job = start_boundary_angles(
-        vertices,
-        faces,
-        boundary,
-        cones=cones,
-        corners=corners,
-        max_seconds=max_seconds,
-        threads=threads,
-    )
-    return run(job, progress)

@@ -8,56 +8,13 @@ from typing import Any
 from . import _native
 from .arrays import as_corner_uv, as_indices, as_vertices
 from .certification import Pins, pins_to_corners
-from .job import Job, Progress, ours_only, run
+from .conversions import parametrization_from
+from .job import Job, Progress, solver_call
 from .options import as_count, as_flag, as_margin, as_positive, as_seconds, as_threads
-from .results import Parametrization, parametrization_from
+from .results import Parametrization
 
 
-@ours_only
-def start_unwrap(
-    vertices: Any,
-    faces: Any,
-    *,
-    cuts: Any = None,
-    uncuttable: Any = None,
-    pins: Pins | None = None,
-    bijective: bool = True,
-    may_add_cuts: bool = True,
-    cut_extremities: bool = True,
-    iterations: int = 200,
-    tolerance: float = 1e-4,
-    margin: float = 0.005,
-    place_like: Any = None,
-    max_seconds: float | None = None,
-    threads: int = 2,
-) -> Job[Parametrization]:
-    """As :func:`unwrap`, at once, on a thread."""
-    face_array = as_indices(faces, "faces", 3)
-    pin_corners, pin_uv = pins_to_corners(pins, face_array)
-    reference = (
-        None if place_like is None else as_corner_uv(place_like, "place_like", len(face_array))
-    )
-    positions = as_vertices(vertices, face_array)
-    native = _native.unwrap(
-        positions.scaled,
-        face_array,
-        as_indices([] if cuts is None else cuts, "cuts", 2),
-        as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
-        pin_corners,
-        pin_uv,
-        as_flag(bijective, "bijective"),
-        as_flag(may_add_cuts, "may_add_cuts"),
-        as_flag(cut_extremities, "cut_extremities"),
-        as_count(iterations, "iterations"),
-        as_positive(tolerance, "tolerance"),
-        as_margin(margin),
-        reference,
-        as_seconds(max_seconds, "max_seconds"),
-        as_threads(threads),
-    )
-    return Job(native, partial(parametrization_from, positions=positions))
-
-
+@solver_call
 def unwrap(
     vertices: Any,
     faces: Any,
@@ -75,7 +32,7 @@ def unwrap(
     max_seconds: float | None = None,
     threads: int = 2,
     progress: Progress | None = None,
-) -> Parametrization:
+) -> Job[Parametrization]:
     """One flip-free chart per seam island, free boundary, low distortion, on the given triangulation.
 
     All charts have one scale (the same area per area of their surface) and are packed into the unit square. Charts with
@@ -109,20 +66,27 @@ def unwrap(
     Raises:
         InvalidInput, Infeasible, NotConverged, Cancelled.
     """
-    job = start_unwrap(
-        vertices,
-        faces,
-        cuts=cuts,
-        uncuttable=uncuttable,
-        pins=pins,
-        bijective=bijective,
-        may_add_cuts=may_add_cuts,
-        cut_extremities=cut_extremities,
-        iterations=iterations,
-        tolerance=tolerance,
-        margin=margin,
-        place_like=place_like,
-        max_seconds=max_seconds,
-        threads=threads,
+    face_array = as_indices(faces, "faces", 3)
+    pin_corners, pin_uv = pins_to_corners(pins, face_array)
+    reference = (
+        None if place_like is None else as_corner_uv(place_like, "place_like", len(face_array))
     )
-    return run(job, progress)
+    positions = as_vertices(vertices, face_array)
+    native = _native.unwrap(
+        positions.scaled,
+        face_array,
+        as_indices([] if cuts is None else cuts, "cuts", 2),
+        as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
+        pin_corners,
+        pin_uv,
+        as_flag(bijective, "bijective"),
+        as_flag(may_add_cuts, "may_add_cuts"),
+        as_flag(cut_extremities, "cut_extremities"),
+        as_count(iterations, "iterations"),
+        as_positive(tolerance, "tolerance"),
+        as_margin(margin),
+        reference,
+        as_seconds(max_seconds, "max_seconds"),
+        as_threads(threads),
+    )
+    return Job(native, partial(parametrization_from, positions=positions))
