@@ -19,7 +19,7 @@ packages=(
 
 if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
   echo "This is neither Debian nor Ubuntu. Please install by hand, then run the build (docs/architecture.md):" >&2
-  echo "  a C++20 compiler, CMake 3.22, Ninja, Eigen 3.4, OpenMesh 9, OpenBLAS (and CHOLMOD, the peer of a benchmark)," >&2
+  echo "  a C++20 compiler, CMake 3.22, Ninja, Eigen 3.4, OpenMesh 9, OpenBLAS (and CHOLMOD, the judge of a test)," >&2
   echo "  CGAL 5, Boost, GMP, MPFR, GoogleTest, Google Benchmark, clang-format, Python 3.11+ with headers and venv." >&2
 else
   missing=()
