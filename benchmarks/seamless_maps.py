@@ -24,8 +24,8 @@ import numpy as np
 import numpy.typing as npt
 
 import flipfree as ff
+from flipfree.calls.seamless import SeamlessMap, start_penner
 from flipfree.job import run
-from flipfree.seamless import SeamlessMap, start_penner
 
 from judges import holonomy
 from mesh_files import data_folder, read_mesh

@@ -16,6 +16,7 @@ foreach(entry IN LISTS FLIPFREE_WHEEL_PYTHONS)
   add_library(_native_${tag} MODULE ${BINDING_SOURCES})
   target_include_directories(_native_${tag} SYSTEM PRIVATE ${headers} ${headers}/python3.${CMAKE_MATCH_1} ${pybind11_INCLUDE_DIR})
   target_link_libraries(_native_${tag} PRIVATE flipfree_core)
+  target_include_directories(_native_${tag} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
   target_compile_definitions(_native_${tag} PRIVATE FLIPFREE_VERSION="${PROJECT_VERSION}")
   target_link_options(_native_${tag} PRIVATE -static-libstdc++ -static-libgcc
     -Wl,--version-script=${CMAKE_CURRENT_SOURCE_DIR}/module.map)

@@ -227,9 +227,11 @@ def main():
         stage = Path(temporary)
         package = stage / "flipfree"
         package.mkdir()
-        for source in sorted(options.package.iterdir()):
+        for source in sorted(options.package.rglob("*")):
             if source.suffix in {".py", ".pyi", ".typed"}:
-                shutil.copyfile(source, package / source.name)
+                copy = package / source.relative_to(options.package)
+                copy.parent.mkdir(exist_ok=True)
+                shutil.copyfile(source, copy)
         module = package / options.module.name
         shutil.copyfile(options.module, module)
         module.chmod(0o755)

@@ -1,4 +1,4 @@
-// The dict that flipfree/conformal.py turns into its ConformalMetric.
+// The dict that flipfree/conversions.py turns into its ConformalMetric.
 #pragma once
 
 #include <pybind11/pybind11.h>

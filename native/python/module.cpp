@@ -5,7 +5,7 @@
 #include <new>
 
 #include "arrays.h"
-#include "bindings.h"
+#include "bind/bindings.h"
 #include "flipfree/base/error.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import flipfree as ff
-from flipfree.matching import ENGINES
+from flipfree.calls.matching import ENGINES
 
 from hostile_values import FUNCTIONS, VALUES
 from random_meshes import Mesh

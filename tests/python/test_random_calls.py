@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import flipfree as ff
-from flipfree.matching import ENGINES
+from flipfree.calls.matching import ENGINES
 
 from surfaces import bumpy_grid, octahedron_sphere
 

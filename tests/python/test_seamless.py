@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import flipfree as ff
+from flipfree.calls.seamless import SeamlessMap, seamless, start_penner
 from flipfree.job import run
-from flipfree.seamless import SeamlessMap, seamless, start_penner
 
 from judges import holonomy
 from surfaces import octahedron_sphere, torus

@@ -18,7 +18,10 @@ from hostile_values import FUNCTIONS
 from random_options import PARAMETERS
 
 PACKAGE = Path(__file__).resolve().parents[2] / "native" / "python" / "flipfree"
-TREES = {path.stem: ast.parse(path.read_text()) for path in sorted(PACKAGE.glob("*.py"))}
+TREES = {
+    path.stem if path.stem != "__init__" else path.parent.name: ast.parse(path.read_text())
+    for path in sorted(PACKAGE.rglob("*.py"))
+}
 
 #: Given to every function by the callers of PARAMETERS, or refused by all of them.
 OTHERS = {"vertices", "faces", "boundary", "progress", "signature"}
@@ -28,8 +31,9 @@ def imported(tree: ast.Module) -> set[str]:
     """Modules of the package that a module imports anywhere, also for its types only."""
     found: set[str] = set()
     for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and node.level == 1:
-            found |= {node.module} if node.module else {alias.name for alias in node.names}
+        if isinstance(node, ast.ImportFrom) and node.level > 0:
+            names = {alias.name for alias in node.names}
+            found |= {node.module.split(".")[-1]} if node.module else names
     return found & set(TREES)
 
 

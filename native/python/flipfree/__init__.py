@@ -6,19 +6,19 @@ Angles in radians. Every result carries a certificate measured with exact predic
 
 from . import jobs
 from ._native import version as __version__
-from .certification import certify
-from .conformal import conformal_metric
-from .conformal_map import conformal
-from .embedding import embed
+from .calls.certification import certify
+from .calls.conformal import conformal_metric
+from .calls.conformal_map import conformal
+from .calls.embedding import embed
+from .calls.fans import split_fans
+from .calls.improving import improve
+from .calls.matching import match
+from .calls.mesh_files import MeshFile, read, write
+from .calls.packing import pack
+from .calls.target_angles import boundary_angles, suggest_cones
+from .calls.unwrapping import unwrap
 from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConverged
-from .fans import split_fans
-from .improving import improve
-from .matching import match
-from .mesh_files import MeshFile, read, write
-from .packing import pack
 from .results import Certificate, ConformalMetric, Parametrization, Transitions
-from .target_angles import boundary_angles, suggest_cones
-from .unwrapping import unwrap
 
 __all__ = [
     "Cancelled",

@@ -3,17 +3,17 @@
 For user interfaces: poll ``job.wait(0.0)`` and ``job.progress()``, offer ``job.cancel()``, collect ``job.result()``.
 """
 
-from .certification import certify as _certify
-from .conformal import conformal_metric as _conformal_metric
-from .conformal_map import conformal as _conformal
-from .embedding import embed as _embed
-from .improving import improve as _improve
+from .calls.certification import certify as _certify
+from .calls.conformal import conformal_metric as _conformal_metric
+from .calls.conformal_map import conformal as _conformal
+from .calls.embedding import embed as _embed
+from .calls.improving import improve as _improve
+from .calls.matching import match as _match
+from .calls.packing import pack as _pack
+from .calls.target_angles import boundary_angles as _boundary_angles
+from .calls.target_angles import suggest_cones as _suggest_cones
+from .calls.unwrapping import unwrap as _unwrap
 from .job import Job, job_of
-from .matching import match as _match
-from .packing import pack as _pack
-from .target_angles import boundary_angles as _boundary_angles
-from .target_angles import suggest_cones as _suggest_cones
-from .unwrapping import unwrap as _unwrap
 
 boundary_angles = job_of(_boundary_angles)
 certify = job_of(_certify)

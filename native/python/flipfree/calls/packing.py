@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from . import _native
-from .arrays import Positions, as_corner_uv, as_indices, as_triangles, as_vertices
-from .conversions import parametrization_from
-from .job import Job, Progress, solver_call
-from .options import as_flag, as_margin, as_positive, as_seconds, as_threads
-from .results import Parametrization
+from .. import _native
+from ..arrays import Positions, as_corner_uv, as_indices, as_triangles, as_vertices
+from ..conversions import parametrization_from
+from ..job import Job, Progress, solver_call
+from ..options import as_flag, as_margin, as_positive, as_seconds, as_threads
+from ..results import Parametrization
 
 
 @solver_call

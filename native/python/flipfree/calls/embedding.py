@@ -5,12 +5,12 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from . import _native
-from .arrays import as_floats, as_indices, as_places, as_vertices
-from .conversions import parametrization_from
-from .job import Job, Progress, solver_call
-from .options import as_choice, as_count, as_flag, as_positive, as_seconds, as_threads
-from .results import Parametrization
+from .. import _native
+from ..arrays import as_floats, as_indices, as_places, as_vertices
+from ..conversions import parametrization_from
+from ..job import Job, Progress, solver_call
+from ..options import as_choice, as_count, as_flag, as_positive, as_seconds, as_threads
+from ..results import Parametrization
 
 SHAPES = ("circle", "square", "triangle")
 STARTS = ("tutte", "nothing")

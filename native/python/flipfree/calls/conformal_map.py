@@ -5,14 +5,14 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from . import _native
-from .arrays import Positions, as_floats, as_indices, as_lengths, as_vertices
+from .. import _native
+from ..arrays import Positions, as_floats, as_indices, as_lengths, as_vertices
+from ..conversions import metric_from, parametrization_from
+from ..errors import InvalidInput, NotConverged
+from ..job import Job, Progress, solver_call
+from ..options import as_choice, as_flag, as_positive, as_seconds, as_threads, shown
+from ..results import Parametrization
 from .conformal import REFINEMENT_CHOICES, precision_bits
-from .conversions import metric_from, parametrization_from
-from .errors import InvalidInput, NotConverged
-from .job import Job, Progress, solver_call
-from .options import as_choice, as_flag, as_positive, as_seconds, as_threads, shown
-from .results import Parametrization
 
 
 def _result_from(

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from . import _native
-from .arrays import BAD_SHAPE, as_corner_uv, as_floats, as_indices, refuse_beyond_storage
-from .errors import InvalidInput
-from .job import ours_only
-from .options import shown
-from .results import Parametrization
+from .. import _native
+from ..arrays import BAD_SHAPE, as_corner_uv, as_floats, as_indices, refuse_beyond_storage
+from ..errors import InvalidInput
+from ..job import ours_only
+from ..options import shown
+from ..results import Parametrization
 
 NO_ACCESS = "file not accessible"
 MALFORMED = "malformed file"

@@ -1,7 +1,7 @@
 #include <utility>
 
 #include "arrays.h"
-#include "bindings.h"
+#include "bind/bindings.h"
 #include "flipfree/base/in_time.h"
 #include "flipfree/unwrap/packing/pack.h"
 #include "flipfree/unwrap/unwrap.h"

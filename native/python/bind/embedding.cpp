@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "arrays.h"
-#include "bindings.h"
+#include "bind/bindings.h"
 #include "flipfree/base/error.h"
 #include "flipfree/embedding/embed_surface.h"
 #include "job.h"

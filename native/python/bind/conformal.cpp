@@ -7,7 +7,7 @@
 #include <pybind11/stl.h>
 
 #include "arrays.h"
-#include "bindings.h"
+#include "bind/bindings.h"
 #include "flipfree/conformal/metric/refined_metric.h"
 #include "flipfree/numeric/scalar.h"
 #include "job.h"

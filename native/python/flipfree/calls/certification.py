@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from . import _native
-from .arrays import (
+from .. import _native
+from ..arrays import (
     as_corner_uv,
     as_floats,
     as_indices,
@@ -18,11 +18,11 @@ from .arrays import (
     as_vertices,
     refuse_beyond_storage,
 )
-from .conversions import certificate_from
-from .errors import InvalidInput
-from .job import Job, Progress, solver_call
-from .options import as_flag, as_number, as_seconds, as_threads, shown, whole_number
-from .results import Certificate
+from ..conversions import certificate_from
+from ..errors import InvalidInput
+from ..job import Job, Progress, solver_call
+from ..options import as_flag, as_number, as_seconds, as_threads, shown, whole_number
+from ..results import Certificate
 
 Pins = Mapping[Any, tuple[float, float]]
 

@@ -1,7 +1,7 @@
 #include <utility>
 
 #include "arrays.h"
-#include "bindings.h"
+#include "bind/bindings.h"
 #include "flipfree/distortion/improve.h"
 #include "job.h"
 

@@ -1,7 +1,7 @@
 #include <utility>
 
 #include "arrays.h"
-#include "bindings.h"
+#include "bind/bindings.h"
 #include "flipfree/base/error.h"
 #include "flipfree/matchmaker/match_piece.h"
 #include "job.h"

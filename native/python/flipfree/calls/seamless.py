@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from . import _native
-from .arrays import Positions, as_indices, as_vertex_map, as_vertices
-from .conversions import parametrization_from
-from .errors import InvalidInput
-from .job import Job, Progress, ours_only, run
-from .options import as_choice, as_count, as_seconds, as_threads, shown, whole_number
-from .results import IntArray, Parametrization
+from .. import _native
+from ..arrays import Positions, as_indices, as_vertex_map, as_vertices
+from ..conversions import parametrization_from
+from ..errors import InvalidInput
+from ..job import Job, Progress, ours_only, run
+from ..options import as_choice, as_count, as_seconds, as_threads, shown, whole_number
+from ..results import IntArray, Parametrization
 
 ENGINES = ("auto", "penner")
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from . import _native
-from .arrays import as_corner_uv, as_indices, as_vertices, refuse_beyond_storage
+from .. import _native
+from ..arrays import as_corner_uv, as_indices, as_vertices, refuse_beyond_storage
+from ..conversions import parametrization_from
+from ..errors import InvalidInput
+from ..job import Job, Progress, solver_call
+from ..options import as_count, as_flag, as_positive, as_seconds, as_threads
+from ..results import Parametrization
 from .certification import Pins, pins_to_corners
-from .conversions import parametrization_from
-from .errors import InvalidInput
-from .job import Job, Progress, solver_call
-from .options import as_count, as_flag, as_positive, as_seconds, as_threads
-from .results import Parametrization
 
 
 @solver_call

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from . import _native
-from .arrays import as_indices
-from .job import ours_only
-from .results import IntArray
+from .. import _native
+from ..arrays import as_indices
+from ..job import ours_only
+from ..results import IntArray
 
 
 @ours_only

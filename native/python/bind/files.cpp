@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "arrays.h"
-#include "bindings.h"
+#include "bind/bindings.h"
 #include "flipfree/mesh/files/mesh_file.h"
 
 namespace py = pybind11;

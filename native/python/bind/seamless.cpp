@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "arrays.h"
-#include "bindings.h"
+#include "bind/bindings.h"
 #include "flipfree/seamless/penner/penner_map.h"
 #include "job.h"
 

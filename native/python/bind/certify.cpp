@@ -1,8 +1,8 @@
+#include "flipfree/certify/certify.h"
 #include "arrays.h"
-#include "bindings.h"
+#include "bind/bindings.h"
 #include "flipfree/base/in_time.h"
 #include "flipfree/certify/certified_map.h"
-#include "flipfree/certify/certify.h"
 #include "flipfree/mesh/validate.h"
 #include "job.h"
 

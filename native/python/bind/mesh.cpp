@@ -1,5 +1,5 @@
 #include "arrays.h"
-#include "bindings.h"
+#include "bind/bindings.h"
 #include "flipfree/mesh/fans.h"
 
 namespace py = pybind11;

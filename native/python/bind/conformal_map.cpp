@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "arrays.h"
-#include "bindings.h"
+#include "bind/bindings.h"
 #include "flipfree/conformal/cones/boundary_angles.h"
 #include "flipfree/conformal/cones/suggest_cones.h"
 #include "flipfree/conformal/map/map.h"

@@ -5,13 +5,13 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from . import _native
-from .arrays import as_floats, as_indices, as_lengths, as_vertices
-from .conversions import metric_from
-from .errors import InvalidInput
-from .job import Job, Progress, solver_call
-from .options import as_choice, as_count, as_flag, as_positive, as_seconds, as_threads, shown
-from .results import ConformalMetric
+from .. import _native
+from ..arrays import as_floats, as_indices, as_lengths, as_vertices
+from ..conversions import metric_from
+from ..errors import InvalidInput
+from ..job import Job, Progress, solver_call
+from ..options import as_choice, as_count, as_flag, as_positive, as_seconds, as_threads, shown
+from ..results import ConformalMetric
 
 #: What ``precision`` may be.
 LEAST_BITS, MOST_BITS = 53, 4096

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from . import _native
-from .arrays import as_floats, as_indices, as_list, as_place, as_places, as_vertex_map, as_vertices
-from .conversions import parametrization_from
-from .errors import InvalidInput
-from .job import Job, Progress, solver_call
-from .options import as_choice, as_count, as_flag, as_seconds, as_threads, shown
-from .results import Parametrization
+from .. import _native
+from ..arrays import as_floats, as_indices, as_list, as_place, as_places, as_vertex_map, as_vertices
+from ..conversions import parametrization_from
+from ..errors import InvalidInput
+from ..job import Job, Progress, solver_call
+from ..options import as_choice, as_count, as_flag, as_seconds, as_threads, shown
+from ..results import Parametrization
 
 Points = Mapping[int, tuple[float, float]]
 Lines = Sequence[tuple[Sequence[int], Any]]

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from . import _native
-from .arrays import as_floats, as_indices, as_vertex_map, as_vertices
-from .errors import InvalidInput
-from .job import Job, Progress, solver_call
-from .options import as_choice, as_count, as_flag, as_number, as_seconds, as_threads
+from .. import _native
+from ..arrays import as_floats, as_indices, as_vertex_map, as_vertices
+from ..errors import InvalidInput
+from ..job import Job, Progress, solver_call
+from ..options import as_choice, as_count, as_flag, as_number, as_seconds, as_threads
 
 BOUNDARIES = ("free", "straight", "circle")
 

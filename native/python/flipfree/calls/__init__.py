@@ -1,0 +1,1 @@
+"""The calls of the package, one module each; flipfree itself exports what is public."""
