@@ -44,6 +44,21 @@ pybind11::dict to_dict(const certify::Parametrization& map);
 std::vector<certify::CornerPin> to_corner_pins(const Array<Index>& corners,
                                                const Array<double>& uv);
 
+// Setters of a bound option struct's array members: from an array of the shape of a matrix, or of
+// ids.
+template <typename Options, typename Matrix>
+auto matrix_setter(Matrix Options::*member, const char* name) {
+  return [member, name](Options& options, const Array<typename Matrix::Scalar>& array) {
+    options.*member = to_matrix<Matrix>(array, name);
+  };
+}
+template <typename Options>
+auto ids_setter(std::vector<Index> Options::*member) {
+  return [member](Options& options, const Array<Index>& ids) {
+    (options.*member).assign(ids.data(), ids.data() + ids.size());
+  };
+}
+
 // (n,3) and (m,3) -> surface.
 mesh::Surface to_surface(const Array<double>& vertices, const Array<Index>& faces);
 

@@ -35,38 +35,40 @@ embedding::EmbedMethod method_of(const std::string& name) {
 }  // namespace
 
 void bind_embedding(py::module_& module) {
+  using Options = embedding::EmbedSurfaceOptions;
+  py::class_<Options>(module, "EmbedOptions")
+      .def(py::init<>())
+      .def_property("shape", nullptr,
+                    [](Options& o, const std::string& name) { o.shape = shape_of(name); })
+      .def_property("polygon", nullptr,
+                    [](Options& o, const Array<double>& polygon) {
+                      o.polygon = to_matrix<Points2>(polygon, "boundary");
+                    })
+      .def_readwrite("loop", &Options::loop)
+      .def_property("initial", nullptr,
+                    [](Options& o, const Array<double>& uv) {
+                      o.initial = to_matrix<Points2>(uv, "initial_uv");
+                    })
+      .def_property("method", nullptr,
+                    [](Options& o, const std::string& name) { o.method = method_of(name); })
+      .def_readwrite("start_from_tutte", &Options::start_from_tutte)
+      .def_readwrite("low_distortion", &Options::low_distortion)
+      .def_readwrite("optimise", &Options::optimise)
+      .def_readwrite("iterations", &Options::max_iterations)
+      .def_readwrite("tolerance", &Options::tolerance)
+      .def_readwrite("max_seconds", &Options::max_seconds);
   module.def(
       "embed",
-      [](const Array<double>& vertices, const Array<Index>& faces, const std::string& shape,
-         const py::object& polygon, const std::vector<VertexId>& loop, const py::object& initial,
-         const std::string& method, bool start_from_tutte, bool low_distortion, bool optimise,
-         int iterations, double tolerance, double max_seconds, int threads) {
-        embedding::EmbedSurfaceOptions options;
-        const mesh::Surface surface = to_surface(vertices, faces);
-        options.shape = shape_of(shape);
-        if (!polygon.is_none())
-          options.polygon = to_matrix<Points2>(polygon.cast<Array<double>>(), "boundary");
-        options.loop = loop;
-        if (!initial.is_none())
-          options.initial = to_matrix<Points2>(initial.cast<Array<double>>(), "initial_uv");
-        options.method = method_of(method);
-        options.start_from_tutte = start_from_tutte;
-        options.low_distortion = low_distortion;
-        options.optimise = optimise;
-        options.max_iterations = iterations;
-        options.tolerance = tolerance;
-        options.max_seconds = max_seconds;
+      [](const Array<double>& vertices, const Array<Index>& faces, const Options& options,
+         int threads) {
         return start_job(
-            [surface, options](ExecutionContext& context) {
+            [surface = to_surface(vertices, faces), options](ExecutionContext& context) {
               return embedding::embed_surface(surface, options, context);
             },
             [](const certify::Parametrization& map) -> py::object { return to_dict(map); },
             threads);
       },
-      py::arg("vertices"), py::arg("faces"), py::arg("shape"), py::arg("polygon"), py::arg("loop"),
-      py::arg("initial"), py::arg("method"), py::arg("start_from_tutte"), py::arg("low_distortion"),
-      py::arg("optimise"), py::arg("iterations"), py::arg("tolerance"), py::arg("max_seconds"),
-      py::arg("threads"));
+      py::arg("vertices"), py::arg("faces"), py::arg("options"), py::arg("threads"));
 }
 
 }  // namespace flipfree::python

@@ -23,57 +23,80 @@ std::vector<VertexId> to_ids(const py::handle& array) {
   return {ids.data(), ids.data() + ids.size()};
 }
 
+matchmaker::MatchEngine engine_of(const std::string& name) {
+  using matchmaker::MatchEngine;
+  if (name == "first try") return MatchEngine::kFirstTry;
+  if (name == "outline") return MatchEngine::kOutline;
+  if (name == "overlay") return MatchEngine::kOverlay;
+  if (name == "arms") return MatchEngine::kArms;
+  if (name == "matchmaker") return MatchEngine::kMatchmaker;
+  return MatchEngine::kAuto;
+}
+
+void bind_request(py::module_& module) {
+  using matchmaker::MatchRequest;
+  py::class_<MatchRequest>(module, "MatchRequest")
+      .def(py::init<>())
+      .def_property("points", nullptr,
+                    [](MatchRequest& request, const py::tuple& vertices_and_uv) {
+                      const std::vector<VertexId> pinned = to_ids(vertices_and_uv[0]);
+                      const matchmaker::Polygon targets = to_polygon(vertices_and_uv[1], "points");
+                      if (pinned.size() != targets.size())
+                        throw_invalid(ErrorCode::kBadShape, "points must give one target each.");
+                      for (std::size_t i = 0; i < pinned.size(); ++i)
+                        request.points.push_back({pinned[i], targets[i]});
+                    })
+      .def_property("lines", nullptr,
+                    [](MatchRequest& request, const py::list& lines) {
+                      for (const py::handle& line : lines) {
+                        const auto pair = line.cast<py::tuple>();
+                        request.lines.push_back({to_ids(pair[0]), to_polygon(pair[1], "lines")});
+                      }
+                    })
+      .def_property("boundary_loop", nullptr, ids_setter(&MatchRequest::boundary_loop))
+      .def_property("boundary_uv", nullptr,
+                    [](MatchRequest& request, const Array<double>& uv) {
+                      request.boundary_uv = to_polygon(uv, "boundary_uv");
+                    })
+      .def_property("paths", nullptr,
+                    [](MatchRequest& request, const py::list& paths) {
+                      for (const py::handle& path : paths) request.paths.push_back(to_ids(path));
+                    })
+      .def_property("movable", nullptr, ids_setter(&MatchRequest::movable));
+}
+
+void bind_options(py::module_& module) {
+  using matchmaker::MatchOptions;
+  py::class_<MatchOptions>(module, "MatchOptions")
+      .def(py::init<>())
+      .def_readwrite("optimise", &MatchOptions::optimise)
+      .def_readwrite("bijective", &MatchOptions::bijective)
+      .def_readwrite("iterations", &MatchOptions::max_iterations)
+      .def_readwrite("max_seconds", &MatchOptions::max_seconds)
+      .def_property("engine", nullptr, [](MatchOptions& options, const std::string& name) {
+        options.engine = engine_of(name);
+      });
+}
+
 }  // namespace
 
 void bind_matchmaker(py::module_& module) {
+  bind_request(module);
+  bind_options(module);
   module.def(
       "match",
       [](const Array<double>& vertices, const Array<Index>& faces,
-         const Array<Index>& point_vertices, const Array<double>& point_uv, const py::list& lines,
-         const Array<Index>& boundary_loop, const Array<double>& boundary_uv, const py::list& paths,
-         const Array<Index>& movable, bool optimise, bool bijective, int iterations,
-         const std::string& engine, double max_seconds, int threads) {
-        struct Call {
-          mesh::Surface surface;
-          matchmaker::MatchRequest request;
-          matchmaker::MatchOptions options;
-        };
-        Call job;
-        job.surface = to_surface(vertices, faces);
-        const std::vector<VertexId> pinned = to_ids(point_vertices);
-        const matchmaker::Polygon targets = to_polygon(point_uv, "points");
-        if (pinned.size() != targets.size())
-          throw_invalid(ErrorCode::kBadShape, "points must give one target each.");
-        for (std::size_t i = 0; i < pinned.size(); ++i)
-          job.request.points.push_back({pinned[i], targets[i]});
-        for (const py::handle& line : lines) {
-          const auto pair = line.cast<py::tuple>();
-          job.request.lines.push_back({to_ids(pair[0]), to_polygon(pair[1], "lines")});
-        }
-        job.request.boundary_loop = to_ids(boundary_loop);
-        job.request.boundary_uv = to_polygon(boundary_uv, "boundary_uv");
-        for (const py::handle& path : paths) job.request.paths.push_back(to_ids(path));
-        job.request.movable = to_ids(movable);
-        job.options.optimise = optimise;
-        job.options.bijective = bijective;
-        job.options.max_iterations = iterations;
-        job.options.max_seconds = max_seconds;
-        if (engine == "first try") job.options.engine = matchmaker::MatchEngine::kFirstTry;
-        if (engine == "outline") job.options.engine = matchmaker::MatchEngine::kOutline;
-        if (engine == "overlay") job.options.engine = matchmaker::MatchEngine::kOverlay;
-        if (engine == "arms") job.options.engine = matchmaker::MatchEngine::kArms;
-        if (engine == "matchmaker") job.options.engine = matchmaker::MatchEngine::kMatchmaker;
+         const matchmaker::MatchRequest& request, const matchmaker::MatchOptions& options,
+         int threads) {
         return start_job(
-            [job = std::move(job)](ExecutionContext& context) {
-              return matchmaker::match_piece(job.surface, job.request, job.options, context);
+            [surface = to_surface(vertices, faces), request, options](ExecutionContext& context) {
+              return matchmaker::match_piece(surface, request, options, context);
             },
             [](const certify::Parametrization& map) -> py::object { return to_dict(map); },
             threads);
       },
-      py::arg("vertices"), py::arg("faces"), py::arg("point_vertices"), py::arg("point_uv"),
-      py::arg("lines"), py::arg("boundary_loop"), py::arg("boundary_uv"), py::arg("paths"),
-      py::arg("movable"), py::arg("optimise"), py::arg("bijective"), py::arg("iterations"),
-      py::arg("engine"), py::arg("max_seconds"), py::arg("threads"));
+      py::arg("vertices"), py::arg("faces"), py::arg("request"), py::arg("options"),
+      py::arg("threads"));
 }
 
 }  // namespace flipfree::python

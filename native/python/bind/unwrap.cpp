@@ -1,3 +1,5 @@
+#include <pybind11/stl.h>
+
 #include <utility>
 
 #include "arrays.h"
@@ -11,31 +13,54 @@ namespace py = pybind11;
 
 namespace flipfree::python {
 
+namespace {
+
+// (corners, uv) of pins.
+template <typename Options>
+void set_pins(Options& options, const std::pair<Array<Index>, Array<double>>& pins) {
+  options.pins = to_corner_pins(pins.first, pins.second);
+}
+
+void bind_options(py::module_& module) {
+  using unwrap::PackOptions;
+  using unwrap::UnwrapOptions;
+  py::class_<UnwrapOptions>(module, "UnwrapOptions")
+      .def(py::init<>())
+      .def_property("cuts", nullptr, matrix_setter(&UnwrapOptions::cuts, "cuts"))
+      .def_property("uncuttable", nullptr, matrix_setter(&UnwrapOptions::uncuttable, "uncuttable"))
+      .def_property("pins", nullptr, &set_pins<UnwrapOptions>)
+      .def_readwrite("bijective", &UnwrapOptions::bijective)
+      .def_readwrite("may_add_cuts", &UnwrapOptions::may_add_cuts)
+      .def_readwrite("cut_extremities", &UnwrapOptions::cut_extremities)
+      .def_readwrite("iterations", &UnwrapOptions::max_iterations)
+      .def_readwrite("tolerance", &UnwrapOptions::tolerance)
+      .def_readwrite("margin", &UnwrapOptions::margin)
+      .def_readwrite("max_seconds", &UnwrapOptions::max_seconds);
+  py::class_<PackOptions>(module, "PackOptions")
+      .def(py::init<>())
+      .def_readwrite("margin", &PackOptions::margin)
+      .def_readwrite("together", &PackOptions::together)
+      .def_readwrite("scale_true", &PackOptions::scale_true)
+      .def_readwrite("keep_bijective", &PackOptions::keep_bijective)
+      .def_property("unmoved", nullptr, ids_setter(&PackOptions::unmoved))
+      .def_property("obstacles", nullptr, matrix_setter(&PackOptions::obstacles, "obstacles"))
+      .def_readwrite("density", &PackOptions::density);
+}
+
+}  // namespace
+
 void bind_unwrap(py::module_& module) {
+  bind_options(module);
   module.def(
       "unwrap",
-      [](const Array<double>& vertices, const Array<Index>& faces, const Array<Index>& cuts,
-         const Array<Index>& uncuttable, const Array<Index>& pin_corners,
-         const Array<double>& pin_uv, bool bijective, bool may_add_cuts, bool cut_extremities,
-         int iterations, double tolerance, double margin, const py::object& place_like,
-         double max_seconds, int threads) {
+      [](const Array<double>& vertices, const Array<Index>& faces,
+         const unwrap::UnwrapOptions& options, const py::object& place_like, int threads) {
         struct Request {
           mesh::Surface surface;
           unwrap::UnwrapOptions options;
           Points2 place_like;
         };
-        Request request;
-        request.surface = to_surface(vertices, faces);
-        request.options.cuts = to_matrix<IndexPairs>(cuts, "cuts");
-        request.options.uncuttable = to_matrix<IndexPairs>(uncuttable, "uncuttable");
-        request.options.pins = to_corner_pins(pin_corners, pin_uv);
-        request.options.bijective = bijective;
-        request.options.may_add_cuts = may_add_cuts;
-        request.options.cut_extremities = cut_extremities;
-        request.options.max_iterations = iterations;
-        request.options.tolerance = tolerance;
-        request.options.margin = margin;
-        request.options.max_seconds = max_seconds;
+        Request request{to_surface(vertices, faces), options, {}};
         const bool keep_place = !place_like.is_none();
         if (keep_place)
           request.place_like = to_matrix<Points2>(place_like.cast<Array<double>>(), "place_like");
@@ -47,33 +72,20 @@ void bind_unwrap(py::module_& module) {
             [](const certify::Parametrization& map) -> py::object { return to_dict(map); },
             threads);
       },
-      py::arg("vertices"), py::arg("faces"), py::arg("cuts"), py::arg("uncuttable"),
-      py::arg("pin_corners"), py::arg("pin_uv"), py::arg("bijective"), py::arg("may_add_cuts"),
-      py::arg("cut_extremities"), py::arg("iterations"), py::arg("tolerance"), py::arg("margin"),
-      py::arg("place_like"), py::arg("max_seconds"), py::arg("threads"));
+      py::arg("vertices"), py::arg("faces"), py::arg("options"), py::arg("place_like"),
+      py::arg("threads"));
   module.def(
       "pack",
       [](const Array<double>& vertices, const Array<Index>& faces, const Array<double>& uv,
-         double margin, bool together, bool scale_true, bool keep_bijective,
-         const Array<Index>& unmoved, const Array<double>& obstacles, double density,
-         const py::object& place_like, double max_seconds, int threads) {
+         const unwrap::PackOptions& options, const py::object& place_like, double max_seconds,
+         int threads) {
         struct Request {
           mesh::Surface surface;
           Points2 uv;
           unwrap::PackOptions options;
           Points2 place_like;
         };
-        Request request;
-        request.surface = to_surface(vertices, faces);
-        request.uv = to_matrix<Points2>(uv, "uv");
-        unwrap::PackOptions& options = request.options;
-        options.margin = margin;
-        options.together = together;
-        options.scale_true = scale_true;
-        options.keep_bijective = keep_bijective;
-        options.unmoved.assign(unmoved.data(), unmoved.data() + unmoved.size());
-        options.obstacles = to_matrix<Points2>(obstacles, "obstacles");
-        options.density = density;
+        Request request{to_surface(vertices, faces), to_matrix<Points2>(uv, "uv"), options, {}};
         const bool keep_place = !place_like.is_none();
         if (keep_place)
           request.place_like = to_matrix<Points2>(place_like.cast<Array<double>>(), "place_like");
@@ -90,9 +102,8 @@ void bind_unwrap(py::module_& module) {
             [](const certify::Parametrization& map) -> py::object { return to_dict(map); },
             threads);
       },
-      py::arg("vertices"), py::arg("faces"), py::arg("uv"), py::arg("margin"), py::arg("together"),
-      py::arg("scale_true"), py::arg("keep_bijective"), py::arg("unmoved"), py::arg("obstacles"),
-      py::arg("density"), py::arg("place_like"), py::arg("max_seconds"), py::arg("threads"));
+      py::arg("vertices"), py::arg("faces"), py::arg("uv"), py::arg("options"),
+      py::arg("place_like"), py::arg("max_seconds"), py::arg("threads"));
 }
 
 }  // namespace flipfree::python

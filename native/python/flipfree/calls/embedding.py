@@ -9,7 +9,7 @@ from .. import _native
 from ..arrays import as_floats, as_indices, as_places, as_vertices
 from ..conversions import parametrization_from
 from ..job import Job, Progress, solver_call
-from ..options import as_choice, as_count, as_flag, as_positive, as_seconds, as_threads
+from ..options import as_choice, as_count, as_flag, as_positive, as_seconds, as_threads, filled
 from ..results import Parametrization
 
 SHAPES = ("circle", "square", "triangle")
@@ -64,27 +64,26 @@ def embed(
     Raises:
         InvalidInput, Infeasible (the polygon has no room in these numbers), NotConverged, Cancelled.
     """
-    shape, polygon = "circle", None
+    options = _native.EmbedOptions()
     if isinstance(boundary, str):
-        shape = as_choice(boundary, "boundary", SHAPES, ", or an array of positions")
+        options.shape = as_choice(boundary, "boundary", SHAPES, ", or an array of positions")
     else:
-        polygon = as_places(boundary, "boundary")
+        options.polygon = as_places(boundary, "boundary")
     face_array = as_indices(faces, "faces", 3)
     positions = as_vertices(vertices, face_array)
-    native = _native.embed(
-        positions.scaled,
-        face_array,
-        shape,
-        polygon,
-        [] if boundary_loop is None else as_indices(boundary_loop, "boundary_loop").tolist(),
-        None if initial_uv is None else as_floats(initial_uv, "initial_uv", 2),
-        as_choice(method, "method", METHODS),
-        as_choice(start, "start", STARTS) == "tutte",
-        as_flag(low_distortion, "low_distortion"),
-        as_flag(optimise, "optimise"),
-        as_count(iterations, "iterations"),
-        as_positive(tolerance, "tolerance"),
-        as_seconds(max_seconds, "max_seconds"),
-        as_threads(threads),
+    if boundary_loop is not None:
+        options.loop = as_indices(boundary_loop, "boundary_loop").tolist()
+    if initial_uv is not None:
+        options.initial = as_floats(initial_uv, "initial_uv", 2)
+    filled(
+        options,
+        method=as_choice(method, "method", METHODS),
+        start_from_tutte=as_choice(start, "start", STARTS) == "tutte",
+        low_distortion=as_flag(low_distortion, "low_distortion"),
+        optimise=as_flag(optimise, "optimise"),
+        iterations=as_count(iterations, "iterations"),
+        tolerance=as_positive(tolerance, "tolerance"),
+        max_seconds=as_seconds(max_seconds, "max_seconds"),
     )
+    native = _native.embed(positions.scaled, face_array, options, as_threads(threads))
     return Job(native, partial(parametrization_from, positions=positions))

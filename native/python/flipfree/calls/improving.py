@@ -10,7 +10,7 @@ from ..arrays import as_corner_uv, as_indices, as_vertices, refuse_beyond_storag
 from ..conversions import parametrization_from
 from ..errors import InvalidInput
 from ..job import Job, Progress, solver_call
-from ..options import as_count, as_flag, as_positive, as_seconds, as_threads
+from ..options import as_count, as_flag, as_positive, as_seconds, as_threads, filled
 from ..results import Parametrization
 from .certification import Pins, pins_to_corners
 
@@ -61,16 +61,13 @@ def improve(
     corner_uv = as_corner_uv(uv, "uv", len(face_array))
     refuse_beyond_storage(corner_uv, "uv")
     positions = as_vertices(vertices, face_array)
-    native = _native.improve(
-        positions.scaled,
-        face_array,
-        corner_uv,
-        pin_corners,
-        pin_uv,
-        as_flag(keep_bijective, "keep_bijective"),
-        as_count(iterations, "iterations"),
-        as_positive(tolerance, "tolerance"),
-        as_seconds(max_seconds, "max_seconds"),
-        as_threads(threads),
+    options = filled(
+        _native.ImproveOptions(),
+        pins=(pin_corners, pin_uv),
+        keep_bijective=as_flag(keep_bijective, "keep_bijective"),
+        iterations=as_count(iterations, "iterations"),
+        tolerance=as_positive(tolerance, "tolerance"),
+        max_seconds=as_seconds(max_seconds, "max_seconds"),
     )
+    native = _native.improve(positions.scaled, face_array, corner_uv, options, as_threads(threads))
     return Job(native, partial(parametrization_from, positions=positions))

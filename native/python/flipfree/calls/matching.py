@@ -14,7 +14,7 @@ from ..arrays import as_floats, as_indices, as_list, as_place, as_places, as_ver
 from ..conversions import parametrization_from
 from ..errors import InvalidInput
 from ..job import Job, Progress, solver_call
-from ..options import as_choice, as_count, as_flag, as_seconds, as_threads, shown
+from ..options import as_choice, as_count, as_flag, as_seconds, as_threads, filled, shown
 from ..results import Parametrization
 
 Points = Mapping[int, tuple[float, float]]
@@ -99,21 +99,22 @@ def match(
         raise InvalidInput("boundary_loop is given without boundary_uv.", code="bad boundary")
     face_array = as_indices(faces, "faces", 3)
     positions = as_vertices(vertices, face_array)
-    native = _native.match(
-        positions.scaled,
-        face_array,
-        as_indices(list(pins), "points"),
-        as_floats(targets, "points", 2),
-        _lines(lines),
-        as_indices([] if boundary_loop is None else boundary_loop, "boundary_loop"),
-        as_places([] if boundary_uv is None else boundary_uv, "boundary_uv"),
-        native_paths,
-        as_indices([] if movable is None else movable, "movable"),
-        as_flag(optimise, "optimise"),
-        as_flag(bijective, "bijective"),
-        as_count(iterations, "iterations"),
-        as_choice(engine, "engine", ENGINES),
-        as_seconds(max_seconds, "max_seconds"),
-        as_threads(threads),
+    request = filled(
+        _native.MatchRequest(),
+        points=(as_indices(list(pins), "points"), as_floats(targets, "points", 2)),
+        lines=_lines(lines),
+        boundary_loop=as_indices([] if boundary_loop is None else boundary_loop, "boundary_loop"),
+        boundary_uv=as_places([] if boundary_uv is None else boundary_uv, "boundary_uv"),
+        paths=native_paths,
+        movable=as_indices([] if movable is None else movable, "movable"),
     )
+    options = filled(
+        _native.MatchOptions(),
+        optimise=as_flag(optimise, "optimise"),
+        bijective=as_flag(bijective, "bijective"),
+        iterations=as_count(iterations, "iterations"),
+        engine=as_choice(engine, "engine", ENGINES),
+        max_seconds=as_seconds(max_seconds, "max_seconds"),
+    )
+    native = _native.match(positions.scaled, face_array, request, options, as_threads(threads))
     return Job(native, partial(parametrization_from, positions=positions))

@@ -11,7 +11,7 @@ from .. import _native
 from ..arrays import Positions, as_corner_uv, as_indices, as_triangles, as_vertices
 from ..conversions import parametrization_from
 from ..job import Job, Progress, solver_call
-from ..options import as_flag, as_margin, as_positive, as_seconds, as_threads
+from ..options import as_flag, as_margin, as_positive, as_seconds, as_threads, filled
 from ..results import Parametrization
 
 
@@ -63,19 +63,23 @@ def pack(
     """
     face_array = as_indices(faces, "faces", 3)
     positions = as_vertices(vertices, face_array)
+    corner_uv = as_corner_uv(uv, "uv", len(face_array))
+    wanted = 0.0 if density is None else as_positive(density, "density")
+    options = filled(
+        _native.PackOptions(),
+        margin=as_margin(margin),
+        together=as_flag(together, "together"),
+        scale_true=as_flag(scale_true, "scale_true"),
+        keep_bijective=as_flag(keep_bijective, "keep_bijective"),
+        unmoved=as_indices([] if unmoved is None else unmoved, "unmoved"),
+        obstacles=as_triangles([] if obstacles is None else obstacles, "obstacles"),
+        density=_times_power(wanted, positions.exponent),
+    )
     native = _native.pack(
         positions.scaled,
         face_array,
-        as_corner_uv(uv, "uv", len(face_array)),
-        as_margin(margin),
-        as_flag(together, "together"),
-        as_flag(scale_true, "scale_true"),
-        as_flag(keep_bijective, "keep_bijective"),
-        as_indices([] if unmoved is None else unmoved, "unmoved"),
-        as_triangles([] if obstacles is None else obstacles, "obstacles"),
-        0.0
-        if density is None
-        else _times_power(as_positive(density, "density"), positions.exponent),
+        corner_uv,
+        options,
         None if place_like is None else as_corner_uv(place_like, "place_like", len(face_array)),
         as_seconds(max_seconds, "max_seconds"),
         as_threads(threads),

@@ -9,7 +9,7 @@ from .. import _native
 from ..arrays import as_corner_uv, as_indices, as_vertices
 from ..conversions import parametrization_from
 from ..job import Job, Progress, solver_call
-from ..options import as_count, as_flag, as_margin, as_positive, as_seconds, as_threads
+from ..options import as_count, as_flag, as_margin, as_positive, as_seconds, as_threads, filled
 from ..results import Parametrization
 from .certification import Pins, pins_to_corners
 
@@ -72,21 +72,18 @@ def unwrap(
         None if place_like is None else as_corner_uv(place_like, "place_like", len(face_array))
     )
     positions = as_vertices(vertices, face_array)
-    native = _native.unwrap(
-        positions.scaled,
-        face_array,
-        as_indices([] if cuts is None else cuts, "cuts", 2),
-        as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
-        pin_corners,
-        pin_uv,
-        as_flag(bijective, "bijective"),
-        as_flag(may_add_cuts, "may_add_cuts"),
-        as_flag(cut_extremities, "cut_extremities"),
-        as_count(iterations, "iterations"),
-        as_positive(tolerance, "tolerance"),
-        as_margin(margin),
-        reference,
-        as_seconds(max_seconds, "max_seconds"),
-        as_threads(threads),
+    options = filled(
+        _native.UnwrapOptions(),
+        cuts=as_indices([] if cuts is None else cuts, "cuts", 2),
+        uncuttable=as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
+        pins=(pin_corners, pin_uv),
+        bijective=as_flag(bijective, "bijective"),
+        may_add_cuts=as_flag(may_add_cuts, "may_add_cuts"),
+        cut_extremities=as_flag(cut_extremities, "cut_extremities"),
+        iterations=as_count(iterations, "iterations"),
+        tolerance=as_positive(tolerance, "tolerance"),
+        margin=as_margin(margin),
+        max_seconds=as_seconds(max_seconds, "max_seconds"),
     )
+    native = _native.unwrap(positions.scaled, face_array, options, reference, as_threads(threads))
     return Job(native, partial(parametrization_from, positions=positions))
