@@ -114,21 +114,24 @@ py::object to_object(const conformal::ConformalMetric& metric) {
 }
 
 void bind_conformal(py::module_& module) {
+  using conformal::MetricOptions;
+  py::class_<MetricOptions>(module, "MetricOptions")
+      .def(py::init<>())
+      .def_readwrite("tolerance", &MetricOptions::tolerance)
+      .def_readwrite("bits", &MetricOptions::bits)
+      .def_readwrite("iterations", &MetricOptions::max_iterations)
+      .def_readwrite("max_seconds", &MetricOptions::max_seconds)
+      .def_readwrite("require_convergence", &MetricOptions::require_convergence);
   module.def(
       "conformal_metric",
       [](const Array<double>& vertices, const Array<Index>& faces,
-         const Array<double>& target_angles, double tolerance, int bits, int max_iterations,
-         double max_seconds, bool require_convergence, const std::string& intrinsic_refinement,
-         const py::object& lengths, int threads) {
+         const Array<double>& target_angles, const MetricOptions& options,
+         const std::string& intrinsic_refinement, const py::object& lengths, int threads) {
         MetricRequest request;
         request.surface = to_surface(vertices, faces);
         request.target_angles.assign(target_angles.data(),
                                      target_angles.data() + target_angles.size());
-        request.options.tolerance = tolerance;
-        request.options.bits = bits;
-        request.options.max_iterations = max_iterations;
-        request.options.max_seconds = max_seconds;
-        request.options.require_convergence = require_convergence;
+        request.options = options;
         request.refinement = to_start_refinement(intrinsic_refinement);
         if (!lengths.is_none())
           request.lengths = to_matrix<Points3>(lengths.cast<Array<double>>(), "lengths");
@@ -138,10 +141,8 @@ void bind_conformal(py::module_& module) {
             },
             [](const conformal::ConformalMetric& metric) { return to_object(metric); }, threads);
       },
-      py::arg("vertices"), py::arg("faces"), py::arg("target_angles"), py::arg("tolerance"),
-      py::arg("bits"), py::arg("max_iterations"), py::arg("max_seconds"),
-      py::arg("require_convergence"), py::arg("intrinsic_refinement"), py::arg("lengths"),
-      py::arg("threads"));
+      py::arg("vertices"), py::arg("faces"), py::arg("target_angles"), py::arg("options"),
+      py::arg("intrinsic_refinement"), py::arg("lengths"), py::arg("threads"));
 }
 
 }  // namespace flipfree::python

@@ -52,30 +52,33 @@ py::object to_object(const conformal::ConformalMapResult& result) {
 }  // namespace
 
 void bind_conformal_map(py::module_& module) {
+  using Options = conformal::ConformalMapOptions;
+  py::class_<Options>(module, "ConformalMapOptions")
+      .def(py::init<>())
+      .def_property("cuts", nullptr, matrix_setter(&Options::cuts, "cuts"))
+      .def_property("uncuttable", nullptr, matrix_setter(&Options::uncuttable, "uncuttable"))
+      .def_readwrite("metric", &Options::metric)
+      .def_property("refinement", nullptr,
+                    [](Options& o, const std::string& name) { o.refinement = to_refinement(name); })
+      .def_property("intrinsic_refinement", nullptr, [](Options& o, const std::string& name) {
+        o.intrinsic_refinement = to_start_refinement(name);
+      });
   module.def(
       "conformal",
       [](const Array<double>& vertices, const Array<Index>& faces,
-         const Array<double>& target_angles, const Array<Index>& cuts,
-         const Array<Index>& uncuttable, double tolerance, int bits, double max_seconds,
-         const std::string& refinement, const std::string& intrinsic_refinement,
-         const py::object& lengths, int threads) {
+         const Array<double>& target_angles, const Options& options, const py::object& lengths,
+         int threads) {
         struct Request {
           mesh::Surface surface;
           std::vector<double> target_angles;
           Points3 lengths;
-          conformal::ConformalMapOptions options;
+          Options options;
         };
         Request request;
         request.surface = to_surface(vertices, faces);
         request.target_angles.assign(target_angles.data(),
                                      target_angles.data() + target_angles.size());
-        request.options.cuts = to_matrix<IndexPairs>(cuts, "cuts");
-        request.options.uncuttable = to_matrix<IndexPairs>(uncuttable, "uncuttable");
-        request.options.metric.tolerance = tolerance;
-        request.options.metric.bits = bits;
-        request.options.metric.max_seconds = max_seconds;
-        request.options.refinement = to_refinement(refinement);
-        request.options.intrinsic_refinement = to_start_refinement(intrinsic_refinement);
+        request.options = options;
         const bool own_lengths = !lengths.is_none();
         if (own_lengths)
           request.lengths = to_matrix<Points3>(lengths.cast<Array<double>>(), "lengths");
@@ -90,10 +93,8 @@ void bind_conformal_map(py::module_& module) {
             },
             threads);
       },
-      py::arg("vertices"), py::arg("faces"), py::arg("target_angles"), py::arg("cuts"),
-      py::arg("uncuttable"), py::arg("tolerance"), py::arg("bits"), py::arg("max_seconds"),
-      py::arg("refinement"), py::arg("intrinsic_refinement"), py::arg("lengths"),
-      py::arg("threads"));
+      py::arg("vertices"), py::arg("faces"), py::arg("target_angles"), py::arg("options"),
+      py::arg("lengths"), py::arg("threads"));
   module.def(
       "suggest_cones",
       [](const Array<double>& vertices, const Array<Index>& faces, double bound, int max_cones,

@@ -10,7 +10,16 @@ from ..arrays import as_floats, as_indices, as_lengths, as_vertices
 from ..conversions import metric_from
 from ..errors import InvalidInput
 from ..job import Job, Progress, solver_call
-from ..options import as_choice, as_count, as_flag, as_positive, as_seconds, as_threads, shown
+from ..options import (
+    as_choice,
+    as_count,
+    as_flag,
+    as_positive,
+    as_seconds,
+    as_threads,
+    filled,
+    shown,
+)
 from ..results import ConformalMetric
 
 #: What ``precision`` may be.
@@ -82,15 +91,19 @@ def conformal_metric(
     exponent = positions.exponent
     if lengths is not None:
         edge_lengths, exponent = as_lengths(lengths)
+    options = filled(
+        _native.MetricOptions(),
+        tolerance=as_positive(tolerance, "tolerance"),
+        bits=bits,
+        iterations=as_count(iterations, "iterations"),
+        max_seconds=as_seconds(max_seconds, "max_seconds"),
+        require_convergence=as_flag(require_convergence, "require_convergence"),
+    )
     native = _native.conformal_metric(
         positions.scaled,
         face_array,
         as_floats(target_angles, "target_angles"),
-        as_positive(tolerance, "tolerance"),
-        bits,
-        as_count(iterations, "iterations"),
-        as_seconds(max_seconds, "max_seconds"),
-        as_flag(require_convergence, "require_convergence"),
+        options,
         as_choice(intrinsic_refinement, "intrinsic_refinement", REFINEMENT_CHOICES),
         edge_lengths,
         as_threads(threads),
