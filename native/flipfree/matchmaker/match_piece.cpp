@@ -12,11 +12,15 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure/outcome.h"
+#include "flipfree/base/failure/translate_errors.h"
+#include "flipfree/base/in_time.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
+#include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/improve.h"
 #include "flipfree/matchmaker/request/constraints.h"
-#include "flipfree/matchmaker/take_back/time_share.h"
+#include "flipfree/matchmaker/request/time_share.h"
 #include "flipfree/mesh/cut_graph/fill.h"
 #include "flipfree/mesh/refined/refined_surface.h"
 #include "flipfree/mesh/topology.h"
@@ -209,18 +213,11 @@ Error of_input(Error error, const mesh::Surface& input) {
 certify::Parametrization match_disk(const mesh::Surface& disk, const mesh::Surface& input,
                                     const MatchRequest& request, const MatchOptions& options,
                                     ExecutionContext& context) {
-  try {
-    const TimeLimit share(context, (1 - kShareOfStep) * context.seconds_left());
-    return match(disk, request, options, context);
-  } catch (const InvalidInput& e) {
-    throw InvalidInput(of_input(e.error(), input));
-  } catch (const Infeasible& e) {
-    throw Infeasible(of_input(e.error(), input));
-  } catch (const certify::CertificateFailed&) {
-    throw;
-  } catch (const NotConverged& e) {
-    throw NotConverged(of_input(e.error(), input));
-  }
+  return with_errors([&](const Error& error) { return of_input(error, input); },
+                     [&] {
+                       const TimeLimit share(context, (1 - kShareOfStep) * context.seconds_left());
+                       return match(disk, request, options, context);
+                     });
 }
 
 // Lets the holes deform. A valid map that cannot be improved stays as it is.
@@ -230,17 +227,18 @@ void release_holes(certify::Parametrization& map, const certify::CertifyRequest&
   improvement.pins = extra.pins;
   improvement.keep_bijective = extra.require_bijective;
   improvement.max_iterations = options.max_iterations;
-  try {
-    certify::Parametrization better =
-        distortion::improve(map.surface, map.uv, improvement, context);
-    map.uv = std::move(better.uv);
-    map.uv32 = std::move(better.uv32);
-    map.stats["hole_energy_before"] = better.stats["energy_before"];
-  } catch (const NotConverged& failure) {
-    map.stats["optimise_failure"] = failure.error().message;
-  } catch (const TimeIsOver&) {
-    note_time_limit(map.stats);
-  }
+  const bool in_time = ended_in_time([&] {
+    Outcome<certify::Parametrization> better =
+        attempt([&] { return distortion::improve(map.surface, map.uv, improvement, context); });
+    if (!better) {
+      map.stats["optimise_failure"] = better.error().message;
+      return;
+    }
+    map.uv = std::move(better->uv);
+    map.uv32 = std::move(better->uv32);
+    map.stats["hole_energy_before"] = better->stats["energy_before"];
+  });
+  if (!in_time) note_time_limit(map.stats);
 }
 
 // What cannot be met whatever is done is refused before any work. Returns the vertices of the piece
@@ -249,19 +247,16 @@ std::optional<std::vector<PinnedVertex>> pinned_vertices(const mesh::Surface& di
                                                          const mesh::Surface& input,
                                                          const MatchRequest& request,
                                                          const MatchOptions& options) {
-  try {
-    mesh::RefinedSurface refined = mesh::make_refined_surface(disk);
-    Constraints constraints = read_constraints(
-        refined, request, options.bijective ? SelfOverlaps::kRefused : SelfOverlaps::kAllowed);
-    if (refined.mesh.vertex_count() > static_cast<Index>(disk.vertices.rows())) return std::nullopt;
-    return std::move(constraints.pins);
-  } catch (const InvalidInput& e) {
-    throw InvalidInput(of_input(e.error(), input));
-  } catch (const Infeasible& e) {
-    throw Infeasible(of_input(e.error(), input));
-  } catch (const NotConverged& e) {
-    throw NotConverged(of_input(e.error(), input));
-  }
+  return with_errors([&](const Error& error) { return of_input(error, input); },
+                     [&]() -> std::optional<std::vector<PinnedVertex>> {
+                       mesh::RefinedSurface refined = mesh::make_refined_surface(disk);
+                       Constraints constraints = read_constraints(
+                           refined, request,
+                           options.bijective ? SelfOverlaps::kRefused : SelfOverlaps::kAllowed);
+                       if (refined.mesh.vertex_count() > static_cast<Index>(disk.vertices.rows()))
+                         return std::nullopt;
+                       return std::move(constraints.pins);
+                     });
 }
 
 // Pins that shall not make the piece overlap itself: continuation of the unwrap under its boundary
@@ -279,28 +274,22 @@ std::optional<certify::Parametrization> unwrapped(const mesh::Surface& surface,
     const Vector2* uv = pin[static_cast<std::size_t>(surface.faces.data()[c])];
     if (uv != nullptr) unwrapping.pins.push_back({c, *uv});
   }
-  try {
+  std::optional<certify::Parametrization> found;
+  ended_in_share(context, [&] {
     const TimeLimit share(context, kShareOfWay * context.seconds_left());
-    certify::Parametrization map = unwrap::unwrap(surface, unwrapping, context);
-    map.stats["engine"] = std::string("first try");
-    return map;
-  } catch (const NotConverged&) {
-    return std::nullopt;
-  } catch (const InvalidInput&) {
-    return std::nullopt;  // of maps on the way: the mesh and the pins were checked before
-  } catch (const Infeasible&) {
-    return std::nullopt;
-  } catch (const TimeIsOver&) {
-    context.check();
-    return std::nullopt;
-  }
+    // What is refused are maps on the way: the mesh and the pins were checked before.
+    Outcome<certify::Parametrization> map = attempt([&] {
+      return distortion::with_own_map([&] { return unwrap::unwrap(surface, unwrapping, context); });
+    });
+    if (map) found = std::move(*map);
+  });
+  if (found) found->stats["engine"] = std::string("unwrapped");
+  return found;
 }
 
-certify::Parametrization match_piece_in_time(const mesh::Surface& surface,
-                                             const MatchRequest& request,
-                                             const MatchOptions& options,
-                                             ExecutionContext& context) {
-  mesh::validate(surface, {}, context);
+certify::Parametrization match_valid_piece(const mesh::Surface& surface,
+                                           const MatchRequest& request, const MatchOptions& options,
+                                           ExecutionContext& context) {
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
   const mesh::Topology shape = mesh::topology(surface.faces, adjacency);
@@ -359,16 +348,12 @@ certify::Parametrization match_piece_in_time(const mesh::Surface& surface,
 }  // namespace
 
 certify::Parametrization match_piece(const mesh::Surface& surface, const MatchRequest& request,
-                                     const MatchOptions& options, ExecutionContext& context) try {
-  const TimeLimit limit(context, limit_of(options.max_seconds));
-  return match_piece_in_time(surface, request, options, context);
-} catch (const certify::CertificateFailed&) {
-  throw;
-} catch (const NotConverged& e) {
-  throw NotConverged(of_input(e.error(), surface));
-} catch (const TimeIsOver&) {
-  if (!(options.max_seconds > 0)) throw;  // the limit is the caller's
-  throw_match_out_of_time(options);
+                                     const MatchOptions& options, ExecutionContext& context) {
+  return in_time(context, options.max_seconds, kNoMapFound, kMoreTimeOr, [&] {
+    mesh::validate(surface, {}, context);
+    return with_errors([&](const Error& error) { return of_input(error, surface); },
+                       [&] { return match_valid_piece(surface, request, options, context); });
+  });
 }
 
 }  // namespace flipfree::matchmaker

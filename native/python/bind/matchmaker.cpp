@@ -1,9 +1,14 @@
+#include <algorithm>
+#include <iterator>
+#include <string>
+#include <string_view>
 #include <utility>
 
 #include "arrays.h"
 #include "bind/bindings.h"
 #include "flipfree/base/error.h"
 #include "flipfree/matchmaker/match_piece.h"
+#include "flipfree/matchmaker/request/devices.h"
 #include "job.h"
 
 namespace py = pybind11;
@@ -31,6 +36,14 @@ matchmaker::MatchEngine engine_of(const std::string& name) {
   if (name == "arms") return MatchEngine::kArms;
   if (name == "matchmaker") return MatchEngine::kMatchmaker;
   return MatchEngine::kAuto;
+}
+
+matchmaker::Devices device_named(const std::string& name) {
+  const auto& names = matchmaker::kDeviceNames;
+  const auto at = std::find(names.begin(), names.end(), name) - names.begin();
+  if (at == std::ssize(names))
+    throw_invalid(ErrorCode::kBadOption, "There is no device " + name + ".");
+  return matchmaker::Devices{1} << at;
 }
 
 void bind_request(py::module_& module) {
@@ -73,9 +86,17 @@ void bind_options(py::module_& module) {
       .def_readwrite("bijective", &MatchOptions::bijective)
       .def_readwrite("iterations", &MatchOptions::max_iterations)
       .def_readwrite("max_seconds", &MatchOptions::max_seconds)
-      .def_property("engine", nullptr, [](MatchOptions& options, const std::string& name) {
-        options.engine = engine_of(name);
+      .def_property(
+          "engine", nullptr,
+          [](MatchOptions& options, const std::string& name) { options.engine = engine_of(name); })
+      // For benchmarks/match_ablation.py alone.
+      .def_property("without", nullptr, [](MatchOptions& options, const py::list& devices) {
+        for (const py::handle& device : devices)
+          options.ablated |= device_named(device.cast<std::string>());
       });
+  py::list names;
+  for (const std::string_view name : matchmaker::kDeviceNames) names.append(py::str(name));
+  module.attr("match_devices") = names;
 }
 
 }  // namespace

@@ -3,9 +3,14 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
 #include "flipfree/certify/measures/winding.h"
 #include "flipfree/distortion/untangle.h"
-#include "flipfree/matchmaker/take_back/coarsen.h"
+#include "flipfree/matchmaker/take_back/remove_added.h"
 #include "flipfree/matchmaker/walk/corridor.h"
 #include "flipfree/matchmaker/walk/push_point.h"
 #include "support/shapes.h"
@@ -14,6 +19,33 @@ namespace flipfree::test {
 
 inline mesh::RefinedMap identity_map(const mesh::Surface& surface) {
   return {mesh::make_refined_surface(surface), surface.vertices.leftCols(2)};
+}
+
+// The surface as it lies in the plane, with so many of its edges split in the middle, evenly
+// chosen.
+inline mesh::RefinedMap split_flat(const mesh::Surface& surface, Index count) {
+  mesh::RefinedMap map = identity_map(surface);
+  mesh::EditableTriangulation& mesh = map.surface.mesh;
+  std::vector<std::pair<VertexId, VertexId>> edges;
+  for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
+    if (mesh.edge(h) == h && !mesh.is_boundary(h))
+      edges.emplace_back(mesh.source(h), mesh.target(h));
+  }
+  const Index all = mesh.vertex_count();
+  map.uv.conservativeResize(all + count, 2);
+  for (Index i = 0; i < count; ++i) {
+    const auto& [a, b] =
+        edges[static_cast<std::size_t>(i) * edges.size() / static_cast<std::size_t>(count)];
+    const VertexId v = map.surface.split_edge(mesh.find(a, b));
+    map.uv.row(v) = 0.5 * (map.uv.row(a) + map.uv.row(b));
+  }
+  return map;
+}
+
+// Moves every vertex from `keep` on by so much, each in another direction.
+inline void bend(mesh::RefinedMap& map, VertexId keep, double by) {
+  for (VertexId v = keep; v < map.surface.mesh.vertex_count(); ++v)
+    map.uv.row(v) += by * Vector2(std::cos(v), std::sin(v)).transpose();
 }
 
 // A vertex pushed through half of a grid, which leaves some hundred vertices behind, thinned out

@@ -36,6 +36,10 @@ class Minimizer {
   // bit.
   double pull(const std::vector<std::pair<VertexId, Vector2>>& targets);
 
+  // Of the map that run() returned, and how many Newton systems it took.
+  double energy() const { return measure(sums_); }
+  int factorizations() const { return factorizations_; }
+
  private:
   enum class Step { kTaken, kConverged, kStalled };
 

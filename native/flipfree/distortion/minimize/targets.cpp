@@ -145,6 +145,8 @@ TargetsResult minimize_with_targets(const mesh::Surface& chart, const Points2& i
   }
   const ProgressRange range(context, 0.5, 1.0);
   result.uv = minimizer.run(stats);
+  result.energy = minimizer.energy();
+  result.factorizations = minimizer.factorizations();
   for (const auto& [v, target] : targets) {
     if (result.uv.row(v) != target.transpose()) result.missed.push_back(v);
   }

@@ -13,6 +13,8 @@ struct TargetsResult {
   Points2 uv;           // flip-free in any case
   double fraction = 0;  // of the targets' total way; 1 exactly when all are met bit for bit
   std::vector<VertexId> missed;  // targets that were not reached, ascending
+  double energy = 0;             // of uv
+  int factorizations = 0;        // Newton systems that were solved on the way
 };
 
 // Moves the vertices named by `targets` from where they are in initial_uv to their targets, then

@@ -9,19 +9,19 @@
 #include <utility>
 #include <vector>
 
-#include "flipfree/base/error.h"
+#include "flipfree/base/failure/outcome.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/distortion/energy/own_map.h"
-#include "flipfree/distortion/minimize/minimize.h"
+#include "flipfree/distortion/minimize/targets.h"
 #include "flipfree/embedding/embed.h"
 #include "flipfree/matchmaker/finish/ease.h"
 #include "flipfree/matchmaker/finish/unfold_wholes.h"
 #include "flipfree/matchmaker/overlay/star_map.h"
+#include "flipfree/matchmaker/request/time_share.h"
 #include "flipfree/matchmaker/smooth/relax.h"
 #include "flipfree/matchmaker/start/first_try.h"
 #include "flipfree/matchmaker/start/roomy_metric.h"
-#include "flipfree/matchmaker/take_back/coarsen.h"
-#include "flipfree/matchmaker/take_back/time_share.h"
+#include "flipfree/matchmaker/take_back/take_back.h"
 
 namespace flipfree::matchmaker {
 namespace {
@@ -35,10 +35,10 @@ constexpr std::size_t kShort = 24;
 constexpr std::size_t kLifted = 8;
 constexpr std::size_t kTried = 4;
 // Rounds of taking refinement back for the one that is taken, and Newton steps of each. They end
-// when one frees less than one vertex in so many.
+// when one frees less than this share (in per cent).
 constexpr int kRounds = 16;
 constexpr int kStepsPerRound = 10;
-constexpr Index kWorthwhile = 50;
+constexpr Index kWorthwhile = 2;
 // Then whole faces are unfolded, so often, after so many Newton steps each.
 constexpr int kUnfoldings = 2;
 constexpr int kRoundsOfUnfolding = 6;
@@ -111,16 +111,15 @@ void relax_star(Candidate& candidate, const std::vector<char>& pinned, Execution
         pinned[static_cast<std::size_t>(w)] != 0)
       options.fixed.push_back(static_cast<VertexId>(v));
   }
-  candidate.cost = std::numeric_limits<double>::infinity();
-  try {
-    Stats figures;
-    plane.after = distortion::with_own_map([&] {
-      return distortion::minimize_distortion(flat, plane.after, options, context, figures);
+  // Too squeezed for the Newton system: others will be better.
+  Stats unused;
+  Outcome<distortion::TargetsResult> rest = attempt([&] {
+    return distortion::with_own_map([&] {
+      return distortion::minimize_with_targets(flat, plane.after, {}, options, context, unused);
     });
-    candidate.cost = std::get<double>(figures.at("distortion.energy"));
-  } catch (const NotConverged&) {
-    return;  // too squeezed for the Newton system: others will be better
-  }
+  });
+  candidate.cost = rest ? rest->energy : std::numeric_limits<double>::infinity();
+  if (rest) plane.after = std::move(rest->uv);
 }
 
 // Stars that promise most.
@@ -158,14 +157,9 @@ void settle(mesh::RefinedMap& map, const Constraints& constraints, Index keep, i
             ExecutionContext& context) {
   const std::vector<VertexId> held = held_vertices(map.surface, constraints);
   numeric::EliminationMemory order(keep);
-  const auto added = [&] { return map.surface.mesh.vertex_count() - keep; };
-  for (int round = 0; round < rounds && added() > 0; ++round) {
-    const ProgressRange range(context, part_of(round, rounds), part_of(round + 1, rounds));
-    const Index before = added();
-    remove_added(map, held, keep, context);
-    if (!relax(map, held, {kStepsPerRound, true, &order}, context)) return;
-    if (kWorthwhile * (before - added()) < before) return;
-  }
+  take_back(map, held, keep, {rounds, true, kWorthwhile, 1}, context, [&] {
+    return relax(map, held, {kStepsPerRound, true, &order}, context);
+  });
 }
 
 // The star that bears the surface best.
@@ -209,21 +203,20 @@ bool walk_with_arms(mesh::RefinedMap& map, const Constraints& constraints,
       constraints.pins.size() < kFewestPins)
     return false;
   const Index keep = map.surface.mesh.vertex_count();
+  mesh::RefinedMap disk;
+  std::vector<Candidate> stars;
+  {
+    const ProgressRange range(context, 0.0, 0.1);
+    Outcome<mesh::RefinedMap> circle = attempt(
+        [&] { return distortion::with_own_map([&] { return in_circle(map.surface, context); }); });
+    if (!circle) return false;
+    disk = std::move(*circle);
+    stars = best_stars(disk, constraints, context);
+  }
   std::optional<mesh::RefinedMap> best;
-  try {
-    mesh::RefinedMap disk;
-    std::vector<Candidate> stars;
-    {
-      const ProgressRange range(context, 0.0, 0.1);
-      disk = in_circle(map.surface, context);
-      stars = best_stars(disk, constraints, context);
-    }
+  {
     const ProgressRange range(context, 0.1, 0.5);
     best = best_map(disk, std::move(stars), constraints, context, stats);
-  } catch (const NotConverged&) {
-    return false;
-  } catch (const Infeasible&) {
-    return false;  // there is no map into the circle in doubles
   }
   if (!best) return false;
   const std::vector<VertexId> held = held_vertices(best->surface, constraints);
@@ -239,10 +232,11 @@ bool walk_with_arms(mesh::RefinedMap& map, const Constraints& constraints,
       const ProgressRange range(context, 0.7 + 0.2 * part_of(round, kUnfoldings),
                                 0.7 + 0.2 * part_of(round + 1, kUnfoldings));
       relax(*best, held, {kStepsPerUnfolding, true, &order}, context);
-      unfold_wholes(*best, held, keep, kRoundsOfUnfolding, context, &order);
+      if (constraints.use(Device::kUnfold))
+        unfold_wholes(*best, held, keep, kRoundsOfUnfolding, context, &order);
     }
     const ProgressRange range(context, 0.9, 1.0);
-    ease(*best, held, keep, 0, order, context);
+    if (constraints.use(Device::kEase)) ease(*best, held, keep, 0, order, context);
   });
   stats["arms.left"] = static_cast<std::int64_t>(added());
   map = std::move(*best);

@@ -12,7 +12,8 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
-#include "flipfree/matchmaker/patches/pipeline.h"
+#include "flipfree/matchmaker/request/constraints.h"
+#include "flipfree/mesh/refined/refined_map.h"
 
 namespace flipfree::matchmaker {
 

@@ -17,7 +17,7 @@
 #include "flipfree/matchmaker/smooth/relax.h"
 #include "flipfree/matchmaker/start/first_try.h"
 #include "flipfree/matchmaker/start/roomy_metric.h"
-#include "flipfree/matchmaker/take_back/coarsen.h"
+#include "flipfree/matchmaker/take_back/remove_added.h"
 #include "flipfree/mesh/refined/curve_overlay.h"
 #include "flipfree/numeric/predicates.h"
 
@@ -288,7 +288,7 @@ std::optional<PlaneMap> coarse_map(mesh::RefinedMap map, Index held, ExecutionCo
     plane = {before.faces, flat(before), map.uv, {}};
     plane.vertex.assign(static_cast<std::size_t>(map.uv.rows()), kInvalid);
   }
-  simplify_plane_map(plane, held, context);
+  if (constraints.use(Device::kSimplifyPlane)) simplify_plane_map(plane, held, context);
   mesh::Surface even;
   even.faces = plane.faces;
   even.vertices = Points3::Zero(plane.before.rows(), 3);

@@ -4,10 +4,10 @@
 
 #include "flipfree/matchmaker/at_once/class_overlay.h"
 #include "flipfree/matchmaker/finish/ease.h"
+#include "flipfree/matchmaker/request/time_share.h"
 #include "flipfree/matchmaker/smooth/relax.h"
 #include "flipfree/matchmaker/start/first_try.h"
-#include "flipfree/matchmaker/take_back/coarsen.h"
-#include "flipfree/matchmaker/take_back/time_share.h"
+#include "flipfree/matchmaker/take_back/take_back.h"
 
 namespace flipfree::matchmaker {
 namespace {
@@ -24,13 +24,13 @@ constexpr double kEnough = 0.49;
 
 }  // namespace
 
-bool walk_as_planned(mesh::RefinedMap& map, const Constraints& constraints,
-                     ExecutionContext& context, Stats& stats) {
-  if (constraints.pins.size() < kFewestPins || constraints.pins.size() > kMostPins) return false;
+PlannedWalk walk_as_planned(mesh::RefinedMap& map, const Constraints& constraints,
+                            ExecutionContext& context, Stats& stats) {
+  if (constraints.pins.size() < kFewestPins || constraints.pins.size() > kMostPins) return {};
   const Index keep = map.surface.mesh.vertex_count();
   {
     const ProgressRange range(context, 0.0, 0.3);
-    if (!place_pins(map, constraints, context, stats)) return false;
+    if (!place_pins(map, constraints, context, stats)) return {};
   }
   const std::vector<VertexId> held = held_vertices(map.surface, constraints);
   numeric::EliminationMemory order(keep);
@@ -39,15 +39,15 @@ bool walk_as_planned(mesh::RefinedMap& map, const Constraints& constraints,
       static_cast<Index>(kEnough * static_cast<double>(map.surface.input->faces.rows()));
   // All pins are met: the rest may end anywhere.
   while_time_lasts(map, [&] {
-    for (int round = 0; round < kPlainRounds && added() > 0; ++round) {
-      remove_added(map, held, keep, context);
+    take_back(map, held, keep, {kPlainRounds, true, 0, kPlainRounds}, context, [&] {
       relax(map, held, {kFewSteps, true, &order}, context);
-    }
+      return true;
+    });
     const ProgressRange range(context, 0.3, 1.0);
-    ease(map, held, keep, enough, order, context);
+    if (constraints.use(Device::kEase)) ease(map, held, keep, enough, order, context);
   });
-  if (added() > keep / 2) stats["plan.left"] = static_cast<std::int64_t>(added());
-  return true;
+  stats["plan.left"] = static_cast<std::int64_t>(added());
+  return {true, added() > keep / 2};
 }
 
 }  // namespace flipfree::matchmaker

@@ -6,15 +6,19 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
-#include "flipfree/matchmaker/patches/pipeline.h"
+#include "flipfree/matchmaker/request/constraints.h"
+#include "flipfree/mesh/refined/refined_map.h"
 
 namespace flipfree::matchmaker {
 
-// Preconditions: as walk_pins(). True if all pins arrived bit for bit; false, and the map
-// unchanged, if this way is not for these constraints (class_overlay.h) or for so few or so many
-// pins. Stats: "plan.*"; "plan.left", vertices added, if there are so many that coarsen() has
-// nothing to add.
-bool walk_as_planned(mesh::RefinedMap& map, const Constraints& constraints,
-                     ExecutionContext& context, Stats& stats);
+struct PlannedWalk {
+  bool arrived = false;  // all pins, bit for bit; otherwise the map is unchanged
+  bool settled = false;  // so much refinement is left that coarsen() has nothing to add
+};
+
+// Preconditions: as walk_pins(). Does not arrive if this way is not for these constraints
+// (class_overlay.h) or for so few or so many pins. Stats: "plan.*".
+PlannedWalk walk_as_planned(mesh::RefinedMap& map, const Constraints& constraints,
+                            ExecutionContext& context, Stats& stats);
 
 }  // namespace flipfree::matchmaker

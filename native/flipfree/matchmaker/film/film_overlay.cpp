@@ -5,6 +5,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/matchmaker/patches/embed_patches.h"
+#include "flipfree/matchmaker/patches/pipeline.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::matchmaker {
@@ -66,7 +67,9 @@ mesh::RefinedMap lay_onto_target(const mesh::RefinedMap& first, const OutlineFil
   }
   const ProgressRange range(context, 0.5, 1.0);
   work.uv = embed_patches(work.surface, domain, partition, paths, context, stats, &drawing);
-  return finished_map(work, partition, stats);
+  mesh::RefinedMap map = mesh::compacted_map(work);
+  note_matchmaker(map, partition, stats);
+  return map;
 }
 
 }  // namespace flipfree::matchmaker

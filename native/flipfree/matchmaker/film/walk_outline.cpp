@@ -4,15 +4,16 @@
 #include <cstddef>
 #include <set>
 
-#include "flipfree/base/error.h"
+#include "flipfree/base/failure/outcome.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/energy/rest_shapes.h"
 #include "flipfree/distortion/minimize/targets.h"
 #include "flipfree/distortion/untangle.h"
 #include "flipfree/embedding/embed.h"
+#include "flipfree/matchmaker/smooth/relax.h"
 #include "flipfree/matchmaker/start/first_try.h"
-#include "flipfree/matchmaker/take_back/coarsen.h"
+#include "flipfree/matchmaker/take_back/remove_added.h"
 #include "flipfree/matchmaker/target/carry.h"
 #include "flipfree/numeric/predicates.h"
 
@@ -117,35 +118,29 @@ class OutlineWalker {
       }
     }
     const ProgressRange quiet(context_, time_, time_);
-    Stats stats;
-    try {
-      distortion::TargetsResult result = distortion::with_own_map([&] {
-        return distortion::minimize_with_targets(chart_, map_.uv, moving, options, context_, stats);
+    Stats unused;
+    // Too squeezed for the Newton system: blocked, like any other.
+    Outcome<distortion::TargetsResult> result = attempt([&] {
+      return distortion::with_own_map([&] {
+        return distortion::minimize_with_targets(chart_, map_.uv, moving, options, context_,
+                                                 unused);
       });
-      const double energy = std::get<double>(stats["distortion.energy"]);
-      effort = std::get<std::int64_t>(stats["distortion.factorizations"]);
-      if (!result.missed.empty() || !(energy < kMostRise * energy_)) return false;
-      map_.uv = std::move(result.uv);
-      energy_ = energy;
-      time_ = next;
-      return true;
-    } catch (const NotConverged&) {
-      return false;  // too squeezed for the Newton system: blocked, like any other
-    }
+    });
+    if (!result) return false;
+    effort = result->factorizations;
+    if (!result->missed.empty() || !(result->energy < kMostRise * energy_)) return false;
+    map_.uv = std::move(result->uv);
+    energy_ = result->energy;
+    time_ = next;
+    return true;
   }
 
-  // Lowers the energy with outline and pins held.
-  void relax() {
-    distortion::MinimizeOptions options;
-    options.max_iterations = kRelaxSteps;
-    options.memory = &order_;
-    options.fixed = held_;
+  // Lowers the energy with outline and pins held; false if the map is too squeezed for that.
+  bool relax() {
     const ProgressRange quiet(context_, time_, time_);
-    Stats stats;
-    if (static_cast<Index>(held_.size()) >= map_.surface.mesh.vertex_count()) return;
-    map_.uv = distortion::with_own_map(
-        [&] { return distortion::minimize_distortion(chart_, map_.uv, options, context_, stats); });
-    energy_ = std::get<double>(stats["distortion.energy"]);
+    if (!matchmaker::relax(map_, held_, {kRelaxSteps, false, &order_}, context_)) return false;
+    energy_ = energy_of(map_, context_);
+    return true;
   }
 
   // The triangles that fold first when every vertex rides on the film, and the frame they do it at.
@@ -250,11 +245,7 @@ class OutlineWalker {
     ++splits_;
     thin_out_if_dense();
     chart_ = to_surface(surface);
-    try {
-      relax();
-    } catch (const NotConverged&) {
-      return;  // the next step will find it blocked
-    }
+    relax();  // or the next step finds it blocked
   }
 
   // Most splits turn out not to be needed: takes them back now and then, before they cost time.

@@ -13,8 +13,8 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
-#include "flipfree/matchmaker/patches/pipeline.h"
-#include "flipfree/matchmaker/target/outline_film.h"
+#include "flipfree/matchmaker/film/outline_film.h"
+#include "flipfree/mesh/refined/refined_map.h"
 
 namespace flipfree::matchmaker {
 

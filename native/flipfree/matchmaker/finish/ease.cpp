@@ -4,7 +4,7 @@
 #include <cstddef>
 
 #include "flipfree/matchmaker/smooth/relax.h"
-#include "flipfree/matchmaker/take_back/coarsen.h"
+#include "flipfree/matchmaker/take_back/remove_added.h"
 #include "flipfree/matchmaker/take_back/untangle_removal.h"
 
 namespace flipfree::matchmaker {

@@ -6,11 +6,11 @@
 
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/energy/rest_shapes.h"
+#include "flipfree/matchmaker/request/time_share.h"
 #include "flipfree/matchmaker/smooth/relax.h"
 #include "flipfree/matchmaker/start/first_try.h"
-#include "flipfree/matchmaker/take_back/coarsen.h"
 #include "flipfree/matchmaker/take_back/restore.h"
-#include "flipfree/matchmaker/take_back/time_share.h"
+#include "flipfree/matchmaker/take_back/take_back.h"
 
 namespace flipfree::matchmaker {
 namespace {
@@ -59,12 +59,10 @@ class Settler {
   }
 
   void take_back() {
-    for (int round = 0; round < kMostRounds && added() > 0; ++round) {
-      const Index before = added();
-      const Index removed = remove_added(map_, held_, keep_, context_);
-      if (removed > 0) relax_bad(kStepsPerRound);
-      if (100 * removed < kWorthwhile * before) return;
-    }
+    matchmaker::take_back(map_, held_, keep_, {kMostRounds, true, kWorthwhile, 1}, context_, [&] {
+      relax_bad(kStepsPerRound);
+      return true;
+    });
   }
 
   void restore() {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "flipfree/matchmaker/smooth/relax.h"
-#include "flipfree/matchmaker/take_back/coarsen.h"
+#include "flipfree/matchmaker/take_back/remove_added.h"
 #include "flipfree/matchmaker/take_back/untangle_removal.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/topology.h"

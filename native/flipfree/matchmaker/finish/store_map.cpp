@@ -5,11 +5,12 @@
 #include <string>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure/outcome.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/matchmaker/smooth/neighbourhood.h"
 #include "flipfree/matchmaker/smooth/relax.h"
 #include "flipfree/matchmaker/start/first_try.h"
-#include "flipfree/matchmaker/take_back/coarsen.h"
+#include "flipfree/matchmaker/take_back/remove_added.h"
 #include "flipfree/matchmaker/take_back/untangle_removal.h"
 
 namespace flipfree::matchmaker {
@@ -101,19 +102,18 @@ Points2f store_map(mesh::RefinedMap& map, const std::vector<VertexId>& held, Ind
     still.insert(still.end(), map.surface.boundary.begin(), map.surface.boundary.end());
   for (int attempt = 0;; ++attempt) {
     stats["rounding.rooms"] = std::int64_t{attempt};
-    std::vector<Index> thin;
-    try {
-      // As a rule far less; where nothing fits, repairing goes on for minutes.
-      const double seconds = std::max(context.seconds_left(), seconds_to_store(map.surface));
+    // As a rule far less; where nothing fits, repairing goes on for minutes.
+    const double seconds = std::max(context.seconds_left(), seconds_to_store(map.surface));
+    Outcome<Points2f> stored = flipfree::attempt([&] {
       const Overtime storing(context);
       const TimeLimit limit(context, seconds);
       return distortion::round_to_storage(to_surface(map.surface).faces, map.uv, rounding, context,
                                           stats);
-    } catch (const NotConverged& failure) {
-      if (failure.error().code != ErrorCode::kRoundingFlips) throw;
-      thin = failure.error().elements;
-      if (thin.empty()) refuse_touching();
-    }
+    });
+    if (stored) return std::move(*stored);
+    if (stored.error().code != ErrorCode::kRoundingFlips) throw NotConverged(stored.error());
+    const std::vector<Index>& thin = stored.error().elements;
+    if (thin.empty()) refuse_touching();
     if (attempt == kAttempts) give_up(map, thin);
     make_room(map, thin, still, keep, attempt, context);
   }

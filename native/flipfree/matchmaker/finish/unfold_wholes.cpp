@@ -7,7 +7,7 @@
 #include "flipfree/distortion/untangle.h"
 #include "flipfree/matchmaker/smooth/neighbourhood.h"
 #include "flipfree/matchmaker/smooth/relax.h"
-#include "flipfree/matchmaker/take_back/coarsen.h"
+#include "flipfree/matchmaker/take_back/remove_added.h"
 
 namespace flipfree::matchmaker {
 namespace {

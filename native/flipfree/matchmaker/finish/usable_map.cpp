@@ -6,15 +6,15 @@
 #include <string>
 #include <utility>
 
-#include "flipfree/base/error.h"
+#include "flipfree/base/failure/outcome.h"
 #include "flipfree/certify/overlap/overlap.h"
 #include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/untangle.h"
+#include "flipfree/matchmaker/request/time_share.h"
 #include "flipfree/matchmaker/smooth/relax.h"
 #include "flipfree/matchmaker/start/first_try.h"
 #include "flipfree/matchmaker/take_back/coarsen.h"
-#include "flipfree/matchmaker/take_back/time_share.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::matchmaker {
@@ -48,19 +48,20 @@ Points2 restricted(const mesh::RefinedMap& map, const mesh::RefinedSurface& coar
 std::optional<mesh::RefinedMap> untangled_whole(const mesh::RefinedMap& fine,
                                                 const mesh::RefinedSurface& surface,
                                                 const Constraints& constraints,
-                                                ExecutionContext& context, Stats& stats) try {
+                                                ExecutionContext& context, Stats& stats) {
   const TimeLimit share(context, kShareOfStep * context.seconds_left());
   const Points2 start = restricted(fine, surface);
-  const auto faces = static_cast<double>(surface.mesh.faces().rows());
-  const auto folded =
-      static_cast<double>(distortion::find_flips(surface.mesh.faces(), start, context).size());
-  if (folded > kMostFolded * faces) return std::nullopt;
-  std::optional<Points2> uv = untangle_from(surface, constraints, start, context, stats);
+  std::optional<Points2> uv;
+  const bool in_time = ended_in_time([&] {
+    const auto faces = static_cast<double>(surface.mesh.faces().rows());
+    const auto folded =
+        static_cast<double>(distortion::find_flips(surface.mesh.faces(), start, context).size());
+    if (folded > kMostFolded * faces) return;
+    uv = untangle_from(surface, constraints, start, context, stats);
+  });
+  if (!in_time) note_time_limit(stats);
   if (!uv) return std::nullopt;
   return mesh::RefinedMap{surface, std::move(*uv)};
-} catch (const TimeIsOver&) {
-  note_time_limit(stats);
-  return std::nullopt;
 }
 
 }  // namespace
@@ -73,19 +74,19 @@ Points2 optimise(const mesh::RefinedSurface& surface, std::vector<VertexId> held
   options.bijective = bijective;
   options.lengthen = true;
   if (static_cast<Index>(options.fixed.size()) >= surface.mesh.vertex_count()) return uv;
-  try {
-    Points2 better = distortion::with_own_map([&] {
-      return distortion::minimize_distortion(to_surface(surface), uv, options, context, stats);
+  Points2 best = uv;
+  const bool in_time = ended_in_time([&] {
+    Outcome<Points2> better = attempt([&] {
+      return distortion::with_own_map([&] {
+        return distortion::minimize_distortion(to_surface(surface), uv, options, context, stats);
+      });
     });
-    if (context.time_is_over()) note_time_limit(stats);
-    return better;
-  } catch (const NotConverged& failure) {
     // A valid map that cannot be improved is still the map that was asked for.
-    stats["optimise_failure"] = failure.error().message;
-  } catch (const TimeIsOver&) {
-    note_time_limit(stats);
-  }
-  return uv;
+    if (better) best = std::move(*better);
+    if (!better) stats["optimise_failure"] = better.error().message;
+  });
+  if (!in_time || context.time_is_over()) note_time_limit(stats);
+  return best;
 }
 
 int affordable_steps(const mesh::RefinedSurface& surface, int wanted) {
@@ -107,9 +108,9 @@ bool untangling_is_safe(const Constraints& constraints) {
   return !constraints.free_boundary() && constraints.turning_number == 1;
 }
 
-mesh::RefinedMap made_usable(mesh::RefinedMap fine, const mesh::RefinedSurface& surface,
-                             const Constraints& constraints, bool bijective,
-                             ExecutionContext& context, Stats& stats) {
+UsableMap made_usable(mesh::RefinedMap fine, const mesh::RefinedSurface& surface,
+                      const Constraints& constraints, bool bijective, ExecutionContext& context,
+                      Stats& stats) {
   {
     const ProgressRange range(context, 0.0, 0.5);
     const TimeLimit share(context, kShareOfStep * context.seconds_left());
@@ -118,17 +119,14 @@ mesh::RefinedMap made_usable(mesh::RefinedMap fine, const mesh::RefinedSurface& 
     fine.uv = optimise(fine.surface, held_vertices(fine.surface, constraints), fine.uv,
                        affordable_steps(fine.surface, kIterations), bijective, context, stats);
   }
-  if (untangling_is_safe(constraints)) {
+  if (untangling_is_safe(constraints) && constraints.use(Device::kRestricted)) {
     const ProgressRange range(context, 0.5, 0.8);
     if (std::optional<mesh::RefinedMap> map =
-            untangled_whole(fine, surface, constraints, context, stats)) {
-      stats["engine"] = std::string("matchmaker, restricted");
-      return std::move(*map);
-    }
+            untangled_whole(fine, surface, constraints, context, stats))
+      return {std::move(*map), true};
   }
   const ProgressRange range(context, 0.8, 1.0);
   const TimeLimit share(context, (1 - kShareOfStep) * context.seconds_left());
-  stats["engine"] = std::string("matchmaker, coarsened");
   // Fewer vertices are worth more distortion, but not one that nothing can be done with.
   constexpr double kMostLoss = 10.0;
   const Index keep = surface.mesh.vertex_count();
@@ -138,9 +136,9 @@ mesh::RefinedMap made_usable(mesh::RefinedMap fine, const mesh::RefinedSurface& 
     return energy_of(map, context) <= kMostLoss * energy_of(fine, context) &&
            !(bijective && overlaps(map.surface, map.uv));
   };
-  if (fit(coarse)) return coarse;
+  if (fit(coarse)) return {std::move(coarse)};
   coarse = coarsen(fine, constraints, keep, context, stats, Coarsening::kBounded);
-  return fit(coarse) ? coarse : fine;
+  return {fit(coarse) ? std::move(coarse) : std::move(fine)};
 }
 
 }  // namespace flipfree::matchmaker

@@ -6,7 +6,8 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
-#include "flipfree/matchmaker/patches/pipeline.h"
+#include "flipfree/matchmaker/request/constraints.h"
+#include "flipfree/mesh/refined/refined_map.h"
 
 namespace flipfree::matchmaker {
 
@@ -27,10 +28,14 @@ bool untangling_is_safe(const Constraints& constraints);
 
 // `fine`, a valid map that is finely cut and much distorted, made usable on `surface`, which has
 // the vertices that stay: optimised, and either restricted to them and untangled, or coarsened.
-// With `bijective` the result does not overlap itself if `fine` does not. Stats: "engine"
-// ("matchmaker, restricted", "matchmaker, coarsened"), "coarsen.*", "time_limit_reached".
-mesh::RefinedMap made_usable(mesh::RefinedMap fine, const mesh::RefinedSurface& surface,
-                             const Constraints& constraints, bool bijective,
-                             ExecutionContext& context, Stats& stats);
+// With `bijective` the result does not overlap itself if `fine` does not. Stats: "coarsen.*",
+// "time_limit_reached".
+struct UsableMap {
+  mesh::RefinedMap map;
+  bool restricted = false;  // to the vertices of `surface`
+};
+UsableMap made_usable(mesh::RefinedMap fine, const mesh::RefinedSurface& surface,
+                      const Constraints& constraints, bool bijective, ExecutionContext& context,
+                      Stats& stats);
 
 }  // namespace flipfree::matchmaker

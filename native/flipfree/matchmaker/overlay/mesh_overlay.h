@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/matchmaker/patches/pipeline.h"
+#include "flipfree/mesh/refined/refined_map.h"
 
 namespace flipfree::matchmaker {
 

@@ -17,7 +17,8 @@
 #include <vector>
 
 #include "flipfree/matchmaker/overlay/mesh_overlay.h"
-#include "flipfree/matchmaker/patches/pipeline.h"
+#include "flipfree/matchmaker/request/constraints.h"
+#include "flipfree/mesh/refined/refined_map.h"
 
 namespace flipfree::matchmaker {
 

@@ -6,7 +6,9 @@
 #include <string>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure/outcome.h"
 #include "flipfree/base/plane.h"
+#include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/embedding/embed.h"
 #include "flipfree/embedding/tutte/tutte.h"
 #include "flipfree/numeric/predicates.h"
@@ -258,43 +260,34 @@ class PatchEmbedder {
   void fill(const Disk& disk, ExecutionContext& context, Stats& stats) {
     const Frame round = round_frame(disk.boundary);
     const Frame plain{Vector2::Zero(), Eigen::Matrix2d::Identity(), Eigen::Matrix2d::Identity()};
-    struct Attempt {
+    struct Way {
       const Frame& frame;
       bool as_drawn;
       embedding::EmbedMethod method;
     };
-    const Attempt attempts[] = {{round, true, embedding::EmbedMethod::kLadder},
-                                {round, false, embedding::EmbedMethod::kLadder},
-                                {round, false, embedding::EmbedMethod::kSchnyder},
-                                {plain, false, embedding::EmbedMethod::kSchnyder}};
-    for (const Attempt& attempt : attempts) {
-      if (attempt.as_drawn && drawing_ == nullptr) continue;
+    const Way ways[] = {{round, true, embedding::EmbedMethod::kLadder},
+                        {round, false, embedding::EmbedMethod::kLadder},
+                        {round, false, embedding::EmbedMethod::kSchnyder},
+                        {plain, false, embedding::EmbedMethod::kSchnyder}};
+    for (const Way& way : ways) {
+      if (way.as_drawn && drawing_ == nullptr) continue;
       const ProgressRange quiet(context, 0.0, 0.0);
       Points2 boundary = disk.boundary;
       for (Eigen::Index i = 0; i < boundary.rows(); ++i) {
         boundary.row(i) =
-            (attempt.frame.to_round * (boundary.row(i).transpose() - attempt.frame.origin))
-                .transpose();
+            (way.frame.to_round * (boundary.row(i).transpose() - way.frame.origin)).transpose();
       }
-      Points2 uv;
-      try {
-        if (attempt.as_drawn) {
-          uv = as_drawn(disk, boundary, context);
-        } else {
+      Outcome<Points2> uv = attempt([&] {
+        return distortion::with_own_map([&] {
+          if (way.as_drawn) return as_drawn(disk, boundary, context);
           embedding::EmbedOptions options;
           options.float32 = false;
-          options.method = attempt.method;
-          uv = embedding::embed_disk(disk.faces, static_cast<Index>(disk.vertices.size()),
-                                     disk.loop, boundary, options, context, stats);
-        }
-      } catch (const Cancelled&) {
-        throw;
-      } catch (const TimeIsOver&) {
-        throw;
-      } catch (const Exception&) {
-        continue;  // the next attempt
-      }
-      if (uv.rows() > 0 && settles(disk, attempt.frame, uv, context)) return;
+          options.method = way.method;
+          return embedding::embed_disk(disk.faces, static_cast<Index>(disk.vertices.size()),
+                                       disk.loop, boundary, options, context, stats);
+        });
+      });
+      if (uv && uv->rows() > 0 && settles(disk, way.frame, *uv, context)) return;
     }
     // Ids would be the patch's own.
     throw_not_converged(

@@ -3,7 +3,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
-#include "flipfree/matchmaker/patches/trace_paths.h"
+#include "flipfree/matchmaker/paths/trace_paths.h"
 
 namespace flipfree::matchmaker {
 

@@ -25,9 +25,10 @@ void keep_shortest_tree(const mesh::RefinedSurface& surface, Target& target,
 }  // namespace
 
 mesh::RefinedMap run_matchmaker(const mesh::RefinedSurface& surface, const Constraints& constraints,
-                                ExecutionContext& context, Stats& stats) {
-  mesh::RefinedSurface work = constraints.free_boundary() ? mesh::with_collar(surface) : surface;
-  Target target = full_target(work, constraints, context);
+                                ExecutionContext& context, Stats& stats, const Target* given) {
+  const bool free = constraints.free_boundary();
+  mesh::RefinedSurface work = free ? mesh::with_collar(surface) : surface;
+  Target target = free || given == nullptr ? full_target(work, constraints, context) : *given;
   {
     const ProgressRange range(context, 0.0, 0.1);
     keep_shortest_tree(work, target, context);
@@ -41,23 +42,17 @@ mesh::RefinedMap run_matchmaker(const mesh::RefinedSurface& surface, const Const
   const ProgressRange range(context, 0.5, 1.0);
   const Points2 uv = embed_patches(work, target.domain, partition, paths, context, stats);
   stats["matchmaker.singular_corners"] = static_cast<std::int64_t>(target.singular.size());
-  return finished_map({std::move(work), uv}, partition, stats);
+  // Without collar and unused vertices.
+  mesh::RefinedMap map = mesh::compacted_map({std::move(work), uv});
+  note_matchmaker(map, partition, stats);
+  return map;
 }
 
-mesh::RefinedMap finished_map(const mesh::RefinedMap& work, const ConvexPartition& partition,
-                              Stats& stats) {
-  mesh::RefinedMap map;
-  std::vector<VertexId> old_vertex;
-  map.surface = mesh::compacted(work.surface, old_vertex);
-  map.uv.resize(static_cast<Eigen::Index>(old_vertex.size()), 2);
-  for (std::size_t v = 0; v < old_vertex.size(); ++v) {
-    map.uv.row(static_cast<Eigen::Index>(v)) = work.uv.row(old_vertex[v]);
-  }
+void note_matchmaker(const mesh::RefinedMap& map, const ConvexPartition& partition, Stats& stats) {
   stats["matchmaker.polygons"] = static_cast<std::int64_t>(partition.polygons.size());
   stats["matchmaker.paths"] = static_cast<std::int64_t>(partition.edges.size());
   stats["matchmaker.added_vertices"] =
       static_cast<std::int64_t>(map.surface.mesh.vertex_count() - map.surface.input_vertices());
-  return map;
 }
 
 }  // namespace flipfree::matchmaker

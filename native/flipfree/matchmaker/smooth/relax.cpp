@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "flipfree/base/error.h"
+#include "flipfree/base/failure/outcome.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/energy/rest_shapes.h"
@@ -34,14 +34,15 @@ double best_unit(const mesh::RefinedMap& map, const ExecutionContext& context) {
 }
 
 bool minimize(const mesh::Surface& surface, const distortion::MinimizeOptions& options, Points2& uv,
-              ExecutionContext& context) try {
+              ExecutionContext& context) {
   if (static_cast<Eigen::Index>(options.fixed.size()) >= uv.rows()) return true;
   Stats unused;
-  uv = distortion::with_own_map(
-      [&] { return distortion::minimize_distortion(surface, uv, options, context, unused); });
-  return true;
-} catch (const NotConverged&) {
-  return false;
+  Outcome<Points2> better = attempt([&] {
+    return distortion::with_own_map(
+        [&] { return distortion::minimize_distortion(surface, uv, options, context, unused); });
+  });
+  if (better) uv = std::move(*better);
+  return static_cast<bool>(better);
 }
 
 distortion::MinimizeOptions minimize_options(const RelaxOptions& options) {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/matchmaker/patches/pipeline.h"
+#include "flipfree/mesh/refined/refined_map.h"
 #include "flipfree/numeric/cholesky/elimination_memory.h"
 
 namespace flipfree::matchmaker {

@@ -218,7 +218,8 @@ std::optional<Points2> first_try(mesh::RefinedSurface& surface, const Constraint
   std::optional<Points2> uv = untangle_from(surface, boundary_only, start, context, stats);
   // Long narrow targets stretch triangles far from their shapes on the surface: rather those of the
   // composition.
-  if (!uv) uv = untangle_from(surface, boundary_only, start, context, stats, &shapes);
+  if (!uv && constraints.use(Device::kShapes))
+    uv = untangle_from(surface, boundary_only, start, context, stats, &shapes);
   return uv;
 }
 

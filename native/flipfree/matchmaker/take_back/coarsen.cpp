@@ -5,12 +5,11 @@
 #include <cstddef>
 #include <utility>
 
+#include "flipfree/matchmaker/request/time_share.h"
 #include "flipfree/matchmaker/smooth/relax.h"
 #include "flipfree/matchmaker/start/first_try.h"
-#include "flipfree/matchmaker/take_back/remove_vertex.h"
 #include "flipfree/matchmaker/take_back/restore.h"
-#include "flipfree/matchmaker/take_back/straighten.h"
-#include "flipfree/matchmaker/take_back/time_share.h"
+#include "flipfree/matchmaker/take_back/take_back.h"
 #include "flipfree/matchmaker/take_back/untangle_removal.h"
 
 namespace flipfree::matchmaker {
@@ -18,8 +17,9 @@ namespace {
 
 constexpr int kMostPasses = 12;
 constexpr int kRelaxIterations = 6;
-// A pass that removes a smaller share (in per cent) of what is there is idle.
+// A pass that removes a smaller share (in per cent) of what is there is idle; so many end it.
 constexpr Index kWorthwhile = 2;
+constexpr int kIdle = 2;
 // Neighbourhoods in which pieces are untangled at the end.
 constexpr std::array<int, 2> kRings = {2, 5};
 // Passes in which what is left is untangled vertex by vertex: while each frees this share (in per
@@ -43,15 +43,16 @@ class Coarsener {
   mesh::RefinedMap& map() { return map_; }
 
   void all() {
-    in_passes(0.8, [&] { return pass(); });
+    {
+      const ProgressRange range(context_, 0.0, 0.8);
+      run({kMostPasses, constraints_.use(Device::kStraighten), kWorthwhile, kIdle});
+    }
     const ProgressRange rest(context_, 0.8, 1.0);
-    restore_in_pieces();
-    untangle_one_by_one();
+    if (constraints_.use(Device::kRestore)) restore_in_pieces();
+    if (constraints_.use(Device::kUntangle)) untangle_one_by_one();
   }
 
-  void bounded() {
-    in_passes(1.0, [&] { return bounded_pass(); });
-  }
+  void bounded() { run({kMostPasses, false, 0, 1}); }
 
   std::int64_t passes() const { return passes_; }
 
@@ -67,31 +68,8 @@ class Coarsener {
     return relax(map_, held(), options, context_);
   }
 
-  // Passes while there is something to remove and a pass says that another is worth it, in the
-  // first `share` of the progress.
-  template <typename Pass>
-  void in_passes(double share, const Pass& pass) {
-    for (int i = 0; i < kMostPasses && added() > 0; ++i) {
-      const double begin = share * i / kMostPasses;
-      context_.report("taking refinement back", begin);
-      const ProgressRange quiet(context_, begin, share * (i + 1) / kMostPasses);
-      if (!pass()) return;
-    }
-  }
-
-  bool pass() {
-    const Index there = added();
-    const Index removed = remove_added(map_, held(), keep_, context_);
-    idle_ = 100 * removed < kWorthwhile * there ? idle_ + 1 : 0;
-    if (added() == 0 || !relaxed()) return false;
-    ++passes_;
-    return idle_ < 2;
-  }
-
-  bool bounded_pass() {
-    if (thin_out(map_, held(), keep_, context_) == 0 || !relaxed()) return false;
-    ++passes_;
-    return true;
+  void run(const Schedule& schedule) {
+    passes_ += take_back(map_, held(), keep_, schedule, context_, [&] { return relaxed(); });
   }
 
   void restore_in_pieces() {
@@ -123,39 +101,9 @@ class Coarsener {
   ExecutionContext& context_;
   numeric::EliminationMemory order_;
   std::int64_t passes_ = 0;
-  int idle_ = 0;
 };
 
 }  // namespace
-
-Index remove_vertices(mesh::RefinedMap& map, const std::vector<char>& removable,
-                      ExecutionContext& context) {
-  VertexRemover remover(map);
-  Index removed = 0;
-  for (VertexId v = map.surface.mesh.vertex_count(); v-- > 0;) {
-    if (v % 256 == 0) context.check();
-    if (removable[static_cast<std::size_t>(v)] != 0 && remover.remove(v)) ++removed;
-  }
-  return removed;
-}
-
-Index thin_out(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
-               ExecutionContext& context) {
-  std::vector<char> removable(map.surface.position.size(), 0);
-  std::fill(removable.begin() +
-                std::min<std::ptrdiff_t>(keep, static_cast<std::ptrdiff_t>(removable.size())),
-            removable.end(), char{1});
-  for (const VertexId v : held) removable[static_cast<std::size_t>(v)] = 0;
-  const Index removed = remove_vertices(map, removable, context);
-  if (removed > 0) map = mesh::compacted_map(map);
-  return removed;
-}
-
-Index remove_added(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
-                   ExecutionContext& context) {
-  straighten(map, held, keep, context);
-  return thin_out(map, held, keep, context);
-}
 
 mesh::RefinedMap coarsen(mesh::RefinedMap map, const Constraints& constraints, Index keep,
                          ExecutionContext& context, Stats& stats, Coarsening how) {

@@ -12,7 +12,8 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
-#include "flipfree/matchmaker/patches/pipeline.h"
+#include "flipfree/matchmaker/request/constraints.h"
+#include "flipfree/mesh/refined/refined_map.h"
 
 namespace flipfree::matchmaker {
 
@@ -31,19 +32,5 @@ enum class Coarsening {
 mesh::RefinedMap coarsen(mesh::RefinedMap map, const Constraints& constraints, Index keep,
                          ExecutionContext& context, Stats& stats,
                          Coarsening how = Coarsening::kAll);
-
-// One pass without relaxing, in the order of decreasing vertex ids (the last added first). Returns
-// the number removed; removed vertices stay as isolated ones until compacted.
-Index remove_vertices(mesh::RefinedMap& map, const std::vector<char>& removable,
-                      ExecutionContext& context);
-
-// One pass over the vertices from `keep` on that are not held, removed ones compacted away;
-// vertices below `keep` keep their ids. Returns the number removed.
-Index thin_out(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
-               ExecutionContext& context);
-
-// straighten() (straighten.h) and thin_out(). Returns the number removed.
-Index remove_added(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
-                   ExecutionContext& context);
 
 }  // namespace flipfree::matchmaker

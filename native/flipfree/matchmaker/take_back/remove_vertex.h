@@ -9,8 +9,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "flipfree/matchmaker/patches/pipeline.h"
 #include "flipfree/mesh/refined/fill_polygon.h"
+#include "flipfree/mesh/refined/refined_map.h"
 
 namespace flipfree::matchmaker {
 

@@ -41,6 +41,7 @@ Constraints restricted(const Constraints& constraints, const CoarseDisk& disk,
   result.turning_number = constraints.turning_number;
   result.simple_outline = constraints.simple_outline;
   result.one_to_one = constraints.one_to_one;
+  result.ablated = constraints.ablated;
   for (const PinnedVertex& p : constraints.pins) result.pins.push_back({id(p.vertex), p.uv});
   if (constraints.free_boundary()) return result;
   std::vector<Vector2> target(disk.fine.size(), Vector2::Zero());
@@ -88,6 +89,7 @@ class CoarseToFine {
 
   std::int64_t levels = 0;
   std::int64_t lifted = 0;
+  bool exhausted = false;
 
  private:
   static std::vector<char> vertices_to_keep(const mesh::RefinedSurface& surface,
@@ -104,7 +106,9 @@ class CoarseToFine {
     stats_["walk.coarsest"] = static_cast<std::int64_t>(count);
     {
       const ProgressRange range(context_, 0.0, 0.8);
-      if (!walk_pins(map, constraints, true, context_, stats_)) return false;
+      const Walk walk = walk_pins(map, constraints, true, context_, stats_);
+      exhausted = walk.exhausted;
+      if (!walk.arrived) return false;
     }
     const ProgressRange range(context_, 0.8, 1.0);
     if (map.surface.mesh.vertex_count() > count)
@@ -123,17 +127,17 @@ bool has_coarse_levels(const mesh::RefinedSurface& surface, const Constraints& c
          !constraints.pins.empty();
 }
 
-bool walk_coarse_to_fine(mesh::RefinedMap& map, const Constraints& constraints,
-                         ExecutionContext& context, Stats& stats) {
+CoarseWalk walk_coarse_to_fine(mesh::RefinedMap& map, const Constraints& constraints,
+                               ExecutionContext& context, Stats& stats) {
   stats["walk.levels"] = std::int64_t{0};
-  if (!has_coarse_levels(map.surface, constraints)) return false;
+  if (!has_coarse_levels(map.surface, constraints)) return {};
   mesh::RefinedMap trial = map;
   CoarseToFine levels(context, stats);
-  if (!levels.walk(trial, constraints)) return false;
+  if (!levels.walk(trial, constraints)) return {false, levels.exhausted};
   map = std::move(trial);
   stats["walk.levels"] = levels.levels;
   stats["walk.lifted"] = levels.lifted;
-  return true;
+  return {true};
 }
 
 }  // namespace flipfree::matchmaker

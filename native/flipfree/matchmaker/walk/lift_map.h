@@ -12,8 +12,8 @@
 #pragma once
 
 #include "flipfree/base/context.h"
-#include "flipfree/matchmaker/patches/pipeline.h"
 #include "flipfree/matchmaker/walk/decimate.h"
+#include "flipfree/mesh/refined/refined_map.h"
 
 namespace flipfree::matchmaker {
 

@@ -21,8 +21,8 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/matchmaker/patches/pipeline.h"
 #include "flipfree/matchmaker/request/polygon.h"
+#include "flipfree/mesh/refined/refined_map.h"
 
 namespace flipfree::matchmaker {
 

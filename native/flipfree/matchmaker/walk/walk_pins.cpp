@@ -5,18 +5,20 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <utility>
 
-#include "flipfree/base/error.h"
+#include "flipfree/base/failure/outcome.h"
 #include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/minimize/targets.h"
 #include "flipfree/matchmaker/at_once/arms.h"
 #include "flipfree/matchmaker/at_once/planned_walk.h"
 #include "flipfree/matchmaker/finish/unfold_wholes.h"
+#include "flipfree/matchmaker/request/time_share.h"
 #include "flipfree/matchmaker/smooth/neighbourhood.h"
 #include "flipfree/matchmaker/smooth/relax.h"
 #include "flipfree/matchmaker/start/first_try.h"
-#include "flipfree/matchmaker/take_back/coarsen.h"
+#include "flipfree/matchmaker/take_back/take_back.h"
 #include "flipfree/matchmaker/take_back/untangle_removal.h"
 #include "flipfree/matchmaker/walk/corridor.h"
 #include "flipfree/matchmaker/walk/push_point.h"
@@ -90,17 +92,15 @@ class Walker {
     std::vector<std::pair<VertexId, Vector2>> targets;
     for (const PinnedVertex& p : pins) targets.emplace_back(p.vertex, p.uv);
     Stats unused;
-    distortion::TargetsResult result;
-    try {
-      result = distortion::with_own_map([&] {
+    // Too squeezed for the Newton system: blocked, like any other.
+    Outcome<distortion::TargetsResult> result = attempt([&] {
+      return distortion::with_own_map([&] {
         return distortion::minimize_with_targets(chart_, map_.uv, targets, options, context_,
                                                  unused);
       });
-    } catch (const NotConverged&) {
-      return false;  // too squeezed for the Newton system: blocked, like any other
-    }
-    if (!result.missed.empty()) return false;
-    map_.uv = std::move(result.uv);
+    });
+    if (!result || !result->missed.empty()) return false;
+    map_.uv = std::move(result->uv);
     for (const PinnedVertex& p : pins) hold(p);
     return true;
   }
@@ -209,19 +209,17 @@ class Walker {
 
   // Removes what refinement it can, so that it does not pile up.
   void take_back(VertexId moving) {
-    for (int round = 0; round < kMostRounds; ++round) {
-      const Index before = added();
-      if (before == 0) return;
-      const std::vector<VertexId> around = around_refinement();
-      const Index removed = remove_added(map_, held_, keep_, context_);
-      if (removed == 0) break;
+    std::vector<VertexId> around = around_refinement();
+    matchmaker::take_back(map_, held_, keep_, {kMostRounds, true, kWorthwhile, 1}, context_, [&] {
       chart_ = to_surface(map_.surface);
-      relax(kStepsOnTheWay, moving, around);
-      if (100 * removed < kWorthwhile * before) break;
-    }
+      relax(kStepsOnTheWay, moving, std::exchange(around, around_refinement()));
+      return true;
+    });
+    if (added() == 0) return;
     // Inside a prescribed boundary there is little room to make: it takes long and frees little,
     // and is worth it only before the refinement gets out of hand.
     if (!constraints_.free_boundary() && added() <= keep_) return;
+    if (!constraints_.use(Device::kUnfold)) return;
     std::vector<VertexId> held = held_;
     held.push_back(moving);
     const Index there = added();
@@ -259,10 +257,10 @@ class Walker {
 };
 
 // Pulls the pins home one after another, the nearest first, and pushes those that do not come.
-bool walk_one_by_one(Walker& walker, const mesh::RefinedMap& map, const Constraints& constraints,
+Walk walk_one_by_one(Walker& walker, const mesh::RefinedMap& map, const Constraints& constraints,
                      bool refine, ExecutionContext& context, Stats& stats) {
   // A push would bend lines, and cannot tell the sheets of a target that overlaps itself apart.
-  const bool may_push = refine && constraints.edges.empty() &&
+  const bool may_push = refine && constraints.edges.empty() && constraints.use(Device::kPush) &&
                         (constraints.free_boundary() || constraints.simple_outline);
   std::vector<PinnedVertex> waiting = constraints.pins;
   std::stable_sort(waiting.begin(), waiting.end(),
@@ -270,68 +268,91 @@ bool walk_one_by_one(Walker& walker, const mesh::RefinedMap& map, const Constrai
                      return (map.uv.row(a.vertex).transpose() - a.uv).squaredNorm() <
                             (map.uv.row(b.vertex).transpose() - b.uv).squaredNorm();
                    });
+  Walk walk;
+  walk.mode = WalkMode::kOneByOne;
   std::int64_t pushes = 0;
   for (std::size_t i = 0; i < waiting.size(); ++i) {
     const auto share = [&](std::size_t k) {
       return static_cast<double>(k) / static_cast<double>(waiting.size());
     };
     const ProgressRange range(context, share(i), share(i + 1));
-    if (walker.pull({waiting[i]}, kStepsPerPin, kPullsPerPin)) continue;
+    if (constraints.use(Device::kPull) && walker.pull({waiting[i]}, kStepsPerPin, kPullsPerPin))
+      continue;
     stats["walk.pushes"] = ++pushes;
     const bool pushed = may_push && walker.push(waiting[i]);
-    if (!pushed || (walker.exhausted() && i + 1 < waiting.size())) {
-      if (pushed) stats["walk.exhausted"] = std::int64_t{1};
-      stats["walk.blocked"] = static_cast<std::int64_t>(waiting.size() - i);
-      return false;
-    }
+    walk.exhausted = pushed && walker.exhausted() && i + 1 < waiting.size();
+    if (pushed && !walk.exhausted) continue;
+    stats["walk.blocked"] = static_cast<std::int64_t>(waiting.size() - i);
+    return walk;
   }
-  return true;
+  walk.arrived = true;
+  return walk;
 }
 
-}  // namespace
-
-bool walk_pins(mesh::RefinedMap& map, const Constraints& constraints, bool refine,
-               ExecutionContext& context, Stats& stats) {
-  if (constraints.pins.empty()) return true;
+Walk walked(mesh::RefinedMap& map, const Constraints& constraints, bool refine,
+            ExecutionContext& context, Stats& stats) {
+  if (constraints.pins.empty()) return {true};
   const Index keep = map.surface.mesh.vertex_count();
   Walker walker(map, constraints, context);
   {
     const ProgressRange range(context, 0.0, 0.2);
-    if (walker.pull(constraints.pins, kStepsTogether, kPullsTogether)) {
-      stats["walk.mode"] = std::string("together");
-      return true;
-    }
+    if (walker.pull(constraints.pins, kStepsTogether, kPullsTogether))
+      return {true, WalkMode::kTogether};
   }
   std::optional<mesh::RefinedMap> armed;
   if (refine) {
     const ProgressRange range(context, 0.2, 0.5);
-    if (walk_as_planned(map, constraints, context, stats)) {
-      stats["walk.mode"] = std::string("planned");
-      return true;
+    if (constraints.use(Device::kPlanned)) {
+      const PlannedWalk planned = walk_as_planned(map, constraints, context, stats);
+      if (planned.arrived) return {true, WalkMode::kPlanned, false, planned.settled};
     }
     armed = map;
-    if (!walk_with_arms(*armed, constraints, context, stats)) armed.reset();
+    if (!constraints.use(Device::kArms) || !walk_with_arms(*armed, constraints, context, stats))
+      armed.reset();
   }
   const auto added = [&](const mesh::RefinedMap& m) {
     return m.surface.mesh.vertex_count() - keep;
   };
-  const bool walk =
-      !armed || (kMuchOfArms * added(*armed) > keep && constraints.pins.size() <= kFewPins);
-  if (walk) {
+  if (!armed || (kMuchOfArms * added(*armed) > keep && constraints.pins.size() <= kFewPins)) {
     const ProgressRange range(context, 0.5, 1.0);
-    stats["walk.mode"] = std::string("one by one");
-    bool arrived = false;
-    try {
-      arrived = walk_one_by_one(walker, map, constraints, refine, context, stats);
-    } catch (const TimeIsOver&) {
-      if (!armed) throw;
+    Walk walk;
+    const auto one_by_one = [&] {
+      walk = walk_one_by_one(walker, map, constraints, refine, context, stats);
+    };
+    if (armed) {
+      ended_in_time(one_by_one);
+    } else {
+      one_by_one();
     }
-    if (!armed || (arrived && added(map) <= added(*armed))) return arrived;
+    if (!armed || (walk.arrived && added(map) <= added(*armed))) return walk;
   }
-  stats["walk.mode"] = std::string("arms");
-  stats.erase("walk.exhausted");
   map = std::move(*armed);
-  return true;
+  return {true, WalkMode::kArms};
+}
+
+const char* name_of(WalkMode mode) {
+  switch (mode) {
+    case WalkMode::kNone:
+      break;
+    case WalkMode::kTogether:
+      return "together";
+    case WalkMode::kPlanned:
+      return "planned";
+    case WalkMode::kArms:
+      return "arms";
+    case WalkMode::kOneByOne:
+      return "one by one";
+  }
+  return "none";
+}
+
+}  // namespace
+
+Walk walk_pins(mesh::RefinedMap& map, const Constraints& constraints, bool refine,
+               ExecutionContext& context, Stats& stats) {
+  const Walk walk = walked(map, constraints, refine, context, stats);
+  if (walk.mode != WalkMode::kNone) stats["walk.mode"] = std::string(name_of(walk.mode));
+  return walk;
 }
 
 }  // namespace flipfree::matchmaker

@@ -13,18 +13,27 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
-#include "flipfree/matchmaker/patches/pipeline.h"
+#include "flipfree/matchmaker/request/constraints.h"
+#include "flipfree/mesh/refined/refined_map.h"
 
 namespace flipfree::matchmaker {
 
-// Precondition: map.uv is flip-free, a prescribed boundary is at its targets. True if all pins
-// arrived bit for bit; then `map` is the result, otherwise some valid map on the way. Without
+enum class WalkMode { kNone, kTogether, kPlanned, kArms, kOneByOne };
+
+struct Walk {
+  bool arrived = false;  // all pins, bit for bit: the map is the result, otherwise one on the way
+  WalkMode mode = WalkMode::kNone;  // that led there, or was tried last
+  bool exhausted = false;           // given up as it would take out of proportion long
+  bool settled = false;             // coarsen() has nothing to add
+};
+
+// Precondition: map.uv is flip-free, a prescribed boundary is at its targets. Without
 // `refine` no vertex is added and nothing pushed. In exact arithmetic pushes always arrive; in
 // doubles they can fail where a map has become so narrow that new vertices cannot be told apart, or
 // where one push would add more than a few times the input's vertices. A walk that would take out
-// of proportion long, as every push leaves more refinement behind, is given up ("walk.exhausted").
+// of proportion long, as every push leaves more refinement behind, is given up.
 // Lines and targets that overlap themselves are not pushed at all. Stats: "walk.*".
-bool walk_pins(mesh::RefinedMap& map, const Constraints& constraints, bool refine,
+Walk walk_pins(mesh::RefinedMap& map, const Constraints& constraints, bool refine,
                ExecutionContext& context, Stats& stats);
 
 }  // namespace flipfree::matchmaker

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "flipfree/matchmaker/match.h"
-#include "flipfree/matchmaker/patches/tracing_order.h"
+#include "flipfree/matchmaker/paths/tracing_order.h"
 #include "support/shapes.h"
 
 namespace flipfree::matchmaker {
@@ -105,7 +105,7 @@ TEST(FilmOverlay, AGridFillsHilbertsCurveOfOrderThreeWithThreePins) {
   ExecutionContext context;
   const certify::Parametrization map = match(surface, request, {}, context);
   expect_met(map, request);
-  EXPECT_EQ(std::get<std::string>(map.stats.at("engine")), "overlay");
+  EXPECT_EQ(std::get<std::string>(map.stats.at("engine")), "film overlay");
   // Crossings, not powers of two: the straight lines cross each of the surface's edges a few times.
   EXPECT_LT(std::get<std::int64_t>(map.stats.at("matchmaker.added_vertices")),
             8 * surface.vertices.rows());

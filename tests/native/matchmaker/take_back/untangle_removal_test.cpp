@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "flipfree/distortion/untangle.h"
-#include "flipfree/matchmaker/take_back/coarsen.h"
+#include "flipfree/matchmaker/take_back/remove_added.h"
 #include "matchmaker/refined_maps.h"
 #include "support/shapes.h"
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "flipfree/matchmaker/take_back/coarsen.h"
+#include "flipfree/matchmaker/take_back/remove_added.h"
 #include "flipfree/matchmaker/walk/corridor.h"
 #include "flipfree/numeric/predicates.h"
 #include "matchmaker/refined_maps.h"

@@ -9,8 +9,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
-#include <string>
 #include <utility>
 
 #include "flipfree/base/context.h"
@@ -27,26 +25,28 @@ constexpr double kShareOfStep = 0.4;
 
 inline void note_time_limit(Stats& stats) { stats["time_limit_reached"] = std::int64_t{1}; }
 
-// What `way` finds; nothing if its share of the time is over, TimeIsOver if all of it is. Stats:
-// "ways_out_of_time".
-template <typename Way>
-std::optional<mesh::RefinedMap> while_share_lasts(ExecutionContext& context, Stats& stats,
-                                                  Way&& way) try {
-  return std::forward<Way>(way)();
+// Runs `work`; false if time was over before it ended.
+template <typename Work>
+bool ended_in_time(Work&& work) try {
+  std::forward<Work>(work)();
+  return true;
 } catch (const TimeIsOver&) {
+  return false;
+}
+
+// The same for `way` and its share of the time; TimeIsOver if all of it is over.
+template <typename Way>
+bool ended_in_share(ExecutionContext& context, Way&& way) {
+  if (ended_in_time(std::forward<Way>(way))) return true;
   context.check();
-  auto [entry, first] = stats.emplace("ways_out_of_time", std::int64_t{0});
-  ++std::get<std::int64_t>(entry->second);
-  return std::nullopt;
+  return false;
 }
 
 // Runs `steps`, each of which makes the valid map better in place and leaves it valid wherever a
 // check throws. False if time was over before they ended.
 template <typename Steps>
-bool while_time_lasts(mesh::RefinedMap& map, Steps&& steps) try {
-  std::forward<Steps>(steps)();
-  return true;
-} catch (const TimeIsOver&) {
+bool while_time_lasts(mesh::RefinedMap& map, Steps&& steps) {
+  if (ended_in_time(std::forward<Steps>(steps))) return true;
   map = mesh::compacted_map(map);  // of vertices that are gone
   return false;
 }

@@ -1,4 +1,4 @@
-#include "flipfree/matchmaker/target/outline_film.h"
+#include "flipfree/matchmaker/film/outline_film.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <numbers>
 #include <set>
 
-#include "flipfree/matchmaker/patches/build_target.h"
+#include "flipfree/matchmaker/film/sheet_target.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::matchmaker {

@@ -1,4 +1,4 @@
-#include "flipfree/matchmaker/patches/build_target.h"
+#include "flipfree/matchmaker/film/sheet_target.h"
 
 #include <gtest/gtest.h>
 

@@ -1,18 +1,14 @@
-#include "flipfree/matchmaker/patches/trace_paths.h"
+#include "flipfree/matchmaker/paths/trace_paths.h"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
-#include <cstdint>
-#include <functional>
-#include <queue>
 #include <string>
-#include <tuple>
 #include <utility>
 
 #include "flipfree/base/error.h"
-#include "flipfree/matchmaker/patches/outline_tree.h"
-#include "flipfree/matchmaker/patches/tracing_order.h"
+#include "flipfree/matchmaker/paths/outline_tree.h"
+#include "flipfree/matchmaker/paths/path_search.h"
+#include "flipfree/matchmaker/paths/tracing_order.h"
 #include "flipfree/mesh/refined/curve_overlay.h"
 
 namespace flipfree::matchmaker {
@@ -20,28 +16,8 @@ namespace {
 
 using Mesh = mesh::EditableTriangulation;
 
-// What crossing an edge of the surface costs besides the way, as it adds a vertex: this share of
-// the edge, and a bit that decides where all is too near to tell. It depends on the edge alone:
-// then a path that enters a face twice, or turns back, is never shorter than the one that leaves
-// the detour out, and hence does not get into its own way. (A price in proportion to the way makes
-// paths go down a blind alley and back, as diagonals inside cells cost less.) In a drawing, where
-// paths have to follow straight lines, the price is in proportion all the same: edges that are
-// drawn long would turn them aside.
-constexpr double kCrossingShare = 0.25;
-constexpr double kCrossingShareOfWay = 0.5;
-constexpr double kCrossingCost = 1e-4;  // in units of the mean edge
 // Vertices that paths may add: beyond, what follows takes minutes.
 constexpr Index kMostAdded = 500'000;
-constexpr int kVisitsPerCheck = 1 << 14;
-// Crossings keep this share of an edge's piece away from its ends.
-constexpr double kMargin = 0.15;
-
-// A step of a path: to a vertex, or across an edge of the surface, which is split there.
-struct Step {
-  VertexId vertex = kInvalid;
-  std::array<VertexId, 2> edge = {kInvalid, kInvalid};
-  Vector2 place = Vector2::Zero();  // in the drawing
-};
 
 class Tracer {
  public:
@@ -55,7 +31,7 @@ class Tracer {
         partition_(partition),
         paths_(partition.edges.size()),
         drawing_(drawing),
-        crossing_cost_(kCrossingCost * mean_length()),
+        search_(surface, overlay_, taken_, drawing),
         added_from_(mesh_.vertex_count()) {
     taken_.assign(static_cast<std::size_t>(mesh_.vertex_count()), false);
     for (const VertexId v : surface.outer_boundary) taken_[static_cast<std::size_t>(v)] = true;
@@ -106,15 +82,13 @@ class Tracer {
     const VertexId to = mesh_vertex(edge.b);
     std::vector<VertexId> path = {from};
     std::vector<FaceId> start = sector(edge.a, e);
-    if (drawing_ != nullptr) {
-      line_ = {(*drawing_)[static_cast<std::size_t>(from)],
-               (*drawing_)[static_cast<std::size_t>(to)]};
-    }
+    search_.keep_near(from, to);
     // A path that passes one cell twice can cross itself when its splits are made. Then the rest is
     // searched again from where it stopped; what was laid is a slit and cuts nothing off.
     constexpr int kMaxRestarts = 1000;
     for (int i = 0;; ++i) {
-      if (realise(e, search(path.back(), start, to, sector(edge.b, e), context), path)) break;
+      if (realise(e, search_.run({path.back(), start}, {to, sector(edge.b, e)}, context), path))
+        break;
       if (i == kMaxRestarts) throw InternalError("a traced path lost its way");
       start = onward(path);
     }
@@ -130,8 +104,8 @@ class Tracer {
   double cost_of(Index e, const ExecutionContext& context) {
     const auto& edge = partition_.edges[static_cast<std::size_t>(e)];
     const VertexId to = mesh_vertex(edge.b);
-    search(mesh_vertex(edge.a), sector(edge.a, e), to, sector(edge.b, e), context);
-    return distance_[vertex_node(to)];
+    search_.run({mesh_vertex(edge.a), sector(edge.a, e)}, {to, sector(edge.b, e)}, context);
+    return search_.length();
   }
   // A lower bound of cost_of().
   double least_cost_of(Index e) const {
@@ -142,14 +116,6 @@ class Tracer {
   }
 
  private:
-  // Of an edge, where the lengths of paths are measured.
-  double mean_length() const {
-    double sum = 0;
-    for (HalfedgeId h = 0; h < mesh_.halfedge_slots(); ++h) {
-      if (mesh_.alive(h / 3)) sum += length(place(h), place(next_corner(h)));
-    }
-    return sum / static_cast<double>(std::max(mesh_.halfedge_slots(), Index{1}));
-  }
   VertexId mesh_vertex(Index domain_vertex) const {
     return domain_.mesh_vertex[static_cast<std::size_t>(domain_vertex)];
   }
@@ -205,161 +171,9 @@ class Tracer {
     return faces;
   }
 
-  static double length(const Vector3& a, const Vector3& b) { return (a - b).norm(); }
-  // Where a corner lies: in the drawing, or on the surface.
-  Vector3 place(HalfedgeId corner) const {
-    const auto v = static_cast<std::size_t>(mesh_.source(corner));
-    if (drawing_ == nullptr) return surface_.position[v];
-    return {(*drawing_)[v].x(), (*drawing_)[v].y(), 0.0};
-  }
-  // Where a path crosses the edge of h: in the middle, or in a drawing as near to the straight line
-  // between the path's ends as the room for further paths allows.
-  Vector3 crossing(HalfedgeId h) const {
-    const Vector3 a = place(h);
-    const Vector3 b = place(next_corner(h));
-    if (drawing_ == nullptr) return 0.5 * (a + b);
-    const Vector2 along = line_[1] - line_[0];
-    const auto side = [&](const Vector3& p) {
-      return along.x() * (p.y() - line_[0].y()) - along.y() * (p.x() - line_[0].x());
-    };
-    const double of_a = side(a);
-    const double of_b = side(b);
-    const double t = of_a == of_b ? 0.5 : std::clamp(of_a / (of_a - of_b), kMargin, 1 - kMargin);
-    return a + t * (b - a);
-  }
-
-  // Of a step from `here` across h.
-  double cost(HalfedgeId h, const Vector3& here) const {
-    const double way = length(here, crossing(h));
-    if (!overlay_.on_base_edge(h)) return way;
-    const double price = drawing_ != nullptr
-                             ? kCrossingShareOfWay * way
-                             : kCrossingShare * length(place(h), place(next_corner(h)));
-    return way + price + crossing_cost_;
-  }
-
-  // Nodes: vertex v, or, entering the face of h, the middle of the edge of h: a path that has
-  // crossed an edge goes on through the face beyond it. Distances are kept by stamps, so that a
-  // search costs only what it visits.
-  std::size_t vertex_node(VertexId v) const { return static_cast<std::size_t>(v); }
-  std::size_t edge_node(HalfedgeId h) const {
-    return static_cast<std::size_t>(mesh_.vertex_count() + h);
-  }
-
-  struct Entry {
-    double distance;
-    std::size_t node;
-    bool operator>(const Entry& other) const {
-      return std::tie(distance, node) > std::tie(other.distance, other.node);
-    }
-  };
-
-  std::vector<Step> search(VertexId from, const std::vector<FaceId>& from_sector, VertexId to,
-                           const std::vector<FaceId>& to_sector, const ExecutionContext& context) {
-    const auto nodes = static_cast<std::size_t>(mesh_.vertex_count() + mesh_.halfedge_slots());
-    if (distance_.size() < nodes) {
-      distance_.resize(nodes + nodes / 4);
-      previous_.resize(distance_.size());
-      stamp_.resize(distance_.size(), 0);
-    }
-    ++now_;
-    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-    const auto offer = [&](std::size_t node, double distance, std::size_t previous) {
-      if (stamp_[node] == now_ && distance_[node] <= distance) return;
-      stamp_[node] = now_;
-      distance_[node] = distance;
-      previous_[node] = previous;
-      queue.push({distance, node});
-    };
-    const auto in = [](const std::vector<FaceId>& faces, FaceId f) {
-      return std::find(faces.begin(), faces.end(), f) != faces.end();
-    };
-    const auto free_vertex = [&](VertexId v) { return !taken(v); };
-    const auto free_edge = [&](HalfedgeId h) {
-      return mesh_.mark(h) == Mesh::kUnmarked && !mesh_.is_boundary(h);
-    };
-    // May a step along the edge h, into its target, end the path? Both faces beside it must be in
-    // the sector.
-    const auto ends_along = [&](HalfedgeId h) {
-      return mesh_.target(h) == to && mesh_.mark(h) == Mesh::kUnmarked && !mesh_.is_boundary(h) &&
-             in(to_sector, h / 3) && in(to_sector, mesh_.opposite(h) / 3);
-    };
-    // Arcs out of vertex v within face f, h being the half-edge of f that leaves v.
-    const auto relax_corner = [&](std::size_t node, double base, HalfedgeId h) {
-      const HalfedgeId facing = next_corner(h);
-      if (free_edge(facing)) {
-        offer(edge_node(mesh_.opposite(facing)), base + cost(facing, place(h)), node);
-      }
-    };
-    const auto relax_along = [&](std::size_t node, double base, HalfedgeId h) {
-      if (mesh_.mark(h) != Mesh::kUnmarked || mesh_.is_boundary(h)) return;
-      const VertexId w = mesh_.target(h);
-      if (free_vertex(w) || ends_along(h)) {
-        offer(vertex_node(w), base + length(place(h), place(next_corner(h))), node);
-      }
-    };
-    const std::size_t start = vertex_node(from);
-    const std::size_t goal = vertex_node(to);
-    stamp_[start] = now_;
-    distance_[start] = 0;
-    previous_[start] = start;
-    mesh_.for_each_outgoing(from, [&](HalfedgeId h) {
-      if (!in(from_sector, h / 3)) return;
-      relax_corner(start, 0, h);
-      const HalfedgeId o = mesh_.opposite(h);
-      if (o != kInvalid && in(from_sector, o / 3)) relax_along(start, 0, h);
-    });
-    for (int visited = 0; !queue.empty(); ++visited) {
-      if (visited % kVisitsPerCheck == 0) context.check();
-      const Entry top = queue.top();
-      queue.pop();
-      if (top.distance > distance_[top.node]) continue;
-      if (top.node == goal) return read_path(start, goal);
-      if (top.node < static_cast<std::size_t>(mesh_.vertex_count())) {
-        mesh_.for_each_outgoing(static_cast<VertexId>(top.node), [&](HalfedgeId h) {
-          relax_corner(top.node, top.distance, h);
-          relax_along(top.node, top.distance, h);
-        });
-        continue;
-      }
-      const auto h =
-          static_cast<HalfedgeId>(top.node - static_cast<std::size_t>(mesh_.vertex_count()));
-      const Vector3 here = crossing(h);
-      const VertexId v = mesh_.apex(h);
-      if (free_vertex(v) || (v == to && in(to_sector, h / 3))) {
-        offer(vertex_node(v), top.distance + length(here, place(previous_corner(h))), top.node);
-      }
-      for (const HalfedgeId side : {next_corner(h), previous_corner(h)}) {
-        if (free_edge(side))
-          offer(edge_node(mesh_.opposite(side)), top.distance + cost(side, here), top.node);
-      }
-    }
-    throw InternalError("no room for a path from vertex " + std::to_string(from) + " to vertex " +
-                        std::to_string(to));
-  }
-
-  std::vector<Step> read_path(std::size_t start, std::size_t goal) const {
-    std::vector<Step> steps;
-    for (std::size_t node = goal; node != start; node = previous_[node]) {
-      Step step;
-      if (node < static_cast<std::size_t>(mesh_.vertex_count())) {
-        step.vertex = static_cast<VertexId>(node);
-      } else {
-        const auto h =
-            static_cast<HalfedgeId>(node - static_cast<std::size_t>(mesh_.vertex_count()));
-        if (!overlay_.on_base_edge(h)) continue;  // inside a cell
-        step.edge = {mesh_.source(h), mesh_.target(h)};
-        step.place = crossing(h).head<2>();
-      }
-      steps.push_back(step);
-    }
-    std::reverse(steps.begin(), steps.end());
-    return steps;
-  }
-
   // Lays the path and appends it. False if a step is not possible any more.
-  bool realise(Index e, const std::vector<Step>& steps, std::vector<VertexId>& path) {
-    for (const Step& step : steps) {
+  bool realise(Index e, const std::vector<PathStep>& steps, std::vector<VertexId>& path) {
+    for (const PathStep& step : steps) {
       VertexId next = step.vertex;
       if (next == kInvalid) {
         next = overlay_.cross(path.back(), step.edge[0], step.edge[1], e);
@@ -383,13 +197,8 @@ class Tracer {
   Paths paths_;
   std::vector<bool> taken_;  // on a path, the boundary, or a pin
   std::vector<Vector2>* drawing_;
-  std::array<Vector2, 2> line_;  // in the drawing, between the ends of the present path
-  double crossing_cost_;
+  PathSearch search_;
   Index added_from_;
-  std::vector<double> distance_;
-  std::vector<std::size_t> previous_;
-  std::vector<std::uint32_t> stamp_;
-  std::uint32_t now_ = 0;
 };
 
 // The edges by which points inside are joined to the outline: of all that join one more, always

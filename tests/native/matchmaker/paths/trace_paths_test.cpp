@@ -1,4 +1,4 @@
-#include "flipfree/matchmaker/patches/trace_paths.h"
+#include "flipfree/matchmaker/paths/trace_paths.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
-#include "flipfree/matchmaker/patches/tracing_order.h"
+#include "flipfree/matchmaker/paths/tracing_order.h"
 
 #include <algorithm>
 #include <cstddef>
 #include <utility>
 
-#include "flipfree/matchmaker/patches/outline_tree.h"
+#include "flipfree/matchmaker/paths/outline_tree.h"
 
 namespace flipfree::matchmaker {
 namespace {

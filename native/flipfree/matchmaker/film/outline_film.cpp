@@ -1,4 +1,4 @@
-#include "flipfree/matchmaker/target/outline_film.h"
+#include "flipfree/matchmaker/film/outline_film.h"
 
 #include <algorithm>
 #include <cmath>

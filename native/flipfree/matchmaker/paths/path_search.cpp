@@ -1,0 +1,204 @@
+#include "flipfree/matchmaker/paths/path_search.h"
+
+#include <algorithm>
+#include <functional>
+#include <queue>
+#include <string>
+#include <tuple>
+
+#include "flipfree/base/error.h"
+
+namespace flipfree::matchmaker {
+namespace {
+
+using Mesh = mesh::EditableTriangulation;
+
+// What crossing an edge of the surface costs besides the way, as it adds a vertex: this share of
+// the edge, and a bit that decides where all is too near to tell. It depends on the edge alone:
+// then a path that enters a face twice, or turns back, is never shorter than the one that leaves
+// the detour out, and hence does not get into its own way. (A price in proportion to the way makes
+// paths go down a blind alley and back, as diagonals inside cells cost less.) In a drawing, where
+// paths have to follow straight lines, the price is in proportion all the same: edges that are
+// drawn long would turn them aside.
+constexpr double kCrossingShare = 0.25;
+constexpr double kCrossingShareOfWay = 0.5;
+constexpr double kCrossingCost = 1e-4;  // in units of the mean edge
+constexpr int kVisitsPerCheck = 1 << 14;
+// Crossings keep this share of an edge's piece away from its ends.
+constexpr double kMargin = 0.15;
+
+double distance(const Vector3& a, const Vector3& b) { return (a - b).norm(); }
+
+struct Entry {
+  double distance;
+  std::size_t node;
+  bool operator>(const Entry& other) const {
+    return std::tie(distance, node) > std::tie(other.distance, other.node);
+  }
+};
+
+}  // namespace
+
+PathSearch::PathSearch(const mesh::RefinedSurface& surface, const mesh::CurveOverlay& overlay,
+                       const std::vector<bool>& taken, const std::vector<Vector2>* drawing)
+    : surface_(surface),
+      mesh_(surface.mesh),
+      overlay_(overlay),
+      taken_(taken),
+      drawing_(drawing),
+      crossing_cost_(kCrossingCost * mean_length()) {}
+
+void PathSearch::keep_near(VertexId a, VertexId b) {
+  if (drawing_ == nullptr) return;
+  line_ = {(*drawing_)[static_cast<std::size_t>(a)], (*drawing_)[static_cast<std::size_t>(b)]};
+}
+
+// Of an edge, where the lengths of paths are measured.
+double PathSearch::mean_length() const {
+  double sum = 0;
+  for (HalfedgeId h = 0; h < mesh_.halfedge_slots(); ++h) {
+    if (mesh_.alive(h / 3)) sum += distance(place(h), place(next_corner(h)));
+  }
+  return sum / static_cast<double>(std::max(mesh_.halfedge_slots(), Index{1}));
+}
+
+// Where a corner lies: in the drawing, or on the surface.
+Vector3 PathSearch::place(HalfedgeId corner) const {
+  const auto v = static_cast<std::size_t>(mesh_.source(corner));
+  if (drawing_ == nullptr) return surface_.position[v];
+  return {(*drawing_)[v].x(), (*drawing_)[v].y(), 0.0};
+}
+// Where a path crosses the edge of h: in the middle, or in a drawing as near to the straight line
+// between the path's ends as the room for further paths allows.
+Vector3 PathSearch::crossing(HalfedgeId h) const {
+  const Vector3 a = place(h);
+  const Vector3 b = place(next_corner(h));
+  if (drawing_ == nullptr) return 0.5 * (a + b);
+  const Vector2 along = line_[1] - line_[0];
+  const auto side = [&](const Vector3& p) {
+    return along.x() * (p.y() - line_[0].y()) - along.y() * (p.x() - line_[0].x());
+  };
+  const double of_a = side(a);
+  const double of_b = side(b);
+  const double t = of_a == of_b ? 0.5 : std::clamp(of_a / (of_a - of_b), kMargin, 1 - kMargin);
+  return a + t * (b - a);
+}
+
+// Of a step from `here` across h.
+double PathSearch::cost(HalfedgeId h, const Vector3& here) const {
+  const double way = distance(here, crossing(h));
+  if (!overlay_.on_base_edge(h)) return way;
+  const double price = drawing_ != nullptr
+                           ? kCrossingShareOfWay * way
+                           : kCrossingShare * distance(place(h), place(next_corner(h)));
+  return way + price + crossing_cost_;
+}
+
+std::vector<PathStep> PathSearch::run(const PathEnd& from_end, const PathEnd& to_end,
+                                      const ExecutionContext& context) {
+  const auto& [from, from_sector] = from_end;
+  const auto& [to, to_sector] = to_end;
+  const auto nodes = static_cast<std::size_t>(mesh_.vertex_count() + mesh_.halfedge_slots());
+  if (distance_.size() < nodes) {
+    distance_.resize(nodes + nodes / 4);
+    previous_.resize(distance_.size());
+    stamp_.resize(distance_.size(), 0);
+  }
+  ++now_;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  const auto offer = [&](std::size_t node, double distance, std::size_t previous) {
+    if (stamp_[node] == now_ && distance_[node] <= distance) return;
+    stamp_[node] = now_;
+    distance_[node] = distance;
+    previous_[node] = previous;
+    queue.push({distance, node});
+  };
+  const auto in = [](const std::vector<FaceId>& faces, FaceId f) {
+    return std::find(faces.begin(), faces.end(), f) != faces.end();
+  };
+  const auto free_vertex = [&](VertexId v) { return !taken_[static_cast<std::size_t>(v)]; };
+  const auto free_edge = [&](HalfedgeId h) {
+    return mesh_.mark(h) == Mesh::kUnmarked && !mesh_.is_boundary(h);
+  };
+  // May a step along the edge h, into its target, end the path? Both faces beside it must be in
+  // the sector.
+  const auto ends_along = [&, to = to](HalfedgeId h) {
+    return mesh_.target(h) == to && mesh_.mark(h) == Mesh::kUnmarked && !mesh_.is_boundary(h) &&
+           in(to_sector, h / 3) && in(to_sector, mesh_.opposite(h) / 3);
+  };
+  // Arcs out of vertex v within face f, h being the half-edge of f that leaves v.
+  const auto relax_corner = [&](std::size_t node, double base, HalfedgeId h) {
+    const HalfedgeId facing = next_corner(h);
+    if (free_edge(facing)) {
+      offer(edge_node(mesh_.opposite(facing)), base + cost(facing, place(h)), node);
+    }
+  };
+  const auto relax_along = [&](std::size_t node, double base, HalfedgeId h) {
+    if (mesh_.mark(h) != Mesh::kUnmarked || mesh_.is_boundary(h)) return;
+    const VertexId w = mesh_.target(h);
+    if (free_vertex(w) || ends_along(h)) {
+      offer(vertex_node(w), base + distance(place(h), place(next_corner(h))), node);
+    }
+  };
+  const std::size_t start = vertex_node(from);
+  const std::size_t goal = vertex_node(to);
+  stamp_[start] = now_;
+  distance_[start] = 0;
+  previous_[start] = start;
+  mesh_.for_each_outgoing(from, [&](HalfedgeId h) {
+    if (!in(from_sector, h / 3)) return;
+    relax_corner(start, 0, h);
+    const HalfedgeId o = mesh_.opposite(h);
+    if (o != kInvalid && in(from_sector, o / 3)) relax_along(start, 0, h);
+  });
+  for (int visited = 0; !queue.empty(); ++visited) {
+    if (visited % kVisitsPerCheck == 0) context.check();
+    const Entry top = queue.top();
+    queue.pop();
+    if (top.distance > distance_[top.node]) continue;
+    if (top.node == goal) {
+      length_ = top.distance;
+      return read_path(start, goal);
+    }
+    if (top.node < static_cast<std::size_t>(mesh_.vertex_count())) {
+      mesh_.for_each_outgoing(static_cast<VertexId>(top.node), [&](HalfedgeId h) {
+        relax_corner(top.node, top.distance, h);
+        relax_along(top.node, top.distance, h);
+      });
+      continue;
+    }
+    const auto h =
+        static_cast<HalfedgeId>(top.node - static_cast<std::size_t>(mesh_.vertex_count()));
+    const Vector3 here = crossing(h);
+    const VertexId v = mesh_.apex(h);
+    if (free_vertex(v) || (v == to && in(to_sector, h / 3))) {
+      offer(vertex_node(v), top.distance + distance(here, place(previous_corner(h))), top.node);
+    }
+    for (const HalfedgeId side : {next_corner(h), previous_corner(h)}) {
+      if (free_edge(side))
+        offer(edge_node(mesh_.opposite(side)), top.distance + cost(side, here), top.node);
+    }
+  }
+  throw InternalError("no room for a path from vertex " + std::to_string(from) + " to vertex " +
+                      std::to_string(to));
+}
+
+std::vector<PathStep> PathSearch::read_path(std::size_t start, std::size_t goal) const {
+  std::vector<PathStep> steps;
+  for (std::size_t node = goal; node != start; node = previous_[node]) {
+    PathStep step;
+    if (node < static_cast<std::size_t>(mesh_.vertex_count())) {
+      step.vertex = static_cast<VertexId>(node);
+    } else {
+      const auto h = static_cast<HalfedgeId>(node - static_cast<std::size_t>(mesh_.vertex_count()));
+      if (!overlay_.on_base_edge(h)) continue;  // inside a cell
+      step.edge = {mesh_.source(h), mesh_.target(h)};
+      step.place = crossing(h).head<2>();
+    }
+    steps.push_back(step);
+  }
+  std::reverse(steps.begin(), steps.end());
+  return steps;
+}
+
+}  // namespace flipfree::matchmaker

@@ -1,0 +1,43 @@
+// The ways and devices of this stage that benchmarks/match_ablation.py switches off, one at a time,
+// to see what each of them earns. Nobody else does: all of them are in use.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+namespace flipfree::matchmaker {
+
+enum class Device {
+  kWalk,           // a valid map without the pins, then the pins walked to their targets
+  kFilm,           // through the frames of a film
+  kFilmOverlay,    // from the first frame to the last in one step
+  kMatchmaker,     // the guarantee
+  kCoarse,         // coarse to fine on large surfaces
+  kPlanned,        // many pins inside a convex boundary at one stroke
+  kArms,           // an arm for every pin
+  kPull,           // pins one by one by continuation
+  kPush,           // pins one by one by pushing
+  kRoomy,          // inside an outline, pins walk in a metric with room
+  kShapes,         // untangling towards the shapes of the composition
+  kSimplifyPlane,  // the planned motion's overlay is simplified before the map follows it
+  kStraighten,     // refined faces laid straight
+  kRestore,        // pieces untangled
+  kUntangle,       // vertices untangled away when all else has stopped
+  kUnfold,         // whole faces unfolded
+  kEase,           // rounds of untangling after arms and plans
+  kRestricted,     // MatchMaker++'s map restricted to the user's vertices
+};
+
+constexpr std::array<std::string_view, 18> kDeviceNames = {
+    "walk",       "film",    "film overlay", "matchmaker",   "coarse", "planned",
+    "arms",       "pull",    "push",         "roomy metric", "shapes", "simplify plane",
+    "straighten", "restore", "untangle",     "unfold",       "ease",   "restricted"};
+
+// A set of devices, one bit for each.
+using Devices = std::uint32_t;
+inline bool contains(Devices set, Device device) {
+  return (set >> static_cast<unsigned>(device) & 1u) != 0;
+}
+
+}  // namespace flipfree::matchmaker

@@ -1,0 +1,189 @@
+#include "flipfree/matchmaker/ways/solve.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
+#include "flipfree/matchmaker/finish/usable_map.h"
+#include "flipfree/matchmaker/request/time_share.h"
+#include "flipfree/matchmaker/ways/filmed.h"
+#include "flipfree/matchmaker/ways/guaranteed.h"
+#include "flipfree/matchmaker/ways/walked.h"
+#include "flipfree/numeric/predicates.h"
+
+namespace flipfree::matchmaker {
+namespace {
+
+// Outlines with more turns in sharp corners than this are not walked to. Measured: narrow spirals
+// of three turns have none and need few new vertices on the walk; Hilbert's curve, thickened, has 6
+// (order 2), 27, 107, 427, and even for order 2 the walk takes longer and splits more than cuts
+// (benchmarks/match_hilbert.py).
+constexpr double kMostTurning = 4.0;
+constexpr double kSharp = std::numbers::pi / 6;
+
+// The sum of the outline's turns in sharp corners, either way, in full turns.
+double sharp_turning(const Polygon& outline) {
+  const std::size_t n = outline.size();
+  double sum = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vector2 a = outline[(i + 1) % n] - outline[i];
+    const Vector2 b = outline[(i + 2) % n] - outline[(i + 1) % n];
+    const double turned = std::abs(turn(a, b));
+    if (turned > kSharp) sum += turned;
+  }
+  return sum / (2 * std::numbers::pi);
+}
+
+// Is the film of this outline without action? Then it is no help for the pins.
+bool is_convex(const Constraints& constraints) {
+  const std::size_t n = constraints.outline.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    if (numeric::orientation(constraints.outline[i], constraints.outline[(i + 1) % n],
+                             constraints.outline[(i + 2) % n]) < 0)
+      return false;
+  }
+  return constraints.turning_number == 1;
+}
+
+bool asked_by_name(const Problem& problem, MatchEngine engine) {
+  return problem.options.engine == engine;
+}
+
+bool film_helps(const Problem& problem) {
+  return !problem.constraints.free_boundary() &&
+         (problem.options.engine != MatchEngine::kAuto || !is_convex(problem.constraints));
+}
+
+bool walk_applies(const Problem& problem) {
+  return problem.constraints.free_boundary() ||
+         (untangling_is_safe(problem.constraints) &&
+          (!problem.overlapping() || problem.constraints.pins.empty()));
+}
+
+bool film_applies(const Problem& problem) {
+  return film_helps(problem) &&
+         (asked_by_name(problem, MatchEngine::kOutline) || !problem.constraints.edges.empty() ||
+          sharp_turning(problem.constraints.outline) < kMostTurning);
+}
+
+// Straight lines would be cut.
+bool film_overlay_applies(const Problem& problem) {
+  return film_helps(problem) && problem.constraints.edges.empty();
+}
+
+bool matchmaker_applies(const Problem& problem) {
+  return !problem.overlapping() || problem.constraints.edges.empty();
+}
+
+std::optional<Solution> matchmaker(const Problem& problem, double, ExecutionContext& context,
+                                   Stats& stats) {
+  return by_matchmaker(problem, context, stats);
+}
+
+struct Way {
+  std::vector<MatchEngine> names;  // by which it is asked for alone
+  Device device;
+  bool (*applies)(const Problem&);
+  std::optional<Solution> (*run)(const Problem&, double share, ExecutionContext&, Stats&);
+  double share;     // of the time that is left
+  double progress;  // of the bar, against the others that apply
+};
+
+const std::vector<Way>& all_ways() {
+  static const std::vector<Way> ways = {
+      {{MatchEngine::kFirstTry, MatchEngine::kArms},
+       Device::kWalk,
+       walk_applies,
+       by_walking,
+       kShareOfWay,
+       6},
+      {{MatchEngine::kOutline}, Device::kFilm, film_applies, by_film, kShareOfWay, 10},
+      {{MatchEngine::kOverlay},
+       Device::kFilmOverlay,
+       film_overlay_applies,
+       by_film_overlay,
+       kShareOfWay,
+       3},
+      {{MatchEngine::kMatchmaker}, Device::kMatchmaker, matchmaker_applies, matchmaker, 1.0, 0.5},
+  };
+  return ways;
+}
+
+// Those for this problem: all that apply, or the one that is asked for by name. Where that is not
+// for such problems, the guarantee.
+std::vector<Way> ways_for(const Problem& problem, const ExecutionContext& context) {
+  std::vector<Way> ways;
+  for (const Way& way : all_ways()) {
+    if (!way.applies(problem) || !problem.constraints.use(way.device)) continue;
+    const bool named =
+        std::find(way.names.begin(), way.names.end(), problem.options.engine) != way.names.end();
+    if (named) {
+      ways = {way};
+      ways.front().share = 1.0;
+      return ways;
+    }
+    ways.push_back(way);
+  }
+  if (problem.options.engine != MatchEngine::kAuto && ways.size() > 1)
+    ways.erase(ways.begin(), ways.end() - 1);
+  return ways;
+}
+
+[[noreturn]] void refuse(const Problem& problem) {
+  const char* what = "The walk to the outline was blocked, refinement included.";
+  switch (problem.options.engine) {
+    case MatchEngine::kFirstTry:
+      what = "The first try found no flip-free map on these triangles. Allow refinement.";
+      break;
+    case MatchEngine::kArms:
+      what =
+          "Arms are for three free pins or more, without lines, where the map may overlap itself. "
+          "Use another engine.";
+      break;
+    case MatchEngine::kOverlay:
+      what = "The surface was cut too finely for 64-bit coordinates.";
+      break;
+    case MatchEngine::kAuto:
+    case MatchEngine::kMatchmaker:
+      what =
+          "The walk to the outline was blocked; lines inside a target that overlaps itself have no "
+          "other way. Pin fewer vertices, or refine the mesh.";
+      break;
+    case MatchEngine::kOutline:
+      break;
+  }
+  throw_not_converged(ErrorCode::kIterationLimit, what);
+}
+
+}  // namespace
+
+Solution solve(const Problem& problem, ExecutionContext& context, Stats& stats) {
+  if (problem.overlapping()) {
+    problem.targets.sheets(context);
+  } else if (!problem.constraints.free_boundary()) {
+    problem.targets.full(context);
+  }
+  const std::vector<Way> ways = ways_for(problem, context);
+  double all = 0;
+  for (const Way& way : ways) all += way.progress;
+  double done = 0;
+  std::int64_t out_of_time = 0;
+  for (const Way& way : ways) {
+    const ProgressRange range(context, done / all, (done + way.progress) / all);
+    std::optional<Solution> solution;
+    const bool in_time =
+        ended_in_share(context, [&] { solution = way.run(problem, way.share, context, stats); });
+    if (!in_time) stats["ways_out_of_time"] = ++out_of_time;
+    if (solution) return std::move(*solution);
+    done += way.progress;
+  }
+  refuse(problem);
+}
+
+}  // namespace flipfree::matchmaker

@@ -1,0 +1,146 @@
+#include "flipfree/matchmaker/ways/walked.h"
+
+#include <cstddef>
+#include <memory>
+#include <utility>
+
+#include "flipfree/matchmaker/at_once/arms.h"
+#include "flipfree/matchmaker/finish/unfold_wholes.h"
+#include "flipfree/matchmaker/finish/usable_map.h"
+#include "flipfree/matchmaker/request/time_share.h"
+#include "flipfree/matchmaker/start/first_try.h"
+#include "flipfree/matchmaker/start/roomy_metric.h"
+#include "flipfree/matchmaker/take_back/coarsen.h"
+#include "flipfree/matchmaker/walk/coarse_walk.h"
+#include "flipfree/matchmaker/walk/walk_pins.h"
+
+namespace flipfree::matchmaker {
+namespace {
+
+// Inside a fixed outline pins are pushed on surfaces of at most so many vertices: on larger ones,
+// where coarse levels fail, pushes take minutes, and MatchMaker++ about half of one (30k
+// triangles).
+constexpr Index kMostPushed = 10000;
+// Rounds in which whole faces are unfolded once all pins have arrived.
+constexpr int kRoundsOfUnfolding = 6;
+
+// The same refinement of another surface with the same faces.
+void lay_on(mesh::RefinedSurface& surface, const mesh::Surface& other) {
+  surface.input = &other;
+  for (std::size_t v = 0; v < surface.position.size(); ++v)
+    surface.position[v] = surface.place(surface.support[v]);
+}
+
+// A map that meets all pins; its refinement is not taken back yet unless it is settled.
+struct Arrival {
+  mesh::RefinedMap map;
+  // The metric that it lies in, if another than the surface's own: inside a prescribed boundary
+  // that has no room at its rim.
+  std::unique_ptr<const mesh::Surface> room;
+  Walk walk;
+  bool coarse_to_fine = false;
+  Index keep = 0;
+};
+
+const char* engine_of(const Arrival& arrival) {
+  if (arrival.coarse_to_fine) return "coarse to fine";
+  switch (arrival.walk.mode) {
+    case WalkMode::kNone:
+      break;
+    case WalkMode::kPlanned:
+      return "planned";
+    case WalkMode::kArms:
+      return "arms";
+    case WalkMode::kTogether:
+    case WalkMode::kOneByOne:
+      return "walked";
+  }
+  return "first try";
+}
+
+Arrival walk_there(const Problem& problem, ExecutionContext& context, Stats& stats) {
+  const Constraints& constraints = problem.constraints;
+  Arrival arrival;
+  mesh::RefinedMap& map = arrival.map;
+  map.surface = problem.surface;
+  std::optional<Points2> start;
+  {
+    const ProgressRange range(context, 0.0, 0.1);
+    start = first_try(map.surface, constraints, context, stats);
+  }
+  if (!start) return arrival;
+  map.uv = std::move(*start);
+  arrival.keep = map.surface.mesh.vertex_count();
+  const bool refine = problem.options.engine != MatchEngine::kFirstTry;
+  const bool arms = problem.options.engine == MatchEngine::kArms;
+  const bool large = refine && !arms && has_coarse_levels(map.surface, constraints) &&
+                     constraints.use(Device::kCoarse);
+  bool hopeless = false;  // what was beyond measure on a coarse level is so here
+  if (large) {
+    const ProgressRange range(context, 0.1, 0.8);
+    const CoarseWalk coarse = walk_coarse_to_fine(map, constraints, context, stats);
+    hopeless = coarse.exhausted;
+    arrival.coarse_to_fine = coarse.arrived;
+    if (coarse.arrived) arrival.walk = {true, WalkMode::kNone, false, true};
+    if (coarse.arrived) return arrival;
+  }
+  if (!constraints.free_boundary() && !constraints.pins.empty() &&
+      arrival.keep == map.surface.input_vertices() && constraints.use(Device::kRoomy)) {
+    arrival.room =
+        std::make_unique<const mesh::Surface>(roomy_metric(map.surface, map.uv, context));
+    map.uv = arrival.room->vertices.leftCols(2);
+    lay_on(map.surface, *arrival.room);
+  }
+  const ProgressRange range(context, large ? 0.8 : 0.1, 0.9);
+  const bool pushes =
+      refine && !hopeless && (constraints.free_boundary() || arrival.keep <= kMostPushed);
+  if (arms) {
+    arrival.walk = {walk_with_arms(map, constraints, context, stats), WalkMode::kArms};
+  } else {
+    arrival.walk = walk_pins(map, constraints, pushes, context, stats);
+  }
+  return arrival;
+}
+
+// Unfolds whole faces, where the boundary may give way for them.
+void unfold(mesh::RefinedMap& map, const Constraints& constraints, Index keep, bool bijective,
+            ExecutionContext& context, Stats& stats) {
+  mesh::RefinedMap unfolded = map;
+  numeric::EliminationMemory order(keep);
+  const TimeLimit share(context, kShareOfStep * context.seconds_left());
+  const bool all = while_time_lasts(unfolded, [&] {
+    unfold_wholes(unfolded, held_vertices(map.surface, constraints), keep, kRoundsOfUnfolding,
+                  context, &order);
+  });
+  if (!all) note_time_limit(stats);
+  if (!bijective || !overlaps(unfolded.surface, unfolded.uv)) map = std::move(unfolded);
+}
+
+}  // namespace
+
+std::optional<Solution> by_walking(const Problem& problem, double share, ExecutionContext& context,
+                                   Stats& stats) {
+  const Constraints& constraints = problem.constraints;
+  const bool bijective = problem.options.bijective;
+  Arrival arrival;
+  {
+    const TimeLimit limit(context, share * context.seconds_left());
+    arrival = walk_there(problem, context, stats);
+  }
+  if (!arrival.walk.arrived) return std::nullopt;
+  mesh::RefinedMap map = std::move(arrival.map);
+  const Index keep = arrival.keep;
+  const ProgressRange range(context, 0.9, 1.0);
+  const TimeLimit limit(context, (1 - kShareOfStep) * context.seconds_left());
+  if (!lines_are_whole(map.surface, constraints)) return std::nullopt;
+  if (bijective && overlaps(map.surface, map.uv)) return std::nullopt;
+  if (!arrival.walk.settled && map.surface.mesh.vertex_count() > keep) {
+    if (constraints.free_boundary() && constraints.use(Device::kUnfold))
+      unfold(map, constraints, keep, bijective, context, stats);
+    map = coarsen(std::move(map), constraints, keep, context, stats);
+  }
+  if (arrival.room) lay_on(map.surface, *problem.surface.input);
+  return Solution{std::move(map), engine_of(arrival), keep};
+}
+
+}  // namespace flipfree::matchmaker

@@ -1,0 +1,98 @@
+#include "flipfree/matchmaker/start/first_try.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "flipfree/distortion/untangle.h"
+#include "flipfree/matchmaker/start/compose.h"
+#include "flipfree/matchmaker/target/outline_target.h"
+#include "support/shapes.h"
+
+namespace flipfree::matchmaker {
+namespace {
+
+Constraints star_outline(const mesh::RefinedSurface& surface) {
+  Constraints constraints;
+  const auto n = static_cast<double>(surface.boundary.size());
+  for (std::size_t i = 0; i < surface.boundary.size(); ++i) {
+    const double angle = 2 * std::numbers::pi * static_cast<double>(i) / n;
+    const double radius = 1 + 0.5 * std::cos(3 * angle);
+    constraints.outline.emplace_back(radius * std::cos(angle), radius * std::sin(angle));
+  }
+  return constraints;
+}
+
+TEST(FirstTry, WithAFreeBoundaryLiesOverThePins) {
+  const mesh::Surface surface = test::bumpy_grid(8, 8, 0.2, 2);
+  mesh::RefinedSurface refined = mesh::make_refined_surface(surface);
+  Constraints constraints;
+  constraints.pins = {{10, {5, 5}}, {70, {7, 9}}};
+  ExecutionContext context;
+  Stats stats;
+  const std::optional<Points2> uv = first_try(refined, constraints, context, stats);
+  ASSERT_TRUE(uv);
+  EXPECT_TRUE(distortion::find_flips(refined.mesh.faces(), *uv, context).empty());
+  const Vector2 middle = 0.5 * (uv->row(10) + uv->row(70)).transpose();
+  EXPECT_LT((middle - Vector2(6, 7)).norm(), 1e-9);
+}
+
+TEST(FirstTry, MeetsAPrescribedBoundaryBitForBit) {
+  const mesh::Surface surface = test::grid(8, 8);
+  mesh::RefinedSurface refined = mesh::make_refined_surface(surface);
+  const Constraints constraints = star_outline(refined);
+  ExecutionContext context;
+  Stats stats;
+  const std::optional<Points2> uv = first_try(refined, constraints, context, stats);
+  ASSERT_TRUE(uv);
+  ASSERT_EQ(uv->rows(), refined.mesh.vertex_count());
+  EXPECT_TRUE(distortion::find_flips(refined.mesh.faces(), *uv, context).empty());
+  for (std::size_t i = 0; i < constraints.outline.size(); ++i)
+    EXPECT_EQ(Vector2(uv->row(refined.boundary[i]).transpose()), constraints.outline[i]);
+}
+
+// Both corners of the chord see each other only outside.
+TEST(FirstTry, SplitsChordsThatTheTargetCannotHave) {
+  const mesh::Surface surface = test::grid(2, 2);
+  mesh::RefinedSurface refined = mesh::make_refined_surface(surface);
+  Constraints constraints;
+  for (const VertexId v : refined.boundary)
+    constraints.outline.emplace_back(surface.vertices.row(v).head<2>().transpose());
+  ExecutionContext context;
+  Stats stats;
+  ASSERT_TRUE(first_try(refined, constraints, context, stats));
+  const Index as_it_is = refined.mesh.vertex_count();
+  EXPECT_EQ(as_it_is, 9);
+  // A corner that is cut off by a chord is drawn in beyond it.
+  bool split = false;
+  for (std::size_t i = 0; i < constraints.outline.size(); ++i) {
+    Constraints drawn_in = constraints;
+    drawn_in.outline[i] = 0.45 * constraints.outline[i] + 0.55 * Vector2(0.5, 0.5);
+    mesh::RefinedSurface fresh = mesh::make_refined_surface(surface);
+    const std::optional<Points2> uv = first_try(fresh, drawn_in, context, stats);
+    if (fresh.mesh.vertex_count() > as_it_is) split = true;
+    if (uv) EXPECT_TRUE(distortion::find_flips(fresh.mesh.faces(), *uv, context).empty());
+  }
+  EXPECT_TRUE(split);
+}
+
+TEST(Compose, PutsTheBoundaryAtItsTargetsAndGivesEveryFaceAShape) {
+  const mesh::Surface surface = test::grid(8, 8);
+  const mesh::RefinedSurface refined = mesh::make_refined_surface(surface);
+  const Constraints constraints = star_outline(refined);
+  ExecutionContext context;
+  Stats stats;
+  const Target target = outline_target(refined, constraints, context);
+  std::vector<std::array<Vector2, 3>> shapes;
+  const Points2 uv = compose_through_disk(refined, target.domain, context, stats, &shapes);
+  EXPECT_EQ(shapes.size(), static_cast<std::size_t>(surface.faces.rows()));
+  for (std::size_t i = 0; i < constraints.outline.size(); ++i)
+    EXPECT_EQ(Vector2(uv.row(refined.boundary[i]).transpose()), constraints.outline[i]);
+  // Most of it is right: that is all that is promised, and what makes it a start.
+  const auto folded = distortion::find_flips(surface.faces, uv, context).size();
+  EXPECT_LT(10 * folded, static_cast<std::size_t>(surface.faces.rows()));
+}
+
+}  // namespace
+}  // namespace flipfree::matchmaker
