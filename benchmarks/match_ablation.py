@@ -56,13 +56,12 @@ GROUPS = {
     "coarse": ("large free", "large outline"),
     "planned": ("circle", "large outline"),
     "arms": ("free", "few free", "large free"),
-    "pull": ("free", "few free", "circle"),
-    "push": ("free", "few free", "circle"),
+    "pull": ("free", "few free", "circle", "one-to-one", "shape pins"),
+    "push": ("free", "few free", "circle", "one-to-one", "shape pins"),
     "roomy metric": ("circle", "large outline"),
     "shapes": ("outline", "hilbert"),
     "simplify plane": ("circle", "large outline"),
     "straighten": ("outline", "free", "circle", "hilbert"),
-    "restore": ("outline", "free", "few free", "circle", "hilbert", "matchmaker"),
     "untangle": ("outline", "free", "few free", "circle", "hilbert", "matchmaker"),
     "unfold": ("free", "few free", "circle", "large free"),
     "ease": ("free", "circle", "large free"),
@@ -96,6 +95,31 @@ def shared(data: Path) -> Iterator[Case]:
     for turns in (1.4, 2.4):
         target = {"boundary_loop": loop, "boundary_uv": ribbon(vertices, loop, turns)}
         yield "outline", f"ribbon {turns}", vertices, faces, target
+
+
+def more_pins(data: Path) -> Iterator[Case]:
+    """Maps that may not overlap themselves, and pins that change places inside an outline that is not convex."""
+    folder = data / "constraints"
+    for mesh in ("camel_b", "cow"):
+        file = read_mesh(folder / f"{mesh}_uv.obj")
+        vertices, faces = file.vertices, file.faces
+        for count in (3, 10):
+            points = read_targets(folder / f"{mesh}_uv_pins{count}.txt")
+            one = {"points": points, "bijective": True}
+            yield "one-to-one", f"{mesh} {count} one-to-one", vertices, faces, one
+        for shape, count in (("G", 3), ("S", 6), ("G", 10)):
+            target = read_targets(folder / f"{mesh}_uv_bd_{shape}.txt")
+            held: dict[str, Any] = {
+                "boundary_loop": list(target),
+                "boundary_uv": list(target.values()),
+            }
+            result = ff.match(vertices, faces, optimise=False, **held)
+            inner = np.setdiff1d(np.unique(faces), list(target))
+            chosen = np.random.default_rng(count).choice(inner, count, False)
+            corner = {int(v): c for c, v in enumerate(result.faces.ravel())}
+            places = result.uv.reshape(-1, 2)[[corner[int(v)] for v in np.roll(chosen, 1)]]
+            held["points"] = pinned(chosen, places)
+            yield "shape pins", f"{mesh} {shape} {count} pins", vertices, faces, held
 
 
 def protocol(data: Path) -> Iterator[Case]:
@@ -209,7 +233,7 @@ def main() -> None:
         return
     data = Path(options.data)
     done = {(row["without"], row["case"]) for row in rows}
-    cases = [*shared(data), *protocol(data), *hilbert(data), *large()]
+    cases = [*shared(data), *more_pins(data), *protocol(data), *hilbert(data), *large()]
     known = {row["case"]: row["user"] for row in rows if not row["without"]}
     for device in ["", *options.without]:
         for case in cases:

@@ -275,7 +275,8 @@ std::optional<mesh::RefinedMap> overlay(const mesh::Surface& base, const MovingP
 // The coarse map: laid out evenly at the sources, and with little distortion at the targets.
 // Crossings that the map bears to lose need not be followed. The vertices below `held` are the
 // boundary's and the pins'.
-std::optional<PlaneMap> coarse_map(mesh::RefinedMap map, Index held, ExecutionContext& context) {
+std::optional<PlaneMap> coarse_map(mesh::RefinedMap map, Index held, bool simplify,
+                                   ExecutionContext& context) {
   std::vector<VertexId> fixed(at(held));
   std::iota(fixed.begin(), fixed.end(), 0);
   for (int round = 0; round < kThinnings; ++round) {
@@ -288,7 +289,7 @@ std::optional<PlaneMap> coarse_map(mesh::RefinedMap map, Index held, ExecutionCo
     plane = {before.faces, flat(before), map.uv, {}};
     plane.vertex.assign(static_cast<std::size_t>(map.uv.rows()), kInvalid);
   }
-  if (constraints.use(Device::kSimplifyPlane)) simplify_plane_map(plane, held, context);
+  if (simplify) simplify_plane_map(plane, held, context);
   mesh::Surface even;
   even.faces = plane.faces;
   even.vertices = Points3::Zero(plane.before.rows(), 3);
@@ -337,7 +338,8 @@ bool place_pins(mesh::RefinedMap& map, const Constraints& constraints, Execution
   std::optional<mesh::RefinedMap> fine = overlay(base, pins, outline, context);
   if (!fine) return false;
   const Index held = outline + pins.pin_count();
-  std::optional<PlaneMap> plane = coarse_map(std::move(*fine), held, context);
+  std::optional<PlaneMap> plane =
+      coarse_map(std::move(*fine), held, constraints.use(Device::kSimplifyPlane), context);
   if (!plane) return false;
   std::copy(map.surface.boundary.begin(), map.surface.boundary.end(), plane->vertex.begin());
   for (Index i = 0; i < pins.pin_count(); ++i)

@@ -1,7 +1,6 @@
 #include "flipfree/matchmaker/finish/settle.h"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 
 #include "flipfree/distortion/energy/energy.h"
@@ -9,8 +8,8 @@
 #include "flipfree/matchmaker/request/time_share.h"
 #include "flipfree/matchmaker/smooth/relax.h"
 #include "flipfree/matchmaker/start/first_try.h"
-#include "flipfree/matchmaker/take_back/restore.h"
 #include "flipfree/matchmaker/take_back/take_back.h"
+#include "flipfree/matchmaker/take_back/untangle_removal.h"
 
 namespace flipfree::matchmaker {
 namespace {
@@ -27,8 +26,6 @@ constexpr int kStepsOfAll = 5;
 constexpr int kMostRounds = 5;
 // Rounds end early when one frees less than this share (in per cent).
 constexpr Index kWorthwhile = 10;
-// Neighbourhoods in which pieces are untangled at the end.
-constexpr std::array<int, 2> kPieceRings = {2, 5};
 
 class Settler {
  public:
@@ -39,24 +36,18 @@ class Settler {
   void run() {
     relax_bad(kStepsAtFirst);
     take_back();
-    restore();
+    untangle();
     RelaxOptions options;
     options.steps = kStepsOfAll;
     options.lengthen = true;
     options.memory = &order_;
     relax(map_, held_, options, context_);
     take_back();
-    restore();
+    untangle();
   }
 
  private:
   Index added() const { return map_.surface.mesh.vertex_count() - keep_; }
-
-  std::vector<char> held_flags() const {
-    std::vector<char> held(map_.surface.position.size(), 0);
-    for (const VertexId v : held_) held[static_cast<std::size_t>(v)] = 1;
-    return held;
-  }
 
   void take_back() {
     matchmaker::take_back(map_, held_, keep_, {kMostRounds, true, kWorthwhile, 1}, context_, [&] {
@@ -65,13 +56,10 @@ class Settler {
     });
   }
 
-  void restore() {
-    for (const int rings : kPieceRings) {
-      if (added() == 0) return;
-      if (restore_pieces(map_, held_flags(), keep_, rings, context_) == 0) continue;
-      map_ = mesh::compacted_map(map_);
-      relax_bad(kStepsPerRound);
-    }
+  void untangle() {
+    if (added() == 0 || remove_by_untangling(map_, held_, keep_, context_) == 0) return;
+    map_ = mesh::compacted_map(map_);
+    relax_bad(kStepsPerRound);
   }
 
   void relax_bad(int steps) {

@@ -22,17 +22,16 @@ enum class Device {
   kShapes,         // untangling towards the shapes of the composition
   kSimplifyPlane,  // the planned motion's overlay is simplified before the map follows it
   kStraighten,     // refined faces laid straight
-  kRestore,        // pieces untangled
   kUntangle,       // vertices untangled away when all else has stopped
   kUnfold,         // whole faces unfolded
   kEase,           // rounds of untangling after arms and plans
   kRestricted,     // MatchMaker++'s map restricted to the user's vertices
 };
 
-constexpr std::array<std::string_view, 18> kDeviceNames = {
-    "walk",       "film",    "film overlay", "matchmaker",   "coarse", "planned",
-    "arms",       "pull",    "push",         "roomy metric", "shapes", "simplify plane",
-    "straighten", "restore", "untangle",     "unfold",       "ease",   "restricted"};
+constexpr std::array<std::string_view, 17> kDeviceNames = {
+    "walk",       "film",     "film overlay", "matchmaker",   "coarse",    "planned",
+    "arms",       "pull",     "push",         "roomy metric", "shapes",    "simplify plane",
+    "straighten", "untangle", "unfold",       "ease",         "restricted"};
 
 // A set of devices, one bit for each.
 using Devices = std::uint32_t;

@@ -1,14 +1,12 @@
 #include "flipfree/matchmaker/take_back/coarsen.h"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <utility>
 
 #include "flipfree/matchmaker/request/time_share.h"
 #include "flipfree/matchmaker/smooth/relax.h"
 #include "flipfree/matchmaker/start/first_try.h"
-#include "flipfree/matchmaker/take_back/restore.h"
 #include "flipfree/matchmaker/take_back/take_back.h"
 #include "flipfree/matchmaker/take_back/untangle_removal.h"
 
@@ -20,8 +18,6 @@ constexpr int kRelaxIterations = 6;
 // A pass that removes a smaller share (in per cent) of what is there is idle; so many end it.
 constexpr Index kWorthwhile = 2;
 constexpr int kIdle = 2;
-// Neighbourhoods in which pieces are untangled at the end.
-constexpr std::array<int, 2> kRings = {2, 5};
 // Passes in which what is left is untangled vertex by vertex: while each frees this share (in per
 // cent), and if there is not more left than so many times the vertices to keep.
 constexpr int kMostEasings = 4;
@@ -48,7 +44,6 @@ class Coarsener {
       run({kMostPasses, constraints_.use(Device::kStraighten), kWorthwhile, kIdle});
     }
     const ProgressRange rest(context_, 0.8, 1.0);
-    if (constraints_.use(Device::kRestore)) restore_in_pieces();
     if (constraints_.use(Device::kUntangle)) untangle_one_by_one();
   }
 
@@ -70,17 +65,6 @@ class Coarsener {
 
   void run(const Schedule& schedule) {
     passes_ += take_back(map_, held(), keep_, schedule, context_, [&] { return relaxed(); });
-  }
-
-  void restore_in_pieces() {
-    for (const int rings : kRings) {
-      if (added() == 0 || added() > keep_ / 2) return;
-      std::vector<char> fixed(map_.surface.position.size(), 0);
-      for (const VertexId v : held()) fixed[static_cast<std::size_t>(v)] = 1;
-      if (restore_pieces(map_, fixed, keep_, rings, context_) == 0) continue;
-      map_ = mesh::compacted_map(map_);
-      relaxed();
-    }
   }
 
   void untangle_one_by_one() {

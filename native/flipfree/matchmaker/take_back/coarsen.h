@@ -6,8 +6,7 @@
 // replaces or a few times the mean. A star that lies on an edge of the input is retriangulated on
 // both sides of that edge. Before, refined input faces that can be whole again as the map stands
 // are laid straight (straighten.h); between passes the map is relaxed, which frees further
-// vertices; at the end the rest is untangled piece by piece (restore.h), then vertex by vertex
-// (untangle_removal.h).
+// vertices; at the end the rest is untangled vertex by vertex (untangle_removal.h).
 #pragma once
 
 #include "flipfree/base/context.h"

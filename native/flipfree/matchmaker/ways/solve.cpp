@@ -117,7 +117,7 @@ const std::vector<Way>& all_ways() {
 
 // Those for this problem: all that apply, or the one that is asked for by name. Where that is not
 // for such problems, the guarantee.
-std::vector<Way> ways_for(const Problem& problem, const ExecutionContext& context) {
+std::vector<Way> ways_for(const Problem& problem) {
   std::vector<Way> ways;
   for (const Way& way : all_ways()) {
     if (!way.applies(problem) || !problem.constraints.use(way.device)) continue;
@@ -169,7 +169,7 @@ Solution solve(const Problem& problem, ExecutionContext& context, Stats& stats) 
   } else if (!problem.constraints.free_boundary()) {
     problem.targets.full(context);
   }
-  const std::vector<Way> ways = ways_for(problem, context);
+  const std::vector<Way> ways = ways_for(problem);
   double all = 0;
   for (const Way& way : ways) all += way.progress;
   double done = 0;

@@ -60,7 +60,8 @@ TEST(TranslateErrors, LeavesErrorsThatCarryMoreAsTheyAre) {
   try {
     with_errors(
         [](Error e) {
-          return Error{e.code, "changed"};
+          e.message = "changed";
+          return e;
         },
         [&]() -> int { throw Richer(error); });
     FAIL() << "went on";
