@@ -57,7 +57,6 @@ GROUPS = {
     "planned": ("circle", "large outline"),
     "arms": ("free", "few free", "large free"),
     "pull": ("free", "few free", "circle", "one-to-one", "shape pins"),
-    "push": ("free", "few free", "circle", "one-to-one", "shape pins"),
     "roomy metric": ("circle", "large outline"),
     "shapes": ("outline", "hilbert"),
     "simplify plane": ("circle", "large outline"),

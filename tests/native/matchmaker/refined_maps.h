@@ -10,9 +10,8 @@
 
 #include "flipfree/certify/measures/winding.h"
 #include "flipfree/distortion/untangle.h"
+#include "flipfree/matchmaker/at_once/class_overlay.h"
 #include "flipfree/matchmaker/take_back/remove_added.h"
-#include "flipfree/matchmaker/walk/corridor.h"
-#include "flipfree/matchmaker/walk/push_point.h"
 #include "support/shapes.h"
 
 namespace flipfree::test {
@@ -48,17 +47,29 @@ inline void bend(mesh::RefinedMap& map, VertexId keep, double by) {
     map.uv.row(v) += by * Vector2(std::cos(v), std::sin(v)).transpose();
 }
 
-// A vertex pushed through half of a grid, which leaves some hundred vertices behind, thinned out
-// with everything else where it is.
-inline mesh::RefinedMap pushed(const mesh::Surface& surface, VertexId v,
-                               ExecutionContext& context) {
+// Moves a vertex of a map of the unit square past two others that stay.
+inline void move_past(mesh::RefinedMap& map, VertexId v, const Vector2& goal,
+                      ExecutionContext& context) {
+  matchmaker::Constraints constraints;
+  for (const VertexId b : map.surface.boundary)
+    constraints.outline.emplace_back(map.uv.row(b).transpose());
+  constraints.pins = {{v, goal}};
+  for (const Vector2& stays : {Vector2(0.45, 0.62), Vector2(0.6, 0.4)}) {
+    Eigen::Index nearest = 0;
+    (map.uv.rowwise() - stays.transpose()).rowwise().squaredNorm().minCoeff(&nearest);
+    constraints.pins.push_back({static_cast<VertexId>(nearest), map.uv.row(nearest).transpose()});
+  }
+  Stats stats;
+  ASSERT_TRUE(matchmaker::place_pins(map, constraints, context, stats));
+  ASSERT_EQ(Vector2(map.uv.row(v).transpose()), goal);
+}
+
+// The same on a grid, which leaves some hundred vertices behind, thinned out with everything else
+// where it is.
+inline mesh::RefinedMap drawn_out(const mesh::Surface& surface, VertexId v,
+                                  ExecutionContext& context) {
   mesh::RefinedMap map = identity_map(surface);
-  const Vector2 goal(0.7123, 0.5317);
-  const matchmaker::Polygon corridor = matchmaker::corridor_around(
-      map.uv.row(v).transpose(), goal, matchmaker::Obstacles{{{0.45, 0.62}, {0.6, 0.4}}, {}, {}},
-      0.3, 0.8);
-  const std::vector<char> held(map.surface.position.size(), 0);
-  EXPECT_TRUE(matchmaker::push_point(map, v, goal, corridor, held, 5000, context));
+  move_past(map, v, {0.7123, 0.5317}, context);
   while (matchmaker::thin_out(map, {v}, static_cast<Index>(surface.vertices.rows()), context) > 0)
     continue;
   return map;

@@ -12,9 +12,8 @@
 namespace flipfree::matchmaker {
 namespace {
 
-// Fewer pins are seldom in each other's way. More are beyond measure: planning grows with the
-// square of their number, and so does what following the plan adds.
-constexpr std::size_t kFewestPins = 8;
+// More are beyond measure: planning grows with the square of their number, and so does what
+// following the plan adds.
 constexpr std::size_t kMostPins = 40;
 // Rounds of plain removals at first, and Newton steps after each.
 constexpr int kPlainRounds = 2;
@@ -26,7 +25,7 @@ constexpr double kEnough = 0.49;
 
 PlannedWalk walk_as_planned(mesh::RefinedMap& map, const Constraints& constraints,
                             ExecutionContext& context, Stats& stats) {
-  if (constraints.pins.size() < kFewestPins || constraints.pins.size() > kMostPins) return {};
+  if (constraints.pins.empty() || constraints.pins.size() > kMostPins) return {};
   const Index keep = map.surface.mesh.vertex_count();
   {
     const ProgressRange range(context, 0.0, 0.3);

@@ -6,7 +6,9 @@
 #include <cstddef>
 #include <utility>
 
+#include "flipfree/base/plane.h"
 #include "flipfree/distortion/untangle.h"
+#include "flipfree/matchmaker/overlay/side_of.h"
 #include "flipfree/mesh/refined/curve_overlay.h"
 #include "flipfree/numeric/predicates.h"
 
@@ -16,19 +18,6 @@ namespace {
 using Mesh = mesh::EditableTriangulation;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-double cross(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
-
-// What comes nearer to a line than this, in units of the lengths at hand, is taken to lie on it:
-// slivers between them would be too thin for doubles. Whether the map is valid is tested exactly in
-// the end.
-constexpr double kOnLine = 1e-10;
-
-// On which side of the line ab a point lies, 0 if next to it.
-int side_of(const Vector2& a, const Vector2& b, const Vector2& p) {
-  const double least = kOnLine * (b - a).norm() * ((p - a).norm() + (p - b).norm());
-  return std::abs(cross(b - a, p - a)) <= least ? 0 : numeric::orientation(a, b, p);
-}
 
 class Overlay {
  public:

@@ -89,7 +89,6 @@ class CoarseToFine {
 
   std::int64_t levels = 0;
   std::int64_t lifted = 0;
-  bool exhausted = false;
 
  private:
   static std::vector<char> vertices_to_keep(const mesh::RefinedSurface& surface,
@@ -106,9 +105,7 @@ class CoarseToFine {
     stats_["walk.coarsest"] = static_cast<std::int64_t>(count);
     {
       const ProgressRange range(context_, 0.0, 0.8);
-      const Walk walk = walk_pins(map, constraints, true, context_, stats_);
-      exhausted = walk.exhausted;
-      if (!walk.arrived) return false;
+      if (!walk_pins(map, constraints, true, context_, stats_).arrived) return false;
     }
     const ProgressRange range(context_, 0.8, 1.0);
     if (map.surface.mesh.vertex_count() > count)
@@ -127,17 +124,17 @@ bool has_coarse_levels(const mesh::RefinedSurface& surface, const Constraints& c
          !constraints.pins.empty();
 }
 
-CoarseWalk walk_coarse_to_fine(mesh::RefinedMap& map, const Constraints& constraints,
-                               ExecutionContext& context, Stats& stats) {
+bool walk_coarse_to_fine(mesh::RefinedMap& map, const Constraints& constraints,
+                         ExecutionContext& context, Stats& stats) {
   stats["walk.levels"] = std::int64_t{0};
-  if (!has_coarse_levels(map.surface, constraints)) return {};
+  if (!has_coarse_levels(map.surface, constraints)) return false;
   mesh::RefinedMap trial = map;
   CoarseToFine levels(context, stats);
-  if (!levels.walk(trial, constraints)) return {false, levels.exhausted};
+  if (!levels.walk(trial, constraints)) return false;
   map = std::move(trial);
   stats["walk.levels"] = levels.levels;
   stats["walk.lifted"] = levels.lifted;
-  return {true};
+  return true;
 }
 
 }  // namespace flipfree::matchmaker

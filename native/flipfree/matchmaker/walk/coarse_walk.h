@@ -12,18 +12,13 @@
 
 namespace flipfree::matchmaker {
 
-struct CoarseWalk {
-  bool arrived = false;    // all pins, bit for bit; otherwise the map is unchanged
-  bool exhausted = false;  // Walk::exhausted, on the coarsest level: so would a walk here be
-};
-
 // If all pins arrive over coarse levels `map` is the result, with as much refinement taken back as
-// goes. They do not if the surface is small, has lines, or a level fails; walk_pins() may arrive
-// all the same. Preconditions are those of walk_pins(). Stats: those of the coarsest walk,
-// "walk.levels" (coarse levels; 0 if it does not arrive), "walk.coarsest" (vertices of the
-// coarsest), "walk.lifted" (vertices that carrying maps over added at first).
-CoarseWalk walk_coarse_to_fine(mesh::RefinedMap& map, const Constraints& constraints,
-                               ExecutionContext& context, Stats& stats);
+// goes; otherwise it is unchanged. They do not if the surface is small, has lines, or a level
+// fails; walk_pins() may arrive all the same. Preconditions are those of walk_pins(). Stats: those
+// of the coarsest walk, "walk.levels" (coarse levels; 0 if it does not arrive), "walk.coarsest"
+// (vertices of the coarsest), "walk.lifted" (vertices that carrying maps over added at first).
+bool walk_coarse_to_fine(mesh::RefinedMap& map, const Constraints& constraints,
+                         ExecutionContext& context, Stats& stats);
 
 // Are there coarse levels for it?
 bool has_coarse_levels(const mesh::RefinedSurface& surface, const Constraints& constraints);

@@ -7,8 +7,7 @@
 // composition is linear, locally injective, and meets what the coarse map meets. Instead of the
 // overlay, every fine triangle is given the linear interpolant of its corners; where this is turned
 // over or squashed, the triangle is split along coarse edges (creases), in a fixed order of these,
-// so that splitting ends: at the overlay in the worst case. This is what push_point.h does with
-// the creases of a tent.
+// so that splitting ends: at the overlay in the worst case.
 #pragma once
 
 #include "flipfree/base/context.h"

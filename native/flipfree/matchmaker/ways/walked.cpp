@@ -17,10 +17,6 @@
 namespace flipfree::matchmaker {
 namespace {
 
-// Inside a fixed outline pins are pushed on surfaces of at most so many vertices: on larger ones,
-// where coarse levels fail, pushes take minutes, and MatchMaker++ about half of one (30k
-// triangles).
-constexpr Index kMostPushed = 10000;
 // Rounds in which whole faces are unfolded once all pins have arrived.
 constexpr int kRoundsOfUnfolding = 6;
 
@@ -75,14 +71,13 @@ Arrival walk_there(const Problem& problem, ExecutionContext& context, Stats& sta
   const bool arms = problem.options.engine == MatchEngine::kArms;
   const bool large = refine && !arms && has_coarse_levels(map.surface, constraints) &&
                      constraints.use(Device::kCoarse);
-  bool hopeless = false;  // what was beyond measure on a coarse level is so here
   if (large) {
     const ProgressRange range(context, 0.1, 0.8);
-    const CoarseWalk coarse = walk_coarse_to_fine(map, constraints, context, stats);
-    hopeless = coarse.exhausted;
-    arrival.coarse_to_fine = coarse.arrived;
-    if (coarse.arrived) arrival.walk = {true, WalkMode::kNone, false, true};
-    if (coarse.arrived) return arrival;
+    arrival.coarse_to_fine = walk_coarse_to_fine(map, constraints, context, stats);
+    if (arrival.coarse_to_fine) {
+      arrival.walk = {true, WalkMode::kNone, true};
+      return arrival;
+    }
   }
   if (!constraints.free_boundary() && !constraints.pins.empty() &&
       arrival.keep == map.surface.input_vertices() && constraints.use(Device::kRoomy)) {
@@ -92,12 +87,10 @@ Arrival walk_there(const Problem& problem, ExecutionContext& context, Stats& sta
     lay_on(map.surface, *arrival.room);
   }
   const ProgressRange range(context, large ? 0.8 : 0.1, 0.9);
-  const bool pushes =
-      refine && !hopeless && (constraints.free_boundary() || arrival.keep <= kMostPushed);
   if (arms) {
     arrival.walk = {walk_with_arms(map, constraints, context, stats), WalkMode::kArms};
   } else {
-    arrival.walk = walk_pins(map, constraints, pushes, context, stats);
+    arrival.walk = walk_pins(map, constraints, refine, context, stats);
   }
   return arrival;
 }

@@ -15,7 +15,7 @@ TEST(UnfoldWholes, MakesRoomForTheFacesThatAPushHasSplit) {
   const VertexId v = 21 * 10 + 4;
   const auto keep = static_cast<Index>(surface.vertices.rows());
   ExecutionContext context;
-  mesh::RefinedMap map = test::pushed(surface, v, context);
+  mesh::RefinedMap map = test::drawn_out(surface, v, context);
   const Index added = map.surface.mesh.vertex_count() - keep;
   ASSERT_GT(added, 10);
   const Points2 before = map.uv;
@@ -29,7 +29,7 @@ TEST(UnfoldWholes, MakesRoomForTheFacesThatAPushHasSplit) {
 TEST(UnfoldWholes, LeavesAMapAloneInWhichNothingMayMove) {
   const mesh::Surface surface = test::grid(20, 20);
   ExecutionContext context;
-  mesh::RefinedMap map = test::pushed(surface, 21 * 10 + 4, context);
+  mesh::RefinedMap map = test::drawn_out(surface, 21 * 10 + 4, context);
   const Points2 before = map.uv;
   std::vector<VertexId> all;
   for (VertexId w = 0; w < map.surface.mesh.vertex_count(); ++w) all.push_back(w);

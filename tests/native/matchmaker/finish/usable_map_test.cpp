@@ -52,7 +52,7 @@ TEST(UsableMap, IsRestrictedToTheUsersVerticesOrCoarsened) {
   const mesh::RefinedSurface refined = mesh::make_refined_surface(surface);
   ExecutionContext context;
   Stats stats;
-  const mesh::RefinedMap fine = test::pushed(surface, kPin, context);
+  const mesh::RefinedMap fine = test::drawn_out(surface, kPin, context);
   Constraints free;
   free.pins = {{kPin, fine.uv.row(kPin).transpose()}};
   const UsableMap coarse = made_usable(fine, refined, free, false, context, stats);
@@ -72,7 +72,7 @@ TEST(UsableMap, IsRestrictedToTheUsersVerticesOrCoarsened) {
 TEST(Ease, FreesVerticesAndStaysValid) {
   const mesh::Surface surface = test::grid(20, 20);
   ExecutionContext context;
-  mesh::RefinedMap map = test::pushed(surface, kPin, context);
+  mesh::RefinedMap map = test::drawn_out(surface, kPin, context);
   const auto keep = static_cast<Index>(surface.vertices.rows());
   const Index before = map.surface.mesh.vertex_count();
   const Vector2 place = map.uv.row(kPin).transpose();

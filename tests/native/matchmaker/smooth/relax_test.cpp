@@ -59,7 +59,7 @@ TEST(Relax, NearAPushLowersTheEnergyAndMovesNothingElse) {
   const mesh::Surface surface = test::grid(40, 40);
   const VertexId v = 41 * 20 + 8;
   ExecutionContext context;
-  mesh::RefinedMap map = test::pushed(surface, v, context);
+  mesh::RefinedMap map = test::drawn_out(surface, v, context);
   const Points2 before = map.uv;
   const double start = energy(map, context);
   const std::vector<VertexId> near = vertices_near(map.surface.mesh, {v}, 4);

@@ -88,7 +88,7 @@ TEST(Coarsen, LeavesNoVertexThatNothingNeedsAndKeepsThePins) {
   for (const Coarsening how : {Coarsening::kAll, Coarsening::kBounded}) {
     ExecutionContext context;
     Stats stats;
-    const mesh::RefinedMap map = test::pushed(surface, v, context);
+    const mesh::RefinedMap map = test::drawn_out(surface, v, context);
     Constraints constraints;
     constraints.pins = {{v, map.uv.row(v).transpose()}};
     const mesh::RefinedMap coarse = coarsen(map, constraints, keep, context, stats, how);

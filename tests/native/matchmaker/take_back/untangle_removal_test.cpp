@@ -15,7 +15,7 @@ TEST(RemoveByUntangling, RemovesWhatThinningLeavesAndStaysValid) {
   const VertexId v = 21 * 10 + 4;
   const auto keep = static_cast<Index>(surface.vertices.rows());
   ExecutionContext context;
-  mesh::RefinedMap map = test::pushed(surface, v, context);
+  mesh::RefinedMap map = test::drawn_out(surface, v, context);
   const Index there = map.surface.mesh.vertex_count() - keep;
   ASSERT_GT(there, 10);
   const Points2 before = map.uv;
@@ -35,7 +35,7 @@ TEST(RemoveByUntangling, LeavesHeldVerticesAndThoseBelowTheLimit) {
   const mesh::Surface surface = test::grid(20, 20);
   const VertexId v = 21 * 10 + 4;
   ExecutionContext context;
-  mesh::RefinedMap map = test::pushed(surface, v, context);
+  mesh::RefinedMap map = test::drawn_out(surface, v, context);
   const Index count = map.surface.mesh.vertex_count();
   const Points2 before = map.uv;
   EXPECT_EQ(remove_by_untangling(map, {v}, count, context), 0);
@@ -51,7 +51,7 @@ TEST(RemoveByUntangling, WhatFailedIsNotTriedAgainUntilItsNeighbourhoodHasChange
   const VertexId v = 21 * 10 + 4;
   const auto keep = static_cast<Index>(surface.vertices.rows());
   ExecutionContext context;
-  mesh::RefinedMap map = test::pushed(surface, v, context);
+  mesh::RefinedMap map = test::drawn_out(surface, v, context);
   UntangleRemovalOptions options;
   VainRemovals vain;
   options.iterations = 1;  // most need more

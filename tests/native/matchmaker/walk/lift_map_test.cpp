@@ -4,8 +4,6 @@
 
 #include <cmath>
 
-#include "flipfree/matchmaker/walk/corridor.h"
-#include "flipfree/matchmaker/walk/push_point.h"
 #include "matchmaker/refined_maps.h"
 #include "support/shapes.h"
 
@@ -54,7 +52,7 @@ TEST(LiftMap, TheIdentityMovesAndAddsNothing) {
   EXPECT_LT((map.uv - surface.vertices.leftCols(2)).cwiseAbs().maxCoeff(), 1e-14);
 }
 
-TEST(LiftMap, FollowsAFarPushOfTheCoarseMapByAFewSplits) {
+TEST(LiftMap, FollowsAFarMoveOfTheCoarseMapByAFewSplits) {
   const mesh::Surface surface = fine_square();
   mesh::RefinedMap map = test::identity_map(surface);
   const VertexId pin = 41 * 20 + 8;
@@ -62,11 +60,8 @@ TEST(LiftMap, FollowsAFarPushOfTheCoarseMapByAFewSplits) {
   const CoarseDisk disk = decimate(map, boundary_and(map, pin), 400, context);
   mesh::RefinedMap coarse = coarse_map(disk, map);
   const VertexId v = disk.coarse[static_cast<std::size_t>(pin)];
-  const Vector2 from = coarse.uv.row(v).transpose();
   const Vector2 goal(0.8123, 0.5317);
-  const Obstacles obstacles{{{0.45, 0.62}, {0.6, 0.4}}, {}, {}};
-  ASSERT_TRUE(push_point(coarse, v, goal, corridor_around(from, goal, obstacles, 0.15, 0.8),
-                         std::vector<char>(coarse.surface.position.size(), 0), 5000, context));
+  test::move_past(coarse, v, goal, context);
   ASSERT_GT(coarse.surface.mesh.vertex_count(), 400) << "the coarse map must be refined as well";
 
   const Points2 before = map.uv;
