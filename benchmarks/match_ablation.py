@@ -195,7 +195,9 @@ def run(case: Case, without: str, limit: float, threads: int) -> dict[str, Any]:
 
 def table(rows: list[dict[str, Any]]) -> None:
     everything = {row["case"]: row for row in rows if not row["without"]}
-    print("| without | cases | certified, with | without | user s | median | energy, median | mean | added, with | without |")
+    print(
+        "| without | cases | certified, with | without | user s | median | energy, median | mean | added, with | without |"
+    )
     print("|---|---|---|---|---|---|---|---|---|---|")
     for device in _native.match_devices:
         off = [row for row in rows if row["without"] == device and row["case"] in everything]

@@ -62,10 +62,10 @@ TEST(RemoveByUntangling, WhatFailedIsNotTriedAgainUntilItsNeighbourhoodHasChange
   // All that is left failed in the last pass: nothing is new in another one.
   EXPECT_EQ(remove_by_untangling(map, {v}, keep, context, options), 0);
   EXPECT_EQ(vain.size(), known);
-  // Larger neighbourhoods are others.
+  // Larger neighbourhoods are others: they are tried, and fail on their own account or do not.
   options.rings = 3;
-  remove_by_untangling(map, {v}, keep, context, options);
-  EXPECT_GT(vain.size(), known);
+  const Index removed = remove_by_untangling(map, {v}, keep, context, options);
+  EXPECT_TRUE(removed > 0 || vain.size() > known);
   test::expect_valid(mesh::compacted_map(map));
 }
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "flipfree/matchmaker/smooth/relax.h"
 #include "matchmaker/refined_maps.h"
 #include "support/shapes.h"
 
@@ -62,6 +63,10 @@ TEST(LiftMap, FollowsAFarMoveOfTheCoarseMapByAFewSplits) {
   const VertexId v = disk.coarse[static_cast<std::size_t>(pin)];
   const Vector2 goal(0.8123, 0.5317);
   test::move_past(coarse, v, goal, context);
+  // As a walk leaves it: at rest.
+  std::vector<VertexId> held = coarse.surface.boundary;
+  held.push_back(v);
+  ASSERT_TRUE(relax(coarse, held, {30, true, nullptr}, context));
   ASSERT_GT(coarse.surface.mesh.vertex_count(), 400) << "the coarse map must be refined as well";
 
   const Points2 before = map.uv;

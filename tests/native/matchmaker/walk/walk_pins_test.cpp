@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "flipfree/matchmaker/at_once/planned_walk.h"
 #include "flipfree/matchmaker/walk/coarse_walk.h"
 #include "matchmaker/refined_maps.h"
@@ -15,6 +17,19 @@ void expect_arrived(const mesh::RefinedMap& map, const Constraints& constraints)
     EXPECT_EQ(Vector2(map.uv.row(p.vertex).transpose()), p.uv) << p.vertex;
   for (std::size_t i = 0; i < constraints.outline.size(); ++i)
     EXPECT_EQ(Vector2(map.uv.row(map.surface.boundary[i]).transpose()), constraints.outline[i]);
+}
+
+// A grid, slightly warped so that nothing is collinear.
+mesh::Surface warped_grid(Index columns) {
+  mesh::Surface surface = test::grid(columns, columns);
+  for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v) {
+    const double x = surface.vertices(v, 0);
+    const double y = surface.vertices(v, 1);
+    const double bump = x * (1 - x) * y * (1 - y);
+    surface.vertices(v, 0) += 0.1 * bump * std::sin(7 * y);
+    surface.vertices(v, 1) += 0.1 * bump * std::cos(5 * x);
+  }
+  return surface;
 }
 
 Constraints boundary_as_it_is(const mesh::RefinedMap& map) {
@@ -50,7 +65,7 @@ TEST(WalkPins, WithoutPinsThereIsNothingToWalk) {
 
 // Two that change places inside a boundary that does not give way.
 TEST(WalkPins, WithoutRefinementAWalkThatIsBlockedEndsWithAValidMap) {
-  const mesh::Surface surface = test::grid(8, 8);
+  const mesh::Surface surface = warped_grid(8);
   mesh::RefinedMap map = test::identity_map(surface);
   Constraints constraints = boundary_as_it_is(map);
   constraints.pins = {{30, {0.75, 0.5}}, {50, {0.25, 0.375}}, {40, {0.3, 0.6}}, {41, {0.8, 0.2}}};
@@ -66,7 +81,7 @@ TEST(WalkPins, WithoutRefinementAWalkThatIsBlockedEndsWithAValidMap) {
 }
 
 TEST(PlannedWalk, IsNotForAFreeBoundaryAndLeavesTheMapAsItIs) {
-  const mesh::Surface surface = test::grid(8, 8);
+  const mesh::Surface surface = warped_grid(8);
   mesh::RefinedMap map = test::identity_map(surface);
   Constraints constraints;
   constraints.pins = {{30, {0.5, 0.5}}};
@@ -77,7 +92,7 @@ TEST(PlannedWalk, IsNotForAFreeBoundaryAndLeavesTheMapAsItIs) {
 }
 
 TEST(PlannedWalk, BringsPinsThatChangePlacesHome) {
-  const mesh::Surface surface = test::grid(16, 16);
+  const mesh::Surface surface = warped_grid(16);
   mesh::RefinedMap map = test::identity_map(surface);
   Constraints constraints = boundary_as_it_is(map);
   const auto vertex = [](Index k) { return 17 * (4 + 4 * (k / 3)) + 4 + 4 * (k % 3); };
