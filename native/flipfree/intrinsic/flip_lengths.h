@@ -1,5 +1,6 @@
-// Lengths that the seven symmetric flips create, in closed form: by Ptolemy's theorem
-// (equation 4.6, any Penner coordinates) and in the Euclidean metric of the start. Letters as in
+// Lengths of an intrinsic triangulation: at the start, and those that the seven symmetric flips
+// create, in closed form, by Ptolemy's theorem (equation 4.6, any Penner coordinates) and in the
+// Euclidean metric of the start. Letters as in
 // symmetric_flips.cpp: the flip exchanges p = (a, c) [and its mirror image] for z = (b, b'); x =
 // (a, b), y = (b, c), w = (a, a'), v = (c, c').
 //
@@ -7,12 +8,36 @@
 // diagonal d satisfies d^2 = l^2 + s t under every symmetric metric.
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include "flipfree/intrinsic/symmetric_flips.h"
 #include "flipfree/numeric/scalar.h"
 
 namespace flipfree::intrinsic {
+
+// Distances in space between the ends of every edge, #E, with `bits` mantissa bits.
+// `positions`: of the user's vertices.
+template <typename T>
+std::vector<T> euclidean_lengths(const IntrinsicMesh& mesh, const Points3& positions, int bits) {
+  using std::sqrt;
+  using Traits = numeric::ScalarTraits<T>;
+  const auto end = [&](std::size_t h) {
+    return positions.row(mesh.unknown[IntrinsicMesh::at(mesh.origin[h])]);
+  };
+  std::vector<T> length(mesh.edge_count());
+  for (std::size_t e = 0; e < length.size(); ++e) {
+    const auto a = end(2 * e);
+    const auto b = end(2 * e + 1);
+    T sum = Traits::make(0.0, bits);
+    for (int k = 0; k < 3; ++k) {
+      const T d = Traits::make(a[k], bits) - Traits::make(b[k], bits);
+      sum += d * d;
+    }
+    length[e] = sqrt(sum);
+  }
+  return length;
+}
 
 template <typename T>
 class FlipLengths {

@@ -3,12 +3,14 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <variant>
 #include <vector>
 
-#include "flipfree/intrinsic/added_vertex.h"
+#include "flipfree/base/context.h"
 #include "flipfree/intrinsic/intrinsic_mesh.h"
 #include "flipfree/intrinsic/symmetric_flips.h"
+#include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/numeric/big_float.h"
 
 namespace flipfree::intrinsic {
@@ -18,6 +20,10 @@ namespace flipfree::intrinsic {
 using Scalars =
     std::variant<std::vector<double>, std::vector<numeric::BigFloat<4>>,
                  std::vector<numeric::BigFloat<16>>, std::vector<numeric::BigFloat<64>>>;
+
+// Rounded to double, and to 80-bit numbers, which have the range that lengths may need.
+std::vector<double> to_doubles(const Scalars& values);
+std::vector<long double> widened(const Scalars& values);
 
 // How the triangulation changed, in order. Euclidean flips (intrinsic flips of the initial
 // Euclidean metric, thesis "MakeDelaunay") come first: their number is
@@ -40,9 +46,30 @@ struct FlippedMetric {
 
   IntrinsicMesh mesh;
   Scalars length;  // per edge of `mesh`, in the new metric
+  // Per input vertex: logarithmic scale factors, by which the map from the input to `mesh` is
+  // projective along edges (thesis 4.5); of a metric that is not conformally equivalent to the
+  // input, the conformal part of its change.
+  Scalars u;
   // Of a refined surface (split_surface.h): where its last vertices lie on the user's. Everything
   // "per input vertex" above includes them then, and `initial` is the refined triangulation.
-  std::vector<AddedVertex> added;
+  std::vector<mesh::SurfacePoint> added;
 };
+
+// visit(edge) for the plain flips of the records [from, to), in order; checks for cancel.
+template <typename Visit>
+void replay_flips(const std::vector<FlipRecord>& flips, std::size_t from, std::size_t to,
+                  const ExecutionContext& context, const Visit& visit) {
+  constexpr std::size_t kFlipsPerCheck = 65536;
+  for (std::size_t i = from; i < to; ++i) {
+    if (i % kFlipsPerCheck == kFlipsPerCheck - 1) context.check();
+    const PlainFlips& plain = flips[i].plain;
+    for (int k = 0; k < plain.count; ++k) visit(plain.edges[static_cast<std::size_t>(k)]);
+  }
+}
+
+// Empty if the parts fit together: both meshes, one length per edge, all usable, one half-edge per
+// corner, flips that lead from one mesh to the other. Otherwise what is broken. Cost: O(#F +
+// flips).
+std::string find_broken_invariant(const FlippedMetric& metric);
 
 }  // namespace flipfree::intrinsic

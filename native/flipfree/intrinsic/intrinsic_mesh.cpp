@@ -3,7 +3,9 @@
 #include <array>
 #include <cstddef>
 #include <numeric>
+#include <utility>
 
+#include "flipfree/base/check/debug_check.h"
 #include "flipfree/mesh/adjacency.h"
 
 namespace flipfree::intrinsic {
@@ -88,17 +90,7 @@ std::string at_halfedge(const char* what, HalfedgeId h) {
   return std::string(what) + " at half-edge " + std::to_string(h);
 }
 
-// What is wrong with next, origin and face at a half-edge; empty if nothing is.
-std::string broken_orbit(const IntrinsicMesh& m, HalfedgeId h) {
-  const HalfedgeId n = m.next[at(h)];
-  if (n < 0 || n >= static_cast<Index>(m.next.size())) return at_halfedge("next out of range", h);
-  if (m.next[at(m.next[at(n)])] != h) return at_halfedge("face orbit is not 3 long", h);
-  if (m.origin[at(n)] != m.target(h)) return at_halfedge("ends do not meet", h);
-  if (m.face[at(n)] != m.face[at(h)]) return at_halfedge("face differs along its orbit", h);
-  return {};
-}
-
-// The same for reflection and labels (Proposition 2).
+// What is wrong with reflection and labels at a half-edge (Proposition 2); empty if nothing is.
 std::string broken_symmetry(const IntrinsicMesh& m, HalfedgeId h) {
   const auto is_symmetric = [&](HalfedgeId h) {
     const FaceLabel l = m.face_label[at(m.face[at(h)])];
@@ -179,28 +171,30 @@ IntrinsicSetup build_intrinsic_mesh(Index vertex_count, const Triangles& faces) 
          setup.input_halfedge[at(3 * f + 2)], f);
   }
   if (cover) add_mirror_image(faces, adjacency, edges, setup);
+  debug_check("build_intrinsic_mesh", [&] { return find_broken_invariant(setup.mesh); });
   return setup;
 }
 
 void flip_edge(IntrinsicMesh& m, EdgeId e) {
-  const HalfedgeId h = 2 * e;
-  const HalfedgeId o = h + 1;
-  const HalfedgeId hn = m.next[at(h)];
-  const HalfedgeId hp = m.next[at(hn)];
-  const HalfedgeId on = m.next[at(o)];
-  const HalfedgeId op = m.next[at(on)];
-  m.origin[at(h)] = m.origin[at(op)];
-  m.origin[at(o)] = m.origin[at(hp)];
-  const FaceId f = m.face[at(h)];
-  const FaceId g = m.face[at(o)];
-  glue(m, h, hp, on, f);
-  glue(m, o, op, hn, g);
+  const FaceId f = m.face[at(2 * e)];
+  const FaceId g = m.face[at(2 * e + 1)];
+  flip_edge(static_cast<FlipMesh&>(m), e);
+  for (const auto& [h, face] : {std::pair{2 * e, f}, std::pair{2 * e + 1, g}}) {
+    m.face_halfedge[at(face)] = h;
+    m.face[at(m.next_of(h))] = face;
+    m.face[at(m.previous(h))] = face;
+  }
 }
 
 std::string find_broken_invariant(const IntrinsicMesh& m) {
+  if (std::string broken = find_broken_invariant(static_cast<const FlipMesh&>(m));
+      !broken.empty()) {
+    return broken;
+  }
   const auto count = static_cast<Index>(m.next.size());
   for (HalfedgeId h = 0; h < count; ++h) {
-    if (std::string broken = broken_orbit(m, h); !broken.empty()) return broken;
+    if (m.face[at(m.next_of(h))] != m.face[at(h)])
+      return at_halfedge("face differs along its orbit", h);
   }
   for (std::size_t f = 0; f < m.face_count(); ++f) {
     if (m.face[at(m.face_halfedge[f])] != static_cast<FaceId>(f)) {

@@ -1,25 +1,6 @@
 // The combinatorial mesh of an intrinsic triangulation (thesis 4.4.2, Definitions 4.4-4.6) in flat
-// arrays.
-//
-// A mesh is a set of half-edges with two maps: next(h) walks around the face on the left of h, and
-// opposite(h) = h ^ 1 is its other half, so that edge e owns the half-edges 2e and 2e + 1. Nothing
-// else is assumed: a vertex may have valence 1, a face may be glued to itself, two vertices may
-// share many edges. Faces are the orbits of `next`, always three half-edges long here.
-//
-//                k               h  = i -> j, face (i, j, k) counter-clockwise
-//              /   \             hn = next(h)  = j -> k
-//         hp /       \ hn        hp = next(hn) = k -> i
-//          /     h     \         o  = opposite(h) = j -> i
-//        i ------------- j       on = next(o)  = i -> m
-//          \     o     /         op = next(on) = m -> j
-//         on \       / op
-//              \   /
-//                m
-//
-// flip(edge) turns the edge counter-clockwise:
-//     h = i -> j becomes m -> k in face (m, k, i), o = j -> i becomes k -> m in face (k, m, j);
-//     all other half-edges keep their end points.
-// Two flips give the edge back, reversed.
+// arrays: half-edges as drawn in flip_mesh.h, with faces, and with a reflection where it is a
+// cover.
 //
 // A surface with boundary is represented by its double cover (4.4.1): a mirrored copy glued along
 // the boundary, with the reflection R on half-edges. R reverses orientation: R(a -> b) runs from
@@ -40,16 +21,15 @@
 #include <vector>
 
 #include "flipfree/base/types.h"
+#include "flipfree/intrinsic/flip_mesh.h"
 
 namespace flipfree::intrinsic {
 
 enum class EdgeLabel : std::uint8_t { kOne, kTwo, kParallel, kPerpendicular, kDiagonal };
 enum class FaceLabel : std::uint8_t { kOne, kTwo, kTriangle, kQuad };
 
-struct IntrinsicMesh {
-  // Per half-edge, #H = 2 #E.
-  std::vector<HalfedgeId> next;
-  std::vector<VertexId> origin;
+struct IntrinsicMesh : FlipMesh {
+  // Per half-edge.
   std::vector<FaceId> face;
   std::vector<HalfedgeId>
       reflection;  // empty for a closed surface; kInvalid for the halves of a diagonal
@@ -66,18 +46,10 @@ struct IntrinsicMesh {
   // #input vertices are the user's own; the mirror images of interior vertices follow.
   std::vector<VertexId> unknown;
 
-  static constexpr HalfedgeId opposite(HalfedgeId h) { return h ^ 1; }
-  static constexpr EdgeId edge(HalfedgeId h) { return h >> 1; }
-  static constexpr HalfedgeId halfedge(EdgeId e) { return 2 * e; }
-
-  std::size_t halfedge_count() const { return next.size(); }
-  std::size_t edge_count() const { return next.size() / 2; }
   std::size_t face_count() const { return face_halfedge.size(); }
   std::size_t vertex_count() const { return unknown.size(); }
   bool symmetric() const { return !reflection.empty(); }
 
-  HalfedgeId previous(HalfedgeId h) const { return next[at(next[at(h)])]; }
-  VertexId target(HalfedgeId h) const { return origin[at(h ^ 1)]; }
   EdgeLabel label_of_edge(EdgeId e) const {
     return edge_label.empty() ? EdgeLabel::kOne : edge_label[at(e)];
   }
@@ -86,8 +58,6 @@ struct IntrinsicMesh {
   FaceLabel label_of_face(FaceId f) const {
     return face_label.empty() ? FaceLabel::kOne : face_label[at(f)];
   }
-
-  static constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 };
 
 // The mesh of a user's surface and where its corners went.
@@ -106,11 +76,10 @@ IntrinsicSetup build_intrinsic_mesh(Index vertex_count, const Triangles& faces);
 // Makes a and b, and their opposites, mirror images of each other.
 void pair_by_reflection(IntrinsicMesh& mesh, HalfedgeId a, HalfedgeId b);
 
-// One plain flip, as drawn above; labels and reflection are not touched. Precondition: the edge's
-// two faces differ.
+// One plain flip (flip_mesh.h), faces included; labels and reflection are not touched.
 void flip_edge(IntrinsicMesh& mesh, EdgeId e);
 
-// Empty if all invariants hold (orbits, reflection, label compatibility of Proposition 2);
+// Empty if all invariants hold (orbits, faces, reflection, label compatibility of Proposition 2);
 // otherwise what is broken. For tests and debug builds; O(#H).
 std::string find_broken_invariant(const IntrinsicMesh& mesh);
 

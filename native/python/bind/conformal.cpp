@@ -45,7 +45,7 @@ void add_refinement(const conformal::ConformalMetric& metric, py::dict& d) {
       metric.scale_factors.begin() + static_cast<std::ptrdiff_t>(own), metric.scale_factors.end()));
   std::vector<FaceId> parent;
   Points3 weights(static_cast<Eigen::Index>(metric.added.size()), 3);
-  for (const intrinsic::AddedVertex& v : metric.added) {
+  for (const mesh::SurfacePoint& v : metric.added) {
     weights.row(static_cast<Eigen::Index>(parent.size())) = v.weight.transpose();
     parent.push_back(v.face);
   }

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "flipfree/intrinsic/overlay/overlay_coordinates.h"
+#include "flipfree/intrinsic/flip_mesh.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/surface.h"
 
@@ -20,17 +20,14 @@ inline intrinsic::FlipMesh closed_mesh(const mesh::Surface& surface) {
   for (Index f = 0; f < surface.faces.rows(); ++f) {
     faces.push_back({surface.faces(f, 0), surface.faces(f, 1), surface.faces(f, 2)});
   }
-  bool open = false;
   for (HalfedgeId h = 0; h < 3 * static_cast<Index>(surface.faces.rows()); ++h) {
     if (adjacency.opposite[static_cast<std::size_t>(h)] != kInvalid) continue;
     faces.push_back({mesh::target(surface.faces, h), mesh::source(surface.faces, h), n});
-    open = true;
   }
   intrinsic::FlipMesh mesh;
-  mesh.vertex_count = n + (open ? 1 : 0);
   std::map<std::pair<Index, Index>, HalfedgeId> ids;
   mesh.next.resize(faces.size() * 3);
-  mesh.source.resize(faces.size() * 3);
+  mesh.origin.resize(faces.size() * 3);
   Index edges = 0;
   for (const auto& f : faces) {
     std::array<HalfedgeId, 3> h{};
@@ -42,11 +39,10 @@ inline intrinsic::FlipMesh closed_mesh(const mesh::Surface& surface) {
         ++edges;
       }
       h[k] = ids[{a, b}];
-      mesh.source[static_cast<std::size_t>(h[k])] = a;
+      mesh.origin[static_cast<std::size_t>(h[k])] = a;
     }
     for (std::size_t k = 0; k < 3; ++k) mesh.next[static_cast<std::size_t>(h[k])] = h[(k + 1) % 3];
   }
-  mesh.check_invariants();
   return mesh;
 }
 

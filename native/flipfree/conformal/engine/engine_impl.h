@@ -3,6 +3,5 @@
 
 #include "flipfree/conformal/engine/scalar_engine.h"
 #include "flipfree/conformal/engine/scalar_engine_angles.h"
-#include "flipfree/conformal/engine/scalar_engine_flips.h"
 #include "flipfree/conformal/engine/scalar_engine_relax.h"
 #include "flipfree/conformal/engine/scalar_engine_star.h"

@@ -14,7 +14,8 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/conformal/engine/engine.h"
-#include "flipfree/intrinsic/symmetric_flips.h"
+#include "flipfree/intrinsic/delaunay_metric.h"
+#include "flipfree/intrinsic/flip_lengths.h"
 #include "flipfree/numeric/scalar.h"
 
 namespace flipfree::conformal {
@@ -23,23 +24,22 @@ template <typename T>
 class ScalarEngine final : public MetricEngine {
  public:
   ScalarEngine(const EngineInput& input, int bits, ExecutionContext& context)
-      : input_(input), target_(input.target), bits_(bits), mesh_(input.setup.mesh) {
-    initialise_lengths();
-    initial_length_ = length_;
-    const std::size_t edges = mesh_.edge_count();
-    queued_.assign(edges, 0);
-    stack_.reserve(edges);
+      : input_(input),
+        target_(input.target),
+        bits_(bits),
+        metric_(input.setup.mesh, start_lengths(input, bits), bits),
+        initial_length_(metric_.lengths()) {
     factor_product_.assign(static_cast<std::size_t>(input.vertex_count), Traits::make(1.0, bits));
-    started_ = flip_to_delaunay<false>(context);
-    euclidean_flips_ = flips_.size();
+    started_ = metric_.template make_delaunay<FlipRule::kEuclidean>(context);
+    euclidean_flips_ = metric_.flips().size();
   }
 
   int bits() const override { return bits_; }
   bool started() const override { return started_; }
-  const intrinsic::IntrinsicMesh& mesh() const override { return mesh_; }
-  const std::vector<intrinsic::FlipRecord>& flips() const override { return flips_; }
+  const intrinsic::IntrinsicMesh& mesh() const override { return metric_.mesh(); }
+  const std::vector<intrinsic::FlipRecord>& flips() const override { return metric_.flips(); }
   std::size_t euclidean_flips() const override { return euclidean_flips_; }
-  std::size_t exact_tests() const override { return exact_tests_; }
+  std::size_t exact_tests() const override { return metric_.exact_tests(); }
 
   void scale(const FineVector& x, ExecutionContext& context) override {
     using std::exp;
@@ -63,12 +63,11 @@ class ScalarEngine final : public MetricEngine {
 
   void stretch(const std::vector<double>& x, ExecutionContext& context) override {
     using std::exp;
-    for (std::size_t e = 0; e < length_.size(); ++e) {
+    metric_.change_lengths([&](std::size_t e, T& length) {
       if (e % kCheckLogarithms == kCheckLogarithms - 1) context.check();
-      if (x[e] != 0.0) length_[e] *= exp(Traits::make(x[e], bits_));
-      in_range_ = in_range_ && is_usable(length_[e]);
-    }
-    shadow_valid_ = false;
+      if (x[e] != 0.0) length *= exp(Traits::make(x[e], bits_));
+      in_range_ = in_range_ && intrinsic::is_usable_length(length);
+    });
   }
 
   ScaleLogarithms scaled_so_far(const ExecutionContext& context) const override {
@@ -107,7 +106,7 @@ class ScalarEngine final : public MetricEngine {
   }
 
   bool restore_delaunay(ExecutionContext& context) override {
-    return in_range_ && flip_to_delaunay<true>(context);
+    return in_range_ && metric_.template make_delaunay<FlipRule::kPtolemy>(context);
   }
 
   void evaluate(double accuracy, Gradient& out, ExecutionContext& context) override;
@@ -122,25 +121,19 @@ class ScalarEngine final : public MetricEngine {
     return std::make_unique<ScalarEngine>(*this);
   }
   void remember() override {
-    memory_.mesh = mesh_;
-    memory_.length = length_;
-    memory_.factor_product = factor_product_;
-    memory_.flips = flips_.size();
+    metric_.remember();
+    remembered_product_ = factor_product_;
   }
   void go_back() override {
-    mesh_ = memory_.mesh;
-    length_ = memory_.length;
-    factor_product_ = memory_.factor_product;
-    flips_.resize(memory_.flips);
-    star_.clear();
-    shadow_valid_ = false;
+    metric_.go_back();
+    factor_product_ = remembered_product_;
     in_range_ = true;
   }
 
   std::vector<double> moved() const override {
     std::vector<double> change(factor_product_.size());
     for (std::size_t v = 0; v < change.size(); ++v) {
-      const T& before = memory_.factor_product[v];
+      const T& before = remembered_product_[v];
       change[v] = 2.0 * std::log1p(numeric::ratio(factor_product_[v] - before, before));
     }
     return change;
@@ -148,12 +141,12 @@ class ScalarEngine final : public MetricEngine {
 
   void finish(ConformalMetric& result, bool in_full,
               const ExecutionContext& context) const override {
-    result.mesh = mesh_;
+    result.mesh = mesh();
     result.initial = input_.setup.mesh;
     result.input_halfedge = input_.setup.input_halfedge;
     result.on_boundary = input_.setup.on_boundary;
     result.initial_length = initial_length_;
-    result.flips = flips_;
+    result.flips = metric_.flips();
     result.euclidean_flips = euclidean_flips_;
     result.bits = bits_;
     // u = 2 log(product of factors), shifted to mean zero; lengths are shifted with it.
@@ -179,34 +172,28 @@ class ScalarEngine final : public MetricEngine {
     }
     result.scale_range = high - low;
     const T shrink = exp(-mean);
-    std::vector<T> length = length_;
+    std::vector<T> length = metric_.lengths();
     for (T& l : length) l *= shrink;
     result.u = std::move(u);
     result.length = std::move(length);
     result.flip_counts.fill(0);
-    for (std::size_t i = euclidean_flips_; i < flips_.size(); ++i) {
-      ++result.flip_counts[static_cast<std::size_t>(flips_[i].type)];
+    for (std::size_t i = euclidean_flips_; i < result.flips.size(); ++i) {
+      ++result.flip_counts[static_cast<std::size_t>(result.flips[i].type)];
     }
   }
 
  private:
   using Traits = numeric::ScalarTraits<T>;
+  using FlipRule = intrinsic::FlipRule;
   static constexpr double kPi = std::numbers::pi;
-  // Faces, edges, or logarithms and exponentials per check for cancel: with the most bits an angle
-  // or a logarithm takes half a millisecond, a Delaunay test or a flip some 30 us.
-  static constexpr std::size_t kCheckEvery = 2048;  // in double
-  static constexpr std::size_t kCheckTests = Traits::kIsDouble ? kCheckEvery : 256;
-  static constexpr std::size_t kCheckFlips = Traits::kIsDouble ? 1024 : 64;
-  static constexpr std::size_t kCheckLogarithms = Traits::kIsDouble ? kCheckEvery : 32;
+  static constexpr std::size_t kCheckLogarithms = intrinsic::ChecksPer<T>::kLogarithms;
+  static constexpr std::size_t kCheckFlips = intrinsic::ChecksPer<T>::kFlips;
   // Bounds of one relaxation: of each logarithm of a length, and flips per edge. A vertex that
   // wants to go further waits for the others to follow.
   static constexpr double kRelaxMove = 2.0;
   static constexpr std::size_t kRelaxFlips = 4;
   static constexpr int kRelaxSteps = 150;
   static constexpr std::size_t kFirstEvents = 4;
-  // Errors of a shape's x from lengths rounded to double, three roundings each of at most half of
-  // s.
-  static constexpr double kShadowError = 1e-15;
   static constexpr double kStarAccuracy = 1e-6;     // of angles in relaxation
   static constexpr double kEnergyAccuracy = 1e-14;  // of angles in the energy
   // Roundings in the sum of the energy's terms, against the estimate of one per term.
@@ -216,48 +203,35 @@ class ScalarEngine final : public MetricEngine {
   // Half-cotangents below which they are: doubles know them to 1e-16.
   static constexpr double kRight = 1e-10;
   static constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-  static constexpr std::size_t slot(int i) { return static_cast<std::size_t>(i); }
-  std::size_t unknown_at(HalfedgeId h) const { return at(mesh_.unknown[at(mesh_.origin[at(h)])]); }
-
-  void initialise_lengths() {
-    using std::sqrt;
-    const std::size_t edges = mesh_.edge_count();
-    length_.resize(edges);
-    for (std::size_t e = 0; e < edges; ++e) {
-      if (input_.positions == nullptr) {
-        length_[e] = Traits::make(input_.edge_length[e], bits_);
-        continue;
-      }
-      const auto a = input_.positions->row(mesh_.unknown[at(mesh_.origin[2 * e])]);
-      const auto b = input_.positions->row(mesh_.unknown[at(mesh_.origin[2 * e + 1])]);
-      T sum = Traits::make(0.0, bits_);
-      for (int k = 0; k < 3; ++k) {
-        const T d = Traits::make(a[k], bits_) - Traits::make(b[k], bits_);
-        sum += d * d;
-      }
-      length_[e] = sqrt(sum);
-    }
+  std::size_t unknown_at(HalfedgeId h) const {
+    return at(mesh().unknown[at(mesh().origin[at(h)])]);
   }
 
-  static bool is_usable(const T& x) { return Traits::finite(x) && x > T(0.0); }
+  static std::vector<T> start_lengths(const EngineInput& input, int bits) {
+    if (input.positions != nullptr)
+      return intrinsic::euclidean_lengths<T>(input.setup.mesh, *input.positions, bits);
+    std::vector<T> length;
+    length.reserve(input.edge_length.size());
+    for (const double l : input.edge_length) length.push_back(Traits::make(l, bits));
+    return length;
+  }
 
   void apply_factors() {
     in_range_ = true;
     for (std::size_t v = 0; v < factor_.size(); ++v) {
       factor_product_[v] *= factor_[v];
-      in_range_ = in_range_ && is_usable(factor_product_[v]);
+      in_range_ = in_range_ && intrinsic::is_usable_length(factor_product_[v]);
     }
-    for (std::size_t e = 0; e < length_.size(); ++e) {
-      const T& fi = factor_[at(mesh_.unknown[at(mesh_.origin[2 * e])])];
-      const T& fj = factor_[at(mesh_.unknown[at(mesh_.origin[2 * e + 1])])];
-      length_[e] = (length_[e] * fi) * fj;
-    }
-    shadow_valid_ = false;
+    metric_.change_lengths([&](std::size_t e, T& length) {
+      const T& fi = factor_[at(mesh().unknown[at(mesh().origin[2 * e])])];
+      const T& fj = factor_[at(mesh().unknown[at(mesh().origin[2 * e + 1])])];
+      length = (length * fi) * fj;
+    });
   }
 
   double face_weight(std::size_t f) const {
-    if (!mesh_.symmetric()) return 1.0;
-    switch (mesh_.face_label[f]) {
+    if (!mesh().symmetric()) return 1.0;
+    switch (mesh().face_label[f]) {
       case intrinsic::FaceLabel::kOne:
         return 1.0;
       case intrinsic::FaceLabel::kTwo:
@@ -267,48 +241,6 @@ class ScalarEngine final : public MetricEngine {
         return 0.5;
     }
     return 0.0;
-  }
-
-  // Half-edges of a face, x[k] = s - 2 length[k] relative to the perimeter s, and the factor
-  // `radius` with tan(angle opposite k / 2) = radius / x[k]. `accuracy`: error of the angles that
-  // is good enough; where no x is too small for that, lengths rounded to double serve.
-  double shape(std::size_t f, double accuracy, HalfedgeId h[3], double x[3]) const {
-    h[0] = mesh_.face_halfedge[f];
-    h[1] = mesh_.next[at(h[0])];
-    h[2] = mesh_.next[at(h[1])];
-    // Below rounding a length difference is not known; the triangle is then read as barely valid,
-    // and the noise estimate says what that is worth.
-    const double least = std::ldexp(1.0, -bits_);
-    if constexpr (Traits::kIsDouble) {
-      shape_in_double(length_, h, x);
-      for (int k = 0; k < 3; ++k) x[k] = std::max(x[k], least);
-      return std::sqrt(x[0] * x[1] * x[2]);
-    } else {
-      if (shadow_valid_) {
-        shape_in_double(shadow_, h, x);
-        if (std::min({x[0], x[1], x[2]}) * accuracy > kShadowError)
-          return std::sqrt(x[0] * x[1] * x[2]);
-      }
-      const T& a = length_[at(h[0] >> 1)];
-      const T& b = length_[at(h[1] >> 1)];
-      const T& c = length_[at(h[2] >> 1)];
-      const T s = a + b + c;
-      x[0] = numeric::ratio(b - a + c, s);
-      x[1] = numeric::ratio(c - b + a, s);
-      x[2] = numeric::ratio(a - c + b, s);
-      for (int k = 0; k < 3; ++k) x[k] = std::max(x[k], least);
-      return std::sqrt(x[0]) * std::sqrt(x[1]) * std::sqrt(x[2]);  // the product may underflow
-    }
-  }
-  static void shape_in_double(const std::vector<double>& length, const HalfedgeId h[3],
-                              double x[3]) {
-    const double a = length[at(h[0] >> 1)];
-    const double b = length[at(h[1] >> 1)];
-    const double c = length[at(h[2] >> 1)];
-    const double inverse = 1.0 / (a + b + c);
-    x[0] = ((b - a) + c) * inverse;
-    x[1] = ((c - b) + a) * inverse;
-    x[2] = ((a - c) + b) * inverse;
   }
 
   // The widest angle is opposite the smallest x.
@@ -348,16 +280,6 @@ class ScalarEngine final : public MetricEngine {
   template <typename S>
   void event_terms(VertexId v, EdgeId e, const std::vector<S>& length, S& low, S& high,
                    S& size) const;
-  template <typename Visit>
-  void around(VertexId v, Visit visit) const {
-    const HalfedgeId first = star_[at(v)];
-    HalfedgeId h = first;
-    do {
-      visit(h);
-      h = mesh_.next[at(h ^ 1)];
-    } while (h != first);
-  }
-
   double noise_of(double smallest_radius, double angle_error) const {
     // An angle changes by at most (relative error of lengths) / radius; a few roundings per length.
     const double length_error = 4.0 * std::ldexp(1.0, -bits_);
@@ -377,53 +299,23 @@ class ScalarEngine final : public MetricEngine {
   T half_tangent_square(HalfedgeId h) const;
   static void finish_gradient(Gradient& out);
 
-  // scalar_engine_flips.h
-  bool violates_delaunay(EdgeId e);
-  void refresh_shadow();
-  void update_shadow(EdgeId e);
-  void update_shadows(const intrinsic::FlipStencil& s);
-  void push(EdgeId e);
-  template <bool kPtolemy>
-  bool flip_to_delaunay(ExecutionContext& context);
-  template <bool kPtolemy>
-  bool empty_stack(ExecutionContext& context);
-  template <bool kPtolemy>
-  bool flip(EdgeId e, intrinsic::FlipType type, intrinsic::PlainFlips& plain);
-  bool usable(const intrinsic::FlipStencil& s) const;
-
-  struct Memory {
-    intrinsic::IntrinsicMesh mesh;
-    std::vector<T> length;
-    std::vector<T> factor_product;
-    std::size_t flips = 0;
-  };
-
   const EngineInput& input_;
   const std::vector<double>& target_;
-  Memory memory_;
   int bits_;
-  intrinsic::IntrinsicMesh mesh_;
-  std::vector<T> length_;
-  std::array<T, 3> before_;  // lengths that a flip overwrites
+  intrinsic::DelaunayMetric<T> metric_;
   std::vector<T> initial_length_;
   std::vector<T> factor_;          // of the last scaling
   std::vector<T> factor_product_;  // exp(u / 2)
-  bool in_range_ = true;           // so are they all
+  std::vector<T> remembered_product_;
+  bool in_range_ = true;  // so are they all
   std::vector<T> exact_target_;
   std::vector<T> sums_;
   std::vector<double> angle_;  // per half-edge: at its origin, times the weight of its face
-  std::vector<double> shadow_;
-  bool shadow_valid_ = false;
-  std::vector<intrinsic::FlipRecord> flips_;
   bool started_ = false;
   std::size_t euclidean_flips_ = 0;
-  std::size_t exact_tests_ = 0;
-  std::vector<HalfedgeId> star_;
   std::vector<VertexId> mirror_;
   std::vector<StarEvent> events_;             // heap
   std::vector<std::uint32_t> event_version_;  // per edge: events with another one are void
-  std::vector<char> queued_;
-  std::vector<EdgeId> stack_;
 };
 
 }  // namespace flipfree::conformal

@@ -17,11 +17,10 @@ namespace flipfree::conformal {
 // A face that counts, as the loops below see it.
 template <typename T>
 struct ScalarEngine<T>::Shape {
-  double weight;
+  double weight = 0.0;
   HalfedgeId h[3];
-  double x[3];  // with radius: see shape()
-  double radius;
-  int widest;
+  intrinsic::TriangleShape shape;
+  int widest = 0;
 };
 
 // Calls visit(shape) for the faces [begin, end) that count; accuracy as in shape(). Returns the
@@ -35,9 +34,9 @@ inline double ScalarEngine<T>::visit_faces(std::size_t begin, std::size_t end, d
   for (std::size_t f = begin; f < end; ++f) {
     face.weight = face_weight(f);
     if (face.weight == 0.0) continue;
-    face.radius = shape(f, accuracy, face.h, face.x);
-    face.widest = widest_of(face.x);
-    smallest = std::min(smallest, face.radius);
+    face.shape = metric_.shape(f, accuracy, face.h);
+    face.widest = widest_of(face.shape.x);
+    smallest = std::min(smallest, face.shape.radius);
     visit(face);
   }
   return smallest;
@@ -48,9 +47,9 @@ template <typename Visit>
 inline double ScalarEngine<T>::visit_all_faces(double accuracy, ExecutionContext& context,
                                                const Visit& visit) const {
   double smallest = 1.0;
-  for (std::size_t begin = 0; begin < mesh_.face_count(); begin += kCheckLogarithms) {
+  for (std::size_t begin = 0; begin < mesh().face_count(); begin += kCheckLogarithms) {
     context.check();
-    const std::size_t end = std::min(mesh_.face_count(), begin + kCheckLogarithms);
+    const std::size_t end = std::min(mesh().face_count(), begin + kCheckLogarithms);
     smallest = std::min(smallest, visit_faces(begin, end, accuracy, visit));
   }
   return smallest;
@@ -67,10 +66,11 @@ void ScalarEngine<T>::evaluate(double accuracy, Gradient& out, ExecutionContext&
   }
   out.value.resize(target_.size());
   std::copy(target_.begin(), target_.end(), out.value.begin());
-  out.half_cotangent.assign(mesh_.halfedge_count(), 0.0);
-  angle_.assign(mesh_.halfedge_count(), 0.0);
-  std::vector<double> smallest(chunk_count(mesh_.face_count(), kCheckEvery), 1.0);
-  parallel_for(context, mesh_.face_count(), kCheckEvery,
+  out.half_cotangent.assign(mesh().halfedge_count(), 0.0);
+  angle_.assign(mesh().halfedge_count(), 0.0);
+  std::vector<double> smallest(
+      chunk_count(mesh().face_count(), intrinsic::ChecksPer<double>::kLogarithms), 1.0);
+  parallel_for(context, mesh().face_count(), intrinsic::ChecksPer<double>::kLogarithms,
                [&](std::size_t begin, std::size_t end, std::size_t chunk) {
                  smallest[chunk] = visit_faces(begin, end, accuracy, [&](const Shape& face) {
                    // tan(angle / 2) = radius / x; the two smallest angles are computed, the third
@@ -78,12 +78,12 @@ void ScalarEngine<T>::evaluate(double accuracy, Gradient& out, ExecutionContext&
                    double rest = 0.5 * kPi;
                    double angle[3];
                    for (int k = 0; k < 3; ++k) {
-                     const double t = face.radius / face.x[k];
+                     const double t = face.shape.half_tangent(k);
                      if (k != face.widest) {
                        angle[k] = std::atan(t);
                        rest -= angle[k];
                      }
-                     if (mesh_.label_of_edge(face.h[k] >> 1) != intrinsic::EdgeLabel::kDiagonal)
+                     if (mesh().label_of_edge(face.h[k] >> 1) != intrinsic::EdgeLabel::kDiagonal)
                        out.half_cotangent[at(face.h[k])] = 0.25 * face.weight * (1.0 / t - t);
                    }
                    angle[face.widest] = rest;
@@ -102,14 +102,13 @@ void ScalarEngine<T>::evaluate(double accuracy, Gradient& out, ExecutionContext&
 
 template <typename T>
 void ScalarEngine<T>::half_tangents(std::vector<double>& tangent, ExecutionContext& context) const {
-  tangent.resize(mesh_.halfedge_count());
-  parallel_for(context, mesh_.face_count(), kCheckLogarithms,
+  tangent.resize(mesh().halfedge_count());
+  parallel_for(context, mesh().face_count(), kCheckLogarithms,
                [&](std::size_t begin, std::size_t end, std::size_t) {
                  HalfedgeId h[3];
-                 double x[3];
                  for (std::size_t f = begin; f < end; ++f) {
-                   const double radius = shape(f, kEnergyAccuracy, h, x);
-                   for (int k = 0; k < 3; ++k) tangent[at(h[k])] = radius / x[k];
+                   const intrinsic::TriangleShape shape = metric_.shape(f, kEnergyAccuracy, h);
+                   for (int k = 0; k < 3; ++k) tangent[at(h[k])] = shape.half_tangent(k);
                  }
                });
 }
@@ -119,10 +118,13 @@ void ScalarEngine<T>::half_tangents(std::vector<double>& tangent, ExecutionConte
 // continuous across flips: on a co-circular edge it cancels what the two opposite angles add.
 template <typename T>
 Energy ScalarEngine<T>::energy(ExecutionContext& context) const {
-  std::vector<double> logarithm(length_.size());
-  for (std::size_t e = 0; e < length_.size(); ++e) {
-    if (e % kCheckEvery == kCheckEvery - 1) context.check();
-    logarithm[e] = logarithm_of(length_[e]);
+  const std::vector<T>& length = metric_.lengths();
+  std::vector<double> logarithm(length.size());
+  for (std::size_t e = 0; e < length.size(); ++e) {
+    if (e % intrinsic::ChecksPer<double>::kLogarithms ==
+        intrinsic::ChecksPer<double>::kLogarithms - 1)
+      context.check();
+    logarithm[e] = logarithm_of(length[e]);
   }
   Energy sum;
   const auto add = [&sum](double term) {
@@ -134,7 +136,7 @@ Energy ScalarEngine<T>::energy(ExecutionContext& context) const {
     half[face.widest] = 0.5 * kPi;
     for (int k = 0; k < 3; ++k) {
       if (k == face.widest) continue;
-      half[k] = std::atan(face.radius / face.x[k]);
+      half[k] = std::atan(face.shape.half_tangent(k));
       half[face.widest] -= half[k];
     }
     for (int k = 0; k < 3; ++k) {
@@ -163,8 +165,8 @@ inline void ScalarEngine<T>::repair_weights(Gradient& out) const {
         continue;
       }
       if (!(std::abs(a + b) < kCancelled * (std::abs(a) + std::abs(b)))) continue;
-      const double weight = face_weight(at(mesh_.face[h]));
-      if (weight != face_weight(at(mesh_.face[h + 1]))) continue;
+      const double weight = face_weight(at(mesh().face[h]));
+      if (weight != face_weight(at(mesh().face[h + 1]))) continue;
       const T one_square = half_tangent_square(static_cast<HalfedgeId>(h));
       const T other_square = half_tangent_square(static_cast<HalfedgeId>(h + 1));
       const double one = std::sqrt(Traits::to_double(one_square));
@@ -179,9 +181,9 @@ inline void ScalarEngine<T>::repair_weights(Gradient& out) const {
 
 template <typename T>
 inline void ScalarEngine<T>::repair_right_angle(std::size_t h, Gradient& out) const {
-  const double weight = face_weight(at(mesh_.face[h]));
+  const double weight = face_weight(at(mesh().face[h]));
   const bool diagonal =
-      mesh_.label_of_edge(static_cast<EdgeId>(h >> 1)) == intrinsic::EdgeLabel::kDiagonal;
+      mesh().label_of_edge(static_cast<EdgeId>(h >> 1)) == intrinsic::EdgeLabel::kDiagonal;
   if (weight == 0.0 || diagonal) return;
   const T square = half_tangent_square(static_cast<HalfedgeId>(h));
   if (!(square > T(0.0))) return;
@@ -192,11 +194,9 @@ inline void ScalarEngine<T>::repair_right_angle(std::size_t h, Gradient& out) co
 // tan^2 of half the angle opposite h.
 template <typename T>
 inline T ScalarEngine<T>::half_tangent_square(HalfedgeId h) const {
-  const HalfedgeId n = mesh_.next[at(h)];
-  const T& a = length_[at(h >> 1)];
-  const T& b = length_[at(n >> 1)];
-  const T& c = length_[at(mesh_.next[at(n)] >> 1)];
-  return ((c - b + a) / (a + b + c)) * ((a - c + b) / (b - a + c));
+  const HalfedgeId n = mesh().next[at(h)];
+  return intrinsic::half_tangent_square(metric_.length(h), metric_.length(n),
+                                        metric_.length(mesh().next[at(n)]));
 }
 
 template <typename T>
@@ -218,13 +218,13 @@ inline void ScalarEngine<T>::evaluate_exactly(Gradient& out, ExecutionContext& c
   if (exact_target_.empty()) spread_remainder();
   sums_ = exact_target_;
   out.value.resize(unknowns);
-  out.half_cotangent.assign(mesh_.halfedge_count(), 0.0);
+  out.half_cotangent.assign(mesh().halfedge_count(), 0.0);
   const T half_pi = Traits::pi(bits_) / T(2.0);
   const double smallest = visit_all_faces(0.0, context, [&](const Shape& face) {
     const auto& h = face.h;
-    const T& a = length_[at(h[0] >> 1)];
-    const T& b = length_[at(h[1] >> 1)];
-    const T& c = length_[at(h[2] >> 1)];
+    const T& a = metric_.length(h[0]);
+    const T& b = metric_.length(h[1]);
+    const T& c = metric_.length(h[2]);
     const T s = a + b + c;
     T y[3] = {b - a + c, c - b + a, a - c + b};
     for (T& difference : y) {
@@ -234,8 +234,8 @@ inline void ScalarEngine<T>::evaluate_exactly(Gradient& out, ExecutionContext& c
     T rest = half_pi;
     const T twice = T(2.0 * face.weight);
     for (int k = 0; k < 3; ++k) {
-      const double t = face.radius / face.x[k];
-      if (mesh_.label_of_edge(h[k] >> 1) != intrinsic::EdgeLabel::kDiagonal) {
+      const double t = face.shape.half_tangent(k);
+      if (mesh().label_of_edge(h[k] >> 1) != intrinsic::EdgeLabel::kDiagonal) {
         out.half_cotangent[at(h[k])] = 0.25 * face.weight * (1.0 / t - t);
       }
       if (k == face.widest) continue;

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "flipfree/conformal/engine/scalar_engine.h"
-#include "flipfree/conformal/engine/scalar_engine_flips.h"
 #include "flipfree/conformal/engine/scalar_engine_star.h"
 
 namespace flipfree::conformal {
@@ -18,13 +17,12 @@ template <typename T>
 bool ScalarEngine<T>::relax(const std::vector<VertexId>& unknowns, double accuracy,
                             const std::function<bool()>& stop, ExecutionContext& context) {
   index_stars();
-  refresh_shadow();
-  for (const EdgeId e : stack_) queued_[at(e)] = 0;  // of a move that could not be followed
-  stack_.clear();
-  const std::size_t most_flips = flips_.size() + kRelaxFlips * mesh_.edge_count();
+  metric_.round_lengths();
+  metric_.clear_line();  // of a move that could not be followed
+  const std::size_t most_flips = metric_.flips().size() + kRelaxFlips * mesh().edge_count();
   for (const VertexId v : unknowns) {
     context.check();
-    if (flips_.size() > most_flips || stop()) break;
+    if (metric_.flips().size() > most_flips || stop()) break;
     if (!relax_one(v, accuracy, context)) return false;
   }
   return true;
@@ -92,16 +90,12 @@ inline bool ScalarEngine<T>::relax_one(VertexId v, double accuracy, ExecutionCon
   return true;
 }
 
-// An outgoing half-edge of every vertex, kept through flips once it exists.
 template <typename T>
 inline void ScalarEngine<T>::index_stars() {
-  if (!star_.empty()) return;
-  star_.resize(mesh_.vertex_count());
+  metric_.index_stars();
   mirror_.assign(target_.size(), kInvalid);
-  for (std::size_t h = 0; h < mesh_.halfedge_count(); ++h)
-    star_[at(mesh_.origin[h])] = static_cast<HalfedgeId>(h);
-  for (std::size_t v = target_.size(); v < mesh_.vertex_count(); ++v) {
-    mirror_[at(mesh_.unknown[v])] = static_cast<VertexId>(v);
+  for (std::size_t v = target_.size(); v < mesh().vertex_count(); ++v) {
+    mirror_[at(mesh().unknown[v])] = static_cast<VertexId>(v);
   }
 }
 
@@ -110,8 +104,9 @@ inline auto ScalarEngine<T>::star_angle(VertexId v) const -> StarAngle {
   StarAngle star;
   const auto corner = [&](HalfedgeId out) {
     HalfedgeId h[3];
-    double x[3];
-    const double radius = shape(at(mesh_.face[at(out)]), kStarAccuracy, h, x);
+    const intrinsic::TriangleShape shape =
+        metric_.shape(at(mesh().face[at(out)]), kStarAccuracy, h);
+    const auto& [x, radius] = shape;
     // out = h[k]; its corner is opposite h[k + 1]; the angles that act on it are opposite h[k]
     // and h[k + 2].
     const int k = h[0] == out ? 0 : h[1] == out ? 1 : 2;
@@ -128,11 +123,11 @@ inline auto ScalarEngine<T>::star_angle(VertexId v) const -> StarAngle {
     star.reach =
         std::min(star.reach, 4.0 * std::min(x[o] / (1.0 + x[o]), std::min(x[k], x[p]) / turn));
   };
-  around(v, corner);
-  if (mesh_.symmetric()) {
-    if (mirror_[at(v)] != kInvalid) around(mirror_[at(v)], corner);
+  metric_.around(v, corner);
+  if (mesh().symmetric()) {
+    if (mirror_[at(v)] != kInvalid) metric_.around(mirror_[at(v)], corner);
   }
-  const double share = !mesh_.symmetric() ? 1.0 : 0.5;
+  const double share = !mesh().symmetric() ? 1.0 : 0.5;
   star.slope *= 0.25 * share;
   star.angle *= 2.0 * share;
   return star;
@@ -142,16 +137,15 @@ template <typename T>
 inline bool ScalarEngine<T>::scale_star(VertexId v, double growth, ExecutionContext& context) {
   const T factor = T(1.0) + Traits::make(growth, bits_);
   factor_product_[at(v)] *= factor;
-  if (!is_usable(factor_product_[at(v)])) return false;
+  if (!intrinsic::is_usable_length(factor_product_[at(v)])) return false;
   const auto scale_one = [&](HalfedgeId h) {
-    length_[at(h >> 1)] *= factor;
-    update_shadow(h >> 1);
-    push(h >> 1);
-    push(mesh_.next[at(h)] >> 1);
+    metric_.scale_length(h >> 1, factor);
+    metric_.put_in_line(h >> 1);
+    metric_.put_in_line(mesh().next[at(h)] >> 1);
   };
-  around(v, scale_one);
-  if (mesh_.symmetric() && mirror_[at(v)] != kInvalid) around(mirror_[at(v)], scale_one);
-  return empty_stack<true>(context);
+  metric_.around(v, scale_one);
+  if (mesh().symmetric() && mirror_[at(v)] != kInvalid) metric_.around(mirror_[at(v)], scale_one);
+  return metric_.template empty_line<FlipRule::kPtolemy>(context);
 }
 
 }  // namespace flipfree::conformal

@@ -14,7 +14,6 @@
 #include <limits>
 
 #include "flipfree/conformal/engine/scalar_engine.h"
-#include "flipfree/conformal/engine/scalar_engine_flips.h"
 
 namespace flipfree::conformal {
 
@@ -23,7 +22,7 @@ template <typename T>
 inline auto ScalarEngine<T>::move_star(VertexId v, double step, std::size_t most_events,
                                        ExecutionContext& context) -> StarMove {
   StarMove move;
-  if (mesh_.symmetric()) {
+  if (mesh().symmetric()) {
     move.step = step;
     move.followed = scale_star(v, std::expm1(0.5 * step), context);
     return move;
@@ -33,23 +32,24 @@ inline auto ScalarEngine<T>::move_star(VertexId v, double step, std::size_t most
     const double y = std::abs(b.step);
     return x != y ? x > y : a.e > b.e;
   };
-  event_version_.resize(mesh_.edge_count(), 0);
+  event_version_.resize(mesh().edge_count(), 0);
   events_.clear();
-  around(v, [&](HalfedgeId h) {
+  metric_.around(v, [&](HalfedgeId h) {
     add_event(v, h >> 1, step, 0.0);
-    add_event(v, mesh_.next[at(h)] >> 1, step, 0.0);
+    add_event(v, mesh().next[at(h)] >> 1, step, 0.0);
   });
   std::make_heap(events_.begin(), events_.end(), later);
-  most_events = std::min(most_events, 2 * mesh_.edge_count());  // what rounding could still do
+  most_events = std::min(most_events, 2 * mesh().edge_count());  // what rounding could still do
   intrinsic::FlipType type = intrinsic::FlipType::kInterior;
   while (!events_.empty()) {
     std::pop_heap(events_.begin(), events_.end(), later);
     const StarEvent event = events_.back();
     events_.pop_back();
-    if (event.version != event_version_[at(event.e)] || !intrinsic::flip_type(mesh_, event.e, type))
+    if (event.version != event_version_[at(event.e)] ||
+        !intrinsic::flip_type(mesh(), event.e, type))
       continue;
     intrinsic::PlainFlips plain;
-    if (!flip<true>(event.e, type, plain)) return move;
+    if (!metric_.template flip<FlipRule::kPtolemy>(event.e, type, plain)) return move;
     if (++move.events % kCheckFlips == 0) context.check();
     if (move.events >= most_events) {
       step = event.step;
@@ -58,7 +58,7 @@ inline auto ScalarEngine<T>::move_star(VertexId v, double step, std::size_t most
     // Events nearer to each other than their places are known may have come in the wrong order:
     // what lies outside the star then is tested at the end as well.
     const auto renew = [&](EdgeId e) {
-      push(e);
+      metric_.put_in_line(e);
       ++event_version_[at(e)];
       const std::size_t count = events_.size();
       add_event(v, e, step, event.step);
@@ -72,9 +72,9 @@ inline auto ScalarEngine<T>::move_star(VertexId v, double step, std::size_t most
     };
     renew(event.e);
     for (const HalfedgeId h : {2 * event.e, 2 * event.e + 1}) {
-      const HalfedgeId n = mesh_.next[at(h)];
+      const HalfedgeId n = mesh().next[at(h)];
       renew(n >> 1);
-      renew(mesh_.next[at(n)] >> 1);
+      renew(mesh().next[at(n)] >> 1);
     }
   }
   move.step = step;
@@ -106,16 +106,16 @@ inline void ScalarEngine<T>::add_event(VertexId v, EdgeId e, double step, double
   };
   bool known = false;
   if constexpr (!Traits::kIsDouble) {
-    if (shadow_valid_) {
+    if (const std::vector<double>* rounded = metric_.rounded_lengths()) {
       double low = 0.0, high = 0.0, size = 0.0;
-      event_terms(v, e, shadow_, low, high, size);
+      event_terms(v, e, *rounded, low, high, size);
       known = std::isfinite(size) && std::abs(low + high) > kLeft * size;
       if (known) judge(low, high);
     }
   }
   if (!known) {
     T low = T(0.0), high = T(0.0), size = T(0.0);
-    event_terms(v, e, length_, low, high, size);
+    event_terms(v, e, metric_.lengths(), low, high, size);
     judge(low, high);
   }
   if (!ever) return;
@@ -131,13 +131,13 @@ template <typename S>
 inline void ScalarEngine<T>::event_terms(VertexId v, EdgeId e, const std::vector<S>& length, S& low,
                                          S& high, S& size) const {
   const HalfedgeId h0 = 2 * e;
-  const bool from = mesh_.origin[at(h0)] == v;
-  const bool to = mesh_.origin[at(h0 + 1)] == v;
+  const bool from = mesh().origin[at(h0)] == v;
+  const bool to = mesh().origin[at(h0 + 1)] == v;
   const S& c = length[at(e)];
   for (const HalfedgeId h : {h0, h0 + 1}) {
-    const HalfedgeId n = mesh_.next[at(h)];
-    const HalfedgeId p = mesh_.next[at(n)];
-    const bool apex = mesh_.origin[at(p)] == v;
+    const HalfedgeId n = mesh().next[at(h)];
+    const HalfedgeId p = mesh().next[at(n)];
+    const bool apex = mesh().origin[at(p)] == v;
     const S& a = length[at(n >> 1)];  // from h's end to the apex
     const S& b = length[at(p >> 1)];  // from the apex to h's start
     const S inverse = S(1.0) / (a * b);

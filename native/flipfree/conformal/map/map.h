@@ -9,7 +9,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/certify/parametrization.h"
 #include "flipfree/conformal/metric/refined_metric.h"
-#include "flipfree/intrinsic/layout/map_refine.h"
+#include "flipfree/intrinsic/layout/layout.h"
 
 namespace flipfree::conformal {
 
@@ -23,7 +23,7 @@ struct ConformalMapOptions {
   // An interior vertex is a cone, and lies on a cut, if its target differs from 2 pi by more
   // (radians).
   double flat_tolerance = 1e-8;
-  std::int64_t max_crossings = 20'000'000;
+  std::int64_t max_crossings = intrinsic::kMaxCrossings;
   // The vertex positions may have no area, as the metric is not theirs; see
   // CertifyRequest::require_distortion.
   bool positions_are_metric = true;

@@ -7,26 +7,14 @@
 // ones to the final one.
 #pragma once
 
-#include <functional>
 #include <vector>
 
 #include "flipfree/base/context.h"
 #include "flipfree/conformal/engine/conformal_metric.h"
+#include "flipfree/conformal/metric/metric_input.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::conformal {
-
-struct MetricOptions {
-  double tolerance = 1e-10;  // of every vertex' total angle, radians
-  int bits =
-      0;  // mantissa: 0 = auto (double, then only as many as needed); 53 = double; up to 4096
-  int max_iterations = 500;  // Newton steps, all precisions together
-  double max_seconds = 0.0;  // give up after so many seconds of wall time; 0 = never
-  // Asked once when max_seconds are over: how many more there are. Null: none.
-  std::function<double()> more_seconds = {};
-  bool require_convergence =
-      true;  // throw NotConverged; else return what was reached, converged = false
-};
 
 // `target_angles`: per vertex the total angle, interior 2 pi - curvature, boundary pi - geodesic
 // curvature. Errors: InvalidInput (mesh not valid, connected and free of isolated vertices; angles
@@ -42,10 +30,12 @@ ConformalMetric compute_conformal_metric(Index vertex_count, const Triangles& fa
                                          const std::vector<double>& target_angles,
                                          const MetricOptions& options, ExecutionContext& context);
 
-// The checks that both do first; `lengths` may be null. Throws as they do.
+// Either: `lengths` may be null.
+ConformalMetric compute_conformal_metric(const mesh::Surface& surface, const Points3* lengths,
+                                         const std::vector<double>& target_angles,
+                                         const MetricOptions& options, ExecutionContext& context);
+
+// The checks that all do first; `lengths` may be null. Throws as they do.
 void validate_metric_input(const mesh::Surface& surface, const Points3* lengths,
                            const std::vector<double>& target_angles, const MetricOptions& options);
-// NotConverged, saying what a metric that did not converge reached.
-[[noreturn]] void throw_not_reached(const ConformalMetric& metric, const MetricOptions& options);
-
 }  // namespace flipfree::conformal

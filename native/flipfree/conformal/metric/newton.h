@@ -29,13 +29,6 @@ enum class Descent {
   kRelaxed,
 };
 
-enum class NewtonEnd {
-  kConverged,
-  kPrecision,  // rounding decides from here on: go on with more bits
-  kIterations,
-  kSeconds,
-};
-
 struct NewtonRun {
   NewtonEnd end = NewtonEnd::kIterations;
   const char* reason = "";  // with kPrecision: what rounding spoiled

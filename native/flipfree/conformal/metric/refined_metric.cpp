@@ -7,6 +7,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/in_time.h"
+#include "flipfree/conformal/metric/precision_ladder.h"
 
 namespace flipfree::conformal {
 namespace {
@@ -25,15 +26,6 @@ constexpr char kCure[] = "or spread the curvature over more vertices";
 constexpr std::int64_t kMostGrowth = 30;
 constexpr std::int64_t kMostAnyway = 20'000;
 constexpr std::int64_t kMostEver = 5'000'000;
-
-ConformalMetric plain_metric(const mesh::Surface& surface, const Points3* lengths,
-                             const std::vector<double>& target_angles, const MetricOptions& options,
-                             ExecutionContext& context) {
-  return lengths == nullptr
-             ? compute_conformal_metric(surface, target_angles, options, context)
-             : compute_conformal_metric(static_cast<Index>(surface.vertices.rows()), surface.faces,
-                                        *lengths, target_angles, options, context);
-}
 
 // The surface with points added where its intrinsic Delaunay triangulation is bad; null if it is
 // not, or cannot be split.
@@ -104,8 +96,9 @@ MetricOptions remaining(const MetricOptions& options, const Stopwatch& watch) {
   return rest;
 }
 
-bool is_out_of_time(const ConformalMetric& metric) {
-  return std::get<std::string>(metric.stats.at("stopped_by")) == "seconds";
+void set_out_of_time(ConformalMetric& metric) {
+  metric.end = NewtonEnd::kSeconds;
+  metric.stats["stopped_by"] = std::string(name_of(metric.end));
 }
 
 // Refined first, plain if that fails.
@@ -130,7 +123,8 @@ RefinedMetric refined_first(const mesh::Surface& surface, const Points3* lengths
     }
   }
   RefinedMetric result;
-  result.metric = plain_metric(surface, lengths, target_angles, remaining(options, watch), context);
+  result.metric =
+      compute_conformal_metric(surface, lengths, target_angles, remaining(options, watch), context);
   if (refined) result.metric.stats["refined_start_error"] = refined->metric.angle_error;
   return result;
 }
@@ -157,7 +151,7 @@ RefinedMetric plain_first(const mesh::Surface& surface, const Points3* lengths,
   std::optional<Error> not_started;
   try {
     const ProgressRange range(context, 0.0, 0.9);
-    result.metric = plain_metric(surface, lengths, target_angles, plain, context);
+    result.metric = compute_conformal_metric(surface, lengths, target_angles, plain, context);
     if (result.metric.converged) return result;
   } catch (const NotConverged& e) {
     not_started = e.error();
@@ -170,12 +164,11 @@ RefinedMetric plain_first(const mesh::Surface& surface, const Points3* lengths,
       rest.require_convergence = false;
       RefinedMetric refined = metric_of(std::move(*start), target_angles, rest, context);
       if (refined.metric.converged) return refined;
-      if (is_out_of_time(refined.metric) && !not_started)
-        result.metric.stats["stopped_by"] = std::string("seconds");
+      if (refined.metric.end == NewtonEnd::kSeconds && !not_started) set_out_of_time(result.metric);
     }
   } catch (const TimeIsOver&) {
     if (not_started || options.require_convergence || !(options.max_seconds > 0.0)) throw;
-    result.metric.stats["stopped_by"] = std::string("seconds");
+    set_out_of_time(result.metric);
   } catch (const NotConverged&) {
     // Not even the start of the second way: what the first one reached is the answer.
   }
@@ -213,7 +206,7 @@ RefinedMetric compute_refined_metric(const mesh::Surface& surface, const Points3
         break;
     }
     RefinedMetric result;
-    result.metric = plain_metric(surface, lengths, target_angles, options, context);
+    result.metric = compute_conformal_metric(surface, lengths, target_angles, options, context);
     return result;
   };
   return in_time(context, options.max_seconds, kNotReached, kCure, compute);

@@ -1,5 +1,5 @@
 // Follows the half-edges of the user's triangulation M0 through the triangles of the final one, T,
-// in the plane: what lay_out() (layout.h) is made of. A template for layout.cpp alone.
+// in the plane: what develop() (development.h) is made of. A template for development.cpp alone.
 //
 // A frame says where a half-edge of T lies: the place of its source and its direction. From the
 // frame at one end of a half-edge of M0 that at its other end follows, and from there, turning
@@ -16,7 +16,7 @@
 #include "flipfree/base/context.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
-#include "flipfree/intrinsic/layout/layout_input.h"
+#include "flipfree/intrinsic/layout/traced_mesh.h"
 #include "flipfree/numeric/scalar.h"
 
 namespace flipfree::intrinsic {
@@ -47,12 +47,12 @@ struct Angle {
 template <typename Real>
 class CurveDeveloper {
  public:
-  CurveDeveloper(const LayoutInput& input, std::vector<Real> lengths,
+  CurveDeveloper(const TracedMesh& input, std::vector<Real> lengths,
                  const ExecutionContext& context)
       : input_(input),
         mesh_(input.coordinates->current()),
         lengths_(std::move(lengths)),
-        angles_(at(mesh_.halfedge_count())) {
+        angles_(mesh_.halfedge_count()) {
     parallel_for(context, angles_.size(), 4096,
                  [&](std::size_t begin, std::size_t end, std::size_t) {
                    for (std::size_t h = begin; h < end; ++h)
@@ -72,7 +72,7 @@ class CurveDeveloper {
     const CurveStart& b = start(to);
     if (a.halfedge == b.halfedge && b.place > a.place) return frame;
     HalfedgeId h = a.halfedge;
-    for (Index guard = 0; guard <= mesh_.halfedge_count(); ++guard) {
+    for (std::size_t guard = 0; guard <= mesh_.halfedge_count(); ++guard) {
       turn(frame, angles_[at(h)].cosine, angles_[at(h)].sine);
       h = mesh_.rotate_ccw(h);
       if (h == b.halfedge) return frame;
@@ -85,8 +85,8 @@ class CurveDeveloper {
     const CurveStart& b = start(to);
     if (a.halfedge == b.halfedge && b.place < a.place) return frame;
     HalfedgeId h = a.halfedge;
-    for (Index guard = 0; guard <= mesh_.halfedge_count(); ++guard) {
-      h = mesh_.next_of(FlipMesh::opposite_of(h));
+    for (std::size_t guard = 0; guard <= mesh_.halfedge_count(); ++guard) {
+      h = mesh_.next_of(FlipMesh::opposite(h));
       turn(frame, angles_[at(h)].cosine, -angles_[at(h)].sine);
       if (h == b.halfedge) return frame;
     }
@@ -131,7 +131,7 @@ class CurveDeveloper {
       // Against the curve's own direction it is the opposite half-edge through which a face is
       // left.
       const HalfedgeId recorded = trace.crossings[id].through;
-      const HalfedgeId through = forward ? recorded : FlipMesh::opposite_of(recorded);
+      const HalfedgeId through = forward ? recorded : FlipMesh::opposite(recorded);
       for (int k = 0; h != through; ++k) {
         if (k == 3)
           throw InternalError("layout: input half-edge " + std::to_string(g) +
@@ -145,13 +145,13 @@ class CurveDeveloper {
       visit(id, Place{numeric::widen(frame.x + frame.dx * l * t),
                       numeric::widen(frame.y + frame.dy * l * t)});
       to_opposite(frame, h);
-      h = FlipMesh::opposite_of(h);
+      h = FlipMesh::opposite(h);
     }
     to_next(frame, h);
     h = mesh_.next_of(h);
     to_next(frame, h);
     h = mesh_.next_of(h);
-    if (h != start(FlipMesh::opposite_of(g)).halfedge) {
+    if (h != start(FlipMesh::opposite(g)).halfedge) {
       throw InternalError("layout: input half-edge " + std::to_string(g) +
                           " ends in the wrong corner");
     }
@@ -175,8 +175,7 @@ class CurveDeveloper {
     const long double near = forward ? between.source : between.target;
     const long double far = forward ? between.target : between.source;
     const Angle<Real>& angle = angles_[at(s.halfedge)];
-    const long double a = length(s.halfedge) * near,
-                      b = length(mesh_.previous_of(s.halfedge)) * far;
+    const long double a = length(s.halfedge) * near, b = length(mesh_.previous(s.halfedge)) * far;
     return static_cast<double>(
         std::atan2(b * numeric::widen(angle.sine), a + b * numeric::widen(angle.cosine)));
   }
@@ -204,7 +203,7 @@ class CurveDeveloper {
   Angle<Real> corner_angle(HalfedgeId h) const {
     using std::sqrt;
     const Real& a = lengths_[at(h >> 1)];
-    const Real& b = lengths_[at(mesh_.previous_of(h) >> 1)];
+    const Real& b = lengths_[at(mesh_.previous(h) >> 1)];
     const Real& c = lengths_[at(mesh_.next_of(h) >> 1)];
     const Real zero(0.0), two(2.0);
     const auto positive = [&](const Real& x) { return x > zero ? x : zero; };
@@ -218,7 +217,7 @@ class CurveDeveloper {
     return {(q - p) * inverse, two * sqrt(p * q) * inverse};
   }
 
-  const LayoutInput& input_;
+  const TracedMesh& input_;
   const FlipMesh& mesh_;
   std::vector<Real> lengths_;
   std::vector<Angle<Real>> angles_;

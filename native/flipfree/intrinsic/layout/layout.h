@@ -1,42 +1,59 @@
-// Lays the final flat metric out in the plane, along the edges of the user's own triangulation:
-// every corner of an input face and every crossing of an input edge with the final triangulation
-// gets its place.
+// From a metric to a map: the surface with UVs, refined where its own triangles would flip.
 //
-// The surface is developed input face by input face, the largest first (a spanning tree of the
-// uncut dual over long developed edges), so that errors of large triangles do not pass through
-// small ones. Directions are carried as unit vectors beside positions: a small triangle far from
-// the origin keeps its shape until the last addition.
-//
-// Guarantee: away from cuts neighbouring faces get equal places bit for bit; across a cut the two
-// sides differ by a rigid motion up to the angle error of the metric.
+// overlay_metric() lays the input's edges over the final triangulation, lay_out_metric() develops
+// both in the plane along a cut, and writes the result on as few triangles as it can, so that all
+// of them are positive as stored. Who found the metric does not matter: all that is read is a
+// FlippedMetric, flat but for cones on the cut.
 #pragma once
 
-#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/intrinsic/layout/layout_input.h"
+#include "flipfree/intrinsic/flipped_metric.h"
+#include "flipfree/intrinsic/layout/input_development.h"
+#include "flipfree/intrinsic/layout/refine/refine_map.h"
+#include "flipfree/intrinsic/overlay/overlay.h"
+#include "flipfree/intrinsic/refined_start/split_surface.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/mesh/surface.h"
 
 namespace flipfree::intrinsic {
 
-struct Layout {
-  std::vector<Place> corner;         // 3 #F
-  std::vector<double> corner_angle;  // 3 #F: angle between the first pieces of a corner's two
-                                     // sides, may pass 2 pi; 0 in faces without crossings
-  std::vector<std::array<Place, 2>>
-      crossing;  // per crossing: left and right of its curve; equal away from cuts
-  std::vector<Index> chart_of_face;  // #F
-  Index chart_count = 0;
-  // Largest distance between two developments of one place, over the largest developed edge: how
-  // well the flat metric closes.
-  double closing_error = 0.0;
-};
+inline constexpr std::int64_t kMaxCrossings = 20'000'000;
 
-// `lengths`: per edge of T. Real: double (in 80 bits where lengths
-// differ much) or BigFloat. Cost: O(#F +
-// crossings).
-template <typename Real>
-Layout lay_out(const LayoutInput& input, const std::vector<Real>& lengths,
-               const ExecutionContext& context);
+// A metric with its overlay.
+struct MetricOverlay {
+  const FlippedMetric* metric = nullptr;
+  const SplitSurface* split = nullptr;  // the refined start that the metric was computed on, if any
+  // Of the triangulation that the metric was computed on.
+  mesh::Adjacency adjacency;
+  InputEdges edges;
+  Overlay overlay;  // of all its edges
+};
+// `adjacency`: of the input. `metric` and `split` must outlive the result. Errors, cost:
+// build_overlay().
+MetricOverlay overlay_metric(const FlippedMetric& metric, const SplitSurface* split,
+                             const mesh::Adjacency& adjacency, std::int64_t max_crossings,
+                             const ExecutionContext& context);
+
+struct MetricLayout {
+  RefinedLayout map;
+  IndexPairs cut_edges;  // of map.surface
+  // Input faces that 32 bits cannot hold; the map is then valid in 64 bits at best (map.invalid).
+  std::vector<FaceId> too_small;
+  Index chart_count = 0;
+  double closing_error = 0.0;  // development.h
+  int origin_moves = 0;        // for the finest places to be stored
+  double seconds_layout = 0.0;
+  double seconds_refine = 0.0;
+};
+// `cuts`: edges of the input, which with the boundary leave disks, cones on their boundaries. The
+// map fills the unit square, charts side by side. Reports "layout" and "refinement". Cost: O(#F +
+// crossings) and that of refine_map().
+MetricLayout lay_out_metric(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                            const MetricOverlay& overlaid, const mesh::EdgeFlags& cuts,
+                            Refinement refinement, ExecutionContext& context);
 
 }  // namespace flipfree::intrinsic

@@ -21,7 +21,7 @@ struct Faces {
 Faces number_faces(const FlipMesh& mesh) {
   Faces faces;
   faces.of.assign(mesh.next.size(), kInvalid);
-  for (HalfedgeId h = 0; h < mesh.halfedge_count(); ++h) {
+  for (HalfedgeId h = 0; at(h) < mesh.halfedge_count(); ++h) {
     if (faces.of[at(h)] != kInvalid) continue;
     const auto f = static_cast<Index>(faces.any.size());
     faces.any.push_back(h);
@@ -59,7 +59,7 @@ DualTree shortest_paths(const FlipMesh& mesh, const Faces& faces, const std::vec
     if (++done % 4096 == 0) context.check();
     HalfedgeId h = faces.any[at(f)];
     for (int k = 0; k < 3; ++k, h = mesh.next_of(h)) {
-      const Index other = faces.of[at(FlipMesh::opposite_of(h))];
+      const Index other = faces.of[at(FlipMesh::opposite(h))];
       const double further = distance + step[at(h >> 1)];
       if (!(further < tree.distance[at(other)])) continue;
       tree.distance[at(other)] = further;
@@ -80,7 +80,7 @@ std::vector<HalfedgeId> generators(const FlipMesh& mesh, const Faces& faces, con
     if (h != kInvalid) crossed[at(h >> 1)] = 1;
   }
   std::vector<std::pair<double, HalfedgeId>> edges;
-  for (HalfedgeId h = 0; h < mesh.halfedge_count(); h += 2) {
+  for (HalfedgeId h = 0; at(h) < mesh.halfedge_count(); h += 2) {
     if (crossed[at(h >> 1)] != 0) continue;
     edges.emplace_back(tree.distance[at(faces.of[at(h)])] + tree.distance[at(faces.of[at(h + 1)])] +
                            step[at(h >> 1)],
@@ -89,17 +89,17 @@ std::vector<HalfedgeId> generators(const FlipMesh& mesh, const Faces& faces, con
   std::sort(edges.begin(), edges.end(), [](const auto& a, const auto& b) {
     return a.first != b.first ? a.first > b.first : a.second < b.second;
   });
-  DisjointSets sets(mesh.vertex_count);
+  DisjointSets sets(count_vertices(mesh));
   std::vector<HalfedgeId> left;
   for (const auto& [length, h] : edges) {
-    if (!sets.join(mesh.source_of(h), mesh.source_of(h + 1))) left.push_back(h);
+    if (!sets.join(mesh.origin_of(h), mesh.origin_of(h + 1))) left.push_back(h);
   }
   return left;
 }
 
 // From the tree's root across h and back, without what both ways share.
 DualLoop fundamental_cycle(const Faces& faces, const DualTree& tree, HalfedgeId h) {
-  Index a = faces.of[at(h)], b = faces.of[at(FlipMesh::opposite_of(h))];
+  Index a = faces.of[at(h)], b = faces.of[at(FlipMesh::opposite(h))];
   DualLoop to, back;
   const auto up = [&](Index& f) {
     const HalfedgeId entered = tree.entered[at(f)];
@@ -110,7 +110,7 @@ DualLoop fundamental_cycle(const Faces& faces, const DualTree& tree, HalfedgeId 
     if (tree.depth[at(a)] >= tree.depth[at(b)]) {
       to.push_back(up(a));
     } else {
-      back.push_back(FlipMesh::opposite_of(up(b)));
+      back.push_back(FlipMesh::opposite(up(b)));
     }
   }
   std::reverse(to.begin(), to.end());
@@ -138,11 +138,11 @@ Index intersection_number(const FlipMesh& mesh, const DualLoop& a, const DualLoo
   // corner. As a chain: for each face whose third side b has on its left, that side.
   std::vector<Index> chain(mesh.next.size() / 2, 0);
   for (std::size_t i = 0; i < b.size(); ++i) {
-    const HalfedgeId entered = FlipMesh::opposite_of(b[i]);
+    const HalfedgeId entered = FlipMesh::opposite(b[i]);
     const HalfedgeId leaving = b[(i + 1) % b.size()];
     if (leaving != mesh.next_of(entered)) continue;  // a corner on the left: no side there
     // The third side, previous(entered), runs against b's direction.
-    const HalfedgeId side = mesh.previous_of(entered);
+    const HalfedgeId side = mesh.previous(entered);
     chain[at(side >> 1)] += (side & 1) == 0 ? -1 : 1;
   }
   Index sum = 0;

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/intrinsic/overlay/overlay_coordinates.h"
+#include "flipfree/intrinsic/flip_mesh.h"
 
 namespace flipfree::intrinsic {
 

@@ -60,12 +60,12 @@ void LoopCarrier::remove(Index id) {
 // Loops that enter the face of `side` and `diagonal` across `side`: those that leave the
 // quadrilateral from the other face cross the diagonal.
 void LoopCarrier::cross_new_diagonal(HalfedgeId side, HalfedgeId diagonal) {
-  const HalfedgeId from_outside = FlipMesh::opposite_of(side);
+  const HalfedgeId from_outside = FlipMesh::opposite(side);
   for (Index id = on_edge_[at(side >> 1)]; id != kInvalid; id = nodes_[at(id)].below) {
     if (nodes_[at(id)].halfedge != from_outside) continue;
     const HalfedgeId leaving = nodes_[at(nodes_[at(id)].next)].halfedge;
     const bool same_face =
-        leaving == mesh_.next_of(diagonal) || leaving == mesh_.previous_of(diagonal);
+        leaving == mesh_.next_of(diagonal) || leaving == mesh_.previous(diagonal);
     if (!same_face) insert(diagonal, nodes_[at(id)].loop, id);
   }
 }
@@ -73,10 +73,10 @@ void LoopCarrier::cross_new_diagonal(HalfedgeId side, HalfedgeId diagonal) {
 void LoopCarrier::flip(EdgeId e) {
   while (on_edge_[at(e)] != kInvalid) remove(on_edge_[at(e)]);
   const HalfedgeId h = 2 * e;
-  mesh_.flip(h);
+  flip_edge(mesh_, e);
   for (const HalfedgeId diagonal : {h, h + 1}) {
     cross_new_diagonal(mesh_.next_of(diagonal), diagonal);
-    cross_new_diagonal(mesh_.previous_of(diagonal), diagonal);
+    cross_new_diagonal(mesh_.previous(diagonal), diagonal);
   }
 }
 

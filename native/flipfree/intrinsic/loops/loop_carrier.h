@@ -7,8 +7,8 @@
 
 #include <vector>
 
+#include "flipfree/intrinsic/flip_mesh.h"
 #include "flipfree/intrinsic/loops/dual_loops.h"
-#include "flipfree/intrinsic/overlay/overlay_coordinates.h"
 
 namespace flipfree::intrinsic {
 
@@ -35,7 +35,7 @@ class LoopCarrier {
     Index node = first_[i];
     do {
       const Node& n = nodes_[static_cast<std::size_t>(node)];
-      const HalfedgeId entered = FlipMesh::opposite_of(n.halfedge);
+      const HalfedgeId entered = FlipMesh::opposite(n.halfedge);
       const HalfedgeId leaving = nodes_[static_cast<std::size_t>(n.next)].halfedge;
       const HalfedgeId after = mesh_.next_of(entered);
       if (leaving == after) {

@@ -26,30 +26,9 @@
 #include <vector>
 
 #include "flipfree/base/types.h"
+#include "flipfree/intrinsic/flip_mesh.h"
 
 namespace flipfree::intrinsic {
-
-// A closed, oriented triangulation as a combinatorial map (thesis Definition 4.4): valence-1
-// vertices and faces glued to themselves are allowed. Faces are the orbits of `next`, all of length
-// 3; the opposite of h is h ^ 1.
-struct FlipMesh {
-  std::vector<HalfedgeId> next;  // #H
-  std::vector<VertexId> source;  // #H
-  Index vertex_count = 0;
-
-  Index halfedge_count() const { return static_cast<Index>(next.size()); }
-  HalfedgeId next_of(HalfedgeId h) const { return next[static_cast<std::size_t>(h)]; }
-  HalfedgeId previous_of(HalfedgeId h) const { return next_of(next_of(h)); }
-  static constexpr HalfedgeId opposite_of(HalfedgeId h) { return h ^ 1; }
-  VertexId source_of(HalfedgeId h) const { return source[static_cast<std::size_t>(h)]; }
-  // The outgoing half-edge after h, counter-clockwise around the source of h.
-  HalfedgeId rotate_ccw(HalfedgeId h) const { return opposite_of(previous_of(h)); }
-
-  // Precondition: the two sides of h are different faces.
-  void flip(HalfedgeId h);
-  // Throws InternalError if faces or sources are not what they should be. Cost: O(#H).
-  void check_invariants() const;
-};
 
 // Numbers of curves of M0 in one triangle of T, seen from the corner at the source of half-edge h.
 struct CornerCounts {

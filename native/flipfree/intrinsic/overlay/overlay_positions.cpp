@@ -41,18 +41,18 @@ OverlayPositions locate_crossings(const OverlayCoordinates& coordinates, const O
     // From the far end b, backwards: the reach of b to the ends of each crossed half-edge.
     ahead.resize(count);
     {
-      const HalfedgeId last = FlipMesh::opposite_of(crossings[count - 1].through);
+      const HalfedgeId last = FlipMesh::opposite(crossings[count - 1].through);
       // `last` runs target -> source of the crossed half-edge; its next leaves the source, its
       // previous the apex.
-      ahead[count - 1] = {length(mesh.next_of(last)), length(mesh.previous_of(last))};
+      ahead[count - 1] = {length(mesh.next_of(last)), length(mesh.previous(last))};
       for (std::size_t i = count - 1; i-- > 0;) {
         // The triangle between crossings i and i + 1: sides `near` (crossed before) and `far`
         // (crossed after) share one vertex; the other end of `near` is new as seen from b.
-        const HalfedgeId near = FlipMesh::opposite_of(crossings[i].through);
+        const HalfedgeId near = FlipMesh::opposite(crossings[i].through);
         const HalfedgeId far = crossings[i + 1].through;
         const Reach& r = ahead[i + 1];
         const HalfedgeId third =
-            far == mesh.next_of(near) ? mesh.previous_of(near) : mesh.next_of(near);
+            far == mesh.next_of(near) ? mesh.previous(near) : mesh.next_of(near);
         // b's lengths to the ends of `near` (source(near) = target of the crossed half-edge i).
         if (far == mesh.next_of(near)) {
           // far: source(crossed) -> apex, shared vertex = source(crossed i) = source(far).
@@ -68,17 +68,17 @@ OverlayPositions locate_crossings(const OverlayCoordinates& coordinates, const O
       }
     }
     const HalfedgeId first = crossings[0].through;
-    Reach behind{length(mesh.previous_of(first)), length(mesh.next_of(first))};
-    const VertexId a = coordinates.input().source_of(trace.curves[c]);
-    const VertexId b = coordinates.input().source_of(FlipMesh::opposite_of(trace.curves[c]));
+    Reach behind{length(mesh.previous(first)), length(mesh.next_of(first))};
+    const VertexId a = coordinates.input().origin_of(trace.curves[c]);
+    const VertexId b = coordinates.input().origin_of(FlipMesh::opposite(trace.curves[c]));
     const long double ratio = std::exp(scale[at(b)] - scale[at(a)]);
     for (std::size_t i = 0; i < count; ++i) {
       if (i > 0) {
-        const HalfedgeId near = FlipMesh::opposite_of(crossings[i - 1].through);
+        const HalfedgeId near = FlipMesh::opposite(crossings[i - 1].through);
         const HalfedgeId far = crossings[i].through;
         // Ptolemy across `near`: fresh = (a to one end * opposite side + ...) / near; `behind` is
         // for the crossed half-edge i - 1, whose source is target(near).
-        const HalfedgeId next = mesh.next_of(near), previous = mesh.previous_of(near);
+        const HalfedgeId next = mesh.next_of(near), previous = mesh.previous(near);
         const long double apex =
             (behind.source * length(previous) + behind.target * length(next)) / length(near);
         behind = far == next ? Reach{behind.source, apex} : Reach{apex, behind.target};

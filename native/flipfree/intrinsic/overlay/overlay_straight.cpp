@@ -35,10 +35,7 @@ class StartLengths {
  public:
   StartLengths(const FlippedMetric& metric, const std::vector<long double>& initial_length)
       : length_(initial_length) {
-    FlipMesh mesh;
-    mesh.next = metric.initial.next;
-    mesh.source = metric.initial.origin;
-    mesh.vertex_count = static_cast<Index>(metric.initial.vertex_count());
+    FlipMesh mesh = metric.initial;
     for (std::size_t i = 0; i < metric.euclidean_flips; ++i) {
       const PlainFlips& plain = metric.flips[i].plain;
       for (int k = 0; k < plain.count; ++k) flip(mesh, plain.edges[static_cast<std::size_t>(k)]);
@@ -47,7 +44,7 @@ class StartLengths {
   bool trusted() const { return trusted_; }
   long double of(HalfedgeId h) const { return length_[at(h >> 1)]; }
   Spot apex(const FlipMesh& mesh, HalfedgeId h) const {
-    return apex_over(of(h), of(mesh.next_of(h)), of(mesh.previous_of(h)));
+    return apex_over(of(h), of(mesh.next_of(h)), of(mesh.previous(h)));
   }
 
  private:
@@ -57,7 +54,7 @@ class StartLengths {
     const Spot k = apex(mesh, h), m = apex(mesh, h ^ 1);
     const Spot d{k.x - (of(h) - m.x), k.y + m.y};
     const long double before = of(h) * (k.y + m.y);
-    mesh.flip(h);
+    flip_edge(mesh, e);
     length_[at(e)] = std::sqrt(dot(d, d));
     const long double after = of(h) * (apex(mesh, h).y + apex(mesh, h ^ 1).y);
     trusted_ = trusted_ && std::abs(after - before) <= kAreaTolerance * before;
@@ -80,7 +77,7 @@ class StraightLines {
     Spot apex;
     for (std::size_t i = 0; i < crossings.size(); ++i) {
       ends_.push_back({p, q});
-      const HalfedgeId o = FlipMesh::opposite_of(crossings[i].through);
+      const HalfedgeId o = FlipMesh::opposite(crossings[i].through);
       const Spot local = lengths_.apex(mesh_, o);
       const long double l = lengths_.of(o);
       const Spot x{(p.x - q.x) / l, (p.y - q.y) / l};

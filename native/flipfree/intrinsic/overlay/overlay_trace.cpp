@@ -17,9 +17,9 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 // For every half-edge of M0 where it starts in T.
 std::vector<CurveStart> find_starts(const OverlayCoordinates& coordinates) {
   const FlipMesh& mesh = coordinates.current();
-  std::vector<CurveStart> start(at(mesh.halfedge_count()));
-  for (HalfedgeId h = 0; h < mesh.halfedge_count(); ++h) {
-    const VertexId v = mesh.source_of(h);
+  std::vector<CurveStart> start(mesh.halfedge_count());
+  for (HalfedgeId h = 0; at(h) < mesh.halfedge_count(); ++h) {
+    const VertexId v = mesh.origin_of(h);
     const Index degree = coordinates.degree(v);
     const HalfedgeId* star = coordinates.star(v);
     Index place = coordinates.roundabout(h);
@@ -41,7 +41,7 @@ std::vector<CurveStart> find_starts(const OverlayCoordinates& coordinates) {
 // Returns false if the curve ends at the vertex opposite to `through` there.
 bool advance(const OverlayCoordinates& coordinates, HalfedgeId& through, std::int64_t& position) {
   const FlipMesh& mesh = coordinates.current();
-  const HalfedgeId o = FlipMesh::opposite_of(through);
+  const HalfedgeId o = FlipMesh::opposite(through);
   const std::int64_t from_source = coordinates.crossings(o) - 1 - position;
   const HalfedgeId on = mesh.next_of(o), op = mesh.next_of(on);
   const std::int64_t turning = coordinates.corner(o).turning;
@@ -86,8 +86,8 @@ OverlayTrace trace_overlay(const OverlayCoordinates& coordinates, std::vector<Ha
         trace.crossings.push_back(
             {through, through % 2 == 0 ? position : coordinates.crossings(through) - 1 - position});
       } while (advance(coordinates, through, position));
-      const HalfedgeId apex = mesh.previous_of(FlipMesh::opposite_of(through));
-      if (mesh.source_of(apex) != coordinates.input().source_of(FlipMesh::opposite_of(g))) {
+      const HalfedgeId apex = mesh.previous(FlipMesh::opposite(through));
+      if (mesh.origin_of(apex) != coordinates.input().origin_of(FlipMesh::opposite(g))) {
         broken(g, "does not end at its target");
       }
     }

@@ -1,4 +1,9 @@
 // Triangulates one face of the input with points on its sides and inside.
+//
+// No Delaunay triangulation of CGAL's: points on a side are exactly collinear in affine coordinates
+// only, circles are round in the plane of the face only, and places there are rounded. In the plane
+// a side's points would bulge out of the face by roundings; in affine coordinates other diagonals
+// would be taken. One triangulation has to ask both.
 #pragma once
 
 #include <array>

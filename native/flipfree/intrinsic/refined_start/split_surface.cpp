@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 
+#include "flipfree/base/check/debug_check.h"
 #include "flipfree/intrinsic/refined_start/face_triangulation.h"
+#include "flipfree/mesh/refined/invariants.h"
 
 namespace flipfree::intrinsic {
 namespace {
@@ -206,9 +208,27 @@ class Splitter {
 
 }  // namespace
 
+std::string find_broken_invariant(const FlatSurface& surface, const SplitSurface& split) {
+  mesh::Provenance provenance{split.parent_face, {}};
+  provenance.vertex.resize(at(surface.vertex_count));
+  for (CornerId c = 0; c < 3 * static_cast<Index>(surface.faces.rows()); ++c) {
+    mesh::SurfacePoint& point = provenance.vertex[at(surface.faces(c / 3, c % 3))];
+    point.face = c / 3;
+    point.weight = Vector3::Unit(c % 3);
+  }
+  provenance.vertex.insert(provenance.vertex.end(), split.added.begin(), split.added.end());
+  for (const mesh::SurfacePoint& point : split.added) {
+    if (point.weight != point.weight.unaryExpr(&quantised)) return "a weight is not quantised";
+  }
+  return mesh::find_broken_provenance({Points3::Zero(surface.vertex_count, 3), surface.faces},
+                                      split.faces, provenance);
+}
+
 bool split_surface(const FlatSurface& surface, const std::vector<AddedPoint>& points,
                    const ExecutionContext& context, SplitSurface& out) {
-  return Splitter(surface, out).run(points, context);
+  if (!Splitter(surface, out).run(points, context)) return false;
+  debug_check("split_surface", [&] { return find_broken_invariant(surface, out); });
+  return true;
 }
 
 }  // namespace flipfree::intrinsic

@@ -6,21 +6,22 @@
 // Delaunay as far as doubles tell, which only matters for how well conditioned its lengths are.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/intrinsic/added_vertex.h"
 #include "flipfree/intrinsic/refined_start/delaunay_refinement.h"
 #include "flipfree/intrinsic/refined_start/flat_surface.h"
+#include "flipfree/mesh/refined/provenance.h"
 
 namespace flipfree::intrinsic {
 
 struct SplitSurface {
   Index vertex_count = 0;  // the input's vertices come first
   Triangles faces;
-  Points3 lengths;                  // #F x 3, corner k to k + 1
-  std::vector<FaceId> parent_face;  // #F
-  std::vector<AddedVertex> added;   // vertices from the input's count on
+  Points3 lengths;                        // #F x 3, corner k to k + 1
+  std::vector<FaceId> parent_face;        // #F
+  std::vector<mesh::SurfacePoint> added;  // vertices from the input's count on
   std::vector<char> added_on_boundary;
   // Per half-edge of the input: its pieces in order, as half-edges of `faces`, and where each
   // begins (share of the way; the last ends at 1).
@@ -37,5 +38,9 @@ struct SplitSurface {
 // and O(k sqrt k) per face with k points on ordinary ones.
 bool split_surface(const FlatSurface& surface, const std::vector<AddedPoint>& points,
                    const ExecutionContext& context, SplitSurface& out);
+
+// Empty if every new face lies in its parent, and weights are multiples of 2^-52 that sum to one.
+// Otherwise what is broken. Cost: O(#F).
+std::string find_broken_invariant(const FlatSurface& surface, const SplitSurface& split);
 
 }  // namespace flipfree::intrinsic

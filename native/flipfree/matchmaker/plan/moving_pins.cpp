@@ -17,18 +17,6 @@ constexpr double kDoubt = 1.5e-14;
 
 }  // namespace
 
-Strands::Strands(std::int64_t uv, std::int64_t up, std::int64_t vp)
-    : end_p(std::max<std::int64_t>(0, uv - up - vp)),
-      end_u(std::max<std::int64_t>(0, vp - uv - up)),
-      end_v(std::max<std::int64_t>(0, up - uv - vp)) {
-  const std::int64_t a = uv - end_p;
-  const std::int64_t b = up - end_v;
-  const std::int64_t c = vp - end_u;
-  at_u = (a + b - c) / 2;
-  at_v = (a + c - b) / 2;
-  at_p = (b + c - a) / 2;
-}
-
 MovingPins::MovingPins(const Polygon& rim, const std::vector<Vector2>& pins)
     : pins_(static_cast<Index>(pins.size())), place_(pins) {
   place_.insert(place_.end(), rim.begin(), rim.end());
@@ -126,17 +114,9 @@ void MovingPins::flip(HalfedgeId h) {
   const Side uq = side(next(o));
   const Side qv = side(previous(o));
   const std::int64_t before = crossings(h);
-  const Strands one(before, pu.crossings, vp.crossings);
-  const Strands two(before, uq.crossings, qv.crossings);
-  // Of the arcs across UV, in order from U to V, those that turn to different sides cross PQ, and
-  // one that ends in both P and Q runs along it.
-  const std::int64_t after = one.at_p + one.end_u + one.end_v + two.at_p + two.end_u + two.end_v +
-                             along_[at(h)] +
-                             std::max<std::int64_t>(0, one.at_u - two.at_u - two.end_p) +
-                             std::max<std::int64_t>(0, two.at_u - one.at_u - one.end_p);
-  const std::int64_t both =
-      std::min(one.at_u + one.end_p, two.at_u + two.end_p) - std::max(one.at_u, two.at_u);
-  complexity_ += after - before;
+  const intrinsic::FlippedCrossings after = intrinsic::after_flip(
+      {before, vp.crossings, pu.crossings, uq.crossings, qv.crossings, along(h)});
+  complexity_ += after.count - before;
   const HalfedgeId a = 3 * (h / 3);
   const HalfedgeId b = 3 * (o / 3);
   const VertexId corners[6] = {p, u, q, q, v, p};
@@ -150,8 +130,8 @@ void MovingPins::flip(HalfedgeId h) {
     set(s, sides[k].crossings, sides[k].along);
   }
   link(a + 2, b + 2);
-  set(a + 2, after, both > 0 ? 1 : 0);
-  set(b + 2, after, both > 0 ? 1 : 0);
+  set(a + 2, after.count, after.along ? 1 : 0);
+  set(b + 2, after.count, after.along ? 1 : 0);
 }
 
 // Is the far corner across an inner edge outside the circle of the face, or on it?

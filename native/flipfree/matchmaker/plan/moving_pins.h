@@ -4,9 +4,8 @@
 // A homeomorphism of the polygon that takes pins from their sources to their targets is known up to
 // isotopy by the images of the edges of a triangulation of the sources (the arcs). These are known
 // by how often they cross each edge of a triangulation of the places where the pins are now: normal
-// coordinates, as Thurston and Mosher use them for mapping class groups. When pins move, the
-// triangulation is kept Delaunay by flips, and a flip changes one coordinate by a formula in those
-// of the quadrilateral around it. A pin that makes a loop around another one and comes home changes
+// coordinates (intrinsic/overlay/normal_coordinates.h). When pins move, the triangulation is kept
+// Delaunay by flips. A pin that makes a loop around another one and comes home changes
 // the class; where everything lies is as before. All that costs microseconds, so thousands of
 // classes can be tried.
 #pragma once
@@ -14,20 +13,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "flipfree/intrinsic/overlay/normal_coordinates.h"
 #include "flipfree/matchmaker/request/polygon.h"
 
 namespace flipfree::matchmaker {
 
-// The arcs in a triangle, by where they lead, as seen from one of its edges, UV; P is the third
-// corner. Along UV, in order from U: those around U, those that end in P, those around V.
-struct Strands {
-  std::int64_t at_u, at_v, at_p;  // around the corners
-  std::int64_t end_p;             // across UV, ending in P
-  std::int64_t end_u, end_v;      // across VP and UP, ending in U and V
-
-  // From the numbers that cross each edge.
-  Strands(std::int64_t uv, std::int64_t up, std::int64_t vp);
-};
+using intrinsic::Strands;
 
 class MovingPins {
  public:

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "flipfree/base/check/debug_check.h"
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/mesh/cut_graph/shortest_paths.h"
 #include "flipfree/mesh/topology.h"
@@ -138,7 +139,35 @@ EdgeFlags cut_to_disks(const Surface& surface, const Adjacency& adjacency, const
     if (adjacency.vertex_halfedge[at(v)] == kInvalid) continue;
     mark_path(v);
   }
+  debug_check("cut_to_disks", [&] { return find_broken_disks(surface, adjacency, cut, cones); });
   return cut;
+}
+
+std::string find_broken_disks(const Surface& surface, const Adjacency& adjacency,
+                              const EdgeFlags& cut, const std::vector<VertexId>& cones) {
+  const Triangles& faces = surface.faces;
+  if (cut.size() != adjacency.opposite.size()) return "not one flag per half-edge";
+  std::vector<char> open(static_cast<std::size_t>(surface.vertices.rows()), 0);
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cut.size()); ++h) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o == kInvalid ? cut[at(h)] != 0 : (cut[at(h)] != 0) != (cut[at(o)] != 0))
+      return "flags differ at half-edge " + std::to_string(h);
+    if (o != kInvalid && cut[at(h)] == 0) continue;
+    open[at(source(faces, h))] = open[at(target(faces, h))] = 1;
+  }
+  for (const VertexId v : cones) {
+    if (adjacency.vertex_halfedge[at(v)] != kInvalid && open[at(v)] == 0)
+      return "cone " + std::to_string(v) + " is not on the cut";
+  }
+  const std::vector<Chart> charts =
+      split_into_charts(surface.vertices, cut_along(faces, adjacency, cut));
+  for (const Chart& chart : charts) {
+    const auto vertices = static_cast<Index>(chart.surface.vertices.rows());
+    const Triangles& own = chart.surface.faces;
+    if (!topology(own, build_adjacency(vertices, own)).is_disk())
+      return "the piece of face " + std::to_string(chart.faces.front()) + " is no disk";
+  }
+  return {};
 }
 
 }  // namespace flipfree::mesh

@@ -8,6 +8,7 @@
 // Whittlesey 2005).
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -22,5 +23,11 @@ namespace flipfree::mesh {
 EdgeFlags cut_to_disks(const Surface& surface, const Adjacency& adjacency, const EdgeFlags& given,
                        const std::vector<VertexId>& cones, const EdgeFlags& avoided,
                        const ExecutionContext& context);
+
+// Empty if the cut is what cut_to_disks() promises: both half-edges of a cut edge flagged, none on
+// the boundary, every piece a disk, every interior cone on the cut. Otherwise what is broken. Cost:
+// O(#F).
+std::string find_broken_disks(const Surface& surface, const Adjacency& adjacency,
+                              const EdgeFlags& cut, const std::vector<VertexId>& cones);
 
 }  // namespace flipfree::mesh

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "flipfree/base/check/debug_check.h"
 #include "flipfree/base/error.h"
 
 namespace flipfree::mesh {
@@ -139,6 +140,8 @@ void EditableTriangulation::flip_edge(HalfedgeId h) {
   const VertexId b = target(h);
   const VertexId c = apex(h);
   const VertexId d = apex(o);
+  debug_require("EditableTriangulation::flip_edge", "the other diagonal is no edge",
+                [&] { return find(c, d) == kInvalid; });
   const std::array<FaceId, 2> faces = {h / 3, o / 3};
   const std::array<Triangle, 2> triangles = {Triangle{c, a, d}, Triangle{d, b, c}};
   const std::array<FaceId, 2> parents = {parent(h / 3), parent(o / 3)};

@@ -3,6 +3,9 @@
 #include <cstddef>
 #include <vector>
 
+#include "flipfree/base/check/debug_check.h"
+#include "flipfree/mesh/refined/invariants.h"
+
 namespace flipfree::mesh {
 
 RefinedMap compacted_map(const RefinedMap& map) {
@@ -13,6 +16,7 @@ RefinedMap compacted_map(const RefinedMap& map) {
   for (std::size_t v = 0; v < old_vertex.size(); ++v) {
     result.uv.row(static_cast<Eigen::Index>(v)) = map.uv.row(old_vertex[v]);
   }
+  debug_check("compacted_map", [&] { return find_broken_map(result.surface, result.uv); });
   return result;
 }
 

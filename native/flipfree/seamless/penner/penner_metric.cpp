@@ -32,10 +32,6 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
 constexpr int kLargestBits = 1024;
 
-intrinsic::FlipMesh as_flip_mesh(const IntrinsicMesh& mesh) {
-  return {mesh.next, mesh.origin, static_cast<Index>(mesh.vertex_count())};
-}
-
 std::string scientific(double value) {
   char text[32];
   std::snprintf(text, sizeof(text), "%.3g", value);
@@ -94,23 +90,7 @@ std::vector<intrinsic::DualLoop> on_setup(const std::vector<LoopTurn>& loops,
 
 void carry(const std::vector<intrinsic::FlipRecord>& flips, intrinsic::LoopCarrier& loops,
            const ExecutionContext& context) {
-  for (std::size_t i = 0; i < flips.size(); ++i) {
-    if (i % 65536 == 65535) context.check();
-    for (int k = 0; k < flips[i].plain.count; ++k)
-      loops.flip(flips[i].plain.edges[static_cast<std::size_t>(k)]);
-  }
-}
-
-std::vector<double> to_doubles(const Scalars& values) {
-  return std::visit(
-      [](const auto& v) {
-        using T = typename std::decay_t<decltype(v)>::value_type;
-        std::vector<double> out;
-        out.reserve(v.size());
-        for (const T& x : v) out.push_back(numeric::ScalarTraits<T>::to_double(x));
-        return out;
-      },
-      values);
+  intrinsic::replay_flips(flips, 0, flips.size(), context, [&](EdgeId e) { loops.flip(e); });
 }
 
 // The metric so far as the start of an engine.
@@ -120,7 +100,7 @@ EngineInput start_of(const ConformalMetric& metric, const std::vector<double>& t
   input.setup.input_halfedge = metric.input_halfedge;
   input.setup.on_boundary = metric.on_boundary;
   input.vertex_count = static_cast<Index>(target.size());
-  input.edge_length = to_doubles(metric.length);
+  input.edge_length = intrinsic::to_doubles(metric.length);
   input.target = target;
   return input;
 }
@@ -132,7 +112,7 @@ void append(const MetricEngine& engine, ConformalMetric& metric, const Execution
   metric.flips.insert(metric.flips.end(), further.flips.begin(), further.flips.end());
   metric.mesh = std::move(further.mesh);
   metric.length = std::move(further.length);
-  std::vector<double> u = to_doubles(metric.u);
+  std::vector<double> u = intrinsic::to_doubles(metric.u);
   for (std::size_t v = 0; v < u.size(); ++v) u[v] += further.scale_factors[v];
   metric.scale_factors = u;
   const auto [low, high] = std::minmax_element(u.begin(), u.end());
@@ -174,8 +154,7 @@ class Solver {
                                                std::to_string(result.loops.size()) + ".");
     }
     if (given) refuse_impossible(*given);
-    intrinsic::LoopCarrier loops(as_flip_mesh(setup_.mesh),
-                                 on_setup(result.loops, surface_.faces, setup_));
+    intrinsic::LoopCarrier loops(setup_.mesh, on_setup(result.loops, surface_.faces, setup_));
     start(result, loops, given.has_value());
     // Cones that are met leave the loops of a torus without cones no choice.
     const bool flat =
@@ -282,8 +261,7 @@ std::vector<std::vector<HalfedgeId>> input_homology_basis(const mesh::Surface& s
   std::vector<HalfedgeId> corner_of(setup.mesh.halfedge_count(), kInvalid);
   for (std::size_t c = 0; c < setup.input_halfedge.size(); ++c)
     corner_of[at(setup.input_halfedge[c])] = static_cast<HalfedgeId>(c);
-  auto loops =
-      intrinsic::homology_basis(as_flip_mesh(setup.mesh), steps_across(surface, setup), context);
+  auto loops = intrinsic::homology_basis(setup.mesh, steps_across(surface, setup), context);
   for (auto& loop : loops) {
     for (HalfedgeId& h : loop) h = corner_of[at(h)];
   }

@@ -41,9 +41,8 @@ InscribedPolygon inscribed_polygon(Index n, unsigned seed) {
         random() % static_cast<unsigned>(coordinates.current().halfedge_count()));
     const FlipMesh& mesh = coordinates.current();
     const auto touches = [&](HalfedgeId g) {
-      return mesh.source_of(g) == n || mesh.source_of(g ^ 1) == n ||
-             mesh.source_of(mesh.previous_of(g)) == n ||
-             mesh.source_of(mesh.previous_of(g ^ 1)) == n;
+      return mesh.origin_of(g) == n || mesh.origin_of(g ^ 1) == n ||
+             mesh.origin_of(mesh.previous(g)) == n || mesh.origin_of(mesh.previous(g ^ 1)) == n;
     };
     if (!touches(h)) coordinates.flip(h);
   }
@@ -59,9 +58,9 @@ TEST(OverlayPositions, ChordsOfOneCircleCrossWhereTheyCross) {
     std::uniform_real_distribution<double> scale_of(-3.0, 3.0);
     std::vector<long double> u(at(n) + 1);
     for (auto& x : u) x = scale_of(random);
-    std::vector<long double> lengths(at(mesh.halfedge_count() / 2), 1.0L);
-    for (EdgeId e = 0; e < mesh.halfedge_count() / 2; ++e) {
-      const Index a = mesh.source_of(2 * e), b = mesh.source_of(2 * e + 1);
+    std::vector<long double> lengths(mesh.edge_count(), 1.0L);
+    for (EdgeId e = 0; at(e) < mesh.edge_count(); ++e) {
+      const Index a = mesh.origin_of(2 * e), b = mesh.origin_of(2 * e + 1);
       if (a < n && b < n) {
         lengths[at(e)] =
             static_cast<long double>((polygon.points[at(a)] - polygon.points[at(b)]).norm()) *
@@ -69,9 +68,9 @@ TEST(OverlayPositions, ChordsOfOneCircleCrossWhereTheyCross) {
       }
     }
     std::vector<HalfedgeId> curves;
-    for (HalfedgeId h = 0; h < mesh.halfedge_count(); h += 2) {
-      if (polygon.coordinates.input().source_of(h) < n &&
-          polygon.coordinates.input().source_of(h ^ 1) < n) {
+    for (HalfedgeId h = 0; at(h) < mesh.halfedge_count(); h += 2) {
+      if (polygon.coordinates.input().origin_of(h) < n &&
+          polygon.coordinates.input().origin_of(h ^ 1) < n) {
         curves.push_back(h);
       }
     }
@@ -81,13 +80,13 @@ TEST(OverlayPositions, ChordsOfOneCircleCrossWhereTheyCross) {
         locate_crossings(polygon.coordinates, trace, lengths, u, context);
     ASSERT_GT(trace.crossings.size(), 20u);
     for (std::size_t c = 0; c < curves.size(); ++c) {
-      const Vector2 a = polygon.points[at(polygon.coordinates.input().source_of(curves[c]))];
+      const Vector2 a = polygon.points[at(polygon.coordinates.input().origin_of(curves[c]))];
       const Vector2 d =
-          polygon.points[at(polygon.coordinates.input().source_of(curves[c] ^ 1))] - a;
+          polygon.points[at(polygon.coordinates.input().origin_of(curves[c] ^ 1))] - a;
       for (std::int64_t i = trace.begin[c]; i < trace.begin[c + 1]; ++i) {
         const auto id = static_cast<std::size_t>(i);
         const HalfedgeId h = trace.crossings[id].through;
-        const Index s = mesh.source_of(h), t = mesh.source_of(h ^ 1);
+        const Index s = mesh.origin_of(h), t = mesh.origin_of(h ^ 1);
         const Vector2 p = polygon.points[at(s)], e = polygon.points[at(t)] - p;
         const double cross = d.x() * e.y() - d.y() * e.x();
         const double along_curve = ((p - a).x() * e.y() - (p - a).y() * e.x()) / cross;
@@ -117,8 +116,8 @@ TEST(OverlayPositions, OneFlipAgreesWithTheTwoTriangleChart) {
   for (int round = 0; round < 20; ++round) {
     OverlayCoordinates coordinates(test::closed_mesh(quad));
     HalfedgeId diagonal = kInvalid;
-    for (HalfedgeId h = 0; h < coordinates.current().halfedge_count(); ++h) {
-      if (coordinates.current().source_of(h) == 0 && coordinates.current().source_of(h ^ 1) == 2)
+    for (HalfedgeId h = 0; at(h) < coordinates.current().halfedge_count(); ++h) {
+      if (coordinates.current().origin_of(h) == 0 && coordinates.current().origin_of(h ^ 1) == 2)
         diagonal = h;
     }
     // Lengths i = 0, j = 2, k = 3 (left of 0 -> 2), l = 1.
@@ -126,10 +125,10 @@ TEST(OverlayPositions, OneFlipAgreesWithTheTwoTriangleChart) {
                  il = length_of(random), lj = length_of(random);
     coordinates.flip(diagonal);
     const FlipMesh& mesh = coordinates.current();
-    std::vector<long double> lengths(at(mesh.halfedge_count() / 2), 1.0L);
+    std::vector<long double> lengths(mesh.edge_count(), 1.0L);
     const auto set = [&](Index a, Index b, double length) {
-      for (HalfedgeId h = 0; h < mesh.halfedge_count(); ++h) {
-        if (mesh.source_of(h) == a && mesh.source_of(h ^ 1) == b) lengths[at(h >> 1)] = length;
+      for (HalfedgeId h = 0; at(h) < mesh.halfedge_count(); ++h) {
+        if (mesh.origin_of(h) == a && mesh.origin_of(h ^ 1) == b) lengths[at(h >> 1)] = length;
       }
     };
     const double kl = (jk * il + ki * lj) / ij;
@@ -164,10 +163,10 @@ TEST(OverlayPositions, HugeScaleRangesKeepRelativePrecision) {
   const Index n = 24;
   const InscribedPolygon polygon = inscribed_polygon(n, 1);
   const FlipMesh& mesh = polygon.coordinates.current();
-  std::vector<long double> u(at(n) + 1, 0.0L), lengths(at(mesh.halfedge_count() / 2), 1.0L);
+  std::vector<long double> u(at(n) + 1, 0.0L), lengths(mesh.edge_count(), 1.0L);
   for (Index v = 0; v < n; ++v) u[at(v)] = 120.0L * v;  // 10^1200 altogether
-  for (EdgeId e = 0; e < mesh.halfedge_count() / 2; ++e) {
-    const Index a = mesh.source_of(2 * e), b = mesh.source_of(2 * e + 1);
+  for (EdgeId e = 0; at(e) < mesh.edge_count(); ++e) {
+    const Index a = mesh.origin_of(2 * e), b = mesh.origin_of(2 * e + 1);
     if (a < n && b < n) {
       lengths[at(e)] =
           static_cast<long double>((polygon.points[at(a)] - polygon.points[at(b)]).norm()) *
@@ -176,16 +175,16 @@ TEST(OverlayPositions, HugeScaleRangesKeepRelativePrecision) {
   }
   const ExecutionContext context;
   std::vector<HalfedgeId> curves;
-  for (HalfedgeId h = 0; h < mesh.halfedge_count(); h += 2) {
-    if (std::max(polygon.coordinates.input().source_of(h),
-                 polygon.coordinates.input().source_of(h ^ 1)) < n) {
+  for (HalfedgeId h = 0; at(h) < mesh.halfedge_count(); h += 2) {
+    if (std::max(polygon.coordinates.input().origin_of(h),
+                 polygon.coordinates.input().origin_of(h ^ 1)) < n) {
       curves.push_back(h);
     }
   }
   const OverlayTrace trace = trace_overlay(polygon.coordinates, curves, 1'000'000, context);
   const OverlayPositions scaled = locate_crossings(polygon.coordinates, trace, lengths, u, context);
-  for (EdgeId e = 0; e < mesh.halfedge_count() / 2; ++e) {
-    const Index a = mesh.source_of(2 * e), b = mesh.source_of(2 * e + 1);
+  for (EdgeId e = 0; at(e) < mesh.edge_count(); ++e) {
+    const Index a = mesh.origin_of(2 * e), b = mesh.origin_of(2 * e + 1);
     if (a < n && b < n) lengths[at(e)] *= std::exp(-(u[at(a)] + u[at(b)]) / 2);
   }
   std::fill(u.begin(), u.end(), 0.0L);

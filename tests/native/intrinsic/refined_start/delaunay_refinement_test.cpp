@@ -97,7 +97,7 @@ TEST_P(Prisms, AreTheSameSurfaceAfterwards) {
 TEST_P(Prisms, KnowExactlyWhereTheirNewVerticesLie) {
   const Refined r = refine(prism(60, 3.0, GetParam()));
   ASSERT_FALSE(r.split.added.empty());
-  for (const AddedVertex& v : r.split.added) {
+  for (const mesh::SurfacePoint& v : r.split.added) {
     EXPECT_EQ(v.weight[0] + v.weight[1] + v.weight[2], 1.0);
     EXPECT_GE(v.weight.minCoeff(), 0.0);
     for (int k = 0; k < 3; ++k) {
@@ -112,7 +112,7 @@ TEST_P(Prisms, KnowExactlyWhereTheirNewVerticesLie) {
         if (r.input.faces(parent, k) == v) return Vector3::Unit(k);
       }
     }
-    const AddedVertex& a = r.split.added[at(v - r.input.vertex_count)];
+    const mesh::SurfacePoint& a = r.split.added[at(v - r.input.vertex_count)];
     if (a.face == parent) return a.weight;
     Vector3 w = Vector3::Zero();  // on an edge: weights go by vertex
     for (int k = 0; k < 3; ++k) {

@@ -55,8 +55,7 @@ std::vector<long double> angles(const conformal::ConformalMetric& metric) {
 // The loops of a basis with random steps, after all flips, and the half-edge numbers of the input.
 intrinsic::LoopCarrier other_basis(const conformal::ConformalMetric& metric, unsigned seed) {
   const ExecutionContext context;
-  const intrinsic::FlipMesh mesh{metric.initial.next, metric.initial.origin,
-                                 static_cast<Index>(metric.initial.vertex_count())};
+  const intrinsic::FlipMesh& mesh = metric.initial;
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(0.01, 1.0);
   std::vector<double> step(metric.initial.edge_count());
@@ -212,7 +211,7 @@ TEST(PennerSystem, StepsRemoveErrorsInProportion) {
   for (const Index k : cones) input.target.push_back(static_cast<double>(k * kQuarterTurn));
   const auto engine = conformal::make_engine(input, 53, context);
   const auto& mesh = engine->mesh();
-  const intrinsic::FlipMesh flips{mesh.next, mesh.origin, input.vertex_count};
+  const intrinsic::FlipMesh& flips = mesh;
   const intrinsic::LoopCarrier loops(
       flips,
       intrinsic::homology_basis(flips, std::vector<double>(mesh.edge_count(), 1.0), context));

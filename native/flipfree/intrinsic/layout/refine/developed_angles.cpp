@@ -1,4 +1,4 @@
-#include "flipfree/intrinsic/layout/developed_angles.h"
+#include "flipfree/intrinsic/layout/refine/developed_angles.h"
 
 #include <cmath>
 #include <numbers>

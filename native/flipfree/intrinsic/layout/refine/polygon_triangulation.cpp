@@ -1,4 +1,4 @@
-#include "flipfree/intrinsic/layout/polygon_triangulation.h"
+#include "flipfree/intrinsic/layout/refine/polygon_triangulation.h"
 
 #include <cmath>
 #include <limits>

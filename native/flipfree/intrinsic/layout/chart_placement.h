@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/intrinsic/layout/layout.h"
+#include "flipfree/intrinsic/layout/development.h"
 #include "flipfree/mesh/adjacency.h"
 
 namespace flipfree::intrinsic {
@@ -25,12 +25,12 @@ struct ChartPlacement {
   }
 };
 
-ChartPlacement place_charts(const Layout& layout, const mesh::Adjacency& adjacency,
+ChartPlacement place_charts(const Development& development, const mesh::Adjacency& adjacency,
                             const ExecutionContext& context);
 
 // Where the map is finest among these faces (those that could not be rounded): 32-bit numbers are
 // finest around zero.
-Place finest_place(const Layout& layout, const ChartPlacement& placement,
+Place finest_place(const Development& development, const ChartPlacement& placement,
                    const std::vector<FaceId>& faces);
 
 }  // namespace flipfree::intrinsic

@@ -1,4 +1,4 @@
-#include "flipfree/intrinsic/layout/map_placement.h"
+#include "flipfree/intrinsic/layout/chart_placement.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,10 +14,10 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
-ChartPlacement place_charts(const Layout& layout, const mesh::Adjacency& adjacency,
+ChartPlacement place_charts(const Development& development, const mesh::Adjacency& adjacency,
                             const ExecutionContext& context) {
   ChartPlacement placement;
-  const auto corner_count = static_cast<CornerId>(layout.corner.size());
+  const auto corner_count = static_cast<CornerId>(development.corner.size());
   struct Box {
     long double x0 = std::numeric_limits<long double>::infinity(), y0 = x0, x1 = -x0, y1 = -x0;
     void add(long double x, long double y) {
@@ -31,13 +31,13 @@ ChartPlacement place_charts(const Layout& layout, const mesh::Adjacency& adjacen
   };
   // Of edges that are about as long the first: rounding must not turn the map.
   constexpr long double kAboutAsLong = 1 - 1e-6L;
-  std::vector<Place> longest(at(layout.chart_count), Place{0, 0});
-  std::vector<long double> most(at(layout.chart_count), 0);
+  std::vector<Place> longest(at(development.chart_count), Place{0, 0});
+  std::vector<long double> most(at(development.chart_count), 0);
   const auto over_boundary = [&](const auto& visit) {
     for (CornerId c = 0; c < corner_count; ++c) {
       if (adjacency.opposite[at(c)] != kInvalid) continue;
-      const Place &p = layout.corner[at(c)], &q = layout.corner[at(next_corner(c))];
-      visit(at(layout.chart_of_face[at(c / 3)]), Place{q.x - p.x, q.y - p.y});
+      const Place &p = development.corner[at(c)], &q = development.corner[at(next_corner(c))];
+      visit(at(development.chart_of_face[at(c / 3)]), Place{q.x - p.x, q.y - p.y});
     }
   };
   over_boundary([&](std::size_t chart, const Place& d) {
@@ -56,15 +56,15 @@ ChartPlacement place_charts(const Layout& layout, const mesh::Adjacency& adjacen
   std::vector<std::vector<Box>> part(chunk_count(at(corner_count), kCornersPerChunk));
   parallel_for(context, at(corner_count), kCornersPerChunk,
                [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-                 part[chunk].resize(at(layout.chart_count));
+                 part[chunk].resize(at(development.chart_count));
                  for (std::size_t c = begin; c < end; ++c) {
-                   const auto chart = at(layout.chart_of_face[c / 3]);
+                   const auto chart = at(development.chart_of_face[c / 3]);
                    const Place& d = placement.direction[chart];
-                   const Place& p = layout.corner[c];
+                   const Place& p = development.corner[c];
                    part[chunk][chart].add(p.x * d.x - p.y * d.y, p.x * d.y + p.y * d.x);
                  }
                });
-  std::vector<Box> boxes(at(layout.chart_count));
+  std::vector<Box> boxes(at(development.chart_count));
   for (const std::vector<Box>& boxes_of_part : part) {
     for (std::size_t i = 0; i < boxes.size(); ++i) boxes[i].add(boxes_of_part[i]);
   }
@@ -99,18 +99,18 @@ ChartPlacement place_charts(const Layout& layout, const mesh::Adjacency& adjacen
   return placement;
 }
 
-Place finest_place(const Layout& layout, const ChartPlacement& placement,
+Place finest_place(const Development& development, const ChartPlacement& placement,
                    const std::vector<FaceId>& faces) {
   Place best;
   long double least = std::numeric_limits<long double>::infinity();
   for (const FaceId f : faces) {
-    const auto at_corner = [&](Index k) { return layout.corner[at(3 * f + k)]; };
+    const auto at_corner = [&](Index k) { return development.corner[at(3 * f + k)]; };
     const Place a = at_corner(0), b = at_corner(1), c = at_corner(2);
     const long double size =
         std::max(std::hypot(b.x - a.x, b.y - a.y), std::hypot(c.x - a.x, c.y - a.y));
     if (size < least) {
       least = size;
-      const Index chart = layout.chart_of_face[at(f)];
+      const Index chart = development.chart_of_face[at(f)];
       const Place& d = placement.direction[at(chart)];
       const Place& t = placement.shift[at(chart)];
       best = {a.x * d.x - a.y * d.y + t.x, a.x * d.y + a.y * d.x + t.y};

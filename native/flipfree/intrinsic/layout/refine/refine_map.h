@@ -13,8 +13,9 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/intrinsic/layout/polygon_triangulation.h"
-#include "flipfree/intrinsic/overlay/edge_point_map.h"
+#include "flipfree/intrinsic/layout/refine/edge_point_map.h"
+#include "flipfree/intrinsic/layout/refine/polygon_triangulation.h"
+#include "flipfree/intrinsic/layout/refine/refined_layout.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/surface.h"
 
@@ -24,16 +25,6 @@ enum class Refinement {
   kAuto,   // only where needed
   kNever,  // the input's triangles, valid or not
   kFull    // every point, whether needed or not
-};
-
-struct RefinedLayout {
-  mesh::Surface surface;
-  Points2 uv;                         // 3 #F x 2
-  std::vector<FaceId> parent_face;    // #F
-  std::vector<FaceId> vertex_parent;  // #V
-  Points3 vertex_barycentric;         // #V x 3
-  std::vector<Index> edge_vertex;  // per point of the EdgePointMap: its vertex, kInvalid = left out
-  std::vector<FaceId> invalid;     // input faces without a triangulation that is valid as stored
 };
 
 // Cost: O(#F + points) plus O(k^3) per triangulated polygon of k points, k small after thinning.

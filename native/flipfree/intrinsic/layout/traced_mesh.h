@@ -1,4 +1,5 @@
-// What a layout is made of (layout.h): the overlay of the user's triangulation with the final one.
+// What a development is made of (development.h): the overlay of the user's triangulation with the
+// final one.
 #pragma once
 
 #include <vector>
@@ -14,7 +15,7 @@ struct Place {
   long double y = 0;
 };
 
-struct LayoutInput {
+struct TracedMesh {
   const OverlayCoordinates* coordinates = nullptr;
   const OverlayTrace* trace = nullptr;
   const OverlayPositions* positions = nullptr;

@@ -1,4 +1,4 @@
-#include "flipfree/intrinsic/layout/map_layout.h"
+#include "flipfree/intrinsic/layout/input_development.h"
 
 #include <array>
 #include <cmath>
@@ -10,10 +10,10 @@ namespace {
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 // The developed angle at a corner; in faces without crossings it is that of their three places.
-double corner_angle(const Layout& layout, CornerId c) {
-  if (layout.corner_angle[at(c)] != 0.0) return layout.corner_angle[at(c)];
-  const Place &p = layout.corner[at(c)], &a = layout.corner[at(next_corner(c))],
-              &b = layout.corner[at(previous_corner(c))];
+double corner_angle(const Development& development, CornerId c) {
+  if (development.corner_angle[at(c)] != 0.0) return development.corner_angle[at(c)];
+  const Place &p = development.corner[at(c)], &a = development.corner[at(next_corner(c))],
+              &b = development.corner[at(previous_corner(c))];
   const long double ax = a.x - p.x, ay = a.y - p.y, bx = b.x - p.x, by = b.y - p.y;
   return static_cast<double>(std::atan2(ax * by - ay * bx, ax * bx + ay * by));
 }
@@ -21,7 +21,7 @@ double corner_angle(const Layout& layout, CornerId c) {
 // Appends the points of one input edge: `h` is its half-edge.
 class ChainWriter {
  public:
-  ChainWriter(const FineLayout& fine, const SplitSurface& split, MapLayout& out)
+  ChainWriter(const FineDevelopment& fine, const SplitSurface& split, InputDevelopment& out)
       : fine_(fine), split_(split), out_(out) {}
 
   void write(HalfedgeId h) {
@@ -44,22 +44,22 @@ class ChainWriter {
       const Between& own = fine_.positions->on_curve[id];
       const double s = forward ? own.source : own.target, t = forward ? own.target : own.source;
       out_.along.push_back({s * (1.0 - from) + t * (1.0 - to), s * from + t * to});
-      const std::array<Place, 2>& sides = fine_.layout->crossing[id];
-      out_.layout.crossing.push_back({sides[forward ? 0 : 1], sides[forward ? 1 : 0]});
+      const std::array<Place, 2>& sides = fine_.development->crossing[id];
+      out_.development.crossing.push_back({sides[forward ? 0 : 1], sides[forward ? 1 : 0]});
     }
   }
   // The vertex at the end of piece g.
   void write_vertex(HalfedgeId g, double share) {
     const HalfedgeId o = fine_.adjacency->opposite[at(g)];
-    const Place left = fine_.layout->corner[at(next_corner(g))];
-    const Place right = o == kInvalid ? left : fine_.layout->corner[at(o)];
+    const Place left = fine_.development->corner[at(next_corner(g))];
+    const Place right = o == kInvalid ? left : fine_.development->corner[at(o)];
     out_.along.push_back({1.0 - share, share});
-    out_.layout.crossing.push_back({left, right});
+    out_.development.crossing.push_back({left, right});
   }
 
-  const FineLayout& fine_;
+  const FineDevelopment& fine_;
   const SplitSurface& split_;
-  MapLayout& out_;
+  InputDevelopment& out_;
 };
 
 }  // namespace
@@ -79,26 +79,27 @@ InputEdges number_edges(const mesh::Adjacency& adjacency) {
   return edges;
 }
 
-MapLayout own_layout(Layout layout, const OverlayTrace& trace, const OverlayPositions& positions) {
-  return {std::move(layout), trace.begin, positions.on_curve};
+InputDevelopment own_development(Development development, const OverlayTrace& trace,
+                                 const OverlayPositions& positions) {
+  return {std::move(development), trace.begin, positions.on_curve};
 }
 
-MapLayout composed_layout(const FineLayout& fine, const SplitSurface& split,
-                          const InputEdges& edges) {
+InputDevelopment composed_development(const FineDevelopment& fine, const SplitSurface& split,
+                                      const InputEdges& edges) {
   const auto corner_count = static_cast<CornerId>(split.corner_begin.size()) - 1;
-  MapLayout out;
-  Layout& layout = out.layout;
-  layout.chart_count = fine.layout->chart_count;
-  layout.closing_error = fine.layout->closing_error;
-  layout.chart_of_face.resize(at(corner_count / 3));
-  layout.corner.resize(at(corner_count));
-  layout.corner_angle.assign(at(corner_count), 0.0);
+  InputDevelopment out;
+  Development& development = out.development;
+  development.chart_count = fine.development->chart_count;
+  development.closing_error = fine.development->closing_error;
+  development.chart_of_face.resize(at(corner_count / 3));
+  development.corner.resize(at(corner_count));
+  development.corner_angle.assign(at(corner_count), 0.0);
   for (CornerId c = 0; c < corner_count; ++c) {
     for (Index i = split.corner_begin[at(c)]; i < split.corner_begin[at(c) + 1]; ++i) {
       const CornerId own = split.corner[at(i)];
-      layout.corner[at(c)] = fine.layout->corner[at(own)];
-      layout.corner_angle[at(c)] += corner_angle(*fine.layout, own);
-      layout.chart_of_face[at(c / 3)] = fine.layout->chart_of_face[at(own / 3)];
+      development.corner[at(c)] = fine.development->corner[at(own)];
+      development.corner_angle[at(c)] += corner_angle(*fine.development, own);
+      development.chart_of_face[at(c / 3)] = fine.development->chart_of_face[at(own / 3)];
     }
   }
   ChainWriter writer(fine, split, out);

@@ -1,0 +1,301 @@
+#include "flipfree/conformal/metric/precision_ladder.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/stats.h"
+#include "flipfree/conformal/metric/metric_input.h"
+#include "flipfree/conformal/metric/newton.h"
+#include "flipfree/numeric/scalar.h"
+
+namespace flipfree::conformal {
+namespace {
+
+// Flips per edge from which on a direct way is worth its search: an overlay replays a flip in some
+// 50 ns, while the search costs about a microsecond per edge (benchmarks/flips_benchmark.cpp).
+constexpr std::size_t kLongWay = 4;
+constexpr double kFineAngles =
+    1e-13;                           // radians: what the angles of a result are known to, at least
+constexpr double kFinishing = 0.05;  // seconds
+
+// Sums over the rungs of the precision ladder.
+struct Totals {
+  std::size_t exact_tests = 0;
+  int rungs = 0;
+  int evaluations = 0;
+  int relaxed = 0;
+  double seconds_start = 0.0;
+  double seconds_flips = 0.0;
+  double seconds_angles = 0.0;
+  double seconds_relax = 0.0;
+};
+
+// Adds a run and its errors; the first of them repeats the last of the rung before.
+void add_run(const NewtonRun& run, Totals& totals, ConformalMetric& result) {
+  result.iterations += run.iterations;
+  totals.evaluations += run.evaluations;
+  totals.relaxed += run.relaxed_iterations;
+  totals.seconds_flips += run.seconds_flips;
+  totals.seconds_angles += run.seconds_angles;
+  totals.seconds_relax += run.seconds_relax;
+  // Errors of angles that were no numbers are none.
+  bool repeated = !result.error_history.empty();
+  for (const double error : run.error_history) {
+    if (!repeated && std::isfinite(error)) result.error_history.push_back(error);
+    repeated = false;
+  }
+}
+
+void write_stats(const Totals& totals, const NewtonSystem& system, Stats& stats) {
+  stats["seconds_start"] = totals.seconds_start;
+  stats["seconds_flips"] = totals.seconds_flips;
+  stats["seconds_angles"] = totals.seconds_angles;
+  stats["seconds_relax"] = totals.seconds_relax;
+  stats["seconds_symbolic"] = system.seconds_symbolic();
+  stats["seconds_direction"] = system.seconds_numeric();
+  stats["precision_rungs"] = static_cast<std::int64_t>(totals.rungs);
+  stats["evaluations"] = static_cast<std::int64_t>(totals.evaluations);
+  stats["factorizations"] = static_cast<std::int64_t>(system.factorizations());
+  stats["old_factor_solves"] = static_cast<std::int64_t>(system.old_factor_solves());
+  stats["accurate_factorizations"] = static_cast<std::int64_t>(system.accurate_factorizations());
+  stats["relaxed_iterations"] = static_cast<std::int64_t>(totals.relaxed);
+  stats["orderings"] = static_cast<std::int64_t>(system.orderings());
+  stats["symbolic_analyses"] = static_cast<std::int64_t>(system.analyses());
+  stats["exact_delaunay_tests"] = static_cast<std::int64_t>(totals.exact_tests);
+  stats["intrinsic_refinement"] = static_cast<std::int64_t>(0);
+}
+
+// Whether all lengths are in the range of numbers, which few bits may leave.
+bool has_lengths(const ConformalMetric& metric) {
+  return std::visit(
+      [](const auto& lengths) {
+        using T = typename std::decay_t<decltype(lengths)>::value_type;
+        return std::all_of(lengths.begin(), lengths.end(), [](const T& length) {
+          return numeric::ScalarTraits<T>::finite(length) && length > T(0.0);
+        });
+      },
+      metric.length);
+}
+
+// The metric where the last run ended, its true angles and why it ended there. A metric that was
+// reached is worth kFinishing seconds more than there are; of one that was not, doubles are enough.
+void finish_result(MetricEngine& engine, const EngineInput& input, const MetricOptions& options,
+                   const NewtonRun& run, ConformalMetric& result, ExecutionContext& context) {
+  const double seconds = std::max(kFinishing, context.seconds_left());
+  const Untimed finishing(context);
+  const TimeLimit limit(context, seconds);
+  result.converged = run.end == NewtonEnd::kConverged;
+  engine.finish(result, result.converged, context);
+  Gradient gradient;
+  const bool fine = result.converged && options.tolerance < kFineAngles;
+  engine.evaluate(fine ? options.tolerance : kFineAngles, gradient, context);
+  result.angle_error = gradient.max_error;
+  result.angles.resize(input.target.size());
+  for (std::size_t v = 0; v < input.target.size(); ++v)
+    result.angles[v] = input.target[v] - gradient.value[v];
+  result.stats["noise"] = run.noise;
+  result.end = run.end;
+  result.stats["stopped_by"] = std::string(name_of(run.end));
+}
+
+// The input face whose sides come nearest to breaking the triangle inequality, as doubles see it.
+FaceId flattest_face(const EngineInput& input) {
+  const intrinsic::IntrinsicSetup& setup = input.setup;
+  FaceId flattest = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t c = 0; c < setup.input_halfedge.size(); c += 3) {
+    std::array<double, 3> side{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto h = static_cast<std::size_t>(setup.input_halfedge[c + k]);
+      const auto end = [&](std::size_t i) {
+        return setup.mesh.unknown[static_cast<std::size_t>(setup.mesh.origin[i])];
+      };
+      side[k] =
+          input.positions == nullptr
+              ? input.edge_length[h / 2]
+              : (input.positions->row(end(h)) - input.positions->row(end(h ^ 1))).stableNorm();
+    }
+    std::sort(side.begin(), side.end());
+    const double excess = ((side[0] - side[2]) + side[1]) / side[2];
+    if (excess >= least) continue;
+    least = excess;
+    flattest = static_cast<FaceId>(c / 3);
+    if (std::isnan(excess)) break;
+  }
+  return flattest;
+}
+
+// `what` failed for lack of bits.
+[[noreturn]] void throw_too_degenerate(const char* what, const EngineInput& input,
+                                       const MetricOptions& options) {
+  const FaceId face = flattest_face(input);
+  throw_not_converged(ErrorCode::kIterationLimit,
+                      std::string(what) + " with " +
+                          std::to_string(options.bits == 0 ? kLargestBits : options.bits) +
+                          " bits. The flattest triangle is face " + std::to_string(face) + ". " +
+                          (options.bits == 0 ? "Remove nearly degenerate triangles from the mesh."
+                                             : "Use precision=\"auto\" or more bits."),
+                      ElementKind::kFace, {face});
+}
+
+// The rungs of the precision ladder: Newton in double, and from where rounding decides, with ever
+// more bits.
+class Ladder {
+ public:
+  Ladder(const EngineInput& input, const MetricOptions& options, ExecutionContext& context)
+      : input_(input), options_(options), context_(context), limit_(options.max_seconds) {
+    newton_.tolerance = options.tolerance;
+  }
+
+  ConformalMetric climb() {
+    auto more_seconds = options_.more_seconds;
+    bool replayed = false;
+    // In double also before a given precision: it takes most of the way at a fraction of the cost.
+    int bits = 53;
+    for (;;) {
+      const NewtonRun run = take_rung(bits);
+      // A long way there and back is replaced by the direct one, for the sake of what replays the
+      // flips: the same scale factors from the start again, which the uniqueness of the Delaunay
+      // triangulation allows, then Newton to remove what rounding left.
+      const bool enough_bits = options_.bits == 0 || bits == options_.bits;
+      if (enough_bits && run.end == NewtonEnd::kConverged && !replayed && is_long_way()) {
+        replayed = true;
+        continue;
+      }
+      if (run.end == NewtonEnd::kSeconds && more_seconds) {
+        const double more = more_seconds();
+        more_seconds = {};
+        if (more > 0.0) {
+          limit_ = watch_.seconds() + more;
+          continue;
+        }
+      }
+      const bool more_bits_help =
+          run.end == NewtonEnd::kPrecision && options_.bits == 0 && bits < kLargestBits;
+      const bool out_of_time = run.end == NewtonEnd::kIterations || run.end == NewtonEnd::kSeconds;
+      if (out_of_time || (enough_bits && !more_bits_help)) return finished(run);
+      bits = options_.bits != 0 ? options_.bits
+             : bits == 53       ? 128
+                                : std::min(2 * bits, kLargestBits);
+    }
+  }
+
+ private:
+  // A fresh engine where the last one stands, and Newton from there. Where it does not get there,
+  // the last one stays.
+  NewtonRun take_rung(int bits) {
+    ++totals_.rungs;
+    const double seconds = limit_ > 0.0 ? std::max(1e-3, limit_ - watch_.seconds()) : 0.0;
+    newton_.max_iterations = options_.max_iterations - result_.iterations;
+    newton_.more_bits = options_.bits == 0 ? bits < kLargestBits : bits < options_.bits;
+    NewtonRun run;
+    run.end = NewtonEnd::kPrecision;
+    std::unique_ptr<MetricEngine> reached;  // what a replay is to improve on
+    const Stopwatch starting;
+    try {
+      const TimeLimit limit(context_, limit_of(seconds));
+      std::unique_ptr<MetricEngine> fresh = make_engine(input_, bits, context_);
+      if (!fresh->started()) {
+        run.reason = "start not Delaunay";
+      } else if (engine_ != nullptr && !fresh->go_to(engine_->scaled_so_far(context_), context_)) {
+        run.reason = "scale factors out of range";
+      } else {
+        std::swap(engine_, fresh);
+        if (last_.end == NewtonEnd::kConverged) reached = std::move(fresh);
+        fresh.reset();
+      }
+      if (fresh != nullptr) totals_.exact_tests += fresh->exact_tests();
+    } catch (const TimeIsOver&) {
+      if (!(seconds > 0.0)) throw;
+      run.end = NewtonEnd::kSeconds;
+      run.reason = "time was over at the start";
+    }
+    totals_.seconds_start += starting.seconds();
+    if (run.reason[0] == '\0') {
+      newton_.max_seconds = seconds > 0.0 ? std::max(1e-3, limit_ - watch_.seconds()) : 0.0;
+      run = run_newton(*engine_, system_, newton_, descent_, context_);
+      add_run(run, totals_, result_);
+      totals_.exact_tests += engine_->exact_tests();
+      if (reached != nullptr && run.end == NewtonEnd::kSeconds) {
+        engine_ = std::move(reached);
+      } else {
+        last_ = run;
+      }
+    }
+    if (run.end == NewtonEnd::kPrecision && totals_.rungs == 1)
+      result_.stats["climbed_because"] = std::string(run.reason);
+    return run;
+  }
+
+  bool is_long_way() const {
+    const std::size_t direct = engine_->flips().size() - engine_->euclidean_flips();
+    return direct > kLongWay * engine_->mesh().edge_count();
+  }
+
+  // `run`: the last one, which may not have got as far as Newton.
+  ConformalMetric finished(const NewtonRun& run) {
+    if (engine_ == nullptr && run.end == NewtonEnd::kSeconds)
+      throw_out_of_time("The intrinsic Delaunay triangulation of the input was not reached",
+                        options_.max_seconds, "or remove nearly degenerate triangles");
+    if (engine_ == nullptr)
+      throw_too_degenerate("The intrinsic Delaunay triangulation of the input was not reached",
+                           input_, options_);
+    // Where a replay had no time, the long way has led to the metric as well.
+    const bool reached = last_.end == NewtonEnd::kConverged;
+    finish_result(*engine_, input_, options_, reached ? last_ : run, result_, context_);
+    result_.stats["seconds"] = watch_.seconds();
+    write_stats(totals_, system_, result_.stats);
+    if (!std::isfinite(result_.angle_error) || !has_lengths(result_)) {
+      if (run.end == NewtonEnd::kSeconds)
+        throw_out_of_time("No metric with angles in the range of numbers was reached",
+                          options_.max_seconds, "or remove nearly degenerate triangles");
+      throw_too_degenerate("The angles of the metric could not be measured", input_, options_);
+    }
+    if (!result_.converged && options_.require_convergence) throw_not_reached(result_, options_);
+    return std::move(result_);
+  }
+
+  const EngineInput& input_;
+  const MetricOptions& options_;
+  ExecutionContext& context_;
+  const Stopwatch watch_;
+  double limit_;
+  ConformalMetric result_;
+  std::unique_ptr<MetricEngine> engine_;  // the last one that got to its place
+  NewtonRun last_;                        // its run
+  NewtonSystem system_;
+  NewtonOptions newton_;
+  Descent descent_ = Descent::kUnknown;
+  Totals totals_;
+};
+
+}  // namespace
+
+ConformalMetric climb_precision_ladder(const EngineInput& input, const MetricOptions& options,
+                                       ExecutionContext& context) {
+  return Ladder(input, options, context).climb();
+}
+
+void throw_not_reached(const ConformalMetric& metric, const MetricOptions& options) {
+  const bool seconds = metric.end == NewtonEnd::kSeconds;
+  const char* cure =
+      seconds ? "Allow more seconds (max_seconds), or spread the curvature over more vertices."
+      : metric.end == NewtonEnd::kIterations
+          ? "Allow more iterations, or spread the curvature over more vertices."
+      : options.bits != 0 ? "Use precision=\"auto\" or more bits."
+                          : "Spread the curvature over more vertices.";
+  throw_not_converged(seconds ? ErrorCode::kTimeLimit : ErrorCode::kIterationLimit,
+                      "The conformal metric was not reached: the largest angle error is " +
+                          short_text(metric.angle_error) + " radians after " +
+                          std::to_string(metric.iterations) + " Newton steps with " +
+                          std::to_string(metric.bits) + " bits (stopped by " + name_of(metric.end) +
+                          "). " + cure);
+}
+
+}  // namespace flipfree::conformal

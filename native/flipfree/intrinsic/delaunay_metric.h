@@ -1,0 +1,344 @@
+// An intrinsic triangulation with lengths of one precision that is kept Delaunay by flips (Weeks'
+// algorithm, thesis 4.2.4), whatever changes the lengths in between.
+//
+// Delaunay tests and angles are answered from lengths rounded to double (shadows) wherever these
+// are enough. Flips are recorded; lengths may be any Penner coordinates.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/intrinsic/delaunay_test.h"
+#include "flipfree/intrinsic/flip_lengths.h"
+#include "flipfree/intrinsic/flipped_metric.h"
+#include "flipfree/intrinsic/triangle_shape.h"
+#include "flipfree/numeric/scalar.h"
+
+namespace flipfree::intrinsic {
+
+// Which lengths a flip makes: those of the Euclidean metric, or by Ptolemy's theorem.
+enum class FlipRule { kEuclidean, kPtolemy };
+
+// How much is done per check for cancel: with the most bits a Delaunay test or a flip takes some
+// 30 us, an angle or a logarithm half a millisecond (benchmarks/flips_benchmark.cpp).
+template <typename T>
+struct ChecksPer {
+  static constexpr bool kIsDouble = numeric::ScalarTraits<T>::kIsDouble;
+  static constexpr std::size_t kTests = kIsDouble ? 2048 : 256;
+  static constexpr std::size_t kFlips = kIsDouble ? 1024 : 64;
+  static constexpr std::size_t kLogarithms = kIsDouble ? 2048 : 32;
+};
+
+// Is it a length that can be worked with?
+template <typename T>
+bool is_usable_length(const T& x) {
+  return numeric::ScalarTraits<T>::finite(x) && x > T(0.0);
+}
+
+template <typename T>
+class DelaunayMetric {
+ public:
+  // `lengths`: per edge, of `bits` mantissa bits, symmetric as the mesh is.
+  DelaunayMetric(IntrinsicMesh mesh, std::vector<T> lengths, int bits)
+      : bits_(bits), mesh_(std::move(mesh)), length_(std::move(lengths)) {
+    queued_.assign(mesh_.edge_count(), 0);
+    stack_.reserve(mesh_.edge_count());
+  }
+
+  const IntrinsicMesh& mesh() const { return mesh_; }
+  const std::vector<T>& lengths() const { return length_; }
+  const T& length(HalfedgeId h) const { return length_[at(h >> 1)]; }
+  int bits() const { return bits_; }
+  const std::vector<FlipRecord>& flips() const { return flips_; }
+  // Delaunay tests that the filter in double left to the scalar type.
+  std::size_t exact_tests() const { return exact_tests_; }
+  // All lengths rounded to double, while that is known; else null.
+  const std::vector<double>* rounded_lengths() const { return shadow_valid_ ? &shadow_ : nullptr; }
+
+  // change(edge, length) for every edge.
+  template <typename Change>
+  void change_lengths(const Change& change) {
+    for (std::size_t e = 0; e < length_.size(); ++e) change(e, length_[e]);
+    shadow_valid_ = false;
+  }
+  void scale_length(EdgeId e, const T& factor) {
+    length_[at(e)] *= factor;
+    update_shadow(e);
+  }
+
+  // Flips until every edge is Delaunay. False if it gave up: lengths left the exponent range, or
+  // the number of flips exceeded a multiple of the number of edges. With kEuclidean, a violated
+  // triangle inequality (as rounding may make of needles) is read as a flat triangle.
+  template <FlipRule kRule>
+  bool make_delaunay(const ExecutionContext& context);
+  // The same from the edges in line alone, and what they drag along.
+  template <FlipRule kRule>
+  bool empty_line(const ExecutionContext& context);
+  // Puts an edge, or its mirror image in copy 1, in line.
+  void put_in_line(EdgeId e);
+  void clear_line();
+  // Flips e symmetrically: lengths, connectivity, record, rounded lengths and stars. False, and
+  // nothing done, if lengths would leave the exponent range. `plain`: the plain flips it was.
+  template <FlipRule kRule>
+  bool flip(EdgeId e, FlipType type, PlainFlips& plain);
+
+  // The half-edges of a face, and its shape. `accuracy`: error of the angles that is good enough;
+  // where no x is too small for that, rounded lengths serve.
+  TriangleShape shape(std::size_t f, double accuracy, HalfedgeId h[3]) const;
+
+  // Rounds all lengths, unless some leave a safe part of the exponent range.
+  void round_lengths();
+
+  // Makes around() available, kept through flips until go_back().
+  void index_stars();
+  // visit(half-edge) for those out of vertex v, clockwise.
+  template <typename Visit>
+  void around(VertexId v, Visit visit) const {
+    const HalfedgeId first = star_[at(v)];
+    HalfedgeId h = first;
+    do {
+      visit(h);
+      h = mesh_.next[at(h ^ 1)];
+    } while (h != first);
+  }
+
+  // Remembers the present metric, and returns to the one remembered last. Copies all arrays.
+  void remember();
+  void go_back();
+
+ private:
+  using Traits = numeric::ScalarTraits<T>;
+  // Lengths that shadows may have: products of a few stay in range.
+  static constexpr double kLeastRounded = 1e-280;
+  static constexpr double kMostRounded = 1e280;
+  // Flips per edge, and anyway, after which rounding must be what goes round in circles.
+  static constexpr std::size_t kMostFlips = 100;
+  static constexpr std::size_t kFlipsAnyway = 10'000;
+  static constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+  bool violates_delaunay(EdgeId e);
+  void update_shadow(EdgeId e);
+  static bool in_safe_range(double x) { return x > kLeastRounded && x < kMostRounded; }
+
+  struct Memory {
+    IntrinsicMesh mesh;
+    std::vector<T> length;
+    std::size_t flips = 0;
+  };
+
+  int bits_;
+  IntrinsicMesh mesh_;
+  std::vector<T> length_;
+  std::array<T, 3> before_;  // lengths that a flip overwrites
+  std::vector<double> shadow_;
+  bool shadow_valid_ = false;
+  std::vector<FlipRecord> flips_;
+  std::size_t exact_tests_ = 0;
+  std::vector<HalfedgeId> star_;  // per vertex: a half-edge out of it
+  std::vector<char> queued_;
+  std::vector<EdgeId> stack_;
+  Memory memory_;
+};
+
+template <typename T>
+bool DelaunayMetric<T>::violates_delaunay(EdgeId e) {
+  const HalfedgeId h = 2 * e;
+  const HalfedgeId hn = mesh_.next[at(h)];
+  const HalfedgeId hp = mesh_.next[at(hn)];
+  const HalfedgeId on = mesh_.next[at(h + 1)];
+  const HalfedgeId op = mesh_.next[at(on)];
+  const std::size_t i[5] = {at(e), at(hn >> 1), at(hp >> 1), at(on >> 1), at(op >> 1)};
+  if constexpr (Traits::kIsDouble) {
+    return delaunay_sign(length_[i[0]], length_[i[1]], length_[i[2]], length_[i[3]],
+                         length_[i[4]]) < 0;
+  } else {
+    if (shadow_valid_) {
+      const int sign =
+          delaunay_sign(shadow_[i[0]], shadow_[i[1]], shadow_[i[2]], shadow_[i[3]], shadow_[i[4]]);
+      if (sign != 0) return sign < 0;
+    }
+    ++exact_tests_;
+    return violates_delaunay_in_full(length_[i[0]], length_[i[1]], length_[i[2]], length_[i[3]],
+                                     length_[i[4]], bits_);
+  }
+}
+
+template <typename T>
+void DelaunayMetric<T>::round_lengths() {
+  if constexpr (!Traits::kIsDouble) {
+    shadow_.resize(length_.size());
+    shadow_valid_ = true;
+    for (std::size_t e = 0; e < length_.size(); ++e) {
+      shadow_[e] = Traits::to_double(length_[e]);
+      if (!in_safe_range(shadow_[e])) {
+        shadow_valid_ = false;
+        return;
+      }
+    }
+  }
+}
+
+template <typename T>
+void DelaunayMetric<T>::update_shadow(EdgeId e) {
+  if constexpr (!Traits::kIsDouble) {
+    if (e == kInvalid || !shadow_valid_) return;
+    shadow_[at(e)] = Traits::to_double(length_[at(e)]);
+    if (!in_safe_range(shadow_[at(e)])) shadow_valid_ = false;
+  }
+}
+
+template <typename T>
+void DelaunayMetric<T>::put_in_line(EdgeId e) {
+  if (mesh_.symmetric()) {
+    const EdgeLabel label = mesh_.edge_label[at(e)];
+    if (label == EdgeLabel::kDiagonal) return;
+    if (label == EdgeLabel::kTwo) e = mesh_.reflection[at(2 * e)] >> 1;
+  }
+  if (queued_[at(e)] != 0) return;
+  queued_[at(e)] = 1;
+  stack_.push_back(e);
+}
+
+template <typename T>
+void DelaunayMetric<T>::clear_line() {
+  for (const EdgeId e : stack_) queued_[at(e)] = 0;
+  stack_.clear();
+}
+
+// Terminates: each flip strictly lowers the hyperbolic Delaunay functional (Weeks), and flips
+// happen only where the criterion is violated beyond rounding; the cap is a guard against what
+// rounding could still do.
+template <typename T>
+template <FlipRule kRule>
+bool DelaunayMetric<T>::make_delaunay(const ExecutionContext& context) {
+  stack_.clear();
+  round_lengths();
+  FlipType type = FlipType::kInterior;
+  for (std::size_t e = mesh_.edge_count(); e-- > 0;) {
+    if (e % ChecksPer<T>::kTests == 0) context.check();
+    queued_[e] = 0;
+    if (violates_delaunay(static_cast<EdgeId>(e)) &&
+        flip_type(mesh_, static_cast<EdgeId>(e), type)) {
+      queued_[e] = 1;
+      stack_.push_back(static_cast<EdgeId>(e));
+    }
+  }
+  return empty_line<kRule>(context);
+}
+
+template <typename T>
+template <FlipRule kRule>
+bool DelaunayMetric<T>::empty_line(const ExecutionContext& context) {
+  const std::size_t cap = kMostFlips * mesh_.edge_count() + kFlipsAnyway;
+  FlipType type = FlipType::kInterior;
+  std::size_t done = 0;
+  while (!stack_.empty()) {
+    const EdgeId e = stack_.back();
+    stack_.pop_back();
+    queued_[at(e)] = 0;
+    if (!flip_type(mesh_, e, type) || !violates_delaunay(e)) continue;
+    PlainFlips plain;
+    if (!flip<kRule>(e, type, plain)) return false;
+    for (int i = 0; i < plain.count; ++i) {
+      const EdgeId p = plain.edges[static_cast<std::size_t>(i)];
+      put_in_line(p);
+      for (const HalfedgeId h : {2 * p, 2 * p + 1}) {
+        const HalfedgeId n = mesh_.next[at(h)];
+        put_in_line(n >> 1);
+        put_in_line(mesh_.next[at(n)] >> 1);
+      }
+    }
+    if (++done % ChecksPer<T>::kFlips == 0) context.check();
+    if (done > cap) return false;
+  }
+  return true;
+}
+
+template <typename T>
+template <FlipRule kRule>
+bool DelaunayMetric<T>::flip(EdgeId e, FlipType type, PlainFlips& plain) {
+  FlipLengths<T> lengths(length_);
+  const FlipStencil stencil = flip_stencil(mesh_, e, type);
+  plain = stencil.plain;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const EdgeId p = plain.edges[i];
+    if (p != kInvalid) before_[i] = length_[at(p)];
+  }
+  if constexpr (kRule == FlipRule::kPtolemy) {
+    lengths.ptolemy(stencil);
+  } else {
+    lengths.euclidean(stencil);
+  }
+  for (const EdgeId made :
+       {stencil.new_side, stencil.new_cross, stencil.new_diagonal, stencil.new_diagonal2}) {
+    if (made == kInvalid || is_usable_length(length_[at(made)])) continue;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const EdgeId p = plain.edges[i];
+      if (p != kInvalid) length_[at(p)] = before_[i];
+    }
+    return false;
+  }
+  flip_symmetrically(mesh_, stencil);
+  flips_.push_back({type, plain});
+  for (const EdgeId changed : {stencil.e, stencil.new_side, stencil.new_side2, stencil.new_cross,
+                               stencil.new_diagonal, stencil.new_diagonal2}) {
+    update_shadow(changed);
+  }
+  if (star_.empty()) return true;
+  for (const EdgeId p : plain.edges) {
+    if (p == kInvalid) continue;
+    for (const HalfedgeId h : {2 * p, 2 * p + 1}) {
+      HalfedgeId g = h;
+      for (int k = 0; k < 3; ++k, g = mesh_.next[at(g)]) star_[at(mesh_.origin[at(g)])] = g;
+    }
+  }
+  return true;
+}
+
+template <typename T>
+TriangleShape DelaunayMetric<T>::shape(std::size_t f, double accuracy, HalfedgeId h[3]) const {
+  h[0] = mesh_.face_halfedge[f];
+  h[1] = mesh_.next[at(h[0])];
+  h[2] = mesh_.next[at(h[1])];
+  if constexpr (!Traits::kIsDouble) {
+    if (shadow_valid_) {
+      TriangleShape shape;
+      perimeter_differences(shadow_[at(h[0] >> 1)], shadow_[at(h[1] >> 1)], shadow_[at(h[2] >> 1)],
+                            shape.x);
+      if (rounded_lengths_serve(shape.x, accuracy)) {
+        shape.radius = std::sqrt(shape.x[0] * shape.x[1] * shape.x[2]);
+        return shape;
+      }
+    }
+  }
+  return shape_in_full(length(h[0]), length(h[1]), length(h[2]), bits_);
+}
+
+template <typename T>
+void DelaunayMetric<T>::index_stars() {
+  if (!star_.empty()) return;
+  star_.resize(mesh_.vertex_count());
+  for (std::size_t h = 0; h < mesh_.halfedge_count(); ++h)
+    star_[at(mesh_.origin[h])] = static_cast<HalfedgeId>(h);
+}
+
+template <typename T>
+void DelaunayMetric<T>::remember() {
+  memory_.mesh = mesh_;
+  memory_.length = length_;
+  memory_.flips = flips_.size();
+}
+
+template <typename T>
+void DelaunayMetric<T>::go_back() {
+  mesh_ = memory_.mesh;
+  length_ = memory_.length;
+  flips_.resize(memory_.flips);
+  star_.clear();
+  shadow_valid_ = false;
+}
+
+}  // namespace flipfree::intrinsic

@@ -1,0 +1,25 @@
+// What must hold of surfaces and maps under refinement wherever a stage hands them on.
+#pragma once
+
+#include <string>
+
+#include "flipfree/mesh/refined/provenance.h"
+#include "flipfree/mesh/refined/refined_surface.h"
+
+namespace flipfree::mesh {
+
+// Empty if all invariants hold: those of the mesh (which throws), a support and a position per
+// vertex, weights that are not negative and sum to one exactly, faces that lie in their parents and
+// turn as these do. Otherwise what is broken. Cost: O(#F).
+std::string find_broken_invariant(const RefinedSurface& surface);
+
+// The same of a map: the surface's, and every face positive by exact test. `uv`: #V x 2.
+std::string find_broken_map(const RefinedSurface& surface, const Points2& uv);
+
+// Empty if this can be where `refined` lies on `input`: parents exist, weights are not negative and
+// sum to one up to a rounding, and every face's corners lie in its parent.
+// Otherwise what is broken. Cost: O(#F).
+std::string find_broken_provenance(const Surface& input, const Triangles& refined,
+                                   const Provenance& provenance);
+
+}  // namespace flipfree::mesh
