@@ -93,8 +93,8 @@ std::string find_broken_invariant(const RefinedSurface& surface) {
 }
 
 std::string find_broken_map(const RefinedSurface& surface, const Points2& uv) {
-  if (std::string broken = find_broken_invariant(surface); !broken.empty()) return broken;
   const EditableTriangulation& mesh = surface.mesh;
+  mesh.check_invariants();
   if (uv.rows() != mesh.vertex_count()) return "not one place per vertex";
   for (FaceId f = 0; f < mesh.face_slots(); ++f) {
     if (!mesh.alive(f)) continue;
