@@ -58,7 +58,6 @@ GROUPS = {
     "arms": ("free", "few free", "large free"),
     "pull": ("free", "few free", "circle", "one-to-one", "shape pins"),
     "roomy metric": ("circle", "large outline"),
-    "shapes": ("outline", "hilbert"),
     "simplify plane": ("circle", "large outline"),
     "straighten": ("outline", "free", "circle", "hilbert"),
     "untangle": ("outline", "free", "few free", "circle", "hilbert", "matchmaker"),

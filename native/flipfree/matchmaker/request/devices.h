@@ -18,7 +18,6 @@ enum class Device {
   kArms,           // an arm for every pin
   kPull,           // pins one by one by continuation
   kRoomy,          // inside an outline, pins walk in a metric with room
-  kShapes,         // untangling towards the shapes of the composition
   kSimplifyPlane,  // the planned motion's overlay is simplified before the map follows it
   kStraighten,     // refined faces laid straight
   kUntangle,       // vertices untangled away when all else has stopped
@@ -27,10 +26,10 @@ enum class Device {
   kRestricted,     // MatchMaker++'s map restricted to the user's vertices
 };
 
-constexpr std::array<std::string_view, 16> kDeviceNames = {
-    "walk",     "film",   "film overlay", "matchmaker", "coarse",         "planned",
-    "arms",     "pull",   "roomy metric", "shapes",     "simplify plane", "straighten",
-    "untangle", "unfold", "ease",         "restricted"};
+constexpr std::array<std::string_view, 15> kDeviceNames = {
+    "walk",       "film",     "film overlay", "matchmaker",   "coarse",
+    "planned",    "arms",     "pull",         "roomy metric", "simplify plane",
+    "straighten", "untangle", "unfold",       "ease",         "restricted"};
 
 // A set of devices, one bit for each.
 using Devices = std::uint32_t;

@@ -56,8 +56,7 @@ class Locator {
 }  // namespace
 
 Points2 compose_through_disk(const mesh::RefinedSurface& surface, const TargetDomain& domain,
-                             ExecutionContext& context, Stats& stats,
-                             std::vector<std::array<Vector2, 3>>* shapes) {
+                             ExecutionContext& context, Stats& stats) {
   const std::size_t n = domain.outline.size();
   std::vector<VertexId> loop;
   std::vector<double> lengths;
@@ -115,15 +114,6 @@ Points2 compose_through_disk(const mesh::RefinedSurface& surface, const TargetDo
       queue.push_back(w);
       uv.row(w) = piece(f, p).transpose();
     });
-  }
-  if (shapes != nullptr) {
-    const Triangles faces = surface.mesh.faces();
-    for (Eigen::Index f = 0; f < faces.rows(); ++f) {
-      const auto at = [&](Index k) -> Vector2 { return disk.row(faces(f, k)).transpose(); };
-      const FaceId g =
-          locator.find((at(0) + at(1) + at(2)) / 3.0, found[static_cast<std::size_t>(faces(f, 0))]);
-      shapes->push_back({piece(g, at(0)), piece(g, at(1)), piece(g, at(2))});
-    }
   }
   return uv;
 }

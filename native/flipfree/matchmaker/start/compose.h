@@ -8,9 +8,6 @@
 // triangles are large against the target's: a start for untangle.h, nothing more.
 #pragma once
 
-#include <array>
-#include <vector>
-
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/matchmaker/target/target_domain.h"
@@ -21,11 +18,7 @@ namespace flipfree::matchmaker {
 // Preconditions: the domain has no vertices but those of its outline; each stands for a boundary
 // vertex of the mesh, in the same order; surface.boundary has exactly these. Returns #V x 2;
 // boundary vertices are at their targets exactly. Throws what embed_disk throws.
-// `shapes`, if given, receives for every live face (in the order of mesh.faces()) three points: the
-// triangle as the affine piece of the composition at its centroid would map it, always
-// counter-clockwise unless degenerate: the shape it should come close to.
 Points2 compose_through_disk(const mesh::RefinedSurface& surface, const TargetDomain& domain,
-                             ExecutionContext& context, Stats& stats,
-                             std::vector<std::array<Vector2, 3>>* shapes = nullptr);
+                             ExecutionContext& context, Stats& stats);
 
 }  // namespace flipfree::matchmaker

@@ -166,8 +166,7 @@ std::vector<VertexId> held_vertices(const mesh::RefinedSurface& surface,
 
 std::optional<Points2> untangle_from(const mesh::RefinedSurface& surface,
                                      const Constraints& constraints, const Points2& start,
-                                     ExecutionContext& context, Stats& stats,
-                                     const std::vector<std::array<Vector2, 3>>* shapes) {
+                                     ExecutionContext& context, Stats& stats) {
   const mesh::Surface arrays = to_surface(surface);
   std::vector<char> fixed(surface.position.size(), 0);
   for (const VertexId v : held_vertices(surface, constraints))
@@ -180,10 +179,6 @@ std::optional<Points2> untangle_from(const mesh::RefinedSurface& surface,
   for (const double pace : {0.4, 0.15}) {
     distortion::UntangleOptions options;
     options.pace = pace;
-    if (shapes != nullptr) {
-      options.shapes = shapes;
-      options.least_height = 0.01;
-    }
     if (!constraints.free_boundary()) options.target_area = outline_area(constraints.outline);
     distortion::UntangleResult result = untangler.run(begin, options, context);
     iterations += result.iterations;
@@ -209,18 +204,12 @@ std::optional<Points2> first_try(mesh::RefinedSurface& surface, const Constraint
   boundary_only.simple_outline = constraints.simple_outline;
   boundary_only.turning_number = constraints.turning_number;
   const Target target = outline_target(surface, boundary_only, context);
-  std::vector<std::array<Vector2, 3>> shapes;
-  const Points2 start = compose_through_disk(surface, target.domain, context, stats, &shapes);
+  const Points2 start = compose_through_disk(surface, target.domain, context, stats);
   const auto folded =
       static_cast<double>(distortion::find_flips(surface.mesh.faces(), start, context).size());
   stats["first_try.folded"] = static_cast<std::int64_t>(folded);
   if (folded > kMostFolded * static_cast<double>(surface.mesh.faces().rows())) return std::nullopt;
-  std::optional<Points2> uv = untangle_from(surface, boundary_only, start, context, stats);
-  // Long narrow targets stretch triangles far from their shapes on the surface: rather those of the
-  // composition.
-  if (!uv && constraints.use(Device::kShapes))
-    uv = untangle_from(surface, boundary_only, start, context, stats, &shapes);
-  return uv;
+  return untangle_from(surface, boundary_only, start, context, stats);
 }
 
 }  // namespace flipfree::matchmaker

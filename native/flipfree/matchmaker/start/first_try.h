@@ -2,7 +2,6 @@
 // rule.
 #pragma once
 
-#include <array>
 #include <optional>
 #include <vector>
 
@@ -28,8 +27,7 @@ std::optional<Points2> first_try(mesh::RefinedSurface& surface, const Constraint
 // vertex; with a simple outline they cannot, see self_overlapping.h.)
 std::optional<Points2> untangle_from(const mesh::RefinedSurface& surface,
                                      const Constraints& constraints, const Points2& start,
-                                     ExecutionContext& context, Stats& stats,
-                                     const std::vector<std::array<Vector2, 3>>* shapes = nullptr);
+                                     ExecutionContext& context, Stats& stats);
 
 // Arrays of the live mesh.
 mesh::Surface to_surface(const mesh::RefinedSurface& surface);
