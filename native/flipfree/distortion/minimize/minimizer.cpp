@@ -157,6 +157,10 @@ bool Minimizer::add_contacts(const std::vector<BoundaryBarrier::Contact>& contac
 // Gradient and Hessian at uv_ for the working rest shapes; returns the energy. The system's pattern
 // is extended when parts of the boundary come near each other that were not before.
 double Minimizer::assemble(double scale, bool soft) {
+  if (options_.seams != nullptr) {
+    if (!seam_system_) seam_system_.emplace(*options_.seams, faces_, fixed_, context_);
+    return seam_system_->assemble(working_, uv_, soft, context_);
+  }
   if (!barrier_on_) {
     if (!system_)
       system_.emplace(faces_, fixed_, uv_, std::vector<std::array<VertexId, 2>>{}, context_,
@@ -193,7 +197,8 @@ Minimizer::Step Minimizer::iterate(bool progressive) {
     scale_rest(rest_.triangles, scale, context_, working_);
   }
   const double energy = assemble(scale, progressive);
-  const double slope = system_->solve(direction_, context_);
+  const double slope = seam_system_ ? seam_system_->solve(direction_, context_)
+                                    : system_->solve(direction_, context_);
   ++factorizations_;
   if (!(slope < 0)) return slope == 0 ? Step::kConverged : Step::kStalled;
   const double step = line_search(slope, energy, progressive);

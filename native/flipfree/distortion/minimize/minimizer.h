@@ -15,6 +15,7 @@
 #include "flipfree/distortion/energy/working_rest.h"
 #include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/minimize/newton_system.h"
+#include "flipfree/distortion/seams/seam_system.h"
 
 namespace flipfree::distortion {
 
@@ -81,6 +82,7 @@ class Minimizer {
   std::vector<RestTriangle> working_;
   EnergySums sums_;  // of uv_ against the true rest shapes
   std::optional<NewtonSystem> system_;
+  std::optional<SeamSystem> seam_system_;   // instead, for maps with seams
   std::optional<BoundaryBarrier> barrier_;  // bijective maps only
   bool barrier_on_ = false;
   BoundaryBarrier::Reach reach_;  // of the current step

@@ -30,6 +30,7 @@ NewtonSystem::NewtonSystem(const Triangles& faces, const std::vector<char>& fixe
     : faces_(faces), number_of_(fixed.size(), kInvalid) {
   std::vector<char> used(fixed.size(), 0);
   for (Eigen::Index i = 0; i < faces.size(); ++i) used[size(faces.data()[i])] = 1;
+  for (const auto& [v, w] : couplings) used[size(v)] = used[size(w)] = 1;
   for (std::size_t v = 0; v < fixed.size(); ++v) {
     if (fixed[v] || !used[v]) continue;
     number_of_[v] = static_cast<Index>(vertex_of_.size());
@@ -42,18 +43,19 @@ NewtonSystem::NewtonSystem(const Triangles& faces, const std::vector<char>& fixe
   face_hessian_.resize(kHessianEntries * static_cast<std::size_t>(faces.rows()));
   gradient_.resize(2 * vertex_of_.size());
   if (vertex_of_.empty()) return;
-  Points2 place(static_cast<Eigen::Index>(vertex_of_.size()), 2);
-  for (std::size_t i = 0; i < vertex_of_.size(); ++i) {
+  Points2 place(places.rows() == 0 ? 0 : static_cast<Eigen::Index>(vertex_of_.size()), 2);
+  for (std::size_t i = 0; places.rows() > 0 && i < vertex_of_.size(); ++i) {
     place.row(static_cast<Eigen::Index>(i)) = places.row(vertex_of_[i]);
   }
+  const Points2* drawing = places.rows() == 0 ? nullptr : &place;
   if (memory != nullptr) {
     std::vector<Index> label = vertex_of_;
     if (labels != nullptr) {
       for (Index& l : label) l = (*labels)[size(l)];
     }
-    cholesky_.analyze(matrix_, context, &place, *memory, label);
+    cholesky_.analyze(matrix_, context, drawing, *memory, label);
   } else {
-    cholesky_.analyze(matrix_, context, &place);
+    cholesky_.analyze(matrix_, context, drawing);
   }
 }
 
@@ -77,7 +79,7 @@ void NewtonSystem::build_pattern(const Triangles& faces,
   std::vector<std::array<Index, 2>> extra;  // couplings as free numbers, lower first
   for (const auto& [v, w] : couplings) {
     const auto [low, high] = std::minmax(number_of_[size(v)], number_of_[size(w)]);
-    if (low != kInvalid) extra.push_back({low, high});
+    if (low != kInvalid && low != high) extra.push_back({low, high});
   }
   std::sort(extra.begin(), extra.end());
   auto next_extra = extra.begin();
@@ -229,6 +231,11 @@ void NewtonSystem::add(VertexId v, const double gradient[2], const double block[
 }
 
 bool NewtonSystem::add_pair(VertexId v, VertexId w, const double block[3]) {
+  const double whole[4] = {block[0], block[1], block[1], block[2]};
+  return add_block(v, w, whole);
+}
+
+bool NewtonSystem::add_block(VertexId v, VertexId w, const double block[4]) {
   const auto [low, high] = std::minmax(number_of_[size(v)], number_of_[size(w)]);
   if (low == kInvalid) return true;
   const Index* column = matrix_.outerIndexPtr() + 2 * low;
@@ -238,10 +245,11 @@ bool NewtonSystem::add_pair(VertexId v, VertexId w, const double block[3]) {
   if (found == end || *found != 2 * high) return false;
   double* first = matrix_.valuePtr() + column[0] + (found - begin);
   double* second = matrix_.valuePtr() + column[1] + (found - begin - 1);
+  const bool ordered = number_of_[size(v)] == low;
   first[0] += block[0];
-  first[1] += block[1];
-  second[0] += block[1];
-  second[1] += block[2];
+  first[1] += block[ordered ? 1 : 2];
+  second[0] += block[ordered ? 2 : 1];
+  second[1] += block[3];
   return true;
 }
 

@@ -13,10 +13,10 @@ namespace flipfree::distortion {
 
 class NewtonSystem {
  public:
-  // `couplings` are vertex pairs beyond the mesh's edges that add_pair() will be called for.
-  // `fixed` has one entry per vertex. `places` (#V x 2) is any rough planar drawing of the mesh; it
-  // guides the elimination ordering and nothing else. `memory`, if given, has the order of former
-  // systems by vertex, or by labels[vertex], ascending.
+  // `couplings` are vertex pairs beyond the mesh's edges that add_pair() will be called for; their
+  // vertices need no face. `fixed` has one entry per vertex. `places` (#V x 2, or empty) is any
+  // rough planar drawing of the mesh; it guides the elimination ordering and nothing else.
+  // `memory`, if given, has the order of former systems by vertex, or by labels[vertex], ascending.
   NewtonSystem(const Triangles& faces, const std::vector<char>& fixed, const Points2& places,
                const std::vector<std::array<VertexId, 2>>& couplings, ExecutionContext& context,
                numeric::EliminationMemory* memory = nullptr,
@@ -37,6 +37,8 @@ class NewtonSystem {
   // Adds a symmetric block (uu, uv, vv) between two different vertices. Nothing happens if one is
   // fixed. Returns false if the pair is neither an edge nor a coupling.
   [[nodiscard]] bool add_pair(VertexId v, VertexId w, const double block[3]);
+  // The same for any block (uu, uv, vu, vv), first letter for v.
+  [[nodiscard]] bool add_block(VertexId v, VertexId w, const double block[4]);
 
   // direction = -H^-1 gradient, zero on fixed vertices. The diagonal is raised by the least
   // relative amount for which the factorization succeeds. Returns the gradient's product with the

@@ -1,0 +1,36 @@
+// From a seamless map in floating point to one that is seamless exactly, in 64 and in 32 bits.
+//
+// All coordinates are integers below 2^24 in size, in units of one power of two: floats hold them,
+// and doubles hold all their sums and differences, so that every transition is exact as stored.
+// Free coordinates are rounded, the others follow without error (constraints.h).
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/base/stats.h"
+#include "flipfree/distortion/seams/constraints.h"
+
+namespace flipfree::distortion {
+
+struct GridMap {
+  Points2 uv;          // #V of the cut surface; every value is a float
+  double step = 0;     // of the grid, a power of two
+  Points2 transition;  // per seam edge: translation from h's side to o's, exact
+};
+
+// `uv` is flip-free by the exact test and meets the constraints up to rounding; `seams` are those
+// that the constraints were made of. The map is centred at the origin, not scaled. Guarantee: every
+// triangle is positively oriented and every seam edge's two sides are related by its quarter turn
+// and by the translation given, exactly; edges of one branch have one translation, up to their
+// units. Triangles that rounding would fold are opened again by moving free positions around them
+// on the grid, or in 64 bits over a region that grows as far as it must. stats: "rounding.repaired"
+// (free positions that are not at their nearest grid point), "rounding.folded" (triangles that
+// plain rounding folds), "rounding.opened" (times that a region was opened), "rounding.step".
+// Throws NotConverged (kRoundingFlips) naming the faces if the map needs more than 24 bits. Cost:
+// O(#F), plus the repairs.
+GridMap round_to_grid(const SeamConstraints& constraints, const Triangles& faces,
+                      const std::vector<SeamEdge>& seams, const Points2& uv,
+                      ExecutionContext& context, Stats& stats);
+
+}  // namespace flipfree::distortion

@@ -1,0 +1,165 @@
+#include "flipfree/distortion/seams/seam_system.h"
+
+#include <algorithm>
+#include <array>
+
+#include "flipfree/base/error.h"
+
+namespace flipfree::distortion {
+namespace {
+
+std::size_t size(Index i) { return static_cast<std::size_t>(i); }
+
+// One corner's dependence on one node: the 2 x 2 matrix (re, -im; im, re).
+struct Dependence {
+  int corner = 0;
+  Index node = kInvalid;
+  double re = 1;
+  double im = 0;
+};
+
+void dependences(const SeamConstraints& constraints, const Triangles& faces, FaceId f,
+                 std::vector<Dependence>& out) {
+  out.clear();
+  for (int k = 0; k < 3; ++k) {
+    const std::size_t v = size(faces(f, k));
+    const auto divisor = static_cast<double>(constraints.divisor[v]);
+    for (Index t = constraints.begin[v]; t < constraints.begin[v + 1]; ++t) {
+      const NodeTerm& term = constraints.terms[size(t)];
+      out.push_back({k, term.node, static_cast<double>(term.factor.re) / divisor,
+                     static_cast<double>(term.factor.im) / divisor});
+    }
+  }
+}
+
+// Block (k, l) of a triangle's Hessian as (uu, uv, vu, vv), first letter for corner k.
+std::array<double, 4> block_of(const double* hessian, int k, int l) {
+  if (k == l) {
+    const double* b = hessian + static_cast<std::ptrdiff_t>(3) * k;
+    return {b[0], b[1], b[1], b[2]};
+  }
+  const bool forward = l == (k + 1) % 3;
+  const double* b = hessian + 9 + static_cast<std::ptrdiff_t>(4) * (forward ? k : l);
+  if (forward) return {b[0], b[1], b[2], b[3]};
+  return {b[0], b[2], b[1], b[3]};
+}
+
+// C_a' B C_b.
+std::array<double, 4> between(const Dependence& a, const std::array<double, 4>& b,
+                              const Dependence& c) {
+  // B C_c
+  const double p[4] = {b[0] * c.re + b[1] * c.im, b[1] * c.re - b[0] * c.im,
+                       b[2] * c.re + b[3] * c.im, b[3] * c.re - b[2] * c.im};
+  return {a.re * p[0] + a.im * p[2], a.re * p[1] + a.im * p[3], a.re * p[2] - a.im * p[0],
+          a.re * p[3] - a.im * p[1]};
+}
+
+}  // namespace
+
+SeamSystem::SeamSystem(const SeamConstraints& constraints, const Triangles& faces,
+                       const std::vector<char>& fixed, ExecutionContext& context)
+    : constraints_(constraints), faces_(faces) {
+  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
+    const bool own = constraints.is_own_node(faces(f, 0)) && constraints.is_own_node(faces(f, 1)) &&
+                     constraints.is_own_node(faces(f, 2));
+    (own ? plain_ : seam_).push_back(f);
+  }
+  plain_faces_.resize(static_cast<Eigen::Index>(plain_.size()), 3);
+  for (std::size_t i = 0; i < plain_.size(); ++i) {
+    for (int k = 0; k < 3; ++k) {
+      const std::size_t v = size(faces(plain_[i], k));
+      plain_faces_(static_cast<Eigen::Index>(i), k) =
+          constraints.terms[size(constraints.begin[v])].node;
+    }
+  }
+  plain_rest_.resize(plain_.size());
+  std::vector<std::array<VertexId, 2>> couplings;
+  std::vector<Dependence> found;
+  std::vector<Index> nodes;
+  for (const FaceId f : seam_) {
+    dependences(constraints, faces, f, found);
+    nodes.clear();
+    for (const Dependence& d : found) nodes.push_back(d.node);
+    std::sort(nodes.begin(), nodes.end());
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      for (std::size_t j = i; j < nodes.size(); ++j) {
+        // A node alone (both entries the same) needs no block but must be known.
+        if (i != j || nodes.size() == 1) couplings.push_back({nodes[i], nodes[j]});
+      }
+    }
+  }
+  std::sort(couplings.begin(), couplings.end());
+  couplings.erase(std::unique(couplings.begin(), couplings.end()), couplings.end());
+  std::vector<char> fixed_node(size(constraints.node_count()), 0);
+  bool any = false;
+  for (std::size_t v = 0; v < fixed.size(); ++v) {
+    if (!fixed[v]) continue;
+    any = true;
+    for (Index t = constraints.begin[v]; t < constraints.begin[v + 1]; ++t)
+      fixed_node[size(constraints.terms[size(t)].node)] = 1;
+  }
+  if (any) {
+    std::fill(fixed_node.begin() + constraints.position_count(), fixed_node.end(), char{1});
+  }
+  nodes_ = Points2::Zero(constraints.node_count(), 2);
+  // The drawing is many sheets over each other, which guides nothing.
+  system_.emplace(plain_faces_, fixed_node, Points2(0, 2), couplings, context);
+}
+
+double SeamSystem::assemble(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft,
+                            ExecutionContext& context) {
+  for (std::size_t i = 0; i < plain_.size(); ++i) plain_rest_[i] = rest[size(plain_[i])];
+  for (Index n = 0; n < constraints_.position_count(); ++n)
+    nodes_.row(n) = uv.row(constraints_.position[size(n)]);
+  const double energy = system_->assemble(plain_rest_, nodes_, soft, context);
+  return energy + add_seam_faces(rest, uv, soft);
+}
+
+double SeamSystem::add_seam_faces(const std::vector<RestTriangle>& rest, const Points2& uv,
+                                  bool soft) {
+  double energy = 0;
+  std::vector<Dependence> found;
+  for (const FaceId f : seam_) {
+    double gradient[6];
+    double hessian[kHessianEntries];
+    const auto point = [&](int k) {
+      return uv.data() + 2 * static_cast<std::ptrdiff_t>(faces_(f, k));
+    };
+    const RestTriangle& r = rest[size(f)];
+    energy += r.weight * symmetric_dirichlet_hessian(r, jacobian(r, point(0), point(1), point(2)),
+                                                     gradient, hessian, soft);
+    dependences(constraints_, faces_, f, found);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      const Dependence& a = found[i];
+      const double gu = gradient[2 * a.corner];
+      const double gv = gradient[2 * a.corner + 1];
+      double own_gradient[2] = {a.re * gu + a.im * gv, a.re * gv - a.im * gu};
+      const auto own = between(a, block_of(hessian, a.corner, a.corner), a);
+      double diagonal[3] = {own[0], own[1], own[3]};
+      for (std::size_t j = 0; j < found.size(); ++j) {
+        const Dependence& b = found[j];
+        if (j == i) continue;
+        const auto block = between(a, block_of(hessian, a.corner, b.corner), b);
+        if (a.node == b.node) {
+          diagonal[0] += block[0];
+          diagonal[1] += 0.5 * (block[1] + block[2]);
+          diagonal[2] += block[3];
+        } else if (i < j && !system_->add_block(a.node, b.node, block.data())) {
+          throw InternalError("a block of a seam triangle is missing in the pattern");
+        }
+      }
+      system_->add(a.node, own_gradient, diagonal);
+    }
+  }
+  return energy;
+}
+
+double SeamSystem::solve(Points2& direction, ExecutionContext& context) {
+  Points2 nodes;
+  const double slope = system_->solve(nodes, context);
+  direction = map_of(constraints_, nodes);
+  return slope;
+}
+
+}  // namespace flipfree::distortion

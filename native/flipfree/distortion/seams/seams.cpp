@@ -1,0 +1,88 @@
+#include "flipfree/distortion/seams/seams.h"
+
+#include <algorithm>
+#include <string>
+
+#include "flipfree/base/error.h"
+#include "flipfree/distortion/minimize/minimize.h"
+#include "flipfree/distortion/minimize/minimizer.h"
+#include "flipfree/distortion/seams/constraints.h"
+#include "flipfree/distortion/seams/exact_grid.h"
+
+namespace flipfree::distortion {
+namespace {
+
+// Largest distance between the map and the nearest nodes' map, as a share of its extent.
+double misfit(const CutMap& map, const SeamConstraints& constraints) {
+  const Points2 nearest =
+      map_of(constraints, nodes_of(constraints, map.surface.faces, map.seams, map.uv));
+  const double extent = (map.uv.colwise().maxCoeff() - map.uv.colwise().minCoeff()).maxCoeff();
+  return (nearest - map.uv).rowwise().norm().maxCoeff() / extent;
+}
+
+void check_input(const CutMap& map) {
+  if (map.surface.faces.rows() == 0) throw_invalid(ErrorCode::kEmptyMesh, "The map has no faces.");
+  if (map.uv.rows() != map.surface.vertices.rows()) {
+    throw_invalid(ErrorCode::kBadShape, "The map has " + std::to_string(map.uv.rows()) +
+                                            " points for " +
+                                            std::to_string(map.surface.vertices.rows()) +
+                                            " vertices of the cut surface.");
+  }
+  if (!map.uv.allFinite()) {
+    throw_invalid(ErrorCode::kNotFinite, "The map has UVs that are no finite numbers.");
+  }
+}
+
+}  // namespace
+
+SeamlessMap make_exact(const CutMap& map, const SeamlessOptions& options,
+                       ExecutionContext& context) {
+  check_input(map);
+  const Triangles& faces = map.surface.faces;
+  const SeamConstraints constraints =
+      eliminate_seams(static_cast<Index>(map.surface.vertices.rows()), faces, map.seams, context);
+  SeamlessMap out;
+  out.stats["seams.nodes"] = static_cast<std::int64_t>(constraints.node_count());
+  out.stats["seams.translations"] = static_cast<std::int64_t>(constraints.translation.size());
+  out.stats["seams.step"] = constraints.translation_step;
+  out.stats["seams.misfit"] = misfit(map, constraints);
+  MinimizeOptions minimize;
+  minimize.max_iterations = options.max_iterations;
+  minimize.tolerance = options.tolerance;
+  minimize.seams = &constraints;
+  minimize.acceptable = true;
+  Points2 uv = map.uv;
+  std::int64_t hurried = 0;
+  check_start(map.surface, uv, minimize, context);
+  if (options.optimise) {
+    const ProgressRange range(context, 0.0, 0.9);
+    const TimeLimit limit(context, limit_of(options.max_seconds));
+    try {
+      uv = minimize_distortion(map.surface, map.uv, minimize, context, out.stats);
+    } catch (const TimeIsOver&) {
+      hurried = 1;
+    }
+    if (context.time_is_over() || context.accepted()) hurried = 1;
+  }
+  const Untimed storing(context);
+  context.report("rounding", 0.95);
+  const GridMap grid = round_to_grid(constraints, faces, map.seams, uv, context, out.stats);
+  out.uv = grid.uv;
+  out.uv32 = grid.uv.cast<float>();
+  out.step = grid.step;
+  for (std::size_t e = 0; e < map.seams.size(); ++e) {
+    out.transitions.push_back({map.seams[e].quarter_turns,
+                               grid.transition.row(static_cast<Eigen::Index>(e)).transpose()});
+  }
+  out.stats["time_limit_reached"] = hurried;
+  return out;
+}
+
+Points2 corners_of(const CutMap& map, const Points2& uv) {
+  Points2 corners(3 * map.surface.faces.rows(), 2);
+  for (CornerId c = 0; c < static_cast<CornerId>(corners.rows()); ++c)
+    corners.row(c) = uv.row(map.surface.faces(c / 3, c % 3));
+  return corners;
+}
+
+}  // namespace flipfree::distortion

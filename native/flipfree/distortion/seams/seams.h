@@ -1,0 +1,50 @@
+// From a seamless map in floating point to the one that is stored: optimised under its seam
+// constraints, then exact (design: G4).
+//
+//   eliminate_seams()      which coordinates are free                  constraints.h
+//   Minimizer, SeamSystem  less distortion in the free coordinates     seam_system.h
+//   round_to_grid()        exact transitions in 64 and in 32 bits      exact_grid.h
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/base/stats.h"
+#include "flipfree/certify/parametrization.h"
+#include "flipfree/distortion/seams/cut_map.h"
+
+namespace flipfree::distortion {
+
+struct SeamlessOptions {
+  bool optimise = true;
+  int max_iterations = 200;
+  double tolerance = 1e-4;  // see MinimizeOptions
+  // Seconds that the optimisation may take; 0: no limit of its own. Rounding is done in any case.
+  double max_seconds = 0;
+};
+
+struct SeamlessMap {
+  Points2 uv;                                    // #V x 2 of the cut surface
+  Points2f uv32;                                 // the same numbers
+  double step = 0;                               // all coordinates are multiples, a power of two
+  std::vector<certify::Transition> transitions;  // per seam edge: from h's side to o's, exact
+  Stats stats;
+};
+
+// Precondition: every triangle is positively oriented by the exact test (else InvalidInput
+// kFlippedMap), and the map meets its seams' quarter turns up to rounding: what it misses them by
+// is what optimisation and rounding change in addition. Guarantee: flip-free, and every seam edge
+// exact, in 64 and in 32 bits; edges of a branch share one translation. Optimised, the map is in
+// the surface's own unit (best global scale 1), centred; else as large as it was, centred. stats:
+// "distortion.*" (minimize.h), "rounding.*" (exact_grid.h), "seams.nodes", "seams.translations",
+// "seams.step" (grid of the translations in steps of the other's), "seams.misfit" (largest distance
+// of the initial map from its seams, as a share of its extent), "time_limit_reached". Throws
+// InvalidInput, NotConverged (kRoundingFlips, kFactorizationFailed), Cancelled. Cost: that of the
+// optimisation.
+SeamlessMap make_exact(const CutMap& map, const SeamlessOptions& options,
+                       ExecutionContext& context);
+
+// The UVs of the cut surface's corners.
+Points2 corners_of(const CutMap& map, const Points2& uv);
+
+}  // namespace flipfree::distortion
