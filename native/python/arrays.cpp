@@ -3,6 +3,20 @@
 namespace py = pybind11;
 
 namespace flipfree::python {
+namespace {
+
+void add_transitions(py::dict& d, const std::vector<certify::Transition>& transitions) {
+  std::vector<Index> turns;
+  Points2 translations(static_cast<Eigen::Index>(transitions.size()), 2);
+  for (const certify::Transition& t : transitions) {
+    translations.row(static_cast<Eigen::Index>(turns.size())) = t.translation.transpose();
+    turns.push_back(t.quarter_turns);
+  }
+  d["transition_turns"] = from_vector(turns);
+  d["transition_translations"] = from_matrix(translations);
+}
+
+}  // namespace
 
 py::dict to_dict(const certify::Certificate& c) {
   py::dict d;
@@ -13,6 +27,23 @@ py::dict to_dict(const certify::Certificate& c) {
   d["winding_failures"] = c.winding_failures;
   d["pin_failures"] = c.pin_failures;
   d["seam_failures"] = c.seam_failures;
+  d["seam_edges"] = c.seam_edges;
+  d["seams_exact64"] = c.seams_exact64;
+  d["seams_exact32"] = c.seams_exact32;
+  d["seam_deviation"] = c.seam_deviation;
+  IndexPairs ends(static_cast<Eigen::Index>(c.seams.size()), 2);
+  std::vector<certify::Transition> transitions;
+  for (const certify::SeamTransition& seam : c.seams) {
+    ends.row(static_cast<Eigen::Index>(transitions.size())) << seam.from, seam.to;
+    transitions.push_back({seam.quarter_turns, seam.translation});
+  }
+  d["seam_vertices"] = from_matrix(ends);
+  add_transitions(d, transitions);
+  IndexPairs cones(static_cast<Eigen::Index>(c.quarter_cones.size()), 2);
+  for (std::size_t i = 0; i < c.quarter_cones.size(); ++i) {
+    cones.row(static_cast<Eigen::Index>(i)) << c.quarter_cones[i].first, c.quarter_cones[i].second;
+  }
+  d["quarter_cones"] = from_matrix(cones);
   d["cone_failures"] = c.cone_failures;
   d["holonomy_failures"] = c.holonomy_failures;
   d["provenance_failures"] = c.provenance_failures;
@@ -51,14 +82,7 @@ py::dict to_dict(const certify::Parametrization& map) {
   d["vertex_parent"] = from_vector(map.vertex_parent);
   d["vertex_barycentric"] = from_matrix(map.vertex_barycentric);
   d["cut_edges"] = from_matrix(map.cut_edges);
-  std::vector<Index> turns;
-  Points2 translations(static_cast<Eigen::Index>(map.transitions.size()), 2);
-  for (const certify::Transition& t : map.transitions) {
-    translations.row(static_cast<Eigen::Index>(turns.size())) = t.translation.transpose();
-    turns.push_back(t.quarter_turns);
-  }
-  d["transition_turns"] = from_vector(turns);
-  d["transition_translations"] = from_matrix(translations);
+  add_transitions(d, map.transitions);
   d["certificate"] = to_dict(map.certificate);
   d["stats"] = to_dict(map.stats);
   return d;

@@ -4,11 +4,21 @@
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "flipfree/base/types.h"
 
 namespace flipfree::certify {
+
+// A cut edge from vertex `from` to `to` with its face on the left: uv on the other side =
+// R^quarter_turns uv on this side + translation.
+struct SeamTransition {
+  VertexId from = kInvalid;
+  VertexId to = kInvalid;
+  Index quarter_turns = 0;
+  Vector2 translation = Vector2::Zero();
+};
 
 // Counts of -1 and NaN figures mean "not measured". `ok` is true only if every guarantee that
 // applies was measured and holds.
@@ -21,7 +31,18 @@ struct Certificate {
       -1;                           // G2: interior vertices whose corners do not wind exactly once
   std::int64_t pin_failures = -1;   // G3: pins not met bit for bit (32-bit and 64-bit)
   std::int64_t seam_failures = -1;  // G4: seam edges without an exact quarter turn and translation
-  std::int64_t cone_failures = -1;  // G5
+  // Where G4 is asked for, also of maps that are not seamless: cut edges; those of them that are
+  // exact in 64 and in 32 bits; the largest difference of an edge's vectors on the two sides, after
+  // the nearest quarter turn, in UV lengths (64 bits).
+  std::int64_t seam_edges = -1;
+  std::int64_t seams_exact64 = -1;
+  std::int64_t seams_exact32 = -1;
+  double seam_deviation = std::numeric_limits<double>::quiet_NaN();
+  std::vector<SeamTransition> seams;  // the cut edges, in half-edge order
+  // Where G4 holds: interior vertices with k quarter turns of angle, k not 4; ascending. Counted
+  // exactly, from the corners and the transitions.
+  std::vector<std::pair<VertexId, Index>> quarter_cones;
+  std::int64_t cone_failures = -1;      // G5
   std::int64_t holonomy_failures = -1;  // G6
   std::int64_t provenance_failures =
       -1;                      // G7: faces or vertices that do not lie in their input triangle

@@ -12,6 +12,7 @@
 #include "flipfree/certify/measures/energy.h"
 #include "flipfree/certify/measures/flips.h"
 #include "flipfree/certify/measures/provenance.h"
+#include "flipfree/certify/measures/quarter_turns.h"
 #include "flipfree/certify/measures/seamless.h"
 #include "flipfree/certify/measures/winding.h"
 #include "flipfree/certify/overlap/island_overlap.h"
@@ -42,6 +43,9 @@ struct Certifier {
   IslandOverlaps islands64{};
   IslandOverlaps islands32{};
   std::vector<double> angle_sum{};  // per vertex, if angles are prescribed
+  // Per vertex, where the map is seamless: see quarter_turns_around().
+  std::vector<Index> quarters64{};
+  std::vector<Index> quarters32{};
   ProvenanceReport provenance{};
   EnergyFigures energy{};
 
@@ -165,18 +169,42 @@ struct Certifier {
   }
 
   void check_seams() {
-    std::vector<HalfedgeId> bad = seam_failures(adjacency, cuts, uv);
-    const std::vector<HalfedgeId> bad32 = seam_failures(adjacency, cuts, stored);
+    const bool finite = uv.allFinite() && stored.allFinite();
+    const auto seams64 = finite ? measure_seams(adjacency, cuts, uv) : std::vector<SeamMeasure>();
+    const auto bad32 = seam_failures(adjacency, cuts32, stored);
+    std::vector<HalfedgeId> bad;
+    certificate.seam_deviation = 0;
+    for (const SeamMeasure& seam : seams64) {
+      if (seam.deviation != 0) bad.push_back(seam.h);
+      certificate.seam_deviation = std::max(certificate.seam_deviation, seam.deviation);
+      certificate.seams.push_back({mesh::source(surface.faces, seam.h),
+                                   mesh::target(surface.faces, seam.h), seam.quarter_turns,
+                                   seam.translation});
+    }
+    // Edges that rounding has joined are no cuts there.
+    certificate.seam_edges = static_cast<std::int64_t>(seams64.size());
+    certificate.seams_exact64 = certificate.seam_edges - static_cast<std::int64_t>(bad.size());
+    certificate.seams_exact32 = certificate.seam_edges - static_cast<std::int64_t>(bad32.size());
     bad.insert(bad.end(), bad32.begin(), bad32.end());
     std::sort(bad.begin(), bad.end());
     bad.erase(std::unique(bad.begin(), bad.end()), bad.end());
     certificate.seam_failures = static_cast<std::int64_t>(bad.size());
-    if (!bad.empty()) {
+    if (!finite) {
+      fail("G4: UVs that are no finite numbers match nothing", {});
+    } else if (!bad.empty()) {
       fail("G4: " + counted(bad.size(), "seam edge is", "seam edges are") +
                " not matched by a quarter turn and a translation, first edge " +
                std::to_string(mesh::source(surface.faces, bad[0])) + "-" +
                std::to_string(mesh::target(surface.faces, bad[0])),
            {bad[0] / 3});
+    }
+    if (finite && bad.empty() && flips64.empty() && flips32.empty()) {
+      quarters64 = quarter_turns_around(adjacency, uv);
+      quarters32 = quarter_turns_around(adjacency, stored);
+      for (std::size_t v = 0; v < quarters64.size(); ++v) {
+        if (quarters64[v] != kInvalid && quarters64[v] != 4)
+          certificate.quarter_cones.emplace_back(static_cast<VertexId>(v), quarters64[v]);
+      }
     }
   }
 
@@ -185,6 +213,15 @@ struct Certifier {
     const Vector2 a = uv.row(next_corner(c)).transpose() - p;
     const Vector2 b = uv.row(previous_corner(c)).transpose() - p;
     return turn(a, b);
+  }
+
+  // Of a seamless map, angles at interior vertices are whole numbers of quarter turns.
+  bool has_angle(std::size_t v, double target) const {
+    const bool exact = v < quarters64.size() && quarters64[v] != kInvalid;
+    if (!exact) return std::abs(angle_sum[v] - target) <= kConeAngleTolerance;
+    const double quarters = std::round(target / (0.5 * std::numbers::pi));
+    return std::abs(target - quarters * 0.5 * std::numbers::pi) <= kConeAngleTolerance &&
+           quarters == quarters64[v] && quarters == quarters32[v];
   }
 
   // G5: prescribed angles are there; an interior vertex without one has 2 pi.
@@ -205,7 +242,7 @@ struct Certifier {
     std::int64_t wrong = 0;
     VertexId first = kInvalid;
     for (std::size_t v = 0; v < vertex_count; ++v) {
-      if (!judged[v] || std::abs(sum[v] - target_angle[v]) <= kConeAngleTolerance) continue;
+      if (!judged[v] || has_angle(v, target_angle[v])) continue;
       if (wrong++ == 0) first = static_cast<VertexId>(v);
     }
     certificate.cone_failures = wrong;

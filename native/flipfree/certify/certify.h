@@ -26,7 +26,9 @@ struct CertifyRequest {
   bool measure_overlaps = true;
   bool require_bijective = false;  // overlaps are a failure, not only a figure
   bool require_disjoint = false;   // so are overlaps between charts
-  bool require_seamless = false;   // G4, on the 64-bit and on the 32-bit values
+  // G4, on the 64-bit and on the 32-bit values. Where it holds, G5 is decided exactly at interior
+  // vertices: angles are whole quarter turns.
+  bool require_seamless = false;
   // False where the positions are not the surface's metric, so that their areas may vanish: then
   // distortion, which is measured against them, is -1 unless it is finite.
   bool require_distortion = true;

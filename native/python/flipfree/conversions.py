@@ -11,7 +11,17 @@ from .results import Certificate, ConformalMetric, Parametrization, Transitions,
 
 
 def certificate_from(data: dict[str, Any]) -> Certificate:
-    return Certificate(**{**data, "failed_faces": frozen(data["failed_faces"])})
+    data = dict(data)
+    for name in ("failed_faces", "seam_vertices", "quarter_cones"):
+        frozen(data[name])
+    return Certificate(seam_transitions=transitions_from(data), **data)
+
+
+def transitions_from(data: dict[str, Any]) -> Transitions:
+    """Taken out of what the compiled module returns."""
+    return Transitions(
+        frozen(data.pop("transition_turns")), frozen(data.pop("transition_translations"))
+    )
 
 
 def parametrization_from(data: dict[str, Any], positions: Positions) -> Parametrization:
@@ -22,9 +32,7 @@ def parametrization_from(data: dict[str, Any], positions: Positions) -> Parametr
     for value in data.values():
         if isinstance(value, np.ndarray):
             frozen(value)
-    transitions = Transitions(
-        frozen(data.pop("transition_turns")), frozen(data.pop("transition_translations"))
-    )
+    transitions = transitions_from(data)
     certificate = certificate_from(data.pop("certificate"))
     return Parametrization(transitions=transitions, certificate=certificate, **data)
 

@@ -24,6 +24,14 @@ FLIP_TYPES = (
 
 
 @dataclass(frozen=True, eq=False)
+class Transitions:
+    """Per cut edge: uv on the second side = quarter turns of uv on the first side + translation."""
+
+    quarter_turns: IntArray
+    translation: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
 class Certificate:
     """What was measured about a map, on the given values and after rounding to what is stored. Counts of -1 and figures of
     nan: not measured.
@@ -33,6 +41,12 @@ class Certificate:
         triangles: how many were looked at. flips64, flips32: those without positive area, in 64 bits and as stored.
         winding_failures: vertices around which the angles do not wind as they must (G2).
         pin_failures, seam_failures, cone_failures, holonomy_failures, provenance_failures: what misses G3 to G7.
+        seam_edges: cut edges, where G4 was asked for; seams_exact64, seams_exact32: those of them whose two sides are
+            related by a quarter turn and a translation exactly, in 64 bits and as stored. seam_deviation: the largest
+            difference, after the nearest quarter turn, of an edge's vectors on the two sides, in UV lengths: how far a
+            map is from seamless. seam_vertices: (s, 2), the edges, with the side that ``seam_transitions`` lead from on
+            the left.
+        quarter_cones: (k, 2) interior vertices and their quarter turns of angle, where these are not 4 and G4 holds.
         overlaps: places where a chart covers points twice or touches itself; 0: the charts are one-to-one.
         island_overlaps: pairs of charts that share area. island_overlap_faces: (k,) faces of such charts, at most 1000.
         energy: symmetric Dirichlet, area-weighted mean at the best global scale, 1 = isometric; max_energy: of the
@@ -49,6 +63,13 @@ class Certificate:
     winding_failures: int
     pin_failures: int
     seam_failures: int
+    seam_edges: int
+    seams_exact64: int
+    seams_exact32: int
+    seam_deviation: float
+    seam_vertices: IntArray
+    seam_transitions: Transitions
+    quarter_cones: IntArray
     cone_failures: int
     holonomy_failures: int
     provenance_failures: int
@@ -67,20 +88,15 @@ class Certificate:
         overlaps = "not counted" if self.overlaps < 0 else str(self.overlaps)
         if self.island_overlaps > 0:
             overlaps += f", islands on top of each other {self.island_overlaps} pairs"
+        seams = (
+            "" if self.seam_edges < 0 else f", exact seam edges {self.seams_exact32}/{self.seam_edges}"
+        )
         lines = [
             f"certificate {'ok' if self.ok else 'FAILED'}: {self.triangles} triangles, "
             f"flips {self.flips64} (64-bit) {self.flips32} (32-bit), overlaps {overlaps}, "
-            f"energy {self.energy:.6g} (worst triangle {self.max_energy:.4g})"
+            f"energy {self.energy:.6g} (worst triangle {self.max_energy:.4g}){seams}"
         ]
         return "\n".join(lines + [f"  {failure}" for failure in self.failures])
-
-
-@dataclass(frozen=True, eq=False)
-class Transitions:
-    """Per cut edge: uv on the second side = quarter turns of uv on the first side + translation."""
-
-    quarter_turns: IntArray
-    translation: FloatArray
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -173,6 +173,43 @@ TEST(Certify, seams_must_match_by_exact_quarter_turns) {
   EXPECT_EQ(moved_triangle(0, 0.1).seam_failures, 1);
 }
 
+TEST(Certify, a_map_that_is_not_seamless_is_told_how_far_it_is_from_it) {
+  const Certificate off = moved_triangle(1, 0.1);
+  EXPECT_EQ(off.seam_edges, 1);
+  EXPECT_EQ(off.seams_exact64, 0);
+  EXPECT_GT(off.seam_deviation, 0.0);
+  EXPECT_LT(off.seam_deviation, 1e-15);
+  const Certificate exact = moved_triangle(1, 5.0);
+  EXPECT_EQ(exact.seams_exact64, 1);
+  EXPECT_EQ(exact.seams_exact32, 1);
+  EXPECT_EQ(exact.seam_deviation, 0.0);
+  ASSERT_EQ(exact.seams.size(), 1U);
+  EXPECT_EQ(exact.seams[0].quarter_turns, 1);
+  EXPECT_EQ(exact.seams[0].translation, Vector2(5.0, 3.0));
+}
+
+// A pyramid of three right isosceles triangles around its top, unfolded: a cone of three quarter
+// turns, cut open along one edge.
+TEST(Certify, cones_of_seamless_maps_are_counted_exactly) {
+  mesh::Surface surface;
+  surface.vertices = (Points3(4, 3) << 0, 0, 1, 1, 0, 0, 0, 1, 0, -1, -1, 0).finished();
+  surface.faces = (Triangles(3, 3) << 0, 1, 2, 0, 2, 3, 0, 3, 1).finished();
+  Points2 uv(9, 2);
+  uv << 0, 0, 2, 0, 0, 2, 0, 0, 0, 2, -2, 0, 0, 0, -2, 0, 0, -2;
+  CertifyRequest request;
+  request.require_seamless = true;
+  const Certificate found = measure(surface, uv, request);
+  EXPECT_TRUE(found.ok);
+  ASSERT_EQ(found.quarter_cones.size(), 1U);
+  EXPECT_EQ(found.quarter_cones[0], (std::pair<VertexId, Index>{0, 3}));
+  request.cone_angles = {{0, 1.5 * std::numbers::pi}};
+  EXPECT_TRUE(measure(surface, uv, request).ok);
+  for (const double wrong : {2.0 * std::numbers::pi, 1.4 * std::numbers::pi}) {
+    request.cone_angles = {{0, wrong}};
+    EXPECT_EQ(measure(surface, uv, request).cone_failures, 1);
+  }
+}
+
 TEST(Certify, cone_angles_are_judged_where_prescribed_and_two_pi_elsewhere) {
   const mesh::Surface surface = test::grid(4, 4);
   CertifyRequest request;

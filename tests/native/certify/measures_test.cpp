@@ -9,6 +9,7 @@
 #include "flipfree/certify/certify.h"
 #include "flipfree/certify/measures/energy.h"
 #include "flipfree/certify/measures/provenance.h"
+#include "flipfree/certify/measures/quarter_turns.h"
 #include "flipfree/certify/measures/seamless.h"
 #include "flipfree/certify/measures/winding.h"
 #include "flipfree/certify/overlap/island_overlap.h"
@@ -83,6 +84,53 @@ TEST(Seams, only_cut_edges_with_two_sides_are_judged) {
   uv.bottomRows(3) *= 2.0;
   EXPECT_TRUE(seam_failures(adjacency, mesh::EdgeFlags(6, 0), uv).empty());
   EXPECT_EQ(seam_failures(adjacency, mesh::EdgeFlags(6, 1), uv).size(), 1U);
+}
+
+TEST(Seams, deviation_and_quarter_turn_are_those_of_the_nearest_turn) {
+  const mesh::Surface surface = test::grid(1, 1);
+  const mesh::Adjacency adjacency = adjacency_of(surface);
+  Points2 uv = flat(surface);
+  for (CornerId c = 3; c < 6; ++c) {
+    const Vector2 p = uv.row(c);
+    uv.row(c) << 4 - p.y(), 3 + p.x();
+  }
+  const auto exact = measure_seams(adjacency, mesh::EdgeFlags(6, 1), uv);
+  ASSERT_EQ(exact.size(), 1U);
+  EXPECT_EQ(exact[0].quarter_turns, 1);
+  EXPECT_EQ(exact[0].translation, Vector2(4, 3));
+  EXPECT_EQ(exact[0].deviation, 0.0);
+  uv.bottomRows(3) *= 1.5;
+  const auto scaled = measure_seams(adjacency, mesh::EdgeFlags(6, 1), uv);
+  EXPECT_EQ(scaled[0].quarter_turns, 1);
+  EXPECT_NEAR(scaled[0].deviation, 0.5 * std::sqrt(2.0), 1e-15);
+}
+
+TEST(QuarterTurns, of_a_tetrahedron_whose_corners_are_right_angles_or_half) {
+  const mesh::Surface surface = test::tetrahedron();
+  const mesh::Adjacency adjacency = adjacency_of(surface);
+  // Every face a right triangle: only sums over whole turns are meaningful, but each corner enters
+  // as many quadrants as the reference says: 1 at the right angle, and 1 or 0 at the others.
+  Points2 uv(12, 2);
+  for (Index f = 0; f < 4; ++f) uv.middleRows<3>(3 * f) << 0, 0, 1, 0, 0, 1;
+  const auto turns = quarter_turns_around(adjacency, uv);
+  Index sum = 0;
+  for (const Index k : turns) sum += k;
+  EXPECT_EQ(sum, 4 * 2);  // half a turn per triangle
+}
+
+TEST(QuarterTurns, are_four_inside_a_grid_and_not_counted_on_its_boundary) {
+  const mesh::Surface surface = test::grid(3, 3);
+  const Points2 plane = flat(surface);
+  const double c = std::cos(0.3);
+  const double s = std::sin(0.3);
+  Points2 uv(plane.rows(), 2);
+  uv.col(0) = c * plane.col(0) - s * plane.col(1);
+  uv.col(1) = s * plane.col(0) + c * plane.col(1);
+  const auto turns = quarter_turns_around(adjacency_of(surface), uv);
+  for (VertexId v = 0; v < 16; ++v) {
+    const bool inside = v % 4 > 0 && v % 4 < 3 && v / 4 > 0 && v / 4 < 3;
+    EXPECT_EQ(turns[static_cast<std::size_t>(v)], inside ? 4 : kInvalid);
+  }
 }
 
 TEST(Overlap, names_at_most_a_thousand_faces) {

@@ -8,8 +8,6 @@
 
 namespace flipfree::distortion {
 
-struct SeamConstraints;
-
 struct MinimizeOptions {
   int max_iterations = 200;
   // Stop when a full Newton step promises to lower the energy by less than this share of it. The
@@ -41,10 +39,6 @@ struct MinimizeOptions {
   // The result is the caller's: accept() ends the descent once the energy is bearable, with a stop
   // "time limit" (not the way to targets before it).
   bool acceptable = false;
-  // Copies of vertices on the two sides of a cut, and how they depend on each other; null: none.
-  // Every step meets the constraints; how far the initial map is from them, so far is the result.
-  // Not with `bijective`, `memory` or targets.
-  const SeamConstraints* seams = nullptr;
 };
 
 }  // namespace flipfree::distortion

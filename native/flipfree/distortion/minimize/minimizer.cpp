@@ -41,10 +41,11 @@ constexpr double kSettled = 5e-3;
 
 Minimizer::Minimizer(const Triangles& faces, RestShapes rest, const mesh::Surface* surface,
                      const Points2& initial, const MinimizeOptions& options,
-                     ExecutionContext& context)
+                     ExecutionContext& context, StepSystem* steps)
     : faces_(faces),
       options_(options),
       context_(context),
+      steps_(steps),
       uv_(initial),
       fixed_(static_cast<std::size_t>(initial.rows()), 0),
       rest_(std::move(rest)) {
@@ -157,10 +158,7 @@ bool Minimizer::add_contacts(const std::vector<BoundaryBarrier::Contact>& contac
 // Gradient and Hessian at uv_ for the working rest shapes; returns the energy. The system's pattern
 // is extended when parts of the boundary come near each other that were not before.
 double Minimizer::assemble(double scale, bool soft) {
-  if (options_.seams != nullptr) {
-    if (!seam_system_) seam_system_.emplace(*options_.seams, faces_, fixed_, context_);
-    return seam_system_->assemble(working_, uv_, soft, context_);
-  }
+  if (steps_ != nullptr) return steps_->assemble(working_, uv_, soft, context_);
   if (!barrier_on_) {
     if (!system_)
       system_.emplace(faces_, fixed_, uv_, std::vector<std::array<VertexId, 2>>{}, context_,
@@ -197,8 +195,8 @@ Minimizer::Step Minimizer::iterate(bool progressive) {
     scale_rest(rest_.triangles, scale, context_, working_);
   }
   const double energy = assemble(scale, progressive);
-  const double slope = seam_system_ ? seam_system_->solve(direction_, context_)
-                                    : system_->solve(direction_, context_);
+  const double slope = steps_ != nullptr ? steps_->solve(direction_, context_)
+                                         : system_->solve(direction_, context_);
   ++factorizations_;
   if (!(slope < 0)) return slope == 0 ? Step::kConverged : Step::kStalled;
   const double step = line_search(slope, energy, progressive);

@@ -12,10 +12,10 @@
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/energy/minimize_options.h"
 #include "flipfree/distortion/energy/rest_shapes.h"
+#include "flipfree/distortion/energy/step_system.h"
 #include "flipfree/distortion/energy/working_rest.h"
 #include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/minimize/newton_system.h"
-#include "flipfree/distortion/seams/seam_system.h"
 
 namespace flipfree::distortion {
 
@@ -26,9 +26,11 @@ inline constexpr double kShortestStep = 1e-12;
 class Minimizer {
  public:
   // `initial` is flip-free. `surface` is needed for bijective maps only; its boundary image does
-  // not meet itself.
+  // not meet itself. `steps`, if given, finds the steps of a map under constraints, not with
+  // `bijective` or targets: how far `initial` is from them, so far is the result.
   Minimizer(const Triangles& faces, RestShapes rest, const mesh::Surface* surface,
-            const Points2& initial, const MinimizeOptions& options, ExecutionContext& context);
+            const Points2& initial, const MinimizeOptions& options, ExecutionContext& context,
+            StepSystem* steps = nullptr);
 
   Points2 run(Stats& stats);
 
@@ -74,6 +76,7 @@ class Minimizer {
   const Triangles& faces_;
   const MinimizeOptions& options_;
   ExecutionContext& context_;
+  StepSystem* steps_;
   Points2 uv_;
   Points2 trial_;
   Points2 direction_;
@@ -82,7 +85,6 @@ class Minimizer {
   std::vector<RestTriangle> working_;
   EnergySums sums_;  // of uv_ against the true rest shapes
   std::optional<NewtonSystem> system_;
-  std::optional<SeamSystem> seam_system_;   // instead, for maps with seams
   std::optional<BoundaryBarrier> barrier_;  // bijective maps only
   bool barrier_on_ = false;
   BoundaryBarrier::Reach reach_;  // of the current step

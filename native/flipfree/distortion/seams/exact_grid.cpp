@@ -8,6 +8,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/distortion/minimize/minimizer.h"
 #include "flipfree/distortion/seams/grid_repair.h"
+#include "flipfree/distortion/seams/seam_system.h"
 
 namespace flipfree::distortion {
 namespace {
@@ -81,7 +82,6 @@ void open_region(const SeamConstraints& constraints, const Triangles& faces,
   MinimizeOptions minimize;
   minimize.max_iterations = 60;
   minimize.tolerance = 1e-2;
-  minimize.seams = &constraints;
   for (std::size_t v = 0; v < held.size(); ++v) {
     if (held[v]) minimize.fixed.push_back(static_cast<VertexId>(v));
   }
@@ -96,7 +96,8 @@ void open_region(const SeamConstraints& constraints, const Triangles& faces,
   rest.triangles.assign(chosen.size(), equilateral);
   Stats ignored;
   const double before = half_extent(uv);
-  uv = Minimizer(part, std::move(rest), nullptr, uv, minimize, context).run(ignored);
+  SeamSystem system(constraints, part, held, context);
+  uv = Minimizer(part, std::move(rest), nullptr, uv, minimize, context, &system).run(ignored);
   // A map opened as a whole comes back in the unit of the equilateral triangles.
   if (minimize.fixed.empty()) {
     uv *= std::ldexp(1.0, static_cast<int>(std::lround(std::log2(before / half_extent(uv)))));

@@ -7,25 +7,23 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/distortion/energy/step_system.h"
 #include "flipfree/distortion/minimize/newton_system.h"
 #include "flipfree/distortion/seams/constraints.h"
 
 namespace flipfree::distortion {
 
-class SeamSystem {
+class SeamSystem : public StepSystem {
  public:
   // `faces`: of the cut surface, or some of them. `fixed`: #V of the cut surface; a fixed vertex
   // fixes its copies, and any one fixes all translations, and with them all cones.
   SeamSystem(const SeamConstraints& constraints, const Triangles& faces,
              const std::vector<char>& fixed, ExecutionContext& context);
-  SeamSystem(const SeamSystem&) = delete;
-  SeamSystem& operator=(const SeamSystem&) = delete;
 
-  // As NewtonSystem; `rest` per face, `uv` and `direction` per vertex of the cut surface. The same
-  // bits for any number of threads.
+  // `rest` per face, `uv` and `direction` per vertex of the cut surface.
   double assemble(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft,
-                  ExecutionContext& context);
-  double solve(Points2& direction, ExecutionContext& context);
+                  ExecutionContext& context) override;
+  double solve(Points2& direction, ExecutionContext& context) override;
 
  private:
   double add_seam_faces(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft);

@@ -4,10 +4,11 @@
 #include <string>
 
 #include "flipfree/base/error.h"
-#include "flipfree/distortion/minimize/minimize.h"
+#include "flipfree/distortion/energy/rest_shapes.h"
 #include "flipfree/distortion/minimize/minimizer.h"
 #include "flipfree/distortion/seams/constraints.h"
 #include "flipfree/distortion/seams/exact_grid.h"
+#include "flipfree/distortion/seams/seam_system.h"
 
 namespace flipfree::distortion {
 namespace {
@@ -49,7 +50,6 @@ SeamlessMap make_exact(const CutMap& map, const SeamlessOptions& options,
   MinimizeOptions minimize;
   minimize.max_iterations = options.max_iterations;
   minimize.tolerance = options.tolerance;
-  minimize.seams = &constraints;
   minimize.acceptable = true;
   Points2 uv = map.uv;
   std::int64_t hurried = 0;
@@ -58,7 +58,11 @@ SeamlessMap make_exact(const CutMap& map, const SeamlessOptions& options,
     const ProgressRange range(context, 0.0, 0.9);
     const TimeLimit limit(context, limit_of(options.max_seconds));
     try {
-      uv = minimize_distortion(map.surface, map.uv, minimize, context, out.stats);
+      const std::vector<char> free(static_cast<std::size_t>(uv.rows()), 0);
+      SeamSystem system(constraints, faces, free, context);
+      Minimizer minimizer(faces, build_rest_shapes(map.surface, context), nullptr, map.uv, minimize,
+                          context, &system);
+      uv = minimizer.run(out.stats);
     } catch (const TimeIsOver&) {
       hurried = 1;
     }

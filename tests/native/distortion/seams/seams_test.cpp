@@ -1,0 +1,185 @@
+#include "flipfree/distortion/seams/seams.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "distortion/seams/polycubes.h"
+#include "flipfree/base/error.h"
+#include "flipfree/certify/certify.h"
+#include "flipfree/distortion/energy/energy.h"
+#include "flipfree/distortion/seams/constraints.h"
+#include "flipfree/distortion/seams/exact_grid.h"
+
+namespace flipfree::distortion {
+namespace {
+
+// The map with all nodes moved at random by at most `amount`, as long as nothing folds.
+CutMap perturbed(CutMap map, double amount, unsigned seed) {
+  const ExecutionContext context;
+  const SeamConstraints c = eliminate_seams(static_cast<Index>(map.surface.vertices.rows()),
+                                            map.surface.faces, map.seams, context);
+  const Points2 nodes = nodes_of(c, map.surface.faces, map.seams, map.uv);
+  for (;; amount *= 0.5) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> move(-amount, amount);
+    Points2 moved = nodes;
+    for (double& x : moved.reshaped()) x += move(random);
+    map.uv = map_of(c, moved);
+    if (is_flip_free(map.surface.faces, map.uv, context)) return map;
+  }
+}
+
+certify::Certificate certified(const test::Unfolded& u, const CutMap& map, const SeamlessMap& out) {
+  const Points2 uv = corners_of(map, out.uv);
+  const Points2f uv32 = uv.cast<float>();
+  certify::CertifyRequest request;
+  request.surface = &u.surface;
+  request.uv = &uv;
+  request.uv32 = &uv32;
+  request.require_seamless = true;
+  request.measure_overlaps = false;
+  return certify::certify(request, ExecutionContext());
+}
+
+TEST(MakeExact, perturbed_polycubes_are_certified_with_their_cones_and_better_than_before) {
+  for (const auto& cells : test::polycubes()) {
+    for (unsigned seed = 0; seed < 6; ++seed) {
+      const test::Unfolded u = test::unfold(cells, 4, seed);
+      const CutMap flat = test::cut_map_of(u);
+      const CutMap map = perturbed(flat, 0.3, seed);
+      ExecutionContext context;
+      const SeamlessMap out = make_exact(map, {}, context);
+      const certify::Certificate c = certified(u, map, out);
+      EXPECT_TRUE(c.ok) << (c.failures.empty() ? "" : c.failures[0]);
+      EXPECT_EQ(c.seams_exact64, c.seam_edges);
+      EXPECT_EQ(c.seams_exact32, c.seam_edges);
+      EXPECT_LT(c.energy, 1.0005);  // the unperturbed map is an isometry
+      // Curvature: the sum of 4 - k is 8 - 8 genus.
+      Index sum = 0;
+      for (const auto& [v, k] : c.quarter_cones) sum += 4 - k;
+      const auto euler = u.surface.vertices.rows() - u.surface.faces.rows() / 2;
+      EXPECT_EQ(sum, 4 * euler);
+      EXPECT_EQ(out.uv32.cast<double>(), out.uv);
+    }
+  }
+}
+
+TEST(MakeExact, transitions_are_those_of_the_stored_values_bit_for_bit) {
+  const test::Unfolded u = test::unfold(test::polycubes()[3], 3, 2);
+  const CutMap map = perturbed(test::cut_map_of(u), 0.3, 1);
+  ExecutionContext context;
+  const SeamlessMap out = make_exact(map, {}, context);
+  ASSERT_EQ(out.transitions.size(), map.seams.size());
+  for (std::size_t e = 0; e < map.seams.size(); ++e) {
+    const auto& [h, o, r] = map.seams[e];
+    const auto& [turns, t] = out.transitions[e];
+    EXPECT_EQ(turns, r);
+    for (const auto& [from, to] : {std::pair{h, next_corner(o)}, std::pair{next_corner(h), o}}) {
+      Vector2 p = out.uv.row(map.surface.faces(from / 3, from % 3));
+      for (int k = 0; k < r; ++k) p = Vector2(-p.y(), p.x());
+      EXPECT_EQ(Vector2(p + t), out.uv.row(map.surface.faces(to / 3, to % 3)).transpose());
+    }
+  }
+}
+
+TEST(MakeExact, without_optimising_points_move_by_rounding_only) {
+  const test::Unfolded u = test::unfold(test::polycubes()[2], 3, 2);
+  const CutMap map = perturbed(test::cut_map_of(u), 0.2, 3);
+  ExecutionContext context;
+  const SeamlessMap out = make_exact(map, {.optimise = false}, context);
+  const Eigen::RowVector2d middle =
+      0.5 * (map.uv.colwise().minCoeff() + map.uv.colwise().maxCoeff());
+  EXPECT_LT((out.uv - (map.uv.rowwise() - middle)).cwiseAbs().maxCoeff(), 50 * out.step);
+  EXPECT_TRUE(certified(u, map, out).ok);
+}
+
+TEST(MakeExact, maps_of_any_size_and_place_are_exact) {
+  const test::Unfolded u = test::unfold(test::polycubes()[1], 2, 2);
+  const CutMap map = perturbed(test::cut_map_of(u), 0.2, 3);
+  for (const double scale : {1e-30, 1e-6, 3.0, 1e7, 1e30}) {
+    CutMap scaled = map;
+    scaled.uv = scale * map.uv;
+    scaled.uv.col(0).array() += 100 * scale;
+    ExecutionContext context;
+    const SeamlessMap out = make_exact(scaled, {.optimise = false}, context);
+    EXPECT_TRUE(certified(u, scaled, out).ok) << scale;
+  }
+}
+
+TEST(MakeExact, the_bits_do_not_depend_on_the_number_of_threads) {
+  const CutMap map = perturbed(test::cut_map_of(test::unfold(test::polycubes()[2], 6, 2)), 0.3, 3);
+  ExecutionContext one;
+  one.threads = 1;
+  ExecutionContext two;
+  two.threads = 2;
+  EXPECT_EQ(make_exact(map, {}, one).uv, make_exact(map, {}, two).uv);
+}
+
+// Columns of triangles squeezed to a width far below the grid's.
+CutMap squeezed(const test::Unfolded& u, double share) {
+  CutMap map = test::cut_map_of(u);
+  const ExecutionContext context;
+  const SeamConstraints c = eliminate_seams(static_cast<Index>(map.surface.vertices.rows()),
+                                            map.surface.faces, map.seams, context);
+  Points2 nodes = nodes_of(c, map.surface.faces, map.seams, map.uv);
+  // Vertices that no seam knows are drawn towards a neighbour.
+  for (FaceId f = 0; f < map.surface.faces.rows(); f += 7) {
+    const VertexId v = map.surface.faces(f, 0);
+    const VertexId w = map.surface.faces(f, 1);
+    if (!c.is_own_node(v)) continue;
+    const Index n = c.terms[static_cast<std::size_t>(c.begin[static_cast<std::size_t>(v)])].node;
+    const Points2 before = nodes;
+    nodes.row(n) = map.uv.row(w) + share * (map.uv.row(v) - map.uv.row(w));
+    const Points2 uv = map_of(c, nodes);
+    if (is_flip_free(map.surface.faces, uv, context)) {
+      map.uv = uv;
+    } else {
+      nodes = before;
+    }
+  }
+  return map;
+}
+
+TEST(RoundToGrid, triangles_that_rounding_folds_are_opened_under_the_constraints) {
+  std::int64_t folded = 0;
+  for (unsigned seed = 0; seed < 6; ++seed) {
+    const test::Unfolded u = test::unfold(test::polycubes()[seed % 4], 3, seed);
+    const CutMap map = squeezed(u, 1e-9);
+    ExecutionContext context;
+    const SeamlessMap out = make_exact(map, {.optimise = false}, context);
+    folded += std::get<std::int64_t>(out.stats.at("rounding.folded"));
+    const certify::Certificate c = certified(u, map, out);
+    EXPECT_TRUE(c.ok) << (c.failures.empty() ? "" : c.failures[0]);
+  }
+  EXPECT_GT(folded, 0);
+}
+
+TEST(MakeExact, a_map_with_a_flipped_triangle_is_refused_naming_it) {
+  CutMap map = test::cut_map_of(test::unfold(test::polycubes()[0], 2, 2));
+  map.uv.row(map.surface.faces(3, 0)).array() += 10.0;
+  ExecutionContext context;
+  try {
+    (void)make_exact(map, {}, context);
+    FAIL();
+  } catch (const InvalidInput& e) {
+    EXPECT_EQ(e.error().code, ErrorCode::kFlippedMap);
+    EXPECT_FALSE(e.error().elements.empty());
+  }
+}
+
+TEST(MakeExact, cancelling_and_limits_of_time_end_it) {
+  const test::Unfolded u = test::unfold(test::polycubes()[2], 8, 2);
+  const CutMap map = perturbed(test::cut_map_of(u), 0.3, 3);
+  ExecutionContext cancelled;
+  cancelled.cancel();
+  EXPECT_THROW((void)make_exact(map, {}, cancelled), Cancelled);
+  ExecutionContext context;
+  const SeamlessMap out = make_exact(map, {.max_seconds = 1e-9}, context);
+  EXPECT_EQ(std::get<std::int64_t>(out.stats.at("time_limit_reached")), 1);
+  EXPECT_TRUE(certified(u, map, out).ok);
+}
+
+}  // namespace
+}  // namespace flipfree::distortion
