@@ -18,13 +18,13 @@ namespace {
 // A map with a cut that is seamless up to rounding, optimised and made exact.
 certify::Parametrization exact_map(const mesh::Surface& surface, const Points2& uv,
                                    const IndexPairs& cut_edges,
-                                   const distortion::SeamlessOptions& options,
+                                   const distortion::ExactOptions& options,
                                    ExecutionContext& context) {
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
   const distortion::CutMap cut = distortion::cut_map(
       surface, adjacency, mesh::flag_edges(surface.faces, adjacency, cut_edges), uv);
-  distortion::SeamlessMap exact = distortion::make_exact(cut, options, context);
+  distortion::ExactMap exact = distortion::make_exact(cut, options, context);
   certify::Parametrization map;
   map.surface = surface;
   map.uv = distortion::corners_of(cut, exact.uv);
@@ -77,7 +77,7 @@ void bind_distortion(py::module_& module) {
       "exact_seams",
       [](const Array<double>& vertices, const Array<Index>& faces, const Array<double>& uv,
          const Array<Index>& cut_edges, bool optimise, double max_seconds, int threads) {
-        distortion::SeamlessOptions options;
+        distortion::ExactOptions options;
         options.optimise = optimise;
         options.max_seconds = max_seconds;
         return start_job(

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -31,7 +32,9 @@ Points2 centred(const Points2& uv) {
 
 double step_for(double extent) {
   const double numbers = static_cast<double>(kLargestGridNumber) - kSlack;
-  double step = std::ldexp(1.0, std::ilogb(extent) - 24);
+  // Floats have no finer numbers than their least.
+  double step = std::max<double>(std::ldexp(1.0, std::ilogb(extent) - 24),
+                                 std::numeric_limits<float>::denorm_min());
   while (extent > numbers * step) step *= 2;
   return step;
 }

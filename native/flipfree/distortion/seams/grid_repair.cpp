@@ -128,6 +128,7 @@ std::vector<VertexId> GridRepair::grow(const std::vector<VertexId>& region) cons
 std::vector<FaceId> GridRepair::sweep(std::vector<FaceId> folded) {
   std::vector<Index> region = nodes_of_faces(folded);
   for (int round = 0; !folded.empty() && round < kMostSweeps; ++round) {
+    enough_ = std::ldexp(1.0, round);
     bool any = false;
     for (std::size_t i = 0; i < region.size(); ++i) {
       if (i % 64 == 0) context_.check();
@@ -139,7 +140,7 @@ std::vector<FaceId> GridRepair::sweep(std::vector<FaceId> folded) {
     region.insert(region.end(), seeds.begin(), seeds.end());
     make_unique(region);
     if (!any || round % 2 == 1) region = grown(region);
-    if (!any && region.size() == before) break;
+    if (!any && region.size() == before && round > 3) break;
   }
   return folded;
 }
@@ -185,6 +186,7 @@ bool GridRepair::improve(Index node) {
   }
   if (count == 0) return false;
   double best = score(node);
+  if (best >= enough_) return false;
   std::int64_t moved[2] = {0, 0};
   const auto attempt = [&](double x, double y) {
     const std::int64_t to[2] = {std::llround(x), std::llround(y)};
@@ -199,17 +201,19 @@ bool GridRepair::improve(Index node) {
       shift(node, -by[0], -by[1]);
     }
   };
-  attempt(sum.x() / count, sum.y() / count);
-  // Pattern search from the star's size down to single steps, from the best point so far.
-  for (double r = radius; r >= 0.5; r *= 0.5) {
-    const double x = static_cast<double>(moved[0]);
-    const double y = static_cast<double>(moved[1]);
+  const auto around = [&](double x, double y, double r) {
     for (int dx = -1; dx <= 1; ++dx) {
       for (int dy = -1; dy <= 1; ++dy) {
-        if (dx != 0 || dy != 0) attempt(x + r * dx, y + r * dy);
+        if ((dx != 0 || dy != 0) && best < enough_) attempt(x + r * dx, y + r * dy);
       }
     }
-  }
+  };
+  // Near by first: what is far distorts.
+  for (double r = 1; r <= radius && best < enough_; r *= 2) around(0, 0, r);
+  // Pattern search from the star's size down to single steps, from the best point so far.
+  if (best < enough_) attempt(sum.x() / count, sum.y() / count);
+  for (double r = radius; r >= 0.5 && best < enough_; r *= 0.5)
+    around(static_cast<double>(moved[0]), static_cast<double>(moved[1]), r);
   return moved[0] != 0 || moved[1] != 0;
 }
 
@@ -224,7 +228,7 @@ double GridRepair::score(Index node) const {
       const std::int64_t area = twice_grid_area(faces_, points_, f);
       double longest = 1;
       for (int k = 0; k < 3; ++k) {
-        const auto edge =
+        const Eigen::RowVector2d edge =
             (points_.row(faces_(f, (k + 1) % 3)) - points_.row(faces_(f, k))).cast<double>();
         longest = std::max(longest, edge.norm());
       }
@@ -232,7 +236,7 @@ double GridRepair::score(Index node) const {
       if (area <= 0) folded += 1;
     }
   }
-  return lowest - 2.0 * static_cast<double>(kLargestGridNumber) * folded;
+  return std::min(lowest, enough_) - 2.0 * static_cast<double>(kLargestGridNumber) * folded;
 }
 
 }  // namespace flipfree::distortion

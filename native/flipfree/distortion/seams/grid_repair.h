@@ -27,8 +27,9 @@ class GridRepair {
   GridRepair(const SeamConstraints& constraints, const Triangles& faces, GridPoints& points,
              const ExecutionContext& context);
 
-  // Moves positions around the folded faces so that the lowest triangle around each gets as high as
-  // possible; returns the faces still folded.
+  // Moves positions around the folded faces, as little as it takes, so that the triangles around
+  // each get a height of one grid step; of more from round to round, so that crowds spread. Returns
+  // the faces still folded.
   std::vector<FaceId> sweep(std::vector<FaceId> folded);
 
   // Vertices that share a face with the region, and all their copies; ascending.
@@ -55,6 +56,7 @@ class GridRepair {
   std::vector<Copy> copies_;
   std::vector<Index> corner_begin_;  // #V + 1
   std::vector<CornerId> corners_;
+  double enough_ = 1;  // height, in steps, beyond which nothing is gained
 };
 
 }  // namespace flipfree::distortion

@@ -1,6 +1,7 @@
 #include "flipfree/distortion/seams/seams.h"
 
 #include <algorithm>
+#include <limits>
 #include <string>
 
 #include "flipfree/base/error.h"
@@ -29,20 +30,22 @@ void check_input(const CutMap& map) {
                                             std::to_string(map.surface.vertices.rows()) +
                                             " vertices of the cut surface.");
   }
-  if (!map.uv.allFinite()) {
-    throw_invalid(ErrorCode::kNotFinite, "The map has UVs that are no finite numbers.");
+  const double largest = 0.25 * static_cast<double>(std::numeric_limits<float>::max());
+  if (!(map.uv.array().abs() <= largest).all()) {
+    throw_invalid(ErrorCode::kNotFinite,
+                  "The map has UVs that are no finite numbers, or beyond what 32 bits can store. "
+                  "Scale it to a size of about one.");
   }
 }
 
 }  // namespace
 
-SeamlessMap make_exact(const CutMap& map, const SeamlessOptions& options,
-                       ExecutionContext& context) {
+ExactMap make_exact(const CutMap& map, const ExactOptions& options, ExecutionContext& context) {
   check_input(map);
   const Triangles& faces = map.surface.faces;
   const SeamConstraints constraints =
       eliminate_seams(static_cast<Index>(map.surface.vertices.rows()), faces, map.seams, context);
-  SeamlessMap out;
+  ExactMap out;
   out.stats["seams.nodes"] = static_cast<std::int64_t>(constraints.node_count());
   out.stats["seams.translations"] = static_cast<std::int64_t>(constraints.translation.size());
   out.stats["seams.step"] = constraints.translation_step;

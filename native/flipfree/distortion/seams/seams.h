@@ -15,7 +15,7 @@
 
 namespace flipfree::distortion {
 
-struct SeamlessOptions {
+struct ExactOptions {
   bool optimise = true;
   int max_iterations = 200;
   double tolerance = 1e-4;  // see MinimizeOptions
@@ -23,7 +23,7 @@ struct SeamlessOptions {
   double max_seconds = 0;
 };
 
-struct SeamlessMap {
+struct ExactMap {
   Points2 uv;                                    // #V x 2 of the cut surface
   Points2f uv32;                                 // the same numbers
   double step = 0;                               // all coordinates are multiples, a power of two
@@ -41,8 +41,7 @@ struct SeamlessMap {
 // of the initial map from its seams, as a share of its extent), "time_limit_reached". Throws
 // InvalidInput, NotConverged (kRoundingFlips, kFactorizationFailed), Cancelled. Cost: that of the
 // optimisation.
-SeamlessMap make_exact(const CutMap& map, const SeamlessOptions& options,
-                       ExecutionContext& context);
+ExactMap make_exact(const CutMap& map, const ExactOptions& options, ExecutionContext& context);
 
 // The UVs of the cut surface's corners.
 Points2 corners_of(const CutMap& map, const Points2& uv);

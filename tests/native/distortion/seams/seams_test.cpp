@@ -31,7 +31,7 @@ CutMap perturbed(CutMap map, double amount, unsigned seed) {
   }
 }
 
-certify::Certificate certified(const test::Unfolded& u, const CutMap& map, const SeamlessMap& out) {
+certify::Certificate certified(const test::Unfolded& u, const CutMap& map, const ExactMap& out) {
   const Points2 uv = corners_of(map, out.uv);
   const Points2f uv32 = uv.cast<float>();
   certify::CertifyRequest request;
@@ -50,7 +50,7 @@ TEST(MakeExact, perturbed_polycubes_are_certified_with_their_cones_and_better_th
       const CutMap flat = test::cut_map_of(u);
       const CutMap map = perturbed(flat, 0.3, seed);
       ExecutionContext context;
-      const SeamlessMap out = make_exact(map, {}, context);
+      const ExactMap out = make_exact(map, {}, context);
       const certify::Certificate c = certified(u, map, out);
       EXPECT_TRUE(c.ok) << (c.failures.empty() ? "" : c.failures[0]);
       EXPECT_EQ(c.seams_exact64, c.seam_edges);
@@ -70,7 +70,7 @@ TEST(MakeExact, transitions_are_those_of_the_stored_values_bit_for_bit) {
   const test::Unfolded u = test::unfold(test::polycubes()[3], 3, 2);
   const CutMap map = perturbed(test::cut_map_of(u), 0.3, 1);
   ExecutionContext context;
-  const SeamlessMap out = make_exact(map, {}, context);
+  const ExactMap out = make_exact(map, {}, context);
   ASSERT_EQ(out.transitions.size(), map.seams.size());
   for (std::size_t e = 0; e < map.seams.size(); ++e) {
     const auto& [h, o, r] = map.seams[e];
@@ -88,7 +88,7 @@ TEST(MakeExact, without_optimising_points_move_by_rounding_only) {
   const test::Unfolded u = test::unfold(test::polycubes()[2], 3, 2);
   const CutMap map = perturbed(test::cut_map_of(u), 0.2, 3);
   ExecutionContext context;
-  const SeamlessMap out = make_exact(map, {.optimise = false}, context);
+  const ExactMap out = make_exact(map, {.optimise = false}, context);
   const Eigen::RowVector2d middle =
       0.5 * (map.uv.colwise().minCoeff() + map.uv.colwise().maxCoeff());
   EXPECT_LT((out.uv - (map.uv.rowwise() - middle)).cwiseAbs().maxCoeff(), 50 * out.step);
@@ -103,7 +103,7 @@ TEST(MakeExact, maps_of_any_size_and_place_are_exact) {
     scaled.uv = scale * map.uv;
     scaled.uv.col(0).array() += 100 * scale;
     ExecutionContext context;
-    const SeamlessMap out = make_exact(scaled, {.optimise = false}, context);
+    const ExactMap out = make_exact(scaled, {.optimise = false}, context);
     EXPECT_TRUE(certified(u, scaled, out).ok) << scale;
   }
 }
@@ -148,7 +148,7 @@ TEST(RoundToGrid, triangles_that_rounding_folds_are_opened_under_the_constraints
     const test::Unfolded u = test::unfold(test::polycubes()[seed % 4], 3, seed);
     const CutMap map = squeezed(u, 1e-9);
     ExecutionContext context;
-    const SeamlessMap out = make_exact(map, {.optimise = false}, context);
+    const ExactMap out = make_exact(map, {.optimise = false}, context);
     folded += std::get<std::int64_t>(out.stats.at("rounding.folded"));
     const certify::Certificate c = certified(u, map, out);
     EXPECT_TRUE(c.ok) << (c.failures.empty() ? "" : c.failures[0]);
@@ -169,6 +169,41 @@ TEST(MakeExact, a_map_with_a_flipped_triangle_is_refused_naming_it) {
   }
 }
 
+TEST(MakeExact, uvs_beyond_floats_and_shapes_that_do_not_fit_are_refused) {
+  CutMap map = test::cut_map_of(test::unfold(test::polycubes()[0], 2, 2));
+  ExecutionContext context;
+  CutMap huge = map;
+  huge.uv *= 1e38;
+  EXPECT_THROW((void)make_exact(huge, {}, context), InvalidInput);
+  map.uv.conservativeResize(3, 2);
+  EXPECT_THROW((void)make_exact(map, {}, context), InvalidInput);
+  EXPECT_THROW((void)make_exact({}, {}, context), InvalidInput);
+}
+
+// All of a square's inner vertices in one spot that is far narrower than the grid: no single point
+// finds room, so that regions are opened in 64 bits.
+TEST(RoundToGrid, crowds_are_opened_in_64_bits) {
+  const test::Unfolded u = test::unfold(test::polycubes()[2], 5, 3);
+  CutMap map = test::cut_map_of(u);
+  const ExecutionContext context;
+  const SeamConstraints c = eliminate_seams(static_cast<Index>(map.surface.vertices.rows()),
+                                            map.surface.faces, map.seams, context);
+  Points2 nodes = nodes_of(c, map.surface.faces, map.seams, map.uv);
+  for (Index n = 0; n < c.position_count(); ++n) {
+    // Squares of 5 x 5 cells at multiples of 5: shrink what lies strictly inside the first one.
+    const Vector2 p = nodes.row(n);
+    if (p.x() > 0 && p.x() < 5 && p.y() > 0 && p.y() < 5)
+      nodes.row(n) = (Vector2(2.5, 2.5) + 1e-9 * (p - Vector2(2.5, 2.5))).transpose();
+  }
+  map.uv = map_of(c, nodes);
+  ASSERT_TRUE(is_flip_free(map.surface.faces, map.uv, context));
+  ExecutionContext working;
+  const ExactMap out = make_exact(map, {.optimise = false}, working);
+  EXPECT_GT(std::get<std::int64_t>(out.stats.at("rounding.folded")), 0);
+  const certify::Certificate judged = certified(u, map, out);
+  EXPECT_TRUE(judged.ok) << (judged.failures.empty() ? "" : judged.failures[0]);
+}
+
 TEST(MakeExact, cancelling_and_limits_of_time_end_it) {
   const test::Unfolded u = test::unfold(test::polycubes()[2], 8, 2);
   const CutMap map = perturbed(test::cut_map_of(u), 0.3, 3);
@@ -176,7 +211,7 @@ TEST(MakeExact, cancelling_and_limits_of_time_end_it) {
   cancelled.cancel();
   EXPECT_THROW((void)make_exact(map, {}, cancelled), Cancelled);
   ExecutionContext context;
-  const SeamlessMap out = make_exact(map, {.max_seconds = 1e-9}, context);
+  const ExactMap out = make_exact(map, {.max_seconds = 1e-9}, context);
   EXPECT_EQ(std::get<std::int64_t>(out.stats.at("time_limit_reached")), 1);
   EXPECT_TRUE(certified(u, map, out).ok);
 }
