@@ -89,7 +89,9 @@ class Certificate:
         if self.island_overlaps > 0:
             overlaps += f", islands on top of each other {self.island_overlaps} pairs"
         seams = (
-            "" if self.seam_edges < 0 else f", exact seam edges {self.seams_exact32}/{self.seam_edges}"
+            ""
+            if self.seam_edges < 0
+            else f", exact seam edges {self.seams_exact32}/{self.seam_edges}"
         )
         lines = [
             f"certificate {'ok' if self.ok else 'FAILED'}: {self.triangles} triangles, "
