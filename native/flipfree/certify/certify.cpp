@@ -169,14 +169,14 @@ struct Certifier {
   }
 
   void check_seams() {
-    const bool finite = uv.allFinite() && stored.allFinite();
-    const auto seams64 = finite ? measure_seams(adjacency, cuts, uv) : std::vector<SeamMeasure>();
+    const auto seams64 = measure_seams(adjacency, cuts, uv);
     const auto bad32 = seam_failures(adjacency, cuts32, stored);
     std::vector<HalfedgeId> bad;
     certificate.seam_deviation = 0;
     for (const SeamMeasure& seam : seams64) {
       if (seam.deviation != 0) bad.push_back(seam.h);
-      certificate.seam_deviation = std::max(certificate.seam_deviation, seam.deviation);
+      if (std::isnan(seam.deviation) || seam.deviation > certificate.seam_deviation)
+        certificate.seam_deviation = seam.deviation;
       certificate.seams.push_back({mesh::source(surface.faces, seam.h),
                                    mesh::target(surface.faces, seam.h), seam.quarter_turns,
                                    seam.translation});
@@ -184,21 +184,20 @@ struct Certifier {
     // Edges that rounding has joined are no cuts there.
     certificate.seam_edges = static_cast<std::int64_t>(seams64.size());
     certificate.seams_exact64 = certificate.seam_edges - static_cast<std::int64_t>(bad.size());
-    certificate.seams_exact32 = certificate.seam_edges - static_cast<std::int64_t>(bad32.size());
+    certificate.seams_exact32 =
+        std::max<std::int64_t>(0, certificate.seam_edges - static_cast<std::int64_t>(bad32.size()));
     bad.insert(bad.end(), bad32.begin(), bad32.end());
     std::sort(bad.begin(), bad.end());
     bad.erase(std::unique(bad.begin(), bad.end()), bad.end());
     certificate.seam_failures = static_cast<std::int64_t>(bad.size());
-    if (!finite) {
-      fail("G4: UVs that are no finite numbers match nothing", {});
-    } else if (!bad.empty()) {
+    if (!bad.empty()) {
       fail("G4: " + counted(bad.size(), "seam edge is", "seam edges are") +
                " not matched by a quarter turn and a translation, first edge " +
                std::to_string(mesh::source(surface.faces, bad[0])) + "-" +
                std::to_string(mesh::target(surface.faces, bad[0])),
            {bad[0] / 3});
     }
-    if (finite && bad.empty() && flips64.empty() && flips32.empty()) {
+    if (bad.empty() && flips64.empty() && flips32.empty()) {
       quarters64 = quarter_turns_around(adjacency, uv);
       quarters32 = quarter_turns_around(adjacency, stored);
       for (std::size_t v = 0; v < quarters64.size(); ++v) {

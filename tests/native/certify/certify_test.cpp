@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "support/corner_maps.h"
@@ -186,6 +187,15 @@ TEST(Certify, a_map_that_is_not_seamless_is_told_how_far_it_is_from_it) {
   ASSERT_EQ(exact.seams.size(), 1U);
   EXPECT_EQ(exact.seams[0].quarter_turns, 1);
   EXPECT_EQ(exact.seams[0].translation, Vector2(5.0, 3.0));
+}
+
+TEST(Certify, seams_with_a_value_that_is_no_number_match_nothing) {
+  const Certificate c = moved_triangle(0, std::numeric_limits<double>::quiet_NaN());
+  EXPECT_EQ(c.seam_edges, 1);
+  EXPECT_EQ(c.seams_exact64, 0);
+  EXPECT_EQ(c.seams_exact32, 0);
+  EXPECT_TRUE(std::isnan(c.seam_deviation));
+  EXPECT_FALSE(c.ok);
 }
 
 // A pyramid of three right isosceles triangles around its top, unfolded: a cone of three quarter

@@ -17,12 +17,12 @@ struct SeamMeasure {
   // At h's source; correctly rounded, so exact wherever doubles hold it.
   Vector2 translation = Vector2::Zero();
   // Length of the difference of the edge's vectors on the two sides after the turn. Zero only if
-  // they are equal without rounding.
+  // they are equal without rounding; NaN where a value is no finite number.
   double deviation = 0;
 };
 
 // Every cut edge, by h. Edges that follow each other along a cut and have the same turn have the
-// same translation: between two cuts, corners at a vertex have one UV. Precondition: finite UVs.
+// same translation: between two cuts, corners at a vertex have one UV.
 std::vector<SeamMeasure> measure_seams(const mesh::Adjacency& adjacency,
                                        const mesh::EdgeFlags& cuts, const Points2& corner_uv);
 
