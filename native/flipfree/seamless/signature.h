@@ -32,9 +32,12 @@ void check_cones(const std::vector<Index>& cones, Index genus);
 std::string why_impossible(const std::vector<Index>& cones, Index genus,
                            const std::vector<Index>& loop_turns);
 
-// The turns nearest to the loop angles (radians) of a given metric with these cones that some
-// metric has. Throws Infeasible (kBadAngles) if there are none: cones 3 and 5 on a torus.
-std::vector<Index> nearest_turns(const std::vector<Index>& cones, Index genus,
-                                 const std::vector<double>& loop_angles);
+// Turns that some metric has, near to the loop angles (radians) of a given metric with these cones:
+// the nearest ones first, then some with one loop turned the other way, by rising distance, then
+// some with several, at random but always the same; `most` at most. Throws Infeasible (kBadAngles)
+// if there are none: cones 3 and 5 on a torus.
+std::vector<std::vector<Index>> near_turns(const std::vector<Index>& cones, Index genus,
+                                           const std::vector<double>& loop_angles,
+                                           std::size_t most);
 
 }  // namespace flipfree::seamless

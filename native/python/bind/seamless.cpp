@@ -57,7 +57,7 @@ void bind_seamless(py::module_& module) {
       "seamless_penner",
       [](const Array<double>& vertices, const Array<Index>& faces, const Array<Index>& cones,
          const py::object& loops, const Array<Index>& uncuttable, double tolerance,
-         int max_iterations, double max_seconds, int threads) {
+         int max_iterations, int relaxation, double max_seconds, int threads) {
         struct Request {
           mesh::Surface surface;
           std::vector<Index> cones;
@@ -71,6 +71,7 @@ void bind_seamless(py::module_& module) {
         request.options.uncuttable = to_matrix<IndexPairs>(uncuttable, "uncuttable");
         request.options.metric.tolerance = tolerance;
         request.options.metric.max_iterations = max_iterations;
+        request.options.metric.relaxation = relaxation;
         request.options.metric.max_seconds = max_seconds;
         return start_job(
             [request = std::move(request)](ExecutionContext& context) {
@@ -80,7 +81,7 @@ void bind_seamless(py::module_& module) {
             [](const PennerMap& result) -> py::object { return to_object(result); }, threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("cones"), py::arg("loops"),
-      py::arg("uncuttable"), py::arg("tolerance"), py::arg("max_iterations"),
+      py::arg("uncuttable"), py::arg("tolerance"), py::arg("max_iterations"), py::arg("relaxation"),
       py::arg("max_seconds"), py::arg("threads"));
 }
 

@@ -65,12 +65,24 @@ TEST(Signature, EmptyStrataOfGenusTwo) {
 }
 
 TEST(Signature, TakesTheNearestTurnsThatExist) {
-  EXPECT_EQ(nearest_turns(with({3, 5, 3, 5}), 1, {0.4 * kQuarterTurn, -1.7 * kQuarterTurn}),
-            (std::vector<Index>{0, -2}));
+  const auto nearest = [](const std::vector<Index>& cones, std::vector<double> quarters) {
+    for (double& q : quarters) q *= kQuarterTurn;
+    return near_turns(cones, 1, quarters, 1).front();
+  };
+  EXPECT_EQ(nearest(with({3, 5, 3, 5}), {0.4, -1.7}), (std::vector<Index>{0, -2}));
   // Both even: the second loop, which is nearest to another number, gives way.
-  EXPECT_EQ(nearest_turns(with({2, 6}), 1, {0.1 * kQuarterTurn, 1.7 * kQuarterTurn}),
-            (std::vector<Index>{0, 1}));
-  EXPECT_THROW(nearest_turns(with({3, 5}), 1, {0.0, 0.0}), Infeasible);
+  EXPECT_EQ(nearest(with({2, 6}), {0.1, 1.7}), (std::vector<Index>{0, 1}));
+  EXPECT_THROW(nearest(with({3, 5}), {0.0, 0.0}), Infeasible);
+}
+
+TEST(Signature, OffersOtherTurnsByRisingDistance) {
+  const auto turns =
+      near_turns(with({3, 5, 3, 5}), 1, {0.1 * kQuarterTurn, -1.7 * kQuarterTurn}, 5);
+  ASSERT_EQ(turns.size(), 4u);
+  EXPECT_EQ(turns[0], (std::vector<Index>{0, -2}));
+  EXPECT_EQ(turns[1], (std::vector<Index>{0, -1}));
+  EXPECT_EQ(turns[2], (std::vector<Index>{1, -2}));
+  EXPECT_EQ(turns[3], (std::vector<Index>{1, -1}));
 }
 
 }  // namespace

@@ -57,6 +57,8 @@ class MetricEngine {
   // bits. Nothing else may be asked for then.
   virtual bool started() const = 0;
   virtual const intrinsic::IntrinsicMesh& mesh() const = 0;
+  // Per edge, rounded.
+  virtual std::vector<double> lengths() const = 0;
 
   // Multiplies the length of every edge (i, j) by exp(x_i + x_j). If x is high parts only, what is
   // taken for exp(x) - 1 is the nearest double, exactly; else exp is computed in full.

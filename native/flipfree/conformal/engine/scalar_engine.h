@@ -38,6 +38,12 @@ class ScalarEngine final : public MetricEngine {
   bool started() const override { return started_; }
   const intrinsic::IntrinsicMesh& mesh() const override { return metric_.mesh(); }
   const std::vector<intrinsic::FlipRecord>& flips() const override { return metric_.flips(); }
+  std::vector<double> lengths() const override {
+    std::vector<double> rounded;
+    rounded.reserve(metric_.lengths().size());
+    for (const T& l : metric_.lengths()) rounded.push_back(Traits::to_double(l));
+    return rounded;
+  }
   std::size_t euclidean_flips() const override { return euclidean_flips_; }
   std::size_t exact_tests() const override { return metric_.exact_tests(); }
 

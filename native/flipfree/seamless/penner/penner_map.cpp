@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -45,6 +46,10 @@ void add_figures(const PennerMetric& metric, Stats& stats) {
   stats["seconds_conformal"] = of_metric.at("seconds_conformal");
   const auto newton = of_metric.find("seconds_newton");
   stats["seconds_newton"] = newton == of_metric.end() ? StatValue{0.0} : newton->second;
+  const auto relaxation = of_metric.find("seconds_relaxation");
+  stats["seconds_relaxation"] = relaxation == of_metric.end() ? StatValue{0.0} : relaxation->second;
+  stats["attempt"] = static_cast<std::int64_t>(metric.attempt);
+  stats["relaxed"] = static_cast<std::int64_t>(metric.relaxed);
   stats["conformal_iterations"] = static_cast<std::int64_t>(metric.conformal_iterations);
   stats["iterations"] = static_cast<std::int64_t>(metric.iterations);
   stats["conformal_flips"] = static_cast<std::int64_t>(metric.conformal_flips);
@@ -59,10 +64,12 @@ void add_figures(const PennerMetric& metric, Stats& stats) {
   stats["loops_not_nearest"] = changed;
 }
 
-// One connected component, its branches not yet found.
-PennerMap map_component(const mesh::Surface& surface, const std::vector<Index>& cones,
-                        const std::optional<std::vector<LoopTurn>>& loops,
-                        const PennerMapOptions& options, ExecutionContext& context) {
+// One connected component, its branches not yet found; by the first attempt, from that of the
+// options on, that finds a metric. `attempt`: which one that was.
+PennerMap attempt_component(const mesh::Surface& surface, const std::vector<Index>& cones,
+                            const std::optional<std::vector<LoopTurn>>& loops,
+                            const PennerMapOptions& options, int& attempt,
+                            ExecutionContext& context) {
   PennerMap result;
   PennerMetric solved;
   {
@@ -71,6 +78,7 @@ PennerMap map_component(const mesh::Surface& surface, const std::vector<Index>& 
     metric.max_seconds = 0.0;  // a limit of the whole call is in force already
     solved = compute_penner_metric(surface, cones, loops, metric, context);
   }
+  attempt = solved.attempt;
   std::vector<double> angles;
   angles.reserve(cones.size());
   for (const Index k : cones) angles.push_back(k * kQuarterTurn);
@@ -96,6 +104,29 @@ PennerMap map_component(const mesh::Surface& surface, const std::vector<Index>& 
     throw certify::CertificateFailed("The seamless map", certify::in_input_faces(result.map));
   }
   return result;
+}
+
+// Attempts until a metric can be written as a map in 64 bits, each with as much relaxation as its
+// scale asks for and with little; the first failure if none can.
+PennerMap map_component(const mesh::Surface& surface, const std::vector<Index>& cones,
+                        const std::optional<std::vector<LoopTurn>>& loops,
+                        const PennerMapOptions& options, ExecutionContext& context) {
+  constexpr int kMostMaps = 6;
+  constexpr int kLittle = 3;
+  PennerMapOptions own = options;
+  std::exception_ptr failure;
+  for (int maps = 0; maps < kMostMaps; ++maps) {
+    int attempt = own.metric.first_attempt;
+    try {
+      return attempt_component(surface, cones, loops, own, attempt, context);
+    } catch (const NotConverged&) {
+      if (!failure) failure = std::current_exception();
+    }
+    const bool less = options.metric.relaxation < 0 && maps % 2 == 0;
+    own.metric.relaxation = less ? kLittle : options.metric.relaxation;
+    own.metric.first_attempt = less ? attempt : attempt + 1;
+  }
+  std::rethrow_exception(failure);
 }
 
 double area(const Points3& p, const Triangles& faces) {

@@ -1,11 +1,13 @@
 #include "flipfree/seamless/penner/penner_metric.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <memory>
 #include <numbers>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "flipfree/base/in_time.h"
@@ -13,8 +15,9 @@
 #include "flipfree/intrinsic/loops/loop_carrier.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
-#include "flipfree/numeric/scalar.h"
 #include "flipfree/seamless/penner/penner_newton.h"
+#include "flipfree/seamless/penner/relaxation.h"
+#include "flipfree/seamless/penner/shortest_newton.h"
 #include "flipfree/seamless/signature.h"
 
 namespace flipfree::seamless {
@@ -23,7 +26,6 @@ using conformal::ConformalMetric;
 using conformal::EngineInput;
 using conformal::MetricEngine;
 using intrinsic::IntrinsicMesh;
-using intrinsic::Scalars;
 
 namespace {
 
@@ -31,6 +33,13 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
 constexpr int kLargestBits = 1024;
+constexpr std::size_t kMostTries = 24;  // of turns that nobody asked for
+// Relaxation by itself: while the scale alone makes for more energy than this, and so many steps at
+// most.
+constexpr double kSmallEnergy = 100.0;
+constexpr int kMostRelaxation = 8;
+// Errors of angles between these steps, radians.
+constexpr double kNearlyMet = 1e-4;
 
 std::string scientific(double value) {
   char text[32];
@@ -121,6 +130,18 @@ void append(const MetricEngine& engine, ConformalMetric& metric, const Execution
   metric.bits = further.bits;
 }
 
+// A third of the triangles around.
+std::vector<double> vertex_areas(const mesh::Surface& surface) {
+  std::vector<double> area(static_cast<std::size_t>(surface.vertices.rows()), 0.0);
+  for (Eigen::Index f = 0; f < surface.faces.rows(); ++f) {
+    const Vector3 p = surface.vertices.row(surface.faces(f, 0));
+    const Vector3 a = surface.vertices.row(surface.faces(f, 1)).transpose() - p;
+    const Vector3 b = surface.vertices.row(surface.faces(f, 2)).transpose() - p;
+    for (int k = 0; k < 3; ++k) area[at(surface.faces(f, k))] += a.cross(b).norm() / 6.0;
+  }
+  return area;
+}
+
 class Solver {
  public:
   Solver(const mesh::Surface& surface, const std::vector<Index>& cones,
@@ -159,7 +180,8 @@ class Solver {
     // Cones that are met leave the loops of a torus without cones no choice.
     const bool flat =
         genus_ == 1 && std::all_of(cones_.begin(), cones_.end(), [](Index k) { return k == 4; });
-    if (genus_ > 0 && !flat) climb(result, loops);
+    if (genus_ > 0 && !flat) reach_turns(result, loops);
+    if (!flat) relax(result, loops);
     finish(result, loops);
     return result;
   }
@@ -176,6 +198,16 @@ class Solver {
                       {{"genus", {static_cast<double>(genus_)}}, {"turns", std::move(numbers)}}});
   }
 
+  // `loops`: on the metric's triangulation, which doubles may see as not quite Delaunay.
+  PennerAngles measured(const ConformalMetric& metric, intrinsic::LoopCarrier loops) {
+    const EngineInput input = start_of(metric, targets_.vertex_angle);
+    const auto engine = make_engine(input, metric.bits, context_);
+    carry(engine->flips(), loops, context_);
+    PennerAngles angles;
+    measure(*engine, loops, targets_, angles, context_);
+    return angles;
+  }
+
   // The conformal metric with these cones; the loops are carried there.
   void start(PennerMetric& result, intrinsic::LoopCarrier& loops, bool turns_given) {
     const Stopwatch watch;
@@ -187,55 +219,158 @@ class Solver {
     result.conformal_flips = result.metric.flips.size();
     carry(result.metric.flips, loops, context_);
     targets_.loop_angle.assign(loops.size(), 0.0);
-    const EngineInput input = start_of(result.metric, targets_.vertex_angle);
-    const auto engine = make_engine(input, 53, context_);
-    PennerAngles angles;
-    measure(*engine, loops, targets_, angles, context_);
+    const PennerAngles angles = measured(result.metric, loops);
     for (const double error : angles.loops) result.start_angles.push_back(-error);
-    if (!turns_given) {
-      const std::vector<Index> turns = nearest_turns(cones_, genus_, result.start_angles);
-      for (std::size_t i = 0; i < turns.size(); ++i) result.loops[i].quarter_turns = turns[i];
+    if (turns_given) {
+      turns_.emplace_back();
+      for (const LoopTurn& loop : result.loops) turns_.front().push_back(loop.quarter_turns);
+    } else {
+      turns_ = near_turns(cones_, genus_, result.start_angles, kMostTries);
     }
-    for (std::size_t i = 0; i < result.loops.size(); ++i)
-      targets_.loop_angle[i] = result.loops[i].quarter_turns * kQuarterTurn;
+    aim_at(turns_.front(), result);
     result.metric.stats["seconds_conformal"] = watch.seconds();
   }
 
-  // Newton's method with ever more bits.
-  void climb(PennerMetric& result, intrinsic::LoopCarrier& loops) {
+  void aim_at(const std::vector<Index>& turns, PennerMetric& result) {
+    for (std::size_t i = 0; i < turns.size(); ++i) {
+      result.loops[i].quarter_turns = turns[i];
+      targets_.loop_angle[i] = turns[i] * kQuarterTurn;
+    }
+  }
+
+  // Attempts for the nearest turns first: from the conformal metric, then from the input's. Metrics
+  // of some turns have handles that are pinched, or are too far away.
+  void reach_turns(PennerMetric& result, intrinsic::LoopCarrier& loops) {
     const Stopwatch watch;
+    const std::pair<PennerMetric, intrinsic::LoopCarrier> start(result, loops);
+    const auto attempts = static_cast<int>(2 * turns_.size());
+    for (int i = options_.first_attempt; i < attempts && last_.end != PennerEnd::kConverged; ++i) {
+      const int iterations = result.iterations;
+      std::tie(result, loops) = start;
+      result.iterations = iterations;
+      result.attempt = i;
+      aim_at(turns_[at(i / 2)], result);
+      if (i % 2 == 0) {
+        climb(result, loops, i + 2 < attempts);
+      } else {
+        go_from_input(result, loops);
+      }
+    }
+    result.metric.stats["seconds_newton"] = watch.seconds();
+    if (last_.end != PennerEnd::kConverged)
+      throw_not_reached(result.iterations, result.metric.bits);
+  }
+
+  // By the shortest steps from the input's metric, then as climb().
+  void go_from_input(PennerMetric& result, intrinsic::LoopCarrier& loops) {
+    EngineInput input;
+    input.setup = setup_;
+    input.vertex_count = static_cast<Index>(surface_.vertices.rows());
+    input.positions = &surface_.vertices;
+    input.target = targets_.vertex_angle;
+    auto engine = make_engine(input, 53, context_);
+    if (!engine->started()) return;
+    intrinsic::LoopCarrier carried(setup_.mesh, on_setup(result.loops, surface_.faces, setup_));
+    carry(engine->flips(), carried, context_);
+    PennerNewtonOptions newton;
+    newton.tolerance = kNearlyMet;
+    newton.max_iterations = options_.max_iterations;
+    const PennerRun run = run_shortest(engine, carried, targets_, newton, context_);
+    result.iterations += run.iterations;
+    if (run.end != PennerEnd::kConverged) return;
+    // What the conformal start was replaces nothing but the figures that belong to both.
+    ConformalMetric fresh;
+    engine->finish(fresh, false, context_);
+    fresh.angles = result.metric.angles;
+    fresh.stats = result.metric.stats;
+    fresh.error_history = result.metric.error_history;
+    fresh.scale_factors =
+        vertex_means(fresh.mesh, ReferenceMetric(fresh).ratios(engine->lengths()));
+    fresh.u = fresh.scale_factors;
+    result.metric = std::move(fresh);
+    result.conformal_flips = 0;
+    loops = std::move(carried);
+    climb(result, loops, false);
+  }
+
+  // Newton's method with ever more bits; where there are other attempts to make, only if that is
+  // all that is missing.
+  void climb(PennerMetric& result, intrinsic::LoopCarrier& loops, bool others_left) {
+    const int before = result.iterations;
     PennerNewtonOptions newton;
     newton.tolerance = options_.tolerance;
     for (int bits = result.metric.bits;; bits = bits == 53 ? 128 : 2 * bits) {
       const EngineInput input = start_of(result.metric, targets_.vertex_angle);
       auto engine = make_engine(input, bits, context_);
       carry(engine->flips(), loops, context_);
-      newton.max_iterations = options_.max_iterations - result.iterations;
+      newton.max_iterations = options_.max_iterations - (result.iterations - before);
       const PennerRun run = run_penner(engine, loops, targets_, newton, context_);
       result.iterations += run.iterations;
       result.metric.error_history.insert(result.metric.error_history.end(),
                                          run.error_history.begin(), run.error_history.end());
       append(*engine, result.metric, context_);
       last_ = run;
-      if (run.end != PennerEnd::kStalled || bits >= kLargestBits) break;
+      if (run.end != PennerEnd::kPrecision || bits >= kLargestBits) break;
+      if (others_left && run.error > kNearlyMet) break;
     }
-    result.metric.stats["seconds_newton"] = watch.seconds();
-    if (last_.end == PennerEnd::kConverged) return;
+  }
+
+  [[noreturn]] void throw_not_reached(int iterations, int bits) const {
     throw_not_converged(
         last_.end == PennerEnd::kIterations ? ErrorCode::kIterationLimit
                                             : ErrorCode::kLineSearchStalled,
         "The seamless metric was not reached: the largest angle error is " +
-            scientific(last_.error) + " radians after " + std::to_string(result.iterations) +
-            " Newton steps with " + std::to_string(result.metric.bits) +
+            scientific(last_.error) + " radians after " + std::to_string(iterations) +
+            " Newton steps with " + std::to_string(bits) +
             " bits. Spread the curvature over more vertices, or refine the mesh near the cones.");
+  }
+
+  // Steps towards the input's metric, as many as asked for or as the scale asks for.
+  void relax(PennerMetric& result, intrinsic::LoopCarrier& loops) {
+    const Stopwatch watch;
+    ConformalMetric& metric = result.metric;
+    const std::vector<double> area = vertex_areas(surface_);
+    const bool automatic = options_.relaxation < 0;
+    const int most = automatic ? kMostRelaxation : options_.relaxation;
+    if (automatic && scaling_energy(metric.scale_factors, area) <= kSmallEnergy) return;
+    if (most == 0 || metric.bits > 53) return;
+    ReferenceMetric reference(metric);
+    const EngineInput input = start_of(metric, targets_.vertex_angle);
+    auto engine = make_engine(input, metric.bits, context_);
+    carry(engine->flips(), loops, context_);
+    for (const auto& flip : engine->flips()) reference.flip(flip.plain.edges[0]);
+    Relaxation relaxation(targets_, std::max(options_.tolerance, kNearlyMet), context_);
+    const auto scale = [&] {
+      return vertex_means(engine->mesh(), reference.ratios(engine->lengths()));
+    };
+    while (result.relaxed < most && (!automatic || scaling_energy(scale(), area) > kSmallEnergy) &&
+           relaxation.step(engine, loops, reference)) {
+      ++result.relaxed;
+    }
+    if (result.relaxed > 0) result.iterations += met_again(engine, loops, reference);
+    append(*engine, metric, context_);
+    // Where the input's edges are crossed is told by the scale that explains the lengths best.
+    if (result.relaxed > 0) metric.scale_factors = scale();
+    metric.u = metric.scale_factors;
+    metric.stats["seconds_relaxation"] = watch.seconds();
+  }
+
+  // All angles, as well as asked for, after relaxation met them nearly. Newton steps.
+  int met_again(std::unique_ptr<MetricEngine>& engine, intrinsic::LoopCarrier& loops,
+                ReferenceMetric& reference) {
+    PennerNewtonOptions newton;
+    newton.tolerance = options_.tolerance;
+    const std::size_t before = engine->flips().size();
+    last_ = run_penner(engine, loops, targets_, newton, context_);
+    for (std::size_t i = before; i < engine->flips().size(); ++i)
+      reference.flip(engine->flips()[i].plain.edges[0]);
+    if (last_.end != PennerEnd::kConverged) throw_not_reached(last_.iterations, engine->bits());
+    return last_.iterations;
   }
 
   // The errors of the final lengths, rounded to double as they are for the layout at worst.
   void finish(PennerMetric& result, const intrinsic::LoopCarrier& loops) {
-    const EngineInput input = start_of(result.metric, targets_.vertex_angle);
-    const auto engine = make_engine(input, result.metric.bits, context_);
-    PennerAngles angles;
-    measure(*engine, loops, targets_, angles, context_);
+    const PennerAngles angles = measured(result.metric, loops);
     result.loop_error = angles.loops;
     result.metric.angle_error = angles.max_error;
     for (std::size_t v = 0; v < targets_.vertex_angle.size(); ++v)
@@ -249,6 +384,7 @@ class Solver {
   intrinsic::IntrinsicSetup setup_;
   Index genus_ = 0;
   PennerTargets targets_;
+  std::vector<std::vector<Index>> turns_;  // to be tried
   PennerRun last_;
 };
 

@@ -26,7 +26,13 @@ struct LoopTurn {
 
 struct PennerOptions {
   double tolerance = 1e-10;  // of every vertex' and loop's angle, radians
-  int max_iterations = 200;  // Newton steps, those of the conformal start not counted
+  int max_iterations = 200;  // Newton steps for one choice of turns, conformal start not counted
+  // Steps towards the input's metric (relaxation.h) after the angles are met; -1: none where the
+  // conformal metric serves, else as many as it takes.
+  int relaxation = -1;
+  // Attempts are numbered: even ones from the conformal metric, odd ones from the input's own, two
+  // for each choice of turns. Those before this one are left out.
+  int first_attempt = 0;
   double max_seconds = 0.0;  // give up after so many seconds of wall time; 0 = never
 };
 
@@ -40,6 +46,8 @@ struct PennerMetric {
   std::size_t conformal_flips = 0;   // the first so many of metric.flips
   int conformal_iterations = 0;
   int iterations = 0;  // of Newton's method
+  int relaxed = 0;     // steps of relaxation
+  int attempt = 0;     // that succeeded
 };
 
 // `cones`: quarter turns per vertex, 4 where it is flat. `loops`: none: a homology basis with the

@@ -25,6 +25,11 @@ constexpr double kShortStep = 0.25;
 // How well cones are met then: share of the loops' error.
 constexpr double kCones = 1e-3;
 constexpr int kConeIterations = 50;
+// Steps after each of which the cones were met again that leave more than half of the error are a
+// stall.
+constexpr std::size_t kPatience = 5;
+// Errors below this, in radians, are not reduced further for lack of bits.
+constexpr double kRounding = 1e-7;
 
 void carry(const MetricEngine& engine, std::size_t from, intrinsic::LoopCarrier& loops) {
   const std::vector<FlipRecord>& flips = engine.flips();
@@ -57,10 +62,11 @@ class PennerNewton {
       run_.end = PennerEnd::kIterations;
       if (run_.iterations >= options_.max_iterations) break;
       context_.check();
-      run_.end = PennerEnd::kStalled;
       before = angles_.max_error;
+      run_.end = PennerEnd::kPrecision;
       if (!system_.solve(engine_->mesh(), loops_, angles_, direction_, context_)) break;
-      if (!(restoring_ ? restored_step() : plain_step())) break;
+      if (angles_.max_error > kRounding) run_.end = PennerEnd::kStalled;
+      if (no_progress() || !(restoring_ ? restored_step() : plain_step())) break;
       ++run_.iterations;
       run_.error_history.push_back(angles_.max_error);
       run_.end = PennerEnd::kConverged;
@@ -71,6 +77,12 @@ class PennerNewton {
   }
 
  private:
+  bool no_progress() const {
+    const std::size_t now = run_.error_history.size();
+    return run_.restored > static_cast<int>(kPatience) &&
+           run_.error_history[now - 1] > 0.5 * run_.error_history[now - 1 - kPatience];
+  }
+
   double first_step() const {
     return std::min({1.0, options_.max_stretch / std::max(direction_.most_stretch, 1e-300),
                      options_.max_scale_range / std::max(direction_.scale_range, 1e-300)});

@@ -18,7 +18,8 @@ namespace flipfree::seamless {
 
 enum class PennerEnd {
   kConverged,
-  kStalled,  // no step lowers the error: rounding, or a limit of the method
+  kPrecision,  // rounding decides from here on: go on with more bits
+  kStalled,    // no step lowers the error by much
   kIterations,
 };
 

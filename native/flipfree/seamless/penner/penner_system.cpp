@@ -1,6 +1,7 @@
 #include "flipfree/seamless/penner/penner_system.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -26,33 +27,15 @@ Sides sides(const IntrinsicMesh& mesh, std::size_t h) {
   return {at(n), at(mesh.next[at(n)])};
 }
 
-// Jl', one column per loop.
-Eigen::MatrixXd loop_derivatives(const IntrinsicMesh& mesh, const intrinsic::LoopCarrier& loops,
-                                 const std::vector<double>& cotangent) {
-  const auto columns = static_cast<Eigen::Index>(loops.size());
-  Eigen::MatrixXd r = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(mesh.edge_count()), columns);
-  for (Eigen::Index i = 0; i < columns; ++i) {
-    loops.visit_corners(static_cast<std::size_t>(i), [&](const intrinsic::PassedCorner& corner) {
-      const auto h = at(corner.opposite);
-      const auto [n, p] = sides(mesh, h);
-      r(static_cast<Eigen::Index>(h / 2), i) += corner.sign * (cotangent[n] + cotangent[p]);
-      r(static_cast<Eigen::Index>(n / 2), i) -= corner.sign * cotangent[p];
-      r(static_cast<Eigen::Index>(p / 2), i) -= corner.sign * cotangent[n];
-    });
-  }
-  return r;
-}
-
 // B' r, column by column.
-Eigen::MatrixXd by_vertices(const IntrinsicMesh& mesh, const Eigen::MatrixXd& r) {
+Eigen::MatrixXd by_vertices(const IntrinsicMesh& mesh, const numeric::SparseMatrix& r) {
   Eigen::MatrixXd a =
       Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(mesh.vertex_count()), r.cols());
-  for (Eigen::Index i = 0; i < r.cols(); ++i) {
-    for (std::size_t e = 0; e < mesh.edge_count(); ++e) {
-      const double half = 0.5 * r(static_cast<Eigen::Index>(e), i);
-      if (half == 0.0) continue;
-      a(mesh.origin[2 * e], i) += half;
-      a(mesh.origin[2 * e + 1], i) += half;
+  for (Index i = 0; i < r.cols(); ++i) {
+    for (numeric::SparseMatrix::InnerIterator entry(r, i); entry; ++entry) {
+      const std::size_t h = 2 * at(entry.index());
+      a(mesh.origin[h], i) += 0.5 * entry.value();
+      a(mesh.origin[h + 1], i) += 0.5 * entry.value();
     }
   }
   return a;
@@ -97,6 +80,28 @@ void remove_means(Eigen::MatrixXd& columns) {
 }
 
 }  // namespace
+
+numeric::SparseMatrix loop_derivatives(const IntrinsicMesh& mesh,
+                                       const intrinsic::LoopCarrier& loops,
+                                       const std::vector<double>& cotangent) {
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    const auto column = static_cast<Index>(i);
+    loops.visit_corners(i, [&](const intrinsic::PassedCorner& corner) {
+      const auto h = at(corner.opposite);
+      const auto [n, p] = sides(mesh, h);
+      const auto add = [&](std::size_t g, double value) {
+        entries.emplace_back(static_cast<Index>(g / 2), column, corner.sign * value);
+      };
+      add(h, cotangent[n] + cotangent[p]);
+      add(n, -cotangent[p]);
+      add(p, -cotangent[n]);
+    });
+  }
+  numeric::SparseMatrix r(static_cast<Index>(mesh.edge_count()), static_cast<Index>(loops.size()));
+  r.setFromTriplets(entries.begin(), entries.end());
+  return r;
+}
 
 void measure(const conformal::MetricEngine& engine, const intrinsic::LoopCarrier& loops,
              const PennerTargets& targets, PennerAngles& out, ExecutionContext& context) {
@@ -149,15 +154,17 @@ bool PennerSystem::solve(const IntrinsicMesh& mesh, const intrinsic::LoopCarrier
   Eigen::MatrixXd right = -g;
   Eigen::VectorXd s = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(mesh.edge_count()));
   if (loops.size() > 0) {
-    Eigen::MatrixXd q = loop_derivatives(mesh, loops, angles.cotangent);
-    Eigen::MatrixXd a = by_vertices(mesh, q);
+    const numeric::SparseMatrix r = loop_derivatives(mesh, loops, angles.cotangent);
+    Eigen::MatrixXd a = by_vertices(mesh, r);
     remove_means(a);
     const Eigen::MatrixXd x = -laplacian_.solve_columns(a, context);
-    subtract_vertex_part(mesh, angles.cotangent, x, q, context);
+    q_ = r;
+    subtract_vertex_part(mesh, angles.cotangent, x, q_, context);
     const Eigen::Map<const Eigen::VectorXd> f(angles.loops.data(),
                                               static_cast<Eigen::Index>(loops.size()));
-    const Eigen::LDLT<Eigen::MatrixXd> gram(q.transpose() * q);
-    s = q * gram.solve(f - x.transpose() * g);
+    Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(q_.cols(), q_.cols());
+    gram.selfadjointView<Eigen::Lower>().rankUpdate(q_.transpose());
+    s = q_ * Eigen::LDLT<Eigen::MatrixXd, Eigen::Lower>(gram).solve(f - x.transpose() * g);
     right += vertex_change(mesh, angles.cotangent, s);
   }
   remove_means(right);

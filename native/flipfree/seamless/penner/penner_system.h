@@ -22,6 +22,7 @@
 #include "flipfree/conformal/engine/engine.h"
 #include "flipfree/conformal/metric/newton_system.h"
 #include "flipfree/intrinsic/loops/loop_carrier.h"
+#include "flipfree/numeric/cholesky/cholesky.h"
 
 namespace flipfree::seamless {
 
@@ -49,6 +50,11 @@ struct PennerDirection {
   double most_stretch = 0.0;
 };
 
+// Derivatives of the loops' angles, #E x #loops, column by column sorted by row.
+numeric::SparseMatrix loop_derivatives(const intrinsic::IntrinsicMesh& mesh,
+                                       const intrinsic::LoopCarrier& loops,
+                                       const std::vector<double>& cotangent);
+
 class PennerSystem {
  public:
   // False if the Laplacian is not positive definite to working precision or an angle has no
@@ -58,6 +64,7 @@ class PennerSystem {
 
  private:
   conformal::NewtonSystem laplacian_;
+  Eigen::MatrixXd q_;  // kept from step to step for its memory
 };
 
 }  // namespace flipfree::seamless

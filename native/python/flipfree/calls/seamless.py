@@ -96,10 +96,15 @@ def start_penner(
     loops: Sequence[tuple[Any, int]] | None = None,
     uncuttable: Any = None,
     max_iterations: int = 200,
+    relaxation: int | None = None,
     max_seconds: float | None = None,
     threads: int = 2,
 ) -> Job[SeamlessMap]:
-    """The map of the engine "penner", at once, on a thread; ``loops`` as in :class:`SeamlessMap`, None: chosen."""
+    """The map of the engine "penner", at once, on a thread.
+
+    ``loops`` as in :class:`SeamlessMap`, None: chosen. ``relaxation``: steps towards the input's metric, which lower
+    the energy and cost refinement; None: only where the energy would be large.
+    """
     as_choice(engine, "engine", ENGINES)
     face_array = as_indices(faces, "faces", 3)
     positions = as_vertices(vertices, face_array)
@@ -111,6 +116,7 @@ def start_penner(
         as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
         1e-10,
         as_count(max_iterations, "max_iterations", 1),
+        -1 if relaxation is None else as_count(relaxation, "relaxation"),
         as_seconds(max_seconds, "max_seconds"),
         as_threads(threads),
     )

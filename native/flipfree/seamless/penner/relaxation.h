@@ -1,0 +1,64 @@
+// Brings a metric nearer to that of the input while its cones and loops stay as they are.
+//
+// The conformal metric of cones where the surface has no curvature spans many orders of magnitude:
+// more than doubles hold as a map, and more than an optimisation of the map would like to start
+// from. Lengths that are not conformal need not. The distance is that of the logarithms of edge
+// lengths on the current triangulation, on which the input's metric is given by its Penner lengths
+// (Capouellez, Zorin 2023, "Metric Optimization in Penner Coordinates"). It changes with the
+// triangulation, so nothing is minimised strictly: a few steps do nearly all.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/conformal/engine/engine.h"
+#include "flipfree/intrinsic/flipped_metric.h"
+#include "flipfree/intrinsic/loops/loop_carrier.h"
+#include "flipfree/seamless/penner/shortest_system.h"
+
+namespace flipfree::seamless {
+
+// The input's metric in Penner coordinates of a triangulation that is flipped.
+class ReferenceMetric {
+ public:
+  // On the final triangulation of `metric`. Cost: O(flips).
+  explicit ReferenceMetric(const intrinsic::FlippedMetric& metric);
+  void flip(EdgeId e);
+  // Logarithms of lengths over these, mean 0.
+  std::vector<double> ratios(const std::vector<double>& lengths) const;
+
+ private:
+  intrinsic::FlipMesh mesh_;
+  std::vector<double> logarithm_;
+};
+
+class Relaxation {
+ public:
+  // `tolerance`: of all angles after a step. `engine` stands on the triangulation of `loops` and
+  // `reference`.
+  Relaxation(const PennerTargets& targets, double tolerance, ExecutionContext& context)
+      : targets_(targets), tolerance_(tolerance), context_(context) {}
+
+  // Takes one step and meets all angles again (penner_newton.h). False, and nothing done, if none
+  // leads nearer. Precondition: all angles are met.
+  bool step(std::unique_ptr<conformal::MetricEngine>& engine, intrinsic::LoopCarrier& loops,
+            ReferenceMetric& reference);
+
+ private:
+  const PennerTargets& targets_;
+  double tolerance_;
+  ExecutionContext& context_;
+  ShortestSystem system_;
+};
+
+// Means, around every vertex, of what the edges there have: the scale factors that explain the
+// ratios best, more or less.
+std::vector<double> vertex_means(const intrinsic::IntrinsicMesh& mesh,
+                                 const std::vector<double>& ratios);
+
+// Symmetric Dirichlet energy, at the best global scale, of a map that scales the surroundings of
+// every vertex by exp(scale) alone; area: of the vertices.
+double scaling_energy(const std::vector<double>& scale, const std::vector<double>& area);
+
+}  // namespace flipfree::seamless
