@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "flipfree/certify/certified_map.h"
 #include "support/shapes.h"
 
 namespace flipfree::certify {
@@ -54,6 +55,24 @@ TEST(Agreement, only_what_was_repaired_is_taken_from_storage_unless_angles_are_p
       EXPECT_EQ(Points2(map.agreed.row(c)), expected) << "corner " << c;
     }
   }
+}
+
+// The triangle's long side passes the stored corner where it is in 64 bits, not where it is stored.
+TEST(Agreement, stored_values_are_taken_alone_where_they_pass_only_together) {
+  const double unit = std::ldexp(1.0, -23);  // of 32-bit floats above 1
+  Parametrization map;
+  map.surface.vertices.resize(3, 3);
+  map.surface.vertices << 0, 0, 0, 1, 0, 0, 0, 1, 0;
+  map.surface.faces.resize(1, 3);
+  map.surface.faces << 0, 1, 2;
+  map.uv.resize(3, 2);
+  map.uv << -1, 1 + 0.2 * unit, 1, -1 + 0.2 * unit, 0, 0.3 * unit;
+  map.uv32 = map.uv.cast<float>();
+  map.uv32(2, 1) = static_cast<float>(0.1 * unit);
+  set_identity_provenance(map);
+  certify_map(map, map.surface, {}, ExecutionContext());
+  EXPECT_TRUE(map.certificate.ok);
+  EXPECT_EQ(map.agreed, Points2(map.uv32.cast<double>()));
 }
 
 TEST(Agreement, stored_values_that_do_not_pass_alone_are_said_to_fail) {

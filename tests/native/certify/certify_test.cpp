@@ -263,6 +263,21 @@ TEST(Certify, a_true_subdivision_passes_g7) {
   EXPECT_TRUE(map.certificate.ok);
 }
 
+TEST(Certify, failures_of_a_refined_map_name_faces_of_the_input_where_they_are_known) {
+  const mesh::Surface parent = test::grid(3, 3);
+  Parametrization map = split_face(parent);
+  const Eigen::Index last = map.uv.rows() - 1;
+  for (const Eigen::Index row : {last - 3, last})  // two thirds of face 0 are flipped
+    map.uv.row(row).swap(map.uv.row(row - 1));
+  certify_map(map, parent, {}, ExecutionContext());
+  EXPECT_EQ(map.certificate.failed_faces.front(), map.surface.faces.rows() - 2);
+  const Certificate named = in_input_faces(map);
+  EXPECT_EQ(named.failed_faces, std::vector<FaceId>{0});
+  EXPECT_EQ(named.failures.back(), "(Numbers are those of the refined mesh)");
+  map.parent_face.clear();
+  EXPECT_EQ(in_input_faces(map).failed_faces, map.certificate.failed_faces);
+}
+
 TEST(Certify, g7_sees_moved_vertices_missing_faces_and_wrong_parents) {
   const mesh::Surface parent = test::bumpy_grid(3, 3, 0.3, 2.0);
   {

@@ -67,6 +67,16 @@ TEST(Energy, leaves_faces_without_area_out_also_where_charts_are_named) {
   EXPECT_EQ(charts_above(surface, uv, charts, 1.0, 0.0).size(), 1U);
 }
 
+// A triangle whose area is positive, and zero in doubles.
+TEST(Energy, of_triangles_thinner_than_doubles_resolve_is_finite) {
+  const mesh::Surface surface = loose_triangles(1);
+  Points2 uv(3, 2);
+  uv << 0, 0, std::nextafter(1.0, 0.0), 1, 1, std::nextafter(1.0, 2.0);
+  const EnergyFigures figures = symmetric_dirichlet(surface, uv);
+  EXPECT_GT(figures.mean, 1e10);
+  EXPECT_LT(figures.maximum, kInfinite);
+}
+
 TEST(Winding, of_closed_surfaces_is_judged_at_every_uncut_vertex) {
   const mesh::Surface surface = test::tetrahedron();
   const mesh::Adjacency adjacency = adjacency_of(surface);
@@ -133,6 +143,27 @@ TEST(QuarterTurns, are_four_inside_a_grid_and_not_counted_on_its_boundary) {
   }
 }
 
+TEST(Seams, both_coordinates_count_for_each_quarter_turn) {
+  const mesh::Surface surface = test::grid(1, 1);
+  const mesh::Adjacency adjacency = adjacency_of(surface);
+  for (int turns = 0; turns < 4; ++turns) {
+    Points2 uv = flat(surface);
+    uv.col(1) *= 3.0;
+    for (CornerId c = 3; c < 6; ++c) {
+      for (int k = 0; k < turns; ++k) {
+        const Vector2 p = uv.row(c);
+        uv.row(c) << -p.y(), p.x();
+      }
+    }
+    EXPECT_TRUE(seam_failures(adjacency, mesh::EdgeFlags(6, 1), uv).empty());
+    for (const int axis : {0, 1}) {
+      Points2 bent = uv;
+      bent.bottomRows(3).col(axis) *= 2.0;
+      EXPECT_EQ(seam_failures(adjacency, mesh::EdgeFlags(6, 1), bent).size(), 1U);
+    }
+  }
+}
+
 TEST(Overlap, names_at_most_a_thousand_faces) {
   // A strip of 700 cells folded onto the same 7 places over and over: thousands of contacts.
   const mesh::Surface surface = test::grid(700, 1);
@@ -196,6 +227,42 @@ TEST(IslandOverlap, charts_that_cover_nothing_overlap_nothing) {
   EXPECT_EQ(island_overlaps(charts, uv).pairs, 0);
   uv.middleRows<3>(6) << 0, 0, 1, 0, 0, 1;
   EXPECT_EQ(island_overlaps(charts, uv).pairs, 1);
+}
+
+TEST(IslandOverlap, triangles_are_separated_by_a_side_of_either) {
+  const mesh::Surface surface = loose_triangles(2);
+  const mesh::Components charts = charts_of(adjacency_of(surface), mesh::EdgeFlags(6, 0));
+  Points2 uv(6, 2);
+  uv << 0, 0, 2, 0, 0, 2, 2, 2, 0.5, 1.9, 1.9, 0.5;  // a corner points at a long side
+  EXPECT_EQ(island_overlaps(charts, uv).pairs, 0);
+  const Points2 first = uv.topRows(3);
+  uv.topRows(3) = uv.bottomRows(3).eval();
+  uv.bottomRows(3) = first;
+  EXPECT_EQ(island_overlaps(charts, uv).pairs, 0);
+  uv.row(0) << 0, 0;
+  EXPECT_EQ(island_overlaps(charts, uv).pairs, 1);
+  uv.topRows(3) << 0, 0, 1, 1, 2, 2;  // it covers nothing
+  EXPECT_EQ(island_overlaps(charts, uv).pairs, 0);
+}
+
+// The first chart is one triangle, the second a tree.
+TEST(IslandOverlap, a_single_triangle_is_sought_on_both_sides_of_a_tree) {
+  const mesh::Surface grid = test::grid(8, 8);
+  const Eigen::Index m = grid.faces.rows();
+  mesh::Components charts;
+  charts.count = 2;
+  charts.of_face.assign(static_cast<std::size_t>(m + 1), 1);
+  charts.of_face[0] = 0;
+  Points2 uv(3 * (m + 1), 2);
+  uv.bottomRows(3 * m) = flat(grid);
+  for (const double x : {0.01, 0.3, 0.6, 0.9}) {
+    for (const double y : {0.01, 0.3, 0.6, 0.9}) {
+      uv.topRows<3>() << x, y, x + 0.06, y, x, y + 0.06;
+      EXPECT_EQ(island_overlaps(charts, uv).pairs, 1) << x << " " << y;
+    }
+  }
+  uv.topRows<3>() << 0.9, -0.15, 1.2, -0.15, 1.2, 0.15;  // its box meets the grid's corner, it not
+  EXPECT_EQ(island_overlaps(charts, uv).pairs, 0);
 }
 
 TEST(IslandOverlap, trees_of_many_triangles_are_searched_on_both_sides) {

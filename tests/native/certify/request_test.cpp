@@ -104,6 +104,9 @@ TEST(CertifyRequest, overlaps_are_measured_only_where_somebody_asks) {
   EXPECT_EQ(c.measure().island_overlaps, -1);
   c.request.require_disjoint = true;
   EXPECT_EQ(c.measure().overlaps, 0);
+  c.request.require_disjoint = false;
+  c.request.require_bijective = true;
+  EXPECT_EQ(c.measure().overlaps, 0);
 }
 
 TEST(CertifyRequest, a_prescribed_angle_excuses_the_winding_at_its_vertex_alone) {
@@ -156,6 +159,39 @@ TEST(CertifyRequest, figures_that_are_no_numbers_are_a_failure) {
   const Certificate certificate = c.measure();
   EXPECT_FALSE(certificate.ok);
   ASSERT_FALSE(certificate.failures.empty());
+}
+
+// Sizes so far apart that the mean is a number and the worst triangle is not.
+TEST(CertifyRequest, a_worst_triangle_beyond_doubles_is_a_failure_beside_a_finite_mean) {
+  Case c;
+  c.surface.vertices.resize(6, 3);
+  c.surface.vertices << 0, 0, 0, 1e-70, 0, 0, 0, 1e-70, 0, 0, 0, 0, 1e50, 0, 0, 0, 1e50, 0;
+  c.surface.faces.resize(2, 3);
+  c.surface.faces << 0, 1, 2, 3, 4, 5;
+  c.uv.resize(6, 2);
+  c.uv << 0, 0, 1e38, 0, 0, 1e38, -1, -1, -1 + 1e-7, -1, -1, -1 + 1e-7;
+  const Certificate reached = c.measure();
+  EXPECT_TRUE(reached.ok);
+  c.uv.bottomRows(3) << 0, 0, 1e-37, 0, 0, 1e-37;
+  c.request.measure_overlaps = false;
+  const Certificate certificate = c.measure();
+  EXPECT_TRUE(std::isfinite(certificate.energy));
+  EXPECT_FALSE(std::isfinite(certificate.max_energy));
+  EXPECT_FALSE(certificate.ok);
+  EXPECT_EQ(certificate.failures.size(), 1U);
+}
+
+TEST(CertifyRequest, distortion_that_is_not_required_is_minus_one_unless_it_is_finite) {
+  Case c;
+  c.request.require_distortion = false;
+  EXPECT_NEAR(c.measure().energy, 1.0, 1e-12);
+  c.surface.vertices.setZero();
+  const Certificate certificate = c.measure();
+  EXPECT_TRUE(certificate.ok);
+  EXPECT_FALSE(certificate.poor);
+  EXPECT_EQ(certificate.energy, -1.0);
+  EXPECT_EQ(certificate.max_energy, -1.0);
+  EXPECT_EQ(certificate.energy_p99, -1.0);
 }
 
 TEST(CertifyRequest, all_pins_that_are_missed_are_counted) {

@@ -20,11 +20,13 @@ double percentile(std::vector<std::pair<double, double>> weighted, double share)
   }
   std::sort(weighted.begin(), weighted.end());
   double sum = 0.0;
+  double reached = std::numeric_limits<double>::quiet_NaN();
   for (const auto& [value, weight] : weighted) {
+    reached = value;
     sum += weight;
-    if (sum >= share) return value;
+    if (sum >= share) break;
   }
-  return weighted.empty() ? std::numeric_limits<double>::quiet_NaN() : weighted.back().first;
+  return reached;
 }
 
 // A number as the sum of two doubles that do not overlap.

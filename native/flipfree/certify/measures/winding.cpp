@@ -30,7 +30,7 @@ std::vector<VertexId> winding_failures(const mesh::Adjacency& adjacency,
       const bool to = upper(corner_uv, h, previous_corner(h));
       if (!from && to) ++turns;
       h = mesh::rotate_ccw(adjacency, h);
-    } while (h != kInvalid && h != start);
+    } while (h != start);  // an inner vertex: its faces close around it
     if (uncut && turns != 1) failures.push_back(v);
   }
   return failures;
