@@ -332,17 +332,21 @@ void check_shapes(const CertifyRequest& request) {
   const auto corners = static_cast<CornerId>(request.uv->rows());
   for (const CornerPin& pin : request.pins) {
     if (pin.corner < 0 || pin.corner >= corners) {
-      throw_invalid(ErrorCode::kBadPins,
-                    "A pin names corner " + std::to_string(pin.corner) + ", which does not exist.",
-                    ElementKind::kCorner, {pin.corner});
+      throw_invalid(ErrorCode::kBadPins, "A pin names corner " + std::to_string(pin.corner) +
+                                             ", which does not exist. Pin corners of the mesh.");
     }
   }
   for (const auto& [v, angle] : request.cone_angles) {
-    if (v < 0 || v >= request.surface->vertices.rows() || !std::isfinite(angle)) {
+    if (v < 0 || v >= request.surface->vertices.rows()) {
       throw_invalid(ErrorCode::kBadAngles,
                     "A cone names vertex " + std::to_string(v) +
-                        ", which does not exist, or no finite angle.",
-                    ElementKind::kVertex, {v});
+                        ", which does not exist. Name vertices of the mesh.");
+    }
+    if (!std::isfinite(angle)) {
+      throw_invalid(
+          ErrorCode::kBadAngles,
+          "The cone at vertex " + std::to_string(v) + " has no finite angle. Give it in radians.",
+          ElementKind::kVertex, {v});
     }
   }
 }

@@ -50,11 +50,14 @@ void assign_pins(const mesh::Surface& surface, const std::vector<mesh::Chart>& c
     }
   }
   for (const certify::CornerPin& pin : options.pins) {
-    if (pin.corner < 0 || pin.corner >= 3 * surface.faces.rows() || !is_storable(pin.uv)) {
+    if (pin.corner < 0 || pin.corner >= 3 * surface.faces.rows()) {
+      throw_invalid(ErrorCode::kBadPins, "A pin names corner " + std::to_string(pin.corner) +
+                                             ", which does not exist. Pin corners of the mesh.");
+    }
+    if (!is_storable(pin.uv)) {
       throw_invalid(ErrorCode::kBadPins,
-                    "A pin names corner " + std::to_string(pin.corner) +
-                        ", which does not exist, or a place that UVs cannot store (up to 3.4e38). "
-                        "Correct the pin.",
+                    "The pin of corner " + std::to_string(pin.corner) +
+                        " is at a place that UVs cannot store (up to 3.4e38). Correct it.",
                     ElementKind::kCorner, {pin.corner});
     }
     const auto [c, f] = place[size(pin.corner / 3)];

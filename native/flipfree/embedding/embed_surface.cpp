@@ -54,8 +54,8 @@ Boundary place(const mesh::Surface& surface, const EmbedSurfaceOptions& options)
   for (const VertexId v : boundary.loop) {
     if (v >= 0 && v < static_cast<Index>(surface.vertices.rows())) continue;
     throw_invalid(ErrorCode::kIndexOutOfRange,
-                  "The boundary loop names vertex " + std::to_string(v) + ", which does not exist.",
-                  ElementKind::kVertex, {v});
+                  "The boundary loop names vertex " + std::to_string(v) +
+                      ", which does not exist. List vertices of the mesh.");
   }
   const bool turned = orient_loop(boundary.loop, own);
   if (options.polygon) {

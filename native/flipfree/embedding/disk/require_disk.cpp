@@ -20,10 +20,9 @@ void require_disk_with_boundary(const Triangles& faces, Index vertex_count,
   std::vector<Index> place(static_cast<Size>(vertex_count), kInvalid);
   for (Size i = 0; i < loop.size(); ++i) {
     if (loop[i] < 0 || loop[i] >= vertex_count) {
-      throw_invalid(
-          ErrorCode::kIndexOutOfRange,
-          "The boundary loop names vertex " + std::to_string(loop[i]) + ", which does not exist.",
-          ElementKind::kVertex, {loop[i]});
+      throw_invalid(ErrorCode::kIndexOutOfRange,
+                    "The boundary loop names vertex " + std::to_string(loop[i]) +
+                        ", which does not exist. List vertices of the mesh.");
     }
     if (place[static_cast<Size>(loop[i])] != kInvalid) {
       throw_invalid(

@@ -34,7 +34,12 @@ class Reader {
 
  private:
   void check_vertex(VertexId v) const {
-    if (v < 0 || v >= surface_.input_vertices() || surface_.mesh.outgoing(v) == kInvalid) {
+    if (v < 0 || v >= surface_.input_vertices()) {
+      throw_invalid(
+          ErrorCode::kIndexOutOfRange,
+          "A constraint names " + name(v) + ", which does not exist. Name vertices of the mesh.");
+    }
+    if (surface_.mesh.outgoing(v) == kInvalid) {
       throw_invalid(ErrorCode::kIndexOutOfRange,
                     "A constraint names " + name(v) +
                         ", which belongs to no face. Name vertices of the mesh.",
