@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 
 import check_docs
+import check_house
 
 # Other versions break lines differently.
 CLANG_FORMAT = 14
@@ -44,6 +45,11 @@ def clang_format() -> str | None:
     return result.stderr if result.returncode else None
 
 
+def house() -> str | None:
+    """Floors, circles, namespaces, sizes of rooms and files."""
+    return "\n".join(check_house.complaints(Path("."))) or None
+
+
 def pages() -> str | None:
     return "\n".join(check_docs.complaints(Path("."))) or None
 
@@ -67,6 +73,7 @@ def main(report: str) -> int:
         ("ruff format", partial(ruff, "format", "--check"), None),
         ("mypy", mypy, None),
         ("clang-format", clang_format, clang_format_missing()),
+        ("house", house, None),
         ("pages", pages, None),
     ):
         case = ET.SubElement(suite, "testcase", name=name)

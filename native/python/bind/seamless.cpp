@@ -4,7 +4,7 @@
 
 #include "arrays.h"
 #include "bind/bindings.h"
-#include "flipfree/seamless/penner/penner_map.h"
+#include "flipfree/seamless/penner/penner.h"
 #include "job.h"
 
 namespace py = pybind11;

@@ -13,6 +13,7 @@
 #include "flipfree/base/in_time.h"
 #include "flipfree/conformal/engine/engine.h"
 #include "flipfree/intrinsic/loops/loop_carrier.h"
+#include "flipfree/intrinsic/loops/surface_loops.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
 #include "flipfree/seamless/penner/penner_newton.h"
@@ -47,54 +48,11 @@ std::string scientific(double value) {
   return text;
 }
 
-// Distance between the centres of two triangles across each edge: two thirds of the height of the
-// edge over them, as far as doubles tell.
-std::vector<double> steps_across(const mesh::Surface& surface,
-                                 const intrinsic::IntrinsicSetup& setup) {
-  std::vector<double> step(setup.mesh.edge_count(), 1e-12);
-  for (Index f = 0; f < static_cast<Index>(surface.faces.rows()); ++f) {
-    Vector3 centre = Vector3::Zero();
-    for (int k = 0; k < 3; ++k) centre += surface.vertices.row(surface.faces(f, k)) / 3.0;
-    for (int k = 0; k < 3; ++k) {
-      const Vector3 a = surface.vertices.row(surface.faces(f, k));
-      const Vector3 b = surface.vertices.row(surface.faces(f, (k + 1) % 3));
-      step[at(setup.input_halfedge[at(3 * f + k)] >> 1)] += (centre - 0.5 * (a + b)).norm();
-    }
-  }
-  return step;
-}
-
-std::vector<intrinsic::DualLoop> on_setup(const std::vector<LoopTurn>& loops,
-                                          const Triangles& faces,
-                                          const intrinsic::IntrinsicSetup& setup) {
-  const auto corner_count = static_cast<HalfedgeId>(3 * faces.rows());
-  std::vector<HalfedgeId> corner_of(setup.mesh.halfedge_count(), kInvalid);
-  for (HalfedgeId c = 0; c < corner_count; ++c) corner_of[at(setup.input_halfedge[at(c)])] = c;
-  std::vector<intrinsic::DualLoop> out;
-  for (std::size_t i = 0; i < loops.size(); ++i) {
-    const auto& loop = loops[i].loop;
-    intrinsic::DualLoop own;
-    for (std::size_t k = 0; k < loop.size(); ++k) {
-      const HalfedgeId after = loop[(k + 1) % loop.size()];
-      const bool inside =
-          loop[k] >= 0 && loop[k] < corner_count && after >= 0 && after < corner_count;
-      const HalfedgeId entered =
-          inside ? corner_of[at(setup.input_halfedge[at(loop[k])] ^ 1)] : kInvalid;
-      if (!inside || entered / 3 != after / 3 || entered == after) {
-        throw_invalid(ErrorCode::kBadOption,
-                      "Loop " + std::to_string(i) + " is not a closed strip of faces at place " +
-                          std::to_string(k) +
-                          ". Give half-edges across each of which the loop enters the face of the "
-                          "next one, without turning back.");
-      }
-      own.push_back(setup.input_halfedge[at(loop[k])]);
-    }
-    if (own.empty())
-      throw_invalid(ErrorCode::kBadOption,
-                    "Loop " + std::to_string(i) + " is empty. Leave it out.");
-    out.push_back(std::move(own));
-  }
-  return out;
+std::vector<intrinsic::DualLoop> strips_of(const std::vector<LoopTurn>& loops) {
+  std::vector<intrinsic::DualLoop> strips;
+  strips.reserve(loops.size());
+  for (const LoopTurn& loop : loops) strips.push_back(loop.loop);
+  return strips;
 }
 
 void carry(const std::vector<intrinsic::FlipRecord>& flips, intrinsic::LoopCarrier& loops,
@@ -175,7 +133,8 @@ class Solver {
                                                std::to_string(result.loops.size()) + ".");
     }
     if (given) refuse_impossible(*given);
-    intrinsic::LoopCarrier loops(setup_.mesh, on_setup(result.loops, surface_.faces, setup_));
+    intrinsic::LoopCarrier loops(
+        setup_.mesh, intrinsic::on_setup(strips_of(result.loops), surface_.faces, setup_));
     start(result, loops, given.has_value());
     // Cones that are met leave the loops of a torus without cones no choice.
     const bool flat =
@@ -270,7 +229,8 @@ class Solver {
     input.target = targets_.vertex_angle;
     auto engine = make_engine(input, 53, context_);
     if (!engine->started()) return;
-    intrinsic::LoopCarrier carried(setup_.mesh, on_setup(result.loops, surface_.faces, setup_));
+    intrinsic::LoopCarrier carried(
+        setup_.mesh, intrinsic::on_setup(strips_of(result.loops), surface_.faces, setup_));
     carry(engine->flips(), carried, context_);
     PennerNewtonOptions newton;
     newton.tolerance = kNearlyMet;
@@ -397,7 +357,8 @@ std::vector<std::vector<HalfedgeId>> input_homology_basis(const mesh::Surface& s
   std::vector<HalfedgeId> corner_of(setup.mesh.halfedge_count(), kInvalid);
   for (std::size_t c = 0; c < setup.input_halfedge.size(); ++c)
     corner_of[at(setup.input_halfedge[c])] = static_cast<HalfedgeId>(c);
-  auto loops = intrinsic::homology_basis(setup.mesh, steps_across(surface, setup), context);
+  auto loops =
+      intrinsic::homology_basis(setup.mesh, intrinsic::steps_across(surface, setup), context);
   for (auto& loop : loops) {
     for (HalfedgeId& h : loop) h = corner_of[at(h)];
   }

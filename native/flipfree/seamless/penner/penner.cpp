@@ -1,4 +1,4 @@
-#include "flipfree/seamless/penner/penner_map.h"
+#include "flipfree/seamless/penner/penner.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

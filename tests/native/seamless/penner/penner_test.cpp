@@ -1,5 +1,5 @@
 // Seamless maps in doubles: certificates, branches and transitions, components.
-#include "flipfree/seamless/penner/penner_map.h"
+#include "flipfree/seamless/penner/penner.h"
 
 #include <gtest/gtest.h>
 
