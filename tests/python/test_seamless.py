@@ -65,10 +65,13 @@ def test_prescribed_loops_are_met() -> None:
     assert judged.loop_error < 1e-9
 
 
-def test_transitions_join_the_sides_of_every_cut_edge() -> None:
+@pytest.mark.parametrize("stored", [False, True])
+def test_transitions_join_the_sides_of_every_cut_edge_exactly(stored: bool) -> None:
     vertices, faces = torus()
     map = seamless(vertices, faces, random_cones(faces, 1, 12, 3))
-    uv = map.uv64
+    certificate = map.certificate
+    assert certificate.seam_edges == certificate.seams_exact64 == certificate.seams_exact32 > 0
+    uv = map.uv32().astype(np.float64) if stored else map.uv64
     corner = {
         (int(f[k]), int(f[(k + 1) % 3])): (uv[i, k], uv[i, (k + 1) % 3])
         for i, f in enumerate(map.faces)
@@ -83,8 +86,26 @@ def test_transitions_join_the_sides_of_every_cut_edge() -> None:
     ):
         turned = np.linalg.matrix_power(np.array([[0, -1], [1, 0]]), int(turns))
         first, second = corner[a, b], corner[b, a]
-        assert np.abs(turned @ first[0] + shift - second[1]).max() < 1e-12
-        assert np.abs(turned @ first[1] + shift - second[0]).max() < 1e-12
+        assert (turned @ first[0] + shift == second[1]).all()
+        assert (turned @ first[1] + shift == second[0]).all()
+
+
+def test_several_components_are_one_map() -> None:
+    a, b = torus(), octahedron_sphere(3)
+    vertices = np.concatenate([a[0], b[0] + [10, 0, 0]])
+    faces = np.concatenate([a[1], b[1] + len(a[0])])
+    cones = random_cones(a[1], 1, 8, 2)
+    cones |= {v + len(a[0]): k for v, k in random_cones(b[1], 0, 12, 4).items()}
+    map = seamless(vertices, faces, cones)
+    assert map.certificate.ok
+    assert map.certificate.seams_exact32 == map.certificate.seam_edges > 0
+
+
+def test_optimising_lowers_the_energy() -> None:
+    vertices, faces = octahedron_sphere(4)
+    cones = random_cones(faces, 0, 24, 7)
+    plain = seamless(vertices, faces, cones, optimise=False)
+    assert seamless(vertices, faces, cones).certificate.energy < plain.certificate.energy
 
 
 def test_impossible_cones_are_refused_with_a_reason() -> None:

@@ -4,6 +4,7 @@
 
 #include "arrays.h"
 #include "bind/bindings.h"
+#include "flipfree/seamless/exact/seamless_map.h"
 #include "flipfree/seamless/penner/penner.h"
 #include "job.h"
 
@@ -53,6 +54,33 @@ py::object to_object(const PennerMap& result) {
 }  // namespace
 
 void bind_seamless(py::module_& module) {
+  using seamless::SeamlessOptions;
+  py::class_<SeamlessOptions>(module, "SeamlessOptions")
+      .def(py::init<>())
+      .def_property("uncuttable", nullptr,
+                    [](SeamlessOptions& options, const Array<Index>& edges) {
+                      options.engine.uncuttable = to_matrix<IndexPairs>(edges, "uncuttable");
+                    })
+      .def_property(
+          "engine_iterations", nullptr,
+          [](SeamlessOptions& options, int count) { options.engine.metric.max_iterations = count; })
+      .def_readwrite("optimise", &SeamlessOptions::optimise)
+      .def_readwrite("max_seconds", &SeamlessOptions::max_seconds);
+  module.def(
+      "seamless",
+      [](const Array<double>& vertices, const Array<Index>& faces, const Array<Index>& cones,
+         const SeamlessOptions& options, int threads) {
+        return start_job(
+            [surface = to_surface(vertices, faces),
+             cones = std::vector<Index>(cones.data(), cones.data() + cones.size()),
+             options](ExecutionContext& context) {
+              return seamless::compute_seamless_map(surface, cones, options, context);
+            },
+            [](const certify::Parametrization& map) -> py::object { return to_dict(map); },
+            threads);
+      },
+      py::arg("vertices"), py::arg("faces"), py::arg("cones"), py::arg("options"),
+      py::arg("threads"));
   module.def(
       "seamless_penner",
       [](const Array<double>& vertices, const Array<Index>& faces, const Array<Index>& cones,
