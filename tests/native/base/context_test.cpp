@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/parallel.h"
 
 namespace flipfree {
 namespace {
@@ -184,67 +183,6 @@ TEST(MapInHand, parts_are_accepted_with_their_parent_and_have_its_map) {
   EXPECT_THROW(before.check(), TimeIsOver);
   parent.cancel();
   EXPECT_THROW(part.check(), Cancelled);
-}
-
-TEST(ParallelFor, visits_every_index_exactly_once_for_any_number_of_threads) {
-  for (const int threads : {1, 2, 5}) {
-    ExecutionContext context;
-    context.threads = threads;
-    std::vector<std::atomic<int>> visits(1000);
-    parallel_for(context, visits.size(), 7, [&](std::size_t begin, std::size_t end, std::size_t) {
-      for (std::size_t i = begin; i < end; ++i) ++visits[i];
-    });
-    for (const auto& count : visits) EXPECT_EQ(count.load(), 1);
-  }
-}
-
-TEST(ParallelFor, sums_per_chunk_have_the_same_bits_for_any_number_of_threads) {
-  const auto sum = [](int threads) {
-    ExecutionContext context;
-    context.threads = threads;
-    std::vector<double> partial(chunk_count(100000, 64), 0.0);
-    parallel_for(context, 100000, 64, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-      for (std::size_t i = begin; i < end; ++i)
-        partial[chunk] += 1.0 / (1.0 + static_cast<double>(i));
-    });
-    double total = 0.0;
-    for (const double p : partial) total += p;
-    return total;
-  };
-  EXPECT_EQ(sum(1), sum(2));
-  EXPECT_EQ(sum(1), sum(4));
-}
-
-TEST(ParallelFor, rethrows_what_a_chunk_threw) {
-  ExecutionContext context;
-  EXPECT_THROW(parallel_for(context, 100, 1,
-                            [](std::size_t begin, std::size_t, std::size_t) {
-                              if (begin == 42) throw_invalid(ErrorCode::kBadOption, "chunk 42");
-                            }),
-               InvalidInput);
-}
-
-TEST(ParallelFor, stops_when_cancelled_and_the_context_of_another_call_still_works) {
-  ExecutionContext context;
-  std::atomic<int> visits{0};
-  EXPECT_THROW(parallel_for(context, 100000, 1,
-                            [&](std::size_t, std::size_t, std::size_t) {
-                              if (++visits == 10) context.cancel();
-                            }),
-               Cancelled);
-  EXPECT_LT(visits.load(), 1000);
-  ExecutionContext fresh;
-  EXPECT_NO_THROW(parallel_for(fresh, 10, 1, [](std::size_t, std::size_t, std::size_t) {}));
-}
-
-TEST(ErrorCode, every_code_has_a_text_of_its_own) {
-  std::vector<std::string> texts;
-  for (int code = 0; code <= static_cast<int>(ErrorCode::kInternal); ++code) {
-    texts.emplace_back(describe(static_cast<ErrorCode>(code)));
-    EXPECT_NE(texts.back(), "unknown error");
-  }
-  std::sort(texts.begin(), texts.end());
-  EXPECT_EQ(std::adjacent_find(texts.begin(), texts.end()), texts.end());
 }
 
 TEST(SharedProgress, adds_up_what_parts_have_done_in_the_range_of_the_whole) {

@@ -6,9 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
-#include "flipfree/certify/measures/winding.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
@@ -250,25 +248,6 @@ TEST(CertifyRequest, a_map_is_poor_by_a_hundredth_of_its_area_alone) {
   const Certificate certificate = c.measure();
   EXPECT_LT(certificate.energy, 5.0);
   EXPECT_TRUE(certificate.poor);
-}
-
-TEST(CertifyRequest, what_failed_is_said_when_a_certificate_is_required) {
-  Parametrization map;
-  map.surface = test::grid(2, 2);
-  map.uv = flat(map.surface);
-  map.uv32 = map.uv.cast<float>();
-  set_identity_provenance(map);
-  certify_map(map, map.surface, {}, ExecutionContext());
-  EXPECT_NO_THROW(require_certificate(map, "The test"));
-  map.uv.row(0).setConstant(9.0);
-  certify_map(map, map.surface, {}, ExecutionContext());
-  try {
-    require_certificate(map, "The test");
-    FAIL() << "a flip was accepted";
-  } catch (const CertificateFailed& e) {
-    EXPECT_NE(std::string(e.what()).find("G1:"), std::string::npos);
-    EXPECT_FALSE(e.certificate().ok);
-  }
 }
 
 }  // namespace

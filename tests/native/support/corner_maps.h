@@ -2,9 +2,14 @@
 #pragma once
 
 #include "flipfree/certify/certify.h"
+#include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::test {
+
+inline mesh::Adjacency adjacency_of(const mesh::Surface& surface) {
+  return mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+}
 
 // The UVs of vertices (#V x 2), corner by corner (3 #F x 2).
 inline Points2 corners(const mesh::Surface& surface, const Points2& vertex_uv) {

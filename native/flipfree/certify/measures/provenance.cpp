@@ -88,12 +88,15 @@ struct Checker {
   void check_faces() {
     const mesh::Surface& parent = *provenance.parent;
     std::vector<double> covered(static_cast<std::size_t>(parent.faces.rows()), 0.0);
+    std::vector<FaceId> first(covered.size(), kInvalid);
     for (FaceId f = 0; f < refined.faces.rows(); ++f) {
       const FaceId p = (*provenance.parent_face)[static_cast<std::size_t>(f)];
       if (p < 0 || p >= parent.faces.rows()) {
         fail("face " + std::to_string(f) + " has no parent face", f);
         continue;
       }
+      FaceId& first_part = first[static_cast<std::size_t>(p)];
+      if (first_part == kInvalid) first_part = f;
       Vector3 a;
       Vector3 b;
       Vector3 c;
@@ -113,7 +116,7 @@ struct Checker {
     for (std::size_t p = 0; p < covered.size(); ++p) {
       if (!(std::abs(covered[p] - 1.0) <= kProvenanceTolerance)) {
         fail("input face " + std::to_string(p) + " is not covered exactly once by its parts",
-             kInvalid);
+             first[p]);
       }
     }
   }

@@ -19,7 +19,7 @@ struct ProvenanceReport {
   std::int64_t failures = 0;
   std::string first;  // what is wrong at the first of them
   std::vector<FaceId>
-      faces;  // faces of the refined mesh, or first faces of a parent that is not covered; <= 1000
+      faces;  // of the refined mesh, first parts of parents that are not covered included; <= 1000
 };
 
 // The parent's vertices come first, bit for bit; every further vertex lies at its barycentric
