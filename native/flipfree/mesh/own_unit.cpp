@@ -1,5 +1,6 @@
 #include "flipfree/mesh/own_unit.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -19,6 +20,7 @@ InOwnUnit::InOwnUnit(const Surface& surface) : given_(surface) {
   int exponent = 0;
   std::frexp(size, &exponent);
   if (std::abs(exponent) <= kOrdinaryExponent) return;
+  exponent = std::min(exponent, std::numeric_limits<double>::max_exponent - 1);  // a finite unit
   unit_ = std::ldexp(1.0, exponent);
   scaled_ = surface;
   for (double& x : scaled_->vertices.reshaped()) x = std::ldexp(x, -exponent);

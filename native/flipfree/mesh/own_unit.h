@@ -11,8 +11,8 @@ namespace flipfree::mesh {
 // Binary exponents of a piece's extent up to which it stays as it is.
 inline constexpr int kOrdinaryExponent = 64;
 
-// A surface divided by a power of two near its extent, which is exact; as it is if that is within
-// 2^-64 and 2^64. The surface must outlive it. Cost: O(#F).
+// A surface divided by a power of two near its extent, which is exact but for what vanishes beside
+// it; as it is if that is within 2^-64 and 2^64. The surface must outlive it. Cost: O(#F).
 class InOwnUnit {
  public:
   explicit InOwnUnit(const Surface& surface);

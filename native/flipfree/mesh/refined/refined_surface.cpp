@@ -65,7 +65,8 @@ VertexId RefinedSurface::split_edge(HalfedgeId h, double share) {
   const auto a = static_cast<std::size_t>(mesh.source(h));
   const auto b = static_cast<std::size_t>(mesh.target(h));
   const bool on_input = !support[a].empty() && !support[b].empty();
-  if (on_input) return split_edge(h, between(support[a], support[b], share));
+  // Rounded where weights have no bits to spare: they sum to one exactly.
+  if (on_input) return split_edge(h, rounded_between(support[a], support[b], share));
   const VertexId s = mesh.split_edge(h);
   support.emplace_back();
   position.emplace_back((1 - share) * position[a] + share * position[b]);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "support/corner_maps.h"
 #include "support/shapes.h"
 
 namespace flipfree::mesh {
@@ -17,9 +18,7 @@ std::vector<double> lengths(const Surface& surface) {
   return result;
 }
 
-Adjacency adjacency_of(const Surface& surface) {
-  return build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
-}
+using test::adjacency_of;
 
 // Bellman and Ford: every edge relaxed until nothing changes.
 std::vector<double> reference(const Surface& surface, const std::vector<double>& length,

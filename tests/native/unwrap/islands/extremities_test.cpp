@@ -6,14 +6,13 @@
 
 #include "flipfree/mesh/topology.h"
 #include "flipfree/unwrap/islands/islands.h"
+#include "support/corner_maps.h"
 #include "support/shapes.h"
 
 namespace flipfree::unwrap {
 namespace {
 
-mesh::Adjacency adjacency_of(const mesh::Surface& surface) {
-  return mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
-}
+using test::adjacency_of;
 
 std::vector<VertexId> ends_of(const mesh::Surface& surface, const mesh::EdgeFlags& cut) {
   std::vector<VertexId> vertices;

@@ -5,14 +5,13 @@
 #include <algorithm>
 
 #include "flipfree/mesh/topology.h"
+#include "support/corner_maps.h"
 #include "support/shapes.h"
 
 namespace flipfree::unwrap {
 namespace {
 
-mesh::Adjacency adjacency_of(const mesh::Surface& surface) {
-  return mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
-}
+using test::adjacency_of;
 
 Islands islands_of(const mesh::Surface& surface, const mesh::EdgeFlags& seams,
                    bool extremities = false) {

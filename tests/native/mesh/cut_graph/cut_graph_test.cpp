@@ -1,0 +1,156 @@
+#include "flipfree/mesh/cut_graph/cut_graph.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "flipfree/base/error.h"
+#include "flipfree/mesh/topology.h"
+#include "support/corner_maps.h"
+#include "support/shapes.h"
+
+namespace flipfree::mesh {
+namespace {
+
+using test::adjacency_of;
+
+Topology topology_of(const Surface& surface) {
+  return topology(surface.faces, adjacency_of(surface));
+}
+
+void expect_planar_after_cut(const Surface& surface) {
+  const ExecutionContext context;
+  const Adjacency adjacency = adjacency_of(surface);
+  const EdgeFlags graph = planar_cut(surface, adjacency, context);
+  const auto charts =
+      split_into_charts(surface.vertices, cut_along(surface.faces, adjacency, graph));
+  ASSERT_EQ(charts.size(), 1U);
+  const Topology open = topology_of(charts[0].surface);
+  EXPECT_EQ(open.genus(), 0);
+  EXPECT_GE(open.boundary_loops, 1);
+}
+
+TEST(PlanarCut, opens_spheres_tori_and_their_punctured_versions) {
+  expect_planar_after_cut(test::sphere(12, 9));
+  expect_planar_after_cut(test::torus(9, 7));
+  expect_planar_after_cut(test::tetrahedron());
+  Surface punctured = test::torus(12, 10);
+  punctured.faces = Triangles(punctured.faces.bottomRows(punctured.faces.rows() - 1));
+  expect_planar_after_cut(punctured);
+}
+
+TEST(PlanarCut, refuses_uncuttable_edges_that_leave_no_way) {
+  const ExecutionContext context;
+  for (const Surface& surface : {test::tetrahedron(), test::torus(9, 7)}) {
+    const Adjacency adjacency = adjacency_of(surface);
+    EdgeFlags uncuttable(adjacency.opposite.size(), 1);
+    EXPECT_THROW(planar_cut(surface, adjacency, context, uncuttable), InvalidInput);
+    uncuttable[0] = uncuttable[static_cast<std::size_t>(adjacency.opposite[0])] = 0;
+    EXPECT_THROW(planar_cut(surface, adjacency, context, uncuttable), InvalidInput);
+  }
+}
+
+TEST(PlanarCut, avoids_the_diagonals_of_polygons) {
+  const ExecutionContext context;
+  for (const Surface& surface : {test::torus(9, 7), test::sphere(12, 9)}) {
+    const Adjacency adjacency = adjacency_of(surface);
+    const EdgeFlags free_graph = planar_cut(surface, adjacency, context);
+    // Pair triangles to quads greedily, first across the edges that the free graph would use.
+    EdgeFlags diagonals(adjacency.opposite.size(), 0);
+    std::vector<char> paired(static_cast<std::size_t>(surface.faces.rows()), 0);
+    for (const bool used : {true, false}) {
+      for (std::size_t h = 0; h < diagonals.size(); ++h) {
+        const auto o = static_cast<std::size_t>(adjacency.opposite[h]);
+        if ((free_graph[h] != 0) != used || paired[h / 3] || paired[o / 3]) continue;
+        paired[h / 3] = paired[o / 3] = 1;
+        diagonals[h] = diagonals[o] = 1;
+      }
+    }
+    const EdgeFlags graph = planar_cut(surface, adjacency, context, diagonals);
+    for (std::size_t h = 0; h < graph.size(); ++h) EXPECT_FALSE(graph[h] && diagonals[h]);
+    const auto charts =
+        split_into_charts(surface.vertices, cut_along(surface.faces, adjacency, graph));
+    ASSERT_EQ(charts.size(), 1U);
+    EXPECT_EQ(topology_of(charts[0].surface).genus(), 0);
+    EXPECT_GE(topology_of(charts[0].surface).boundary_loops, 1);
+  }
+}
+
+TEST(PlanarCut, passes_through_avoided_vertices_only_where_there_is_no_other_way) {
+  const ExecutionContext context;
+  for (const Surface& surface :
+       {test::torus(9, 7), test::sphere(12, 9), test::tetrahedron(), test::sphere(4, 3)}) {
+    const Adjacency adjacency = adjacency_of(surface);
+    const auto through = [&](const std::vector<char>& avoided) {
+      const EdgeFlags graph = planar_cut(surface, adjacency, context, {}, avoided);
+      const auto charts =
+          split_into_charts(surface.vertices, cut_along(surface.faces, adjacency, graph));
+      EXPECT_EQ(charts.size(), 1U);
+      EXPECT_EQ(topology_of(charts[0].surface).genus(), 0);
+      EXPECT_GE(topology_of(charts[0].surface).boundary_loops, 1);
+      std::vector<int> degree(avoided.size(), 0);
+      for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(graph.size()); ++h)
+        degree[static_cast<std::size_t>(source(surface.faces, h))] +=
+            graph[static_cast<std::size_t>(h)];
+      int crossed = 0;
+      for (std::size_t v = 0; v < avoided.size(); ++v) crossed += avoided[v] && degree[v] > 1;
+      return crossed;
+    };
+    const auto vertices = static_cast<std::size_t>(surface.vertices.rows());
+    for (std::size_t v = 0; v < vertices; ++v) {
+      std::vector<char> avoided(vertices, 0);
+      avoided[v] = 1;
+      EXPECT_EQ(through(avoided), 0) << "vertex " << v << " of " << vertices;
+    }
+    EXPECT_GT(through(std::vector<char>(vertices, 1)), 0);
+  }
+}
+
+TEST(PlanarCut, leaves_planar_surfaces_alone) {
+  const ExecutionContext context;
+  const Surface surface = test::cylinder(8, 3);
+  const EdgeFlags graph = planar_cut(surface, adjacency_of(surface), context);
+  EXPECT_EQ(std::count(graph.begin(), graph.end(), 1), 0);
+}
+
+TEST(PlanarCut, of_a_torus_is_not_much_longer_than_its_two_shortest_loops) {
+  const Surface surface = test::torus(60, 30, 0.4);
+  const ExecutionContext context;
+  const Adjacency adjacency = adjacency_of(surface);
+  const IndexPairs edges =
+      flagged_edges(surface.faces, adjacency, planar_cut(surface, adjacency, context));
+  double length = 0.0;
+  for (Eigen::Index i = 0; i < edges.rows(); ++i) {
+    length += (surface.vertices.row(edges(i, 0)) - surface.vertices.row(edges(i, 1))).norm();
+  }
+  // 2 pi 0.4 around the tube and 2 pi 0.6 along the inner equator.
+  EXPECT_LT(length, 1.6 * 2.0 * 3.15 * (0.4 + 0.6));
+}
+
+TEST(PlanarCut, lengths_beyond_doubles_and_lengths_that_vanish_leave_one_planar_piece) {
+  // Tori with two holes; all shortest paths tie where lengths vanish.
+  Surface surface = test::torus(6, 5);
+  surface.faces.row(20) = surface.faces.row(58).eval();
+  surface.faces.conservativeResize(58, 3);
+  const Adjacency adjacency = adjacency_of(surface);
+  ASSERT_EQ(topology_of(surface).boundary_loops, 2);
+  const ExecutionContext context;
+  for (const double unit : {1e-200, 1.0, 1e200, 1e307}) {
+    SCOPED_TRACE(unit);
+    Surface scaled = surface;
+    scaled.vertices *= unit;
+    // One vertex far away makes all other lengths vanish.
+    for (const bool thrown : {false, true}) {
+      if (thrown) scaled.vertices(0, 0) = 1e300;
+      const EdgeFlags graph = planar_cut(scaled, adjacency, context);
+      const CutMesh cut = cut_along(scaled.faces, adjacency, graph);
+      const Topology t = topology(
+          cut.faces, build_adjacency(static_cast<Index>(cut.vertex_origin.size()), cut.faces));
+      EXPECT_EQ(t.components, 1);
+      EXPECT_EQ(t.genus(), 0);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace flipfree::mesh
