@@ -12,6 +12,7 @@
 namespace flipfree::numeric {
 namespace {
 
+// benchmarks/cholesky_benchmark.cpp measures them.
 constexpr Index kPanelWidth = 128;  // columns eliminated at once in a front
 constexpr Index kTile = 256;        // rows, and columns of updates, handled at once
 constexpr double kTileFlops = 4e6;  // fronts cheaper than this are not shared between threads

@@ -11,6 +11,7 @@
 namespace flipfree::numeric {
 namespace {
 
+// benchmarks/cholesky_benchmark.cpp measures them.
 constexpr double kTaskShare =
     1.0 / 24;                       // no subtree task may cost more than this share of everything
 constexpr double kLeastTask = 2e6;  // flops; smaller subtrees are not split off

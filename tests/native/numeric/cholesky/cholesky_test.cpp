@@ -10,8 +10,6 @@
 #include <vector>
 
 #include "flipfree/base/error.h"
-#include "flipfree/numeric/cholesky/symbolic_cholesky.h"
-#include "flipfree/numeric/ordering/nested_dissection.h"
 
 namespace flipfree::numeric {
 namespace {
@@ -205,64 +203,6 @@ TEST(Cholesky, CancelFromAnotherThreadEndsAnalysisAndFactorization) {
     ExecutionContext fresh;
     solver.analyze(matrix, fresh);
     ASSERT_TRUE(solver.factorize(matrix, fresh));
-  }
-}
-
-TEST(NestedDissection, OrdersEveryVertexOnce) {
-  Graph path;
-  path.offset = {0};
-  for (Index v = 0; v < 1000; ++v) {
-    if (v > 0) path.neighbour.push_back(v - 1);
-    if (v < 999) path.neighbour.push_back(v + 1);
-    path.offset.push_back(static_cast<Index>(path.neighbour.size()));
-  }
-  const ExecutionContext context;
-  std::vector<Index> order = nested_dissection(path, nullptr, context);
-  std::sort(order.begin(), order.end());
-  for (Index v = 0; v < 1000; ++v) EXPECT_EQ(order[static_cast<std::size_t>(v)], v);
-}
-
-TEST(SymbolicCholesky, StructuresContainTheEliminationGame) {
-  // Naive elimination on a small random graph must only fill entries that the supernodes have room
-  // for.
-  std::mt19937 random(5);
-  const Index n = 120;
-  std::vector<std::vector<char>> adjacent(n, std::vector<char>(n, 0));
-  for (int e = 0; e < 240; ++e) {
-    const auto a = random() % n;
-    const auto b = random() % n;
-    if (a != b) adjacent[a][b] = adjacent[b][a] = 1;
-  }
-  Graph graph;
-  graph.offset = {0};
-  for (Index v = 0; v < n; ++v) {
-    for (Index u = 0; u < n; ++u) {
-      if (adjacent[static_cast<std::size_t>(v)][static_cast<std::size_t>(u)])
-        graph.neighbour.push_back(u);
-    }
-    graph.offset.push_back(static_cast<Index>(graph.neighbour.size()));
-  }
-  const ExecutionContext context;
-  const Supernodes s =
-      analyze_supernodes(graph, nested_dissection(graph, nullptr, context), context);
-  for (std::size_t k = 0; k < n; ++k) {
-    const auto v = static_cast<std::size_t>(s.order[k]);
-    const auto node = static_cast<std::size_t>(s.of_column[k]);
-    std::vector<std::size_t> later;
-    for (std::size_t u = 0; u < n; ++u) {
-      const Index row = s.position[u];
-      if (!adjacent[v][u] || row <= static_cast<Index>(k)) continue;
-      later.push_back(u);
-      const bool in_block = row < s.first[node + 1];
-      const bool in_rows = std::binary_search(s.rows.begin() + s.rows_begin[node],
-                                              s.rows.begin() + s.rows_begin[node + 1], row);
-      EXPECT_TRUE(in_block || in_rows);
-    }
-    for (const auto a : later) {
-      for (const auto b : later) {
-        if (a != b) adjacent[a][b] = 1;
-      }
-    }
   }
 }
 
