@@ -301,9 +301,11 @@ certify::Parametrization improve(const mesh::Surface& surface, const Points2& co
       options.pins.empty() && map.certificate.ok && map.certificate.energy > energy_before;
   if (keeps_input) {
     // Nothing was gained: the user's own values, as far as 32 bits hold them.
-    map.uv = corner_uv;
-    map.uv32 = corner_uv.cast<float>();
-    certify::certify_map(map, surface, final_request, context);
+    certify::Parametrization given = map;
+    given.uv = corner_uv;
+    given.uv32 = corner_uv.cast<float>();
+    certify::certify_map(given, surface, final_request, context);
+    if (given.certificate.ok) map = std::move(given);  // or rounding folds them
   }
   map.stats["time_limit_reached"] = static_cast<std::int64_t>(hurried);
   map.stats["charts"] = static_cast<std::int64_t>(charts.size());

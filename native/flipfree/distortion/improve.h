@@ -24,7 +24,8 @@ struct ImproveOptions {
 // may overlap each other afterwards. Charts with pins are where the pins say.
 //
 // Guarantee: the result is certified as by certify_map (G1, G2, G3, G7); without pins its energy is
-// not higher than the input's (if no improvement was found, the input's own UVs come back). Stats:
+// not higher than the input's (if no improvement was found, the input's own UVs come back), unless
+// these fold where they are rounded to 32 bits, which costs what unfolding them costs. Stats:
 // "charts", "energy_before", "energy", "seconds", "time_limit_reached", and what the solver reports
 // of the largest chart. Throws InvalidInput (mesh defects, see validate(); kBadOption naming the
 // flipped faces; kBadPins), NotConverged (a pin was not reached, or not in max_seconds: kTimeLimit;

@@ -6,12 +6,11 @@
 #include <limits>
 
 #include "flipfree/base/parallel.h"
+#include "flipfree/distortion/energy/grain.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::distortion {
 namespace {
-
-constexpr std::size_t kGrain = 8192;
 
 const double* at(const Points2& points, Index v) {
   return points.data() + 2 * static_cast<std::ptrdiff_t>(v);

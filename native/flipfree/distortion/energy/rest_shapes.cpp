@@ -5,11 +5,16 @@
 #include <cmath>
 
 #include "flipfree/base/parallel.h"
+#include "flipfree/distortion/energy/grain.h"
 
 namespace flipfree::distortion {
 namespace {
 
-constexpr std::size_t kGrain = 8192;
+// Squares of areas may be no doubles.
+double norm(const Vector3& v) {
+  const double square = v.squaredNorm();
+  return square > 1e-280 && square < 1e300 ? std::sqrt(square) : v.stableNorm();
+}
 
 // Unfolds the triangle with its longest edge on the x axis. `weight` becomes twice the true area.
 RestTriangle unfold(const Vector3 (&point)[3]) {
@@ -25,7 +30,7 @@ RestTriangle unfold(const Vector3 (&point)[3]) {
   const Vector3 edge = point[(base + 1) % 3] - point[base];
   const Vector3 side = point[(base + 2) % 3] - point[base];
   const double length = std::max(edge.norm(), 1e-300);
-  const double twice_area = edge.cross(side).norm();
+  const double twice_area = norm(edge.cross(side));
   const double height = std::max(twice_area / length, kFlattestRest * length);
   Vector2 flat[3];
   flat[base] = Vector2(0, 0);

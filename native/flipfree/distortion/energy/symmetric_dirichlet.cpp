@@ -7,6 +7,8 @@
 namespace flipfree::distortion {
 namespace {
 
+constexpr double kHalfRoot = 0.70710678118654752440;
+
 // Error-free product (Dekker 1971; Veltkamp splitting): x y = p + e exactly, barring overflow and
 // underflow.
 struct Product {
@@ -41,7 +43,6 @@ Spectrum spectrum(const Jacobian& j) {
   const double r = std::sqrt(s.f * s.f + s.g * s.g);
   s.s1 = q + r;
   s.s2 = j.determinant / s.s1;
-  constexpr double kHalfRoot = 0.70710678118654752440;
   if (q > 0) {
     s.e *= kHalfRoot / q;
     s.h *= kHalfRoot / q;
@@ -79,7 +80,6 @@ double evaluate(const RestTriangle& rest, const Jacobian& j, double gradient[6],
     n[k][0] = s.f * g[k][0] + s.g * g[k][1];
     n[k][1] = s.g * g[k][0] - s.f * g[k][1];
   }
-  constexpr double kHalfRoot = 0.70710678118654752440;
   const double slope1 = slope(s.s1);
   const double slope2 = slope(s.s2);
   const double gp = rest.weight * kHalfRoot * (slope1 + slope2);

@@ -4,11 +4,10 @@
 #include <cmath>
 
 #include "flipfree/base/parallel.h"
+#include "flipfree/distortion/energy/grain.h"
 
 namespace flipfree::distortion {
 namespace {
-
-constexpr std::size_t kGrain = 8192;
 
 RestTriangle scaled(const RestTriangle& rest, double scale) {
   RestTriangle result = rest;

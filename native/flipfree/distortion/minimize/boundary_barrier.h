@@ -38,7 +38,7 @@ class BoundaryBarrier {
   // far reach cannot help being near: they have the ordinary reach always.
   std::vector<Contact> contacts(const Points2& uv, const Reach& reach) const;
   // Vertex pairs (lower first, sorted, unique) that contacts couple while no distance changes by
-  // more than half of the reach; edges of the boundary are not listed.
+  // more than half of the reach, without those of contacts' own edges.
   std::vector<std::array<VertexId, 2>> couplings(const Points2& uv, const Reach& reach) const;
   // Sum of the values of the contacts.
   double value(const Points2& uv, const Reach& reach) const;

@@ -14,7 +14,7 @@ namespace {
 // with it, and 32 bits may not hold it.
 constexpr double kBearableEnergy = 100.0;
 // The step goes this far towards the first flip; closer would leave a triangle whose barrier
-// dominates the next step.
+// dominates the next step. benchmarks/minimize_benchmark.cpp measures it.
 constexpr double kShareOfFlip = 0.9;
 constexpr double kSufficientDecrease = 1e-4;
 // Longest one, in full steps, with MinimizeOptions::lengthen.

@@ -6,11 +6,11 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
+#include "flipfree/distortion/energy/grain.h"
 
 namespace flipfree::distortion {
 namespace {
 
-constexpr std::size_t kFaceGrain = 8192;
 constexpr std::size_t kVertexGrain = 4096;
 // Relative raise of the diagonal. A free map may be moved and turned at no cost, so the system is
 // singular (or nearly) without it; far below the softest real mode, which is about 1 / #V of the
@@ -132,9 +132,9 @@ void NewtonSystem::build_pattern(const Triangles& faces,
 
 double NewtonSystem::assemble(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft,
                               ExecutionContext& context) {
-  std::vector<double> parts(chunk_count(rest.size(), kFaceGrain), 0.0);
+  std::vector<double> parts(chunk_count(rest.size(), kGrain), 0.0);
   parallel_for(
-      context, rest.size(), kFaceGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+      context, rest.size(), kGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
         double sum = 0;
         for (std::size_t f = begin; f < end; ++f) {
           const Index* v = faces_.data() + 3 * f;

@@ -1,0 +1,129 @@
+#include "flipfree/distortion/energy/foldover_free.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <random>
+
+namespace flipfree::distortion {
+namespace {
+
+using foldover_free::Matrix4;
+using foldover_free::Vector4;
+using Wide = Eigen::Matrix<long double, 4, 1>;
+
+// The formula of untangle.h, in 80 bits.
+long double value(const Wide& j, long double lambda, long double epsilon) {
+  const long double d = j[0] * j[3] - j[1] * j[2];
+  const long double root = std::sqrt(d * d + epsilon * epsilon);
+  const long double chi = d > 0 ? (d + root) / 2 : epsilon * epsilon / (root - d) / 2;
+  return (j.squaredNorm() + lambda * (d * d + 1)) / chi;
+}
+
+struct Case {
+  Vector4 j;
+  double lambda, epsilon;
+};
+// Flipped, positive, similarities, mirrored ones and zero.
+std::vector<Case> cases() {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  std::vector<Case> all;
+  for (int i = 0; i < 400; ++i) {
+    Vector4 j(unit(random), unit(random), unit(random), unit(random));
+    if (i % 10 == 0) j = Vector4(j[0], -j[1], j[1], j[0]);
+    if (i % 10 == 1) j = Vector4(j[0], j[1], j[1], -j[0]);
+    all.push_back({j, 0.5 * (1 + unit(random)), std::pow(10.0, -1 + unit(random))});
+  }
+  // Near rotations, where f is convex.
+  for (int i = 0; i < 100; ++i) {
+    const double angle = 3.0 * unit(random);
+    const double c = std::cos(angle), s = std::sin(angle);
+    all.push_back({Vector4(c, -s, s, c) +
+                       0.1 * Vector4(unit(random), unit(random), unit(random), unit(random)),
+                   0.1, 1e-3});
+  }
+  all.push_back({Vector4::Zero(), 0.1, 0.5});
+  return all;
+}
+
+TEST(FoldoverFree, chi_is_positive_and_the_root_of_its_equation) {
+  for (const double d : {-1e3, -1.0, -1e-9, 0.0, 1e-9, 1.0, 1e3}) {
+    for (const double epsilon : {1e-10, 1e-3, 1.0}) {
+      const double c = foldover_free::chi(d, epsilon);
+      EXPECT_GT(c, 0.0);
+      // chi (chi - d) = (epsilon / 2)^2
+      EXPECT_NEAR(c * (c - d) / (0.25 * epsilon * epsilon), 1.0,
+                  d > 0 ? 1e-15 * d * c / (epsilon * epsilon) * 8 + 1e-14 : 1e-14);
+    }
+  }
+}
+
+TEST(FoldoverFree, jacobians_are_those_of_affine_maps) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (int i = 0; i < 100; ++i) {
+    // Hat functions of the rest triangle (0, 0), e1, e2.
+    Eigen::Matrix2d rest, map;
+    for (double& x : rest.reshaped()) x = unit(random);
+    for (double& x : map.reshaped()) x = unit(random);
+    if (rest.determinant() < 0.1) continue;
+    const Eigen::Matrix2d inverse = rest.inverse();
+    const double gradient[3][2] = {{-inverse.col(0).sum(), -inverse.col(1).sum()},
+                                   {inverse(0, 0), inverse(0, 1)},
+                                   {inverse(1, 0), inverse(1, 1)}};
+    const Eigen::Vector2d p0(1e6, -1e6);
+    const Eigen::Vector2d p1 = p0 + map * rest.col(0), p2 = p0 + map * rest.col(1);
+    const Vector4 j = foldover_free::jacobian(gradient, p0.data(), p1.data(), p2.data());
+    EXPECT_LT((j - Vector4(map(0, 0), map(0, 1), map(1, 0), map(1, 1))).norm(), 1e-8);
+    EXPECT_NEAR(foldover_free::determinant(j), map.determinant(), 1e-8);
+  }
+}
+
+TEST(FoldoverFree, the_gradient_agrees_with_differences_of_the_value) {
+  for (const Case& c : cases()) {
+    Vector4 gradient;
+    Matrix4 hessian;
+    foldover_free::derivatives(c.j, c.lambda, c.epsilon, gradient, hessian);
+    for (int k = 0; k < 4; ++k) {
+      const long double h = 1e-7L * c.epsilon;
+      Wide plus = c.j.cast<long double>(), minus = plus;
+      plus[k] += h;
+      minus[k] -= h;
+      const auto difference = static_cast<double>(
+          (value(plus, c.lambda, c.epsilon) - value(minus, c.lambda, c.epsilon)) / (2 * h));
+      EXPECT_NEAR(gradient[k], difference, 1e-6 * (1 + gradient.norm()));
+    }
+  }
+}
+
+TEST(FoldoverFree, the_hessian_is_that_of_differences_with_its_negative_part_taken_away) {
+  int clamped = 0, whole = 0;
+  for (const Case& c : cases()) {
+    Vector4 gradient;
+    Matrix4 hessian, differences;
+    foldover_free::derivatives(c.j, c.lambda, c.epsilon, gradient, hessian);
+    const double h = 1e-6 * c.epsilon;
+    for (int k = 0; k < 4; ++k) {
+      Vector4 plus, minus;
+      Matrix4 unused;
+      const Vector4 step = h * Vector4::Unit(k);
+      foldover_free::derivatives(c.j + step, c.lambda, c.epsilon, plus, unused);
+      foldover_free::derivatives(c.j - step, c.lambda, c.epsilon, minus, unused);
+      differences.col(k) = (plus - minus) / (2 * h);
+    }
+    const Eigen::SelfAdjointEigenSolver<Matrix4> eigen(0.5 *
+                                                       (differences + differences.transpose()));
+    const Matrix4 expected = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() *
+                             eigen.eigenvectors().transpose();
+    EXPECT_LT((hessian - expected).norm(), 1e-5 * differences.norm());
+    EXPECT_GE(Eigen::SelfAdjointEigenSolver<Matrix4>(hessian).eigenvalues()[0],
+              -1e-12 * hessian.norm());
+    (eigen.eigenvalues()[0] < -1e-3 * differences.norm() ? clamped : whole)++;
+  }
+  EXPECT_GT(clamped, 50);
+  EXPECT_GT(whole, 50);
+}
+
+}  // namespace
+}  // namespace flipfree::distortion
