@@ -25,11 +25,9 @@ namespace {
 using Size = std::size_t;
 
 // More bad faces than this share: repairing them costs more, and gives worse maps, than starting
-// from nothing.
+// from nothing. benchmarks/embedding_start.py measures it.
 constexpr double kRepairableShare = 0.02;
 constexpr int kSchnyderSweeps = 10;
-// Rows of the grid times corners that a proof that there is no room may look at.
-constexpr std::uint64_t kRoomBudget = 1'000'000;
 // How far the progress bar is after Tutte's and after the Schnyder-weighted embedding, where these
 // may have to be repaired.
 constexpr double kTutteShare = 0.2;
@@ -38,7 +36,7 @@ constexpr double kRepairShare = 0.6;
 // Of the time left, for each way that is tried before the start from nothing.
 constexpr double kShareOfTime = 0.4;
 // Of the inner vertices: repairs that collapse more give worse maps than a start from nothing, and
-// take longer.
+// take longer. benchmarks/embedding_start.py measures it.
 constexpr double kMostRepaired = 0.25;
 
 // Faces whose vertices all lie on the boundary have no freedom: they must be positive as they are.

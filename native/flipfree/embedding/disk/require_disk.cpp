@@ -4,6 +4,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/topology.h"
 
 namespace flipfree::embedding {
 
@@ -53,7 +54,8 @@ void require_disk_with_boundary(const Triangles& faces, Index vertex_count,
         ElementKind::kEdge, {mesh::source(faces, h), mesh::target(faces, h)});
   }
   if (boundary_edges != static_cast<Index>(loop.size()) ||
-      used - edges + static_cast<Index>(faces.rows()) != 1) {
+      used - edges + static_cast<Index>(faces.rows()) != 1 ||
+      mesh::face_components(adjacency).count != 1) {
     throw_invalid(ErrorCode::kNotADisk,
                   "The mesh is not a disk with this boundary. Cut it open to a disk first.");
   }

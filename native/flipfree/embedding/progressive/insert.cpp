@@ -109,6 +109,7 @@ bool insert_vertex(PlanarMap& map, HalfedgeId h, InsertScratch& scratch) {
   const HalfedgeId g = map.mesh.opposite(h);
   const VertexId v0 = map.mesh.target(h);
   const Vector2 p0 = map.at(v0);
+  const Vector2 before = map.at(m);
   const double angle = positive_turn(map.at(map.mesh.apex(h)) - p0, map.at(map.mesh.apex(g)) - p0);
   split_vertex(map, h);
   map.move(m, p0);
@@ -117,6 +118,7 @@ bool insert_vertex(PlanarMap& map, HalfedgeId h, InsertScratch& scratch) {
   if (place(map, m_moves ? h : g, scratch)) return true;
   if (place(map, m_moves ? g : h, scratch)) return true;
   map.move(v0, p0);
+  map.move(m, before);
   collapse_vertex(map, h);
   return false;
 }

@@ -174,7 +174,7 @@ std::string narrowest_extent(const Star& star) {
         far = k;
       }
     }
-    if (widest >= narrowest) continue;
+    if (widest >= narrowest || !(widest > 0.0)) continue;
     narrowest = widest;
     text = "between the edge (" + std::to_string(star.ring[i]) + ", " +
            std::to_string(star.ring[j]) + ") and vertex " + std::to_string(star.ring[far]);

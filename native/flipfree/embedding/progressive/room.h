@@ -22,9 +22,12 @@ struct Room {
       Vector2::Zero();  // one of them, in the middle of the widest row, if there is any
 };
 
+// Rows of the grid times corners that a proof that there is no room may look at.
+inline constexpr std::uint64_t kRoomBudget = 1'000'000;
+
 // `star.ring` and `star.at` give the ring, counter-clockwise. If there are more rows than `budget`
 // / ring size, that many are sampled evenly. Cost: O(rows * ring * 64) predicates.
-Room find_room(const PlanarMap& map, const Star& star, std::uint64_t budget = 1'000'000);
+Room find_room(const PlanarMap& map, const Star& star, std::uint64_t budget = kRoomBudget);
 
 // "between the edge (a, b) and vertex c": the narrowest extent of the ring.
 std::string narrowest_extent(const Star& star);

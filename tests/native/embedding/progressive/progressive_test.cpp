@@ -87,22 +87,6 @@ TEST(Progressive, FromTuttesFoldedMapEveryHardDiskIsEmbeddedInDouble) {
   }
 }
 
-TEST(Progressive, SharesAreConservedByCollapsesAndRestoredBySplits) {
-  const test::Disk disk = test::make_disk(test::bumpy_grid(15, 12, 0.2, 3), BoundaryShape::kCircle);
-  ExecutionContext context;
-  PlanarMap map = make_planar_map(disk.surface.faces, disk.loop,
-                                  with_boundary(disk, Points2::Zero(disk.vertex_count(), 2)), true);
-  CollapseRecord record;
-  collapse_all(map, record, context);
-  double total = 0.0;
-  for (FaceId f = 0; f < map.mesh.face_count(); ++f) {
-    if (map.mesh.is_alive(f)) total += map.share[static_cast<std::size_t>(f)];
-  }
-  EXPECT_NEAR(total, static_cast<double>(map.mesh.face_count()), 1e-6);
-  for (; !record.empty(); record.pop_back()) split_vertex(map, record.back());
-  for (const double share : map.share) EXPECT_NEAR(share, 1.0, 1e-9);
-}
-
 TEST(Progressive, AlgorithmOneLeavesOnlyValidFacesAndTouchesNothingElse) {
   test::Disk disk = test::make_disk(test::bumpy_grid(20, 20, 0.1, 2), BoundaryShape::kCircle);
   ExecutionContext context;
