@@ -169,6 +169,7 @@ distortion::MinimizeOptions minimize_options(const FlattenOptions& options) {
 constexpr double kMildOverlap = 0.2;
 constexpr int kHeldSteps = 100;
 // What a map without overlap may have more than the free one before a cut is the better way.
+// benchmarks/unwrap_sharp.py measures both.
 constexpr double kEnergyFactor = 1.1;
 constexpr double kEnergyExcess = 0.02;
 

@@ -18,7 +18,8 @@ struct JoinCosts {
 
 // Neighbouring pieces that do not lie on top of each other become one, those with the most
 // expensive cut between them first: `cut` (per half-edge, both sides) loses what lay between them.
-// `pieces`: the faces' components under `cut`. Cost: O(#F + j log j) for j pairs of neighbours.
+// `pieces`: the faces' components under `cut`, which has no edge with one piece on both sides.
+// Cost: O(#F + j log j) for j pairs of neighbours.
 void join_pieces(const JoinCosts& costs, const mesh::Adjacency& adjacency,
                  const mesh::Components& pieces, const std::vector<FacePair>& overlapping,
                  mesh::EdgeFlags& cut);

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
-
 #include "flipfree/unwrap/chart/overlapping_faces.h"
 #include "support/shapes.h"
 
@@ -42,18 +40,6 @@ TEST(FlattenChart, makes_no_cut_that_cuts_nothing_where_the_chart_only_touches_i
   EXPECT_TRUE(flat.cut.empty());
   EXPECT_EQ(flat.uv.rows(), chart.vertices.rows());
   EXPECT_TRUE(overlapping_faces(chart.faces, flat.uv, context).empty());
-}
-
-// The square of 1e-170 is no double.
-TEST(OverlappingFaces, share_an_area_even_if_no_double_holds_it) {
-  Triangles faces(2, 3);
-  faces << 0, 1, 2, 3, 4, 5;
-  Points2 uv(6, 2);
-  uv << 0, 0, 2, 0, 0, 2, 1, 0, 3, 0, 1, 2;
-  ExecutionContext context;
-  const std::vector<FacePair> pairs = overlapping_faces(faces, 1e-170 * uv, context);
-  ASSERT_EQ(pairs.size(), 1U);
-  EXPECT_GE(pairs[0].area, std::numeric_limits<double>::min());
 }
 
 }  // namespace

@@ -52,21 +52,6 @@ Cut cut_of(const mesh::Surface& chart, const Points2& uv, double tolerated,
   return cut;
 }
 
-TEST(OverlappingFaces, are_found_with_the_area_they_share) {
-  const mesh::Surface strip = test::grid(60, 2);
-  ExecutionContext context;
-  EXPECT_TRUE(overlapping_faces(strip.faces, bent(strip, 0.9), context).empty());
-  const Points2 uv = bent(strip, 1.5);
-  double shared = 0;
-  for (const FacePair& pair : overlapping_faces(strip.faces, uv, context)) {
-    EXPECT_LT(pair.first, pair.second);
-    shared += pair.area;
-  }
-  // Half a turn of the ring between the radii 0.9 and 1.1, by polygons of 40 sides a turn.
-  const double ring = std::numbers::pi * (1.1 * 1.1 - 0.9 * 0.9);
-  EXPECT_NEAR(shared, 0.5 * ring, 0.01 * ring);
-}
-
 TEST(SeparatingCut, divides_a_strip_that_lies_on_itself_across) {
   const mesh::Surface strip = test::grid(60, 2);
   const Cut cut = cut_of(strip, bent(strip, 1.5), 0.0);
