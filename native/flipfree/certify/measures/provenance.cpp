@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "flipfree/base/tolerances.h"
+#include "flipfree/mesh/adjacency.h"
 
 namespace flipfree::certify {
 namespace {
@@ -11,7 +12,6 @@ struct Checker {
   const mesh::Surface& refined;
   const Provenance& provenance;
   ProvenanceReport report;
-
   void fail(const std::string& what, FaceId face) {
     if (report.failures++ == 0) report.first = what;
     if (face != kInvalid && report.faces.size() < 1000) report.faces.push_back(face);
@@ -120,6 +120,42 @@ struct Checker {
       }
     }
   }
+
+  // Every edge glued as the parent's surface is there. For faces that passed check_faces().
+  void check_gluing() {
+    const auto adjacency_of = [](const mesh::Surface& surface) {
+      return mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+    };
+    const mesh::Adjacency adjacency = adjacency_of(refined);
+    const mesh::Adjacency across = adjacency_of(*provenance.parent);
+    const auto neighbour = [](const mesh::Adjacency& of, HalfedgeId h) {
+      const HalfedgeId o = of.opposite[static_cast<std::size_t>(h)];
+      return o == kInvalid ? kInvalid : o / 3;
+    };
+    for (FaceId f = 0; f < refined.faces.rows(); ++f) {
+      const FaceId p = (*provenance.parent_face)[static_cast<std::size_t>(f)];
+      Vector3 corner[3];
+      for (Index k = 0; k < 3; ++k) weights_in(refined.faces(f, k), p, corner[k]);
+      for (Index k = 0; k < 3; ++k) {
+        const FaceId other = neighbour(adjacency, 3 * f + k);
+        const FaceId parent = other == kInvalid
+                                  ? kInvalid
+                                  : (*provenance.parent_face)[static_cast<std::size_t>(other)];
+        bool glued = parent == p;
+        for (Index m = 0; m < 3 && !glued; ++m) {
+          const bool along_side = corner[k][m] <= kProvenanceTolerance &&
+                                  corner[(k + 1) % 3][m] <= kProvenanceTolerance;
+          glued = along_side && parent == neighbour(across, 3 * p + (m + 1) % 3);
+        }
+        if (!glued) {
+          fail("face " + std::to_string(f) + " is torn off at the edge of vertices " +
+                   std::to_string(refined.faces(f, k)) + " and " +
+                   std::to_string(refined.faces(f, (k + 1) % 3)),
+               f);
+        }
+      }
+    }
+  }
 };
 
 }  // namespace
@@ -132,6 +168,7 @@ ProvenanceReport check_provenance(const mesh::Surface& refined, const Provenance
   }
   checker.check_vertices();
   checker.check_faces();
+  if (checker.report.failures == 0) checker.check_gluing();
   return checker.report;
 }
 

@@ -24,7 +24,9 @@ struct ProvenanceReport {
 
 // The parent's vertices come first, bit for bit; every further vertex lies at its barycentric
 // weights; every face lies in its parent face, positively oriented, and the faces of one parent
-// cover exactly its area (kProvenanceTolerance). Cost: O(#F).
+// cover exactly its area (kProvenanceTolerance). Faces of one parent are glued along every edge
+// inside it, and along its sides to faces of the parent across; so areas that add up to the
+// parent's cover it once. Precondition: both surfaces are manifold. Cost: O(#F).
 ProvenanceReport check_provenance(const mesh::Surface& refined, const Provenance& provenance);
 
 }  // namespace flipfree::certify

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <limits>
+#include <string>
 
 #include "flipfree/certify/certify.h"
 #include "support/shapes.h"
@@ -114,6 +115,48 @@ TEST(Provenance, at_most_a_thousand_faces_are_named) {
   const ProvenanceReport report = refined.check();
   EXPECT_EQ(report.faces.size(), 1000U);
   EXPECT_GE(report.failures, 1800);
+}
+
+// A square of two faces, the diagonal split in one of them only: all areas are right, and the map
+// may gape there.
+TEST(Provenance, refinement_that_does_not_meet_across_an_edge_is_a_tear) {
+  mesh::Surface parent;
+  parent.vertices.resize(4, 3);
+  parent.vertices << 0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0;
+  parent.faces.resize(2, 3);
+  parent.faces << 0, 1, 2, 0, 2, 3;
+  mesh::Surface torn;
+  torn.vertices.resize(5, 3);
+  torn.vertices << parent.vertices, 0.5, 0.5, 0.0;
+  torn.faces.resize(3, 3);
+  torn.faces << 0, 1, 4, 1, 2, 4, 0, 2, 3;
+  const std::vector<FaceId> parent_face{0, 0, 1}, vertex_parent{0, 0, 0, 1, 0};
+  Points3 weights = Points3::Zero(5, 3);
+  weights.row(4) << 0.5, 0.0, 0.5;
+  const ProvenanceReport report =
+      check_provenance(torn, {&parent, &parent_face, &vertex_parent, &weights});
+  EXPECT_EQ(report.failures, 3);
+  EXPECT_NE(report.first.find("torn"), std::string::npos);
+}
+
+// Two faces of the same half of a parent, none of the other half: the area is right.
+TEST(Provenance, a_half_that_is_covered_twice_does_not_stand_for_the_other) {
+  mesh::Surface parent;
+  parent.vertices.resize(3, 3);
+  parent.vertices << 0, 0, 0, 1, 0, 0, 0, 1, 0;
+  parent.faces.resize(1, 3);
+  parent.faces << 0, 1, 2;
+  mesh::Surface twice;
+  twice.vertices.resize(6, 3);
+  twice.vertices << parent.vertices, 0.5, 0.5, 0, 0.5, 0.5, 0, 1, 0, 0;
+  twice.faces.resize(2, 3);
+  twice.faces << 0, 1, 3, 0, 5, 4;
+  const std::vector<FaceId> parent_face{0, 0}, vertex_parent{0, 0, 0, 0, 0, 0};
+  Points3 weights = Points3::Zero(6, 3);
+  weights.row(3) << 0.0, 0.5, 0.5;
+  weights.row(4) << 0.0, 0.5, 0.5;
+  weights.row(5) << 0.0, 1.0, 0.0;
+  EXPECT_GT(check_provenance(twice, {&parent, &parent_face, &vertex_parent, &weights}).failures, 0);
 }
 
 }  // namespace
