@@ -48,7 +48,7 @@ std::vector<FaceId> folded_faces(const Triangles& faces, const GridPoints& point
 
 GridRepair::GridRepair(const SeamConstraints& constraints, const Triangles& faces,
                        GridPoints& points, const ExecutionContext& context)
-    : constraints_(constraints), faces_(faces), points_(points), context_(context) {
+    : faces_(faces), points_(points), context_(context) {
   const std::size_t vertices = constraints.divisor.size();
   node_of_.assign(vertices, kInvalid);
   copy_begin_.assign(constraints.position.size() + 1, 0);

@@ -47,7 +47,6 @@ class GridRepair {
   std::vector<Index> nodes_of_faces(const std::vector<FaceId>& chosen) const;
   std::vector<Index> grown(const std::vector<Index>& nodes) const;
 
-  const SeamConstraints& constraints_;
   const Triangles& faces_;
   GridPoints& points_;
   const ExecutionContext& context_;
