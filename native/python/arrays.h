@@ -6,6 +6,7 @@
 #include <pybind11/pybind11.h>
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "flipfree/base/types.h"
@@ -56,6 +57,14 @@ template <typename Options>
 auto ids_setter(std::vector<Index> Options::*member) {
   return [member](Options& options, const Array<Index>& ids) {
     (options.*member).assign(ids.data(), ids.data() + ids.size());
+  };
+}
+
+// Setter of pins, from (corners, uv).
+template <typename Options>
+auto pins_setter(std::vector<certify::CornerPin> Options::*member) {
+  return [member](Options& options, const std::pair<Array<Index>, Array<double>>& pins) {
+    options.*member = to_corner_pins(pins.first, pins.second);
   };
 }
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from .disjoint_sets import DisjointSets
+
 Ints = npt.NDArray[np.integer]
 
 
@@ -46,17 +48,9 @@ def charts_of(faces: npt.ArrayLike, uv: npt.ArrayLike) -> Charts:
 
 
 def _classes(count: int, a: Ints, b: Ints) -> Ints:
-    """Union-find: classes of 0 ... count - 1 where a[i] and b[i] are the same, numbered by their least element."""
-    parent = list(range(count))
-
-    def find(i: int) -> int:
-        while parent[i] != i:
-            parent[i] = parent[parent[i]]
-            i = parent[i]
-        return i
-
+    """Classes of 0 ... count - 1 where a[i] and b[i] are the same, numbered by their least element."""
+    sets = DisjointSets(count)
     for i, j in zip(a.tolist(), b.tolist(), strict=True):
-        i, j = find(i), find(j)
-        parent[max(i, j)] = min(i, j)
-    roots = np.array([find(i) for i in range(count)], np.int64)
+        sets.join(i, j)
+    roots = np.array([sets.find(i) for i in range(count)], np.int64)
     return np.unique(roots, return_inverse=True)[1].reshape(-1)

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from .disjoint_sets import DisjointSets
+
 Ints = npt.NDArray[np.integer]
 Wide = npt.NDArray[np.longdouble]
 QUARTER = np.longdouble(2) * np.arctan(np.longdouble(1))
@@ -45,20 +47,8 @@ def random_homology_basis(faces: Ints, seed: int) -> list[list[int]]:
     random.shuffle(edges)
 
     def forest(count: int, ends: list[tuple[int, int]]) -> list[bool]:
-        parent = list(range(count))
-
-        def find(i: int) -> int:
-            while parent[i] != i:
-                parent[i] = parent[parent[i]]
-                i = parent[i]
-            return i
-
-        taken = []
-        for a, b in ends:
-            a, b = find(a), find(b)
-            taken.append(a != b)
-            parent[a] = b
-        return taken
+        trees = DisjointSets(count)
+        return [trees.join(a, b) for a, b in ends]
 
     in_tree = np.array(
         forest(len(faces), [(h // 3, opposite[h] // 3) for h in edges.tolist()]), bool

@@ -7,35 +7,12 @@ import time
 
 import numpy as np
 import pytest
+from small_calls import BALL, CALLS
 
 import flipfree as ff
 
-from surfaces import bumpy_grid, octahedron_sphere
-
 #: Seconds that a call may come back late on a loaded machine.
 LATEST = 5.0
-
-GRID = bumpy_grid(40, 40)
-BALL = octahedron_sphere(4)
-
-
-def _cones():
-    angles = np.full(len(BALL[0]), 2 * np.pi)
-    angles[[0, 1, 2, 3]] = np.pi
-    return angles
-
-
-CALLS = {
-    "unwrap": lambda **options: ff.unwrap(*BALL, **options).uv,
-    "embed": lambda **options: ff.embed(*GRID, optimise=True, **options).uv,
-    "match": lambda **options: (
-        ff.match(*GRID, points={0: (0, 0), 700: (1, 0.3), 900: (0.2, 1)}, **options).uv
-    ),
-    "metric": lambda **options: ff.conformal_metric(*BALL, _cones(), **options).scale_factors,
-    "conformal": lambda **options: ff.conformal(*BALL, _cones(), **options).uv,
-    "angles": lambda **options: ff.boundary_angles(*GRID, "circle", **options),
-    "cones": lambda **options: np.asarray(ff.suggest_cones(*GRID, **options)),
-}
 
 
 @pytest.mark.parametrize("name", CALLS)

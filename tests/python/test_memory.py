@@ -10,35 +10,14 @@ import time
 
 import numpy as np
 import pytest
+from small_calls import CALLS
 
 import flipfree as ff
-
-from surfaces import bumpy_grid, octahedron_sphere
 
 #: Megabytes beyond what the process has; the linear algebra alone takes 128 for each thread.
 ROOM = (0, 1, 4, 16, 64, 150, 300, 600)
 #: Seconds for a process that makes one call with each; on a busy machine.
 DEADLINE = 120
-
-GRID = bumpy_grid(40, 40)
-BALL = octahedron_sphere(4)
-
-
-def cones():
-    angles = np.full(len(BALL[0]), 2 * np.pi)
-    angles[[0, 1, 2, 3]] = np.pi
-    return angles
-
-
-CALLS = {
-    "unwrap": lambda: ff.unwrap(*BALL).uv,
-    "embed": lambda: ff.embed(*GRID, optimise=True).uv,
-    "match": lambda: ff.match(*GRID, points={0: (0, 0), 700: (1, 0.3), 900: (0.2, 1)}).uv,
-    "metric": lambda: ff.conformal_metric(*BALL, cones()).scale_factors,
-    "conformal": lambda: ff.conformal(*BALL, cones()).uv,
-    "angles": lambda: ff.boundary_angles(*GRID, "circle"),
-    "cones": lambda: np.asarray(ff.suggest_cones(*GRID)),
-}
 
 
 def main(name: str) -> None:

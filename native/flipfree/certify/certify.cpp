@@ -329,13 +329,7 @@ void check_shapes(const CertifyRequest& request) {
     throw_invalid(ErrorCode::kBadShape,
                   "The map needs one UV per face corner: shape (faces, 3, 2).");
   }
-  const auto corners = static_cast<CornerId>(request.uv->rows());
-  for (const CornerPin& pin : request.pins) {
-    if (pin.corner < 0 || pin.corner >= corners) {
-      throw_invalid(ErrorCode::kBadPins, "A pin names corner " + std::to_string(pin.corner) +
-                                             ", which does not exist. Pin corners of the mesh.");
-    }
-  }
+  require_corners(request.pins, static_cast<Index>(request.uv->rows()));
   for (const auto& [v, angle] : request.cone_angles) {
     if (v < 0 || v >= request.surface->vertices.rows()) {
       throw_invalid(ErrorCode::kBadAngles,

@@ -10,13 +10,9 @@
 #include "flipfree/base/error.h"
 #include "flipfree/certify/certificate.h"
 #include "flipfree/certify/parametrization.h"
+#include "flipfree/certify/pins.h"
 
 namespace flipfree::certify {
-
-struct CornerPin {
-  CornerId corner = kInvalid;  // 3 f + k
-  Vector2 uv = Vector2::Zero();
-};
 
 struct CertifyRequest {
   const mesh::Surface* surface = nullptr;  // #V, #F

@@ -11,7 +11,6 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
-#include "flipfree/base/plane.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/minimize/boundary_grid.h"
@@ -49,17 +48,8 @@ void assign_pins(const mesh::Surface& surface, const std::vector<mesh::Chart>& c
       place[size(charts[c].faces[f])] = {static_cast<Index>(c), static_cast<Index>(f)};
     }
   }
+  certify::require_storable_pins(options.pins, static_cast<Index>(surface.faces.size()));
   for (const certify::CornerPin& pin : options.pins) {
-    if (pin.corner < 0 || pin.corner >= 3 * surface.faces.rows()) {
-      throw_invalid(ErrorCode::kBadPins, "A pin names corner " + std::to_string(pin.corner) +
-                                             ", which does not exist. Pin corners of the mesh.");
-    }
-    if (!is_storable(pin.uv)) {
-      throw_invalid(ErrorCode::kBadPins,
-                    "The pin of corner " + std::to_string(pin.corner) +
-                        " is at a place that UVs cannot store (up to 3.4e38). Correct it.",
-                    ElementKind::kCorner, {pin.corner});
-    }
     const auto [c, f] = place[size(pin.corner / 3)];
     Targets& pins = maps[size(c)].pins;
     pins.emplace_back(charts[size(c)].surface.faces(f, pin.corner % 3), pin.uv);

@@ -63,18 +63,10 @@ void open_region(const Triangles& faces, const std::vector<VertexId>& region,
     if (held[size(vertices[i])]) minimize.fixed.push_back(static_cast<VertexId>(i));
   }
   if (minimize.fixed.empty()) minimize.fixed.push_back(0);  // keeps the place and the unit
-  RestTriangle equilateral;
-  const double root = std::sqrt(3.0);
-  equilateral.gradient[0][0] = 1;
-  equilateral.gradient[0][1] = -1 / root;
-  equilateral.gradient[1][1] = 2 / root;
-  equilateral.determinant = 2 / root;
-  equilateral.weight = 1.0 / static_cast<double>(chosen.size());
-  RestShapes rest;
-  rest.triangles.assign(chosen.size(), equilateral);
   Stats ignored;
   const Points2 opened =
-      Minimizer(part, std::move(rest), nullptr, start, minimize, context).run(ignored);
+      Minimizer(part, equilateral_rest_shapes(chosen.size()), nullptr, start, minimize, context)
+          .run(ignored);
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     uv.row(vertices[i]) = opened.row(static_cast<Eigen::Index>(i));
   }

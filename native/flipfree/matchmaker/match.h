@@ -1,14 +1,9 @@
 // Hard constraints (thesis 3.3): pinned vertices, lines and whole boundaries met bit for bit,
 // without a fold.
 //
-// Four engines behind one door:
-//   first_try.h     a valid map without the pins, then walk_pins.h: no guarantee;
-//   walk_outline.h  a walk to an outline that winds, refining as it goes: no guarantee;
-//   film_overlay.h  straight to an outline of many corners, by cutting the surface along lines;
-//   pipeline.h      MatchMaker++: always succeeds (up to 64-bit resolution), refines most.
-// The maps of the last two are optimised and their refinement is taken back vertex by vertex
-// (coarsen.h) as far as they stay valid; MatchMaker++'s is first restricted to the user's vertices
-// and untangled there.
+// The ways to such a map stand in ways/solve.cpp, in the order in which they are tried; the last,
+// MatchMaker++, always succeeds (up to 64-bit resolution) and refines most. What every way leaves
+// is made fit for use alike: finish/usable_map.h.
 #pragma once
 
 #include "flipfree/base/context.h"

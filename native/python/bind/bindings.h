@@ -1,7 +1,13 @@
-// One function per stage, each in its own bind_<stage>.cpp, called by module.cpp.
+// One function per stage, each in a file of its own, called by module.cpp.
 #pragma once
 
 #include <pybind11/pybind11.h>
+
+#include <memory>
+#include <utility>
+
+#include "arrays.h"
+#include "job.h"
 
 namespace flipfree::python {
 
@@ -15,5 +21,14 @@ void bind_matchmaker(pybind11::module_& module);
 void bind_mesh(pybind11::module_& module);
 void bind_seamless(pybind11::module_& module);
 void bind_unwrap(pybind11::module_& module);
+
+// Runs `solve(context) -> certify::Parametrization` as a job whose result is the map's dict.
+template <typename Solve>
+std::unique_ptr<Job> start_map_job(Solve solve, int threads) {
+  return start_job(
+      std::move(solve),
+      [](const certify::Parametrization& map) -> pybind11::object { return to_dict(map); },
+      threads);
+}
 
 }  // namespace flipfree::python

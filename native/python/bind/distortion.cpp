@@ -50,11 +50,7 @@ void bind_distortion(py::module_& module) {
   using distortion::ImproveOptions;
   py::class_<ImproveOptions>(module, "ImproveOptions")
       .def(py::init<>())
-      .def_property(
-          "pins", nullptr,
-          [](ImproveOptions& options, const std::pair<Array<Index>, Array<double>>& pins) {
-            options.pins = to_corner_pins(pins.first, pins.second);
-          })
+      .def_property("pins", nullptr, pins_setter(&ImproveOptions::pins))
       .def_readwrite("keep_bijective", &ImproveOptions::keep_bijective)
       .def_readwrite("iterations", &ImproveOptions::max_iterations)
       .def_readwrite("tolerance", &ImproveOptions::tolerance)
@@ -63,12 +59,11 @@ void bind_distortion(py::module_& module) {
       "improve",
       [](const Array<double>& vertices, const Array<Index>& faces, const Array<double>& uv,
          const ImproveOptions& options, int threads) {
-        return start_job(
+        return start_map_job(
             [surface = to_surface(vertices, faces), uv = to_matrix<Points2>(uv, "uv"),
              options](ExecutionContext& context) {
               return distortion::improve(surface, uv, options, context);
             },
-            [](const certify::Parametrization& map) -> py::object { return to_dict(map); },
             threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("uv"), py::arg("options"), py::arg("threads"));
@@ -80,13 +75,12 @@ void bind_distortion(py::module_& module) {
         distortion::ExactOptions options;
         options.optimise = optimise;
         options.max_seconds = max_seconds;
-        return start_job(
+        return start_map_job(
             [surface = to_surface(vertices, faces), uv = to_matrix<Points2>(uv, "uv"),
              cuts = to_matrix<IndexPairs>(cut_edges, "cut_edges"),
              options](ExecutionContext& context) {
               return exact_map(surface, uv, cuts, options, context);
             },
-            [](const certify::Parametrization& map) -> py::object { return to_dict(map); },
             threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("uv"), py::arg("cut_edges"),

@@ -61,11 +61,10 @@ void bind_embedding(py::module_& module) {
       "embed",
       [](const Array<double>& vertices, const Array<Index>& faces, const Options& options,
          int threads) {
-        return start_job(
+        return start_map_job(
             [surface = to_surface(vertices, faces), options](ExecutionContext& context) {
               return embedding::embed_surface(surface, options, context);
             },
-            [](const certify::Parametrization& map) -> py::object { return to_dict(map); },
             threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("options"), py::arg("threads"));

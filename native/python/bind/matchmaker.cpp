@@ -109,11 +109,10 @@ void bind_matchmaker(py::module_& module) {
       [](const Array<double>& vertices, const Array<Index>& faces,
          const matchmaker::MatchRequest& request, const matchmaker::MatchOptions& options,
          int threads) {
-        return start_job(
+        return start_map_job(
             [surface = to_surface(vertices, faces), request, options](ExecutionContext& context) {
               return matchmaker::match_piece(surface, request, options, context);
             },
-            [](const certify::Parametrization& map) -> py::object { return to_dict(map); },
             threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("request"), py::arg("options"),

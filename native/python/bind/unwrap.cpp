@@ -15,11 +15,16 @@ namespace flipfree::python {
 
 namespace {
 
-// (corners, uv) of pins.
-template <typename Options>
-void set_pins(Options& options, const std::pair<Array<Index>, Array<double>>& pins) {
-  options.pins = to_corner_pins(pins.first, pins.second);
-}
+// The map whose places are kept, and if there is one: None is none.
+struct KeptPlaces {
+  explicit KeptPlaces(const py::object& place_like) : given(!place_like.is_none()) {
+    if (given) uv = to_matrix<Points2>(place_like.cast<Array<double>>(), "place_like");
+  }
+  const Points2* get() const { return given ? &uv : nullptr; }
+
+  bool given;
+  Points2 uv;
+};
 
 void bind_options(py::module_& module) {
   using unwrap::PackOptions;
@@ -28,7 +33,7 @@ void bind_options(py::module_& module) {
       .def(py::init<>())
       .def_property("cuts", nullptr, matrix_setter(&UnwrapOptions::cuts, "cuts"))
       .def_property("uncuttable", nullptr, matrix_setter(&UnwrapOptions::uncuttable, "uncuttable"))
-      .def_property("pins", nullptr, &set_pins<UnwrapOptions>)
+      .def_property("pins", nullptr, pins_setter(&UnwrapOptions::pins))
       .def_readwrite("bijective", &UnwrapOptions::bijective)
       .def_readwrite("may_add_cuts", &UnwrapOptions::may_add_cuts)
       .def_readwrite("cut_extremities", &UnwrapOptions::cut_extremities)
@@ -55,21 +60,12 @@ void bind_unwrap(py::module_& module) {
       "unwrap",
       [](const Array<double>& vertices, const Array<Index>& faces,
          const unwrap::UnwrapOptions& options, const py::object& place_like, int threads) {
-        struct Request {
-          mesh::Surface surface;
-          unwrap::UnwrapOptions options;
-          Points2 place_like;
-        };
-        Request request{to_surface(vertices, faces), options, {}};
-        const bool keep_place = !place_like.is_none();
-        if (keep_place)
-          request.place_like = to_matrix<Points2>(place_like.cast<Array<double>>(), "place_like");
-        return start_job(
-            [request = std::move(request), keep_place](ExecutionContext& context) mutable {
-              if (keep_place) request.options.place_like = &request.place_like;
-              return unwrap::unwrap(request.surface, request.options, context);
+        return start_map_job(
+            [surface = to_surface(vertices, faces), options = options,
+             kept = KeptPlaces(place_like)](ExecutionContext& context) mutable {
+              options.place_like = kept.get();
+              return unwrap::unwrap(surface, options, context);
             },
-            [](const certify::Parametrization& map) -> py::object { return to_dict(map); },
             threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("options"), py::arg("place_like"),
@@ -79,27 +75,15 @@ void bind_unwrap(py::module_& module) {
       [](const Array<double>& vertices, const Array<Index>& faces, const Array<double>& uv,
          const unwrap::PackOptions& options, const py::object& place_like, double max_seconds,
          int threads) {
-        struct Request {
-          mesh::Surface surface;
-          Points2 uv;
-          unwrap::PackOptions options;
-          Points2 place_like;
-        };
-        Request request{to_surface(vertices, faces), to_matrix<Points2>(uv, "uv"), options, {}};
-        const bool keep_place = !place_like.is_none();
-        if (keep_place)
-          request.place_like = to_matrix<Points2>(place_like.cast<Array<double>>(), "place_like");
-        return start_job(
-            [request = std::move(request), keep_place,
+        return start_map_job(
+            [surface = to_surface(vertices, faces), uv = to_matrix<Points2>(uv, "uv"),
+             options = options, kept = KeptPlaces(place_like),
              max_seconds](ExecutionContext& context) mutable {
-              if (keep_place) request.options.place_like = &request.place_like;
+              options.place_like = kept.get();
               return in_time(context, max_seconds, "The charts were not packed",
-                             "or pack fewer faces at once", [&] {
-                               return unwrap::pack(request.surface, request.uv, request.options,
-                                                   context);
-                             });
+                             "or pack fewer faces at once",
+                             [&] { return unwrap::pack(surface, uv, options, context); });
             },
-            [](const certify::Parametrization& map) -> py::object { return to_dict(map); },
             threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("uv"), py::arg("options"),

@@ -7,6 +7,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/mesh/topology.h"
+#include "matchmaker/expect_met.h"
 #include "support/shapes.h"
 
 namespace flipfree::matchmaker {
@@ -31,17 +32,6 @@ mesh::Surface sheet_with_holes() {
 
 VertexId at(Index x, Index y) { return 13 * y + x; }
 
-void expect_met(const certify::Parametrization& map, const MatchRequest& request) {
-  EXPECT_TRUE(map.certificate.ok);
-  for (const PinnedVertex& p : request.points) {
-    for (CornerId c = 0; c < map.surface.faces.size(); ++c) {
-      if (map.surface.faces.data()[c] != p.vertex) continue;
-      EXPECT_EQ(map.uv.row(c).transpose(), p.uv);
-      EXPECT_EQ(map.uv32.row(c).transpose(), p.uv.cast<float>());
-    }
-  }
-}
-
 TEST(MatchPiece, PinsOnAPieceWithHolesAreMetAndTheHolesStayOpen) {
   const mesh::Surface piece = sheet_with_holes();
   MatchRequest request;
@@ -51,7 +41,7 @@ TEST(MatchPiece, PinsOnAPieceWithHolesAreMetAndTheHolesStayOpen) {
     options.bijective = bijective;
     ExecutionContext context;
     const certify::Parametrization map = match_piece(piece, request, options, context);
-    expect_met(map, request);
+    test::expect_met(map, request);
     const auto n = static_cast<Index>(map.surface.vertices.rows());
     const mesh::Topology shape =
         mesh::topology(map.surface.faces, mesh::build_adjacency(n, map.surface.faces));
@@ -75,7 +65,7 @@ TEST(MatchPiece, RefinementOfThePieceStaysInItsOwnTriangles) {
   options.engine = MatchEngine::kMatchmaker;
   ExecutionContext context;
   const certify::Parametrization map = match_piece(piece, request, options, context);
-  expect_met(map, request);
+  test::expect_met(map, request);
   for (const FaceId parent : map.parent_face) EXPECT_LT(parent, piece.faces.rows());
   EXPECT_EQ(map.surface.vertices.topRows(piece.vertices.rows()), piece.vertices);
 }
@@ -122,7 +112,7 @@ TEST(MatchPiece, AHoleWhoseRimIsStraightCanBeFilled) {
   MatchRequest request;
   request.points = {{0, {0.0, 0.0}}, {24, {1.0, 1.2}}};
   ExecutionContext context;
-  expect_met(match_piece(slit, request, {}, context), request);
+  test::expect_met(match_piece(slit, request, {}, context), request);
 }
 
 TEST(MatchPiece, TwoPinsAtOnePlaceAreNamed) {
@@ -150,7 +140,7 @@ TEST(MatchPiece, LinesBetweenPinsAreMetWithoutOverlaps) {
   const certify::Parametrization map = match_piece(piece, request, options, context);
   for (std::size_t i = 0; i < 3; ++i)
     request.points.push_back({request.lines[0].vertices[i], request.lines[0].polyline[i]});
-  expect_met(map, request);
+  test::expect_met(map, request);
   EXPECT_EQ(map.certificate.overlaps, 0);
 }
 

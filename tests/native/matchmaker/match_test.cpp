@@ -10,6 +10,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/mesh/topology.h"
+#include "matchmaker/expect_met.h"
 #include "support/shapes.h"
 
 namespace flipfree::matchmaker {
@@ -29,17 +30,6 @@ MatchRequest random_pins(const mesh::Surface& surface, int count, unsigned seed)
   return request;
 }
 
-void expect_met(const certify::Parametrization& map, const MatchRequest& request) {
-  EXPECT_TRUE(map.certificate.ok);
-  for (const PinnedVertex& p : request.points) {
-    for (CornerId c = 0; c < map.surface.faces.size(); ++c) {
-      if (map.surface.faces.data()[c] != p.vertex) continue;
-      EXPECT_EQ(map.uv.row(c).transpose(), p.uv);
-      EXPECT_EQ(map.uv32.row(c).transpose(), p.uv.cast<float>());
-    }
-  }
-}
-
 TEST(Match, RandomPinsAreMetBitForBitByEitherEngine) {
   const mesh::Surface surface = test::bumpy_grid(12, 12, 0.2, 3);
   for (const MatchEngine engine : {MatchEngine::kAuto, MatchEngine::kMatchmaker}) {
@@ -49,7 +39,7 @@ TEST(Match, RandomPinsAreMetBitForBitByEitherEngine) {
         const MatchRequest request = random_pins(surface, count, seed);
         MatchOptions options;
         options.engine = engine;
-        expect_met(match(surface, request, options, context), request);
+        test::expect_met(match(surface, request, options, context), request);
       }
     }
   }
@@ -100,7 +90,7 @@ TEST(Match, ThirtyPinsInsideAPrescribedBoundaryArrive) {
   }
   ExecutionContext context;
   const certify::Parametrization map = match(surface, request, {}, context);
-  expect_met(map, request);
+  test::expect_met(map, request);
   EXPECT_LE(map.surface.faces.rows(), 3 * surface.faces.rows());
 }
 
@@ -109,7 +99,7 @@ TEST(Match, TwentyPinsWithAFreeBoundaryArrive) {
   const MatchRequest request = random_pins(surface, 20, 100);
   ExecutionContext context;
   const certify::Parametrization map = match(surface, request, {}, context);
-  expect_met(map, request);
+  test::expect_met(map, request);
   EXPECT_LE(map.surface.faces.rows(), 2 * surface.faces.rows());
 }
 

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -15,6 +16,19 @@
 #include "support/shapes.h"
 
 namespace flipfree::test {
+
+// A grid, slightly warped so that nothing is collinear.
+inline mesh::Surface warped_grid(Index columns) {
+  mesh::Surface surface = grid(columns, columns);
+  for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v) {
+    const double x = surface.vertices(v, 0);
+    const double y = surface.vertices(v, 1);
+    const double bump = x * (1 - x) * y * (1 - y);
+    surface.vertices(v, 0) += 0.1 * bump * std::sin(7 * y);
+    surface.vertices(v, 1) += 0.1 * bump * std::cos(5 * x);
+  }
+  return surface;
+}
 
 inline mesh::RefinedMap identity_map(const mesh::Surface& surface) {
   return {mesh::make_refined_surface(surface), surface.vertices.leftCols(2)};
@@ -73,6 +87,21 @@ inline mesh::RefinedMap drawn_out(const mesh::Surface& surface, VertexId v,
   while (matchmaker::thin_out(map, {v}, static_cast<Index>(surface.vertices.rows()), context) > 0)
     continue;
   return map;
+}
+
+// A square of 20 x 20 squares in which `moved` was drawn past two others; its own vertices are
+// below `keep`.
+struct DrawnOutSquare {
+  std::unique_ptr<mesh::Surface> surface;  // which the map's refers to
+  VertexId moved = 21 * 10 + 4;
+  Index keep = 21 * 21;
+  mesh::RefinedMap map;
+};
+
+inline DrawnOutSquare drawn_out_square(ExecutionContext& context) {
+  DrawnOutSquare square{.surface = std::make_unique<mesh::Surface>(grid(20, 20)), .map = {}};
+  square.map = drawn_out(*square.surface, square.moved, context);
+  return square;
 }
 
 // Every face positive in the map and in its parent, and once around every inner vertex.

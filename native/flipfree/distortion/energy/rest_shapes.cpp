@@ -90,4 +90,17 @@ RestShapes build_rest_shapes(const mesh::Surface& surface, const ExecutionContex
   return shapes;
 }
 
+RestShapes equilateral_rest_shapes(std::size_t count) {
+  RestTriangle equilateral;
+  const double root = std::sqrt(3.0);
+  equilateral.gradient[0][0] = 1;
+  equilateral.gradient[0][1] = -1 / root;
+  equilateral.gradient[1][1] = 2 / root;
+  equilateral.determinant = 2 / root;
+  equilateral.weight = 1.0 / static_cast<double>(count);
+  RestShapes rest;
+  rest.triangles.assign(count, equilateral);
+  return rest;
+}
+
 }  // namespace flipfree::distortion

@@ -1,6 +1,7 @@
 // Rest shapes: each surface triangle unfolded into the plane, normalised to total area 1.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -24,5 +25,9 @@ struct RestShapes {
 
 // Precondition: coordinates are finite and the surface has positive area.
 RestShapes build_rest_shapes(const mesh::Surface& surface, const ExecutionContext& context);
+
+// So many equilateral triangles of side 1 and of equal weight: for opening triangles in the plane,
+// whatever they look like on the surface.
+RestShapes equilateral_rest_shapes(std::size_t count);
 
 }  // namespace flipfree::distortion

@@ -88,19 +88,12 @@ void open_region(const SeamConstraints& constraints, const Triangles& faces,
   for (std::size_t v = 0; v < held.size(); ++v) {
     if (held[v]) minimize.fixed.push_back(static_cast<VertexId>(v));
   }
-  RestTriangle equilateral;
-  const double root = std::sqrt(3.0);
-  equilateral.gradient[0][0] = 1;
-  equilateral.gradient[0][1] = -1 / root;
-  equilateral.gradient[1][1] = 2 / root;
-  equilateral.determinant = 2 / root;
-  equilateral.weight = 1.0 / static_cast<double>(chosen.size());
-  RestShapes rest;
-  rest.triangles.assign(chosen.size(), equilateral);
   Stats ignored;
   const double before = half_extent(uv);
   SeamSystem system(constraints, part, held, context);
-  uv = Minimizer(part, std::move(rest), nullptr, uv, minimize, context, &system).run(ignored);
+  uv = Minimizer(part, equilateral_rest_shapes(chosen.size()), nullptr, uv, minimize, context,
+                 &system)
+           .run(ignored);
   // A map opened as a whole comes back in the unit of the equilateral triangles.
   if (minimize.fixed.empty()) {
     uv *= std::ldexp(1.0, static_cast<int>(std::lround(std::log2(before / half_extent(uv)))));

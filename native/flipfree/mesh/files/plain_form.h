@@ -1,12 +1,13 @@
 // What OpenMesh's readers do not check is checked here, and what they do not keep is kept.
 //
-// Tried with OpenMesh 9: an OBJ face `/1` aborts the process; `mtllib` opens any file; positions
-// are rounded to 32 bits; a corner that repeats a vertex shifts the texture coordinates of those
-// behind it; a PLY header without an end is read forever; PLY lists other than the vertices', and
-// bytes in ASCII, put all that follows out of step; STL believes any number of triangles. So every
-// file is read strictly first, positions are taken from there, and OpenMesh gets the plain form: a
-// file of the same format that says the same with nothing but positions (zeros, but for STL, where
-// they decide what is one vertex), texture coordinates and polygons.
+// Tried with OpenMesh 9 (benchmarks/openmesh_alone.cpp): an OBJ face `/1` aborts the process;
+// `mtllib` opens any file; positions are rounded to 32 bits; a corner that repeats a vertex shifts
+// the texture coordinates of the others; a PLY header without an end is read forever; PLY lists
+// other than the faces', and bytes in ASCII, put all that follows out of step; STL believes any
+// number of triangles. So every file is read strictly first, positions are taken from there, and
+// OpenMesh gets the plain form: a file of the same format that says the same with nothing but
+// positions (zeros, but for STL, where they decide what is one vertex), texture coordinates and
+// polygons.
 #pragma once
 
 #include <string>

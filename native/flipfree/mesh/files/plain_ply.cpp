@@ -3,7 +3,6 @@
 // two numbers for every corner. Whatever else a file holds is stepped over.
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -173,14 +172,6 @@ Header header_of(std::string_view bytes) {
     }
   }
   refuse("End of the file", "the header has no end");
-}
-
-template <typename T>
-void append_bytes(std::string& text, T value) {
-  static_assert(std::endian::native == std::endian::little);
-  std::array<char, sizeof(T)> bytes;
-  std::memcpy(bytes.data(), &value, sizeof(T));
-  text.append(bytes.data(), bytes.size());
 }
 
 class Ply {

@@ -1,7 +1,10 @@
-// Lines, words and numbers of text files, the same in every locale.
+// Lines, words and numbers of text files, the same in every locale; numbers as bytes.
 #pragma once
 
+#include <array>
+#include <bit>
 #include <cstddef>
+#include <cstring>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -49,6 +52,15 @@ Points3 to_points(const std::vector<double>& coordinates);
 
 // Number of elements so far as an index; an error at that place beyond what corner ids can count.
 Index count_of(std::size_t elements, const std::string& place);
+
+// Appends a number as binary files have it, the low byte first.
+template <typename T>
+void append_bytes(std::string& text, T value) {
+  static_assert(std::endian::native == std::endian::little);
+  std::array<char, sizeof(T)> bytes;
+  std::memcpy(bytes.data(), &value, sizeof(T));
+  text.append(bytes.data(), bytes.size());
+}
 
 // Appends the shortest decimals that give the same bits, or for 32 bits 9 digits.
 void append_number(std::string& text, double value);

@@ -1,10 +1,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <unordered_map>
 
@@ -72,14 +70,6 @@ void check(const MeshFile& mesh, Format format) {
                         "beyond 32-bit numbers. Unwrap it again, or leave uv out.",
                     ElementKind::kFace, {f});
   }
-}
-
-template <typename T>
-void append_bytes(std::string& text, T value) {
-  static_assert(std::endian::native == std::endian::little);
-  std::array<char, sizeof(T)> bytes;
-  std::memcpy(bytes.data(), &value, sizeof(T));
-  text.append(bytes.data(), bytes.size());
 }
 
 void append_row(std::string& text, const char* keyword, const double* row) {

@@ -6,7 +6,6 @@
 #include <string>
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/plane.h"
 
 namespace flipfree::unwrap {
 
@@ -66,17 +65,8 @@ ChartPins pins_by_chart(const Islands& islands, const std::vector<certify::Corne
     }
   }
   std::vector<std::optional<Vector2>> target(cut_vertices);
+  certify::require_storable_pins(pins, static_cast<Index>(islands.mesh.faces.size()));
   for (const certify::CornerPin& pin : pins) {
-    if (pin.corner < 0 || pin.corner >= 3 * islands.mesh.faces.rows()) {
-      throw_invalid(ErrorCode::kBadPins, "A pin names corner " + std::to_string(pin.corner) +
-                                             ", which does not exist. Pin corners of the mesh.");
-    }
-    if (!is_storable(pin.uv)) {
-      throw_invalid(ErrorCode::kBadPins,
-                    "The pin of corner " + std::to_string(pin.corner) +
-                        " is at a place that UVs cannot store (up to 3.4e38). Correct it.",
-                    ElementKind::kCorner, {pin.corner});
-    }
     const auto v = static_cast<std::size_t>(islands.mesh.faces(pin.corner / 3, pin.corner % 3));
     if (target[v]) {
       if (*target[v] == pin.uv) continue;

@@ -5,27 +5,17 @@
 #include <cmath>
 #include <random>
 
-#include "embedding/disks.h"
+#include "embedding/progressive/valid_maps.h"
 #include "flipfree/embedding/progressive/simplify.h"
-#include "flipfree/embedding/tutte/tutte.h"
 
 namespace flipfree::embedding {
 namespace {
-
-// A valid map of a disk, in floats or doubles.
-PlanarMap valid_map(const test::Disk& disk, bool float32) {
-  ExecutionContext context;
-  return make_planar_map(
-      disk.surface.faces, disk.loop,
-      tutte_uniform(disk.surface.faces, disk.vertex_count(), disk.loop, disk.boundary, context),
-      float32);
-}
 
 TEST(InsertVertex, puts_collapsed_vertices_back_with_positive_stars) {
   for (const bool float32 : {false, true}) {
     const test::Disk disk =
         test::make_disk(test::bumpy_grid(9, 8, 0.2, 2.0), BoundaryShape::kCircle);
-    PlanarMap map = valid_map(disk, float32);
+    PlanarMap map = test::valid_map(disk, float32);
     InsertScratch scratch;
     int inserted = 0;
     for (HalfedgeId h = 0; h < disk.surface.faces.size(); ++h) {
@@ -64,7 +54,7 @@ TEST(InsertVertex, puts_collapsed_vertices_back_with_positive_stars) {
 // connectivity and positions are as before the call.
 TEST(InsertVertex, changes_nothing_where_there_is_no_room) {
   const test::Disk disk = test::make_disk(test::grid(4, 4), BoundaryShape::kSquare);
-  const PlanarMap start = valid_map(disk, true);
+  const PlanarMap start = test::valid_map(disk, true);
   std::mt19937 random(1);
   int failed = 0, inserted = 0;
   for (HalfedgeId h = 0; h < disk.surface.faces.size(); ++h) {

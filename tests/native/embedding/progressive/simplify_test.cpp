@@ -5,21 +5,11 @@
 #include <algorithm>
 #include <random>
 
-#include "embedding/disks.h"
+#include "embedding/progressive/valid_maps.h"
 #include "flipfree/base/error.h"
-#include "flipfree/embedding/tutte/tutte.h"
 
 namespace flipfree::embedding {
 namespace {
-
-// A valid map of a disk, in floats or doubles.
-PlanarMap valid_map(const test::Disk& disk, bool float32) {
-  ExecutionContext context;
-  return make_planar_map(
-      disk.surface.faces, disk.loop,
-      tutte_uniform(disk.surface.faces, disk.vertex_count(), disk.loop, disk.boundary, context),
-      float32);
-}
 
 Points2 with_boundary(const test::Disk& disk) {
   Points2 uv = Points2::Zero(disk.vertex_count(), 2);
@@ -45,7 +35,7 @@ TEST(Simplify, SharesAreConservedByCollapsesAndRestoredBySplits) {
 
 TEST(Simplify, vertices_left_are_those_that_no_collapse_removed) {
   const test::Disk disk = test::make_disk(test::bumpy_grid(8, 8, 0.2, 2.0), BoundaryShape::kCircle);
-  PlanarMap map = valid_map(disk, true);
+  PlanarMap map = test::valid_map(disk, true);
   std::mt19937 random(1);
   CollapseRecord record;
   std::vector<char> gone(static_cast<std::size_t>(disk.vertex_count()), 0);
@@ -69,7 +59,7 @@ TEST(Simplify, invalid_maps_become_valid_where_no_vertex_need_move_and_the_recor
   for (unsigned seed = 0; seed < 10; ++seed) {
     const test::Disk disk =
         test::make_disk(test::bumpy_grid(12, 10, 0.2, 2.0), BoundaryShape::kCircle);
-    PlanarMap map = valid_map(disk, true);
+    PlanarMap map = test::valid_map(disk, true);
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> place(-0.4, 0.4);
     for (VertexId v = 0; v < disk.vertex_count(); ++v) {

@@ -5,20 +5,10 @@
 #include <cmath>
 #include <random>
 
-#include "embedding/disks.h"
-#include "flipfree/embedding/tutte/tutte.h"
+#include "embedding/progressive/valid_maps.h"
 
 namespace flipfree::embedding {
 namespace {
-
-// A valid map of a disk, in floats or doubles.
-PlanarMap valid_map(const test::Disk& disk, bool float32) {
-  ExecutionContext context;
-  return make_planar_map(
-      disk.surface.faces, disk.loop,
-      tutte_uniform(disk.surface.faces, disk.vertex_count(), disk.loop, disk.boundary, context),
-      float32);
-}
 
 double total_energy(const PlanarMap& map) {
   double sum = 0.0;
@@ -47,7 +37,7 @@ test::Disk bumpy() {
 
 TEST(Smoothing, steps_lower_the_energy_of_the_star_and_keep_it_positive) {
   for (const bool float32 : {false, true}) {
-    PlanarMap map = valid_map(bumpy(), float32);
+    PlanarMap map = test::valid_map(bumpy(), float32);
     Star star;
     double moved = 0.0;
     for (int round = 0; round < 3; ++round) {
@@ -70,7 +60,7 @@ TEST(Smoothing, steps_lower_the_energy_of_the_star_and_keep_it_positive) {
 }
 
 TEST(Smoothing, the_centre_of_a_kernel_sees_the_whole_ring_from_anywhere) {
-  PlanarMap map = valid_map(bumpy(), true);
+  PlanarMap map = test::valid_map(bumpy(), true);
   std::mt19937 random(1);
   std::uniform_real_distribution<double> place(-1, 1);
   Star star;
@@ -96,7 +86,7 @@ TEST(Smoothing, a_ring_without_kernel_leaves_the_vertex_alone) {
 TEST(Smoothing, sweeps_lower_the_energy_with_the_same_bits_for_any_number_of_threads) {
   std::vector<Points2> results;
   for (const int threads : {1, 3}) {
-    PlanarMap map = valid_map(bumpy(), true);
+    PlanarMap map = test::valid_map(bumpy(), true);
     const double before = total_energy(map);
     ExecutionContext context;
     context.threads = threads;
@@ -109,7 +99,7 @@ TEST(Smoothing, sweeps_lower_the_energy_with_the_same_bits_for_any_number_of_thr
 }
 
 TEST(SmoothingQueue, moves_only_what_was_pushed_or_woken_and_drops_what_is_left) {
-  PlanarMap map = valid_map(bumpy(), true);
+  PlanarMap map = test::valid_map(bumpy(), true);
   const Points2 before = map.uv;
   const VertexId middle = inner(map)[50];
   SmoothingQueue queue(map.mesh.vertex_count());

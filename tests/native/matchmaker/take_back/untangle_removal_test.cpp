@@ -5,17 +5,13 @@
 #include "flipfree/distortion/untangle.h"
 #include "flipfree/matchmaker/take_back/remove_added.h"
 #include "matchmaker/refined_maps.h"
-#include "support/shapes.h"
 
 namespace flipfree::matchmaker {
 namespace {
 
 TEST(RemoveByUntangling, RemovesWhatThinningLeavesAndStaysValid) {
-  const mesh::Surface surface = test::grid(20, 20);
-  const VertexId v = 21 * 10 + 4;
-  const auto keep = static_cast<Index>(surface.vertices.rows());
   ExecutionContext context;
-  mesh::RefinedMap map = test::drawn_out(surface, v, context);
+  auto [surface, v, keep, map] = test::drawn_out_square(context);
   const Index there = map.surface.mesh.vertex_count() - keep;
   ASSERT_GT(there, 10);
   const Points2 before = map.uv;
@@ -32,26 +28,20 @@ TEST(RemoveByUntangling, RemovesWhatThinningLeavesAndStaysValid) {
 }
 
 TEST(RemoveByUntangling, LeavesHeldVerticesAndThoseBelowTheLimit) {
-  const mesh::Surface surface = test::grid(20, 20);
-  const VertexId v = 21 * 10 + 4;
   ExecutionContext context;
-  mesh::RefinedMap map = test::drawn_out(surface, v, context);
+  auto [surface, v, keep, map] = test::drawn_out_square(context);
   const Index count = map.surface.mesh.vertex_count();
   const Points2 before = map.uv;
   EXPECT_EQ(remove_by_untangling(map, {v}, count, context), 0);
   std::vector<VertexId> all;
   for (VertexId w = 0; w < count; ++w) all.push_back(w);
-  EXPECT_EQ(remove_by_untangling(map, all, static_cast<Index>(surface.vertices.rows()), context),
-            0);
+  EXPECT_EQ(remove_by_untangling(map, all, keep, context), 0);
   EXPECT_EQ(map.uv, before);
 }
 
 TEST(RemoveByUntangling, WhatFailedIsNotTriedAgainUntilItsNeighbourhoodHasChanged) {
-  const mesh::Surface surface = test::grid(20, 20);
-  const VertexId v = 21 * 10 + 4;
-  const auto keep = static_cast<Index>(surface.vertices.rows());
   ExecutionContext context;
-  mesh::RefinedMap map = test::drawn_out(surface, v, context);
+  auto [surface, v, keep, map] = test::drawn_out_square(context);
   UntangleRemovalOptions options;
   VainRemovals vain;
   options.iterations = 1;  // most need more

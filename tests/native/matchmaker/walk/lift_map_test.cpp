@@ -13,19 +13,6 @@ namespace {
 
 constexpr Index kSide = 40;
 
-// A grid, slightly warped so that nothing is collinear.
-mesh::Surface fine_square() {
-  mesh::Surface surface = test::grid(kSide, kSide);
-  for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v) {
-    const double x = surface.vertices(v, 0);
-    const double y = surface.vertices(v, 1);
-    const double bump = x * (1 - x) * y * (1 - y);
-    surface.vertices(v, 0) += 0.1 * bump * std::sin(7 * y);
-    surface.vertices(v, 1) += 0.1 * bump * std::cos(5 * x);
-  }
-  return surface;
-}
-
 std::vector<char> boundary_and(const mesh::RefinedMap& map, VertexId v) {
   std::vector<char> keep(map.surface.position.size(), 0);
   for (const VertexId b : map.surface.boundary) keep[static_cast<std::size_t>(b)] = 1;
@@ -43,7 +30,7 @@ mesh::RefinedMap coarse_map(const CoarseDisk& disk, const mesh::RefinedMap& fine
 }
 
 TEST(LiftMap, TheIdentityMovesAndAddsNothing) {
-  const mesh::Surface surface = fine_square();
+  const mesh::Surface surface = test::warped_grid(kSide);
   mesh::RefinedMap map = test::identity_map(surface);
   ExecutionContext context;
   const CoarseDisk disk = decimate(map, boundary_and(map, 0), 400, context);
@@ -54,7 +41,7 @@ TEST(LiftMap, TheIdentityMovesAndAddsNothing) {
 }
 
 TEST(LiftMap, FollowsAFarMoveOfTheCoarseMapByAFewSplits) {
-  const mesh::Surface surface = fine_square();
+  const mesh::Surface surface = test::warped_grid(kSide);
   mesh::RefinedMap map = test::identity_map(surface);
   const VertexId pin = 41 * 20 + 8;
   ExecutionContext context;

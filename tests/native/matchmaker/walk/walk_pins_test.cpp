@@ -19,19 +19,6 @@ void expect_arrived(const mesh::RefinedMap& map, const Constraints& constraints)
     EXPECT_EQ(Vector2(map.uv.row(map.surface.boundary[i]).transpose()), constraints.outline[i]);
 }
 
-// A grid, slightly warped so that nothing is collinear.
-mesh::Surface warped_grid(Index columns) {
-  mesh::Surface surface = test::grid(columns, columns);
-  for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v) {
-    const double x = surface.vertices(v, 0);
-    const double y = surface.vertices(v, 1);
-    const double bump = x * (1 - x) * y * (1 - y);
-    surface.vertices(v, 0) += 0.1 * bump * std::sin(7 * y);
-    surface.vertices(v, 1) += 0.1 * bump * std::cos(5 * x);
-  }
-  return surface;
-}
-
 Constraints boundary_as_it_is(const mesh::RefinedMap& map) {
   Constraints constraints;
   for (const VertexId v : map.surface.boundary)
@@ -65,7 +52,7 @@ TEST(WalkPins, WithoutPinsThereIsNothingToWalk) {
 
 // Two that change places inside a boundary that does not give way.
 TEST(WalkPins, WithoutRefinementAWalkThatIsBlockedEndsWithAValidMap) {
-  const mesh::Surface surface = warped_grid(8);
+  const mesh::Surface surface = test::warped_grid(8);
   mesh::RefinedMap map = test::identity_map(surface);
   Constraints constraints = boundary_as_it_is(map);
   constraints.pins = {{30, {0.75, 0.5}}, {50, {0.25, 0.375}}, {40, {0.3, 0.6}}, {41, {0.8, 0.2}}};
@@ -81,7 +68,7 @@ TEST(WalkPins, WithoutRefinementAWalkThatIsBlockedEndsWithAValidMap) {
 }
 
 TEST(PlannedWalk, IsNotForAFreeBoundaryAndLeavesTheMapAsItIs) {
-  const mesh::Surface surface = warped_grid(8);
+  const mesh::Surface surface = test::warped_grid(8);
   mesh::RefinedMap map = test::identity_map(surface);
   Constraints constraints;
   constraints.pins = {{30, {0.5, 0.5}}};
@@ -92,7 +79,7 @@ TEST(PlannedWalk, IsNotForAFreeBoundaryAndLeavesTheMapAsItIs) {
 }
 
 TEST(PlannedWalk, BringsPinsThatChangePlacesHome) {
-  const mesh::Surface surface = warped_grid(16);
+  const mesh::Surface surface = test::warped_grid(16);
   mesh::RefinedMap map = test::identity_map(surface);
   Constraints constraints = boundary_as_it_is(map);
   const auto vertex = [](Index k) { return 17 * (4 + 4 * (k / 3)) + 4 + 4 * (k % 3); };

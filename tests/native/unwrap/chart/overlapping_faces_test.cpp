@@ -9,6 +9,7 @@
 
 #include "fuzz/rational.h"
 #include "support/shapes.h"
+#include "unwrap/chart/bent_strip.h"
 
 namespace flipfree::unwrap {
 namespace {
@@ -66,24 +67,11 @@ TEST(OverlappingFaces, neighbours_of_a_flat_map_share_nothing) {
       overlapping_faces(grid.faces, grid.vertices.leftCols<2>(), ExecutionContext()).empty());
 }
 
-// A strip of grid(n, 2) along a ring, lying over itself where it goes round more than once.
-Points2 bent(const mesh::Surface& strip, double turns) {
-  Points2 uv(strip.vertices.rows(), 2);
-  const double length = strip.vertices.col(0).maxCoeff();
-  const double width = strip.vertices.col(1).maxCoeff();
-  for (VertexId v = 0; v < uv.rows(); ++v) {
-    const double angle = 2 * std::numbers::pi * turns * strip.vertices(v, 0) / length;
-    const double radius = 1.1 - 0.2 * strip.vertices(v, 1) / width;
-    uv.row(v) << radius * std::cos(angle), radius * std::sin(angle);
-  }
-  return uv;
-}
-
 TEST(OverlappingFaces, are_found_with_the_area_they_share) {
   const mesh::Surface strip = test::grid(60, 2);
   ExecutionContext context;
-  EXPECT_TRUE(overlapping_faces(strip.faces, bent(strip, 0.9), context).empty());
-  const Points2 uv = bent(strip, 1.5);
+  EXPECT_TRUE(overlapping_faces(strip.faces, test::bent(strip, 0.9), context).empty());
+  const Points2 uv = test::bent(strip, 1.5);
   double shared = 0;
   for (const FacePair& pair : overlapping_faces(strip.faces, uv, context)) {
     EXPECT_LT(pair.first, pair.second);

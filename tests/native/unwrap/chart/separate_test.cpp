@@ -7,23 +7,10 @@
 
 #include "flipfree/mesh/topology.h"
 #include "support/shapes.h"
+#include "unwrap/chart/bent_strip.h"
 
 namespace flipfree::unwrap {
 namespace {
-
-// A strip along a circle of mean radius 1, bent over so many turns: what is beyond one turn lies on
-// its beginning.
-Points2 bent(const mesh::Surface& strip, double turns) {
-  Points2 uv(strip.vertices.rows(), 2);
-  const double length = strip.vertices.col(0).maxCoeff();
-  const double width = strip.vertices.col(1).maxCoeff();
-  for (VertexId v = 0; v < uv.rows(); ++v) {
-    const double angle = 2 * std::numbers::pi * turns * strip.vertices(v, 0) / length;
-    const double radius = 1.1 - 0.2 * strip.vertices(v, 1) / width;
-    uv.row(v) << radius * std::cos(angle), radius * std::sin(angle);
-  }
-  return uv;
-}
 
 struct Cut {
   Index pieces = 0;
@@ -54,7 +41,7 @@ Cut cut_of(const mesh::Surface& chart, const Points2& uv, double tolerated,
 
 TEST(SeparatingCut, divides_a_strip_that_lies_on_itself_across) {
   const mesh::Surface strip = test::grid(60, 2);
-  const Cut cut = cut_of(strip, bent(strip, 1.5), 0.0);
+  const Cut cut = cut_of(strip, test::bent(strip, 1.5), 0.0);
   EXPECT_EQ(cut.pieces, 2);
   EXPECT_LE(cut.edges, 4);  // straight across are two edges, along a row of diagonals four
 }
@@ -62,7 +49,7 @@ TEST(SeparatingCut, divides_a_strip_that_lies_on_itself_across) {
 TEST(SeparatingCut, leaves_no_two_faces_of_a_piece_on_top_of_each_other) {
   const mesh::Surface strip = test::grid(90, 3);
   for (const double turns : {1.2, 1.9, 2.5, 3.7}) {
-    const Points2 uv = bent(strip, turns);
+    const Points2 uv = test::bent(strip, turns);
     const Cut cut = cut_of(strip, uv, 0.0);
     EXPECT_GE(cut.pieces, static_cast<Index>(std::ceil(turns)));
     EXPECT_LE(cut.pieces, static_cast<Index>(std::ceil(turns)) + 1);
@@ -75,8 +62,8 @@ TEST(SeparatingCut, leaves_no_two_faces_of_a_piece_on_top_of_each_other) {
 
 TEST(SeparatingCut, lets_be_what_is_tolerated) {
   const mesh::Surface strip = test::grid(60, 2);
-  EXPECT_EQ(cut_of(strip, bent(strip, 1.05), 0.2).pieces, 1);
-  EXPECT_EQ(cut_of(strip, bent(strip, 1.05), 0.0).pieces, 2);
+  EXPECT_EQ(cut_of(strip, test::bent(strip, 1.05), 0.2).pieces, 1);
+  EXPECT_EQ(cut_of(strip, test::bent(strip, 1.05), 0.0).pieces, 2);
 }
 
 TEST(SeparatingCut, spares_edges_that_shall_not_be_cut) {
@@ -91,7 +78,7 @@ TEST(SeparatingCut, spares_edges_that_shall_not_be_cut) {
                             .transpose();
     diagonal[static_cast<std::size_t>(h)] = std::abs(way.x()) > 1e-9 && std::abs(way.y()) > 1e-9;
   }
-  const Cut cut = cut_of(strip, bent(strip, 1.5), 0.0, diagonal);
+  const Cut cut = cut_of(strip, test::bent(strip, 1.5), 0.0, diagonal);
   EXPECT_EQ(cut.pieces, 2);
   EXPECT_EQ(cut.edges, 2);
 }

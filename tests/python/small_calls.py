@@ -1,0 +1,32 @@
+"""One call of every kind that takes a moment: for tests of what may come in between."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import flipfree as ff
+
+from surfaces import bumpy_grid, octahedron_sphere
+
+GRID = bumpy_grid(40, 40)
+BALL = octahedron_sphere(4)
+
+
+def cones() -> np.ndarray:
+    angles = np.full(len(BALL[0]), 2 * np.pi)
+    angles[[0, 1, 2, 3]] = np.pi
+    return angles
+
+
+#: Name -> call with options of every call (max_seconds, progress), which returns an array.
+CALLS = {
+    "unwrap": lambda **options: ff.unwrap(*BALL, **options).uv,
+    "embed": lambda **options: ff.embed(*GRID, optimise=True, **options).uv,
+    "match": lambda **options: (
+        ff.match(*GRID, points={0: (0, 0), 700: (1, 0.3), 900: (0.2, 1)}, **options).uv
+    ),
+    "metric": lambda **options: ff.conformal_metric(*BALL, cones(), **options).scale_factors,
+    "conformal": lambda **options: ff.conformal(*BALL, cones(), **options).uv,
+    "angles": lambda **options: ff.boundary_angles(*GRID, "circle", **options),
+    "cones": lambda **options: np.asarray(ff.suggest_cones(*GRID, **options)),
+}
