@@ -1,0 +1,73 @@
+// The sides of an admissible cut as straight segments between right angles, and what padding does
+// to their lengths (thesis 5.2.2, 5.2.5).
+//
+// Every branch b has two sides, which are each other's mates: 2 b along its half-edges, the surface
+// on the left, and 2 b + 1 along their opposites, last one first. Sides that meet at a flat sector
+// are one segment. Segments of a component are numbered counter-clockwise, one after the other:
+//
+//        <--- i + 1 ---         Padding a segment by w moves it outwards and makes the ones before
+//       |              ^        and after it longer by w each:
+//     i + 2   disk     | i          length'(i) = w(i - 1) + length(i) + w(i + 1)         (5.2)
+//       v              |
+//        --- i - 1 --->
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "flipfree/base/types.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/seamless/padding/admissible_cut.h"
+
+namespace flipfree::seamless {
+
+constexpr Index mate_of(Index side) { return side ^ 1; }
+
+struct CutSegment {
+  Index component = kInvalid;
+  std::vector<Index> sides;  // in order; more than one if there are flat sectors between them
+};
+
+struct CutSegments {
+  std::vector<CutSegment> segments;      // component by component, counter-clockwise
+  std::vector<Index> first;              // per component its first segment, and their number
+  std::vector<Index> of_side;            // 2 #branches: the segment
+  std::vector<Index> component_of_face;  // #F; components are numbered by their smallest face
+
+  Index component_count() const { return static_cast<Index>(first.size()) - 1; }
+  // Segments, and so corners, of a component.
+  Index size(Index component) const;
+  // The neighbours along the boundary; of the only segment of a component itself.
+  Index next(Index segment) const;
+  Index previous(Index segment) const;
+};
+
+// The half-edges of a side, in order. Cost: linear in them.
+std::vector<HalfedgeId> side_halfedges(const AdmissibleCut& cut, const mesh::Adjacency& adjacency,
+                                       Index side);
+
+// `adjacency`: of cut.surface. No branches: one component without segments. Throws InternalError if
+// branches do not join up, if a component's boundary is not one loop or has no corner. Cost: O(#F).
+CutSegments cut_segments(const AdmissibleCut& cut, const mesh::Adjacency& adjacency);
+
+// A w = b, the lengths of mates equal (5.3, 5.5): one row per segment that is not one of several
+// mates of another one.
+struct EqualizationRow {
+  // length'(segment) = sum of length'(mates): in all, sum of coefficient * w over `terms` is the
+  // sum of the mates' lengths less that of the segment.
+  Index segment = kInvalid;
+  std::vector<Index> mates;                    // one per side of the segment
+  std::vector<std::pair<Index, Index>> terms;  // (segment, coefficient), ascending, none zero
+};
+struct EqualizationSystem {
+  Index unknowns = 0;  // widths of all segments
+  std::vector<EqualizationRow> rows;
+  // Segments that must not be padded: both of the extra path (Proposition 12), or none. Their terms
+  // are in the rows all the same.
+  std::vector<Index> unpadded;
+};
+
+// Throws InternalError if both sides of a branch lie at flat sectors (Definition 5.4 forbids it).
+EqualizationSystem equalization_system(const AdmissibleCut& cut, const CutSegments& segments);
+
+}  // namespace flipfree::seamless
