@@ -65,6 +65,10 @@ def is_disk(case: Case) -> bool:
     return len(loop) > 0 and len(np.unique(case[2])) - edges + len(case[2]) == 1
 
 
+def is_closed(case: Case) -> bool:
+    return len(boundary_loop_or_none(case[2])) == 0
+
+
 def boundary_loop_or_none(faces: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
     try:
         return boundary_loop(faces)
@@ -161,6 +165,7 @@ def calls(maps: Maps) -> dict[str, tuple[Call, Callable[[Case], bool]]]:
             lambda c, s: ff.suggest_cones(c[1], c[2], quarter_turns=True, max_seconds=s),
             every,
         ),
+        "seamless": (lambda c, s: ff.seamless(c[1], c[2], max_seconds=s), is_closed),
         "boundary_angles, free": (
             lambda c, s: ff.boundary_angles(c[1], c[2], max_seconds=s),
             every,

@@ -44,6 +44,17 @@ def two_components(random: np.random.Generator) -> tuple[Any, Any]:
     return np.vstack([a, b]), np.vstack([f, g + len(a)])
 
 
+def closed_surface(random: np.random.Generator) -> tuple[Any, Any]:
+    """A torus, a sphere, or both; seldom with a hole."""
+    meshes = [torus(int(random.integers(3, 8)), int(random.integers(3, 6))), octahedron_sphere(1)]
+    vertices, faces = meshes[random.integers(2)]
+    if random.random() < 0.3:
+        other = meshes[random.integers(2)]
+        faces = np.vstack([faces, other[1] + len(vertices)])
+        vertices = np.vstack([vertices, other[0] * 10.0 ** random.integers(-6, 7) + 3])
+    return vertices, faces
+
+
 def handles(random: np.random.Generator) -> tuple[Any, Any]:
     """A torus, with a hole now and then."""
     vertices, faces = torus(int(random.integers(3, 8)), int(random.integers(3, 6)))
@@ -109,9 +120,12 @@ DEGENERATIONS = [_squash, _approach, _throw, _rescale, _move_away, _jitter]
 DAMAGES = [_break_value, _break_index, _reverse]
 
 
-def random_mesh(random: np.random.Generator) -> Mesh:
-    """One half is sound, most others degenerate, some damaged; now and then with vertices that no face uses."""
+def random_mesh(random: np.random.Generator, closed: float = 0.0) -> Mesh:
+    """One half is sound, most others degenerate, some damaged; now and then with vertices that no face uses. `closed`: how
+    often the surface is closed on purpose."""
     shape = SHAPES[random.integers(len(SHAPES))]
+    if closed > 0.0 and random.random() < closed:
+        shape = closed_surface
     vertices, faces = shape(random)
     if random.random() < 0.3:
         vertices, faces = shuffled((vertices, faces), int(random.integers(2**31)))
@@ -124,10 +138,10 @@ def random_mesh(random: np.random.Generator) -> Mesh:
         with np.errstate(all="ignore"):
             change(vertices, faces, random)
         what.append(change.__name__)
-    if random.random() < 0.1:
+    if random.random() < (0.1 if shape is not closed_surface else 0.03):
         faces = np.delete(faces, random.integers(len(faces)), axis=0)
         what.append("a face less")
-    if random.random() < 0.1:
+    if random.random() < (0.1 if shape is not closed_surface else 0.03):
         loose = random.normal(size=(int(random.integers(1, 4)), 3))
         vertices = np.vstack([vertices, loose * 10.0 ** random.integers(-300, 308)])
         what.append("loose vertices")

@@ -10,6 +10,7 @@ import numpy as np
 
 import flipfree as ff
 from flipfree.calls.matching import ENGINES
+from flipfree.calls.seamless import ENGINES as SEAMLESS_ENGINES
 
 from hostile_values import FUNCTIONS, VALUES
 from random_meshes import Mesh
@@ -129,6 +130,18 @@ def boundary(name: str, mesh: Mesh, random: Random) -> Any:
     return ["free", "straight", "circle"][random.integers(3)]
 
 
+def turns(mesh: Mesh, random: Random) -> Any:
+    """Quarter turns: none, what sums up for one of the first genera, or scattered."""
+    kind = random.random()
+    chosen = vertices_of(mesh, random, 13)
+    if kind < 0.3 or not chosen:
+        return None if kind < 0.15 else {}
+    values = random.choice([1, 2, 3, 3, 3, 5, 5, 6, 9], len(chosen))
+    if kind < 0.9:  # the last one takes what is missing, if it can
+        values[-1] = max(1, 4 - (8 - 8 * random.integers(0, 2) - (4 - values[:-1]).sum()))
+    return {v: int(k) for v, k in zip(chosen, values, strict=True)}
+
+
 def flag(_mesh: Mesh, random: Random) -> bool:
     return bool(random.integers(2))
 
@@ -182,6 +195,8 @@ PARAMETERS: dict[str, tuple[float, Callable[[Mesh, Random], Any]]] = {
     "start": (0.3, one_of("tutte", "nothing")),
     "engine": (0.3, one_of(*ENGINES)),
     "precision": (0.2, one_of("auto", 53, 100, 200)),
+    "max_iterations": (0.3, one_of(1, 2, 30)),
+    "exact": (0.3, flag),
     "iterations": (0.4, one_of(0, 1, 2, 5, 30)),
     "max_cones": (0.3, one_of(1, 3, 20)),
     "bound": (0.3, one_of(1.01, 1.5, 4.0, 1e3)),
@@ -203,6 +218,10 @@ def random_arguments(name: str, mesh: Mesh, random: Random) -> dict[str, Any]:
         elif key == "boundary":
             if random.random() < 0.7:
                 arguments[key] = boundary(name, mesh, random)
+        elif name == "seamless" and key in ("cones", "engine"):
+            choose = turns if key == "cones" else one_of(*SEAMLESS_ENGINES)
+            if random.random() < 0.6:
+                arguments[key] = choose(mesh, random)
         elif key in PARAMETERS:
             often, make = PARAMETERS[key]
             if parameter.default is inspect.Parameter.empty or random.random() < often:

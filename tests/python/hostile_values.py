@@ -14,7 +14,7 @@ import numpy as np
 
 import flipfree as ff
 
-from surfaces import bumpy_grid
+from surfaces import bumpy_grid, octahedron_sphere
 
 #: The package's functions that solve, by name: those that report progress.
 FUNCTIONS: dict[str, Callable[..., Any]] = {
@@ -152,6 +152,7 @@ def arguments_of(name: str) -> dict[str, Any]:
         "certify": {**mesh, "uv": uv},
         "pack": {**mesh, "uv": uv},
         "improve": {"map_or_arrays": (vertices, faces, uv)},
+        "seamless": dict(zip(("vertices", "faces"), octahedron_sphere(0), strict=True)),
         "conformal": {**mesh, "target_angles": angles},
         "conformal_metric": {**mesh, "target_angles": angles},
     }.get(name, mesh)

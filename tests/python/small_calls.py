@@ -27,6 +27,7 @@ CALLS = {
     ),
     "metric": lambda **options: ff.conformal_metric(*BALL, cones(), **options).scale_factors,
     "conformal": lambda **options: ff.conformal(*BALL, cones(), **options).uv,
+    "seamless": lambda **options: ff.seamless(*BALL, {v: 3 for v in range(8)}, **options).uv,
     "angles": lambda **options: ff.boundary_angles(*GRID, "circle", **options),
     "cones": lambda **options: np.asarray(ff.suggest_cones(*GRID, **options)),
 }

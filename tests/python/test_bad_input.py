@@ -12,7 +12,7 @@ import pytest
 
 import flipfree as ff
 
-from surfaces import bumpy_grid, octahedron_sphere
+from surfaces import bumpy_grid, octahedron_sphere, torus
 
 DOCS = Path(__file__).resolve().parent.parent.parent / "docs" / "errors.md"
 
@@ -171,6 +171,30 @@ CASES: dict[str, tuple[Callable[[], Any], type[ff.FlipfreeError], str, list[str]
         lambda: ff.certify(*quad(), np.zeros((2, 2, 2))),
         ff.InvalidInput, "array of the wrong shape", ["uv", "(2, 3, 2)"],
     ),
+    "cones that do not sum up": (
+        lambda: ff.seamless(*octahedron_sphere(0), {0: 1}),
+        ff.Infeasible, "angles violate Gauss-Bonnet", ["needs 8", "Take 5 from"],
+    ),
+    "cones that no torus has": (
+        lambda: ff.seamless(*torus(8, 6), {3: 3, 20: 5}),
+        ff.Infeasible, "bad angles", ["3 and 5", "third one"],
+    ),
+    "cone of no quarter turn": (
+        lambda: ff.seamless(*octahedron_sphere(0), {0: 0}),
+        ff.InvalidInput, "bad angles", ["cones[0]", "1 or more", "not 0"],
+    ),
+    "cone that is no whole number": (
+        lambda: ff.seamless(*octahedron_sphere(0), {0: 3.5}),
+        ff.InvalidInput, "bad angles", ["cones[0]", "whole number", "3.5"],
+    ),
+    "cone at no vertex": (
+        lambda: ff.seamless(*octahedron_sphere(0), {77: 3}),
+        ff.InvalidInput, "index out of range", ["vertex 77", "has 6"],
+    ),
+    "seamless map of an open surface": (
+        lambda: ff.seamless(octahedron_sphere(0)[0], octahedron_sphere(0)[1][1:]),
+        ff.InvalidInput, "bad boundary", ["boundary (1 loop, through vertex 0)", "Fill Holes"],
+    ),
 }  # fmt: skip
 
 
@@ -222,6 +246,17 @@ def test_the_unit_of_length_does_not_matter(name: str, scale: float) -> None:
     usual = MAPS[name](vertices, faces)
     scaled = MAPS[name](vertices * scale, faces)
     assert scaled.certificate.ok
+    assert scaled.certificate.energy == pytest.approx(usual.certificate.energy, rel=1e-6)
+    assert np.array_equal(scaled.vertices[: len(vertices)], vertices * scale)
+
+
+@pytest.mark.parametrize("scale", [2.0**-1060, 2.0**-400, 2.0**400, 2.0**1000])
+def test_the_unit_of_length_does_not_matter_to_seamless_maps(scale: float) -> None:
+    vertices, faces = torus(8, 6)
+    vertices = np.round(vertices * 2.0**10)
+    usual = ff.seamless(vertices, faces)
+    scaled = ff.seamless(vertices * scale, faces)
+    assert scaled.certificate.ok and scaled.certificate.seam_failures == 0
     assert scaled.certificate.energy == pytest.approx(usual.certificate.energy, rel=1e-6)
     assert np.array_equal(scaled.vertices[: len(vertices)], vertices * scale)
 

@@ -21,7 +21,7 @@ from surfaces import bumpy_grid, octahedron_sphere
 TESTS = Path(__file__).resolve().parent.parent
 FOLDERS = [Path(ff.__file__).parent.parent, TESTS / "python", TESTS.parent / "benchmarks"]
 
-NAMES = "unwrap,embed,improve,pack,certify,match"
+NAMES = "unwrap,embed,improve,pack,certify,match,seamless"
 
 
 def run(*arguments: str) -> subprocess.CompletedProcess[str]:

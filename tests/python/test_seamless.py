@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 import flipfree as ff
-from flipfree.calls.seamless import SeamlessMap, seamless, start_penner
+from flipfree.calls.seamless import SeamlessMap, start_penner
 from flipfree.job import run
 
 from judges import holonomy
-from surfaces import octahedron_sphere, torus
+from judges.seams import seam_count
+from surfaces import octahedron_sphere, prism, shuffled, torus
 
 
 def random_cones(faces: np.ndarray, genus: int, count: int, seed: int) -> dict[int, int]:
@@ -68,7 +69,7 @@ def test_prescribed_loops_are_met() -> None:
 @pytest.mark.parametrize("stored", [False, True])
 def test_transitions_join_the_sides_of_every_cut_edge_exactly(stored: bool) -> None:
     vertices, faces = torus()
-    map = seamless(vertices, faces, random_cones(faces, 1, 12, 3))
+    map = ff.seamless(vertices, faces, random_cones(faces, 1, 12, 3))
     certificate = map.certificate
     assert certificate.seam_edges == certificate.seams_exact64 == certificate.seams_exact32 > 0
     uv = map.uv32().astype(np.float64) if stored else map.uv64
@@ -96,7 +97,7 @@ def test_several_components_are_one_map() -> None:
     faces = np.concatenate([a[1], b[1] + len(a[0])])
     cones = random_cones(a[1], 1, 8, 2)
     cones |= {v + len(a[0]): k for v, k in random_cones(b[1], 0, 12, 4).items()}
-    map = seamless(vertices, faces, cones)
+    map = ff.seamless(vertices, faces, cones)
     assert map.certificate.ok
     assert map.certificate.seams_exact32 == map.certificate.seam_edges > 0
 
@@ -104,25 +105,166 @@ def test_several_components_are_one_map() -> None:
 def test_optimising_lowers_the_energy() -> None:
     vertices, faces = octahedron_sphere(4)
     cones = random_cones(faces, 0, 24, 7)
-    plain = seamless(vertices, faces, cones, optimise=False)
-    assert seamless(vertices, faces, cones).certificate.energy < plain.certificate.energy
+    plain = ff.seamless(vertices, faces, cones, optimise=False)
+    assert ff.seamless(vertices, faces, cones).certificate.energy < plain.certificate.energy
+
+
+def two_parts() -> tuple[np.ndarray, np.ndarray]:
+    """A torus inside a sphere of ten times its size."""
+    a, b = torus(), octahedron_sphere(3)
+    return np.concatenate([a[0], 10.0 * b[0]]), np.concatenate([a[1], b[1] + len(a[0])])
+
+
+def test_without_cones_some_are_suggested_for_every_part() -> None:
+    vertices, faces = two_parts()
+    map = ff.seamless(vertices, faces)
+    judged = seam_count(map.faces, map.uv32())
+    assert judged.flipped == judged.torn == 0
+    assert judged.edges == judged.exact > 0
+    assert judged.cones == dict(map.certificate.quarter_cones.tolist())
+    on_ball = [v for v in judged.cones if v >= len(torus()[0])]
+    assert sum(4 - judged.cones[v] for v in on_ball) == 8
+    assert sum(4 - k for k in judged.cones.values()) == 8
+
+
+def test_parts_lie_beside_each_other_at_the_scale_of_the_surface() -> None:
+    vertices, faces = two_parts()
+    map = ff.seamless(vertices, faces)
+    first = map.parent_face < len(torus()[1])
+    a, b = map.uv[first].reshape(-1, 2), map.uv[~first].reshape(-1, 2)
+    assert (a.max(0) < b.min(0)).any() or (b.max(0) < a.min(0)).any()
+
+    def area(uv: np.ndarray) -> float:
+        p, q = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
+        return float((p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum() / 2)
+
+    def surface(part: np.ndarray) -> float:
+        p = map.vertices[map.faces[part]]
+        sides = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+        return float(np.linalg.norm(sides, axis=1).sum() / 2)
+
+    assert area(map.uv[first]) == pytest.approx(surface(first), rel=0.1)
+    assert area(map.uv[~first]) == pytest.approx(surface(~first), rel=0.1)
+
+
+def test_suggested_cones_can_be_given() -> None:
+    vertices, faces = prism(12)
+    angles = ff.suggest_cones(vertices, faces, bound=2.0, quarter_turns=True)
+    cones = angles.quarter_turns
+    assert sum(4 - k for k in cones.values()) == 8
+    map = ff.seamless(vertices, faces, cones)
+    assert dict(map.certificate.quarter_cones.tolist()) == cones
+    assert np.array_equal(map.uv, ff.seamless(vertices, faces).uv)
+
+
+def test_a_torus_needs_no_cones() -> None:
+    map = ff.seamless(*torus(), {})
+    assert map.certificate.ok and len(map.certificate.quarter_cones) == 0
+    assert not map.transitions.quarter_turns.any()
+
+
+def test_a_map_fits_the_first_quadrant_in_32_bits() -> None:
+    """Moved there by its own grid, as what places it does, it stays exact."""
+    vertices, faces = octahedron_sphere(4)
+    map = ff.seamless(vertices, faces)
+    uv = map.uv64 - map.uv64.min((0, 1))
+    assert (uv.astype(np.float32) == uv).all()
+    assert ff.certify(map.vertices, map.faces, uv, seamless=True).ok
+
+
+def test_edges_that_are_not_to_be_cut_are_not_cut_in_any_part() -> None:
+    vertices, faces = two_parts()
+    diagonals = np.concatenate([faces[: len(torus()[1]) : 2, [0, 2]], faces[-200:, [0, 1]]])
+    map = ff.seamless(vertices, faces, uncuttable=diagonals)
+    cut = {frozenset(edge) for edge in map.cut_edges.tolist()}
+    assert cut.isdisjoint(frozenset(edge) for edge in diagonals.tolist())
+    with pytest.raises(ff.InvalidInput, match="not an edge"):
+        ff.seamless(vertices, faces, uncuttable=[[0, len(vertices) - 1]])
+
+
+def test_without_exactness_seams_match_up_to_rounding() -> None:
+    vertices, faces = octahedron_sphere(3)
+    map = ff.seamless(vertices, faces, exact=False)
+    assert map.certificate.ok and map.certificate.seam_edges == -1
+    measured = ff.certify(map.vertices, map.faces, map.uv64, seamless=True)
+    assert not measured.ok and measured.seam_edges == len(map.cut_edges)
+    assert 0 < measured.seam_deviation < 1e-12
+    assert "off by up to" in str(measured)
+    assert np.array_equal(map.uv.astype(np.float32), map.uv32())
+
+
+def test_a_foreign_map_is_told_how_far_it_is_from_seamless() -> None:
+    vertices, faces = octahedron_sphere(3)
+    map = ff.seamless(vertices, faces)
+    moved = map.uv64.copy()
+    edge = map.cut_edges[0]
+    f, k = next(
+        (f, k) for f, t in enumerate(map.faces.tolist()) for k in range(3) if t[k] == edge[0]
+    )
+    moved[f, k] += 2.0**-12
+    certificate = ff.certify(map.vertices, map.faces, moved, seamless=True)
+    assert not certificate.ok and certificate.seam_failures > 0
+    assert 2.0**-12 <= certificate.seam_deviation < 2.0**-10
+    assert certificate.seam_edges > certificate.seams_exact64
+    unwrapped = ff.unwrap(vertices, faces)
+    foreign = ff.certify(vertices, unwrapped.faces, unwrapped.uv, seamless=True)
+    assert not foreign.ok and foreign.seam_deviation > 1e-3
+
+
+def test_statistics_say_which_engine_and_what_each_stage_reached() -> None:
+    stats = ff.seamless(*octahedron_sphere(3)).stats
+    assert stats["engine"] in ("penner", "padding")
+    assert 1.0 <= stats["energy.optimised"] == stats["energy"] <= stats["energy.engine"]
+    for name in ("iterations", "distortion.iterations", "added_vertices", "time_limit_reached"):
+        assert stats[name] >= 0
+
+
+def test_the_order_of_vertices_and_faces_does_not_decide() -> None:
+    mesh = octahedron_sphere(3)
+    cones = {v: 3 for v in range(8)}
+    order = np.random.default_rng(5).permutation(len(mesh[0]))  # as shuffled() draws it
+    vertices, faces = shuffled(mesh, 5)
+    place = np.empty_like(order)
+    place[order] = np.arange(len(order))
+    other = ff.seamless(vertices, faces, {int(place[v]): k for v, k in cones.items()})
+    usual = ff.seamless(*mesh, cones)
+    assert other.certificate.energy == pytest.approx(usual.certificate.energy, rel=0.05)
+
+
+def test_few_iterations_are_refused_or_taken_as_they_are() -> None:
+    vertices, faces = octahedron_sphere(3)
+    cones = random_cones(faces, 0, 16, 2)
+    best = ff.seamless(vertices, faces, cones).certificate.energy
+    for most in (1, 2, 4, 8):
+        try:
+            assert ff.seamless(vertices, faces, cones, max_iterations=most).certificate.energy >= best * (1 - 1e-9)  # fmt: skip
+        except ff.NotConverged as error:
+            assert error.code == "iteration limit reached"
+
+
+def test_a_map_that_is_accepted_early_is_certified() -> None:
+    vertices, faces = octahedron_sphere(5)
+    job = ff.jobs.seamless(vertices, faces, random_cones(faces, 0, 40, 1))
+    job.accept()
+    map = job.result()
+    assert map.certificate.ok and map.certificate.seams_exact32 == map.certificate.seam_edges > 0
 
 
 def test_impossible_cones_are_refused_with_a_reason() -> None:
     vertices, faces = torus()
     with pytest.raises(ff.Infeasible, match="3 and 5"):
-        seamless(vertices, faces, {0: 3, 7: 5})
+        ff.seamless(vertices, faces, {0: 3, 7: 5})
     with pytest.raises(ff.Infeasible, match="Add 1 to"):
-        seamless(vertices, faces, {0: 3})
+        ff.seamless(vertices, faces, {0: 3})
     with pytest.raises(ff.InvalidInput, match="quarter turns"):
-        seamless(vertices, faces, {0: 0, 7: 8})
+        ff.seamless(vertices, faces, {0: 0, 7: 8})
     with pytest.raises(ff.InvalidInput, match="vertex 99999"):
-        seamless(vertices, faces, {99999: 3})
+        ff.seamless(vertices, faces, {99999: 3})
 
 
 def test_progress_can_cancel() -> None:
     vertices, faces = octahedron_sphere(5)
     with pytest.raises(ff.Cancelled):
-        seamless(
+        ff.seamless(
             vertices, faces, random_cones(faces, 0, 50, 1), progress=lambda stage, fraction: False
         )

@@ -13,7 +13,7 @@ import pytest
 
 import flipfree as ff
 
-from surfaces import bumpy_grid, octahedron_sphere
+from surfaces import bumpy_grid, octahedron_sphere, torus
 
 NATIVE = Path(__file__).resolve().parent.parent.parent / "native" / "flipfree"
 
@@ -119,6 +119,9 @@ def check_witness(error: ff.Infeasible) -> str:
         if missing is None:
             missing = witness["needed"][0] - witness["sum"][0]
         assert abs(missing) > 1e-12
+    elif rule == "empty stratum":
+        # What is known not to exist whatever the loops do: Bainbridge et al. 2019, genus 1.
+        assert (witness["genus"], sorted(witness["cones"])) == ([1], [3, 5])
     elif rule == "corner turning":
         assert witness["turning"][0] / witness["corners"][0] >= np.pi
     elif rule == "same place":
@@ -189,6 +192,8 @@ def octahedron_angles() -> Any:
 
 
 CASES: dict[str, Callable[[], Any]] = {
+    "empty stratum": lambda: ff.seamless(*torus(8, 6), {3: 3, 20: 5}),
+    "angle sum, seamless": lambda: ff.seamless(*torus(8, 6), {3: 3}),
     "angle sum": octahedron_angles,
     "curvature sum": lambda: ff.boundary_angles(*octahedron_sphere(0), cones={0: 1.0}),
     "corner turning": lambda: ff.boundary_angles(*bumpy_grid(2, 2), "straight", corners=[0, 2]),

@@ -65,16 +65,23 @@ void bind_seamless(py::module_& module) {
           "engine_iterations", nullptr,
           [](SeamlessOptions& options, int count) { options.engine.metric.max_iterations = count; })
       .def_readwrite("optimise", &SeamlessOptions::optimise)
+      .def_readwrite("exact", &SeamlessOptions::exact)
+      .def_readwrite("max_iterations", &SeamlessOptions::max_iterations)
       .def_readwrite("max_seconds", &SeamlessOptions::max_seconds);
   module.def(
       "seamless",
-      [](const Array<double>& vertices, const Array<Index>& faces, const Array<Index>& cones,
+      [](const Array<double>& vertices, const Array<Index>& faces, const py::object& cones,
          const SeamlessOptions& options, int threads) {
+        std::optional<std::vector<Index>> turns;
+        if (!cones.is_none()) {
+          const auto given = cones.cast<Array<Index>>();
+          turns.emplace(given.data(), given.data() + given.size());
+        }
         return start_job(
-            [surface = to_surface(vertices, faces),
-             cones = std::vector<Index>(cones.data(), cones.data() + cones.size()),
+            [surface = to_surface(vertices, faces), turns = std::move(turns),
              options](ExecutionContext& context) {
-              return seamless::compute_seamless_map(surface, cones, options, context);
+              return turns ? seamless::compute_seamless_map(surface, *turns, options, context)
+                           : seamless::map_with_suggested_cones(surface, options, context);
             },
             [](const certify::Parametrization& map) -> py::object { return to_dict(map); },
             threads);

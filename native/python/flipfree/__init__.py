@@ -15,6 +15,7 @@ from .calls.improving import improve
 from .calls.matching import match
 from .calls.mesh_files import MeshFile, read, write
 from .calls.packing import pack
+from .calls.seamless import seamless
 from .calls.target_angles import boundary_angles, suggest_cones
 from .calls.unwrapping import unwrap
 from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConverged
@@ -42,6 +43,7 @@ __all__ = [
     "match",
     "pack",
     "read",
+    "seamless",
     "split_fans",
     "suggest_cones",
     "unwrap",

@@ -10,6 +10,7 @@ from .calls.embedding import embed as _embed
 from .calls.improving import improve as _improve
 from .calls.matching import match as _match
 from .calls.packing import pack as _pack
+from .calls.seamless import seamless as _seamless
 from .calls.target_angles import boundary_angles as _boundary_angles
 from .calls.target_angles import suggest_cones as _suggest_cones
 from .calls.unwrapping import unwrap as _unwrap
@@ -23,6 +24,7 @@ embed = job_of(_embed)
 improve = job_of(_improve)
 match = job_of(_match)
 pack = job_of(_pack)
+seamless = job_of(_seamless)
 suggest_cones = job_of(_suggest_cones)
 unwrap = job_of(_unwrap)
 
@@ -36,6 +38,7 @@ __all__ = [
     "improve",
     "match",
     "pack",
+    "seamless",
     "suggest_cones",
     "unwrap",
 ]

@@ -92,6 +92,7 @@ class Certificate:
             ""
             if self.seam_edges < 0
             else f", exact seam edges {self.seams_exact32}/{self.seam_edges}"
+            + (f" (off by up to {self.seam_deviation:.3g})" if self.seam_deviation > 0 else "")
         )
         lines = [
             f"certificate {'ok' if self.ok else 'FAILED'}: {self.triangles} triangles, "
@@ -114,7 +115,8 @@ class Parametrization:
         parent_face: (m',), the input face that contains each face.
         vertex_parent, vertex_barycentric: (n',), (n', 3), where each vertex lies on the input.
         cut_edges: (s, 2), vertex pairs along which the map is cut.
-        transitions: per cut edge, empty where the map is not seamless.
+        transitions: per cut edge, empty where the map is not seamless: from the face that has the edge's vertices in this
+            order to the other one.
         certificate: measured on ``uv64`` and ``uv32()``; ``uv`` passes it too.
         stats: seconds per stage, iterations, added vertices, energy.
     """

@@ -1,7 +1,8 @@
 // From a seamless map in floating point to one that is seamless exactly, in 64 and in 32 bits.
 //
-// All coordinates are integers below 2^24 in size, in units of one power of two: floats hold them,
-// and doubles hold all their sums and differences, so that every transition is exact as stored.
+// All coordinates are integers, at most 2^23 in size, in units of one power of two: floats hold
+// them, in the first quadrant too, and doubles hold all their sums and differences, so that every
+// transition is exact as stored.
 // Free coordinates are rounded, the others follow without error (constraints.h).
 #pragma once
 

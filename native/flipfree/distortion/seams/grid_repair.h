@@ -9,10 +9,11 @@
 
 namespace flipfree::distortion {
 
-// Integer coordinates, at most 2^24 in size: twice areas are sums that 64 bits hold.
+// Integer coordinates, at most 2^23 in size, so that the whole map spans at most 2^24 and floats
+// hold it wherever it is moved on its grid. Twice areas are sums that 64 bits hold.
 using GridPoints = Eigen::Matrix<std::int64_t, Eigen::Dynamic, 2, Eigen::RowMajor>;
 
-inline constexpr std::int64_t kLargestGridNumber = std::int64_t{1} << 24;
+inline constexpr std::int64_t kLargestGridNumber = std::int64_t{1} << 23;
 
 // Twice the signed area, exact.
 std::int64_t twice_grid_area(const Triangles& faces, const GridPoints& points, FaceId f);

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "flipfree/base/error.h"
 #include "flipfree/distortion/energy/rest_shapes.h"
 #include "flipfree/distortion/minimize/minimizer.h"
+#include "flipfree/distortion/rounding.h"
 #include "flipfree/distortion/seams/constraints.h"
 #include "flipfree/distortion/seams/exact_grid.h"
 #include "flipfree/distortion/seams/seam_system.h"
@@ -73,6 +75,12 @@ ExactMap make_exact(const CutMap& map, const ExactOptions& options, ExecutionCon
   }
   const Untimed storing(context);
   context.report("rounding", 0.95);
+  out.stats["time_limit_reached"] = hurried;
+  if (!options.exact) {
+    out.uv32 = round_to_storage(faces, uv, {}, context, out.stats);
+    out.uv = std::move(uv);
+    return out;
+  }
   const GridMap grid = round_to_grid(constraints, faces, map.seams, uv, context, out.stats);
   out.uv = grid.uv;
   out.uv32 = grid.uv.cast<float>();
@@ -81,7 +89,6 @@ ExactMap make_exact(const CutMap& map, const ExactOptions& options, ExecutionCon
     out.transitions.push_back({map.seams[e].quarter_turns,
                                grid.transition.row(static_cast<Eigen::Index>(e)).transpose()});
   }
-  out.stats["time_limit_reached"] = hurried;
   return out;
 }
 

@@ -21,13 +21,15 @@ struct ExactOptions {
   double tolerance = 1e-4;  // see MinimizeOptions
   // Seconds that the optimisation may take; 0: no limit of its own. Rounding is done in any case.
   double max_seconds = 0;
+  bool exact = true;  // false: no grid; seams match up to rounding, as they did before
 };
 
 struct ExactMap {
-  Points2 uv;                                    // #V x 2 of the cut surface
-  Points2f uv32;                                 // the same numbers
-  double step = 0;                               // all coordinates are multiples, a power of two
-  std::vector<certify::Transition> transitions;  // per seam edge: from h's side to o's, exact
+  Points2 uv;       // #V x 2 of the cut surface
+  Points2f uv32;    // the same numbers; without a grid: rounded ones
+  double step = 0;  // all coordinates are multiples, a power of two; 0 without a grid
+  std::vector<certify::Transition> transitions;  // per seam edge: from h's side to o's, exact; none
+                                                 // without a grid
   Stats stats;
 };
 

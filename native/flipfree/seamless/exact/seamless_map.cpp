@@ -2,6 +2,7 @@
 
 #include <numbers>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "flipfree/base/error.h"
@@ -9,16 +10,22 @@
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/distortion/seams/seams.h"
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/topology.h"
+#include "flipfree/seamless/exact/chart_places.h"
+#include "flipfree/seamless/request.h"
 #include "flipfree/seamless/seams.h"
+#include "flipfree/seamless/suggested_turns.h"
 
 namespace flipfree::seamless {
 namespace {
 
 // Of the progress.
+constexpr double kSuggestionShare = 0.4;
 constexpr double kEngineShare = 0.5;
 
 certify::Parametrization map_in_time(const mesh::Surface& surface, const std::vector<Index>& cones,
                                      const SeamlessOptions& options, ExecutionContext& context) {
+  check_request(surface, cones, context);
   PennerMapOptions engine = options.engine;
   engine.metric.max_seconds = 0.0;
   PennerMap found;
@@ -36,14 +43,24 @@ certify::Parametrization map_in_time(const mesh::Surface& surface, const std::ve
   distortion::ExactOptions exact_options;
   exact_options.optimise = options.optimise;
   exact_options.max_iterations = options.max_iterations;
+  exact_options.exact = options.exact;
+  const double engine_energy = map.certificate.energy;
   const ProgressRange range(context, kEngineShare, 1.0);
   distortion::ExactMap exact = distortion::make_exact(cut, exact_options, context);
   map.uv = distortion::corners_of(cut, exact.uv);
-  map.uv32 = map.uv.cast<float>();
+  if (options.exact) {
+    const mesh::Components parts = mesh::face_components(adjacency);
+    spread_charts(parts.of_face, parts.count, exact.step, map.uv);
+    map.uv32 = map.uv.cast<float>();
+  } else {
+    map.uv32.resize(map.uv.rows(), 2);
+    for (CornerId c = 0; c < static_cast<CornerId>(map.uv.rows()); ++c)
+      map.uv32.row(c) = exact.uv32.row(cut.surface.faces(c / 3, c % 3));
+  }
   map.agreed.resize(0, 2);
   for (auto& [name, value] : exact.stats) map.stats[name] = std::move(value);
   certify::CertifyRequest request;
-  request.require_seamless = true;
+  request.require_seamless = options.exact;
   request.measure_overlaps = false;
   std::vector<VertexId> places;
   for (std::size_t v = 0; v < cones.size(); ++v) {
@@ -54,6 +71,10 @@ certify::Parametrization map_in_time(const mesh::Surface& surface, const std::ve
   write_transitions(seam_branches(map.surface.faces, adjacency, cuts, places, map.uv), map);
   certify::certify_map(map, surface, request, context);
   certify::require_certificate(map, "The seamless map");
+  map.stats["engine"] = std::string("penner");
+  map.stats["energy.engine"] = engine_energy;
+  map.stats["energy.optimised"] = map.certificate.energy;
+  map.stats["energy"] = map.certificate.energy;
   return map;
 }
 
@@ -66,6 +87,26 @@ certify::Parametrization compute_seamless_map(const mesh::Surface& surface,
   return in_time(context, options.max_seconds, "The seamless map was not reached",
                  "or spread the curvature over more vertices",
                  [&] { return map_in_time(surface, cones, options, context); });
+}
+
+certify::Parametrization map_with_suggested_cones(const mesh::Surface& surface,
+                                                  const SeamlessOptions& options,
+                                                  ExecutionContext& context) {
+  return in_time(context, options.max_seconds, "The seamless map was not reached",
+                 "or give the cones", [&] {
+                   std::vector<Index> cones;
+                   {
+                     const ProgressRange range(context, 0.0, kSuggestionShare);
+                     conformal::SuggestConesOptions suggestion;
+                     suggestion.bound = options.suggested_bound;
+                     // The best cones that half of the time finds, where it is limited.
+                     if (options.max_seconds > 0.0)
+                       suggestion.max_seconds = 0.5 * context.seconds_left();
+                     cones = suggested_turns(surface, suggestion, context);
+                   }
+                   const ProgressRange range(context, kSuggestionShare, 1.0);
+                   return map_in_time(surface, cones, options, context);
+                 });
 }
 
 }  // namespace flipfree::seamless

@@ -1,8 +1,10 @@
 // Seamless Map: cones in quarter turns -> a map whose seams match exactly as stored (thesis 5;
 // design: G1, G2, G4, G5, G7).
 //
+//   check_request()        seamless/request.h        refuses what no map can have
 //   compute_penner_map()   penner/penner.h           a map whose seams match up to rounding
 //   make_exact()           distortion/seams/seams.h  less distortion, then exact seams
+//   spread_charts()        chart_places.h            connected parts beside each other
 //   certify_map()          certify/certified_map.h   decides on the stored values
 #pragma once
 
@@ -16,20 +18,29 @@
 namespace flipfree::seamless {
 
 struct SeamlessOptions {
-  PennerMapOptions engine;   // its own max_seconds are not looked at
-  bool optimise = true;      // the distortion, under the seams' constraints
-  int max_iterations = 200;  // of the optimiser
-  double max_seconds = 0.0;  // of the clock; 0: no limit. What is optimised by then is taken
+  PennerMapOptions engine;       // its own max_seconds are not looked at
+  bool optimise = true;          // the distortion, under the seams' constraints
+  bool exact = true;             // false: seams match up to rounding only; G4 is not asked for
+  int max_iterations = 200;      // of the optimiser
+  double suggested_bound = 2.0;  // of the scale, for cones that are suggested
+  double max_seconds = 0.0;      // of the clock; 0: no limit. What is optimised by then is taken
 };
 
 // Closed surface of any genus, any number of components; `cones`: quarter turns per vertex, 4 where
 // it is flat. Result: certified with G4, cut_edges along the seams' branches with their exact
-// transitions; refined where the layout of the metric needs it. Stats: those of the engine and of
-// make_exact(). Throws InvalidInput (defects; a boundary; cones), Infeasible (signature.h),
-// NotConverged, Cancelled.
+// transitions; refined where the layout of the metric needs it. Connected parts are one chart each,
+// all at the scale of the surface, in rows around the origin. Stats: those of the engine and of
+// make_exact(), "engine", and "energy.engine" and "energy.optimised". Throws InvalidInput and
+// Infeasible (request.h, signature.h), NotConverged, Cancelled.
 certify::Parametrization compute_seamless_map(const mesh::Surface& surface,
                                               const std::vector<Index>& cones,
                                               const SeamlessOptions& options,
                                               ExecutionContext& context);
+
+// The same with the cones of suggested_turns(): every cone a whole number of quarter turns, on
+// every connected part.
+certify::Parametrization map_with_suggested_cones(const mesh::Surface& surface,
+                                                  const SeamlessOptions& options,
+                                                  ExecutionContext& context);
 
 }  // namespace flipfree::seamless

@@ -243,6 +243,18 @@ std::vector<LoopTurn> loops_in(const mesh::Chart& chart, const std::vector<LoopT
   return own;
 }
 
+// The pairs between vertices of a chart, in its own numbers; `local`: those of the vertices.
+IndexPairs pairs_in(const IndexPairs& pairs, const std::vector<VertexId>& local) {
+  IndexPairs own(pairs.rows(), 2);
+  Eigen::Index count = 0;
+  for (Eigen::Index e = 0; e < pairs.rows(); ++e) {
+    const VertexId a = local[at(pairs(e, 0))], b = local[at(pairs(e, 1))];
+    if (a != kInvalid && b != kInvalid) own.row(count++) << a, b;
+  }
+  own.conservativeResize(count, 2);
+  return own;
+}
+
 PennerMap map_components(const mesh::Surface& surface, const std::vector<Index>& cones,
                          const std::optional<std::vector<LoopTurn>>& loops,
                          const PennerMapOptions& options, const mesh::Adjacency& adjacency,
@@ -250,8 +262,10 @@ PennerMap map_components(const mesh::Surface& surface, const std::vector<Index>&
   const mesh::EdgeFlags none(adjacency.opposite.size(), 0);
   const mesh::CutMesh mesh = mesh::cut_along(surface.faces, adjacency, none);
   const std::vector<mesh::Chart> charts = mesh::split_into_charts(surface.vertices, mesh);
+  mesh::flag_edges(surface.faces, adjacency, options.uncuttable);  // refuses what is no edge
   PennerMap whole;
   Merger merger(surface, whole);
+  std::vector<VertexId> local(cones.size(), kInvalid);
   for (std::size_t i = 0; i < charts.size(); ++i) {
     const double count = static_cast<double>(charts.size());
     const ProgressRange range(context, static_cast<double>(i) / count,
@@ -260,12 +274,14 @@ PennerMap map_components(const mesh::Surface& surface, const std::vector<Index>&
     std::vector<Index> own_cones;
     for (const VertexId v : charts[i].vertices) {
       vertices.push_back(mesh.vertex_origin[at(v)]);
+      local[at(vertices.back())] = static_cast<VertexId>(vertices.size()) - 1;
       own_cones.push_back(cones[at(vertices.back())]);
     }
     std::optional<std::vector<LoopTurn>> own_loops;
     if (loops) own_loops = loops_in(charts[i], *loops);
     PennerMapOptions own = options;
-    own.uncuttable.resize(0, 2);
+    own.uncuttable = pairs_in(options.uncuttable, local);
+    for (const VertexId v : vertices) local[at(v)] = kInvalid;
     merger.add(charts[i], vertices,
                map_component(charts[i].surface, own_cones, own_loops, own, context));
   }

@@ -1,7 +1,4 @@
-"""Seamless maps: cones in quarter turns, seams that match by quarter turns and translations.
-
-Not exported yet: surfaces with a boundary are refused, and refinement is not taken back.
-"""
+"""Seamless maps: cones in quarter turns, seams that match by quarter turns and translations."""
 
 from __future__ import annotations
 
@@ -82,14 +79,17 @@ def _quarter_turns(cones: Any, count: int) -> IntArray:
     for vertex, value in as_vertex_map(cones, "cones", "quarter turns").items():
         if not 0 <= vertex < count:
             raise InvalidInput(
-                f"cones names vertex {vertex}, which does not exist (the mesh has {count}).",
+                f"cones names vertex {shown(vertex)}, which does not exist (the mesh has {count}). Leave it out.",
                 code="index out of range",
             )
         number = whole_number(value)
         if number is None or not 1 <= number < 2**20:
             raise InvalidInput(
-                f"cones[{vertex}] must be a whole number of quarter turns, 1 or more, not {shown(value)}.",
+                f"cones[{vertex}] must be a whole number of quarter turns, 1 or more, not {shown(value)}. "
+                "Give 3 for the corner of a cube, 4 for flat, 5 for a saddle.",
                 code="bad angles",
+                kind="vertex",
+                elements=[vertex],
             )
         turns[vertex] = number
     return turns
@@ -136,34 +136,45 @@ def start_penner(
 def seamless(
     vertices: Any,
     faces: Any,
-    cones: Any,
+    cones: Any = None,
     *,
     engine: str = "auto",
     optimise: bool = True,
+    exact: bool = True,
     uncuttable: Any = None,
-    iterations: int = 200,
+    max_iterations: int = 200,
     max_seconds: float | None = None,
     threads: int = 2,
     progress: Progress | None = None,
 ) -> Job[Parametrization]:
     """A seamless map of a closed surface with these cones: its seams match exactly, in 64 and in 32 bits.
 
+    Across every cut edge the map turns by whole quarters and moves, so that a grid, a checker or any texture with fourfold
+    symmetry runs on. Every connected part is a surface and a chart of its own; all are at the scale of the surface.
+
     Args:
-        vertices: (n, 3) float64. faces: (m, 3), closed, manifold, consistently oriented.
-        cones: {vertex: k}: total angle k pi / 2; all others are flat. On every component of genus g the sum of 4 - k
-            is 8 - 8 g.
-        engine: "penner" or "auto", which is the same today.
+        vertices: (n, 3) float64. faces: (m, 3), closed, manifold, consistently oriented, without unused vertices.
+        cones: {vertex: k}: total angle k pi / 2; all others are flat. On every connected part of genus g the sum of 4 - k
+            is 8 - 8 g. None: those of ``suggest_cones`` with ``quarter_turns`` and the bound 2.
+        engine: "penner", or "auto", which takes the first engine that finds a map; there is one today.
         optimise: lowers the distortion under the seams' constraints.
-        uncuttable: (k, 2) edges that the cut avoids, diagonals of polygons.
-        iterations: Newton steps of the engine. max_seconds: of the clock; None or 0 is no limit.
+        exact: False leaves the seams as exact as rounding does, which may serve where 24 bits are too few for the grid.
+        uncuttable: (k, 2) edges that the cut avoids where there is another way, diagonals of polygons.
+        max_iterations: Newton steps of the engine (NotConverged when they are over), and of the optimiser, whose map is
+            then taken as it is.
+        max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") if there is no map by
+            then; one that could still be optimised is returned, with ``stats["time_limit_reached"]`` 1.
         threads: the result has the same bits for every number.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
     Returns:
-        The certified map (G1, G2, G4, G5, G7) with ``transitions`` per cut edge, all exact.
+        The certified map (G1, G2, G4, G5, G7) with ``transitions`` per cut edge, all exact: for an edge (a, b) from the
+        face that has a before b to the other one. ``certificate.quarter_cones`` are its cones; ``stats`` has "engine",
+        "iterations", "distortion.iterations", "added_vertices", "energy.engine", "energy.optimised".
 
     Raises:
-        InvalidInput, Infeasible, NotConverged, Cancelled.
+        InvalidInput (the mesh; a boundary; a cone; names the place), Infeasible (Gauss-Bonnet, with what is missing; cones
+        that no surface of this genus has), NotConverged, Cancelled.
     """
     as_choice(engine, "engine", ENGINES)
     face_array = as_indices(faces, "faces", 3)
@@ -171,14 +182,16 @@ def seamless(
     options = filled(
         _native.SeamlessOptions(),
         optimise=as_flag(optimise, "optimise"),
+        exact=as_flag(exact, "exact"),
         uncuttable=as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
-        engine_iterations=as_count(iterations, "iterations", 1),
+        engine_iterations=as_count(max_iterations, "max_iterations", 1),
+        max_iterations=as_count(max_iterations, "max_iterations", 1),
         max_seconds=as_seconds(max_seconds, "max_seconds"),
     )
     native = _native.seamless(
         positions.scaled,
         face_array,
-        _quarter_turns(cones, len(positions.scaled)),
+        None if cones is None else _quarter_turns(cones, len(positions.scaled)),
         options,
         as_threads(threads),
     )

@@ -26,6 +26,13 @@ class SuggestedAngles(np.ndarray):
     scale_ratio: float
     bound_holds: bool
 
+    @property
+    def quarter_turns(self) -> dict[int, int]:
+        """{cone: k}, the angles to the next multiple k pi / 2: what ``seamless`` takes, from a suggestion with
+        ``quarter_turns``."""
+        turns = np.rint(np.asarray(self)[self.cones] / (np.pi / 2)).astype(int)
+        return dict(zip(self.cones.tolist(), turns.tolist(), strict=True))
+
     def __array_finalize__(self, parent: Any) -> None:
         self.cones = getattr(parent, "cones", np.zeros(0, np.int32))
         self.scale_ratio = getattr(parent, "scale_ratio", float("nan"))

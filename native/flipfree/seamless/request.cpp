@@ -1,0 +1,114 @@
+#include "flipfree/seamless/request.h"
+
+#include <string>
+#include <utility>
+
+#include "flipfree/base/error.h"
+#include "flipfree/mesh/topology.h"
+#include "flipfree/mesh/validate.h"
+#include "flipfree/seamless/signature.h"
+
+namespace flipfree::seamless {
+namespace {
+
+constexpr std::size_t kMostNamed = 1000;
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+// A connected part of a closed surface.
+struct Part {
+  std::vector<FaceId> faces;
+  std::vector<VertexId> vertices;
+  std::vector<Index> cones;  // per vertex of it
+
+  Index genus() const {
+    const auto f = static_cast<Index>(faces.size());
+    return (2 - (static_cast<Index>(vertices.size()) - f / 2)) / 2;
+  }
+};
+
+std::vector<Part> parts_of(const std::vector<Index>& cones, const mesh::Adjacency& adjacency) {
+  const mesh::Components components = mesh::face_components(adjacency);
+  std::vector<Part> parts(at(components.count));
+  for (std::size_t f = 0; f < components.of_face.size(); ++f)
+    parts[at(components.of_face[f])].faces.push_back(static_cast<FaceId>(f));
+  for (std::size_t v = 0; v < cones.size(); ++v) {
+    const FaceId f = adjacency.vertex_halfedge[v] / 3;
+    Part& part = parts[at(components.of_face[at(f)])];
+    part.vertices.push_back(static_cast<VertexId>(v));
+    part.cones.push_back(cones[v]);
+  }
+  return parts;
+}
+
+void refuse_boundary(const mesh::Surface& surface, const mesh::Adjacency& adjacency) {
+  std::vector<Index> vertices;
+  const auto loops = mesh::boundary_loops(surface.faces, adjacency);
+  for (const auto& loop : loops) vertices.insert(vertices.end(), loop.begin(), loop.end());
+  if (vertices.empty()) return;
+  const std::string first = std::to_string(vertices.front());
+  if (vertices.size() > kMostNamed) vertices.resize(kMostNamed);
+  throw_invalid(ErrorCode::kBadBoundary,
+                "The surface has a boundary (" + std::to_string(loops.size()) +
+                    (loops.size() == 1 ? " loop" : " loops") + ", through vertex " + first +
+                    "); seamless maps are for closed surfaces. Close it (Fill Holes), or use a "
+                    "conformal map.",
+                ElementKind::kVertex, std::move(vertices));
+}
+
+// The same error with the place of the part.
+[[noreturn]] void throw_of_part(const Error& error, const Part& part, bool only_one) {
+  std::vector<Index> places;
+  for (std::size_t i = 0; i < part.vertices.size() && places.size() < kMostNamed; ++i) {
+    if (part.cones[i] != 4) places.push_back(part.vertices[i]);
+  }
+  ElementKind kind = ElementKind::kVertex;
+  if (places.empty()) {
+    kind = ElementKind::kFace;
+    for (std::size_t i = 0; i < part.faces.size() && i < kMostNamed; ++i)
+      places.push_back(part.faces[i]);
+  }
+  const std::string where = only_one ? ""
+                                     : "The part of face " + std::to_string(part.faces.front()) +
+                                           " (" + std::to_string(part.faces.size()) + " faces): ";
+  throw_infeasible(error.code, where + error.message, error.witness, kind, std::move(places));
+}
+
+}  // namespace
+
+void check_surface(const mesh::Surface& surface, ExecutionContext& context) {
+  mesh::ValidateOptions rules;
+  rules.allow_isolated_vertices = false;
+  mesh::validate(surface, rules, context);
+  refuse_boundary(
+      surface, mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces));
+}
+
+void check_request(const mesh::Surface& surface, const std::vector<Index>& cones,
+                   ExecutionContext& context) {
+  check_surface(surface, context);
+  if (cones.size() != static_cast<std::size_t>(surface.vertices.rows()))
+    throw_invalid(ErrorCode::kBadShape, "cones need one number per vertex.");
+  for (std::size_t v = 0; v < cones.size(); ++v) {
+    if (cones[v] >= 1) continue;
+    throw_invalid(ErrorCode::kBadAngles,
+                  "The cone at vertex " + std::to_string(v) + " has " + std::to_string(cones[v]) +
+                      " quarter turns. Give every cone at least 1 (4 is flat).",
+                  ElementKind::kVertex, {static_cast<Index>(v)});
+  }
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const std::vector<Part> parts = parts_of(cones, adjacency);
+  for (const Part& part : parts) {
+    context.check();
+    try {
+      check_cones(part.cones, part.genus());
+      // Loops may turn as they need to: only what no loops help is refused here.
+      if (part.genus() == 1) near_turns(part.cones, 1, {0.0, 0.0}, 1);
+    } catch (const Infeasible& refused) {
+      throw_of_part(refused.error(), part, parts.size() == 1);
+    }
+  }
+}
+
+}  // namespace flipfree::seamless

@@ -1,0 +1,22 @@
+// What is asked of a seamless map, checked before any work: errors name the place in the caller's
+// mesh, whatever part of it is at fault.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/mesh/surface.h"
+
+namespace flipfree::seamless {
+
+// Throws InvalidInput: defects of the mesh, vertices without a face among them; a boundary, naming
+// its vertices.
+void check_surface(const mesh::Surface& surface, ExecutionContext& context);
+
+// `cones`: quarter turns per vertex, 4 where it is flat. Throws InvalidInput (check_surface();
+// k < 1) and Infeasible (Gauss-Bonnet; cones that no metric has, whatever its loops), naming the
+// cones of the connected part at fault, or its faces if it has none. Cost: O(#F).
+void check_request(const mesh::Surface& surface, const std::vector<Index>& cones,
+                   ExecutionContext& context);
+
+}  // namespace flipfree::seamless

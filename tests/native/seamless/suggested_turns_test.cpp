@@ -1,0 +1,35 @@
+#include "flipfree/seamless/suggested_turns.h"
+
+#include <gtest/gtest.h>
+
+#include "flipfree/base/error.h"
+#include "flipfree/seamless/request.h"
+#include "support/shapes.h"
+
+namespace flipfree::seamless {
+namespace {
+
+TEST(SuggestedTurns, areAdmissibleOnEveryPart) {
+  const mesh::Surface a = test::torus(12, 8), b = test::sphere(8, 6);
+  mesh::Surface both;
+  both.vertices.resize(a.vertices.rows() + b.vertices.rows(), 3);
+  both.vertices << a.vertices, b.vertices;
+  both.faces.resize(a.faces.rows() + b.faces.rows(), 3);
+  both.faces << a.faces, b.faces.array() + static_cast<Index>(a.vertices.rows());
+  for (const double bound : {1.5, 2.0, 4.0}) {
+    conformal::SuggestConesOptions options;
+    options.bound = bound;
+    ExecutionContext context;
+    const std::vector<Index> turns = suggested_turns(both, options, context);
+    EXPECT_NO_THROW(check_request(both, turns, context));
+    EXPECT_LT(context.fraction(), 1.0 + 1e-12);
+  }
+}
+
+TEST(SuggestedTurns, refuseABoundary) {
+  ExecutionContext context;
+  EXPECT_THROW(suggested_turns(test::grid(3, 3), {}, context), InvalidInput);
+}
+
+}  // namespace
+}  // namespace flipfree::seamless
