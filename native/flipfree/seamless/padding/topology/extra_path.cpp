@@ -1,0 +1,187 @@
+#include "flipfree/seamless/padding/topology/extra_path.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "flipfree/base/error.h"
+#include "flipfree/seamless/padding/topology/cone_subsets.h"
+#include "flipfree/seamless/padding/topology/paths/fenced_path.h"
+#include "flipfree/seamless/padding/topology/paths/free_path.h"
+#include "flipfree/seamless/padding/topology/paths/separating_path.h"
+
+namespace flipfree::seamless {
+namespace {
+
+constexpr Index kFlat = 4;
+// So that paths find places inside every branch, also three on one side of one.
+constexpr std::size_t kEdgesPerBranch = 4;
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+// The excess of the parts that paths between the T-nodes can make, one of each two.
+std::vector<Index> part_excesses(Index genus) {
+  return genus == 1 ? std::vector<Index>{-2} : std::vector<Index>{-2, -1, 1, 2, 3};
+}
+
+// A cone that alone is right for the part on one side of an extra path.
+bool fits_alone(Index k, Index genus) { return k % 4 != 0 && k >= 2 && k <= 8 * genus - 2; }
+
+// Every branch with enough edges, and the boundary after that.
+DiskBoundary divided_boundary(Canvas& canvas) {
+  const DiskBoundary boundary = disk_boundary(canvas);
+  std::vector<std::vector<std::pair<VertexId, VertexId>>> branches;
+  std::set<Index> seen;
+  for (Index i = 0; i < boundary.size(); ++i) {
+    if (boundary.corner[at(i)] != 0 || i == 0) {
+      // A branch that starts here, or the other side of one.
+      branches.emplace_back();
+      if (!seen.insert(boundary.branch[at(i)]).second)
+        branches.back().emplace_back(kInvalid, kInvalid);
+    }
+    const HalfedgeId h = boundary.halfedges[at(i)];
+    branches.back().emplace_back(canvas.mesh().source(h), canvas.mesh().target(h));
+  }
+  for (const auto& branch : branches) {
+    if (branch.front().first == kInvalid) continue;
+    std::vector<HalfedgeId> chain;
+    // Dividing others has renumbered half-edges.
+    for (const auto& [a, b] : branch) chain.push_back(canvas.mesh().find(a, b));
+    canvas.divide(chain, kEdgesPerBranch);
+  }
+  return disk_boundary(canvas);
+}
+
+std::vector<Index> places_at(const Canvas& canvas, const DiskBoundary& boundary, VertexId v) {
+  std::vector<Index> places;
+  for (const HalfedgeId h : canvas.drawn_around(v)) places.push_back(boundary.place[at(h)]);
+  return places;
+}
+
+std::vector<Index> places_on_holes(const Canvas& canvas, const DiskBoundary& boundary) {
+  std::vector<Index> places;
+  for (Index i = 0; i < boundary.size(); ++i) {
+    if (boundary.corner[at(i)] == 0 && canvas.curve(boundary.halfedges[at(i)]) == Curve::kLoop)
+      places.push_back(i);
+  }
+  return places;
+}
+
+// Where T-nodes can be: not at nodes, nor on both sides of one branch at different vertices.
+bool can_be_t_nodes(const Canvas& canvas, const DiskBoundary& boundary, const PathEnds& ends) {
+  if (boundary.corner[at(ends.from)] != 0 || boundary.corner[at(ends.to)] != 0) return false;
+  const HalfedgeId from = boundary.halfedges[at(ends.from)];
+  const HalfedgeId to = boundary.halfedges[at(ends.to)];
+  if (boundary.branch[at(ends.from)] != boundary.branch[at(ends.to)]) return true;
+  if (canvas.mesh().source(from) == canvas.mesh().source(to)) return true;
+  // The same side if no corner is between them, one way or the other.
+  return boundary.corners_between(ends.from, ends.to) == 0 ||
+         boundary.corners_between(ends.to, ends.from) == 0;
+}
+
+// Fences need somewhere to begin.
+bool has_room_for_fences(const DiskBoundary& boundary, const PathEnds& ends) {
+  return (ends.from + 1) % boundary.size() != ends.to &&
+         (ends.to + 1) % boundary.size() != ends.from;
+}
+
+}  // namespace
+
+Pattern pattern_for(const std::vector<Index>& cones, Index genus) {
+  if (genus == 0) return Pattern::kNone;
+  if (std::all_of(cones.begin(), cones.end(), [](Index k) { return k % 4 == 0; }))
+    return Pattern::kChain;
+  if (genus < 3) {
+    const std::vector<Index> excesses = part_excesses(genus);
+    if (std::any_of(excesses.begin(), excesses.end(),
+                    [&](Index e) { return cones_with_excess(cones, e).has_value(); }))
+      return Pattern::kTwoTNodes;
+  } else if (std::any_of(cones.begin(), cones.end(),
+                         [&](Index k) { return fits_alone(k, genus); })) {
+    return Pattern::kExtraPath;
+  }
+  if (std::find(cones.begin(), cones.end(), 1) != cones.end()) return Pattern::kLoop;
+  throw_infeasible(
+      ErrorCode::kBadAngles,
+      "No torus has cones of 3 and 5 quarter turns alone. Move one of the cones' angles "
+      "to a third one.",
+      {"empty stratum", {{"genus", {1.0}}, {"cones", {3.0, 5.0}}}});
+}
+
+bool draw_shortest_joining_path(Canvas& canvas, const std::array<VertexId, 2>& t_nodes,
+                                const ExecutionContext& context) {
+  const DiskBoundary boundary = divided_boundary(canvas);
+  const std::vector<Index> from = places_at(canvas, boundary, t_nodes[0]);
+  const std::vector<Index> to = places_at(canvas, boundary, t_nodes[1]);
+  const auto joins = [&](const PathEnds& ends) {
+    return std::find(to.begin(), to.end(), ends.to) != to.end();
+  };
+  const auto path = shortest_separating_path(canvas, boundary, from, joins, context);
+  if (path) canvas.draw(path->halfedges, Curve::kExtra);
+  return path.has_value();
+}
+
+void draw_fenced_joining_path(Canvas& canvas, const std::array<VertexId, 2>& t_nodes,
+                              const std::vector<Index>& cones, const ExecutionContext& context) {
+  const DiskBoundary boundary = divided_boundary(canvas);
+  for (const Index f : places_at(canvas, boundary, t_nodes[0])) {
+    for (const Index t : places_at(canvas, boundary, t_nodes[1])) {
+      const Index corners = left_corners(boundary, {f, t});
+      if (corners % 4 == 0) continue;
+      const auto inside = cones_with_excess(cones, corners - kFlat);
+      if (!inside) continue;
+      canvas.draw(fenced_path(canvas, boundary, {f, t}, *inside, context), Curve::kExtra);
+      return;
+    }
+  }
+  throw InternalError("no pattern of the cut fits the cones");
+}
+
+bool draw_shortest_extra_path(Canvas& canvas, const ExecutionContext& context) {
+  const DiskBoundary boundary = divided_boundary(canvas);
+  const auto allowed = [&](const PathEnds& ends) { return can_be_t_nodes(canvas, boundary, ends); };
+  const auto path = shortest_separating_path(canvas, boundary, places_on_holes(canvas, boundary),
+                                             allowed, context);
+  if (path) canvas.draw(path->halfedges, Curve::kExtra);
+  return path.has_value();
+}
+
+void draw_fenced_extra_path(Canvas& canvas, const std::vector<Index>& cones, Index genus,
+                            const ExecutionContext& context) {
+  const DiskBoundary boundary = divided_boundary(canvas);
+  // The cone with the fewest corners around it.
+  VertexId cone = kInvalid;
+  for (VertexId v = 0; v < static_cast<VertexId>(cones.size()); ++v) {
+    if (fits_alone(cones[at(v)], genus) && (cone == kInvalid || cones[at(v)] < cones[at(cone)]))
+      cone = v;
+  }
+  for (const Index f : places_on_holes(canvas, boundary)) {
+    for (Index t = 0; t < boundary.size(); ++t) {
+      const PathEnds ends{f, t};
+      if (f == t || !can_be_t_nodes(canvas, boundary, ends) ||
+          left_corners(boundary, ends) != cones[at(cone)] || !has_room_for_fences(boundary, ends))
+        continue;
+      canvas.draw(fenced_path(canvas, boundary, ends, {cone}, context), Curve::kExtra);
+      return;
+    }
+  }
+  throw InternalError("no place on the cut is right for the extra path");
+}
+
+void draw_loop_around_cone(Canvas& canvas, const std::vector<Index>& cones,
+                           const ExecutionContext& context) {
+  const DiskBoundary boundary = divided_boundary(canvas);
+  WayStart from;
+  for (const Index place : places_on_holes(canvas, boundary))
+    from.sectors.push_back(boundary.halfedges[at(place)]);
+  const auto is_end = [&](VertexId v) { return at(v) < cones.size() && cones[at(v)] == 1; };
+  const std::vector<HalfedgeId> path = free_path(canvas, from, {nullptr, is_end}, context);
+  if (path.empty()) throw InternalError("no way from the cut to a cone");
+  const Index place = boundary.place[at(canvas.sector_of(path.front()))];
+  const VertexId cone = canvas.mesh().target(path.back());
+  canvas.draw(fenced_loop(canvas, boundary, place, cone, context), Curve::kExtra);
+}
+
+}  // namespace flipfree::seamless

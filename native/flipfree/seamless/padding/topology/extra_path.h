@@ -1,0 +1,45 @@
+// The path that makes two components of one disk, so that the cut can be equalized (thesis 5.3.2,
+// 5.3.3).
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/seamless/padding/topology/paths/canvas.h"
+
+namespace flipfree::seamless {
+
+// Which cut the cones ask for.
+enum class Pattern {
+  kNone,       // genus 0
+  kChain,      // all cones are multiples of four
+  kTwoTNodes,  // genus 1 and 2
+  kExtraPath,  // genus 3 and more
+  kLoop        // around a cone with k = 1
+};
+// Throws Infeasible (kBadAngles) if there is no surface with such cones: 3 and 5 on a torus.
+// Precondition: check_cones() passed.
+Pattern pattern_for(const std::vector<Index>& cones, Index genus);
+
+// From one T-node to the other one, within the disk: the shortest path, false if the search finds
+// none, or one around chosen cones, which there always is. Preconditions:
+// draw_chain_with_t_nodes(), pattern_for() is kTwoTNodes.
+bool draw_shortest_joining_path(Canvas& canvas, const std::array<VertexId, 2>& t_nodes,
+                                const ExecutionContext& context);
+void draw_fenced_joining_path(Canvas& canvas, const std::array<VertexId, 2>& t_nodes,
+                              const std::vector<Index>& cones, const ExecutionContext& context);
+
+// From a hole to anywhere on the boundary, but if it is to the facing side of the same branch to
+// the same vertex: with two T-nodes, or one node. The shortest one, or one around a single cone,
+// likewise. Preconditions: draw_hole_chain(), pattern_for() is kExtraPath.
+bool draw_shortest_extra_path(Canvas& canvas, const ExecutionContext& context);
+void draw_fenced_extra_path(Canvas& canvas, const std::vector<Index>& cones, Index genus,
+                            const ExecutionContext& context);
+
+// From a hole around the nearest cone with k = 1 and back. Preconditions: draw_hole_chain(),
+// pattern_for() is kLoop.
+void draw_loop_around_cone(Canvas& canvas, const std::vector<Index>& cones,
+                           const ExecutionContext& context);
+
+}  // namespace flipfree::seamless

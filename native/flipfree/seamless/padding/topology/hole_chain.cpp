@@ -1,0 +1,134 @@
+#include "flipfree/seamless/padding/topology/hole_chain.h"
+
+#include <cstddef>
+#include <functional>
+
+#include "flipfree/base/error.h"
+#include "flipfree/seamless/padding/topology/holes.h"
+#include "flipfree/seamless/padding/topology/paths/free_path.h"
+#include "flipfree/seamless/padding/topology/short_loops.h"
+
+namespace flipfree::seamless {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+struct Ends {
+  VertexId from = kInvalid;
+  VertexId to = kInvalid;
+};
+
+// Draws connectors between holes.
+class Connector {
+ public:
+  Connector(Canvas& canvas, const Holes& holes, const ExecutionContext& context)
+      : canvas_(canvas), holes_(holes), context_(context) {}
+
+  // The shortest way from one of the sectors to `hole`, to a vertex that is allowed.
+  std::vector<HalfedgeId> find(const std::vector<HalfedgeId>& from, Index hole,
+                               const std::function<bool(VertexId)>& allowed) const {
+    const auto is_end = [&](HalfedgeId sector) {
+      return allowed(canvas_.mesh().source(sector)) && holes_.has(hole, sector);
+    };
+    std::vector<HalfedgeId> path = free_path(canvas_, {from, {}}, {is_end, nullptr}, context_);
+    if (path.empty()) {
+      throw_not_converged(ErrorCode::kIterationLimit,
+                          "The cut found no connector to hole " + std::to_string(hole) +
+                              " of the surface cut along short loops. Refine the mesh.");
+    }
+    return path;
+  }
+
+  Ends ends(const std::vector<HalfedgeId>& path) const {
+    return {canvas_.mesh().source(path.front()), canvas_.mesh().target(path.back())};
+  }
+
+  Ends draw(const std::vector<HalfedgeId>& from, Index hole,
+            const std::function<bool(VertexId)>& allowed) {
+    const std::vector<HalfedgeId> path = find(from, hole, allowed);
+    const Ends result = ends(path);
+    canvas_.draw(path, Curve::kConnector);
+    return result;
+  }
+
+ private:
+  Canvas& canvas_;
+  const Holes& holes_;
+  const ExecutionContext& context_;
+};
+
+// Where the chain comes to a loop and goes on from it, on the hole that it visits first.
+struct Visit {
+  Index hole = kInvalid;
+  VertexId come = kInvalid;
+  VertexId go = kInvalid;
+};
+
+// From a hole to its partner, where they are neighbours in the chain: the same place on both.
+VertexId draw_straight_connector(Connector& connector, const Holes& holes, Index hole) {
+  const auto is_open = [&](VertexId v) { return holes.is_open(v); };
+  const Index partner = partner_of(hole);
+  // Near to where the shortest way between any two of their vertices ends.
+  const VertexId v = connector.ends(connector.find(holes.open_sectors(hole), partner, is_open)).to;
+  connector.draw(holes.sectors_at(hole, v), partner, [v](VertexId w) { return w == v; });
+  return v;
+}
+
+}  // namespace
+
+void draw_hole_chain(Canvas& canvas, Index genus, const ExecutionContext& context) {
+  const Holes holes(canvas, draw_short_loops(canvas, genus, context));
+  const std::vector<Index> order =
+      hole_order(holes.count(), hole_neighbours(canvas, holes, context), genus > 2);
+  Connector connector(canvas, holes, context);
+  std::vector<Visit> visits(at(genus));
+  for (std::size_t i = 0; i + 1 < order.size(); ++i) {
+    const Index here = order[i];
+    const Index next = order[i + 1];
+    Visit& leaving = visits[at(here / 2)];
+    if (next == partner_of(here)) {
+      leaving.hole = here;
+      leaving.go = draw_straight_connector(connector, holes, here);
+      continue;
+    }
+    Visit& reaching = visits[at(next / 2)];
+    const bool back =
+        leaving.hole == partner_of(here);  // the partner's places, the other way round
+    const std::vector<HalfedgeId> from =
+        back ? holes.sectors_at(here, leaving.come) : holes.open_sectors(here);
+    // Also the last connector, to the partner of the first hole, ends where the first one began.
+    const bool met = reaching.hole == partner_of(next);
+    const Ends ends = connector.draw(
+        from, next, [&](VertexId v) { return met ? v == reaching.go : holes.is_open(v); });
+    if (!back) {
+      leaving.hole = here;
+      leaving.go = ends.from;
+    }
+    if (!met) {
+      reaching.hole = next;
+      reaching.come = ends.to;
+    }
+  }
+}
+
+std::array<VertexId, 2> draw_chain_with_t_nodes(Canvas& canvas, Index genus,
+                                                const ExecutionContext& context) {
+  const Holes holes(canvas, draw_short_loops(canvas, genus, context));
+  Connector connector(canvas, holes, context);
+  if (genus == 1) {
+    const auto anywhere = [](VertexId) { return true; };
+    const Ends ends = connector.ends(connector.find(holes.open_sectors(0), 1, anywhere));
+    const VertexId from = ends.from;
+    const VertexId to =
+        connector.draw(holes.sectors_at(0, from), 1, [from](VertexId v) { return v != from; }).to;
+    return {from, to};
+  }
+  const auto is_open = [&](VertexId v) { return holes.is_open(v); };
+  const Ends first = connector.draw(holes.open_sectors(0), 2, is_open);
+  const Ends second = connector.draw(holes.sectors_at(2, first.to), 3, is_open);
+  const Ends third =
+      connector.draw(holes.open_sectors(3), 1, [&](VertexId v) { return v == first.from; });
+  return {second.to, third.from};
+}
+
+}  // namespace flipfree::seamless

@@ -1,0 +1,38 @@
+// The curves that cut a surface into one disk: short loops, and connectors between the holes that
+// they make (thesis 5.3.1).
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/seamless/padding/topology/paths/canvas.h"
+
+namespace flipfree::seamless {
+
+// A hole chain: connectors from hole to hole, in an order whose ends are partners, that leave a
+// hole elsewhere than they reach it, and reach its partner where they left it: all nodes have
+// degree four, 2 genus - 1 of them. From three loops on with an odd couple: two partners between
+// which there is an odd number of holes.
+//
+//     .--.       .--.       .--.           q, q': where the chain comes and goes. The hole's
+//  ---q  q'------q  q'------q  q'---       partner has q where it goes and q' where it comes: the
+//     '--'       '--'       '--'           side of the loop that is on the chain's left at one is
+//                                          on its left at the other.
+//
+// Precondition: nothing is drawn. Cost: O(#F log #F) a curve.
+void draw_hole_chain(Canvas& canvas, Index genus, const ExecutionContext& context);
+
+// For genus 1 and 2: the same with two T-nodes, which a further path can join.
+//
+//   genus 1: the connector reaches its hole at another place than it left the partner;
+//   genus 2: holes 0, 2, 3, 1. The first connector ends where the second begins, on the same
+//            side of loop 1; the second ends and the third begins elsewhere, in the T-nodes.
+//
+// Every path from a sector of one T-node to a sector of the other one leaves four branches at all
+// nodes, and parts with 2 and 6 corners or 4 and 4 (genus 1), with 2, 3, 5, 6, 7 and the rest to
+// 16, or 4 and 12 (genus 2). Precondition: nothing is drawn. Returns the T-nodes.
+std::array<VertexId, 2> draw_chain_with_t_nodes(Canvas& canvas, Index genus,
+                                                const ExecutionContext& context);
+
+}  // namespace flipfree::seamless

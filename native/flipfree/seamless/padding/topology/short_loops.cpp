@@ -1,0 +1,183 @@
+#include "flipfree/seamless/padding/topology/short_loops.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <queue>
+#include <utility>
+
+#include "flipfree/base/disjoint_sets.h"
+#include "flipfree/base/error.h"
+
+namespace flipfree::seamless {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+// Loops of one round may be so much longer than its shortest one.
+constexpr double kNotMuchLonger = 2.0;
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+// Shortest paths from a root through free vertices, with lowest common ancestors by jump pointers
+// (Myers 1983).
+class FreeTree {
+ public:
+  FreeTree(const Canvas& canvas, VertexId root, const ExecutionContext& context)
+      : canvas_(canvas), nodes_(at(canvas.vertex_count())) {
+    using Entry = std::pair<double, VertexId>;
+    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+    std::vector<char> done(nodes_.size(), 0);
+    nodes_[at(root)] = {0.0, kInvalid, root, 0};
+    queue.push({0.0, root});
+    for (int step = 1; !queue.empty(); ++step) {
+      if (step % 4096 == 0) context.check();
+      const VertexId v = queue.top().second;
+      queue.pop();
+      if (done[at(v)] != 0) continue;
+      done[at(v)] = 1;
+      if (v != root) hang(v);
+      canvas.mesh().for_each_outgoing(v, [&](HalfedgeId h) {
+        const VertexId w = canvas.mesh().target(h);
+        const double distance = nodes_[at(v)].distance + canvas.length(h);
+        if (!canvas.is_free(w) || distance >= nodes_[at(w)].distance) return;
+        nodes_[at(w)].distance = distance;
+        nodes_[at(w)].arrival = h;
+        queue.push({distance, w});
+      });
+    }
+  }
+
+  bool has(HalfedgeId h) const {
+    return nodes_[at(canvas_.mesh().target(h))].arrival == h ||
+           nodes_[at(canvas_.mesh().source(h))].arrival == canvas_.mesh().opposite(h);
+  }
+  // Of the cycle that h closes.
+  double cycle_length(HalfedgeId h) const {
+    const VertexId a = canvas_.mesh().source(h);
+    const VertexId b = canvas_.mesh().target(h);
+    return nodes_[at(a)].distance + canvas_.length(h) + nodes_[at(b)].distance -
+           2.0 * nodes_[at(meet(a, b))].distance;
+  }
+  std::vector<VertexId> cycle(HalfedgeId h) const {
+    VertexId a = canvas_.mesh().source(h);
+    VertexId b = canvas_.mesh().target(h);
+    const VertexId top = meet(a, b);
+    std::vector<VertexId> back;
+    for (; a != top; a = parent(a)) back.push_back(a);
+    back.push_back(top);
+    std::vector<VertexId> cycle(back.rbegin(), back.rend());
+    for (; b != top; b = parent(b)) cycle.push_back(b);
+    return cycle;
+  }
+
+ private:
+  struct Node {
+    double distance = kInfinity;
+    HalfedgeId arrival = kInvalid;
+    VertexId jump = kInvalid;
+    Index depth = 0;
+  };
+
+  VertexId parent(VertexId v) const { return canvas_.mesh().source(nodes_[at(v)].arrival); }
+  Index depth(VertexId v) const { return nodes_[at(v)].depth; }
+  VertexId jump(VertexId v) const { return nodes_[at(v)].jump; }
+
+  void hang(VertexId v) {
+    const VertexId p = parent(v);
+    const VertexId j = jump(p);
+    nodes_[at(v)].depth = depth(p) + 1;
+    nodes_[at(v)].jump = depth(p) - depth(j) == depth(j) - depth(jump(j)) ? jump(j) : p;
+  }
+
+  VertexId meet(VertexId a, VertexId b) const {
+    if (depth(a) < depth(b)) std::swap(a, b);
+    while (depth(a) > depth(b)) a = depth(jump(a)) >= depth(b) ? jump(a) : parent(a);
+    while (a != b) {
+      const bool apart = jump(a) != jump(b);
+      a = apart ? jump(a) : parent(a);
+      b = apart ? jump(b) : parent(b);
+    }
+    return a;
+  }
+
+  const Canvas& canvas_;
+  std::vector<Node> nodes_;
+};
+
+// The edges that neither tree nor cotree has, by rising length of their cycles.
+std::vector<HalfedgeId> left_over(const Canvas& canvas, const FreeTree& tree,
+                                  const ExecutionContext& context) {
+  const mesh::EditableTriangulation& mesh = canvas.mesh();
+  DisjointSets regions(mesh.face_slots());
+  std::vector<std::pair<double, HalfedgeId>> edges;
+  for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
+    const HalfedgeId o = mesh.opposite(h);
+    if (h > o || canvas.is_drawn(h)) continue;
+    if (!canvas.is_free(mesh.source(h)) || !canvas.is_free(mesh.target(h))) {
+      // Not in the graph of free vertices: a curve and a cone with what is around them are one face
+      // of it.
+      regions.join(h / 3, o / 3);
+    } else if (!tree.has(h)) {
+      edges.emplace_back(-tree.cycle_length(h), h);
+    }
+  }
+  context.check();
+  std::sort(edges.begin(), edges.end());
+  std::vector<HalfedgeId> left;
+  for (const auto& [length, h] : edges) {
+    if (!regions.join(h / 3, mesh.opposite(h) / 3)) left.push_back(h);
+  }
+  std::reverse(left.begin(), left.end());
+  return left;
+}
+
+VertexId any_free(const Canvas& canvas) {
+  for (VertexId v = 0; v < canvas.vertex_count(); ++v) {
+    if (canvas.is_free(v) && canvas.mesh().outgoing(v) != kInvalid) return v;
+  }
+  throw InternalError("a refined surface without free vertices");
+}
+
+std::vector<HalfedgeId> edges_of(const Canvas& canvas, const std::vector<VertexId>& cycle) {
+  std::vector<HalfedgeId> edges;
+  for (std::size_t i = 0; i < cycle.size(); ++i)
+    edges.push_back(canvas.mesh().find(cycle[i], cycle[(i + 1) % cycle.size()]));
+  return edges;
+}
+
+// Some of the cycles of one tree, disjoint.
+std::vector<std::vector<VertexId>> round_of_loops(const Canvas& canvas, std::size_t most,
+                                                  const ExecutionContext& context) {
+  const FreeTree tree(canvas, any_free(canvas), context);
+  const std::vector<HalfedgeId> left = left_over(canvas, tree, context);
+  if (left.empty()) throw InternalError("fewer handles than the genus");
+  const double longest = kNotMuchLonger * tree.cycle_length(left.front());
+  std::vector<char> taken(at(canvas.vertex_count()), 0);
+  std::vector<std::vector<VertexId>> loops;
+  for (const HalfedgeId h : left) {
+    if (loops.size() == most || tree.cycle_length(h) > longest) break;
+    std::vector<VertexId> cycle = tree.cycle(h);
+    if (std::any_of(cycle.begin(), cycle.end(), [&](VertexId v) { return taken[at(v)] != 0; }))
+      continue;
+    for (const VertexId v : cycle) taken[at(v)] = 1;
+    loops.push_back(std::move(cycle));
+  }
+  return loops;
+}
+
+}  // namespace
+
+std::vector<std::vector<VertexId>> draw_short_loops(Canvas& canvas, Index genus,
+                                                    const ExecutionContext& context) {
+  std::vector<std::vector<VertexId>> loops;
+  while (loops.size() < at(genus)) {
+    for (std::vector<VertexId>& loop : round_of_loops(canvas, at(genus) - loops.size(), context)) {
+      // Drawn one by one, an edge between two of them is split before it could be taken for drawn.
+      canvas.draw(edges_of(canvas, loop), Curve::kLoop);
+      loops.push_back(std::move(loop));
+    }
+  }
+  return loops;
+}
+
+}  // namespace flipfree::seamless
