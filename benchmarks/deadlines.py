@@ -93,6 +93,11 @@ def far_pins(case: Case) -> dict[int, tuple[float, float]]:
     }
 
 
+def plain_field(case: Case) -> ff.CrossField:
+    """One direction for all faces, projected."""
+    return ff.CrossField(np.tile([0.36, 0.48, 0.8], (len(case[2]), 1)))
+
+
 def turned(uv: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
     return np.asarray(uv, np.float64).reshape(-1, 3, 2)
 
@@ -166,6 +171,14 @@ def calls(maps: Maps) -> dict[str, tuple[Call, Callable[[Case], bool]]]:
             every,
         ),
         "seamless": (lambda c, s: ff.seamless(c[1], c[2], max_seconds=s), is_closed),
+        "cross_field": (
+            lambda c, s: ff.cross_field(c[1], c[2], alignment=0.3, simplify=True, max_seconds=s),
+            every,
+        ),
+        "signature": (
+            lambda c, s: ff.signature(c[1], c[2], plain_field(c), max_seconds=s),
+            every,
+        ),
         "boundary_angles, free": (
             lambda c, s: ff.boundary_angles(c[1], c[2], max_seconds=s),
             every,

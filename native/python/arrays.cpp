@@ -104,4 +104,21 @@ mesh::Surface to_surface(const Array<double>& vertices, const Array<Index>& face
   return {to_matrix<Points3>(vertices, "vertices"), to_matrix<Triangles>(faces, "faces")};
 }
 
+std::optional<std::vector<intrinsic::LoopTurn>> to_loops(const py::object& given) {
+  if (given.is_none()) return std::nullopt;
+  std::vector<intrinsic::LoopTurn> loops;
+  for (const py::handle item : given) {
+    const auto pair = item.cast<std::pair<Array<Index>, Index>>();
+    loops.push_back({{pair.first.data(), pair.first.data() + pair.first.size()}, pair.second});
+  }
+  return loops;
+}
+
+py::list from_loops(const std::vector<intrinsic::LoopTurn>& loops) {
+  py::list list;
+  for (const intrinsic::LoopTurn& loop : loops)
+    list.append(py::make_tuple(from_vector(loop.loop), loop.quarter_turns));
+  return list;
+}
+
 }  // namespace flipfree::python

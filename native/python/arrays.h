@@ -6,11 +6,13 @@
 #include <pybind11/pybind11.h>
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "flipfree/base/types.h"
 #include "flipfree/certify/certify.h"
+#include "flipfree/intrinsic/loops/dual_loops.h"
 
 namespace flipfree::python {
 
@@ -44,6 +46,10 @@ pybind11::dict to_dict(const certify::Parametrization& map);
 // (p,) corner ids and (p,2) targets -> pins.
 std::vector<certify::CornerPin> to_corner_pins(const Array<Index>& corners,
                                                const Array<double>& uv);
+
+// [(half-edges, quarter turns)] <-> loops; None: none.
+std::optional<std::vector<intrinsic::LoopTurn>> to_loops(const pybind11::object& given);
+pybind11::list from_loops(const std::vector<intrinsic::LoopTurn>& loops);
 
 // Setters of a bound option struct's array members: from an array of the shape of a matrix, or of
 // ids.

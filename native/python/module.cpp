@@ -83,6 +83,7 @@ PYBIND11_MODULE(_native, module) {
   flipfree::python::bind_conformal_map(module);
   flipfree::python::bind_distortion(module);
   flipfree::python::bind_embedding(module);
+  flipfree::python::bind_field(module);
   flipfree::python::bind_files(module);
   flipfree::python::bind_matchmaker(module);
   flipfree::python::bind_mesh(module);

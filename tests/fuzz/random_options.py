@@ -127,6 +127,8 @@ def boundary(name: str, mesh: Mesh, random: Random) -> Any:
     if name == "embed":
         words: list[Any] = ["circle", "square", "triangle"]
         return polygon(mesh, random) if random.random() < 0.4 else words[random.integers(3)]
+    if name == "cross_field":
+        return flag(mesh, random)
     return ["free", "straight", "circle"][random.integers(3)]
 
 
@@ -140,6 +142,24 @@ def turns(mesh: Mesh, random: Random) -> Any:
     if kind < 0.9:  # the last one takes what is missing, if it can
         values[-1] = max(1, 4 - (8 - 8 * random.integers(0, 2) - (4 - values[:-1]).sum()))
     return {v: int(k) for v, k in zip(chosen, values, strict=True)}
+
+
+def field(mesh: Mesh, random: Random) -> Any:
+    """Scattered directions, matched by the nearest or at random."""
+    matching = random.integers(0, 4, mesh.faces.shape) if random.random() < 0.2 else None
+    return ff.CrossField(random.normal(size=mesh.faces.shape), matching)
+
+
+def signature(mesh: Mesh, random: Random) -> Any:
+    """That of a scattered field, or a scattered one."""
+    if random.random() < 0.8:
+        try:
+            return ff.signature(mesh.vertices, mesh.faces, field(mesh, random))
+        except ff.FlipfreeError:
+            pass
+    cones = {v: int(random.integers(-1, 9)) for v in vertices_of(mesh, random)}
+    strip = [int(f) for f in random.integers(0, max(len(mesh.faces), 1), random.integers(1, 5))]
+    return ff.Signature(cones, [(strip, int(random.integers(-3, 4)))])
 
 
 def flag(_mesh: Mesh, random: Random) -> bool:
@@ -177,6 +197,12 @@ PARAMETERS: dict[str, tuple[float, Callable[[Mesh, Random], Any]]] = {
     "obstacles": (0.2, lambda _mesh, random: random.uniform(-0.5, 1.5, (random.integers(0, 4), 3, 2))),
     "density": (0.2, lambda _mesh, random: float(10.0 ** random.integers(-9, 10))),
     "unmoved": (0.2, lambda mesh, random: list(range(int(random.integers(0, 4))))),
+    "field": (1.0, field),
+    "signature": (0.2, signature),
+    "sharp_edges": (0.3, edges),
+    "alignment": (0.3, one_of(0.0, 0.1, 0.9, 0.999999)),
+    "edge_weight": (0.3, one_of(1.0, 0.5, 1e-9)),
+    "simplify": (0.4, flag),
     "bijective": (0.5, flag),
     "keep_bijective": (0.5, flag),
     "cut_extremities": (0.3, flag),

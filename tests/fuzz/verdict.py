@@ -69,12 +69,28 @@ def _check_map(result: ff.Parametrization, arguments: dict[str, Any]) -> None:
                 raise Finding(f"pin {key} is stored at {result.uv32()[f, k]}, not at {place}")
 
 
+def _check_signature(result: ff.Signature, arguments: dict[str, Any]) -> None:
+    """The cones of a closed surface add up to its Euler characteristic."""
+    faces = np.asarray(arguments["faces"])
+    edges = _edges(faces)
+    if 2 * len(edges) != 3 * len(faces):
+        return
+    euler = len(np.unique(faces)) - len(edges) + len(faces)
+    if sum(4 - k for k in result.cones.values()) != 4 * euler:
+        raise Finding(f"the cones {result.cones} do not fit the Euler characteristic {euler}")
+
+
 def check_result(name: str, result: Any, arguments: dict[str, Any]) -> None:
     """Raises Finding for a result that breaks a promise."""
     if isinstance(result, ff.Parametrization):
         _check_map(result, arguments)
     elif isinstance(result, ff.Certificate):
         _check_certificate(result)
+    elif isinstance(result, ff.CrossField):
+        if not np.allclose(np.linalg.norm(result.directions, axis=1), 1.0, atol=1e-6):
+            raise Finding("a field has directions that are no unit vectors")
+    elif isinstance(result, ff.Signature):
+        _check_signature(result, arguments)
     elif isinstance(result, ff.ConformalMetric):
         parts = [result.scale_factors, result.angles, result.log_lengths]
         if result.converged and not all(np.isfinite(part).all() for part in parts):

@@ -155,4 +155,5 @@ def arguments_of(name: str) -> dict[str, Any]:
         "seamless": dict(zip(("vertices", "faces"), octahedron_sphere(0), strict=True)),
         "conformal": {**mesh, "target_angles": angles},
         "conformal_metric": {**mesh, "target_angles": angles},
+        "signature": {**mesh, "field": ff.CrossField(np.tile([0.6, 0.8, 0.0], (8, 1)))},
     }.get(name, mesh)

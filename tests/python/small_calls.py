@@ -29,5 +29,6 @@ CALLS = {
     "conformal": lambda **options: ff.conformal(*BALL, cones(), **options).uv,
     "seamless": lambda **options: ff.seamless(*BALL, {v: 3 for v in range(8)}, **options).uv,
     "angles": lambda **options: ff.boundary_angles(*GRID, "circle", **options),
+    "field": lambda **options: ff.cross_field(*BALL, **options).directions,
     "cones": lambda **options: np.asarray(ff.suggest_cones(*GRID, **options)),
 }

@@ -16,6 +16,7 @@ void bind_conformal(pybind11::module_& module);
 void bind_conformal_map(pybind11::module_& module);
 void bind_distortion(pybind11::module_& module);
 void bind_embedding(pybind11::module_& module);
+void bind_field(pybind11::module_& module);
 void bind_files(pybind11::module_& module);
 void bind_matchmaker(pybind11::module_& module);
 void bind_mesh(pybind11::module_& module);

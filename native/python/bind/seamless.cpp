@@ -16,24 +16,6 @@ namespace {
 using seamless::LoopTurn;
 using seamless::PennerMap;
 
-// [(half-edges, quarter turns)] <-> loops.
-std::optional<std::vector<LoopTurn>> to_loops(const py::object& given) {
-  if (given.is_none()) return std::nullopt;
-  std::vector<LoopTurn> loops;
-  for (const py::handle item : given) {
-    const auto pair = item.cast<std::pair<Array<Index>, Index>>();
-    loops.push_back({{pair.first.data(), pair.first.data() + pair.first.size()}, pair.second});
-  }
-  return loops;
-}
-
-py::list from_loops(const std::vector<LoopTurn>& loops) {
-  py::list list;
-  for (const LoopTurn& loop : loops)
-    list.append(py::make_tuple(from_vector(loop.loop), loop.quarter_turns));
-  return list;
-}
-
 py::object to_object(const PennerMap& result) {
   py::dict d;
   d["map"] = to_dict(result.map);
@@ -64,6 +46,10 @@ void bind_seamless(py::module_& module) {
       .def_property(
           "engine_iterations", nullptr,
           [](SeamlessOptions& options, int count) { options.engine.metric.max_iterations = count; })
+      .def_property("loops", nullptr,
+                    [](SeamlessOptions& options, const py::object& loops) {
+                      options.loops = to_loops(loops);
+                    })
       .def_readwrite("optimise", &SeamlessOptions::optimise)
       .def_readwrite("exact", &SeamlessOptions::exact)
       .def_readwrite("max_iterations", &SeamlessOptions::max_iterations)

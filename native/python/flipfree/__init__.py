@@ -19,24 +19,28 @@ from .calls.seamless import seamless
 from .calls.target_angles import boundary_angles, suggest_cones
 from .calls.unwrapping import unwrap
 from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConverged
+from .fields.cross_fields import CrossField, Signature, cross_field, signature
 from .results import Certificate, ConformalMetric, Parametrization, Transitions
 
 __all__ = [
     "Cancelled",
     "Certificate",
     "ConformalMetric",
+    "CrossField",
     "FlipfreeError",
     "Infeasible",
     "InvalidInput",
     "MeshFile",
     "NotConverged",
     "Parametrization",
+    "Signature",
     "Transitions",
     "__version__",
     "boundary_angles",
     "certify",
     "conformal",
     "conformal_metric",
+    "cross_field",
     "embed",
     "improve",
     "jobs",
@@ -44,6 +48,7 @@ __all__ = [
     "pack",
     "read",
     "seamless",
+    "signature",
     "split_fans",
     "suggest_cones",
     "unwrap",

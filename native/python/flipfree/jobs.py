@@ -14,17 +14,21 @@ from .calls.seamless import seamless as _seamless
 from .calls.target_angles import boundary_angles as _boundary_angles
 from .calls.target_angles import suggest_cones as _suggest_cones
 from .calls.unwrapping import unwrap as _unwrap
+from .fields.cross_fields import cross_field as _cross_field
+from .fields.cross_fields import signature as _signature
 from .job import Job, job_of
 
 boundary_angles = job_of(_boundary_angles)
 certify = job_of(_certify)
 conformal = job_of(_conformal)
 conformal_metric = job_of(_conformal_metric)
+cross_field = job_of(_cross_field)
 embed = job_of(_embed)
 improve = job_of(_improve)
 match = job_of(_match)
 pack = job_of(_pack)
 seamless = job_of(_seamless)
+signature = job_of(_signature)
 suggest_cones = job_of(_suggest_cones)
 unwrap = job_of(_unwrap)
 
@@ -34,11 +38,13 @@ __all__ = [
     "certify",
     "conformal",
     "conformal_metric",
+    "cross_field",
     "embed",
     "improve",
     "match",
     "pack",
     "seamless",
+    "signature",
     "suggest_cones",
     "unwrap",
 ]

@@ -20,6 +20,12 @@ namespace flipfree::intrinsic {
 
 using DualLoop = std::vector<HalfedgeId>;
 
+// A loop, and by how much it turns or is to turn.
+struct LoopTurn {
+  DualLoop loop;
+  Index quarter_turns = 0;  // to the left
+};
+
 // 2 g loops, each without a face twice, that generate the first homology of a closed connected
 // surface: the fundamental cycles of a tree-cotree decomposition (Eppstein 2003; Erickson and
 // Whittlesey 2005) whose dual tree is one of shortest paths and whose primal tree spares the edges

@@ -31,7 +31,7 @@ certify::Parametrization map_in_time(const mesh::Surface& surface, const std::ve
   PennerMap found;
   {
     const ProgressRange range(context, 0.0, kEngineShare);
-    found = compute_penner_map(surface, cones, std::nullopt, engine, context);
+    found = compute_penner_map(surface, cones, options.loops, engine, context);
   }
   certify::Parametrization map = std::move(found.map);
   if (map.certificate.flips64 != 0)

@@ -8,6 +8,7 @@
 //   certify_map()          certify/certified_map.h   decides on the stored values
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -18,7 +19,9 @@
 namespace flipfree::seamless {
 
 struct SeamlessOptions {
-  PennerMapOptions engine;       // its own max_seconds are not looked at
+  PennerMapOptions engine;  // its own max_seconds are not looked at
+  // By how much loops turn, as compute_penner_map() takes them; none: as is nearest.
+  std::optional<std::vector<LoopTurn>> loops;
   bool optimise = true;          // the distortion, under the seams' constraints
   bool exact = true;             // false: seams match up to rounding only; G4 is not asked for
   int max_iterations = 200;      // of the optimiser

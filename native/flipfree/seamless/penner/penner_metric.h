@@ -17,12 +17,8 @@
 
 namespace flipfree::seamless {
 
-// A loop on the input's faces, and by how much it turns.
-struct LoopTurn {
-  std::vector<HalfedgeId> loop;  // half-edges of the input, each left by the loop across it
-                                 // (dual_loops.h)
-  Index quarter_turns = 0;       // to the left
-};
+// On the input's faces: half-edges 3 f + k.
+using intrinsic::LoopTurn;
 
 struct PennerOptions {
   double tolerance = 1e-10;  // of every vertex' and loop's angle, radians

@@ -1,0 +1,154 @@
+#include "flipfree/field/compute.h"
+
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/in_time.h"
+#include "flipfree/field/guidance/guidance.h"
+#include "flipfree/field/prescribed/prescribed.h"
+#include "flipfree/field/prescribed/relax.h"
+#include "flipfree/field/prescribed/simplify.h"
+#include "flipfree/mesh/topology.h"
+#include "flipfree/mesh/validate.h"
+
+namespace flipfree::field {
+namespace {
+
+mesh::Adjacency adjacency_of(const mesh::Surface& surface) {
+  return mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+}
+
+void check(const FieldOptions& options, const mesh::Surface& surface,
+           const mesh::Adjacency& adjacency) {
+  const auto refuse = [](const std::string& what) { throw_invalid(ErrorCode::kBadOption, what); };
+  if (!(options.alignment >= 0.0 && options.alignment < 1.0))
+    refuse("alignment must lie in [0, 1), not " + std::to_string(options.alignment) + ".");
+  if (!(options.edge_weight > 0.0 && options.edge_weight <= 1.0))
+    refuse("edge_weight must lie in (0, 1], not " + std::to_string(options.edge_weight) + ".");
+  if (options.loops && !options.cones) refuse("loops need cones: give both.");
+  if (!options.cones) return;
+  if (options.cones->size() != static_cast<std::size_t>(surface.vertices.rows()))
+    throw_invalid(ErrorCode::kBadShape, "cones need one number per vertex.");
+  for (const HalfedgeId o : adjacency.opposite) {
+    if (o == kInvalid) {
+      throw_invalid(ErrorCode::kBadBoundary,
+                    "A field with a given signature needs a closed surface, and this one has a "
+                    "boundary. Close it, or let the field be the smoothest.");
+    }
+  }
+}
+
+CrossField guided_field(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                        const Frames& frames, const FieldOptions& options, Wishes& wishes,
+                        ExecutionContext& context) {
+  const mesh::EdgeFlags edges = mesh::flag_edges(surface.faces, adjacency, options.edges);
+  follow_curvature(surface, adjacency, options.alignment, wishes);
+  follow_edges(surface, adjacency, frames, edges, options.boundary, options.edge_weight, wishes);
+  const std::vector<FaceGraph> graphs = face_graphs(surface, adjacency, frames);
+  Crosses u;
+  {
+    const ProgressRange range(context, 0.0, 0.7);
+    u = smoothest(graphs, wishes, context);
+  }
+  const auto faces = static_cast<std::size_t>(u.size());
+  std::vector<double> angle(faces), wish(faces), pull(faces);
+  for (std::size_t f = 0; f < faces; ++f) {
+    angle[f] = 0.25 * std::arg(u[static_cast<Eigen::Index>(f)]);
+    wish[f] = 0.25 * std::arg(wishes.cross[static_cast<Eigen::Index>(f)]);
+  }
+  // E of nearly equal crosses is 16 w rotation^2, and so with the wishes.
+  for (const FaceGraph& graph : graphs) {
+    for (std::size_t i = 0; i < graph.faces.size(); ++i) {
+      const auto f = static_cast<std::size_t>(graph.faces[i]);
+      pull[f] = wishes.weight[f] * graph.area[i];
+    }
+  }
+  CrossField field = match_nearest(adjacency, frames, std::move(angle));
+  const ProgressRange range(context, 0.7, 1.0);
+  const AngleSystem system(surface, adjacency, wishes.held, std::move(pull), context);
+  descend(adjacency, frames, system, wish, field, context);
+  return field;
+}
+
+FoundField compute(const mesh::Surface& surface, const FieldOptions& options,
+                   ExecutionContext& context) {
+  const Stopwatch clock;
+  mesh::validate(surface, {}, context);
+  const mesh::Adjacency adjacency = adjacency_of(surface);
+  check(options, surface, adjacency);
+  const Frames frames = measure_frames(surface);
+  Wishes wishes = no_wishes(static_cast<Index>(surface.faces.rows()));
+  FoundField found;
+  found.field = options.cones ? field_with_signature(surface, adjacency, frames, *options.cones,
+                                                     options.loops, context)
+                              : guided_field(surface, adjacency, frames, options, wishes, context);
+  if (options.simplify || !options.cones) {
+    SimplifyOptions how;
+    if (!options.simplify) how = {0.0, 1};  // only those that no map can have
+    const Simplified done =
+        simplify(surface, adjacency, frames, wishes.held, how, found.field, context);
+    found.stats["cancelled"] = static_cast<std::int64_t>(done.cancelled);
+    found.stats["spread"] = static_cast<std::int64_t>(done.spread);
+  }
+  found.cones = cone_turns(surface.faces, adjacency, frames, found.field);
+  std::int64_t cones = 0, sharp = 0;
+  for (std::size_t v = 0; v < found.cones.size(); ++v) {
+    const HalfedgeId h = adjacency.vertex_halfedge[v];
+    if (h == kInvalid || adjacency.opposite[static_cast<std::size_t>(h)] == kInvalid) continue;
+    cones += found.cones[v] != 4;
+    sharp += found.cones[v] <= 1;
+  }
+  found.stats["cones"] = cones;
+  found.stats["sharp_cones"] = sharp;
+  found.stats["seconds"] = clock.seconds();
+  return found;
+}
+
+}  // namespace
+
+FoundField compute_cross_field(const mesh::Surface& surface, const FieldOptions& options,
+                               ExecutionContext& context) {
+  return in_time(context, options.max_seconds, "The cross field was not reached",
+                 "or decimate the mesh", [&] { return compute(surface, options, context); });
+}
+
+CrossField read_field(const mesh::Surface& surface, const GivenField& given,
+                      const ExecutionContext& context) {
+  mesh::validate(surface, {}, context);
+  const auto faces = static_cast<std::size_t>(surface.faces.rows());
+  const auto fits = [&](std::size_t count, std::size_t of_each) {
+    return count == 0 || count == of_each * faces;
+  };
+  const auto directions = static_cast<std::size_t>(given.directions.rows());
+  if (!fits(directions, 1) || !fits(given.rotation.size(), 3) || !fits(given.quarters.size(), 3)) {
+    throw_invalid(ErrorCode::kBadShape, "The field is not one of this mesh, which has " +
+                                            std::to_string(faces) +
+                                            " faces. Give the mesh that the field was made for.");
+  }
+  const mesh::Adjacency adjacency = adjacency_of(surface);
+  const Frames frames = measure_frames(surface);
+  if (directions == 0) return field_of_rotation(adjacency, frames, given.rotation);
+  std::vector<double> angle = angles_of(surface, given.directions);
+  if (!given.rotation.empty())
+    return match_by_rotation(adjacency, frames, std::move(angle), given.rotation);
+  return given.quarters.empty()
+             ? match_nearest(adjacency, frames, std::move(angle))
+             : match_by_quarters(adjacency, frames, std::move(angle), given.quarters);
+}
+
+GivenField describe(const mesh::Surface& surface, const CrossField& field) {
+  const mesh::Adjacency adjacency = adjacency_of(surface);
+  return {directions_of(surface, field.angle),
+          rotation_form(adjacency, measure_frames(surface), field),
+          quarters_across(adjacency, field)};
+}
+
+Signature read_signature(const mesh::Surface& surface, const CrossField& field,
+                         const ExecutionContext& context) {
+  const mesh::Adjacency adjacency = adjacency_of(surface);
+  return signature_of(surface, adjacency, measure_frames(surface), field, context);
+}
+
+}  // namespace flipfree::field

@@ -1,0 +1,66 @@
+// Cross fields for users: smoothest, following curvature, edges or the boundary, or with a
+// signature.
+//
+//   follow_curvature(), follow_edges()  guidance/guidance.h     what each face is asked for
+//   smoothest()                         smoothest/smoothest.h   directions
+//   match_nearest()                     topology/               integers
+//   field_with_signature()              prescribed/             the other way round
+//   simplify()                          prescribed/simplify.h   fewer cones
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/base/stats.h"
+#include "flipfree/field/topology/cross_field.h"
+#include "flipfree/field/topology/turning.h"
+
+namespace flipfree::field {
+
+struct FieldOptions {
+  double alignment = 0.0;    // to principal curvatures, in [0, 1)
+  IndexPairs edges;          // vertex pairs: edges that the field follows
+  bool boundary = true;      // it follows the boundary
+  double edge_weight = 1.0;  // of edges and boundary, in (0, 1]; 1: exactly
+  // Merge near cones, spread those of one quarter turn. Those of none or less, which no map can
+  // have, are spread in any case.
+  bool simplify = false;
+  // Instead of all that: the field with these cones (#V) and turns.
+  std::optional<std::vector<Index>> cones;
+  std::optional<std::vector<LoopTurn>> loops;
+  double max_seconds = 0.0;  // 0 = never
+};
+
+struct FoundField {
+  CrossField field;
+  std::vector<Index> cones;  // of it, per vertex
+  Stats stats;  // "cancelled", "spread" (simplify.h), "cones", "sharp_cones" (of one quarter turn
+                // or less), "seconds"
+};
+
+// Any number of components, with or without boundary (prescribed signatures: without). Throws
+// InvalidInput (defects; options; edges that are none), Infeasible, NotConverged, Cancelled.
+FoundField compute_cross_field(const mesh::Surface& surface, const FieldOptions& options,
+                               ExecutionContext& context);
+
+// A field as users give it: vectors in the faces (#F x 3), and how they go together: by a rotation
+// form (3 #F), else by quarters (3 #F; topology/cross_field.h), else, both empty, each with the
+// nearest. Without directions: those of the rotation form. Validates the surface. Throws
+// InvalidInput, Cancelled.
+struct GivenField {
+  Points3 directions;
+  std::vector<double> rotation;
+  std::vector<Index> quarters;
+};
+CrossField read_field(const mesh::Surface& surface, const GivenField& given,
+                      const ExecutionContext& context);
+
+// The same, of a field.
+GivenField describe(const mesh::Surface& surface, const CrossField& field);
+
+// Of a field on a surface that passes validation.
+Signature read_signature(const mesh::Surface& surface, const CrossField& field,
+                         const ExecutionContext& context);
+
+}  // namespace flipfree::field

@@ -1,0 +1,166 @@
+#include "flipfree/field/smoothest/smoothest.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "flipfree/base/error.h"
+#include "flipfree/field/smoothest/coarsen.h"
+
+namespace flipfree::field {
+namespace {
+
+std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
+
+// The flow's step: share of the component's area that it smooths over. Its inverse is added to E
+// per area, for the eigenvector too: then one factorization does for both. Eigenvalues are some
+// tens.
+constexpr double kFlowArea = 0.01;
+constexpr int kMostFlowSteps = 16;
+// Larger graphs are coarsened first: faces in clusters are as good, relaxed afterwards.
+constexpr std::size_t kEnoughNodes = 20'000;
+// Mean change of a cross at which the flow ends.
+constexpr double kSettled = 2e-3;
+constexpr int kMostLanczosSteps = 24;
+constexpr int kStepsBetweenChecks = 3;
+// Of the eigenvalue: the vector is where the flow begins.
+constexpr double kResidual = 1e-2;
+
+[[noreturn]] void fail() {
+  throw_not_converged(ErrorCode::kFactorizationFailed,
+                      "The smoothest cross field could not be computed: the mesh has needles "
+                      "beyond what 64-bit numbers hold. Improve its triangles.");
+}
+
+Eigen::Map<const Eigen::VectorXd> areas_of(const CrossGraph& graph) {
+  return {graph.area.data(), static_cast<Eigen::Index>(graph.area.size())};
+}
+
+// The eigenvector of the least eigenvalue, of any length, with the factor of E + area / kFlowArea.
+Crosses first_eigenvector(const CrossGraph& graph, const FieldSystem& system,
+                          ExecutionContext& context) {
+  const auto count = static_cast<Eigen::Index>(graph.area.size());
+  const Eigen::VectorXd root = areas_of(graph).cwiseMax(1e-300).cwiseSqrt();
+  // Lanczos: root B^-1 root, whose largest eigenvalue is wanted.
+  const auto most = std::min<Eigen::Index>(kMostLanczosSteps, count);
+  Eigen::MatrixXcd basis(count, most);
+  Eigen::MatrixXd projected = Eigen::MatrixXd::Zero(most, most);
+  basis.col(0) = root.cast<std::complex<double>>() / root.norm();
+  const Crosses none = Crosses::Zero(count);
+  for (Eigen::Index k = 0; k < most; ++k) {
+    context.report("cross field", 0.5 + 0.25 * static_cast<double>(k) / static_cast<double>(most));
+    Crosses next = system.solve(root.cwiseProduct(basis.col(k)), none, context).cwiseProduct(root);
+    projected(k, k) = basis.col(k).dot(next).real();
+    const Eigen::VectorXcd share = basis.leftCols(k + 1).adjoint() * next;
+    next -= basis.leftCols(k + 1) * share;
+    const double beta = next.norm();
+    const bool last = k + 1 == most || beta <= 1e-12 * projected(0, 0);
+    if (last || (k + 1) % kStepsBetweenChecks == 0) {
+      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> small(
+          projected.topLeftCorner(k + 1, k + 1));
+      const Eigen::VectorXd best = small.eigenvectors().col(k);
+      if (last || beta * std::abs(best[k]) <= kResidual * small.eigenvalues()[k]) {
+        return (basis.leftCols(k + 1) * best.cast<std::complex<double>>()).cwiseQuotient(root);
+      }
+    }
+    projected(k, k + 1) = projected(k + 1, k) = beta;
+    basis.col(k + 1) = next / beta;
+  }
+  fail();
+}
+
+void to_unit_length(Crosses& u) {
+  for (Eigen::Index f = 0; f < u.size(); ++f) {
+    const double length = std::abs(u[f]);
+    if (length > 1e-290) u[f] /= length;
+  }
+}
+
+// What the nodes of one graph are asked for.
+struct Asked {
+  Crosses pull;                // weight * area * wish
+  std::vector<double> weight;  // times area
+  std::vector<char> held;
+  Crosses given;  // of held nodes
+  bool any = false;
+};
+
+Crosses flow(const CrossGraph& graph, const Asked& asked, ExecutionContext& context) {
+  std::vector<double> diagonal(asked.weight);
+  for (std::size_t i = 0; i < diagonal.size(); ++i) diagonal[i] += graph.area[i] / kFlowArea;
+  FieldSystem system;
+  {
+    const ProgressRange range(context, 0.0, 0.5);
+    if (!system.factorize(graph, diagonal, asked.held, context)) fail();
+  }
+  const Eigen::VectorXd inertia = areas_of(graph) / kFlowArea;
+  Crosses u = asked.any ? system.solve(asked.pull, asked.given, context)
+                        : first_eigenvector(graph, system, context);
+  to_unit_length(u);
+  for (int step = 0; step < kMostFlowSteps; ++step) {
+    context.report("cross field", 0.75 + 0.25 * step / kMostFlowSteps);
+    Crosses next = system.solve(asked.pull + inertia.cwiseProduct(u), asked.given, context);
+    to_unit_length(next);
+    const double change = (next - u).cwiseAbs().dot(areas_of(graph));
+    u = std::move(next);
+    if (change < kSettled) break;
+  }
+  return u;
+}
+
+Asked restricted(const Asked& fine, const Coarsened& to) {
+  const auto count = static_cast<Eigen::Index>(to.graph.area.size());
+  Asked asked{Crosses::Zero(count), std::vector<double>(at(count), 0.0),
+              std::vector<char>(at(count), 0), Crosses::Zero(count), fine.any};
+  for (std::size_t i = 0; i < to.node.size(); ++i) {
+    const Index node = to.node[i];
+    const auto f = static_cast<Eigen::Index>(i);
+    asked.pull[node] += std::conj(to.carry[i]) * fine.pull[f];
+    asked.weight[at(node)] += fine.weight[i];
+    if (fine.held[i] == 0) continue;
+    asked.held[at(node)] = 1;
+    asked.given[node] = fine.given[f];
+  }
+  return asked;
+}
+
+Crosses flow_coarsely(const CrossGraph& graph, const Asked& asked, ExecutionContext& context) {
+  if (graph.area.size() <= kEnoughNodes) return flow(graph, asked, context);
+  const Coarsened to = coarsen(graph, asked.held);
+  // Where next to nothing was joined, because it is held, nothing is gained.
+  if (to.graph.area.size() > graph.area.size() / 10 * 9) return flow(graph, asked, context);
+  const Crosses coarse = flow_coarsely(to.graph, restricted(asked, to), context);
+  Crosses u(static_cast<Eigen::Index>(to.node.size()));
+  for (std::size_t i = 0; i < to.node.size(); ++i)
+    u[static_cast<Eigen::Index>(i)] = to.carry[i] * coarse[to.node[i]];
+  return u;
+}
+
+}  // namespace
+
+Crosses smoothest(const std::vector<FaceGraph>& graphs, const Wishes& wishes,
+                  ExecutionContext& context) {
+  Crosses all(wishes.cross.size());
+  double done = 0.0;
+  for (const FaceGraph& graph : graphs) {
+    const auto count = static_cast<Eigen::Index>(graph.faces.size());
+    const double share = static_cast<double>(count) / static_cast<double>(all.size());
+    const ProgressRange range(context, done, std::min(1.0, done + share));
+    done += share;
+    Asked asked{Crosses(count), std::vector<double>(at(count)), std::vector<char>(at(count)),
+                Crosses::Zero(count)};
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const FaceId f = graph.faces[at(i)];
+      asked.weight[at(i)] = wishes.weight[at(f)] * graph.area[at(i)];
+      asked.held[at(i)] = wishes.held[at(f)];
+      asked.pull[i] = asked.weight[at(i)] * wishes.cross[f];
+      if (asked.held[at(i)] != 0) asked.given[i] = wishes.cross[f];
+      asked.any = asked.any || asked.weight[at(i)] > 0.0 || asked.held[at(i)] != 0;
+    }
+    const Crosses u = flow_coarsely(graph, asked, context);
+    for (Eigen::Index i = 0; i < count; ++i) all[graph.faces[at(i)]] = u[i];
+  }
+  return all;
+}
+
+}  // namespace flipfree::field

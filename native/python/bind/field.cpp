@@ -1,0 +1,119 @@
+#include <pybind11/stl.h>
+
+#include <optional>
+#include <utility>
+
+#include "arrays.h"
+#include "bind/bindings.h"
+#include "flipfree/base/in_time.h"
+#include "flipfree/field/compute.h"
+#include "job.h"
+
+namespace py = pybind11;
+
+namespace flipfree::python {
+namespace {
+
+using field::FieldOptions;
+using field::GivenField;
+
+template <typename T>
+std::vector<T> to_vector(const Array<T>& array) {
+  return {array.data(), array.data() + array.size()};
+}
+
+// (directions, rotation, quarters), each of which may be empty.
+GivenField to_field(const Array<double>& directions, const Array<double>& rotation,
+                    const Array<Index>& quarters) {
+  return {to_matrix<Points3>(directions, "directions"), to_vector(rotation), to_vector(quarters)};
+}
+
+py::tuple to_tuple(const GivenField& given) {
+  return py::make_tuple(from_matrix(given.directions), from_vector(given.rotation),
+                        from_vector(given.quarters));
+}
+
+struct Described {
+  GivenField field;
+  std::vector<Index> cones;
+  Stats stats;
+};
+
+void bind_options(py::module_& module) {
+  py::class_<FieldOptions>(module, "FieldOptions")
+      .def(py::init<>())
+      .def_readwrite("alignment", &FieldOptions::alignment)
+      .def_property("edges", nullptr, matrix_setter(&FieldOptions::edges, "sharp_edges"))
+      .def_readwrite("boundary", &FieldOptions::boundary)
+      .def_readwrite("edge_weight", &FieldOptions::edge_weight)
+      .def_readwrite("simplify", &FieldOptions::simplify)
+      .def_property("cones", nullptr,
+                    [](FieldOptions& options, const Array<Index>& cones) {
+                      options.cones = to_vector(cones);
+                    })
+      .def_property(
+          "loops", nullptr,
+          [](FieldOptions& options, const py::object& loops) { options.loops = to_loops(loops); })
+      .def_readwrite("max_seconds", &FieldOptions::max_seconds);
+}
+
+}  // namespace
+
+void bind_field(py::module_& module) {
+  bind_options(module);
+  module.def(
+      "cross_field",
+      [](const Array<double>& vertices, const Array<Index>& faces, const FieldOptions& options,
+         int threads) {
+        return start_job(
+            [surface = to_surface(vertices, faces), options](ExecutionContext& context) {
+              field::FoundField found = field::compute_cross_field(surface, options, context);
+              return Described{field::describe(surface, found.field), std::move(found.cones),
+                               std::move(found.stats)};
+            },
+            [](const Described& found) -> py::object {
+              return py::make_tuple(to_tuple(found.field), to_dict(found.stats));
+            },
+            threads);
+      },
+      py::arg("vertices"), py::arg("faces"), py::arg("options"), py::arg("threads"));
+  module.def(
+      "read_field",
+      [](const Array<double>& vertices, const Array<Index>& faces, const Array<double>& directions,
+         const Array<double>& rotation, const Array<Index>& quarters) {
+        const mesh::Surface surface = to_surface(vertices, faces);
+        const GivenField given = to_field(directions, rotation, quarters);
+        GivenField read;
+        {
+          const py::gil_scoped_release release;
+          read = field::describe(surface, field::read_field(surface, given, ExecutionContext()));
+        }
+        return to_tuple(read);
+      },
+      py::arg("vertices"), py::arg("faces"), py::arg("directions"), py::arg("rotation"),
+      py::arg("quarters"));
+  module.def(
+      "field_signature",
+      [](const Array<double>& vertices, const Array<Index>& faces, const Array<double>& directions,
+         const Array<double>& rotation, const Array<Index>& quarters, double max_seconds,
+         int threads) {
+        return start_job(
+            [surface = to_surface(vertices, faces),
+             given = to_field(directions, rotation, quarters),
+             max_seconds](ExecutionContext& context) {
+              return in_time(context, max_seconds, "The signature was not reached",
+                             "or ask for that of fewer faces", [&] {
+                               return field::read_signature(
+                                   surface, field::read_field(surface, given, context), context);
+                             });
+            },
+            [](const field::Signature& signature) -> py::object {
+              return py::make_tuple(from_vector(signature.cones), from_loops(signature.loops));
+            },
+            threads);
+      },
+      py::arg("vertices"), py::arg("faces"), py::arg("directions"), py::arg("rotation"),
+      py::arg("quarters"), py::arg("max_seconds"), py::arg("threads"));
+}
+
+}  // namespace flipfree::python

@@ -1,0 +1,1 @@
+"""Cross fields and maps that follow them."""
