@@ -1,6 +1,5 @@
 #include "flipfree/field/prescribed/relax.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +7,7 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/field/topology/weights.h"
 #include "flipfree/mesh/topology.h"
 
 namespace flipfree::field {
@@ -15,36 +15,14 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-constexpr double kHeaviest = 1e6;  // as in field_system.cpp
-constexpr double kLightest = 1e-6;
-
-std::vector<double> edge_weights(const mesh::Surface& surface, const mesh::Adjacency& adjacency) {
-  std::vector<double> area(at(static_cast<Index>(surface.faces.rows())));
-  for (FaceId f = 0; at(f) < area.size(); ++f) {
-    const Vector3 p = surface.vertices.row(surface.faces(f, 0));
-    const Vector3 a = Vector3(surface.vertices.row(surface.faces(f, 1))) - p;
-    const Vector3 b = Vector3(surface.vertices.row(surface.faces(f, 2))) - p;
-    area[at(f)] = 0.5 * a.cross(b).norm();
-  }
-  std::vector<double> weight(adjacency.opposite.size(), 0.0);
-  for (HalfedgeId h = 0; at(h) < weight.size(); ++h) {
-    const HalfedgeId o = adjacency.opposite[at(h)];
-    if (o == kInvalid) continue;
-    const double square = (surface.vertices.row(mesh::target(surface.faces, h)) -
-                           surface.vertices.row(mesh::source(surface.faces, h)))
-                              .squaredNorm();
-    weight[at(h)] =
-        std::clamp(1.5 * square / (area[at(h / 3)] + area[at(o / 3)]), kLightest, kHeaviest);
-  }
-  return weight;
-}
-
 }  // namespace
 
 AngleSystem::AngleSystem(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                          std::vector<char> held, std::vector<double> pull,
                          ExecutionContext& context)
-    : adjacency_(adjacency), weight_(edge_weights(surface, adjacency)), pull_(std::move(pull)) {
+    : adjacency_(adjacency),
+      weight_(edge_weights(surface, adjacency, face_areas(surface))),
+      pull_(std::move(pull)) {
   const mesh::Components components = mesh::face_components(adjacency);
   std::vector<char> anchored(at(components.count), 0);
   for (std::size_t f = 0; f < held.size(); ++f) {

@@ -1,6 +1,5 @@
 #include "flipfree/field/prescribed/simplify.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "flipfree/field/prescribed/prescribed.h"
+#include "flipfree/field/topology/weights.h"
 
 namespace flipfree::field {
 namespace {
@@ -96,17 +96,6 @@ class Mover {
   const ExecutionContext& context_;
   std::vector<char> on_boundary_;
 };
-
-double extent_of(const mesh::Surface& surface) {
-  double area = 0.0;
-  for (FaceId f = 0; f < static_cast<FaceId>(surface.faces.rows()); ++f) {
-    const Vector3 p = surface.vertices.row(surface.faces(f, 0));
-    const Vector3 a = Vector3(surface.vertices.row(surface.faces(f, 1))) - p;
-    const Vector3 b = Vector3(surface.vertices.row(surface.faces(f, 2))) - p;
-    area += 0.5 * a.cross(b).norm();
-  }
-  return std::sqrt(area);
-}
 
 }  // namespace
 

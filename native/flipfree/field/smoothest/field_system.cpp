@@ -1,20 +1,16 @@
 #include "flipfree/field/smoothest/field_system.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "flipfree/field/topology/weights.h"
 #include "flipfree/mesh/topology.h"
 
 namespace flipfree::field {
 namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-// Needles would drown what their neighbours say in rounding.
-constexpr double kHeaviest = 1e6;
-constexpr double kLightest = 1e-6;
 
 // Column-compressed matrix written column by column.
 struct Columns {
@@ -36,15 +32,12 @@ std::vector<FaceGraph> face_graphs(const mesh::Surface& surface, const mesh::Adj
   std::vector<FaceGraph> graphs(at(components.count));
   const auto count = static_cast<FaceId>(surface.faces.rows());
   std::vector<Index> place(at(count));
-  std::vector<double> area(at(count));
+  const std::vector<double> area = face_areas(surface);
+  const std::vector<double> weight = edge_weights(surface, adjacency, area);
   for (FaceId f = 0; f < count; ++f) {
     FaceGraph& graph = graphs[at(components.of_face[at(f)])];
     place[at(f)] = static_cast<Index>(graph.faces.size());
     graph.faces.push_back(f);
-    const Vector3 p = surface.vertices.row(surface.faces(f, 0));
-    const Vector3 a = Vector3(surface.vertices.row(surface.faces(f, 1))) - p;
-    const Vector3 b = Vector3(surface.vertices.row(surface.faces(f, 2))) - p;
-    area[at(f)] = 0.5 * a.cross(b).norm();
     graph.area.push_back(area[at(f)]);
   }
   for (FaceId f = 0; f < count; ++f) {
@@ -52,18 +45,17 @@ std::vector<FaceGraph> face_graphs(const mesh::Surface& surface, const mesh::Adj
     for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
       const HalfedgeId o = adjacency.opposite[at(h)];
       if (o == kInvalid || o / 3 < f) continue;
-      const Vector3 e = surface.vertices.row(mesh::target(surface.faces, h)) -
-                        surface.vertices.row(mesh::source(surface.faces, h));
-      const double weight = 1.5 * e.squaredNorm() / (area[at(f)] + area[at(o / 3)]);
       graph.edges.push_back(
-          {place[at(f)], place[at(o / 3)], std::clamp(weight, kLightest, kHeaviest),
+          {place[at(f)], place[at(o / 3)], weight[at(h)],
            std::polar(1.0, 4.0 * (frames.direction[at(h)] - frames.direction[at(o)]))});
     }
   }
   for (FaceGraph& graph : graphs) {
     double sum = 0.0;
     for (const double a : graph.area) sum += a;
-    for (double& a : graph.area) a /= sum;
+    // A face without area would resist nothing.
+    const double mean = 1.0 / static_cast<double>(graph.area.size());
+    for (double& a : graph.area) a = sum > 0.0 ? std::max(a / sum, 1e-6 * mean) : mean;
     graph.bent.assign(graph.area.size(), 0.0);
     std::stable_sort(graph.edges.begin(), graph.edges.end(), [](const auto& a, const auto& b) {
       return a.f != b.f ? a.f < b.f : a.g < b.g;

@@ -4,9 +4,7 @@
 // A cross in face f is the complex number u = exp(4 i angle(f)): its four directions have one.
 // Across an edge it is carried by a unit number, t = exp(4 i (direction(h) - direction(o))), and
 //
-//   E(u) = sum over edges of w |u_f - t u_g|^2,  w = 3 |e|^2 / (2 (area_f + area_g)),
-//
-// which is the edge's length over the distance of the two centres.
+//   E(u) = sum over edges of w |u_f - t u_g|^2,  w: topology/weights.h
 #pragma once
 
 #include <complex>
@@ -28,7 +26,7 @@ struct CrossGraph {
     std::complex<double> carry;  // t: from g to f
   };
   std::vector<Edge> edges;   // sorted by f, then g
-  std::vector<double> area;  // of each node; sum 1
+  std::vector<double> area;  // of each node; sum about 1
   std::vector<double> bent;  // of |u|^2, per node: what no u can have less
 };
 // A component of the surface: its nodes are these faces, ascending.

@@ -17,6 +17,9 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 constexpr double kPi = std::numbers::pi;
 constexpr double kQuarterTurn = 0.5 * kPi;
 
+// What is less than this of a unit vector is rounding.
+constexpr double kUpright = 1e-9;
+
 // The two axes of a face: along its first edge, and to the left of it.
 struct Axes {
   Vector3 x, y;
@@ -25,10 +28,11 @@ Axes axes_of(const mesh::Surface& surface, FaceId f) {
   const Vector3 a = surface.vertices.row(surface.faces(f, 0));
   const Vector3 b = surface.vertices.row(surface.faces(f, 1));
   const Vector3 c = surface.vertices.row(surface.faces(f, 2));
-  const Vector3 x = (b - a).normalized();
-  // The longer of the other sides, so that needles keep a normal.
-  const Vector3 side = (c - a).squaredNorm() > (c - b).squaredNorm() ? c - a : c - b;
-  const Vector3 y = (side.normalized() - x * x.dot(side.normalized())).normalized();
+  const Vector3 x = (b - a).stableNormalized();
+  // The longer of the other sides, and twice, so that needles keep a normal.
+  Vector3 y = ((c - a).squaredNorm() > (c - b).squaredNorm() ? c - a : c - b).stableNormalized();
+  for (int again = 0; again < 2; ++again) y = (y - x * x.dot(y)).stableNormalized();
+  if (!(std::abs(x.dot(y)) < kUpright && y.norm() > 0.5)) y = x.unitOrthogonal();
   return {x, y};
 }
 
