@@ -11,13 +11,14 @@ solver        the package flipfree (a wheel)       menus    where all this appea
 import bpy
 
 from . import cli, menus, modal, solver
-from .operators import check, conformal, improve, match, select, unwrap
+from .operators import check, conformal, improve, match, seamless, select, unwrap
 
 _CLASSES = (
     *unwrap.CLASSES,
     *match.CLASSES,
     *improve.CLASSES,
     *conformal.CLASSES,
+    *seamless.CLASSES,
     *check.CLASSES,
     *select.CLASSES,
 )

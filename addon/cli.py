@@ -5,6 +5,7 @@
     blender -b -c flipfree match IN OUT [--cut-open] [--unwrap-rest] [--max-seconds S] ...
     blender -b -c flipfree improve IN OUT [--pack] [--iterations N] ...
     blender -b -c flipfree conformal IN OUT [--boundary straight] ...
+    blender -b -c flipfree seamless IN OUT [--cones suggested] ...
     blender -b -c flipfree check IN
 
     ... --json FILE     one record per object with the numbers of its certificate, `poor`, warnings and errors; - is stdout
@@ -22,7 +23,7 @@ import bpy
 
 from . import errors, modal, records
 from .meshes import mesh_io
-from .operators import check, common, conformal, improve, layout, match, unwrap
+from .operators import check, common, conformal, improve, layout, match, seamless, unwrap
 from .operators.options import MAX_SECONDS
 
 _handles = []
@@ -138,6 +139,29 @@ def _parser() -> argparse.ArgumentParser:
         metric_scale="pack parts in the size of their metric, not of their surface",
     )
     _margin(added)
+    added = command("seamless", "seams that match by quarter turns", _seamless_options)
+    added.add_argument(
+        "--cones",
+        choices=[name for name, _, _ in seamless.CONES],
+        default="auto",
+        help="marked ones, suggested ones, or suggested where none are marked (auto)",
+    )
+    added.add_argument(
+        "--bound",
+        type=float,
+        default=2.0,
+        help="of the scale, for suggested cones (default %(default)g)",
+    )
+    added.add_argument(
+        "--engine", choices=[name for name, _, _ in seamless.ENGINES], default="auto"
+    )
+    flags(
+        added,
+        no_optimise="leave the distortion as the engine does",
+        no_seams="do not mark the cuts as seams, nor their quarter turns",
+        no_cones="do not mark suggested cones",
+        surface_scale="one UV unit is one unit of the object; otherwise the map fits the unit square",
+    )
     added = commands.add_parser("check", help="certificate of every UV map of a file")
     added.add_argument("input", type=Path)
     added.add_argument("--allow-stacked", action="store_true", help="islands may lie on each other")
@@ -219,6 +243,22 @@ def _conformal_options(given):
             "pack": not given.no_pack,
             "scale_true": not given.metric_scale,
             "margin": given.margin,
+        },
+    )
+
+
+def _seamless_options(given):
+    return (
+        seamless.make_task,
+        seamless.summary,
+        {
+            "cones_from": given.cones,
+            "bound": given.bound,
+            "optimise": not given.no_optimise,
+            "mark_cuts": not given.no_seams,
+            "mark_cones": not given.no_cones,
+            "fit": not given.surface_scale,
+            "engine": given.engine,
         },
     )
 

@@ -64,7 +64,7 @@ TEXTS = {
         "Use Match Pins for such targets",
     ),
     "bad pins": ("has a pin that cannot be met", "Move it, or unpin it with Alt P"),
-    "bad angles": ("has a cone angle that no surface has", "Give it an angle above zero"),
+    "bad angles": ("has a cone angle that no surface has", "Give it another angle, above zero"),
     "no room in the polygon": (
         "does not fit into its target",
         "Make the target larger or move its pins",
@@ -157,13 +157,15 @@ def _place(kind: str, elements: np.ndarray) -> str:
     return f"{kind} {elements[0]}{mesh_io.more(elements)} "
 
 
-def from_solver(snapshot: mesh_io.Snapshot, error) -> Failure:
-    """Failure for an exception of flipfree.errors."""
+def from_solver(snapshot: mesh_io.Snapshot, error, cures: dict[str, str] | None = None) -> Failure:
+    """Failure for an exception of flipfree.errors. cures: of the operator, where the usual ones do not help: {code: what to
+    do}."""
     kind, elements = mesh_io.to_mesh_elements(snapshot, error.kind, error.elements)
     known = TEXTS.get(error.code)
     if known is None:
         return Failure(snapshot.object_name, f"{snapshot.object_name}: {error}", kind, elements)
     what, cure = known
+    cure = (cures or {}).get(error.code, cure)
     place = _place(kind, elements)
     message = f"{snapshot.object_name}: {place or 'the surface '}{what}. {cure}"
     # Numbers that only the solver knows (a missing angle, two pins) follow in its own words.

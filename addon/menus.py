@@ -8,6 +8,7 @@ ENTRIES = (
     "uv.flipfree_match",
     "uv.flipfree_improve",
     "uv.flipfree_conformal",
+    "uv.flipfree_seamless",
     "uv.flipfree_suggest_cones",
     "mesh.flipfree_mark_cone",
     "uv.flipfree_check",

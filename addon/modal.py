@@ -47,6 +47,8 @@ class Task:
     writes = True
     # Certificates of what it made, with the mesh faces they speak of (operators.common.Judged).
     judged = ()
+    # {code of an error: what to do about it}, where the usual text does not help.
+    cures: dict[str, str] = {}
 
     def __init__(self, snapshot: mesh_io.Snapshot):
         self.snapshot = snapshot
@@ -157,7 +159,7 @@ class Run:
             self._cancelled = True
         except flipfree.FlipfreeError as error:
             task.explain(error)
-            self.failures.append(errors.from_solver(task.snapshot, error))
+            self.failures.append(errors.from_solver(task.snapshot, error, task.cures))
         except mesh_io.MeshProblem as problem:
             self.failures.append(errors.from_problem(task.snapshot.object_name, problem))
         self._task = None

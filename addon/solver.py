@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The solver package as the extension uses it: the version handshake and the calls that start jobs."""
 
+import math
 import os
 import tomllib
 from pathlib import Path
@@ -162,6 +163,31 @@ def suggest_cones(snapshot, *, bound, quarter_turns):
         snapshot.triangles,
         bound=bound,
         quarter_turns=quarter_turns,
+        threads=THREADS,
+    )
+
+
+def seamless(snapshot, quarters, *, engine, optimise):
+    """Starts the seamless map of all parts with these cones {submesh vertex: quarter turns of its angle}."""
+    return jobs.seamless(
+        snapshot.vertices,
+        snapshot.triangles,
+        quarters,
+        engine=engine,
+        optimise=optimise,
+        uncuttable=snapshot.diagonals,
+        threads=THREADS,
+    )
+
+
+def certify_seamless(result, quarters):
+    """Starts the certificate of what will be stored of a seamless map, with its cones."""
+    return jobs.certify(
+        result.vertices,
+        result.faces,
+        result.uv32(),
+        cones={v: k * math.pi / 2 for v, k in quarters.items()},
+        seamless=True,
         threads=THREADS,
     )
 

@@ -167,6 +167,21 @@ def mark_selected(ob: bpy.types.Object, quarter_turns: int) -> int:
     return count
 
 
+def add(ob: bpy.types.Object, curvature: dict[int, int]) -> None:
+    """These vertices become cones of so many quarter turns of curvature, in either mode; other marks stay."""
+    indices = {quarter: _group(ob, quarter).index for quarter in sorted(set(curvature.values()))}
+    if ob.mode != "EDIT":
+        for vertex, quarter in curvature.items():
+            ob.vertex_groups[indices[quarter]].add([vertex], 1.0, "REPLACE")
+        return
+    bm = bmesh.from_edit_mesh(ob.data)
+    deform = bm.verts.layers.deform.verify()
+    bm.verts.ensure_lookup_table()
+    for vertex, quarter in curvature.items():
+        bm.verts[vertex][deform][indices[quarter]] = 1.0
+    bmesh.update_edit_mesh(ob.data, loop_triangles=False, destructive=False)
+
+
 def write(ob: bpy.types.Object, angles: dict[int, tuple[float, bool]], *, as_groups: bool) -> None:
     """Replaces the object's cones by these: {vertex: (angle, on the boundary)}, in either mode."""
     editing = ob.mode == "EDIT"

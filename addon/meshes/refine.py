@@ -13,7 +13,7 @@ import bmesh
 import bpy
 import numpy as np
 
-from . import cones, mesh_io
+from . import cones, mesh_io, turns
 
 PIN_GROUP = "Pins"  # its vertices are pinned, as if their UVs were
 
@@ -76,11 +76,18 @@ def _corner_of(triangle: np.ndarray, vertex: int) -> int:
     return int(found[0])
 
 
-def write(ob: bpy.types.Object, snapshot: mesh_io.Snapshot, result, *, mark_cuts: bool) -> int:
+def write(
+    ob: bpy.types.Object,
+    snapshot: mesh_io.Snapshot,
+    result,
+    *,
+    mark_cuts: bool,
+    cut_turns: np.ndarray | None = None,
+) -> int:
     """Replaces the faces that need it and stores all UVs; returns the number of new vertices.
 
-    mark_cuts: edges along which the map is cut become seams. Raises MeshProblem, with nothing changed, if the mesh is no
-    longer the one that was read.
+    mark_cuts: edges along which the map is cut become seams. cut_turns: quarter turns across each, for the attribute of
+    turns.py. Raises MeshProblem, with nothing changed, if the mesh is no longer the one that was read.
     """
     todo = plan(snapshot, result)
     editing = ob.mode == "EDIT"
@@ -95,7 +102,7 @@ def write(ob: bpy.types.Object, snapshot: mesh_io.Snapshot, result, *, mark_cuts
             raise mesh_io.MeshProblem(
                 f"{ob.name}: the mesh was changed while its map was computed. Run the operator again"
             )
-        new = _rebuild(bm, snapshot, result, todo, mark_cuts)
+        new = _rebuild(bm, snapshot, result, todo, mark_cuts, cut_turns)
         _unmark(bm, new, _marking_groups(ob))
         if editing:
             bmesh.update_edit_mesh(ob.data)
@@ -130,8 +137,9 @@ def _unmark(bm, vertices, groups) -> None:
                     loop[layer].pin_uv = False
 
 
-def _rebuild(bm, snapshot, result, todo, mark_cuts) -> list:
+def _rebuild(bm, snapshot, result, todo, mark_cuts, cut_turns) -> list:
     """Returns the new vertices."""
+    turn_layer = turns.layer_of(bm) if cut_turns is not None else None
     layers = bm.loops.layers.uv
     layer = layers[snapshot.layer_name] if snapshot.layer_name else layers.new("UVMap")
     # Adding elements makes Blender's own index tables stale.
@@ -172,6 +180,8 @@ def _rebuild(bm, snapshot, result, todo, mark_cuts) -> list:
     bmesh.ops.delete(bm, geom=loose, context="EDGES")
     if mark_cuts:
         _mark(bm, points, result.cut_edges)
+    if turn_layer is not None:
+        turns.write_bmesh(bm, turn_layer, points, result.cut_edges, cut_turns)
     bm.normal_update()
     return points[n:]
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import modal, solver
 from ..meshes import cones, islands, labels, mesh_io
-from . import common, options, parts
+from . import common, cone_sums, options, parts
 
 # Radians by which a 32-bit cone angle may be off its 64-bit value (half a unit in the last place below 64).
 ROUNDING = 2e-6
@@ -42,32 +42,6 @@ REFINED_STARTS = (
     ),
     ("off", "Off", "Never"),
 )
-
-
-def _cones_of(ob, snapshot) -> tuple[dict[int, float], np.ndarray]:
-    """({submesh vertex: angle}, (#Sv,) bool boundary of the submesh). A mesh vertex with several fans marks each."""
-    if ob.mode == "EDIT":
-        ob.update_from_editmode()
-    mesh = ob.data.copy()
-    try:
-        boundary = submesh_boundary(snapshot)
-        whole = np.zeros(len(mesh.vertices), bool)
-        whole[snapshot.vertex_ids[boundary]] = True
-        angles = cones.read(ob, mesh, whole)
-    finally:
-        bpy.data.meshes.remove(mesh)
-    marked = {i: angles[v] for i, v in enumerate(snapshot.vertex_ids.tolist()) if v in angles}
-    return marked, boundary
-
-
-def submesh_boundary(snapshot) -> np.ndarray:
-    """(#Sv,) bool: vertices on edges with one triangle."""
-    ends = np.concatenate([snapshot.triangles[:, e] for e in ((0, 1), (1, 2), (2, 0))])
-    ends = np.sort(ends, axis=1)
-    edges, uses = np.unique(ends, axis=0, return_counts=True)
-    result = np.zeros(len(snapshot.vertices), bool)
-    result[edges[uses == 1].ravel()] = True
-    return result
 
 
 class ConformalTask(parts.PartsTask):
@@ -104,7 +78,17 @@ class ConformalTask(parts.PartsTask):
         label = labels.face_components(self.snapshot.triangles)
         components = [np.flatnonzero(label == root) for root in np.unique(label)]
         requests = [self._request(triangles) for triangles in components]
-        self._refuse_unbalanced(components, requests)
+        cone_sums.refuse_unbalanced(
+            self.snapshot,
+            [
+                (
+                    triangles,
+                    cone_sums.curvature_left(part, angles, cone_sums.submesh_boundary(part)),
+                )
+                for triangles, (part, _, angles) in zip(components, requests, strict=True)
+                if not callable(angles)
+            ],
+        )
         pieces = []
         for triangles, (part, used, angles) in zip(components, requests, strict=True):
             self.solving = used, triangles
@@ -168,7 +152,7 @@ class ConformalTask(parts.PartsTask):
         corners = [v for v in cones if boundary[v]]
         if self.boundary == "straight" and not corners:
             raise mesh_io.MeshProblem(
-                f"{self._name(triangles)}: a straight boundary needs corners. Mark at least three of its "
+                f"{cone_sums.part_name(self.snapshot, triangles)}: a straight boundary needs corners. Mark at least three of its "
                 "vertices as cones, or choose another boundary",
                 "face",
                 np.unique(self.snapshot.triangle_face[triangles]),
@@ -178,41 +162,6 @@ class ConformalTask(parts.PartsTask):
         )
         return part, used, start
 
-    def _name(self, triangles) -> str:
-        """How messages call a part."""
-        name = self.snapshot.object_name
-        if len(triangles) == len(self.snapshot.triangles):
-            return name
-        faces = np.unique(self.snapshot.triangle_face[triangles])
-        return f"{name}, the part of face {faces[0]} ({common.plural(len(faces), 'face')})"
-
-    def _refuse_unbalanced(self, components, requests):
-        """All parts whose cones do not sum to what their shape needs, each with its remainder."""
-        wrong, faces = [], []
-        for triangles, (part, _, angles) in zip(components, requests, strict=True):
-            if callable(angles):
-                continue
-            missing = curvature_left(part, angles, submesh_boundary(part)) / (math.pi / 2)
-            if abs(missing) > 1e-6:
-                wrong.append(f"{self._name(triangles)}: {missing:+.6g} quarter turns")
-                faces.append(np.unique(self.snapshot.triangle_face[triangles]))
-        if wrong:
-            raise mesh_io.MeshProblem(
-                "The cones do not sum to what the shape needs. Still missing:\n"
-                + "\n".join(wrong)
-                + "\nMark Cone adds and removes cones",
-                "face",
-                np.concatenate(faces),
-            )
-
-
-def curvature_left(part, angles: np.ndarray, boundary: np.ndarray) -> float:
-    """2 pi chi minus the curvature of these total angles, which Gauss-Bonnet wants to be zero; radians."""
-    ends = np.concatenate([part.triangles[:, e] for e in ((0, 1), (1, 2), (2, 0))])
-    edges = len(np.unique(np.sort(ends, axis=1), axis=0))
-    euler = len(part.vertices) - edges + len(part.triangles)
-    return 2 * math.pi * euler - float(np.sum(np.where(boundary, math.pi, 2 * math.pi) - angles))
-
 
 def target_angles(part, cones: dict[int, float], boundary: np.ndarray) -> np.ndarray:
     """Flat but for the cones. They must sum up exactly, and Blender stores angles in 32 bits: what rounding left over is
@@ -220,14 +169,14 @@ def target_angles(part, cones: dict[int, float], boundary: np.ndarray) -> np.nda
     angles = np.where(boundary, math.pi, 2 * math.pi)
     marked = list(cones)
     angles[marked] = list(cones.values())
-    left = curvature_left(part, angles, boundary)
+    left = cone_sums.curvature_left(part, angles, boundary)
     if abs(left) < ROUNDING * len(marked):
         angles[marked] -= left / len(marked)
     return angles
 
 
 def make_task(snapshot, **options) -> ConformalTask:
-    marked, boundary = _cones_of(bpy.data.objects[snapshot.object_name], snapshot)
+    marked, boundary = cone_sums.marked(bpy.data.objects[snapshot.object_name], snapshot)
     return ConformalTask(snapshot, marked, boundary, **options)
 
 
@@ -308,7 +257,7 @@ class SuggestTask(modal.StagedTask):
 
     def write(self, ob):
         """Cones of quarter turns go into groups, others into the attribute."""
-        boundary = submesh_boundary(self.snapshot)
+        boundary = cone_sums.submesh_boundary(self.snapshot)
         angles = {
             int(self.snapshot.vertex_ids[vertex]): (angle, bool(boundary[vertex]))
             for vertex, angle in self.cones.items()

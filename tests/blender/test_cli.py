@@ -181,3 +181,21 @@ def test_pins_that_contradict_give_status_1_and_no_file(pinned_blend, tmp_path):
     result = command("match", path, tmp_path / "out.blend")
     assert result.returncode == 1 and "contradict" in result.stderr
     assert not (tmp_path / "out.blend").exists()
+
+
+def test_seamless_maps_a_file_and_says_what_it_refuses(tmp_path, bumpy_obj):
+    bpy.ops.wm.read_homefile(use_empty=True)
+    bpy.ops.mesh.primitive_torus_add()
+    path, out, report = tmp_path / "torus.blend", tmp_path / "out.blend", tmp_path / "r.json"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
+    result = command("seamless", path, out, "--cones", "marked", "--json", report)
+    assert result.returncode == 0, result.stdout + result.stderr
+    assert "seam edges exact, 0 flips" in result.stdout
+    (record,) = json.loads(report.read_text())
+    assert record["ok"] and record["islands"] == 1 and record["flips32"] == 0
+    bpy.ops.wm.open_mainfile(filepath=str(out))
+    (ob,) = (ob for ob in bpy.data.objects if ob.type == "MESH")
+    assert shapes.exact_flips(ob) == 0 and "seam_turns" in ob.data.attributes
+    refused = command("seamless", bumpy_obj, tmp_path / "no.obj")
+    assert refused.returncode == 1 and "closed surfaces" in refused.stderr
+    assert not (tmp_path / "no.obj").exists()

@@ -5,6 +5,7 @@ Each cure starts from what a user has after the error: everything selected, as b
 selected. A text that names neither works from both.
 """
 
+import bmesh
 import bpy
 import numpy as np
 import pytest
@@ -169,3 +170,48 @@ def test_cones_that_do_not_sum_up_are_suggested():
         bpy.ops.uv.flipfree_conformal()
     assert bpy.ops.uv.flipfree_suggest_cones(quarter_turns=True) == {"FINISHED"}
     assert bpy.ops.uv.flipfree_conformal() == {"FINISHED"}
+
+
+def open_box():
+    """A cube without its upper face."""
+    ob = shapes.cube()
+    bpy.ops.object.mode_set(mode="EDIT")
+    top = max(ob.data.polygons, key=lambda p: p.center.z).index
+    shapes.select_faces(ob, [top])
+    mesh.delete(type="ONLY_FACE")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    return ob
+
+
+def test_an_open_surface_is_filled_where_it_failed():
+    ob = open_box()
+    with pytest.raises(RuntimeError, match="on one side only(.|\n)*Fill"):
+        bpy.ops.uv.flipfree_seamless()
+    assert bpy.ops.uv.flipfree_select_failed() == {"FINISHED"}
+    assert mesh.edge_face_add() == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
+    assert shapes.exact_flips(ob) == 0
+
+
+def test_cones_that_no_seamless_map_has_are_marked_anew():
+    ob = shapes.cube()
+    ob.data.attributes.new("cone_angle", "FLOAT", "POINT").data[2].value = 1.0
+    with pytest.raises(RuntimeError, match="Mark Cone, or take the marks away"):
+        bpy.ops.uv.flipfree_seamless()
+    ob.data.attributes["cone_angle"].data[2].value = 0.0
+    assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
+    ob.vertex_groups["Cone +1"].remove([0])
+    with pytest.raises(RuntimeError, match="[+]1 quarter turns(.|\n)*Mark Cone"):
+        bpy.ops.uv.flipfree_seamless()
+    bpy.ops.object.mode_set(mode="EDIT")
+    mesh.select_all(action="DESELECT")
+    bm = bmesh.from_edit_mesh(ob.data)
+    bm.verts.ensure_lookup_table()
+    bm.verts[0].select_set(True)
+    bmesh.update_edit_mesh(ob.data)
+    assert bpy.ops.mesh.flipfree_mark_cone(quarter_turns=1) == {"FINISHED"}
+    mesh.select_all(action="SELECT")
+    assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert shapes.exact_flips(ob) == 0

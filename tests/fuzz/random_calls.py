@@ -19,6 +19,7 @@ import multiprocessing
 import sys
 import time
 import traceback
+from collections.abc import Callable
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -47,7 +48,9 @@ def known_call() -> bytes:
     return ff.unwrap(*bumpy_grid(4, 4), threads=2).uv64.tobytes()
 
 
-def call(name: str, arguments: dict[str, Any], random: np.random.Generator, slack: float) -> Any:
+def timed_call(
+    name: str, arguments: dict[str, Any], random: np.random.Generator, slack: float
+) -> Any:
     """The result of the call, which is cancelled at a random moment or when its time is long over."""
     limit = arguments.get("max_seconds")
     limited = isinstance(limit, float) and limit > 0
@@ -84,7 +87,7 @@ def one(seed: int, names: list[str], slack: float, bits: bytes) -> tuple[str, st
     arguments = random_arguments(name, mesh, random)
     try:
         try:
-            check_result(name, call(name, arguments, random, slack), arguments)
+            check_result(name, timed_call(name, arguments, random, slack), arguments)
             outcome = "result"
         except ff.FlipfreeError as error:
             check_error(error, mesh, arguments)
@@ -109,17 +112,20 @@ def work(pipe: Connection, seeds: range, names: list[str], slack: float) -> None
 
 
 class Worker:
-    """A process that makes the calls of some seeds, and its successors after a crash."""
+    """A process that makes the calls of some seeds, and its successors after a crash. `work` is what it runs: a function of
+    a pipe, seeds, names and slack, at the top of a module."""
 
-    def __init__(self, seeds: range, names: list[str], slack: float) -> None:
-        self.seeds, self.names, self.slack = seeds, names, slack
+    def __init__(
+        self, seeds: range, names: list[str], slack: float, work: Callable[..., None] = work
+    ) -> None:
+        self.seeds, self.names, self.slack, self.work = seeds, names, slack, work
         self.start()
 
     def start(self) -> None:
         context = multiprocessing.get_context("spawn")
         self.pipe, other = context.Pipe(duplex=False)
         self.process = context.Process(
-            target=work, args=(other, self.seeds, self.names, self.slack), daemon=True
+            target=self.work, args=(other, self.seeds, self.names, self.slack), daemon=True
         )
         self.process.start()
         other.close()
@@ -156,11 +162,17 @@ class Worker:
         return done
 
 
-def run(options: argparse.Namespace, names: list[str]) -> int:
+def run(options: argparse.Namespace, names: list[str], work: Callable[..., None] = work) -> int:
+    """Makes options.calls calls from options.seed on, and prints what came of them; 1 if there was a finding."""
     share = -(-options.calls // options.jobs)
     first, last = options.seed, options.seed + options.calls
     workers = [
-        Worker(range(first + i * share, min(first + (i + 1) * share, last)), names, options.slack)
+        Worker(
+            range(first + i * share, min(first + (i + 1) * share, last)),
+            names,
+            options.slack,
+            work,
+        )
         for i in range(options.jobs)
     ]
     counts: collections.Counter[str] = collections.Counter()
@@ -185,15 +197,20 @@ def run(options: argparse.Namespace, names: list[str]) -> int:
     return 1 if findings else 0
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+def arguments_for(description: str) -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--calls", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--only", default=",".join(FUNCTIONS))
     parser.add_argument("--slack", type=float, default=2.0)
     parser.add_argument("--report", type=Path)
     parser.add_argument("--repeat", type=int)
+    return parser
+
+
+def main() -> int:
+    parser = arguments_for(__doc__.splitlines()[0])
+    parser.add_argument("--only", default=",".join(FUNCTIONS))
     options = parser.parse_args()
     names = options.only.split(",")
     if options.repeat is None:

@@ -8,6 +8,7 @@
 #include "flipfree/mesh/cut_graph/cut.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
+#include "flipfree/seamless/error_places.h"
 #include "flipfree/seamless/request.h"
 
 namespace flipfree::seamless {
@@ -44,13 +45,19 @@ std::vector<Index> suggested_turns(const mesh::Surface& surface,
     const double count = static_cast<double>(parts.size());
     const ProgressRange range(context, static_cast<double>(i) / count,
                               static_cast<double>(i + 1) / count);
-    const auto found = conformal::suggest_cones(parts[i].surface, own, context);
+    std::vector<VertexId> vertices;
+    for (const VertexId v : parts[i].vertices) vertices.push_back(whole.vertex_origin[at(v)]);
+    conformal::SuggestedCones found;
+    try {
+      found = conformal::suggest_cones(parts[i].surface, own, context);
+    } catch (...) {
+      rethrow_placed(parts[i].faces, vertices);
+    }
     std::vector<Index> own_turns(found.target_angles.size());
     std::transform(found.target_angles.begin(), found.target_angles.end(), own_turns.begin(),
                    [](double a) { return static_cast<Index>(std::lround(a / kQuarterTurn)); });
     if (is_empty_stratum(own_turns)) continue;
-    for (std::size_t v = 0; v < own_turns.size(); ++v)
-      turns[at(whole.vertex_origin[at(parts[i].vertices[v])])] = own_turns[v];
+    for (std::size_t v = 0; v < own_turns.size(); ++v) turns[at(vertices[v])] = own_turns[v];
   }
   return turns;
 }

@@ -434,6 +434,64 @@ def test_conformal_maps_of_several_parts_are_packed():
     assert uv.min() > 0.0 and uv.max() < 1.0
 
 
+def ring(levels=2):
+    """A torus: closed, genus 1."""
+    bpy.ops.mesh.primitive_torus_add(major_segments=24, minor_segments=12, minor_radius=0.4)
+    ob = bpy.context.object
+    modifier = ob.modifiers.new("Subdivision", "SUBSURF")
+    modifier.levels = levels
+    bpy.ops.object.modifier_apply(modifier=modifier.name)
+    return ob
+
+
+def test_a_seamless_map_from_the_menu_is_one_undo_step():
+    show("UV Editing")
+    yield 0.5
+    ob = ring(1)
+    name = ob.name
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.ops.ed.undo_push(message="Before")
+    before = shapes.uv_of(ob).tobytes()
+    with modal_from_the_start():
+        assert invoke("seamless", bound=1.5) == {"RUNNING_MODAL"}
+        yield 0.5
+        yield from wait_for_end()
+    frame_all()
+    yield 0.5
+    open_redo_panel()
+    yield 0.6
+    shot("seamless")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    ob = bpy.data.objects[name]
+    assert shapes.exact_flips(ob) == 0
+    assert "seam_turns" in ob.data.attributes and any(g.name == "Cone +1" for g in ob.vertex_groups)
+    bpy.ops.object.mode_set(mode="EDIT")
+    with bpy.context.temp_override(**area_of("VIEW_3D")):
+        while shapes.uv_of(bpy.context.object).tobytes() != before:
+            assert bpy.ops.ed.undo() == {"FINISHED"}
+    yield 0.2
+    bpy.ops.object.mode_set(mode="OBJECT")
+    ob = bpy.data.objects[name]
+    assert "seam_turns" not in ob.data.attributes and not ob.vertex_groups
+
+
+def test_escape_stops_a_seamless_map_and_leaves_everything():
+    show("Layout")
+    yield 0.5
+    ob = ring(4)
+    before = shapes.everything(ob)
+    assert invoke("seamless") == {"RUNNING_MODAL"}
+    yield 0.5
+    assert running(), "too small a mesh for this test"
+    shot("seamless_progress")
+    simulate("ESC")
+    simulate("ESC", "RELEASE")
+    yield from wait_for_end(10.0)
+    assert shapes.everything(ob) == before
+    assert not ob.vertex_groups
+
+
 TESTS = [function for name, function in list(globals().items()) if name.startswith("test_")]
 
 

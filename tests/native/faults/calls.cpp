@@ -227,6 +227,7 @@ std::vector<Call> map_calls() {
 std::vector<Call> all_calls() {
   std::vector<Call> calls = map_calls();
   for (Call& call : conformal_calls()) calls.push_back(std::move(call));
+  for (Call& call : seamless_calls()) calls.push_back(std::move(call));
   return calls;
 }
 

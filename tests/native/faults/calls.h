@@ -28,10 +28,12 @@ struct Call {
   int may_lose_blocks = 0;
 };
 
-// All calls: maps (unwrap, improve, pack, embed, match, certify), then the conformal ones.
+// All calls: maps (unwrap, improve, pack, embed, match, certify), then the conformal and the
+// seamless ones.
 std::vector<Call> all_calls();
 std::vector<Call> map_calls();
 std::vector<Call> conformal_calls();
+std::vector<Call> seamless_calls();
 
 // The name of a call as GoogleTest takes it: letters, digits and underscores.
 std::string identifier(const std::string& name);

@@ -11,6 +11,7 @@
 #include "flipfree/distortion/seams/seams.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/topology.h"
+#include "flipfree/seamless/error_places.h"
 #include "flipfree/seamless/exact/chart_places.h"
 #include "flipfree/seamless/request.h"
 #include "flipfree/seamless/seams.h"
@@ -46,7 +47,12 @@ certify::Parametrization map_in_time(const mesh::Surface& surface, const std::ve
   exact_options.exact = options.exact;
   const double engine_energy = map.certificate.energy;
   const ProgressRange range(context, kEngineShare, 1.0);
-  distortion::ExactMap exact = distortion::make_exact(cut, exact_options, context);
+  distortion::ExactMap exact;
+  try {
+    exact = distortion::make_exact(cut, exact_options, context);
+  } catch (...) {
+    rethrow_placed(map.parent_face, {});  // it counts faces of the refined map
+  }
   map.uv = distortion::corners_of(cut, exact.uv);
   if (options.exact) {
     const mesh::Components parts = mesh::face_components(adjacency);

@@ -14,6 +14,7 @@
 #include "flipfree/conformal/map/map.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
+#include "flipfree/seamless/error_places.h"
 
 namespace flipfree::seamless {
 namespace {
@@ -282,8 +283,13 @@ PennerMap map_components(const mesh::Surface& surface, const std::vector<Index>&
     PennerMapOptions own = options;
     own.uncuttable = pairs_in(options.uncuttable, local);
     for (const VertexId v : vertices) local[at(v)] = kInvalid;
-    merger.add(charts[i], vertices,
-               map_component(charts[i].surface, own_cones, own_loops, own, context));
+    PennerMap found;
+    try {
+      found = map_component(charts[i].surface, own_cones, own_loops, own, context);
+    } catch (...) {
+      rethrow_placed(charts[i].faces, vertices);
+    }
+    merger.add(charts[i], vertices, std::move(found));
   }
   Points2& uv = whole.map.uv;
   uv /= std::max(uv.col(0).maxCoeff(), uv.col(1).maxCoeff());

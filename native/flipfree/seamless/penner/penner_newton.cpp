@@ -31,9 +31,12 @@ constexpr std::size_t kPatience = 5;
 // Errors below this, in radians, are not reduced further for lack of bits.
 constexpr double kRounding = 1e-7;
 
-void carry(const MetricEngine& engine, std::size_t from, intrinsic::LoopCarrier& loops) {
+// A flip costs as much as it has crossings with the loops, which grow with every flip.
+void carry(const MetricEngine& engine, std::size_t from, intrinsic::LoopCarrier& loops,
+           const ExecutionContext& context) {
   const std::vector<FlipRecord>& flips = engine.flips();
   for (std::size_t i = from; i < flips.size(); ++i) {
+    context.check();
     for (int k = 0; k < flips[i].plain.count; ++k)
       loops.flip(flips[i].plain.edges[static_cast<std::size_t>(k)]);
   }
@@ -115,7 +118,7 @@ class PennerNewton {
       }
       if (step < kShortStep * first) return false;
       if (move(*engine_, step)) {
-        carry(*engine_, flips, loops_);
+        carry(*engine_, flips, loops_, context_);
         measure(*engine_, loops_, targets_, trial_, context_);
         if (trial_.norm < (1.0 - kArmijo * step) * angles_.norm) break;
       }
@@ -140,7 +143,7 @@ class PennerNewton {
   bool restore_here() {
     std::unique_ptr<MetricEngine> trial = engine_->copy();
     if (!meet_cones(*trial, norm_of(angles_.loops))) return false;
-    carry(*trial, engine_->flips().size(), loops_);
+    carry(*trial, engine_->flips().size(), loops_, context_);
     engine_ = std::move(trial);
     measure(*engine_, loops_, targets_, angles_, context_);
     return system_.solve(engine_->mesh(), loops_, angles_, direction_, context_);
@@ -154,7 +157,7 @@ class PennerNewton {
       std::unique_ptr<MetricEngine> trial = engine_->copy();
       if (!move(*trial, step) || !meet_cones(*trial, before)) continue;
       intrinsic::LoopCarrier carried = loops_;
-      carry(*trial, engine_->flips().size(), carried);
+      carry(*trial, engine_->flips().size(), carried, context_);
       measure(*trial, carried, targets_, trial_, context_);
       if (!(norm_of(trial_.loops) < (1.0 - kArmijo * step) * before)) continue;
       engine_ = std::move(trial);

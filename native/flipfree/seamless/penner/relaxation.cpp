@@ -97,8 +97,10 @@ bool Relaxation::step(std::unique_ptr<MetricEngine>& engine, intrinsic::LoopCarr
     const std::size_t first = trial->flips().size();
     trial->stretch(part, context_);
     if (!trial->restore_delaunay(context_)) continue;
-    for (std::size_t i = first; i < trial->flips().size(); ++i)
+    for (std::size_t i = first; i < trial->flips().size(); ++i) {
+      context_.check();
       carried.flip(trial->flips()[i].plain.edges[0]);
+    }
     if (run_penner(trial, carried, targets_, newton, context_).end != PennerEnd::kConverged)
       continue;
     for (std::size_t i = first; i < trial->flips().size(); ++i)

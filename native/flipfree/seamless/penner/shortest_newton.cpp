@@ -44,8 +44,10 @@ PennerRun run_shortest(std::unique_ptr<conformal::MetricEngine>& engine,
       for (double& d : part) d *= step;
       engine->stretch(part, context);
       if (engine->restore_delaunay(context)) {
-        for (std::size_t i = first; i < engine->flips().size(); ++i)
+        for (std::size_t i = first; i < engine->flips().size(); ++i) {
+          context.check();
           loops.flip(engine->flips()[i].plain.edges[0]);
+        }
         measure(*engine, loops, targets, trial, context);
         found = trial.norm < (1.0 - kArmijo * step) * angles.norm;
       }

@@ -1,0 +1,286 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Seamless Map (thesis 5, docs/seamless-map.md)."""
+
+import math
+
+import bpy
+import numpy as np
+
+from .. import solver
+from ..meshes import cones, islands, labels, mesh_io, refine, turns
+from . import common, cone_sums, options, parts
+
+# Quarter turns by which a 32-bit cone angle may be off a whole number.
+ROUNDING = 1e-5
+
+CONES = (
+    (
+        "auto",
+        "Marked or Suggested",
+        "Those of the cone groups and `cone_angle`; parts that have none get suggested ones",
+    ),
+    ("marked", "Marked", "Those of the cone groups and `cone_angle`, and no others"),
+    ("suggested", "Suggested", "Placed where the map would scale most, whatever is marked"),
+)
+
+ENGINES = (
+    ("auto", "Automatic", "The first one that finds a map"),
+    ("penner", "Edge Lengths", "Changes the lengths of edges until all angles fit"),
+)
+
+
+class SeamlessTask(parts.PartsTask):
+    """All connected parts of the faces in one map, each a chart with cones of its own."""
+
+    cures = dict.fromkeys(
+        (
+            "rounding to 32 bits flips triangles",
+            "iteration limit reached",
+            "line search stalled",
+            "certificate failed",
+        ),
+        "Take suggested cones with a lower Scale Bound, or clean up thin faces",
+    )
+    poor_cure = "More cones there even the scale out: lower the Scale Bound, or use Mark Cone"
+
+    def __init__(
+        self,
+        snapshot,
+        cone_angles,
+        *,
+        cones_from="auto",
+        bound=2.0,
+        optimise=True,
+        mark_cuts=True,
+        mark_cones=True,
+        fit=True,
+        engine="auto",
+    ):
+        super().__init__(snapshot)
+        self.cone_angles = cone_angles  # {submesh vertex: angle}
+        self.cones_from = cones_from
+        self.bound = bound
+        self.optimise = optimise
+        self.mark_cuts = mark_cuts
+        self.mark_cones = mark_cones
+        self.fit = fit
+        self.engine = engine
+        self.quarters = {}  # {submesh vertex: quarter turns of its angle}
+        self.suggested = {}  # those of them that were not marked
+        self.turns = np.zeros(0, np.int32)  # per cut edge of the result
+
+    def stages(self):
+        self._refuse_open()
+        if self.cones_from != "suggested":
+            self.quarters = self._marked_quarters()
+        label = labels.face_components(self.snapshot.triangles)
+        components = [np.flatnonzero(label == root) for root in np.unique(label)]
+        for triangles in components:
+            part, used = self.snapshot.part(triangles)
+            if self.cones_from != "marked" and not any(v in self.quarters for v in used.tolist()):
+                self.solving = used, triangles
+                found = yield solver.suggest_cones(part, bound=self.bound, quarter_turns=True)
+                self._suggest(used, found)
+        self.solving = None
+        self._refuse_unbalanced(components)
+        found = yield solver.seamless(
+            self.snapshot, self.quarters, engine=self.engine, optimise=self.optimise
+        )
+        uv = in_unit_square(found.uv64) if self.fit else found.uv64
+        self.result = islands.Combined(
+            vertices=found.vertices,
+            faces=found.faces,
+            parent_face=found.parent_face,
+            vertex_parent=found.vertex_parent,
+            vertex_barycentric=found.vertex_barycentric,
+            cut_edges=found.cut_edges,
+            uv=uv,
+            stored=uv.astype(np.float32),
+        )
+        self.turns = found.transitions.quarter_turns
+        # What is written was moved: judged again, as it will be stored.
+        judged = yield solver.certify_seamless(self.result, self.quarters)
+        common.refuse_uncertified(self.snapshot, judged)
+        self.certificates = [judged]
+        faces = self.snapshot.triangle_face[found.parent_face]
+        self.judged = [common.Judged(judged, faces)]
+        self.island_overlaps = max(judged.island_overlaps, 0)
+
+    def _refuse_open(self):
+        open_edges = cone_sums.boundary_edges(self.snapshot)
+        if not len(open_edges):
+            return
+        ids = mesh_io.edge_ids(self.snapshot, open_edges)
+        raise mesh_io.MeshProblem(
+            f"{self.snapshot.object_name}: edge {ids[0]}{mesh_io.more(ids)} has a face on one side only; seamless maps "
+            "are for closed surfaces. Fill the hole (F on its edges, or Face > Fill), select whole parts (L), or use Conformal "
+            "Map with Cones",
+            "edge",
+            ids,
+        )
+
+    def _marked_quarters(self):
+        quarters, bad = {}, []
+        for vertex, angle in self.cone_angles.items():
+            quarter = angle / (math.pi / 2)
+            if abs(quarter - round(quarter)) > ROUNDING or round(quarter) < 1:
+                bad.append(vertex)
+            elif round(quarter) != 4:
+                quarters[vertex] = round(quarter)
+        if bad:
+            ids = self.snapshot.vertex_ids[bad]
+            raise mesh_io.MeshProblem(
+                f"{self.snapshot.object_name}: vertex {ids[0]}{mesh_io.more(ids)} has a cone angle of "
+                f"{math.degrees(self.cone_angles[bad[0]]):.6g} degrees, and seamless maps have multiples of 90, 90 at "
+                "least. Mark it with Mark Cone, or take the marks away and let the cones be suggested",
+                "vertex",
+                ids,
+            )
+        return quarters
+
+    def _suggest(self, used, found):
+        quarters = {int(used[v]): k for v, k in found.quarter_turns.items() if k != 4}
+        if sorted(quarters.values()) == [3, 5] and sum(quarters.values()) == 8:
+            quarters = {}  # no torus has these two; without cones there is a map
+        self.quarters.update(quarters)
+        self.suggested.update(quarters)
+
+    def _refuse_unbalanced(self, components):
+        lefts = []
+        for triangles in components:
+            part, used = self.snapshot.part(triangles)
+            angles = np.array([self.quarters.get(v, 4) for v in used.tolist()]) * (math.pi / 2)
+            flat = np.zeros(len(used), bool)
+            lefts.append((triangles, cone_sums.curvature_left(part, angles, flat)))
+        cone_sums.refuse_unbalanced(self.snapshot, lefts)
+
+    def island_count(self) -> int:
+        return labels.count_islands(self.result.faces, self.result.uv32())
+
+    def write(self, ob):
+        if mesh_io.counts(ob) == self.snapshot.counts and self.mark_cones and self.suggested:
+            # Before the mesh is refined: the ids of vertices hold still.
+            curvature = {int(self.snapshot.vertex_ids[v]): 4 - k for v, k in self.suggested.items()}
+            cones.add(ob, curvature)
+        wanted = self.turns if self.mark_cuts else None
+        if refine.needs_new_faces(self.snapshot, self.result):
+            self.new_vertices = refine.write(
+                ob, self.snapshot, self.result, mark_cuts=self.mark_cuts, cut_turns=wanted
+            )
+            return
+        super().write(ob)
+        if wanted is not None:
+            turns.write(ob, self.snapshot, self.result.cut_edges, wanted)
+
+
+def in_unit_square(uv: np.ndarray) -> np.ndarray:
+    """uv (m, 3, 2) on a grid, moved and scaled by a power of two so that its box lies in the unit square, at the origin:
+    nothing is rounded."""
+    low = uv.min(axis=(0, 1))
+    extent = float((uv.max(axis=(0, 1)) - low).max())
+    return (uv - low) * 2.0 ** -math.ceil(math.log2(extent))
+
+
+def make_task(snapshot, **options) -> SeamlessTask:
+    marked, _ = cone_sums.marked(bpy.data.objects[snapshot.object_name], snapshot)
+    return SeamlessTask(snapshot, marked, **options)
+
+
+def summary(tasks: list[SeamlessTask]) -> str:
+    """The report line, without the time."""
+    certificates = [c for t in tasks for c in t.certificates]
+    edges = sum(c.seam_edges for c in certificates)
+    exact = sum(c.seams_exact32 for c in certificates)
+    count = sum(len(t.quarters) for t in tasks)
+    chosen = sum(len(t.suggested) for t in tasks)
+    triangles = sum(c.triangles for c in certificates)
+    mean = sum(c.energy * c.triangles for c in certificates) / max(triangles, 1)
+    return ", ".join(
+        [
+            common.plural(sum(t.island_count() for t in tasks), "island"),
+            common.plural(count, "cone") + (f" ({chosen} suggested)" if chosen else ""),
+            f"{exact} of {common.plural(edges, 'seam edge')} exact",
+            common.plural(sum(max(c.flips32, 0) for c in certificates), "flip"),
+            f"distortion mean {mean:.3f} max {max(c.max_energy for c in certificates):.3g} on "
+            + common.plural(triangles, "triangle"),
+            parts.added(tasks),
+        ]
+    )
+
+
+class UV_OT_flipfree_seamless(options.MapOperator, bpy.types.Operator):
+    bl_idname = "uv.flipfree_seamless"
+    bl_label = "Seamless Map"
+    bl_description = (
+        "Map a closed surface so that across every seam the map only turns by quarters and moves: textures with fourfold "
+        "symmetry keep their direction and size. The cut is marked as seams"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+    verb = "Seamless Map"
+    option_names = ("cones_from", "bound", "optimise", "fit", "mark_cuts", "mark_cones", "engine")
+
+    cones_from: bpy.props.EnumProperty(
+        name="Cones",
+        description="Where the map's angles around a vertex are no full turn",
+        items=CONES,
+        default="auto",
+    )
+    bound: bpy.props.FloatProperty(
+        name="Scale Bound",
+        description="For suggested cones: largest ratio between the largest and the smallest scale. Lower is more cones",
+        default=2.0,
+        min=1.01,
+        soft_max=100.0,
+    )
+    optimise: bpy.props.BoolProperty(
+        name="Optimise",
+        description="Lower the distortion; the seams keep matching",
+        default=True,
+    )
+    fit: bpy.props.BoolProperty(
+        name="Fit Unit Square",
+        description=(
+            "Scale the map by a power of two, which keeps the seams exact, so that it fits the unit square. Off: one UV "
+            "unit is one unit of the object, so that several objects have one scale"
+        ),
+        default=True,
+    )
+    mark_cuts: bpy.props.BoolProperty(
+        name="Mark Cuts as Seams",
+        description="Mark the edges along which the map is cut, with their quarter turns in the attribute `seam_turns`",
+        default=True,
+    )
+    mark_cones: bpy.props.BoolProperty(
+        name="Mark Suggested Cones",
+        description="Put suggested cones into the groups `Cone +1`, `Cone -1`, ...: the next run takes the same ones",
+        default=True,
+    )
+    engine: bpy.props.EnumProperty(
+        name="Engine",
+        description="How the map is found",
+        items=ENGINES,
+        default="auto",
+    )
+
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        for name in self.option_names:
+            if name == "bound" and self.cones_from == "marked":
+                continue
+            if name != "engine":
+                layout.prop(self, name)
+        header, body = layout.panel("flipfree_seamless_advanced", default_closed=True)
+        header.label(text="Advanced")
+        if body is not None:
+            body.prop(self, "engine")
+
+    def make_task(self, snapshot, **options):
+        return make_task(snapshot, **options)
+
+    def summary(self, tasks):
+        return summary(tasks)
+
+
+CLASSES = (UV_OT_flipfree_seamless,)

@@ -1,0 +1,305 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Seamless Map through its operator: seams in rational numbers, cones, what is marked, what is refused."""
+
+import math
+from fractions import Fraction
+
+import bmesh
+import bpy
+import numpy as np
+import pytest
+import shapes
+
+
+def holed(genus=2, cuts=1):
+    """A bar of cubes with holes, its quads divided."""
+    cells = {(x, y) for x in range(2 * genus + 1) for y in range(3) if y != 1 or x % 2 == 0}
+    vertices, faces = {}, []
+
+    def v(*p):
+        return vertices.setdefault(p, len(vertices))
+
+    for x, y in sorted(cells):
+        faces.append((v(x, y, 1), v(x + 1, y, 1), v(x + 1, y + 1, 1), v(x, y + 1, 1)))
+        faces.append((v(x, y, 0), v(x, y + 1, 0), v(x + 1, y + 1, 0), v(x + 1, y, 0)))
+        sides = {(-1, 0): ((x, y + 1), (x, y)), (1, 0): ((x + 1, y), (x + 1, y + 1))}
+        sides |= {(0, -1): ((x, y), (x + 1, y)), (0, 1): ((x + 1, y + 1), (x, y + 1))}
+        for (dx, dy), (a, b) in sides.items():
+            if (x + dx, y + dy) not in cells:
+                faces.append((v(*a, 0), v(*b, 0), v(*b, 1), v(*a, 1)))
+    ob = shapes.add("Holed", list(vertices), faces)
+    if cuts:
+        bm = bmesh.new()
+        bm.from_mesh(ob.data)
+        bmesh.ops.subdivide_edges(bm, edges=bm.edges[:], cuts=cuts, use_grid_fill=True)
+        bm.to_mesh(ob.data)
+        bm.free()
+    return ob
+
+
+def minus(p, q):
+    return p[0] - q[0], p[1] - q[1]
+
+
+def turned(p, k):
+    for _ in range(k % 4):
+        p = -p[1], p[0]
+    return p
+
+
+def judge(ob):
+    """[(edge, is it cut, quarter turns across it or None)] of every edge, as stored, in rational numbers: from the face in
+    which its first vertex comes before its second one."""
+    mesh = ob.data
+    uv = [(Fraction(float(x)), Fraction(float(y))) for x, y in shapes.uv_of(ob)]
+    sides = {}
+    for polygon in mesh.polygons:
+        loops = list(polygon.loop_indices)
+        for a, b in zip(loops, loops[1:] + loops[:1], strict=True):
+            sides[mesh.loops[a].vertex_index, mesh.loops[b].vertex_index] = uv[a], uv[b]
+    found = []
+    for edge in mesh.edges:
+        i, j = edge.vertices
+        (a, b), (d, c) = sides[i, j], sides[j, i]
+        cut = a != c or b != d
+        turns = next((k for k in range(4) if turned(minus(b, a), k) == minus(d, c)), None)
+        found.append((edge, cut, turns))
+    return found
+
+
+def quarters(ob):
+    """{vertex: quarter turns of its angle} where these are not 4."""
+    mesh = ob.data
+    mesh.calc_loop_triangles()
+    uv = shapes.uv_of(ob).astype(float)
+    total = np.zeros(len(mesh.vertices))
+    for triangle in mesh.loop_triangles:
+        p = uv[list(triangle.loops)]
+        for k in range(3):
+            a, b = p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]
+            total[triangle.vertices[k]] += abs(math.atan2(a[0] * b[1] - a[1] * b[0], a @ b))
+    turns = np.rint(total / (math.pi / 2)).astype(int)
+    return {int(v): int(turns[v]) for v in np.flatnonzero(turns != 4)}
+
+
+def turns_of(ob):
+    attribute = ob.data.attributes["seam_turns"]
+    assert (attribute.domain, attribute.data_type) == ("EDGE", "INT")
+    values = np.zeros(len(ob.data.edges), np.int32)
+    attribute.data.foreach_get("value", values)
+    return values
+
+
+def check(ob, genus):
+    """Whatever the operator wrote: no flip, every seam exact, marked, with its turns; cones that sum up; in the unit square."""
+    assert shapes.exact_flips(ob) == 0
+    stored = turns_of(ob)
+    for edge, cut, turns in judge(ob):
+        assert turns is not None
+        assert not cut or edge.use_seam
+        if cut:
+            assert stored[edge.index] == (turns or 4)
+        elif stored[edge.index]:
+            assert stored[edge.index] == 4, "a cut that happens to join"
+    assert sum(4 - k for k in quarters(ob).values()) == 8 - 8 * genus
+    uv = shapes.uv_of(ob)
+    assert uv.min() >= 0.0 and 0.5 < uv.max() <= 1.0
+
+
+@pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
+@pytest.mark.parametrize("genus", [0, 1, 2])
+def test_a_closed_mesh_of_any_genus_is_mapped_with_the_defaults(genus, mode, capfd):
+    ob = holed(genus, 2)
+    bpy.ops.object.mode_set(mode=mode)
+    if mode == "EDIT":
+        bpy.ops.mesh.select_all(action="SELECT")
+    assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
+    line = capfd.readouterr().out
+    bpy.ops.object.mode_set(mode="OBJECT")
+    check(ob, genus)
+    edges = sum(cut for _, cut, _ in judge(ob))
+    assert f"{edges} of {edges} seam edges exact, 0 flips" in line
+    assert "suggested" in line
+
+
+def test_a_cube_unfolds_without_any_distortion(capfd):
+    ob = shapes.cube()
+    assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
+    check(ob, 0)
+    assert quarters(ob) == dict.fromkeys(range(8), 3)
+    assert "8 cones (8 suggested), 7 of 7 seam edges exact" in capfd.readouterr().out
+    assert [len(p.vertices) for p in ob.data.polygons] == [4] * 6
+
+
+def test_suggested_cones_are_marked_and_taken_again(capfd):
+    ob = holed(1, 2)
+    assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
+    first = shapes.uv_of(ob).tobytes()
+    found = quarters(ob)
+    marked = {}
+    for vertex in ob.data.vertices:
+        for entry in vertex.groups:
+            marked[vertex.index] = 4 - int(ob.vertex_groups[entry.group].name.split()[1])
+    assert marked == found
+    capfd.readouterr()
+    assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
+    assert "suggested" not in capfd.readouterr().out
+    assert shapes.uv_of(ob).tobytes() == first
+
+
+def test_marked_cones_are_met_and_nothing_is_marked_on_request():
+    ob = holed(0, 2)
+    box = np.array([v.co for v in ob.data.vertices])
+    ends = (np.abs(box - box.min(0)) < 1e-6) | (np.abs(box - box.max(0)) < 1e-6)
+    corners = np.flatnonzero(ends.all(1)).tolist()
+    assert len(corners) == 8
+    ob.vertex_groups.new(name="Cone +2").add(corners[:4], 1.0, "REPLACE")
+    assert bpy.ops.uv.flipfree_seamless(mark_cuts=False) == {"FINISHED"}
+    assert quarters(ob) == dict.fromkeys(corners[:4], 2)
+    assert not any(e.use_seam for e in ob.data.edges)
+    assert "seam_turns" not in ob.data.attributes
+    assert bpy.ops.uv.flipfree_seamless(cones_from="suggested", mark_cones=False) == {"FINISHED"}
+    assert len(ob.vertex_groups) == 1
+    check(ob, 0)
+
+
+def test_angles_of_the_attribute_are_cones_too():
+    ob = holed(1, 1)
+    a, b = 0, len(ob.data.vertices) - 1
+    values = np.zeros(len(ob.data.vertices), np.float32)
+    values[a], values[b] = math.pi, 3 * math.pi
+    ob.data.attributes.new("cone_angle", "FLOAT", "POINT").data.foreach_set("value", values)
+    assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
+    assert quarters(ob) == {a: 2, b: 6}
+    check(ob, 1)
+
+
+def test_a_torus_without_cones():
+    bpy.ops.mesh.primitive_torus_add()
+    ob = bpy.context.object
+    assert bpy.ops.uv.flipfree_seamless(cones_from="marked") == {"FINISHED"}
+    assert quarters(ob) == {}
+    assert set(turns_of(ob).tolist()) == {0, 4}
+    check(ob, 1)
+
+
+def test_several_parts_lie_beside_each_other_at_one_scale():
+    bpy.ops.mesh.primitive_torus_add()
+    torus = bpy.context.object
+    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=3, radius=2.0, location=(6, 0, 0))
+    ball = bpy.context.object
+    torus.select_set(True)
+    bpy.context.view_layer.objects.active = ball
+    bpy.ops.object.join()
+    ob = bpy.context.object
+    assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
+    assert shapes.exact_flips(ob) == 0
+    assert all(turns is not None for _, _, turns in judge(ob))
+    right = np.array([p.center.x > -3 for p in ob.data.polygons]).repeat(
+        [p.loop_total for p in ob.data.polygons]
+    )
+    uv = shapes.uv_of(ob)
+    a, b = uv[right], uv[~right]
+    assert (a.max(0) < b.min(0)).any() or (b.max(0) < a.min(0)).any()
+
+
+def test_quads_stay_where_the_cut_can_go_around_them():
+    ob = holed(2, 1)
+    polygons = [tuple(p.vertices) for p in ob.data.polygons]
+    assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
+    assert [tuple(p.vertices) for p in ob.data.polygons] == polygons
+
+
+def refined_case():
+    """Few large triangles and cones that none of them can bear: the mesh has to be refined."""
+    bpy.ops.mesh.primitive_torus_add(major_segments=8, minor_segments=6)
+    ob = bpy.context.object
+    ob.vertex_groups.new(name="Weight").add([5], 0.5, "REPLACE")
+    ob.vertex_groups.new(name="Cone +2").add([0, 21], 1.0, "REPLACE")
+    ob.vertex_groups.new(name="Cone -4").add([30], 1.0, "REPLACE")
+    return ob
+
+
+@pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
+def test_a_refined_mesh_keeps_what_it_carries(mode):
+    ob = refined_case()
+    before = len(ob.data.vertices)
+    area = sum(p.area for p in ob.data.polygons)
+    bpy.ops.object.mode_set(mode=mode)
+    if mode == "EDIT":
+        bpy.ops.mesh.select_all(action="SELECT")
+    assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert len(ob.data.vertices) > before, "this case is meant to need new vertices"
+    assert sum(p.area for p in ob.data.polygons) == pytest.approx(area, rel=1e-2)
+    assert quarters(ob) == {0: 2, 21: 2, 30: 8}
+    check(ob, 1)
+    marked = [v.index for v in ob.data.vertices for g in v.groups if g.group > 0]
+    assert sorted(marked) == [0, 21, 30], "new vertices are no cones"
+
+
+def test_the_scale_of_the_surface_on_request():
+    ob = shapes.cube()
+    assert bpy.ops.uv.flipfree_seamless(fit=False) == {"FINISHED"}
+    uv = shapes.uv_of(ob).astype(float)
+    p = uv.reshape(-1, 4, 2)
+    ac, bd = p[:, 2] - p[:, 0], p[:, 3] - p[:, 1]
+    area = (ac[:, 0] * bd[:, 1] - ac[:, 1] * bd[:, 0]) / 2
+    assert area == pytest.approx([4.0] * 6, rel=1e-4)
+
+
+def refused(ob, words, **options):
+    before = shapes.everything(ob)
+    with pytest.raises(RuntimeError, match=words):
+        bpy.ops.uv.flipfree_seamless(**options)
+    assert shapes.everything(ob) == before
+    assert "seam_turns" not in ob.data.attributes
+
+
+def test_an_open_surface_is_refused_and_its_edges_are_shown():
+    ob = shapes.grid(3)
+    refused(ob, "has a face on one side only.*Fill")
+    assert len(shapes.shown("edge")) == 12
+
+
+def test_cones_that_do_not_sum_up_are_refused_with_the_part():
+    ob = holed(2, 0)
+    ob.vertex_groups.new(name="Cone +1").add([0], 1.0, "REPLACE")
+    refused(ob, r"Still missing:\n.*-9 quarter turns")
+    assert shapes.shown("face")
+
+
+def test_angles_that_are_no_quarter_turns_are_refused_by_vertex():
+    ob = shapes.cube()
+    values = np.zeros(8, np.float32)
+    values[3] = 1.0
+    ob.data.attributes.new("cone_angle", "FLOAT", "POINT").data.foreach_set("value", values)
+    refused(ob, "vertex 3 has a cone angle of 57.29.. degrees.*multiples of 90")
+    assert shapes.shown("vertex") == [3]
+
+
+def test_what_no_torus_has_is_refused():
+    bpy.ops.mesh.primitive_torus_add()
+    ob = bpy.context.object
+    ob.vertex_groups.new(name="Cone +1").add([0], 1.0, "REPLACE")
+    ob.vertex_groups.new(name="Cone -1").add([9], 1.0, "REPLACE")
+    refused(ob, "vertex 0 .*3 and 5")
+    assert shapes.shown("vertex") == [0, 9]
+
+
+def test_some_faces_of_a_closed_mesh_are_refused():
+    ob = holed(0, 2)
+    bpy.ops.object.mode_set(mode="EDIT")
+    shapes.select_faces(ob, [0, 1])
+    with pytest.raises(RuntimeError, match="select whole parts"):
+        bpy.ops.uv.flipfree_seamless()
+
+
+def test_what_the_solver_gives_up_on_is_cured_by_cones_not_by_seams(part):
+    import flipfree
+
+    errors, task = part("errors"), part("operators.seamless").SeamlessTask
+    snapshot = part("meshes.mesh_io").read(shapes.cube(), only_selected=False)
+    error = flipfree.NotConverged("words", code="rounding to 32 bits flips triangles")
+    assert "more seams" in str(errors.from_solver(snapshot, error))
+    assert "lower Scale Bound" in str(errors.from_solver(snapshot, error, task.cures))
