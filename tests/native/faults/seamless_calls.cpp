@@ -13,9 +13,8 @@ Call seamless_call(std::string name, const mesh::Surface& surface, std::vector<I
             seamless::SeamlessOptions limited = options;
             limited.max_seconds = max_seconds;
             const certify::Parametrization map =
-                cones.empty()
-                    ? seamless::map_with_suggested_cones(surface, limited, context)
-                    : seamless::compute_seamless_map(surface, cones, limited, context);
+                cones.empty() ? seamless::map_with_suggested_cones(surface, limited, context)
+                              : seamless::compute_seamless_map(surface, cones, limited, context);
             if (limited.exact && map.certificate.seams_exact32 != map.certificate.seam_edges)
               throw WrongResult("a seamless map came back with seams that are not exact");
             return bytes_of_valid(map, surface);
