@@ -197,8 +197,9 @@ PARAMETERS: dict[str, tuple[float, Callable[[Mesh, Random], Any]]] = {
     "obstacles": (0.2, lambda _mesh, random: random.uniform(-0.5, 1.5, (random.integers(0, 4), 3, 2))),
     "density": (0.2, lambda _mesh, random: float(10.0 ** random.integers(-9, 10))),
     "unmoved": (0.2, lambda mesh, random: list(range(int(random.integers(0, 4))))),
-    "field": (1.0, field),
+    "field": (0.5, field),
     "signature": (0.2, signature),
+    "sizing": (0.2, lambda mesh, random: np.exp(random.normal(size=len(mesh.vertices)))),
     "sharp_edges": (0.3, edges),
     "alignment": (0.3, one_of(0.0, 0.1, 0.9, 0.999999)),
     "edge_weight": (0.3, one_of(1.0, 0.5, 1e-9)),
@@ -244,7 +245,7 @@ def random_arguments(name: str, mesh: Mesh, random: Random) -> dict[str, Any]:
         elif key == "boundary":
             if random.random() < 0.7:
                 arguments[key] = boundary(name, mesh, random)
-        elif name == "seamless" and key in ("cones", "engine"):
+        elif name in ("seamless", "field_aligned") and key in ("cones", "engine"):
             choose = turns if key == "cones" else one_of(*SEAMLESS_ENGINES)
             if random.random() < 0.6:
                 arguments[key] = choose(mesh, random)

@@ -77,3 +77,24 @@ def judge(
     error = float(np.abs(quarters - whole).max() * QUARTER)
     count = len(total)
     return FieldTurning(whole[:count].astype(int), [int(t) for t in whole[count:]], error)
+
+
+def projected(faces: Ints, refined: Ints, parent_face: Ints, loop: list[int]) -> list[int]:
+    """A loop on the faces of a refinement as a strip of the mesh's own faces, without turning back.
+
+    Two faces of the mesh share one edge at most.
+    """
+    own, fine = opposite_halfedges(faces), opposite_halfedges(refined)
+    strip: list[int] = []
+    for h in loop:
+        here, there = int(parent_face[h // 3]), int(parent_face[fine[h] // 3])
+        if here == there:
+            continue
+        across = next(s for s in range(3 * here, 3 * here + 3) if own[s] // 3 == there)
+        if strip and own[strip[-1]] == across:
+            strip.pop()
+        else:
+            strip.append(across)
+    while len(strip) > 1 and own[strip[-1]] == strip[0]:
+        strip = strip[1:-1]
+    return strip

@@ -30,5 +30,6 @@ CALLS = {
     "seamless": lambda **options: ff.seamless(*BALL, {v: 3 for v in range(8)}, **options).uv,
     "angles": lambda **options: ff.boundary_angles(*GRID, "circle", **options),
     "field": lambda **options: ff.cross_field(*BALL, **options).directions,
+    "aligned": lambda **options: ff.field_aligned(*BALL, **options).uv,
     "cones": lambda **options: np.asarray(ff.suggest_cones(*GRID, **options)),
 }

@@ -204,6 +204,21 @@ struct Certifier {
         if (quarters64[v] != kInvalid && quarters64[v] != 4)
           certificate.quarter_cones.emplace_back(static_cast<VertexId>(v), quarters64[v]);
       }
+      check_loops();
+    }
+  }
+
+  void check_loops() {
+    if (request.loops.empty()) return;
+    certificate.holonomy_failures = 0;
+    for (const auto& [loop, turns] : request.loops) {
+      if (quarter_turns_along(adjacency, uv, loop) == turns &&
+          quarter_turns_along(adjacency, stored, loop) == turns)
+        continue;
+      if (certificate.holonomy_failures++ > 0 || loop.empty()) continue;
+      fail("G6: the map does not turn by " + std::to_string(turns) +
+               " quarter turns along the loop through face " + std::to_string(loop[0] / 3),
+           {loop[0] / 3});
     }
   }
 

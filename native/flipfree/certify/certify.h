@@ -34,6 +34,11 @@ struct CertifyRequest {
   // vertex wind once".
   std::vector<std::pair<VertexId, double>> cone_angles;
 
+  // G6, where G4 is asked for and holds: closed strips of faces, as half-edges 3 f + k of
+  // `surface`, each left across it, and the quarter turns to the left that the map must make along
+  // them.
+  std::vector<std::pair<std::vector<HalfedgeId>, Index>> loops;
+
   // G7: the input that surface refines, with provenance. If null, the surface is the input itself.
   const mesh::Surface* parent = nullptr;
   const std::vector<FaceId>* parent_face = nullptr;

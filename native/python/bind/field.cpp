@@ -1,12 +1,14 @@
 #include <pybind11/stl.h>
 
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "arrays.h"
 #include "bind/bindings.h"
 #include "flipfree/base/in_time.h"
 #include "flipfree/field/compute.h"
+#include "flipfree/holonomy/field_aligned.h"
 #include "job.h"
 
 namespace py = pybind11;
@@ -57,10 +59,62 @@ void bind_options(py::module_& module) {
       .def_readwrite("max_seconds", &FieldOptions::max_seconds);
 }
 
+void bind_aligned(py::module_& module) {
+  using holonomy::AlignedOptions;
+  py::class_<AlignedOptions>(module, "AlignedOptions")
+      .def(py::init<>())
+      .def_property("uncuttable", nullptr,
+                    [](AlignedOptions& options, const Array<Index>& edges) {
+                      options.engine.uncuttable = to_matrix<IndexPairs>(edges, "uncuttable");
+                    })
+      .def_property(
+          "engine_iterations", nullptr,
+          [](AlignedOptions& options, int count) { options.engine.metric.max_iterations = count; })
+      .def_property("sizing", nullptr,
+                    [](AlignedOptions& options, const Array<double>& sizing) {
+                      options.sizing = to_vector(sizing);
+                    })
+      .def_readwrite("optimise", &AlignedOptions::optimise)
+      .def_readwrite("exact", &AlignedOptions::exact)
+      .def_readwrite("max_iterations", &AlignedOptions::max_iterations)
+      .def_readwrite("max_seconds", &AlignedOptions::max_seconds);
+  module.def(
+      "field_aligned",
+      [](const Array<double>& vertices, const Array<Index>& faces, const py::object& given,
+         const FieldOptions& made, const AlignedOptions& options, int threads) {
+        std::optional<GivenField> field;
+        if (!given.is_none()) {
+          const auto parts = given.cast<std::tuple<Array<double>, Array<double>, Array<Index>>>();
+          field = to_field(std::get<0>(parts), std::get<1>(parts), std::get<2>(parts));
+        }
+        return start_job(
+            [surface = to_surface(vertices, faces), field = std::move(field), made,
+             options](ExecutionContext& context) {
+              return in_time(
+                  context, options.max_seconds, "The field-aligned map was not reached",
+                  "or simplify the field", [&] {
+                    field::CrossField own;
+                    {
+                      const ProgressRange range(context, 0.0, 0.2);
+                      own = field ? field::read_field(surface, *field, context)
+                                  : field::compute_cross_field(surface, made, context).field;
+                    }
+                    const ProgressRange range(context, 0.2, 1.0);
+                    return holonomy::compute_field_aligned_map(surface, own, options, context);
+                  });
+            },
+            [](const certify::Parametrization& map) -> py::object { return to_dict(map); },
+            threads);
+      },
+      py::arg("vertices"), py::arg("faces"), py::arg("field"), py::arg("made"), py::arg("options"),
+      py::arg("threads"));
+}
+
 }  // namespace
 
 void bind_field(py::module_& module) {
   bind_options(module);
+  bind_aligned(module);
   module.def(
       "cross_field",
       [](const Array<double>& vertices, const Array<Index>& faces, const FieldOptions& options,

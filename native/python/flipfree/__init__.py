@@ -19,6 +19,7 @@ from .calls.seamless import seamless
 from .calls.target_angles import boundary_angles, suggest_cones
 from .calls.unwrapping import unwrap
 from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConverged
+from .fields.aligned import field_aligned
 from .fields.cross_fields import CrossField, Signature, cross_field, signature
 from .results import Certificate, ConformalMetric, Parametrization, Transitions
 
@@ -42,6 +43,7 @@ __all__ = [
     "conformal_metric",
     "cross_field",
     "embed",
+    "field_aligned",
     "improve",
     "jobs",
     "match",

@@ -14,6 +14,7 @@ from .calls.seamless import seamless as _seamless
 from .calls.target_angles import boundary_angles as _boundary_angles
 from .calls.target_angles import suggest_cones as _suggest_cones
 from .calls.unwrapping import unwrap as _unwrap
+from .fields.aligned import field_aligned as _field_aligned
 from .fields.cross_fields import cross_field as _cross_field
 from .fields.cross_fields import signature as _signature
 from .job import Job, job_of
@@ -24,6 +25,7 @@ conformal = job_of(_conformal)
 conformal_metric = job_of(_conformal_metric)
 cross_field = job_of(_cross_field)
 embed = job_of(_embed)
+field_aligned = job_of(_field_aligned)
 improve = job_of(_improve)
 match = job_of(_match)
 pack = job_of(_pack)
@@ -40,6 +42,7 @@ __all__ = [
     "conformal_metric",
     "cross_field",
     "embed",
+    "field_aligned",
     "improve",
     "match",
     "pack",

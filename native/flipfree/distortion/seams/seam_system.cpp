@@ -119,7 +119,6 @@ double SeamSystem::assemble(const std::vector<RestTriangle>& rest, const Points2
 double SeamSystem::add_seam_faces(const std::vector<RestTriangle>& rest, const Points2& uv,
                                   bool soft) {
   double energy = 0;
-  std::vector<Dependence> found;
   for (const FaceId f : seam_) {
     double gradient[6];
     double hessian[kHessianEntries];
@@ -129,30 +128,36 @@ double SeamSystem::add_seam_faces(const std::vector<RestTriangle>& rest, const P
     const RestTriangle& r = rest[size(f)];
     energy += r.weight * symmetric_dirichlet_hessian(r, jacobian(r, point(0), point(1), point(2)),
                                                      gradient, hessian, soft);
-    dependences(constraints_, faces_, f, found);
-    for (std::size_t i = 0; i < found.size(); ++i) {
-      const Dependence& a = found[i];
-      const double gu = gradient[2 * a.corner];
-      const double gv = gradient[2 * a.corner + 1];
-      double own_gradient[2] = {a.re * gu + a.im * gv, a.re * gv - a.im * gu};
-      const auto own = between(a, block_of(hessian, a.corner, a.corner), a);
-      double diagonal[3] = {own[0], own[1], own[3]};
-      for (std::size_t j = 0; j < found.size(); ++j) {
-        const Dependence& b = found[j];
-        if (j == i) continue;
-        const auto block = between(a, block_of(hessian, a.corner, b.corner), b);
-        if (a.node == b.node) {
-          diagonal[0] += block[0];
-          diagonal[1] += 0.5 * (block[1] + block[2]);
-          diagonal[2] += block[3];
-        } else if (i < j && !system_->add_block(a.node, b.node, block.data())) {
-          throw InternalError("a block of a seam triangle is missing in the pattern");
-        }
-      }
-      system_->add(a.node, own_gradient, diagonal);
-    }
+    add_face(f, gradient, hessian);
   }
   return energy;
+}
+
+void SeamSystem::add_face(FaceId f, const double gradient[6],
+                          const double hessian[kHessianEntries]) {
+  std::vector<Dependence> found;
+  dependences(constraints_, faces_, f, found);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const Dependence& a = found[i];
+    const double gu = gradient[2 * a.corner];
+    const double gv = gradient[2 * a.corner + 1];
+    double own_gradient[2] = {a.re * gu + a.im * gv, a.re * gv - a.im * gu};
+    const auto own = between(a, block_of(hessian, a.corner, a.corner), a);
+    double diagonal[3] = {own[0], own[1], own[3]};
+    for (std::size_t j = 0; j < found.size(); ++j) {
+      const Dependence& b = found[j];
+      if (j == i) continue;
+      const auto block = between(a, block_of(hessian, a.corner, b.corner), b);
+      if (a.node == b.node) {
+        diagonal[0] += block[0];
+        diagonal[1] += 0.5 * (block[1] + block[2]);
+        diagonal[2] += block[3];
+      } else if (i < j && !system_->add_block(a.node, b.node, block.data())) {
+        throw InternalError("a block of a seam triangle is missing in the pattern");
+      }
+    }
+    system_->add(a.node, own_gradient, diagonal);
+  }
 }
 
 double SeamSystem::solve(Points2& direction, ExecutionContext& context) {

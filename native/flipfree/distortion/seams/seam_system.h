@@ -24,6 +24,9 @@ class SeamSystem : public StepSystem {
   double assemble(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft,
                   ExecutionContext& context) override;
   double solve(Points2& direction, ExecutionContext& context) override;
+  // Adds to a face's part, after assemble(): gradient and Hessian in its corners' UV as
+  // symmetric_dirichlet_hessian() has them.
+  void add_face(FaceId f, const double gradient[6], const double hessian[kHessianEntries]);
 
  private:
   double add_seam_faces(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft);

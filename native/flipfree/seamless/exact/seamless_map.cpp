@@ -34,6 +34,24 @@ certify::Parametrization map_in_time(const mesh::Surface& surface, const std::ve
     const ProgressRange range(context, 0.0, kEngineShare);
     found = compute_penner_map(surface, cones, options.loops, engine, context);
   }
+  const ProgressRange range(context, kEngineShare, 1.0);
+  return finish_map(std::move(found), surface, cones, {}, options, context);
+}
+
+}  // namespace
+
+certify::Parametrization compute_seamless_map(const mesh::Surface& surface,
+                                              const std::vector<Index>& cones,
+                                              const SeamlessOptions& options,
+                                              ExecutionContext& context) {
+  return in_time(context, options.max_seconds, "The seamless map was not reached",
+                 "or spread the curvature over more vertices",
+                 [&] { return map_in_time(surface, cones, options, context); });
+}
+
+certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surface,
+                                    const std::vector<Index>& cones, const Strips& strips,
+                                    const SeamlessOptions& options, ExecutionContext& context) {
   certify::Parametrization map = std::move(found.map);
   if (map.certificate.flips64 != 0)
     throw certify::CertificateFailed("The seamless map", certify::in_input_faces(map));
@@ -46,7 +64,6 @@ certify::Parametrization map_in_time(const mesh::Surface& surface, const std::ve
   exact_options.max_iterations = options.max_iterations;
   exact_options.exact = options.exact;
   const double engine_energy = map.certificate.energy;
-  const ProgressRange range(context, kEngineShare, 1.0);
   distortion::ExactMap exact;
   try {
     exact = distortion::make_exact(cut, exact_options, context);
@@ -68,6 +85,7 @@ certify::Parametrization map_in_time(const mesh::Surface& surface, const std::ve
   certify::CertifyRequest request;
   request.require_seamless = options.exact;
   request.measure_overlaps = false;
+  if (options.exact) request.loops = strips;
   std::vector<VertexId> places;
   for (std::size_t v = 0; v < cones.size(); ++v) {
     if (cones[v] == 4) continue;
@@ -82,17 +100,6 @@ certify::Parametrization map_in_time(const mesh::Surface& surface, const std::ve
   map.stats["energy.optimised"] = map.certificate.energy;
   map.stats["energy"] = map.certificate.energy;
   return map;
-}
-
-}  // namespace
-
-certify::Parametrization compute_seamless_map(const mesh::Surface& surface,
-                                              const std::vector<Index>& cones,
-                                              const SeamlessOptions& options,
-                                              ExecutionContext& context) {
-  return in_time(context, options.max_seconds, "The seamless map was not reached",
-                 "or spread the curvature over more vertices",
-                 [&] { return map_in_time(surface, cones, options, context); });
 }
 
 certify::Parametrization map_with_suggested_cones(const mesh::Surface& surface,

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -45,5 +46,15 @@ certify::Parametrization compute_seamless_map(const mesh::Surface& surface,
 certify::Parametrization map_with_suggested_cones(const mesh::Surface& surface,
                                                   const SeamlessOptions& options,
                                                   ExecutionContext& context);
+
+// Closed strips of faces of a map, and the quarter turns that it must make along them (G6;
+// certify::CertifyRequest).
+using Strips = std::vector<std::pair<std::vector<HalfedgeId>, Index>>;
+
+// An engine's map, valid in 64 bits, as it is stored: optimised and exact as the options say,
+// certified, with branches and transitions. The second half of compute_seamless_map().
+certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surface,
+                                    const std::vector<Index>& cones, const Strips& strips,
+                                    const SeamlessOptions& options, ExecutionContext& context);
 
 }  // namespace flipfree::seamless

@@ -125,7 +125,7 @@ class CrossField:
         """The same formats, chosen by the name."""
         face_array = as_indices(faces, "faces", 3)
         positions = as_vertices(vertices, face_array)
-        data = _native.read_field(positions.scaled, face_array, *_arrays_of(self, face_array))
+        data = _native.read_field(positions.scaled, face_array, *arrays_of(self, face_array))
         write_field_file(path, positions.scaled, face_array, *data)
 
 
@@ -152,7 +152,7 @@ def _field_from(data: tuple[Any, Any, Any], stats: dict[str, Any] | None = None)
     return CrossField(directions, quarters.reshape(-1, 3), rotation.reshape(-1, 3), stats)
 
 
-def _arrays_of(field: Any, faces: IntArray) -> tuple[FloatArray, FloatArray, IntArray]:
+def arrays_of(field: Any, faces: IntArray) -> tuple[FloatArray, FloatArray, IntArray]:
     """Directions, rotation and quarters as the solver takes them, empty where there are none."""
     if not isinstance(field, CrossField):
         raise InvalidInput(
@@ -344,7 +344,7 @@ def signature(
     """
     face_array = as_indices(faces, "faces", 3)
     positions = as_vertices(vertices, face_array)
-    arrays = _arrays_of(field, face_array)
+    arrays = arrays_of(field, face_array)
     limit = as_seconds(max_seconds, "max_seconds")
     native = _native.field_signature(
         positions.scaled, face_array, *arrays, limit, as_threads(threads)

@@ -67,5 +67,50 @@ TEST(QuarterTurns, do_not_depend_on_how_the_faces_are_turned) {
   }
 }
 
+// Around a torus of squares that is cut open and turned face by face: a strip along a row of
+// squares goes straight on; around a vertex it turns once.
+TEST(QuarterTurns, along_strips_are_none_around_a_row_and_four_around_a_vertex) {
+  const Index n = 4;
+  mesh::Surface surface;
+  surface.vertices = Points3::Zero(n * n, 3);
+  surface.faces.resize(2 * n * n, 3);
+  Points2 uv(6 * n * n, 2);
+  for (Index y = 0; y < n; ++y) {
+    for (Index x = 0; x < n; ++x) {
+      const Index square = y * n + x, right = (x + 1) % n, up = (y + 1) % n;
+      surface.faces.row(2 * square) << y * n + x, y * n + right, up * n + right;
+      surface.faces.row(2 * square + 1) << y * n + x, up * n + right, up * n + x;
+      Points2 corners(6, 2);
+      corners << 0, 0, 1, 0, 1, 1, 0, 0, 1, 1, 0, 1;
+      for (Index turn = 0; turn < (3 * square) % 4; ++turn) {
+        const Points2 before = corners;
+        corners.col(0) = -before.col(1);
+        corners.col(1) = before.col(0);
+      }
+      uv.middleRows<6>(6 * square) = corners;
+    }
+  }
+  const mesh::Adjacency adjacency = adjacency_of(surface);
+  std::vector<HalfedgeId> row, around;
+  for (Index x = 0; x < n; ++x) {
+    // From the upper left triangle over the diagonal into the lower right one, out at its right.
+    row.push_back(3 * (2 * x + 1));
+    row.push_back(3 * (2 * x) + 1);
+  }
+  EXPECT_EQ(quarter_turns_along(adjacency, uv, row), 0);
+  HalfedgeId h = adjacency.vertex_halfedge[5];
+  do {
+    around.push_back(previous_corner(h));
+    h = mesh::rotate_ccw(adjacency, h);
+  } while (h != adjacency.vertex_halfedge[5]);
+  EXPECT_EQ(quarter_turns_along(adjacency, uv, around), 4);
+  std::vector<HalfedgeId> back;
+  for (auto i = around.rbegin(); i != around.rend(); ++i)
+    back.push_back(adjacency.opposite[static_cast<std::size_t>(*i)]);
+  EXPECT_EQ(quarter_turns_along(adjacency, uv, back), -4);
+  EXPECT_EQ(quarter_turns_along(adjacency, uv, {0, 1}), kNoStrip);
+  EXPECT_EQ(quarter_turns_along(adjacency, uv, {-1}), kNoStrip);
+}
+
 }  // namespace
 }  // namespace flipfree::certify

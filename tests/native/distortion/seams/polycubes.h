@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "flipfree/distortion/energy/energy.h"
+#include "flipfree/distortion/seams/constraints.h"
 #include "flipfree/distortion/seams/cut_map.h"
 #include "flipfree/mesh/adjacency.h"
 
@@ -146,6 +148,22 @@ inline std::vector<std::vector<Cell>> polycubes() {
 
 inline distortion::CutMap cut_map_of(const Unfolded& u) {
   return distortion::cut_map(u.surface, u.adjacency, u.cuts, u.uv);
+}
+
+// The map with all nodes moved at random by at most `amount`, as long as nothing folds.
+inline distortion::CutMap perturbed(distortion::CutMap map, double amount, unsigned seed) {
+  const ExecutionContext context;
+  const distortion::SeamConstraints c = distortion::eliminate_seams(
+      static_cast<Index>(map.surface.vertices.rows()), map.surface.faces, map.seams, context);
+  const Points2 nodes = distortion::nodes_of(c, map.surface.faces, map.seams, map.uv);
+  for (;; amount *= 0.5) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> move(-amount, amount);
+    Points2 moved = nodes;
+    for (double& x : moved.reshaped()) x += move(random);
+    map.uv = distortion::map_of(c, moved);
+    if (distortion::is_flip_free(map.surface.faces, map.uv, context)) return map;
+  }
 }
 
 }  // namespace flipfree::test

@@ -15,21 +15,7 @@
 namespace flipfree::distortion {
 namespace {
 
-// The map with all nodes moved at random by at most `amount`, as long as nothing folds.
-CutMap perturbed(CutMap map, double amount, unsigned seed) {
-  const ExecutionContext context;
-  const SeamConstraints c = eliminate_seams(static_cast<Index>(map.surface.vertices.rows()),
-                                            map.surface.faces, map.seams, context);
-  const Points2 nodes = nodes_of(c, map.surface.faces, map.seams, map.uv);
-  for (;; amount *= 0.5) {
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<double> move(-amount, amount);
-    Points2 moved = nodes;
-    for (double& x : moved.reshaped()) x += move(random);
-    map.uv = map_of(c, moved);
-    if (is_flip_free(map.surface.faces, map.uv, context)) return map;
-  }
-}
+using test::perturbed;
 
 certify::Certificate certified(const test::Unfolded& u, const CutMap& map, const ExactMap& out) {
   const Points2 uv = corners_of(map, out.uv);

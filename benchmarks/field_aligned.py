@@ -1,0 +1,116 @@
+"""Field-aligned seamless maps of the shared data folder's closed models, with given fields and with our own.
+
+    PYTHONPATH=build/python:tests python3 benchmarks/field_aligned.py [--only TEXT] [--own] [--seconds 120] [--markdown]
+
+Cases: fields/ with its fields; `--own`: the closed models of general/ and embedding/, and those of fields/, with the smoothest field.
+`G6` is the second judge's: on a homology basis that nobody has seen, does the map turn as the field does (judges/)? Angles are
+between isolines and field, degrees, by area; `engine` before the alignment. CPU seconds are those of all threads. The exit status is 1
+if a case is neither certified nor refused as Infeasible, or if the judge disagrees.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+import flipfree as ff
+
+from judges import fields, holonomy
+from mesh_files import data_folder, read_mesh
+
+COLUMNS = "case | F | cones | certified | G6 | engine angle | mean angle | 95 % | energy | added V | engine s | CPU s"
+
+Mesh = tuple[str, npt.NDArray[np.float64], npt.NDArray[np.int32]]
+
+
+def given(folder: Path) -> Iterator[tuple[Mesh, ff.CrossField]]:
+    for path in sorted((folder / "fields").glob("*_kappa_hat.gz")):
+        name = path.name.removesuffix("_kappa_hat.gz")
+        mesh = read_mesh(path.with_name(name + ".obj"))
+        field = ff.CrossField.read(path, mesh.vertices, mesh.faces)
+        yield (name, mesh.vertices, mesh.faces), field
+
+
+def closed(folder: Path) -> Iterator[Mesh]:
+    paths = [
+        *folder.glob("fields/*.obj"),
+        *folder.glob("general/*.o??"),
+        *folder.glob("embedding/*.obj"),
+    ]
+    for path in sorted(paths):
+        mesh = read_mesh(path)
+        if (holonomy.opposite_halfedges(mesh.faces) >= 0).all():
+            yield path.stem, mesh.vertices, mesh.faces
+
+
+def agrees(mesh: Mesh, field: ff.CrossField, map: ff.Parametrization) -> bool:
+    _, vertices, faces = mesh
+    basis = holonomy.random_homology_basis(map.faces, 1)
+    strips = [fields.projected(faces, map.faces, map.parent_face, loop) for loop in basis]
+    wanted = fields.judge(vertices, faces, field.rotation, strips)
+    cones = {int(v): int(k) for v, k in enumerate(wanted.cones) if k != 4}
+    judged = holonomy.judge(map.faces, map.uv64, cones, basis)
+    exact = judged.vertex_error < 1e-6 and judged.loop_error < 1e-6
+    return exact and judged.turns == wanted.turns
+
+
+def row(mesh: Mesh, field: ff.CrossField, seconds: float) -> tuple[str, bool]:
+    name, vertices, faces = mesh
+    count = len(ff.signature(vertices, faces, field).cones)
+    start = time.process_time()
+    try:
+        map = ff.field_aligned(vertices, faces, field=field, max_seconds=seconds)
+    except ff.FlipfreeError as error:
+        refused = isinstance(error, ff.Infeasible)
+        return f"| {name} | {len(faces)} | {count} | {error.code}: {error} |", refused
+    cpu = time.process_time() - start
+    s, c = map.stats, map.certificate
+    same = agrees(mesh, field, map)
+    degrees = [np.degrees(s[key]) for key in ("angle_mean_engine", "angle_mean", "angle_p95")]
+    engine = s["seconds_conformal"] + s["seconds_newton"] + s["seconds_map"]
+    figures = " | ".join(f"{d:.2f}" for d in degrees)
+    return (
+        f"| {name} | {len(faces)} | {count} | {'yes' if c.ok else 'no'} | {'yes' if same else 'NO'} | {figures} | "
+        f"{c.energy:.4g} | {s['added_vertices']} | {engine:.2f} | {cpu:.2f} |",
+        c.ok and same,
+    )
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--only", default="", help="cases whose name contains this")
+    parser.add_argument("--own", action="store_true", help="our smoothest fields")
+    parser.add_argument("--seconds", type=float, default=120.0, help="give a case up after so long")
+    parser.add_argument("--markdown", action="store_true")
+    arguments = parser.parse_args()
+    folder = data_folder()
+    if folder is None:
+        sys.exit("The shared data folder is not here (FLIPFREE_DATA).")
+    print(f"| {COLUMNS} |")
+    if arguments.markdown:
+        print("|" + "---|" * (COLUMNS.count("|") + 1))
+    cases = ((mesh, None) for mesh in closed(folder)) if arguments.own else given(folder)
+    good = total = 0
+    for mesh, field in cases:
+        if arguments.only not in mesh[0]:
+            continue
+        total += 1
+        try:
+            own = field if field is not None else ff.cross_field(mesh[1], mesh[2])
+            text, fine = row(mesh, own, arguments.seconds)
+        except ff.FlipfreeError as error:
+            text, fine = f"| {mesh[0]} | {len(mesh[2])} | - | no field: {error} |", False
+        good += fine
+        print(text, flush=True)
+    print(f"{good} of {total} certified and judged alike, or refused")
+    return int(good < total)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

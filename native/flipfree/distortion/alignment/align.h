@@ -1,0 +1,43 @@
+// A seamless map brought to follow directions on its surface.
+//
+//   E = sum over faces of area ( |J - T|^2 / 2 + smoothness * (|J|^2 + |J^-1|^2) / 4 )
+//
+// T turns the wished direction to the u axis and scales by `size` (Bommes, Zimmer, Kobbelt 2009,
+// "Mixed-Integer Quadrangulation": orientation and sizing); the symmetric Dirichlet energy, with a
+// small weight, keeps triangles from flipping (thesis 6.6.3). Seams are eliminated, steps are
+// projected Newton steps, no step is taken that the exact test refuses.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/base/stats.h"
+#include "flipfree/distortion/seams/cut_map.h"
+
+namespace flipfree::distortion {
+
+struct AlignOptions {
+  // Per face of the cut surface: the direction that shall become +u, from the half-edge 3 f,
+  // counter-clockwise, radians. Across cuts it differs by the seam's quarter turns.
+  std::vector<double> direction;
+  // Per face: length in the map of a surface length 1, relative to the others; empty: all alike.
+  std::vector<double> size;
+  double smoothness = 1e-3;
+  int max_iterations = 100;
+  double tolerance = 1e-4;  // of the energy, as MinimizeOptions has it
+};
+
+// The map's new UVs, #V x 2 of the cut surface, which meets its seams as the given one does.
+// Precondition: every triangle is positively oriented by the exact test. stats: "alignment.energy"
+// and "alignment.energy_start" (of |J - T|^2 / 2), "alignment.iterations", "alignment.stop". Ends
+// early when time is over or the map is accepted. Throws InvalidInput (kFlippedMap, kBadShape),
+// NotConverged (kFactorizationFailed), Cancelled. Cost: a factorization for each step.
+Points2 align(const CutMap& map, const AlignOptions& options, ExecutionContext& context,
+              Stats& stats);
+
+// How far the map's isolines are from the directions and those across them: the mean of the angles
+// of the u and of the v isoline with the nearest of the four; and the face's share of the area, as
+// (radians, share) per face. Cost: O(#F).
+Points2 angles_off(const CutMap& map, const std::vector<double>& direction, const Points2& uv);
+
+}  // namespace flipfree::distortion

@@ -1,0 +1,95 @@
+"""Field-aligned seamless maps: exactly the topology of a cross field or of a signature."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+from .. import _native
+from ..arrays import as_floats, as_indices, as_vertices
+from ..conversions import parametrization_from
+from ..errors import InvalidInput
+from ..job import Job, Progress, solver_call
+from ..options import as_choice, as_count, as_flag, as_seconds, as_threads, filled
+from ..results import Parametrization
+from .cross_fields import CrossField, Signature, arrays_of, as_signature
+
+ENGINES = ("auto", "penner")
+
+
+@solver_call
+def field_aligned(
+    vertices: Any,
+    faces: Any,
+    *,
+    field: CrossField | None = None,
+    signature: Signature | None = None,
+    sizing: Any = None,
+    engine: str = "auto",
+    optimise: bool = True,
+    exact: bool = True,
+    uncuttable: Any = None,
+    iterations: int = 200,
+    max_seconds: float | None = None,
+    threads: int = 2,
+    progress: Progress | None = None,
+) -> Job[Parametrization]:
+    """A seamless map of a closed surface with exactly the cones and turning numbers of a cross field, that follows it.
+
+    Args:
+        vertices: (n, 3) float64. faces: (m, 3), closed, manifold, consistently oriented; any number of components.
+        field: a field of this mesh; None: the smoothest, or the smoothest with the signature.
+        signature: what the map shall have exactly, instead of a field: see :func:`cross_field`.
+        sizing: (n,) positive: length in the map of a length 1 there, relative to the others. None: all alike.
+        engine: "penner" or "auto", which is the same today.
+        optimise: the map is brought to follow the field; without, it is the engine's, turned towards the field.
+        exact: seams match exactly, in 64 and in 32 bits; without, up to rounding.
+        uncuttable: (k, 2) edges that the cut avoids, diagonals of polygons.
+        iterations: Newton steps of the engine. max_seconds: of the clock; None or 0 is no limit.
+        threads: the result has the same bits for every number, unless a limit of time is reached.
+        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
+
+    Returns:
+        The certified map (G1, G2, G4, G5, G6, G7); G6 on loops that the engine has not seen. ``stats["angle_mean"]`` and
+        ``stats["angle_p95"]`` say how far its isolines are from the field, radians, by area.
+
+    Raises:
+        InvalidInput, Infeasible (signatures that no map has), NotConverged, Cancelled.
+    """
+    as_choice(engine, "engine", ENGINES)
+    if field is not None and signature is not None:
+        raise InvalidInput(
+            "Both field and signature are given. Give one of them: a field has a signature of its own.",
+            code="bad option",
+        )
+    face_array = as_indices(faces, "faces", 3)
+    positions = as_vertices(vertices, face_array)
+    made = _native.FieldOptions()
+    if signature is not None:
+        cones, loops = as_signature(signature, face_array, len(positions.scaled))
+        filled(made, cones=cones, loops=loops)
+    options = filled(
+        _native.AlignedOptions(),
+        uncuttable=as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
+        engine_iterations=as_count(iterations, "iterations", 1),
+        optimise=as_flag(optimise, "optimise"),
+        exact=as_flag(exact, "exact"),
+        max_seconds=as_seconds(max_seconds, "max_seconds"),
+    )
+    if sizing is not None:
+        sizes = as_floats(sizing, "sizing")
+        if len(sizes) == 0 or len(sizes) != len(positions.scaled):
+            raise InvalidInput(
+                f"sizing must have shape ({len(positions.scaled)},), one number per vertex.",
+                code="array of the wrong shape",
+            )
+        filled(options, sizing=sizes)
+    native = _native.field_aligned(
+        positions.scaled,
+        face_array,
+        None if field is None else arrays_of(field, face_array),
+        made,
+        options,
+        as_threads(threads),
+    )
+    return Job(native, partial(parametrization_from, positions=positions))

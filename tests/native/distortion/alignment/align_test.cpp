@@ -1,0 +1,118 @@
+#include "flipfree/distortion/alignment/align.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "distortion/seams/polycubes.h"
+#include "flipfree/base/error.h"
+#include "flipfree/distortion/energy/energy.h"
+#include "support/shapes.h"
+
+namespace flipfree::distortion {
+namespace {
+
+// Per face of a map the direction that it takes to +u, from the half-edge 3 f, if it is an
+// isometry.
+std::vector<double> directions_of(const CutMap& map) {
+  std::vector<double> direction;
+  for (Eigen::Index f = 0; f < map.surface.faces.rows(); ++f) {
+    const Vector2 edge = map.uv.row(map.surface.faces(f, 1)) - map.uv.row(map.surface.faces(f, 0));
+    direction.push_back(-std::atan2(edge.y(), edge.x()));
+  }
+  return direction;
+}
+
+double mean_angle(const CutMap& map, const std::vector<double>& direction, const Points2& uv) {
+  const Points2 off = angles_off(map, direction, uv);
+  return off.col(0).dot(off.col(1)) / off.col(1).sum();
+}
+
+CutMap plane(Index columns, Index rows) {
+  CutMap map;
+  map.surface = test::grid(columns, rows);
+  map.uv = map.surface.vertices.leftCols<2>();
+  return map;
+}
+
+TEST(Align, perturbed_polycubes_come_back_to_follow_their_edges_and_keep_their_seams) {
+  for (const auto& cells : test::polycubes()) {
+    for (unsigned seed = 0; seed < 3; ++seed) {
+      const CutMap flat = test::cut_map_of(test::unfold(cells, 4, seed));
+      const std::vector<double> direction = directions_of(flat);
+      EXPECT_LT(mean_angle(flat, direction, flat.uv), 1e-9);
+      const CutMap map = test::perturbed(flat, 0.3, seed);
+      EXPECT_GT(mean_angle(map, direction, map.uv), 0.02);
+      AlignOptions options;
+      options.direction = direction;
+      ExecutionContext context;
+      Stats stats;
+      const Points2 uv = align(map, options, context, stats);
+      EXPECT_TRUE(is_flip_free(map.surface.faces, uv, context));
+      EXPECT_LT(mean_angle(map, direction, uv), 1e-3);
+      EXPECT_LT(std::get<double>(stats.at("alignment.energy")),
+                1e-2 * std::get<double>(stats.at("alignment.energy_start")));
+      for (const auto& [h, o, r] : map.seams) {
+        Vector2 edge = uv.row(map.surface.faces(next_corner(h) / 3, next_corner(h) % 3)) -
+                       uv.row(map.surface.faces(h / 3, h % 3));
+        for (Index i = 0; i < r; ++i) edge = Vector2(-edge.y(), edge.x());
+        const Vector2 other = uv.row(map.surface.faces(o / 3, o % 3)) -
+                              uv.row(map.surface.faces(next_corner(o) / 3, next_corner(o) % 3));
+        EXPECT_LT((edge - other).norm(), 1e-9);
+      }
+    }
+  }
+}
+
+TEST(Align, a_turned_map_turns_back) {
+  CutMap map = plane(6, 5);
+  const std::vector<double> direction = directions_of(map);
+  const Points2 before = map.uv;
+  const double c = std::cos(0.6), s = std::sin(0.6);
+  map.uv.col(0) = c * before.col(0) - s * before.col(1);
+  map.uv.col(1) = s * before.col(0) + c * before.col(1);
+  EXPECT_NEAR(mean_angle(map, direction, map.uv), 0.6, 1e-9);
+  AlignOptions options;
+  options.direction = direction;
+  ExecutionContext context;
+  Stats stats;
+  EXPECT_LT(mean_angle(map, direction, align(map, options, context, stats)), 1e-3);
+}
+
+TEST(Align, sizes_are_met_where_they_can_be) {
+  // Twice as large on the right: the map is stretched there.
+  const CutMap map = plane(20, 4);
+  AlignOptions options;
+  options.direction = directions_of(map);
+  for (Eigen::Index f = 0; f < map.surface.faces.rows(); ++f)
+    options.size.push_back(map.surface.vertices(map.surface.faces(f, 0), 0) < 0.5 ? 1.0 : 2.0);
+  ExecutionContext context;
+  Stats stats;
+  const Points2 uv = align(map, options, context, stats);
+  const auto width = [&](VertexId v) { return uv(v + 1, 0) - uv(v, 0); };
+  EXPECT_GT(width(17), 1.6 * width(2));
+}
+
+TEST(Align, folded_maps_and_missing_directions_are_refused) {
+  CutMap map = plane(3, 3);
+  ExecutionContext context;
+  Stats stats;
+  EXPECT_THROW(align(map, {}, context, stats), InvalidInput);
+  AlignOptions options;
+  options.direction = directions_of(map);
+  map.uv.row(5) << 9.0, 9.0;
+  EXPECT_THROW(align(map, options, context, stats), InvalidInput);
+}
+
+TEST(Align, can_be_cancelled) {
+  const CutMap map = plane(3, 3);
+  AlignOptions options;
+  options.direction = directions_of(map);
+  ExecutionContext context;
+  context.cancel();
+  Stats stats;
+  EXPECT_THROW(align(map, options, context, stats), Cancelled);
+}
+
+}  // namespace
+}  // namespace flipfree::distortion

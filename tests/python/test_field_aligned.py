@@ -1,0 +1,119 @@
+"""Field-aligned maps by judges that know the UVs, or the field, only."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import flipfree as ff
+
+from judges import fields, holonomy
+from mesh_files import data_folder, read_mesh
+from surfaces import bumpy_grid, octahedron_sphere, torus
+
+
+def judged_alike(
+    vertices: np.ndarray,
+    faces: np.ndarray,
+    field: ff.CrossField,
+    map: ff.Parametrization,
+    seed: int,
+) -> bool:
+    """Does the map turn as the field does, along a homology basis that nobody has seen, and around every vertex?"""
+    basis = holonomy.random_homology_basis(map.faces, seed)
+    strips = [fields.projected(faces, map.faces, map.parent_face, loop) for loop in basis]
+    assert field.rotation is not None
+    wanted = fields.judge(vertices, faces, field.rotation, strips)
+    cones = {int(v): int(k) for v, k in enumerate(wanted.cones) if k != 4}
+    judged = holonomy.judge(map.faces, map.uv64, cones, basis)
+    assert judged.vertex_error < 1e-6 and judged.loop_error < 1e-6
+    return judged.turns == wanted.turns
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_map_turns_as_its_field_on_loops_that_nobody_has_seen(seed: int) -> None:
+    vertices, faces = torus()
+    field = ff.cross_field(vertices, faces, alignment=0.3 * seed)
+    map = ff.field_aligned(vertices, faces, field=field)
+    assert map.certificate.ok and map.certificate.holonomy_failures == 0
+    assert map.certificate.seams_exact32 == map.certificate.seam_edges
+    assert judged_alike(vertices, faces, field, map, seed)
+    assert map.stats["angle_mean"] < np.radians(10)
+
+
+@pytest.mark.parametrize("name", ["torus", "eight766", "1146164", "rocker-arm2500"])
+def test_fields_of_the_shared_data_are_followed(name: str) -> None:
+    folder = data_folder()
+    if folder is None:
+        pytest.skip("the shared data folder is not here (FLIPFREE_DATA)")
+    mesh = read_mesh(folder / "fields" / f"{name}.obj")
+    field = ff.CrossField.read(
+        folder / "fields" / f"{name}_kappa_hat.gz", mesh.vertices, mesh.faces
+    )
+    map = ff.field_aligned(mesh.vertices, mesh.faces, field=field)
+    assert map.certificate.ok
+    assert judged_alike(mesh.vertices, mesh.faces, field, map, 2)
+    assert map.stats["angle_mean"] < np.radians(10)
+
+
+@pytest.mark.parametrize("turns", [(0, 0), (1, 0), (-1, 2)])
+def test_a_signature_is_met_exactly(turns: tuple[int, int]) -> None:
+    vertices, faces = torus()
+    places = np.random.default_rng(4).permutation(len(vertices))[:8]
+    cones = {int(v): 3 if i % 2 else 5 for i, v in enumerate(places)}
+    near = ff.cross_field(vertices, faces, signature=ff.Signature(cones, []))
+    start = ff.signature(vertices, faces, near)
+    wanted = [(strip, t + d) for (strip, t), d in zip(start.loops, turns, strict=True)]
+    signature = ff.Signature(cones, wanted)
+    field = ff.cross_field(vertices, faces, signature=signature)
+    map = ff.field_aligned(vertices, faces, signature=signature)
+    assert map.certificate.ok
+    assert judged_alike(vertices, faces, field, map, 5)
+
+
+def test_one_call_makes_the_field_too() -> None:
+    vertices, faces = octahedron_sphere(4)
+    map = ff.field_aligned(vertices, faces)
+    assert map.certificate.ok
+    assert sum(4 - k for _, k in map.certificate.quarter_cones.tolist()) == 8
+
+
+def test_sizing_makes_the_map_larger_where_it_asks_for_it() -> None:
+    vertices, faces = torus()
+    sizing = np.where(vertices[:, 0] > 0, 2.0, 1.0)
+    plain = ff.field_aligned(vertices, faces)
+    sized = ff.field_aligned(vertices, faces, sizing=sizing)
+    assert sized.certificate.ok
+
+    def share(map: ff.Parametrization) -> float:
+        a, b = map.uv[:, 1] - map.uv[:, 0], map.uv[:, 2] - map.uv[:, 0]
+        area = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+        right = vertices[faces[map.parent_face]][:, :, 0].mean(axis=1) > 0
+        return float(area[right].sum() / area.sum())
+
+    assert share(sized) > share(plain) + 0.05
+
+
+def test_the_same_bits_for_any_number_of_threads() -> None:
+    vertices, faces = torus()
+    one, three = (ff.field_aligned(vertices, faces, threads=t) for t in (1, 3))
+    assert one.uv64.tobytes() == three.uv64.tobytes()
+
+
+def test_what_cannot_be_is_refused_with_a_reason() -> None:
+    vertices, faces = torus()
+    field = ff.cross_field(vertices, faces)
+    with pytest.raises(ff.Infeasible, match="3 and 5"):
+        ff.field_aligned(vertices, faces, signature=ff.Signature({0: 3, 7: 5}, []))
+    with pytest.raises(ff.Infeasible, match="Add 1 to"):
+        ff.field_aligned(vertices, faces, signature=ff.Signature({0: 3}, []))
+    with pytest.raises(ff.InvalidInput, match="Both field and signature"):
+        ff.field_aligned(vertices, faces, field=field, signature=ff.Signature({}, []))
+    with pytest.raises(ff.InvalidInput, match="sizing"):
+        ff.field_aligned(vertices, faces, sizing=np.zeros(len(vertices)))
+    with pytest.raises(ff.InvalidInput, match="sizing must have shape"):
+        ff.field_aligned(vertices, faces, sizing=[1.0])
+    with pytest.raises(ff.InvalidInput, match="boundary"):
+        ff.field_aligned(*bumpy_grid(4, 4))
+    with pytest.raises(ff.Cancelled):
+        ff.field_aligned(vertices, faces, progress=lambda _s, _f: False)
