@@ -2,6 +2,7 @@
 // with nothing of the solver's: edges as pairs of vertices, sectors as classes of corners.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <map>
 #include <numeric>
@@ -146,23 +147,24 @@ class AdmissibleJudge {
     component_.resize(at(count / 3));
     std::iota(fan_.begin(), fan_.end(), 0);
     std::iota(component_.begin(), component_.end(), 0);
-    for (bool changed = true; changed;) {
-      changed = false;
-      const auto join = [&](Index& a, Index& b) {
-        if (a == b) return;
-        a = b = std::min(a, b);
-        changed = true;
-      };
-      for (const auto& [edge, h] : halfedge) {
-        if (cut_edges_.contains(edge)) continue;
-        const HalfedgeId o = halfedge.at({edge.second, edge.first});
-        join(fan_[at(h)], fan_[at(o - o % 3 + (o + 1) % 3)]);
-        join(component_[at(h / 3)], component_[at(o / 3)]);
-      }
-      // To the representatives, so that few rounds are needed.
-      for (Index& f : fan_) f = fan_[at(f)];
-      for (Index& c : component_) c = component_[at(c)];
+    // The lowest member stands for a class; members point at lower ones.
+    const auto lowest = [](std::vector<Index>& sets, Index i) {
+      while (sets[at(i)] != i) i = sets[at(i)] = sets[at(sets[at(i)])];
+      return i;
+    };
+    const auto join = [&](std::vector<Index>& sets, Index i, Index j) {
+      i = lowest(sets, i);
+      j = lowest(sets, j);
+      sets[at(std::max(i, j))] = std::min(i, j);
+    };
+    for (const auto& [edge, h] : halfedge) {
+      if (cut_edges_.contains(edge)) continue;
+      const HalfedgeId o = halfedge.at({edge.second, edge.first});
+      join(fan_, h, o - o % 3 + (o + 1) % 3);
+      join(component_, h / 3, o / 3);
     }
+    for (Index i = 0; i < count; ++i) fan_[at(i)] = lowest(fan_, i);
+    for (FaceId f = 0; f < count / 3; ++f) component_[at(f)] = lowest(component_, f);
   }
 
   std::string broken_components() {

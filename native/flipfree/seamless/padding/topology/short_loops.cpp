@@ -148,9 +148,16 @@ std::vector<HalfedgeId> edges_of(const Canvas& canvas, const std::vector<VertexI
 // Some of the cycles of one tree, disjoint.
 std::vector<std::vector<VertexId>> round_of_loops(const Canvas& canvas, std::size_t most,
                                                   const ExecutionContext& context) {
-  const FreeTree tree(canvas, any_free(canvas), context);
-  const std::vector<HalfedgeId> left = left_over(canvas, tree, context);
-  if (left.empty()) throw InternalError("fewer handles than the genus");
+  const auto edges_left = [&](const FreeTree& tree) {
+    std::vector<HalfedgeId> left = left_over(canvas, tree, context);
+    if (left.empty()) throw InternalError("fewer handles than the genus");
+    return left;
+  };
+  // Cycles are shortest through the root: one on the shortest cycle of any tree is a better root.
+  const FreeTree any_tree(canvas, any_free(canvas), context);
+  const std::vector<VertexId> found = any_tree.cycle(edges_left(any_tree).front());
+  const FreeTree tree(canvas, found[found.size() / 2], context);
+  const std::vector<HalfedgeId> left = edges_left(tree);
   const double longest = kNotMuchLonger * tree.cycle_length(left.front());
   std::vector<char> taken(at(canvas.vertex_count()), 0);
   std::vector<std::vector<VertexId>> loops;

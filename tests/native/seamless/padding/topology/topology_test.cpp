@@ -9,6 +9,26 @@ namespace {
 
 using Corners = std::multiset<Index>;
 
+// Cones drawn from `from` that fit a surface of this genus.
+std::vector<Index> random_cones(Index count, const std::vector<Index>& from, Index genus,
+                                std::mt19937& random) {
+  const auto any = [&] { return from[random() % from.size()]; };
+  std::vector<Index> cones;
+  Index missing = 8 * genus - 8;
+  for (Index i = 0; i < count; ++i) {
+    cones.push_back(any());
+    missing -= cones.back() - 4;
+  }
+  while (missing != 0) {
+    Index& k = cones[random() % cones.size()];
+    const Index other = any();
+    if (std::abs(missing - (other - k)) > std::abs(missing)) continue;
+    missing -= other - k;
+    k = other;
+  }
+  return cones;
+}
+
 Corners check(Index genus, const std::vector<Index>& given, unsigned seed = 1) {
   const mesh::Surface surface = test::of_genus(genus, 1);
   return test::expect_good_cut(surface, test::scattered(surface, given, seed));
@@ -72,6 +92,100 @@ TEST(Topology, HigherGenera) {
     check(genus, {7, 1 + all});
     EXPECT_EQ(check(genus, {1, 7 + all}), (Corners{1, 7 + all}));
   }
+}
+
+TEST(Topology, FiftyPrescriptionsOfFiftyConesOnEveryGenus) {
+  std::mt19937 random(50);
+  for (const Index genus : {0, 1, 2, 3, 5}) {
+    SCOPED_TRACE(genus);
+    const mesh::Surface surface = test::of_genus(genus, 2);
+    for (unsigned seed = 0; seed < 50; ++seed)
+      test::expect_good_cut(
+          surface, test::scattered(surface, random_cones(50, {3, 5}, genus, random), seed));
+    for (unsigned seed = 0; seed < 4; ++seed) {
+      const std::vector<Index> cones =
+          random_cones(30, {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12}, genus, random);
+      test::expect_good_cut(surface, test::scattered(surface, cones, seed));
+    }
+  }
+}
+
+// The smallest triangulation of a torus: seven vertices, each joined to all others (Moebius 1886).
+mesh::Surface seven_vertices() {
+  mesh::Surface surface;
+  surface.vertices.resize(7, 3);
+  surface.vertices << 3, -3, 0, -3, 3, 0, -3, -3, 1, 3, 3, 1, -1, -2, 3, 1, 2, 3, 0, 0, 15;
+  surface.faces.resize(14, 3);
+  for (Index i = 0; i < 7; ++i) {
+    surface.faces.row(2 * i) << i, (i + 1) % 7, (i + 3) % 7;
+    surface.faces.row(2 * i + 1) << i, (i + 3) % 7, (i + 2) % 7;
+  }
+  return surface;
+}
+
+TEST(Topology, TinySurfacesAreRefinedUntilThereIsRoom) {
+  for (const mesh::Surface& surface : {seven_vertices(), test::torus(3, 3), test::torus(4, 3)}) {
+    const auto n = static_cast<Index>(surface.vertices.rows());
+    EXPECT_EQ(test::expect_good_cut(surface, test::scattered(surface, {}, 0)), (Corners{4}));
+    for (unsigned seed = 0; seed < 20; ++seed) {
+      std::mt19937 random(seed);
+      // Every vertex a cone, too.
+      const std::vector<Index> cones =
+          random_cones(3 + static_cast<Index>(seed) % (n - 2), {2, 3, 5, 6}, 1, random);
+      test::expect_good_cut(surface, test::scattered(surface, cones, seed));
+      test::expect_good_cut(surface, test::scattered(surface, {1, 7}, seed));
+      test::expect_good_cut(surface, test::scattered(surface, {1, 3, 8}, seed));
+    }
+  }
+  // Nothing between the holes but single squares.
+  const mesh::Surface plate = test::perforated_plate(2, 1);
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    std::mt19937 random(seed);
+    const auto n = static_cast<Index>(plate.vertices.rows());
+    const std::vector<Index> cones = random_cones(n, {1, 3, 5, 6}, 2, random);
+    test::expect_good_cut(plate, test::scattered(plate, cones, seed));
+  }
+}
+
+TEST(Topology, EightyHandles) {
+  const mesh::Surface surface = test::of_genus(80, 1);
+  EXPECT_EQ(surface.vertices.rows(), 1296);
+  test::expect_good_cut(surface, test::scattered(surface, std::vector<Index>(632, 5), 5));
+  EXPECT_EQ(test::expect_good_cut(surface, test::scattered(surface, {1, 639}, 5)),
+            (Corners{1, 639}));
+}
+
+TEST(Topology, TheSameInputGivesTheSameCut) {
+  const mesh::Surface surface = test::of_genus(3, 2);
+  const std::vector<Index> cones = test::scattered(surface, std::vector<Index>(16, 5), 3);
+  ExecutionContext context;
+  const AdmissibleCut a = make_admissible_cut(surface, cones, context);
+  const AdmissibleCut b = make_admissible_cut(surface, cones, context);
+  EXPECT_EQ(a.surface.faces, b.surface.faces);
+  EXPECT_EQ(a.surface.vertices, b.surface.vertices);
+  EXPECT_EQ(a.branches, b.branches);
+  EXPECT_EQ(a.flat_sectors, b.flat_sectors);
+}
+
+TEST(Topology, HugeAndMinuteSurfacesAreCutLikeOthers) {
+  const mesh::Surface surface = test::of_genus(2, 1);
+  const std::vector<Index> cones = test::scattered(surface, {7, 9}, 3);
+  ExecutionContext context;
+  const AdmissibleCut cut = make_admissible_cut(surface, cones, context);
+  for (const double unit : {0x1p500, 0x1p-500}) {
+    const mesh::Surface scaled = {surface.vertices * unit, surface.faces};
+    const AdmissibleCut same = make_admissible_cut(scaled, cones, context);
+    EXPECT_EQ(same.branches, cut.branches);
+    EXPECT_EQ(same.surface.vertices, (cut.surface.vertices * unit).eval());
+  }
+}
+
+TEST(Topology, CanBeCancelled) {
+  const mesh::Surface surface = test::of_genus(3, 1);
+  ExecutionContext context;
+  context.cancel();
+  EXPECT_THROW(make_admissible_cut(surface, test::scattered(surface, {3, 21}, 1), context),
+               Cancelled);
 }
 
 }  // namespace
