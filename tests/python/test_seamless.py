@@ -11,6 +11,7 @@ from flipfree.job import run
 
 from judges import holonomy
 from judges.seams import seam_count
+from judges.unfoldings import RING, unfolding
 from surfaces import octahedron_sphere, prism, shuffled, torus
 
 
@@ -268,3 +269,14 @@ def test_progress_can_cancel() -> None:
         ff.seamless(
             vertices, faces, random_cones(faces, 0, 50, 1), progress=lambda stage, fraction: False
         )
+
+
+def test_the_map_lies_along_the_edges_of_the_mesh() -> None:
+    frame = unfolding(RING, 3, 4)
+    sides = frame.vertices[np.roll(frame.faces, -1, 1)] - frame.vertices[frame.faces]
+    slanted = (np.abs(sides) > 1e-9).sum(-1) > 1
+    ends = np.stack([frame.faces, np.roll(frame.faces, -1, 1)], -1)
+    map = ff.seamless(frame.vertices, frame.faces, uncuttable=ends[slanted])
+    assert map.certificate.max_energy < 1 + 1e-6
+    along = np.roll(map.uv, -1, 1) - map.uv
+    assert np.abs(along[~slanted]).min(-1).max() < 1e-5

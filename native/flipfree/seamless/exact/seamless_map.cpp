@@ -13,6 +13,7 @@
 #include "flipfree/mesh/topology.h"
 #include "flipfree/seamless/error_places.h"
 #include "flipfree/seamless/exact/chart_places.h"
+#include "flipfree/seamless/exact/edge_directions.h"
 #include "flipfree/seamless/request.h"
 #include "flipfree/seamless/seams.h"
 #include "flipfree/seamless/suggested_turns.h"
@@ -57,6 +58,9 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
     throw certify::CertificateFailed("The seamless map", certify::in_input_faces(map));
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
+  const mesh::Components parts = mesh::face_components(adjacency);
+  turn_along_edges(map.surface.faces, adjacency, parts.of_face, parts.count,
+                   options.engine.uncuttable, map.uv);
   const mesh::EdgeFlags cuts = mesh::flag_edges(map.surface.faces, adjacency, map.cut_edges);
   const distortion::CutMap cut = distortion::cut_map(map.surface, adjacency, cuts, map.uv);
   distortion::ExactOptions exact_options;
@@ -72,7 +76,6 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
   }
   map.uv = distortion::corners_of(cut, exact.uv);
   if (options.exact) {
-    const mesh::Components parts = mesh::face_components(adjacency);
     spread_charts(parts.of_face, parts.count, exact.step, map.uv);
     map.uv32 = map.uv.cast<float>();
   } else {

@@ -3,6 +3,7 @@
 //
 //   check_request()        seamless/request.h        refuses what no map can have
 //   compute_penner_map()   penner/penner.h           a map whose seams match up to rounding
+//   turn_along_edges()     edge_directions.h         which way up
 //   make_exact()           distortion/seams/seams.h  less distortion, then exact seams
 //   spread_charts()        chart_places.h            connected parts beside each other
 //   certify_map()          certify/certified_map.h   decides on the stored values

@@ -150,7 +150,8 @@ def seamless(
     """A seamless map of a closed surface with these cones: its seams match exactly, in 64 and in 32 bits.
 
     Across every cut edge the map turns by whole quarters and moves, so that a grid, a checker or any texture with fourfold
-    symmetry runs on. Every connected part is a surface and a chart of its own; all are at the scale of the surface.
+    symmetry runs on. Every connected part is a surface and a chart of its own; all are at the scale of the surface, each turned
+    so that the mesh's edges run along the axes as well as they can.
 
     Args:
         vertices: (n, 3) float64. faces: (m, 3), closed, manifold, consistently oriented, without unused vertices.
@@ -159,7 +160,8 @@ def seamless(
         engine: "penner", or "auto", which takes the first engine that finds a map; there is one today.
         optimise: lowers the distortion under the seams' constraints.
         exact: False leaves the seams as exact as rounding does, which may serve where 24 bits are too few for the grid.
-        uncuttable: (k, 2) edges that the cut avoids where there is another way, diagonals of polygons.
+        uncuttable: (k, 2) edges that the cut avoids where there is another way, diagonals of polygons; they do not count for
+            the direction of the map.
         max_iterations: Newton steps of the engine (NotConverged when they are over), and of the optimiser, whose map is
             then taken as it is.
         max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") if there is no map by
