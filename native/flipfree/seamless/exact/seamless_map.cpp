@@ -25,6 +25,14 @@ namespace {
 constexpr double kSuggestionShare = 0.4;
 constexpr double kEngineShare = 0.5;
 
+// No field says which way up: the edges do.
+void turn_along_own_edges(const IndexPairs& diagonals, certify::Parametrization& map) {
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
+  const mesh::Components parts = mesh::face_components(adjacency);
+  turn_along_edges(map.surface.faces, adjacency, parts.of_face, parts.count, diagonals, map.uv);
+}
+
 certify::Parametrization map_in_time(const mesh::Surface& surface, const std::vector<Index>& cones,
                                      const SeamlessOptions& options, ExecutionContext& context) {
   check_request(surface, cones, context);
@@ -35,6 +43,7 @@ certify::Parametrization map_in_time(const mesh::Surface& surface, const std::ve
     const ProgressRange range(context, 0.0, kEngineShare);
     found = compute_penner_map(surface, cones, options.loops, engine, context);
   }
+  turn_along_own_edges(options.engine.uncuttable, found.map);
   const ProgressRange range(context, kEngineShare, 1.0);
   return finish_map(std::move(found), surface, cones, {}, options, context);
 }
@@ -58,9 +67,6 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
     throw certify::CertificateFailed("The seamless map", certify::in_input_faces(map));
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
-  const mesh::Components parts = mesh::face_components(adjacency);
-  turn_along_edges(map.surface.faces, adjacency, parts.of_face, parts.count,
-                   options.engine.uncuttable, map.uv);
   const mesh::EdgeFlags cuts = mesh::flag_edges(map.surface.faces, adjacency, map.cut_edges);
   const distortion::CutMap cut = distortion::cut_map(map.surface, adjacency, cuts, map.uv);
   distortion::ExactOptions exact_options;
@@ -76,6 +82,7 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
   }
   map.uv = distortion::corners_of(cut, exact.uv);
   if (options.exact) {
+    const mesh::Components parts = mesh::face_components(adjacency);
     spread_charts(parts.of_face, parts.count, exact.step, map.uv);
     map.uv32 = map.uv.cast<float>();
   } else {
