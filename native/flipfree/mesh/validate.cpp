@@ -1,16 +1,13 @@
 #include "flipfree/mesh/validate.h"
 
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <numeric>
 #include <string>
 #include <utility>
 
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/topology.h"
 
 namespace flipfree::mesh {
@@ -234,26 +231,11 @@ void check_vertices(const Surface& surface, const ValidateOptions& options,
 void check_shape(const Surface& surface, const ValidateOptions& options,
                  const ExecutionContext& context, std::vector<Error>& defects) {
   if (!options.reject_zero_area) return;
-  using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-  const auto point = [&](VertexId v) {
-    return Kernel::Point_3(surface.vertices(v, 0), surface.vertices(v, 1), surface.vertices(v, 2));
-  };
   Finding edge{ErrorCode::kZeroLengthEdge, ElementKind::kEdge, {}};
   Finding face{ErrorCode::kZeroAreaFace, ElementKind::kFace, {}};
   for (FaceId f = 0; f < surface.faces.rows(); ++f) {
     if (f % kCheckEvery == 0) context.check();
-    const Vector3 a = surface.vertices.row(surface.faces(f, 0));
-    const Vector3 b = surface.vertices.row(surface.faces(f, 1));
-    const Vector3 c = surface.vertices.row(surface.faces(f, 2));
-    // The exact predicate only where the cross product could be rounding: 1e-14 is far above its
-    // relative error.
-    const Vector3 ab = b - a;
-    const Vector3 ac = c - a;
-    const double scale = ab.cwiseAbs().maxCoeff() * ac.cwiseAbs().maxCoeff();
-    if (scale > 1e-250 && scale < 1e250 && ab.cross(ac).cwiseAbs().maxCoeff() > 1e-14 * scale &&
-        ab.norm() > 1e-8 * a.norm() && ac.norm() > 1e-8 * a.norm()) {
-      continue;
-    }
+    if (has_area(surface.vertices, surface.faces, f)) continue;
     bool zero_edge = false;
     for (Index k = 0; k < 3; ++k) {
       const VertexId p = surface.faces(f, k);
@@ -263,10 +245,7 @@ void check_shape(const Surface& surface, const ValidateOptions& options,
         edge.add({std::min(p, q), std::max(p, q)});
       }
     }
-    if (!zero_edge && CGAL::collinear(point(surface.faces(f, 0)), point(surface.faces(f, 1)),
-                                      point(surface.faces(f, 2)))) {
-      face.add({f});
-    }
+    if (!zero_edge) face.add({f});
   }
   report(defects, edge, "has length zero", "Merge its end points (Merge by Distance).");
   report(defects, face, "has area zero: its three corners lie on one line",

@@ -1,0 +1,231 @@
+#include "flipfree/mesh/separated/edge_pairs.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+#include "flipfree/mesh/adjacency.h"
+
+namespace flipfree::mesh {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+// What a pair is worth: any is better than a border, but for a twisted and folded one.
+constexpr double kAnyPair = 1.0;
+constexpr double kSameWinding = 1.5;  // more than flatness can be worth: -1 to 1
+constexpr double kSameMaterial = 0.5;
+constexpr double kConvex = 0.1;  // two solids that touch at an edge stay two
+constexpr double kFlat = 1e-6;
+constexpr double kLeastWorth = 0.05;
+
+constexpr std::size_t kMostMatchedAtBest = 8;
+constexpr std::size_t kMostCompared = 64;
+
+// Half-edges sorted by their lower vertex.
+struct ByLowerVertex {
+  std::vector<Index> begin;  // #V + 1
+  std::vector<HalfedgeId> halfedges;
+};
+
+ByLowerVertex by_lower_vertex(Index vertex_count, const Triangles& faces) {
+  ByLowerVertex groups;
+  const auto count = static_cast<HalfedgeId>(faces.size());
+  groups.begin.assign(at(vertex_count) + 1, 0);
+  const auto low = [&](HalfedgeId h) { return std::min(source(faces, h), target(faces, h)); };
+  for (HalfedgeId h = 0; h < count; ++h) ++groups.begin[at(low(h)) + 1];
+  std::partial_sum(groups.begin.begin(), groups.begin.end(), groups.begin.begin());
+  groups.halfedges.resize(at(count));
+  std::vector<Index> place(groups.begin.begin(), groups.begin.end() - 1);
+  for (HalfedgeId h = 0; h < count; ++h) groups.halfedges[at(place[at(low(h))]++)] = h;
+  return groups;
+}
+
+class Pairer {
+ public:
+  Pairer(const PairingInput& input, EdgePairs& result) : input_(input), result_(result) {}
+
+  // All half-edges between two vertices.
+  void pair(const HalfedgeId* halfedges, std::size_t count) {
+    if (count == 2) {
+      if (duplicates(halfedges[0], halfedges[1])) {
+        result_.loose.push_back({{halfedges, halfedges + count}});
+      } else {
+        join(halfedges[0], halfedges[1]);
+      }
+    } else if (count > 2) {
+      result_.crowded.push_back({{halfedges, halfedges + count}});
+      if (input_.at_seam[at(halfedges[0])] == 0) pair_crowd(halfedges, count);
+    }
+  }
+
+ private:
+  VertexId apex(HalfedgeId h) const { return source(input_.faces, previous_corner(h)); }
+  bool duplicates(HalfedgeId a, HalfedgeId b) const { return apex(a) == apex(b); }
+  void join(HalfedgeId a, HalfedgeId b) {
+    result_.mate[at(a)] = b;
+    result_.mate[at(b)] = a;
+  }
+
+  // Does the edge's k-th face lie behind the i-th one?
+  bool behind(std::size_t i, std::size_t k) const {
+    const HalfedgeId h = crowd_[i];
+    Vector3 along = 0.5 * input_.positions.row(target(input_.faces, h)) -
+                    0.5 * input_.positions.row(source(input_.faces, h));
+    along.stableNormalize();
+    return along.cross(across_[i]).dot(across_[k]) < -kFlat;
+  }
+
+  // Unit vector in h's face across its edge, or zero where there is none.
+  Vector3 across(HalfedgeId h) const {
+    const VertexId low = std::min(source(input_.faces, h), target(input_.faces, h));
+    const VertexId high = std::max(source(input_.faces, h), target(input_.faces, h));
+    // Halved first, and in a unit of their own, so that no square overflows or vanishes.
+    Vector3 along = 0.5 * input_.positions.row(high) - 0.5 * input_.positions.row(low);
+    Vector3 aside = 0.5 * input_.positions.row(apex(h)) - 0.5 * input_.positions.row(low);
+    along.stableNormalize();
+    aside.stableNormalize();
+    Vector3 result = aside - aside.dot(along) * along;
+    result.stableNormalize();
+    return result;
+  }
+
+  double worth(std::size_t i, std::size_t k) const {
+    const HalfedgeId a = crowd_[i];
+    const HalfedgeId b = crowd_[k];
+    if (duplicates(a, b)) return 0.0;
+    double sum = kAnyPair - across_[i].dot(across_[k]);
+    if (source(input_.faces, a) != source(input_.faces, b)) {
+      sum += kSameWinding;
+      if (behind(i, k)) sum += kConvex;
+    }
+    if (input_.material != nullptr &&
+        (*input_.material)[at(a / 3)] == (*input_.material)[at(b / 3)]) {
+      sum += kSameMaterial;
+    }
+    return sum > kLeastWorth ? sum : 0.0;
+  }
+
+  void pair_crowd(const HalfedgeId* halfedges, std::size_t count) {
+    crowd_.assign(halfedges, halfedges + count);
+    across_.clear();
+    for (const HalfedgeId h : crowd_) across_.push_back(across(h));
+    if (count <= kMostMatchedAtBest) {
+      match_at_best();
+    } else {
+      match_greedily();
+    }
+  }
+
+  void match_at_best() {
+    const std::size_t count = crowd_.size();
+    std::array<std::array<double, kMostMatchedAtBest>, kMostMatchedAtBest> worths{};
+    for (std::size_t i = 0; i < count; ++i) {
+      for (std::size_t k = i + 1; k < count; ++k) worths[i][k] = worth(i, k);
+    }
+    // best[set]: the best sum over the faces in the set; its lowest face is left out or paired.
+    constexpr std::size_t kSets = std::size_t{1} << kMostMatchedAtBest;
+    std::array<double, kSets> best{};
+    std::array<std::size_t, kSets> partner{};  // of the lowest face; itself: left out
+    for (std::size_t set = 1; set < (std::size_t{1} << count); ++set) {
+      std::size_t low = 0;
+      while ((set >> low & 1) == 0) ++low;
+      const std::size_t rest = set & (set - 1);
+      best[set] = best[rest];
+      partner[set] = low;
+      for (std::size_t k = low + 1; k < count; ++k) {
+        if ((set >> k & 1) == 0 || worths[low][k] <= 0.0) continue;
+        const double sum = worths[low][k] + best[rest & ~(std::size_t{1} << k)];
+        if (sum > best[set]) {
+          best[set] = sum;
+          partner[set] = k;
+        }
+      }
+    }
+    for (std::size_t set = (std::size_t{1} << count) - 1; set != 0;) {
+      std::size_t low = 0;
+      while ((set >> low & 1) == 0) ++low;
+      const std::size_t k = partner[set];
+      if (k != low) join(crowd_[low], crowd_[k]);
+      set &= ~(std::size_t{1} << low | std::size_t{1} << k);
+    }
+  }
+
+  void match_greedily() {
+    std::vector<std::tuple<double, std::size_t, std::size_t>> pairs;
+    for (std::size_t i = 0; i < crowd_.size(); ++i) {
+      const std::size_t end = std::min(crowd_.size(), i + 1 + kMostCompared);
+      for (std::size_t k = i + 1; k < end; ++k) {
+        const double w = worth(i, k);
+        if (w > 0.0) pairs.emplace_back(-w, i, k);
+      }
+    }
+    std::sort(pairs.begin(), pairs.end());
+    for (const auto& [w, i, k] : pairs) {
+      if (result_.mate[at(crowd_[i])] == kInvalid && result_.mate[at(crowd_[k])] == kInvalid)
+        join(crowd_[i], crowd_[k]);
+    }
+  }
+
+  const PairingInput& input_;
+  EdgePairs& result_;
+  std::vector<HalfedgeId> crowd_;
+  std::vector<Vector3> across_;
+};
+
+std::vector<FaceId> duplicate_faces(const Triangles& faces, const std::vector<EdgeUse>& crowded,
+                                    const std::vector<EdgeUse>& loose) {
+  // Two faces with the same vertices share all three edges: looking at one of them is enough.
+  std::vector<FaceId> found;
+  std::vector<std::pair<VertexId, FaceId>> apexes;
+  const auto search = [&](const EdgeUse& edge) {
+    apexes.clear();
+    for (const HalfedgeId h : edge.halfedges)
+      apexes.emplace_back(source(faces, previous_corner(h)), h / 3);
+    std::sort(apexes.begin(), apexes.end());
+    for (std::size_t i = 1; i < apexes.size(); ++i) {
+      if (apexes[i].first == apexes[i - 1].first) found.push_back(apexes[i].second);
+    }
+  };
+  for (const EdgeUse& edge : crowded) search(edge);
+  for (const EdgeUse& edge : loose) search(edge);
+  std::sort(found.begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
+  return found;
+}
+
+}  // namespace
+
+EdgePairs pair_edges(const PairingInput& input, const ExecutionContext& context) {
+  constexpr Index kCheckEvery = 1 << 14;
+  EdgePairs result;
+  result.mate.assign(static_cast<std::size_t>(input.faces.size()), kInvalid);
+  const auto vertex_count = static_cast<Index>(input.positions.rows());
+  const ByLowerVertex groups = by_lower_vertex(vertex_count, input.faces);
+  Pairer pairer(input, result);
+  std::vector<std::pair<VertexId, HalfedgeId>> uses;  // by higher vertex
+  std::vector<HalfedgeId> edge;
+  for (VertexId v = 0; v < vertex_count; ++v) {
+    if (v % kCheckEvery == 0) context.check();
+    uses.clear();
+    for (Index i = groups.begin[at(v)]; i < groups.begin[at(v) + 1]; ++i) {
+      const HalfedgeId h = groups.halfedges[at(i)];
+      uses.emplace_back(std::max(source(input.faces, h), target(input.faces, h)), h);
+    }
+    std::sort(uses.begin(), uses.end());
+    for (std::size_t i = 0; i < uses.size();) {
+      edge.clear();
+      const VertexId high = uses[i].first;
+      for (; i < uses.size() && uses[i].first == high; ++i) edge.push_back(uses[i].second);
+      pairer.pair(edge.data(), edge.size());
+    }
+  }
+  result.duplicate = duplicate_faces(input.faces, result.crowded, result.loose);
+  return result;
+}
+
+}  // namespace flipfree::mesh

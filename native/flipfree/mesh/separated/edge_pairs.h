@@ -1,0 +1,37 @@
+// Which two faces continue each other across an edge, however many meet there.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/mesh/surface.h"
+
+namespace flipfree::mesh {
+
+// The half-edges along one pair of vertices, in both directions.
+struct EdgeUse {
+  std::vector<HalfedgeId> halfedges;  // ascending
+};
+
+struct EdgePairs {
+  std::vector<HalfedgeId> mate;   // 3 #F: half-edge of the face that continues; kInvalid: border
+  std::vector<EdgeUse> crowded;   // edges with more than two half-edges
+  std::vector<EdgeUse> loose;     // edges with two that are not mates: duplicate faces
+  std::vector<FaceId> duplicate;  // faces with the same three vertices as an earlier one, ascending
+};
+
+// What pairing looks at; see separate().
+struct PairingInput {
+  const Points3& positions;
+  const Triangles& faces;                        // three different vertices each
+  const std::vector<char>& at_seam;              // 3 #F
+  const std::vector<Index>* material = nullptr;  // #F
+};
+
+// Two faces at an edge are mates, unless they are duplicates; of more, those that run in opposite
+// directions, lie flat and share a material. The pairs of up to eight have the best sum, of more
+// they are taken best first. Cost: O(#F) and sorting the faces at each vertex, O(k^2) for edges of
+// k faces, O(k) beyond 64.
+EdgePairs pair_edges(const PairingInput& input, const ExecutionContext& context);
+
+}  // namespace flipfree::mesh

@@ -1,0 +1,98 @@
+#include "flipfree/mesh/separated/orientation.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <cstddef>
+
+#include "flipfree/mesh/adjacency.h"
+
+namespace flipfree::mesh {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+class Orienter {
+ public:
+  Orienter(const Points3& positions, const Triangles& faces, const std::vector<char>& at_seam,
+           std::vector<HalfedgeId>& mate)
+      : positions_(positions), faces_(faces), at_seam_(at_seam), mate_(mate) {
+    // Areas are compared only: in a unit in which they neither overflow nor vanish.
+    const double extent = positions.size() == 0 ? 0.0 : positions.cwiseAbs().maxCoeff();
+    unit_ = extent > 0.0 ? 1.0 / extent : 1.0;
+    if (!std::isfinite(unit_)) unit_ = 1.0;
+    side_.assign(static_cast<std::size_t>(faces.rows()), kUnknown);
+  }
+
+  Orientation run(const ExecutionContext& context) {
+    constexpr Index kCheckEvery = 1 << 14;
+    for (FaceId f = 0; f < faces_.rows(); ++f) {
+      if (f % kCheckEvery == 0) context.check();
+      if (side_[at(f)] == kUnknown) orient_part(f);
+    }
+    Orientation result;
+    result.turned = side_;
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(mate_.size()); ++h) {
+      const HalfedgeId o = mate_[at(h)];
+      if (o == kInvalid || o < h || agree(h, o)) continue;
+      mate_[at(h)] = mate_[at(o)] = kInvalid;
+      if (at_seam_[at(h)] == 0) result.one_sided.push_back(h);
+    }
+    return result;
+  }
+
+ private:
+  static constexpr char kUnknown = 2;
+
+  bool same_direction(HalfedgeId h, HalfedgeId o) const {
+    return source(faces_, h) == source(faces_, o);
+  }
+  bool agree(HalfedgeId h, HalfedgeId o) const {
+    return same_direction(h, o) == (side_[at(h / 3)] != side_[at(o / 3)]);
+  }
+  double area(FaceId f) const {
+    const Vector3 a = unit_ * positions_.row(faces_(f, 0));
+    const Vector3 b = unit_ * positions_.row(faces_(f, 1));
+    const Vector3 c = unit_ * positions_.row(faces_(f, 2));
+    return (b - a).cross(c - a).norm();
+  }
+
+  // Breadth first, so that the fronts of a one-sided part meet along a short cut.
+  void orient_part(FaceId first) {
+    part_.assign(1, first);
+    side_[at(first)] = 0;
+    double kept = 0.0;
+    double turned = 0.0;
+    for (std::size_t i = 0; i < part_.size(); ++i) {
+      const FaceId f = part_[i];
+      (side_[at(f)] == 0 ? kept : turned) += area(f);
+      for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+        const HalfedgeId o = mate_[at(h)];
+        if (o == kInvalid || at_seam_[at(h)] != 0 || side_[at(o / 3)] != kUnknown) continue;
+        const bool turn = same_direction(h, o) != (side_[at(f)] != 0);
+        side_[at(o / 3)] = turn ? 1 : 0;
+        part_.push_back(o / 3);
+      }
+    }
+    if (turned > kept) {
+      for (const FaceId f : part_) side_[at(f)] = side_[at(f)] == 0 ? 1 : 0;
+    }
+  }
+
+  const Points3& positions_;
+  const Triangles& faces_;
+  const std::vector<char>& at_seam_;
+  std::vector<HalfedgeId>& mate_;
+  double unit_ = 1.0;
+  std::vector<char> side_;
+  std::vector<FaceId> part_;
+};
+
+}  // namespace
+
+Orientation orient(const Points3& positions, const Triangles& faces,
+                   const std::vector<char>& at_seam, std::vector<HalfedgeId>& mate,
+                   const ExecutionContext& context) {
+  return Orienter(positions, faces, at_seam, mate).run(context);
+}
+
+}  // namespace flipfree::mesh

@@ -1,0 +1,285 @@
+#include <algorithm>
+#include <array>
+#include <string>
+#include <utility>
+
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/face_area.h"
+#include "flipfree/mesh/separated/edge_pairs.h"
+#include "flipfree/mesh/separated/orientation.h"
+#include "flipfree/mesh/separated/separated.h"
+#include "flipfree/mesh/separated/sheets.h"
+
+namespace flipfree::mesh {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+constexpr std::size_t kMostListed = 1000;
+
+void check_meaning(const Surface& input, const SeparateOptions& options) {
+  if (input.faces.rows() == 0)
+    throw_invalid(ErrorCode::kEmptyMesh, "The mesh has no faces. Add at least one triangle.");
+  const auto vertex_count = static_cast<Index>(input.vertices.rows());
+  for (FaceId f = 0; f < input.faces.rows(); ++f) {
+    const auto face = input.faces.row(f);
+    if (face.minCoeff() >= 0 && face.maxCoeff() < vertex_count) continue;
+    throw_invalid(ErrorCode::kIndexOutOfRange,
+                  "Face " + std::to_string(f) +
+                      " uses a vertex that does not exist (the mesh has " +
+                      std::to_string(vertex_count) + "). Correct its indices.",
+                  ElementKind::kFace, {f});
+  }
+  for (const VertexId v : input.faces.reshaped()) {
+    if (input.vertices.row(v).allFinite()) continue;
+    throw_invalid(ErrorCode::kNotFinite,
+                  "Vertex " + std::to_string(v) +
+                      " has a coordinate that is NaN or infinite. Delete or move it.",
+                  ElementKind::kVertex, {v});
+  }
+  if (options.material != nullptr &&
+      options.material->size() != static_cast<std::size_t>(input.faces.rows())) {
+    throw_invalid(ErrorCode::kBadShape, "Materials need one number per face.");
+  }
+}
+
+// Which half-edges lie on one of the pairs.
+std::vector<char> flag_pairs(const Triangles& faces, Index vertex_count, const IndexPairs* pairs) {
+  std::vector<char> flags(static_cast<std::size_t>(faces.size()), 0);
+  if (pairs == nullptr || pairs->rows() == 0) return flags;
+  std::vector<std::pair<VertexId, VertexId>> sorted;
+  std::vector<char> low_end(at(vertex_count), 0);
+  for (Eigen::Index i = 0; i < pairs->rows(); ++i) {
+    const VertexId low = std::min((*pairs)(i, 0), (*pairs)(i, 1));
+    if (low < 0 || low >= vertex_count) continue;
+    sorted.emplace_back(low, std::max((*pairs)(i, 0), (*pairs)(i, 1)));
+    low_end[at(low)] = 1;
+  }
+  std::sort(sorted.begin(), sorted.end());
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(flags.size()); ++h) {
+    const auto [low, high] = std::minmax({source(faces, h), target(faces, h)});
+    if (low_end[at(low)] == 0) continue;
+    flags[at(h)] =
+        std::binary_search(sorted.begin(), sorted.end(), std::pair<VertexId, VertexId>(low, high))
+            ? 1
+            : 0;
+  }
+  return flags;
+}
+
+class Separator {
+ public:
+  Separator(const Surface& input, const SeparateOptions& options, const ExecutionContext& context)
+      : input_(input), options_(options), context_(context) {}
+
+  SeparatedSurface run() {
+    check_meaning(input_, options_);
+    drop_collapsed_faces();
+    const std::vector<char> at_seam =
+        flag_pairs(faces_, static_cast<Index>(input_.vertices.rows()), options_.seams);
+    EdgePairs pairs = pair_edges(
+        {input_.vertices, faces_, at_seam, material_.empty() ? nullptr : &material_}, context_);
+    const std::vector<HalfedgeId> paired = pairs.mate;
+    const Orientation orientation = orient(input_.vertices, faces_, at_seam, pairs.mate, context_);
+    list_edges(MendKind::kCrowdedEdge, firsts(pairs.crowded));
+    list_edges(MendKind::kOneSidedEdge, orientation.one_sided);
+    list_faces(MendKind::kDuplicateFace, pairs.duplicate);
+    std::vector<FaceId> turned;
+    for (FaceId f = 0; f < faces_.rows(); ++f) {
+      if (orientation.turned[at(f)] != 0) turned.push_back(f);
+    }
+    list_faces(MendKind::kTurnedFace, turned);
+    std::vector<std::vector<HalfedgeId>> doubtful;
+    for (const EdgeUse& edge : pairs.crowded) doubtful.push_back(edge.halfedges);
+    for (const EdgeUse& edge : pairs.loose) doubtful.push_back(edge.halfedges);
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(paired.size()); ++h) {
+      if (paired[at(h)] > h && pairs.mate[at(h)] == kInvalid)
+        doubtful.push_back({h, paired[at(h)]});
+    }
+    return assemble(orientation.turned, pairs.mate, std::move(doubtful), at_seam);
+  }
+
+ private:
+  void drop_collapsed_faces() {
+    faces_.resize(input_.faces.rows(), 3);
+    Eigen::Index kept = 0;
+    for (FaceId f = 0; f < input_.faces.rows(); ++f) {
+      const auto face = input_.faces.row(f);
+      if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) {
+        result_.collapsed.push_back(f);
+        continue;
+      }
+      faces_.row(kept++) = face;
+      result_.face_origin.push_back(f);
+      if (options_.material != nullptr) material_.push_back((*options_.material)[at(f)]);
+    }
+    faces_.conservativeResize(kept, 3);
+    Mend mend{MendKind::kRepeatedCorner, ElementKind::kFace, result_.collapsed.size(), {}};
+    for (const FaceId f : result_.collapsed) {
+      if (mend.elements.size() < kMostListed) mend.elements.push_back(f);
+    }
+    add(std::move(mend));
+  }
+
+  // Half-edges of faces that are turned over, and back.
+  static HalfedgeId turned_over(const std::vector<char>& turned, HalfedgeId h) {
+    return turned[at(h / 3)] == 0 ? h : 3 * (h / 3) + 2 - h % 3;
+  }
+
+  SeparatedSurface assemble(const std::vector<char>& turned, const std::vector<HalfedgeId>& mate,
+                            std::vector<std::vector<HalfedgeId>> doubtful,
+                            const std::vector<char>& at_seam) {
+    Triangles oriented = faces_;
+    for (FaceId f = 0; f < faces_.rows(); ++f) {
+      if (turned[at(f)] != 0) std::swap(oriented(f, 1), oriented(f, 2));
+    }
+    std::vector<HalfedgeId> opposite(mate.size(), kInvalid);
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(mate.size()); ++h) {
+      if (mate[at(h)] != kInvalid)
+        opposite[at(turned_over(turned, h))] = turned_over(turned, mate[at(h)]);
+    }
+    std::vector<char> mended(at(static_cast<Index>(input_.vertices.rows())), 0);
+    for (std::vector<HalfedgeId>& halfedges : doubtful) {
+      for (HalfedgeId& h : halfedges) {
+        h = turned_over(turned, h);
+        mended[at(source(oriented, h))] = mended[at(target(oriented, h))] = 1;
+      }
+    }
+    context_.check();
+    Sheets sheets = make_sheets(oriented, opposite, std::move(doubtful));
+    std::vector<HalfedgeId> parted;
+    for (const HalfedgeId h : sheets.parted) {
+      const HalfedgeId own = turned_over(turned, h);
+      if (at_seam[at(own)] == 0) parted.push_back(own);
+      mended[at(source(faces_, own))] = mended[at(target(faces_, own))] = 1;
+    }
+    list_edges(MendKind::kPartedEdge, parted);
+    list_pinched(sheets.origin, mended);
+
+    result_.turned = turned;
+    result_.vertex_origin = std::move(sheets.origin);
+    result_.surface.faces.resize(faces_.rows(), 3);
+    for (CornerId c = 0; c < static_cast<CornerId>(sheets.vertex.size()); ++c)
+      result_.surface.faces(c / 3, c % 3) = sheets.vertex[at(c)];
+    result_.surface.vertices.resize(static_cast<Eigen::Index>(result_.vertex_origin.size()), 3);
+    for (std::size_t v = 0; v < result_.vertex_origin.size(); ++v) {
+      result_.surface.vertices.row(static_cast<Eigen::Index>(v)) =
+          input_.vertices.row(result_.vertex_origin[v]);
+    }
+    list_shapes();
+    std::sort(result_.mends.begin(), result_.mends.end(),
+              [](const Mend& a, const Mend& b) { return a.kind < b.kind; });
+    return std::move(result_);
+  }
+
+  static std::vector<HalfedgeId> firsts(const std::vector<EdgeUse>& edges) {
+    std::vector<HalfedgeId> result;
+    for (const EdgeUse& edge : edges) result.push_back(edge.halfedges.front());
+    return result;
+  }
+
+  void add(Mend mend) {
+    if (mend.count > 0) result_.mends.push_back(std::move(mend));
+  }
+  void list_edges(MendKind kind, const std::vector<HalfedgeId>& halfedges) {
+    Mend mend{kind, ElementKind::kEdge, halfedges.size(), {}};
+    for (const HalfedgeId h : halfedges) {
+      if (mend.elements.size() + 2 > kMostListed) break;
+      const auto [low, high] = std::minmax({source(faces_, h), target(faces_, h)});
+      mend.elements.push_back(low);
+      mend.elements.push_back(high);
+    }
+    add(std::move(mend));
+  }
+  // Of the faces that are kept.
+  void list_faces(MendKind kind, const std::vector<FaceId>& faces) {
+    Mend mend{kind, ElementKind::kFace, faces.size(), {}};
+    for (const FaceId f : faces) {
+      if (mend.elements.size() >= kMostListed) break;
+      mend.elements.push_back(result_.face_origin[at(f)]);
+    }
+    add(std::move(mend));
+  }
+  // Vertices with several copies for no other reason.
+  void list_pinched(const std::vector<VertexId>& origin, const std::vector<char>& mended) {
+    Mend mend{MendKind::kPinchedVertex, ElementKind::kVertex, 0, {}};
+    for (std::size_t v = 1; v < origin.size(); ++v) {
+      const bool first_copy = origin[v] == origin[v - 1] && (v == 1 || origin[v - 2] != origin[v]);
+      if (!first_copy || mended[at(origin[v])] != 0) continue;
+      ++mend.count;
+      if (mend.elements.size() < kMostListed) mend.elements.push_back(origin[v]);
+    }
+    add(std::move(mend));
+  }
+  void list_shapes() {
+    std::vector<FaceId> flat;
+    std::vector<std::pair<VertexId, VertexId>> short_edges;
+    for (FaceId f = 0; f < faces_.rows(); ++f) {
+      if (has_area(input_.vertices, faces_, f)) continue;
+      bool coincident = false;
+      for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+        const auto [low, high] = std::minmax({source(faces_, h), target(faces_, h)});
+        if (input_.vertices.row(low) != input_.vertices.row(high)) continue;
+        coincident = true;
+        short_edges.emplace_back(low, high);
+      }
+      if (!coincident) flat.push_back(f);
+    }
+    list_faces(MendKind::kZeroAreaFace, flat);
+    std::sort(short_edges.begin(), short_edges.end());
+    short_edges.erase(std::unique(short_edges.begin(), short_edges.end()), short_edges.end());
+    Mend mend{MendKind::kZeroLengthEdge, ElementKind::kEdge, short_edges.size(), {}};
+    for (const auto& [low, high] : short_edges) {
+      if (mend.elements.size() + 2 > kMostListed) break;
+      mend.elements.push_back(low);
+      mend.elements.push_back(high);
+    }
+    add(std::move(mend));
+  }
+
+  const Surface& input_;
+  const SeparateOptions& options_;
+  const ExecutionContext& context_;
+  Triangles faces_;  // those that are kept, in the input's vertices
+  std::vector<Index> material_;
+  SeparatedSurface result_;
+};
+
+}  // namespace
+
+std::string_view describe(MendKind kind) {
+  switch (kind) {
+    case MendKind::kCrowdedEdge:
+      return "edges with more than two faces";
+    case MendKind::kTurnedFace:
+      return "faces wound against their part";
+    case MendKind::kOneSidedEdge:
+      return "edges cut, as the surface has one side only";
+    case MendKind::kPartedEdge:
+      return "edges cut, as sheets meet there more than once";
+    case MendKind::kPinchedVertex:
+      return "vertices where parts touch";
+    case MendKind::kDuplicateFace:
+      return "duplicate faces";
+    case MendKind::kRepeatedCorner:
+      return "faces that use a vertex twice";
+    case MendKind::kZeroAreaFace:
+      return "faces without area";
+    case MendKind::kZeroLengthEdge:
+      return "edges of length zero";
+  }
+  return "";
+}
+
+CornerId SeparatedSurface::corner_origin(CornerId c) const {
+  const FaceId f = c / 3;
+  const Index k = c % 3;
+  return 3 * face_origin[at(f)] + (turned[at(f)] == 0 || k == 0 ? k : 3 - k);
+}
+
+SeparatedSurface separate(const Surface& input, const SeparateOptions& options,
+                          const ExecutionContext& context) {
+  return Separator(input, options, context).run();
+}
+
+}  // namespace flipfree::mesh

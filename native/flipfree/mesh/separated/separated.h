@@ -1,0 +1,68 @@
+// Any triangles as a clean surface: oriented, manifold, every face with three different vertices;
+// with the way back to the user's corners. Nothing is refused but what has no meaning.
+//
+//   pair_edges()     which faces continue each other across each edge        edge_pairs.h
+//   orient()         one winding per part, one-sided parts cut               orientation.h
+//   separate()       a vertex of its own for every fan of paired faces
+//
+// The user's mesh stays what it is: vertices are doubled, faces turned over, edges opened, and
+// every such mend is listed.
+#pragma once
+
+#include <cstddef>
+#include <string_view>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/base/error.h"
+#include "flipfree/mesh/surface.h"
+
+namespace flipfree::mesh {
+
+enum class MendKind {
+  kCrowdedEdge,     // edges of more than two faces: paired, those left over have a border there
+  kTurnedFace,      // faces wound against most of their part
+  kOneSidedEdge,    // edges cut because the part has one side only (Moebius strip)
+  kPartedEdge,      // edges cut because sheets that meet there could not be told apart
+  kPinchedVertex,   // vertices where fans touch: one copy each
+  kDuplicateFace,   // faces with the same vertices as an earlier one: sheets of their own
+  kRepeatedCorner,  // faces that use a vertex twice: they have no triangle
+  kZeroAreaFace,    // faces whose corners lie on one line: they get a shape (rest_positions.h)
+  kZeroLengthEdge,  // edges whose ends coincide: likewise
+};
+// "edges with more than two faces", for a list of what was mended.
+std::string_view describe(MendKind kind);
+
+struct Mend {
+  MendKind kind = MendKind::kCrowdedEdge;
+  ElementKind element = ElementKind::kNone;
+  std::size_t count = 0;
+  std::vector<Index> elements;  // of the input, edges as vertex pairs; at most kMostListed entries
+};
+
+struct SeparatedSurface {
+  Surface surface;                      // every vertex used; positions as they were
+  std::vector<VertexId> vertex_origin;  // #V: of the input, not descending
+  std::vector<FaceId> face_origin;      // #F: of the input, ascending
+  std::vector<char> turned;             // #F: corners run 0, 2, 1 of the input's face
+  std::vector<FaceId> collapsed;        // input faces that use a vertex twice, ascending
+  std::vector<Mend> mends;              // by kind, each at most once; empty: the input was clean
+
+  // The input's corner, 3 f + k, at a corner of `surface`.
+  CornerId corner_origin(CornerId c) const;
+};
+
+struct SeparateOptions {
+  // Vertex pairs. Where more than two faces meet at a seam, none of them continues another.
+  // Windings are made to agree between seams, not across them. Pairs that are no edge are ignored.
+  const IndexPairs* seams = nullptr;
+  const std::vector<Index>* material = nullptr;  // #F; faces of one material rather go together
+};
+
+// Deterministic. Errors: InvalidInput for what has no meaning: no faces, indices out of range,
+// coordinates that are not finite, shapes of the options; Cancelled. A surface whose every face is
+// collapsed has no faces. Cost: O(#F) and sorting the faces at each vertex.
+SeparatedSurface separate(const Surface& input, const SeparateOptions& options,
+                          const ExecutionContext& context);
+
+}  // namespace flipfree::mesh
