@@ -1,6 +1,6 @@
 #include "arrays.h"
 #include "bind/bindings.h"
-#include "flipfree/mesh/fans.h"
+#include "flipfree/mesh/separated/fans.h"
 
 namespace py = pybind11;
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <tuple>
 #include <utility>
@@ -25,6 +26,7 @@ constexpr double kLeastWorth = 0.05;
 
 constexpr std::size_t kMostMatchedAtBest = 8;
 constexpr std::size_t kMostCompared = 64;
+constexpr std::size_t kMostFlattest = 16;
 
 // Half-edges sorted by their lower vertex.
 struct ByLowerVertex {
@@ -157,17 +159,47 @@ class Pairer {
 
   void match_greedily() {
     std::vector<std::tuple<double, std::size_t, std::size_t>> pairs;
-    for (std::size_t i = 0; i < crowd_.size(); ++i) {
-      const std::size_t end = std::min(crowd_.size(), i + 1 + kMostCompared);
-      for (std::size_t k = i + 1; k < end; ++k) {
-        const double w = worth(i, k);
-        if (w > 0.0) pairs.emplace_back(-w, i, k);
+    const auto consider = [&](std::size_t i, std::size_t k) {
+      const double w = i == k ? 0.0 : worth(i, k);
+      if (w > 0.0) pairs.emplace_back(-w, std::min(i, k), std::max(i, k));
+    };
+    if (crowd_.size() <= kMostCompared) {
+      for (std::size_t i = 0; i < crowd_.size(); ++i) {
+        for (std::size_t k = i + 1; k < crowd_.size(); ++k) consider(i, k);
       }
+    } else {
+      consider_flattest(consider);
     }
     std::sort(pairs.begin(), pairs.end());
     for (const auto& [w, i, k] : pairs) {
       if (result_.mate[at(crowd_[i])] == kInvalid && result_.mate[at(crowd_[k])] == kInvalid)
         join(crowd_[i], crowd_[k]);
+    }
+  }
+
+  // Of a large crowd, for each face only those that continue it the flattest.
+  template <typename Consider>
+  void consider_flattest(const Consider& consider) const {
+    Vector3 along = Vector3::Zero();
+    for (std::size_t i = 1; i < across_.size() && along.isZero(); ++i) {
+      along = across_[0].cross(across_[i]);
+    }
+    along.stableNormalize();
+    const Vector3 aside = along.cross(across_[0]);
+    std::vector<std::pair<double, std::size_t>> angles;
+    for (std::size_t i = 0; i < across_.size(); ++i)
+      angles.emplace_back(std::atan2(across_[i].dot(aside), across_[i].dot(across_[0])), i);
+    std::sort(angles.begin(), angles.end());
+    for (std::size_t i = 0; i < angles.size(); ++i) {
+      const double facing =
+          angles[i].first + (angles[i].first > 0 ? -std::numbers::pi : std::numbers::pi);
+      const auto first = static_cast<std::size_t>(
+          std::lower_bound(angles.begin(), angles.end(), std::pair(facing, std::size_t{0})) -
+          angles.begin());
+      for (std::size_t d = 0; d < kMostFlattest; ++d) {
+        const std::size_t k = (first + angles.size() + d - kMostFlattest / 2) % angles.size();
+        consider(angles[i].second, angles[k].second);
+      }
     }
   }
 

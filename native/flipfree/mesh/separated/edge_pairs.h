@@ -31,7 +31,7 @@ struct PairingInput {
 // Two faces at an edge are mates, unless they are duplicates; of more, those that run in opposite
 // directions, lie flat and share a material. The pairs of up to eight have the best sum, of more
 // they are taken best first. Cost: O(#F) and sorting the faces at each vertex, O(k^2) for edges of
-// k faces, O(k) beyond 64.
+// k faces, O(k log k) beyond 64.
 EdgePairs pair_edges(const PairingInput& input, const ExecutionContext& context);
 
 }  // namespace flipfree::mesh

@@ -1,4 +1,4 @@
-#include "flipfree/mesh/fans.h"
+#include "flipfree/mesh/separated/fans.h"
 
 #include <algorithm>
 #include <cstddef>
