@@ -18,6 +18,22 @@ void add_transitions(py::dict& d, const std::vector<certify::Transition>& transi
 
 }  // namespace
 
+const char* kind_name(ElementKind kind) {
+  switch (kind) {
+    case ElementKind::kNone:
+      return "none";
+    case ElementKind::kVertex:
+      return "vertex";
+    case ElementKind::kEdge:
+      return "edge";
+    case ElementKind::kFace:
+      return "face";
+    case ElementKind::kCorner:
+      return "corner";
+  }
+  return "none";
+}
+
 py::dict to_dict(const certify::Certificate& c) {
   py::dict d;
   d["ok"] = c.ok;
@@ -55,6 +71,12 @@ py::dict to_dict(const certify::Certificate& c) {
   d["energy_p99"] = c.energy_p99;
   d["poor"] = c.poor;
   d["poor_islands"] = from_vector(c.poor_islands);
+  py::list mends;
+  for (const mesh::Mend& mend : c.mends) {
+    mends.append(py::make_tuple(std::string(describe(mend.kind)), kind_name(mend.element),
+                                mend.count, from_vector(mend.elements)));
+  }
+  d["mends"] = mends;
   py::list failures;
   for (const std::string& failure : c.failures) failures.append(failure);
   d["failures"] = failures;

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "flipfree/base/error.h"
 #include "flipfree/base/types.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/intrinsic/loops/dual_loops.h"
@@ -37,6 +38,9 @@ pybind11::array from_vector(const std::vector<T>& values) {
   std::copy(values.begin(), values.end(), array.mutable_data());
   return array;
 }
+
+// "vertex", "edge", ...
+const char* kind_name(ElementKind kind);
 
 // Plain dicts that flipfree/results.py turns into its dataclasses.
 pybind11::dict to_dict(const certify::Certificate& certificate);

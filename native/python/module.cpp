@@ -16,22 +16,6 @@ namespace py = pybind11;
 namespace flipfree::python {
 namespace {
 
-const char* kind_name(ElementKind kind) {
-  switch (kind) {
-    case ElementKind::kNone:
-      return "none";
-    case ElementKind::kVertex:
-      return "vertex";
-    case ElementKind::kEdge:
-      return "edge";
-    case ElementKind::kFace:
-      return "face";
-    case ElementKind::kCorner:
-      return "corner";
-  }
-  return "none";
-}
-
 // Raises flipfree.errors.<name>(message, code=..., kind=..., elements=[...]).
 void raise(const char* name, const Error& error, const py::object& certificate = py::none()) {
   const py::object type = py::module_::import("flipfree.errors").attr(name);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "flipfree/base/types.h"
+#include "flipfree/mesh/separated/separated.h"
 
 namespace flipfree::certify {
 
@@ -59,6 +60,9 @@ struct Certificate {
   bool poor = false;
   std::vector<FaceId> poor_islands;  // a face of each chart whose own mean energy is above the
                                      // bound, worst first, at most 100
+  // What the mesh had to be separated for; empty of a clean surface. Faces that use a vertex twice
+  // were not judged, all others were.
+  std::vector<mesh::Mend> mends;
   std::vector<std::string>
       failures;                     // one sentence per guarantee that does not hold, naming places
   std::vector<Index> failed_faces;  // faces of the map named by the failures, at most 1000

@@ -282,9 +282,26 @@ class Repair {
 
 }  // namespace
 
+namespace {
+
+// Exact predicates know no infinity.
+void require_finite(const Triangles& faces, const Points2& points) {
+  if (points.allFinite()) return;
+  std::vector<FaceId> outside;
+  for (FaceId f = 0; f < faces.rows(); ++f) {
+    bool finite = true;
+    for (Index k = 0; k < 3; ++k) finite = finite && points.row(faces(f, k)).allFinite();
+    if (!finite) outside.push_back(f);
+  }
+  give_up(std::move(outside), {});
+}
+
+}  // namespace
+
 Points2f round_to_storage(const Triangles& faces, const Points2& uv, const RoundingOptions& options,
                           ExecutionContext& context, Stats& stats) {
   const Points2 nearest = uv.cast<float>().cast<double>();
+  require_finite(faces, nearest);
   const bool good =
       is_flip_free(faces, nearest, context) &&
       !(options.bijective &&

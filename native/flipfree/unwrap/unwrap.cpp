@@ -1,5 +1,6 @@
 #include "flipfree/unwrap/unwrap.h"
 #include "flipfree/certify/certified_map.h"
+#include "flipfree/certify/separated_map.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +13,7 @@
 
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure/translate_errors.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/mesh/own_unit.h"
@@ -115,6 +117,19 @@ void use_stored_values(const Islands& islands, const ChartPins& pins,
   }
 }
 
+void require_corners(const mesh::Surface& surface, const Points2& uv) {
+  if (uv.rows() != 3 * surface.faces.rows())
+    throw_invalid(ErrorCode::kBadShape, "The UVs to stay close to need one row per face corner.");
+}
+
+certify::CertifyRequest request_of(const UnwrapOptions& options) {
+  certify::CertifyRequest request;
+  request.pins = options.pins;
+  request.require_bijective = options.bijective;
+  request.require_disjoint = options.pins.empty();  // charts with pins lie where the pins are
+  return request;
+}
+
 // acceptable: maps may be taken as they are (ExecutionContext::accept).
 certify::Parametrization unwrap_in_time(const mesh::Surface& surface, const UnwrapOptions& options,
                                         bool acceptable, ExecutionContext& context) {
@@ -127,11 +142,7 @@ certify::Parametrization unwrap_in_time(const mesh::Surface& surface, const Unwr
     stats[name] = watch.seconds();
     watch.restart();
   };
-  context.report("checking the mesh", 0.0);
-  mesh::validate(surface, {}, context);
-  if (options.place_like != nullptr && options.place_like->rows() != 3 * surface.faces.rows()) {
-    throw_invalid(ErrorCode::kBadShape, "The UVs to stay close to need one row per face corner.");
-  }
+  if (options.place_like != nullptr) require_corners(surface, *options.place_like);
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
   const mesh::EdgeFlags seams = mesh::flag_edges(surface.faces, adjacency, options.cuts);
@@ -191,10 +202,7 @@ certify::Parametrization unwrap_in_time(const mesh::Surface& surface, const Unwr
   context.report("certifying", 0.95);
   certify::set_identity_provenance(map);
   map.cut_edges = mesh::flagged_edges(surface.faces, adjacency, islands.cut);
-  certify::CertifyRequest request;
-  request.pins = options.pins;
-  request.require_bijective = options.bijective;
-  request.require_disjoint = options.pins.empty();  // charts with pins lie where the pins are
+  const certify::CertifyRequest request = request_of(options);
   certify::certify_map(map, surface, request, context);
   if (!map.certificate.ok) {
     // Turning and scaling can fold what is thinner than doubles resolve; the stored values were
@@ -212,11 +220,8 @@ certify::Parametrization unwrap_in_time(const mesh::Surface& surface, const Unwr
   return map;
 }
 
-}  // namespace
-
-certify::Parametrization unwrap(const mesh::Surface& surface, const UnwrapOptions& options,
-                                ExecutionContext& context) try {
-  const TimeLimit limit(context, limit_of(options.max_seconds));
+certify::Parametrization unwrap_clean(const mesh::Surface& surface, const UnwrapOptions& options,
+                                      ExecutionContext& context) {
   try {
     return unwrap_in_time(surface, options, true, context);
   } catch (const NotConverged&) {
@@ -224,6 +229,43 @@ certify::Parametrization unwrap(const mesh::Surface& surface, const UnwrapOption
   }
   // What was accepted cannot be stored beside the other charts: as if nobody had asked.
   return unwrap_in_time(surface, options, false, context);
+}
+
+// A mesh that is no clean surface: by way of one (mesh/separated).
+certify::Parametrization unwrap_separated(const mesh::Surface& surface,
+                                          const UnwrapOptions& options,
+                                          ExecutionContext& context) {
+  const certify::SeparatedMap separated(surface, options.cuts, context);
+  UnwrapOptions own = options;
+  own.cuts = separated.edges(options.cuts);
+  own.uncuttable = separated.edges(options.uncuttable);
+  own.pins = separated.pins(options.pins);
+  Points2 places;
+  if (options.place_like != nullptr) {
+    require_corners(surface, *options.place_like);
+    places = separated.corners(*options.place_like);
+    own.place_like = &places;
+  }
+  const certify::Parametrization solved =
+      with_errors([&](const Error& error) { return separated.in_terms_of_input(error); },
+                  [&] { return unwrap_clean(separated.surface(), own, context); });
+  const Untimed finishing(context);
+  certify::Parametrization map = separated.on_input(solved, request_of(options), context);
+  map.stats["energy"] = map.certificate.energy;
+  map.stats["max_energy"] = map.certificate.max_energy;
+  certify::require_certificate(map, "The unwrap");
+  return map;
+}
+
+}  // namespace
+
+certify::Parametrization unwrap(const mesh::Surface& surface, const UnwrapOptions& options,
+                                ExecutionContext& context) try {
+  const TimeLimit limit(context, limit_of(options.max_seconds));
+  context.report("checking the mesh", 0.0);
+  return mesh::find_defects(surface, {}, context).empty()
+             ? unwrap_clean(surface, options, context)
+             : unwrap_separated(surface, options, context);
 } catch (const TimeIsOver&) {
   if (!(options.max_seconds > 0)) throw;  // the limit is the caller's
   throw_out_of_time("Not all charts were flattened and stored", options.max_seconds,

@@ -3,6 +3,7 @@
 #include "bind/bindings.h"
 #include "flipfree/base/in_time.h"
 #include "flipfree/certify/certified_map.h"
+#include "flipfree/certify/separated_map.h"
 #include "flipfree/mesh/validate.h"
 #include "job.h"
 
@@ -46,16 +47,16 @@ void bind_certify(py::module_& module) {
              max_seconds](ExecutionContext& context) mutable {
               return in_time(context, max_seconds, "The map was not judged",
                              "or certify fewer faces at once", [&] {
-                               mesh::validate(map.surface, {.reject_zero_area = false}, context);
                                map.uv32 = map.uv.cast<float>();
                                if (refined) {
+                                 mesh::validate(map.surface, {.reject_zero_area = false}, context);
                                  certify::certify_map(map, input, request, context);
                                  return map.certificate;
                                }
                                request.surface = &map.surface;
                                request.uv = &map.uv;
                                request.uv32 = &map.uv32;
-                               return certify::certify(request, context);
+                               return certify::certify_any(request, context);
                              });
             },
             [](const certify::Certificate& certificate) -> py::object {

@@ -21,7 +21,7 @@ from .calls.unwrapping import unwrap
 from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConverged
 from .fields.aligned import field_aligned
 from .fields.cross_fields import CrossField, Signature, cross_field, signature
-from .results import Certificate, ConformalMetric, Parametrization, Transitions
+from .results import Certificate, ConformalMetric, Mend, Parametrization, Transitions
 
 __all__ = [
     "Cancelled",
@@ -31,6 +31,7 @@ __all__ = [
     "FlipfreeError",
     "Infeasible",
     "InvalidInput",
+    "Mend",
     "MeshFile",
     "NotConverged",
     "Parametrization",

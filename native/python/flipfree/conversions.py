@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 
 from .arrays import Positions
-from .results import Certificate, ConformalMetric, Parametrization, Transitions, frozen
+from .results import Certificate, ConformalMetric, Mend, Parametrization, Transitions, frozen
 
 
 def certificate_from(data: dict[str, Any]) -> Certificate:
     data = dict(data)
     for name in ("failed_faces", "seam_vertices", "quarter_cones"):
         frozen(data[name])
+    data["mends"] = tuple(Mend(*mend[:3], frozen(mend[3])) for mend in data["mends"])
     return Certificate(seam_transitions=transitions_from(data), **data)
 
 

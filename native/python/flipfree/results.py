@@ -32,6 +32,25 @@ class Transitions:
 
 
 @dataclass(frozen=True, eq=False)
+class Mend:
+    """What a mesh that is no clean surface was separated for; the mesh itself stays as it is.
+
+    Attributes:
+        what: in words, such as "edges with more than two faces".
+        kind: "vertex", "edge" or "face". count: how many.
+        elements: their ids in the caller's mesh, edges as vertex pairs one after the other; at most 1000 numbers.
+    """
+
+    what: str
+    kind: str
+    count: int
+    elements: IntArray
+
+    def __str__(self) -> str:
+        return f"{self.count} {self.what}"
+
+
+@dataclass(frozen=True, eq=False)
 class Certificate:
     """What was measured about a map, on the given values and after rounding to what is stored. Counts of -1 and figures of
     nan: not measured.
@@ -53,6 +72,8 @@ class Certificate:
             worst triangle; energy_p99: 99th percentile by area. -1: not measured (``conformal`` with ``lengths``).
         poor: valid, but hardly of use: energy above 5 or energy_p99 above 25.
         poor_islands: (k,) a face of each chart whose own mean energy is above 5, worst first, at most 100.
+        mends: what the mesh had to be separated for, empty for a clean surface. Faces that use a vertex twice have no
+            triangle and are not judged; all others are.
         failures: what failed, in words. failed_faces: (k,) faces named there, at most 1000.
     """
 
@@ -81,6 +102,7 @@ class Certificate:
     energy_p99: float
     poor: bool
     poor_islands: IntArray
+    mends: tuple[Mend, ...]
     failures: list[str]
     failed_faces: IntArray
 
@@ -99,6 +121,8 @@ class Certificate:
             f"flips {self.flips64} (64-bit) {self.flips32} (32-bit), overlaps {overlaps}, "
             f"energy {self.energy:.6g} (worst triangle {self.max_energy:.4g}){seams}"
         ]
+        if self.mends:
+            lines.append("  separated: " + ", ".join(str(mend) for mend in self.mends))
         return "\n".join(lines + [f"  {failure}" for failure in self.failures])
 
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "flipfree/base/plane.h"
+#include "flipfree/mesh/face_area.h"
 
 namespace flipfree::certify {
 namespace {
@@ -80,7 +81,9 @@ Points3 symmetric_dirichlet_parts(const mesh::Surface& surface, const Points2& c
           thin_area(q, corner_uv.row(3 * f + 1).transpose(), corner_uv.row(3 * f + 2).transpose());
       parts(f, 1) = area > 0.0 ? numerator / area / area : std::numeric_limits<double>::infinity();
     }
-    parts(f, 2) = 0.5 * area3;
+    // Of collinear corners the cross product is what rounding leaves of it.
+    const bool thin = area3 <= 1e-12 * e1.norm() * e2.norm();
+    parts(f, 2) = thin && !mesh::has_area(surface.vertices, surface.faces, f) ? 0.0 : 0.5 * area3;
   }
   return parts;
 }

@@ -8,6 +8,20 @@
 
 namespace flipfree::mesh {
 
+void throw_not_an_edge(const IndexPairs& vertex_pairs, Eigen::Index i, Index vertex_count) {
+  const VertexId a = vertex_pairs(i, 0);
+  const VertexId b = vertex_pairs(i, 1);
+  std::vector<Index> existing;
+  for (const VertexId v : {a, b}) {
+    if (v >= 0 && v < vertex_count) existing.push_back(v);
+  }
+  throw_invalid(ErrorCode::kNotAnEdge,
+                "Cut " + std::to_string(i) + " (vertices " + std::to_string(a) + " and " +
+                    std::to_string(b) +
+                    ") is not an edge of the mesh. Give pairs of vertices that an edge joins.",
+                ElementKind::kVertex, existing);
+}
+
 EdgeFlags flag_edges(const Triangles& faces, const Adjacency& adjacency,
                      const IndexPairs& vertex_pairs) {
   EdgeFlags flags(adjacency.opposite.size(), 0);
@@ -30,15 +44,7 @@ EdgeFlags flag_edges(const Triangles& faces, const Adjacency& adjacency,
     HalfedgeId h = in_range ? outgoing(a, b) : kInvalid;
     if (h == kInvalid && in_range) h = outgoing(b, a);
     if (h == kInvalid) {
-      std::vector<Index> existing;
-      for (const VertexId v : {a, b}) {
-        if (v >= 0 && v < vertex_count) existing.push_back(v);
-      }
-      throw_invalid(ErrorCode::kNotAnEdge,
-                    "Cut " + std::to_string(i) + " (vertices " + std::to_string(a) + " and " +
-                        std::to_string(b) +
-                        ") is not an edge of the mesh. Give pairs of vertices that an edge joins.",
-                    ElementKind::kVertex, existing);
+      throw_not_an_edge(vertex_pairs, i, vertex_count);
     }
     const HalfedgeId o = adjacency.opposite[static_cast<std::size_t>(h)];
     if (o == kInvalid) continue;

@@ -19,6 +19,10 @@ using EdgeFlags = std::vector<char>;
 EdgeFlags flag_edges(const Triangles& faces, const Adjacency& adjacency,
                      const IndexPairs& vertex_pairs);
 
+// Throws that InvalidInput, for pair i.
+[[noreturn]] void throw_not_an_edge(const IndexPairs& vertex_pairs, Eigen::Index i,
+                                    Index vertex_count);
+
 // The flagged edges as vertex pairs (lower id first), each once, in half-edge order.
 IndexPairs flagged_edges(const Triangles& faces, const Adjacency& adjacency,
                          const EdgeFlags& flags);

@@ -100,6 +100,10 @@ class Pairer {
     const HalfedgeId a = crowd_[i];
     const HalfedgeId b = crowd_[k];
     if (duplicates(a, b)) return 0.0;
+    if (input_.corner_uv != nullptr &&
+        !continues_in_map(input_.faces, *input_.corner_uv, a, b)) {
+      return 0.0;
+    }
     double sum = kAnyPair - across_[i].dot(across_[k]);
     if (source(input_.faces, a) != source(input_.faces, b)) {
       sum += kSameWinding;
@@ -231,6 +235,15 @@ std::vector<FaceId> duplicate_faces(const Triangles& faces, const std::vector<Ed
 }
 
 }  // namespace
+
+bool continues_in_map(const Triangles& faces, const Points2& corner_uv, HalfedgeId a,
+                      HalfedgeId b) {
+  const bool same = source(faces, a) == source(faces, b);
+  const CornerId first = same ? b : next_corner(b);
+  const CornerId second = same ? next_corner(b) : b;
+  return corner_uv.row(a) == corner_uv.row(first) &&
+         corner_uv.row(next_corner(a)) == corner_uv.row(second);
+}
 
 EdgePairs pair_edges(const PairingInput& input, const ExecutionContext& context) {
   constexpr Index kCheckEvery = 1 << 14;

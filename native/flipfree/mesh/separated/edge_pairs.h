@@ -26,7 +26,12 @@ struct PairingInput {
   const Triangles& faces;                        // three different vertices each
   const std::vector<char>& at_seam;              // 3 #F
   const std::vector<Index>* material = nullptr;  // #F
+  const Points2* corner_uv = nullptr;            // 3 #F x 2
 };
+
+// Do the map's values at the ends of an edge agree on both its half-edges?
+bool continues_in_map(const Triangles& faces, const Points2& corner_uv, HalfedgeId a, HalfedgeId b);
+
 
 // Two faces at an edge are mates, unless they are duplicates; of more, those that run in opposite
 // directions, lie flat and share a material. The pairs of up to eight have the best sum, of more

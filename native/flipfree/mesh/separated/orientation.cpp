@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "flipfree/base/disjoint_sets.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/mesh/adjacency.h"
 
 namespace flipfree::mesh {
@@ -14,13 +16,18 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 class Orienter {
  public:
   Orienter(const Points3& positions, const Triangles& faces, const std::vector<char>& at_seam,
-           std::vector<HalfedgeId>& mate)
-      : positions_(positions), faces_(faces), at_seam_(at_seam), mate_(mate) {
+           const Points2* corner_uv, std::vector<HalfedgeId>& mate)
+      : positions_(positions),
+        faces_(faces),
+        at_seam_(at_seam),
+        corner_uv_(corner_uv),
+        mate_(mate) {
     // Areas are compared only: in a unit in which they neither overflow nor vanish.
     const double extent = positions.size() == 0 ? 0.0 : positions.cwiseAbs().maxCoeff();
     unit_ = extent > 0.0 ? 1.0 / extent : 1.0;
     if (!std::isfinite(unit_)) unit_ = 1.0;
     side_.assign(static_cast<std::size_t>(faces.rows()), kUnknown);
+    if (corner_uv_ != nullptr) find_contradictions();
   }
 
   Orientation run(const ExecutionContext& context) {
@@ -56,6 +63,27 @@ class Orienter {
     return (b - a).cross(c - a).norm();
   }
 
+  // Marks the faces that mates join to two windings.
+  void find_contradictions() {
+    DisjointSets joined(static_cast<Index>(faces_.rows()));
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(mate_.size()); ++h) {
+      if (mate_[at(h)] > h) joined.join(h / 3, mate_[at(h)] / 3);
+    }
+    std::vector<char> twisted(side_.size(), 0);
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(mate_.size()); ++h) {
+      const HalfedgeId o = mate_[at(h)];
+      if (o > h && same_direction(h, o)) twisted[at(joined.find(h / 3))] = 1;
+    }
+    contradicted_.assign(side_.size(), 0);
+    for (FaceId f = 0; f < faces_.rows(); ++f) contradicted_[at(f)] = twisted[at(joined.find(f))];
+  }
+  double map_area(FaceId f) const {
+    const Vector2 a = corner_uv_->row(3 * f);
+    const Vector2 b = corner_uv_->row(3 * f + 1);
+    const Vector2 c = corner_uv_->row(3 * f + 2);
+    return cross(b - a, c - a);
+  }
+
   // Breadth first, so that the fronts of a one-sided part meet along a short cut.
   void orient_part(FaceId first) {
     part_.assign(1, first);
@@ -73,6 +101,12 @@ class Orienter {
         part_.push_back(o / 3);
       }
     }
+    if (corner_uv_ != nullptr && contradicted_[at(first)] != 0) {
+      double positive = 0.0;
+      for (const FaceId f : part_) positive += side_[at(f)] == 0 ? map_area(f) : -map_area(f);
+      turned = positive < 0.0 ? 1.0 : 0.0;
+      kept = 0.0;
+    }
     if (turned > kept) {
       for (const FaceId f : part_) side_[at(f)] = side_[at(f)] == 0 ? 1 : 0;
     }
@@ -81,18 +115,20 @@ class Orienter {
   const Points3& positions_;
   const Triangles& faces_;
   const std::vector<char>& at_seam_;
+  const Points2* corner_uv_;
   std::vector<HalfedgeId>& mate_;
   double unit_ = 1.0;
   std::vector<char> side_;
   std::vector<FaceId> part_;
+  std::vector<char> contradicted_;  // per face, where there is a map
 };
 
 }  // namespace
 
 Orientation orient(const Points3& positions, const Triangles& faces,
-                   const std::vector<char>& at_seam, std::vector<HalfedgeId>& mate,
-                   const ExecutionContext& context) {
-  return Orienter(positions, faces, at_seam, mate).run(context);
+                   const std::vector<char>& at_seam, const Points2* corner_uv,
+                   std::vector<HalfedgeId>& mate, const ExecutionContext& context) {
+  return Orienter(positions, faces, at_seam, corner_uv, mate).run(context);
 }
 
 }  // namespace flipfree::mesh

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/cut_graph/cut.h"
 #include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/separated/edge_pairs.h"
 #include "flipfree/mesh/separated/orientation.h"
@@ -41,6 +42,8 @@ void check_meaning(const Surface& input, const SeparateOptions& options) {
       options.material->size() != static_cast<std::size_t>(input.faces.rows())) {
     throw_invalid(ErrorCode::kBadShape, "Materials need one number per face.");
   }
+  if (options.corner_uv != nullptr && options.corner_uv->rows() != 3 * input.faces.rows())
+    throw_invalid(ErrorCode::kBadShape, "A map needs one row per face corner.");
 }
 
 // Which half-edges lie on one of the pairs.
@@ -75,12 +78,18 @@ class Separator {
   SeparatedSurface run() {
     check_meaning(input_, options_);
     drop_collapsed_faces();
-    const std::vector<char> at_seam =
+    std::vector<char> at_seam =
         flag_pairs(faces_, static_cast<Index>(input_.vertices.rows()), options_.seams);
+    const Points2* map = corner_uv_.rows() == 0 ? nullptr : &corner_uv_;
     EdgePairs pairs = pair_edges(
-        {input_.vertices, faces_, at_seam, material_.empty() ? nullptr : &material_}, context_);
+        {input_.vertices, faces_, at_seam, material_.empty() ? nullptr : &material_, map},
+        context_);
+    for (HalfedgeId h = 0; map != nullptr && h < static_cast<HalfedgeId>(at_seam.size()); ++h) {
+      const HalfedgeId o = pairs.mate[at(h)];
+      if (o != kInvalid && !continues_in_map(faces_, *map, h, o)) at_seam[at(h)] = 1;
+    }
     const std::vector<HalfedgeId> paired = pairs.mate;
-    const Orientation orientation = orient(input_.vertices, faces_, at_seam, pairs.mate, context_);
+    const Orientation orientation = orient(input_.vertices, faces_, at_seam, map, pairs.mate, context_);
     list_edges(MendKind::kCrowdedEdge, firsts(pairs.crowded));
     list_edges(MendKind::kOneSidedEdge, orientation.one_sided);
     list_faces(MendKind::kDuplicateFace, pairs.duplicate);
@@ -114,6 +123,13 @@ class Separator {
       if (options_.material != nullptr) material_.push_back((*options_.material)[at(f)]);
     }
     faces_.conservativeResize(kept, 3);
+    if (options_.corner_uv != nullptr) {
+      corner_uv_.resize(3 * kept, 2);
+      for (Eigen::Index f = 0; f < kept; ++f) {
+        corner_uv_.middleRows(3 * f, 3) =
+            options_.corner_uv->middleRows(3 * result_.face_origin[static_cast<std::size_t>(f)], 3);
+      }
+    }
     Mend mend{MendKind::kRepeatedCorner, ElementKind::kFace, result_.collapsed.size(), {}};
     for (const FaceId f : result_.collapsed) {
       if (mend.elements.size() < kMostListed) mend.elements.push_back(f);
@@ -242,6 +258,7 @@ class Separator {
   const ExecutionContext& context_;
   Triangles faces_;  // those that are kept, in the input's vertices
   std::vector<Index> material_;
+  Points2 corner_uv_;
   SeparatedSurface result_;
 };
 
@@ -275,6 +292,40 @@ CornerId SeparatedSurface::corner_origin(CornerId c) const {
   const FaceId f = c / 3;
   const Index k = c % 3;
   return 3 * face_origin[at(f)] + (turned[at(f)] == 0 || k == 0 ? k : 3 - k);
+}
+
+IndexPairs copies_of_edges(const Surface& input, const SeparatedSurface& separated,
+                           const IndexPairs& pairs) {
+  const auto vertex_count = static_cast<Index>(input.vertices.rows());
+  const auto edges_among = [&](const Triangles& faces) {
+    std::vector<std::pair<VertexId, VertexId>> found;
+    const std::vector<char> flags = flag_pairs(faces, vertex_count, &pairs);
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(flags.size()); ++h) {
+      if (flags[at(h)] != 0) found.push_back(std::minmax({source(faces, h), target(faces, h)}));
+    }
+    std::sort(found.begin(), found.end());
+    return found;
+  };
+  const auto of_input = edges_among(input.faces);
+  for (Eigen::Index i = 0; i < pairs.rows(); ++i) {
+    const std::pair<VertexId, VertexId> pair = std::minmax({pairs(i, 0), pairs(i, 1)});
+    if (!std::binary_search(of_input.begin(), of_input.end(), pair)) throw_not_an_edge(pairs, i, vertex_count);
+  }
+  const Triangles& faces = separated.surface.faces;
+  Triangles named(faces.rows(), 3);
+  std::transform(faces.data(), faces.data() + faces.size(), named.data(),
+                 [&](VertexId v) { return separated.vertex_origin[at(v)]; });
+  const std::vector<char> flags = flag_pairs(named, vertex_count, &pairs);
+  std::vector<std::pair<VertexId, VertexId>> copies;
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(flags.size()); ++h) {
+    if (flags[at(h)] != 0) copies.push_back(std::minmax({source(faces, h), target(faces, h)}));
+  }
+  std::sort(copies.begin(), copies.end());
+  copies.erase(std::unique(copies.begin(), copies.end()), copies.end());
+  IndexPairs result(static_cast<Eigen::Index>(copies.size()), 2);
+  for (std::size_t i = 0; i < copies.size(); ++i)
+    result.row(static_cast<Eigen::Index>(i)) << copies[i].first, copies[i].second;
+  return result;
 }
 
 SeparatedSurface separate(const Surface& input, const SeparateOptions& options,

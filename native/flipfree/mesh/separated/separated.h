@@ -57,6 +57,10 @@ struct SeparateOptions {
   // Windings are made to agree between seams, not across them. Pairs that are no edge are ignored.
   const IndexPairs* seams = nullptr;
   const std::vector<Index>* material = nullptr;  // #F; faces of one material rather go together
+  // A map of the input, 3 #F x 2: of a crowd, faces continue each other where its values agree, and
+  // edges where they differ are seams. Where windings contradict each other, each island's is that
+  // of most of its area in the map.
+  const Points2* corner_uv = nullptr;
 };
 
 // Deterministic. Errors: InvalidInput for what has no meaning: no faces, indices out of range,
@@ -64,5 +68,11 @@ struct SeparateOptions {
 // collapsed has no faces. Cost: O(#F) and sorting the faces at each vertex.
 SeparatedSurface separate(const Surface& input, const SeparateOptions& options,
                           const ExecutionContext& context);
+
+// The surface's edges (vertex pairs) that come from the given ones of the input, without those that
+// only faces without a triangle have. Throws InvalidInput (kNotAnEdge) for a pair that is no edge of
+// the input. Cost: O(#F).
+IndexPairs copies_of_edges(const Surface& input, const SeparatedSurface& separated,
+                           const IndexPairs& pairs);
 
 }  // namespace flipfree::mesh

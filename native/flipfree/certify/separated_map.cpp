@@ -1,0 +1,232 @@
+#include "flipfree/certify/separated_map.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/face_area.h"
+#include "flipfree/mesh/separated/rest_positions.h"
+#include "flipfree/mesh/validate.h"
+
+namespace flipfree::certify {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+// Per corner of the input, the corner of the separated surface; kInvalid of faces without triangle.
+std::vector<CornerId> corners_from_input(const mesh::SeparatedSurface& separated,
+                                         std::size_t input_corners) {
+  std::vector<CornerId> result(input_corners, kInvalid);
+  for (CornerId c = 0; c < static_cast<CornerId>(separated.surface.faces.size()); ++c)
+    result[at(separated.corner_origin(c))] = c;
+  return result;
+}
+
+template <typename Values>
+Values taken_from_input(const mesh::SeparatedSurface& separated, const Values& of_input) {
+  Values result(separated.surface.faces.size(), 2);
+  for (CornerId c = 0; c < static_cast<CornerId>(result.rows()); ++c)
+    result.row(c) = of_input.row(separated.corner_origin(c));
+  return result;
+}
+
+std::vector<CornerPin> moved_pins(const mesh::SeparatedSurface& separated,
+                                  std::size_t input_corners,
+                                  const std::vector<CornerPin>& of_input) {
+  if (of_input.empty()) return {};
+  const std::vector<CornerId> corner = corners_from_input(separated, input_corners);
+  std::vector<CornerPin> result;
+  for (const CornerPin& pin : of_input) {
+    // What is no corner at all is named where pins are checked.
+    if (pin.corner < 0 || at(pin.corner) >= input_corners) throw_invalid(
+        ErrorCode::kBadPins, "A pin names corner " + std::to_string(pin.corner) +
+                                 ", which does not exist. Pin corners of the mesh.");
+    if (corner[at(pin.corner)] != kInvalid) result.push_back({corner[at(pin.corner)], pin.uv});
+  }
+  return result;
+}
+
+// Every copy of a vertex is to have its angle.
+std::vector<std::pair<VertexId, double>> moved_cones(
+    const mesh::SeparatedSurface& separated,
+    const std::vector<std::pair<VertexId, double>>& of_input) {
+  std::vector<std::pair<VertexId, double>> result;
+  const auto& origin = separated.vertex_origin;
+  for (const auto& [v, angle] : of_input) {
+    for (auto copy = std::lower_bound(origin.begin(), origin.end(), v);
+         copy != origin.end() && *copy == v; ++copy) {
+      result.emplace_back(static_cast<VertexId>(copy - origin.begin()), angle);
+    }
+  }
+  return result;
+}
+
+void move_faces(const mesh::SeparatedSurface& separated, std::vector<FaceId>& faces) {
+  for (FaceId& f : faces) f = separated.face_origin[at(f)];
+}
+
+bool any_area(const mesh::Surface& surface) {
+  for (FaceId f = 0; f < surface.faces.rows(); ++f) {
+    if (mesh::has_area(surface.vertices, surface.faces, f)) return true;
+  }
+  return false;
+}
+
+// On the user's positions; `request` in terms of the input, uv of its corners.
+Certificate judge(const mesh::SeparatedSurface& separated, const CertifyRequest& request,
+                  const ExecutionContext& context) {
+  const auto corners = static_cast<std::size_t>(request.uv->rows());
+  const Points2 uv = taken_from_input(separated, *request.uv);
+  Points2f uv32;
+  if (request.uv32 != nullptr) uv32 = taken_from_input(separated, *request.uv32);
+  CertifyRequest own = request;
+  own.surface = &separated.surface;
+  own.uv = &uv;
+  if (request.uv32 != nullptr) own.uv32 = &uv32;
+  own.pins = moved_pins(separated, corners, request.pins);
+  own.cone_angles = moved_cones(separated, request.cone_angles);
+  own.require_distortion = request.require_distortion && any_area(separated.surface);
+  own.parent = nullptr;
+  Certificate result = certify(own, context);
+  move_faces(separated, result.failed_faces);
+  move_faces(separated, result.poor_islands);
+  move_faces(separated, result.island_overlap_faces);
+  for (auto& [v, k] : result.quarter_cones) v = separated.vertex_origin[at(v)];
+  for (SeamTransition& seam : result.seams) {
+    seam.from = separated.vertex_origin[at(seam.from)];
+    seam.to = separated.vertex_origin[at(seam.to)];
+  }
+  if (!result.ok) result.failures.emplace_back("(Numbers are those of the separated surface)");
+  result.mends = separated.mends;
+  return result;
+}
+
+// Faces that use a vertex twice: a point of the map at each vertex, of any face there.
+template <typename Values>
+void fill_collapsed(const mesh::Surface& input, const mesh::SeparatedSurface& separated,
+                    Values& uv) {
+  if (separated.collapsed.empty()) return;
+  std::vector<CornerId> any(at(static_cast<Index>(input.vertices.rows())), kInvalid);
+  for (CornerId c = 0; c < static_cast<CornerId>(separated.surface.faces.size()); ++c) {
+    const CornerId o = separated.corner_origin(c);
+    CornerId& of_vertex = any[at(input.faces(o / 3, o % 3))];
+    if (of_vertex == kInvalid) of_vertex = o;
+  }
+  for (const FaceId f : separated.collapsed) {
+    CornerId spare = kInvalid;
+    for (Index k = 0; k < 3; ++k) spare = std::max(spare, any[at(input.faces(f, k))]);
+    for (Index k = 0; k < 3; ++k) {
+      const CornerId own = any[at(input.faces(f, k))];
+      const CornerId from = own != kInvalid ? own : spare;
+      if (from == kInvalid) {
+        uv.row(3 * f + k).setZero();
+      } else {
+        uv.row(3 * f + k) = uv.row(from);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+Certificate certify_any(const CertifyRequest& request, const ExecutionContext& context) {
+  mesh::ValidateOptions rules;
+  rules.reject_zero_area = false;
+  if (request.surface == nullptr || request.uv == nullptr ||
+      request.uv->rows() != 3 * request.surface->faces.rows() ||
+      mesh::find_defects(*request.surface, rules, context).empty()) {
+    return certify(request, context);
+  }
+  mesh::SeparateOptions options;
+  options.corner_uv = request.uv;
+  return judge(mesh::separate(*request.surface, options, context), request, context);
+}
+
+SeparatedMap::SeparatedMap(const mesh::Surface& input, const IndexPairs& seams,
+                           const ExecutionContext& context)
+    : input_(input) {
+  mesh::SeparateOptions options;
+  options.seams = &seams;
+  separated_ = mesh::separate(input, options, context);
+  if (separated_.surface.faces.rows() == 0) {
+    throw_invalid(ErrorCode::kRepeatedCorner,
+                  "Every face uses a vertex twice, so that there is nothing to map. Delete "
+                  "degenerate faces (Merge by Distance).",
+                  ElementKind::kFace, {separated_.collapsed.front()});
+  }
+  rest_ = {mesh::rest_positions(separated_.surface), separated_.surface.faces};
+}
+
+IndexPairs SeparatedMap::edges(const IndexPairs& of_input) const {
+  return mesh::copies_of_edges(input_, separated_, of_input);
+}
+
+std::vector<CornerPin> SeparatedMap::pins(const std::vector<CornerPin>& of_input) const {
+  return moved_pins(separated_, static_cast<std::size_t>(input_.faces.size()), of_input);
+}
+
+Points2 SeparatedMap::corners(const Points2& of_input) const {
+  return taken_from_input(separated_, of_input);
+}
+
+Error SeparatedMap::in_terms_of_input(Error error) const {
+  for (Index& i : error.elements) {
+    switch (error.kind) {
+      case ElementKind::kVertex:
+      case ElementKind::kEdge:
+        i = separated_.vertex_origin[at(i)];
+        break;
+      case ElementKind::kFace:
+        i = separated_.face_origin[at(i)];
+        break;
+      case ElementKind::kCorner:
+        i = separated_.corner_origin(i);
+        break;
+      case ElementKind::kNone:
+        break;
+    }
+  }
+  return error;
+}
+
+Parametrization SeparatedMap::on_input(const Parametrization& solved,
+                                       const CertifyRequest& request,
+                                       const ExecutionContext& context) const {
+  Parametrization map;
+  map.surface = input_;
+  map.stats = solved.stats;
+  const Eigen::Index corners = input_.faces.size();
+  map.uv.resize(corners, 2);
+  map.uv32.resize(corners, 2);
+  if (solved.agreed.rows() > 0) map.agreed.resize(corners, 2);
+  for (CornerId c = 0; c < static_cast<CornerId>(solved.uv.rows()); ++c) {
+    const CornerId o = separated_.corner_origin(c);
+    map.uv.row(o) = solved.uv.row(c);
+    map.uv32.row(o) = solved.uv32.row(c);
+    if (solved.agreed.rows() > 0) map.agreed.row(o) = solved.agreed.row(c);
+  }
+  fill_collapsed(input_, separated_, map.uv);
+  fill_collapsed(input_, separated_, map.uv32);
+  if (map.agreed.rows() > 0) fill_collapsed(input_, separated_, map.agreed);
+  std::vector<std::pair<VertexId, VertexId>> cuts;
+  for (Eigen::Index i = 0; i < solved.cut_edges.rows(); ++i) {
+    cuts.push_back(std::minmax({separated_.vertex_origin[at(solved.cut_edges(i, 0))],
+                                separated_.vertex_origin[at(solved.cut_edges(i, 1))]}));
+  }
+  std::sort(cuts.begin(), cuts.end());
+  cuts.erase(std::unique(cuts.begin(), cuts.end()), cuts.end());
+  map.cut_edges.resize(static_cast<Eigen::Index>(cuts.size()), 2);
+  for (std::size_t i = 0; i < cuts.size(); ++i)
+    map.cut_edges.row(static_cast<Eigen::Index>(i)) << cuts[i].first, cuts[i].second;
+  set_identity_provenance(map);
+  CertifyRequest own = request;
+  own.uv = &map.uv;
+  own.uv32 = &map.uv32;
+  map.certificate = judge(separated_, own, context);
+  return map;
+}
+
+}  // namespace flipfree::certify

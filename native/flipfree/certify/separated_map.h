@@ -1,0 +1,50 @@
+// Maps of meshes that are no clean surface: judged on what separate() makes of them, and said in
+// terms of the mesh that the caller has.
+#pragma once
+
+#include "flipfree/base/context.h"
+#include "flipfree/base/error.h"
+#include "flipfree/certify/certify.h"
+#include "flipfree/certify/parametrization.h"
+#include "flipfree/mesh/separated/separated.h"
+
+namespace flipfree::certify {
+
+// certify() for any mesh but one without meaning (InvalidInput, see separate()). A clean surface is
+// judged as it is. Any other is separated first, along the map, and what it took stands in
+// Certificate::mends; faces that use a vertex twice have no triangle and are not judged, faces
+// without area have no share in the distortion. Precondition: the map is on the mesh's own
+// triangles (no parent). Cost: that of validating and separating beside certify()'s.
+Certificate certify_any(const CertifyRequest& request, const ExecutionContext& context);
+
+// What a solver is given and gives back in place of a mesh that is not clean.
+class SeparatedMap {
+ public:
+  // As separate() does, at `seams` (vertex pairs). Throws InvalidInput also where no face has three
+  // different vertices, or a seam is no edge.
+  SeparatedMap(const mesh::Surface& input, const IndexPairs& seams,
+               const ExecutionContext& context);
+
+  const mesh::SeparatedSurface& separated() const { return separated_; }
+  // The surface, at positions where every face has an area (mesh/separated/rest_positions.h).
+  const mesh::Surface& surface() const { return rest_; }
+  IndexPairs edges(const IndexPairs& of_input) const;
+  // Pins at corners of faces without a triangle are left out.
+  std::vector<CornerPin> pins(const std::vector<CornerPin>& of_input) const;
+  Points2 corners(const Points2& of_input) const;
+  // Elements in terms of the input.
+  Error in_terms_of_input(Error error) const;
+
+  // A solution on surface(), with its own triangulation, as a map of the input; faces without a
+  // triangle get points of their neighbours. Certified, with what `request` asks for in terms of the
+  // input; not agreed with storage where the solution was not.
+  Parametrization on_input(const Parametrization& solved, const CertifyRequest& request,
+                           const ExecutionContext& context) const;
+
+ private:
+  const mesh::Surface& input_;
+  mesh::SeparatedSurface separated_;
+  mesh::Surface rest_;
+};
+
+}  // namespace flipfree::certify
