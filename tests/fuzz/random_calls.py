@@ -1,6 +1,6 @@
 """Random calls of all public functions, in processes that may crash.
 
-    export PYTHONPATH=build/python:tests/python:benchmarks
+    export PYTHONPATH=build/python:tests:tests/python:benchmarks
     random_calls.py [--calls 1000] [--seed 0] [--jobs 2] [--only NAME,...] [--slack 2.0] [--report FILE.json]
     random_calls.py --repeat SEED
 

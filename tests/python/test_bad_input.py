@@ -76,31 +76,31 @@ CASES: dict[str, tuple[Callable[[], Any], type[ff.FlipfreeError], str, list[str]
         ff.InvalidInput, "coordinate is not finite", ["Vertex 3"],
     ),
     "face that uses a vertex twice": (
-        lambda: ff.unwrap(*with_faces([[0, 1, 2], [3, 3, 4]])),
+        lambda: ff.embed(*with_faces([[0, 1, 2], [3, 3, 4]])),
         ff.InvalidInput, "face uses a vertex twice", ["Face 1"],
     ),
     "duplicate face": (
-        lambda: ff.unwrap(*with_faces([[0, 1, 2], [2, 0, 1]])),
+        lambda: ff.embed(*with_faces([[0, 1, 2], [2, 0, 1]])),
         ff.InvalidInput, "duplicate face", ["Face 1", "Delete"],
     ),
     "edge with more than two faces": (
-        lambda: ff.unwrap(*with_faces([[0, 1, 2], [1, 0, 3], [0, 1, 4]])),
+        lambda: ff.embed(*with_faces([[0, 1, 2], [1, 0, 3], [0, 1, 4]])),
         ff.InvalidInput, "non-manifold edge", ["Edge 0-1", "more than two"],
     ),
     "faces oriented against each other": (
-        lambda: ff.unwrap(*with_faces([[0, 1, 2], [0, 1, 4]])),
+        lambda: ff.embed(*with_faces([[0, 1, 2], [0, 1, 4]])),
         ff.InvalidInput, "inconsistent orientation", ["Edge 0-1", "normals"],
     ),
     "vertex that joins two fans": (
-        lambda: ff.unwrap(*with_faces([[0, 1, 2], [0, 4, 5]])),
+        lambda: ff.embed(*with_faces([[0, 1, 2], [0, 4, 5]])),
         ff.InvalidInput, "non-manifold vertex", ["Vertex 0", "Split"],
     ),
     "zero-length edge": (
-        lambda: ff.unwrap(*with_vertex(1, [1, 1, 0])),
+        lambda: ff.embed(*with_vertex(1, [1, 1, 0])),
         ff.InvalidInput, "zero-length edge", ["Edge 1-2", "Merge"],
     ),
     "zero-area face": (
-        lambda: ff.unwrap(*with_vertex(1, [0.5, 0.5, 0])),
+        lambda: ff.embed(*with_vertex(1, [0.5, 0.5, 0])),
         ff.InvalidInput, "zero-area face", ["Face 0", "one line"],
     ),
     "cut that is no edge": (

@@ -142,7 +142,7 @@ def test_jobs_take_any_number_of_seconds_and_are_collected_once() -> None:
 
 
 def test_a_failed_job_fails_again() -> None:
-    job = ff.jobs.unwrap(np.zeros((3, 3)), [[0, 1, 2]])
+    job = ff.jobs.embed(np.zeros((3, 3)), [[0, 1, 2]])
     for _ in range(2):
         with pytest.raises(ff.InvalidInput, match="Edge 0-1"):
             job.result()

@@ -19,7 +19,9 @@ from flipfree.calls.matching import ENGINES
 from surfaces import bumpy_grid, octahedron_sphere
 
 TESTS = Path(__file__).resolve().parent.parent
-FOLDERS = [Path(ff.__file__).parent.parent, TESTS / "python", TESTS.parent / "benchmarks"]
+FOLDERS = [
+    Path(ff.__file__).parent.parent, TESTS, TESTS / "python", TESTS.parent / "benchmarks",
+]  # fmt: skip
 
 NAMES = "unwrap,embed,improve,pack,certify,match,seamless"
 

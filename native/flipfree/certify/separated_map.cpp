@@ -41,9 +41,9 @@ std::vector<CornerPin> moved_pins(const mesh::SeparatedSurface& separated,
   std::vector<CornerPin> result;
   for (const CornerPin& pin : of_input) {
     // What is no corner at all is named where pins are checked.
-    if (pin.corner < 0 || at(pin.corner) >= input_corners) throw_invalid(
-        ErrorCode::kBadPins, "A pin names corner " + std::to_string(pin.corner) +
-                                 ", which does not exist. Pin corners of the mesh.");
+    if (pin.corner < 0 || at(pin.corner) >= input_corners)
+      throw_invalid(ErrorCode::kBadPins, "A pin names corner " + std::to_string(pin.corner) +
+                                             ", which does not exist. Pin corners of the mesh.");
     if (corner[at(pin.corner)] != kInvalid) result.push_back({corner[at(pin.corner)], pin.uv});
   }
   return result;
@@ -68,11 +68,9 @@ void move_faces(const mesh::SeparatedSurface& separated, std::vector<FaceId>& fa
   for (FaceId& f : faces) f = separated.face_origin[at(f)];
 }
 
-bool any_area(const mesh::Surface& surface) {
-  for (FaceId f = 0; f < surface.faces.rows(); ++f) {
-    if (mesh::has_area(surface.vertices, surface.faces, f)) return true;
-  }
-  return false;
+bool any_shape(const mesh::Surface& surface) {
+  return mesh::shapeless_faces(surface.vertices, surface.faces).size() <
+         static_cast<std::size_t>(surface.faces.rows());
 }
 
 // On the user's positions; `request` in terms of the input, uv of its corners.
@@ -88,7 +86,7 @@ Certificate judge(const mesh::SeparatedSurface& separated, const CertifyRequest&
   if (request.uv32 != nullptr) own.uv32 = &uv32;
   own.pins = moved_pins(separated, corners, request.pins);
   own.cone_angles = moved_cones(separated, request.cone_angles);
-  own.require_distortion = request.require_distortion && any_area(separated.surface);
+  own.require_distortion = request.require_distortion && any_shape(separated.surface);
   own.parent = nullptr;
   Certificate result = certify(own, context);
   move_faces(separated, result.failed_faces);
@@ -132,12 +130,15 @@ void fill_collapsed(const mesh::Surface& input, const mesh::SeparatedSurface& se
 
 }  // namespace
 
+bool is_clean(const mesh::Surface& surface, const ExecutionContext& context) {
+  return mesh::find_defects(surface, {}, context).empty() &&
+         mesh::shapeless_faces(surface.vertices, surface.faces).empty();
+}
+
 Certificate certify_any(const CertifyRequest& request, const ExecutionContext& context) {
-  mesh::ValidateOptions rules;
-  rules.reject_zero_area = false;
   if (request.surface == nullptr || request.uv == nullptr ||
       request.uv->rows() != 3 * request.surface->faces.rows() ||
-      mesh::find_defects(*request.surface, rules, context).empty()) {
+      is_clean(*request.surface, context)) {
     return certify(request, context);
   }
   mesh::SeparateOptions options;
@@ -145,12 +146,9 @@ Certificate certify_any(const CertifyRequest& request, const ExecutionContext& c
   return judge(mesh::separate(*request.surface, options, context), request, context);
 }
 
-SeparatedMap::SeparatedMap(const mesh::Surface& input, const IndexPairs& seams,
+SeparatedMap::SeparatedMap(const mesh::Surface& input, const mesh::SeparateOptions& options,
                            const ExecutionContext& context)
-    : input_(input) {
-  mesh::SeparateOptions options;
-  options.seams = &seams;
-  separated_ = mesh::separate(input, options, context);
+    : input_(input), separated_(mesh::separate(input, options, context)) {
   if (separated_.surface.faces.rows() == 0) {
     throw_invalid(ErrorCode::kRepeatedCorner,
                   "Every face uses a vertex twice, so that there is nothing to map. Delete "
@@ -166,6 +164,16 @@ IndexPairs SeparatedMap::edges(const IndexPairs& of_input) const {
 
 std::vector<CornerPin> SeparatedMap::pins(const std::vector<CornerPin>& of_input) const {
   return moved_pins(separated_, static_cast<std::size_t>(input_.faces.size()), of_input);
+}
+
+std::vector<CornerId> SeparatedMap::corners(const std::vector<CornerId>& of_input) const {
+  const std::vector<CornerId> corner =
+      corners_from_input(separated_, static_cast<std::size_t>(input_.faces.size()));
+  std::vector<CornerId> result;
+  for (const CornerId c : of_input) {
+    if (corner[at(c)] != kInvalid) result.push_back(corner[at(c)]);
+  }
+  return result;
 }
 
 Points2 SeparatedMap::corners(const Points2& of_input) const {
@@ -192,8 +200,7 @@ Error SeparatedMap::in_terms_of_input(Error error) const {
   return error;
 }
 
-Parametrization SeparatedMap::on_input(const Parametrization& solved,
-                                       const CertifyRequest& request,
+Parametrization SeparatedMap::on_input(const Parametrization& solved, const CertifyRequest& request,
                                        const ExecutionContext& context) const {
   Parametrization map;
   map.surface = input_;

@@ -10,6 +10,10 @@
 
 namespace flipfree::certify {
 
+// Whether a mesh can be worked on as it is: a valid surface whose every face has a shape. Cost:
+// O(#F).
+bool is_clean(const mesh::Surface& surface, const ExecutionContext& context);
+
 // certify() for any mesh but one without meaning (InvalidInput, see separate()). A clean surface is
 // judged as it is. Any other is separated first, along the map, and what it took stands in
 // Certificate::mends; faces that use a vertex twice have no triangle and are not judged, faces
@@ -20,9 +24,9 @@ Certificate certify_any(const CertifyRequest& request, const ExecutionContext& c
 // What a solver is given and gives back in place of a mesh that is not clean.
 class SeparatedMap {
  public:
-  // As separate() does, at `seams` (vertex pairs). Throws InvalidInput also where no face has three
-  // different vertices, or a seam is no edge.
-  SeparatedMap(const mesh::Surface& input, const IndexPairs& seams,
+  // As separate() does. Throws InvalidInput also where no face has three different vertices. The
+  // input must outlive this.
+  SeparatedMap(const mesh::Surface& input, const mesh::SeparateOptions& options,
                const ExecutionContext& context);
 
   const mesh::SeparatedSurface& separated() const { return separated_; }
@@ -32,12 +36,14 @@ class SeparatedMap {
   // Pins at corners of faces without a triangle are left out.
   std::vector<CornerPin> pins(const std::vector<CornerPin>& of_input) const;
   Points2 corners(const Points2& of_input) const;
+  // Those of faces without a triangle are left out. Precondition: they exist.
+  std::vector<CornerId> corners(const std::vector<CornerId>& of_input) const;
   // Elements in terms of the input.
   Error in_terms_of_input(Error error) const;
 
   // A solution on surface(), with its own triangulation, as a map of the input; faces without a
-  // triangle get points of their neighbours. Certified, with what `request` asks for in terms of the
-  // input; not agreed with storage where the solution was not.
+  // triangle get points of their neighbours. Certified, with what `request` asks for in terms of
+  // the input; not agreed with storage where the solution was not.
   Parametrization on_input(const Parametrization& solved, const CertifyRequest& request,
                            const ExecutionContext& context) const;
 

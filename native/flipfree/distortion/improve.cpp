@@ -1,5 +1,6 @@
 #include "flipfree/distortion/improve.h"
 #include "flipfree/certify/certified_map.h"
+#include "flipfree/certify/separated_map.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +11,7 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure/translate_errors.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/energy/own_map.h"
@@ -227,12 +229,9 @@ auto corners_of(const mesh::Surface& surface, const std::vector<mesh::Chart>& ch
   return corners;
 }
 
-}  // namespace
-
-certify::Parametrization improve(const mesh::Surface& surface, const Points2& corner_uv,
-                                 const ImproveOptions& options, ExecutionContext& context) {
+certify::Parametrization improve_clean(const mesh::Surface& surface, const Points2& corner_uv,
+                                       const ImproveOptions& options, ExecutionContext& context) {
   const Stopwatch watch;
-  context.report("checking the map", 0.0);
   require_valid_map(surface, corner_uv, context);
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
@@ -307,6 +306,39 @@ certify::Parametrization improve(const mesh::Surface& surface, const Points2& co
   certify::require_certificate(map, "The improved map");
   context.report("done", 1.0);
   return map;
+}
+
+// A mesh that is no clean surface: by way of one (mesh/separated).
+certify::Parametrization improve_separated(const mesh::Surface& surface, const Points2& corner_uv,
+                                           const ImproveOptions& options,
+                                           ExecutionContext& context) {
+  mesh::SeparateOptions separating;
+  separating.corner_uv = &corner_uv;
+  const certify::SeparatedMap separated(surface, separating, context);
+  ImproveOptions own = options;
+  own.pins = separated.pins(options.pins);
+  const certify::Parametrization solved = with_errors(
+      [&](const Error& error) { return separated.in_terms_of_input(error); },
+      [&] {
+        return improve_clean(separated.surface(), separated.corners(corner_uv), own, context);
+      });
+  const Untimed finishing(context);
+  certify::CertifyRequest request;
+  request.pins = options.pins;
+  certify::Parametrization map = separated.on_input(solved, request, context);
+  certify::require_certificate(map, "The improved map");
+  return map;
+}
+
+}  // namespace
+
+certify::Parametrization improve(const mesh::Surface& surface, const Points2& corner_uv,
+                                 const ImproveOptions& options, ExecutionContext& context) {
+  context.report("checking the map", 0.0);
+  require_corner_uv(surface, corner_uv);
+  return certify::is_clean(surface, context)
+             ? improve_clean(surface, corner_uv, options, context)
+             : improve_separated(surface, corner_uv, options, context);
 }
 
 }  // namespace flipfree::distortion

@@ -72,8 +72,8 @@ void open_region(const Triangles& faces, const std::vector<VertexId>& region,
   }
 }
 
-// Moves 32-bit points of a region so that the lowest triangle around each vertex gets as high as
-// possible.
+// Moves 32-bit points of a region, no further than it takes, so that the triangles around each get
+// a height of some units in the last place; of more from round to round, so that crowds spread.
 class Repair {
  public:
   Repair(const Triangles& faces, const RoundingOptions& options, Points2& points,
@@ -142,7 +142,8 @@ class Repair {
   // still at fault.
   std::vector<VertexId> sweep(std::vector<VertexId> faulty, std::vector<FaceId>& bad) {
     std::vector<VertexId> region = faulty;
-    for (int round = 0; !faulty.empty() && round < kMostSweeps; ++round) {
+    enough_ = kFirstHeight;
+    for (int round = 0; !faulty.empty() && round < kMostSweeps; ++round, enough_ *= 2.0) {
       bool any = false;
       for (std::size_t i = 0; i < region.size(); ++i) {
         if (i % 64 == 0) context_.check();
@@ -164,13 +165,16 @@ class Repair {
   bool improve(VertexId v) {
     if (!movable_[size(v)]) return false;
     const Vector2 start = points_.row(v).transpose();
-    double best = score(v);
+    const double grain =
+        std::max(std::abs(start.x()), std::abs(start.y())) * std::numeric_limits<float>::epsilon();
+    const double high_enough = enough_ * grain;
+    double best = score(v, high_enough);
     Vector2 place = start;
     const auto attempt = [&](const Vector2& candidate) {
       const Vector2 p(rounded(candidate.x()), rounded(candidate.y()));
       if (p == place || !p.allFinite()) return;
       points_.row(v) = p.transpose();
-      const double s = score(v);
+      const double s = score(v, high_enough) - kPriceOfWay * (p - start).norm();
       if (s > best) {
         best = s;
         place = p;
@@ -181,8 +185,6 @@ class Repair {
     const auto [centre, radius] = star(v);
     if (!std::isfinite(radius)) return false;  // a neighbour lies beyond the range of floats
     attempt(centre);
-    const double grain =
-        std::max(std::abs(start.x()), std::abs(start.y())) * std::numeric_limits<float>::epsilon();
     for (double r = radius; r > 0.25 * grain && r > 0; r *= 0.5) {
       // NOLINTNEXTLINE(performance-unnecessary-copy-initialization): attempt() moves `place`
       const Vector2 around = place;
@@ -213,9 +215,10 @@ class Repair {
     return {count > 0 ? Vector2(sum / count) : Vector2(points_.row(v).transpose()), radius};
   }
 
-  // Lowest height of a triangle at v, signed; counted as negative by the exact test, whatever its
-  // value. Boundary edges at v that meet others count like a flipped triangle.
-  double score(VertexId v) const {
+  // Lowest height of a triangle at v, signed, of which no more than `enough` counts; counted as
+  // negative by the exact test, whatever its value. Boundary edges at v that meet others count like
+  // a flipped triangle.
+  double score(VertexId v, double enough) const {
     double lowest = std::numeric_limits<double>::infinity();
     double penalty = 0;
     for (Index i = offset_[size(v)]; i < offset_[size(v) + 1]; ++i) {
@@ -230,7 +233,7 @@ class Repair {
       lowest = std::min(lowest, sign > 0 ? height : -height);
       if (sign <= 0) penalty += kFlipPenalty;
     }
-    return lowest - penalty - kFlipPenalty * conflicts(v);
+    return std::min(lowest, enough) - penalty - kFlipPenalty * conflicts(v);
   }
 
   double conflicts(VertexId v) const {
@@ -253,11 +256,16 @@ class Repair {
 
   // Outweighs every height: maps are scaled to at most this size before they are stored.
   static constexpr double kFlipPenalty = 1e9;
+  // Height, in units in the last place of the coordinates, beyond which nothing is gained at first.
+  static constexpr double kFirstHeight = 16.0;
+  // Of two places that are as good the nearer one; little beside the height that is won.
+  static constexpr double kPriceOfWay = 1e-3;
 
   const Triangles& faces_;
   const RoundingOptions& options_;
   Points2& points_;
   const ExecutionContext& context_;
+  double enough_ = kFirstHeight;
   std::vector<char> movable_;
   std::vector<Index> offset_;
   std::vector<CornerId> corners_;
@@ -279,10 +287,6 @@ class Repair {
           "avoid it. Cut the chart into smaller ones, or enlarge its smallest parts.",
       kind, std::move(elements));
 }
-
-}  // namespace
-
-namespace {
 
 // Exact predicates know no infinity.
 void require_finite(const Triangles& faces, const Points2& points) {

@@ -10,14 +10,17 @@
 
 namespace flipfree::distortion {
 
+void require_corner_uv(const mesh::Surface& surface, const Points2& corner_uv) {
+  if (corner_uv.rows() == 3 * surface.faces.rows()) return;
+  throw_invalid(ErrorCode::kBadShape, "uv has " + std::to_string(corner_uv.rows()) + " rows for " +
+                                          std::to_string(surface.faces.rows()) +
+                                          " faces. Give one row per face corner.");
+}
+
 void require_valid_map(const mesh::Surface& surface, const Points2& corner_uv,
                        const ExecutionContext& context) {
   mesh::validate(surface, {}, context);
-  if (corner_uv.rows() != 3 * surface.faces.rows()) {
-    throw_invalid(ErrorCode::kBadShape, "uv has " + std::to_string(corner_uv.rows()) +
-                                            " rows for " + std::to_string(surface.faces.rows()) +
-                                            " faces. Give one row per face corner.");
-  }
+  require_corner_uv(surface, corner_uv);
   std::vector<FaceId> flipped = certify::flipped_faces(corner_uv);
   if (flipped.empty()) return;
   const std::string what =

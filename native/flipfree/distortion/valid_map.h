@@ -11,4 +11,7 @@ namespace flipfree::distortion {
 void require_valid_map(const mesh::Surface& surface, const Points2& corner_uv,
                        const ExecutionContext& context);
 
+// Throws InvalidInput (kBadShape) unless there is a row for every corner.
+void require_corner_uv(const mesh::Surface& surface, const Points2& corner_uv);
+
 }  // namespace flipfree::distortion

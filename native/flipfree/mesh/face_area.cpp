@@ -3,8 +3,31 @@
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
 
 namespace flipfree::mesh {
+namespace {
+
+// Thinner than kThinnest, or without an area.
+bool is_thin(const Points3& positions, const Triangles& faces, FaceId f) {
+  const Vector3 a = positions.row(faces(f, 0));
+  Vector3 ab = positions.row(faces(f, 1)).transpose() - a;
+  Vector3 ac = positions.row(faces(f, 2)).transpose() - a;
+  Vector3 bc = ac - ab;
+  // In a unit in which squares neither overflow nor vanish.
+  const double extent =
+      std::max({ab.cwiseAbs().maxCoeff(), ac.cwiseAbs().maxCoeff(), bc.cwiseAbs().maxCoeff()});
+  if (!(extent > 0.0) || !std::isfinite(extent)) return true;
+  const double unit = std::ldexp(1.0, -std::ilogb(extent));
+  ab *= unit;
+  ac *= unit;
+  bc *= unit;
+  const double longest = std::max({ab.squaredNorm(), ac.squaredNorm(), bc.squaredNorm()});
+  return !(ab.cross(ac).norm() > kThinnest * longest);
+}
+
+}  // namespace
 
 bool has_area(const Points3& positions, const Triangles& faces, FaceId f) {
   using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
@@ -22,6 +45,19 @@ bool has_area(const Points3& positions, const Triangles& faces, FaceId f) {
   }
   const auto point = [](const Vector3& p) { return Kernel::Point_3(p.x(), p.y(), p.z()); };
   return !CGAL::collinear(point(a), point(b), point(c));
+}
+
+std::vector<FaceId> shapeless_faces(const Points3& positions, const Triangles& faces) {
+  std::vector<FaceId> flat;
+  std::vector<FaceId> thin_or_flat;
+  for (FaceId f = 0; f < faces.rows(); ++f) {
+    if (!is_thin(positions, faces, f)) continue;
+    thin_or_flat.push_back(f);
+    if (!has_area(positions, faces, f)) flat.push_back(f);
+  }
+  const bool few =
+      static_cast<double>(thin_or_flat.size()) <= kFewFaces * static_cast<double>(faces.rows());
+  return few ? thin_or_flat : flat;
 }
 
 }  // namespace flipfree::mesh

@@ -1,5 +1,7 @@
-// Whether a triangle in space has an area at all, decided exactly.
+// Whether a triangle in space has an area at all, decided exactly; and a shape.
 #pragma once
+
+#include <vector>
 
 #include "flipfree/base/types.h"
 
@@ -8,5 +10,17 @@ namespace flipfree::mesh {
 // False if the three corners are exactly collinear, or two of them equal. Precondition: finite
 // coordinates, valid indices.
 bool has_area(const Points3& positions, const Triangles& faces, FaceId f);
+
+// Height over length below which a triangle among others has no shape that a map could keep: far
+// below what 32-bit coordinates can tell.
+inline constexpr double kThinnest = 1e-8;
+// Share of the faces up to which thin ones are said to have no shape. A surface that is squeezed as
+// a whole keeps its metric.
+inline constexpr double kFewFaces = 0.1;
+
+// Faces without an area, and faces thinner than kThinnest if these are few; ascending. They get
+// shapes of their own (mesh/separated/rest_positions.h), and have no share in figures of
+// distortion. Cost: O(#F).
+std::vector<FaceId> shapeless_faces(const Points3& positions, const Triangles& faces);
 
 }  // namespace flipfree::mesh

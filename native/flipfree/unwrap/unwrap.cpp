@@ -17,7 +17,6 @@
 #include "flipfree/base/parallel.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/mesh/own_unit.h"
-#include "flipfree/mesh/validate.h"
 #include "flipfree/unwrap/chart/chart_pins.h"
 #include "flipfree/unwrap/chart/flattening.h"
 #include "flipfree/unwrap/islands/islands.h"
@@ -233,9 +232,10 @@ certify::Parametrization unwrap_clean(const mesh::Surface& surface, const Unwrap
 
 // A mesh that is no clean surface: by way of one (mesh/separated).
 certify::Parametrization unwrap_separated(const mesh::Surface& surface,
-                                          const UnwrapOptions& options,
-                                          ExecutionContext& context) {
-  const certify::SeparatedMap separated(surface, options.cuts, context);
+                                          const UnwrapOptions& options, ExecutionContext& context) {
+  mesh::SeparateOptions separating;
+  separating.seams = &options.cuts;
+  const certify::SeparatedMap separated(surface, separating, context);
   UnwrapOptions own = options;
   own.cuts = separated.edges(options.cuts);
   own.uncuttable = separated.edges(options.uncuttable);
@@ -263,9 +263,8 @@ certify::Parametrization unwrap(const mesh::Surface& surface, const UnwrapOption
                                 ExecutionContext& context) try {
   const TimeLimit limit(context, limit_of(options.max_seconds));
   context.report("checking the mesh", 0.0);
-  return mesh::find_defects(surface, {}, context).empty()
-             ? unwrap_clean(surface, options, context)
-             : unwrap_separated(surface, options, context);
+  return certify::is_clean(surface, context) ? unwrap_clean(surface, options, context)
+                                             : unwrap_separated(surface, options, context);
 } catch (const TimeIsOver&) {
   if (!(options.max_seconds > 0)) throw;  // the limit is the caller's
   throw_out_of_time("Not all charts were flattened and stored", options.max_seconds,

@@ -55,6 +55,13 @@ double thin_area(const Vector2& p, const Vector2& q, const Vector2& r) {
   return (first.high - second.high) + (first.low - second.low);
 }
 
+// What has no shape has no distortion: no weight, unless nothing has any.
+void leave_out_shapeless(const mesh::Surface& surface, Points3& parts) {
+  const std::vector<FaceId> shapeless = mesh::shapeless_faces(surface.vertices, surface.faces);
+  if (shapeless.size() == static_cast<std::size_t>(parts.rows())) return;
+  for (const FaceId f : shapeless) parts(f, 2) = 0.0;
+}
+
 }  // namespace
 
 Points3 symmetric_dirichlet_parts(const mesh::Surface& surface, const Points2& corner_uv) {
@@ -81,10 +88,9 @@ Points3 symmetric_dirichlet_parts(const mesh::Surface& surface, const Points2& c
           thin_area(q, corner_uv.row(3 * f + 1).transpose(), corner_uv.row(3 * f + 2).transpose());
       parts(f, 1) = area > 0.0 ? numerator / area / area : std::numeric_limits<double>::infinity();
     }
-    // Of collinear corners the cross product is what rounding leaves of it.
-    const bool thin = area3 <= 1e-12 * e1.norm() * e2.norm();
-    parts(f, 2) = thin && !mesh::has_area(surface.vertices, surface.faces, f) ? 0.0 : 0.5 * area3;
+    parts(f, 2) = 0.5 * area3;
   }
+  leave_out_shapeless(surface, parts);
   return parts;
 }
 

@@ -16,8 +16,8 @@ struct EnergyFigures {
   double scale = 1.0;         // factor on the UVs that attains it
 };
 
-// Infinite if a face is flipped or degenerate in UV; faces of zero area in 3D are left out. Cost:
-// O(#F log #F).
+// Infinite if a face is flipped or degenerate in UV; faces of zero area in 3D are left out, and
+// faces without a shape (mesh/face_area.h) unless no face has one. Cost: O(#F log #F).
 EnergyFigures symmetric_dirichlet(const mesh::Surface& surface, const Points2& corner_uv);
 
 // One face of every chart whose own mean at the map's scale (EnergyFigures::scale) is above

@@ -100,8 +100,7 @@ class Pairer {
     const HalfedgeId a = crowd_[i];
     const HalfedgeId b = crowd_[k];
     if (duplicates(a, b)) return 0.0;
-    if (input_.corner_uv != nullptr &&
-        !continues_in_map(input_.faces, *input_.corner_uv, a, b)) {
+    if (input_.corner_uv != nullptr && !continues_in_map(input_.faces, *input_.corner_uv, a, b)) {
       return 0.0;
     }
     double sum = kAnyPair - across_[i].dot(across_[k]);

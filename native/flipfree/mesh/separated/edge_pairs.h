@@ -32,7 +32,6 @@ struct PairingInput {
 // Do the map's values at the ends of an edge agree on both its half-edges?
 bool continues_in_map(const Triangles& faces, const Points2& corner_uv, HalfedgeId a, HalfedgeId b);
 
-
 // Two faces at an edge are mates, unless they are duplicates; of more, those that run in opposite
 // directions, lie flat and share a material. The pairs of up to eight have the best sum, of more
 // they are taken best first. Cost: O(#F) and sorting the faces at each vertex, O(k^2) for edges of

@@ -16,12 +16,13 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 class Orienter {
  public:
   Orienter(const Points3& positions, const Triangles& faces, const std::vector<char>& at_seam,
-           const Points2* corner_uv, std::vector<HalfedgeId>& mate)
+           const Points2* corner_uv, EdgePairs& pairs)
       : positions_(positions),
         faces_(faces),
         at_seam_(at_seam),
         corner_uv_(corner_uv),
-        mate_(mate) {
+        pairs_(pairs),
+        mate_(pairs.mate) {
     // Areas are compared only: in a unit in which they neither overflow nor vanish.
     const double extent = positions.size() == 0 ? 0.0 : positions.cwiseAbs().maxCoeff();
     unit_ = extent > 0.0 ? 1.0 / extent : 1.0;
@@ -63,16 +64,24 @@ class Orienter {
     return (b - a).cross(c - a).norm();
   }
 
-  // Marks the faces that mates join to two windings.
+  // Marks the faces that hang together with contradicting windings.
   void find_contradictions() {
     DisjointSets joined(static_cast<Index>(faces_.rows()));
     for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(mate_.size()); ++h) {
       if (mate_[at(h)] > h) joined.join(h / 3, mate_[at(h)] / 3);
     }
+    for (const auto* uses : {&pairs_.crowded, &pairs_.loose}) {
+      for (const EdgeUse& use : *uses) {
+        for (const HalfedgeId h : use.halfedges) joined.join(h / 3, use.halfedges.front() / 3);
+      }
+    }
     std::vector<char> twisted(side_.size(), 0);
     for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(mate_.size()); ++h) {
       const HalfedgeId o = mate_[at(h)];
       if (o > h && same_direction(h, o)) twisted[at(joined.find(h / 3))] = 1;
+    }
+    for (const auto* uses : {&pairs_.crowded, &pairs_.loose}) {
+      for (const EdgeUse& use : *uses) twisted[at(joined.find(use.halfedges.front() / 3))] = 1;
     }
     contradicted_.assign(side_.size(), 0);
     for (FaceId f = 0; f < faces_.rows(); ++f) contradicted_[at(f)] = twisted[at(joined.find(f))];
@@ -116,6 +125,7 @@ class Orienter {
   const Triangles& faces_;
   const std::vector<char>& at_seam_;
   const Points2* corner_uv_;
+  const EdgePairs& pairs_;
   std::vector<HalfedgeId>& mate_;
   double unit_ = 1.0;
   std::vector<char> side_;
@@ -126,9 +136,9 @@ class Orienter {
 }  // namespace
 
 Orientation orient(const Points3& positions, const Triangles& faces,
-                   const std::vector<char>& at_seam, const Points2* corner_uv,
-                   std::vector<HalfedgeId>& mate, const ExecutionContext& context) {
-  return Orienter(positions, faces, at_seam, corner_uv, mate).run(context);
+                   const std::vector<char>& at_seam, const Points2* corner_uv, EdgePairs& pairs,
+                   const ExecutionContext& context) {
+  return Orienter(positions, faces, at_seam, corner_uv, pairs).run(context);
 }
 
 }  // namespace flipfree::mesh

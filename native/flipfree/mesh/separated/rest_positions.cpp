@@ -46,10 +46,7 @@ struct MeanLength {
 }  // namespace
 
 Points3 rest_positions(const Surface& surface) {
-  std::vector<FaceId> flat;
-  for (FaceId f = 0; f < surface.faces.rows(); ++f) {
-    if (!has_area(surface.vertices, surface.faces, f)) flat.push_back(f);
-  }
+  std::vector<FaceId> flat = shapeless_faces(surface.vertices, surface.faces);
   Points3 result = surface.vertices;
   if (flat.empty()) return result;
   std::vector<char> moves(at(static_cast<Index>(surface.vertices.rows())), 0);
@@ -81,11 +78,7 @@ Points3 rest_positions(const Surface& surface) {
                                     0x1p-40 * magnitude);
       result.row(row) = surface.vertices.row(row) + shift * direction_of(row, round).transpose();
     }
-    std::vector<FaceId> left;
-    for (const FaceId f : flat) {
-      if (!has_area(result, surface.faces, f)) left.push_back(f);
-    }
-    flat = std::move(left);
+    flat = shapeless_faces(result, surface.faces);
     moves.assign(moves.size(), 0);
     for (const FaceId f : flat) {
       for (Index k = 0; k < 3; ++k) moves[at(surface.faces(f, k))] = 1;

@@ -31,7 +31,7 @@ void check_meaning(const Surface& input, const SeparateOptions& options) {
                       std::to_string(vertex_count) + "). Correct its indices.",
                   ElementKind::kFace, {f});
   }
-  for (const VertexId v : input.faces.reshaped()) {
+  for (VertexId v = 0; v < vertex_count; ++v) {
     if (input.vertices.row(v).allFinite()) continue;
     throw_invalid(ErrorCode::kNotFinite,
                   "Vertex " + std::to_string(v) +
@@ -89,7 +89,7 @@ class Separator {
       if (o != kInvalid && !continues_in_map(faces_, *map, h, o)) at_seam[at(h)] = 1;
     }
     const std::vector<HalfedgeId> paired = pairs.mate;
-    const Orientation orientation = orient(input_.vertices, faces_, at_seam, map, pairs.mate, context_);
+    const Orientation orientation = orient(input_.vertices, faces_, at_seam, map, pairs, context_);
     list_edges(MendKind::kCrowdedEdge, firsts(pairs.crowded));
     list_edges(MendKind::kOneSidedEdge, orientation.one_sided);
     list_faces(MendKind::kDuplicateFace, pairs.duplicate);
@@ -230,8 +230,7 @@ class Separator {
   void list_shapes() {
     std::vector<FaceId> flat;
     std::vector<std::pair<VertexId, VertexId>> short_edges;
-    for (FaceId f = 0; f < faces_.rows(); ++f) {
-      if (has_area(input_.vertices, faces_, f)) continue;
+    for (const FaceId f : shapeless_faces(input_.vertices, faces_)) {
       bool coincident = false;
       for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
         const auto [low, high] = std::minmax({source(faces_, h), target(faces_, h)});
@@ -281,7 +280,7 @@ std::string_view describe(MendKind kind) {
     case MendKind::kRepeatedCorner:
       return "faces that use a vertex twice";
     case MendKind::kZeroAreaFace:
-      return "faces without area";
+      return "faces without area, or thinner than 1e-8 of their length";
     case MendKind::kZeroLengthEdge:
       return "edges of length zero";
   }
@@ -309,7 +308,8 @@ IndexPairs copies_of_edges(const Surface& input, const SeparatedSurface& separat
   const auto of_input = edges_among(input.faces);
   for (Eigen::Index i = 0; i < pairs.rows(); ++i) {
     const std::pair<VertexId, VertexId> pair = std::minmax({pairs(i, 0), pairs(i, 1)});
-    if (!std::binary_search(of_input.begin(), of_input.end(), pair)) throw_not_an_edge(pairs, i, vertex_count);
+    if (!std::binary_search(of_input.begin(), of_input.end(), pair))
+      throw_not_an_edge(pairs, i, vertex_count);
   }
   const Triangles& faces = separated.surface.faces;
   Triangles named(faces.rows(), 3);

@@ -27,7 +27,7 @@ enum class MendKind {
   kPinchedVertex,   // vertices where fans touch: one copy each
   kDuplicateFace,   // faces with the same vertices as an earlier one: sheets of their own
   kRepeatedCorner,  // faces that use a vertex twice: they have no triangle
-  kZeroAreaFace,    // faces whose corners lie on one line: they get a shape (rest_positions.h)
+  kZeroAreaFace,    // faces without a shape (face_area.h): they get one (rest_positions.h)
   kZeroLengthEdge,  // edges whose ends coincide: likewise
 };
 // "edges with more than two faces", for a list of what was mended.
@@ -70,8 +70,8 @@ SeparatedSurface separate(const Surface& input, const SeparateOptions& options,
                           const ExecutionContext& context);
 
 // The surface's edges (vertex pairs) that come from the given ones of the input, without those that
-// only faces without a triangle have. Throws InvalidInput (kNotAnEdge) for a pair that is no edge of
-// the input. Cost: O(#F).
+// only faces without a triangle have. Throws InvalidInput (kNotAnEdge) for a pair that is no edge
+// of the input. Cost: O(#F).
 IndexPairs copies_of_edges(const Surface& input, const SeparatedSurface& separated,
                            const IndexPairs& pairs);
 

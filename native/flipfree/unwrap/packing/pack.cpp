@@ -4,9 +4,11 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure/translate_errors.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
+#include "flipfree/certify/separated_map.h"
 #include "flipfree/distortion/minimize/boundary_grid.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/distortion/valid_map.h"
@@ -100,12 +102,9 @@ std::vector<Points2f> round_all(const std::vector<mesh::Chart>& charts, const Pa
   return stored;
 }
 
-}  // namespace
-
-certify::Parametrization pack(const mesh::Surface& surface, const Points2& corner_uv,
-                              const PackOptions& options, ExecutionContext& context) {
+certify::Parametrization pack_clean(const mesh::Surface& surface, const Points2& corner_uv,
+                                    const PackOptions& options, ExecutionContext& context) {
   const Stopwatch watch;
-  context.report("packing", 0.0);
   distortion::require_valid_map(surface, corner_uv, context);
   check_options(corner_uv, options);
   const mesh::Adjacency adjacency =
@@ -157,6 +156,40 @@ certify::Parametrization pack(const mesh::Surface& surface, const Points2& corne
   map.stats["seconds"] = watch.seconds();
   context.report("done", 1.0);
   return map;
+}
+
+// A mesh that is no clean surface: by way of one (mesh/separated).
+certify::Parametrization pack_separated(const mesh::Surface& surface, const Points2& corner_uv,
+                                        const PackOptions& options, ExecutionContext& context) {
+  check_options(corner_uv, options);
+  mesh::SeparateOptions separating;
+  separating.corner_uv = &corner_uv;
+  const certify::SeparatedMap separated(surface, separating, context);
+  PackOptions own = options;
+  own.unmoved = separated.corners(options.unmoved);
+  Points2 places;
+  if (options.place_like != nullptr) {
+    places = separated.corners(*options.place_like);
+    own.place_like = &places;
+  }
+  const certify::Parametrization solved = with_errors(
+      [&](const Error& error) { return separated.in_terms_of_input(error); },
+      [&] { return pack_clean(separated.surface(), separated.corners(corner_uv), own, context); });
+  certify::CertifyRequest request;
+  request.require_disjoint = options.unmoved.empty();
+  certify::Parametrization map = separated.on_input(solved, request, context);
+  certify::require_certificate(map, "The packed map");
+  return map;
+}
+
+}  // namespace
+
+certify::Parametrization pack(const mesh::Surface& surface, const Points2& corner_uv,
+                              const PackOptions& options, ExecutionContext& context) {
+  context.report("packing", 0.0);
+  distortion::require_corner_uv(surface, corner_uv);
+  return certify::is_clean(surface, context) ? pack_clean(surface, corner_uv, options, context)
+                                             : pack_separated(surface, corner_uv, options, context);
 }
 
 }  // namespace flipfree::unwrap

@@ -14,7 +14,7 @@ namespace {
 // A grid whose faces are turned over where `turned` says so, with its mates.
 struct Turned {
   Surface surface;
-  std::vector<HalfedgeId> mate;
+  EdgePairs pairs;
 };
 Turned turned_grid(Index columns, Index rows, const std::vector<char>& turned) {
   Turned result{test::grid(columns, rows), {}};
@@ -24,9 +24,9 @@ Turned turned_grid(Index columns, Index rows, const std::vector<char>& turned) {
     return h == kInvalid || turned[static_cast<std::size_t>(h / 3)] == 0 ? h
                                                                          : 3 * (h / 3) + 2 - h % 3;
   };
-  result.mate.resize(adjacency.opposite.size());
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(result.mate.size()); ++h) {
-    result.mate[static_cast<std::size_t>(moved(h))] =
+  result.pairs.mate.resize(adjacency.opposite.size());
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(result.pairs.mate.size()); ++h) {
+    result.pairs.mate[static_cast<std::size_t>(moved(h))] =
         moved(adjacency.opposite[static_cast<std::size_t>(h)]);
   }
   for (Index f = 0; f < result.surface.faces.rows(); ++f) {
@@ -42,13 +42,13 @@ TEST(Orientation, UndoesRandomTurnsOfTheLesserHalf) {
     std::vector<char> turned(60, 0);
     for (char& t : turned) t = random() % 3 == 0 ? 1 : 0;
     Turned g = turned_grid(6, 5, turned);
-    const std::vector<char> no_seams(g.mate.size(), 0);
-    const std::vector<HalfedgeId> before = g.mate;
+    const std::vector<char> no_seams(g.pairs.mate.size(), 0);
+    const std::vector<HalfedgeId> before = g.pairs.mate;
     const Orientation found =
-        orient(g.surface.vertices, g.surface.faces, no_seams, g.mate, ExecutionContext());
+        orient(g.surface.vertices, g.surface.faces, no_seams, nullptr, g.pairs, ExecutionContext());
     EXPECT_EQ(found.turned, turned);
     EXPECT_TRUE(found.one_sided.empty());
-    EXPECT_EQ(g.mate, before);
+    EXPECT_EQ(g.pairs.mate, before);
   }
 }
 
@@ -58,17 +58,17 @@ TEST(Orientation, IsEachPartsOwnBetweenSeams) {
   std::vector<char> turned(2 * 6 * 4, 0);
   for (Index f = 0; f < 48; ++f) turned[static_cast<std::size_t>(f)] = f / 2 % columns >= 3;
   Turned g = turned_grid(columns, 4, turned);
-  std::vector<char> at_seam(g.mate.size(), 0);
+  std::vector<char> at_seam(g.pairs.mate.size(), 0);
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(at_seam.size()); ++h) {
     at_seam[static_cast<std::size_t>(h)] = source(g.surface.faces, h) % (columns + 1) == 3 &&
                                            target(g.surface.faces, h) % (columns + 1) == 3;
   }
   const Orientation found =
-      orient(g.surface.vertices, g.surface.faces, at_seam, g.mate, ExecutionContext());
+      orient(g.surface.vertices, g.surface.faces, at_seam, nullptr, g.pairs, ExecutionContext());
   EXPECT_EQ(found.turned, std::vector<char>(48, 0));
   EXPECT_TRUE(found.one_sided.empty());
   for (std::size_t h = 0; h < at_seam.size(); ++h) {
-    EXPECT_TRUE(at_seam[h] == 0 || g.mate[h] == kInvalid);
+    EXPECT_TRUE(at_seam[h] == 0 || g.pairs.mate[h] == kInvalid);
   }
 }
 

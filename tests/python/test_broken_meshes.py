@@ -1,0 +1,93 @@
+"""Nothing that has a meaning is refused: every face of any triangles is mapped, and the map is judged by other code."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import flipfree as ff
+
+from broken_meshes import KINDS, broken_mesh, t_wall
+from judges.any_triangles import judge_any
+
+
+def solid(faces: np.ndarray) -> int:
+    return sum(len(set(face)) == 3 for face in faces.tolist())
+
+
+@pytest.mark.parametrize("seed", range(8 * len(KINDS)))
+def test_every_face_of_a_broken_mesh_is_mapped(seed: int) -> None:
+    kind, (vertices, faces) = broken_mesh(seed)
+    result = ff.unwrap(vertices, faces, max_seconds=60)
+    assert result.certificate.ok
+    assert result.certificate.triangles == solid(faces), kind
+    assert np.array_equal(result.faces, faces) and np.array_equal(result.vertices, vertices)
+    assert judge_any(faces, result.uv32()) == []
+    assert judge_any(faces, result.uv) == []
+
+
+@pytest.mark.parametrize("seed", range(0, 8 * len(KINDS), 5))
+def test_the_certificate_of_a_broken_mesh_is_the_same_when_asked_again(seed: int) -> None:
+    _, (vertices, faces) = broken_mesh(seed)
+    result = ff.unwrap(vertices, faces, max_seconds=60)
+    again = ff.certify(vertices, faces, result.uv)
+    assert again.ok, again.failures
+    assert again.triangles == result.certificate.triangles
+
+
+def test_a_t_wall_keeps_its_flat_wall_as_one_island() -> None:
+    for seed in range(20):
+        vertices, faces = t_wall(np.random.default_rng(seed))
+        result = ff.unwrap(vertices, faces)
+        assert result.stats["charts"] == 2
+        assert result.certificate.energy == pytest.approx(1.0, abs=1e-6)
+        assert "more than two faces" in result.certificate.mends[0].what
+
+
+def test_mends_name_what_they_are_about() -> None:
+    vertices = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0, 0], [1, 1, 0.0]])
+    faces = np.array([[0, 1, 2], [0, 2, 3], [0, 2, 3], [0, 4, 1], [1, 5, 2], [3, 3, 0]])
+    result = ff.unwrap(vertices, faces)
+    mends = {mend.what: mend for mend in result.certificate.mends}
+    assert mends["duplicate faces"].elements.tolist() == [2]
+    assert mends["faces without area"].elements.tolist() == [3]
+    assert mends["edges of length zero"].elements.tolist() == [2, 5]
+    assert mends["faces that use a vertex twice"].elements.tolist() == [5]
+    assert mends["edges with more than two faces"].kind == "edge"
+    assert all(mend.count * (2 if mend.kind == "edge" else 1) == len(mend.elements) for mend in mends.values())
+    assert "separated: " in str(result.certificate)
+
+
+def test_what_is_clean_is_not_said_to_be_separated() -> None:
+    vertices, faces = np.eye(3), np.array([[0, 1, 2]])
+    assert ff.unwrap(vertices, faces).certificate.mends == ()
+
+
+def test_a_mesh_of_faces_without_area_is_mapped_all_the_same() -> None:
+    vertices = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]])
+    faces = np.array([[0, 1, 2], [1, 3, 2]])
+    result = ff.unwrap(vertices, faces)
+    assert result.certificate.ok and judge_any(faces, result.uv32()) == []
+    assert result.certificate.energy == -1.0
+    point = ff.unwrap(np.zeros((3, 3)), np.array([[0, 1, 2]]))
+    assert point.certificate.ok and judge_any([[0, 1, 2]], point.uv32()) == []
+
+
+def test_a_foreign_map_of_a_broken_mesh_is_judged_face_by_face() -> None:
+    vertices, faces = t_wall(np.random.default_rng(3))
+    result = ff.unwrap(vertices, faces)
+    uv = np.array(result.uv)
+    uv[0] = uv[0, ::-1]
+    bad = ff.certify(vertices, faces, uv)
+    assert not bad.ok and bad.flips32 >= 1 and 0 in bad.failed_faces
+    mirrored = np.array(result.uv) * [-1, 1]
+    assert ff.certify(vertices, faces, mirrored).flips32 > 0
+
+
+def test_pins_and_seams_of_a_broken_mesh_are_kept() -> None:
+    vertices, faces = t_wall(np.random.default_rng(1))
+    corner = (0, 1)
+    result = ff.unwrap(vertices, faces, pins={corner: (0.25, 0.5)}, cuts=faces[:1, :2])
+    assert tuple(result.uv64[corner]) == (0.25, 0.5)
+    with pytest.raises(ff.InvalidInput, match="not an edge"):
+        ff.unwrap(vertices, faces, cuts=[[0, len(vertices) - 1]])
