@@ -29,6 +29,7 @@ def of_task(task, line: str, advice: str) -> dict:
         record[name] = _worst([getattr(c, name) for c in certificates])
     record["poor"] = any(c.poor for c in certificates)
     record["poor_islands"] = common.poor_islands([task])
+    record["separated"] = common.mends(certificates)
     record["warnings"] = [advice] if advice else []
     record["errors"] = []
     return record

@@ -62,7 +62,9 @@ def main() -> int:
             if wrong:
                 bad[kind] += 1
                 print(f"seed {seed} ({kind}): {wrong}", flush=True)
-    print("| kind | meshes | most faces | all faces mapped, nothing flipped or covered twice | longest, s |")
+    print(
+        "| kind | meshes | most faces | all faces mapped, nothing flipped or covered twice | longest, s |"
+    )
     print("|---|---|---|---|---|")
     for kind in sorted(count):
         print(

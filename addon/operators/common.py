@@ -127,7 +127,20 @@ def figures(certificates, islands: int, island_overlaps: int | None = None) -> s
         mean = sum(c.energy * c.triangles for c in known) / max(sum(c.triangles for c in known), 1)
         worst = max(c.max_energy for c in known)
         parts.append(f"distortion mean {mean:.3f} max {worst:.3g}")
-    return ", ".join(parts) + f" on {plural(triangles, 'triangle')}"
+    text = ", ".join(parts) + f" on {plural(triangles, 'triangle')}"
+    mended = mends(certificates)
+    if mended:
+        text += "; separated: " + ", ".join(f"{count} {what}" for what, count in mended.items())
+    return text
+
+
+def mends(certificates) -> dict[str, int]:
+    """What meshes that are no clean surface were separated for, and how often."""
+    found: dict[str, int] = {}
+    for certificate in certificates:
+        for mend in certificate.mends:
+            found[mend.what] = found.get(mend.what, 0) + mend.count
+    return found
 
 
 def overlaps_text(own: int, between: int) -> str:

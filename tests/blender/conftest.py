@@ -2,9 +2,15 @@
 """Fixtures of the tests that run inside Blender, against the extension as it was installed from its zip."""
 
 import importlib
+import sys
+from pathlib import Path
 
 import bpy
 import pytest
+
+# Judges and generators that the tests outside Blender use as well.
+TESTS = Path(__file__).resolve().parent.parent
+sys.path += [str(TESTS), str(TESTS / "python"), str(TESTS.parent / "benchmarks")]
 
 PACKAGE = "bl_ext.user_default.flipfree_uv"
 

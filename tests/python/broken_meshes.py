@@ -158,7 +158,9 @@ def soup(random: Random) -> Mesh:
 
 def mixed(random: Random) -> Mesh:
     """Several of the others welded, scaled, and doubled here and there."""
-    parts = [KINDS[random.integers(len(KINDS) - 1)](random) for _ in range(int(random.integers(2, 4)))]
+    parts = [
+        KINDS[random.integers(len(KINDS) - 1)](random) for _ in range(int(random.integers(2, 4)))
+    ]
     vertices, faces = joined(parts)
     for _ in range(int(random.integers(0, 6))):
         a, b = random.integers(len(vertices), size=2)

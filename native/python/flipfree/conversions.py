@@ -14,7 +14,9 @@ def certificate_from(data: dict[str, Any]) -> Certificate:
     data = dict(data)
     for name in ("failed_faces", "seam_vertices", "quarter_cones"):
         frozen(data[name])
-    data["mends"] = tuple(Mend(*mend[:3], frozen(mend[3])) for mend in data["mends"])
+    data["mends"] = tuple(
+        Mend(what, kind, count, frozen(elements)) for what, kind, count, elements in data["mends"]
+    )
     return Certificate(seam_transitions=transitions_from(data), **data)
 
 

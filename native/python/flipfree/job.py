@@ -124,16 +124,18 @@ def run(job: Job[Result], progress: Progress | None = None) -> Result:
             f"progress must be a function of (stage, fraction), not {shown(progress)}.",
             code="bad option",
         )
+    stopped = False
     try:
-        while not job.wait(POLL_SECONDS):
-            if stops(*job.progress()):
-                job.cancel()
-                break
+        while not stopped and not job.wait(POLL_SECONDS):
+            stopped = stops(*job.progress())
     except BaseException:
         job.cancel()
         raise
+    if stopped:
+        job.cancel()
     result = job.result()
-    if stops("done", 1.0):
+    # The solver may have been done before it saw that it was to stop: nobody is asked again then.
+    if stopped or stops("done", 1.0):
         raise Cancelled("Cancelled by the caller.", code="cancelled")
     return result
 
