@@ -14,10 +14,10 @@ import multiprocessing
 import time
 
 import numpy as np
+from broken_meshes import broken_mesh
 
 import flipfree as ff
 
-from broken_meshes import broken_mesh
 from judges.any_triangles import judge_any
 
 #: Seconds that one mesh may take.
