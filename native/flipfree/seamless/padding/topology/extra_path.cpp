@@ -115,10 +115,8 @@ bool draw_shortest_joining_path(Canvas& canvas, const std::array<VertexId, 2>& t
   const DiskBoundary boundary = divided_boundary(canvas);
   const std::vector<Index> from = places_at(canvas, boundary, t_nodes[0]);
   const std::vector<Index> to = places_at(canvas, boundary, t_nodes[1]);
-  const auto joins = [&](const PathEnds& ends) {
-    return std::find(to.begin(), to.end(), ends.to) != to.end();
-  };
-  const auto path = shortest_separating_path(canvas, boundary, from, joins, context);
+  const auto path = shortest_separating_path(
+      canvas, boundary, from, to, [](const PathEnds&) { return true; }, context);
   if (path) canvas.draw(path->halfedges, Curve::kExtra);
   return path.has_value();
 }
@@ -142,8 +140,12 @@ void draw_fenced_joining_path(Canvas& canvas, const std::array<VertexId, 2>& t_n
 bool draw_shortest_extra_path(Canvas& canvas, const ExecutionContext& context) {
   const DiskBoundary boundary = divided_boundary(canvas);
   const auto allowed = [&](const PathEnds& ends) { return can_be_t_nodes(canvas, boundary, ends); };
+  std::vector<Index> anywhere;
+  for (Index i = 0; i < boundary.size(); ++i) {
+    if (boundary.corner[at(i)] == 0) anywhere.push_back(i);
+  }
   const auto path = shortest_separating_path(canvas, boundary, places_on_holes(canvas, boundary),
-                                             allowed, context);
+                                             anywhere, allowed, context);
   if (path) canvas.draw(path->halfedges, Curve::kExtra);
   return path.has_value();
 }

@@ -7,6 +7,8 @@
 #include <queue>
 #include <utility>
 
+#include "flipfree/seamless/padding/topology/paths/free_distances.h"
+
 namespace flipfree::seamless {
 namespace {
 
@@ -95,31 +97,25 @@ bool Holes::has(Index hole, HalfedgeId sector) const {
   return std::find(sectors.begin(), sectors.end(), sector) != sectors.end();
 }
 
+Index Holes::hole_of(HalfedgeId sector) const {
+  const Index left = 2 * loop_of(canvas_.mesh().source(sector));
+  return has(left, sector) ? left : partner_of(left);
+}
+
 std::vector<HolePair> hole_neighbours(const Canvas& canvas, const Holes& holes,
                                       const ExecutionContext& context) {
-  using Entry = std::pair<double, VertexId>;
   const mesh::EditableTriangulation& mesh = canvas.mesh();
-  std::vector<double> distance(at(canvas.vertex_count()), kInfinity);
-  std::vector<Index> nearest_hole(distance.size(), kInvalid);
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-  const auto offer = [&](HalfedgeId h, double so_far, Index hole) {
-    const VertexId v = mesh.target(h);
-    if (!canvas.is_free(v) || so_far + canvas.length(h) >= distance[at(v)]) return;
-    distance[at(v)] = so_far + canvas.length(h);
-    nearest_hole[at(v)] = hole;
-    queue.push({distance[at(v)], v});
-  };
+  std::vector<HalfedgeId> first;
   for (Index hole = 0; hole < holes.count(); ++hole) {
     for (const HalfedgeId sector : holes.open_sectors(hole))
-      canvas.for_each_inside(sector, [&](HalfedgeId h) { offer(h, 0.0, hole); });
+      canvas.for_each_inside(sector, [&](HalfedgeId h) { first.push_back(h); });
   }
-  for (int step = 1; !queue.empty(); ++step) {
-    if (step % 4096 == 0) context.check();
-    const auto [so_far, v] = queue.top();
-    queue.pop();
-    if (so_far > distance[at(v)]) continue;
-    mesh.for_each_outgoing(v,
-                           [&](HalfedgeId h) { offer(h, distance[at(v)], nearest_hole[at(v)]); });
+  const auto [distance, arrival, order] = free_distances(canvas, first, kInvalid, context);
+  std::vector<Index> nearest_hole(distance.size(), kInvalid);
+  for (const VertexId v : order) {
+    const VertexId before = mesh.source(arrival[at(v)]);
+    nearest_hole[at(v)] = canvas.is_free(before) ? nearest_hole[at(before)]
+                                                 : holes.hole_of(canvas.sector_of(arrival[at(v)]));
   }
   std::map<std::pair<Index, Index>, double> shortest;
   for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {

@@ -27,6 +27,8 @@ class Holes {
   std::vector<HalfedgeId> open_sectors(Index hole) const;
   // Is this sector, of a vertex of the loop, on the hole's side?
   bool has(Index hole, HalfedgeId sector) const;
+  // The hole on whose side this sector of a loop's vertex is.
+  Index hole_of(HalfedgeId sector) const;
   bool is_open(VertexId v) const { return canvas_.drawn_around(v).size() == 2; }
   Index loop_of(VertexId v) const;
 

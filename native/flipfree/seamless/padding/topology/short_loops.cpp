@@ -2,17 +2,15 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <limits>
-#include <queue>
 #include <utility>
 
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
+#include "flipfree/seamless/padding/topology/paths/free_distances.h"
 
 namespace flipfree::seamless {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Loops of one round may be so much longer than its shortest one.
 constexpr double kNotMuchLonger = 2.0;
 
@@ -23,40 +21,26 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 class FreeTree {
  public:
   FreeTree(const Canvas& canvas, VertexId root, const ExecutionContext& context)
-      : canvas_(canvas), nodes_(at(canvas.vertex_count())) {
-    using Entry = std::pair<double, VertexId>;
-    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-    std::vector<char> done(nodes_.size(), 0);
-    nodes_[at(root)] = {0.0, kInvalid, root, 0};
-    queue.push({0.0, root});
-    for (int step = 1; !queue.empty(); ++step) {
-      if (step % 4096 == 0) context.check();
-      const VertexId v = queue.top().second;
-      queue.pop();
-      if (done[at(v)] != 0) continue;
-      done[at(v)] = 1;
+      : canvas_(canvas),
+        found_(free_distances(canvas, {}, root, context)),
+        jump_(found_.distance.size(), kInvalid),
+        depth_(found_.distance.size(), 0) {
+    jump_[at(root)] = root;
+    for (const VertexId v : found_.order) {
       if (v != root) hang(v);
-      canvas.mesh().for_each_outgoing(v, [&](HalfedgeId h) {
-        const VertexId w = canvas.mesh().target(h);
-        const double distance = nodes_[at(v)].distance + canvas.length(h);
-        if (!canvas.is_free(w) || distance >= nodes_[at(w)].distance) return;
-        nodes_[at(w)].distance = distance;
-        nodes_[at(w)].arrival = h;
-        queue.push({distance, w});
-      });
     }
   }
 
   bool has(HalfedgeId h) const {
-    return nodes_[at(canvas_.mesh().target(h))].arrival == h ||
-           nodes_[at(canvas_.mesh().source(h))].arrival == canvas_.mesh().opposite(h);
+    return found_.arrival[at(canvas_.mesh().target(h))] == h ||
+           found_.arrival[at(canvas_.mesh().source(h))] == canvas_.mesh().opposite(h);
   }
   // Of the cycle that h closes.
   double cycle_length(HalfedgeId h) const {
     const VertexId a = canvas_.mesh().source(h);
     const VertexId b = canvas_.mesh().target(h);
-    return nodes_[at(a)].distance + canvas_.length(h) + nodes_[at(b)].distance -
-           2.0 * nodes_[at(meet(a, b))].distance;
+    return found_.distance[at(a)] + canvas_.length(h) + found_.distance[at(b)] -
+           2.0 * found_.distance[at(meet(a, b))];
   }
   std::vector<VertexId> cycle(HalfedgeId h) const {
     VertexId a = canvas_.mesh().source(h);
@@ -71,22 +55,15 @@ class FreeTree {
   }
 
  private:
-  struct Node {
-    double distance = kInfinity;
-    HalfedgeId arrival = kInvalid;
-    VertexId jump = kInvalid;
-    Index depth = 0;
-  };
-
-  VertexId parent(VertexId v) const { return canvas_.mesh().source(nodes_[at(v)].arrival); }
-  Index depth(VertexId v) const { return nodes_[at(v)].depth; }
-  VertexId jump(VertexId v) const { return nodes_[at(v)].jump; }
+  VertexId parent(VertexId v) const { return canvas_.mesh().source(found_.arrival[at(v)]); }
+  Index depth(VertexId v) const { return depth_[at(v)]; }
+  VertexId jump(VertexId v) const { return jump_[at(v)]; }
 
   void hang(VertexId v) {
     const VertexId p = parent(v);
     const VertexId j = jump(p);
-    nodes_[at(v)].depth = depth(p) + 1;
-    nodes_[at(v)].jump = depth(p) - depth(j) == depth(j) - depth(jump(j)) ? jump(j) : p;
+    depth_[at(v)] = depth(p) + 1;
+    jump_[at(v)] = depth(p) - depth(j) == depth(j) - depth(jump(j)) ? jump(j) : p;
   }
 
   VertexId meet(VertexId a, VertexId b) const {
@@ -101,7 +78,9 @@ class FreeTree {
   }
 
   const Canvas& canvas_;
-  std::vector<Node> nodes_;
+  FreeDistances found_;
+  std::vector<VertexId> jump_;
+  std::vector<Index> depth_;
 };
 
 // The edges that neither tree nor cotree has, by rising length of their cycles.

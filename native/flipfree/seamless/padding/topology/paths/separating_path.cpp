@@ -6,6 +6,8 @@
 #include <queue>
 #include <utility>
 
+#include "flipfree/seamless/padding/topology/paths/free_distances.h"
+
 namespace flipfree::seamless {
 namespace {
 
@@ -22,27 +24,45 @@ struct Way {
   Index before;        // the way that it continues, or kInvalid
   HalfedgeId arrival;  // its last half-edge
   Index from;          // place where it began
+  Index steps;         // half-edges so far
+  Index jump;          // some way that this one continues: see continues()
+  bool has_gone_on;
 };
+
+std::vector<double> distances_to(const Canvas& canvas, const DiskBoundary& boundary,
+                                 const std::vector<Index>& to, const ExecutionContext& context) {
+  std::vector<HalfedgeId> first;
+  for (const Index place : to) {
+    canvas.for_each_inside(boundary.halfedges[at(place)],
+                           [&](HalfedgeId h) { first.push_back(h); });
+  }
+  return free_distances(canvas, first, kInvalid, context).distance;
+}
 
 class CoverSearch {
  public:
-  CoverSearch(const Canvas& canvas, const DiskBoundary& boundary,
-              const std::function<bool(const PathEnds&)>& allowed)
+  CoverSearch(const Canvas& canvas, const DiskBoundary& boundary, const std::vector<Index>& to,
+              const std::function<bool(const PathEnds&)>& allowed, const ExecutionContext& context)
       : canvas_(canvas),
         boundary_(boundary),
+        is_end_(at(boundary.size()), 0),
         allowed_(allowed),
         crossed_(excess_crossed(canvas, boundary)),
+        left_(distances_to(canvas, boundary, to, context)),
         ways_of_(at(canvas.vertex_count())) {
+    for (const Index place : to) is_end_[at(place)] = 1;
     along_.push_back(0);
     for (const HalfedgeId h : boundary.halfedges) along_.push_back(along_.back() + crossed_[at(h)]);
   }
 
   void start(Index place) {
     canvas_.for_each_inside(boundary_.halfedges[at(place)], [&](HalfedgeId h) {
-      cross(h, {kInvalid, share(place), 0.0, kInvalid, kInvalid, place}, kInvalid);
+      cross(h, {kInvalid, share(place), 0.0, kInvalid, kInvalid, place, 0, kInvalid, false},
+            kInvalid);
     });
   }
 
+  // A* (Hart, Nilsson, Raphael 1968): ways by their length and what is left of them at least.
   std::optional<SeparatingPath> run(const ExecutionContext& context) {
     const std::size_t most = kMostPathsPerVertex * at(canvas_.vertex_count());
     for (int step = 1; !queue_.empty() && queue_.top().first < best_distance_; ++step) {
@@ -54,6 +74,7 @@ class CoverSearch {
       const std::vector<Index>& known = ways_of_[at(here.vertex)];
       if (std::find(known.begin(), known.end(), way) == known.end())
         continue;  // a shorter one came
+      ways_[at(way)].has_gone_on = true;
       canvas_.mesh().for_each_outgoing(here.vertex, [&](HalfedgeId h) { cross(h, here, way); });
     }
     return found();
@@ -73,6 +94,8 @@ class CoverSearch {
     next.distance += canvas_.length(h);
     next.before = way;
     next.arrival = h;
+    ++next.steps;
+    next.has_gone_on = false;
     if (canvas_.is_free(next.vertex)) {
       go_on(next);
     } else if (canvas_.on_curve(next.vertex) && next.distance < best_distance_) {
@@ -81,33 +104,49 @@ class CoverSearch {
   }
 
   void go_on(const Way& way) {
+    if (left_[at(way.vertex)] == FreeDistances::kUnreached) return;
     std::vector<Index>& known = ways_of_[at(way.vertex)];
-    if (!known.empty() && passes(way.before, way.vertex)) return;
+    // Those that were replaced by shorter ones had not gone on.
+    if (std::any_of(known.begin(), known.end(),
+                    [&](Index other) { return continues(way.before, other); }))
+      return;
     const auto index = static_cast<Index>(ways_.size());
     const auto same = std::find_if(known.begin(), known.end(), [&](Index other) {
       return ways_[at(other)].excess == way.excess;
     });
     if (same != known.end()) {
-      if (ways_[at(*same)].distance <= way.distance) return;
+      if (ways_[at(*same)].distance <= way.distance || ways_[at(*same)].has_gone_on) return;
       *same = index;
     } else {
       known.push_back(index);
     }
     ways_.push_back(way);
-    queue_.push({way.distance, index});
+    if (way.before == kInvalid) {
+      ways_.back().jump = index;
+    } else {
+      const Way& before = ways_[at(way.before)];
+      const Way& jump = ways_[at(before.jump)];
+      const bool level = before.steps - jump.steps == jump.steps - ways_[at(jump.jump)].steps;
+      ways_.back().jump = level ? jump.jump : way.before;
+    }
+    queue_.push({way.distance + left_[at(way.vertex)], index});
   }
 
-  bool passes(Index way, VertexId v) const {
-    for (; way != kInvalid; way = ways_[at(way)].before) {
-      if (ways_[at(way)].vertex == v) return true;
+  // Is `first` this way or one that it continues? By jump pointers (Myers 1983).
+  bool continues(Index way, Index first) const {
+    if (way == kInvalid) return false;
+    const Index steps = ways_[at(first)].steps;
+    while (ways_[at(way)].steps > steps) {
+      const Index jump = ways_[at(way)].jump;
+      way = ways_[at(jump)].steps >= steps ? jump : ways_[at(way)].before;
     }
-    return false;
+    return way == first;
   }
 
   void arrive(const Way& way) {
     const HalfedgeId sector = canvas_.sector_of(canvas_.mesh().opposite(way.arrival));
     const PathEnds ends{way.from, boundary_.place[at(sector)]};
-    if (ends.from == ends.to || !allowed_(ends)) return;
+    if (ends.from == ends.to || is_end_[at(ends.to)] == 0 || !allowed_(ends)) return;
     const Index corners = left_corners(boundary_, ends);
     if (corners % 4 == 0) return;
     // Closed along the boundary, counter-clockwise.
@@ -130,8 +169,10 @@ class CoverSearch {
 
   const Canvas& canvas_;
   const DiskBoundary& boundary_;
+  std::vector<char> is_end_;  // per place
   const std::function<bool(const PathEnds&)>& allowed_;
   std::vector<Index> crossed_;
+  std::vector<double> left_;  // per vertex: length to the nearest of the places `to`, at least
   std::vector<Index> along_;  // per place, and in all: excess crossed by the boundary before it
   std::vector<Way> ways_;
   std::vector<std::vector<Index>> ways_of_;  // per vertex: the best of each sheet
@@ -145,8 +186,9 @@ class CoverSearch {
 
 std::optional<SeparatingPath> shortest_separating_path(
     const Canvas& canvas, const DiskBoundary& boundary, const std::vector<Index>& from,
-    const std::function<bool(const PathEnds&)>& allowed, const ExecutionContext& context) {
-  CoverSearch search(canvas, boundary, allowed);
+    const std::vector<Index>& to, const std::function<bool(const PathEnds&)>& allowed,
+    const ExecutionContext& context) {
+  CoverSearch search(canvas, boundary, to, allowed, context);
   for (const Index place : from) search.start(place);
   return search.run(context);
 }

@@ -1,6 +1,7 @@
 // The shortest path that divides a disk so that both parts have the corners that the cones in them
-// ask for (thesis 5.2.1, equation 5.1): Dijkstra's algorithm on the branched cover of the disk,
-// whose sheets are the excess that a path has passed (5.4.1, "Extra Cut").
+// ask for (thesis 5.2.1, equation 5.1): Dijkstra's algorithm, led by the distance that is left, on
+// the branched cover of the disk, whose sheets are the excess that a path has passed (5.4.1, "Extra
+// Cut").
 #pragma once
 
 #include <functional>
@@ -29,13 +30,14 @@ inline Index left_corners(const DiskBoundary& boundary, const PathEnds& ends) {
   return boundary.corners_between(ends.to, ends.from) + 2;
 }
 
-// From one of the places `from` to one for which `allowed(ends)` is true, such that the left part
-// has 4 + sum of (k - 4) corners over its cones, not a multiple of four. Nothing if the search ends
-// without one, which does not prove that there is none: of paths on the same sheet that meet in a
-// vertex only the shorter one goes on, if it does not meet itself, and at most a fixed multiple of
-// #V are looked at. Cost: O(n log n) for n of them.
+// From one of the places `from` to one of the places `to` for which `allowed(ends)` is true, such
+// that the left part has 4 + sum of (k - 4) corners over its cones, not a multiple of four. Nothing
+// if the search ends without one, which does not prove that there is none: of paths on the same
+// sheet that meet in a vertex only the shorter one goes on, if it does not meet itself, and at most
+// a fixed multiple of #V are looked at. Cost: O(n log n) for n of them.
 std::optional<SeparatingPath> shortest_separating_path(
     const Canvas& canvas, const DiskBoundary& boundary, const std::vector<Index>& from,
-    const std::function<bool(const PathEnds&)>& allowed, const ExecutionContext& context);
+    const std::vector<Index>& to, const std::function<bool(const PathEnds&)>& allowed,
+    const ExecutionContext& context);
 
 }  // namespace flipfree::seamless
