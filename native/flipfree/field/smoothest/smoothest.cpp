@@ -36,9 +36,13 @@ Eigen::Map<const Eigen::VectorXd> areas_of(const CrossGraph& graph) {
   return {graph.area.data(), static_cast<Eigen::Index>(graph.area.size())};
 }
 
-// The eigenvector of the least eigenvalue, of any length, with the factor of E + area / kFlowArea.
-Crosses first_eigenvector(const CrossGraph& graph, const FieldSystem& system,
-                          ExecutionContext& context) {
+// Of the least eigenvalues, with the factor of E + area / kFlowArea: the first eigenvector, and
+// what is known of the second, both of unit length in the mean.
+struct Eigenvectors {
+  Crosses first, second;
+};
+Eigenvectors least_eigenvectors(const CrossGraph& graph, const FieldSystem& system,
+                                ExecutionContext& context) {
   const auto count = static_cast<Eigen::Index>(graph.area.size());
   const Eigen::VectorXd root = areas_of(graph).cwiseMax(1e-300).cwiseSqrt();
   // Lanczos: root B^-1 root, whose largest eigenvalue is wanted.
@@ -58,10 +62,13 @@ Crosses first_eigenvector(const CrossGraph& graph, const FieldSystem& system,
     if (last || (k + 1) % kStepsBetweenChecks == 0) {
       const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> small(
           projected.topLeftCorner(k + 1, k + 1));
-      const Eigen::VectorXd best = small.eigenvectors().col(k);
-      if (last || beta * std::abs(best[k]) <= kResidual * small.eigenvalues()[k]) {
-        return (basis.leftCols(k + 1) * best.cast<std::complex<double>>()).cwiseQuotient(root);
-      }
+      const auto vector = [&](Eigen::Index i) -> Crosses {
+        const Eigen::VectorXd share = small.eigenvectors().col(i);
+        return (basis.leftCols(k + 1) * share.cast<std::complex<double>>()).cwiseQuotient(root);
+      };
+      const double left = beta * std::abs(small.eigenvectors()(k, k));
+      if (last || left <= kResidual * small.eigenvalues()[k])
+        return {vector(k), vector(std::max<Eigen::Index>(k - 1, 0))};
     }
     projected(k, k + 1) = projected(k + 1, k) = beta;
     basis.col(k + 1) = next / beta;
@@ -85,18 +92,17 @@ struct Asked {
   bool any = false;
 };
 
-Crosses flow(const CrossGraph& graph, const Asked& asked, ExecutionContext& context) {
-  std::vector<double> diagonal(asked.weight);
-  for (std::size_t i = 0; i < diagonal.size(); ++i) diagonal[i] += graph.area[i] / kFlowArea;
-  FieldSystem system;
-  {
-    const ProgressRange range(context, 0.0, 0.5);
-    if (!system.factorize(graph, diagonal, asked.held, context)) fail();
-  }
+double energy(const CrossGraph& graph, const Crosses& u) {
+  double sum = 0.0;
+  for (const CrossGraph::Edge& e : graph.edges)
+    sum += e.weight * std::norm(u[e.f] - e.carry * u[e.g]);
+  return sum;
+}
+
+// The flow from crosses of unit length to where it changes them no more.
+Crosses settled(const CrossGraph& graph, const Asked& asked, const FieldSystem& system, Crosses u,
+                ExecutionContext& context) {
   const Eigen::VectorXd inertia = areas_of(graph) / kFlowArea;
-  Crosses u = asked.any ? system.solve(asked.pull, asked.given, context)
-                        : first_eigenvector(graph, system, context);
-  to_unit_length(u);
   for (int step = 0; step < kMostFlowSteps; ++step) {
     context.report("cross field", 0.75 + 0.25 * step / kMostFlowSteps);
     Crosses next = system.solve(asked.pull + inertia.cwiseProduct(u), asked.given, context);
@@ -106,6 +112,26 @@ Crosses flow(const CrossGraph& graph, const Asked& asked, ExecutionContext& cont
     if (change < kSettled) break;
   }
   return u;
+}
+
+Crosses flow(const CrossGraph& graph, const Asked& asked, ExecutionContext& context) {
+  std::vector<double> diagonal(asked.weight);
+  for (std::size_t i = 0; i < diagonal.size(); ++i) diagonal[i] += graph.area[i] / kFlowArea;
+  FieldSystem system;
+  {
+    const ProgressRange range(context, 0.0, 0.5);
+    if (!system.factorize(graph, diagonal, asked.held, context)) fail();
+  }
+  const auto run = [&](Crosses u) {
+    to_unit_length(u);
+    return settled(graph, asked, system, std::move(u), context);
+  };
+  if (asked.any) return run(system.solve(asked.pull, asked.given, context));
+  // The first eigenvector may be one of many, and one with cones that nobody wants: on a sphere of
+  // meridians and parallels it has two without any angle. Mixed with the second it is another.
+  const Eigenvectors start = least_eigenvectors(graph, system, context);
+  Crosses one = run(start.first), other = run(start.first + start.second);
+  return energy(graph, other) < energy(graph, one) ? other : one;
 }
 
 Asked restricted(const Asked& fine, const Coarsened& to) {

@@ -60,6 +60,22 @@ TEST(SimplifyTest, ConesOfOneQuarterAreSpread) {
   EXPECT_EQ(sum, 8);
 }
 
+TEST(SimplifyTest, ConesWithoutAngleAreSpreadWhereNothingElseIsAskedFor) {
+  const Place p(test::sphere(30, 20));
+  std::vector<Index> cones(static_cast<std::size_t>(p.surface.vertices.rows()), 4);
+  cones[100] = 0;
+  cones[400] = 1;
+  cones[250] = 3;
+  CrossField field = with_cones(p, cones);
+  ExecutionContext context;
+  const Simplified done = simplify(p.surface, p.adjacency, p.frames,
+                                   std::vector<char>(p.faces(), 0), {0.0, 1}, field, context);
+  EXPECT_EQ(done.spread, 1);
+  EXPECT_EQ(done.cancelled, 0);
+  for (const Index k : cones_of(p, field)) EXPECT_GE(k, 1);
+  EXPECT_EQ(cones_of(p, field)[400], 1);
+}
+
 TEST(SimplifyTest, NothingMovesOverTheBoundaryOrWithinHeldFaces) {
   const Place p(test::bumpy_grid(12, 12, 0.3, 2.0));
   CrossField field = p.random_field(3);
