@@ -71,6 +71,26 @@ def test_a_signature_is_met_exactly(turns: tuple[int, int]) -> None:
     assert judged_alike(vertices, faces, field, map, 5)
 
 
+def test_the_certificate_of_any_map_counts_its_turns_exactly() -> None:
+    vertices, faces = torus()
+    field = ff.cross_field(vertices, faces, alignment=0.4)
+    map = ff.field_aligned(vertices, faces, field=field)
+    assert len(map.faces) == len(faces)
+    signature = ff.signature(vertices, faces, field)
+    right = ff.certify(vertices, faces, map.uv, signature=signature)
+    assert right.ok and right.holonomy_failures == 0 and right.cone_failures == 0
+    loops = [(strip, turns + 1) for strip, turns in signature.loops]
+    wrong = ff.certify(vertices, faces, map.uv, signature=ff.Signature(signature.cones, loops))
+    assert not wrong.ok and wrong.holonomy_failures == 2
+    assert any("G6" in failure for failure in wrong.failures)
+    other = ff.certify(vertices, faces, map.uv, signature=ff.Signature({}, signature.loops))
+    assert other.cone_failures == len(signature.cones)
+    with pytest.raises(ff.InvalidInput, match="Both cones and signature"):
+        ff.certify(vertices, faces, map.uv, cones={0: 1.0}, signature=signature)
+    with pytest.raises(ff.InvalidInput, match="must be a Signature"):
+        ff.certify(vertices, faces, map.uv, signature={0: 3})  # type: ignore[arg-type]
+
+
 def test_one_call_makes_the_field_too() -> None:
     vertices, faces = octahedron_sphere(4)
     map = ff.field_aligned(vertices, faces)

@@ -71,7 +71,7 @@ struct Certifier {
     const bool flip_free = flips64.empty() && flips32.empty();
     parallel_for(context, 7, 1, [&](std::size_t task, std::size_t, std::size_t) {
       if (task == 0) {
-        if (!request.cone_angles.empty()) add_angles();
+        if (judges_cones()) add_angles();
         return;
       }
       const bool as_stored = task % 2 == 0;
@@ -93,6 +93,7 @@ struct Certifier {
     });
   }
 
+  bool judges_cones() const { return request.require_cones || !request.cone_angles.empty(); }
   bool overlaps_count() const {
     return request.measure_overlaps || request.require_bijective || request.require_disjoint;
   }
@@ -240,7 +241,7 @@ struct Certifier {
 
   // G5: prescribed angles are there; an interior vertex without one has 2 pi.
   void check_cones() {
-    if (request.cone_angles.empty()) return;
+    if (!judges_cones()) return;
     const auto vertex_count = static_cast<std::size_t>(surface.vertices.rows());
     std::vector<double> target_angle(vertex_count, 2.0 * std::numbers::pi);
     std::vector<char> judged(vertex_count, 0);

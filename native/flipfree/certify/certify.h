@@ -33,6 +33,7 @@ struct CertifyRequest {
   // the boundary of the surface. Empty: cones are judged only as "corners around an uncut interior
   // vertex wind once".
   std::vector<std::pair<VertexId, double>> cone_angles;
+  bool require_cones = false;  // also if there are none: then every interior vertex has 2 pi
 
   // G6, where G4 is asked for and holds: closed strips of faces, as half-edges 3 f + k of
   // `surface`, each left across it, and the quarter turns to the left that the map must make along

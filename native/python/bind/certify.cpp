@@ -17,8 +17,8 @@ void bind_certify(py::module_& module) {
       [](const Array<double>& vertices, const Array<Index>& faces, const Array<double>& uv,
          const Array<Index>& pin_corners, const Array<double>& pin_uv,
          const Array<Index>& cone_vertices, const Array<double>& cone_angles,
-         const py::object& parent, bool require_bijective, bool require_disjoint,
-         bool require_seamless, double max_seconds, int threads) {
+         const py::object& loops, const py::object& parent, bool require_bijective,
+         bool require_disjoint, bool require_seamless, double max_seconds, int threads) {
         certify::Parametrization map;
         map.surface = to_surface(vertices, faces);
         map.uv = to_matrix<Points2>(uv, "uv");
@@ -29,6 +29,10 @@ void bind_certify(py::module_& module) {
         request.pins = to_corner_pins(pin_corners, pin_uv);
         for (py::ssize_t i = 0; i < cone_vertices.size(); ++i) {
           request.cone_angles.emplace_back(cone_vertices.data()[i], cone_angles.data()[i]);
+        }
+        if (const auto given = to_loops(loops)) {
+          request.require_cones = true;
+          for (const auto& [loop, turns] : *given) request.loops.emplace_back(loop, turns);
         }
         mesh::Surface input;
         if (!parent.is_none()) {
@@ -65,9 +69,9 @@ void bind_certify(py::module_& module) {
             threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("uv"), py::arg("pin_corners"),
-      py::arg("pin_uv"), py::arg("cone_vertices"), py::arg("cone_angles"), py::arg("parent"),
-      py::arg("require_bijective"), py::arg("require_disjoint"), py::arg("require_seamless"),
-      py::arg("max_seconds"), py::arg("threads"));
+      py::arg("pin_uv"), py::arg("cone_vertices"), py::arg("cone_angles"), py::arg("loops"),
+      py::arg("parent"), py::arg("require_bijective"), py::arg("require_disjoint"),
+      py::arg("require_seamless"), py::arg("max_seconds"), py::arg("threads"));
 }
 
 }  // namespace flipfree::python

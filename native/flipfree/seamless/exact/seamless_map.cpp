@@ -95,6 +95,7 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
   certify::CertifyRequest request;
   request.require_seamless = options.exact;
   request.measure_overlaps = false;
+  request.require_cones = true;
   if (options.exact) request.loops = strips;
   std::vector<VertexId> places;
   for (std::size_t v = 0; v < cones.size(); ++v) {

@@ -108,24 +108,26 @@ PennerMap attempt_component(const mesh::Surface& surface, const std::vector<Inde
 }
 
 // Attempts until a metric can be written as a map in 64 bits, each with as much relaxation as its
-// scale asks for and with little; the first failure if none can.
+// scale asks for, with little and with all that helps: loops that turn otherwise than the conformal
+// metric's stretch it without changing its scale. The first failure if none can.
 PennerMap map_component(const mesh::Surface& surface, const std::vector<Index>& cones,
                         const std::optional<std::vector<LoopTurn>>& loops,
                         const PennerMapOptions& options, ExecutionContext& context) {
   constexpr int kMostMaps = 6;
-  constexpr int kLittle = 3;
+  constexpr int kRelaxations[] = {-1, 3, 20};
   PennerMapOptions own = options;
   std::exception_ptr failure;
   for (int maps = 0; maps < kMostMaps; ++maps) {
+    const int round = maps % 3;
+    if (options.metric.relaxation >= 0 && round > 0) continue;
+    if (options.metric.relaxation < 0) own.metric.relaxation = kRelaxations[round];
     int attempt = own.metric.first_attempt;
     try {
       return attempt_component(surface, cones, loops, own, attempt, context);
     } catch (const NotConverged&) {
       if (!failure) failure = std::current_exception();
     }
-    const bool less = options.metric.relaxation < 0 && maps % 2 == 0;
-    own.metric.relaxation = less ? kLittle : options.metric.relaxation;
-    own.metric.first_attempt = less ? attempt : attempt + 1;
+    own.metric.first_attempt = round < 2 && options.metric.relaxation < 0 ? attempt : attempt + 1;
   }
   std::rethrow_exception(failure);
 }

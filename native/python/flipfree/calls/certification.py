@@ -20,6 +20,7 @@ from ..arrays import (
 )
 from ..conversions import certificate_from
 from ..errors import InvalidInput
+from ..fields.cross_fields import Signature, as_signature
 from ..job import Job, Progress, solver_call
 from ..options import as_flag, as_number, as_seconds, as_threads, shown, whole_number
 from ..results import Certificate
@@ -85,7 +86,7 @@ def certify(
     *,
     pins: Pins | None = None,
     cones: Mapping[int, float] | None = None,
-    signature: Any = None,
+    signature: Signature | None = None,
     seamless: bool = False,
     parent: tuple[Any, ...] | None = None,
     bijective: bool = False,
@@ -103,7 +104,8 @@ def certify(
         seamless: G4 demands that every cut is an exact quarter turn and translation.
         parent: (vertices, faces, parent_face, vertex_parent, vertex_barycentric) of the input that this mesh
             refines; G7 demands a subdivision.
-        signature: must be None; holonomy is not measured yet.
+        signature: a :class:`Signature` on these faces; demands G4, its cones instead of ``cones``, and G6: that the map
+            turns along its loops as it says, counted exactly.
         bijective: overlaps of a chart with itself are a failure, not only a figure.
         disjoint: so are overlaps between charts.
         max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
@@ -116,15 +118,20 @@ def certify(
     Raises:
         InvalidInput (a mesh that is none, arrays of the wrong shape), NotConverged (time is over), Cancelled.
     """
-    if signature is not None:
-        raise InvalidInput(
-            "This version measures no holonomy signature (G6); leave signature out.",
-            code="bad option",
-        )
     face_array = as_indices(faces, "faces", 3)
     pin_corners, pin_uv = pins_to_corners(pins, face_array)
     cone_angles = as_vertex_map(cones, "cones", "angle")
     positions = as_vertices(vertices, face_array)
+    must_be_seamless, loops = as_flag(seamless, "seamless"), None
+    if signature is not None:
+        if cones is not None:
+            raise InvalidInput(
+                "Both cones and signature are given. Give one of them: a signature has cones of its own.",
+                code="bad option",
+            )
+        turns, given = as_signature(signature, face_array, len(positions.scaled))
+        must_be_seamless, loops = True, given or []
+        cone_angles = {int(v): turns[v] * (np.pi / 2) for v in signature.cones}
     corner_uv = as_corner_uv(uv, "uv", len(face_array))
     parent_parts = None
     if parent is not None:
@@ -150,10 +157,11 @@ def certify(
         pin_uv,
         as_indices(list(cone_angles), "cones"),
         as_floats([as_number(a, f"cones[{v}]") for v, a in cone_angles.items()], "cones"),
+        loops,
         parent_parts,
         as_flag(bijective, "bijective"),
         as_flag(disjoint, "disjoint"),
-        as_flag(seamless, "seamless"),
+        must_be_seamless,
         as_seconds(max_seconds, "max_seconds"),
         as_threads(threads),
     )
