@@ -1,8 +1,11 @@
 """Field-aligned seamless maps of the shared data folder's closed models, with given fields and with our own.
 
-    PYTHONPATH=build/python:tests python3 benchmarks/field_aligned.py [--only TEXT] [--own] [--seconds 120] [--markdown]
+    PYTHONPATH=build/python:tests python3 benchmarks/field_aligned.py [--only TEXT] [--own] [--random N] [--reach 1]
+                                                                     [--seconds 120] [--markdown]
 
-Cases: fields/ with its fields; `--own`: the closed models of general/ and embedding/, and those of fields/, with the smoothest field.
+Cases: fields/ with its fields; `--own`: the closed models of general/ and embedding/, and those of fields/, with the smoothest field. `--random N`:
+N signatures on each of five surfaces of genus 1 to 6: cones of 2 to 8 quarter turns at random vertices, and loops that turn by up to
+`--reach` quarters more or less, at random, than needs the least rotation.
 `G6` is the second judge's: on a homology basis that nobody has seen, does the map turn as the field does (judges/)? Angles are
 between isolines and field, degrees, by area; `engine` before the alignment. CPU seconds are those of all threads. The exit status is 1
 if a case is neither certified nor refused as Infeasible, or if the judge disagrees.
@@ -26,6 +29,14 @@ from mesh_files import data_folder, read_mesh
 
 COLUMNS = "case | F | cones | certified | G6 | engine angle | mean angle | 95 % | energy | added V | engine s | CPU s"
 
+RANDOM_MODELS = (
+    "fields/rocker-arm2500.obj",
+    "fields/eight766.obj",
+    "fields/holes3_libigl.obj",
+    "fields/fertility_input.obj",
+    "conformal/gtorus006.obj",
+)
+
 Mesh = tuple[str, npt.NDArray[np.float64], npt.NDArray[np.int32]]
 
 
@@ -47,6 +58,33 @@ def closed(folder: Path) -> Iterator[Mesh]:
         mesh = read_mesh(path)
         if (holonomy.opposite_halfedges(mesh.faces) >= 0).all():
             yield path.stem, mesh.vertices, mesh.faces
+
+
+def random_signature(mesh: Mesh, random: np.random.Generator, reach: int) -> ff.Signature:
+    _, vertices, faces = mesh
+    euler = len(vertices) - len(faces) // 2
+    quarters = [
+        int(k) for k in random.choice([2, 3, 3, 3, 5, 5, 5, 6, 8], int(random.integers(2, 13)))
+    ]
+    missing = 4 * euler - sum(4 - k for k in quarters)
+    quarters += [3 if missing > 0 else 5] * abs(missing)
+    places = random.permutation(len(vertices))
+    cones = {int(v): k for v, k in zip(places, quarters, strict=False)}
+    near = ff.cross_field(vertices, faces, signature=ff.Signature(cones, []))
+    loops = [
+        (strip, turns + int(random.integers(-reach, reach + 1)))
+        for strip, turns in ff.signature(vertices, faces, near).loops
+    ]
+    return ff.Signature(cones, loops)
+
+
+def at_random(folder: Path, count: int, reach: int) -> Iterator[tuple[Mesh, ff.CrossField]]:
+    for name in RANDOM_MODELS:
+        mesh = read_mesh(folder / name)
+        for seed in range(count):
+            case = (f"{Path(name).stem} #{seed}", mesh.vertices, mesh.faces)
+            signature = random_signature(case, np.random.default_rng(seed), reach)
+            yield case, ff.cross_field(mesh.vertices, mesh.faces, signature=signature)
 
 
 def agrees(mesh: Mesh, field: ff.CrossField, map: ff.Parametrization) -> bool:
@@ -86,6 +124,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--only", default="", help="cases whose name contains this")
     parser.add_argument("--own", action="store_true", help="our smoothest fields")
+    parser.add_argument("--random", type=int, default=0, help="signatures per surface")
+    parser.add_argument("--reach", type=int, default=1, help="of random turns, quarters")
     parser.add_argument("--seconds", type=float, default=120.0, help="give a case up after so long")
     parser.add_argument("--markdown", action="store_true")
     arguments = parser.parse_args()
@@ -95,7 +135,13 @@ def main() -> int:
     print(f"| {COLUMNS} |")
     if arguments.markdown:
         print("|" + "---|" * (COLUMNS.count("|") + 1))
-    cases = ((mesh, None) for mesh in closed(folder)) if arguments.own else given(folder)
+    cases: Iterator[tuple[Mesh, ff.CrossField | None]]
+    if arguments.random > 0:
+        cases = iter(at_random(folder, arguments.random, arguments.reach))
+    elif arguments.own:
+        cases = ((mesh, None) for mesh in closed(folder))
+    else:
+        cases = iter(given(folder))
     good = total = 0
     for mesh, field in cases:
         if arguments.only not in mesh[0]:

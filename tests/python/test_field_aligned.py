@@ -71,6 +71,25 @@ def test_a_signature_is_met_exactly(turns: tuple[int, int]) -> None:
     assert judged_alike(vertices, faces, field, map, 5)
 
 
+def test_another_homology_basis_of_a_signature_makes_the_same_map() -> None:
+    vertices, faces = torus()
+    places = np.random.default_rng(6).permutation(len(vertices))[:8]
+    cones = {int(v): 3 if i % 2 else 5 for i, v in enumerate(places)}
+    first = ff.cross_field(vertices, faces, signature=ff.Signature(cones, []))
+    assert first.rotation is not None
+    plain = ff.field_aligned(vertices, faces, field=first)
+    for seed in range(3):
+        basis = holonomy.random_homology_basis(faces, seed)
+        turns = fields.judge(vertices, faces, first.rotation, basis).turns
+        loops = [([h // 3 for h in loop], t) for loop, t in zip(basis, turns, strict=True)]
+        signature = ff.Signature(cones, loops)
+        again = ff.cross_field(vertices, faces, signature=signature)
+        assert again.rotation is not None
+        assert np.abs(again.rotation - first.rotation).max() < 1e-9
+        map = ff.field_aligned(vertices, faces, signature=signature)
+        assert abs(map.certificate.energy / plain.certificate.energy - 1) < 0.01
+
+
 def test_the_certificate_of_any_map_counts_its_turns_exactly() -> None:
     vertices, faces = torus()
     field = ff.cross_field(vertices, faces, alignment=0.4)
