@@ -7,7 +7,14 @@ import sys
 
 from .operators import common
 
-_COUNTS = ("triangles", "flips32", "overlaps", "island_overlaps")
+_COUNTS = (
+    "triangles",
+    "flips32",
+    "overlaps",
+    "island_overlaps",
+    "seam_edges",
+    "seams_exact32",
+)
 
 
 def of_task(task, line: str, advice: str) -> dict:

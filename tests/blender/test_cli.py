@@ -193,6 +193,7 @@ def test_seamless_maps_a_file_and_says_what_it_refuses(tmp_path, bumpy_obj):
     assert "seam edges exact, 0 flips" in result.stdout
     (record,) = json.loads(report.read_text())
     assert record["ok"] and record["islands"] == 1 and record["flips32"] == 0
+    assert record["seams_exact32"] == record["seam_edges"] > 0
     bpy.ops.wm.open_mainfile(filepath=str(out))
     (ob,) = (ob for ob in bpy.data.objects if ob.type == "MESH")
     assert shapes.exact_flips(ob) == 0 and "seam_turns" in ob.data.attributes
