@@ -27,7 +27,8 @@ def twice():
 
 
 def duplicate():
-    return shapes.add("Twice", [(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2), (0, 1, 2)], uv=True)
+    vertices = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+    return shapes.add("Twice", vertices, [(0, 1, 2), (0, 2, 3), (0, 1, 2)], uv=True)
 
 
 def book():
@@ -36,9 +37,8 @@ def book():
 
 
 def twisted():
-    """A cube of which two sides look inside."""
-    ob = shapes.cube()
-    ob.data.uv_layers.new(name="UVMap")
+    """A sheet of which two faces look to the other side."""
+    ob = shapes.grid(3, uv=True)
     ob.data.polygons[2].flip()
     ob.data.polygons[4].flip()
     return ob
@@ -86,8 +86,9 @@ CURES = {
 
 
 def message_of(**options):
+    """Of an operator that needs a clean surface; Unwrap Flip-Free makes one itself."""
     with pytest.raises(RuntimeError) as error:
-        bpy.ops.uv.flipfree_unwrap(**options)
+        bpy.ops.uv.flipfree_conformal(**options)
     return str(error.value)
 
 

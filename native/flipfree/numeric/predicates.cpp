@@ -11,6 +11,8 @@ namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 
+bool finite(const double* p) { return std::isfinite(p[0]) && std::isfinite(p[1]); }
+
 Kernel::Point_2 point(const Vector2& p) { return {p.x(), p.y()}; }
 
 // p is known to lie on the line ab: is it within the closed box of ab?
@@ -31,6 +33,7 @@ int orientation(const double* a, const double* b, const double* c) {
   constexpr double kErrorFactor = (3.0 + 16.0 * 0x1p-53) * 0x1p-53;
   const double bound = kErrorFactor * (std::abs(left) + std::abs(right));
   if (std::abs(determinant) > bound && bound > 1e-280) return determinant > 0 ? 1 : -1;
+  if (!finite(a) || !finite(b) || !finite(c)) return 0;  // what CGAL knows no answer to
   return static_cast<int>(CGAL::orientation(
       Kernel::Point_2(a[0], a[1]), Kernel::Point_2(b[0], b[1]), Kernel::Point_2(c[0], c[1])));
 }
@@ -43,6 +46,7 @@ int orientation(const float* a, const float* b, const float* c) {
 }
 
 int in_circle(const Vector2& a, const Vector2& b, const Vector2& c, const Vector2& d) {
+  if (!a.allFinite() || !b.allFinite() || !c.allFinite() || !d.allFinite()) return 0;
   return static_cast<int>(CGAL::side_of_oriented_circle(point(a), point(b), point(c), point(d)));
 }
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include <boost/multiprecision/gmp.hpp>
 #include <cmath>
 #include <random>
@@ -73,6 +75,21 @@ TEST(SegmentsConflict, tells_crossings_touches_and_shared_ends_apart) {
   EXPECT_FALSE(segments_conflict(o, {1, 0}, {1, 0}, {2, 0})) << "collinear, shared end only";
   EXPECT_FALSE(segments_conflict(o, {1, 0}, {2, 0}, {3, 0})) << "collinear, apart";
   EXPECT_FALSE(segments_conflict(o, {1, 0}, {0, 1}, {1, 1})) << "parallel";
+}
+
+TEST(Predicates, SayNothingOfWhatIsNotFinite) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinity = std::numeric_limits<double>::infinity();
+  const Vector2 a(0, 0);
+  const Vector2 b(1, 0);
+  const Vector2 c(0, 1);
+  for (const double bad : {nan, infinity, -infinity}) {
+    for (const Vector2& p : {Vector2(bad, 0.5), Vector2(0.5, bad), Vector2(bad, bad)}) {
+      EXPECT_EQ(orientation(a, b, p), 0);
+      EXPECT_EQ(orientation(p, b, c), 0);
+      EXPECT_EQ(in_circle(a, b, c, p), 0);
+    }
+  }
 }
 
 }  // namespace

@@ -61,6 +61,7 @@ Vector2 smallest_rectangle_direction(const std::vector<Vector2>& hull) {
 }  // namespace
 
 void turn_to_smallest_rectangle(Points2& uv) {
+  if (!uv.allFinite()) return;  // which has no hull
   const std::vector<Vector2> hull = convex_hull(uv);
   if (hull.size() < 3) return;
   const Vector2 x = smallest_rectangle_direction(hull);
