@@ -117,25 +117,41 @@ Simplified simplify(const mesh::Surface& surface, const mesh::Adjacency& adjacen
   const auto end_of = [&](const Mover::Found& found) {
     return mesh::target(surface.faces, found.path.back());
   };
-  // Nearest pairs first. Each move brings two cones nearer to 4, so there is an end.
-  while (reach > 0.0) {
-    Mover::Found best;
-    VertexId start = kInvalid;
-    for (VertexId v = 0; at(v) < cones.size(); ++v) {
-      if (cones[at(v)] <= 4 || !mover.is_inside(v)) continue;
-      const double most = best.path.empty() ? reach : best.distance;
-      Mover::Found found =
-          mover.nearest(v, most, [&](VertexId w, double) { return cones[at(w)] < 4; });
-      if (found.path.empty() || (!best.path.empty() && !(found.distance < best.distance))) continue;
-      best = std::move(found);
-      start = v;
+  // Nearest pairs first. Each move brings two cones nearer to 4, so there is an end; what was found
+  // before its partner was used up is looked for anew.
+  const auto partner = [&](VertexId v) {
+    return mover.nearest(v, reach, [&](VertexId w, double) { return cones[at(w)] < 4; });
+  };
+  struct Pair {
+    double distance;
+    VertexId from;
+    std::vector<HalfedgeId> path;
+    bool operator<(const Pair& other) const {
+      return distance != other.distance ? distance > other.distance : from > other.from;
     }
-    if (start == kInvalid) break;
-    move(start, end_of(best), best.path);
-    ++result.cancelled;
+  };
+  std::priority_queue<Pair> pairs;
+  const auto look = [&](VertexId v) {
+    context.check();
+    Mover::Found found = partner(v);
+    if (!found.path.empty()) pairs.push({found.distance, v, std::move(found.path)});
+  };
+  for (VertexId v = 0; reach > 0.0 && at(v) < cones.size(); ++v) {
+    if (cones[at(v)] > 4 && mover.is_inside(v)) look(v);
+  }
+  while (!pairs.empty()) {
+    const Pair pair = pairs.top();
+    pairs.pop();
+    const VertexId to = mesh::target(surface.faces, pair.path.back());
+    if (cones[at(to)] < 4) {
+      move(pair.from, to, pair.path);
+      ++result.cancelled;
+    }
+    if (cones[at(pair.from)] > 4) look(pair.from);
   }
   for (VertexId v = 0; at(v) < cones.size(); ++v) {
     while (cones[at(v)] < options.least_turns && mover.is_inside(v)) {
+      context.check();
       // A cone that has too many, else a regular vertex at some distance; three are left there.
       Mover::Found found =
           mover.nearest(v, kFarther * spread, [&](VertexId w, double) { return cones[at(w)] > 4; });
