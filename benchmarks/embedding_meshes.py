@@ -32,7 +32,7 @@ def boundary_loop(faces: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
     following = dict(open_edges.tolist())
     start = int(open_edges[:, 0].min())
     loop = [start]
-    while following[loop[-1]] != start:
+    while following[loop[-1]] != start and len(loop) <= len(following):
         loop.append(following[loop[-1]])
     assert len(loop) == len(following), "several boundary loops"
     return np.array(loop, np.int32)
