@@ -191,9 +191,13 @@ CASES: dict[str, tuple[Callable[[], Any], type[ff.FlipfreeError], str, list[str]
         lambda: ff.seamless(*octahedron_sphere(0), {77: 3}),
         ff.InvalidInput, "index out of range", ["vertex 77", "has 6"],
     ),
-    "seamless map of an open surface": (
-        lambda: ff.seamless(octahedron_sphere(0)[0], octahedron_sphere(0)[1][1:]),
-        ff.InvalidInput, "bad boundary", ["boundary (1 loop, through vertex 0)", "Fill Holes"],
+    "corner at a free boundary": (
+        lambda: ff.seamless(octahedron_sphere(0)[0], octahedron_sphere(0)[1][1:], {0: 1}, boundary="free"),
+        ff.InvalidInput, "bad angles", ["Vertex 0", "Leave it out"],
+    ),
+    "boundary that is no word for one": (
+        lambda: ff.seamless(*octahedron_sphere(0), boundary="straight"),
+        ff.InvalidInput, "bad option", ["boundary", "aligned, free"],
     ),
 }  # fmt: skip
 

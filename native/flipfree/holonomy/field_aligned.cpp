@@ -104,6 +104,7 @@ certify::Parametrization map_in_time(const mesh::Surface& surface, const field::
   const field::Signature signature =
       field::signature_of(surface, adjacency, field::measure_frames(surface), field, context);
   seamless::check_request(surface, signature.cones, context);
+  seamless::refuse_boundary(surface);
   seamless::PennerMap found;
   {
     const ProgressRange range(context, 0.0, kEngineShare);
@@ -141,7 +142,7 @@ certify::Parametrization map_in_time(const mesh::Surface& surface, const field::
   finish.optimise = false;
   finish.exact = options.exact;
   certify::Parametrization result =
-      seamless::finish_map(std::move(found), surface, signature.cones, strips, finish, context);
+      seamless::finish_map(std::move(found), surface, strips, finish, context);
   Points2 uv(cut.uv.rows(), 2);
   for (CornerId c = 0; c < static_cast<CornerId>(result.uv.rows()); ++c)
     uv.row(cut.surface.faces(c / 3, c % 3)) = result.uv.row(c);

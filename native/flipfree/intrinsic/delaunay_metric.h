@@ -64,6 +64,22 @@ class DelaunayMetric {
     for (std::size_t e = 0; e < length_.size(); ++e) change(e, length_[e]);
     shadow_valid_ = false;
   }
+  // Of a double cover whose lengths in copy 1 and across the line changed: gives copy 2 those of
+  // its mirror images, and the diagonals of symmetric quadrilaterals theirs (flip_lengths.h).
+  void restore_symmetry() {
+    FlipLengths<T> lengths(length_);
+    for (std::size_t e = 0; e < length_.size(); ++e) {
+      const auto edge = static_cast<EdgeId>(e);
+      const HalfedgeId mirror = mesh_.reflection.empty() ? kInvalid : mesh_.reflection[2 * e];
+      if (mesh_.label_of_edge(edge) == EdgeLabel::kTwo) length_[e] = length_[at(mirror >> 1)];
+    }
+    for (std::size_t e = 0; e < length_.size(); ++e) {
+      const auto edge = static_cast<EdgeId>(e);
+      if (mesh_.label_of_edge(edge) == EdgeLabel::kDiagonal)
+        lengths.symmetric_diagonal(mesh_, edge);
+    }
+    shadow_valid_ = false;
+  }
   void scale_length(EdgeId e, const T& factor) {
     length_[at(e)] *= factor;
     update_shadow(e);

@@ -152,6 +152,26 @@ class FlipLengths {
     }
   }
 
+  // Sets the length of the diagonal e of a symmetric quadrilateral by those of its sides.
+  void symmetric_diagonal(const IntrinsicMesh& mesh, EdgeId e) {
+    T leg = number(0.0);
+    T parallel[2] = {leg, leg};
+    for (int side = 0; side < 2; ++side) {
+      HalfedgeId h = 2 * e + side;
+      for (int k = 0; k < 2; ++k) {
+        h = mesh.next_of(h);
+        const bool across = mesh.label_of_edge(h >> 1) == EdgeLabel::kPerpendicular;
+        (across ? parallel[side] : leg) = at(h >> 1);
+      }
+    }
+    using std::sqrt;
+    // As quotients: the squares may leave the exponent range.
+    const T& unit = parallel[0] < parallel[1] ? parallel[1] : parallel[0];
+    const T scale = unit < leg ? leg : unit;
+    const T a = leg / scale;
+    set(e, scale * sqrt(a * a + (parallel[0] / scale) * (parallel[1] / scale)));
+  }
+
  private:
   using Traits = numeric::ScalarTraits<T>;
   struct Apex {

@@ -6,6 +6,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
+#include "flipfree/seamless/bordered/boundary_cones.h"
 #include "flipfree/seamless/signature.h"
 
 namespace flipfree::seamless {
@@ -15,8 +16,9 @@ constexpr std::size_t kMostNamed = 1000;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-// A connected part of a closed surface.
+// A connected part.
 struct Part {
+  bool closed = true;
   std::vector<FaceId> faces;
   std::vector<VertexId> vertices;
   std::vector<Index> cones;  // per vertex of it
@@ -27,6 +29,11 @@ struct Part {
   }
 };
 
+// The outgoing half-edge of a boundary vertex is one of the boundary.
+bool is_border(const mesh::Adjacency& adjacency, std::size_t v) {
+  return adjacency.opposite[at(adjacency.vertex_halfedge[v])] == kInvalid;
+}
+
 std::vector<Part> parts_of(const std::vector<Index>& cones, const mesh::Adjacency& adjacency) {
   const mesh::Components components = mesh::face_components(adjacency);
   std::vector<Part> parts(at(components.count));
@@ -36,24 +43,10 @@ std::vector<Part> parts_of(const std::vector<Index>& cones, const mesh::Adjacenc
     const FaceId f = adjacency.vertex_halfedge[v] / 3;
     Part& part = parts[at(components.of_face[at(f)])];
     part.vertices.push_back(static_cast<VertexId>(v));
+    part.closed = part.closed && !is_border(adjacency, v);
     part.cones.push_back(cones[v]);
   }
   return parts;
-}
-
-void refuse_boundary(const mesh::Surface& surface, const mesh::Adjacency& adjacency) {
-  std::vector<Index> vertices;
-  const auto loops = mesh::boundary_loops(surface.faces, adjacency);
-  for (const auto& loop : loops) vertices.insert(vertices.end(), loop.begin(), loop.end());
-  if (vertices.empty()) return;
-  const std::string first = std::to_string(vertices.front());
-  if (vertices.size() > kMostNamed) vertices.resize(kMostNamed);
-  throw_invalid(ErrorCode::kBadBoundary,
-                "The surface has a boundary (" + std::to_string(loops.size()) +
-                    (loops.size() == 1 ? " loop" : " loops") + ", through vertex " + first +
-                    "); seamless maps are for closed surfaces. Close it (Fill Holes), or use a "
-                    "conformal map.",
-                ElementKind::kVertex, std::move(vertices));
 }
 
 // The same error with the place of the part.
@@ -80,8 +73,23 @@ void check_surface(const mesh::Surface& surface, ExecutionContext& context) {
   mesh::ValidateOptions rules;
   rules.allow_isolated_vertices = false;
   mesh::validate(surface, rules, context);
-  refuse_boundary(
-      surface, mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces));
+}
+
+void refuse_boundary(const mesh::Surface& surface) {
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  std::vector<Index> vertices;
+  const auto loops = mesh::boundary_loops(surface.faces, adjacency);
+  for (const auto& loop : loops) vertices.insert(vertices.end(), loop.begin(), loop.end());
+  if (vertices.empty()) return;
+  const std::string first = std::to_string(vertices.front());
+  if (vertices.size() > kMostNamed) vertices.resize(kMostNamed);
+  throw_invalid(ErrorCode::kBadBoundary,
+                "The surface has a boundary (" + std::to_string(loops.size()) +
+                    (loops.size() == 1 ? " loop" : " loops") + ", through vertex " + first +
+                    "); maps with prescribed loops are for closed surfaces. Close it (Fill Holes), or "
+                    "use a seamless map without a field.",
+                ElementKind::kVertex, std::move(vertices));
 }
 
 void check_request(const mesh::Surface& surface, const std::vector<Index>& cones,
@@ -89,18 +97,19 @@ void check_request(const mesh::Surface& surface, const std::vector<Index>& cones
   check_surface(surface, context);
   if (cones.size() != static_cast<std::size_t>(surface.vertices.rows()))
     throw_invalid(ErrorCode::kBadShape, "cones need one number per vertex.");
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
   for (std::size_t v = 0; v < cones.size(); ++v) {
-    if (cones[v] >= 1) continue;
+    if (cones[v] >= kNotGiven) continue;
     throw_invalid(ErrorCode::kBadAngles,
                   "The cone at vertex " + std::to_string(v) + " has " + std::to_string(cones[v]) +
                       " quarter turns. Give every cone at least 1 (4 is flat).",
                   ElementKind::kVertex, {static_cast<Index>(v)});
   }
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
-  const std::vector<Part> parts = parts_of(cones, adjacency);
+  const std::vector<Part> parts = parts_of(flat_inside(cones, adjacency), adjacency);
   for (const Part& part : parts) {
     context.check();
+    if (!part.closed) continue;
     try {
       check_cones(part.cones, part.genus());
       // Loops may turn as they need to: only what no loops help is refused here.

@@ -52,6 +52,7 @@ class Walker {
     degree_.assign(adjacency.vertex_halfedge.size(), 0);
     for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cut.size()); ++h) {
       if (cut[at(h)] != 0) ++degree_[at(mesh::source(faces, h))];
+      if (adjacency.opposite[at(h)] == kInvalid) degree_[at(mesh::source(faces, h))] += kNode;
     }
     for (const VertexId v : cones) degree_[at(v)] += kNode;
   }

@@ -1,8 +1,8 @@
 // The seams of a map as branches, and the quarter turn and translation across each.
 //
 // A branch is a chain of cut edges between two nodes: vertices where other than two cut edges meet,
-// and cones. Along a branch the two sides of a seamless map differ by one rigid motion. Closed
-// chains without a node begin at their lowest vertex.
+// cones, and vertices of the surface's boundary. Along a branch the two sides of a seamless map
+// differ by one rigid motion. Closed chains without a node begin at their lowest vertex.
 #pragma once
 
 #include <vector>

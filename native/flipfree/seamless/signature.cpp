@@ -82,9 +82,9 @@ std::string why_impossible(const std::vector<Index>& cones, Index genus,
   return "";
 }
 
-std::vector<std::vector<Index>> near_turns(const std::vector<Index>& cones, Index genus,
-                                           const std::vector<double>& loop_angles,
-                                           std::size_t most) {
+std::vector<std::vector<Index>> near_turns(
+    const std::vector<double>& loop_angles, std::size_t most,
+    const std::function<std::string(const std::vector<Index>&)>& why) {
   std::vector<Index> nearest;
   struct Change {
     double distance;  // of the loop from its other neighbour, quarter turns
@@ -100,10 +100,9 @@ std::vector<std::vector<Index>> near_turns(const std::vector<Index>& cones, Inde
   std::stable_sort(changes.begin(), changes.end(),
                    [](const Change& a, const Change& b) { return a.distance < b.distance; });
   std::vector<std::vector<Index>> found;
-  const std::string why = why_impossible(cones, genus, nearest);
-  if (why.empty()) found.push_back(nearest);
+  if (why(nearest).empty()) found.push_back(nearest);
   const auto add = [&](std::vector<Index> turns) {
-    if (found.size() >= most || !why_impossible(cones, genus, turns).empty()) return;
+    if (found.size() >= most || !why(turns).empty()) return;
     if (std::find(found.begin(), found.end(), turns) == found.end())
       found.push_back(std::move(turns));
   };
@@ -121,7 +120,19 @@ std::vector<std::vector<Index>> near_turns(const std::vector<Index>& cones, Inde
     }
     add(std::move(turns));
   }
+  return found;
+}
+
+std::vector<std::vector<Index>> near_turns(const std::vector<Index>& cones, Index genus,
+                                           const std::vector<double>& loop_angles,
+                                           std::size_t most) {
+  std::vector<Index> any;
+  auto found = near_turns(loop_angles, most, [&](const std::vector<Index>& turns) {
+    if (any.empty()) any = turns;
+    return why_impossible(cones, genus, turns);
+  });
   if (found.empty()) {
+    const std::string why = why_impossible(cones, genus, any);
     Witness witness{"empty stratum", {{"genus", {static_cast<double>(genus)}}, {"cones", {}}}};
     for (const Index k : cone_list(cones)) witness.numbers[1].second.push_back(k);
     throw_infeasible(ErrorCode::kBadAngles, why + " Move one of the cones' angles to a third one.",

@@ -13,6 +13,7 @@
 //            unless (12 only) all turn by whole ones.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -39,5 +40,11 @@ std::string why_impossible(const std::vector<Index>& cones, Index genus,
 std::vector<std::vector<Index>> near_turns(const std::vector<Index>& cones, Index genus,
                                            const std::vector<double>& loop_angles,
                                            std::size_t most);
+
+// The same for any rule: `why` says why there is no metric with some turns, empty if there is one.
+// Empty if it forbids all.
+std::vector<std::vector<Index>> near_turns(
+    const std::vector<double>& loop_angles, std::size_t most,
+    const std::function<std::string(const std::vector<Index>&)>& why);
 
 }  // namespace flipfree::seamless

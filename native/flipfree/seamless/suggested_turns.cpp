@@ -8,6 +8,7 @@
 #include "flipfree/mesh/cut_graph/cut.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
+#include "flipfree/seamless/bordered/boundary_cones.h"
 #include "flipfree/seamless/error_places.h"
 #include "flipfree/seamless/request.h"
 
@@ -53,9 +54,14 @@ std::vector<Index> suggested_turns(const mesh::Surface& surface,
     } catch (...) {
       rethrow_placed(parts[i].faces, vertices);
     }
+    const auto count_of_part = static_cast<Index>(parts[i].surface.vertices.rows());
+    const mesh::Adjacency around = mesh::build_adjacency(count_of_part, parts[i].surface.faces);
     std::vector<Index> own_turns(found.target_angles.size());
     std::transform(found.target_angles.begin(), found.target_angles.end(), own_turns.begin(),
                    [](double a) { return static_cast<Index>(std::lround(a / kQuarterTurn)); });
+    for (const auto& loop : mesh::boundary_loops(parts[i].surface.faces, around)) {
+      for (const VertexId v : loop) own_turns[at(v)] = kNotGiven;
+    }
     if (is_empty_stratum(own_turns)) continue;
     for (std::size_t v = 0; v < own_turns.size(); ++v) turns[at(vertices[v])] = own_turns[v];
   }

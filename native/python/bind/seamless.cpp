@@ -16,6 +16,10 @@ namespace {
 using seamless::LoopTurn;
 using seamless::PennerMap;
 
+std::vector<Index> to_cones(const Array<Index>& given) {
+  return {given.data(), given.data() + given.size()};
+}
+
 py::object to_object(const PennerMap& result) {
   py::dict d;
   d["map"] = to_dict(result.map);
@@ -37,6 +41,9 @@ py::object to_object(const PennerMap& result) {
 
 void bind_seamless(py::module_& module) {
   using seamless::SeamlessOptions;
+  py::enum_<seamless::Boundary>(module, "SeamlessBoundary")
+      .value("aligned", seamless::Boundary::kAligned)
+      .value("free", seamless::Boundary::kFree);
   py::class_<SeamlessOptions>(module, "SeamlessOptions")
       .def(py::init<>())
       .def_property("uncuttable", nullptr,
@@ -46,6 +53,7 @@ void bind_seamless(py::module_& module) {
       .def_property(
           "engine_iterations", nullptr,
           [](SeamlessOptions& options, int count) { options.engine.metric.max_iterations = count; })
+      .def_readwrite("boundary", &SeamlessOptions::boundary)
       .def_property("loops", nullptr,
                     [](SeamlessOptions& options, const py::object& loops) {
                       options.loops = to_loops(loops);
@@ -59,10 +67,7 @@ void bind_seamless(py::module_& module) {
       [](const Array<double>& vertices, const Array<Index>& faces, const py::object& cones,
          const SeamlessOptions& options, int threads) {
         std::optional<std::vector<Index>> turns;
-        if (!cones.is_none()) {
-          const auto given = cones.cast<Array<Index>>();
-          turns.emplace(given.data(), given.data() + given.size());
-        }
+        if (!cones.is_none()) turns = to_cones(cones.cast<Array<Index>>());
         return start_job(
             [surface = to_surface(vertices, faces), turns = std::move(turns),
              options](ExecutionContext& context) {
@@ -87,7 +92,7 @@ void bind_seamless(py::module_& module) {
         };
         Request request;
         request.surface = to_surface(vertices, faces);
-        request.cones.assign(cones.data(), cones.data() + cones.size());
+        request.cones = to_cones(cones);
         request.loops = to_loops(loops);
         request.options.uncuttable = to_matrix<IndexPairs>(uncuttable, "uncuttable");
         request.options.metric.tolerance = tolerance;

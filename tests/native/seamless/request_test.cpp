@@ -70,19 +70,31 @@ TEST(Request, namesTheFacesOfAPartWithoutCones) {
   EXPECT_EQ(error.elements.size(), static_cast<std::size_t>(ball.faces.rows()));
 }
 
-TEST(Request, namesTheBoundary) {
+TEST(Request, asksForNoAnglesAtABoundary) {
   mesh::Surface open = test::sphere(6, 5);
   open.faces.conservativeResize(open.faces.rows() - 1, 3);
-  const Error error = refusal(open, flat(open));
-  EXPECT_EQ(error.code, ErrorCode::kBadBoundary);
-  EXPECT_EQ(error.kind, ElementKind::kVertex);
-  EXPECT_EQ(error.elements.size(), 3u);
+  ExecutionContext context;
+  EXPECT_NO_THROW(check_request(
+      open, std::vector<Index>(static_cast<std::size_t>(open.vertices.rows()), 0), context));
+}
+
+TEST(Request, namesTheBoundaryThatIsRefused) {
+  mesh::Surface open = test::sphere(6, 5);
+  EXPECT_NO_THROW(refuse_boundary(open));
+  open.faces.conservativeResize(open.faces.rows() - 1, 3);
+  try {
+    refuse_boundary(open);
+    ADD_FAILURE() << "it was not refused";
+  } catch (const InvalidInput& refused) {
+    EXPECT_EQ(refused.error().code, ErrorCode::kBadBoundary);
+    EXPECT_EQ(refused.error().elements.size(), 3U);
+  }
 }
 
 TEST(Request, refusesConesWithoutAngleAndMissingNumbers) {
   const mesh::Surface ball = test::sphere(6, 5);
   std::vector<Index> cones = flat(ball);
-  cones[7] = 0;
+  cones[7] = -1;
   EXPECT_EQ(refusal(ball, cones).elements, std::vector<Index>{7});
   cones.pop_back();
   EXPECT_EQ(refusal(ball, cones).code, ErrorCode::kBadShape);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "flipfree/base/error.h"
 #include "flipfree/seamless/request.h"
 #include "support/shapes.h"
@@ -26,9 +28,12 @@ TEST(SuggestedTurns, areAdmissibleOnEveryPart) {
   }
 }
 
-TEST(SuggestedTurns, refuseABoundary) {
+TEST(SuggestedTurns, leaveBoundariesOpen) {
   ExecutionContext context;
-  EXPECT_THROW(suggested_turns(test::grid(3, 3), {}, context), InvalidInput);
+  const mesh::Surface surface = test::bumpy_grid(8, 8, 0.5, 3.0);
+  const std::vector<Index> turns = suggested_turns(surface, {}, context);
+  EXPECT_NO_THROW(check_request(surface, turns, context));
+  EXPECT_EQ(std::count(turns.begin(), turns.end(), 0), 32);
 }
 
 }  // namespace

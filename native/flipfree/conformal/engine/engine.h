@@ -64,7 +64,7 @@ class MetricEngine {
   // taken for exp(x) - 1 is the nearest double, exactly; else exp is computed in full.
   virtual void scale(const FineVector& x, ExecutionContext& context) = 0;
   // Multiplies the length of every edge e by exp(x[e]), which leaves the conformal class; the scale
-  // factors stay what they are.
+  // factors stay what they are. On a double cover those in copy 1 and across the line count.
   virtual void stretch(const std::vector<double>& x, ExecutionContext& context) = 0;
   // Logarithms of all factors so far (u / 2), and a fresh engine's way to there: in stages, since a
   // long way at once would go through triangulations far from both ends and cost many times the

@@ -74,6 +74,7 @@ class ScalarEngine final : public MetricEngine {
       if (x[e] != 0.0) length *= exp(Traits::make(x[e], bits_));
       in_range_ = in_range_ && intrinsic::is_usable_length(length);
     });
+    if (mesh().symmetric()) metric_.restore_symmetry();
   }
 
   ScaleLogarithms scaled_so_far(const ExecutionContext& context) const override {

@@ -8,6 +8,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/distortion/minimize/minimizer.h"
+#include "flipfree/distortion/seams/eliminate/nodes.h"
 #include "flipfree/distortion/seams/grid_repair.h"
 #include "flipfree/distortion/seams/seam_system.h"
 

@@ -10,7 +10,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
-#include "flipfree/distortion/seams/constraints.h"
+#include "flipfree/distortion/seams/eliminate/constraints.h"
 
 namespace flipfree::distortion {
 

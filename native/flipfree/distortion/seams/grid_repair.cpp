@@ -48,7 +48,7 @@ std::vector<FaceId> folded_faces(const Triangles& faces, const GridPoints& point
 
 GridRepair::GridRepair(const SeamConstraints& constraints, const Triangles& faces,
                        GridPoints& points, const ExecutionContext& context)
-    : faces_(faces), points_(points), context_(context) {
+    : real_(constraints.real), faces_(faces), points_(points), context_(context) {
   const std::size_t vertices = constraints.divisor.size();
   node_of_.assign(vertices, kInvalid);
   copy_begin_.assign(constraints.position.size() + 1, 0);
@@ -187,9 +187,10 @@ bool GridRepair::improve(Index node) {
   if (count == 0) return false;
   double best = score(node);
   if (best >= enough_) return false;
+  const bool real = real_[size(node)] != 0;
   std::int64_t moved[2] = {0, 0};
   const auto attempt = [&](double x, double y) {
-    const std::int64_t to[2] = {std::llround(x), std::llround(y)};
+    const std::int64_t to[2] = {std::llround(x), real ? 0 : std::llround(y)};
     const std::int64_t by[2] = {to[0] - moved[0], to[1] - moved[1]};
     if (by[0] == 0 && by[1] == 0) return;
     shift(node, by[0], by[1]);

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/distortion/seams/constraints.h"
+#include "flipfree/distortion/seams/eliminate/constraints.h"
 
 namespace flipfree::distortion {
 
@@ -48,6 +48,7 @@ class GridRepair {
   std::vector<Index> nodes_of_faces(const std::vector<FaceId>& chosen) const;
   std::vector<Index> grown(const std::vector<Index>& nodes) const;
 
+  const std::vector<char>& real_;  // per node: moves along its first axis only
   const Triangles& faces_;
   GridPoints& points_;
   const ExecutionContext& context_;

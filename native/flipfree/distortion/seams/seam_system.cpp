@@ -4,6 +4,7 @@
 #include <array>
 
 #include "flipfree/base/error.h"
+#include "flipfree/distortion/seams/eliminate/nodes.h"
 
 namespace flipfree::distortion {
 namespace {
@@ -144,10 +145,14 @@ void SeamSystem::add_face(FaceId f, const double gradient[6],
     double own_gradient[2] = {a.re * gu + a.im * gv, a.re * gv - a.im * gu};
     const auto own = between(a, block_of(hessian, a.corner, a.corner), a);
     double diagonal[3] = {own[0], own[1], own[3]};
+    const bool real = constraints_.real[size(a.node)] != 0;
     for (std::size_t j = 0; j < found.size(); ++j) {
       const Dependence& b = found[j];
       if (j == i) continue;
-      const auto block = between(a, block_of(hessian, a.corner, b.corner), b);
+      auto block = between(a, block_of(hessian, a.corner, b.corner), b);
+      // The second coordinate of a real node stays zero.
+      if (a.node != b.node && real) block[2] = block[3] = 0;
+      if (a.node != b.node && constraints_.real[size(b.node)]) block[1] = block[3] = 0;
       if (a.node == b.node) {
         diagonal[0] += block[0];
         diagonal[1] += 0.5 * (block[1] + block[2]);
@@ -155,6 +160,10 @@ void SeamSystem::add_face(FaceId f, const double gradient[6],
       } else if (i < j && !system_->add_block(a.node, b.node, block.data())) {
         throw InternalError("a block of a seam triangle is missing in the pattern");
       }
+    }
+    if (real) {
+      own_gradient[1] = diagonal[1] = 0;
+      diagonal[2] = own[0] + own[3];
     }
     system_->add(a.node, own_gradient, diagonal);
   }

@@ -9,7 +9,8 @@
 #include "flipfree/distortion/energy/rest_shapes.h"
 #include "flipfree/distortion/minimize/minimizer.h"
 #include "flipfree/distortion/rounding.h"
-#include "flipfree/distortion/seams/constraints.h"
+#include "flipfree/distortion/seams/eliminate/constraints.h"
+#include "flipfree/distortion/seams/eliminate/nodes.h"
 #include "flipfree/distortion/seams/exact_grid.h"
 #include "flipfree/distortion/seams/seam_system.h"
 
@@ -45,8 +46,8 @@ void check_input(const CutMap& map) {
 ExactMap make_exact(const CutMap& map, const ExactOptions& options, ExecutionContext& context) {
   check_input(map);
   const Triangles& faces = map.surface.faces;
-  const SeamConstraints constraints =
-      eliminate_seams(static_cast<Index>(map.surface.vertices.rows()), faces, map.seams, context);
+  const SeamConstraints constraints = eliminate_seams(
+      static_cast<Index>(map.surface.vertices.rows()), faces, map.seams, map.straight, context);
   ExactMap out;
   out.stats["seams.nodes"] = static_cast<std::int64_t>(constraints.node_count());
   out.stats["seams.translations"] = static_cast<std::int64_t>(constraints.translation.size());

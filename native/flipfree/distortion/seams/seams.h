@@ -11,7 +11,7 @@
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/certify/parametrization.h"
-#include "flipfree/distortion/seams/cut_map.h"
+#include "flipfree/distortion/seams/eliminate/cut_map.h"
 
 namespace flipfree::distortion {
 

@@ -1,6 +1,7 @@
 #include "flipfree/intrinsic/loops/dual_loops.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <queue>
 #include <utility>
@@ -81,10 +82,10 @@ std::vector<HalfedgeId> generators(const FlipMesh& mesh, const Faces& faces, con
   }
   std::vector<std::pair<double, HalfedgeId>> edges;
   for (HalfedgeId h = 0; at(h) < mesh.halfedge_count(); h += 2) {
-    if (crossed[at(h >> 1)] != 0) continue;
-    edges.emplace_back(tree.distance[at(faces.of[at(h)])] + tree.distance[at(faces.of[at(h + 1)])] +
-                           step[at(h >> 1)],
-                       h);
+    const double left = tree.distance[at(faces.of[at(h)])];
+    const double right = tree.distance[at(faces.of[at(h + 1)])];
+    if (crossed[at(h >> 1)] != 0 || !std::isfinite(std::min(left, right))) continue;
+    edges.emplace_back(left + right + step[at(h >> 1)], h);
   }
   std::sort(edges.begin(), edges.end(), [](const auto& a, const auto& b) {
     return a.first != b.first ? a.first > b.first : a.second < b.second;
@@ -92,15 +93,20 @@ std::vector<HalfedgeId> generators(const FlipMesh& mesh, const Faces& faces, con
   DisjointSets sets(count_vertices(mesh));
   std::vector<HalfedgeId> left;
   for (const auto& [length, h] : edges) {
-    if (!sets.join(mesh.origin_of(h), mesh.origin_of(h + 1))) left.push_back(h);
+    if (!sets.join(mesh.origin_of(h), mesh.origin_of(h + 1)) && std::isfinite(length))
+      left.push_back(h);
   }
   return left;
 }
 
-// From the tree's root across h and back, without what both ways share.
-DualLoop fundamental_cycle(const Faces& faces, const DualTree& tree, HalfedgeId h) {
-  Index a = faces.of[at(h)], b = faces.of[at(FlipMesh::opposite(h))];
-  DualLoop to, back;
+// From the face of `a` up in the tree and down to the face of `b`, without what both ways share:
+// the half-edges crossed, and how many of them lead up.
+struct TreePath {
+  DualLoop up;    // in order, towards the root
+  DualLoop down;  // in order, away from it
+};
+TreePath path_between(const Faces& faces, const DualTree& tree, Index a, Index b) {
+  TreePath path;
   const auto up = [&](Index& f) {
     const HalfedgeId entered = tree.entered[at(f)];
     f = faces.of[at(entered)];
@@ -108,15 +114,23 @@ DualLoop fundamental_cycle(const Faces& faces, const DualTree& tree, HalfedgeId 
   };
   while (a != b) {
     if (tree.depth[at(a)] >= tree.depth[at(b)]) {
-      to.push_back(up(a));
+      path.up.push_back(FlipMesh::opposite(up(a)));
     } else {
-      back.push_back(FlipMesh::opposite(up(b)));
+      path.down.push_back(up(b));
     }
   }
-  std::reverse(to.begin(), to.end());
-  to.push_back(h);
-  to.insert(to.end(), back.begin(), back.end());
-  return to;
+  std::reverse(path.down.begin(), path.down.end());
+  return path;
+}
+
+// From the tree's root across h and back, without what both ways share.
+DualLoop fundamental_cycle(const Faces& faces, const DualTree& tree, HalfedgeId h) {
+  const TreePath path =
+      path_between(faces, tree, faces.of[at(FlipMesh::opposite(h))], faces.of[at(h)]);
+  DualLoop loop = path.down;
+  loop.push_back(h);
+  loop.insert(loop.end(), path.up.begin(), path.up.end());
+  return loop;
 }
 
 }  // namespace
@@ -129,6 +143,41 @@ std::vector<DualLoop> homology_basis(const FlipMesh& mesh, const std::vector<dou
   for (const HalfedgeId h : generators(mesh, faces, tree, step))
     loops.push_back(fundamental_cycle(faces, tree, h));
   return loops;
+}
+
+std::vector<DualLoop> boundary_strips(const FlipMesh& mesh, const std::vector<double>& step,
+                                      const ExecutionContext& context) {
+  const Faces faces = number_faces(mesh);
+  const DualTree tree = shortest_paths(mesh, faces, step, context);
+  // Closed curves of barriers, by the vertices on them, each with the half-edge that is nearest.
+  DisjointSets sets(count_vertices(mesh));
+  for (HalfedgeId h = 0; at(h) < mesh.halfedge_count(); h += 2) {
+    if (!std::isfinite(step[at(h >> 1)])) sets.join(mesh.origin_of(h), mesh.origin_of(h + 1));
+  }
+  std::vector<Index> curve_of(at(count_vertices(mesh)), kInvalid);
+  std::vector<HalfedgeId> nearest;
+  for (HalfedgeId h = 0; at(h) < mesh.halfedge_count(); ++h) {
+    const double distance = tree.distance[at(faces.of[at(h)])];
+    if (std::isfinite(step[at(h >> 1)]) || !std::isfinite(distance)) continue;
+    Index& curve = curve_of[at(sets.find(mesh.origin_of(h)))];
+    if (curve == kInvalid) {
+      curve = static_cast<Index>(nearest.size());
+      nearest.push_back(h);
+    }
+    HalfedgeId& best = nearest[at(curve)];
+    if (distance < tree.distance[at(faces.of[at(best)])]) best = h;
+  }
+  std::vector<DualLoop> strips;
+  for (std::size_t i = 1; i < nearest.size(); ++i) {
+    const TreePath path =
+        path_between(faces, tree, faces.of[at(nearest.front())], faces.of[at(nearest[i])]);
+    DualLoop strip{FlipMesh::opposite(nearest.front())};
+    strip.insert(strip.end(), path.up.begin(), path.up.end());
+    strip.insert(strip.end(), path.down.begin(), path.down.end());
+    strip.push_back(nearest[i]);
+    strips.push_back(std::move(strip));
+  }
+  return strips;
 }
 
 // b is pushed to the left of itself until it runs along edges: around the corners on its left. It

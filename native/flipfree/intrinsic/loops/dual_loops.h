@@ -1,4 +1,5 @@
-// Closed strips of triangles that generate the homology of a closed surface.
+// Closed strips of triangles that generate the homology of a closed surface, or of a part of one
+// that barriers enclose.
 //
 // A dual loop is a cyclic sequence of half-edges: the loop leaves the face of loop[i] across it,
 // and the next face across loop[i + 1]. It does not turn back (loop[i + 1] is never the opposite of
@@ -24,15 +25,26 @@ using DualLoop = std::vector<HalfedgeId>;
 struct LoopTurn {
   DualLoop loop;
   Index quarter_turns = 0;  // to the left
+  // A strip from one boundary to another: the first half-edge is that of the boundary at which it
+  // begins, its turn that from the one straight boundary to the other.
+  bool between_boundaries = false;
 };
 
 // 2 g loops, each without a face twice, that generate the first homology of a closed connected
 // surface: the fundamental cycles of a tree-cotree decomposition (Eppstein 2003; Erickson and
 // Whittlesey 2005) whose dual tree is one of shortest paths and whose primal tree spares the edges
 // with the shortest cycles. `step`: per edge, how far it is from face to face across it (> 0).
-// Cost: O(#F log #F) plus the loops.
+// Edges with an infinite step are barriers: no loop crosses them. Where they enclose the part that
+// the first face lies in, the 2 g loops are those of that part with every curve of barriers
+// contracted to a point. Cost: O(#F log #F) plus the loops.
 std::vector<DualLoop> homology_basis(const FlipMesh& mesh, const std::vector<double>& step,
                                      const ExecutionContext& context);
+
+// Shortest strips from one closed curve of barriers to each other one, through the part that the
+// first face lies in. A strip begins with the half-edge by which it comes in from beyond the first
+// curve and ends with the one that leaves across the other. Cost: as homology_basis().
+std::vector<DualLoop> boundary_strips(const FlipMesh& mesh, const std::vector<double>& step,
+                                      const ExecutionContext& context);
 
 // Algebraic number of crossings of a loop with another one pushed off it; both in the same mesh.
 // The matrix over a homology basis has determinant 1.

@@ -1,5 +1,6 @@
 #include "flipfree/intrinsic/loops/surface_loops.h"
 
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -26,6 +27,22 @@ std::vector<double> steps_across(const mesh::Surface& surface, const IntrinsicSe
     }
   }
   return step;
+}
+
+std::vector<double> steps_inside(const mesh::Surface& surface, const IntrinsicSetup& setup) {
+  std::vector<double> step = steps_across(surface, setup);
+  for (std::size_t e = 0; e < step.size(); ++e) {
+    if (setup.mesh.label_of_edge(static_cast<EdgeId>(e)) == EdgeLabel::kParallel)
+      step[e] = std::numeric_limits<double>::infinity();
+  }
+  return step;
+}
+
+DualLoop closed_by_reflection(const IntrinsicMesh& mesh, const DualLoop& strip) {
+  DualLoop loop = strip;
+  for (std::size_t i = strip.size() - 2; i > 0; --i)
+    loop.push_back(mesh.reflection[at(FlipMesh::opposite(strip[i]))]);
+  return loop;
 }
 
 std::vector<DualLoop> on_setup(const std::vector<DualLoop>& loops, const Triangles& faces,

@@ -13,6 +13,13 @@ namespace flipfree::intrinsic {
 // of the edge; positive. What homology_basis() takes for lengths. Cost: O(#F).
 std::vector<double> steps_across(const mesh::Surface& surface, const IntrinsicSetup& setup);
 
+// The same, infinite at the boundary of the surface and beyond: a barrier (dual_loops.h).
+std::vector<double> steps_inside(const mesh::Surface& surface, const IntrinsicSetup& setup);
+
+// A strip from boundary to boundary (boundary_strips()) followed by its mirror image: a loop of the
+// double cover.
+DualLoop closed_by_reflection(const IntrinsicMesh& mesh, const DualLoop& strip);
+
 // `loops`: half-edges 3 f + k of the faces. Throws InvalidInput (kBadOption) naming the loop, and
 // the place in it, that is no closed strip of faces.
 std::vector<DualLoop> on_setup(const std::vector<DualLoop>& loops, const Triangles& faces,

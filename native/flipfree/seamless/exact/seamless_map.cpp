@@ -1,6 +1,6 @@
 #include "flipfree/seamless/exact/seamless_map.h"
 
-#include <numbers>
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <utility>
@@ -25,6 +25,13 @@ namespace {
 constexpr double kSuggestionShare = 0.4;
 constexpr double kEngineShare = 0.5;
 
+bool has_boundary(const mesh::Surface& surface) {
+  const auto adjacency =
+      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  return std::any_of(adjacency.opposite.begin(), adjacency.opposite.end(),
+                     [](HalfedgeId o) { return o == kInvalid; });
+}
+
 // No field says which way up: the edges do.
 void turn_along_own_edges(const IndexPairs& diagonals, certify::Parametrization& map) {
   const mesh::Adjacency adjacency =
@@ -36,16 +43,20 @@ void turn_along_own_edges(const IndexPairs& diagonals, certify::Parametrization&
 certify::Parametrization map_in_time(const mesh::Surface& surface, const std::vector<Index>& cones,
                                      const SeamlessOptions& options, ExecutionContext& context) {
   check_request(surface, cones, context);
+  if (options.boundary == Boundary::kFree) check_free(surface, cones);
   PennerMapOptions engine = options.engine;
   engine.metric.max_seconds = 0.0;
+  engine.metric.boundary = options.boundary;
   PennerMap found;
   {
     const ProgressRange range(context, 0.0, kEngineShare);
     found = compute_penner_map(surface, cones, options.loops, engine, context);
   }
-  turn_along_own_edges(options.engine.uncuttable, found.map);
+  // An aligned boundary says it.
+  if (options.boundary == Boundary::kFree || !has_boundary(surface))
+    turn_along_own_edges(options.engine.uncuttable, found.map);
   const ProgressRange range(context, kEngineShare, 1.0);
-  return finish_map(std::move(found), surface, cones, {}, options, context);
+  return finish_map(std::move(found), surface, {}, options, context);
 }
 
 }  // namespace
@@ -60,15 +71,17 @@ certify::Parametrization compute_seamless_map(const mesh::Surface& surface,
 }
 
 certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surface,
-                                    const std::vector<Index>& cones, const Strips& strips,
-                                    const SeamlessOptions& options, ExecutionContext& context) {
+                                    const Strips& strips, const SeamlessOptions& options,
+                                    ExecutionContext& context) {
   certify::Parametrization map = std::move(found.map);
   if (map.certificate.flips64 != 0)
     throw certify::CertificateFailed("The seamless map", certify::in_input_faces(map));
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
   const mesh::EdgeFlags cuts = mesh::flag_edges(map.surface.faces, adjacency, map.cut_edges);
-  const distortion::CutMap cut = distortion::cut_map(map.surface, adjacency, cuts, map.uv);
+  distortion::CutMap cut = distortion::cut_map(map.surface, adjacency, cuts, map.uv);
+  const bool aligned = options.boundary == Boundary::kAligned;
+  if (aligned) cut.straight = distortion::straight_boundary(cut, adjacency);
   distortion::ExactOptions exact_options;
   exact_options.optimise = options.optimise;
   exact_options.max_iterations = options.max_iterations;
@@ -97,12 +110,10 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
   request.measure_overlaps = false;
   request.require_cones = true;
   if (options.exact) request.loops = strips;
-  std::vector<VertexId> places;
-  for (std::size_t v = 0; v < cones.size(); ++v) {
-    if (cones[v] == 4) continue;
-    places.push_back(static_cast<VertexId>(v));
-    request.cone_angles.emplace_back(places.back(), cones[v] * 0.5 * std::numbers::pi);
-  }
+  const mesh::Adjacency of_input =
+      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  request.cone_angles = prescribed_angles(found.cones, surface.faces, of_input, aligned);
+  const std::vector<VertexId> places = inner_cones(found.cones, surface.faces, of_input);
   write_transitions(seam_branches(map.surface.faces, adjacency, cuts, places, map.uv), map);
   certify::certify_map(map, surface, request, context);
   certify::require_certificate(map, "The seamless map");

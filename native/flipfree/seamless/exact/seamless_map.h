@@ -21,7 +21,8 @@
 namespace flipfree::seamless {
 
 struct SeamlessOptions {
-  PennerMapOptions engine;  // its own max_seconds are not looked at
+  Boundary boundary = Boundary::kAligned;
+  PennerMapOptions engine;  // its own boundary and max_seconds are not looked at
   // By how much loops turn, as compute_penner_map() takes them; none: as is nearest.
   std::optional<std::vector<LoopTurn>> loops;
   bool optimise = true;          // the distortion, under the seams' constraints
@@ -31,12 +32,14 @@ struct SeamlessOptions {
   double max_seconds = 0.0;      // of the clock; 0: no limit. What is optimised by then is taken
 };
 
-// Closed surface of any genus, any number of components; `cones`: quarter turns per vertex, 4 where
-// it is flat. Result: certified with G4, cut_edges along the seams' branches with their exact
+// Any genus, any number of components; `cones`: quarter turns per vertex, 4 or kNotGiven where
+// it is flat. At boundary vertices 2 is straight, kNotGiven what nobody asks for; boundaries are
+// aligned, exactly along the axes, with corners in quarter turns where they are sharp if none is
+// given, or free. Result: certified with G4, cut_edges along the seams' branches with their exact
 // transitions; refined where the layout of the metric needs it. Connected parts are one chart each,
 // all at the scale of the surface, in rows around the origin. Stats: those of the engine and of
 // make_exact(), "engine", and "energy.engine" and "energy.optimised". Throws InvalidInput and
-// Infeasible (request.h, signature.h), NotConverged, Cancelled.
+// Infeasible (request.h, signature.h, boundary_cones.h), NotConverged, Cancelled.
 certify::Parametrization compute_seamless_map(const mesh::Surface& surface,
                                               const std::vector<Index>& cones,
                                               const SeamlessOptions& options,
@@ -55,7 +58,7 @@ using Strips = std::vector<std::pair<std::vector<HalfedgeId>, Index>>;
 // An engine's map, valid in 64 bits, as it is stored: optimised and exact as the options say,
 // certified, with branches and transitions. The second half of compute_seamless_map().
 certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surface,
-                                    const std::vector<Index>& cones, const Strips& strips,
-                                    const SeamlessOptions& options, ExecutionContext& context);
+                                    const Strips& strips, const SeamlessOptions& options,
+                                    ExecutionContext& context);
 
 }  // namespace flipfree::seamless

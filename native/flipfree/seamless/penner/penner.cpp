@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <exception>
 #include <numbers>
 #include <string>
@@ -23,21 +24,13 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
 
-std::vector<VertexId> cones_of(const std::vector<Index>& cones) {
-  std::vector<VertexId> vertices;
-  for (std::size_t v = 0; v < cones.size(); ++v) {
-    if (cones[v] != 4) vertices.push_back(static_cast<VertexId>(v));
-  }
-  return vertices;
-}
-
 // Branches, transitions and the seam error of a map whose cut_edges are known.
-void find_seams(const std::vector<Index>& cones, PennerMap& result) {
+void find_seams(const std::vector<VertexId>& cones, PennerMap& result) {
   certify::Parametrization& map = result.map;
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
   const mesh::EdgeFlags cut = mesh::flag_edges(map.surface.faces, adjacency, map.cut_edges);
-  result.branches = seam_branches(map.surface.faces, adjacency, cut, cones_of(cones), map.uv);
+  result.branches = seam_branches(map.surface.faces, adjacency, cut, cones, map.uv);
   result.seam_error = largest_seam_error(result.branches, adjacency, map.uv);
   write_transitions(result.branches, map);
 }
@@ -65,6 +58,27 @@ void add_figures(const PennerMetric& metric, Stats& stats) {
   stats["loops_not_nearest"] = changed;
 }
 
+// Turns a map with an aligned boundary so that this runs along the axes.
+void turn_to_axes(certify::Parametrization& map) {
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
+  std::complex<double> sum = 0.0;
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
+    if (adjacency.opposite[at(h)] != kInvalid) continue;
+    const Vector2 along = map.uv.row(next_corner(h)) - map.uv.row(h);
+    const double length = along.norm();
+    if (!(length > 0.0)) continue;
+    const std::complex<double> direction(along.x() / length, along.y() / length);
+    sum += length * std::pow(direction, 4);
+  }
+  const std::complex<double> turn = std::polar(1.0, -0.25 * std::arg(sum));
+  for (Eigen::Index c = 0; c < map.uv.rows(); ++c) {
+    const std::complex<double> p = turn * std::complex<double>(map.uv(c, 0), map.uv(c, 1));
+    map.uv.row(c) << p.real(), p.imag();
+  }
+  map.uv32 = map.uv.cast<float>();
+}
+
 // One connected component, its branches not yet found; by the first attempt, from that of the
 // options on, that finds a metric. `attempt`: which one that was.
 PennerMap attempt_component(const mesh::Surface& surface, const std::vector<Index>& cones,
@@ -80,9 +94,12 @@ PennerMap attempt_component(const mesh::Surface& surface, const std::vector<Inde
     solved = compute_penner_metric(surface, cones, loops, metric, context);
   }
   attempt = solved.attempt;
-  std::vector<double> angles;
-  angles.reserve(cones.size());
-  for (const Index k : cones) angles.push_back(k * kQuarterTurn);
+  std::vector<double> angles = solved.angles;
+  const bool bordered = solved.metric.mesh.symmetric();
+  const bool aligned = bordered && options.metric.boundary == Boundary::kAligned;
+  for (std::size_t v = 0; bordered && !aligned && v < angles.size(); ++v) {
+    if (solved.metric.on_boundary[v]) angles[v] = -1.0;  // not to be certified
+  }
   conformal::ConformalMapOptions of_map;
   of_map.uncuttable = options.uncuttable;
   of_map.max_crossings = options.max_crossings;
@@ -104,6 +121,14 @@ PennerMap attempt_component(const mesh::Surface& surface, const std::vector<Inde
   if (certificate.flips64 != 0) {
     throw certify::CertificateFailed("The seamless map", certify::in_input_faces(result.map));
   }
+  if (aligned) {
+    turn_to_axes(result.map);
+    certify::CertifyRequest request;
+    request.cone_angles = prescribed_angles(
+        cones, surface.faces,
+        mesh::build_adjacency(static_cast<Index>(cones.size()), surface.faces), true);
+    certify::certify_map(result.map, surface, request, context);
+  }
   return result;
 }
 
@@ -116,6 +141,8 @@ PennerMap map_component(const mesh::Surface& surface, const std::vector<Index>& 
   constexpr int kMostMaps = 6;
   constexpr int kRelaxations[] = {-1, 3, 20};
   PennerMapOptions own = options;
+  const std::vector<Index> all =
+      options.metric.boundary == Boundary::kAligned ? aligned_cones(surface, cones) : cones;
   std::exception_ptr failure;
   for (int maps = 0; maps < kMostMaps; ++maps) {
     const int round = maps % 3;
@@ -123,7 +150,9 @@ PennerMap map_component(const mesh::Surface& surface, const std::vector<Index>& 
     if (options.metric.relaxation < 0) own.metric.relaxation = kRelaxations[round];
     int attempt = own.metric.first_attempt;
     try {
-      return attempt_component(surface, cones, loops, own, attempt, context);
+      PennerMap found = attempt_component(surface, all, loops, own, attempt, context);
+      found.cones = all;
+      return found;
     } catch (const NotConverged&) {
       if (!failure) failure = std::current_exception();
     }
@@ -157,6 +186,7 @@ class Merger {
   Merger(const mesh::Surface& input, PennerMap& whole) : whole_(whole) {
     certify::Parametrization& map = whole.map;
     map.surface.vertices = input.vertices;
+    whole.cones.assign(at(static_cast<Index>(input.vertices.rows())), 4);
     map.vertex_parent.assign(at(static_cast<Index>(input.vertices.rows())), kInvalid);
     map.vertex_barycentric = Points3::Zero(input.vertices.rows(), 3);
   }
@@ -167,6 +197,7 @@ class Merger {
     certify::Parametrization& to = whole_.map;
     // Vertices: those of the chart, then its added ones at the end.
     std::vector<VertexId> own = vertices;
+    for (std::size_t v = 0; v < own.size(); ++v) whole_.cones[at(own[v])] = part.cones[v];
     const auto first = static_cast<Index>(own.size());
     const auto count = static_cast<Index>(from.surface.vertices.rows());
     auto end = static_cast<Index>(to.surface.vertices.rows());
@@ -297,24 +328,25 @@ PennerMap map_components(const mesh::Surface& surface, const std::vector<Index>&
   uv /= std::max(uv.col(0).maxCoeff(), uv.col(1).maxCoeff());
   whole.map.uv32 = uv.cast<float>();
   certify::CertifyRequest request;
-  for (const VertexId v : cones_of(cones))
-    request.cone_angles.emplace_back(v, cones[at(v)] * kQuarterTurn);
+  request.cone_angles = prescribed_angles(whole.cones, surface.faces, adjacency,
+                                          options.metric.boundary == Boundary::kAligned);
   certify::certify_map(whole.map, surface, request, context);
   return whole;
 }
 
 }  // namespace
 
-PennerMap compute_penner_map(const mesh::Surface& surface, const std::vector<Index>& cones,
+PennerMap compute_penner_map(const mesh::Surface& surface, const std::vector<Index>& given,
                              const std::optional<std::vector<LoopTurn>>& loops,
                              const PennerMapOptions& options, ExecutionContext& context) {
   mesh::ValidateOptions rules;
   rules.allow_isolated_vertices = false;
   mesh::validate(surface, rules, context);
-  if (cones.size() != static_cast<std::size_t>(surface.vertices.rows()))
+  if (given.size() != static_cast<std::size_t>(surface.vertices.rows()))
     throw_invalid(ErrorCode::kBadShape, "cones need one number per vertex.");
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const std::vector<Index> cones = flat_inside(given, adjacency);
   PennerMap result =
       in_time(context, options.metric.max_seconds, "The seamless map was not reached",
               "or spread the curvature over more vertices", [&] {
@@ -322,7 +354,7 @@ PennerMap compute_penner_map(const mesh::Surface& surface, const std::vector<Ind
                            ? map_component(surface, cones, loops, options, context)
                            : map_components(surface, cones, loops, options, adjacency, context);
               });
-  find_seams(cones, result);
+  find_seams(inner_cones(result.cones, surface.faces, adjacency), result);
   result.map.stats["seam_error"] = result.seam_error;
   return result;
 }

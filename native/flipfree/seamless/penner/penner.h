@@ -30,15 +30,17 @@ struct PennerMap {
   // have one chart each, side by side, all at one scale.
   certify::Parametrization map;
   std::vector<SeamBranch> branches;
+  std::vector<Index> cones;         // as given; with an aligned boundary, its corners chosen
   std::vector<LoopTurn> loops;      // on the input's faces, of all components
   double seam_error = 0.0;          // largest distance between two sides, uv units
   std::optional<Error> not_stored;  // why the 32-bit values are no valid map, if they are none
 };
 
-// `cones`: quarter turns per vertex, 4 where it is flat. `loops`: as compute_penner_metric(); given
-// ones are those of all components, in any order.
-// Errors: InvalidInput (defects of the mesh; a boundary; cones), Infeasible (signature.h),
-// NotConverged, Cancelled.
+// `cones`: quarter turns per vertex, 4 or kNotGiven where it is flat; at boundaries as for
+// aligned_cones() and free_angles(). An aligned boundary runs along the axes up to rounding.
+// `loops`: as compute_penner_metric(); given ones are those of all components, in any order.
+// Errors: InvalidInput (defects of the mesh; cones), Infeasible (signature.h), NotConverged,
+// Cancelled.
 PennerMap compute_penner_map(const mesh::Surface& surface, const std::vector<Index>& cones,
                              const std::optional<std::vector<LoopTurn>>& loops,
                              const PennerMapOptions& options, ExecutionContext& context);

@@ -13,7 +13,6 @@
 #include "flipfree/base/in_time.h"
 #include "flipfree/conformal/engine/engine.h"
 #include "flipfree/intrinsic/loops/loop_carrier.h"
-#include "flipfree/intrinsic/loops/surface_loops.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
 #include "flipfree/seamless/penner/penner_newton.h"
@@ -46,13 +45,6 @@ std::string scientific(double value) {
   char text[32];
   std::snprintf(text, sizeof(text), "%.3g", value);
   return text;
-}
-
-std::vector<intrinsic::DualLoop> strips_of(const std::vector<LoopTurn>& loops) {
-  std::vector<intrinsic::DualLoop> strips;
-  strips.reserve(loops.size());
-  for (const LoopTurn& loop : loops) strips.push_back(loop.loop);
-  return strips;
 }
 
 void carry(const std::vector<intrinsic::FlipRecord>& flips, intrinsic::LoopCarrier& loops,
@@ -107,39 +99,39 @@ class Solver {
       : surface_(surface), cones_(cones), options_(options), context_(context) {
     const auto vertex_count = static_cast<Index>(surface.vertices.rows());
     setup_ = intrinsic::build_intrinsic_mesh(vertex_count, surface.faces);
-    if (setup_.mesh.symmetric()) {
-      throw_invalid(ErrorCode::kBadBoundary,
-                    "The surface has a boundary. Give a closed surface (Fill Holes).");
-    }
     const auto euler = static_cast<Index>(setup_.mesh.vertex_count() + setup_.mesh.face_count()) -
                        static_cast<Index>(setup_.mesh.edge_count());
     genus_ = (2 - euler) / 2;
-    check_cones(cones, genus_);
-    for (const Index k : cones) targets_.vertex_angle.push_back(k * kQuarterTurn);
+    if (!setup_.mesh.symmetric()) check_cones(cones, genus_);
+    free_ = setup_.mesh.symmetric() && options.boundary == Boundary::kFree;
+    if (free_) {
+      const ProgressRange range(context, 0.0, 0.2);
+      targets_.vertex_angle = free_angles(surface, cones, context);
+    } else {
+      for (const Index k : cones) targets_.vertex_angle.push_back(k * kQuarterTurn);
+    }
   }
 
   PennerMetric run(const std::optional<std::vector<LoopTurn>>& given) {
     PennerMetric result;
-    if (given) {
-      result.loops = *given;
-    } else {
-      for (auto& loop : input_homology_basis(surface_, context_))
-        result.loops.push_back({std::move(loop), 0});
+    result.angles = targets_.vertex_angle;
+    if (given && setup_.mesh.symmetric()) {
+      throw_invalid(ErrorCode::kBadOption,
+                    "The turns of loops can be given on closed surfaces only. Leave them out.");
     }
-    if (static_cast<Index>(result.loops.size()) != 2 * genus_) {
+    result.loops = given ? *given : loops_to_turn(surface_, setup_, !free_, context_);
+    if (given && static_cast<Index>(result.loops.size()) != 2 * genus_) {
       throw_invalid(ErrorCode::kBadOption, "A surface of genus " + std::to_string(genus_) +
                                                " has " + std::to_string(2 * genus_) +
                                                " independent loops, not " +
                                                std::to_string(result.loops.size()) + ".");
     }
     if (given) refuse_impossible(*given);
-    intrinsic::LoopCarrier loops(
-        setup_.mesh, intrinsic::on_setup(strips_of(result.loops), surface_.faces, setup_));
+    intrinsic::LoopCarrier loops(setup_.mesh, loops_on_setup(result.loops, surface_.faces, setup_));
     start(result, loops, given.has_value());
-    // Cones that are met leave the loops of a torus without cones no choice.
-    const bool flat =
-        genus_ == 1 && std::all_of(cones_.begin(), cones_.end(), [](Index k) { return k == 4; });
-    if (genus_ > 0 && !flat) reach_turns(result, loops);
+    // Cones that are met leave the loops of a torus without cones no choice; nor those of a tube.
+    const bool flat = genus_ == 1 && !free_ && cones_of_double(cones_, setup_).empty();
+    if (!result.loops.empty() && !flat) reach_turns(result, loops);
     if (!flat) relax(result, loops);
     finish(result, loops);
     return result;
@@ -179,21 +171,47 @@ class Solver {
     carry(result.metric.flips, loops, context_);
     targets_.loop_angle.assign(loops.size(), 0.0);
     const PennerAngles angles = measured(result.metric, loops);
-    for (const double error : angles.loops) result.start_angles.push_back(-error);
+    for (std::size_t i = 0; i < result.loops.size(); ++i)
+      result.start_angles.push_back(-angles.loops[i] / whole_turns(result.loops[i], 1));
     if (turns_given) {
       turns_.emplace_back();
       for (const LoopTurn& loop : result.loops) turns_.front().push_back(loop.quarter_turns);
     } else {
-      turns_ = near_turns(cones_, genus_, result.start_angles, kMostTries);
+      turns_ = turns_near(result);
     }
     aim_at(turns_.front(), result);
     result.metric.stats["seconds_conformal"] = watch.seconds();
   }
 
+  std::vector<std::vector<Index>> turns_near(const PennerMetric& result) const {
+    if (!setup_.mesh.symmetric())
+      return near_turns(cones_, genus_, result.start_angles, kMostTries);
+    std::string said;
+    const auto why = [&](const std::vector<Index>& tried) {
+      if (!free_) {
+        said = why_impossible(cones_of_double(cones_, setup_), genus_,
+                              turns_of_double(surface_, cones_, result.loops, tried));
+      }
+      return said;
+    };
+    auto turns = near_turns(result.start_angles, kMostTries, why);
+    if (turns.empty()) {
+      throw_infeasible(
+          ErrorCode::kBadAngles,
+          "No flat surface has these corners. Of its double, two copies glued along "
+          "the boundary: " +
+              said + " Move one of the corners to another boundary, or give more.",
+          {"empty stratum",
+           {{"genus", {static_cast<double>(genus_)}},
+            {"boundary corners", {static_cast<double>(cones_of_double(cones_, setup_).size())}}}});
+    }
+    return turns;
+  }
+
   void aim_at(const std::vector<Index>& turns, PennerMetric& result) {
     for (std::size_t i = 0; i < turns.size(); ++i) {
       result.loops[i].quarter_turns = turns[i];
-      targets_.loop_angle[i] = turns[i] * kQuarterTurn;
+      targets_.loop_angle[i] = whole_turns(result.loops[i], turns[i]) * kQuarterTurn;
     }
   }
 
@@ -229,8 +247,8 @@ class Solver {
     input.target = targets_.vertex_angle;
     auto engine = make_engine(input, 53, context_);
     if (!engine->started()) return;
-    intrinsic::LoopCarrier carried(
-        setup_.mesh, intrinsic::on_setup(strips_of(result.loops), surface_.faces, setup_));
+    intrinsic::LoopCarrier carried(setup_.mesh,
+                                   loops_on_setup(result.loops, surface_.faces, setup_));
     carry(engine->flips(), carried, context_);
     PennerNewtonOptions newton;
     newton.tolerance = kNearlyMet;
@@ -298,7 +316,8 @@ class Solver {
     const EngineInput input = start_of(metric, targets_.vertex_angle);
     auto engine = make_engine(input, metric.bits, context_);
     carry(engine->flips(), loops, context_);
-    for (const auto& flip : engine->flips()) reference.flip(flip.plain.edges[0]);
+    intrinsic::replay_flips(engine->flips(), 0, engine->flips().size(), context_,
+                            [&](EdgeId e) { reference.flip(e); });
     Relaxation relaxation(targets_, std::max(options_.tolerance, kNearlyMet), context_);
     const auto scale = [&] {
       return vertex_means(engine->mesh(), reference.ratios(engine->lengths()));
@@ -322,8 +341,8 @@ class Solver {
     newton.tolerance = options_.tolerance;
     const std::size_t before = engine->flips().size();
     last_ = run_penner(engine, loops, targets_, newton, context_);
-    for (std::size_t i = before; i < engine->flips().size(); ++i)
-      reference.flip(engine->flips()[i].plain.edges[0]);
+    intrinsic::replay_flips(engine->flips(), before, engine->flips().size(), context_,
+                            [&](EdgeId e) { reference.flip(e); });
     if (last_.end != PennerEnd::kConverged) throw_not_reached(last_.iterations, engine->bits());
     return last_.iterations;
   }
@@ -342,28 +361,14 @@ class Solver {
   const PennerOptions& options_;
   ExecutionContext& context_;
   intrinsic::IntrinsicSetup setup_;
-  Index genus_ = 0;
+  Index genus_ = 0;    // of the double cover, if the surface has a boundary
+  bool free_ = false;  // is its boundary
   PennerTargets targets_;
   std::vector<std::vector<Index>> turns_;  // to be tried
   PennerRun last_;
 };
 
 }  // namespace
-
-std::vector<std::vector<HalfedgeId>> input_homology_basis(const mesh::Surface& surface,
-                                                          const ExecutionContext& context) {
-  const auto setup =
-      intrinsic::build_intrinsic_mesh(static_cast<Index>(surface.vertices.rows()), surface.faces);
-  std::vector<HalfedgeId> corner_of(setup.mesh.halfedge_count(), kInvalid);
-  for (std::size_t c = 0; c < setup.input_halfedge.size(); ++c)
-    corner_of[at(setup.input_halfedge[c])] = static_cast<HalfedgeId>(c);
-  auto loops =
-      intrinsic::homology_basis(setup.mesh, intrinsic::steps_across(surface, setup), context);
-  for (auto& loop : loops) {
-    for (HalfedgeId& h : loop) h = corner_of[at(h)];
-  }
-  return loops;
-}
 
 PennerMetric compute_penner_metric(const mesh::Surface& surface, const std::vector<Index>& cones,
                                    const std::optional<std::vector<LoopTurn>>& loops,

@@ -12,15 +12,14 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/conformal/metric/metric.h"
-#include "flipfree/intrinsic/loops/dual_loops.h"
 #include "flipfree/mesh/surface.h"
+#include "flipfree/seamless/bordered/boundary_cones.h"
+#include "flipfree/seamless/bordered/loop_turns.h"
 
 namespace flipfree::seamless {
 
-// On the input's faces: half-edges 3 f + k.
-using intrinsic::LoopTurn;
-
 struct PennerOptions {
+  Boundary boundary = Boundary::kAligned;
   double tolerance = 1e-10;  // of every vertex' and loop's angle, radians
   int max_iterations = 200;  // Newton steps for one choice of turns, conformal start not counted
   // Steps towards the input's metric (relaxation.h) after the angles are met; -1: none where the
@@ -33,6 +32,7 @@ struct PennerOptions {
 };
 
 struct PennerMetric {
+  std::vector<double> angles;  // per vertex, that were asked for
   // The metric, its triangulation and the flips that lead there (Euclidean and Ptolemy flips of the
   // conformal start, then Ptolemy flips of this one). `u`: the conformal part of the change.
   conformal::ConformalMetric metric;
@@ -46,17 +46,16 @@ struct PennerMetric {
   int attempt = 0;     // that succeeded
 };
 
-// `cones`: quarter turns per vertex, 4 where it is flat. `loops`: none: a homology basis with the
-// turns that the conformal metric is nearest to and that some metric has. Given ones must generate
-// the homology and be independent there.
-// Precondition: a valid, closed, connected surface. Errors: signature.h; InvalidInput (a surface
-// with boundary; loops that are no closed strips), NotConverged (says what was reached), Cancelled.
+// `cones`: quarter turns per vertex, 4 where it is flat; at the boundary as aligned_cones() returns
+// them, or kNotGiven where it is free. `loops`: none: a homology basis with the turns that the
+// conformal metric is nearest to and that some metric has. Given ones must generate the homology
+// and be independent there. With a boundary: of the surface with every curve of it contracted, 2 g;
+// to these come, where it is aligned, strips from the first curve to the others.
+// Precondition: a valid, connected surface. Errors: signature.h, boundary_cones.h; InvalidInput
+// (loops given on a surface with boundary; loops that are no closed strips), NotConverged (says
+// what was reached), Cancelled.
 PennerMetric compute_penner_metric(const mesh::Surface& surface, const std::vector<Index>& cones,
                                    const std::optional<std::vector<LoopTurn>>& loops,
                                    const PennerOptions& options, ExecutionContext& context);
-
-// The loops of a homology basis of the input, short ones, in half-edges of its faces.
-std::vector<std::vector<HalfedgeId>> input_homology_basis(const mesh::Surface& surface,
-                                                          const ExecutionContext& context);
 
 }  // namespace flipfree::seamless

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "flipfree/base/parallel.h"
+#include "flipfree/seamless/bordered/symmetric_changes.h"
 
 namespace flipfree::seamless {
 
@@ -27,15 +28,19 @@ Sides sides(const IntrinsicMesh& mesh, std::size_t h) {
   return {at(n), at(mesh.next[at(n)])};
 }
 
+Index unknown_at(const IntrinsicMesh& mesh, std::size_t h) {
+  return mesh.unknown[at(mesh.origin[h])];
+}
+
 // B' r, column by column.
-Eigen::MatrixXd by_vertices(const IntrinsicMesh& mesh, const numeric::SparseMatrix& r) {
-  Eigen::MatrixXd a =
-      Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(mesh.vertex_count()), r.cols());
+Eigen::MatrixXd by_vertices(const IntrinsicMesh& mesh, Eigen::Index vertex_count,
+                            const numeric::SparseMatrix& r) {
+  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(vertex_count, r.cols());
   for (Index i = 0; i < r.cols(); ++i) {
     for (numeric::SparseMatrix::InnerIterator entry(r, i); entry; ++entry) {
       const std::size_t h = 2 * at(entry.index());
-      a(mesh.origin[h], i) += 0.5 * entry.value();
-      a(mesh.origin[h + 1], i) += 0.5 * entry.value();
+      a(unknown_at(mesh, h), i) += 0.5 * entry.value();
+      a(unknown_at(mesh, h + 1), i) += 0.5 * entry.value();
     }
   }
   return a;
@@ -45,6 +50,7 @@ Eigen::MatrixXd by_vertices(const IntrinsicMesh& mesh, const numeric::SparseMatr
 void subtract_vertex_part(const IntrinsicMesh& mesh, const std::vector<double>& cotangent,
                           const Eigen::MatrixXd& x, Eigen::MatrixXd& r,
                           const ExecutionContext& context) {
+  const double share = face_share(mesh);
   parallel_for(context, static_cast<std::size_t>(r.cols()), 1,
                [&](std::size_t begin, std::size_t end, std::size_t) {
                  for (std::size_t c = begin; c < end; ++c) {
@@ -53,24 +59,25 @@ void subtract_vertex_part(const IntrinsicMesh& mesh, const std::vector<double>& 
                    double* out = r.col(column).data();
                    for (std::size_t h = 0; h < cotangent.size(); ++h) {
                      const auto [n, p] = sides(mesh, h);
-                     const double source = v[mesh.origin[h]], target = v[mesh.origin[n]],
-                                  apex = v[mesh.origin[p]];
-                     out[h / 2] -= cotangent[n] * (apex - target) + cotangent[p] * (apex - source);
+                     const double source = v[unknown_at(mesh, h)], target = v[unknown_at(mesh, n)],
+                                  apex = v[unknown_at(mesh, p)];
+                     out[h / 2] -=
+                         share * (cotangent[n] * (apex - target) + cotangent[p] * (apex - source));
                    }
                  }
                });
 }
 
 // Jv s.
-Eigen::VectorXd vertex_change(const IntrinsicMesh& mesh, const std::vector<double>& cotangent,
-                              const Eigen::VectorXd& s) {
-  Eigen::VectorXd change = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(mesh.vertex_count()));
+Eigen::VectorXd vertex_change(const IntrinsicMesh& mesh, Eigen::Index vertex_count,
+                              const std::vector<double>& cotangent, const Eigen::VectorXd& s) {
+  Eigen::VectorXd change = Eigen::VectorXd::Zero(vertex_count);
   const auto of = [&](std::size_t h) { return s[static_cast<Eigen::Index>(h / 2)]; };
   for (std::size_t h = 0; h < cotangent.size(); ++h) {
     const auto [n, p] = sides(mesh, h);
-    change[mesh.origin[p]] += cotangent[n] * (of(h) - of(p)) + cotangent[p] * (of(h) - of(n));
+    change[unknown_at(mesh, p)] += cotangent[n] * (of(h) - of(p)) + cotangent[p] * (of(h) - of(n));
   }
-  return change;
+  return face_share(mesh) * change;
 }
 
 // Columns that sum to zero, as right-hand sides of the Laplacian must: what rounding adds would all
@@ -112,18 +119,19 @@ void measure(const conformal::MetricEngine& engine, const intrinsic::LoopCarrier
   out.cotangent.resize(count);
   out.vertices.half_cotangent.resize(count);
   std::vector<double> angle(count);
+  const double share = face_share(mesh);
   parallel_for(context, count, 3 * kFacesPerChunk,
                [&](std::size_t begin, std::size_t end, std::size_t) {
                  for (std::size_t h = begin; h < end; ++h) {
                    const double t = tangent[h];
                    angle[h] = 2.0 * std::atan(t);
-                   out.vertices.half_cotangent[h] = 0.25 * (1.0 / t - t);
-                   out.cotangent[h] = 2.0 * out.vertices.half_cotangent[h];
+                   out.cotangent[h] = 0.5 * (1.0 / t - t);
+                   out.vertices.half_cotangent[h] = 0.5 * share * out.cotangent[h];
                  }
                });
   out.vertices.value = targets.vertex_angle;
   for (std::size_t h = 0; h < count; ++h)
-    out.vertices.value[at(mesh.origin[sides(mesh, h).previous])] -= angle[h];
+    out.vertices.value[at(unknown_at(mesh, sides(mesh, h).previous))] -= share * angle[h];
   out.loops = targets.loop_angle;
   for (std::size_t i = 0; i < out.loops.size(); ++i) {
     loops.visit_corners(i, [&](const intrinsic::PassedCorner& corner) {
@@ -149,23 +157,29 @@ bool PennerSystem::solve(const IntrinsicMesh& mesh, const intrinsic::LoopCarrier
                          ExecutionContext& context) {
   if (!std::isfinite(angles.max_error)) return false;
   if (!laplacian_.factorize(mesh, angles.vertices, context)) return false;
-  const auto vertex_count = static_cast<Eigen::Index>(mesh.vertex_count());
+  const auto vertex_count = static_cast<Eigen::Index>(angles.vertices.value.size());
   const Eigen::Map<const Eigen::VectorXd> g(angles.vertices.value.data(), vertex_count);
   Eigen::MatrixXd right = -g;
   Eigen::VectorXd s = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(mesh.edge_count()));
   if (loops.size() > 0) {
     const numeric::SparseMatrix r = loop_derivatives(mesh, loops, angles.cotangent);
-    Eigen::MatrixXd a = by_vertices(mesh, r);
+    Eigen::MatrixXd a = by_vertices(mesh, vertex_count, r);
     remove_means(a);
     const Eigen::MatrixXd x = -laplacian_.solve_columns(a, context);
     q_ = r;
     subtract_vertex_part(mesh, angles.cotangent, x, q_, context);
     const Eigen::Map<const Eigen::VectorXd> f(angles.loops.data(),
                                               static_cast<Eigen::Index>(loops.size()));
+    numeric::SparseMatrix symmetric;
+    if (mesh.symmetric()) {
+      symmetric = symmetric_changes(mesh, angles.cotangent);
+      q_ = symmetric.transpose() * q_.eval();
+    }
     Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(q_.cols(), q_.cols());
     gram.selfadjointView<Eigen::Lower>().rankUpdate(q_.transpose());
     s = q_ * Eigen::LDLT<Eigen::MatrixXd, Eigen::Lower>(gram).solve(f - x.transpose() * g);
-    right += vertex_change(mesh, angles.cotangent, s);
+    if (mesh.symmetric()) s = symmetric * s.eval();
+    right += vertex_change(mesh, vertex_count, angles.cotangent, s);
   }
   remove_means(right);
   const Eigen::MatrixXd u = laplacian_.solve_columns(right, context);

@@ -14,6 +14,9 @@
 //
 // The columns of Q sum to zero around every vertex, depend on the homology classes of the loops
 // only, and are independent as these are: there is one step for any basis.
+//
+// On the double cover of a surface with boundary, angles are those of the surface (half of both
+// copies'), vertices are the user's, and s is symmetric (bordered/symmetric_changes.h).
 #pragma once
 
 #include <vector>
@@ -28,7 +31,7 @@ namespace flipfree::seamless {
 
 // What is prescribed.
 struct PennerTargets {
-  std::vector<double> vertex_angle;  // #V
+  std::vector<double> vertex_angle;  // #V of the user's surface
   std::vector<double> loop_angle;    // #loops
 };
 

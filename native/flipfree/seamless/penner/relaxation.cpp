@@ -40,16 +40,19 @@ ReferenceMetric::ReferenceMetric(const intrinsic::FlippedMetric& metric) {
   IntrinsicMesh mesh = metric.initial;
   intrinsic::FlipLengths<double> lengths(length);
   for (std::size_t i = 0; i < metric.euclidean_flips; ++i) {
-    const auto stencil = intrinsic::flip_stencil(mesh, metric.flips[i].plain.edges[0],
-                                                 intrinsic::FlipType::kInterior);
+    // The first plain flip of a symmetric one is that of the edge which gave it its type.
+    const auto stencil =
+        intrinsic::flip_stencil(mesh, metric.flips[i].plain.edges[0], metric.flips[i].type);
     lengths.euclidean(stencil);
-    intrinsic::flip_edge(mesh, stencil.e);
+    intrinsic::flip_symmetrically(mesh, stencil);
   }
   mesh_ = {std::move(mesh.next), std::move(mesh.origin)};
   logarithm_.reserve(length.size());
   for (const double l : length) logarithm_.push_back(std::log(l));
-  for (std::size_t i = metric.euclidean_flips; i < metric.flips.size(); ++i)
-    flip(metric.flips[i].plain.edges[0]);
+  for (std::size_t i = metric.euclidean_flips; i < metric.flips.size(); ++i) {
+    const intrinsic::PlainFlips& plain = metric.flips[i].plain;
+    for (int k = 0; k < plain.count; ++k) flip(plain.edges[at(k)]);
+  }
 }
 
 void ReferenceMetric::flip(EdgeId e) {
@@ -97,14 +100,12 @@ bool Relaxation::step(std::unique_ptr<MetricEngine>& engine, intrinsic::LoopCarr
     const std::size_t first = trial->flips().size();
     trial->stretch(part, context_);
     if (!trial->restore_delaunay(context_)) continue;
-    for (std::size_t i = first; i < trial->flips().size(); ++i) {
-      context_.check();
-      carried.flip(trial->flips()[i].plain.edges[0]);
-    }
+    intrinsic::replay_flips(trial->flips(), first, trial->flips().size(), context_,
+                            [&](EdgeId e) { carried.flip(e); });
     if (run_penner(trial, carried, targets_, newton, context_).end != PennerEnd::kConverged)
       continue;
-    for (std::size_t i = first; i < trial->flips().size(); ++i)
-      followed.flip(trial->flips()[i].plain.edges[0]);
+    intrinsic::replay_flips(trial->flips(), first, trial->flips().size(), context_,
+                            [&](EdgeId e) { followed.flip(e); });
     if (!(sum_of_squares(followed.ratios(trial->lengths())) < before)) continue;
     engine = std::move(trial);
     loops = std::move(carried);
@@ -115,11 +116,13 @@ bool Relaxation::step(std::unique_ptr<MetricEngine>& engine, intrinsic::LoopCarr
 }
 
 std::vector<double> vertex_means(const IntrinsicMesh& mesh, const std::vector<double>& ratios) {
-  std::vector<double> sum(mesh.vertex_count(), 0.0);
-  std::vector<double> count(mesh.vertex_count(), 0.0);
+  const Index last = *std::max_element(mesh.unknown.begin(), mesh.unknown.end());
+  std::vector<double> sum(at(last + 1), 0.0);
+  std::vector<double> count(sum.size(), 0.0);
   for (std::size_t h = 0; h < mesh.halfedge_count(); ++h) {
-    sum[at(mesh.origin[h])] += ratios[h / 2];
-    count[at(mesh.origin[h])] += 1.0;
+    const std::size_t v = at(mesh.unknown[at(mesh.origin[h])]);
+    sum[v] += ratios[h / 2];
+    count[v] += 1.0;
   }
   for (std::size_t v = 0; v < sum.size(); ++v) sum[v] /= count[v];
   return sum;

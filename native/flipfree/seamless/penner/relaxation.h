@@ -52,8 +52,8 @@ class Relaxation {
   ShortestSystem system_;
 };
 
-// Means, around every vertex, of what the edges there have: the scale factors that explain the
-// ratios best, more or less.
+// Means, around every vertex of the user's surface, of what the edges there have: the scale factors
+// that explain the ratios best, more or less.
 std::vector<double> vertex_means(const intrinsic::IntrinsicMesh& mesh,
                                  const std::vector<double>& ratios);
 

@@ -44,10 +44,8 @@ PennerRun run_shortest(std::unique_ptr<conformal::MetricEngine>& engine,
       for (double& d : part) d *= step;
       engine->stretch(part, context);
       if (engine->restore_delaunay(context)) {
-        for (std::size_t i = first; i < engine->flips().size(); ++i) {
-          context.check();
-          loops.flip(engine->flips()[i].plain.edges[0]);
-        }
+        intrinsic::replay_flips(engine->flips(), first, engine->flips().size(), context,
+                                [&](EdgeId e) { loops.flip(e); });
         measure(*engine, loops, targets, trial, context);
         found = trial.norm < (1.0 - kArmijo * step) * angles.norm;
       }

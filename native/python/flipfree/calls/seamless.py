@@ -27,6 +27,7 @@ from ..options import (
 from ..results import IntArray, Parametrization
 
 ENGINES = ("auto", "penner")
+BOUNDARIES = ("aligned", "free")
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ def _map_from(data: dict[str, Any], positions: Positions) -> SeamlessMap:
 
 
 def _quarter_turns(cones: Any, count: int) -> IntArray:
-    turns = np.full(count, 4, np.int32)
+    turns = np.zeros(count, np.int32)  # 0: not given
     for vertex, value in as_vertex_map(cones, "cones", "quarter turns").items():
         if not 0 <= vertex < count:
             raise InvalidInput(
@@ -139,6 +140,7 @@ def seamless(
     cones: Any = None,
     *,
     engine: str = "auto",
+    boundary: str = "aligned",
     optimise: bool = True,
     exact: bool = True,
     uncuttable: Any = None,
@@ -147,17 +149,22 @@ def seamless(
     threads: int = 2,
     progress: Progress | None = None,
 ) -> Job[Parametrization]:
-    """A seamless map of a closed surface with these cones: its seams match exactly, in 64 and in 32 bits.
+    """A seamless map of a surface with these cones: its seams match exactly, in 64 and in 32 bits.
 
     Across every cut edge the map turns by whole quarters and moves, so that a grid, a checker or any texture with fourfold
     symmetry runs on. Every connected part is a surface and a chart of its own; all are at the scale of the surface, each turned
     so that the mesh's edges run along the axes as well as they can.
 
     Args:
-        vertices: (n, 3) float64. faces: (m, 3), closed, manifold, consistently oriented, without unused vertices.
-        cones: {vertex: k}: total angle k pi / 2; all others are flat. On every connected part of genus g the sum of 4 - k
-            is 8 - 8 g. None: those of ``suggest_cones`` with ``quarter_turns`` and the bound 2.
+        vertices: (n, 3) float64. faces: (m, 3), manifold, consistently oriented, without unused vertices.
+        cones: {vertex: k}: total angle k pi / 2; all others are flat. On every closed connected part of genus g the sum of
+            4 - k is 8 - 8 g; with an aligned boundary the sum of 4 - k inside and 2 - k at the boundary is 4 times the
+            Euler characteristic. None: those of ``suggest_cones`` with ``quarter_turns`` and the bound 2.
         engine: "penner", or "auto", which takes the first engine that finds a map; there is one today.
+        boundary: "aligned": curves of the boundary run exactly along the axes, with corners of whole quarter turns: the
+            boundary vertices in ``cones`` (1: a convex corner, 3: a reflex one; all others are straight), or, if it names
+            none, where the boundary is sharp and as many as Gauss-Bonnet asks for. "free": as near to the surface as the
+            inside allows.
         optimise: lowers the distortion under the seams' constraints.
         exact: False leaves the seams as exact as rounding does, which may serve where 24 bits are too few for the grid.
         uncuttable: (k, 2) edges that the cut avoids where there is another way, diagonals of polygons; they do not count for
@@ -175,14 +182,15 @@ def seamless(
         "iterations", "distortion.iterations", "added_vertices", "energy.engine", "energy.optimised".
 
     Raises:
-        InvalidInput (the mesh; a boundary; a cone; names the place), Infeasible (Gauss-Bonnet, with what is missing; cones
-        that no surface of this genus has), NotConverged, Cancelled.
+        InvalidInput (the mesh; a cone; names the place), Infeasible (Gauss-Bonnet, with what is missing; cones that no
+        surface of this genus has), NotConverged, Cancelled.
     """
     as_choice(engine, "engine", ENGINES)
     face_array = as_indices(faces, "faces", 3)
     positions = as_vertices(vertices, face_array)
     options = filled(
         _native.SeamlessOptions(),
+        boundary=_native.SeamlessBoundary.__members__[as_choice(boundary, "boundary", BOUNDARIES)],
         optimise=as_flag(optimise, "optimise"),
         exact=as_flag(exact, "exact"),
         uncuttable=as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/seams/constraints.h"
-#include "flipfree/distortion/seams/cut_map.h"
+#include "flipfree/distortion/seams/eliminate/constraints.h"
+#include "flipfree/distortion/seams/eliminate/cut_map.h"
 #include "flipfree/mesh/adjacency.h"
 
 namespace flipfree::test {

@@ -9,7 +9,8 @@
 #include "flipfree/base/error.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/seams/constraints.h"
+#include "flipfree/distortion/seams/eliminate/constraints.h"
+#include "flipfree/distortion/seams/eliminate/nodes.h"
 #include "flipfree/distortion/seams/exact_grid.h"
 
 namespace flipfree::distortion {

@@ -167,9 +167,47 @@ TEST(PennerMetric, RefusesLoopsThatAreNoStrips) {
   EXPECT_THROW(solve(surface, cones, broken), InvalidInput);
 }
 
-TEST(PennerMetric, RefusesASurfaceWithBoundary) {
+// Boundary straight with corners, strips between its curves and loops around handles in quarters.
+TEST(PennerMetric, AlignedBoundariesTurnInQuarters) {
+  mesh::Surface surface = test::torus(16, 12);
+  Triangles kept(surface.faces.rows() - 2, 3);
+  kept << surface.faces.row(0), surface.faces.middleRows(2, 199), surface.faces.bottomRows(182);
+  surface.faces = kept;
+  std::vector<Index> cones(static_cast<std::size_t>(surface.vertices.rows()), 4);
+  const auto setup =
+      intrinsic::build_intrinsic_mesh(static_cast<Index>(cones.size()), surface.faces);
+  for (std::size_t v = 0; v < cones.size(); ++v) {
+    if (setup.on_boundary[v]) cones[v] = kNotGiven;
+  }
+  cones = aligned_cones(surface, cones);
+  const PennerMetric metric = solve(surface, cones);
+  EXPECT_LE(metric.metric.angle_error, 1e-9);
+  EXPECT_EQ(metric.loops.size(), 3U);
+  for (std::size_t v = 0; v < cones.size(); ++v)
+    EXPECT_NEAR(metric.metric.angles[v], cones[v] * 0.5 * std::numbers::pi, 1e-9);
+}
+
+// Its double would be a torus with the cones 2 and 6 whose loops all turn by even numbers.
+TEST(PennerMetric, ATubeCannotHaveTwoCornersAtOneEnd) {
+  const mesh::Surface cylinder = test::cylinder(8, 3);
+  auto cones = aligned_cones(
+      cylinder,
+      flat_inside(
+          std::vector<Index>(static_cast<std::size_t>(cylinder.vertices.rows()), kNotGiven),
+          mesh::build_adjacency(static_cast<Index>(cylinder.vertices.rows()), cylinder.faces)));
+  cones[0] = 1;
+  cones[3] = 3;
+  EXPECT_THROW(solve(cylinder, cones), Infeasible);
+}
+
+TEST(PennerMetric, LoopsCannotBeGivenWhereThereIsABoundary) {
   const mesh::Surface surface = test::grid(4, 4);
-  EXPECT_THROW(solve(surface, flat(surface)), InvalidInput);
+  std::vector<Index> cones(25, 4);
+  for (const std::size_t v :
+       {0U, 1U, 2U, 3U, 4U, 5U, 9U, 10U, 14U, 15U, 19U, 20U, 21U, 22U, 23U, 24U})
+    cones[v] = kNotGiven;
+  EXPECT_THROW(solve(surface, aligned_cones(surface, cones), std::vector<LoopTurn>{}),
+               InvalidInput);
 }
 
 TEST(PennerMetric, CanBeCancelledAndLimited) {

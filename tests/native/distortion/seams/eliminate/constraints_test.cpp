@@ -1,9 +1,10 @@
-#include "flipfree/distortion/seams/constraints.h"
+#include "flipfree/distortion/seams/eliminate/constraints.h"
 
 #include <gtest/gtest.h>
 
 #include "distortion/seams/polycubes.h"
 #include "flipfree/base/error.h"
+#include "flipfree/distortion/seams/eliminate/nodes.h"
 
 namespace flipfree::distortion {
 namespace {

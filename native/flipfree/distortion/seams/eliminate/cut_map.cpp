@@ -1,4 +1,4 @@
-#include "flipfree/distortion/seams/cut_map.h"
+#include "flipfree/distortion/seams/eliminate/cut_map.h"
 
 #include <algorithm>
 #include <array>
@@ -36,6 +36,21 @@ CutMap cut_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
     map.seams.push_back({h, o, static_cast<Index>(best)});
   }
   return map;
+}
+
+std::vector<StraightEdge> straight_boundary(const CutMap& map, const mesh::Adjacency& adjacency) {
+  std::vector<StraightEdge> edges;
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
+    if (adjacency.opposite[static_cast<std::size_t>(h)] != kInvalid) continue;
+    const HalfedgeId n = next_corner(h);
+    const Vector2 along =
+        (map.uv.row(map.surface.faces(n / 3, n % 3)) - map.uv.row(map.surface.faces(h / 3, h % 3)))
+            .transpose();
+    const std::array<double, 4> forward = {along.x(), along.y(), -along.x(), -along.y()};
+    const auto best = std::max_element(forward.begin(), forward.end()) - forward.begin();
+    edges.push_back({h, static_cast<Index>(best)});
+  }
+  return edges;
 }
 
 }  // namespace flipfree::distortion

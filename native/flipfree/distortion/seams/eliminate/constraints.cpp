@@ -1,4 +1,4 @@
-#include "flipfree/distortion/seams/constraints.h"
+#include "flipfree/distortion/seams/eliminate/constraints.h"
 
 #include <algorithm>
 #include <array>
@@ -7,6 +7,9 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/distortion/seams/eliminate/arcs.h"
+#include "flipfree/distortion/seams/eliminate/branches.h"
+#include "flipfree/distortion/seams/eliminate/straight_lines.h"
 
 namespace flipfree::distortion {
 namespace {
@@ -20,102 +23,6 @@ constexpr std::int64_t kMostSteps = 4096;
 
 std::size_t size(Index i) { return static_cast<std::size_t>(i); }
 
-// to = i^turns from + (unit of the edge) times its translation.
-struct Arc {
-  VertexId from = kInvalid;
-  VertexId to = kInvalid;
-  Index turns = 0;
-  Index edge = kInvalid;
-};
-// The same from the other end: from = i^-turns to - i^-turns t.
-struct DirectedArc {
-  VertexId to = kInvalid;
-  Index turns = 0;
-  Index edge = kInvalid;
-  GaussianInteger unit;
-};
-
-VertexId corner_vertex(const Triangles& faces, CornerId c) { return faces(c / 3, c % 3); }
-
-// Both ends of every seam edge.
-std::vector<Arc> list_arcs(Index vertex_count, const Triangles& faces,
-                           const std::vector<SeamEdge>& seams) {
-  std::vector<Arc> arcs;
-  arcs.reserve(2 * seams.size());
-  const auto corners = static_cast<HalfedgeId>(3 * faces.rows());
-  for (std::size_t e = 0; e < seams.size(); ++e) {
-    const auto& [h, o, r] = seams[e];
-    if (h < 0 || o < 0 || h >= corners || o >= corners || h == o) {
-      throw_invalid(ErrorCode::kBadOption,
-                    "Seam edge " + std::to_string(e) +
-                        " names half-edges that do not exist, or one twice. Name the two sides of "
-                        "a cut edge.");
-    }
-    const auto edge = static_cast<Index>(e);
-    arcs.push_back({corner_vertex(faces, h), corner_vertex(faces, next_corner(o)), r, edge});
-    arcs.push_back({corner_vertex(faces, next_corner(h)), corner_vertex(faces, o), r, edge});
-  }
-  for (const Arc& a : arcs) {
-    if (a.from < 0 || a.to < 0 || a.from >= vertex_count || a.to >= vertex_count) {
-      throw_invalid(ErrorCode::kIndexOutOfRange,
-                    "A face at a seam edge names a vertex that does not exist. Correct the faces.",
-                    ElementKind::kFace, {seams[size(a.edge)].h / 3});
-    }
-  }
-  return arcs;
-}
-
-// Seam edges with one translation: t of an edge is its unit times t of the root.
-class Branches {
- public:
-  explicit Branches(std::size_t count) : parent_(count), unit_(count, {1, 0}) {
-    std::iota(parent_.begin(), parent_.end(), Index{0});
-  }
-  std::pair<Index, GaussianInteger> root(Index e) {
-    GaussianInteger unit{1, 0};
-    Index top = e;
-    while (parent_[size(top)] != top) {
-      unit = unit * unit_[size(top)];
-      top = parent_[size(top)];
-    }
-    // Path compression.
-    GaussianInteger rest = unit;
-    while (parent_[size(e)] != top && e != top) {
-      const Index next = parent_[size(e)];
-      const GaussianInteger own = unit_[size(e)];
-      parent_[size(e)] = top;
-      unit_[size(e)] = rest;
-      rest = rest * conjugate(own);
-      e = next;
-    }
-    return {top, unit};
-  }
-  // t of e = unit times t of f. Otherwise known already: the two as a form that must be zero.
-  LinearForm join(Index e, const GaussianInteger& unit, Index f) {
-    const auto [p, a] = root(e);
-    const auto [q, b] = root(f);
-    if (p == q) {
-      LinearForm form{{p, a}, {p, -(unit * b)}};
-      numeric::normalise(form);
-      return form;
-    }
-    // a t_p = unit b t_q; the lower number stays the root.
-    if (p > q) {
-      parent_[size(p)] = q;
-      unit_[size(p)] = conjugate(a) * unit * b;
-    } else {
-      parent_[size(q)] = p;
-      unit_[size(q)] = conjugate(unit * b) * a;
-    }
-    return {};
-  }
-
- private:
-  static GaussianInteger conjugate(const GaussianInteger& a) { return {a.re, -a.im}; }
-  std::vector<Index> parent_;
-  std::vector<GaussianInteger> unit_;
-};
-
 // A vertex of the cut surface before the elimination: (i^turns z + shift) / divisor, z the position
 // of the first copy, or nothing if that is a cone's.
 struct Copy {
@@ -128,17 +35,28 @@ struct Cone {
   std::int64_t divisor = 0;  // 0: no cone, free
 };
 
+// A boundary vertex on lines, in the frame of its first copy: i^direction (along + i across).
+struct Edge {
+  bool on_line = false;
+  Index direction = 0;
+  LinearForm across;    // over real unknowns
+  bool corner = false;  // of two lines: `along` is no free coordinate
+  LinearForm along;
+};
+
 class Builder {
  public:
   Builder(Index vertex_count, const Triangles& faces, const std::vector<SeamEdge>& seams,
-          const ExecutionContext& context)
+          const std::vector<StraightEdge>& straight, const ExecutionContext& context)
       : context_(context),
         vertex_count_(vertex_count),
         seam_count_(static_cast<Index>(seams.size())),
         arcs_(list_arcs(vertex_count, faces, seams)),
         branches_(seams.size()),
         copies_(size(vertex_count)),
-        cones_(size(vertex_count)) {}
+        cones_(size(vertex_count)),
+        real_(!straight.empty()),
+        lines_(straight_lines(vertex_count, faces, straight)) {}
 
   SeamConstraints build() {
     index_arcs();
@@ -147,9 +65,15 @@ class Builder {
       if (v % 65536 == 0) context_.check();
       if (copies_[size(v)].first == kInvalid) go_around(v);
     }
-    const auto solved = numeric::eliminate(seam_count_, rows_, context_);
+    Index unknowns = seam_count_;
+    if (real_) {
+      split_rows();
+      put_on_lines();
+      unknowns = first_line() + static_cast<Index>(lines_.vertices.size());
+    }
+    const auto solved = numeric::eliminate(unknowns, rows_, context_);
     if (!solved) too_large();
-    return assemble(*solved);
+    return assemble(*solved, unknowns);
   }
 
  private:
@@ -244,7 +168,74 @@ class Builder {
     if (!row.empty()) rows_.push_back(std::move(row));
   }
 
-  // form over branches -> form over free branches, divided by `divisor`, in lowest terms.
+  // With a straight boundary the unknowns are real: translations in two parts, then lines.
+  Index first_line() const { return 2 * seam_count_; }
+  LinearForm over_unknowns(const LinearForm& form) const {
+    if (!real_) return form;
+    LinearForm out;
+    for (const numeric::Term& t : form) {
+      out.push_back({2 * t.unknown, t.factor});
+      out.push_back({2 * t.unknown + 1, quarter_turn(1) * t.factor});
+    }
+    return out;
+  }
+  static LinearForm imaginary_part(const LinearForm& form) {
+    LinearForm out;
+    for (const numeric::Term& t : form) {
+      if (t.factor.im != 0) out.push_back({t.unknown, {t.factor.im, 0}});
+    }
+    return out;
+  }
+  void split_rows() {
+    std::vector<LinearForm> rows;
+    for (const LinearForm& row : rows_) {
+      const LinearForm both = over_unknowns(row);
+      for (const Index turn : {0, 1}) {
+        LinearForm part = imaginary_part(checked(sum({}, quarter_turn(turn), both)));
+        if (!part.empty()) rows.push_back(std::move(part));
+      }
+    }
+    rows_ = std::move(rows);
+  }
+
+  // Boundary vertices by the lines through them: in the first copy's frame a line of direction d is
+  // where the second coordinate of i^-d z is q.
+  void put_on_lines() {
+    edges_.resize(size(vertex_count_));
+    for (VertexId v = 0; v < vertex_count_; ++v) {
+      const Copy& copy = copies_[size(v)];
+      for (const LineSide& side : lines_.sides[size(v)]) {
+        if (side.line == kInvalid) continue;
+        const LinearForm shift = imaginary_part(
+            checked(sum({}, quarter_turn(-side.direction), over_unknowns(copy.shift))));
+        LinearForm q = checked(sum({{first_line() + side.line, {1, 0}}}, {-1, 0}, shift));
+        meet(edges_[size(copy.first)], side.direction - copy.turns, std::move(q));
+      }
+    }
+  }
+  void meet(Edge& edge, Index direction, LinearForm q) {
+    if (!edge.on_line) {
+      edge.on_line = true;
+      edge.direction = direction;
+      edge.across = std::move(q);
+      return;
+    }
+    const Index turn = (((direction - edge.direction) % 4) + 4) % 4;
+    if (turn % 2 == 0) {
+      LinearForm row = checked(sum(q, {turn == 0 ? -1 : 1, 0}, edge.across));
+      if (!row.empty()) rows_.push_back(std::move(row));
+      return;
+    }
+    edge.corner = true;
+    edge.along = checked(sum({}, {turn == 1 ? -1 : 1, 0}, q));
+  }
+  // i^direction (along + i across), without a free coordinate along the line.
+  LinearForm place_of(const Edge& edge) const {
+    const LinearForm place = checked(sum(edge.along, quarter_turn(1), edge.across));
+    return checked(sum({}, quarter_turn(edge.direction), place));
+  }
+
+  // form over unknowns -> form over free branches, divided by `divisor`, in lowest terms.
   numeric::Elimination::Value substitute(const LinearForm& form, std::int64_t divisor,
                                          const numeric::Elimination& solved) const {
     std::int64_t common = 1;
@@ -267,23 +258,47 @@ class Builder {
     return out;
   }
 
-  SeamConstraints assemble(const numeric::Elimination& solved) {
-    SeamConstraints out;
-    std::vector<Index> node_of_vertex(size(vertex_count_), kInvalid);
+  // Positions, then translations and lines that are free; returns the node of each unknown.
+  std::vector<Index> number_nodes(const numeric::Elimination& solved, Index unknowns,
+                                  std::vector<Index>& node_of_vertex, SeamConstraints& out) {
     for (VertexId v = 0; v < vertex_count_; ++v) {
       if (copies_[size(v)].first != v || cones_[size(v)].divisor != 0) continue;
+      const bool on_line = real_ && edges_[size(v)].on_line;
+      if (on_line && edges_[size(v)].corner) continue;
       node_of_vertex[size(v)] = out.position_count();
       out.position.push_back(v);
+      out.direction.push_back(on_line ? edges_[size(v)].direction : 0);
+      out.real.push_back(on_line ? 1 : 0);
     }
-    std::vector<Index> node_of_edge(size(seam_count_), kInvalid);
+    std::vector<Index> node_of(size(unknowns), kInvalid);
+    const auto add = [&](Index unknown, Index place, ShiftSource::Part part) {
+      if (!solved.free[size(unknown)]) return;
+      node_of[size(unknown)] = out.node_count();
+      out.translation.push_back({place, part});
+      out.real.push_back(part == ShiftSource::Part::kWhole ? 0 : 1);
+    };
     for (Index e = 0; e < seam_count_; ++e) {
       const auto [root, unit] = branches_.root(e);
       out.branch.push_back(root);
       out.branch_unit.push_back(unit);
-      if (!solved.free[size(e)] || root != e) continue;
-      node_of_edge[size(e)] = out.node_count();
-      out.translation.push_back(e);
+      if (root != e) continue;
+      if (!real_) {
+        add(e, e, ShiftSource::Part::kWhole);
+        continue;
+      }
+      add(2 * e, e, ShiftSource::Part::kReal);
+      add(2 * e + 1, e, ShiftSource::Part::kImaginary);
     }
+    for (Index line = 0; line < static_cast<Index>(lines_.vertices.size()); ++line)
+      add(first_line() + line, line, ShiftSource::Part::kLine);
+    out.lines = lines_.vertices;
+    return node_of;
+  }
+
+  SeamConstraints assemble(const numeric::Elimination& solved, Index unknowns) {
+    SeamConstraints out;
+    std::vector<Index> node_of_vertex(size(vertex_count_), kInvalid);
+    const std::vector<Index> node_of_unknown = number_nodes(solved, unknowns, node_of_vertex, out);
     out.begin.reserve(size(vertex_count_) + 1);
     out.divisor.reserve(size(vertex_count_));
     out.begin.push_back(0);
@@ -291,18 +306,23 @@ class Builder {
       const Copy& copy = copies_[size(v)];
       const Cone& cone = cones_[size(copy.first)];
       const Index node = node_of_vertex[size(copy.first)];
-      if (node != kInvalid) out.terms.push_back({node, quarter_turn(copy.turns)});
+      const Edge* edge =
+          real_ && edges_[size(copy.first)].on_line ? &edges_[size(copy.first)] : nullptr;
+      const Index turns = copy.turns + (edge != nullptr && node != kInvalid ? edge->direction : 0);
+      if (node != kInvalid) out.terms.push_back({node, quarter_turn(turns)});
       std::int64_t divisor = 1;
-      if (cone.divisor != 0 || !copy.shift.empty()) {
+      if (cone.divisor != 0 || edge != nullptr || !copy.shift.empty()) {
         const std::int64_t d = cone.divisor != 0 ? cone.divisor : 1;
         LinearForm form = checked(sum({}, {d, 0}, copy.shift));
         if (cone.divisor != 0) form = checked(sum(form, quarter_turn(copy.turns), cone.form));
+        form = over_unknowns(form);
+        if (edge != nullptr) form = checked(sum(form, quarter_turn(copy.turns), place_of(*edge)));
         const auto value = substitute(form, d, solved);
         divisor = value.divisor;
         if (node != kInvalid)
           out.terms.back().factor = out.terms.back().factor * GaussianInteger{divisor, 0};
         for (const numeric::Term& t : value.form)
-          out.terms.push_back({node_of_edge[size(t.unknown)], t.factor});
+          out.terms.push_back({node_of_unknown[size(t.unknown)], t.factor});
       }
       out.divisor.push_back(divisor);
       out.begin.push_back(static_cast<Index>(out.terms.size()));
@@ -322,68 +342,24 @@ class Builder {
   std::vector<Index> offset_;
   std::vector<DirectedArc> at_;
   std::vector<LinearForm> rows_;
+  bool real_;  // are the unknowns
+  StraightLines lines_;
+  std::vector<Edge> edges_;  // by first copy
 };
 
 }  // namespace
 
 SeamConstraints eliminate_seams(Index vertex_count, const Triangles& faces,
                                 const std::vector<SeamEdge>& seams,
+                                const std::vector<StraightEdge>& straight,
                                 const ExecutionContext& context) {
-  return Builder(vertex_count, faces, seams, context).build();
+  return Builder(vertex_count, faces, seams, straight, context).build();
 }
 
-namespace {
-
-// factor times (x, y), as complex numbers.
-Vector2 product(const GaussianInteger& factor, const Vector2& p) {
-  const auto re = static_cast<double>(factor.re);
-  const auto im = static_cast<double>(factor.im);
-  return {re * p.x() - im * p.y(), re * p.y() + im * p.x()};
-}
-
-}  // namespace
-
-Points2 nodes_of(const SeamConstraints& constraints, const Triangles& faces,
-                 const std::vector<SeamEdge>& seams, const Points2& uv) {
-  Points2 nodes = Points2::Zero(constraints.node_count(), 2);
-  for (Index n = 0; n < constraints.position_count(); ++n)
-    nodes.row(n) = uv.row(constraints.position[size(n)]);
-  std::vector<Vector2> sum(seams.size(), Vector2::Zero());
-  std::vector<double> count(seams.size(), 0.0);
-  for (std::size_t e = 0; e < seams.size(); ++e) {
-    const auto point = [&](CornerId c) -> Vector2 {
-      return uv.row(corner_vertex(faces, c)).transpose();
-    };
-    const auto& [h, o, r] = seams[e];
-    const GaussianInteger turn = quarter_turn(r);
-    const Vector2 own = 0.5 * (point(next_corner(o)) - product(turn, point(h)) + point(o) -
-                               product(turn, point(next_corner(h))));
-    const GaussianInteger unit = constraints.branch_unit[e];
-    const std::size_t branch = size(constraints.branch[e]);
-    sum[branch] += product({unit.re, -unit.im}, own);
-    count[branch] += 1;
-  }
-  for (std::size_t t = 0; t < constraints.translation.size(); ++t) {
-    const std::size_t e = size(constraints.translation[t]);
-    nodes.row(constraints.position_count() + static_cast<Index>(t)) =
-        (sum[e] / count[e]).transpose();
-  }
-  return nodes;
-}
-
-Points2 map_of(const SeamConstraints& constraints, const Points2& nodes) {
-  const std::size_t count = constraints.divisor.size();
-  Points2 uv(static_cast<Eigen::Index>(count), 2);
-  for (std::size_t v = 0; v < count; ++v) {
-    Vector2 total = Vector2::Zero();
-    for (Index t = constraints.begin[v]; t < constraints.begin[v + 1]; ++t) {
-      const NodeTerm& term = constraints.terms[size(t)];
-      total += product(term.factor, nodes.row(term.node).transpose());
-    }
-    uv.row(static_cast<Eigen::Index>(v)) =
-        total.transpose() / static_cast<double>(constraints.divisor[v]);
-  }
-  return uv;
+SeamConstraints eliminate_seams(Index vertex_count, const Triangles& faces,
+                                const std::vector<SeamEdge>& seams,
+                                const ExecutionContext& context) {
+  return eliminate_seams(vertex_count, faces, seams, {}, context);
 }
 
 }  // namespace flipfree::distortion

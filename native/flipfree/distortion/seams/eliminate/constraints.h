@@ -15,10 +15,12 @@
 // a seam.
 #pragma once
 
+#include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/distortion/seams/cut_map.h"
+#include "flipfree/distortion/seams/eliminate/cut_map.h"
 #include "flipfree/numeric/exact_elimination.h"
 
 namespace flipfree::distortion {
@@ -28,11 +30,23 @@ struct NodeTerm {
   numeric::GaussianInteger factor;
 };
 
+// What a node of a translation is read off a map by.
+struct ShiftSource {
+  enum class Part : std::uint8_t { kWhole, kReal, kImaginary, kLine };
+  Index place = kInvalid;  // seam edge: h's side to o's; or, for kLine, a line
+  Part part = Part::kWhole;
+};
+
 struct SeamConstraints {
-  // Nodes below are positions: UVs of the cut vertices in `position`. Nodes from there on are
-  // translations: of the seam edges in `translation`, h's side to o's.
+  // Nodes below are positions: UVs of the cut vertices in `position`, for real nodes their first
+  // coordinate after turning by -direction. Nodes from there on are translations.
   std::vector<VertexId> position;
-  std::vector<Index> translation;
+  std::vector<Index> direction;  // per position: 0 where it is not real
+  std::vector<ShiftSource> translation;
+  std::vector<char> real;  // per node
+  // Per line of the boundary: cut vertices on it, and the direction it runs in there; c is the
+  // second coordinate after turning by -direction.
+  std::vector<std::vector<std::pair<VertexId, Index>>> lines;
   Index position_count() const { return static_cast<Index>(position.size()); }
   Index node_count() const { return static_cast<Index>(position.size() + translation.size()); }
 
@@ -54,6 +68,7 @@ struct SeamConstraints {
     const auto first = static_cast<std::size_t>(begin[static_cast<std::size_t>(v)]);
     return begin[static_cast<std::size_t>(v) + 1] == begin[static_cast<std::size_t>(v)] + 1 &&
            terms[first].node < position_count() &&
+           real[static_cast<std::size_t>(terms[first].node)] == 0 &&
            terms[first].factor == numeric::GaussianInteger{1, 0} &&
            divisor[static_cast<std::size_t>(v)] == 1;
   }
@@ -62,16 +77,16 @@ struct SeamConstraints {
 // `vertex_count` and `faces` of the cut surface. Throws InvalidInput (kBadOption) naming the faces
 // at a seam edge whose ends do not pair up, NotConverged (kFactorizationFailed) if translations
 // depend on each other through numbers beyond 64 bits or grids finer than 2^12 steps.
-// Cost: O(#seams log #seams) plus the elimination, with one row per joint.
+// Cost: O(#seams log #seams) plus the elimination, with one row per joint and two per end of a seam
+// at a straight boundary. `straight`: all boundary edges, or none.
+SeamConstraints eliminate_seams(Index vertex_count, const Triangles& faces,
+                                const std::vector<SeamEdge>& seams,
+                                const std::vector<StraightEdge>& straight,
+                                const ExecutionContext& context);
+
+// The same with a free boundary.
 SeamConstraints eliminate_seams(Index vertex_count, const Triangles& faces,
                                 const std::vector<SeamEdge>& seams,
                                 const ExecutionContext& context);
-
-// The nodes of a map that meets the constraints up to rounding: translations are the means over
-// their seam edges' ends.
-Points2 nodes_of(const SeamConstraints& constraints, const Triangles& faces,
-                 const std::vector<SeamEdge>& seams, const Points2& uv);
-// The map of given nodes, in floating point.
-Points2 map_of(const SeamConstraints& constraints, const Points2& nodes);
 
 }  // namespace flipfree::distortion

@@ -22,10 +22,18 @@ struct SeamEdge {
   Index quarter_turns = 0;  // 0 to 3
 };
 
+// A boundary edge of the surface that runs along an axis: h's target - h's source is a positive
+// multiple of R^direction (1, 0).
+struct StraightEdge {
+  HalfedgeId h = kInvalid;
+  Index direction = 0;  // 0 to 3
+};
+
 struct CutMap {
   mesh::Surface surface;        // cut: a vertex for every wedge of the cut; faces as they were
   Points2 uv;                   // #V x 2, of the cut surface's vertices
   std::vector<SeamEdge> seams;  // in order of h, the lower half-edge of each edge
+  std::vector<StraightEdge> straight;  // in order of h; empty where the boundary is free
 };
 
 // Cuts `surface` along `cuts` and reads the quarter turn of each cut edge that is nearest to the
@@ -33,5 +41,8 @@ struct CutMap {
 // counts. Precondition: valid surface. Cost: O(#F).
 CutMap cut_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                const mesh::EdgeFlags& cuts, const Points2& corner_uv);
+
+// The boundary edges of `surface` with the directions that are nearest to the map, in order.
+std::vector<StraightEdge> straight_boundary(const CutMap& map, const mesh::Adjacency& adjacency);
 
 }  // namespace flipfree::distortion
