@@ -84,12 +84,13 @@ void refuse_boundary(const mesh::Surface& surface) {
   if (vertices.empty()) return;
   const std::string first = std::to_string(vertices.front());
   if (vertices.size() > kMostNamed) vertices.resize(kMostNamed);
-  throw_invalid(ErrorCode::kBadBoundary,
-                "The surface has a boundary (" + std::to_string(loops.size()) +
-                    (loops.size() == 1 ? " loop" : " loops") + ", through vertex " + first +
-                    "); maps with prescribed loops are for closed surfaces. Close it (Fill Holes), or "
-                    "use a seamless map without a field.",
-                ElementKind::kVertex, std::move(vertices));
+  throw_invalid(
+      ErrorCode::kBadBoundary,
+      "The surface has a boundary (" + std::to_string(loops.size()) +
+          (loops.size() == 1 ? " loop" : " loops") + ", through vertex " + first +
+          "); maps with prescribed loops are for closed surfaces. Close it (Fill Holes), or "
+          "use a seamless map without a field.",
+      ElementKind::kVertex, std::move(vertices));
 }
 
 void check_request(const mesh::Surface& surface, const std::vector<Index>& cones,

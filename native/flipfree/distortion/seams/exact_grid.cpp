@@ -191,4 +191,22 @@ GridMap round_to_grid(const SeamConstraints& constraints, const Triangles& faces
   return finish(constraints, faces, seams, points, step);
 }
 
+std::optional<Points2> unfold_on_grid(const SeamConstraints& constraints, const Triangles& faces,
+                                      const std::vector<SeamEdge>& seams, const Points2& uv,
+                                      std::size_t most, ExecutionContext& context) {
+  const Points2 wide = centred(uv);
+  const Points2 nodes = nodes_of(constraints, faces, seams, wide);
+  GridPoints points;
+  double step = step_for(half_extent(wide));
+  for (;; step *= 2) {
+    points = rounded_map(constraints, nodes, step);
+    if (points.cwiseAbs().maxCoeff() <= kLargestGridNumber) break;
+  }
+  std::vector<FaceId> folded = folded_faces(faces, points, context);
+  if (folded.size() > most) return std::nullopt;
+  if (!folded.empty()) folded = GridRepair(constraints, faces, points, context).sweep(folded);
+  if (!folded.empty()) return std::nullopt;
+  return Points2(points.cast<double>() * step);
+}
+
 }  // namespace flipfree::distortion

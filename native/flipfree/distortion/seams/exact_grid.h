@@ -6,6 +6,8 @@
 // Free coordinates are rounded, the others follow without error (constraints.h).
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -33,5 +35,12 @@ struct GridMap {
 GridMap round_to_grid(const SeamConstraints& constraints, const Triangles& faces,
                       const std::vector<SeamEdge>& seams, const Points2& uv,
                       ExecutionContext& context, Stats& stats);
+
+// A map that may flip some triangles, at most `most`, moved to the grid and its flips opened there
+// by moving free positions alone; nothing if that does not open them all. Translations do not
+// change but by rounding.
+std::optional<Points2> unfold_on_grid(const SeamConstraints& constraints, const Triangles& faces,
+                                      const std::vector<SeamEdge>& seams, const Points2& uv,
+                                      std::size_t most, ExecutionContext& context);
 
 }  // namespace flipfree::distortion

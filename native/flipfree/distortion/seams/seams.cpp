@@ -43,11 +43,45 @@ void check_input(const CutMap& map) {
 
 }  // namespace
 
+namespace {
+
+SeamConstraints constraints_of(const CutMap& map, const ExecutionContext& context) {
+  return eliminate_seams(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces,
+                         map.seams, map.straight, context);
+}
+
+Points2 optimised(const CutMap& map, const SeamConstraints& constraints,
+                  const MinimizeOptions& minimize, ExecutionContext& context, Stats& stats) {
+  const std::vector<char> free(static_cast<std::size_t>(map.uv.rows()), 0);
+  SeamSystem system(constraints, map.surface.faces, free, context);
+  Minimizer minimizer(map.surface.faces, build_rest_shapes(map.surface, context), nullptr, map.uv,
+                      minimize, context, &system);
+  return minimizer.run(stats);
+}
+
+}  // namespace
+
+Points2 less_distorted(const CutMap& map, int max_iterations, ExecutionContext& context) {
+  check_input(map);
+  MinimizeOptions minimize;
+  minimize.max_iterations = max_iterations;
+  minimize.acceptable = true;
+  check_start(map.surface, map.uv, minimize, context);
+  Stats ignored;
+  return optimised(map, constraints_of(map, context), minimize, context, ignored);
+}
+
+std::optional<Points2> opened_on_grid(const CutMap& map, std::size_t most,
+                                      ExecutionContext& context) {
+  check_input(map);
+  return unfold_on_grid(constraints_of(map, context), map.surface.faces, map.seams, map.uv, most,
+                        context);
+}
+
 ExactMap make_exact(const CutMap& map, const ExactOptions& options, ExecutionContext& context) {
   check_input(map);
   const Triangles& faces = map.surface.faces;
-  const SeamConstraints constraints = eliminate_seams(
-      static_cast<Index>(map.surface.vertices.rows()), faces, map.seams, map.straight, context);
+  const SeamConstraints constraints = constraints_of(map, context);
   ExactMap out;
   out.stats["seams.nodes"] = static_cast<std::int64_t>(constraints.node_count());
   out.stats["seams.translations"] = static_cast<std::int64_t>(constraints.translation.size());
@@ -64,11 +98,7 @@ ExactMap make_exact(const CutMap& map, const ExactOptions& options, ExecutionCon
     const ProgressRange range(context, 0.0, 0.9);
     const TimeLimit limit(context, limit_of(options.max_seconds));
     try {
-      const std::vector<char> free(static_cast<std::size_t>(uv.rows()), 0);
-      SeamSystem system(constraints, faces, free, context);
-      Minimizer minimizer(faces, build_rest_shapes(map.surface, context), nullptr, map.uv, minimize,
-                          context, &system);
-      uv = minimizer.run(out.stats);
+      uv = optimised(map, constraints, minimize, context, out.stats);
     } catch (const TimeIsOver&) {
       hurried = 1;
     }

@@ -6,6 +6,8 @@
 //   round_to_grid()        exact transitions in 64 and in 32 bits      exact_grid.h
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -44,6 +46,16 @@ struct ExactMap {
 // InvalidInput, NotConverged (kRoundingFlips, kFactorizationFailed), Cancelled. Cost: that of the
 // optimisation.
 ExactMap make_exact(const CutMap& map, const ExactOptions& options, ExecutionContext& context);
+
+// The optimisation alone: so many steps. Precondition as make_exact(). Throws InvalidInput,
+// NotConverged, TimeIsOver, Cancelled.
+Points2 less_distorted(const CutMap& map, int max_iterations, ExecutionContext& context);
+
+// A map that flips at most `most` triangles with these opened, if moving vertices on a grid of 24
+// bits can do it (exact_grid.h); it meets its seams as before. How often it winds around a vertex
+// is for the caller to check.
+std::optional<Points2> opened_on_grid(const CutMap& map, std::size_t most,
+                                      ExecutionContext& context);
 
 // The UVs of the cut surface's corners.
 Points2 corners_of(const CutMap& map, const Points2& uv);

@@ -14,6 +14,7 @@
 #include "flipfree/seamless/error_places.h"
 #include "flipfree/seamless/exact/chart_places.h"
 #include "flipfree/seamless/exact/edge_directions.h"
+#include "flipfree/seamless/exact/take_back.h"
 #include "flipfree/seamless/request.h"
 #include "flipfree/seamless/seams.h"
 #include "flipfree/seamless/suggested_turns.h"
@@ -24,6 +25,10 @@ namespace {
 // Of the progress.
 constexpr double kSuggestionShare = 0.4;
 constexpr double kEngineShare = 0.5;
+// Of that of finish_map().
+constexpr double kTakenBackShare = 0.6;
+// Newton steps of the optimiser between two rounds of taking refinement back.
+constexpr int kCoarseSteps = 15;
 
 bool has_boundary(const mesh::Surface& surface) {
   const auto adjacency =
@@ -76,17 +81,25 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
   certify::Parametrization map = std::move(found.map);
   if (map.certificate.flips64 != 0)
     throw certify::CertificateFailed("The seamless map", certify::in_input_faces(map));
+  const bool aligned = options.boundary == Boundary::kAligned;
+  const double engine_energy = map.certificate.energy;
+  const auto engine_added = map.surface.vertices.rows() - surface.vertices.rows();
+  // Strips are named by the faces that the engine's map has.
+  const bool taken = options.optimise && engine_added > 0 && strips.empty();
+  if (taken) {
+    const ProgressRange range(context, 0.0, kTakenBackShare);
+    take_back(surface, aligned, std::min(kCoarseSteps, options.max_iterations), map, context);
+  }
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
   const mesh::EdgeFlags cuts = mesh::flag_edges(map.surface.faces, adjacency, map.cut_edges);
   distortion::CutMap cut = distortion::cut_map(map.surface, adjacency, cuts, map.uv);
-  const bool aligned = options.boundary == Boundary::kAligned;
   if (aligned) cut.straight = distortion::straight_boundary(cut, adjacency);
   distortion::ExactOptions exact_options;
   exact_options.optimise = options.optimise;
   exact_options.max_iterations = options.max_iterations;
   exact_options.exact = options.exact;
-  const double engine_energy = map.certificate.energy;
+  const ProgressRange finishing(context, taken ? kTakenBackShare : 0.0, 1.0);
   distortion::ExactMap exact;
   try {
     exact = distortion::make_exact(cut, exact_options, context);
@@ -118,6 +131,7 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
   certify::certify_map(map, surface, request, context);
   certify::require_certificate(map, "The seamless map");
   map.stats["engine"] = std::string("penner");
+  map.stats["engine.added_vertices"] = static_cast<std::int64_t>(engine_added);
   map.stats["energy.engine"] = engine_energy;
   map.stats["energy.optimised"] = map.certificate.energy;
   map.stats["energy"] = map.certificate.energy;

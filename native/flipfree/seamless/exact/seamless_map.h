@@ -4,6 +4,7 @@
 //   check_request()        seamless/request.h        refuses what no map can have
 //   compute_penner_map()   penner/penner.h           a map whose seams match up to rounding
 //   turn_along_edges()     edge_directions.h         which way up
+//   take_back()            exact/take_back.h         fewer added vertices, or none
 //   make_exact()           distortion/seams/seams.h  less distortion, then exact seams
 //   spread_charts()        chart_places.h            connected parts beside each other
 //   certify_map()          certify/certified_map.h   decides on the stored values
@@ -38,8 +39,9 @@ struct SeamlessOptions {
 // given, or free. Result: certified with G4, cut_edges along the seams' branches with their exact
 // transitions; refined where the layout of the metric needs it. Connected parts are one chart each,
 // all at the scale of the surface, in rows around the origin. Stats: those of the engine and of
-// make_exact(), "engine", and "energy.engine" and "energy.optimised". Throws InvalidInput and
-// Infeasible (request.h, signature.h, boundary_cones.h), NotConverged, Cancelled.
+// make_exact(), "engine", "engine.added_vertices", and "energy.engine" and "energy.optimised".
+// Throws InvalidInput and Infeasible (request.h, signature.h, boundary_cones.h), NotConverged,
+// Cancelled.
 certify::Parametrization compute_seamless_map(const mesh::Surface& surface,
                                               const std::vector<Index>& cones,
                                               const SeamlessOptions& options,

@@ -1,0 +1,312 @@
+#include "flipfree/seamless/exact/take_back.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
+#include "flipfree/distortion/seams/seams.h"
+#include "flipfree/intrinsic/layout/input_development.h"
+#include "flipfree/intrinsic/layout/refine/refine_map.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/cut_graph/cut.h"
+
+namespace flipfree::seamless {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
+
+constexpr int kRounds = 6;
+// A round that takes back a smaller share of the added vertices is the last.
+constexpr double kWorthwhile = 0.05;
+// The user's own triangulation is tried if it flips fewer faces than this share.
+constexpr double kFewFlips = 0.02;
+
+// The input, and what of it is cut.
+struct Input {
+  const mesh::Surface& surface;
+  mesh::Adjacency adjacency;
+  intrinsic::InputEdges edges;
+  std::vector<char> cut;  // per edge
+};
+
+// Where the added vertices of a map lie: on which edge, and where along its half-edge.
+struct EdgePlace {
+  Index edge = kInvalid;
+  intrinsic::Between along;
+};
+
+std::optional<std::vector<EdgePlace>> edge_places(const Input& input,
+                                                  const certify::Parametrization& map) {
+  const auto own = static_cast<Index>(input.surface.vertices.rows());
+  std::vector<EdgePlace> places;
+  for (Index v = own; v < static_cast<Index>(map.surface.vertices.rows()); ++v) {
+    const FaceId f = map.vertex_parent[at(v)];
+    EdgePlace place;
+    for (int k = 0; k < 3; ++k) {
+      if (map.vertex_barycentric(v, k) != 0.0) continue;
+      const HalfedgeId h = 3 * f + (k + 1) % 3;
+      const double source = map.vertex_barycentric(v, (k + 1) % 3);
+      const double target = map.vertex_barycentric(v, (k + 2) % 3);
+      place.edge = input.edges.of_corner[at(h)];
+      const bool along = input.edges.halfedge[at(place.edge)] == h;
+      place.along = along ? intrinsic::Between{source, target} : intrinsic::Between{target, source};
+    }
+    if (place.edge == kInvalid) return std::nullopt;
+    places.push_back(place);
+  }
+  return places;
+}
+
+// Which edges of the input the cut of the map runs along.
+void find_cut(const certify::Parametrization& map, const std::vector<EdgePlace>& places,
+              Input& input) {
+  const auto own = static_cast<Index>(input.surface.vertices.rows());
+  input.cut.assign(input.edges.halfedge.size(), 0);
+  std::vector<std::array<Index, 2>> whole;
+  for (Eigen::Index e = 0; e < map.cut_edges.rows(); ++e) {
+    const Index a = map.cut_edges(e, 0), b = map.cut_edges(e, 1);
+    if (std::max(a, b) >= own) {
+      input.cut[at(places[at(std::max(a, b) - own)].edge)] = 1;
+    } else {
+      whole.push_back({a, b});
+    }
+  }
+  IndexPairs pairs(static_cast<Eigen::Index>(whole.size()), 2);
+  for (std::size_t i = 0; i < whole.size(); ++i)
+    pairs.row(static_cast<Eigen::Index>(i)) << whole[i][0], whole[i][1];
+  const mesh::EdgeFlags flags = mesh::flag_edges(input.surface.faces, input.adjacency, pairs);
+  for (std::size_t e = 0; e < input.cut.size(); ++e) {
+    if (flags[at(input.edges.halfedge[e])] != 0) input.cut[e] = 1;
+  }
+}
+
+// The map as one that is known at the input's corners and at points along its edges.
+intrinsic::EdgePointMap edge_point_map(const Input& input, const certify::Parametrization& map,
+                                       const std::vector<EdgePlace>& places) {
+  const auto own = static_cast<Index>(input.surface.vertices.rows());
+  const Triangles& faces = input.surface.faces;
+  intrinsic::EdgePointMap out;
+  out.corner_uv = Points2::Zero(3 * faces.rows(), 2);
+  out.corner_angle.assign(static_cast<std::size_t>(3 * faces.rows()), 0.0);
+  out.edge_halfedge = input.edges.halfedge;
+  out.edge_of = input.edges.of_corner;
+  out.begin.assign(input.edges.halfedge.size() + 1, 0);
+  for (const EdgePlace& place : places) ++out.begin[at(place.edge) + 1];
+  for (std::size_t e = 1; e < out.begin.size(); ++e) out.begin[e] += out.begin[e - 1];
+  std::vector<Index> order(places.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<Index>(i);
+  std::sort(order.begin(), order.end(), [&](Index a, Index b) {
+    const EdgePlace &p = places[at(a)], &q = places[at(b)];
+    return p.edge != q.edge ? p.edge < q.edge : p.along.target < q.along.target;
+  });
+  std::vector<std::int64_t> point_of(places.size());
+  out.points.resize(places.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    point_of[at(order[i])] = static_cast<std::int64_t>(i);
+    out.points[i].along = places[at(order[i])].along;
+  }
+  for (CornerId c = 0; c < static_cast<CornerId>(map.uv.rows()); ++c) {
+    const FaceId parent = map.parent_face[at(c / 3)];
+    const VertexId v = map.surface.faces(c / 3, c % 3);
+    if (v >= own) {
+      intrinsic::EdgePoint& point = out.points[at(point_of[at(v - own)])];
+      const HalfedgeId h = out.edge_halfedge[at(places[at(v - own)].edge)];
+      if (h / 3 == parent) point.uv_left = map.uv.row(c);
+      if (h / 3 != parent || input.adjacency.opposite[at(h)] == kInvalid)
+        point.uv_right = map.uv.row(c);
+      continue;
+    }
+    int k = 0;
+    while (faces(parent, k) != v) ++k;
+    const Vector2 p = map.uv.row(c);
+    const Vector2 a = map.uv.row(next_corner(c)).transpose() - p;
+    const Vector2 b = map.uv.row(previous_corner(c)).transpose() - p;
+    out.corner_uv.row(3 * parent + k) = p.transpose();
+    out.corner_angle[at(3 * parent + k)] += turn(a, b);
+  }
+  return out;
+}
+
+// The map on the triangulation that was chosen.
+certify::Parametrization written(const Input& input, const intrinsic::EdgePointMap& points,
+                                 intrinsic::RefinedLayout layout) {
+  certify::Parametrization map;
+  map.surface = std::move(layout.surface);
+  map.uv = std::move(layout.uv);
+  map.parent_face = std::move(layout.provenance.face);
+  const auto& where = layout.provenance.vertex;
+  map.vertex_barycentric.resize(static_cast<Eigen::Index>(where.size()), 3);
+  for (std::size_t v = 0; v < where.size(); ++v) {
+    map.vertex_parent.push_back(where[v].face);
+    map.vertex_barycentric.row(static_cast<Eigen::Index>(v)) = where[v].weight;
+  }
+  std::vector<std::array<Index, 2>> pairs;
+  for (std::size_t e = 0; e < input.cut.size(); ++e) {
+    if (input.cut[e] == 0) continue;
+    const HalfedgeId h = input.edges.halfedge[e];
+    Index last = mesh::source(input.surface.faces, h);
+    for (std::int64_t p = points.begin[e]; p < points.begin[e + 1]; ++p) {
+      const Index v = layout.edge_vertex[at(p)];
+      if (v == kInvalid) continue;
+      pairs.push_back({last, v});
+      last = v;
+    }
+    pairs.push_back({last, mesh::target(input.surface.faces, h)});
+  }
+  map.cut_edges.resize(static_cast<Eigen::Index>(pairs.size()), 2);
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    map.cut_edges.row(static_cast<Eigen::Index>(i)) << pairs[i][0], pairs[i][1];
+  return map;
+}
+
+// Total angles at the input's vertices.
+std::vector<double> vertex_angles(const Input& input, const certify::Parametrization& map) {
+  std::vector<double> angle(static_cast<std::size_t>(map.surface.vertices.rows()), 0.0);
+  for (CornerId c = 0; c < static_cast<CornerId>(map.uv.rows()); ++c) {
+    const Vector2 p = map.uv.row(c);
+    angle[at(map.surface.faces(c / 3, c % 3))] += turn(
+        map.uv.row(next_corner(c)).transpose() - p, map.uv.row(previous_corner(c)).transpose() - p);
+  }
+  angle.resize(static_cast<std::size_t>(input.surface.vertices.rows()));
+  return angle;
+}
+
+class TakingBack {
+ public:
+  TakingBack(const mesh::Surface& surface, bool aligned, int max_iterations,
+             ExecutionContext& context)
+      : input_{surface,
+               mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces),
+               {},
+               {}},
+        aligned_(aligned),
+        max_iterations_(max_iterations),
+        context_(context) {
+    input_.edges = intrinsic::number_edges(input_.adjacency);
+  }
+
+  int run(certify::Parametrization& map) {
+    const auto places = edge_places(input_, map);
+    if (!places) return 0;
+    find_cut(map, *places, input_);
+    angles_ = vertex_angles(input_, map);
+    if (!improve(map)) return 0;
+    int round = 0;
+    while (round < kRounds && added(map) > 0) {
+      const ProgressRange range(context_, round / double{kRounds}, (round + 1) / double{kRounds});
+      const Index before = added(map);
+      ++round;
+      if (take(own_triangles(map), map)) break;
+      if (!take(fewer_triangles(map), map)) break;
+      if (added(map) > (1.0 - kWorthwhile) * before) break;
+    }
+    return round;
+  }
+
+  Index added(const certify::Parametrization& map) const {
+    return static_cast<Index>(map.surface.vertices.rows() - input_.surface.vertices.rows());
+  }
+
+ private:
+  distortion::CutMap cut_of(const certify::Parametrization& map) const {
+    const mesh::Adjacency adjacency =
+        mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
+    const mesh::EdgeFlags cuts = mesh::flag_edges(map.surface.faces, adjacency, map.cut_edges);
+    distortion::CutMap cut = distortion::cut_map(map.surface, adjacency, cuts, map.uv);
+    if (aligned_) cut.straight = distortion::straight_boundary(cut, adjacency);
+    return cut;
+  }
+
+  // False, and nothing done, if the map is too squeezed for it.
+  bool improve(certify::Parametrization& map) {
+    const distortion::CutMap cut = cut_of(map);
+    try {
+      map.uv =
+          distortion::corners_of(cut, distortion::less_distorted(cut, max_iterations_, context_));
+    } catch (const NotConverged& failure) {
+      if (failure.error().code == ErrorCode::kTimeLimit) throw;
+      return false;
+    }
+    return true;
+  }
+
+  bool winds_as_before(const certify::Parametrization& map) const {
+    const std::vector<double> angles = vertex_angles(input_, map);
+    for (std::size_t v = 0; v < angles.size(); ++v) {
+      if (!(std::abs(angles[v] - angles_[v]) < std::numbers::pi)) return false;
+    }
+    return true;
+  }
+
+  // On as few triangles as the map's values allow.
+  std::optional<certify::Parametrization> fewer_triangles(const certify::Parametrization& map) {
+    const intrinsic::EdgePointMap points = edge_point_map(input_, map, *edge_places(input_, map));
+    intrinsic::RefinedLayout layout =
+        intrinsic::refine_map(input_.surface, input_.adjacency, points,
+                              intrinsic::Refinement::kAuto, intrinsic::Storage::k64And32, context_);
+    if (!layout.invalid.empty()) return std::nullopt;
+    return written(input_, points, std::move(layout));
+  }
+
+  // On the input's own triangles, if these flip nowhere, or so little that it can be opened.
+  std::optional<certify::Parametrization> own_triangles(const certify::Parametrization& map) {
+    intrinsic::EdgePointMap points = edge_point_map(input_, map, *edge_places(input_, map));
+    points.points.clear();
+    std::fill(points.begin.begin(), points.begin.end(), 0);
+    certify::Parametrization own =
+        written(input_, points,
+                intrinsic::refine_map(input_.surface, input_.adjacency, points,
+                                      intrinsic::Refinement::kNever, intrinsic::Storage::k64Only,
+                                      context_));
+    const distortion::CutMap cut = cut_of(own);
+    const auto most = static_cast<std::size_t>(kFewFlips * static_cast<double>(own.uv.rows() / 3));
+    const auto opened = distortion::opened_on_grid(cut, most, context_);
+    if (!opened) return std::nullopt;
+    own.uv = distortion::corners_of(cut, *opened);
+    return own;
+  }
+
+  // The candidate, improved, if it is one with fewer vertices that winds as the map does.
+  bool take(std::optional<certify::Parametrization> from, certify::Parametrization& map) {
+    if (!from || added(*from) >= added(map) || !winds_as_before(*from) || !improve(*from))
+      return false;
+    from->stats = std::move(map.stats);
+    from->certificate = std::move(map.certificate);
+    map = std::move(*from);
+    return true;
+  }
+
+  Input input_;
+  bool aligned_;
+  int max_iterations_;
+  ExecutionContext& context_;
+  std::vector<double> angles_;  // at the input's vertices
+};
+
+}  // namespace
+
+void take_back(const mesh::Surface& input, bool aligned, int max_iterations,
+               certify::Parametrization& map, ExecutionContext& context) {
+  TakingBack work(input, aligned, max_iterations, context);
+  const Index before = work.added(map);
+  if (before == 0) return;
+  context.report("taking refinement back", 0.0);
+  std::int64_t rounds = 0;
+  try {
+    rounds = work.run(map);
+  } catch (const TimeIsOver&) {
+    // The map is whole after every step.
+  }
+  map.stats["taken_back.rounds"] = rounds;
+  map.stats["taken_back.vertices"] = static_cast<std::int64_t>(before - work.added(map));
+  map.stats["added_vertices"] = static_cast<std::int64_t>(work.added(map));
+}
+
+}  // namespace flipfree::seamless

@@ -1,0 +1,24 @@
+// Takes refinement back: an engine refines the surface where its metric crosses the user's edges,
+// most of which a less distorted map does not need.
+//
+// In rounds: the map is improved under its seams' constraints, then written again on as few
+// triangles as its present values allow (intrinsic/layout/refine). New vertices lie on edges of the
+// input, so that a vertex on a seam goes on both sides at once. Where few faces are left that
+// cannot be whole, the user's own triangulation is tried, its flips opened on a grid.
+#pragma once
+
+#include "flipfree/base/context.h"
+#include "flipfree/certify/parametrization.h"
+#include "flipfree/mesh/surface.h"
+
+namespace flipfree::seamless {
+
+// `map`: of `input`, flip-free in 64 bits, seamless up to rounding, with provenance and cut_edges.
+// `aligned`: its boundary runs along the axes. Guarantee: as before, with no vertex more; better
+// distorted or the same. Vertices inside input faces: it is left as it is. Stats:
+// "taken_back.rounds", "taken_back.vertices". When the context's time is over it ends with what it
+// has. Throws Cancelled. Cost: a few Newton steps per round.
+void take_back(const mesh::Surface& input, bool aligned, int max_iterations,
+               certify::Parametrization& map, ExecutionContext& context);
+
+}  // namespace flipfree::seamless
