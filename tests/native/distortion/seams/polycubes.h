@@ -13,6 +13,7 @@
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/seams/eliminate/constraints.h"
 #include "flipfree/distortion/seams/eliminate/cut_map.h"
+#include "flipfree/distortion/seams/eliminate/nodes.h"
 #include "flipfree/mesh/adjacency.h"
 
 namespace flipfree::test {
