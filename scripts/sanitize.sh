@@ -24,9 +24,10 @@ if [ $# -gt 0 ]; then programs=("$@"); else
   mapfile -t programs < <(cd tests/native && for d in */; do [ -z "$(find "$d" -name '*_test.cpp')" ] || echo "${d%/}_tests"; done)
 fi
 cmake --build "$folder" --target "${programs[@]}"
-export ASAN_OPTIONS=detect_leaks=1 UBSAN_OPTIONS=print_stacktrace=1 TSAN_OPTIONS=halt_on_error=1
 # CHOLMOD, which tests compare with, has threads of its own that ThreadSanitizer does not see the locks of.
-export OMP_NUM_THREADS=1
+printf 'race:%s\n' libcholmod libsuitesparseconfig libgomp >build/tsan-suppressions
+export ASAN_OPTIONS=detect_leaks=1 UBSAN_OPTIONS=print_stacktrace=1
+export TSAN_OPTIONS=halt_on_error=1:suppressions=$PWD/build/tsan-suppressions
 # Where memory fails on purpose, CGAL's containers lose the block that they were about to use; nothing of ours does.
 suppressions=$PWD/build/lsan-suppressions
 echo 'leak:CGAL::Compact_container' >"$suppressions"
