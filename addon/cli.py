@@ -153,6 +153,12 @@ def _parser() -> argparse.ArgumentParser:
         help="of the scale, for suggested cones (default %(default)g)",
     )
     added.add_argument(
+        "--boundary",
+        choices=[name for name, _, _ in seamless.BOUNDARIES],
+        default="aligned",
+        help="boundaries along u and v, or free",
+    )
+    added.add_argument(
         "--engine", choices=[name for name, _, _ in seamless.ENGINES], default="auto"
     )
     flags(
@@ -253,6 +259,7 @@ def _seamless_options(given):
         seamless.summary,
         {
             "cones_from": given.cones,
+            "boundary": given.boundary,
             "bound": given.bound,
             "optimise": not given.no_optimise,
             "mark_cuts": not given.no_seams,

@@ -167,13 +167,15 @@ def suggest_cones(snapshot, *, bound, quarter_turns):
     )
 
 
-def seamless(snapshot, quarters, *, engine, optimise):
-    """Starts the seamless map of all parts with these cones {submesh vertex: quarter turns of its angle}."""
+def seamless(snapshot, quarters, *, engine, boundary, optimise):
+    """Starts the seamless map of all parts with these cones {submesh vertex: quarter turns of its angle}; `boundary`:
+    aligned or free."""
     return jobs.seamless(
         snapshot.vertices,
         snapshot.triangles,
         quarters,
         engine=engine,
+        boundary=boundary,
         optimise=optimise,
         uncuttable=snapshot.diagonals,
         threads=THREADS,

@@ -23,6 +23,16 @@ CONES = (
     ("suggested", "Suggested", "Placed where the map would scale most, whatever is marked"),
 )
 
+BOUNDARIES = (
+    (
+        "aligned",
+        "Along the Axes",
+        "Boundaries run exactly along u and v, with corners at the boundary vertices that are marked as cones, or "
+        "where they are sharp",
+    ),
+    ("free", "Free", "As near to the surface as the inside allows: least distortion"),
+)
+
 ENGINES = (
     ("auto", "Automatic", "The first one that finds a map"),
     ("penner", "Edge Lengths", "Changes the lengths of edges until all angles fit"),
@@ -47,8 +57,10 @@ class SeamlessTask(parts.PartsTask):
         self,
         snapshot,
         cone_angles,
+        boundary_vertices,
         *,
         cones_from="auto",
+        boundary="aligned",
         bound=2.0,
         optimise=True,
         mark_cuts=True,
@@ -58,7 +70,9 @@ class SeamlessTask(parts.PartsTask):
     ):
         super().__init__(snapshot)
         self.cone_angles = cone_angles  # {submesh vertex: angle}
+        self.boundary_vertices = boundary_vertices  # (#Sv,) bool
         self.cones_from = cones_from
+        self.boundary = boundary
         self.bound = bound
         self.optimise = optimise
         self.mark_cuts = mark_cuts
@@ -70,7 +84,6 @@ class SeamlessTask(parts.PartsTask):
         self.turns = np.zeros(0, np.int32)  # per cut edge of the result
 
     def stages(self):
-        self._refuse_open()
         if self.cones_from != "suggested":
             self.quarters = self._marked_quarters()
         label = labels.face_components(self.snapshot.triangles)
@@ -84,7 +97,11 @@ class SeamlessTask(parts.PartsTask):
         self.solving = None
         self._refuse_unbalanced(components)
         found = yield solver.seamless(
-            self.snapshot, self.quarters, engine=self.engine, optimise=self.optimise
+            self.snapshot,
+            self.quarters,
+            engine=self.engine,
+            boundary=self.boundary,
+            optimise=self.optimise,
         )
         uv = in_unit_square(found.uv64) if self.fit else found.uv64
         self.result = islands.Combined(
@@ -106,26 +123,16 @@ class SeamlessTask(parts.PartsTask):
         self.judged = [common.Judged(judged, faces)]
         self.island_overlaps = max(judged.island_overlaps, 0)
 
-    def _refuse_open(self):
-        open_edges = cone_sums.boundary_edges(self.snapshot)
-        if not len(open_edges):
-            return
-        ids = mesh_io.edge_ids(self.snapshot, open_edges)
-        raise mesh_io.MeshProblem(
-            f"{self.snapshot.object_name}: edge {ids[0]}{mesh_io.more(ids)} has a face on one side only; seamless maps "
-            "are for closed surfaces. Fill the hole (F on its edges, or Face > Fill), select whole parts (L), or use Conformal "
-            "Map with Cones",
-            "edge",
-            ids,
-        )
-
     def _marked_quarters(self):
         quarters, bad = {}, []
         for vertex, angle in self.cone_angles.items():
             quarter = angle / (math.pi / 2)
+            on_boundary = self.boundary_vertices[vertex]
+            if on_boundary and self.boundary == "free":
+                continue
             if abs(quarter - round(quarter)) > ROUNDING or round(quarter) < 1:
                 bad.append(vertex)
-            elif round(quarter) != 4:
+            elif on_boundary or round(quarter) != 4:
                 quarters[vertex] = round(quarter)
         if bad:
             ids = self.snapshot.vertex_ids[bad]
@@ -149,6 +156,8 @@ class SeamlessTask(parts.PartsTask):
         lefts = []
         for triangles in components:
             part, used = self.snapshot.part(triangles)
+            if self.boundary_vertices[used].any():
+                continue  # a boundary bends as it must; the solver says where corners cannot be
             angles = np.array([self.quarters.get(v, 4) for v in used.tolist()]) * (math.pi / 2)
             flat = np.zeros(len(used), bool)
             lefts.append((triangles, cone_sums.curvature_left(part, angles, flat)))
@@ -182,8 +191,8 @@ def in_unit_square(uv: np.ndarray) -> np.ndarray:
 
 
 def make_task(snapshot, **options) -> SeamlessTask:
-    marked, _ = cone_sums.marked(bpy.data.objects[snapshot.object_name], snapshot)
-    return SeamlessTask(snapshot, marked, **options)
+    marked, boundary = cone_sums.marked(bpy.data.objects[snapshot.object_name], snapshot)
+    return SeamlessTask(snapshot, marked, boundary, **options)
 
 
 def summary(tasks: list[SeamlessTask]) -> str:
@@ -212,12 +221,21 @@ class UV_OT_flipfree_seamless(options.MapOperator, bpy.types.Operator):
     bl_idname = "uv.flipfree_seamless"
     bl_label = "Seamless Map"
     bl_description = (
-        "Map a closed surface so that across every seam the map only turns by quarters and moves: textures with fourfold "
+        "Map a surface so that across every seam the map only turns by quarters and moves: textures with fourfold "
         "symmetry keep their direction and size. The cut is marked as seams"
     )
     bl_options = {"REGISTER", "UNDO"}
     verb = "Seamless Map"
-    option_names = ("cones_from", "bound", "optimise", "fit", "mark_cuts", "mark_cones", "engine")
+    option_names = (
+        "cones_from",
+        "bound",
+        "boundary",
+        "optimise",
+        "fit",
+        "mark_cuts",
+        "mark_cones",
+        "engine",
+    )
 
     cones_from: bpy.props.EnumProperty(
         name="Cones",
@@ -231,6 +249,12 @@ class UV_OT_flipfree_seamless(options.MapOperator, bpy.types.Operator):
         default=2.0,
         min=1.01,
         soft_max=100.0,
+    )
+    boundary: bpy.props.EnumProperty(
+        name="Boundary",
+        description="Where the surface is open",
+        items=BOUNDARIES,
+        default="aligned",
     )
     optimise: bpy.props.BoolProperty(
         name="Optimise",

@@ -197,6 +197,10 @@ def test_seamless_maps_a_file_and_says_what_it_refuses(tmp_path, bumpy_obj):
     bpy.ops.wm.open_mainfile(filepath=str(out))
     (ob,) = (ob for ob in bpy.data.objects if ob.type == "MESH")
     assert shapes.exact_flips(ob) == 0 and "seam_turns" in ob.data.attributes
-    refused = command("seamless", bumpy_obj, tmp_path / "no.obj")
-    assert refused.returncode == 1 and "closed surfaces" in refused.stderr
-    assert not (tmp_path / "no.obj").exists()
+    sheet = command("seamless", bumpy_obj, tmp_path / "sheet.obj", "--boundary", "free")
+    assert sheet.returncode == 0, sheet.stdout + sheet.stderr
+    ob.vertex_groups.new(name="Cone +1").add([0], 1.0, "REPLACE")
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
+    refused = command("seamless", path, tmp_path / "no.blend")
+    assert refused.returncode == 1 and "quarter turns" in refused.stderr
+    assert not (tmp_path / "no.blend").exists()

@@ -173,28 +173,6 @@ def test_cones_that_do_not_sum_up_are_suggested():
     assert bpy.ops.uv.flipfree_conformal() == {"FINISHED"}
 
 
-def open_box():
-    """A cube without its upper face."""
-    ob = shapes.cube()
-    bpy.ops.object.mode_set(mode="EDIT")
-    top = max(ob.data.polygons, key=lambda p: p.center.z).index
-    shapes.select_faces(ob, [top])
-    mesh.delete(type="ONLY_FACE")
-    bpy.ops.object.mode_set(mode="OBJECT")
-    return ob
-
-
-def test_an_open_surface_is_filled_where_it_failed():
-    ob = open_box()
-    with pytest.raises(RuntimeError, match="on one side only(.|\n)*Fill"):
-        bpy.ops.uv.flipfree_seamless()
-    assert bpy.ops.uv.flipfree_select_failed() == {"FINISHED"}
-    assert mesh.edge_face_add() == {"FINISHED"}
-    bpy.ops.object.mode_set(mode="OBJECT")
-    assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
-    assert shapes.exact_flips(ob) == 0
-
-
 def test_cones_that_no_seamless_map_has_are_marked_anew():
     ob = shapes.cube()
     ob.data.attributes.new("cone_angle", "FLOAT", "POINT").data[2].value = 1.0

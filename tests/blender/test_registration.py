@@ -58,6 +58,7 @@ OPTIONS = {
     "flipfree_seamless": {
         "cones_from",
         "bound",
+        "boundary",
         "optimise",
         "fit",
         "mark_cuts",
