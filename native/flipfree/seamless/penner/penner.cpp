@@ -91,7 +91,7 @@ PennerMap attempt_component(const mesh::Surface& surface, const std::vector<Inde
     const ProgressRange range(context, 0.0, 0.7);
     PennerOptions metric = options.metric;
     metric.max_seconds = 0.0;  // a limit of the whole call is in force already
-    solved = compute_penner_metric(surface, cones, loops, metric, context);
+    solved = options.solver(surface, cones, loops, metric, context);
   }
   attempt = solved.attempt;
   std::vector<double> angles = solved.angles;

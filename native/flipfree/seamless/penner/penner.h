@@ -6,6 +6,7 @@
 // translation up to `seam_error`. Making them agree exactly, in 32 bits too, is the next stage's.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -18,8 +19,15 @@
 
 namespace flipfree::seamless {
 
+// Finds the metric of one connected surface: compute_penner_metric(), or another engine's.
+using MetricSolver =
+    std::function<PennerMetric(const mesh::Surface& surface, const std::vector<Index>& cones,
+                               const std::optional<std::vector<LoopTurn>>& loops,
+                               const PennerOptions& options, ExecutionContext& context)>;
+
 struct PennerMapOptions {
-  PennerOptions metric;   // its max_seconds are those of the whole map
+  PennerOptions metric;  // its max_seconds are those of the whole map
+  MetricSolver solver = compute_penner_metric;
   IndexPairs uncuttable;  // edges that the cut avoids: diagonals of polygons
   std::int64_t max_crossings = 20'000'000;
 };

@@ -112,8 +112,12 @@ class Solver {
     }
   }
 
-  PennerMetric run(const std::optional<std::vector<LoopTurn>>& given) {
+  // `start_metric`: null, or one to be finished.
+  PennerMetric run(const std::optional<std::vector<LoopTurn>>& given,
+                   ConformalMetric* start_metric) {
     PennerMetric result;
+    if (start_metric != nullptr) result.metric = std::move(*start_metric);
+    finishing_ = start_metric != nullptr;
     result.angles = targets_.vertex_angle;
     if (given && setup_.mesh.symmetric()) {
       throw_invalid(ErrorCode::kBadOption,
@@ -131,7 +135,7 @@ class Solver {
     start(result, loops, given.has_value());
     // Cones that are met leave the loops of a torus without cones no choice; nor those of a tube.
     const bool flat = genus_ == 1 && !free_ && cones_of_double(cones_, setup_).empty();
-    if (!result.loops.empty() && !flat) reach_turns(result, loops);
+    if (!result.loops.empty() && (!flat || finishing_)) reach_turns(result, loops);
     if (!flat) relax(result, loops);
     finish(result, loops);
     return result;
@@ -164,8 +168,10 @@ class Solver {
     const Stopwatch watch;
     conformal::MetricOptions options;
     options.tolerance = options_.tolerance;
-    result.metric =
-        conformal::compute_conformal_metric(surface_, targets_.vertex_angle, options, context_);
+    if (!finishing_) {
+      result.metric =
+          conformal::compute_conformal_metric(surface_, targets_.vertex_angle, options, context_);
+    }
     result.conformal_iterations = result.metric.iterations;
     result.conformal_flips = result.metric.flips.size();
     carry(result.metric.flips, loops, context_);
@@ -178,6 +184,7 @@ class Solver {
       for (const LoopTurn& loop : result.loops) turns_.front().push_back(loop.quarter_turns);
     } else {
       turns_ = turns_near(result);
+      if (finishing_) turns_.resize(1);
     }
     aim_at(turns_.front(), result);
     result.metric.stats["seconds_conformal"] = watch.seconds();
@@ -220,7 +227,7 @@ class Solver {
   void reach_turns(PennerMetric& result, intrinsic::LoopCarrier& loops) {
     const Stopwatch watch;
     const std::pair<PennerMetric, intrinsic::LoopCarrier> start(result, loops);
-    const auto attempts = static_cast<int>(2 * turns_.size());
+    const auto attempts = finishing_ ? 1 : static_cast<int>(2 * turns_.size());
     for (int i = options_.first_attempt; i < attempts && last_.end != PennerEnd::kConverged; ++i) {
       const int iterations = result.iterations;
       std::tie(result, loops) = start;
@@ -361,8 +368,9 @@ class Solver {
   const PennerOptions& options_;
   ExecutionContext& context_;
   intrinsic::IntrinsicSetup setup_;
-  Index genus_ = 0;    // of the double cover, if the surface has a boundary
-  bool free_ = false;  // is its boundary
+  Index genus_ = 0;         // of the double cover, if the surface has a boundary
+  bool free_ = false;       // is its boundary
+  bool finishing_ = false;  // a metric that was given
   PennerTargets targets_;
   std::vector<std::vector<Index>> turns_;  // to be tried
   PennerRun last_;
@@ -375,7 +383,16 @@ PennerMetric compute_penner_metric(const mesh::Surface& surface, const std::vect
                                    const PennerOptions& options, ExecutionContext& context) {
   return in_time(context, options.max_seconds, "The seamless metric was not reached",
                  "or spread the curvature over more vertices",
-                 [&] { return Solver(surface, cones, options, context).run(loops); });
+                 [&] { return Solver(surface, cones, options, context).run(loops, nullptr); });
+}
+
+PennerMetric finish_penner_metric(const mesh::Surface& surface, const std::vector<Index>& cones,
+                                  ConformalMetric start, const PennerOptions& options,
+                                  ExecutionContext& context) {
+  return in_time(context, options.max_seconds, "The seamless metric was not reached",
+                 "or spread the curvature over more vertices", [&] {
+                   return Solver(surface, cones, options, context).run(std::nullopt, &start);
+                 });
 }
 
 }  // namespace flipfree::seamless

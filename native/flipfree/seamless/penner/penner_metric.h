@@ -58,4 +58,10 @@ PennerMetric compute_penner_metric(const mesh::Surface& surface, const std::vect
                                    const std::optional<std::vector<LoopTurn>>& loops,
                                    const PennerOptions& options, ExecutionContext& context);
 
+// The same from another metric of this closed surface with these cones, whose loops turn by quarter
+// turns already, all but for its errors: what these leave is met by Newton's method, then relaxed.
+PennerMetric finish_penner_metric(const mesh::Surface& surface, const std::vector<Index>& cones,
+                                  conformal::ConformalMetric start, const PennerOptions& options,
+                                  ExecutionContext& context);
+
 }  // namespace flipfree::seamless

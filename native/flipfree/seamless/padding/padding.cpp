@@ -1,0 +1,120 @@
+#include "flipfree/seamless/padding/padding.h"
+
+#include <numbers>
+#include <optional>
+#include <utility>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/in_time.h"
+#include "flipfree/base/stats.h"
+#include "flipfree/certify/certified_map.h"
+#include "flipfree/mesh/validate.h"
+#include "flipfree/seamless/padding/geometry/padded_metric.h"
+
+namespace flipfree::seamless {
+namespace {
+
+// Steps that bring the padded metric nearer to the surface's own before each attempt to lay it out,
+// and how near is enough for the first.
+constexpr int kNearSteps = 12;
+constexpr double kNearEnough = 2.0;
+
+void add_figures(const PaddedMetric& metric, Stats& stats) {
+  stats["padding_components"] = static_cast<std::int64_t>(metric.components);
+  stats["padding_segments"] = static_cast<std::int64_t>(metric.segments);
+  stats["padding_bits"] = static_cast<std::int64_t>(metric.bits);
+  stats["padding_scale_range"] = metric.scale_range;
+  stats["padding_width"] = metric.largest_width;
+  stats["padding_near_steps"] = static_cast<std::int64_t>(metric.steps);
+  stats["padding_energy"] = metric.energy;
+}
+
+// The metrics of one component after the other, asked for once for each attempt to lay it out.
+class Solver {
+ public:
+  Solver(RefinedPieces& pieces, Stats& stats) : pieces_(pieces), stats_(stats) {}
+
+  PennerMetric operator()(const mesh::Surface& component, const std::vector<Index>& cones,
+                          const PennerOptions& options, ExecutionContext& context) {
+    if (component_ != &component) {
+      component_ = &component;
+      padded_.reset();
+      ++piece_;
+    }
+    AdmissibleCut& cut = pieces_.cuts[static_cast<std::size_t>(piece_)];
+    if (cut.branches.empty()) return compute_penner_metric(component, cones, {}, options, context);
+    const bool again = padded_.has_value();
+    if (!again) {
+      cut.surface = component;  // the same faces, numbered as the vertices are there
+      padded_ = compute_padded_metric(cut, cones, context);
+    }
+    // A layout that failed asks for a metric that is nearer still.
+    come_near(cut, cones, kNearSteps, again ? 1.0 : kNearEnough, *padded_, context);
+    add_figures(*padded_, stats_);
+    PennerOptions finishing = options;
+    finishing.relaxation = 0;
+    finishing.first_attempt = 0;
+    return finish_penner_metric(component, cones, padded_->metric, finishing, context);
+  }
+
+ private:
+  RefinedPieces& pieces_;
+  Stats& stats_;
+  const mesh::Surface* component_ = nullptr;
+  Index piece_ = -1;
+  std::optional<PaddedMetric> padded_;
+};
+
+PennerMap map_in_time(const mesh::Surface& surface, const std::vector<Index>& cones,
+                      const CutMaker& make_cut, const PennerMapOptions& options,
+                      ExecutionContext& context) {
+  Stopwatch watch;
+  Stats stats;
+  RefinedPieces pieces;
+  {
+    const ProgressRange range(context, 0.0, 0.1);
+    pieces = cut_components(surface, cones, make_cut, context);
+  }
+  stats["seconds_cut"] = watch.seconds();
+  stats["cut_vertices"] =
+      static_cast<std::int64_t>(pieces.surface.vertices.rows() - surface.vertices.rows());
+  PennerMapOptions own = options;
+  own.metric.max_seconds = 0.0;
+  Solver solver(pieces, stats);
+  own.solver = [&](const mesh::Surface& component, const std::vector<Index>& own_cones,
+                   const std::optional<std::vector<LoopTurn>>&, const PennerOptions& metric,
+                   ExecutionContext& inner) { return solver(component, own_cones, metric, inner); };
+  const ProgressRange range(context, 0.1, 1.0);
+  PennerMap result = compute_penner_map(pieces.surface, pieces.cones, std::nullopt, own, context);
+  certify::Parametrization& map = result.map;
+  result.loops.clear();  // they are of the refined faces
+  name_input_places(surface, pieces, map);
+  certify::CertifyRequest request;
+  for (std::size_t v = 0; v < cones.size(); ++v) {
+    if (cones[v] != 4) {
+      request.cone_angles.emplace_back(static_cast<VertexId>(v), cones[v] * 0.5 * std::numbers::pi);
+    }
+  }
+  certify::certify_map(map, surface, request, context);
+  map.stats.merge(stats);
+  map.stats["added_vertices"] =
+      static_cast<std::int64_t>(map.surface.vertices.rows() - surface.vertices.rows());
+  return result;
+}
+
+}  // namespace
+
+PennerMap compute_padding_map(const mesh::Surface& surface, const std::vector<Index>& cones,
+                              const CutMaker& make_cut, const PennerMapOptions& options,
+                              ExecutionContext& context) {
+  mesh::ValidateOptions rules;
+  rules.allow_isolated_vertices = false;
+  mesh::validate(surface, rules, context);
+  if (cones.size() != static_cast<std::size_t>(surface.vertices.rows()))
+    throw_invalid(ErrorCode::kBadShape, "cones need one number per vertex.");
+  return in_time(context, options.metric.max_seconds, "The seamless map was not reached",
+                 "or spread the curvature over more vertices",
+                 [&] { return map_in_time(surface, cones, make_cut, options, context); });
+}
+
+}  // namespace flipfree::seamless

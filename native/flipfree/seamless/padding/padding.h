@@ -1,0 +1,31 @@
+// The engine "padding" (thesis 5): a seamless map in doubles from cones, up to the rounding of its
+// metric; always there, whatever the genus.
+//
+//   make_admissible_cut()    cut into disks with right-angled corners   topology/topology.h
+//   compute_padded_metric()  rectilinear metrics, padded and glued      geometry/padded_metric.h
+//   finish_penner_metric()   rounding removed, then relaxed             penner/penner_metric.h
+//   then overlay and layout as of the engine "penner"                   penner/penner.h
+//
+// The map is one of the surface as the cut refined it, refined further where a triangle would flip.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/mesh/surface.h"
+#include "flipfree/seamless/padding/geometry/refined_pieces.h"
+#include "flipfree/seamless/penner/penner.h"
+
+namespace flipfree::seamless {
+
+// `cones`: quarter turns per vertex, 4 where it is flat. options.solver is not looked at. Surfaces
+// of genus 0 have their conformal metric. Stats: those of compute_penner_map(),
+// "padding_components" (pieces of the cut), "padding_segments", "padding_bits" and
+// "padding_scale_range" (of the pieces' metrics), "padding_width" (largest, over the longest
+// segment), "padding_flips", "cut_vertices" (that the cut added). Errors: as compute_penner_map(),
+// NotConverged where the cut or a piece's metric is not reached.
+PennerMap compute_padding_map(const mesh::Surface& surface, const std::vector<Index>& cones,
+                              const CutMaker& make_cut, const PennerMapOptions& options,
+                              ExecutionContext& context);
+
+}  // namespace flipfree::seamless

@@ -1,0 +1,97 @@
+// The engine "padding" from cones to maps.
+#include "flipfree/seamless/padding/padding.h"
+
+#include <gtest/gtest.h>
+
+#include "flipfree/base/error.h"
+#include "flipfree/seamless/padding/topology/topology.h"
+#include "seamless/padding/geometry/hand_cuts.h"
+
+namespace flipfree::seamless {
+namespace {
+
+PennerMap solve(const mesh::Surface& surface, const std::vector<Index>& cones) {
+  ExecutionContext context;
+  return compute_padding_map(surface, cones, make_admissible_cut, {}, context);
+}
+
+std::vector<Index> spread_cones(const mesh::Surface& surface, Index genus, Index count) {
+  std::vector<Index> cones(static_cast<std::size_t>(surface.vertices.rows()), 4);
+  const Index sharp = (count + 8 - 8 * genus) / 2;
+  const std::size_t stride = cones.size() / static_cast<std::size_t>(count);
+  for (Index i = 0; i < count; ++i) cones[static_cast<std::size_t>(i) * stride] = i < sharp ? 3 : 5;
+  return cones;
+}
+
+void expect_map(const PennerMap& result) {
+  EXPECT_EQ(result.map.certificate.flips64, 0);
+  EXPECT_TRUE(result.map.certificate.ok);
+  EXPECT_LE(result.seam_error, 1e-10);
+}
+
+TEST(PaddingMap, TorusWithoutConesAndWithTwoAndSix) {
+  const mesh::Surface surface = test::torus(16, 12);
+  std::vector<Index> cones(192, 4);
+  expect_map(solve(surface, cones));
+  cones[20] = 2;
+  cones[120] = 6;
+  expect_map(solve(surface, cones));
+}
+
+TEST(PaddingMap, CutDrawnByHand) {
+  const test::ConedCut coned = test::digon_cut();
+  ExecutionContext context;
+  mesh::Provenance own;
+  for (FaceId f = 0; f < static_cast<FaceId>(coned.cut.surface.faces.rows()); ++f)
+    own.face.push_back(f);
+  own.vertex.resize(256);
+  const PennerMap result = compute_padding_map(
+      coned.cut.surface, coned.cones,
+      [&](const mesh::Surface&, const std::vector<Index>&, ExecutionContext&) {
+        AdmissibleCut cut = coned.cut;
+        cut.provenance = own;
+        return cut;
+      },
+      {}, context);
+  expect_map(result);
+  EXPECT_EQ(std::get<std::int64_t>(result.map.stats.at("padding_components")), 2);
+  EXPECT_EQ(std::get<std::int64_t>(result.map.stats.at("cut_vertices")), 0);
+}
+
+TEST(PaddingMap, GenusZeroIsItsConformalMap) {
+  const mesh::Surface surface = test::sphere(20, 14);
+  expect_map(solve(surface, spread_cones(surface, 0, 8)));
+}
+
+TEST(PaddingMap, GenusTwoAndThree) {
+  for (const Index genus : {2, 3}) {
+    const mesh::Surface surface = test::perforated_plate(genus, 3);
+    expect_map(solve(surface, spread_cones(surface, genus, 8 * genus)));
+  }
+}
+
+TEST(PaddingMap, ComponentsLieBesideEachOther) {
+  mesh::Surface both = test::torus(14, 10);
+  const auto count = static_cast<Index>(both.vertices.rows());
+  const Triangles one = both.faces;
+  const Points3 places = both.vertices;
+  both.vertices.resize(2 * count, 3);
+  both.vertices << places, places.array() + 5.0;
+  both.faces.resize(2 * one.rows(), 3);
+  both.faces << one, one.array() + count;
+  expect_map(solve(both, std::vector<Index>(static_cast<std::size_t>(2 * count), 4)));
+}
+
+TEST(PaddingMap, ImpossibleConesAreRefused) {
+  const mesh::Surface surface = test::torus(12, 9);
+  std::vector<Index> cones(108, 4);
+  cones[3] = 3;
+  EXPECT_THROW(solve(surface, cones), Infeasible);
+  cones[50] = 5;
+  EXPECT_THROW(solve(surface, cones), Infeasible);
+  cones.pop_back();
+  EXPECT_THROW(solve(surface, cones), InvalidInput);
+}
+
+}  // namespace
+}  // namespace flipfree::seamless
