@@ -1,9 +1,9 @@
 // From an admissible cut to a seamless metric (thesis 5.2.2 to 5.2.5, 5.4.2 to 5.4.5).
 //
-//   solve_disks()      conformal metrics, straight boundary   cut_disks.h
+//   solve_disks()      metrics with straight boundary         disks/cut_disks.h
 //   assemble()         vectors in frames along the axes       assembly.h
 //   padding_widths()   how far every segment is padded        equalize.h
-//   move_wedge()       stretch and shift                      flat_surface.h
+//   move_wedge()       stretch and shift                      plane/flat_surface.h
 //   glue(), make_delaunay()
 //
 // Deviation from the thesis: the metric is padded, not a map. A vertex of a segment moves outwards

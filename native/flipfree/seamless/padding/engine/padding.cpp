@@ -1,4 +1,4 @@
-#include "flipfree/seamless/padding/padding.h"
+#include "flipfree/seamless/padding/engine/padding.h"
 
 #include <numbers>
 #include <optional>

@@ -1,4 +1,4 @@
-#include "flipfree/seamless/padding/geometry/near_metric.h"
+#include "flipfree/seamless/padding/geometry/disks/near_metric.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "flipfree/seamless/padding/geometry/refined_pieces.h"
+#include "flipfree/seamless/padding/engine/refined_pieces.h"
 
 #include <string>
 #include <utility>

@@ -1,5 +1,5 @@
 // Pieces of a cut, each with its metric.
-#include "flipfree/seamless/padding/geometry/cut_disks.h"
+#include "flipfree/seamless/padding/geometry/disks/cut_disks.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
-#include "flipfree/seamless/padding/geometry/cut_disks.h"
+#include "flipfree/seamless/padding/geometry/disks/cut_disks.h"
 
 #include <numbers>
 #include <utility>
 
 #include "flipfree/base/context.h"
-#include "flipfree/seamless/padding/geometry/disk_metric.h"
+#include "flipfree/seamless/padding/geometry/disks/disk_metric.h"
 
 namespace flipfree::seamless {
 namespace {

@@ -1,5 +1,5 @@
 // Disks with straight boundary: the angles are met, near to the disk's own metric.
-#include "flipfree/seamless/padding/geometry/disk_metric.h"
+#include "flipfree/seamless/padding/geometry/disks/disk_metric.h"
 
 #include <gtest/gtest.h>
 

@@ -13,7 +13,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/mesh/surface.h"
-#include "flipfree/seamless/padding/geometry/refined_pieces.h"
+#include "flipfree/seamless/padding/engine/refined_pieces.h"
 #include "flipfree/seamless/penner/penner.h"
 
 namespace flipfree::seamless {

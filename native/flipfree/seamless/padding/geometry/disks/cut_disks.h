@@ -7,7 +7,7 @@
 #include "flipfree/base/context.h"
 #include "flipfree/conformal/metric/metric.h"
 #include "flipfree/mesh/cut_graph/cut.h"
-#include "flipfree/seamless/padding/geometry/half_triangulation.h"
+#include "flipfree/seamless/padding/geometry/disks/half_triangulation.h"
 #include "flipfree/seamless/padding/segments.h"
 
 namespace flipfree::seamless {

@@ -1,5 +1,5 @@
 // Vectors of wide numbers: quarter turns without rounding.
-#include "flipfree/seamless/padding/geometry/wide_plane.h"
+#include "flipfree/seamless/padding/geometry/plane/wide_plane.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Bringing a metric nearer to that of the input.
-#include "flipfree/seamless/padding/geometry/near_metric.h"
+#include "flipfree/seamless/padding/geometry/disks/near_metric.h"
 
 #include <gtest/gtest.h>
 

@@ -15,7 +15,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/intrinsic/flip_mesh.h"
-#include "flipfree/seamless/padding/geometry/wide_plane.h"
+#include "flipfree/seamless/padding/geometry/plane/wide_plane.h"
 
 namespace flipfree::seamless {
 

@@ -19,7 +19,7 @@
 #include "flipfree/intrinsic/flip_mesh.h"
 #include "flipfree/intrinsic/flipped_metric.h"
 #include "flipfree/mesh/adjacency.h"
-#include "flipfree/seamless/padding/geometry/wide_plane.h"
+#include "flipfree/seamless/padding/geometry/plane/wide_plane.h"
 
 namespace flipfree::seamless {
 

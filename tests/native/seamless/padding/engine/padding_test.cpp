@@ -1,5 +1,5 @@
 // The engine "padding" from cones to maps.
-#include "flipfree/seamless/padding/padding.h"
+#include "flipfree/seamless/padding/engine/padding.h"
 
 #include <gtest/gtest.h>
 
@@ -41,15 +41,18 @@ TEST(PaddingMap, TorusWithoutConesAndWithTwoAndSix) {
 TEST(PaddingMap, CutDrawnByHand) {
   const test::ConedCut coned = test::digon_cut();
   ExecutionContext context;
-  mesh::Provenance own;
-  for (FaceId f = 0; f < static_cast<FaceId>(coned.cut.surface.faces.rows()); ++f)
-    own.face.push_back(f);
-  own.vertex.resize(256);
   const PennerMap result = compute_padding_map(
       coned.cut.surface, coned.cones,
-      [&](const mesh::Surface&, const std::vector<Index>&, ExecutionContext&) {
+      // The same faces; vertices may be numbered anew.
+      [&](const mesh::Surface& surface, const std::vector<Index>&, ExecutionContext&) {
         AdmissibleCut cut = coned.cut;
-        cut.provenance = own;
+        cut.surface = surface;
+        cut.provenance.vertex.resize(static_cast<std::size_t>(surface.vertices.rows()));
+        for (CornerId c = 0; c < static_cast<CornerId>(surface.faces.size()); ++c) {
+          if (c % 3 == 0) cut.provenance.face.push_back(c / 3);
+          cut.provenance.vertex[static_cast<std::size_t>(surface.faces(c / 3, c % 3))] = {
+              c / 3, Vector3::Unit(c % 3)};
+        }
         return cut;
       },
       {}, context);
@@ -63,11 +66,9 @@ TEST(PaddingMap, GenusZeroIsItsConformalMap) {
   expect_map(solve(surface, spread_cones(surface, 0, 8)));
 }
 
-TEST(PaddingMap, GenusTwoAndThree) {
-  for (const Index genus : {2, 3}) {
-    const mesh::Surface surface = test::perforated_plate(genus, 3);
-    expect_map(solve(surface, spread_cones(surface, genus, 8 * genus)));
-  }
+TEST(PaddingMap, TorusWithEightCones) {
+  const mesh::Surface surface = test::torus(20, 12);
+  expect_map(solve(surface, spread_cones(surface, 1, 8)));
 }
 
 TEST(PaddingMap, ComponentsLieBesideEachOther) {

@@ -1,5 +1,5 @@
 // Surfaces of several components, cut one by one.
-#include "flipfree/seamless/padding/geometry/refined_pieces.h"
+#include "flipfree/seamless/padding/engine/refined_pieces.h"
 
 #include <gtest/gtest.h>
 

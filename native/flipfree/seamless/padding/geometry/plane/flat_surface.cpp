@@ -1,4 +1,4 @@
-#include "flipfree/seamless/padding/geometry/flat_surface.h"
+#include "flipfree/seamless/padding/geometry/plane/flat_surface.h"
 
 #include <algorithm>
 #include <cmath>
@@ -165,22 +165,6 @@ void move_wedge(FlatSurface& surface, HalfedgeId first, const WideVector& shift,
     }
     if (in_the_way == kInvalid) break;
     const EdgeId e = in_the_way >> 1;
-    if (surface.fixed[at(e)] || intrinsic::is_glued_to_itself(surface.mesh, e)) {
-      printf("stuck now %g soonest %g flips %zu wedge %zu shift %g %g\n", now.to_double(),
-             soonest.to_double(), flips, wedge.size(), shift.x.to_double(), shift.y.to_double());
-      for (auto& c : wedge) {
-        MovingFace f(surface, wedge, c.h);
-        printf(" h %d origin %d->%d apex %d fixed %d%d%d a %g b %g c %g end %g v (%g %g) (%g %g)\n",
-               c.h, surface.mesh.origin_of(c.h), surface.mesh.target(c.h),
-               surface.mesh.origin_of(surface.mesh.previous(c.h)), surface.fixed[at(c.h >> 1)],
-               surface.fixed[at(surface.mesh.next_of(c.h) >> 1)],
-               surface.fixed[at(surface.mesh.previous(c.h) >> 1)], f.a.to_double(), f.b.to_double(),
-               f.c.to_double(), f.end(now).to_double(), surface.vector[at(c.h)].x.to_double(),
-               surface.vector[at(c.h)].y.to_double(),
-               surface.vector[at(surface.mesh.next_of(c.h))].x.to_double(),
-               surface.vector[at(surface.mesh.next_of(c.h))].y.to_double());
-      }
-    }
     if (surface.fixed[at(e)] || intrinsic::is_glued_to_itself(surface.mesh, e))
       throw_stuck("a vertex met the boundary on its way");
     now = soonest;

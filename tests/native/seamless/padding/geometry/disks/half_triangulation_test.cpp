@@ -1,11 +1,11 @@
 // Halves of double covers: triangulations of the disk alone, with a way back to its own.
-#include "flipfree/seamless/padding/geometry/half_triangulation.h"
+#include "flipfree/seamless/padding/geometry/disks/half_triangulation.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "flipfree/seamless/padding/geometry/cut_disks.h"
+#include "flipfree/seamless/padding/geometry/disks/cut_disks.h"
 #include "seamless/padding/geometry/hand_cuts.h"
 
 namespace flipfree::seamless {

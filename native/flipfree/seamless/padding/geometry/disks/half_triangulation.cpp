@@ -1,4 +1,4 @@
-#include "flipfree/seamless/padding/geometry/half_triangulation.h"
+#include "flipfree/seamless/padding/geometry/disks/half_triangulation.h"
 
 #include <queue>
 #include <string>

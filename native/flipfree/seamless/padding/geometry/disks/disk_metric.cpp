@@ -1,4 +1,4 @@
-#include "flipfree/seamless/padding/geometry/disk_metric.h"
+#include "flipfree/seamless/padding/geometry/disks/disk_metric.h"
 
 #include <optional>
 #include <utility>
@@ -6,7 +6,7 @@
 #include "flipfree/conformal/engine/engine.h"
 #include "flipfree/conformal/metric/metric.h"
 #include "flipfree/conformal/metric/newton.h"
-#include "flipfree/seamless/padding/geometry/near_metric.h"
+#include "flipfree/seamless/padding/geometry/disks/near_metric.h"
 #include "flipfree/seamless/penner/penner_newton.h"
 #include "flipfree/seamless/penner/shortest_newton.h"
 
