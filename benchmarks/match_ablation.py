@@ -49,15 +49,15 @@ PROTOCOL = (
 )
 #: The groups of cases in which a device is asked for at all.
 GROUPS = {
-    "walk": ("outline", "few free"),
-    "film": ("outline", "hilbert"),
-    "film overlay": ("outline", "hilbert"),
+    "continuation": ("outline", "few free"),
+    "homotopy": ("outline", "hilbert"),
+    "outline overlay": ("outline", "hilbert"),
     "matchmaker": ("outline", "free", "circle", "hilbert"),
     "coarse": ("large free", "large outline"),
     "planned": ("circle", "large outline"),
     "arms": ("free", "few free", "large free"),
     "pull": ("free", "few free", "circle", "one-to-one", "shape pins"),
-    "roomy metric": ("circle", "large outline"),
+    "equal-area metric": ("circle", "large outline"),
     "simplify plane": ("circle", "large outline"),
     "straighten": ("outline", "free", "circle", "hilbert"),
     "untangle": ("outline", "free", "few free", "circle", "hilbert", "matchmaker"),

@@ -25,10 +25,6 @@ REASON = re.compile(r"^(?://|#|\"\"\"|)\s*Long(?: file)?:", re.MULTILINE)
 HEAD = 40  # lines
 # Modules without a test file of their own; a list to shrink. Room: modules.
 UNTESTED = {
-    "conformal/cones": "cone_placement cone_rounding",
-    "conformal/engine": "engine_double engine_mpfr",
-    "conformal/map": "map_failure",
-    "conformal/metric": "newton precision_ladder refined_metric",
     "distortion/seams": "exact_grid grid_repair seam_system",
     "distortion/seams/eliminate": "cut_map",
     "intrinsic": "flipped_metric",
@@ -37,17 +33,13 @@ UNTESTED = {
     "intrinsic/loops": "loop_carrier",
     "intrinsic/overlay": "overlay_straight overlay_trace",
     "intrinsic/refined_start": "signpost_triangulation split_surface",
-    "matchmaker/at_once": "planned_walk",
     "matchmaker/finish": "ease settle",
     "matchmaker/overlay": "shore",
-    "matchmaker/patches": "build_target embed_patches pipeline",
+    "matchmaker/patches": "build_target embed_patches matchmaker_pp",
     "matchmaker/request": "constraints",
     "matchmaker/start": "compose",
-    "matchmaker/take_back": "coarsen remove_vertex straighten",
     "matchmaker/target": "carry embedded_domain",
-    "matchmaker/walk": "coarse_walk creases",
-    "matchmaker/ways": "filmed guaranteed problem walked",
-    "mesh/files": "openmesh_reader plain_obj plain_off plain_ply plain_stl read_mesh text write_mesh",
+    "matchmaker/continuation": "creases",
     "seamless": "seams",
     "seamless/penner": "penner_newton penner_system shortest_newton shortest_system",
 }

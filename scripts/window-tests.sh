@@ -1,12 +1,13 @@
 #!/bin/bash
 # Runs the tests that need a window, on a virtual screen with software GL.
 #
-#   scripts/window-tests.sh BLENDER NAME [SHOTS]
+#   scripts/window-tests.sh BLENDER NAME [SHOTS [WORD ...]]
 #
 # Uses the profile that scripts/blender-tests.sh made for NAME; report in build/reports/NAME-window.xml. SHOTS: folder for pictures.
+# WORDs: only tests with one of them in their names.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-blender=$(realpath -s "${1:?usage: window-tests.sh BLENDER NAME [SHOTS]}")
+blender=$(realpath -s "${1:?usage: window-tests.sh BLENDER NAME [SHOTS [WORD ...]]}")
 name=${2:?usage: window-tests.sh BLENDER NAME [SHOTS]}
 shots=${3:-}
 report=$PWD/build/reports/$name-window.xml
@@ -19,4 +20,4 @@ fi
 [ -z "$shots" ] || { mkdir -p "$shots"; shots=$(realpath "$shots"); }
 export BLENDER_USER_RESOURCES=$PWD/build/profile-$name PYTHONDONTWRITEBYTECODE=1 LIBGL_ALWAYS_SOFTWARE=1
 timeout 400 xvfb-run -a -s "-screen 0 1280x800x24" "$blender" -p 0 0 1280 800 --enable-event-simulate \
-  --python tests/blender/window/session.py -- "$report" ${shots:+"$shots"}
+  --python tests/blender/window/session.py -- "$report" ${shots:+"$shots"} "${@:4}"

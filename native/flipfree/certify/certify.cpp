@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure/elements.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/base/tolerances.h"
@@ -107,7 +108,7 @@ struct Certifier {
   void fail(const std::string& sentence, const std::vector<FaceId>& faces) {
     certificate.failures.push_back(sentence);
     for (const FaceId f : faces) {
-      if (certificate.failed_faces.size() >= 1000) break;
+      if (certificate.failed_faces.size() >= kMostElements) break;
       certificate.failed_faces.push_back(f);
     }
   }

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure/elements.h"
 #include "flipfree/distortion/minimize/boundary_grid.h"
 #include "flipfree/distortion/minimize/minimizer.h"
 #include "flipfree/numeric/predicates.h"
@@ -273,19 +274,17 @@ class Repair {
   std::vector<std::vector<Index>> edges_at_;
 };
 
-[[noreturn]] void give_up(std::vector<FaceId> bad, const std::vector<VertexId>& seeds) {
+[[noreturn]] void give_up(const std::vector<FaceId>& bad, const std::vector<VertexId>& seeds) {
   const std::string what = bad.empty() ? std::string("The boundary meets itself")
                                        : std::to_string(bad.size()) + " triangles flip or collapse";
   const ElementKind kind = bad.empty() ? ElementKind::kVertex : ElementKind::kFace;
-  std::vector<Index> elements = bad.empty() ? seeds : std::move(bad);
-  if (elements.size() > 1000) elements.resize(1000);
   throw_not_converged(
       ErrorCode::kRoundingFlips,
       what +
           ", when the map is rounded to the 32-bit values that are stored, and no 32-bit points "
           "near by "
           "avoid it. Cut the chart into smaller ones, or enlarge its smallest parts.",
-      kind, std::move(elements));
+      kind, first_elements(bad.empty() ? seeds : bad));
 }
 
 // Exact predicates know no infinity.

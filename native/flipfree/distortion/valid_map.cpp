@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure/elements.h"
 #include "flipfree/certify/measures/flips.h"
 #include "flipfree/mesh/validate.h"
 
@@ -21,15 +22,14 @@ void require_valid_map(const mesh::Surface& surface, const Points2& corner_uv,
                        const ExecutionContext& context) {
   mesh::validate(surface, {}, context);
   require_corner_uv(surface, corner_uv);
-  std::vector<FaceId> flipped = certify::flipped_faces(corner_uv);
+  const std::vector<FaceId> flipped = certify::flipped_faces(corner_uv);
   if (flipped.empty()) return;
   const std::string what =
       (flipped.size() == 1 ? "1 triangle of the map is"
                            : std::to_string(flipped.size()) + " triangles of the map are") +
       " flipped, collapsed or not finite, the first is face " + std::to_string(flipped.front()) +
       ". Unwrap the mesh first.";
-  if (flipped.size() > 1000) flipped.resize(1000);
-  throw_invalid(ErrorCode::kFlippedMap, what, ElementKind::kFace, std::move(flipped));
+  throw_invalid(ErrorCode::kFlippedMap, what, ElementKind::kFace, first_elements(flipped));
 }
 
 }  // namespace flipfree::distortion

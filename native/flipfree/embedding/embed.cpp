@@ -9,6 +9,7 @@
 
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure/give_up.h"
 #include "flipfree/embedding/chords.h"
 #include "flipfree/embedding/disk/require_disk.h"
 #include "flipfree/embedding/progressive/planar_map.h"
@@ -143,16 +144,15 @@ class Ladder {
   // the previous map in uv_, bad_.
   bool schnyder() {
     Stopwatch watch;
-    Points2 uv;
     const ProgressRange range(context_, kTutteShare, kSchnyderShare);
     nothing_from_ = kSchnyderShare;
     const TimeLimit limit(context_, kShareOfTime * context_.seconds_left());
     context_.report("Schnyder drawing", 0.1);
-    try {
-      uv = schnyder_embedding(result_.faces, vertex_count_, loop_, boundary_, context_);
-    } catch (const NotConverged&) {
-      return false;  // weights beyond the range of double
-    }
+    Outcome<Points2> drawn = attempt([&] {
+      return schnyder_embedding(result_.faces, vertex_count_, loop_, boundary_, context_);
+    });
+    if (!drawn) return false;  // weights beyond the range of double
+    Points2 uv = std::move(*drawn);
     PlanarMap map = start_map(uv);
     Size bad = count_bad(map);
     if (bad > 0 && options_.float32) {
@@ -184,12 +184,9 @@ class Ladder {
 
   // A start from nothing must get its turn.
   bool schnyder_in_its_share() {
-    try {
-      return schnyder();
-    } catch (const TimeIsOver&) {
-      context_.check();
-      return false;
-    }
+    bool valid = false;
+    ended_in_share(context_, [&] { valid = schnyder(); });
+    return valid;
   }
 
   bool repair() {
@@ -199,34 +196,33 @@ class Ladder {
     const ProgressRange range(context_, kSchnyderShare, kRepairShare);
     nothing_from_ = kRepairShare;
     const double seconds = kShareOfTime * context_.seconds_left();
-    try {
+    bool valid = false;
+    ended_in_share(context_, [&] {
       const TimeLimit limit(context_, seconds);
-      PlanarMap map = start_map(uv_);
-      ProgressiveOptions options = thorough(ProgressiveStart::kRepair);
-      options.most_repaired = kMostRepaired;
-      return finish(map, options, "repair");
-    } catch (const NotConverged&) {
-      return false;
-    } catch (const Infeasible&) {
-      return false;  // decided again, and named, where nothing else is in the way
-    } catch (const TimeIsOver&) {
-      context_.check();
-      return false;
-    }
+      // What is infeasible is decided again, and named, where nothing else is in the way.
+      const Outcome<bool> repaired = attempt_part([&] {
+        PlanarMap map = start_map(uv_);
+        ProgressiveOptions options = thorough(ProgressiveStart::kRepair);
+        options.most_repaired = kMostRepaired;
+        return finish(map, options, "repair");
+      });
+      valid = repaired && *repaired;
+    });
+    return valid;
   }
 
   void from_nothing() {
     const ProgressRange range(context_, nothing_from_, 1.0);
-    bool done = false;
-    try {
+    const auto done = [&](const ProgressiveOptions& options) {
       PlanarMap map = start_map(boundary_only());
-      done = finish(map, {.start = ProgressiveStart::kNothing}, "progressive");
-    } catch (const NotConverged&) {
+      return finish(map, options, "progressive");
+    };
+    Outcome<bool> valid = attempt([&] { return done({.start = ProgressiveStart::kNothing}); });
+    if (!valid) {
       require_room_for_all();
-      PlanarMap map = start_map(boundary_only());
-      done = finish(map, thorough(ProgressiveStart::kNothing), "progressive");
+      valid = done(thorough(ProgressiveStart::kNothing));
     }
-    if (!done) {
+    if (!*valid) {
       throw_not_converged(ErrorCode::kCertificateFailed,
                           "The embedding is not flip-free after all insertions.");
     }
@@ -234,15 +230,13 @@ class Ladder {
 
   void progressive() {
     if (options_.initial == nullptr && !options_.start_from_tutte) return from_nothing();
-    try {
+    const Outcome<bool> valid = attempt_part([&] {
       PlanarMap map = start_map(initial_or_tutte());
       stats_["tutte_flips"] = static_cast<std::int64_t>(count_bad(map));
-      if (finish(map, thorough(ProgressiveStart::kInitial), "progressive")) return;
-    } catch (const NotConverged&) {
-      stats_["restarts"] = std::int64_t{1};
-    } catch (const Infeasible&) {
-      stats_["restarts"] = std::int64_t{1};
-    }
+      return finish(map, thorough(ProgressiveStart::kInitial), "progressive");
+    });
+    if (valid && *valid) return;
+    if (!valid) stats_["restarts"] = std::int64_t{1};
     from_nothing();
   }
 

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <variant>
 
-#include "flipfree/base/error.h"
+#include "flipfree/base/failure/give_up.h"
+#include "flipfree/base/failure/translate_errors.h"
+#include "flipfree/base/in_time.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/certify/measures/energy.h"
@@ -142,13 +145,11 @@ bool make_storable(const Triangles& faces, const std::vector<VertexId>& loop, Po
   if (flips > 0) {
     // Only what flips is repaired; small triangles are the optimiser's choice.
     map.invalid_energy = HUGE_VAL;
-    try {
+    const Outcome<bool> repaired = attempt_part([&] {
       progressive_embedding(map, thorough(ProgressiveStart::kRepair), context, stats);
-    } catch (const NotConverged&) {
-      return false;
-    } catch (const Infeasible&) {
-      return false;
-    }
+      return true;
+    });
+    if (!repaired) return false;
     for (FaceId f = 0; f < faces.rows(); ++f) {
       if (!map.positive(f)) return false;
     }
@@ -162,7 +163,7 @@ namespace {
 // Lowers the distortion of `uv` with the boundary where it is, as far as time allows.
 void lower_distortion(const mesh::Surface& surface, const Boundary& boundary,
                       const EmbedSurfaceOptions& options, EmbedOptions embed,
-                      certify::Parametrization& map, Points2& uv, ExecutionContext& context) try {
+                      certify::Parametrization& map, Points2& uv, ExecutionContext& context) {
   const MapInHand embedded(context);
   const auto n = static_cast<Index>(surface.vertices.rows());
   double energy = certify::symmetric_dirichlet(map.surface, corner_uv(map.surface.faces, uv)).mean;
@@ -203,11 +204,6 @@ void lower_distortion(const mesh::Surface& surface, const Boundary& boundary,
     map.stats["optimisation_dropped"] = std::int64_t{1};
   }
   if (context.time_is_over()) map.stats["time_limit_reached"] = std::int64_t{1};
-} catch (const TimeIsOver&) {
-  map.stats["time_limit_reached"] = std::int64_t{1};
-} catch (const NotConverged& failure) {
-  // An embedding that cannot be improved is still the one that was asked for.
-  map.stats["optimise_failure"] = failure.error().message;
 }
 
 // Without vertices that were added, and faces that they are in.
@@ -222,9 +218,9 @@ Error of_input(Error error, const mesh::Surface& surface) {
   return error;
 }
 
-certify::Parametrization embed_in_time(const mesh::Surface& surface,
-                                       const EmbedSurfaceOptions& options,
-                                       ExecutionContext& context) {
+certify::Parametrization embed_within(const mesh::Surface& surface,
+                                      const EmbedSurfaceOptions& options,
+                                      ExecutionContext& context) {
   Stopwatch watch;
   context.report("checking the mesh", 0.0);
   mesh::ValidateOptions rules;
@@ -250,8 +246,16 @@ certify::Parametrization embed_in_time(const mesh::Surface& surface,
   context.check();
   set_refined(map, surface, embedding);
   Points2 uv = embedding.uv;
-  if (options.optimise && options.method != EmbedMethod::kTutte)
-    lower_distortion(surface, boundary, options, embed, map, uv, context);
+  if (options.optimise && options.method != EmbedMethod::kTutte) {
+    std::optional<Error> failure;
+    const bool in_time = ended_in_time([&] {
+      failure = failure_of(
+          [&] { lower_distortion(surface, boundary, options, embed, map, uv, context); });
+    });
+    if (!in_time) map.stats["time_limit_reached"] = std::int64_t{1};
+    // An embedding that cannot be improved is still the one that was asked for.
+    if (failure) map.stats["optimise_failure"] = failure->message;
+  }
   const Untimed finishing(context);
   map.uv = corner_uv(map.surface.faces, uv);
   map.uv32 = map.uv.cast<float>();
@@ -268,16 +272,12 @@ certify::Parametrization embed_in_time(const mesh::Surface& surface,
 
 certify::Parametrization embed_surface(const mesh::Surface& surface,
                                        const EmbedSurfaceOptions& options,
-                                       ExecutionContext& context) try {
-  const TimeLimit limit(context, limit_of(options.max_seconds));
-  return embed_in_time(surface, options, context);
-} catch (const certify::CertificateFailed&) {
-  throw;
-} catch (const NotConverged& e) {
-  throw NotConverged(of_input(e.error(), surface));
-} catch (const TimeIsOver&) {
-  if (!(options.max_seconds > 0)) throw;  // the limit is the caller's
-  throw_out_of_time("No embedding was found", options.max_seconds, "or choose a roomier polygon");
+                                       ExecutionContext& context) {
+  return in_time(context, options.max_seconds, "No embedding was found",
+                 "or choose a roomier polygon", [&] {
+                   return with_errors([&](const Error& error) { return of_input(error, surface); },
+                                      [&] { return embed_within(surface, options, context); });
+                 });
 }
 
 }  // namespace flipfree::embedding

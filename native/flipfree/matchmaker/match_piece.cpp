@@ -260,7 +260,7 @@ std::optional<std::vector<PinnedVertex>> pinned_vertices(const mesh::Surface& di
 }
 
 // Pins that shall not make the piece overlap itself: continuation of the unwrap under its boundary
-// barrier, which walking the pins does not have. No added vertex, and no guarantee: nothing if it
+// barrier, which moving the pins does not have. No added vertex, and no guarantee: nothing if it
 // stops, or its share of the time is over.
 std::optional<certify::Parametrization> unwrapped(const mesh::Surface& surface,
                                                   const std::vector<PinnedVertex>& pins,

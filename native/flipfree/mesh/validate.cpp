@@ -6,14 +6,13 @@
 #include <string>
 #include <utility>
 
+#include "flipfree/base/failure/elements.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/topology.h"
 
 namespace flipfree::mesh {
 namespace {
-
-constexpr std::size_t kMostElementsListed = 1000;
 
 // Collects the elements of one kind of defect and words them.
 struct Finding {
@@ -24,7 +23,7 @@ struct Finding {
 
   void add(std::initializer_list<Index> ids) {
     ++count;
-    if (elements.size() + ids.size() <= kMostElementsListed) elements.insert(elements.end(), ids);
+    if (elements.size() + ids.size() <= kMostElements) elements.insert(elements.end(), ids);
   }
 };
 

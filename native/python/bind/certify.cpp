@@ -68,7 +68,7 @@ void bind_certify(py::module_& module) {
             },
             threads);
       },
-      py::arg("vertices"), py::arg("faces"), py::arg("uv"), py::arg("pin_corners"),
+      py::arg("vertices"), py::arg("faces"), py::arg("uv"), py::kw_only(), py::arg("pin_corners"),
       py::arg("pin_uv"), py::arg("cone_vertices"), py::arg("cone_angles"), py::arg("loops"),
       py::arg("parent"), py::arg("require_bijective"), py::arg("require_disjoint"),
       py::arg("require_seamless"), py::arg("max_seconds"), py::arg("threads"));

@@ -115,7 +115,7 @@ void bind_conformal_map(py::module_& module) {
             },
             threads);
       },
-      py::arg("vertices"), py::arg("faces"), py::arg("bound"), py::arg("max_cones"),
+      py::arg("vertices"), py::arg("faces"), py::kw_only(), py::arg("bound"), py::arg("max_cones"),
       py::arg("quantum"), py::arg("least_angle"), py::arg("max_seconds"), py::arg("threads"));
   module.def(
       "boundary_angles",
@@ -138,8 +138,9 @@ void bind_conformal_map(py::module_& module) {
             [](const std::vector<double>& angles) -> py::object { return from_vector(angles); },
             threads);
       },
-      py::arg("vertices"), py::arg("faces"), py::arg("shape"), py::arg("cone_vertices"),
-      py::arg("cone_angles"), py::arg("corners"), py::arg("max_seconds"), py::arg("threads"));
+      py::arg("vertices"), py::arg("faces"), py::kw_only(), py::arg("shape"),
+      py::arg("cone_vertices"), py::arg("cone_angles"), py::arg("corners"), py::arg("max_seconds"),
+      py::arg("threads"));
 }
 
 }  // namespace flipfree::python

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Tests that need a window, run by a timer of a real Blender:
 
-    blender --enable-event-simulate --python session.py -- REPORT [SHOTS]
+    blender --enable-event-simulate --python session.py -- REPORT [SHOTS [WORD ...]]
 
 Each test is a generator: it yields the seconds that Blender shall go on (drawing, timers, events) before its next line. REPORT is
-a JUnit file. With SHOTS, a folder, pictures of the screen are put there (needs ImageMagick's `import`).
+a JUnit file. With SHOTS, a folder, pictures of the screen are put there (needs ImageMagick's `import`); some are those of
+docs/images. With WORDs, only tests run whose names have one of them.
 """
 
 import os
@@ -32,6 +33,7 @@ mesh_io = importlib.import_module("bl_ext.user_default.flipfree_uv.meshes.mesh_i
 arguments = sys.argv[sys.argv.index("--") + 1 :]
 REPORT = arguments[0]
 SHOTS = Path(arguments[1]) if len(arguments) > 1 else None
+WORDS = arguments[2:]
 
 
 def area_of(kind):
@@ -406,6 +408,60 @@ def test_contradictory_pins_are_selected_on_demand():
     assert shapes.selected(ob, "vertex") == [first, second]
 
 
+def test_check_selects_flipped_faces_and_improve_lowers_the_distortion():
+    show("UV Editing")
+    yield 0.5
+    ob = shapes.monkey(1)
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    good = shapes.uv_of(ob)
+    # Drawn out to the right, further the further up: stretched, not folded.
+    drawn = good * np.float32([0.7, 0.7]) + np.outer(good[:, 1] ** 2, np.float32([0.3, 0.0]))
+    folded = drawn.copy()
+    mesh = ob.data
+    corner = np.array([loop.vertex_index for loop in mesh.loops])
+    corners_of = [np.flatnonzero(corner == v) for v in range(len(mesh.vertices))]
+    once = {v for v, at in enumerate(corners_of) if len(np.unique(drawn[at], axis=0)) == 1}
+    # A dozen vertices beyond their neighbours: each folds what lies around it, nothing else.
+    for edge in list(mesh.edges)[:: len(mesh.edges) // 12]:
+        v, w = edge.vertices
+        if v in once and w in once and len(corners_of[v]) == 4:
+            here, there = drawn[corners_of[v][0]], drawn[corners_of[w][0]]
+            folded[corners_of[v]] = here + 1.7 * (there - here)
+    shapes.set_uv(ob, folded)
+    flips = shapes.exact_flips(ob)
+    assert flips > 10
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    with modal_from_the_start():
+        assert invoke("check") == {"RUNNING_MODAL"}
+        yield 0.5
+    yield from wait_for_end()
+    frame_all()
+    yield 0.5
+    shot("check_flips")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert 0 < len(shapes.selected(ob, "face")) <= 2 * flips
+    shapes.set_uv(ob, drawn)
+    assert shapes.exact_flips(ob) == 0
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    frame_all()
+    yield 0.5
+    shot("improve_before")
+    with modal_from_the_start():
+        assert invoke("improve", pack=True) == {"RUNNING_MODAL"}
+        yield 0.5
+    yield from wait_for_end()
+    frame_all()
+    yield 0.5
+    open_redo_panel()
+    yield 0.5
+    shot("improve_after")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert shapes.exact_flips(ob) == 0
+    assert shapes.uv_of(ob).tobytes() != drawn.tobytes()
+
+
 def test_conformal_maps_of_several_parts_are_packed():
     show("UV Editing")
     yield 0.5
@@ -492,7 +548,11 @@ def test_escape_stops_a_seamless_map_and_leaves_everything():
     assert not ob.vertex_groups
 
 
-TESTS = [function for name, function in list(globals().items()) if name.startswith("test_")]
+TESTS = [
+    function
+    for name, function in list(globals().items())
+    if name.startswith("test_") and (not WORDS or any(word in name for word in WORDS))
+]
 
 
 def run_all():

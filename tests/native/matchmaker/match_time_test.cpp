@@ -108,7 +108,7 @@ TEST(MatchTime, MatchmakerEndsAnywhereWithAMapOrTheTimeLimit) {
   EXPECT_GT(first->vertices, outcomes.back().vertices);
 }
 
-TEST(MatchTime, WalksEndAnywhereWithAMapOrTheTimeLimit) {
+TEST(MatchTime, ContinuationEndsAnywhereWithAMapOrTheTimeLimit) {
   const mesh::Surface surface = test::bumpy_grid(8, 8, 0.2, 3);
   for (const bool bijective : {false, true}) {
     MatchOptions options;

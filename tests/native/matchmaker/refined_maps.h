@@ -12,7 +12,7 @@
 #include "flipfree/certify/measures/winding.h"
 #include "flipfree/distortion/untangle.h"
 #include "flipfree/matchmaker/at_once/class_overlay.h"
-#include "flipfree/matchmaker/take_back/remove_added.h"
+#include "flipfree/matchmaker/coarsening/remove_added.h"
 #include "support/shapes.h"
 
 namespace flipfree::test {
@@ -123,6 +123,23 @@ inline void expect_valid(const mesh::RefinedMap& map) {
   EXPECT_TRUE(certify::winding_failures(
                   mesh::build_adjacency(map.surface.mesh.vertex_count(), faces), no_cuts, corner_uv)
                   .empty());
+}
+
+// Valid, pins and outline where they shall be bit for bit.
+inline void expect_arrived(const mesh::RefinedMap& map,
+                           const matchmaker::Constraints& constraints) {
+  expect_valid(map);
+  for (const matchmaker::PinnedVertex& p : constraints.pins)
+    EXPECT_EQ(Vector2(map.uv.row(p.vertex).transpose()), p.uv) << p.vertex;
+  for (std::size_t i = 0; i < constraints.outline.size(); ++i)
+    EXPECT_EQ(Vector2(map.uv.row(map.surface.boundary[i]).transpose()), constraints.outline[i]);
+}
+
+inline matchmaker::Constraints boundary_as_it_is(const mesh::RefinedMap& map) {
+  matchmaker::Constraints constraints;
+  for (const VertexId v : map.surface.boundary)
+    constraints.outline.emplace_back(map.uv.row(v).transpose());
+  return constraints;
 }
 
 }  // namespace flipfree::test

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "flipfree/base/error.h"
+#include "flipfree/base/failure/elements.h"
 #include "flipfree/base/tolerances.h"
 #include "flipfree/mesh/adjacency.h"
 
@@ -14,7 +16,7 @@ struct Checker {
   ProvenanceReport report;
   void fail(const std::string& what, FaceId face) {
     if (report.failures++ == 0) report.first = what;
-    if (face != kInvalid && report.faces.size() < 1000) report.faces.push_back(face);
+    if (face != kInvalid && report.faces.size() < kMostElements) report.faces.push_back(face);
   }
 
   bool shapes_fit() const {

@@ -8,6 +8,8 @@
 #include <optional>
 #include <utility>
 
+#include "flipfree/base/error.h"
+#include "flipfree/base/failure/elements.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::certify {
@@ -189,8 +191,7 @@ IslandOverlaps island_overlaps(const mesh::Components& charts, const Points2& co
   std::sort(result.faces.begin(), result.faces.end());
   result.faces.erase(std::unique(result.faces.begin(), result.faces.end()), result.faces.end());
   // The first of each chart would do to find the charts; so many are enough to show.
-  constexpr std::size_t kMostFaces = 1000;
-  if (result.faces.size() > kMostFaces) result.faces.resize(kMostFaces);
+  result.faces = first_elements(result.faces);
   return result;
 }
 

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 
+#include "flipfree/base/error.h"
+#include "flipfree/base/failure/elements.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::certify {
 namespace {
-
-constexpr std::size_t kMostFaces = 1000;
 
 struct Segment {
   HalfedgeId halfedge;
@@ -41,7 +41,7 @@ std::int64_t count_contacts(const std::vector<Segment>& segments, std::vector<Fa
           return;
         }
         ++contacts;
-        if (named.size() < kMostFaces) {
+        if (named.size() < kMostElements) {
           named.push_back(s.halfedge / 3);
           named.push_back(t.halfedge / 3);
         }
@@ -107,7 +107,7 @@ std::int64_t count_turned_loops(std::vector<Segment>& segments, std::vector<Face
     if (numeric::orientation(before.a, after.a, after.b) < 0) continue;
     ++turned;
     for (const std::size_t i : loops[l]) {
-      if (named.size() < kMostFaces) named.push_back(segments[i].halfedge / 3);
+      if (named.size() < kMostElements) named.push_back(segments[i].halfedge / 3);
     }
   }
   return turned;

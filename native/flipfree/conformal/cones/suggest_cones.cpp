@@ -8,6 +8,7 @@
 #include <string>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure/give_up.h"
 #include "flipfree/base/in_time.h"
 #include "flipfree/conformal/cones/boundary_angles.h"
 #include "flipfree/conformal/cones/cone_placement.h"
@@ -132,7 +133,7 @@ PinnedMetric place_truly(const Problem& p, std::vector<char> pinned, std::vector
   for (const VertexId v : cones) pinned[at(v)] = 1;
   PinnedMetric metric;
   std::size_t measured = 0;  // cones of `metric`
-  try {
+  const bool in_time = ended_in_time([&] {
     for (int round = 0; round < kTrueRounds; ++round) {
       context.report("suggest cones", 0.5 + 0.3 * round / kTrueRounds);
       metric = compute_pinned_metric(p.surface, p.flat, pinned, kPinnedTolerance, context);
@@ -148,9 +149,10 @@ PinnedMetric place_truly(const Problem& p, std::vector<char> pinned, std::vector
       pinned[at(v)] = 1;
       cones.push_back(v);
     }
-  } catch (const TimeIsOver&) {
+  });
+  if (!in_time) {
     // Cones whose angles are positive serve, though the bound does not hold.
-    if (!(p.options.max_seconds > 0.0) || !is_usable(metric)) throw;
+    if (!(p.options.max_seconds > 0.0) || !is_usable(metric)) throw TimeIsOver();
     cones.resize(measured);
   }
   for (std::size_t v = 0; v < metric.angles.size(); ++v) {
@@ -219,24 +221,19 @@ void quantise(const Problem& p, LinearPlacement& linear, SuggestedCones& out,
   MeasuredCones best_measured;
   FoundCones best{{}, std::numeric_limits<double>::infinity()};
   const auto scale_of = [&](const ConeSteps& cones) {
-    MeasuredCones measured;
-    try {
-      measured = measure(p, cones, context);
-    } catch (const NotConverged&) {
-      return TrueScale{};  // other cones may have a metric
-    } catch (const Infeasible&) {
-      return TrueScale{};  // so few cones cannot take the curvature in whole quanta
-    }
-    TrueScale scale = measured.scale;
+    // Other cones may have a metric, or can take the curvature in whole quanta.
+    Outcome<MeasuredCones> measured = attempt_part([&] { return measure(p, cones, context); });
+    if (!measured) return TrueScale{};
+    TrueScale scale = measured->scale;
     if (!scale.u.empty() && scale.range < best.range) {
       best = {cones, scale.range};
-      best_measured = std::move(measured);
+      best_measured = std::move(*measured);
     }
     return scale;
   };
   std::vector<double> angles = out.target_angles;
   std::vector<VertexId> cones = out.cones;
-  try {
+  const bool in_time = ended_in_time([&] {
     for (std::size_t i = 0; i <= kTighter.size(); ++i) {
       const double part = 0.2 / static_cast<double>(kTighter.size() + 1);
       const ProgressRange range(context, 0.8 + part * static_cast<double>(i),
@@ -250,9 +247,9 @@ void quantise(const Problem& p, LinearPlacement& linear, SuggestedCones& out,
       place_linearly(p, kTighter[i] * p.allowed, linear, cones, context);
       angles = linear_angles(p, linear, cones.front());
     }
-  } catch (const TimeIsOver&) {
-    if (!(p.options.max_seconds > 0.0) || best_measured.scale.u.empty()) throw;
-  }
+  });
+  if (!in_time && (!(p.options.max_seconds > 0.0) || best_measured.scale.u.empty()))
+    throw TimeIsOver();
   if (best_measured.scale.u.empty() && !p.closed) best_measured = measure(p, {}, context);
   if (best_measured.scale.u.empty()) {
     throw_not_converged(ErrorCode::kIterationLimit,

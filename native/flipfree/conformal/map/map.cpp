@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "flipfree/base/failure/give_up.h"
 #include "flipfree/base/in_time.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/base/tolerances.h"
@@ -113,18 +114,20 @@ ConformalMapResult map_of(const mesh::Surface& surface, const std::vector<double
   context.report("overlay", 0.0);
   // The cut asks for the cones only, the overlay for the metric only.
   mesh::EdgeFlags cuts;
-  std::optional<intrinsic::MetricOverlay> overlay;
-  try {
+  Outcome<intrinsic::MetricOverlay> overlay = attempt([&] {
+    std::optional<intrinsic::MetricOverlay> made;
     parallel_for(context, 2, 1, [&](std::size_t task, std::size_t, std::size_t) {
       if (task == 0) {
-        overlay = intrinsic::overlay_metric(solved.metric, solved.split.get(), adjacency,
-                                            options.max_crossings, context);
+        made = intrinsic::overlay_metric(solved.metric, solved.split.get(), adjacency,
+                                         options.max_crossings, context);
       } else {
         cuts = mesh::cut_to_disks(surface, adjacency, given, prescribed.cones, avoided, context);
       }
     });
-  } catch (const NotConverged& e) {
-    result.failure = e.error();
+    return std::move(*made);
+  });
+  if (!overlay) {
+    result.failure = overlay.error();
     return result;
   }
   lap("seconds_overlay");
@@ -168,11 +171,11 @@ ConformalMapResult map_from_metric(const mesh::Surface& surface,
                                    const std::vector<double>& target_angles, RefinedMetric solved,
                                    const ConformalMapOptions& options, ExecutionContext& context) {
   ConformalMapResult result;
-  try {
-    result = map_of(surface, target_angles, solved, options, context);
-  } catch (const TimeIsOver&) {
+  const bool in_time =
+      ended_in_time([&] { result = map_of(surface, target_angles, solved, options, context); });
+  if (!in_time) {
     // The limit of the metric is one of the whole map; the metric was found in time.
-    if (!(options.metric.max_seconds > 0.0)) throw;
+    if (!(options.metric.max_seconds > 0.0)) throw TimeIsOver();
     result = {};
     result.failure = out_of_time(solved.metric);
   }
@@ -210,12 +213,11 @@ ConformalMapResult map_in_time(const mesh::Surface& surface, const Points3* leng
       options.refinement != intrinsic::Refinement::kNever) {
     const ProgressRange range(context, 0.8, 1.0);
     // Where the second way fails as well, the failure of the first one stays.
-    try {
-      try_refined_start(surface, lengths, target_angles, options, result, context);
-    } catch (const NotConverged&) {
-    } catch (const TimeIsOver&) {
-      if (!(options.metric.max_seconds > 0.0)) throw;
-    }
+    const bool in_time = ended_in_time([&] {
+      failure_of(
+          [&] { try_refined_start(surface, lengths, target_angles, options, result, context); });
+    });
+    if (!in_time && !(options.metric.max_seconds > 0.0)) throw TimeIsOver();
   }
   return result;
 }

@@ -1,4 +1,5 @@
 #include "flipfree/conformal/map/map_failure.h"
+#include "flipfree/base/failure/elements.h"
 
 #include <algorithm>
 #include <cmath>
@@ -29,8 +30,7 @@ Error not_storable(const ConformalMetric& metric, const std::vector<FaceId>& fac
   Error error;
   error.code = ErrorCode::kRoundingFlips;
   error.kind = ElementKind::kFace;
-  const std::size_t count = std::min<std::size_t>(faces.size(), 1000);
-  error.elements.assign(faces.begin(), faces.begin() + static_cast<std::ptrdiff_t>(count));
+  error.elements = first_elements(faces);
   error.message = only_the_metric(
       metric, "so " + std::to_string(faces.size()) +
                   " input faces are too small in the map for 32-bit UVs, first face " +
@@ -58,9 +58,7 @@ Error needs_refinement(const std::vector<FaceId>& faces) {
   Error error;
   error.code = ErrorCode::kCertificateFailed;
   error.kind = ElementKind::kFace;
-  error.elements.assign(
-      faces.begin(),
-      faces.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(faces.size(), 1000)));
+  error.elements = first_elements(faces);
   error.message = "On the original triangles " + std::to_string(faces.size()) +
                   " faces would flip, first face " + std::to_string(faces[0]) +
                   ". Allow points to be added (original_triangles=\"auto\").";

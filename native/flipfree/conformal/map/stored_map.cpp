@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "flipfree/base/error.h"
+#include "flipfree/base/failure/outcome.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/mesh/cut_graph/cut.h"
@@ -41,14 +41,12 @@ bool repair_rounding(certify::Parametrization& map, ExecutionContext& context) {
   for (Index c = 0; c < static_cast<Index>(map.uv.rows()); ++c) {
     uv.row(cut.faces(c / 3, c % 3)) = map.uv.row(c);
   }
-  try {
-    const Points2f stored = distortion::round_to_storage(cut.faces, uv, {}, context, map.stats);
-    for (Index c = 0; c < static_cast<Index>(map.uv32.rows()); ++c)
-      map.uv32.row(c) = stored.row(cut.faces(c / 3, c % 3));
-    return true;
-  } catch (const NotConverged&) {
-    return false;
-  }
+  const Outcome<Points2f> stored =
+      attempt([&] { return distortion::round_to_storage(cut.faces, uv, {}, context, map.stats); });
+  if (!stored) return false;
+  for (Index c = 0; c < static_cast<Index>(map.uv32.rows()); ++c)
+    map.uv32.row(c) = (*stored).row(cut.faces(c / 3, c % 3));
+  return true;
 }
 
 double stored_angle_error(const certify::Parametrization& map,

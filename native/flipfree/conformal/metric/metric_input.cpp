@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure/elements.h"
 #include "flipfree/mesh/validate.h"
 
 namespace flipfree::conformal {
@@ -128,14 +129,12 @@ std::vector<double> checked_targets(const std::vector<double>& target, const Eng
     if (!(target[v] > 0.0) || !std::isfinite(target[v])) bad.push_back(static_cast<Index>(v));
   }
   if (!bad.empty()) {
-    const Index first = bad.front();
-    if (bad.size() > 1000) bad.resize(1000);
     throw_invalid(
         ErrorCode::kBadAngles,
-        "The target angle of vertex " + std::to_string(first) +
+        "The target angle of vertex " + std::to_string(bad.front()) +
             " is not a positive number. Every angle must be greater than 0 (flat interior is 2 pi, "
             "straight boundary pi).",
-        ElementKind::kVertex, std::move(bad));
+        ElementKind::kVertex, first_elements(bad));
   }
   long double sum = 0.0L;
   long double curvature = 0.0L;

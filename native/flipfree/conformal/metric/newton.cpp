@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "flipfree/base/error.h"
+#include "flipfree/base/failure/give_up.h"
 
 namespace flipfree::conformal {
 namespace {
@@ -325,11 +325,12 @@ void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& op
 NewtonRun run_newton(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
                      Descent& descent, ExecutionContext& context) {
   NewtonRun run;
-  try {
+  const bool in_time = ended_in_time([&] {
     const TimeLimit limit(context, limit_of(options.max_seconds));
     iterate(engine, system, options, descent, run, context);
-  } catch (const TimeIsOver&) {
-    if (!(options.max_seconds > 0.0)) throw;
+  });
+  if (!in_time) {
+    if (!(options.max_seconds > 0.0)) throw TimeIsOver();
     engine.go_back();
     run.end = NewtonEnd::kSeconds;
     run.reason = "time was over during a step";

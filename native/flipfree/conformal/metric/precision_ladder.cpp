@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure/give_up.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/conformal/metric/metric_input.h"
 #include "flipfree/conformal/metric/newton.h"
@@ -198,7 +199,7 @@ class Ladder {
     run.end = NewtonEnd::kPrecision;
     std::unique_ptr<MetricEngine> reached;  // what a replay is to improve on
     const Stopwatch starting;
-    try {
+    const bool in_time = ended_in_time([&] {
       const TimeLimit limit(context_, limit_of(seconds));
       std::unique_ptr<MetricEngine> fresh = make_engine(input_, bits, context_);
       if (!fresh->started()) {
@@ -211,8 +212,9 @@ class Ladder {
         fresh.reset();
       }
       if (fresh != nullptr) totals_.exact_tests += fresh->exact_tests();
-    } catch (const TimeIsOver&) {
-      if (!(seconds > 0.0)) throw;
+    });
+    if (!in_time) {
+      if (!(seconds > 0.0)) throw TimeIsOver();
       run.end = NewtonEnd::kSeconds;
       run.reason = "time was over at the start";
     }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure/give_up.h"
 #include "flipfree/base/in_time.h"
 #include "flipfree/conformal/metric/precision_ladder.h"
 
@@ -109,23 +110,22 @@ RefinedMetric refined_first(const mesh::Surface& surface, const Points3* lengths
   validate_metric_input(surface, lengths, target_angles, options);
   context.report("refined start", 0.0);
   RefinedStart start = find_refined_start(surface, lengths, context);
-  std::optional<RefinedMetric> refined;
+  std::optional<double> reached;
   if (start.split != nullptr) {
     MetricOptions share = options;
     share.max_seconds = kFirstShare * options.max_seconds;
     share.max_iterations = std::min(options.max_iterations, kMostSteps);
     share.require_convergence = false;
-    try {
-      refined = metric_of(std::move(start), target_angles, share, context);
-      if (refined->metric.converged) return std::move(*refined);
-    } catch (const NotConverged&) {
-      // Not even its start: the plain way is left.
-    }
+    // Where not even its start is possible the plain way is left.
+    Outcome<RefinedMetric> refined =
+        attempt([&] { return metric_of(std::move(start), target_angles, share, context); });
+    if (refined && refined->metric.converged) return std::move(*refined);
+    if (refined) reached = refined->metric.angle_error;
   }
   RefinedMetric result;
   result.metric =
       compute_conformal_metric(surface, lengths, target_angles, remaining(options, watch), context);
-  if (refined) result.metric.stats["refined_start_error"] = refined->metric.angle_error;
+  if (reached) result.metric.stats["refined_start_error"] = *reached;
   return result;
 }
 
@@ -140,38 +140,34 @@ RefinedMetric plain_first(const mesh::Surface& surface, const Points3* lengths,
   plain.max_seconds = kFirstShare * options.max_seconds;
   // Where there is nothing to refine the plain way goes on.
   plain.more_seconds = [&] {
-    try {
-      start = find_refined_start(surface, lengths, context);
-    } catch (const TimeIsOver&) {
-      return 0.0;  // what the plain way reached is the answer
-    }
+    // If time is over meanwhile, what the plain way reached is the answer.
+    if (!ended_in_time([&] { start = find_refined_start(surface, lengths, context); })) return 0.0;
     return start->split == nullptr ? options.max_seconds - watch.seconds() : 0.0;
   };
   RefinedMetric result;
-  std::optional<Error> not_started;
-  try {
+  const std::optional<Error> not_started = failure_of([&] {
     const ProgressRange range(context, 0.0, 0.9);
     result.metric = compute_conformal_metric(surface, lengths, target_angles, plain, context);
-    if (result.metric.converged) return result;
-  } catch (const NotConverged& e) {
-    not_started = e.error();
-  }
-  try {
-    if (!start) start = find_refined_start(surface, lengths, context);
-    if (start->split != nullptr) {
+  });
+  if (!not_started && result.metric.converged) return result;
+  // Where not even the start of the second way is possible, what the first one reached is the
+  // answer.
+  std::optional<RefinedMetric> refined;
+  const bool in_time = ended_in_time([&] {
+    failure_of([&] {
+      if (!start) start = find_refined_start(surface, lengths, context);
+      if (start->split == nullptr) return;
       MetricOptions rest = remaining(options, watch);
       rest.max_iterations = std::min(options.max_iterations, kMostSteps);
       rest.require_convergence = false;
-      RefinedMetric refined = metric_of(std::move(*start), target_angles, rest, context);
-      if (refined.metric.converged) return refined;
-      if (refined.metric.end == NewtonEnd::kSeconds && !not_started) set_out_of_time(result.metric);
-    }
-  } catch (const TimeIsOver&) {
-    if (not_started || options.require_convergence || !(options.max_seconds > 0.0)) throw;
+      refined = metric_of(std::move(*start), target_angles, rest, context);
+    });
+  });
+  if (refined && refined->metric.converged) return std::move(*refined);
+  if (!in_time && (not_started || options.require_convergence || !(options.max_seconds > 0.0)))
+    throw TimeIsOver();
+  if (!in_time || (refined && refined->metric.end == NewtonEnd::kSeconds && !not_started))
     set_out_of_time(result.metric);
-  } catch (const NotConverged&) {
-    // Not even the start of the second way: what the first one reached is the answer.
-  }
   if (not_started && not_started->code == ErrorCode::kTimeLimit)
     throw_out_of_time(kNotReached, options.max_seconds, kCure);
   if (not_started) throw NotConverged(*not_started);

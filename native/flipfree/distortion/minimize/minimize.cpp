@@ -3,6 +3,7 @@
 #include <string>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure/elements.h"
 #include "flipfree/distortion/minimize/minimizer.h"
 
 namespace flipfree::distortion {
@@ -25,12 +26,11 @@ void check_start(const mesh::Surface& chart, const Points2& uv, const MinimizeOp
   if (!flipped.empty()) {
     const std::string count = std::to_string(flipped.size());
     const std::string first = std::to_string(flipped.front());
-    if (flipped.size() > 1000) flipped.resize(1000);
     throw_invalid(ErrorCode::kFlippedMap,
                   "The initial map has " + count +
                       " flipped or collapsed triangles, the first is face " + first +
                       ". Unwrap it instead of improving it.",
-                  ElementKind::kFace, std::move(flipped));
+                  ElementKind::kFace, first_elements(flipped));
   }
   if (options.bijective) {
     const Boundary boundary = find_boundary(static_cast<Index>(uv.rows()), chart.faces);

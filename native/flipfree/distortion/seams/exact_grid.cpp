@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure/elements.h"
 #include "flipfree/distortion/minimize/minimizer.h"
 #include "flipfree/distortion/seams/eliminate/nodes.h"
 #include "flipfree/distortion/seams/grid_repair.h"
@@ -101,16 +102,14 @@ void open_region(const SeamConstraints& constraints, const Triangles& faces,
   }
 }
 
-[[noreturn]] void give_up(std::vector<FaceId> folded) {
-  const std::string count = std::to_string(folded.size());
-  if (folded.size() > 1000) folded.resize(1000);
+[[noreturn]] void give_up(const std::vector<FaceId>& folded) {
   throw_not_converged(
       ErrorCode::kRoundingFlips,
-      count +
+      std::to_string(folded.size()) +
           " triangles flip or collapse when the seamless map is rounded to a grid that 32-bit "
           "values hold, and no grid points near by avoid it. Reduce the distortion: more cones, or "
           "fewer far apart.",
-      ElementKind::kFace, std::move(folded));
+      ElementKind::kFace, first_elements(folded));
 }
 
 GridMap finish(const SeamConstraints& constraints, const Triangles& faces,

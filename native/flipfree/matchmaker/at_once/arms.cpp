@@ -14,14 +14,14 @@
 #include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/minimize/targets.h"
 #include "flipfree/embedding/embed.h"
+#include "flipfree/matchmaker/coarsening/coarsening_rounds.h"
 #include "flipfree/matchmaker/finish/ease.h"
 #include "flipfree/matchmaker/finish/unfold_wholes.h"
 #include "flipfree/matchmaker/overlay/star_map.h"
 #include "flipfree/matchmaker/request/time_share.h"
 #include "flipfree/matchmaker/smooth/relax.h"
+#include "flipfree/matchmaker/start/equal_area_metric.h"
 #include "flipfree/matchmaker/start/first_try.h"
-#include "flipfree/matchmaker/start/roomy_metric.h"
-#include "flipfree/matchmaker/take_back/take_back.h"
 
 namespace flipfree::matchmaker {
 namespace {
@@ -63,7 +63,7 @@ mesh::RefinedMap in_circle(const mesh::RefinedSurface& surface, ExecutionContext
   Stats unused;
   const Points2 uv = embedding::embed_disk(surface.mesh.faces(), surface.mesh.vertex_count(),
                                            surface.boundary, circle, options, context, unused);
-  const mesh::Surface room = roomy_metric(surface, uv, context);
+  const mesh::Surface room = equal_area_metric(surface, uv, context);
   return {surface, room.vertices.leftCols(2)};
 }
 
@@ -157,7 +157,7 @@ void settle(mesh::RefinedMap& map, const Constraints& constraints, Index keep, i
             ExecutionContext& context) {
   const std::vector<VertexId> held = held_vertices(map.surface, constraints);
   numeric::EliminationMemory order(keep);
-  take_back(map, held, keep, {rounds, true, kWorthwhile, 1}, context, [&] {
+  coarsen_in_rounds(map, held, keep, {rounds, true, kWorthwhile, 1}, context, [&] {
     return relax(map, held, {kStepsPerRound, true, &order}, context);
   });
 }
@@ -197,7 +197,7 @@ std::optional<mesh::RefinedMap> best_map(const mesh::RefinedMap& disk, std::vect
 
 }  // namespace
 
-bool walk_with_arms(mesh::RefinedMap& map, const Constraints& constraints,
+bool move_with_arms(mesh::RefinedMap& map, const Constraints& constraints,
                     ExecutionContext& context, Stats& stats) {
   if (!constraints.free_boundary() || constraints.one_to_one || !constraints.edges.empty() ||
       constraints.pins.size() < kFewestPins)

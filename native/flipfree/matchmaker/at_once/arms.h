@@ -5,7 +5,7 @@
 // targets and may cross each other. So nothing winds around anything, in whatever order the pins
 // are, and what is added grows linearly with their number: a map that is one-to-one has to wind
 // lines around lines (MatchMaker++, thesis 3.3), and so does one that grows out of such a map by
-// moving pins past each other (walk_pins.h). A star depends on the point that the pins are seen
+// moving pins past each other (move_pins.h). A star depends on the point that the pins are seen
 // from. Several are tried as they are, a few of them with the surface on them, and of these the one
 // that comes to rest with the least distortion is taken; refinement is then taken back.
 #pragma once
@@ -23,7 +23,7 @@ namespace flipfree::matchmaker {
 // prescribed or the map must be one-to-one, with lines, with fewer than three pins, or where
 // doubles are not enough. Cost: an embedding into a circle, some hundred Newton steps, and O(log)
 // per crossing of the surface's edges with the star's. Stats: "arms.*".
-bool walk_with_arms(mesh::RefinedMap& map, const Constraints& constraints,
+bool move_with_arms(mesh::RefinedMap& map, const Constraints& constraints,
                     ExecutionContext& context, Stats& stats);
 
 }  // namespace flipfree::matchmaker

@@ -11,13 +11,13 @@
 #include <utility>
 
 #include "flipfree/distortion/untangle.h"
+#include "flipfree/matchmaker/coarsening/remove_added.h"
 #include "flipfree/matchmaker/finish/simplify_plane_map.h"
 #include "flipfree/matchmaker/overlay/mesh_overlay.h"
 #include "flipfree/matchmaker/plan/plan_motion.h"
 #include "flipfree/matchmaker/smooth/relax.h"
+#include "flipfree/matchmaker/start/equal_area_metric.h"
 #include "flipfree/matchmaker/start/first_try.h"
-#include "flipfree/matchmaker/start/roomy_metric.h"
-#include "flipfree/matchmaker/take_back/remove_added.h"
 #include "flipfree/mesh/refined/curve_overlay.h"
 #include "flipfree/numeric/predicates.h"
 
@@ -294,7 +294,7 @@ std::optional<PlaneMap> coarse_map(mesh::RefinedMap map, Index held, bool simpli
   even.faces = plane.faces;
   even.vertices = Points3::Zero(plane.before.rows(), 3);
   const mesh::RefinedSurface uneven = mesh::make_refined_surface(even);
-  even = roomy_metric(uneven, plane.before, context, fixed);
+  even = equal_area_metric(uneven, plane.before, context, fixed);
   map = {mesh::make_refined_surface(even), plane.after};
   relax(map, fixed, {kStepsOfOverlay, true, nullptr}, context);
   plane.before = flat(even);

@@ -3,9 +3,9 @@
 #include <array>
 #include <cstddef>
 
+#include "flipfree/matchmaker/coarsening/remove_added.h"
+#include "flipfree/matchmaker/coarsening/untangle_removal.h"
 #include "flipfree/matchmaker/smooth/relax.h"
-#include "flipfree/matchmaker/take_back/remove_added.h"
-#include "flipfree/matchmaker/take_back/untangle_removal.h"
 
 namespace flipfree::matchmaker {
 namespace {

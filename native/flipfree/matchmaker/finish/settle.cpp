@@ -5,11 +5,11 @@
 
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/energy/rest_shapes.h"
+#include "flipfree/matchmaker/coarsening/coarsening_rounds.h"
+#include "flipfree/matchmaker/coarsening/untangle_removal.h"
 #include "flipfree/matchmaker/request/time_share.h"
 #include "flipfree/matchmaker/smooth/relax.h"
 #include "flipfree/matchmaker/start/first_try.h"
-#include "flipfree/matchmaker/take_back/take_back.h"
-#include "flipfree/matchmaker/take_back/untangle_removal.h"
 
 namespace flipfree::matchmaker {
 namespace {
@@ -35,25 +35,26 @@ class Settler {
 
   void run() {
     relax_bad(kStepsAtFirst);
-    take_back();
+    coarsen_in_rounds();
     untangle();
     RelaxOptions options;
     options.steps = kStepsOfAll;
     options.lengthen = true;
     options.memory = &order_;
     relax(map_, held_, options, context_);
-    take_back();
+    coarsen_in_rounds();
     untangle();
   }
 
  private:
   Index added() const { return map_.surface.mesh.vertex_count() - keep_; }
 
-  void take_back() {
-    matchmaker::take_back(map_, held_, keep_, {kMostRounds, true, kWorthwhile, 1}, context_, [&] {
-      relax_bad(kStepsPerRound);
-      return true;
-    });
+  void coarsen_in_rounds() {
+    matchmaker::coarsen_in_rounds(map_, held_, keep_, {kMostRounds, true, kWorthwhile, 1}, context_,
+                                  [&] {
+                                    relax_bad(kStepsPerRound);
+                                    return true;
+                                  });
   }
 
   void untangle() {

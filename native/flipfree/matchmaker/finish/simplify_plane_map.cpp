@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "flipfree/matchmaker/coarsening/remove_added.h"
+#include "flipfree/matchmaker/coarsening/untangle_removal.h"
 #include "flipfree/matchmaker/smooth/relax.h"
-#include "flipfree/matchmaker/take_back/remove_added.h"
-#include "flipfree/matchmaker/take_back/untangle_removal.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/topology.h"
 

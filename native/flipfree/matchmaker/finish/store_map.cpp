@@ -7,11 +7,11 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure/outcome.h"
 #include "flipfree/distortion/rounding.h"
+#include "flipfree/matchmaker/coarsening/remove_added.h"
+#include "flipfree/matchmaker/coarsening/untangle_removal.h"
 #include "flipfree/matchmaker/smooth/neighbourhood.h"
 #include "flipfree/matchmaker/smooth/relax.h"
 #include "flipfree/matchmaker/start/first_try.h"
-#include "flipfree/matchmaker/take_back/remove_added.h"
-#include "flipfree/matchmaker/take_back/untangle_removal.h"
 
 namespace flipfree::matchmaker {
 namespace {

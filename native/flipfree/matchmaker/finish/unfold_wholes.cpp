@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "flipfree/distortion/untangle.h"
+#include "flipfree/matchmaker/coarsening/remove_added.h"
 #include "flipfree/matchmaker/smooth/neighbourhood.h"
 #include "flipfree/matchmaker/smooth/relax.h"
-#include "flipfree/matchmaker/take_back/remove_added.h"
 
 namespace flipfree::matchmaker {
 namespace {

@@ -11,10 +11,10 @@
 #include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/untangle.h"
+#include "flipfree/matchmaker/coarsening/coarsen.h"
 #include "flipfree/matchmaker/request/time_share.h"
 #include "flipfree/matchmaker/smooth/relax.h"
 #include "flipfree/matchmaker/start/first_try.h"
-#include "flipfree/matchmaker/take_back/coarsen.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::matchmaker {

@@ -30,9 +30,9 @@ using Paths = std::vector<std::vector<VertexId>>;
 // `given[e]`, if not empty, prescribes the path of edge e along existing mesh edges. Outline edges
 // follow the mesh boundary. Marks of mesh edges become the partition edge that runs along them.
 // `drawing`: where every vertex lies in a drawing without folds in which the partition's edges are
-// straight lines that do not cross (film_overlay.h); new vertices are appended. Throws InvalidInput
-// (kBadPins) if given paths contradict each other, NotConverged if paths wind beyond all measure,
-// InternalError if the preconditions (matching orders on the boundary) do not hold.
+// straight lines that do not cross (outline_overlay.h); new vertices are appended. Throws
+// InvalidInput (kBadPins) if given paths contradict each other, NotConverged if paths wind beyond
+// all measure, InternalError if the preconditions (matching orders on the boundary) do not hold.
 Paths trace_paths(mesh::RefinedSurface& surface, const TargetDomain& domain,
                   const ConvexPartition& partition, const Paths& given, ExecutionContext& context,
                   std::vector<Vector2>* drawing = nullptr);

@@ -9,27 +9,27 @@
 namespace flipfree::matchmaker {
 
 enum class Device {
-  kWalk,           // a valid map without the pins, then the pins walked to their targets
-  kFilm,           // through the frames of a film
-  kFilmOverlay,    // from the first frame to the last in one step
-  kMatchmaker,     // the guarantee
-  kCoarse,         // coarse to fine on large surfaces
-  kPlanned,        // many pins inside a convex boundary at one stroke
-  kArms,           // an arm for every pin
-  kPull,           // pins one by one by continuation
-  kRoomy,          // inside an outline, pins walk in a metric with room
-  kSimplifyPlane,  // the planned motion's overlay is simplified before the map follows it
-  kStraighten,     // refined faces laid straight
-  kUntangle,       // vertices untangled away when all else has stopped
-  kUnfold,         // whole faces unfolded
-  kEase,           // rounds of untangling after arms and plans
-  kRestricted,     // MatchMaker++'s map restricted to the user's vertices
+  kContinuation,    // a valid map without the pins, then the pins moved to their targets
+  kHomotopy,        // through the frames of a homotopy
+  kOutlineOverlay,  // from the first frame to the last in one step
+  kMatchmaker,      // the guarantee
+  kCoarse,          // coarse to fine on large surfaces
+  kPlanned,         // many pins inside a convex boundary at one stroke
+  kArms,            // an arm for every pin
+  kPull,            // pins one by one by continuation
+  kEqualArea,       // inside an outline, pins move in a metric with room
+  kSimplifyPlane,   // the planned motion's overlay is simplified before the map follows it
+  kStraighten,      // refined faces laid straight
+  kUntangle,        // vertices untangled away when all else has stopped
+  kUnfold,          // whole faces unfolded
+  kEase,            // rounds of untangling after arms and plans
+  kRestricted,      // MatchMaker++'s map restricted to the user's vertices
 };
 
 constexpr std::array<std::string_view, 15> kDeviceNames = {
-    "walk",       "film",     "film overlay", "matchmaker",   "coarse",
-    "planned",    "arms",     "pull",         "roomy metric", "simplify plane",
-    "straighten", "untangle", "unfold",       "ease",         "restricted"};
+    "continuation", "homotopy", "outline overlay",   "matchmaker",     "coarse",     "planned",
+    "arms",         "pull",     "equal-area metric", "simplify plane", "straighten", "untangle",
+    "unfold",       "ease",     "restricted"};
 
 // A set of devices, one bit for each.
 using Devices = std::uint32_t;

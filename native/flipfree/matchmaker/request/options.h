@@ -8,8 +8,8 @@ namespace flipfree::matchmaker {
 enum class MatchEngine {
   kAuto,        // first try, then MatchMaker++
   kFirstTry,    // for tests and papers: NotConverged if the first try fails
-  kOutline,     // for tests and papers: straight to the walk with the outline (ways/filmed.h)
-  kOverlay,     // for tests and papers: straight to the outline in one step (ways/filmed.h)
+  kOutline,     // for tests and papers: straight to the homotopy of outlines (ways/outlined.h)
+  kOverlay,     // for tests and papers: straight to the outline in one step (ways/outlined.h)
   kArms,        // for tests and papers: straight to an arm for every pin (arms.h)
   kMatchmaker,  // for tests and papers: straight to MatchMaker++
 };

@@ -11,8 +11,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "flipfree/base/context.h"
-#include "flipfree/base/error.h"
+#include "flipfree/base/failure/give_up.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/mesh/refined/refined_map.h"
 
@@ -24,23 +23,6 @@ constexpr double kShareOfWay = 0.5;
 constexpr double kShareOfStep = 0.4;
 
 inline void note_time_limit(Stats& stats) { stats["time_limit_reached"] = std::int64_t{1}; }
-
-// Runs `work`; false if time was over before it ended.
-template <typename Work>
-bool ended_in_time(Work&& work) try {
-  std::forward<Work>(work)();
-  return true;
-} catch (const TimeIsOver&) {
-  return false;
-}
-
-// The same for `way` and its share of the time; TimeIsOver if all of it is over.
-template <typename Way>
-bool ended_in_share(ExecutionContext& context, Way&& way) {
-  if (ended_in_time(std::forward<Way>(way))) return true;
-  context.check();
-  return false;
-}
 
 // Runs `steps`, each of which makes the valid map better in place and leaves it valid wherever a
 // check throws. False if time was over before they ended.

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "flipfree/matchmaker/patches/pipeline.h"
+#include "flipfree/matchmaker/patches/matchmaker_pp.h"
 
 namespace flipfree::matchmaker {
 

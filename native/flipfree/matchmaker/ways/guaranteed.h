@@ -1,5 +1,5 @@
-// MatchMaker++ (pipeline.h), and its map made fit for use (usable_map.h): the way that is always
-// there.
+// MatchMaker++ (matchmaker_pp.h), and its map made fit for use (usable_map.h): the way that is
+// always there.
 #pragma once
 
 #include "flipfree/base/stats.h"

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "flipfree/base/context.h"
-#include "flipfree/matchmaker/film/sheet_target.h"
+#include "flipfree/matchmaker/homotopy/sheet_target.h"
 #include "flipfree/matchmaker/patches/build_target.h"
 #include "flipfree/matchmaker/request/options.h"
 #include "flipfree/mesh/refined/refined_map.h"
@@ -36,8 +36,8 @@ struct Problem {
   const MatchOptions& options;
   Targets& targets;
 
-  // A target that overlaps itself: which disk, and on which sheet a pin lies, is for the film to
-  // say.
+  // A target that overlaps itself: which disk, and on which sheet a pin lies, is for the homotopy
+  // to say.
   bool overlapping() const { return !constraints.free_boundary() && !constraints.simple_outline; }
 };
 

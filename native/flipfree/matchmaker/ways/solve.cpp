@@ -12,18 +12,18 @@
 #include "flipfree/base/plane.h"
 #include "flipfree/matchmaker/finish/usable_map.h"
 #include "flipfree/matchmaker/request/time_share.h"
-#include "flipfree/matchmaker/ways/filmed.h"
+#include "flipfree/matchmaker/ways/continued.h"
 #include "flipfree/matchmaker/ways/guaranteed.h"
-#include "flipfree/matchmaker/ways/walked.h"
+#include "flipfree/matchmaker/ways/outlined.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::matchmaker {
 namespace {
 
-// Outlines with more turns in sharp corners than this are not walked to. Measured: narrow spirals
-// of three turns have none and need few new vertices on the walk; Hilbert's curve, thickened, has 6
-// (order 2), 27, 107, 427, and even for order 2 the walk takes longer and splits more than cuts
-// (benchmarks/match_hilbert.py).
+// Outlines with more turns in sharp corners than this are not reached by a homotopy. Measured:
+// narrow spirals of three turns have none and need few new vertices on the way; Hilbert's curve,
+// thickened, has 6 (order 2), 27, 107, 427, and even for order 2 it takes longer and splits more
+// than cuts (benchmarks/match_hilbert.py).
 constexpr double kMostTurning = 4.0;
 constexpr double kSharp = std::numbers::pi / 6;
 
@@ -40,7 +40,7 @@ double sharp_turning(const Polygon& outline) {
   return sum / (2 * std::numbers::pi);
 }
 
-// Is the film of this outline without action? Then it is no help for the pins.
+// Is the homotopy of this outline without action? Then it is no help for the pins.
 bool is_convex(const Constraints& constraints) {
   const std::size_t n = constraints.outline.size();
   for (std::size_t i = 0; i < n; ++i) {
@@ -55,26 +55,26 @@ bool asked_by_name(const Problem& problem, MatchEngine engine) {
   return problem.options.engine == engine;
 }
 
-bool film_helps(const Problem& problem) {
+bool homotopy_helps(const Problem& problem) {
   return !problem.constraints.free_boundary() &&
          (problem.options.engine != MatchEngine::kAuto || !is_convex(problem.constraints));
 }
 
-bool walk_applies(const Problem& problem) {
+bool continuation_applies(const Problem& problem) {
   return problem.constraints.free_boundary() ||
          (untangling_is_safe(problem.constraints) &&
           (!problem.overlapping() || problem.constraints.pins.empty()));
 }
 
-bool film_applies(const Problem& problem) {
-  return film_helps(problem) &&
+bool homotopy_applies(const Problem& problem) {
+  return homotopy_helps(problem) &&
          (asked_by_name(problem, MatchEngine::kOutline) || !problem.constraints.edges.empty() ||
           sharp_turning(problem.constraints.outline) < kMostTurning);
 }
 
 // Straight lines would be cut.
-bool film_overlay_applies(const Problem& problem) {
-  return film_helps(problem) && problem.constraints.edges.empty();
+bool outline_overlay_applies(const Problem& problem) {
+  return homotopy_helps(problem) && problem.constraints.edges.empty();
 }
 
 bool matchmaker_applies(const Problem& problem) {
@@ -98,16 +98,16 @@ struct Way {
 const std::vector<Way>& all_ways() {
   static const std::vector<Way> ways = {
       {{MatchEngine::kFirstTry, MatchEngine::kArms},
-       Device::kWalk,
-       walk_applies,
-       by_walking,
+       Device::kContinuation,
+       continuation_applies,
+       by_continuation,
        kShareOfWay,
        6},
-      {{MatchEngine::kOutline}, Device::kFilm, film_applies, by_film, kShareOfWay, 10},
+      {{MatchEngine::kOutline}, Device::kHomotopy, homotopy_applies, by_homotopy, kShareOfWay, 10},
       {{MatchEngine::kOverlay},
-       Device::kFilmOverlay,
-       film_overlay_applies,
-       by_film_overlay,
+       Device::kOutlineOverlay,
+       outline_overlay_applies,
+       by_outline_overlay,
        kShareOfWay,
        3},
       {{MatchEngine::kMatchmaker}, Device::kMatchmaker, matchmaker_applies, matchmaker, 1.0, 0.5},
@@ -136,7 +136,7 @@ std::vector<Way> ways_for(const Problem& problem) {
 }
 
 [[noreturn]] void refuse(const Problem& problem) {
-  const char* what = "The walk to the outline was blocked, refinement included.";
+  const char* what = "The homotopy to the outline was blocked, refinement included.";
   switch (problem.options.engine) {
     case MatchEngine::kFirstTry:
       what = "The first try found no flip-free map on these triangles. Allow refinement.";
@@ -152,7 +152,8 @@ std::vector<Way> ways_for(const Problem& problem) {
     case MatchEngine::kAuto:
     case MatchEngine::kMatchmaker:
       what =
-          "The walk to the outline was blocked; lines inside a target that overlaps itself have no "
+          "The homotopy to the outline was blocked; lines inside a target that overlaps itself "
+          "have no "
           "other way. Pin fewer vertices, or refine the mesh.";
       break;
     case MatchEngine::kOutline:

@@ -14,7 +14,7 @@ struct Polygons {
   Points3 positions;            // 32-bit ones, of STL; else none
 };
 
-// Throws InvalidInput (kBadFile) if OpenMesh does not find what the plain form has.
+// InternalError if OpenMesh does not find what the plain form has, which is ours.
 Polygons read_with_openmesh(const PlainForm& plain);
 
 }  // namespace flipfree::mesh

@@ -49,6 +49,17 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 // Weights that were computed, not chosen, sum to one up to a few roundings.
 constexpr double kRounded = 4 * std::numeric_limits<double>::epsilon();
 
+// What is wrong with a support beyond rounding; empty if nothing is.
+std::string nearly_broken_support(const Support& support) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (!(support.weight[i] >= -kRounded)) return "a weight is negative";
+    if (support.vertex[i] == kInvalid && support.weight[i] != 0.0) return "a weight of no vertex";
+    sum += support.weight[i];
+  }
+  return std::abs(sum - 1.0) <= kRounded ? "" : "weights do not sum to one";
+}
+
 std::string broken_point(const SurfacePoint& point, Index face_count) {
   if (point.face < 0 || point.face >= face_count) return "lies in no face of the input";
   // A weight that is not a number fails as well.
@@ -96,9 +107,16 @@ std::string find_broken_map(const RefinedSurface& surface, const Points2& uv) {
   const EditableTriangulation& mesh = surface.mesh;
   mesh.check_invariants();
   if (uv.rows() != mesh.vertex_count()) return "not one place per vertex";
+  if (surface.support.size() != static_cast<std::size_t>(mesh.vertex_count()))
+    return "not one support per vertex";
   for (FaceId f = 0; f < mesh.face_slots(); ++f) {
     if (!mesh.alive(f)) continue;
     const EditableTriangulation::Triangle t = mesh.corners(f);
+    for (const VertexId v : t) {
+      if (surface.in_collar(f)) break;
+      if (std::string broken = nearly_broken_support(surface.support[at(v)]); !broken.empty())
+        return "vertex " + std::to_string(v) + ": " + broken;
+    }
     if (numeric::orientation(Vector2(uv.row(t[0])), Vector2(uv.row(t[1])), Vector2(uv.row(t[2]))) <=
         0)
       return "face " + std::to_string(f) + " is not positive";

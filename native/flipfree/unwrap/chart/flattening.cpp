@@ -5,6 +5,8 @@
 #include <string>
 #include <utility>
 
+#include "flipfree/base/failure/elements.h"
+#include "flipfree/base/failure/translate_errors.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/unwrap/chart/chart.h"
@@ -33,10 +35,8 @@ Error in_terms_of_input(Error error, const Islands& islands, std::size_t c) {
     for (Index& f : error.elements) f = chart.faces[static_cast<std::size_t>(f)];
     place = ", first at face " + std::to_string(error.elements.front());
   } else {
-    const std::size_t shown = std::min<std::size_t>(1000, chart.faces.size());
     error.kind = ElementKind::kFace;
-    error.elements.assign(chart.faces.begin(),
-                          chart.faces.begin() + static_cast<std::ptrdiff_t>(shown));
+    error.elements = first_elements(chart.faces);
   }
   error.message = "Chart of face " + std::to_string(chart.faces.front()) + " (" +
                   std::to_string(chart.faces.size()) + " triangles" + place + "): " + error.message;
@@ -63,17 +63,8 @@ void for_charts(const Islands& islands, ExecutionContext& context, Stats& stats,
   };
 
   const auto solve_one = [&](std::size_t c, ExecutionContext& chart_context) {
-    try {
-      solve(c, chart_context, chart_stats[c]);
-    } catch (const Cancelled&) {
-      throw;
-    } catch (const Infeasible& e) {
-      throw Infeasible(in_terms_of_input(e.error(), islands, c));
-    } catch (const InvalidInput& e) {
-      throw InvalidInput(in_terms_of_input(e.error(), islands, c));
-    } catch (const NotConverged& e) {
-      throw NotConverged(in_terms_of_input(e.error(), islands, c));
-    }
+    with_errors([&](const Error& error) { return in_terms_of_input(error, islands, c); },
+                [&] { solve(c, chart_context, chart_stats[c]); });
   };
 
   std::size_t first_small = 0;

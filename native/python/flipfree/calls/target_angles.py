@@ -90,12 +90,12 @@ def suggest_cones(
     native = _native.suggest_cones(
         positions.scaled,
         face_array,
-        bound,
-        as_count(max_cones, "max_cones", 1),
-        np.pi / 2 if as_flag(quarter_turns, "quarter_turns") else 0.0,
-        least_angle,
-        as_seconds(max_seconds, "max_seconds"),
-        as_threads(threads),
+        bound=bound,
+        max_cones=as_count(max_cones, "max_cones", 1),
+        quantum=np.pi / 2 if as_flag(quarter_turns, "quarter_turns") else 0.0,
+        least_angle=least_angle,
+        max_seconds=as_seconds(max_seconds, "max_seconds"),
+        threads=as_threads(threads),
     )
     return Job(native, _suggestion)
 
@@ -133,11 +133,13 @@ def boundary_angles(
     native = _native.boundary_angles(
         positions.scaled,
         face_array,
-        as_choice(boundary, "boundary", BOUNDARIES),
-        as_indices(list(cone_angles), "cones"),
-        as_floats([as_number(a, f"cones[{v}]") for v, a in cone_angles.items()], "cones"),
-        as_indices([] if corners is None else corners, "corners"),
-        as_seconds(max_seconds, "max_seconds"),
-        as_threads(threads),
+        shape=as_choice(boundary, "boundary", BOUNDARIES),
+        cone_vertices=as_indices(list(cone_angles), "cones"),
+        cone_angles=as_floats(
+            [as_number(a, f"cones[{v}]") for v, a in cone_angles.items()], "cones"
+        ),
+        corners=as_indices([] if corners is None else corners, "corners"),
+        max_seconds=as_seconds(max_seconds, "max_seconds"),
+        threads=as_threads(threads),
     )
     return Job(native, np.asarray)

@@ -3,26 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 
-#include "support/shapes.h"
+#include "conformal/engine_inputs.h"
 
 namespace flipfree::conformal {
 namespace {
-
-EngineInput flat_but_one(const mesh::Surface& surface, VertexId cone) {
-  EngineInput input;
-  input.vertex_count = static_cast<Index>(surface.vertices.rows());
-  input.setup = intrinsic::build_intrinsic_mesh(input.vertex_count, surface.faces);
-  input.positions = &surface.vertices;
-  const double pi = std::numbers::pi;
-  input.target.assign(static_cast<std::size_t>(input.vertex_count), 2.0 * pi);
-  double sum = 0.0;
-  for (const double t : input.target) sum += t;
-  input.target[static_cast<std::size_t>(cone)] +=
-      pi * static_cast<double>(surface.faces.rows()) - sum;
-  return input;
-}
 
 double dot(const std::vector<double>& a, const std::vector<double>& b) {
   double sum = 0.0;
@@ -34,7 +19,7 @@ double dot(const std::vector<double>& a, const std::vector<double>& b) {
 // many flips.
 void expect_energy_fits_gradient(const mesh::Surface& surface, int bits, bool flat) {
   ExecutionContext context;
-  EngineInput input = flat_but_one(surface, 0);
+  EngineInput input = test::flat_but_one(surface, 0);
   if (!flat) {  // any targets do: the identity needs no Gauss-Bonnet
     for (std::size_t v = 0; v < input.target.size(); ++v)
       input.target[v] = 3.0 + 0.01 * static_cast<double>(v % 7);
@@ -77,7 +62,7 @@ TEST(MetricEngine, EnergyIsTheIntegralOfTheGradientOnDoubleCovers) {
 TEST(MetricEngine, RelaxedVertexMeetsItsAngleAndTheEnergyFalls) {
   ExecutionContext context;
   const mesh::Surface surface = test::torus(24, 16);
-  const EngineInput input = flat_but_one(surface, 0);
+  const EngineInput input = test::flat_but_one(surface, 0);
   const auto engine = make_engine(input, 200, context);
   // Clusters on several scales, so that single vertices see the others from far away.
   FineVector half{std::vector<double>(input.target.size()), {}};
@@ -112,7 +97,7 @@ TEST(MetricEngine, RelaxationLeavesTheDelaunayTriangulationByFewFlips) {
   ExecutionContext context;
   const mesh::Surface surface = test::torus(40, 30);
   for (const int bits : {53, 128}) {
-    const EngineInput input = flat_but_one(surface, 0);
+    const EngineInput input = test::flat_but_one(surface, 0);
     const auto engine = make_engine(input, bits, context);
     FineVector half{std::vector<double>(input.target.size(), 0.0), {}};
     half.high[0] = 6.0;    // far from where it belongs: every edge of its star is flipped away
@@ -143,7 +128,7 @@ TEST(MetricEngine, RelaxationLeavesTheDelaunayTriangulationByFewFlips) {
 TEST(MetricEngine, GoesBackToWhatItRemembers) {
   ExecutionContext context;
   const mesh::Surface surface = test::torus(12, 8);
-  const EngineInput input = flat_but_one(surface, 0);
+  const EngineInput input = test::flat_but_one(surface, 0);
   const auto engine = make_engine(input, 53, context);
   Gradient before;
   engine->evaluate(1e-13, before, context);
@@ -173,7 +158,7 @@ TEST(MetricEngine, WeightsOfNearlyCocircularNeedlesKeepTheirPlaces) {
   surface.vertices << -0.5, 0, 0, 0.5, 0, 0, 0, up, 0, 0, -down, 0;
   surface.faces.resize(4, 3);
   surface.faces << 0, 1, 2, 1, 0, 3, 0, 2, 3, 1, 3, 2;
-  const EngineInput input = flat_but_one(surface, 0);
+  const EngineInput input = test::flat_but_one(surface, 0);
   const auto engine = make_engine(input, 200, context);
   Gradient gradient;
   engine->evaluate(1e-13, gradient, context);

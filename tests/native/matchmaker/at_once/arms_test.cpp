@@ -28,7 +28,7 @@ TEST(Arms, PinsThatChangePlacesArriveAllAtOnceForFewAddedVertices) {
   const Constraints constraints = exchange(map);
   ExecutionContext context;
   Stats stats;
-  ASSERT_TRUE(walk_with_arms(map, constraints, context, stats));
+  ASSERT_TRUE(move_with_arms(map, constraints, context, stats));
   test::expect_valid(map);
   for (const PinnedVertex& p : constraints.pins)
     EXPECT_EQ(Vector2(map.uv.row(p.vertex).transpose()), p.uv);
@@ -45,7 +45,7 @@ TEST(Arms, AreTheSameBitsForAnyNumberOfThreads) {
     ExecutionContext context;
     context.threads = threads;
     Stats stats;
-    ASSERT_TRUE(walk_with_arms(map, exchange(map), context, stats));
+    ASSERT_TRUE(move_with_arms(map, exchange(map), context, stats));
     if (threads == 1) first = map.uv;
     EXPECT_EQ(map.uv, first);
   }
@@ -60,8 +60,8 @@ TEST(Arms, DoNotDependOnWhereTheMapWasBefore) {
   there.uv *= 3;
   ExecutionContext context;
   Stats stats;
-  ASSERT_TRUE(walk_with_arms(here, constraints, context, stats));
-  ASSERT_TRUE(walk_with_arms(there, constraints, context, stats));
+  ASSERT_TRUE(move_with_arms(here, constraints, context, stats));
+  ASSERT_TRUE(move_with_arms(there, constraints, context, stats));
   EXPECT_EQ(here.uv, there.uv);
 }
 
@@ -81,7 +81,7 @@ TEST(Arms, WhatTheyAreNotForIsLeftAsItIs) {
   Constraints two = exchange(map);
   two.pins.resize(2);
   for (const Constraints& constraints : {one_to_one, with_line, with_outline, two}) {
-    EXPECT_FALSE(walk_with_arms(map, constraints, context, stats));
+    EXPECT_FALSE(move_with_arms(map, constraints, context, stats));
     EXPECT_EQ(map.uv, before);
   }
 }
@@ -93,7 +93,7 @@ TEST(Arms, CanBeCancelled) {
   ExecutionContext context;
   context.cancel();
   Stats stats;
-  EXPECT_THROW(walk_with_arms(map, exchange(map), context, stats), Cancelled);
+  EXPECT_THROW(move_with_arms(map, exchange(map), context, stats), Cancelled);
   EXPECT_EQ(map.uv, before);
 }
 

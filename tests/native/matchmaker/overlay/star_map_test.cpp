@@ -7,7 +7,7 @@
 #include <random>
 #include <set>
 
-#include "flipfree/matchmaker/take_back/remove_added.h"
+#include "flipfree/matchmaker/coarsening/remove_added.h"
 #include "flipfree/numeric/predicates.h"
 #include "matchmaker/refined_maps.h"
 #include "support/shapes.h"

@@ -11,7 +11,7 @@
 
 #include "flipfree/distortion/untangle.h"
 #include "flipfree/matchmaker/patches/build_target.h"
-#include "flipfree/matchmaker/patches/pipeline.h"
+#include "flipfree/matchmaker/patches/matchmaker_pp.h"
 #include "support/shapes.h"
 
 namespace flipfree::matchmaker {

@@ -7,33 +7,6 @@
 namespace flipfree::matchmaker {
 namespace {
 
-// A clock that goes on by one second at every look at it.
-void tick(ExecutionContext& context) {
-  context.clock = [now = 0.0]() mutable { return now += 1.0; };
-}
-
-TEST(TimeShare, AWayThatRunsOutOfItsShareIsGivenUp) {
-  ExecutionContext context;
-  tick(context);
-  const TimeLimit all(context, 1000);
-  EXPECT_TRUE(ended_in_share(context, [&] { context.check(); }));
-  EXPECT_FALSE(ended_in_share(context, [&] {
-    const TimeLimit share(context, 3);
-    while (true) context.check();
-  }));
-}
-
-TEST(TimeShare, WhenAllTimeIsOverTheCallEnds) {
-  ExecutionContext context;
-  tick(context);
-  const TimeLimit all(context, 5);
-  const auto endless = [&] {
-    while (true) context.check();
-  };
-  EXPECT_THROW(ended_in_share(context, endless), TimeIsOver);
-  EXPECT_FALSE(ended_in_time(endless));
-}
-
 TEST(TimeShare, WhatIsHalfDoneIsCompacted) {
   const mesh::Surface surface = test::grid(4, 4);
   mesh::RefinedMap map = test::split_flat(surface, 3);

@@ -76,7 +76,7 @@ TEST_F(Ribbon, AFoldedOneIsNoDisk) {
   EXPECT_THROW(outline_target(refined_, c, context_), Infeasible);
 }
 
-// A film's frame whose shape is the same carries nothing anywhere.
+// A homotopy's frame whose shape is the same carries nothing anywhere.
 TEST_F(Ribbon, CarriesAMapAlong) {
   const Constraints c = constraints();
   const Target target = outline_target(refined_, c, context_);

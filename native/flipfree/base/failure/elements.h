@@ -1,0 +1,20 @@
+// How many elements an error or a certificate names.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+#include "flipfree/base/types.h"
+
+namespace flipfree {
+
+// Enough to select and to look at, few enough to hand on where a whole mesh is at fault.
+inline constexpr std::size_t kMostElements = 1000;
+
+inline std::vector<Index> first_elements(const std::vector<Index>& elements) {
+  return {elements.begin(),
+          elements.begin() + static_cast<std::ptrdiff_t>(std::min(elements.size(), kMostElements))};
+}
+
+}  // namespace flipfree

@@ -1,0 +1,199 @@
+#include "flipfree/matchmaker/coarsening/remove_vertex.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "flipfree/base/plane.h"
+#include "flipfree/matchmaker/request/polygon.h"
+#include "flipfree/numeric/predicates.h"
+
+namespace flipfree::matchmaker {
+namespace {
+
+using Mesh = mesh::EditableTriangulation;
+
+// A removal may not leave a triangle that is worse than the worst it removes, except up to so many
+// times the mean energy.
+constexpr double kMostTimesMean = 4.0;
+// A star with more corners than this is left alone.
+constexpr std::size_t kMostCorners = 40;
+// What a triangle costs that is turned over in the map.
+constexpr double kTurnedOver = 1e300;
+// Boundary vertices with a wider angle stay. Beyond 2 pi the triangles that fill the corner may
+// wind once more around a vertex of its rim.
+constexpr double kWidestCorner = 1.9 * std::numbers::pi;
+
+}  // namespace
+
+VertexRemover::VertexRemover(mesh::RefinedMap& map) : map_(map), mesh_(map.surface.mesh) {
+  measure();
+}
+
+bool VertexRemover::remove(VertexId v) {
+  StarFilling filling;
+  if (!fill(v, false, filling)) return false;
+  mesh_.replace(filling.star, filling.triangles, filling.parents);
+  return true;
+}
+
+bool VertexRemover::fill(VertexId v, bool turned_over, StarFilling& filling) {
+  std::vector<Side> sides;
+  filling = {mesh_.star(v), {}, {}};
+  if (filling.star.empty() || !split_star(v, sides)) return false;
+  if (mesh_.is_boundary_vertex(v) && angle(v) > kWidestCorner) return false;
+  bound_ = kMostTimesMean * mean_;
+  for (const FaceId f : filling.star) {
+    const Mesh::Triangle t = mesh_.corners(f);
+    bound_ = std::max(bound_, energy(t[0], t[1], t[2]));
+  }
+  for (const Side& side : sides) {
+    if (!triangulate(side, turned_over, filling.triangles)) return false;
+    filling.parents.resize(filling.triangles.size(), side.parent);
+  }
+  return true;
+}
+
+double VertexRemover::angle(VertexId v) const {
+  double sum = 0;
+  mesh_.for_each_outgoing(v, [&](HalfedgeId h) {
+    const Vector2 a = uv(mesh_.target(h)) - uv(v);
+    const Vector2 b = uv(mesh_.apex(h)) - uv(v);
+    sum += turn(a, b);
+  });
+  return sum;
+}
+
+// Does w lie on the input edge that v, with two supports, lies on?
+bool VertexRemover::on_edge_of(VertexId v, VertexId w) const {
+  const mesh::Support& s = support(v);
+  const mesh::Support& t = support(w);
+  for (std::size_t i = 0; i < 3 && t.vertex[i] != kInvalid; ++i) {
+    if (t.vertex[i] != s.vertex[0] && t.vertex[i] != s.vertex[1]) return false;
+  }
+  return true;
+}
+
+// False if v is not where its support says: then it is left alone.
+bool VertexRemover::split_star(VertexId v, std::vector<Side>& sides) const {
+  const bool on_edge = support(v).vertex[2] == kInvalid;
+  std::vector<HalfedgeId> fan;
+  mesh_.for_each_outgoing(v, [&](HalfedgeId h) { fan.push_back(h); });
+  if (!on_edge) {
+    Side side;
+    for (const HalfedgeId h : fan) side.corners.push_back(mesh_.target(h));
+    side.parent = mesh_.parent(fan.front() / 3);
+    sides.push_back(std::move(side));
+    return !mesh_.is_boundary_vertex(v);
+  }
+  const bool boundary = mesh_.is_boundary_vertex(v);
+  std::size_t first = 0;
+  if (!boundary) {
+    while (first < fan.size() && !on_edge_of(v, mesh_.target(fan[first]))) ++first;
+    if (first == fan.size()) return false;
+    std::rotate(fan.begin(), fan.begin() + static_cast<std::ptrdiff_t>(first), fan.end());
+  } else if (!on_edge_of(v, mesh_.target(fan.front()))) {
+    return false;
+  }
+  for (const HalfedgeId h : fan) {
+    if (on_edge_of(v, mesh_.target(h))) {
+      sides.emplace_back();
+      sides.back().parent = mesh_.parent(h / 3);
+    }
+    if (mesh_.parent(h / 3) != sides.back().parent) return false;
+    sides.back().corners.push_back(mesh_.target(h));
+    const VertexId next = mesh_.apex(h);
+    const bool ends = on_edge_of(v, next);
+    if (ends) sides.back().corners.push_back(next);
+  }
+  return sides.size() == (boundary ? 1U : 2U);
+}
+
+// Least worst energy; all triangles positive in both planes.
+bool VertexRemover::triangulate(const Side& side, bool turned_over,
+                                std::vector<Mesh::Triangle>& triangles) {
+  const std::vector<VertexId>& c = side.corners;
+  const std::size_t n = c.size();
+  if (n < 3 || n > kMostCorners) return false;
+  Polygon polygon;
+  for (const VertexId v : c) polygon.push_back(uv(v));
+  if (!turned_over) {
+    for (std::size_t i = 0; i < n; ++i) {
+      if (polygon[i] == polygon[(i + 1) % n]) return false;
+    }
+    if (turning_number(polygon) != 1) return false;
+  }
+  // As stored: triangles between held vertices could not be repaired when the map is rounded.
+  Polygon stored;
+  for (const Vector2& p : polygon) stored.push_back(p.cast<float>().cast<double>());
+  const auto chord = [](std::size_t, std::size_t) { return true; };
+  const auto cost = [&](std::size_t i, std::size_t k, std::size_t j, double) {
+    const bool positive = numeric::orientation(polygon[i], polygon[k], polygon[j]) > 0 &&
+                          numeric::orientation(stored[i], stored[k], stored[j]) > 0;
+    if (!positive && !turned_over) return mesh::PolygonFiller::kForbidden;
+    if (map_.surface.orientation_in_parent(side.parent, c[i], c[k], c[j]) <= 0)
+      return mesh::PolygonFiller::kForbidden;
+    if (!positive) return kTurnedOver;
+    const double value = energy(c[i], c[k], c[j]);
+    return value > bound_ && !turned_over ? mesh::PolygonFiller::kForbidden : value;
+  };
+  if (!filler_.fill(n, chord, cost)) return false;
+  filler_.for_each_triangle([&](std::size_t i, std::size_t k, std::size_t j) {
+    triangles.push_back({c[i], c[k], c[j]});
+  });
+  return true;
+}
+
+// Half the squared lengths of J and of its inverse, from the surface to the map.
+std::array<double, 2> VertexRemover::stretches(VertexId a, VertexId b, VertexId c) const {
+  const auto at = [&](VertexId v) -> const Vector3& {
+    return map_.surface.position[static_cast<std::size_t>(v)];
+  };
+  const Vector3 e = at(b) - at(a);
+  const Vector3 f = at(c) - at(a);
+  const double length = std::max(e.norm(), 1e-300);
+  const double along = e.dot(f) / length;
+  // Needles as everywhere: distortion/rest_shapes.h.
+  const double height = std::max(e.cross(f).norm() / length, 1e-7 * std::max(length, f.norm()));
+  const Vector2 p = (uv(b) - uv(a)) / length;
+  const Vector2 q = (uv(c) - uv(a) - along * p) / height;
+  const double square = 0.5 * (p.squaredNorm() + q.squaredNorm());
+  const double area = cross(p, q);
+  return {square, square / (area * area)};
+}
+
+// Symmetric Dirichlet energy at the map's scale.
+double VertexRemover::energy(VertexId a, VertexId b, VertexId c) const {
+  const auto [stretch, shrink] = stretches(a, b, c);
+  return 0.5 * (stretch * scale2_ + shrink / scale2_);
+}
+
+void VertexRemover::measure() {
+  double stretch = 0;
+  double shrink = 0;
+  double total = 0;
+  for (FaceId f = 0; f < mesh_.face_slots(); ++f) {
+    if (!mesh_.alive(f)) continue;
+    const Mesh::Triangle t = mesh_.corners(f);
+    const auto at = [&](std::size_t k) -> const Vector3& {
+      return map_.surface.position[static_cast<std::size_t>(t[k])];
+    };
+    const double area = (at(1) - at(0)).cross(at(2) - at(0)).norm();
+    const auto [s, i] = stretches(t[0], t[1], t[2]);
+    stretch += area * s;
+    shrink += area * i;
+    total += area;
+  }
+  scale2_ = std::sqrt(shrink / stretch);
+  mean_ = std::sqrt(stretch * shrink) / total;
+  // Too distorted to be measured: whatever is valid will do.
+  if (!std::isfinite(mean_) || !(scale2_ > 0) || !std::isfinite(scale2_)) {
+    scale2_ = 1;
+    mean_ = std::numeric_limits<double>::infinity();
+  }
+}
+
+}  // namespace flipfree::matchmaker

@@ -1,0 +1,349 @@
+#include "flipfree/matchmaker/homotopy/move_outline.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <set>
+
+#include "flipfree/base/failure/outcome.h"
+#include "flipfree/distortion/energy/energy.h"
+#include "flipfree/distortion/energy/own_map.h"
+#include "flipfree/distortion/energy/rest_shapes.h"
+#include "flipfree/distortion/minimize/targets.h"
+#include "flipfree/distortion/untangle.h"
+#include "flipfree/embedding/embed.h"
+#include "flipfree/matchmaker/coarsening/remove_added.h"
+#include "flipfree/matchmaker/smooth/relax.h"
+#include "flipfree/matchmaker/start/first_try.h"
+#include "flipfree/matchmaker/target/carry.h"
+#include "flipfree/numeric/predicates.h"
+
+namespace flipfree::matchmaker {
+namespace {
+
+// A step goes this share of the way that is left, and no less than a hundredth of the share at the
+// end: outlines grow narrow as 1 - t does.
+constexpr double kStride = 0.05;
+constexpr double kRest = 0.01;
+constexpr double kShortestStride = 1e-3;  // in units of kStride
+// Newton steps after each frame, beyond those that lead to it.
+constexpr int kSettleSteps = 3;
+// A frame that raises the energy by more than this is refused.
+constexpr double kMostRise = 1.3;
+// A frame that needs more factorizations than this is hard: edges are split.
+constexpr std::int64_t kHard = 8;
+// How far ahead triangles are looked for that fold, in units of the stride, and how many at a time.
+constexpr double kLookAhead = 4.0;
+constexpr int kLooks = 24;
+constexpr std::size_t kFewestFolds = 40;
+// After a refusal half as many are split besides, those that hold most of the energy; and from
+// refusal to refusal more, from success to success fewer.
+constexpr double kMoreRoom = 1.5;
+constexpr double kLessRoom = 0.8;
+// Of a resisting triangle, edges at least this long against its longest are split.
+constexpr double kLong = 0.9;
+// Edges are split at one of so many shares: a power of two, so that weights stay exact.
+constexpr int kShares = 16;
+// Refinement is thinned out when the mesh has grown by this factor.
+constexpr double kThinOutAt = 1.5;
+constexpr int kRelaxSteps = 8;
+constexpr std::int64_t kMostFrames = 1000;
+// The way left must shrink by this factor in so many frames.
+constexpr std::int64_t kPatience = 50;
+constexpr double kLeastGain = 0.95;
+// Newton steps for the first frame.
+constexpr int kFirstSteps = 100;
+
+using EdgeSet = std::set<std::pair<VertexId, VertexId>>;
+
+class OutlineMover {
+ public:
+  OutlineMover(mesh::RefinedMap& map, const OutlineHomotopy& homotopy,
+               const std::vector<std::pair<VertexId, VertexId>>& uncut, ExecutionContext& context)
+      : map_(map), homotopy_(homotopy), context_(context), chart_(to_surface(map.surface)) {
+    for (const auto& [a, b] : uncut) uncut_.emplace(std::min(a, b), std::max(a, b));
+    for (const auto& [v, place] : homotopy.places(0.0, homotopy.corners(0.0))) held_.push_back(v);
+    keep_ = map.surface.mesh.vertex_count();
+    last_count_ = static_cast<double>(keep_);
+    relax();
+  }
+
+  double time() const { return time_; }
+  std::int64_t frames() const { return frames_; }
+  std::int64_t splits() const { return splits_; }
+
+  // True when the last frame is reached, false when there is no way on.
+  bool run(Index vertex_limit) {
+    double stride = 1.0;
+    double way_left = 2 * (1 + kRest);
+    while (time_ < 1) {
+      context_.report("moving to the outline", time_);
+      if (++frames_ > kMostFrames) return false;
+      if (frames_ % kPatience == 0) {
+        if (1 - time_ + kRest > kLeastGain * way_left) return false;
+        way_left = 1 - time_ + kRest;
+      }
+      std::int64_t effort = 0;
+      if (step(stride, effort)) {
+        stride = std::min(1.0, 1.5 * stride);
+        room_ = std::max(kFewestFolds,
+                         static_cast<std::size_t>(kLessRoom * static_cast<double>(room_)));
+        if (effort < kHard || time_ >= 1) continue;
+        if (map_.surface.mesh.vertex_count() < vertex_limit) refine(false);
+        continue;
+      }
+      if (stride < kShortestStride) return false;
+      stride *= stride > 0.1 ? 0.6 : 0.8;
+      room_ = static_cast<std::size_t>(kMoreRoom * static_cast<double>(room_));
+      if (map_.surface.mesh.vertex_count() >= vertex_limit) return false;
+      refine(true);
+    }
+    return true;
+  }
+
+ private:
+  double reach(double share) const { return share * kStride * (1 - time_ + kRest); }
+
+  bool step(double stride, std::int64_t& effort) {
+    const double by = reach(stride);
+    const double next = 1 - time_ < 1.3 * by ? 1.0 : time_ + by;
+    distortion::MinimizeOptions options;
+    options.max_iterations = kSettleSteps;
+    options.memory = &order_;
+    std::vector<std::pair<VertexId, Vector2>> moving;
+    for (const auto& [v, place] : homotopy_.places(next, homotopy_.corners(next))) {
+      if (map_.uv.row(v) == place.transpose()) {
+        options.fixed.push_back(v);
+      } else {
+        moving.emplace_back(v, place);
+      }
+    }
+    const ProgressRange quiet(context_, time_, time_);
+    Stats unused;
+    // Too squeezed for the Newton system: blocked, like any other.
+    Outcome<distortion::TargetsResult> result = attempt([&] {
+      return distortion::with_own_map([&] {
+        return distortion::minimize_with_targets(chart_, map_.uv, moving, options, context_,
+                                                 unused);
+      });
+    });
+    if (!result) return false;
+    effort = result->factorizations;
+    if (!result->missed.empty() || !(result->energy < kMostRise * energy_)) return false;
+    map_.uv = std::move(result->uv);
+    energy_ = result->energy;
+    time_ = next;
+    return true;
+  }
+
+  // Lowers the energy with outline and pins held; false if the map is too squeezed for that.
+  bool relax() {
+    const ProgressRange quiet(context_, time_, time_);
+    if (!matchmaker::relax(map_, held_, {kRelaxSteps, false, &order_}, context_)) return false;
+    energy_ = energy_of(map_, context_);
+    return true;
+  }
+
+  // The triangles that fold first when every vertex rides on the homotopy, and the frame they do it
+  // at.
+  std::vector<FaceId> first_folds(const Carrier& carrier, std::vector<Vector2>& there) const {
+    std::vector<FaceId> folds;
+    double ahead = reach(kLookAhead);
+    for (int look = 0; look < kLooks; ++look, ahead *= 0.6) {
+      const double t = std::min(1.0, time_ + ahead);
+      std::vector<Vector2> corners = homotopy_.corners(t);
+      Points2 carried = carrier.vertices(corners);
+      for (const auto& [v, place] : homotopy_.places(t, corners))
+        carried.row(v) = place.transpose();
+      std::vector<FaceId> found = distortion::find_flips(chart_.faces, carried, context_);
+      if (found.empty()) break;
+      folds = std::move(found);
+      there = std::move(corners);
+      if (folds.size() <= room_) break;
+    }
+    if (folds.size() > 4 * room_) folds.resize(4 * room_);
+    return folds;
+  }
+
+  // Where to split the edge a -> b: the share at which it bends most on the way to frame `there`.
+  static double sharpest_bend(const Carrier& carrier, VertexId a, VertexId b,
+                              const std::vector<Vector2>& there) {
+    const Vector2 start = carrier.on_edge(a, b, 0.0, there);
+    const Vector2 along = carrier.on_edge(a, b, 1.0, there) - start;
+    double best = 0.5;
+    double most = -1;
+    for (int k = 2; k <= kShares - 2; ++k) {
+      const double s = static_cast<double>(k) / kShares;
+      const Vector2 d = carrier.on_edge(a, b, s, there) - start - s * along;
+      // Equal bends: rather in the middle.
+      const double bend = d.norm() * (s * (1 - s) + 0.5);
+      if (bend > most) {
+        most = bend;
+        best = s;
+      }
+    }
+    return best;
+  }
+
+  // The triangles that hold most of the energy: what is jammed.
+  std::vector<FaceId> most_loaded() const {
+    const distortion::RestShapes rest = distortion::build_rest_shapes(chart_, context_);
+    const double scale =
+        distortion::sum_energy(chart_.faces, rest.triangles, map_.uv, context_).best_scale();
+    std::vector<std::pair<double, FaceId>> load;
+    for (FaceId f = 0; f < chart_.faces.rows(); ++f) {
+      const auto at = [&](Index k) { return map_.uv.row(chart_.faces(f, k)).data(); };
+      const distortion::RestTriangle& r = rest.triangles[static_cast<std::size_t>(f)];
+      const distortion::Jacobian j = distortion::jacobian(r, at(0), at(1), at(2));
+      const double square = j.a * j.a + j.b * j.b + j.c * j.c + j.d * j.d;
+      const double shrink = square / (j.determinant * j.determinant);
+      load.emplace_back(-r.weight * (square * scale * scale + shrink / (scale * scale)), f);
+    }
+    const std::size_t count = std::min(room_ / 2, load.size());
+    std::partial_sort(load.begin(), load.begin() + static_cast<std::ptrdiff_t>(count), load.end());
+    std::vector<FaceId> result;
+    for (std::size_t i = 0; i < count; ++i) result.push_back(load[i].second);
+    return result;
+  }
+
+  void refine(bool refused) {
+    EdgeSet edges;
+    const std::vector<Vector2> here = homotopy_.corners(time_);
+    std::vector<Vector2> there = here;
+    const Points2 old_uv = map_.uv;
+    const Carrier carrier(map_.surface, old_uv, homotopy_.domain(), here, context_);
+    std::vector<FaceId> resisting = first_folds(carrier, there);
+    if (refused) {
+      const std::vector<FaceId> loaded = most_loaded();
+      resisting.insert(resisting.end(), loaded.begin(), loaded.end());
+    }
+    for (const FaceId f : resisting) {
+      double length[3];
+      for (Index k = 0; k < 3; ++k) {
+        length[k] =
+            (map_.uv.row(chart_.faces(f, k)) - map_.uv.row(chart_.faces(f, (k + 1) % 3))).norm();
+      }
+      for (Index k = 0; k < 3; ++k) {
+        const VertexId a = chart_.faces(f, k);
+        const VertexId b = chart_.faces(f, (k + 1) % 3);
+        if (length[k] > kLong * *std::max_element(length, length + 3))
+          edges.emplace(std::min(a, b), std::max(a, b));
+      }
+    }
+    mesh::RefinedSurface& surface = map_.surface;
+    const Index before = surface.mesh.vertex_count();
+    map_.uv.conservativeResize(before + static_cast<Index>(edges.size()), 2);
+    for (const auto& [a, b] : edges) {
+      const HalfedgeId h = surface.mesh.find(a, b);
+      if (surface.mesh.is_boundary(h) || uncut_.count({a, b}) > 0) continue;
+      const auto [source, target] = std::pair(surface.mesh.source(h), surface.mesh.target(h));
+      const double share = surface.exact_share(h, sharpest_bend(carrier, source, target, there));
+      const Vector2 place =
+          ((1 - share) * map_.uv.row(source) + share * map_.uv.row(target)).transpose();
+      if (!splits_well(h, place) || !splits_well(surface.mesh.opposite(h), place)) continue;
+      map_.uv.row(surface.split_edge(h, share)) = place.transpose();
+    }
+    map_.uv.conservativeResize(surface.mesh.vertex_count(), 2);
+    if (surface.mesh.vertex_count() == before) return;
+    ++splits_;
+    thin_out_if_dense();
+    chart_ = to_surface(surface);
+    relax();  // or the next step finds it blocked
+  }
+
+  // Most splits turn out not to be needed: takes them back now and then, before they cost time.
+  void thin_out_if_dense() {
+    const Index count = map_.surface.mesh.vertex_count();
+    if (count < kThinOutAt * last_count_) return;
+    thin_out(map_, held_, keep_, context_);
+    last_count_ = static_cast<double>(map_.surface.mesh.vertex_count());
+    room_ = kFewestFolds;
+  }
+
+  // Do the two halves of the triangle left of h stay positive? Exact: rounding moves the midpoint.
+  bool splits_well(HalfedgeId h, const Vector2& middle) const {
+    const mesh::EditableTriangulation& mesh = map_.surface.mesh;
+    const Vector2 a = map_.uv.row(mesh.source(h)).transpose();
+    const Vector2 b = map_.uv.row(mesh.target(h)).transpose();
+    const Vector2 c = map_.uv.row(mesh.apex(h)).transpose();
+    return numeric::orientation(a, middle, c) > 0 && numeric::orientation(middle, b, c) > 0;
+  }
+
+  mesh::RefinedMap& map_;
+  const OutlineHomotopy& homotopy_;
+  ExecutionContext& context_;
+  mesh::Surface chart_;
+  EdgeSet uncut_;
+  std::vector<VertexId> held_;
+  numeric::EliminationMemory order_;
+  Index keep_ = 0;
+  double last_count_ = 0;
+  std::size_t room_ = kFewestFolds;
+  double time_ = 0;
+  double energy_ = 0;
+  std::int64_t frames_ = 0;
+  std::int64_t splits_ = 0;
+};
+
+// Every inner edge between boundary vertices: whether its ends see each other may differ between
+// frames.
+void split_chords(mesh::RefinedSurface& surface) {
+  const mesh::EditableTriangulation& mesh = surface.mesh;
+  std::vector<std::pair<VertexId, VertexId>> chords;
+  for (HalfedgeId h = 0; h < mesh.halfedge_slots(); ++h) {
+    if (mesh.alive(h / 3) && mesh.edge(h) == h && !mesh.is_boundary(h) &&
+        mesh.is_boundary_vertex(mesh.source(h)) && mesh.is_boundary_vertex(mesh.target(h)))
+      chords.emplace_back(mesh.source(h), mesh.target(h));
+  }
+  for (const auto& [a, b] : chords) surface.split_edge(mesh.find(a, b));
+}
+
+}  // namespace
+
+mesh::RefinedMap first_frame(const mesh::RefinedSurface& surface, const OutlineHomotopy& homotopy,
+                             ExecutionContext& context, Stats& stats) {
+  mesh::RefinedMap map{surface, {}};
+  split_chords(map.surface);
+  const std::vector<Vector2> corners = homotopy.corners(0.0);
+  const std::vector<Index>& outline = homotopy.domain().outline;
+  std::vector<VertexId> loop;
+  Points2 polygon(static_cast<Eigen::Index>(outline.size()), 2);
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    loop.push_back(homotopy.domain().mesh_vertex[static_cast<std::size_t>(outline[i])]);
+    polygon.row(static_cast<Eigen::Index>(i)) =
+        corners[static_cast<std::size_t>(outline[i])].transpose();
+  }
+  embedding::EmbedOptions embed;
+  embed.float32 = false;
+  embed.low_distortion = true;
+  map.uv = distortion::with_own_map([&] {
+    return embedding::embed_disk(map.surface.mesh.faces(), map.surface.mesh.vertex_count(), loop,
+                                 polygon, embed, context, stats);
+  });
+  distortion::MinimizeOptions minimize;
+  minimize.max_iterations = kFirstSteps;
+  minimize.fixed = loop;
+  std::sort(minimize.fixed.begin(), minimize.fixed.end());
+  Stats unused;
+  if (loop.size() < static_cast<std::size_t>(map.uv.rows()))
+    map.uv = distortion::with_own_map([&] {
+      return distortion::minimize_distortion(to_surface(map.surface), map.uv, minimize, context,
+                                             unused);
+    });
+  return map;
+}
+
+bool move_outline(mesh::RefinedMap& map, const OutlineHomotopy& homotopy,
+                  const std::vector<std::pair<VertexId, VertexId>>& uncut, Index added_limit,
+                  ExecutionContext& context, Stats& stats) {
+  const Index before = map.surface.mesh.vertex_count();
+  OutlineMover mover(map, homotopy, uncut, context);
+  const bool arrived = mover.run(before + added_limit);
+  stats["outline.frames"] = mover.frames();
+  stats["outline.refinements"] = mover.splits();
+  stats["outline.way"] = mover.time();
+  stats["outline.added_vertices"] =
+      static_cast<std::int64_t>(map.surface.mesh.vertex_count() - before);
+  return arrived;
+}
+
+}  // namespace flipfree::matchmaker

@@ -1,0 +1,34 @@
+// Brings a map from a convex polygon onto an outline through the frames of a homotopy
+// (outline_homotopy.h), along maps that are all flip-free, refining the surface where the way is
+// blocked.
+//
+// From frame to frame the boundary and the pins are prescribed, everything else follows by Newton
+// steps of the distortion's energy (distortion/targets.h). A frame that makes the energy jump is
+// refused and a nearer one tried; where steps become hard, the edges that are too long to bend with
+// the outline are split: those of the triangles that would fold first if every vertex rode on the
+// homotopy (carry.h). Every map on the way is valid, so inner vertices keep winding once, and the
+// disk that the homotopy's triangulation stands for, one of perhaps several with that outline, is
+// the one that is reached.
+#pragma once
+
+#include "flipfree/base/context.h"
+#include "flipfree/base/stats.h"
+#include "flipfree/matchmaker/homotopy/outline_homotopy.h"
+#include "flipfree/mesh/refined/refined_map.h"
+
+namespace flipfree::matchmaker {
+
+// The surface at frame 0, without the pins: flip-free, distortion lowered. Inner edges between
+// boundary vertices are split. Throws what embed_disk and minimize_distortion throw.
+mesh::RefinedMap first_frame(const mesh::RefinedSurface& surface, const OutlineHomotopy& homotopy,
+                             ExecutionContext& context, Stats& stats);
+
+// Precondition: map.uv is flip-free and at the homotopy's frame 0, pins included. Edges of `uncut`
+// are not split (lines). True if frame 1 was reached: outline and pins bit for bit; else `map` is
+// some valid map on the way. No guarantee of arrival: at most `added_limit` vertices are added.
+// Deterministic for any number of threads. Stats: "outline.*". Cost: some hundred Newton steps.
+bool move_outline(mesh::RefinedMap& map, const OutlineHomotopy& homotopy,
+                  const std::vector<std::pair<VertexId, VertexId>>& uncut, Index added_limit,
+                  ExecutionContext& context, Stats& stats);
+
+}  // namespace flipfree::matchmaker

@@ -1,0 +1,18 @@
+#!/bin/bash
+# Makes the pictures of Blender's window in docs/images that are cut out of the tests with a window, anew: result, check, improve.
+#
+#   scripts/docs-pictures.sh BLENDER NAME
+#
+# As scripts/window-tests.sh, whose profile it uses; wants ImageMagick. Look at them before committing.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+shots=$(mktemp -d)
+trap 'rm -rf "$shots"' EXIT
+bash scripts/window-tests.sh "${1:?usage: docs-pictures.sh BLENDER NAME}" "${2:?usage: docs-pictures.sh BLENDER NAME}" "$shots" \
+  menus_draw check_selects
+small=(-strip -dither None -colors 256 -define png:compression-level=9)
+convert "$shots/result.png" "${small[@]}" docs/images/result.png
+convert "$shots/check_flips.png" "${small[@]}" docs/images/check.png
+# The UV editor before, both editors and the report line after.
+convert \( "$shots/improve_before.png" -crop 525x745+0+28 +repage \) \( "$shots/improve_after.png" -crop 1050x772+0+28 +repage \) \
+  -background '#181818' -gravity north +append "${small[@]}" docs/images/improve.png
