@@ -32,7 +32,7 @@ void bind_certify(py::module_& module) {
         }
         if (const auto given = to_loops(loops)) {
           request.require_cones = true;
-          for (const auto& loop : *given) request.loops.emplace_back(loop.loop, loop.quarter_turns);
+          for (const auto& turn : *given) request.loops.emplace_back(turn.loop, turn.quarter_turns);
         }
         mesh::Surface input;
         if (!parent.is_none()) {

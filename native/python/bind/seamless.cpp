@@ -44,6 +44,10 @@ void bind_seamless(py::module_& module) {
   py::enum_<seamless::Boundary>(module, "SeamlessBoundary")
       .value("aligned", seamless::Boundary::kAligned)
       .value("free", seamless::Boundary::kFree);
+  py::enum_<seamless::Engine>(module, "SeamlessEngine")
+      .value("auto", seamless::Engine::kAuto)
+      .value("penner", seamless::Engine::kPenner)
+      .value("padding", seamless::Engine::kPadding);
   py::class_<SeamlessOptions>(module, "SeamlessOptions")
       .def(py::init<>())
       .def_property("uncuttable", nullptr,
@@ -58,6 +62,7 @@ void bind_seamless(py::module_& module) {
                     [](SeamlessOptions& options, const py::object& loops) {
                       options.loops = to_loops(loops);
                     })
+      .def_readwrite("engine", &SeamlessOptions::which)
       .def_readwrite("optimise", &SeamlessOptions::optimise)
       .def_readwrite("exact", &SeamlessOptions::exact)
       .def_readwrite("max_iterations", &SeamlessOptions::max_iterations)

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure/outcome.h"
 #include "flipfree/base/in_time.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/distortion/seams/seams.h"
@@ -15,6 +16,8 @@
 #include "flipfree/seamless/exact/chart_places.h"
 #include "flipfree/seamless/exact/edge_directions.h"
 #include "flipfree/seamless/exact/take_back.h"
+#include "flipfree/seamless/padding/engine/padding.h"
+#include "flipfree/seamless/padding/topology/topology.h"
 #include "flipfree/seamless/request.h"
 #include "flipfree/seamless/seams.h"
 #include "flipfree/seamless/suggested_turns.h"
@@ -45,6 +48,42 @@ void turn_along_own_edges(const IndexPairs& diagonals, certify::Parametrization&
   turn_along_edges(map.surface.faces, adjacency, parts.of_face, parts.count, diagonals, map.uv);
 }
 
+// Why the engine "padding" has nothing to say about this request; "" if it has.
+std::string not_for_padding(const mesh::Surface& surface, const SeamlessOptions& options) {
+  if (options.loops) return "loops that turn as they are told";
+  return has_boundary(surface) ? "surfaces with a boundary" : "";
+}
+
+PennerMap padded(const mesh::Surface& surface, const std::vector<Index>& cones,
+                 const PennerMapOptions& engine, ExecutionContext& context) {
+  std::vector<Index> turns = cones;
+  std::replace(turns.begin(), turns.end(), kNotGiven, Index{4});
+  PennerMap found = compute_padding_map(surface, turns, make_admissible_cut, engine, context);
+  found.map.stats["engine"] = std::string("padding");
+  return found;
+}
+
+PennerMap find_map(const mesh::Surface& surface, const std::vector<Index>& cones,
+                   const PennerMapOptions& engine, const SeamlessOptions& options,
+                   ExecutionContext& context) {
+  const std::string unsuited = not_for_padding(surface, options);
+  if (options.which == Engine::kPadding) {
+    if (!unsuited.empty()) {
+      throw_invalid(ErrorCode::kBadOption, "The engine \"padding\" does not know " + unsuited +
+                                               ". Take the engine \"penner\" or \"auto\".");
+    }
+    return padded(surface, cones, engine, context);
+  }
+  if (options.which == Engine::kPenner || !unsuited.empty())
+    return compute_penner_map(surface, cones, options.loops, engine, context);
+  auto first =
+      attempt([&] { return compute_penner_map(surface, cones, options.loops, engine, context); });
+  if (first) return std::move(*first);
+  auto second = attempt([&] { return padded(surface, cones, engine, context); });
+  if (!second) throw NotConverged(first.error());
+  return std::move(*second);
+}
+
 certify::Parametrization map_in_time(const mesh::Surface& surface, const std::vector<Index>& cones,
                                      const SeamlessOptions& options, ExecutionContext& context) {
   check_request(surface, cones, context);
@@ -55,7 +94,7 @@ certify::Parametrization map_in_time(const mesh::Surface& surface, const std::ve
   PennerMap found;
   {
     const ProgressRange range(context, 0.0, kEngineShare);
-    found = compute_penner_map(surface, cones, options.loops, engine, context);
+    found = find_map(surface, cones, engine, options, context);
   }
   // An aligned boundary says it.
   if (options.boundary == Boundary::kFree || !has_boundary(surface))
@@ -130,7 +169,7 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
   write_transitions(seam_branches(map.surface.faces, adjacency, cuts, places, map.uv), map);
   certify::certify_map(map, surface, request, context);
   certify::require_certificate(map, "The seamless map");
-  map.stats["engine"] = std::string("penner");
+  map.stats.try_emplace("engine", std::string("penner"));
   map.stats["engine.added_vertices"] = static_cast<std::int64_t>(engine_added);
   map.stats["energy.engine"] = engine_energy;
   map.stats["energy.optimised"] = map.certificate.energy;

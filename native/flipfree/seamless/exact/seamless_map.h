@@ -2,7 +2,8 @@
 // design: G1, G2, G4, G5, G7).
 //
 //   check_request()        seamless/request.h        refuses what no map can have
-//   compute_penner_map()   penner/penner.h           a map whose seams match up to rounding
+//   compute_penner_map()   penner/penner.h           a map whose seams match up to rounding; or
+//   compute_padding_map()  padding/engine/padding.h  where that finds none
 //   turn_along_edges()     edge_directions.h         which way up
 //   take_back()            exact/take_back.h         fewer added vertices, or none
 //   make_exact()           distortion/seams/seams.h  less distortion, then exact seams
@@ -21,7 +22,15 @@
 
 namespace flipfree::seamless {
 
+// Which engine finds the map: kAuto takes the first that does.
+enum class Engine {
+  kAuto,
+  kPenner,   // penner/penner.h
+  kPadding,  // padding/engine/padding.h: closed surfaces, loops as they come
+};
+
 struct SeamlessOptions {
+  Engine which = Engine::kAuto;
   Boundary boundary = Boundary::kAligned;
   PennerMapOptions engine;  // its own boundary and max_seconds are not looked at
   // By how much loops turn, as compute_penner_map() takes them; none: as is nearest.

@@ -26,7 +26,7 @@ from ..options import (
 )
 from ..results import IntArray, Parametrization
 
-ENGINES = ("auto", "penner")
+ENGINES = ("auto", "penner", "padding")
 BOUNDARIES = ("aligned", "free")
 
 
@@ -115,7 +115,7 @@ def start_penner(
     ``loops`` as in :class:`SeamlessMap`, None: chosen. ``relaxation``: steps towards the input's metric, which lower
     the energy and cost refinement; None: only where the energy would be large.
     """
-    as_choice(engine, "engine", ENGINES)
+    as_choice(engine, "engine", ENGINES[:2])
     face_array = as_indices(faces, "faces", 3)
     positions = as_vertices(vertices, face_array)
     native = _native.seamless_penner(
@@ -160,7 +160,9 @@ def seamless(
         cones: {vertex: k}: total angle k pi / 2; all others are flat. On every closed connected part of genus g the sum of
             4 - k is 8 - 8 g; with an aligned boundary the sum of 4 - k inside and 2 - k at the boundary is 4 times the
             Euler characteristic. None: those of ``suggest_cones`` with ``quarter_turns`` and the bound 2.
-        engine: "penner", or "auto", which takes the first engine that finds a map; there is one today.
+        engine: "penner" changes lengths of edges until all angles fit; "padding" cuts into disks with right-angled borders
+            and pads them until they fit (closed surfaces; it finds less often a map, and refines more); "auto" takes the
+            first that finds a map.
         boundary: "aligned": curves of the boundary run exactly along the axes, with corners of whole quarter turns: the
             boundary vertices in ``cones`` (1: a convex corner, 3: a reflex one; all others are straight), or, if it names
             none, where the boundary is sharp and as many as Gauss-Bonnet asks for. "free": as near to the surface as the
@@ -185,11 +187,11 @@ def seamless(
         InvalidInput (the mesh; a cone; names the place), Infeasible (Gauss-Bonnet, with what is missing; cones that no
         surface of this genus has), NotConverged, Cancelled.
     """
-    as_choice(engine, "engine", ENGINES)
     face_array = as_indices(faces, "faces", 3)
     positions = as_vertices(vertices, face_array)
     options = filled(
         _native.SeamlessOptions(),
+        engine=_native.SeamlessEngine.__members__[as_choice(engine, "engine", ENGINES)],
         boundary=_native.SeamlessBoundary.__members__[as_choice(boundary, "boundary", BOUNDARIES)],
         optimise=as_flag(optimise, "optimise"),
         exact=as_flag(exact, "exact"),

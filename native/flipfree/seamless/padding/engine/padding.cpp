@@ -87,6 +87,7 @@ PennerMap map_in_time(const mesh::Surface& surface, const std::vector<Index>& co
   const ProgressRange range(context, 0.1, 1.0);
   PennerMap result = compute_penner_map(pieces.surface, pieces.cones, std::nullopt, own, context);
   certify::Parametrization& map = result.map;
+  result.cones = cones;
   result.loops.clear();  // they are of the refined faces
   name_input_places(surface, pieces, map);
   certify::CertifyRequest request;
