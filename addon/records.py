@@ -53,8 +53,8 @@ def of_failure(failure) -> dict:
 
 
 def _worst(values) -> float | None:
-    """JSON has no infinity and no NaN: null."""
-    finite = [value for value in values if math.isfinite(value)]
+    """JSON has no infinity and no NaN: null, as for what was not measured (-1)."""
+    finite = [value for value in values if math.isfinite(value) and value >= 0]
     return max(finite) if finite and len(finite) == len(values) else None
 
 

@@ -115,7 +115,7 @@ def figures(certificates, islands: int, island_overlaps: int | None = None) -> s
     """
     flips = sum(max(c.flips32, 0) for c in certificates)
     triangles = sum(c.triangles for c in certificates)
-    known = [c for c in certificates if math.isfinite(c.energy)]
+    known = [c for c in certificates if math.isfinite(c.energy) and c.energy >= 0]
     if island_overlaps is None:
         island_overlaps = sum(max(c.island_overlaps, 0) for c in certificates)
     parts = [

@@ -89,7 +89,7 @@ def test_packing_is_no_option_of_unwrap(two_sheets, tmp_path):
 def test_a_bad_mesh_gives_status_1_and_no_file(tmp_path):
     path = tmp_path / "bad.obj"
     path.write_text("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n")
-    result = command("unwrap", path, tmp_path / "out.obj")
+    result = command("conformal", path, tmp_path / "out.obj")
     assert result.returncode == 1 and "without area" in result.stdout + result.stderr
     assert not (tmp_path / "out.obj").exists()
 
@@ -113,13 +113,14 @@ def test_records_say_what_is_poor_and_what_failed(tmp_path):
     corner = [loop.vertex_index for loop in ob.data.loops]
     flat = np.array([ob.data.vertices[v].co[:2] for v in corner], np.float32)
     shapes.set_uv(ob, flat * np.float32([1.0, 0.01]))
-    shapes.add("Bad", [(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(0, 1, 2)], uv=True)
+    shapes.add("Line", [(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(0, 1, 2)], uv=True)
+    bad = shapes.add("Bad", [(0, 0, 0), (1, 0, 0), (1, 1, 0)], [(0, 1, 2)], uv=True)
+    bad.data.vertices[2].co.x = float("nan")
     path, record = tmp_path / "two.blend", tmp_path / "record.json"
     bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
-    # A surface without area has no distortion that could be measured.
     assert command("check", path, "--json", record).returncode == 1
     found = {entry["object"]: entry for entry in json.loads(record.read_text())}
-    assert not found["Bad"]["ok"] and "not a finite number" in found["Bad"]["report"]
+    assert not found["Bad"]["ok"] and "no number" in found["Bad"]["errors"][0]["message"]
     assert found["Flat"]["poor"] and found["Flat"]["poor_islands"] == [0]
     assert "Select Distorted Islands" in found["Flat"]["warnings"][0]
     out = tmp_path / "out.blend"
@@ -127,8 +128,11 @@ def test_records_say_what_is_poor_and_what_failed(tmp_path):
     found = {entry["object"]: entry for entry in json.loads(record.read_text())}
     assert found["Flat"]["ok"] and not found["Flat"]["poor"]
     (error,) = found["Bad"]["errors"]
-    assert not found["Bad"]["ok"] and "without area" in error["message"]
-    assert error["kind"] == "face" and error["elements"] == [0]
+    assert not found["Bad"]["ok"] and "no number" in error["message"]
+    assert error["kind"] == "vertex" and error["elements"] == [2]
+    # A surface without area has no distortion that could be measured.
+    assert found["Line"]["ok"] and found["Line"]["energy"] is None
+    assert "distortion" not in found["Line"]["report"]
 
 
 def test_unknown_files_and_arguments_are_refused_with_words(tmp_path):

@@ -158,7 +158,8 @@ def test_scaled_objects_count_with_their_size_in_the_scene():
 
 def test_one_object_that_fails_leaves_the_others_in_one_layout():
     first, second = cube_with_seams("First"), cylinder_with_seams()
-    bad = shapes.add("Bad", [(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(0, 1, 2)], uv=True)
+    bad = shapes.add("Bad", [(0, 0, 0), (1, 0, 0), (1, 1, 0)], [(0, 1, 2)], uv=True)
+    bad.data.vertices[2].co.x = float("nan")
     for ob in (first, second, bad):
         shapes.activate(ob, only=False)
     before = shapes.uv_of(bad).tobytes()
