@@ -27,12 +27,9 @@ HEAD = 40  # lines
 UNTESTED = {
     "distortion/seams": "exact_grid grid_repair seam_system",
     "distortion/seams/eliminate": "cut_map",
-    "intrinsic": "flipped_metric",
-    "intrinsic/layout": "chart_placement development input_development",
-    "intrinsic/layout/refine": "developed_angles face_triangulations refine_map refined_layout",
+    "intrinsic/layout": "development input_development",
     "intrinsic/loops": "loop_carrier",
     "intrinsic/overlay": "overlay_straight overlay_trace",
-    "intrinsic/refined_start": "signpost_triangulation split_surface",
     "matchmaker/finish": "ease settle",
     "matchmaker/overlay": "shore",
     "matchmaker/patches": "build_target embed_patches matchmaker_pp",

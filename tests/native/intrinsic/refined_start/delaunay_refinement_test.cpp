@@ -14,7 +14,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/conformal/metric/refined_metric.h"
 #include "flipfree/intrinsic/refined_start/split_surface.h"
-#include "support/shapes.h"
+#include "intrinsic/refined_start/flat_surfaces.h"
 
 namespace flipfree::intrinsic {
 namespace {
@@ -48,11 +48,6 @@ mesh::Surface prism(Index sectors, double height, bool closed) {
   return s;
 }
 
-FlatSurface flat(const mesh::Surface& s) {
-  return make_flat_surface(static_cast<Index>(s.vertices.rows()), s.faces,
-                           lengths_of(s.vertices, s.faces));
-}
-
 struct Refined {
   FlatSurface input;
   RefinementPoints found;
@@ -60,7 +55,7 @@ struct Refined {
 };
 Refined refine(const mesh::Surface& s, RefinementOptions options = {}) {
   ExecutionContext context;
-  Refined r{flat(s), {}, {}};
+  Refined r{test::flat(s), {}, {}};
   r.found = find_refinement_points(r.input, options, context);
   EXPECT_TRUE(split_surface(r.input, r.found.points, context, r.split));
   return r;
@@ -159,7 +154,7 @@ TEST(Refinement, StopsAtItsLimitAndSaysSo) {
 TEST(Refinement, CanBeCancelled) {
   ExecutionContext context;
   context.cancel();
-  const FlatSurface surface = flat(prism(120, 3.0, true));
+  const FlatSurface surface = test::flat(prism(120, 3.0, true));
   EXPECT_THROW(find_refinement_points(surface, {}, context), Cancelled);
 }
 

@@ -5,17 +5,13 @@
 #include <cmath>
 #include <numbers>
 
-#include "support/shapes.h"
+#include "intrinsic/refined_start/flat_surfaces.h"
 
 namespace flipfree::intrinsic {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-FlatSurface flat(const mesh::Surface& s) {
-  return make_flat_surface(static_cast<Index>(s.vertices.rows()), s.faces,
-                           lengths_of(s.vertices, s.faces));
-}
 Vector3 in_space(const mesh::Surface& s, const FlatSurface& f, const FacePoint& p) {
   const Vector3 w = f.weights(p);
   return w[0] * s.vertices.row(s.faces(p.face, 0)).transpose() +
@@ -25,7 +21,7 @@ Vector3 in_space(const mesh::Surface& s, const FlatSurface& f, const FacePoint& 
 
 TEST(FlatSurface, LinesInThePlaneAreStraight) {
   const mesh::Surface s = test::grid(10, 10);
-  const FlatSurface f = flat(s);
+  const FlatSurface f = test::flat(s);
   VertexId middle = kInvalid;
   const Vector3 centre = s.vertices.colwise().mean().transpose();
   for (VertexId v = 0; v < f.vertex_count; ++v) {
@@ -50,7 +46,7 @@ TEST(FlatSurface, LinesInThePlaneAreStraight) {
 
 TEST(FlatSurface, LinesEndAtTheBoundary) {
   const mesh::Surface s = test::grid(4, 4);
-  const FlatSurface f = flat(s);
+  const FlatSurface f = test::flat(s);
   FaceRay ray;
   ray.face = 0;
   ray.at = (f.corner_at(0) + f.corner_at(1) + f.corner_at(2)) / 3.0;
@@ -60,7 +56,7 @@ TEST(FlatSurface, LinesEndAtTheBoundary) {
 TEST(FlatSurface, ALineAroundATetrahedronComesBack) {
   // Parallel to an edge, at mid height: a closed geodesic of four pieces, half an edge each.
   const mesh::Surface s = test::tetrahedron();
-  const FlatSurface f = flat(s);
+  const FlatSurface f = test::flat(s);
   const double l = f.length[0];
   FaceRay ray;
   ray.face = 0;
