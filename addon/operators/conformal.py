@@ -207,11 +207,7 @@ class UV_OT_flipfree_conformal(options.Packing, options.MapOperator, bpy.types.O
         items=REFINED_STARTS,
         default="auto",
     )
-    mark_cuts: bpy.props.BoolProperty(
-        name="Mark Cuts as Seams",
-        description="Mark the edges along which the map is cut",
-        default=True,
-    )
+    mark_cuts: options.mark_cuts()
     pack: bpy.props.BoolProperty(
         name="Pack Islands",
         description=(
@@ -273,13 +269,7 @@ class UV_OT_flipfree_suggest_cones(options.MapOperator, bpy.types.Operator):
     verb = "Suggest Cones"
     option_names = ("bound", "quarter_turns")
 
-    bound: bpy.props.FloatProperty(
-        name="Scale Bound",
-        description="Largest ratio between the largest and the smallest scale of the map",
-        default=4.0,
-        min=1.01,
-        soft_max=100.0,
-    )
+    bound: options.scale_bound(4.0)
     quarter_turns: bpy.props.BoolProperty(
         name="Quarter Turns",
         description="Angles in multiples of 90 degrees, as seamless maps want them",

@@ -65,6 +65,25 @@ class Packing(Margin):
     )
 
 
+def scale_bound(default: float):
+    return bpy.props.FloatProperty(
+        name="Scale Bound",
+        description="Of suggested cones: largest ratio between the largest and the smallest scale. Lower is more cones",
+        default=default,
+        min=1.01,
+        soft_max=100.0,
+    )
+
+
+def mark_cuts(attribute: str = ""):
+    """attribute: what else is written with the marks."""
+    return bpy.props.BoolProperty(
+        name="Mark Cuts as Seams",
+        description="Mark the edges along which the map is cut" + attribute,
+        default=True,
+    )
+
+
 # Seconds of the clock per island, where an operator does not ask.
 MAX_SECONDS = 300.0
 
@@ -87,6 +106,7 @@ class MapOperator(modal.SolverOperator):
     """Mixin for operators with one task per object. Subclasses give `option_names` and `make_task`."""
 
     option_names: tuple = ()
+    advanced: tuple = ()  # those of them that are drawn in a panel of their own, closed at first
     needs_uv = False
     joint_layout = False  # islands of all objects are packed together
 
@@ -101,11 +121,23 @@ class MapOperator(modal.SolverOperator):
     def poll(cls, context):
         return common.poll(cls, context, needs_uv=cls.needs_uv)
 
+    def has_effect(self, name: str) -> bool:
+        """Whether an option changes anything, given the others; it is drawn only then."""
+        return True
+
     def draw(self, context):
         self.layout.use_property_split = True
         self.layout.use_property_decorate = False
         for name in self.option_names:
-            self.layout.prop(self, name)
+            if name not in self.advanced and self.has_effect(name):
+                self.layout.prop(self, name)
+        if not self.advanced:
+            return
+        header, body = self.layout.panel(f"{type(self).__name__}_advanced", default_closed=True)
+        header.label(text="Advanced")
+        if body is not None:
+            for name in self.advanced:
+                body.prop(self, name)
 
     def make_run(self, context):
         snapshots, failures = common.read_meshes(context)

@@ -236,6 +236,7 @@ class UV_OT_flipfree_seamless(options.MapOperator, bpy.types.Operator):
         "mark_cones",
         "engine",
     )
+    advanced = ("engine",)
 
     cones_from: bpy.props.EnumProperty(
         name="Cones",
@@ -243,13 +244,7 @@ class UV_OT_flipfree_seamless(options.MapOperator, bpy.types.Operator):
         items=CONES,
         default="auto",
     )
-    bound: bpy.props.FloatProperty(
-        name="Scale Bound",
-        description="For suggested cones: largest ratio between the largest and the smallest scale. Lower is more cones",
-        default=2.0,
-        min=1.01,
-        soft_max=100.0,
-    )
+    bound: options.scale_bound(2.0)
     boundary: bpy.props.EnumProperty(
         name="Boundary",
         description="Where the surface is open",
@@ -269,11 +264,7 @@ class UV_OT_flipfree_seamless(options.MapOperator, bpy.types.Operator):
         ),
         default=True,
     )
-    mark_cuts: bpy.props.BoolProperty(
-        name="Mark Cuts as Seams",
-        description="Mark the edges along which the map is cut, with their quarter turns in the attribute `seam_turns`",
-        default=True,
-    )
+    mark_cuts: options.mark_cuts(", with their quarter turns in the attribute `seam_turns`")
     mark_cones: bpy.props.BoolProperty(
         name="Mark Suggested Cones",
         description="Put suggested cones into the groups `Cone +1`, `Cone -1`, ...: the next run takes the same ones",
@@ -286,19 +277,8 @@ class UV_OT_flipfree_seamless(options.MapOperator, bpy.types.Operator):
         default="auto",
     )
 
-    def draw(self, context):
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
-        for name in self.option_names:
-            if name == "bound" and self.cones_from == "marked":
-                continue
-            if name != "engine":
-                layout.prop(self, name)
-        header, body = layout.panel("flipfree_seamless_advanced", default_closed=True)
-        header.label(text="Advanced")
-        if body is not None:
-            body.prop(self, "engine")
+    def has_effect(self, name):
+        return name != "bound" or self.cones_from != "marked"
 
     def make_task(self, snapshot, **options):
         return make_task(snapshot, **options)
