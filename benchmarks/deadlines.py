@@ -171,6 +171,10 @@ def calls(maps: Maps) -> dict[str, tuple[Call, Callable[[Case], bool]]]:
             every,
         ),
         "seamless": (lambda c, s: ff.seamless(c[1], c[2], max_seconds=s), is_closed),
+        "seamless, padding": (
+            lambda c, s: ff.seamless(c[1], c[2], engine="padding", max_seconds=s),
+            is_closed,
+        ),
         "cross_field": (
             lambda c, s: ff.cross_field(c[1], c[2], alignment=0.3, simplify=True, max_seconds=s),
             every,

@@ -21,6 +21,8 @@ void certify_map(Parametrization& map, const mesh::Surface& input, const Certify
 class CertificateFailed : public NotConverged {
  public:
   CertificateFailed(const std::string& what, Certificate certificate);
+  CertificateFailed(Error error, Certificate certificate)
+      : NotConverged(std::move(error)), certificate_(std::move(certificate)) {}
   const Certificate& certificate() const { return certificate_; }
 
  private:

@@ -2,10 +2,15 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "flipfree/base/failure/elements.h"
+#include "flipfree/base/failure/renumber.h"
+#include "flipfree/certify/pins.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/separated/rest_positions.h"
@@ -33,20 +38,39 @@ Values taken_from_input(const mesh::SeparatedSurface& separated, const Values& o
   return result;
 }
 
-std::vector<CornerPin> moved_pins(const mesh::SeparatedSurface& separated,
-                                  std::size_t input_corners,
-                                  const std::vector<CornerPin>& of_input) {
+struct SortedPins {
+  std::vector<CornerPin> moved;      // of corners of the separated surface
+  std::vector<CornerPin> collapsed;  // of corners of the input's faces without a triangle
+};
+
+SortedPins sorted_pins(const mesh::SeparatedSurface& separated, std::size_t input_corners,
+                       const std::vector<CornerPin>& of_input) {
   if (of_input.empty()) return {};
+  require_corners(of_input, static_cast<Index>(input_corners));
   const std::vector<CornerId> corner = corners_from_input(separated, input_corners);
-  std::vector<CornerPin> result;
+  SortedPins result;
   for (const CornerPin& pin : of_input) {
-    // What is no corner at all is named where pins are checked.
-    if (pin.corner < 0 || at(pin.corner) >= input_corners)
-      throw_invalid(ErrorCode::kBadPins, "A pin names corner " + std::to_string(pin.corner) +
-                                             ", which does not exist. Pin corners of the mesh.");
-    if (corner[at(pin.corner)] != kInvalid) result.push_back({corner[at(pin.corner)], pin.uv});
+    if (corner[at(pin.corner)] != kInvalid) {
+      result.moved.push_back({corner[at(pin.corner)], pin.uv});
+    } else {
+      result.collapsed.push_back(pin);
+    }
   }
   return result;
+}
+
+// A corner of a face without a triangle has no chart to be contradictory in.
+void require_one_place(std::vector<CornerPin> pins) {
+  require_storable_pins(pins, std::numeric_limits<Index>::max());
+  std::stable_sort(pins.begin(), pins.end(),
+                   [](const CornerPin& a, const CornerPin& b) { return a.corner < b.corner; });
+  for (std::size_t i = 1; i < pins.size(); ++i) {
+    if (pins[i].corner != pins[i - 1].corner || pins[i].uv == pins[i - 1].uv) continue;
+    throw_invalid(ErrorCode::kBadPins,
+                  "Corner " + std::to_string(pins[i].corner) +
+                      " is pinned to two different places. Unpin it, or give it one.",
+                  ElementKind::kCorner, {pins[i].corner});
+  }
 }
 
 // Every copy of a vertex is to have its angle.
@@ -64,13 +88,81 @@ std::vector<std::pair<VertexId, double>> moved_cones(
   return result;
 }
 
-void move_faces(const mesh::SeparatedSurface& separated, std::vector<FaceId>& faces) {
-  for (FaceId& f : faces) f = separated.face_origin[at(f)];
-}
-
 bool any_shape(const mesh::Surface& surface) {
   return mesh::shapeless_faces(surface.vertices, surface.faces).size() <
          static_cast<std::size_t>(surface.faces.rows());
+}
+
+Renumbering numbers_of_input(const mesh::SeparatedSurface& separated) {
+  const auto of = [](const std::vector<Index>& origin) {
+    return [&origin](Index i) { return at(i) < origin.size() ? origin[at(i)] : kInvalid; };
+  };
+  return {of(separated.vertex_origin), of(separated.face_origin), [&separated](Index c) {
+            return c < static_cast<Index>(separated.surface.faces.size())
+                       ? separated.corner_origin(c)
+                       : kInvalid;
+          }};
+}
+
+Error in_input_terms(const mesh::SeparatedSurface& separated, Error error) {
+  error.message = renumbered(error.message, numbers_of_input(separated));
+  for (Index& i : error.elements) {
+    switch (error.kind) {
+      case ElementKind::kVertex:
+      case ElementKind::kEdge:
+        i = separated.vertex_origin[at(i)];
+        break;
+      case ElementKind::kFace:
+        i = separated.face_origin[at(i)];
+        break;
+      case ElementKind::kCorner:
+        i = separated.corner_origin(i);
+        break;
+      case ElementKind::kNone:
+        break;
+    }
+  }
+  return error;
+}
+
+Certificate in_input_terms(const mesh::SeparatedSurface& separated, Certificate certificate) {
+  for (auto* faces :
+       {&certificate.failed_faces, &certificate.poor_islands, &certificate.island_overlap_faces}) {
+    for (FaceId& f : *faces) f = separated.face_origin[at(f)];
+  }
+  for (auto& [v, k] : certificate.quarter_cones) v = separated.vertex_origin[at(v)];
+  for (SeamTransition& seam : certificate.seams) {
+    seam.from = separated.vertex_origin[at(seam.from)];
+    seam.to = separated.vertex_origin[at(seam.to)];
+  }
+  const Renumbering numbers = numbers_of_input(separated);
+  for (std::string& failure : certificate.failures) failure = renumbered(failure, numbers);
+  return certificate;
+}
+
+// G3 at corners of faces without a triangle, which no chart has.
+void judge_collapsed_pins(const std::vector<CornerPin>& pins, const CertifyRequest& request,
+                          Certificate& certificate) {
+  std::vector<FaceId> missed;
+  for (const CornerPin& pin : pins) {
+    const bool met =
+        (request.uv->row(pin.corner).array() == pin.uv.transpose().array()).all() &&
+        (request.uv32 == nullptr ||
+         (request.uv32->row(pin.corner).array() == pin.uv.transpose().cast<float>().array()).all());
+    if (!met) missed.push_back(pin.corner / 3);
+  }
+  if (pins.empty()) return;
+  certificate.pin_failures = std::max<std::int64_t>(certificate.pin_failures, 0) +
+                             static_cast<std::int64_t>(missed.size());
+  if (missed.empty()) return;
+  certificate.ok = false;
+  certificate.failures.push_back("G3: " + std::to_string(missed.size()) +
+                                 " of the pins of faces that use a vertex twice are not met bit "
+                                 "for bit, first at face " +
+                                 std::to_string(missed.front()));
+  for (const FaceId f : missed) {
+    if (certificate.failed_faces.size() < kMostElements) certificate.failed_faces.push_back(f);
+  }
 }
 
 // On the user's positions; `request` in terms of the input, uv of its corners.
@@ -84,28 +176,22 @@ Certificate judge(const mesh::SeparatedSurface& separated, const CertifyRequest&
   own.surface = &separated.surface;
   own.uv = &uv;
   if (request.uv32 != nullptr) own.uv32 = &uv32;
-  own.pins = moved_pins(separated, corners, request.pins);
+  const SortedPins pins = sorted_pins(separated, corners, request.pins);
+  own.pins = pins.moved;
   own.cone_angles = moved_cones(separated, request.cone_angles);
   own.require_distortion = request.require_distortion && any_shape(separated.surface);
   own.parent = nullptr;
-  Certificate result = certify(own, context);
-  move_faces(separated, result.failed_faces);
-  move_faces(separated, result.poor_islands);
-  move_faces(separated, result.island_overlap_faces);
-  for (auto& [v, k] : result.quarter_cones) v = separated.vertex_origin[at(v)];
-  for (SeamTransition& seam : result.seams) {
-    seam.from = separated.vertex_origin[at(seam.from)];
-    seam.to = separated.vertex_origin[at(seam.to)];
-  }
-  if (!result.ok) result.failures.emplace_back("(Numbers are those of the separated surface)");
+  Certificate result = in_input_terms(separated, certify(own, context));
+  judge_collapsed_pins(pins.collapsed, request, result);
   result.mends = separated.mends;
   return result;
 }
 
-// Faces that use a vertex twice: a point of the map at each vertex, of any face there.
+// Faces that use a vertex twice: their pins, else a point of the map at each vertex, of any face
+// there.
 template <typename Values>
 void fill_collapsed(const mesh::Surface& input, const mesh::SeparatedSurface& separated,
-                    Values& uv) {
+                    const std::vector<CornerPin>& pins, Values& uv) {
   if (separated.collapsed.empty()) return;
   std::vector<CornerId> any(at(static_cast<Index>(input.vertices.rows())), kInvalid);
   for (CornerId c = 0; c < static_cast<CornerId>(separated.surface.faces.size()); ++c) {
@@ -126,6 +212,8 @@ void fill_collapsed(const mesh::Surface& input, const mesh::SeparatedSurface& se
       }
     }
   }
+  for (const CornerPin& pin : pins)
+    uv.row(pin.corner) = pin.uv.transpose().cast<typename Values::Scalar>();
 }
 
 }  // namespace
@@ -163,7 +251,10 @@ IndexPairs SeparatedMap::edges(const IndexPairs& of_input) const {
 }
 
 std::vector<CornerPin> SeparatedMap::pins(const std::vector<CornerPin>& of_input) const {
-  return moved_pins(separated_, static_cast<std::size_t>(input_.faces.size()), of_input);
+  SortedPins sorted =
+      sorted_pins(separated_, static_cast<std::size_t>(input_.faces.size()), of_input);
+  require_one_place(std::move(sorted.collapsed));
+  return std::move(sorted.moved);
 }
 
 std::vector<CornerId> SeparatedMap::corners(const std::vector<CornerId>& of_input) const {
@@ -181,23 +272,11 @@ Points2 SeparatedMap::corners(const Points2& of_input) const {
 }
 
 Error SeparatedMap::in_terms_of_input(Error error) const {
-  for (Index& i : error.elements) {
-    switch (error.kind) {
-      case ElementKind::kVertex:
-      case ElementKind::kEdge:
-        i = separated_.vertex_origin[at(i)];
-        break;
-      case ElementKind::kFace:
-        i = separated_.face_origin[at(i)];
-        break;
-      case ElementKind::kCorner:
-        i = separated_.corner_origin(i);
-        break;
-      case ElementKind::kNone:
-        break;
-    }
-  }
-  return error;
+  return in_input_terms(separated_, std::move(error));
+}
+
+Certificate SeparatedMap::in_terms_of_input(Certificate certificate) const {
+  return in_input_terms(separated_, std::move(certificate));
 }
 
 Parametrization SeparatedMap::on_input(const Parametrization& solved, const CertifyRequest& request,
@@ -215,9 +294,11 @@ Parametrization SeparatedMap::on_input(const Parametrization& solved, const Cert
     map.uv32.row(o) = solved.uv32.row(c);
     if (solved.agreed.rows() > 0) map.agreed.row(o) = solved.agreed.row(c);
   }
-  fill_collapsed(input_, separated_, map.uv);
-  fill_collapsed(input_, separated_, map.uv32);
-  if (map.agreed.rows() > 0) fill_collapsed(input_, separated_, map.agreed);
+  const std::vector<CornerPin> pins =
+      sorted_pins(separated_, static_cast<std::size_t>(corners), request.pins).collapsed;
+  fill_collapsed(input_, separated_, pins, map.uv);
+  fill_collapsed(input_, separated_, pins, map.uv32);
+  if (map.agreed.rows() > 0) fill_collapsed(input_, separated_, pins, map.agreed);
   std::vector<std::pair<VertexId, VertexId>> cuts;
   for (Eigen::Index i = 0; i < solved.cut_edges.rows(); ++i) {
     cuts.push_back(std::minmax({separated_.vertex_origin[at(solved.cut_edges(i, 0))],

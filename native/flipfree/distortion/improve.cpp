@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/failure/translate_errors.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/energy/own_map.h"
@@ -317,11 +316,9 @@ certify::Parametrization improve_separated(const mesh::Surface& surface, const P
   const certify::SeparatedMap separated(surface, separating, context);
   ImproveOptions own = options;
   own.pins = separated.pins(options.pins);
-  const certify::Parametrization solved = with_errors(
-      [&](const Error& error) { return separated.in_terms_of_input(error); },
-      [&] {
-        return improve_clean(separated.surface(), separated.corners(corner_uv), own, context);
-      });
+  const certify::Parametrization solved = separated.solve([&] {
+    return improve_clean(separated.surface(), separated.corners(corner_uv), own, context);
+  });
   const Untimed finishing(context);
   certify::CertifyRequest request;
   request.pins = options.pins;

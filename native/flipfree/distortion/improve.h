@@ -27,9 +27,10 @@ struct ImproveOptions {
 // not higher than the input's (if no improvement was found, the input's own UVs come back), unless
 // these fold where they are rounded to 32 bits, which costs what unfolding them costs. Stats:
 // "charts", "energy_before", "energy", "seconds", "time_limit_reached", and what the solver reports
-// of the largest chart. Throws InvalidInput (mesh defects, see validate(); kBadOption naming the
-// flipped faces; kBadPins), NotConverged (a pin was not reached, or not in max_seconds: kTimeLimit;
-// rounding; certificate), Cancelled.
+// of the largest chart. Any triangles: what is no oriented manifold surface is separated first,
+// along the map. Throws InvalidInput (a mesh without meaning; kBadOption naming the flipped faces;
+// kBadPins), NotConverged (a pin was not reached, or not in max_seconds: kTimeLimit; rounding;
+// certificate), Cancelled.
 certify::Parametrization improve(const mesh::Surface& surface, const Points2& corner_uv,
                                  const ImproveOptions& options, ExecutionContext& context);
 

@@ -13,7 +13,6 @@
 
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
-#include "flipfree/base/failure/translate_errors.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/mesh/own_unit.h"
@@ -247,8 +246,7 @@ certify::Parametrization unwrap_separated(const mesh::Surface& surface,
     own.place_like = &places;
   }
   const certify::Parametrization solved =
-      with_errors([&](const Error& error) { return separated.in_terms_of_input(error); },
-                  [&] { return unwrap_clean(separated.surface(), own, context); });
+      separated.solve([&] { return unwrap_clean(separated.surface(), own, context); });
   const Untimed finishing(context);
   certify::Parametrization map = separated.on_input(solved, request_of(options), context);
   map.stats["energy"] = map.certificate.energy;

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <string>
+#include <vector>
+
 #include "flipfree/base/error.h"
 #include "support/shapes.h"
 
@@ -104,6 +108,75 @@ TEST(SeparatedMap, TakesThereAndBackWhatASolverNeeds) {
   EXPECT_EQ(back.uv.topRows(18), uv.topRows(18));
   EXPECT_EQ(back.uv.row(18), back.uv.row(19));
   EXPECT_EQ(back.surface.faces, s.faces);
+}
+
+// Face 6, which uses vertex 6 twice, has corners 18 to 20.
+TEST(SeparatedMap, MeetsPinsOfFacesWithoutATriangleBitForBit) {
+  const mesh::Surface s = t_wall();
+  const Points2 uv = plane_map(s);
+  mesh::SeparateOptions options;
+  options.corner_uv = &uv;
+  const SeparatedMap separated(s, options, ExecutionContext());
+  Parametrization solved;
+  solved.surface = separated.surface();
+  solved.uv = separated.corners(uv);
+  solved.uv32 = solved.uv.cast<float>();
+  CertifyRequest request;
+  request.pins = {{0, uv.row(0)}, {19, {0.375, -2.0}}};
+  Parametrization back = separated.on_input(solved, request, ExecutionContext());
+  EXPECT_TRUE(back.certificate.ok);
+  EXPECT_EQ(back.certificate.pin_failures, 0);
+  EXPECT_EQ(back.uv.row(19), Eigen::RowVector2d(0.375, -2.0));
+  EXPECT_EQ(back.uv32.row(19), Eigen::RowVector2f(0.375F, -2.0F));
+
+  // The judge looks at them by itself: in either precision, the last bit counts.
+  request.surface = &s;
+  request.uv = &back.uv;
+  request.uv32 = &back.uv32;
+  EXPECT_TRUE(certify_any(request, ExecutionContext()).ok);
+  const Points2f stored = back.uv32;
+  back.uv32(19, 0) = std::nextafter(0.375F, 1.0F);
+  const Certificate missed = certify_any(request, ExecutionContext());
+  EXPECT_FALSE(missed.ok);
+  EXPECT_EQ(missed.pin_failures, 1);
+  EXPECT_EQ(missed.failed_faces, std::vector<Index>{6});
+  back.uv32 = stored;
+  back.uv(19, 1) = std::nextafter(-2.0, 0.0);
+  EXPECT_EQ(certify_any(request, ExecutionContext()).pin_failures, 1);
+}
+
+TEST(SeparatedMap, RefusesTwoPlacesForOneCornerWithoutATriangle) {
+  const mesh::Surface s = t_wall();
+  const SeparatedMap separated(s, {}, ExecutionContext());
+  EXPECT_TRUE(separated.pins({{19, {0.5, 0.5}}, {19, {0.5, 0.5}}}).empty());
+  EXPECT_THROW(separated.pins({{19, {0.5, 0.5}}, {19, {0.5, 0.25}}}), InvalidInput);
+  EXPECT_THROW(separated.pins({{19, {1e39, 0.5}}}), InvalidInput);
+}
+
+TEST(SeparatedMap, ErrorsNameTheInputsElementsInWordsToo) {
+  mesh::Surface s = t_wall();
+  s.faces.row(6).swap(s.faces.row(0));  // faces are numbered otherwise once it is gone
+  const SeparatedMap separated(s, {}, ExecutionContext());
+  try {
+    separated.solve([]() -> int {
+      throw_not_converged(ErrorCode::kRoundingFlips, "Triangle at face 0 folds.",
+                          ElementKind::kFace, {0});
+    });
+    FAIL();
+  } catch (const NotConverged& e) {
+    EXPECT_STREQ(e.what(), "Triangle at face 1 folds.");
+    EXPECT_EQ(e.error().elements, std::vector<Index>{1});
+  }
+  Certificate bad;
+  bad.failures = {"G1: 1 triangle is flipped, first face 5"};
+  bad.failed_faces = {5};
+  try {
+    separated.solve([&]() -> int { throw CertificateFailed("The map", bad); });
+    FAIL();
+  } catch (const CertificateFailed& e) {
+    EXPECT_EQ(e.certificate().failed_faces, std::vector<Index>{6});
+    EXPECT_NE(std::string(e.what()).find("first face 6"), std::string::npos);
+  }
 }
 
 TEST(SeparatedMap, RefusesAMeshWithoutATriangle) {

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/failure/translate_errors.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
@@ -172,10 +171,10 @@ certify::Parametrization pack_separated(const mesh::Surface& surface, const Poin
     places = separated.corners(*options.place_like);
     own.place_like = &places;
   }
-  const certify::Parametrization solved = with_errors(
-      [&](const Error& error) { return separated.in_terms_of_input(error); },
+  const certify::Parametrization solved = separated.solve(
       [&] { return pack_clean(separated.surface(), separated.corners(corner_uv), own, context); });
   certify::CertifyRequest request;
+  for (const CornerId c : options.unmoved) request.pins.push_back({c, corner_uv.row(c)});
   request.require_disjoint = options.unmoved.empty();
   certify::Parametrization map = separated.on_input(solved, request, context);
   certify::require_certificate(map, "The packed map");

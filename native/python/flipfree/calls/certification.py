@@ -98,7 +98,8 @@ def certify(
     """Measures a map with exact predicates, on the given values and on their rounding to 32 bits.
 
     Args:
-        vertices: (n, 3) float64. faces: (m, 3). uv: (m, 3, 2), one UV per face corner.
+        vertices: (n, 3) float64. faces: (m, 3), any triangles; where they are no oriented surface, what joins them in the map
+            decides how they are read (``mends``). uv: (m, 3, 2), one UV per face corner.
         pins: {vertex or (face, corner): (u, v)}; G3 demands them bit for bit.
         cones: {vertex: total angle in radians}; G5 demands these angles, and 2 pi at every other interior vertex.
         seamless: G4 demands that every cut is an exact quarter turn and translation.

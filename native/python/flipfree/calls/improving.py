@@ -33,7 +33,7 @@ def improve(
     centres and directions; they are not packed again. Without pins the energy is never higher than before.
 
     Args:
-        map_or_arrays: a Parametrization, or (vertices, faces, uv) with uv (m, 3, 2), one per face corner.
+        map_or_arrays: a Parametrization, or (vertices, faces, uv) with any triangles and uv (m, 3, 2), one per face corner.
         pins: {vertex or (face, corner): (u, v)}, met bit for bit.
         keep_bijective: charts that do not overlap themselves go on not to.
         iterations: most optimiser iterations per chart. tolerance: share of the energy that a step must promise.

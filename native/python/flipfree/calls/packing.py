@@ -40,7 +40,7 @@ def pack(
     ``stats["tile"]`` is 1 for the tile on the right, 10 for the one above. ``stats["density"]`` is what came out.
 
     Args:
-        vertices: (n, 3) float64. faces: (m, 3). uv: (m, 3, 2), one per face corner.
+        vertices: (n, 3) float64. faces: (m, 3), any triangles. uv: (m, 3, 2), one per face corner.
         margin: space between charts, in units of the unit square.
         together: charts of one connected component turn and scale together, so that cuts whose sides are related by
             a rotation and a shift stay so, with the same rotation. Otherwise every chart turns on its own.

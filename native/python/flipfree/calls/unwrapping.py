@@ -42,7 +42,8 @@ def unwrap(
     ``stats["added_cuts"]`` counts it); islands with holes keep them.
 
     Args:
-        vertices: (n, 3) float64. faces: (m, 3), manifold, consistently oriented.
+        vertices: (n, 3) float64. faces: (m, 3), any triangles. What keeps them from being an oriented
+            surface is separated first and listed in ``certificate.mends``.
         cuts: (s, 2) vertex pairs: seam edges.
         uncuttable: (d, 2) vertex pairs that automatic cuts must avoid, such as diagonals of polygons.
         pins: {vertex or (face, corner): (u, v)}, met bit for bit. A pin that cannot be reached without a flip on
