@@ -25,11 +25,6 @@ REASON = re.compile(r"^(?://|#|\"\"\"|)\s*Long(?: file)?:", re.MULTILINE)
 HEAD = 40  # lines
 # Modules without a test file of their own; a list to shrink. Room: modules.
 UNTESTED = {
-    "distortion/seams": "exact_grid grid_repair seam_system",
-    "distortion/seams/eliminate": "cut_map",
-    "intrinsic/layout": "development input_development",
-    "intrinsic/loops": "loop_carrier",
-    "intrinsic/overlay": "overlay_straight overlay_trace",
     "matchmaker/finish": "ease settle",
     "matchmaker/overlay": "shore",
     "matchmaker/patches": "build_target embed_patches matchmaker_pp",

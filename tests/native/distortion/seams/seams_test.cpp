@@ -9,9 +9,6 @@
 #include "flipfree/base/error.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/seams/eliminate/constraints.h"
-#include "flipfree/distortion/seams/eliminate/nodes.h"
-#include "flipfree/distortion/seams/exact_grid.h"
 
 namespace flipfree::distortion {
 namespace {
@@ -104,45 +101,6 @@ TEST(MakeExact, the_bits_do_not_depend_on_the_number_of_threads) {
   EXPECT_EQ(make_exact(map, {}, one).uv, make_exact(map, {}, two).uv);
 }
 
-// Columns of triangles squeezed to a width far below the grid's.
-CutMap squeezed(const test::Unfolded& u, double share) {
-  CutMap map = test::cut_map_of(u);
-  const ExecutionContext context;
-  const SeamConstraints c = eliminate_seams(static_cast<Index>(map.surface.vertices.rows()),
-                                            map.surface.faces, map.seams, context);
-  Points2 nodes = nodes_of(c, map.surface.faces, map.seams, map.uv);
-  // Vertices that no seam knows are drawn towards a neighbour.
-  for (FaceId f = 0; f < map.surface.faces.rows(); f += 7) {
-    const VertexId v = map.surface.faces(f, 0);
-    const VertexId w = map.surface.faces(f, 1);
-    if (!c.is_own_node(v)) continue;
-    const Index n = c.terms[static_cast<std::size_t>(c.begin[static_cast<std::size_t>(v)])].node;
-    const Points2 before = nodes;
-    nodes.row(n) = map.uv.row(w) + share * (map.uv.row(v) - map.uv.row(w));
-    const Points2 uv = map_of(c, nodes);
-    if (is_flip_free(map.surface.faces, uv, context)) {
-      map.uv = uv;
-    } else {
-      nodes = before;
-    }
-  }
-  return map;
-}
-
-TEST(RoundToGrid, triangles_that_rounding_folds_are_opened_under_the_constraints) {
-  std::int64_t folded = 0;
-  for (unsigned seed = 0; seed < 6; ++seed) {
-    const test::Unfolded u = test::unfold(test::polycubes()[seed % 4], 3, seed);
-    const CutMap map = squeezed(u, 1e-9);
-    ExecutionContext context;
-    const ExactMap out = make_exact(map, {.optimise = false}, context);
-    folded += std::get<std::int64_t>(out.stats.at("rounding.folded"));
-    const certify::Certificate c = certified(u, map, out);
-    EXPECT_TRUE(c.ok) << (c.failures.empty() ? "" : c.failures[0]);
-  }
-  EXPECT_GT(folded, 0);
-}
-
 TEST(MakeExact, a_map_with_a_flipped_triangle_is_refused_naming_it) {
   CutMap map = test::cut_map_of(test::unfold(test::polycubes()[0], 2, 2));
   map.uv.row(map.surface.faces(3, 0)).array() += 10.0;
@@ -165,30 +123,6 @@ TEST(MakeExact, uvs_beyond_floats_and_shapes_that_do_not_fit_are_refused) {
   map.uv.conservativeResize(3, 2);
   EXPECT_THROW((void)make_exact(map, {}, context), InvalidInput);
   EXPECT_THROW((void)make_exact({}, {}, context), InvalidInput);
-}
-
-// All of a square's inner vertices in one spot that is far narrower than the grid: no single point
-// finds room, so that regions are opened in 64 bits.
-TEST(RoundToGrid, crowds_are_opened_in_64_bits) {
-  const test::Unfolded u = test::unfold(test::polycubes()[2], 5, 3);
-  CutMap map = test::cut_map_of(u);
-  const ExecutionContext context;
-  const SeamConstraints c = eliminate_seams(static_cast<Index>(map.surface.vertices.rows()),
-                                            map.surface.faces, map.seams, context);
-  Points2 nodes = nodes_of(c, map.surface.faces, map.seams, map.uv);
-  for (Index n = 0; n < c.position_count(); ++n) {
-    // Squares of 5 x 5 cells at multiples of 5: shrink what lies strictly inside the first one.
-    const Vector2 p = nodes.row(n);
-    if (p.x() > 0 && p.x() < 5 && p.y() > 0 && p.y() < 5)
-      nodes.row(n) = (Vector2(2.5, 2.5) + 1e-9 * (p - Vector2(2.5, 2.5))).transpose();
-  }
-  map.uv = map_of(c, nodes);
-  ASSERT_TRUE(is_flip_free(map.surface.faces, map.uv, context));
-  ExecutionContext working;
-  const ExactMap out = make_exact(map, {.optimise = false}, working);
-  EXPECT_GT(std::get<std::int64_t>(out.stats.at("rounding.folded")), 0);
-  const certify::Certificate judged = certified(u, map, out);
-  EXPECT_TRUE(judged.ok) << (judged.failures.empty() ? "" : judged.failures[0]);
 }
 
 TEST(MakeExact, cancelling_and_limits_of_time_end_it) {

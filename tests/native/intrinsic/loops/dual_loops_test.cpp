@@ -11,34 +11,13 @@
 #include <vector>
 
 #include "flipfree/intrinsic/intrinsic_mesh.h"
-#include "flipfree/intrinsic/loops/loop_carrier.h"
+#include "intrinsic/loops/loops.h"
 #include "support/shapes.h"
 
 namespace flipfree::intrinsic {
 namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-FlipMesh flip_mesh(const mesh::Surface& surface) {
-  return build_intrinsic_mesh(static_cast<Index>(surface.vertices.rows()), surface.faces).mesh;
-}
-
-std::vector<double> random_steps(const FlipMesh& mesh, unsigned seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> uniform(0.1, 1.0);
-  std::vector<double> step(mesh.next.size() / 2);
-  for (double& s : step) s = uniform(random);
-  return step;
-}
-
-bool is_closed_strip(const FlipMesh& mesh, const DualLoop& loop) {
-  for (std::size_t i = 0; i < loop.size(); ++i) {
-    const HalfedgeId entered = FlipMesh::opposite(loop[i]);
-    const HalfedgeId leaving = loop[(i + 1) % loop.size()];
-    if (leaving != mesh.next_of(entered) && leaving != mesh.previous(entered)) return false;
-  }
-  return true;
-}
 
 // Lowest half-edge of every face that the loop visits, in order.
 std::vector<HalfedgeId> visited_faces(const FlipMesh& mesh, const DualLoop& loop) {
@@ -47,28 +26,16 @@ std::vector<HalfedgeId> visited_faces(const FlipMesh& mesh, const DualLoop& loop
   return faces;
 }
 
-Eigen::MatrixXd intersections(const FlipMesh& mesh, const std::vector<DualLoop>& loops) {
-  const auto n = static_cast<Eigen::Index>(loops.size());
-  Eigen::MatrixXd m(n, n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    for (Eigen::Index j = 0; j < n; ++j) {
-      m(i, j) = intersection_number(mesh, loops[static_cast<std::size_t>(i)],
-                                    loops[static_cast<std::size_t>(j)]);
-    }
-  }
-  return m;
-}
-
 TEST(HomologyBasis, HasTwoSimpleClosedStripsForEachHandle) {
   const ExecutionContext context;
   for (Index genus = 0; genus <= 5; ++genus) {
     const mesh::Surface surface =
         genus == 0 ? test::sphere(8, 6) : test::perforated_plate(genus, 2);
-    const FlipMesh mesh = flip_mesh(surface);
-    const auto loops = homology_basis(mesh, random_steps(mesh, 7), context);
+    const FlipMesh mesh = test::flip_mesh(surface);
+    const auto loops = homology_basis(mesh, test::random_steps(mesh, 7), context);
     ASSERT_EQ(loops.size(), at(2 * genus));
     for (const DualLoop& loop : loops) {
-      EXPECT_TRUE(is_closed_strip(mesh, loop));
+      EXPECT_TRUE(test::is_closed_strip(mesh, loop));
       const auto faces = visited_faces(mesh, loop);
       EXPECT_EQ(std::set<HalfedgeId>(faces.begin(), faces.end()).size(), faces.size());
     }
@@ -81,9 +48,9 @@ TEST(HomologyBasis, HasUnimodularIntersections) {
   const ExecutionContext context;
   for (Index genus = 1; genus <= 6; ++genus) {
     for (unsigned seed = 0; seed < 5; ++seed) {
-      const FlipMesh mesh = flip_mesh(test::perforated_plate(genus, 2));
-      const auto loops = homology_basis(mesh, random_steps(mesh, seed), context);
-      const Eigen::MatrixXd m = intersections(mesh, loops);
+      const FlipMesh mesh = test::flip_mesh(test::perforated_plate(genus, 2));
+      const auto loops = homology_basis(mesh, test::random_steps(mesh, seed), context);
+      const Eigen::MatrixXd m = test::intersections(mesh, loops);
       EXPECT_EQ((m + m.transpose()).cwiseAbs().maxCoeff(), 0.0);
       EXPECT_NEAR(m.determinant(), 1.0, 1e-6) << genus << " " << seed;
     }
@@ -93,49 +60,12 @@ TEST(HomologyBasis, HasUnimodularIntersections) {
 TEST(HomologyBasis, PrefersShortLoops) {
   const ExecutionContext context;
   // A thin torus: the short way around has 2 * 6 faces, the long one 2 * 40.
-  const FlipMesh mesh = flip_mesh(test::torus(40, 6, 0.2));
+  const FlipMesh mesh = test::flip_mesh(test::torus(40, 6, 0.2));
   auto loops = homology_basis(mesh, std::vector<double>(mesh.next.size() / 2, 1.0), context);
   ASSERT_EQ(loops.size(), 2u);
   const auto [least, most] = std::minmax({loops[0].size(), loops[1].size()});
   EXPECT_LE(least, 12u);
   EXPECT_LE(most, 92u);
-}
-
-TEST(LoopCarrier, KeepsIntersectionsAndStripsThroughRandomFlips) {
-  const ExecutionContext context;
-  FlipMesh mesh = flip_mesh(test::perforated_plate(2, 2));
-  const auto loops = homology_basis(mesh, random_steps(mesh, 3), context);
-  const Eigen::MatrixXd before = intersections(mesh, loops);
-  LoopCarrier carrier(mesh, loops);
-  std::mt19937 random(5);
-  for (int i = 0; i < 2000; ++i) {
-    const auto e = static_cast<EdgeId>(random() % (mesh.next.size() / 2));
-    const FlipMesh& now = carrier.mesh();
-    if (is_glued_to_itself(now, e)) continue;  // one face on both sides
-    carrier.flip(e);
-    if (i % 100 != 0) continue;
-    std::vector<DualLoop> carried;
-    for (std::size_t k = 0; k < carrier.size(); ++k) {
-      carried.push_back(carrier.loop(k));
-      ASSERT_TRUE(is_closed_strip(carrier.mesh(), carried.back()));
-    }
-    ASSERT_EQ(intersections(carrier.mesh(), carried), before) << i;
-  }
-}
-
-TEST(LoopCarrier, FourFlipsOfAnEdgeChangeNothing) {
-  const ExecutionContext context;
-  const FlipMesh mesh = flip_mesh(test::perforated_plate(1, 2));
-  const auto loops = homology_basis(mesh, random_steps(mesh, 1), context);
-  LoopCarrier carrier(mesh, loops);
-  for (EdgeId e = 0; e < static_cast<EdgeId>(mesh.next.size() / 2); ++e) {
-    for (int i = 0; i < 4; ++i) carrier.flip(e);
-    for (std::size_t k = 0; k < loops.size(); ++k) {
-      DualLoop now = carrier.loop(k);
-      std::rotate(now.begin(), std::find(now.begin(), now.end(), loops[k].front()), now.end());
-      ASSERT_EQ(now, loops[k]) << e;
-    }
-  }
 }
 
 }  // namespace

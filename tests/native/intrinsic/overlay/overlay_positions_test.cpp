@@ -5,9 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 #include <random>
 
+#include "intrinsic/overlay/inscribed_polygon.h"
 #include "support/flip_meshes.h"
 
 namespace flipfree::intrinsic {
@@ -15,44 +15,10 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-// A fan over n points of the unit circle, closed by an apex; edges of the disk may be flipped.
-struct InscribedPolygon {
-  std::vector<Vector2> points;
-  OverlayCoordinates coordinates;
-  Index apex;
-};
-
-InscribedPolygon inscribed_polygon(Index n, unsigned seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> jitter(-0.4, 0.4);
-  std::vector<Vector2> points;
-  mesh::Surface fan;
-  fan.vertices.resize(n, 3);
-  fan.faces.resize(n - 2, 3);
-  for (Index i = 0; i < n; ++i) {
-    const double a = 2 * std::numbers::pi * (i + jitter(random)) / n;
-    points.emplace_back(std::cos(a), std::sin(a));
-    fan.vertices.row(i) << points.back().x(), points.back().y(), 0.0;
-  }
-  for (Index i = 0; i + 2 < n; ++i) fan.faces.row(i) << 0, i + 1, i + 2;
-  OverlayCoordinates coordinates(test::closed_mesh(fan));
-  for (int k = 0; k < 60 * n; ++k) {
-    const auto h = static_cast<HalfedgeId>(
-        random() % static_cast<unsigned>(coordinates.current().halfedge_count()));
-    const FlipMesh& mesh = coordinates.current();
-    const auto touches = [&](HalfedgeId g) {
-      return mesh.origin_of(g) == n || mesh.origin_of(g ^ 1) == n ||
-             mesh.origin_of(mesh.previous(g)) == n || mesh.origin_of(mesh.previous(g ^ 1)) == n;
-    };
-    if (!touches(h)) coordinates.flip(h);
-  }
-  return {points, std::move(coordinates), n};
-}
-
 TEST(OverlayPositions, ChordsOfOneCircleCrossWhereTheyCross) {
   for (unsigned seed = 0; seed < 5; ++seed) {
     const Index n = 24;
-    const InscribedPolygon polygon = inscribed_polygon(n, seed);
+    const test::InscribedPolygon polygon = test::inscribed_polygon(n, seed);
     const FlipMesh& mesh = polygon.coordinates.current();
     std::mt19937 random(seed + 100);
     std::uniform_real_distribution<double> scale_of(-3.0, 3.0);
@@ -161,7 +127,7 @@ TEST(OverlayPositions, OneFlipAgreesWithTheTwoTriangleChart) {
 
 TEST(OverlayPositions, HugeScaleRangesKeepRelativePrecision) {
   const Index n = 24;
-  const InscribedPolygon polygon = inscribed_polygon(n, 1);
+  const test::InscribedPolygon polygon = test::inscribed_polygon(n, 1);
   const FlipMesh& mesh = polygon.coordinates.current();
   std::vector<long double> u(at(n) + 1, 0.0L), lengths(mesh.edge_count(), 1.0L);
   for (Index v = 0; v < n; ++v) u[at(v)] = 120.0L * v;  // 10^1200 altogether

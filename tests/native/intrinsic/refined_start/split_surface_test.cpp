@@ -94,6 +94,22 @@ TEST(SplitSurface, EdgesAreChainsOfPiecesSeenFromBothSides) {
   EXPECT_EQ(mesh::source(split.faces, first), mesh::source(s.faces, h));
 }
 
+TEST(SplitSurface, AFaceWithAnotherParentIsFound) {
+  const mesh::Surface s = test::bumpy_grid(3, 2, 0.3, 2);
+  const FlatSurface surface = test::flat(s);
+  std::vector<AddedPoint> points{inside(4, surface, {0.25, 0.25, 0.5})};
+  for (HalfedgeId h = 0; h < 3 * static_cast<Index>(s.faces.rows()); h += 4)
+    points.push_back(on_edge(h, 0.375, surface));
+  SplitSurface split;
+  ASSERT_TRUE(split_surface(surface, points, ExecutionContext(), split));
+  for (FaceId& parent : split.parent_face) {
+    const FaceId own = parent;
+    for (parent = 0; parent < static_cast<FaceId>(s.faces.rows()); ++parent)
+      EXPECT_EQ(find_broken_invariant(surface, split) == "", parent == own) << own << " " << parent;
+    parent = own;
+  }
+}
+
 TEST(SplitSurface, PointsInOnePlaceAreOne) {
   const mesh::Surface s = test::grid(3, 3);
   const FlatSurface surface = test::flat(s);

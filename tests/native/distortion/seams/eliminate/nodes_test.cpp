@@ -2,25 +2,16 @@
 
 #include <gtest/gtest.h>
 
-#include "support/shapes.h"
+#include "distortion/seams/flat_square.h"
 
 namespace flipfree::distortion {
 namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-CutMap flat_square(Index n) {
-  CutMap map;
-  map.surface = test::grid(n, n);
-  map.uv = map.surface.vertices.leftCols(2);
-  const auto count = static_cast<Index>(map.surface.vertices.rows());
-  map.straight = straight_boundary(map, mesh::build_adjacency(count, map.surface.faces));
-  return map;
-}
-
 // A square: one number per side, one per vertex inside a side, two inside.
 TEST(Nodes, BoundaryVerticesHaveOneFreeCoordinateAndCornersNone) {
-  const CutMap map = flat_square(3);
+  const CutMap map = test::flat_square(3);
   const SeamConstraints c =
       eliminate_seams(16, map.surface.faces, {}, map.straight, ExecutionContext());
   Index real = 0;
