@@ -23,18 +23,6 @@ MOST_LINES = 400
 # A longer file says in its head why it is one.
 REASON = re.compile(r"^(?://|#|\"\"\"|)\s*Long(?: file)?:", re.MULTILINE)
 HEAD = 40  # lines
-# Modules without a test file of their own; a list to shrink. Room: modules.
-UNTESTED = {
-    "matchmaker/finish": "ease settle",
-    "matchmaker/overlay": "shore",
-    "matchmaker/patches": "build_target embed_patches matchmaker_pp",
-    "matchmaker/request": "constraints",
-    "matchmaker/start": "compose",
-    "matchmaker/target": "carry embedded_domain",
-    "matchmaker/continuation": "creases",
-    "seamless": "seams",
-    "seamless/penner": "penner_newton penner_system shortest_newton shortest_system",
-}
 
 Graph = Mapping[str, Iterable[str]]
 
@@ -110,8 +98,6 @@ def untested(root: Path) -> list[str]:
     complaints = []
     for path in sorted(house.rglob("*.cpp")):
         module = path.relative_to(house).with_suffix("")
-        if module.name in UNTESTED.get(str(module.parent), "").split():
-            continue
         test = root / "tests" / "native" / module.parent / f"{module.name}_test.cpp"
         if not test.exists():
             complaints.append(f"{module}: no test of its own, {test.relative_to(root)}")

@@ -187,6 +187,7 @@ class PennerNewton {
 PennerRun run_penner(std::unique_ptr<MetricEngine>& engine, intrinsic::LoopCarrier& loops,
                      const PennerTargets& targets, const PennerNewtonOptions& options,
                      ExecutionContext& context) {
+  require_same_mesh(*engine, loops);
   return PennerNewton(engine, loops, targets, options, context).run();
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "flipfree/base/check/debug_check.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/seamless/bordered/symmetric_changes.h"
 
@@ -108,6 +109,11 @@ numeric::SparseMatrix loop_derivatives(const IntrinsicMesh& mesh,
   numeric::SparseMatrix r(static_cast<Index>(mesh.edge_count()), static_cast<Index>(loops.size()));
   r.setFromTriplets(entries.begin(), entries.end());
   return r;
+}
+
+void require_same_mesh(const conformal::MetricEngine& engine, const intrinsic::LoopCarrier& loops) {
+  debug_require("loops and metric", "they have one triangulation",
+                [&] { return loops.mesh().next == engine.mesh().next; });
 }
 
 void measure(const conformal::MetricEngine& engine, const intrinsic::LoopCarrier& loops,

@@ -35,6 +35,10 @@ struct PennerTargets {
   std::vector<double> loop_angle;    // #loops
 };
 
+// A promise of all that iterate: the loops run in the engine's triangulation (asked with
+// sanitizers).
+void require_same_mesh(const conformal::MetricEngine& engine, const intrinsic::LoopCarrier& loops);
+
 // The angles of a metric against what is prescribed.
 struct PennerAngles {
   std::vector<double> cotangent;  // #H: of the angle opposite each half-edge

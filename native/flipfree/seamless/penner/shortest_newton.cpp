@@ -19,6 +19,7 @@ constexpr double kSmallestStep = 1e-3;
 PennerRun run_shortest(std::unique_ptr<conformal::MetricEngine>& engine,
                        intrinsic::LoopCarrier& loops, const PennerTargets& targets,
                        const PennerNewtonOptions& options, ExecutionContext& context) {
+  require_same_mesh(*engine, loops);
   PennerRun run;
   ShortestSystem system;
   PennerAngles angles, trial;

@@ -2,50 +2,26 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <fstream>
 #include <map>
-#include <random>
 #include <string>
 
 #include "flipfree/distortion/untangle.h"
 #include "flipfree/matchmaker/patches/build_target.h"
 #include "flipfree/matchmaker/patches/matchmaker_pp.h"
+#include "matchmaker/permuted_pins.h"
 #include "support/shapes.h"
 
 namespace flipfree::matchmaker {
 namespace {
-
-// Boundary at its place, inner vertices of the grid pinned to each other's places.
-Constraints permuted_pins(const mesh::Surface& surface, const mesh::RefinedSurface& refined,
-                          std::size_t count, unsigned seed) {
-  const auto place = [&](VertexId v) -> Vector2 {
-    return surface.vertices.row(v).head<2>().transpose();
-  };
-  Constraints constraints;
-  for (const VertexId v : refined.boundary) constraints.outline.push_back(place(v));
-  std::vector<VertexId> inner;
-  for (VertexId v = 0; v < refined.mesh.vertex_count(); ++v) {
-    if (!refined.mesh.is_boundary_vertex(v)) inner.push_back(v);
-  }
-  std::mt19937 random(seed);
-  for (std::size_t i = 0; i < count; ++i)
-    std::swap(inner[i], inner[i + random() % (inner.size() - i)]);
-  std::vector<VertexId> to(inner.begin(), inner.begin() + static_cast<std::ptrdiff_t>(count));
-  for (std::size_t i = 0; i < count; ++i) std::swap(to[i], to[i + random() % (count - i)]);
-  for (std::size_t i = 0; i < count; ++i) constraints.pins.push_back({inner[i], place(to[i])});
-  std::sort(constraints.pins.begin(), constraints.pins.end(),
-            [](const PinnedVertex& a, const PinnedVertex& b) { return a.vertex < b.vertex; });
-  return constraints;
-}
 
 TEST(TracePaths, PathsBetweenPermutedPinsMeetAtTheirEndsOnly) {
   const mesh::Surface surface = test::grid(12, 12);
   for (unsigned seed = 0; seed < 5; ++seed) {
     mesh::RefinedSurface work = mesh::make_refined_surface(surface);
     ExecutionContext context;
-    const Target target = full_target(work, permuted_pins(surface, work, 20, seed), context);
+    const Target target = full_target(work, test::permuted_pins(surface, work, 20, seed), context);
     const ConvexPartition partition = merge_convex(target.domain);
     const Paths paths =
         trace_paths(work, target.domain, partition, Paths(partition.edges.size()), context);
@@ -78,7 +54,7 @@ TEST(TracePaths, ATreeOfShortPathsKeepsTheRestFromWinding) {
     ExecutionContext context;
     Stats stats;
     const mesh::RefinedMap map =
-        run_matchmaker(refined, permuted_pins(surface, refined, 20, seed), context, stats);
+        run_matchmaker(refined, test::permuted_pins(surface, refined, 20, seed), context, stats);
     EXPECT_TRUE(distortion::find_flips(map.surface.mesh.faces(), map.uv, context).empty());
     added += map.surface.mesh.vertex_count() - refined.mesh.vertex_count();
   }

@@ -2,27 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <numbers>
-
 #include "flipfree/distortion/untangle.h"
-#include "flipfree/matchmaker/start/compose.h"
-#include "flipfree/matchmaker/target/outline_target.h"
+#include "matchmaker/start/star_outline.h"
 #include "support/shapes.h"
 
 namespace flipfree::matchmaker {
 namespace {
-
-Constraints star_outline(const mesh::RefinedSurface& surface) {
-  Constraints constraints;
-  const auto n = static_cast<double>(surface.boundary.size());
-  for (std::size_t i = 0; i < surface.boundary.size(); ++i) {
-    const double angle = 2 * std::numbers::pi * static_cast<double>(i) / n;
-    const double radius = 1 + 0.5 * std::cos(3 * angle);
-    constraints.outline.emplace_back(radius * std::cos(angle), radius * std::sin(angle));
-  }
-  return constraints;
-}
 
 TEST(FirstTry, WithAFreeBoundaryLiesOverThePins) {
   const mesh::Surface surface = test::bumpy_grid(8, 8, 0.2, 2);
@@ -41,7 +26,7 @@ TEST(FirstTry, WithAFreeBoundaryLiesOverThePins) {
 TEST(FirstTry, MeetsAPrescribedBoundaryBitForBit) {
   const mesh::Surface surface = test::grid(8, 8);
   mesh::RefinedSurface refined = mesh::make_refined_surface(surface);
-  const Constraints constraints = star_outline(refined);
+  const Constraints constraints = test::star_outline(refined);
   ExecutionContext context;
   Stats stats;
   const std::optional<Points2> uv = first_try(refined, constraints, context, stats);
@@ -76,21 +61,6 @@ TEST(FirstTry, SplitsChordsThatTheTargetCannotHave) {
     EXPECT_TRUE(distortion::find_flips(fresh.mesh.faces(), *uv, context).empty());
   }
   EXPECT_TRUE(split);
-}
-
-TEST(Compose, PutsTheBoundaryAtItsTargetsAndFoldsLittle) {
-  const mesh::Surface surface = test::grid(8, 8);
-  const mesh::RefinedSurface refined = mesh::make_refined_surface(surface);
-  const Constraints constraints = star_outline(refined);
-  ExecutionContext context;
-  Stats stats;
-  const Target target = outline_target(refined, constraints, context);
-  const Points2 uv = compose_through_disk(refined, target.domain, context, stats);
-  for (std::size_t i = 0; i < constraints.outline.size(); ++i)
-    EXPECT_EQ(Vector2(uv.row(refined.boundary[i]).transpose()), constraints.outline[i]);
-  // Most of it is right: that is all that is promised, and what makes it a start.
-  const auto folded = distortion::find_flips(surface.faces, uv, context).size();
-  EXPECT_LT(10 * folded, static_cast<std::size_t>(surface.faces.rows()));
 }
 
 }  // namespace

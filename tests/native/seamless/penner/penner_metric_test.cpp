@@ -12,7 +12,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/intrinsic/loops/loop_carrier.h"
-#include "flipfree/seamless/penner/penner_newton.h"
+#include "seamless/penner/penner_state.h"
 #include "support/shapes.h"
 
 namespace flipfree::seamless {
@@ -24,20 +24,6 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 std::vector<Index> flat(const mesh::Surface& surface) {
   return std::vector<Index>(static_cast<std::size_t>(surface.vertices.rows()), 4);
-}
-
-// `count` cones of 3 and 5 quarter turns at random vertices of a surface of this genus; the sum
-// decides how many of each.
-std::vector<Index> random_cones(const mesh::Surface& surface, Index genus, Index count,
-                                unsigned seed) {
-  std::vector<Index> cones = flat(surface);
-  std::vector<std::size_t> places(cones.size());
-  for (std::size_t i = 0; i < places.size(); ++i) places[i] = i;
-  std::mt19937 random(seed);
-  std::shuffle(places.begin(), places.end(), random);
-  const Index sharp = (count + 8 - 8 * genus) / 2;
-  for (Index i = 0; i < count; ++i) cones[places[at(i)]] = i < sharp ? 3 : 5;
-  return cones;
 }
 
 // The angle opposite each half-edge.
@@ -97,7 +83,8 @@ TEST(PennerMetric, RandomConesOnGenusZeroToThree) {
     const mesh::Surface surface =
         genus == 0 ? test::sphere(20, 14) : test::perforated_plate(genus, 4);
     for (unsigned seed = 0; seed < 4; ++seed) {
-      const auto cones = random_cones(surface, genus, 20, 10 * static_cast<unsigned>(genus) + seed);
+      const auto cones =
+          test::random_cones(surface, genus, 20, 10 * static_cast<unsigned>(genus) + seed);
       const PennerMetric result = solve(surface, cones);
       EXPECT_EQ(result.loops.size(), at(2 * genus));
       EXPECT_LE(result.metric.angle_error, 1e-10);
@@ -132,7 +119,7 @@ TEST(PennerMetric, TwoConesOnATorus) {
 
 TEST(PennerMetric, MeetsOtherTurnsThanTheNearest) {
   const mesh::Surface surface = test::perforated_plate(2, 4);
-  const auto cones = random_cones(surface, 2, 20, 5);
+  const auto cones = test::random_cones(surface, 2, 20, 5);
   auto loops = solve(surface, cones).loops;
   for (std::size_t i = 0; i < loops.size(); ++i) loops[i].quarter_turns += i % 2 == 0 ? 1 : -1;
   const PennerMetric result = solve(surface, cones, loops);
@@ -145,7 +132,7 @@ TEST(PennerMetric, MeetsOtherTurnsThanTheNearest) {
 
 TEST(PennerMetric, SameBitsForAnyNumberOfThreads) {
   const mesh::Surface surface = test::perforated_plate(2, 6);
-  const auto cones = random_cones(surface, 2, 20, 1);
+  const auto cones = test::random_cones(surface, 2, 20, 1);
   const PennerMetric one = solve(surface, cones, {}, 1), two = solve(surface, cones, {}, 2);
   EXPECT_EQ(std::get<std::vector<double>>(one.metric.length),
             std::get<std::vector<double>>(two.metric.length));
@@ -154,7 +141,7 @@ TEST(PennerMetric, SameBitsForAnyNumberOfThreads) {
 
 TEST(PennerMetric, RefusesLoopsThatAreNoStrips) {
   const mesh::Surface surface = test::torus(12, 8, 0.4);
-  std::vector<Index> cones = random_cones(surface, 1, 8, 2);
+  std::vector<Index> cones = test::random_cones(surface, 1, 8, 2);
   auto loops = solve(surface, cones).loops;
   auto broken = loops;
   broken[0].loop.pop_back();
@@ -212,7 +199,7 @@ TEST(PennerMetric, LoopsCannotBeGivenWhereThereIsABoundary) {
 
 TEST(PennerMetric, CanBeCancelledAndLimited) {
   const mesh::Surface surface = test::perforated_plate(3, 8);
-  const auto cones = random_cones(surface, 3, 20, 1);
+  const auto cones = test::random_cones(surface, 3, 20, 1);
   ExecutionContext cancelled;
   cancelled.cancel();
   EXPECT_THROW(compute_penner_metric(surface, cones, {}, {}, cancelled), Cancelled);
@@ -228,51 +215,6 @@ TEST(PennerMetric, CanBeCancelledAndLimited) {
   } catch (const NotConverged& e) {
     EXPECT_EQ(e.error().code, ErrorCode::kTimeLimit);
   }
-}
-
-// A whole Newton step makes all errors vanish to first order: so does a small share of it by that
-// share.
-TEST(PennerSystem, StepsRemoveErrorsInProportion) {
-  const mesh::Surface surface = test::perforated_plate(2, 3);
-  const auto cones = random_cones(surface, 2, 16, 4);
-  ExecutionContext context;
-  conformal::EngineInput input;
-  input.vertex_count = static_cast<Index>(surface.vertices.rows());
-  input.setup = intrinsic::build_intrinsic_mesh(input.vertex_count, surface.faces);
-  // Lengths without right angles, so that no flip is near.
-  mesh::Surface bent = surface;
-  std::mt19937 random(1);
-  std::uniform_real_distribution<double> uniform(-0.02, 0.02);
-  for (Eigen::Index i = 0; i < bent.vertices.size(); ++i)
-    bent.vertices.data()[i] += uniform(random);
-  input.positions = &bent.vertices;
-  for (const Index k : cones) input.target.push_back(static_cast<double>(k * kQuarterTurn));
-  const auto engine = conformal::make_engine(input, 53, context);
-  const auto& mesh = engine->mesh();
-  const intrinsic::FlipMesh& flips = mesh;
-  const intrinsic::LoopCarrier loops(
-      flips,
-      intrinsic::homology_basis(flips, std::vector<double>(mesh.edge_count(), 1.0), context));
-  PennerTargets targets{input.target, std::vector<double>(loops.size(), 0.3)};
-  PennerAngles before, after;
-  measure(*engine, loops, targets, before, context);
-  PennerSystem system;
-  PennerDirection direction;
-  ASSERT_TRUE(system.solve(mesh, loops, before, direction, context));
-  const double share = 1e-6;
-  conformal::FineVector u;
-  for (const double x : direction.scale) u.high.push_back(0.5 * share * x);
-  std::vector<double> s;
-  for (const double x : direction.stretch) s.push_back(share * x);
-  engine->scale(u, context);
-  engine->stretch(s, context);
-  measure(*engine, loops, targets, after, context);
-  for (std::size_t v = 0; v < cones.size(); ++v) {
-    EXPECT_NEAR((before.vertices.value[v] - after.vertices.value[v]) / share,
-                before.vertices.value[v], 2e-4);
-  }
-  for (std::size_t i = 0; i < loops.size(); ++i)
-    EXPECT_NEAR((before.loops[i] - after.loops[i]) / share, before.loops[i], 2e-4);
 }
 
 }  // namespace

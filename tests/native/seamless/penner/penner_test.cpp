@@ -29,14 +29,6 @@ PennerMap solve(const mesh::Surface& surface, const std::vector<Index>& cones) {
   return compute_penner_map(surface, cones, {}, {}, context);
 }
 
-TEST(QuarterTurned, TurnsCounterClockwise) {
-  const Vector2 p(3.0, 1.0);
-  EXPECT_EQ(quarter_turned(p, 0), p);
-  EXPECT_EQ(quarter_turned(p, 1), Vector2(-1.0, 3.0));
-  EXPECT_EQ(quarter_turned(p, -1), quarter_turned(p, 3));
-  EXPECT_EQ(quarter_turned(quarter_turned(p, 2), 6), p);
-}
-
 void expect_transitions(const PennerMap& result) {
   const certify::Parametrization& map = result.map;
   ASSERT_EQ(map.transitions.size(), static_cast<std::size_t>(map.cut_edges.rows()));

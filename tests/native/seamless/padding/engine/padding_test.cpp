@@ -5,6 +5,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/seamless/padding/topology/topology.h"
+#include "seamless/padding/engine/side_by_side.h"
 #include "seamless/padding/geometry/hand_cuts.h"
 
 namespace flipfree::seamless {
@@ -72,15 +73,8 @@ TEST(PaddingMap, TorusWithEightCones) {
 }
 
 TEST(PaddingMap, ComponentsLieBesideEachOther) {
-  mesh::Surface both = test::torus(14, 10);
-  const auto count = static_cast<Index>(both.vertices.rows());
-  const Triangles one = both.faces;
-  const Points3 places = both.vertices;
-  both.vertices.resize(2 * count, 3);
-  both.vertices << places, places.array() + 5.0;
-  both.faces.resize(2 * one.rows(), 3);
-  both.faces << one, one.array() + count;
-  expect_map(solve(both, std::vector<Index>(static_cast<std::size_t>(2 * count), 4)));
+  const mesh::Surface both = test::side_by_side(test::torus(14, 10));
+  expect_map(solve(both, std::vector<Index>(2 * 140, 4)));
 }
 
 TEST(PaddingMap, ImpossibleConesAreRefused) {

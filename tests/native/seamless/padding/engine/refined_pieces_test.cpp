@@ -6,27 +6,21 @@
 #include "flipfree/mesh/refined/invariants.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/seamless/padding/topology/topology.h"
+#include "seamless/padding/engine/side_by_side.h"
 #include "support/shapes.h"
 
 namespace flipfree::seamless {
 namespace {
 
 TEST(RefinedPieces, KeepTheInputsVerticesAndLieInItsFaces) {
-  mesh::Surface both = test::torus(12, 9);
-  const auto count = static_cast<Index>(both.vertices.rows());
-  const Triangles one = both.faces;
-  const Points3 places = both.vertices;
-  both.vertices.resize(2 * count, 3);
-  both.vertices << places, places.array() + 5.0;
-  both.faces.resize(2 * one.rows(), 3);
-  both.faces << one, one.array() + count;
-  std::vector<Index> cones(static_cast<std::size_t>(2 * count), 4);
+  const mesh::Surface both = test::side_by_side(test::torus(12, 9));
+  std::vector<Index> cones(2 * 108, 4);
   cones[10] = 2;
   cones[60] = 6;
   ExecutionContext context;
   const RefinedPieces pieces = cut_components(both, cones, make_admissible_cut, context);
   ASSERT_EQ(pieces.cuts.size(), 2u);
-  EXPECT_TRUE(pieces.surface.vertices.topRows(2 * count) == both.vertices);
+  EXPECT_TRUE(pieces.surface.vertices.topRows(2 * 108) == both.vertices);
   EXPECT_EQ(pieces.cones.size(), static_cast<std::size_t>(pieces.surface.vertices.rows()));
   EXPECT_EQ(mesh::find_broken_provenance(both, pieces.surface.faces, pieces.provenance), "");
   EXPECT_EQ(pieces.cuts[0].surface.faces.rows() + pieces.cuts[1].surface.faces.rows(),

@@ -49,7 +49,7 @@ std::optional<ConformalMetric> shortest(const conformal::EngineInput& input,
                                         const PennerTargets& targets, ExecutionContext& context) {
   auto engine = make_engine(input, 53, context);
   if (!engine->started()) return {};
-  intrinsic::LoopCarrier none(input.setup.mesh, {});
+  intrinsic::LoopCarrier none(engine->mesh(), {});  // which is Delaunay already
   PennerNewtonOptions newton;
   newton.tolerance = kNearlyMet;
   newton.max_iterations = kShortestSteps;

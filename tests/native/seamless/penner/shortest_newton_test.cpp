@@ -1,0 +1,62 @@
+#include "flipfree/seamless/penner/shortest_newton.h"
+
+#include <gtest/gtest.h>
+
+#include "flipfree/base/error.h"
+#include "seamless/penner/penner_state.h"
+
+namespace flipfree::seamless {
+namespace {
+
+TEST(ShortestNewton, MeetsConesAndLoopsFromTheSurfacesOwnMetric) {
+  for (unsigned seed = 1; seed < 4; ++seed) {
+    test::PennerState state(seed);
+    state.round_loops();
+    ASSERT_GT(test::largest_error(state), 0.1);
+    const PennerRun run =
+        run_shortest(state.engine, *state.loops, state.targets, {}, state.context);
+    EXPECT_EQ(run.end, PennerEnd::kConverged);
+    EXPECT_LE(run.error, 1e-10);
+    EXPECT_NEAR(test::largest_error(state), 0.0, 1e-9);
+    EXPECT_EQ(run.error_history.size(), static_cast<std::size_t>(run.iterations) + 1);
+  }
+}
+
+TEST(ShortestNewton, LoopsAreThoseOfTheFlippedTriangulation) {
+  test::PennerState state(2);
+  state.round_loops();
+  const intrinsic::LoopCarrier before = *state.loops;
+  (void)run_shortest(state.engine, *state.loops, state.targets, {}, state.context);
+  EXPECT_EQ(state.loops->mesh().next, state.engine->mesh().next);
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    for (std::size_t k = 0; k < before.size(); ++k) {
+      EXPECT_EQ(
+          intersection_number(before.mesh(), before.loop(i), before.loop(k)),
+          intersection_number(state.loops->mesh(), state.loops->loop(i), state.loops->loop(k)));
+    }
+  }
+}
+
+TEST(ShortestNewton, StopsAtItsLimitAndSaysSo) {
+  test::PennerState state(1);
+  state.round_loops();
+  PennerNewtonOptions options;
+  options.max_iterations = 1;
+  const PennerRun run =
+      run_shortest(state.engine, *state.loops, state.targets, options, state.context);
+  EXPECT_EQ(run.end, PennerEnd::kIterations);
+  EXPECT_EQ(run.iterations, 1);
+  EXPECT_NEAR(run.error, test::largest_error(state), 1e-12);
+  EXPECT_EQ(run.error_history.size(), 2U);
+}
+
+TEST(ShortestNewton, CanBeCancelled) {
+  test::PennerState state(1);
+  state.round_loops();
+  state.context.cancel();
+  EXPECT_THROW((void)run_shortest(state.engine, *state.loops, state.targets, {}, state.context),
+               Cancelled);
+}
+
+}  // namespace
+}  // namespace flipfree::seamless
