@@ -1,4 +1,4 @@
-// A map of a surface to the plane, as every solver returns it.
+// A map of a surface as every solver returns it: mesh::Provenance as the arrays that callers get.
 #pragma once
 
 #include <array>

@@ -5,9 +5,11 @@
 #include <cstddef>
 #include <numbers>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
+#include "flipfree/base/check/debug_check.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/matchmaker/finish/usable_map.h"
@@ -15,6 +17,7 @@
 #include "flipfree/matchmaker/ways/continued.h"
 #include "flipfree/matchmaker/ways/guaranteed.h"
 #include "flipfree/matchmaker/ways/outlined.h"
+#include "flipfree/mesh/refined/invariants.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::matchmaker {
@@ -84,6 +87,12 @@ bool matchmaker_applies(const Problem& problem) {
 std::optional<Solution> matchmaker(const Problem& problem, double, ExecutionContext& context,
                                    Stats& stats) {
   return by_matchmaker(problem, context, stats);
+}
+
+// Whatever ways do to the surface in between, what they hand on is a map of the user's: exactly.
+std::string find_broken(const mesh::RefinedMap& map) {
+  std::string broken = mesh::find_broken_map(map.surface, map.uv);
+  return broken.empty() ? mesh::find_broken_invariant(map.surface) : broken;
 }
 
 struct Way {
@@ -181,7 +190,10 @@ Solution solve(const Problem& problem, ExecutionContext& context, Stats& stats) 
     const bool in_time =
         ended_in_share(context, [&] { solution = way.run(problem, way.share, context, stats); });
     if (!in_time) stats["ways_out_of_time"] = ++out_of_time;
-    if (solution) return std::move(*solution);
+    if (solution) {
+      debug_check("solve", [&] { return find_broken(solution->map); });
+      return std::move(*solution);
+    }
     done += way.progress;
   }
   refuse(problem);
