@@ -3,7 +3,7 @@
 #
 #   scripts/docs-pictures.sh BLENDER NAME
 #
-# As scripts/window-tests.sh, whose profile it uses; wants ImageMagick. BLENDER: 5.0 or later, whose UV editor shows the map also
+# As scripts/window-tests.sh, whose profile it uses; wants ImageMagick. BLENDER: 5.2, whose UV editor shows the map also
 # where it is not selected. Look at the pictures before committing.
 set -euo pipefail
 cd "$(dirname "$0")/.."
