@@ -59,7 +59,6 @@ GROUPS = {
     "pull": ("free", "few free", "circle", "one-to-one", "shape pins"),
     "equal-area metric": ("circle", "large outline"),
     "simplify plane": ("circle", "large outline"),
-    "straighten": ("outline", "free", "circle", "hilbert"),
     "untangle": ("outline", "free", "few free", "circle", "hilbert", "matchmaker"),
     "unfold": ("free", "few free", "circle", "large free"),
     "ease": ("free", "circle", "large free"),

@@ -38,10 +38,8 @@ constexpr std::size_t kTried = 4;
 // when one frees less than this share (in per cent).
 constexpr int kRounds = 16;
 constexpr int kStepsPerRound = 10;
-constexpr Index kWorthwhile = 2;
 // Then whole faces are unfolded, so often, after so many Newton steps each.
 constexpr int kUnfoldings = 2;
-constexpr int kRoundsOfUnfolding = 6;
 constexpr int kStepsPerUnfolding = 30;
 
 double part_of(std::size_t i, std::size_t count) {
@@ -157,7 +155,7 @@ void settle(mesh::RefinedMap& map, const Constraints& constraints, Index keep, i
             ExecutionContext& context) {
   const std::vector<VertexId> held = held_vertices(map.surface, constraints);
   numeric::EliminationMemory order(keep);
-  coarsen_in_rounds(map, held, keep, {rounds, true, kWorthwhile, 1}, context, [&] {
+  coarsen_in_rounds(map, held, keep, {.rounds = rounds}, context, [&] {
     return relax(map, held, {kStepsPerRound, true, &order}, context);
   });
 }
@@ -232,8 +230,7 @@ bool move_with_arms(mesh::RefinedMap& map, const Constraints& constraints,
       const ProgressRange range(context, 0.7 + 0.2 * part_of(round, kUnfoldings),
                                 0.7 + 0.2 * part_of(round + 1, kUnfoldings));
       relax(*best, held, {kStepsPerUnfolding, true, &order}, context);
-      if (constraints.use(Device::kUnfold))
-        unfold_wholes(*best, held, keep, kRoundsOfUnfolding, context, &order);
+      if (constraints.use(Device::kUnfold)) unfold_wholes(*best, held, keep, context, &order);
     }
     const ProgressRange range(context, 0.9, 1.0);
     if (constraints.use(Device::kEase)) ease(*best, held, keep, 0, order, context);

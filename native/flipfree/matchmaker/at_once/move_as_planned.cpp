@@ -38,7 +38,7 @@ PlannedMove move_as_planned(mesh::RefinedMap& map, const Constraints& constraint
       static_cast<Index>(kEnough * static_cast<double>(map.surface.input->faces.rows()));
   // All pins are met: the rest may end anywhere.
   while_time_lasts(map, [&] {
-    coarsen_in_rounds(map, held, keep, {kPlainRounds, true, 0, kPlainRounds}, context, [&] {
+    coarsen_in_rounds(map, held, keep, {kPlainRounds, 0, kPlainRounds}, context, [&] {
       relax(map, held, {kFewSteps, true, &order}, context);
       return true;
     });

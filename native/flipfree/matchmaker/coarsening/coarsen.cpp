@@ -13,10 +13,8 @@
 namespace flipfree::matchmaker {
 namespace {
 
-constexpr int kMostPasses = 12;
 constexpr int kRelaxIterations = 6;
-// A pass that removes a smaller share (in per cent) of what is there is idle; so many end it.
-constexpr Index kWorthwhile = 2;
+// So many idle rounds in a row are the last.
 constexpr int kIdle = 2;
 // Passes in which what is left is untangled vertex by vertex: while each frees this share (in per
 // cent), and if there is not more left than so many times the vertices to keep.
@@ -41,13 +39,13 @@ class Coarsener {
   void all() {
     {
       const ProgressRange range(context_, 0.0, 0.8);
-      run({kMostPasses, constraints_.use(Device::kStraighten), kWorthwhile, kIdle});
+      run({.idle = kIdle});
     }
     const ProgressRange rest(context_, 0.8, 1.0);
     if (constraints_.use(Device::kUntangle)) untangle_one_by_one();
   }
 
-  void bounded() { run({kMostPasses, false, 0, 1}); }
+  void bounded() { run({.worthwhile = 0}); }
 
   std::int64_t passes() const { return passes_; }
 
@@ -75,7 +73,7 @@ class Coarsener {
       if (remove_by_untangling(map_, held(), keep_, context_) == 0) return;
       map_ = mesh::compacted_map(map_);
       if (!relaxed()) return;
-      remove_added(map_, held(), keep_, context_);
+      thin_out(map_, held(), keep_, context_);
       if (100 * (there - added()) < kWorthEasing * there) return;
     }
   }

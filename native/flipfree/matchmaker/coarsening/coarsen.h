@@ -4,9 +4,8 @@
 // Removing a vertex retriangulates its star so that every new triangle is positive in the map and
 // in the input face it lies in, both by exact test, and no more distorted than the worst it
 // replaces or a few times the mean. A star that lies on an edge of the input is retriangulated on
-// both sides of that edge. Before, refined input faces that can be whole again as the map stands
-// are laid straight (straighten.h); between passes the map is relaxed, which frees further
-// vertices; at the end the rest is untangled vertex by vertex (untangle_removal.h).
+// both sides of that edge. Between passes the map is relaxed, which frees further vertices; at the
+// end the rest is untangled vertex by vertex (untangle_removal.h).
 #pragma once
 
 #include "flipfree/base/context.h"

@@ -11,9 +11,6 @@ namespace flipfree::matchmaker {
 
 struct Schedule {
   int rounds = 12;
-  // Also by laying refined faces straight (straighten.h); otherwise the energy stays about what it
-  // was.
-  bool straighten = true;
   // A round that removes less than this share (in per cent) is idle; so many idle ones in a row are
   // the last.
   Index worthwhile = 2;
@@ -34,8 +31,7 @@ int coarsen_in_rounds(mesh::RefinedMap& map, const std::vector<VertexId>& held, 
     const double share = 1.0 / schedule.rounds;
     const ProgressRange range(context, round * share, (round + 1) * share);
     context.report("taking refinement back", 0.0);
-    const Index removed = schedule.straighten ? remove_added(map, held, keep, context)
-                                              : thin_out(map, held, keep, context);
+    const Index removed = thin_out(map, held, keep, context);
     idle = 100 * removed < schedule.worthwhile * before || removed == 0 ? idle + 1 : 0;
     if (removed == 0 && idle >= schedule.idle) return round;
     if (!relax()) return round;

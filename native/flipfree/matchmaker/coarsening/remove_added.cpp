@@ -4,7 +4,6 @@
 #include <cstddef>
 
 #include "flipfree/matchmaker/coarsening/remove_vertex.h"
-#include "flipfree/matchmaker/coarsening/straighten.h"
 
 namespace flipfree::matchmaker {
 
@@ -29,12 +28,6 @@ Index thin_out(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index k
   const Index removed = remove_vertices(map, removable, context);
   if (removed > 0) map = mesh::compacted_map(map);
   return removed;
-}
-
-Index remove_added(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
-                   ExecutionContext& context) {
-  straighten(map, held, keep, context);
-  return thin_out(map, held, keep, context);
 }
 
 }  // namespace flipfree::matchmaker

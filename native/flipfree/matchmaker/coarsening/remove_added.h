@@ -18,8 +18,4 @@ Index remove_vertices(mesh::RefinedMap& map, const std::vector<char>& removable,
 Index thin_out(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
                ExecutionContext& context);
 
-// straighten() (straighten.h) and thin_out(). Returns the number removed.
-Index remove_added(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
-                   ExecutionContext& context);
-
 }  // namespace flipfree::matchmaker

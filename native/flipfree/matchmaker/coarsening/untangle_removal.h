@@ -19,6 +19,9 @@ namespace flipfree::matchmaker {
 // others, another try is not worth its time.
 using VainRemovals = std::unordered_set<std::uint64_t>;
 
+// Newton steps per vertex where a vertex less is worth twice the usual time.
+inline constexpr int kThoroughIterations = 80;
+
 struct UntangleRemovalOptions {
   int rings = 2;        // vertices within so many edges of the one that is removed may move
   int iterations = 40;  // Newton steps per vertex at the most

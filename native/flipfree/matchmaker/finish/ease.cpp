@@ -15,8 +15,6 @@ namespace {
 constexpr int kRounds = 12;
 constexpr int kSteps = 20;
 constexpr std::array<Index, 2> kWorthwhile = {7, 12};
-// Newton steps of an untangling.
-constexpr int kIterations = 80;
 // Vertices to be looked at when there are few enough, in units of those that are kept.
 constexpr Index kMostLookedAt = 4;
 
@@ -28,7 +26,7 @@ void ease(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep, 
   VainRemovals vain;
   UntangleRemovalOptions untangling;
   untangling.rings = 1;
-  untangling.iterations = kIterations;
+  untangling.iterations = kThoroughIterations;
   untangling.vain = &vain;
   Index looked_at = 0;
   for (int round = 0; round < kRounds && added() > 0; ++round) {
@@ -40,7 +38,7 @@ void ease(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep, 
     remove_by_untangling(map, held, keep, context, untangling);
     map = mesh::compacted_map(map);
     relax(map, held, {kSteps, true, &order}, context);
-    remove_added(map, held, keep, context);
+    thin_out(map, held, keep, context);
     const auto size = static_cast<std::size_t>(untangling.rings);
     if (kWorthwhile[size - 1] * (before - added()) >= before) continue;
     if (size == kWorthwhile.size()) return;

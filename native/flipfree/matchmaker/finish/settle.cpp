@@ -50,11 +50,10 @@ class Settler {
   Index added() const { return map_.surface.mesh.vertex_count() - keep_; }
 
   void coarsen_in_rounds() {
-    matchmaker::coarsen_in_rounds(map_, held_, keep_, {kMostRounds, true, kWorthwhile, 1}, context_,
-                                  [&] {
-                                    relax_bad(kStepsPerRound);
-                                    return true;
-                                  });
+    matchmaker::coarsen_in_rounds(map_, held_, keep_, {kMostRounds, kWorthwhile, 1}, context_, [&] {
+      relax_bad(kStepsPerRound);
+      return true;
+    });
   }
 
   void untangle() {

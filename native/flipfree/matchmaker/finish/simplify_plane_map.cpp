@@ -19,7 +19,6 @@ namespace {
 // Turns, both planes in each, and Newton steps after each pass.
 constexpr int kTurns = 3;
 constexpr int kSteps = 10;
-constexpr int kIterations = 80;
 // The frame's corners come first in the numbering.
 constexpr Index kFrame = 3;
 
@@ -78,7 +77,7 @@ void simplify_one_way(Triangles& faces, Points2& from, Points2& to, Index held,
   thin_out(map, fixed, keep, context);
   relax(map, fixed, {kSteps, true, nullptr}, context);
   UntangleRemovalOptions untangling;
-  untangling.iterations = kIterations;
+  untangling.iterations = kThoroughIterations;
   if (remove_by_untangling(map, fixed, keep, context, untangling) > 0)
     map = mesh::compacted_map(map);
   relax(map, fixed, {kSteps, true, nullptr}, context);

@@ -50,7 +50,7 @@ void make_room(mesh::RefinedMap& map, const std::vector<Index>& thin,
   const bool all_low = std::all_of(held.begin(), held.end(), [&](VertexId v) { return v < keep; });
   if (all_low) {
     if (remove_by_untangling(map, held, keep, context) > 0) map = mesh::compacted_map(map);
-    remove_added(map, held, keep, context);
+    thin_out(map, held, keep, context);
   }
   RelaxOptions options;
   options.steps = kSteps;

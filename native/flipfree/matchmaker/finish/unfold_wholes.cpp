@@ -12,6 +12,7 @@
 namespace flipfree::matchmaker {
 namespace {
 
+constexpr int kRounds = 6;
 // Newton steps of a round, and without progress; and of the energy after it.
 constexpr int kIterations = 30;
 constexpr int kPatience = 10;
@@ -90,17 +91,17 @@ bool make_room(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index k
 }  // namespace
 
 Index unfold_wholes(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
-                    int rounds, ExecutionContext& context, numeric::EliminationMemory* order) {
+                    ExecutionContext& context, numeric::EliminationMemory* order) {
   const Index before = map.surface.mesh.vertex_count();
   RelaxOptions relaxing;
   relaxing.steps = kRelaxSteps;
   relaxing.memory = order;
-  for (int round = 0; round < rounds && map.surface.mesh.vertex_count() > keep; ++round) {
+  for (int round = 0; round < kRounds && map.surface.mesh.vertex_count() > keep; ++round) {
     const Points2 valid = map.uv;
     const Index there = map.surface.mesh.vertex_count();
     std::vector<VertexId> seeds = around_added(map.surface.mesh, keep);
     std::erase_if(seeds, [&](VertexId v) { return v >= keep; });
-    if (!make_room(map, held, keep, context) || remove_added(map, held, keep, context) == 0) {
+    if (!make_room(map, held, keep, context) || thin_out(map, held, keep, context) == 0) {
       // What had to give way for nothing goes back.
       if (map.surface.mesh.vertex_count() == there) map.uv = valid;
       break;

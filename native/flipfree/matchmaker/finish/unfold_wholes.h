@@ -3,7 +3,7 @@
 // split, stays valid behind a barrier.
 //
 // Untangling the whole faces alone succeeds as often, but then vertices wind twice; here they can
-// only be taken whole where straighten() (straighten.h) finds that they wind once.
+// only be taken whole where removing a vertex leaves a valid map (coarsening/remove_added.h).
 #pragma once
 
 #include <vector>
@@ -16,10 +16,9 @@ namespace flipfree::matchmaker {
 
 // `held`: vertices that do not move. Precondition: map.uv is flip-free, inner vertices wind once.
 // Guarantee: so it is afterwards, vertices below `keep` are there still. Returns how many were
-// removed. `order`: elimination orders by vertex of the map. Cost: at most `rounds` times some
+// removed. `order`: elimination orders by vertex of the map. Cost: at most six times some
 // thirty-five Newton steps near split faces.
 Index unfold_wholes(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
-                    int rounds, ExecutionContext& context,
-                    numeric::EliminationMemory* order = nullptr);
+                    ExecutionContext& context, numeric::EliminationMemory* order = nullptr);
 
 }  // namespace flipfree::matchmaker

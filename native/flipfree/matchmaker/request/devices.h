@@ -19,17 +19,16 @@ enum class Device {
   kPull,            // pins one by one by continuation
   kEqualArea,       // inside an outline, pins move in a metric with room
   kSimplifyPlane,   // the planned motion's overlay is simplified before the map follows it
-  kStraighten,      // refined faces laid straight
   kUntangle,        // vertices untangled away when all else has stopped
   kUnfold,          // whole faces unfolded
   kEase,            // rounds of untangling after arms and plans
   kRestricted,      // MatchMaker++'s map restricted to the user's vertices
 };
 
-constexpr std::array<std::string_view, 15> kDeviceNames = {
-    "continuation", "homotopy", "outline overlay",   "matchmaker",     "coarse",     "planned",
-    "arms",         "pull",     "equal-area metric", "simplify plane", "straighten", "untangle",
-    "unfold",       "ease",     "restricted"};
+constexpr std::array<std::string_view, 14> kDeviceNames = {
+    "continuation", "homotopy",  "outline overlay",   "matchmaker",     "coarse",   "planned",
+    "arms",         "pull",      "equal-area metric", "simplify plane", "untangle", "unfold",
+    "ease",         "restricted"};
 
 // A set of devices, one bit for each.
 using Devices = std::uint32_t;

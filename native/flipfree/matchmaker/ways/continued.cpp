@@ -17,9 +17,6 @@
 namespace flipfree::matchmaker {
 namespace {
 
-// Rounds in which whole faces are unfolded once all pins have arrived.
-constexpr int kRoundsOfUnfolding = 6;
-
 // The same refinement of another surface with the same faces.
 void lay_on(mesh::RefinedSurface& surface, const mesh::Surface& other) {
   surface.input = &other;
@@ -102,8 +99,7 @@ void unfold(mesh::RefinedMap& map, const Constraints& constraints, Index keep, b
   numeric::EliminationMemory order(keep);
   const TimeLimit share(context, kShareOfStep * context.seconds_left());
   const bool all = while_time_lasts(unfolded, [&] {
-    unfold_wholes(unfolded, held_vertices(map.surface, constraints), keep, kRoundsOfUnfolding,
-                  context, &order);
+    unfold_wholes(unfolded, held_vertices(map.surface, constraints), keep, context, &order);
   });
   if (!all) note_time_limit(stats);
   if (!bijective || !overlaps(unfolded.surface, unfolded.uv)) map = std::move(unfolded);

@@ -49,11 +49,10 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 // Weights that were computed, not chosen, sum to one up to a few roundings.
 constexpr double kRounded = 4 * std::numeric_limits<double>::epsilon();
 
-// What is wrong with a support beyond rounding; empty if nothing is.
+// What is wrong with the support of a map between stages; empty if nothing is.
 std::string nearly_broken_support(const Support& support) {
   double sum = 0.0;
   for (std::size_t i = 0; i < 3; ++i) {
-    if (!(support.weight[i] >= -kRounded)) return "a weight is negative";
     if (support.vertex[i] == kInvalid && support.weight[i] != 0.0) return "a weight of no vertex";
     sum += support.weight[i];
   }

@@ -14,10 +14,10 @@ namespace flipfree::mesh {
 std::string find_broken_invariant(const RefinedSurface& surface);
 
 // The same of a map: connectivity, one place per vertex, every face positive by exact test. Weights
-// are asked up to rounding only, and faces need not turn as their parents do: between stages the
-// surface may be one in the plane that only helps to find the user's, whose points are computed
-// with doubles as they come. What a stage hands on as a map of the user's surface is asked for
-// find_broken_invariant() as well (matchmaker/ways/solve.cpp). `uv`: #V x 2.
+// are asked for their sum alone, up to rounding, and faces need not turn as their parents do:
+// between stages the surface may be one in the plane that only helps to find the user's, whose
+// weights are its coordinates, of either sign. What a stage hands on as a map of the user's surface
+// is asked for find_broken_invariant() as well (matchmaker/ways/solve.cpp). `uv`: #V x 2.
 std::string find_broken_map(const RefinedSurface& surface, const Points2& uv);
 
 // Empty if this can be where `refined` lies on `input`: parents exist, weights are not negative and

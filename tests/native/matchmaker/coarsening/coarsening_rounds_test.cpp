@@ -16,13 +16,12 @@ TEST(CoarsenInRounds, EndsWhenARoundIsIdleAndSaysHowManyThereWere) {
   ExecutionContext context;
   int relaxed = 0;
   const auto relax = [&] { return ++relaxed > 0; };
-  EXPECT_EQ(coarsen_in_rounds(map, {}, keep, {12, true, 2, 1}, context, relax), relaxed);
+  EXPECT_EQ(coarsen_in_rounds(map, {}, keep, {12, 2, 1}, context, relax), relaxed);
   EXPECT_EQ(map.surface.mesh.vertex_count(), keep);
-  EXPECT_EQ(coarsen_in_rounds(map, {}, keep, {12, true, 2, 1}, context, relax), 0);
+  EXPECT_EQ(coarsen_in_rounds(map, {}, keep, {12, 2, 1}, context, relax), 0);
   mesh::RefinedMap held = test::split_flat(surface, 3);
-  EXPECT_EQ(
-      coarsen_in_rounds(held, {keep, keep + 1, keep + 2}, keep, {12, true, 2, 1}, context, relax),
-      0);
+  EXPECT_EQ(coarsen_in_rounds(held, {keep, keep + 1, keep + 2}, keep, {12, 2, 1}, context, relax),
+            0);
   EXPECT_EQ(held.surface.mesh.vertex_count(), keep + 3);
 }
 
