@@ -6,11 +6,13 @@ modal         drives a solver job from a menu, from scripts, in the background
 mesh_io       Blender meshes <-> arrays            compat   Blender's versions
 errors        what the user is told                cli      blender -b -c flipfree ...
 solver        the package flipfree (a wheel)       menus    where all this appears
+fields/*      field-aligned maps; field and cones drawn over the model
 """
 
 import bpy
 
 from . import cli, menus, modal, solver
+from .fields import drawing, field_aligned
 from .operators import check, conformal, improve, match, seamless, select, unwrap
 
 _CLASSES = (
@@ -19,8 +21,10 @@ _CLASSES = (
     *improve.CLASSES,
     *conformal.CLASSES,
     *seamless.CLASSES,
+    *field_aligned.CLASSES,
     *check.CLASSES,
     *select.CLASSES,
+    *drawing.CLASSES,
 )
 
 
@@ -34,6 +38,7 @@ def register():
 
 def unregister():
     modal.close_all()
+    drawing.unregister()
     cli.unregister()
     menus.unregister()
     for cls in reversed(_CLASSES):

@@ -6,6 +6,7 @@
     blender -b -c flipfree improve IN OUT [--pack] [--iterations N] ...
     blender -b -c flipfree conformal IN OUT [--boundary straight] ...
     blender -b -c flipfree seamless IN OUT [--cones suggested] ...
+    blender -b -c flipfree field-aligned IN OUT [--field flow] ...
     blender -b -c flipfree check IN
 
     ... --json FILE     one record per object with the numbers of its certificate, `poor`, warnings and errors; - is stdout
@@ -22,8 +23,18 @@ from pathlib import Path
 import bpy
 
 from . import errors, modal, records
+from .fields import arguments as field_arguments
 from .meshes import mesh_io
-from .operators import check, common, conformal, improve, layout, match, seamless, unwrap
+from .operators import (
+    check,
+    common,
+    conformal,
+    improve,
+    layout,
+    match,
+    seamless,
+    unwrap,
+)
 from .operators.options import MAX_SECONDS
 
 _handles = []
@@ -168,6 +179,8 @@ def _parser() -> argparse.ArgumentParser:
         no_cones="do not mark suggested cones",
         surface_scale="one UV unit is one unit of the object; otherwise the map fits the unit square",
     )
+    added = command("field-aligned", "a seamless map along a field", field_arguments.options)
+    field_arguments.add_arguments(added)
     added = commands.add_parser("check", help="certificate of every UV map of a file")
     added.add_argument("input", type=Path)
     added.add_argument("--allow-stacked", action="store_true", help="islands may lie on each other")

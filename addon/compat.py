@@ -142,3 +142,9 @@ def seam_edges(mesh: bpy.types.Mesh) -> np.ndarray:
 
 def set_seam_edges(mesh: bpy.types.Mesh, mask: np.ndarray) -> None:
     mesh.edges.foreach_set("use_seam", np.ascontiguousarray(mask, dtype=bool))
+
+
+def sharp_edges(mesh: bpy.types.Mesh) -> np.ndarray:
+    """(#edges,) bool: marked as sharp. The attribute is there only if some edge is."""
+    values = _bool_attribute(mesh, "sharp_edge", len(mesh.edges))
+    return np.zeros(len(mesh.edges), dtype=bool) if values is None else values

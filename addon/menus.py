@@ -2,6 +2,7 @@
 """Where the operators appear: the unwrap menu of the UV editor, which the 3D viewport's UV menu contains as well."""
 
 from . import compat
+from .fields import drawing
 
 ENTRIES = (
     "uv.flipfree_unwrap",
@@ -9,6 +10,7 @@ ENTRIES = (
     "uv.flipfree_improve",
     "uv.flipfree_conformal",
     "uv.flipfree_seamless",
+    "uv.flipfree_field_aligned",
     "uv.flipfree_suggest_cones",
     "mesh.flipfree_mark_cone",
     "uv.flipfree_check",
@@ -23,6 +25,7 @@ def _draw(self, _context):
     layout.operator_context = "INVOKE_DEFAULT"
     for name in ENTRIES:
         layout.operator(name)
+    layout.operator("view3d.flipfree_show_field", text=drawing.label())
 
 
 def register():

@@ -47,6 +47,8 @@ class Task:
     writes = True
     # Certificates of what it made, with the mesh faces they speak of (operators.common.Judged).
     judged = ()
+    # Of the task's progress, what its present job makes.
+    span = (0.0, 1.0)
     # {code of an error: what to do about it}, where the usual text does not help.
     cures: dict[str, str] = {}
 
@@ -190,6 +192,9 @@ class Run:
     def progress(self) -> tuple[str, float]:
         """(text, fraction over all tasks); the fraction never falls."""
         stage, fraction = self._job.progress() if self._job is not None else ("", 0.0)
+        if self._task is not None:
+            begin, end = self._task.span
+            fraction = begin + fraction * (end - begin)
         ended = len(self.done) + len(self.failures)
         name = self._task.snapshot.object_name if self._task is not None else ""
         text = f"{name}: {stage}" if stage else name

@@ -182,6 +182,37 @@ def seamless(snapshot, quarters, *, engine, boundary, optimise):
     )
 
 
+def cross_field(snapshot, *, edges, edge_weight, curvature, boundary, simplify, cones=None):
+    """Starts the field that follows `edges` (submesh vertex pairs), curvature and, if asked, the boundary; or, with `cones`
+    {submesh vertex: quarter turns of its angle}, the smoothest with these."""
+    return jobs.cross_field(
+        snapshot.vertices,
+        snapshot.triangles,
+        sharp_edges=edges,
+        edge_weight=edge_weight,
+        alignment=curvature,
+        boundary=boundary,
+        simplify=simplify,
+        signature=None if cones is None else flipfree.Signature(cones, []),
+        threads=THREADS,
+    )
+
+
+def field_aligned(snapshot, field, *, sizing, boundary, optimise):
+    """Starts the seamless map of all parts that follows the field; `sizing`: per submesh vertex, or None; `boundary`: aligned
+    or free."""
+    return jobs.field_aligned(
+        snapshot.vertices,
+        snapshot.triangles,
+        field=field,
+        sizing=sizing,
+        boundary=boundary,
+        optimise=optimise,
+        uncuttable=snapshot.diagonals,
+        threads=THREADS,
+    )
+
+
 def certify_seamless(result, quarters):
     """Starts the certificate of what will be stored of a seamless map, with its cones."""
     return jobs.certify(

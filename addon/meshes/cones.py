@@ -182,6 +182,25 @@ def add(ob: bpy.types.Object, curvature: dict[int, int]) -> None:
     bmesh.update_edit_mesh(ob.data, loop_triangles=False, destructive=False)
 
 
+def replace(ob: bpy.types.Object, vertices: list[int], curvature: dict[int, int]) -> None:
+    """Of these vertices, in either mode, the ones in `curvature` become cones of so many quarter turns and the others none."""
+    if ob.mode != "EDIT":
+        _remove_all(ob, vertices)
+    else:
+        bm = bmesh.from_edit_mesh(ob.data)
+        deform = bm.verts.layers.deform.verify()
+        attribute = bm.verts.layers.float.get(ATTRIBUTE)
+        bm.verts.ensure_lookup_table()
+        for index in vertices:
+            vertex = bm.verts[index]
+            for group in groups(ob):
+                if group in vertex[deform]:
+                    del vertex[deform][group]
+            if attribute is not None:
+                vertex[attribute] = 0.0
+    add(ob, curvature)
+
+
 def write(ob: bpy.types.Object, angles: dict[int, tuple[float, bool]], *, as_groups: bool) -> None:
     """Replaces the object's cones by these: {vertex: (angle, on the boundary)}, in either mode."""
     editing = ob.mode == "EDIT"

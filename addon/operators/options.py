@@ -84,6 +84,17 @@ def mark_cuts(attribute: str = ""):
     )
 
 
+def fit_unit_square():
+    return bpy.props.BoolProperty(
+        name="Fit Unit Square",
+        description=(
+            "Scale the map by a power of two, which keeps the seams exact, so that it fits the unit square. Off: one UV "
+            "unit is one unit of the object, so that several objects have one scale"
+        ),
+        default=True,
+    )
+
+
 # Seconds of the clock per island, where an operator does not ask.
 MAX_SECONDS = 300.0
 
@@ -125,12 +136,15 @@ class MapOperator(modal.SolverOperator):
         """Whether an option changes anything, given the others; it is drawn only then."""
         return True
 
+    def draw_option(self, layout, context, name: str):
+        layout.prop(self, name)
+
     def draw(self, context):
         self.layout.use_property_split = True
         self.layout.use_property_decorate = False
         for name in self.option_names:
             if name not in self.advanced and self.has_effect(name):
-                self.layout.prop(self, name)
+                self.draw_option(self.layout, context, name)
         if not self.advanced:
             return
         header, body = self.layout.panel(f"{type(self).__name__}_advanced", default_closed=True)

@@ -86,16 +86,17 @@ class SeamlessTask(parts.PartsTask):
     def stages(self):
         if self.cones_from != "suggested":
             self.quarters = self._marked_quarters()
-        label = labels.face_components(self.snapshot.triangles)
-        components = [np.flatnonzero(label == root) for root in np.unique(label)]
+        components = self.components()
         for triangles in components:
             part, used = self.snapshot.part(triangles)
             if self.cones_from != "marked" and not any(v in self.quarters for v in used.tolist()):
                 self.solving = used, triangles
+                self.span = (0.0, 0.3)
                 found = yield solver.suggest_cones(part, bound=self.bound, quarter_turns=True)
                 self._suggest(used, found)
         self.solving = None
         self._refuse_unbalanced(components)
+        self.span = (0.3, 0.9)
         found = yield solver.seamless(
             self.snapshot,
             self.quarters,
@@ -103,6 +104,15 @@ class SeamlessTask(parts.PartsTask):
             boundary=self.boundary,
             optimise=self.optimise,
         )
+        yield from self.take(found)
+
+    def components(self) -> list[np.ndarray]:
+        """Triangles of each connected part."""
+        label = labels.face_components(self.snapshot.triangles)
+        return [np.flatnonzero(label == root) for root in np.unique(label)]
+
+    def take(self, found):
+        """Last stage: the solver's map, placed as it will be stored, judged there with the cones of `quarters`."""
         uv = in_unit_square(found.uv64) if self.fit else found.uv64
         self.result = islands.Combined(
             vertices=found.vertices,
@@ -116,6 +126,7 @@ class SeamlessTask(parts.PartsTask):
         )
         self.turns = found.transitions.quarter_turns
         # What is written was moved: judged again, as it will be stored.
+        self.span = (0.9, 1.0)
         judged = yield solver.certify_seamless(self.result, self.quarters)
         common.refuse_uncertified(self.snapshot, judged)
         self.certificates = [judged]
@@ -166,11 +177,15 @@ class SeamlessTask(parts.PartsTask):
     def island_count(self) -> int:
         return labels.count_islands(self.result.faces, self.result.uv32())
 
-    def write(self, ob):
-        if mesh_io.counts(ob) == self.snapshot.counts and self.mark_cones and self.suggested:
-            # Before the mesh is refined: the ids of vertices hold still.
+    def mark(self, ob):
+        """Writes beside the map what the mesh's own vertices and faces shall bear."""
+        if self.mark_cones and self.suggested:
             curvature = {int(self.snapshot.vertex_ids[v]): 4 - k for v, k in self.suggested.items()}
             cones.add(ob, curvature)
+
+    def write(self, ob):
+        if mesh_io.counts(ob) == self.snapshot.counts:
+            self.mark(ob)  # before the mesh is refined: ids hold still
         wanted = self.turns if self.mark_cuts else None
         if refine.needs_new_faces(self.snapshot, self.result):
             self.new_vertices = refine.write(
@@ -256,14 +271,7 @@ class UV_OT_flipfree_seamless(options.MapOperator, bpy.types.Operator):
         description="Lower the distortion; the seams keep matching",
         default=True,
     )
-    fit: bpy.props.BoolProperty(
-        name="Fit Unit Square",
-        description=(
-            "Scale the map by a power of two, which keeps the seams exact, so that it fits the unit square. Off: one UV "
-            "unit is one unit of the object, so that several objects have one scale"
-        ),
-        default=True,
-    )
+    fit: options.fit_unit_square()
     mark_cuts: options.mark_cuts(", with their quarter turns in the attribute `seam_turns`")
     mark_cones: bpy.props.BoolProperty(
         name="Mark Suggested Cones",

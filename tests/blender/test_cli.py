@@ -208,3 +208,25 @@ def test_seamless_maps_a_file_and_says_what_it_refuses(tmp_path, bumpy_obj):
     refused = command("seamless", path, tmp_path / "no.blend")
     assert refused.returncode == 1 and "quarter turns" in refused.stderr
     assert not (tmp_path / "no.blend").exists()
+
+
+def test_field_aligned_maps_a_file_and_says_what_it_refuses(tmp_path):
+    bpy.ops.wm.read_homefile(use_empty=True)
+    bpy.ops.mesh.primitive_torus_add()
+    path, out, report = tmp_path / "torus.blend", tmp_path / "out.blend", tmp_path / "r.json"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
+    result = command("field-aligned", path, out, "--field", "flow", "--json", report)
+    assert result.returncode == 0, result.stdout + result.stderr
+    assert "degrees off the field" in result.stdout and "0 flips" in result.stdout
+    (record,) = json.loads(report.read_text())
+    assert record["ok"] and record["islands"] == 1 and record["flips32"] == 0
+    assert record["seams_exact32"] == record["seam_edges"] > 0
+    bpy.ops.wm.open_mainfile(filepath=str(out))
+    (ob,) = (ob for ob in bpy.data.objects if ob.type == "MESH")
+    assert shapes.exact_flips(ob) == 0
+    assert {"seam_turns", "flipfree_field"} <= set(ob.data.attributes.keys())
+    again = command("field-aligned", out, tmp_path / "again.blend", "--field", "attribute")
+    assert again.returncode == 0, again.stdout + again.stderr
+    refused = command("field-aligned", path, tmp_path / "no.blend", "--field", "attribute")
+    assert refused.returncode == 1 and "no attribute" in refused.stderr
+    assert not (tmp_path / "no.blend").exists()

@@ -146,3 +146,10 @@ def test_faces_selected_for_the_uv_editor_are_those_and_the_mesh_shows_them(part
     bpy.ops.object.mode_set(mode="OBJECT")
     assert shapes.selected(ob, "face") == [0, 1, 2, 5]
     assert np.flatnonzero(compat.uv_selected_faces(ob.data, "UVMap")).tolist() == [2, 5]
+
+
+def test_edges_marked_as_sharp_are_read(part):
+    ob = shapes.grid(2)
+    assert not part("compat").sharp_edges(ob.data).any()
+    ob.data.edges[3].use_edge_sharp = True
+    assert np.flatnonzero(part("compat").sharp_edges(ob.data)).tolist() == [3]

@@ -13,6 +13,7 @@ OPERATORS = [
     "flipfree_improve",
     "flipfree_conformal",
     "flipfree_seamless",
+    "flipfree_field_aligned",
     "flipfree_suggest_cones",
     "flipfree_check",
     "flipfree_select_poor",
@@ -158,7 +159,15 @@ def test_prefixed_symbols_keep_blenders_libraries_out():
 
 def test_nothing_is_written_into_the_extensions_folder(addon):
     folder = Path(addon.__file__).parent
-    shipped = {"__init__.py", "blender_manifest.toml", "LICENSE", "meshes", "operators", "wheels"}
+    shipped = {
+        "__init__.py",
+        "blender_manifest.toml",
+        "LICENSE",
+        "fields",
+        "meshes",
+        "operators",
+        "wheels",
+    }
     extra = {p.name for p in folder.iterdir()} - shipped
     assert {p for p in extra if not p.endswith(".py") and p != "__pycache__"} == set()
     assert sys.modules[addon.__name__] is addon

@@ -9,7 +9,7 @@ import flipfree as ff
 
 from judges import fields, holonomy
 from mesh_files import data_folder, read_mesh
-from surfaces import bumpy_grid, octahedron_sphere, torus
+from surfaces import bumpy_grid, cylinder, octahedron_sphere, torus
 
 
 def judged_alike(
@@ -117,6 +117,60 @@ def test_one_call_makes_the_field_too() -> None:
     assert sum(4 - k for _, k in map.certificate.quarter_cones.tolist()) == 8
 
 
+def slanted(map: ff.Parametrization) -> int:
+    """Boundary edges that run along no axis, as stored."""
+    opposite = holonomy.opposite_halfedges(map.faces)
+    uv = map.uv32()
+    ahead = np.roll(uv, -1, axis=1)
+    return int(((uv != ahead).all(axis=2).ravel() & (opposite < 0)).sum())
+
+
+def open_surfaces() -> list[tuple[np.ndarray, np.ndarray]]:
+    """A sheet, a tube, a torus with a hole, a sphere with three holes."""
+    ring, ball = torus(), octahedron_sphere(4)
+    near = np.abs(ball[0][ball[1]].mean(axis=1)).max(axis=1) > 0.97
+    lids = np.linalg.norm(ball[0][ball[1]].mean(axis=1) @ np.diag([1.0, 1.0, 0.0]), axis=1) < 0.3
+    return [bumpy_grid(12, 9), cylinder(), pruned(ring, np.arange(len(ring[1])) < 8)] + [
+        pruned(ball, near | lids)
+    ]
+
+
+def pruned(mesh: tuple[np.ndarray, np.ndarray], away: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    used, compact = np.unique(mesh[1][~away], return_inverse=True)
+    return mesh[0][used], compact.reshape(-1, 3).astype(np.int32)
+
+
+@pytest.mark.parametrize("boundary", ["aligned", "free"])
+@pytest.mark.parametrize("place", range(4))
+def test_open_surfaces_follow_their_fields(place: int, boundary: str) -> None:
+    vertices, faces = open_surfaces()[place]
+    field = ff.cross_field(vertices, faces, boundary=boundary == "aligned")
+    map = ff.field_aligned(vertices, faces, field=field, boundary=boundary)
+    assert map.certificate.ok and map.certificate.holonomy_failures == 0
+    assert map.stats["loops_checked"] >= 1
+    assert map.stats["angle_mean"] < np.radians(10)
+    assert boundary == "free" or slanted(map) == 0
+
+
+@pytest.mark.parametrize("alignment", [0.0, 0.5])
+def test_a_cube_of_twelve_triangles_has_a_map_however_its_squares_are_divided(
+    alignment: float,
+) -> None:
+    """It bends nowhere more in one direction than in another, but for rounding; and no vertex is near to another."""
+    vertices = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    perfect = 0
+    for divided in range(64):
+        corners = [q if divided >> i & 1 else (*q[1:], q[0]) for i, q in enumerate(quads)]
+        triangles = [t for a, b, c, d in corners for t in ((a, b, c), (a, c, d))]
+        faces = np.array(triangles, np.int32)
+        field = ff.cross_field(vertices, faces, alignment=alignment)
+        map = ff.field_aligned(vertices, faces, field=field)
+        assert map.certificate.ok
+        perfect += map.certificate.energy < 1.000001
+    assert perfect >= 60
+
+
 def test_sizing_makes_the_map_larger_where_it_asks_for_it() -> None:
     vertices, faces = torus()
     sizing = np.where(vertices[:, 0] > 0, 2.0, 1.0)
@@ -153,6 +207,6 @@ def test_what_cannot_be_is_refused_with_a_reason() -> None:
     with pytest.raises(ff.InvalidInput, match="sizing must have shape"):
         ff.field_aligned(vertices, faces, sizing=[1.0])
     with pytest.raises(ff.InvalidInput, match="boundary"):
-        ff.field_aligned(*bumpy_grid(4, 4))
+        ff.field_aligned(vertices, faces, boundary="straight")
     with pytest.raises(ff.Cancelled):
         ff.field_aligned(vertices, faces, progress=lambda _s, _f: False)

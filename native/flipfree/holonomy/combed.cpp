@@ -67,9 +67,13 @@ std::vector<double> combed_directions(const Refined& refined, const mesh::EdgeFl
   return angle;
 }
 
-void turn_towards(const Refined& refined, const std::vector<double>& direction,
+void turn_towards(const Refined& refined, const std::vector<double>& direction, bool upright,
                   Points2& corner_uv) {
   const mesh::Components parts = mesh::face_components(refined.adjacency);
+  std::vector<char> by_quarters(at(parts.count), 0);
+  for (std::size_t h = 0; upright && h < refined.adjacency.opposite.size(); ++h) {
+    if (refined.adjacency.opposite[h] == kInvalid) by_quarters[at(parts.of_face[h / 3])] = 1;
+  }
   std::vector<std::complex<double>> mean(at(parts.count), 0.0);
   for (FaceId f = 0; at(f) < direction.size(); ++f) {
     const Vector2 d = mapped(refined.surface, f, direction[at(f)], corner_uv);
@@ -80,6 +84,12 @@ void turn_towards(const Refined& refined, const std::vector<double>& direction,
     const Vector3 b = Vector3(refined.surface.vertices.row(refined.surface.faces(f, 2))) - p;
     mean[at(parts.of_face[at(f)])] +=
         0.5 * a.cross(b).norm() / length * std::complex<double>(d.x(), d.y());
+  }
+  for (std::size_t part = 0; part < mean.size(); ++part) {
+    if (by_quarters[part] == 0) continue;
+    constexpr std::complex<double> kQuarters[] = {{1.0, 0.0}, {0.0, 1.0}, {-1.0, 0.0}, {0.0, -1.0}};
+    const double quarters = std::arg(mean[part]) / (0.5 * std::numbers::pi);
+    mean[part] = kQuarters[at(static_cast<Index>(std::lround(quarters)) & 3)];
   }
   for (CornerId c = 0; c < static_cast<CornerId>(corner_uv.rows()); ++c) {
     const std::complex<double> m = mean[at(parts.of_face[at(c / 3)])];

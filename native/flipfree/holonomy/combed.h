@@ -20,7 +20,9 @@ std::vector<double> combed_directions(const Refined& refined, const mesh::EdgeFl
                                       const field::CrossField& field);
 
 // Turns the UVs (3 #F x 2) of each component of the surface, as a whole, so that the map takes the
-// directions to +u in the mean by area. Cost: O(#F).
-void turn_towards(const Refined& refined, const std::vector<double>& direction, Points2& corner_uv);
+// directions to +u in the mean by area. `upright`: components with a boundary, which runs along the
+// axes, turn by whole quarters. Cost: O(#F).
+void turn_towards(const Refined& refined, const std::vector<double>& direction, bool upright,
+                  Points2& corner_uv);
 
 }  // namespace flipfree::holonomy

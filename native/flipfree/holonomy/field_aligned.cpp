@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure/outcome.h"
 #include "flipfree/base/in_time.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/measures/flips.h"
@@ -14,8 +16,10 @@
 #include "flipfree/field/topology/tree_cotree.h"
 #include "flipfree/field/topology/turning.h"
 #include "flipfree/holonomy/combed.h"
+#include "flipfree/holonomy/needed_topology.h"
 #include "flipfree/holonomy/projected_loops.h"
 #include "flipfree/seamless/error_places.h"
+#include "flipfree/seamless/exact/take_back.h"
 #include "flipfree/seamless/request.h"
 
 namespace flipfree::holonomy {
@@ -25,7 +29,11 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 // Of the progress.
 constexpr double kEngineShare = 0.5;
-constexpr double kAlignmentShare = 0.8;
+constexpr double kTakenBackShare = 0.65;
+// Of that of aligned_map().
+constexpr double kAlignmentShare = 0.6;
+// Newton steps between two rounds of taking refinement back.
+constexpr int kCoarseSteps = 15;
 
 void check_sizing(const std::vector<double>& sizing, const mesh::Surface& surface) {
   if (sizing.empty()) return;
@@ -38,6 +46,23 @@ void check_sizing(const std::vector<double>& sizing, const mesh::Surface& surfac
                       " is not a positive number. Give the length in the map of a length 1 there.",
                   ElementKind::kVertex, {static_cast<Index>(v)});
   }
+}
+
+// Where no angle is asked for, at free boundaries, the field may have any number of quarter turns.
+void check_cones(std::vector<Index> cones, const mesh::Surface& surface,
+                 const mesh::Adjacency& adjacency, bool aligned, ExecutionContext& context) {
+  for (std::size_t v = 0; v < cones.size(); ++v) {
+    const HalfedgeId h = adjacency.vertex_halfedge[v];
+    const bool border = adjacency.opposite[at(h)] == kInvalid;
+    if (border && !aligned) cones[v] = seamless::kNotGiven;
+    if (cones[v] >= 1 || (border && !aligned)) continue;
+    throw_invalid(ErrorCode::kBadAngles,
+                  "The field turns by so much around vertex " + std::to_string(v) +
+                      " that a map would have " + std::to_string(cones[v]) +
+                      " quarter turns there, and every map has 1 at least. Smooth the field there.",
+                  ElementKind::kVertex, {static_cast<Index>(v)});
+  }
+  seamless::check_request(surface, cones, context);
 }
 
 // Of each refined face the geometric mean of its parent's corners.
@@ -53,16 +78,24 @@ std::vector<double> size_of_faces(const certify::Parametrization& map, const mes
   return size;
 }
 
-// Loops of the refined surface that generate its homology, with the field's turns.
+// Loops of the refined surface that generate its homology, and those along its boundaries, with the
+// field's turns.
 seamless::Strips strips_of(const Refined& refined, const mesh::Surface& input,
                            const mesh::Adjacency& adjacency, const field::CrossField& field,
                            const ExecutionContext& context) {
   seamless::Strips strips;
-  for (DualLoop& loop : field::tree_cotree(refined.surface, refined.adjacency, context).loops) {
-    const Index turns =
-        field::turning_number(adjacency, field, projected(refined, input, adjacency, loop));
-    strips.emplace_back(std::move(loop), turns);
-  }
+  const auto add = [&](std::vector<DualLoop> loops) {
+    for (DualLoop& loop : loops) {
+      if (loop.empty()) continue;
+      const DualLoop on_input = projected(refined, input, adjacency, loop);
+      // Around nothing: the corner of a face that was divided.
+      if (on_input.empty()) continue;
+      const Index turns = field::turning_number(adjacency, field, on_input);
+      strips.emplace_back(std::move(loop), turns);
+    }
+  };
+  add(field::tree_cotree(refined.surface, refined.adjacency, context).loops);
+  add(field::boundary_strips(refined.surface.faces, refined.adjacency));
   return strips;
 }
 
@@ -85,31 +118,23 @@ void add_angles(const distortion::CutMap& cut, const std::vector<double>& direct
   stats["angle_p95"] = sorted[i].first;
 }
 
-seamless::PennerMap engine_map(const mesh::Surface& surface, const field::Signature& signature,
+seamless::PennerMap engine_map(const mesh::Surface& surface, const NeededTopology& needed,
                                const AlignedOptions& options, ExecutionContext& context) {
   seamless::PennerMapOptions engine = options.engine;
   engine.metric.max_seconds = 0.0;
+  engine.metric.boundary = options.boundary;
   seamless::PennerMap found =
-      seamless::compute_penner_map(surface, signature.cones, signature.loops, engine, context);
+      seamless::compute_penner_map(surface, needed.cones, needed.loops, engine, context);
   if (found.map.certificate.flips64 == 0) return found;
   throw certify::CertificateFailed("The field-aligned map", certify::in_input_faces(found.map));
 }
 
-certify::Parametrization map_in_time(const mesh::Surface& surface, const field::CrossField& field,
-                                     const AlignedOptions& options, ExecutionContext& context) {
-  seamless::check_surface(surface, context);
-  check_sizing(options.sizing, surface);
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
-  const field::Signature signature =
-      field::signature_of(surface, adjacency, field::measure_frames(surface), field, context);
-  seamless::check_request(surface, signature.cones, context);
-  seamless::refuse_boundary(surface);
-  seamless::PennerMap found;
-  {
-    const ProgressRange range(context, 0.0, kEngineShare);
-    found = engine_map(surface, signature, options, context);
-  }
+// The second half: an engine's map that is to follow the field.
+certify::Parametrization aligned_map(seamless::PennerMap found, const mesh::Surface& surface,
+                                     const mesh::Adjacency& adjacency,
+                                     const field::CrossField& field, const AlignedOptions& options,
+                                     ExecutionContext& context) {
+  const bool aligned = options.boundary == seamless::Boundary::kAligned;
   certify::Parametrization& map = found.map;
   const mesh::Adjacency own =
       mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
@@ -118,15 +143,16 @@ certify::Parametrization map_in_time(const mesh::Surface& surface, const field::
   const seamless::Strips strips = strips_of(refined, surface, adjacency, field, context);
   const std::vector<double> direction = combed_directions(refined, cuts, surface, adjacency, field);
   Points2 turned = map.uv;
-  turn_towards(refined, direction, turned);
+  turn_towards(refined, direction, aligned, turned);
   // Rounding may fold a sliver; the map is then aligned from where it lies.
   if (certify::flipped_faces(turned).empty()) map.uv = std::move(turned);
-  const distortion::CutMap cut = distortion::cut_map(map.surface, own, cuts, map.uv);
+  distortion::CutMap cut = distortion::cut_map(map.surface, own, cuts, map.uv);
+  if (aligned) cut.straight = distortion::straight_boundary(cut, own);
   Stats stats;
   add_angles(cut, direction, cut.uv, stats);
   stats["angle_mean_engine"] = stats["angle_mean"];
   if (options.optimise) {
-    const ProgressRange range(context, kEngineShare, kAlignmentShare);
+    const ProgressRange range(context, 0.0, kAlignmentShare);
     distortion::AlignOptions align;
     align.direction = direction;
     align.size = size_of_faces(map, surface, options.sizing);
@@ -137,10 +163,11 @@ certify::Parametrization map_in_time(const mesh::Surface& surface, const field::
       seamless::rethrow_placed(map.parent_face, {});  // it counts faces of the refined map
     }
   }
-  const ProgressRange range(context, kAlignmentShare, 1.0);
+  const ProgressRange range(context, options.optimise ? kAlignmentShare : 0.0, 1.0);
   seamless::SeamlessOptions finish;
   finish.optimise = false;
   finish.exact = options.exact;
+  finish.boundary = options.boundary;
   certify::Parametrization result =
       seamless::finish_map(std::move(found), surface, strips, finish, context);
   Points2 uv(cut.uv.rows(), 2);
@@ -150,6 +177,46 @@ certify::Parametrization map_in_time(const mesh::Surface& surface, const field::
   for (auto& [name, value] : stats) result.stats[name] = std::move(value);
   result.stats["loops_checked"] = static_cast<std::int64_t>(strips.size());
   return result;
+}
+
+certify::Parametrization map_in_time(const mesh::Surface& surface, const field::CrossField& field,
+                                     const AlignedOptions& given, ExecutionContext& context) {
+  AlignedOptions options = given;
+  const bool aligned = options.boundary == seamless::Boundary::kAligned;
+  if (!aligned) options.boundary = seamless::Boundary::kTurning;
+  seamless::check_surface(surface, context);
+  check_sizing(options.sizing, surface);
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const NeededTopology needed = needed_topology(surface, adjacency, field, aligned, context);
+  check_cones(needed.cones, surface, adjacency, aligned, context);
+  seamless::PennerMap found;
+  {
+    const ProgressRange range(context, 0.0, kEngineShare);
+    found = engine_map(surface, needed, options, context);
+  }
+  const auto added = found.map.surface.vertices.rows() - surface.vertices.rows();
+  const double engine_energy = found.map.certificate.energy;
+  std::optional<seamless::PennerMap> fewer;
+  if (options.optimise && added > 0) {
+    const ProgressRange range(context, kEngineShare, kTakenBackShare);
+    fewer = found;
+    seamless::take_back(surface, aligned, kCoarseSteps, fewer->map, context);
+  }
+  const ProgressRange range(context, kTakenBackShare, 1.0);
+  certify::Parametrization map;
+  if (!fewer) {
+    map = aligned_map(std::move(found), surface, adjacency, field, options, context);
+  } else if (auto first = attempt([&] {
+               return aligned_map(std::move(*fewer), surface, adjacency, field, options, context);
+             })) {
+    map = std::move(*first);
+  } else {
+    map = aligned_map(std::move(found), surface, adjacency, field, options, context);
+  }
+  map.stats["engine.added_vertices"] = static_cast<std::int64_t>(added);
+  map.stats["energy.engine"] = engine_energy;
+  return map;
 }
 
 }  // namespace

@@ -75,24 +75,6 @@ void check_surface(const mesh::Surface& surface, ExecutionContext& context) {
   mesh::validate(surface, rules, context);
 }
 
-void refuse_boundary(const mesh::Surface& surface) {
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
-  std::vector<Index> vertices;
-  const auto loops = mesh::boundary_loops(surface.faces, adjacency);
-  for (const auto& loop : loops) vertices.insert(vertices.end(), loop.begin(), loop.end());
-  if (vertices.empty()) return;
-  const std::string first = std::to_string(vertices.front());
-  if (vertices.size() > kMostNamed) vertices.resize(kMostNamed);
-  throw_invalid(
-      ErrorCode::kBadBoundary,
-      "The surface has a boundary (" + std::to_string(loops.size()) +
-          (loops.size() == 1 ? " loop" : " loops") + ", through vertex " + first +
-          "); maps with prescribed loops are for closed surfaces. Close it (Fill Holes), or "
-          "use a seamless map without a field.",
-      ElementKind::kVertex, std::move(vertices));
-}
-
 void check_request(const mesh::Surface& surface, const std::vector<Index>& cones,
                    ExecutionContext& context) {
   check_surface(surface, context);

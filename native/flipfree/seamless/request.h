@@ -12,9 +12,6 @@ namespace flipfree::seamless {
 // Throws InvalidInput: defects of the mesh, vertices without a face among them.
 void check_surface(const mesh::Surface& surface, ExecutionContext& context);
 
-// Throws InvalidInput (kBadBoundary), naming its vertices, if a valid surface has a boundary.
-void refuse_boundary(const mesh::Surface& surface);
-
 // `cones`: quarter turns per vertex, 4 or kNotGiven where it is flat. Throws
 // InvalidInput (check_surface(); k < 1) and, for closed parts, Infeasible (Gauss-Bonnet; cones that
 // no metric has, whatever its loops), naming the cones of the connected part at fault, or its faces

@@ -74,6 +74,7 @@ void bind_aligned(py::module_& module) {
                     [](AlignedOptions& options, const Array<double>& sizing) {
                       options.sizing = to_vector(sizing);
                     })
+      .def_readwrite("boundary", &AlignedOptions::boundary)
       .def_readwrite("optimise", &AlignedOptions::optimise)
       .def_readwrite("exact", &AlignedOptions::exact)
       .def_readwrite("max_iterations", &AlignedOptions::max_iterations)

@@ -51,13 +51,27 @@ TEST(Combed, AMapIsTurnedUntilTheDirectionsAreHorizontal) {
       combed_directions(p.refined(), none, p.surface, p.adjacency, p.scattered());
   const Points3 d = field::directions_of(p.surface, angle);
   Points2 uv = test::flat(p.surface);
-  turn_towards(p.refined(), angle, uv);
+  turn_towards(p.refined(), angle, false, uv);
   // The plane's own map, turned by the direction's angle backwards.
   const double a = -std::atan2(d(0, 1), d(0, 0));
   const Points2 flat = test::flat(p.surface);
   for (Eigen::Index c = 0; c < uv.rows(); ++c) {
     EXPECT_NEAR(uv(c, 0), std::cos(a) * flat(c, 0) - std::sin(a) * flat(c, 1), 1e-9);
     EXPECT_NEAR(uv(c, 1), std::sin(a) * flat(c, 0) + std::cos(a) * flat(c, 1), 1e-9);
+  }
+}
+
+TEST(Combed, AMapAlongTheAxesIsTurnedByQuarters) {
+  const Plane p;
+  const mesh::EdgeFlags none(p.adjacency.opposite.size(), 0);
+  std::vector<double> angle =
+      combed_directions(p.refined(), none, p.surface, p.adjacency, p.scattered());
+  const Points2 flat = test::flat(p.surface);
+  Points2 uv = flat;
+  turn_towards(p.refined(), angle, true, uv);
+  for (Eigen::Index c = 0; c < uv.rows(); ++c) {
+    EXPECT_DOUBLE_EQ(std::abs(uv(c, 0)) + std::abs(uv(c, 1)),
+                     std::abs(flat(c, 0)) + std::abs(flat(c, 1)));
   }
 }
 

@@ -78,19 +78,6 @@ TEST(Request, asksForNoAnglesAtABoundary) {
       open, std::vector<Index>(static_cast<std::size_t>(open.vertices.rows()), 0), context));
 }
 
-TEST(Request, namesTheBoundaryThatIsRefused) {
-  mesh::Surface open = test::sphere(6, 5);
-  EXPECT_NO_THROW(refuse_boundary(open));
-  open.faces.conservativeResize(open.faces.rows() - 1, 3);
-  try {
-    refuse_boundary(open);
-    ADD_FAILURE() << "it was not refused";
-  } catch (const InvalidInput& refused) {
-    EXPECT_EQ(refused.error().code, ErrorCode::kBadBoundary);
-    EXPECT_EQ(refused.error().elements.size(), 3U);
-  }
-}
-
 TEST(Request, refusesConesWithoutAngleAndMissingNumbers) {
   const mesh::Surface ball = test::sphere(6, 5);
   std::vector<Index> cones = flat(ball);

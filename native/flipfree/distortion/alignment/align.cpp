@@ -44,7 +44,7 @@ class Aligner {
         options_(options),
         context_(context),
         constraints_(eliminate_seams(static_cast<Index>(map.surface.vertices.rows()), faces_,
-                                     map.seams, context)),
+                                     map.seams, map.straight, context)),
         rest_(build_rest_shapes(map.surface, context).triangles),
         system_(constraints_, faces_, std::vector<char>(static_cast<std::size_t>(map.uv.rows()), 0),
                 context),

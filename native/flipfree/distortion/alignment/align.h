@@ -28,6 +28,7 @@ struct AlignOptions {
 };
 
 // The map's new UVs, #V x 2 of the cut surface, which meets its seams as the given one does.
+// Where map.straight says so its boundary runs along the axes, and stays there.
 // Precondition: every triangle is positively oriented by the exact test. stats: "alignment.energy"
 // and "alignment.energy_start" (of |J - T|^2 / 2), "alignment.iterations", "alignment.stop". Ends
 // early when time is over or the map is accepted. Throws InvalidInput (kFlippedMap, kBadShape),

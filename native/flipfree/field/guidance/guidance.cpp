@@ -16,6 +16,9 @@ using Matrix3 = Eigen::Matrix3d;
 constexpr double kHalf = 100.0;
 // Times the square root of the area: curvatures well below it are noise.
 constexpr double kFaint = 0.5;
+// Curvatures whose difference, squared, is a smaller share of their squares are equal up to
+// rounding.
+constexpr double kEqual = 1e-20;
 
 double weight_of(double alignment) { return kHalf * alignment / (1.0 - alignment); }
 
@@ -88,7 +91,7 @@ void follow_curvature(const mesh::Surface& surface, const mesh::Adjacency& adjac
     const std::complex<double> difference(xx - yy, 2.0 * xy);
     const double squares = xx * xx + yy * yy + 2.0 * xy * xy;
     const double unequal = std::norm(difference);
-    if (!(unequal > 0.0) || wishes.held[at(f)] != 0) continue;
+    if (!(unequal > kEqual * squares) || wishes.held[at(f)] != 0) continue;
     wishes.cross[f] = difference * difference / unequal;
     wishes.weight[at(f)] = weight_of(alignment) * unequal / (squares + faint);
   }

@@ -15,6 +15,9 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
+// Pulls of a smaller share of the weights of a component's edges do not hold it against rounding.
+constexpr double kHolds = 1e-9;
+
 }  // namespace
 
 AngleSystem::AngleSystem(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
@@ -25,8 +28,15 @@ AngleSystem::AngleSystem(const mesh::Surface& surface, const mesh::Adjacency& ad
       pull_(std::move(pull)) {
   const mesh::Components components = mesh::face_components(adjacency);
   std::vector<char> anchored(at(components.count), 0);
+  std::vector<double> pulled(at(components.count), 0.0), joined(at(components.count), 0.0);
   for (std::size_t f = 0; f < held.size(); ++f) {
-    if (held[f] != 0 || pull_[f] > 0.0) anchored[at(components.of_face[f])] = 1;
+    const std::size_t part = at(components.of_face[f]);
+    if (held[f] != 0) anchored[part] = 1;
+    pulled[part] += pull_[f];
+    for (std::size_t h = 3 * f; h < 3 * f + 3; ++h) joined[part] += weight_[h];
+  }
+  for (std::size_t part = 0; part < anchored.size(); ++part) {
+    if (pulled[part] > kHolds * joined[part]) anchored[part] = 1;
   }
   for (std::size_t f = 0; f < held.size(); ++f) {
     char& done = anchored[at(components.of_face[f])];

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <queue>
 #include <unordered_map>
 #include <utility>
@@ -160,6 +161,11 @@ Simplified simplify(const mesh::Surface& surface, const mesh::Adjacency& adjacen
         found = mover.nearest(v, kFarther * spread, [&](VertexId w, double distance) {
           return cones[at(w)] == 4 && distance >= least;
         });
+      }
+      // On coarse meshes there is none so near.
+      if (found.path.empty()) {
+        found = mover.nearest(v, std::numeric_limits<double>::infinity(),
+                              [&](VertexId w, double) { return cones[at(w)] >= 4; });
       }
       if (found.path.empty()) break;
       std::vector<HalfedgeId> back(found.path.rbegin(), found.path.rend());

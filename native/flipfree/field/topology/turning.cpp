@@ -42,6 +42,11 @@ std::vector<Index> cone_turns(const Triangles& faces, const mesh::Adjacency& adj
   return cones;
 }
 
+Index turn_at_corner(HalfedgeId entered, HalfedgeId leaving) {
+  // On the right hand the corner at the source of `leaving`, else the one at that of `entered`.
+  return leaving == next_corner(entered) ? -around_corner(leaving) : around_corner(entered);
+}
+
 Index turning_number(const mesh::Adjacency& adjacency, const CrossField& field,
                      const DualLoop& loop) {
   Index turns = 0;
@@ -49,8 +54,7 @@ Index turning_number(const mesh::Adjacency& adjacency, const CrossField& field,
     turns += field.matching[at(loop[i])];
     const HalfedgeId entered = adjacency.opposite[at(loop[i])];
     const HalfedgeId leaving = loop[(i + 1) % loop.size()];
-    // On the right hand the corner at the source of `leaving`, else the one at that of `entered`.
-    turns += leaving == next_corner(entered) ? -around_corner(leaving) : around_corner(entered);
+    turns += turn_at_corner(entered, leaving);
   }
   return turns;
 }

@@ -26,6 +26,10 @@ using intrinsic::LoopTurn;
 std::vector<Index> cone_turns(const Triangles& faces, const mesh::Adjacency& adjacency,
                               const Frames& frames, const CrossField& field);
 
+// What a strip adds to the turn of a loop in the face that it enters by the half-edge `entered` of
+// that face and leaves by another one of it, without the matching across.
+Index turn_at_corner(HalfedgeId entered, HalfedgeId leaving);
+
 // Precondition: a closed strip that does not turn back. Cost: O(loop).
 Index turning_number(const mesh::Adjacency& adjacency, const CrossField& field,
                      const DualLoop& loop);

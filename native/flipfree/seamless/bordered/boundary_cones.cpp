@@ -285,8 +285,8 @@ void check_free(const mesh::Surface& surface, const std::vector<Index>& cones) {
 }
 
 std::vector<double> free_angles(const mesh::Surface& surface, const std::vector<Index>& cones,
-                                ExecutionContext& context) {
-  check_free(surface, cones);
+                                Boundary boundary, ExecutionContext& context) {
+  if (boundary == Boundary::kFree) check_free(surface, cones);
   const Border border = border_of(surface);
   const Index needed = needed_turning(border, cones);
   conformal::BoundaryAnglesOptions options;
@@ -303,7 +303,17 @@ std::vector<double> free_angles(const mesh::Surface& surface, const std::vector<
     for (const VertexId v : loop) sum.back() += angles[at(v)];
     turning.push_back(2.0 * static_cast<double>(loop.size()) - sum.back() / kQuarterTurn);
   }
-  const std::vector<Index> wanted = whole_with_sum(turning, needed);
+  std::vector<Index> wanted;
+  if (boundary == Boundary::kTurning) {
+    for (const auto& loop : border.loops) {
+      wanted.push_back(0);
+      for (const VertexId v : loop) wanted.back() += 2 - cones[at(v)];
+    }
+    const Index sum = std::accumulate(wanted.begin(), wanted.end(), Index{0});
+    if (sum != needed) throw_sum(sum, needed);
+  } else {
+    wanted = whole_with_sum(turning, needed);
+  }
   for (std::size_t i = 0; i < border.loops.size(); ++i) {
     const double whole =
         (2.0 * static_cast<double>(border.loops[i].size()) - wanted[i]) * kQuarterTurn;

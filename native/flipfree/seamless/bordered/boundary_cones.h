@@ -18,6 +18,7 @@ namespace flipfree::seamless {
 enum class Boundary {
   kAligned,  // straight along the axes, corners in quarter turns
   kFree,     // as near to the surface's own metric as the inside allows
+  kTurning,  // the same, but every curve of it turns in all as the given corners do
 };
 
 // An angle that is not given: inside, the vertex is flat.
@@ -49,9 +50,12 @@ void check_free(const mesh::Surface& surface, const std::vector<Index>& cones);
 
 // Total angles (radians) at all vertices for a free boundary: k quarter turns inside, at the
 // boundary those of the discretely conformal metric with scale 1 there, corrected evenly along each
-// curve so that it turns by whole quarters. Throws InvalidInput (kBadAngles) for k < 1 and as
-// check_free(), Cancelled. Cost: a conformal metric.
+// curve so that it turns by whole quarters: the nearest that Gauss-Bonnet allows (`boundary`:
+// kFree), or the sum of 2 - k of its vertices (kTurning), where k may be any number. Throws
+// InvalidInput (kBadAngles) for k < 1 inside and, for kFree, as check_free(); Infeasible
+// (kGaussBonnet) if the turning that is asked for is not what the inside needs; Cancelled. Cost: a
+// conformal metric.
 std::vector<double> free_angles(const mesh::Surface& surface, const std::vector<Index>& cones,
-                                ExecutionContext& context);
+                                Boundary boundary, ExecutionContext& context);
 
 }  // namespace flipfree::seamless

@@ -270,7 +270,7 @@ std::vector<LoopTurn> loops_in(const mesh::Chart& chart, const std::vector<LoopT
                  : static_cast<HalfedgeId>(3 * (place - chart.faces.begin())) + h % 3;
     };
     if (loop.loop.empty() || local(loop.loop.front()) == kInvalid) continue;
-    LoopTurn mine{{}, loop.quarter_turns};
+    LoopTurn mine{{}, loop.quarter_turns, loop.between_boundaries};
     for (const HalfedgeId h : loop.loop) mine.loop.push_back(local(h));
     own.push_back(std::move(mine));
   }

@@ -1,3 +1,4 @@
+// Long: the attempts of one solver share its targets and what it started from.
 #include "flipfree/seamless/penner/penner_metric.h"
 
 #include <Eigen/Geometry>
@@ -40,6 +41,10 @@ constexpr double kSmallEnergy = 100.0;
 constexpr int kMostRelaxation = 8;
 // Errors of angles between these steps, radians.
 constexpr double kNearlyMet = 1e-4;
+// Loops that are turned gradually turn by so much between relaxations, and so many steps of these
+// follow.
+constexpr double kGradually = 0.5 * kQuarterTurn;
+constexpr int kBetween = 2;
 
 std::string scientific(double value) {
   char text[32];
@@ -103,10 +108,10 @@ class Solver {
                        static_cast<Index>(setup_.mesh.edge_count());
     genus_ = (2 - euler) / 2;
     if (!setup_.mesh.symmetric()) check_cones(cones, genus_);
-    free_ = setup_.mesh.symmetric() && options.boundary == Boundary::kFree;
+    free_ = setup_.mesh.symmetric() && options.boundary != Boundary::kAligned;
     if (free_) {
       const ProgressRange range(context, 0.0, 0.2);
-      targets_.vertex_angle = free_angles(surface, cones, context);
+      targets_.vertex_angle = free_angles(surface, cones, options.boundary, context);
     } else {
       for (const Index k : cones) targets_.vertex_angle.push_back(k * kQuarterTurn);
     }
@@ -118,16 +123,14 @@ class Solver {
     PennerMetric result;
     if (start_metric != nullptr) result.metric = std::move(*start_metric);
     finishing_ = start_metric != nullptr;
+    given_ = given.has_value();
     result.angles = targets_.vertex_angle;
-    if (given && setup_.mesh.symmetric()) {
-      throw_invalid(ErrorCode::kBadOption,
-                    "The turns of loops can be given on closed surfaces only. Leave them out.");
-    }
     result.loops = given ? *given : loops_to_turn(surface_, setup_, !free_, context_);
-    if (given && static_cast<Index>(result.loops.size()) != 2 * genus_) {
-      throw_invalid(ErrorCode::kBadOption, "A surface of genus " + std::to_string(genus_) +
-                                               " has " + std::to_string(2 * genus_) +
-                                               " independent loops, not " +
+    if (given && static_cast<Index>(result.loops.size()) != loop_count()) {
+      throw_invalid(ErrorCode::kBadOption, "A surface of this genus has " +
+                                               std::to_string(loop_count()) +
+                                               " independent loops, strips between its boundaries "
+                                               "counted where they are aligned, not " +
                                                std::to_string(result.loops.size()) + ".");
     }
     if (given) refuse_impossible(*given);
@@ -142,10 +145,24 @@ class Solver {
   }
 
  private:
+  // How many loops there are to choose the turns of. The double of a surface of genus g with b
+  // boundaries has the genus 2 g + b - 1.
+  Index loop_count() const {
+    if (!setup_.mesh.symmetric()) return 2 * genus_;
+    if (!free_) return genus_;
+    const auto curves = mesh::boundary_loops(
+        surface_.faces, mesh::build_adjacency(static_cast<Index>(cones_.size()), surface_.faces));
+    return genus_ - static_cast<Index>(curves.size()) + 1;
+  }
+
   void refuse_impossible(const std::vector<LoopTurn>& given) const {
+    if (free_) return;
     std::vector<Index> turns;
     for (const LoopTurn& loop : given) turns.push_back(loop.quarter_turns);
-    const std::string why = why_impossible(cones_, genus_, turns);
+    const std::string why = setup_.mesh.symmetric()
+                                ? why_impossible(cones_of_double(cones_, setup_), genus_,
+                                                 turns_of_double(surface_, cones_, given, turns))
+                                : why_impossible(cones_, genus_, turns);
     if (why.empty()) return;
     std::vector<double> numbers(turns.begin(), turns.end());
     throw_infeasible(ErrorCode::kBadAngles, why + " Change a cone or the turns of a loop.",
@@ -222,22 +239,28 @@ class Solver {
     }
   }
 
-  // Attempts for the nearest turns first: from the conformal metric, then from the input's. Metrics
-  // of some turns have handles that are pinched, or are too far away.
+  // From the conformal metric, from the input's and, where turns are given, gradually: others have
+  // none that are nearer.
+  int ways() const { return given_ ? 3 : 2; }
+
+  // Attempts for the nearest turns first. Metrics of some turns have handles that are pinched, or
+  // are too far away.
   void reach_turns(PennerMetric& result, intrinsic::LoopCarrier& loops) {
     const Stopwatch watch;
     const std::pair<PennerMetric, intrinsic::LoopCarrier> start(result, loops);
-    const auto attempts = finishing_ ? 1 : static_cast<int>(2 * turns_.size());
+    const auto attempts = finishing_ ? 1 : ways() * static_cast<int>(turns_.size());
     for (int i = options_.first_attempt; i < attempts && last_.end != PennerEnd::kConverged; ++i) {
       const int iterations = result.iterations;
       std::tie(result, loops) = start;
       result.iterations = iterations;
       result.attempt = i;
-      aim_at(turns_[at(i / 2)], result);
-      if (i % 2 == 0) {
-        climb(result, loops, i + 2 < attempts);
-      } else {
+      aim_at(turns_[at(i / ways())], result);
+      if (i % ways() == 0) {
+        climb(result, loops, i + ways() < attempts);
+      } else if (i % ways() == 1) {
         go_from_input(result, loops);
+      } else {
+        go_gradually(result, loops);
       }
     }
     result.metric.stats["seconds_newton"] = watch.seconds();
@@ -275,6 +298,49 @@ class Solver {
     result.metric = std::move(fresh);
     result.conformal_flips = 0;
     loops = std::move(carried);
+    climb(result, loops, false);
+  }
+
+  // In steps that turn the loops by little, after each of which the metric is brought near to the
+  // input's: on the way the angles alone would stretch it ever more. Then as climb().
+  void go_gradually(PennerMetric& result, intrinsic::LoopCarrier& loops) {
+    const std::vector<double> goal = targets_.loop_angle;
+    std::vector<double> start(goal.size());
+    double far = 0.0;
+    for (std::size_t i = 0; i < goal.size(); ++i) {
+      start[i] = result.start_angles[i] * whole_turns(result.loops[i], 1);
+      far = std::max(far, std::abs(goal[i] - start[i]));
+    }
+    ReferenceMetric reference(result.metric);
+    const EngineInput input = start_of(result.metric, targets_.vertex_angle);
+    auto engine = make_engine(input, 53, context_);
+    const auto follow = [&](std::size_t first) {
+      intrinsic::replay_flips(engine->flips(), first, engine->flips().size(), context_,
+                              [&](EdgeId e) { reference.flip(e); });
+    };
+    carry(engine->flips(), loops, context_);
+    follow(0);
+    Relaxation relaxation(targets_, kNearlyMet, context_);
+    PennerNewtonOptions newton;
+    newton.tolerance = kNearlyMet;
+    newton.max_iterations = options_.max_iterations;
+    const int steps = static_cast<int>(std::ceil(far / kGradually));
+    for (int k = 1; k <= steps; ++k) {
+      for (std::size_t i = 0; i < goal.size(); ++i)
+        targets_.loop_angle[i] = start[i] + (goal[i] - start[i]) * k / steps;
+      const std::size_t before = engine->flips().size();
+      const PennerRun run = run_penner(engine, loops, targets_, newton, context_);
+      result.iterations += run.iterations;
+      follow(before);
+      if (run.end != PennerEnd::kConverged) break;
+      for (int i = 0; i < kBetween; ++i) {
+        if (!relaxation.step(engine, loops, reference)) break;
+      }
+    }
+    targets_.loop_angle = goal;
+    append(*engine, result.metric, context_);
+    result.metric.scale_factors = vertex_means(engine->mesh(), reference.ratios(engine->lengths()));
+    result.metric.u = result.metric.scale_factors;
     climb(result, loops, false);
   }
 
@@ -371,6 +437,7 @@ class Solver {
   Index genus_ = 0;         // of the double cover, if the surface has a boundary
   bool free_ = false;       // is its boundary
   bool finishing_ = false;  // a metric that was given
+  bool given_ = false;      // are the turns of loops
   PennerTargets targets_;
   std::vector<std::vector<Index>> turns_;  // to be tried
   PennerRun last_;

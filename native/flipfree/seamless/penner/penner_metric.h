@@ -25,8 +25,8 @@ struct PennerOptions {
   // Steps towards the input's metric (relaxation.h) after the angles are met; -1: none where the
   // conformal metric serves, else as many as it takes.
   int relaxation = -1;
-  // Attempts are numbered: even ones from the conformal metric, odd ones from the input's own, two
-  // for each choice of turns. Those before this one are left out.
+  // Attempts are numbered: for each choice of turns from the conformal metric, from the input's own
+  // and, if turns were given, gradually. Those before this one are left out.
   int first_attempt = 0;
   double max_seconds = 0.0;  // give up after so many seconds of wall time; 0 = never
 };
@@ -52,7 +52,7 @@ struct PennerMetric {
 // and be independent there. With a boundary: of the surface with every curve of it contracted, 2 g;
 // to these come, where it is aligned, strips from the first curve to the others.
 // Precondition: a valid, connected surface. Errors: signature.h, boundary_cones.h; InvalidInput
-// (loops given on a surface with boundary; loops that are no closed strips), NotConverged (says
+// (loops of the wrong number, or that are no closed strips), NotConverged (says
 // what was reached), Cancelled.
 PennerMetric compute_penner_metric(const mesh::Surface& surface, const std::vector<Index>& cones,
                                    const std::optional<std::vector<LoopTurn>>& loops,

@@ -7,6 +7,7 @@ from typing import Any
 
 from .. import _native
 from ..arrays import as_floats, as_indices, as_vertices
+from ..calls.seamless import BOUNDARIES
 from ..conversions import parametrization_from
 from ..errors import InvalidInput
 from ..job import Job, Progress, solver_call
@@ -26,6 +27,7 @@ def field_aligned(
     signature: Signature | None = None,
     sizing: Any = None,
     engine: str = "auto",
+    boundary: str = "aligned",
     optimise: bool = True,
     exact: bool = True,
     uncuttable: Any = None,
@@ -34,14 +36,17 @@ def field_aligned(
     threads: int = 2,
     progress: Progress | None = None,
 ) -> Job[Parametrization]:
-    """A seamless map of a closed surface with exactly the cones and turning numbers of a cross field, that follows it.
+    """A seamless map with exactly the cones and turning numbers of a cross field, that follows it.
 
     Args:
-        vertices: (n, 3) float64. faces: (m, 3), closed, manifold, consistently oriented; any number of components.
-        field: a field of this mesh; None: the smoothest, or the smoothest with the signature.
+        vertices: (n, 3) float64. faces: (m, 3), manifold, consistently oriented; any number of components.
+        field: a field of this mesh; None: the smoothest, which follows the boundary if that is aligned, or the smoothest
+            with the signature.
         signature: what the map shall have exactly, instead of a field: see :func:`cross_field`.
         sizing: (n,) positive: length in the map of a length 1 there, relative to the others. None: all alike.
         engine: "penner" or "auto", which is the same today.
+        boundary: where the surface is open. "aligned": it runs exactly along the axes, with corners where the field turns
+            between its edges. "free": as near to the surface as the inside allows, turning in all as the field does.
         optimise: the map is brought to follow the field; without, it is the engine's, turned towards the field.
         exact: seams match exactly, in 64 and in 32 bits; without, up to rounding.
         uncuttable: (k, 2) edges that the cut avoids, diagonals of polygons.
@@ -57,6 +62,7 @@ def field_aligned(
         InvalidInput, Infeasible (signatures that no map has), NotConverged, Cancelled.
     """
     as_choice(engine, "engine", ENGINES)
+    open_boundary = as_choice(boundary, "boundary", BOUNDARIES)
     if field is not None and signature is not None:
         raise InvalidInput(
             "Both field and signature are given. Give one of them: a field has a signature of its own.",
@@ -64,7 +70,7 @@ def field_aligned(
         )
     face_array = as_indices(faces, "faces", 3)
     positions = as_vertices(vertices, face_array)
-    made = _native.FieldOptions()
+    made = filled(_native.FieldOptions(), boundary=open_boundary == "aligned")
     if signature is not None:
         cones, loops = as_signature(signature, face_array, len(positions.scaled))
         filled(made, cones=cones, loops=loops)
@@ -72,6 +78,7 @@ def field_aligned(
         _native.AlignedOptions(),
         uncuttable=as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
         engine_iterations=as_count(iterations, "iterations", 1),
+        boundary=_native.SeamlessBoundary.__members__[open_boundary],
         optimise=as_flag(optimise, "optimise"),
         exact=as_flag(exact, "exact"),
         max_seconds=as_seconds(max_seconds, "max_seconds"),

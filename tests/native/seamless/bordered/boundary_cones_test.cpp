@@ -89,7 +89,7 @@ TEST(FreeAngles, EachCurveTurnsByWholeQuarters) {
   for (Eigen::Index v = 0; v < cylinder.vertices.rows(); ++v)
     cylinder.vertices.row(v).head<2>() *= 1.0 + 0.3 * cylinder.vertices(v, 2);
   ExecutionContext context;
-  const auto angles = free_angles(cylinder, no_wishes(cylinder), context);
+  const auto angles = free_angles(cylinder, no_wishes(cylinder), Boundary::kFree, context);
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(angles.size()), cylinder.faces);
   for (const auto& loop : mesh::boundary_loops(cylinder.faces, adjacency)) {
@@ -105,7 +105,30 @@ TEST(FreeAngles, RefusesAnglesAtTheBoundary) {
   auto cones = no_wishes(square);
   cones[0] = 1;
   ExecutionContext context;
-  EXPECT_THROW(free_angles(square, cones, context), InvalidInput);
+  EXPECT_THROW(free_angles(square, cones, Boundary::kFree, context), InvalidInput);
+}
+
+TEST(FreeAngles, CurvesTurnAsTheirCornersDoWhereverTheseAre) {
+  const mesh::Surface cylinder = test::cylinder(12, 4);
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(cylinder.vertices.rows()), cylinder.faces);
+  const auto loops = mesh::boundary_loops(cylinder.faces, adjacency);
+  ASSERT_EQ(loops.size(), 2U);
+  std::vector<Index> cones(static_cast<std::size_t>(cylinder.vertices.rows()), 4);
+  for (const auto& loop : loops) {
+    for (const VertexId v : loop) cones[at(v)] = 2;
+  }
+  cones[at(loops[0][0])] = 0;  // no angle that a corner can have, but a sum that a curve can
+  cones[at(loops[1][0])] = 4;
+  ExecutionContext context;
+  const auto angles = free_angles(cylinder, cones, Boundary::kTurning, context);
+  for (std::size_t i = 0; i < 2; ++i) {
+    double turning = 0.0;
+    for (const VertexId v : loops[i]) turning += std::numbers::pi - angles[at(v)];
+    EXPECT_NEAR(turning, i == 0 ? std::numbers::pi : -std::numbers::pi, 1e-9);
+  }
+  cones[at(loops[1][0])] = 3;
+  EXPECT_THROW(free_angles(cylinder, cones, Boundary::kTurning, context), Infeasible);
 }
 
 TEST(PrescribedAngles, AreThoseOfInnerConesAndOfAnAlignedBoundary) {

@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What fields follow and what they are, in Blender's terms: a 3D vector per face, sharp edges, the flow of quads, densities.
+
+A field is a FLOAT_VECTOR attribute of faces: one of its four directions, in object coordinates; the others are it turned by
+quarters about the face's normal. A face of several triangles has the mean of theirs.
+"""
+
+from contextlib import contextmanager
+
+import bmesh
+import bpy
+import numpy as np
+
+from .. import compat
+from . import labels, mesh_io
+
+NAME = "flipfree_field"
+# Shorter, relative to its length, a vector's part in the plane of its face says nothing.
+_ASKEW = 1e-3
+
+
+@contextmanager
+def whole_mesh(ob):
+    """The object's mesh with all of its attributes, in either mode; to be read only."""
+    if ob.mode != "EDIT":
+        yield ob.data
+        return
+    ob.update_from_editmode()
+    mesh = ob.data.copy()
+    try:
+        yield mesh
+    finally:
+        bpy.data.meshes.remove(mesh)
+
+
+def _normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """(m, 3): twice the area long."""
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    return np.cross(b - a, c - a)
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=1), 1e-300)[:, None]
+
+
+# -- the field
+# ------------------------------------------------------------------------------------------------------
+
+
+def read(ob, snapshot: mesh_io.Snapshot, name: str) -> np.ndarray:
+    """(#St, 3) unit vectors in the planes of the triangles. Raises MeshProblem: no such attribute, or faces without a
+    direction."""
+    with whole_mesh(ob) as mesh:
+        attribute = mesh.attributes.get(name)
+        if attribute is None or (attribute.domain, attribute.data_type) != ("FACE", "FLOAT_VECTOR"):
+            known = [
+                a.name
+                for a in mesh.attributes
+                if (a.domain, a.data_type) == ("FACE", "FLOAT_VECTOR")
+            ]
+            has = f"It has {', '.join(known)}" if known else "Take another source for the field"
+            raise mesh_io.MeshProblem(
+                f"{ob.name}: the mesh has no attribute '{name}' with a vector per face. {has}"
+            )
+        values = np.empty((len(mesh.polygons), 3), np.float32)
+        attribute.data.foreach_get("vector", values.ravel())
+    vectors = values[snapshot.triangle_face].astype(np.float64)
+    normal = _unit(_normals(snapshot.vertices, snapshot.triangles))
+    flat = vectors - normal * np.einsum("ij,ij->i", vectors, normal)[:, None]
+    length, whole = np.linalg.norm(flat, axis=1), np.linalg.norm(vectors, axis=1)
+    bad = ~np.isfinite(whole) | ~(length > _ASKEW * whole)
+    if bad.any():
+        faces = np.unique(snapshot.triangle_face[bad])
+        raise mesh_io.MeshProblem(
+            f"{ob.name}: face {faces[0]}{mesh_io.more(faces)} has no direction in its plane in the attribute '{name}'. "
+            "Give it a vector along the face, or take another source for the field",
+            "face",
+            faces,
+        )
+    return flat / length[:, None]
+
+
+def of_faces(snapshot: mesh_io.Snapshot, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Directions (#St, 3) of the triangles -> mesh faces (k,), float32 vector (k, 3) of each: the mean of its triangles'
+    crosses by area, in the frame of the largest of them."""
+    normal = _normals(snapshot.vertices, snapshot.triangles)
+    area = np.linalg.norm(normal, axis=1)
+    order = np.lexsort((area, snapshot.triangle_face))
+    last = np.append(np.diff(snapshot.triangle_face[order]) != 0, True)
+    faces = snapshot.triangle_face[order[last]]
+    of_face = np.searchsorted(faces, snapshot.triangle_face)
+    x = directions[order[last]]
+    y = np.cross(_unit(normal[order[last]]), x)
+    across = np.einsum("ij,ij->i", directions, y[of_face])
+    along = np.einsum("ij,ij->i", directions, x[of_face])
+    cross = area * np.exp(4j * np.arctan2(across, along))
+    count = len(faces)
+    total = np.bincount(of_face, cross.real, count) + 1j * np.bincount(of_face, cross.imag, count)
+    angle = np.angle(total) / 4
+    return faces, (x * np.cos(angle)[:, None] + y * np.sin(angle)[:, None]).astype(np.float32)
+
+
+def write(ob, faces: np.ndarray, vectors: np.ndarray, name: str = NAME) -> None:
+    """Stores the vectors of these mesh faces, in either mode; the attribute is made if there is none."""
+    if ob.mode == "EDIT":
+        bm = bmesh.from_edit_mesh(ob.data)
+        layers = bm.faces.layers.float_vector
+        layer = layers.get(name) or layers.new(name)
+        bm.faces.ensure_lookup_table()
+        for face, vector in zip(faces.tolist(), vectors.tolist(), strict=True):
+            bm.faces[face][layer] = vector
+        bmesh.update_edit_mesh(ob.data, loop_triangles=False, destructive=False)
+        return
+    mesh = ob.data
+    attribute = mesh.attributes.get(name)
+    if attribute is not None and (attribute.domain, attribute.data_type) != (
+        "FACE",
+        "FLOAT_VECTOR",
+    ):
+        mesh.attributes.remove(attribute)
+        attribute = None
+    attribute = attribute or mesh.attributes.new(name, "FLOAT_VECTOR", "FACE")
+    values = np.zeros((len(mesh.polygons), 3), np.float32)
+    attribute.data.foreach_get("vector", values.ravel())
+    values[faces] = vectors
+    attribute.data.foreach_set("vector", values.ravel())
+    mesh.update()
+
+
+# -- what it follows
+# ------------------------------------------------------------------------------------------------------
+
+
+def _sides(snapshot: mesh_io.Snapshot) -> tuple[np.ndarray, np.ndarray]:
+    """(k, 2) submesh vertices of the sides of triangles that are edges of faces, and (k,) the triangle of each."""
+    rows, corners = np.nonzero(~snapshot.inner_sides)
+    ends = np.column_stack(
+        [snapshot.triangles[rows, corners], snapshot.triangles[rows, (corners + 1) % 3]]
+    )
+    return ends, rows
+
+
+def _once(pairs: np.ndarray) -> np.ndarray:
+    return np.unique(np.sort(pairs, axis=1), axis=0).astype(np.int32)
+
+
+def marked_sharp(ob, snapshot: mesh_io.Snapshot) -> np.ndarray:
+    """(s, 2) submesh vertex pairs of the edges that are marked as sharp."""
+    with whole_mesh(ob) as mesh:
+        sharp = compat.sharp_edges(mesh)
+    ends, _ = _sides(snapshot)
+    keys = labels.edge_keys(snapshot.edges[sharp])
+    return _once(ends[np.isin(labels.edge_keys(snapshot.vertex_ids[ends]), keys)])
+
+
+def sharper_than(snapshot: mesh_io.Snapshot, angle: float) -> np.ndarray:
+    """(s, 2) submesh vertex pairs of the edges at which normals turn by more than `angle`, radians."""
+    ends, triangle = _sides(snapshot)
+    keys = labels.edge_keys(ends)
+    order = np.argsort(keys, kind="stable")
+    twin = np.flatnonzero(keys[order[1:]] == keys[order[:-1]])
+    one, other = order[twin], order[twin + 1]
+    normal = _unit(_normals(snapshot.vertices, snapshot.triangles))
+    cosine = np.einsum("ij,ij->i", normal[triangle[one]], normal[triangle[other]])
+    return _once(ends[one[cosine < np.cos(angle)]])
+
+
+def flow(snapshot: mesh_io.Snapshot) -> np.ndarray:
+    """(s, 2) submesh vertex pairs of the edges of faces with four corners."""
+    corners = np.bincount(snapshot.triangle_face)[snapshot.triangle_face] + 2
+    ends, triangle = _sides(snapshot)
+    return _once(ends[corners[triangle] == 4])
+
+
+# -- how dense the map shall be
+# ------------------------------------------------------------------------------------------------------
+
+
+def painted(ob, snapshot: mesh_io.Snapshot, group_name: str, ratio: float) -> np.ndarray:
+    """(#Sv,) lengths in the map of a length 1: 1 where the vertex group has no weight, `ratio` where it is full."""
+    group = ob.vertex_groups.get(group_name)
+    if group is None:
+        raise mesh_io.MeshProblem(
+            f"{ob.name}: there is no vertex group '{group_name}' to take the density from. Paint one in Weight Paint mode, "
+            "or take another density"
+        )
+    weights = np.zeros(int(snapshot.vertex_ids.max()) + 1)
+    with whole_mesh(ob) as mesh:
+        for vertex in mesh.vertices[: len(weights)]:
+            for entry in vertex.groups:
+                if entry.group == group.index:
+                    weights[vertex.index] = entry.weight
+    return ratio ** weights[snapshot.vertex_ids]
+
+
+def densities(ob, snapshot: mesh_io.Snapshot, name: str) -> np.ndarray:
+    """(#Sv,) of a float attribute of points or of faces, whose vertices then have the geometric mean by area."""
+    with whole_mesh(ob) as mesh:
+        attribute = mesh.attributes.get(name)
+        if (
+            attribute is None
+            or attribute.data_type != "FLOAT"
+            or attribute.domain not in {"POINT", "FACE"}
+        ):
+            raise mesh_io.MeshProblem(
+                f"{ob.name}: the mesh has no attribute '{name}' with a number per point or face to take the density from. "
+                "Name one that it has, or take another density"
+            )
+        on_points = attribute.domain == "POINT"
+        values = np.empty(len(mesh.vertices) if on_points else len(mesh.polygons), np.float32)
+        attribute.data.foreach_get("value", values)
+    values = values[snapshot.vertex_ids if on_points else snapshot.triangle_face].astype(float)
+    bad = ~(np.isfinite(values) & (values > 0))
+    if bad.any():
+        kind, ids = (
+            ("vertex", snapshot.vertex_ids[bad])
+            if on_points
+            else ("face", np.unique(snapshot.triangle_face[bad]))
+        )
+        raise mesh_io.MeshProblem(
+            f"{ob.name}: {kind} {ids[0]}{mesh_io.more(ids)} has no positive number in the attribute '{name}'. "
+            "Give it the length in the map of a length 1 there, relative to the others",
+            kind,
+            ids,
+        )
+    if on_points:
+        return values
+    area = np.repeat(np.linalg.norm(_normals(snapshot.vertices, snapshot.triangles), axis=1), 3)
+    at, count = snapshot.triangles.ravel(), len(snapshot.vertices)
+    logs = np.bincount(at, area * np.repeat(np.log(values), 3), count)
+    return np.exp(logs / np.maximum(np.bincount(at, area, count), 1e-300))

@@ -1,0 +1,147 @@
+#include "flipfree/holonomy/needed_topology.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "flipfree/field/topology/turning.h"
+#include "flipfree/intrinsic/intrinsic_mesh.h"
+#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/mesh/topology.h"
+#include "flipfree/seamless/bordered/loop_turns.h"
+
+namespace flipfree::holonomy {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+// Which of the field's directions each boundary edge runs along, counted from that of its face, in
+// quarter turns (d(h) of cross_field.h, rounded): the cones of the boundary, and the turns of
+// strips between boundaries, follow from these and the matching.
+class Border {
+ public:
+  Border(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+         const field::CrossField& field)
+      : faces_(surface.faces), adjacency_(adjacency), field_(field) {
+    const field::Frames frames = field::measure_frames(surface);
+    quarter_.assign(adjacency.opposite.size(), 0);
+    for (HalfedgeId h = 0; at(h) < quarter_.size(); ++h) {
+      if (adjacency.opposite[at(h)] != kInvalid) continue;
+      quarter_[at(h)] = static_cast<Index>(
+          std::lround(field::from_edge(frames, field.angle, h) / (0.5 * std::numbers::pi)));
+    }
+    cones_ = field::cone_turns(surface.faces, adjacency, frames, field);
+  }
+
+  // A quarter turn more of an edge moves one from its target to its source. Every move brings the
+  // two nearer to each other, so there is an end.
+  void even_out() {
+    std::vector<HalfedgeId> queue;
+    for (const auto& loop : mesh::boundary_halfedge_loops(faces_, adjacency_)) {
+      queue.assign(loop.begin(), loop.end());
+      for (std::size_t i = 0; i < queue.size(); ++i) {
+        const HalfedgeId h = queue[i];
+        Index& from = cones_[at(mesh::source(faces_, h))];
+        Index& to = cones_[at(mesh::target(faces_, h))];
+        const Index step = is_lower(from, to) ? 1 : is_lower(to, from) ? -1 : 0;
+        if (step == 0) continue;
+        quarter_[at(h)] += step;
+        from += step;
+        to -= step;
+        // This one again, and those beside it.
+        const auto place =
+            static_cast<std::size_t>(std::find(loop.begin(), loop.end(), h) - loop.begin());
+        queue.push_back(h);
+        queue.push_back(loop[(place + 1) % loop.size()]);
+        queue.push_back(loop[(place + loop.size() - 1) % loop.size()]);
+      }
+    }
+  }
+
+  // Corners that still have no angle get what the nearest vertex of their loop can spare.
+  void give_angles() {
+    for (const auto& loop : mesh::boundary_halfedge_loops(faces_, adjacency_)) {
+      const std::size_t n = loop.size();
+      const auto cone = [&](std::size_t i) -> Index& {
+        return cones_[at(mesh::source(faces_, loop[i % n]))];
+      };
+      for (std::size_t i = 0; i < n; ++i) {
+        while (cone(i) < 1) {
+          std::size_t far = 1;
+          while (far < n && cone(i + far) < 2 && cone(i + n - far) < 2) ++far;
+          if (far == n) break;
+          const bool ahead = cone(i + far) >= 2;
+          for (std::size_t k = 0; k < far; ++k)
+            quarter_[at(loop[(ahead ? i + k : i + n - 1 - k) % n])] += ahead ? 1 : -1;
+          ++cone(i);
+          --cone(ahead ? i + far : i + n - far);
+        }
+      }
+    }
+  }
+
+  // From the first edge of a strip between boundaries to its last one.
+  Index turn_between(const intrinsic::DualLoop& strip) const {
+    Index turns = quarter_[at(strip.front())] - quarter_[at(strip.back())];
+    HalfedgeId entered = strip.front();
+    for (std::size_t i = 1; i < strip.size(); ++i) {
+      turns += field::turn_at_corner(entered, strip[i]);
+      if (i + 1 == strip.size()) break;
+      turns += field_.matching[at(strip[i])];
+      entered = adjacency_.opposite[at(strip[i])];
+    }
+    return turns;
+  }
+
+  std::vector<Index>& cones() { return cones_; }
+
+ private:
+  // Should a quarter turn go from b to a? Where a has none, and where a bends out and b in.
+  static bool is_lower(Index a, Index b) { return (a < 1 && b > a + 1) || (a < 2 && b > 2); }
+
+  const Triangles& faces_;
+  const mesh::Adjacency& adjacency_;
+  const field::CrossField& field_;
+  std::vector<Index> quarter_;
+  std::vector<Index> cones_;
+};
+
+// The loops of one component, in half-edges of the whole.
+std::vector<intrinsic::LoopTurn> loops_of(const mesh::Chart& chart, bool aligned,
+                                          const ExecutionContext& context) {
+  const auto setup = intrinsic::build_intrinsic_mesh(
+      static_cast<Index>(chart.surface.vertices.rows()), chart.surface.faces);
+  auto loops = seamless::loops_to_turn(chart.surface, setup, aligned, context);
+  for (auto& loop : loops) {
+    for (HalfedgeId& h : loop.loop) h = 3 * chart.faces[at(h / 3)] + h % 3;
+  }
+  return loops;
+}
+
+}  // namespace
+
+NeededTopology needed_topology(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                               const field::CrossField& field, bool aligned,
+                               const ExecutionContext& context) {
+  Border border(surface, adjacency, field);
+  if (aligned) {
+    border.even_out();
+    border.give_angles();
+  }
+  NeededTopology needed;
+  const mesh::EdgeFlags none(adjacency.opposite.size(), 0);
+  const mesh::CutMesh parts = mesh::cut_along(surface.faces, adjacency, none);
+  for (const mesh::Chart& chart : mesh::split_into_charts(surface.vertices, parts)) {
+    for (intrinsic::LoopTurn& loop : loops_of(chart, aligned, context)) {
+      loop.quarter_turns = loop.between_boundaries
+                               ? border.turn_between(loop.loop)
+                               : field::turning_number(adjacency, field, loop.loop);
+      needed.loops.push_back(std::move(loop));
+    }
+  }
+  needed.cones = std::move(border.cones());
+  return needed;
+}
+
+}  // namespace flipfree::holonomy

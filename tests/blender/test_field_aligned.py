@@ -1,0 +1,363 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Field-Aligned Seamless Map through its operator: seams in rational numbers, cones, lines along the field, what is refused."""
+
+import math
+
+import bmesh
+import bpy
+import numpy as np
+import pytest
+import shapes
+from test_seamless import check, holed, judge, quarters, refined_case
+
+run = bpy.ops.uv.flipfree_field_aligned
+
+
+def field_of(ob, name="flipfree_field"):
+    attribute = ob.data.attributes[name]
+    assert (attribute.domain, attribute.data_type) == ("FACE", "FLOAT_VECTOR")
+    values = np.empty((len(ob.data.polygons), 3), np.float32)
+    attribute.data.foreach_get("vector", values.ravel())
+    return values.astype(float)
+
+
+def triangles(ob):
+    """(points (m, 3, 3), uv (m, 3, 2), face (m,)) as stored."""
+    mesh = ob.data
+    mesh.calc_loop_triangles()
+    points = np.array([v.co for v in mesh.vertices], float)
+    uv = shapes.uv_of(ob).astype(float)
+    corners = np.array([t.vertices for t in mesh.loop_triangles])
+    loops = np.array([t.loops for t in mesh.loop_triangles])
+    return points[corners], uv[loops], np.array([t.polygon_index for t in mesh.loop_triangles])
+
+
+def degrees_off(ob, directions=None):
+    """Mean by area of the angle between the map's u lines and the nearest of the field's four directions."""
+    points, uv, face = triangles(ob)
+    given = field_of(ob) if directions is None else directions
+    a, b = points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]
+    p, q = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
+    # s a + t b with s p + t q along +u.
+    line = q[:, 1, None] * a - p[:, 1, None] * b
+    normal = np.cross(a, b)
+    area = np.linalg.norm(normal, axis=1)
+    normal /= area[:, None]
+    x = given[face]
+    x = x - normal * (x * normal).sum(1)[:, None]
+    angle = np.arctan2((line * np.cross(normal, x)).sum(1), (line * x).sum(1))
+    off = np.abs((angle + math.pi / 4) % (math.pi / 2) - math.pi / 4)
+    return math.degrees((off * area).sum() / area.sum())
+
+
+def uv_per_area(ob):
+    """Length in the map of a length 1, per triangle, and its face."""
+    points, uv, face = triangles(ob)
+    p, q = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
+    flat = p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]
+    a, b = points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]
+    return np.sqrt(flat / np.linalg.norm(np.cross(a, b), axis=1)), face
+
+
+@pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
+@pytest.mark.parametrize("field", ["curvature", "smooth", "edges", "flow"])
+@pytest.mark.parametrize("genus", [0, 1, 2])
+def test_a_closed_mesh_of_any_genus_follows_its_field(genus, field, mode, capfd):
+    ob = holed(genus, 2)
+    bpy.ops.object.mode_set(mode=mode)
+    if mode == "EDIT":
+        bpy.ops.mesh.select_all(action="SELECT")
+    assert run(field_from=field) == {"FINISHED"}
+    line = capfd.readouterr().out
+    bpy.ops.object.mode_set(mode="OBJECT")
+    check(ob, genus)
+    edges = sum(cut for _, cut, _ in judge(ob))
+    assert f"{edges} of {edges} seam edges exact, 0 flips" in line
+    assert "degrees off the field" in line
+    directions = field_of(ob)
+    assert np.linalg.norm(directions, axis=1) == pytest.approx(1.0, abs=1e-5)
+    assert degrees_off(ob) < 10.0
+
+
+def marks(ob):
+    found = {}
+    for vertex in ob.data.vertices:
+        for entry in vertex.groups:
+            found[vertex.index] = 4 - int(ob.vertex_groups[entry.group].name.split()[1])
+    return found
+
+
+def test_the_cones_of_the_field_are_marked_in_place_of_the_old_ones():
+    ob = holed(0, 2)
+    ob.vertex_groups.new(name="Cone -2").add([0, 5], 1.0, "REPLACE")
+    assert run() == {"FINISHED"}
+    assert marks(ob) == quarters(ob) and len(quarters(ob)) == 8
+    assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
+    assert quarters(ob) == marks(ob)
+
+
+def test_nothing_beside_the_map_is_written_on_request():
+    ob = holed(1, 1)
+    assert run(mark_cones=False, write_field=False, mark_cuts=False) == {"FINISHED"}
+    assert not ob.vertex_groups and "flipfree_field" not in ob.data.attributes
+    assert not any(e.use_seam for e in ob.data.edges) and "seam_turns" not in ob.data.attributes
+    assert shapes.exact_flips(ob) == 0
+
+
+def test_the_flow_of_quads_has_its_cones_where_other_than_four_meet():
+    ob = holed(2, 2)
+    valence = np.bincount([v for e in ob.data.edges for v in e.vertices])
+    assert run(field_from="flow") == {"FINISHED"}
+    assert quarters(ob) == {int(v): int(valence[v]) for v in np.flatnonzero(valence != 4)}
+    assert degrees_off(ob) < 1.0
+
+
+def ring_directions(ob):
+    """Around the axis of a torus, per face."""
+    centre = np.array([p.center for p in ob.data.polygons])
+    return np.cross([0.0, 0.0, 1.0], centre) / np.linalg.norm(centre[:, :2], axis=1)[:, None]
+
+
+@pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
+def test_a_field_of_the_artist_is_followed(mode, capfd):
+    bpy.ops.mesh.primitive_torus_add()
+    ob = bpy.context.object
+    drawn = ring_directions(ob)
+    turned = np.cross([p.normal for p in ob.data.polygons], drawn)
+    mixed = np.where((np.arange(len(drawn)) % 3 == 0)[:, None], turned, 2.5 * drawn)
+    attribute = ob.data.attributes.new("Drawn", "FLOAT_VECTOR", "FACE")
+    attribute.data.foreach_set("vector", mixed.astype(np.float32).ravel())
+    bpy.ops.object.mode_set(mode=mode)
+    if mode == "EDIT":
+        bpy.ops.mesh.select_all(action="SELECT")
+    assert run(field_from="attribute", attribute="Drawn") == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="OBJECT")
+    check(ob, 1)
+    assert quarters(ob) == {}
+    assert degrees_off(ob, drawn) < 3.0
+    assert "0 cones" in capfd.readouterr().out
+
+
+def test_the_field_of_one_run_is_that_of_the_next():
+    ob = holed(2, 2)
+    assert run(field_from="smooth") == {"FINISHED"}
+    first, found = field_of(ob), quarters(ob)
+    assert run(field_from="attribute") == {"FINISHED"}
+    assert np.abs(np.einsum("ij,ij->i", first, field_of(ob))) == pytest.approx(1.0, abs=1e-4)
+    assert quarters(ob) == found
+    check(ob, 2)
+
+
+def test_marked_edges_are_followed():
+    """A ball of quads with a slanted circle marked: beside it lines run along it."""
+    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=4)
+    ob = bpy.context.object
+    mesh = ob.data
+    co = np.array([v.co for v in mesh.vertices])
+    side = co @ [0.6, 0.0, 0.8] > 0.1
+    faces = [np.unique(side[list(p.vertices)]) for p in mesh.polygons]
+    inside = np.array([len(f) == 1 and bool(f[0]) for f in faces])
+    uses = {}
+    for polygon, keep in zip(mesh.polygons, inside, strict=True):
+        for key in polygon.edge_keys:
+            uses[key] = uses.get(key, 0) + int(keep)
+    rim = [k for k, count in uses.items() if count == 1]
+    assert len(rim) > 20
+    index = {tuple(sorted(e.vertices)): e.index for e in mesh.edges}
+    for key in rim:
+        mesh.edges[index[tuple(sorted(key))]].use_edge_sharp = True
+    assert run(field_from="edges") == {"FINISHED"}
+    check(ob, 0)
+    directions = field_of(ob)
+    for key in rim:
+        along = co[key[1]] - co[key[0]]
+        along /= np.linalg.norm(along)
+        beside = [
+            p
+            for p in mesh.polygons
+            if tuple(sorted(key)) in {tuple(sorted(k)) for k in p.edge_keys}
+        ]
+        own = [p for p in beside if sum(k in uses and uses[k] == 1 for k in p.edge_keys) == 1]
+        for polygon in own:
+            x = directions[polygon.index]
+            y = np.cross(polygon.normal, x)
+            assert max(abs(along @ x), abs(along @ y)) == pytest.approx(1.0, abs=1e-3)
+
+
+def test_marked_cones_make_the_field():
+    ob = holed(0, 2)
+    box = np.array([v.co for v in ob.data.vertices])
+    ends = (np.abs(box - box.min(0)) < 1e-6) | (np.abs(box - box.max(0)) < 1e-6)
+    corners = np.flatnonzero(ends.all(1)).tolist()
+    ob.vertex_groups.new(name="Cone +2").add(corners[:4], 1.0, "REPLACE")
+    assert run(field_from="cones") == {"FINISHED"}
+    assert quarters(ob) == dict.fromkeys(corners[:4], 2) == marks(ob)
+    check(ob, 0)
+
+
+def test_a_refined_mesh_keeps_its_field():
+    ob = refined_case()
+    assert run(field_from="cones") == {"FINISHED"}
+    assert quarters(ob) == {0: 2, 21: 2, 30: 8}
+    check(ob, 1)
+    assert np.linalg.norm(field_of(ob), axis=1) == pytest.approx(1.0, abs=1e-5)
+
+
+def test_painted_places_are_denser():
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24)
+    ob = bpy.context.object
+    top = [v.index for v in ob.data.vertices if v.co.z > 0.2]
+    ob.vertex_groups.new(name="Detail").add(top, 1.0, "REPLACE")
+    ratios = []
+    for options in ({}, {"density": "painted", "density_name": "Detail", "density_ratio": 3.0}):
+        assert run(field_from="smooth", **options) == {"FINISHED"}
+        check(ob, 0)
+        scale, face = uv_per_area(ob)
+        height = np.array([p.center.z for p in ob.data.polygons])[face]
+        ratios.append(np.median(scale[height > 0.5]) / np.median(scale[height < -0.5]))
+    assert ratios[0] == pytest.approx(1.0, rel=0.2)
+    assert ratios[1] > 1.3 * ratios[0]
+
+
+@pytest.mark.parametrize("domain", ["POINT", "FACE"])
+def test_densities_of_an_attribute_are_followed(domain):
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24)
+    ob = bpy.context.object
+    mesh = ob.data
+    height = (
+        [v.co.z for v in mesh.vertices]
+        if domain == "POINT"
+        else [p.center.z for p in mesh.polygons]
+    )
+    values = np.where(np.array(height) > 0.0, 3.0, 1.0).astype(np.float32)
+    mesh.attributes.new("Size", "FLOAT", domain).data.foreach_set("value", values)
+    assert run(field_from="smooth", density="attribute", density_name="Size") == {"FINISHED"}
+    scale, face = uv_per_area(ob)
+    z = np.array([p.center.z for p in mesh.polygons])[face]
+    assert np.median(scale[z > 0.5]) > 1.3 * np.median(scale[z < -0.5])
+
+
+def test_several_objects_are_mapped_and_one_that_cannot_be_is_named(capfd):
+    good = holed(1, 1)
+    bad = shapes.cube("Bare")
+    good.select_set(True)
+    good.vertex_groups.new(name="Detail").add([0], 1.0, "REPLACE")
+    assert run(density="painted", density_name="Detail") == {"FINISHED"}
+    text = capfd.readouterr().out
+    assert "Bare: there is no vertex group 'Detail'" in text and "1 island" in text
+    assert shapes.exact_flips(good) == 0
+    assert "flipfree_field" not in bad.data.attributes
+
+
+def refused(ob, words, **options):
+    before = shapes.everything(ob)
+    with pytest.raises(RuntimeError, match=words):
+        run(**options)
+    assert shapes.everything(ob) == before
+    assert "seam_turns" not in ob.data.attributes and "flipfree_field" not in ob.data.attributes
+
+
+def test_a_field_that_is_not_there_is_refused():
+    ob = shapes.cube()
+    refused(ob, "no attribute 'flipfree_field'.*Take another source", field_from="attribute")
+    ob.data.attributes.new("Drawn", "FLOAT_VECTOR", "FACE")
+    refused(ob, "no attribute 'Dawn'.*It has Drawn", field_from="attribute", attribute="Dawn")
+
+
+def test_faces_without_a_direction_are_named():
+    ob = shapes.cube()
+    values = np.array([(p.normal.y, p.normal.z, p.normal.x) for p in ob.data.polygons], np.float32)
+    values[2] = 0.0
+    values[4] = ob.data.polygons[4].normal
+    ob.data.attributes.new("Drawn", "FLOAT_VECTOR", "FACE").data.foreach_set(
+        "vector", values.ravel()
+    )
+    words = "face 2 .and 1 more. has no direction in its plane"
+    refused(ob, words, field_from="attribute", attribute="Drawn")
+    assert shapes.shown("face") == [2, 4]
+
+
+def test_cones_that_do_not_sum_up_are_refused_with_the_part():
+    ob = holed(2, 0)
+    ob.vertex_groups.new(name="Cone +1").add([0], 1.0, "REPLACE")
+    refused(ob, r"Still missing:\n.*-9 quarter turns", field_from="cones")
+    assert shapes.shown("face")
+
+
+@pytest.mark.parametrize("bad", [0.0, -1.0, float("nan")])
+def test_densities_that_are_no_positive_numbers_are_named(bad):
+    ob = shapes.cube()
+    values = np.ones(8, np.float32)
+    values[6] = bad
+    ob.data.attributes.new("Size", "FLOAT", "POINT").data.foreach_set("value", values)
+    refused(ob, "vertex 6 has no positive number", density="attribute", density_name="Size")
+    assert shapes.shown("vertex") == [6]
+    refused(ob, "no attribute 'Sizes'", density="attribute", density_name="Sizes")
+
+
+@pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
+def test_what_is_drawn_lies_on_the_mesh(mode, part):
+    ob = holed(2, 1)
+    assert run() == {"FINISHED"}
+    bends = {v: 4 - k for v, k in marks(ob).items()}
+    corners, saddles = (
+        sum(f(t) for t in bends.values()) for f in (lambda t: t > 0, lambda t: t < 0)
+    )
+    bpy.ops.object.mode_set(mode=mode)
+    drawn = part("fields.drawing").shapes_of(ob)
+    assert len(drawn.field) == 12 * len(field_of_faces(ob))
+    assert len(drawn.corners) == 24 * corners and len(drawn.saddles) == 24 * saddles
+    points = np.concatenate([drawn.field, drawn.corners, drawn.saddles])
+    low, high = points.min(0), points.max(0)
+    assert np.isfinite(points).all()
+    assert low == pytest.approx([0, 0, 0], abs=0.1) and high == pytest.approx([5, 3, 1], abs=0.1)
+
+
+def field_of_faces(ob):
+    return bmesh.from_edit_mesh(ob.data).faces if ob.mode == "EDIT" else ob.data.polygons
+
+
+def test_a_mesh_without_field_and_cones_draws_nothing(part):
+    ob = shapes.cube()
+    drawn = part("fields.drawing").shapes_of(ob)
+    assert len(drawn.field) == len(drawn.corners) == len(drawn.saddles) == 0
+    with pytest.raises(RuntimeError, match="Without a window"):
+        bpy.ops.view3d.flipfree_show_field()
+
+
+def slanted_boundary(ob):
+    """Boundary edges that do not run exactly along u or v, as stored."""
+    mesh, uv = ob.data, shapes.uv_of(ob)
+    uses = np.bincount([loop.edge_index for loop in mesh.loops], minlength=len(mesh.edges))
+    found = 0
+    for polygon in mesh.polygons:
+        loops = list(polygon.loop_indices)
+        for a, b in zip(loops, loops[1:] + loops[:1], strict=True):
+            if uses[mesh.loops[a].edge_index] == 1:
+                found += int((uv[a] != uv[b]).all())
+    return found
+
+
+@pytest.mark.parametrize("field", ["curvature", "flow"])
+@pytest.mark.parametrize("boundary", ["aligned", "free"])
+def test_the_monkey_follows_its_fields(boundary, field):
+    """Several parts, holes for the eyes, quads and triangles."""
+    ob = shapes.monkey(1)
+    for edge in ob.data.edges:
+        edge.use_seam = False
+    assert run(field_from=field, boundary=boundary) == {"FINISHED"}
+    assert shapes.exact_flips(ob) == 0
+    assert all(turns is not None for _, _, turns in judge(ob))
+    assert degrees_off(ob) < 10.0
+    assert boundary == "free" or slanted_boundary(ob) == 0
+
+
+def test_corners_of_an_aligned_boundary_are_marked():
+    ob = shapes.grid(8, bump=0.1)
+    assert run(field_from="smooth") == {"FINISHED"}
+    corners = [v.index for v in ob.data.vertices if abs(v.co.x) > 0.99 and abs(v.co.y) > 0.99]
+    found = {v.index: ob.vertex_groups[g.group].name for v in ob.data.vertices for g in v.groups}
+    assert {v: name for v, name in found.items() if v in corners} == dict.fromkeys(
+        corners, "Cone +1"
+    )
+    assert slanted_boundary(ob) == 0
