@@ -15,6 +15,7 @@
 #include "flipfree/conformal/map/map_failure.h"
 #include "flipfree/conformal/map/stored_map.h"
 #include "flipfree/intrinsic/layout/layout.h"
+#include "flipfree/intrinsic/overlay/overlay_spread.h"
 #include "flipfree/mesh/cut_graph/cut.h"
 #include "flipfree/mesh/cut_graph/map_cut.h"
 #include "flipfree/mesh/validate.h"
@@ -134,8 +135,17 @@ ConformalMapResult map_of(const mesh::Surface& surface, const std::vector<double
   intrinsic::MetricLayout layout;
   {
     const ProgressRange range(context, 0.3, 0.8);
-    layout =
-        intrinsic::lay_out_metric(surface, adjacency, *overlay, cuts, options.refinement, context);
+    const auto lay_out = [&] {
+      layout = intrinsic::lay_out_metric(surface, adjacency, *overlay, cuts, options.refinement,
+                                         context);
+    };
+    lay_out();
+    if (options.spread > 0.0 && !layout.map.invalid.empty()) {
+      map.stats["spread_faces"] = static_cast<std::int64_t>(layout.map.invalid.size());
+      intrinsic::spread_crossings(overlay->overlay.trace, options.spread,
+                                  overlay->overlay.positions);
+      lay_out();
+    }
   }
   watch.restart();
   context.report("certificate", 0.8);

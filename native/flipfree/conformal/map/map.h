@@ -24,6 +24,10 @@ struct ConformalMapOptions {
   // (radians).
   double flat_tolerance = 1e-8;
   std::int64_t max_crossings = intrinsic::kMaxCrossings;
+  // Where 64 bits do not hold the map: crossings of the overlay are spread by this share
+  // (intrinsic/overlay/overlay_spread.h). The map is then the metric's at the vertices only. 0:
+  // never.
+  double spread = 0.0;
   // The vertex positions may have no area, as the metric is not theirs; see
   // CertifyRequest::require_distortion.
   bool positions_are_metric = true;

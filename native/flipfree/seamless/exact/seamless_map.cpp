@@ -1,6 +1,7 @@
 #include "flipfree/seamless/exact/seamless_map.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <optional>
 #include <string>
 #include <utility>
@@ -38,6 +39,13 @@ bool has_boundary(const mesh::Surface& surface) {
       mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
   return std::any_of(adjacency.opposite.begin(), adjacency.opposite.end(),
                      [](HalfedgeId o) { return o == kInvalid; });
+}
+
+Index euler_characteristic(const mesh::Surface& surface) {
+  return mesh::topology(
+             surface.faces,
+             mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces))
+      .euler();
 }
 
 // No field says which way up: the edges do.
@@ -180,21 +188,23 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
 certify::Parametrization map_with_suggested_cones(const mesh::Surface& surface,
                                                   const SeamlessOptions& options,
                                                   ExecutionContext& context) {
-  return in_time(context, options.max_seconds, "The seamless map was not reached",
-                 "or give the cones", [&] {
-                   std::vector<Index> cones;
-                   {
-                     const ProgressRange range(context, 0.0, kSuggestionShare);
-                     conformal::SuggestConesOptions suggestion;
-                     suggestion.bound = options.suggested_bound;
-                     // The best cones that half of the time finds, where it is limited.
-                     if (options.max_seconds > 0.0)
-                       suggestion.max_seconds = 0.5 * context.seconds_left();
-                     cones = suggested_turns(surface, suggestion, context);
-                   }
-                   const ProgressRange range(context, kSuggestionShare, 1.0);
-                   return map_in_time(surface, cones, options, context);
-                 });
+  return in_time(
+      context, options.max_seconds, "The seamless map was not reached", "or give the cones", [&] {
+        std::vector<Index> cones;
+        {
+          const ProgressRange range(context, 0.0, kSuggestionShare);
+          conformal::SuggestConesOptions suggestion;
+          suggestion.bound = options.suggested_bound;
+          // Saddles of many quarters each are far from any surface with many handles.
+          suggestion.max_cones =
+              std::max(suggestion.max_cones, 4 * std::abs(euler_characteristic(surface)));
+          // The best cones that half of the time finds, where it is limited.
+          if (options.max_seconds > 0.0) suggestion.max_seconds = 0.5 * context.seconds_left();
+          cones = suggested_turns(surface, suggestion, context);
+        }
+        const ProgressRange range(context, kSuggestionShare, 1.0);
+        return map_in_time(surface, cones, options, context);
+      });
 }
 
 }  // namespace flipfree::seamless

@@ -23,6 +23,8 @@ namespace {
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
+// Crossings where 64 bits do not hold the map; what is optimised afterwards need not be near.
+constexpr double kSpread = 0.5;
 
 // Branches, transitions and the seam error of a map whose cut_edges are known.
 void find_seams(const std::vector<VertexId>& cones, PennerMap& result) {
@@ -103,6 +105,7 @@ PennerMap attempt_component(const mesh::Surface& surface, const std::vector<Inde
   conformal::ConformalMapOptions of_map;
   of_map.uncuttable = options.uncuttable;
   of_map.max_crossings = options.max_crossings;
+  of_map.spread = kSpread;
   conformal::RefinedMetric metric;
   result.loops = solved.loops;
   Stats stats;

@@ -14,10 +14,11 @@
 namespace flipfree::seamless {
 namespace {
 
-// Steps that bring the padded metric nearer to the surface's own before each attempt to lay it out,
-// and how near is enough for the first.
+// Steps that bring the padded metric nearer to the surface's own before the first attempt to lay it
+// out, which only refines more without them, and before others; and how near is enough.
+constexpr int kFirstNearSteps = 4;
 constexpr int kNearSteps = 12;
-constexpr double kNearEnough = 2.0;
+constexpr double kNearEnough = 1.5;
 
 void add_figures(const PaddedMetric& metric, Stats& stats) {
   stats["padding_components"] = static_cast<std::int64_t>(metric.components);
@@ -49,7 +50,7 @@ class Solver {
       padded_ = compute_padded_metric(cut, cones, context);
     }
     // A layout that failed asks for a metric that is nearer still.
-    come_near(cut, cones, kNearSteps, again ? 1.0 : kNearEnough, *padded_, context);
+    come_near(cut, cones, again ? kNearSteps : kFirstNearSteps, kNearEnough, *padded_, context);
     add_figures(*padded_, stats_);
     PennerOptions finishing = options;
     finishing.relaxation = 0;

@@ -1,5 +1,6 @@
 #include "flipfree/seamless/padding/geometry/disks/disk_metric.h"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -23,6 +24,10 @@ constexpr int kShortestSteps = 60;
 // Of the conformal metric, where that has to serve.
 constexpr int kNearSteps = 8;
 constexpr double kNearEnough = 10.0;
+// Newton steps to angles between, and which share of the way they are tried at.
+constexpr int kConformalSteps = 40;
+constexpr double kFirstShare = 0.25;
+constexpr double kLeastShare = 1.0 / 256.0;
 
 conformal::EngineInput input_of(const mesh::Surface& disk, const std::vector<double>& angle) {
   conformal::EngineInput input;
@@ -63,28 +68,36 @@ std::optional<ConformalMetric> shortest(const conformal::EngineInput& input,
   return metric;
 }
 
-// The conformal metric, brought nearer.
-ConformalMetric from_conformal(const mesh::Surface& disk, const conformal::EngineInput& input,
-                               const PennerTargets& targets, ExecutionContext& context) {
-  ConformalMetric metric =
-      conformal::compute_conformal_metric(disk, targets.vertex_angle, {}, context);
-  if (metric.bits > 53) return metric;
+// What an engine on the triangulation of `metric` starts from. The engine reads it to its end.
+conformal::EngineInput further_input(const ConformalMetric& metric,
+                                     const std::vector<double>& target) {
   conformal::EngineInput further;
   further.setup = {metric.mesh, metric.input_halfedge, metric.on_boundary};
-  further.vertex_count = input.vertex_count;
+  further.vertex_count = static_cast<Index>(target.size());
   further.edge_length = intrinsic::to_doubles(metric.length);
-  further.target = input.target;
+  further.target = target;
+  return further;
+}
+
+// The engine may not have started.
+CarriedMetric carried_from(const conformal::EngineInput& further, const ConformalMetric& metric,
+                           ExecutionContext& context) {
   CarriedMetric carried{
       make_engine(further, 53, context), {metric.mesh, {}}, ReferenceMetric(metric)};
-  if (!carried.engine->started()) return metric;
+  if (!carried.engine->started()) return carried;
   intrinsic::replay_flips(carried.engine->flips(), 0, carried.engine->flips().size(), context,
                           [&](EdgeId e) {
                             carried.reference.flip(e);
                             carried.loops.flip(e);
                           });
+  return carried;
+}
+
+// `metric` with all angles met, once they nearly are; false if that fails.
+bool finished(CarriedMetric& carried, const PennerTargets& targets, ConformalMetric& metric,
+              ExecutionContext& context) {
   PennerRun run;
-  metric.iterations += come_near(carried, targets, kNearlyMet, kNearSteps, kNearEnough, context);
-  if (!finish(carried.engine, targets, run, context)) return metric;
+  if (!finish(carried.engine, targets, run, context)) return false;
   ConformalMetric near;
   carried.engine->finish(near, false, context);
   metric.flips.insert(metric.flips.end(), near.flips.begin(), near.flips.end());
@@ -92,6 +105,64 @@ ConformalMetric from_conformal(const mesh::Surface& disk, const conformal::Engin
   metric.length = std::move(near.length);
   metric.iterations += run.iterations;
   metric.angle_error = run.error;
+  return true;
+}
+
+// By way of angles between the disk's own and the targets, each met by conformal changes and the
+// metric brought nearer before the next: so its scale never spans more than doubles hold.
+std::optional<ConformalMetric> stepwise(const conformal::EngineInput& input,
+                                        const PennerTargets& targets, ExecutionContext& context) {
+  ConformalMetric metric;
+  {
+    const auto engine = make_engine(input, 53, context);
+    if (!engine->started()) return {};
+    engine->finish(metric, false, context);
+  }
+  const conformal::EngineInput further = further_input(metric, targets.vertex_angle);
+  CarriedMetric now = carried_from(further, metric, context);
+  if (!now.engine->started()) return {};
+  PennerAngles own;
+  measure(*now.engine, now.loops, targets, own, context);
+  PennerNewtonOptions newton;
+  newton.tolerance = kNearlyMet;
+  newton.max_iterations = kConformalSteps;
+  double reached = 0.0, share = kFirstShare;
+  while (reached < 1.0) {
+    const double to = std::min(1.0, reached + share);
+    PennerTargets part = targets;
+    for (std::size_t v = 0; v < part.vertex_angle.size(); ++v)
+      part.vertex_angle[v] -= (1.0 - to) * own.vertices.value[v];
+    CarriedMetric trial = now.copy();
+    const std::size_t first = trial.engine->flips().size();
+    const PennerRun run = run_penner(trial.engine, trial.loops, part, newton, context);
+    metric.iterations += run.iterations;
+    if (run.end != PennerEnd::kConverged) {
+      share *= 0.5;
+      if (share < kLeastShare) return {};
+      continue;
+    }
+    intrinsic::replay_flips(trial.engine->flips(), first, trial.engine->flips().size(), context,
+                            [&](EdgeId e) { trial.reference.flip(e); });
+    metric.iterations += come_near(trial, part, kNearlyMet, kNearSteps, kNearEnough, context);
+    now = std::move(trial);
+    reached = to;
+    share = std::min(2.0 * share, kFirstShare);
+  }
+  if (!finished(now, targets, metric, context)) return {};
+  return metric;
+}
+
+// The conformal metric, brought nearer.
+ConformalMetric from_conformal(const mesh::Surface& disk, const PennerTargets& targets,
+                               ExecutionContext& context) {
+  ConformalMetric metric =
+      conformal::compute_conformal_metric(disk, targets.vertex_angle, {}, context);
+  if (metric.bits > 53) return metric;
+  const conformal::EngineInput further = further_input(metric, targets.vertex_angle);
+  CarriedMetric carried = carried_from(further, metric, context);
+  if (!carried.engine->started()) return metric;
+  metric.iterations += come_near(carried, targets, kNearlyMet, kNearSteps, kNearEnough, context);
+  finished(carried, targets, metric, context);
   return metric;
 }
 
@@ -102,7 +173,8 @@ ConformalMetric compute_disk_metric(const mesh::Surface& disk, const std::vector
   const conformal::EngineInput input = input_of(disk, angle);
   const PennerTargets targets{angle, {}};
   auto metric = shortest(input, targets, context);
-  return metric ? std::move(*metric) : from_conformal(disk, input, targets, context);
+  if (!metric) metric = stepwise(input, targets, context);
+  return metric ? std::move(*metric) : from_conformal(disk, targets, context);
 }
 
 }  // namespace flipfree::seamless
