@@ -4,7 +4,7 @@
                                                                       [--seconds 60] [--repeat 1] [--conformal]
 
 CASES: `models` (fields/ and the shared g-tori with the cones beside them), `suggested` (the closed models of general/ and embedding/),
-`tori` (own g-tori of genus up to 150, suggested cones), `random N` (prescriptions of 50 cones of 3 and 5 quarter turns, genus 0 to 5),
+`tori` (own g-tori of genus up to 150, suggested cones), `single` (one cone on such), `random N` (prescriptions of 50 cones of 3 and 5 quarter turns, genus 0 to 5),
 `wild N` (cones of 1 to 12 quarter turns), `growth` (subdivided eight and elephant, with the slope on log-log).
 A row per case and engine: the fastest of --repeat runs. Energies: symmetric Dirichlet, 1 is isometric. Exit status 1 unless every map
 by "auto" is certified.
@@ -40,6 +40,14 @@ def with_suggested_cones(name: str, vertices: np.ndarray, faces: np.ndarray) -> 
 def own_tori() -> Iterator[Case]:
     for genus in TORI:
         yield with_suggested_cones(f"own torus {genus}", *g_torus(genus))
+
+
+def single_cones() -> Iterator[Case]:
+    """One vertex takes all curvature."""
+    for genus in (2, 3, 4, 5, 6, 8, 10):
+        vertices, faces = g_torus(genus)
+        for v in (0, len(vertices) // 2):
+            yield Case(f"own torus {genus}, vertex {v}", vertices, faces, {v: 8 * genus - 4})
 
 
 def random_prescriptions(folder: Path, count: int) -> Iterator[Case]:
@@ -132,7 +140,7 @@ def row(case: Case, engine: str, options: argparse.Namespace) -> tuple[str, bool
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
-        "cases", choices=("models", "suggested", "tori", "random", "wild", "growth")
+        "cases", choices=("models", "suggested", "tori", "single", "random", "wild", "growth")
     )
     parser.add_argument(
         "count", type=int, nargs="?", default=10, help="of random and wild, per genus"
@@ -152,6 +160,7 @@ def main() -> int:
         "models": lambda: prescribed(folder),
         "suggested": lambda: suggested(folder),
         "tori": own_tori,
+        "single": single_cones,
         "random": lambda: random_prescriptions(folder, options.count),
         "wild": lambda: wild_prescriptions(folder, options.count),
         "growth": lambda: growing(folder),

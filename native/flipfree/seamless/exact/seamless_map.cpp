@@ -193,6 +193,7 @@ certify::Parametrization map_with_suggested_cones(const mesh::Surface& surface,
         std::vector<Index> cones;
         {
           const ProgressRange range(context, 0.0, kSuggestionShare);
+          check_surface(surface, context);
           conformal::SuggestConesOptions suggestion;
           suggestion.bound = options.suggested_bound;
           // Saddles of many quarters each are far from any surface with many handles.
