@@ -179,7 +179,7 @@ def calls(maps: Maps) -> dict[str, tuple[Call, Callable[[Case], bool]]]:
             lambda c, s: ff.cross_field(c[1], c[2], alignment=0.3, simplify=True, max_seconds=s),
             every,
         ),
-        "field_aligned": (lambda c, s: ff.field_aligned(c[1], c[2], max_seconds=s), is_closed),
+        "field_aligned": (lambda c, s: ff.field_aligned(c[1], c[2], max_seconds=s), every),
         "signature": (
             lambda c, s: ff.signature(c[1], c[2], plain_field(c), max_seconds=s),
             every,
