@@ -3,19 +3,18 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
+#include <functional>
 #include <mutex>
-#include <new>
-#include <system_error>
-#include <thread>
-#include <vector>
+
+#include "flipfree/base/threads/helpers.h"
 
 namespace flipfree {
 
 void parallel_for(const ExecutionContext& context, std::size_t count, std::size_t grain,
                   const std::function<void(std::size_t, std::size_t, std::size_t)>& body) {
   const std::size_t chunks = chunk_count(count, grain);
-  const std::size_t workers =
-      std::min<std::size_t>(chunks, static_cast<std::size_t>(std::max(1, context.threads)));
+  const std::size_t workers = std::min(
+      chunks, context.threads > 0 ? static_cast<std::size_t>(context.threads) : core_count());
   if (workers <= 1) {
     for (std::size_t c = 0; c < chunks; ++c) {
       context.check();
@@ -46,16 +45,7 @@ void parallel_for(const ExecutionContext& context, std::size_t count, std::size_
       }
     }
   };
-  {
-    std::vector<std::jthread> threads;
-    threads.reserve(workers - 1);
-    try {
-      for (std::size_t t = 1; t < workers; ++t) threads.emplace_back(work);
-    } catch (const std::system_error&) {  // no more threads are to be had: these do all the work
-    } catch (const std::bad_alloc&) {
-    }
-    work();
-  }
+  work_together(workers - 1, std::ref(work));  // a reference: nothing is allocated
   if (failure) std::rethrow_exception(failure);
 }
 
