@@ -18,6 +18,7 @@
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/unwrap/chart/chart_pins.h"
 #include "flipfree/unwrap/chart/flattening.h"
+#include "flipfree/unwrap/islands/cut_around.h"
 #include "flipfree/unwrap/islands/islands.h"
 #include "flipfree/unwrap/packing/place.h"
 
@@ -58,13 +59,17 @@ Points3 normalised(const Points3& positions, const Triangles& faces) {
   return result;
 }
 
+// Charts for which there are no 32-bit values, with where.
+using Unstorable = std::vector<std::pair<std::size_t, Error>>;
+
 // The values to be stored, chart by chart.
 std::vector<Points2f> round_all(const Islands& islands, const ChartPins& pins, bool bijective,
-                                const std::vector<Points2>& uv, ExecutionContext& context,
-                                Stats& stats) {
+                                const std::vector<Points2>& uv, Unstorable& unstorable,
+                                ExecutionContext& context, Stats& stats) {
   const std::size_t count = islands.charts.size();
   std::vector<Points2f> stored(count);
   std::vector<Stats> chart_stats(count);
+  std::vector<std::optional<Error>> failure(count);
   parallel_for(context, count, 1, [&](std::size_t c, std::size_t, std::size_t) {
     ExecutionContext part(&context, 1);
     distortion::RoundingOptions rounding;
@@ -74,9 +79,13 @@ std::vector<Points2f> round_all(const Islands& islands, const ChartPins& pins, b
       stored[c] = distortion::round_to_storage(islands.charts[c].surface.faces, uv[c], rounding,
                                                part, chart_stats[c]);
     } catch (const NotConverged& e) {
-      throw NotConverged(in_terms_of_input(e.error(), islands, c));
+      failure[c] = in_terms_of_input(e.error(), islands, c);
     }
   });
+  for (std::size_t c = 0; c < count; ++c) {
+    if (failure[c]) unstorable.emplace_back(c, *failure[c]);
+  }
+  if (!unstorable.empty()) throw NotConverged(unstorable.front().second);
   std::int64_t repaired = 0;
   for (const Stats& s : chart_stats) {
     const auto found = s.find("rounding.repaired");
@@ -89,7 +98,7 @@ std::vector<Points2f> round_all(const Islands& islands, const ChartPins& pins, b
 // Charts with pins stay; the others are put where there is room.
 PlacedCharts place_and_round(const Islands& islands, const ChartPins& pins,
                              const UnwrapOptions& options, std::vector<Points2> uv,
-                             ExecutionContext& context, Stats& stats) {
+                             Unstorable& unstorable, ExecutionContext& context, Stats& stats) {
   std::vector<char> moved;
   for (const auto& own : pins.of_chart) moved.push_back(own.empty());
   PlacingOptions placing;
@@ -97,12 +106,59 @@ PlacedCharts place_and_round(const Islands& islands, const ChartPins& pins,
   placing.scale_true = true;
   placing.place_like = options.place_like;
   const auto round = [&](const std::vector<Points2>& placed) {
-    return round_all(islands, pins, options.bijective, placed, context, stats);
+    return round_all(islands, pins, options.bijective, placed, unstorable, context, stats);
   };
   PlacedCharts placed = place_charts(islands.charts, std::move(uv), moved, placing, round);
   stats["kept_places"] = static_cast<std::int64_t>(placed.kept);
   stats["tile"] = static_cast<std::int64_t>(placed.tile);
   return placed;
+}
+
+// The faces of an error's place.
+std::vector<FaceId> faces_at(const Error& error, const Triangles& faces) {
+  if (error.kind == ElementKind::kFace) return error.elements;
+  std::vector<FaceId> found;
+  if (error.kind != ElementKind::kVertex) return found;
+  for (FaceId f = 0; f < faces.rows(); ++f) {
+    const auto corners = faces.row(f);
+    if (std::find_first_of(corners.begin(), corners.end(), error.elements.begin(),
+                           error.elements.end()) != corners.end()) {
+      found.push_back(f);
+    }
+  }
+  return found;
+}
+
+// The same maps, on charts cut further around what cannot be stored; wider with every round. False
+// if there is nothing to cut.
+bool cut_unstorable(Islands& islands, const Unstorable& unstorable, const ChartPins& pins,
+                    int round, const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                    const mesh::EdgeFlags& uncuttable, std::vector<Points2>& uv) {
+  mesh::EdgeFlags further(adjacency.opposite.size(), 0);
+  for (const auto& [c, error] : unstorable) {
+    if (!pins.of_chart[c].empty()) return false;
+    const mesh::EdgeFlags own = cut_around(islands, c, faces_at(error, surface.faces),
+                                           (Index{1} << round) - 1, surface, adjacency, uncuttable);
+    for (std::size_t h = 0; h < own.size(); ++h) further[h] |= own[h];
+  }
+  if (std::find(further.begin(), further.end(), 1) == further.end()) return false;
+  Points2 corners(surface.faces.size(), 2);
+  const auto for_corners = [&](auto visit) {
+    for (std::size_t c = 0; c < islands.charts.size(); ++c) {
+      const mesh::Chart& chart = islands.charts[c];
+      for (Eigen::Index h = 0; h < chart.surface.faces.size(); ++h)
+        visit(c, chart.surface.faces.data()[h],
+              3 * chart.faces[static_cast<std::size_t>(h / 3)] + h % 3);
+    }
+  };
+  for_corners(
+      [&](std::size_t c, VertexId v, Eigen::Index corner) { corners.row(corner) = uv[c].row(v); });
+  cut_further(islands, surface, adjacency, further);
+  uv.clear();
+  for (const mesh::Chart& chart : islands.charts) uv.emplace_back(chart.surface.vertices.rows(), 2);
+  for_corners(
+      [&](std::size_t c, VertexId v, Eigen::Index corner) { uv[c].row(v) = corners.row(corner); });
+  return true;
 }
 
 // The stored values of charts without pins, also as those in 64 bits.
@@ -171,16 +227,30 @@ certify::Parametrization unwrap_in_time(const mesh::Surface& surface, const Unwr
                          context, stats);
   }
   pins = pins_by_chart(islands, options.pins);
-  stats["charts"] = static_cast<std::int64_t>(islands.charts.size());
-  stats["added_cuts"] =
-      static_cast<std::int64_t>(std::count(islands.added.begin(), islands.added.end(), 1) / 2);
   lap("seconds_flatten");
 
   const PlacedCharts placed = [&] {
     const Overtime storing(context);
     context.report("placing charts", 0.92);
-    return place_and_round(islands, pins, options, std::move(uv), context, stats);
+    constexpr int kRounds = 12;  // of cuts: by then 4095 rings are cut off, or 4096 parts made
+    Unstorable unstorable;
+    for (int round = 0;; ++round) {
+      unstorable.clear();
+      try {
+        return place_and_round(islands, pins, options, uv, unstorable, context, stats);
+      } catch (const NotConverged&) {
+        // What was accepted is rather optimised than cut.
+        if (context.accepted() || !options.bijective || !options.may_add_cuts || round == kRounds ||
+            !cut_unstorable(islands, unstorable, pins, round, surface, adjacency, uncuttable, uv)) {
+          throw;
+        }
+        pins = pins_by_chart(islands, options.pins);
+      }
+    }
   }();
+  stats["charts"] = static_cast<std::int64_t>(islands.charts.size());
+  stats["added_cuts"] =
+      static_cast<std::int64_t>(std::count(islands.added.begin(), islands.added.end(), 1) / 2);
   const Untimed finishing(context);
   map.surface = surface;
   map.uv.resize(3 * surface.faces.rows(), 2);
@@ -234,6 +304,7 @@ certify::Parametrization unwrap_separated(const mesh::Surface& surface,
                                           const UnwrapOptions& options, ExecutionContext& context) {
   mesh::SeparateOptions separating;
   separating.seams = &options.cuts;
+  if (!options.material.empty()) separating.material = &options.material;
   const certify::SeparatedMap separated(surface, separating, context);
   UnwrapOptions own = options;
   own.cuts = separated.edges(options.cuts);

@@ -12,7 +12,10 @@ struct UnwrapOptions {
   IndexPairs cuts;        // seam edges as vertex pairs
   IndexPairs uncuttable;  // edges that automatic cuts avoid: diagonals of polygons
   std::vector<certify::CornerPin>
-      pins;               // met bit for bit; corners that share a vertex of a chart share the pin
+      pins;  // met bit for bit; corners that share a vertex of a chart share the pin
+  // #F, or empty: where more than two faces meet at an edge, those of one material rather go
+  // together.
+  std::vector<Index> material;
   bool bijective = true;  // no chart overlaps itself
   // Charts that have to be cut open anyway are slit to their extremities too (extremities.h). Not
   // done if there are pins: both sides of a slit through a pinned vertex would share its place.
