@@ -250,7 +250,7 @@ def test_cancelling_stops_soon() -> None:
         {"precision": 12},
         {"precision": "high"},
         {"original_triangles": "maybe"},
-        {"threads": 0},
+        {"threads": -1},
     ],
 )
 def test_bad_options_are_named(options: dict[str, object]) -> None:

@@ -155,7 +155,7 @@ def test_bad_arguments_are_named() -> None:
         (dict(initial_uv=np.zeros((3, 2))), "one finite position per vertex"),
         (dict(boundary_loop=[0, 1, 99]), "vertex 99"),
         (dict(boundary_loop=loop[:-1]), "boundary loop"),
-        (dict(threads=0), "threads"),
+        (dict(threads=-1), "threads"),
         (dict(tolerance=-1.0), "tolerance"),
     ]
     for options, text in cases:

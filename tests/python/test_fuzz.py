@@ -91,7 +91,7 @@ def test_damaged_meshes_are_unwrapped_or_refused(seed: int) -> None:
         {"tolerance": np.nan},
         {"margin": -1.0},
         {"iterations": -1},
-        {"threads": 0},
+        {"threads": -1},
         {"place_like": np.zeros((1, 3, 2))},
     ],
 )

@@ -119,24 +119,25 @@ def test_order_of_vertices_and_faces_does_not_decide_success(name: str, seed: in
 
 
 @pytest.mark.parametrize("name", SURFACES)
-def test_one_and_two_threads_give_the_same_bits(name: str) -> None:
+def test_every_number_of_threads_gives_the_same_bits(name: str) -> None:
     vertices, faces = SURFACES[name]()
     one = ff.unwrap(vertices, faces, threads=1)
-    two = ff.unwrap(vertices, faces, threads=2)
-    assert np.array_equal(one.uv, two.uv)
-    assert np.array_equal(one.uv32(), two.uv32())
+    for threads in (2, 3, 16, None, 0):
+        other = ff.unwrap(vertices, faces, threads=threads)
+        assert np.array_equal(one.uv, other.uv)
+        assert np.array_equal(one.uv32(), other.uv32())
 
 
-def test_many_charts_give_the_same_bits_on_one_and_two_threads() -> None:
+def test_many_charts_give_the_same_bits_on_every_number_of_threads() -> None:
     vertices, faces = bumpy_grid(24, 24)
     rows = [
         np.stack([np.arange(24) + 25 * r, np.arange(1, 25) + 25 * r], -1) for r in range(4, 24, 4)
     ]
     cuts = np.vstack(rows)
     one = ff.unwrap(vertices, faces, cuts=cuts, threads=1)
-    two = ff.unwrap(vertices, faces, cuts=cuts, threads=2)
     assert one.stats["charts"] == 6
-    assert np.array_equal(one.uv, two.uv)
+    for threads in range(2, 17):
+        assert np.array_equal(one.uv, ff.unwrap(vertices, faces, cuts=cuts, threads=threads).uv)
 
 
 def test_islands_keep_their_place_when_asked_to() -> None:

@@ -1,6 +1,11 @@
+#include <string>
+#include <vector>
+
 #include "arrays.h"
 #include "bind/bindings.h"
 #include "flipfree/mesh/separated/fans.h"
+#include "flipfree/mesh/separated/rest_positions.h"
+#include "flipfree/mesh/separated/separated.h"
 
 namespace py = pybind11;
 
@@ -20,6 +25,36 @@ void bind_mesh(py::module_& module) {
         return py::make_tuple(from_matrix(fans.faces), from_vector(fans.origin));
       },
       py::arg("faces"), py::arg("cuts"));
+  module.def(
+      "separate",
+      [](const Array<double>& vertices, const Array<Index>& faces, const Array<Index>& seams,
+         const Array<Index>& material) {
+        const mesh::Surface surface = to_surface(vertices, faces);
+        const auto pairs = to_matrix<IndexPairs>(seams, "seams");
+        const std::vector<Index> materials(material.data(), material.data() + material.size());
+        mesh::SeparateOptions options;
+        options.seams = &pairs;
+        if (!materials.empty()) options.material = &materials;
+        const ExecutionContext context;
+        mesh::SeparatedSurface separated;
+        Points3 positions;
+        {
+          const py::gil_scoped_release release;
+          separated = mesh::separate(surface, options, context);
+          positions = mesh::rest_positions(separated.surface);
+        }
+        py::list mends;
+        for (const mesh::Mend& mend : separated.mends) {
+          mends.append(py::make_tuple(std::string(describe(mend.kind)), kind_name(mend.element),
+                                      mend.count, from_vector(mend.elements)));
+        }
+        const std::vector<Index> turned(separated.turned.begin(), separated.turned.end());
+        return py::make_tuple(from_matrix(positions), from_matrix(separated.surface.faces),
+                              from_vector(separated.vertex_origin),
+                              from_vector(separated.face_origin), from_vector(turned),
+                              from_vector(separated.collapsed), mends);
+      },
+      py::arg("vertices"), py::arg("faces"), py::arg("seams"), py::arg("material"));
 }
 
 }  // namespace flipfree::python

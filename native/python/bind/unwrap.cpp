@@ -34,6 +34,7 @@ void bind_options(py::module_& module) {
       .def_property("cuts", nullptr, matrix_setter(&UnwrapOptions::cuts, "cuts"))
       .def_property("uncuttable", nullptr, matrix_setter(&UnwrapOptions::uncuttable, "uncuttable"))
       .def_property("pins", nullptr, pins_setter(&UnwrapOptions::pins))
+      .def_property("material", nullptr, ids_setter(&UnwrapOptions::material))
       .def_readwrite("bijective", &UnwrapOptions::bijective)
       .def_readwrite("may_add_cuts", &UnwrapOptions::may_add_cuts)
       .def_readwrite("cut_extremities", &UnwrapOptions::cut_extremities)

@@ -23,6 +23,7 @@ from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConve
 from .fields.aligned import field_aligned
 from .fields.cross_fields import CrossField, Signature, cross_field, signature
 from .results import Certificate, ConformalMetric, Mend, Parametrization, Transitions
+from .separated import SeparatedSurface, separate
 
 __all__ = [
     "Cancelled",
@@ -36,6 +37,7 @@ __all__ = [
     "MeshFile",
     "NotConverged",
     "Parametrization",
+    "SeparatedSurface",
     "Signature",
     "Transitions",
     "__version__",
@@ -52,6 +54,7 @@ __all__ = [
     "pack",
     "read",
     "seamless",
+    "separate",
     "signature",
     "split_fans",
     "suggest_cones",

@@ -117,6 +117,17 @@ def as_indices(values: Any, name: str, columns: int | None = None) -> IntArray:
     return np.ascontiguousarray(array, dtype=np.int32)
 
 
+def as_materials(values: Any, face_count: int) -> IntArray:
+    """One whole number for each face, or none at all for None."""
+    array = as_indices([] if values is None else values, "materials")
+    if values is not None and len(array) != face_count:
+        raise InvalidInput(
+            f"materials must have one number for each of the {face_count} faces, not {len(array)}.",
+            code=BAD_SHAPE,
+        )
+    return array
+
+
 def as_corner_uv(values: Any, name: str, face_count: int) -> FloatArray:
     """``values`` of shape (faces, 3, 2) as (3 faces, 2)."""
     array = _as_array(values, name, "numbers")

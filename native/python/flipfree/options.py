@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from operator import index
 from typing import Any
@@ -63,8 +64,16 @@ def as_count(value: Any, name: str, least: int = 0, most: int = LARGEST_COUNT) -
 
 
 def as_threads(value: Any) -> int:
-    """``value`` as the number of threads of a call."""
-    return as_count(value, "threads", 1, MOST_THREADS)
+    """``value`` as the number of threads of a call; None and 0 are one for each core that this process may use."""
+    count = 0 if value is None else as_count(value, "threads", 0, MOST_THREADS)
+    return count or min(_usable_cores(), MOST_THREADS)
+
+
+def _usable_cores() -> int:
+    try:
+        return len(os.sched_getaffinity(0))
+    except AttributeError:  # not every system says
+        return os.cpu_count() or 1
 
 
 def as_number(value: Any, name: str) -> float:

@@ -92,7 +92,7 @@ def certify(
     bijective: bool = False,
     disjoint: bool = False,
     max_seconds: float | None = None,
-    threads: int = 2,
+    threads: int | None = None,
     progress: Progress | None = None,
 ) -> Job[Certificate]:
     """Measures a map with exact predicates, on the given values and on their rounding to 32 bits.
@@ -110,7 +110,7 @@ def certify(
         bijective: overlaps of a chart with itself are a failure, not only a figure.
         disjoint: so are overlaps between charts.
         max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
-        threads: the result has the same bits for every number.
+        threads: None is all cores; the result has the same bits for every number.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
     Returns:

@@ -55,7 +55,7 @@ def conformal_metric(
     max_seconds: float | None = None,
     require_convergence: bool = True,
     intrinsic_refinement: str = "auto",
-    threads: int = 2,
+    threads: int | None = None,
     progress: Progress | None = None,
 ) -> Job[ConformalMetric]:
     """The metric with exactly these angles that is discretely conformally equivalent to the surface.
@@ -77,7 +77,7 @@ def conformal_metric(
         intrinsic_refinement: "on" adds flat points to the surface until its intrinsic Delaunay triangulation has no
             needles; "auto" does so if the plain way fails; "off" never. The metric is then that of the refined surface:
             the angles are the same, but it belongs to another discrete conformal class.
-        threads: the result has the same bits for every number.
+        threads: None is all cores; the result has the same bits for every number.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
     Raises:

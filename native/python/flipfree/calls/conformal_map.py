@@ -48,7 +48,7 @@ def conformal(
     lengths: Any = None,
     original_triangles: bool | str = "auto",
     intrinsic_refinement: str = "auto",
-    threads: int = 2,
+    threads: int | None = None,
     progress: Progress | None = None,
 ) -> Job[Parametrization]:
     """The conformal map with exactly these angles, as a locally injective, certified map.
@@ -73,7 +73,7 @@ def conformal(
             NotConverged instead; False writes the common refinement with the final triangulation.
         intrinsic_refinement: of the metric, see ``conformal_metric``: "on", "off", or "auto", if the metric or the map
             fails otherwise. The vertices that it adds are not written, only the map on the input's triangles.
-        threads: the result has the same bits for every number.
+        threads: None is all cores; the result has the same bits for every number.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
     Raises:

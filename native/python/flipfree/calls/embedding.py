@@ -32,7 +32,7 @@ def embed(
     iterations: int = 200,
     tolerance: float = 1e-4,
     max_seconds: float | None = None,
-    threads: int = 2,
+    threads: int | None = None,
     progress: Progress | None = None,
 ) -> Job[Parametrization]:
     """A disk onto a convex polygon without flips, in 64 bits and as stored in 32.
@@ -55,7 +55,7 @@ def embed(
         optimise: lower the distortion with the boundary fixed. iterations, tolerance: of that optimisation.
         max_seconds: of the clock; None or 0 is no limit. What was gained by then is kept, and
             ``stats["time_limit_reached"]`` is 1; NotConverged (code "time limit reached") if there is no map yet.
-        threads: the result has the same bits for every number, unless a limit of time is reached.
+        threads: None is all cores; the result has the same bits for every number, unless a limit of time is reached.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
     Returns:

@@ -54,7 +54,7 @@ def match(
     iterations: int = 200,
     engine: str = "auto",
     max_seconds: float | None = None,
-    threads: int = 2,
+    threads: int | None = None,
     progress: Progress | None = None,
 ) -> Job[Parametrization]:
     """Maps a disk, or a piece with holes, so that every constraint is met bit for bit and no triangle folds.
@@ -76,7 +76,7 @@ def match(
         max_seconds: of the clock; None or 0 is no limit. A map that meets all constraints by then is returned, however
             little time there was to take its refinement back and to lower its distortion:
             ``stats["time_limit_reached"]`` is 1 then. If there is none, NotConverged (code "time limit reached").
-        threads: the result has the same bits for every number, unless a limit of time is reached.
+        threads: None is all cores; the result has the same bits for every number, unless a limit of time is reached.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
     Returns:

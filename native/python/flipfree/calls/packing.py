@@ -30,7 +30,7 @@ def pack(
     density: float | None = None,
     place_like: Any = None,
     max_seconds: float | None = None,
-    threads: int = 2,
+    threads: int | None = None,
     progress: Progress | None = None,
 ) -> Job[Parametrization]:
     """Moves the charts of a flip-free map into the unit square, as ``unwrap`` does; only turns, shifts and scales.
@@ -55,7 +55,7 @@ def pack(
             turned and moved to there, at one common scale, lie in the unit square on top of nothing, they stay there:
             ``stats["kept_places"]`` is 1. Otherwise everything is packed. Not with ``together``.
         max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
-        threads: the result has the same bits for every number.
+        threads: None is all cores; the result has the same bits for every number.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
     Raises:

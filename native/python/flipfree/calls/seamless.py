@@ -108,7 +108,7 @@ def start_penner(
     max_iterations: int = 200,
     relaxation: int | None = None,
     max_seconds: float | None = None,
-    threads: int = 2,
+    threads: int | None = None,
 ) -> Job[SeamlessMap]:
     """The map of the engine "penner", at once, on a thread.
 
@@ -146,7 +146,7 @@ def seamless(
     uncuttable: Any = None,
     max_iterations: int = 200,
     max_seconds: float | None = None,
-    threads: int = 2,
+    threads: int | None = None,
     progress: Progress | None = None,
 ) -> Job[Parametrization]:
     """A seamless map of a surface with these cones: its seams match exactly, in 64 and in 32 bits.
@@ -175,7 +175,7 @@ def seamless(
             then taken as it is.
         max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") if there is no map by
             then; one that could still be optimised is returned, with ``stats["time_limit_reached"]`` 1.
-        threads: the result has the same bits for every number.
+        threads: None is all cores; the result has the same bits for every number.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
     Returns:

@@ -55,7 +55,7 @@ def suggest_cones(
     quarter_turns: bool = False,
     least_angle: float = np.pi / 6,
     max_seconds: float | None = None,
-    threads: int = 2,
+    threads: int | None = None,
     progress: Progress | None = None,
 ) -> Job[SuggestedAngles]:
     """Cones that keep the scale distortion of the conformal map within a bound, as (n,) target angles.
@@ -72,7 +72,7 @@ def suggest_cones(
         least_angle: no suggested cone is sharper.
         max_seconds: of the clock; None or 0 is no limit. When they are over, the best cones that were measured come
             back (``result.bound_holds`` says what they keep); NotConverged (code "time limit reached") if there are none.
-        threads: the result has the same bits for every number, unless a limit of time is reached.
+        threads: None is all cores; the result has the same bits for every number, unless a limit of time is reached.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
     Raises:
@@ -109,7 +109,7 @@ def boundary_angles(
     cones: Mapping[int, float] | None = None,
     corners: Any = None,
     max_seconds: float | None = None,
-    threads: int = 2,
+    threads: int | None = None,
     progress: Progress | None = None,
 ) -> Job[FloatArray]:
     """(n,) target angles that are flat inside except at ``cones``, for a boundary of this shape.
@@ -121,7 +121,7 @@ def boundary_angles(
             way).
         cones: {interior vertex: total angle}. corners: boundary vertices, for "straight".
         max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
-        threads: the result has the same bits for every number.
+        threads: None is all cores; the result has the same bits for every number.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
     Raises:

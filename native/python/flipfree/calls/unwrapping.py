@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 from .. import _native
-from ..arrays import as_corner_uv, as_indices, as_vertices
+from ..arrays import as_corner_uv, as_indices, as_materials, as_vertices
 from ..conversions import parametrization_from
 from ..job import Job, Progress, solver_call
 from ..options import as_count, as_flag, as_margin, as_positive, as_seconds, as_threads, filled
@@ -21,6 +21,7 @@ def unwrap(
     *,
     cuts: Any = None,
     uncuttable: Any = None,
+    materials: Any = None,
     pins: Pins | None = None,
     bijective: bool = True,
     may_add_cuts: bool = True,
@@ -30,7 +31,7 @@ def unwrap(
     margin: float = 0.005,
     place_like: Any = None,
     max_seconds: float | None = None,
-    threads: int = 2,
+    threads: int | None = None,
     progress: Progress | None = None,
 ) -> Job[Parametrization]:
     """One flip-free chart per seam island, free boundary, low distortion, on the given triangulation.
@@ -46,6 +47,7 @@ def unwrap(
             surface is separated first and listed in ``certificate.mends``.
         cuts: (s, 2) vertex pairs: seam edges.
         uncuttable: (d, 2) vertex pairs that automatic cuts must avoid, such as diagonals of polygons.
+        materials: (m,) whole numbers: where more than two faces meet at an edge, those of one material rather go together.
         pins: {vertex or (face, corner): (u, v)}, met bit for bit. A pin that cannot be reached without a flip on
             this triangulation raises NotConverged; ``match`` refines the mesh instead.
         bijective: charts do not overlap themselves.
@@ -61,7 +63,7 @@ def unwrap(
             top of no other. Then ``stats["kept_places"]`` is 1; otherwise all islands without pins are packed.
         max_seconds: of the clock; None or 0 is no limit. What was gained by then is kept, and
             ``stats["time_limit_reached"]`` is 1; NotConverged (code "time limit reached") if there is no map yet.
-        threads: the result has the same bits for every number, unless a limit of time is reached.
+        threads: None is all cores; the result has the same bits for every number, unless a limit of time is reached.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
     Raises:
@@ -77,6 +79,7 @@ def unwrap(
         _native.UnwrapOptions(),
         cuts=as_indices([] if cuts is None else cuts, "cuts", 2),
         uncuttable=as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
+        material=as_materials(materials, len(face_array)),
         pins=(pin_corners, pin_uv),
         bijective=as_flag(bijective, "bijective"),
         may_add_cuts=as_flag(may_add_cuts, "may_add_cuts"),

@@ -33,7 +33,7 @@ def field_aligned(
     uncuttable: Any = None,
     iterations: int = 200,
     max_seconds: float | None = None,
-    threads: int = 2,
+    threads: int | None = None,
     progress: Progress | None = None,
 ) -> Job[Parametrization]:
     """A seamless map with exactly the cones and turning numbers of a cross field, that follows it.
@@ -51,7 +51,7 @@ def field_aligned(
         exact: seams match exactly, in 64 and in 32 bits; without, up to rounding.
         uncuttable: (k, 2) edges that the cut avoids, diagonals of polygons.
         iterations: Newton steps of the engine. max_seconds: of the clock; None or 0 is no limit.
-        threads: the result has the same bits for every number, unless a limit of time is reached.
+        threads: None is all cores; the result has the same bits for every number, unless a limit of time is reached.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
     Returns:

@@ -256,7 +256,7 @@ def cross_field(
     signature: Signature | None = None,
     simplify: bool = False,
     max_seconds: float | None = None,
-    threads: int = 2,
+    threads: int | None = None,
     progress: Progress | None = None,
 ) -> Job[CrossField]:
     """The smoothest cross field, following what it is asked to follow; or the smoothest with a given signature.
@@ -274,7 +274,7 @@ def cross_field(
         simplify: near pairs of cones of opposite sign are merged, and cones of one quarter turn share their curvature with
             a vertex near by. ``stats["cancelled"]`` and ``stats["spread"]`` say how many quarter turns were moved.
         max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
-        threads: the result has the same bits for every number.
+        threads: None is all cores; the result has the same bits for every number.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
     Returns:
@@ -328,7 +328,7 @@ def signature(
     field: CrossField,
     *,
     max_seconds: float | None = None,
-    threads: int = 2,
+    threads: int | None = None,
     progress: Progress | None = None,
 ) -> Job[Signature]:
     """The cones of a cross field, and how much it turns along the loops of a homology basis: exact, in whole quarters.

@@ -1,0 +1,203 @@
+"""Any triangles as a clean surface, for the solvers that want one: match, conformal, seamless, embed.
+
+``unwrap``, ``improve``, ``pack`` and ``certify`` do this themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _native
+from .arrays import FloatArray, IntArray, as_indices, as_materials, as_vertices
+from .errors import InvalidInput
+from .job import ours_only
+from .results import Mend, Parametrization, frozen
+
+Value = TypeVar("Value")
+
+
+@dataclass(frozen=True, eq=False)
+class SeparatedSurface:
+    """Every vertex used, faces oriented, manifold, each of three different vertices and with an area.
+
+    Attributes:
+        vertices, faces: (n', 3), (m', 3), for any solver. Corners of faces without area are moved by a thousandth of the
+            edges around; all others are where they were.
+        vertex_origin, face_origin: (n',), (m',), vertex and face of the input.
+        turned: (m',) True: the face's corners run 0, 2, 1 of the input's.
+        collapsed: input faces that use a vertex twice and so are in no map.
+        mends: what was done, empty if the input was clean.
+        input_vertices, input_faces: the input.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+    vertex_origin: IntArray
+    face_origin: IntArray
+    turned: npt.NDArray[np.bool_]
+    collapsed: IntArray
+    mends: tuple[Mend, ...]
+    input_vertices: FloatArray
+    input_faces: IntArray
+
+    def copies(self, of_vertices: Mapping[int, Value]) -> dict[int, Value]:
+        """Values at vertices of the input, such as pins and cones, at every copy of these vertices."""
+        return {
+            v: of_vertices[o] for v, o in enumerate(self.vertex_origin.tolist()) if o in of_vertices
+        }
+
+    def edges(self, pairs: Any) -> IntArray:
+        """(s', 2) edges that come from these (s, 2) vertex pairs of the input, such as seams."""
+        wanted = np.unique(self._keys(np.asarray(as_indices(pairs, "pairs", 2), np.int64)))
+        sides = np.concatenate([self.faces[:, (k, (k + 1) % 3)] for k in range(3)])
+        chosen = np.isin(self._keys(self.vertex_origin[sides].astype(np.int64)), wanted)
+        return np.unique(np.sort(sides[chosen], axis=1), axis=0).astype(np.int32)
+
+    def corners(self, values: npt.ArrayLike) -> npt.NDArray[Any]:
+        """Values (m, 3, ...) at corners of the input, such as UVs, at those of this surface (m', 3, ...)."""
+        given = np.asarray(values)
+        if given.shape[:2] != (len(self.input_faces), 3):
+            raise InvalidInput(
+                f"values must have shape ({len(self.input_faces)}, 3, ...), one for each corner of the input.",
+                code="array of the wrong shape",
+            )
+        return _turned(given[self.face_origin], self.turned)
+
+    def on_input(self, result: Parametrization) -> Parametrization:
+        """A solver's result on this surface as a map of the input, whose vertices come first, whether it added vertices or not.
+
+        Faces that use a vertex twice get points of their neighbours. Turned faces have the input's order of corners
+        again, which runs clockwise in the map. The certificate is the one of this surface, with ``mends``; transitions
+        of seams lead from the face on the left of the edge here.
+        """
+        old, given = len(self.vertices), len(self.input_vertices)
+        added = len(result.vertices) - old
+        number = np.concatenate([self.vertex_origin, given + np.arange(added)]).astype(np.int32)
+        swapped = self.turned[result.parent_face]
+        order = np.argsort(
+            np.concatenate([self.face_origin[result.parent_face], self.collapsed]), kind="stable"
+        )
+
+        def of_corners(
+            values: npt.NDArray[Any], of_collapsed: npt.NDArray[Any]
+        ) -> npt.NDArray[Any]:
+            mine = _turned(values, swapped)
+            both: npt.NDArray[Any] = np.concatenate([mine, of_collapsed.astype(values.dtype)])
+            both = frozen(both[order])
+            return both
+
+        faces = self.input_faces[self.collapsed]
+        at = self._points_of_collapsed(number[result.faces])
+
+        def points(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+            found: npt.NDArray[Any] = np.where((at >= 0)[..., None], values.reshape(-1, 2)[at], 0.0)
+            return found
+
+        new_parent = result.vertex_parent[old:]
+        weights = result.vertex_barycentric[old:]
+        corners = self.input_vertices[self.vertex_origin[self.faces[new_parent]]]
+        moved = (corners != self.vertices[self.faces[new_parent]]).any(axis=(1, 2))
+        vertices = result.vertices[old:].copy()
+        vertices[moved] = np.einsum("vk,vkd->vd", weights[moved], corners[moved])
+        vertex_parent = np.full(given, -1, np.int32)
+        barycentric = np.zeros((given, 3))
+        vertex_parent[self.vertex_origin] = self.face_origin[result.vertex_parent[:old]]
+        barycentric[self.vertex_origin] = _turned(
+            result.vertex_barycentric[:old], self.turned[result.vertex_parent[:old]]
+        )
+        certificate = replace(
+            result.certificate,
+            mends=self.mends,
+            seam_vertices=frozen(number[result.certificate.seam_vertices]),
+        )
+        return replace(
+            result,
+            vertices=frozen(np.concatenate([self.input_vertices, vertices])),
+            faces=of_corners(number[result.faces], faces),
+            uv=of_corners(result.uv, points(result.uv)),
+            uv64=of_corners(result.uv64, points(result.uv64)),
+            _uv32=of_corners(result.uv32(), points(result.uv32())),
+            parent_face=frozen(
+                np.concatenate([self.face_origin[result.parent_face], self.collapsed])[order]
+            ),
+            vertex_parent=frozen(
+                np.concatenate([vertex_parent, self.face_origin[new_parent]]).astype(np.int32)
+            ),
+            vertex_barycentric=frozen(
+                np.concatenate([barycentric, _turned(weights, self.turned[new_parent])])
+            ),
+            cut_edges=frozen(number[result.cut_edges]),
+            certificate=certificate,
+        )
+
+    def _points_of_collapsed(self, faces: IntArray) -> IntArray:
+        """(k, 3) flat corner of the result at each corner of a face that uses a vertex twice; -1: there is none."""
+        any_corner = np.full(len(self.input_vertices), -1, np.int32)
+        flat = faces.ravel()
+        known = flat < len(self.input_vertices)
+        any_corner[flat[known]] = np.flatnonzero(known)
+        at = any_corner[self.input_faces[self.collapsed]]
+        return np.where(at >= 0, at, at.max(axis=1, keepdims=True, initial=-1))
+
+    @staticmethod
+    def _keys(pairs: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+        keys: npt.NDArray[np.int64] = pairs.min(axis=1) << 32 | pairs.max(axis=1)
+        return keys
+
+
+def _turned(values: npt.NDArray[Any], turned: npt.NDArray[np.bool_]) -> npt.NDArray[Any]:
+    """(m, 3, ...) with the second and third of each of these rows in the other order."""
+    result = values.copy()
+    result[turned, 1], result[turned, 2] = values[turned, 2], values[turned, 1]
+    return result
+
+
+@ours_only
+def separate(
+    vertices: Any, faces: Any, *, seams: Any = None, materials: Any = None
+) -> SeparatedSurface:
+    """A clean surface of any triangles, with the way back: see docs/method/separated-surfaces.md.
+
+    Args:
+        vertices: (n, 3). faces: (m, 3), in any order and winding, as many at an edge as there are.
+        seams: (s, 2) vertex pairs. Where more than two faces meet at one, none of them continues another.
+        materials: (m,) whole numbers: where more than two faces meet, those of one material rather go together.
+
+    Raises:
+        InvalidInput for what has no meaning: no faces, indices out of range, coordinates that are not finite, and where
+        every face uses a vertex twice.
+
+    Linear.
+    """
+    face_array = as_indices(faces, "faces", 3)
+    positions = as_vertices(vertices, face_array)
+    rest, triangles, vertex_origin, face_origin, turned, collapsed, mends = _native.separate(
+        positions.scaled,
+        face_array,
+        as_indices([] if seams is None else seams, "seams", 2),
+        as_materials(materials, len(face_array)),
+    )
+    if len(triangles) == 0:
+        raise InvalidInput(
+            "Every face uses a vertex twice, so that there is nothing to map. Delete degenerate faces.",
+            code="face uses a vertex twice",
+        )
+    moved = (rest != positions.scaled[vertex_origin]).any(axis=1)
+    placed = positions.given[vertex_origin]
+    placed[moved] = np.ldexp(rest[moved], positions.exponent)
+    return SeparatedSurface(
+        vertices=frozen(placed),
+        faces=frozen(triangles),
+        vertex_origin=frozen(vertex_origin),
+        face_origin=frozen(face_origin),
+        turned=frozen(turned.astype(bool)),
+        collapsed=frozen(collapsed),
+        mends=tuple(Mend(what, kind, n, frozen(ids)) for what, kind, n, ids in mends),
+        input_vertices=positions.given,
+        input_faces=face_array,
+    )

@@ -1,0 +1,165 @@
+"""Any triangles as a clean surface, and solvers that want one on meshes that are none."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from broken_meshes import KINDS
+
+import flipfree as ff
+
+from judges.any_triangles import judge_any
+from surfaces import bumpy_grid
+
+
+def fin():
+    """A sheet (faces 0 to 31) on which a fin (32 to 39) stands, every third face turned over."""
+    vertices, faces = bumpy_grid(4, 4)
+    spine = [v for v, p in enumerate(vertices) if abs(p[0] - np.median(vertices[:, 0])) < 1e-9]
+    spine.sort(key=lambda v: vertices[v, 1])
+    n = len(vertices)
+    top = vertices[spine] + [0.0, 0.0, 0.5]
+    fin_faces = []
+    for k in range(4):
+        a, b, c, d = spine[k], spine[k + 1], n + k + 1, n + k
+        fin_faces += [(a, b, c), (a, c, d)]
+    faces = np.vstack([faces, fin_faces]).astype(np.int64)
+    faces[1::3] = faces[1::3, [0, 2, 1]]
+    return np.vstack([vertices, top]), faces
+
+
+def part_of(clean, face):
+    """Vertices and faces of the component of this face of the input, with the clean surface's vertex of each."""
+    label = np.arange(len(clean.vertices))
+    for _ in range(len(label)):
+        low = label[clean.faces].min(axis=1)
+        before = label.copy()
+        for k in range(3):
+            np.minimum.at(label, clean.faces[:, k], low)
+        if (label == before).all():
+            break
+    mine = (
+        label[clean.faces[:, 0]]
+        == label[clean.faces[np.flatnonzero(clean.face_origin == face)[0], 0]]
+    )
+    used, compact = np.unique(clean.faces[mine], return_inverse=True)
+    return clean.vertices[used], compact.reshape(-1, 3), used, np.flatnonzero(mine)
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
+def test_whatever_the_mesh_the_surface_is_clean(kind) -> None:
+    vertices, faces = kind(np.random.default_rng(3))
+    clean = ff.separate(vertices, faces)
+    again = ff.separate(clean.vertices, clean.faces)
+    assert again.mends == ()
+    assert np.array_equal(again.faces, clean.faces)
+    named = clean.vertex_origin[clean.faces]
+    named[clean.turned] = named[clean.turned][:, [0, 2, 1]]
+    assert np.array_equal(named, np.asarray(faces)[clean.face_origin])
+    missing = np.setdiff1d(np.arange(len(faces)), clean.face_origin)
+    assert np.array_equal(missing, clean.collapsed)
+
+
+def test_a_clean_surface_stays_as_it_is() -> None:
+    vertices, faces = bumpy_grid(3, 3)
+    clean = ff.separate(vertices, faces)
+    assert clean.mends == ()
+    assert np.array_equal(clean.vertices, vertices)
+    assert np.array_equal(clean.faces, faces)
+
+
+def test_pins_cones_and_seams_go_to_every_copy() -> None:
+    vertices, faces = fin()
+    clean = ff.separate(vertices, faces)
+    spine = faces[32, np.argmin(vertices[faces[32], 2])]
+    copies = clean.copies({int(spine): "here"})
+    assert sorted(copies) == np.flatnonzero(clean.vertex_origin == spine).tolist()
+    assert len(copies) == 2
+    uv = np.random.default_rng(1).random((len(faces), 3, 2))
+    corners = clean.corners(uv)
+    for f, o in enumerate(clean.face_origin):
+        at = {int(v): tuple(p) for v, p in zip(faces[o], uv[o], strict=True)}
+        for v, p in zip(clean.vertex_origin[clean.faces[f]].tolist(), corners[f], strict=True):
+            assert at[v] == tuple(p)
+    ends = clean.vertex_origin[clean.edges(faces[:1, :2])]
+    assert {frozenset(pair) for pair in ends.tolist()} == {frozenset(faces[0, :2].tolist())}
+    assert len(clean.edges(np.zeros((0, 2), int))) == 0
+
+
+@pytest.mark.parametrize("solver", ["conformal", "seamless", "embed", "match"])
+def test_solvers_that_want_a_clean_surface_take_its_parts(solver: str) -> None:
+    vertices, faces = fin()
+    clean = ff.separate(vertices, faces)
+    sheet_vertices, sheet, used, mine = part_of(clean, 0)
+    assert len(sheet) == 32, "the flat sheet stays whole"
+    if solver == "conformal":
+        angles = ff.boundary_angles(sheet_vertices, sheet, "free")
+        result = ff.conformal(sheet_vertices, sheet, angles)
+    elif solver == "seamless":
+        result = ff.seamless(sheet_vertices, sheet)
+    elif solver == "embed":
+        result = ff.embed(sheet_vertices, sheet)
+    else:
+        pinned = {0: (0.0, 0.0), len(sheet_vertices) - 1: (1.0, 1.0)}
+        result = ff.match(sheet_vertices, sheet, points=pinned)
+    assert result.certificate.ok
+
+
+def test_a_refined_map_comes_back_on_the_input() -> None:
+    vertices, faces = fin()
+    faces = np.vstack([faces[:32], [(0, 0, 1)]])  # without the fin; a face that uses a vertex twice
+    clean = ff.separate(vertices[:25], faces)
+    assert clean.collapsed.tolist() == [32]
+    # Pins that turn the middle round: no map on the given triangles meets them.
+    inner = [v for v in range(25) if (np.abs(vertices[v, :2] - vertices[12, :2]) < 0.3).all()]
+    boundary = [v for v in range(25) if v not in inner]
+    targets = {v: (float(vertices[v, 0]), float(vertices[v, 1])) for v in boundary}
+    middle = vertices[12, :2]
+    targets |= {v: tuple((2 * middle - vertices[v, :2]).tolist()) for v in inner if v != 12}
+    solved = ff.match(clean.vertices, clean.faces, points=clean.copies(targets))
+    assert len(solved.vertices) > len(clean.vertices)
+    result = clean.on_input(solved)
+    assert np.array_equal(result.vertices[:25], vertices[:25])
+    assert {mend.what for mend in result.certificate.mends} >= {"faces wound against their part"}
+    # Every triangle lies in its parent, with the parent's winding.
+    for f in range(len(result.faces)):
+        parent = faces[result.parent_face[f]]
+        if len(set(parent.tolist())) < 3:
+            continue
+        normal = [
+            np.cross(p[1] - p[0], p[2] - p[0])
+            for p in (result.vertices[result.faces[f]], vertices[parent])
+        ]
+        assert np.dot(*normal) > 0
+    for v in range(len(result.vertices)):
+        parent = result.vertex_parent[v]
+        place = result.vertex_barycentric[v] @ vertices[faces[parent]]
+        assert np.allclose(place, result.vertices[v], atol=1e-12)
+    assert judge_any(result.faces, result.uv32(), disjoint=False) == []
+    pinned = result.uv32()[result.faces == 0]
+    assert (pinned == np.float32(targets[0])).all()
+
+
+def test_meshes_without_meaning_are_refused_by_name() -> None:
+    with pytest.raises(ff.InvalidInput, match="nothing to map"):
+        ff.separate(np.eye(3), [(0, 0, 1)])
+    with pytest.raises(ff.InvalidInput, match="finite"):
+        ff.separate(np.full((3, 3), np.nan), [(0, 1, 2)])
+    with pytest.raises(ff.InvalidInput, match="materials"):
+        ff.separate(np.eye(3), [(0, 1, 2)], materials=[1, 2])
+
+
+def test_materials_decide_between_faces_at_equal_angles() -> None:
+    corner = [(np.cos(a), np.sin(a)) for a in np.arange(3) * 2 * np.pi / 3]
+    vertices = [(0, 0, 0), (0, 0, 1), *[(x, y, 0) for x, y in corner]]
+    faces = [(0, 1, 2), (0, 1, 3), (0, 1, 4)]
+    for materials in ([0, 0, 1], [0, 1, 0], [1, 0, 0]):
+        result = ff.unwrap(vertices, faces, materials=materials)
+        pairs = [
+            (a, b)
+            for a in range(3)
+            for b in range(a)
+            if np.array_equal(result.uv[a, :2], result.uv[b, :2])
+        ]
+        ((a, b),) = pairs
+        assert materials[a] == materials[b]
