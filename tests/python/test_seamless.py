@@ -280,3 +280,15 @@ def test_the_map_lies_along_the_edges_of_the_mesh() -> None:
     assert map.certificate.max_energy < 1 + 1e-6
     along = np.roll(map.uv, -1, 1) - map.uv
     assert np.abs(along[~slanted]).min(-1).max() < 1e-5
+
+
+def test_padding_avoids_the_edges_that_it_has_not_split_and_takes_all_others() -> None:
+    vertices, faces = torus(9, 7)
+    edges = np.unique(np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
+    cones = random_cones(faces, 1, 8, 5)
+    result = ff.seamless(vertices, faces, cones, engine="padding", uncuttable=edges[::3])
+    assert result.certificate.ok
+    assert result.stats["engine"] == "padding"
+    count = seam_count(result.faces, result.uv)
+    assert count.exact == count.edges > 0
+    assert count.cones == cones

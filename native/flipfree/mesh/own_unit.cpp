@@ -23,6 +23,10 @@ InOwnUnit::InOwnUnit(const Surface& surface) : given_(surface) {
   exponent = std::min(exponent, std::numeric_limits<double>::max_exponent - 1);  // a finite unit
   unit_ = std::ldexp(1.0, exponent);
   scaled_ = surface;
+  // A piece that is tiny beside its distance from the origin would overflow.
+  const Vector3 largest = low.cwiseAbs().cwiseMax(high.cwiseAbs());
+  const bool far = !std::isfinite(std::ldexp(largest.maxCoeff(), -exponent));
+  if (far) scaled_->vertices.rowwise() -= low.transpose();
   for (double& x : scaled_->vertices.reshaped()) x = std::ldexp(x, -exponent);
 }
 

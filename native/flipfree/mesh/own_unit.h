@@ -12,7 +12,8 @@ namespace flipfree::mesh {
 inline constexpr int kOrdinaryExponent = 64;
 
 // A surface divided by a power of two near its extent, which is exact but for what vanishes beside
-// it; as it is if that is within 2^-64 and 2^64. The surface must outlive it. Cost: O(#F).
+// it; as it is if that is within 2^-64 and 2^64. Where that leaves the range of numbers, the
+// surface is moved to the origin first. The surface must outlive it. Cost: O(#F).
 class InOwnUnit {
  public:
   explicit InOwnUnit(const Surface& surface);

@@ -41,6 +41,16 @@ TEST(InOwnUnit, others_have_an_extent_near_one_and_come_back_bit_for_bit) {
   }
 }
 
+TEST(InOwnUnit, a_tiny_piece_far_away_is_moved_to_the_origin) {
+  Surface surface = test::grid(2, 2);
+  surface.vertices *= 1e-112;
+  surface.vertices.col(2).setConstant(1e265);
+  const InOwnUnit own(surface);
+  EXPECT_TRUE(own.surface().vertices.allFinite());
+  EXPECT_GE(extent(own.surface()), 0.25);
+  EXPECT_EQ(own.surface().vertices.col(2).maxCoeff(), 0.0);
+}
+
 TEST(InOwnUnit, vertices_of_no_face_have_no_say) {
   Surface surface = test::grid(2, 2);
   surface.vertices.conservativeResize(10, 3);

@@ -1,13 +1,16 @@
 #include "flipfree/seamless/padding/engine/padding.h"
 
+#include <algorithm>
 #include <numbers>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/in_time.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/certify/certified_map.h"
+#include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/validate.h"
 #include "flipfree/seamless/padding/geometry/padded_metric.h"
 
@@ -66,6 +69,24 @@ class Solver {
   std::optional<PaddedMetric> padded_;
 };
 
+// The pairs that are still edges of the refined surface.
+IndexPairs edges_left(const IndexPairs& pairs, const mesh::Surface& surface) {
+  std::vector<std::pair<VertexId, VertexId>> edges;
+  for (HalfedgeId h = 0; pairs.rows() > 0 && h < static_cast<HalfedgeId>(surface.faces.size());
+       ++h) {
+    edges.push_back(std::minmax({mesh::source(surface.faces, h), mesh::target(surface.faces, h)}));
+  }
+  std::sort(edges.begin(), edges.end());
+  IndexPairs left(pairs.rows(), 2);
+  Eigen::Index count = 0;
+  for (Eigen::Index i = 0; i < pairs.rows(); ++i) {
+    const std::pair<VertexId, VertexId> pair = std::minmax({pairs(i, 0), pairs(i, 1)});
+    if (std::binary_search(edges.begin(), edges.end(), pair)) left.row(count++) = pairs.row(i);
+  }
+  left.conservativeResize(count, 2);
+  return left;
+}
+
 PennerMap map_in_time(const mesh::Surface& surface, const std::vector<Index>& cones,
                       const CutMaker& make_cut, const PennerMapOptions& options,
                       ExecutionContext& context) {
@@ -81,6 +102,7 @@ PennerMap map_in_time(const mesh::Surface& surface, const std::vector<Index>& co
       static_cast<std::int64_t>(pieces.surface.vertices.rows() - surface.vertices.rows());
   PennerMapOptions own = options;
   own.metric.max_seconds = 0.0;
+  own.uncuttable = edges_left(options.uncuttable, pieces.surface);
   Solver solver(pieces, stats);
   own.solver = [&](const mesh::Surface& component, const std::vector<Index>& own_cones,
                    const std::optional<std::vector<LoopTurn>>&, const PennerOptions& metric,
