@@ -7,15 +7,17 @@ mesh_io       Blender meshes <-> arrays            compat   Blender's versions
 errors        what the user is told                cli      blender -b -c flipfree ...
 solver        the package flipfree (a wheel)       menus    where all this appears
 fields/*      field-aligned maps; field and cones drawn over the model
+preferences   what holds for all operators
 """
 
 import bpy
 
-from . import cli, menus, modal, solver
+from . import cli, menus, modal, preferences, solver
 from .fields import drawing, field_aligned
 from .operators import check, conformal, improve, match, seamless, select, unwrap
 
 _CLASSES = (
+    *preferences.CLASSES,
     *unwrap.CLASSES,
     *match.CLASSES,
     *improve.CLASSES,

@@ -19,6 +19,13 @@ def unwrap_menu() -> type:
     return bpy.types.IMAGE_MT_uvs_unwrap
 
 
+def face_materials(mesh: bpy.types.Mesh) -> np.ndarray:
+    """(#faces,) int32: the material slot of each."""
+    if "material_index" not in mesh.attributes:  # all have the first
+        return np.zeros(len(mesh.polygons), np.int32)
+    return _values(mesh, "material_index", "value", (len(mesh.polygons),), np.int32)
+
+
 def uv_values(mesh: bpy.types.Mesh, layer_name: str) -> np.ndarray:
     """(#loops, 2) float32. `layer.data` has the same values fifty times slower."""
     values = np.empty((len(mesh.loops), 2), dtype=np.float32)

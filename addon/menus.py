@@ -16,6 +16,7 @@ ENTRIES = (
     "uv.flipfree_check",
     "uv.flipfree_select_poor",
     "uv.flipfree_select_failed",
+    "uv.flipfree_select_mends",
 )
 
 

@@ -18,7 +18,7 @@ import bpy
 
 import flipfree
 
-from . import errors
+from . import errors, mends
 from .meshes import mesh_io
 
 _INTERVAL = 0.1  # seconds between looks at the solver
@@ -49,6 +49,8 @@ class Task:
     judged = ()
     # Of the task's progress, what its present job makes.
     span = (0.0, 1.0)
+    # Said with the failure in whose place it is done (instead()): what of the object stays as it was.
+    leaves_out = ""
     # {code of an error: what to do about it}, where the usual text does not help.
     cures: dict[str, str] = {}
 
@@ -168,6 +170,8 @@ class Run:
         self._job = None
         other = None if self._cancelled else task.instead()
         if other is not None:
+            if other.leaves_out:
+                self.failures[-1].message += f". {other.leaves_out}"
             self._waiting.append(other)
 
     def cancel(self):
@@ -332,6 +336,7 @@ class SolverOperator:
     # ----------------------------------------------------------------------------------------------
     def _start(self, context) -> Run | None:
         errors.remember([])
+        mends.forget()
         try:
             return self.make_run(context)
         except mesh_io.MeshProblem as problem:
@@ -348,6 +353,7 @@ class SolverOperator:
             self._report_failures(run.failures, written=bool(run.done))
         if not run.done:
             return {"CANCELLED"}
+        mends.remember(run.done)
         text = f"{self.summary(run.done)}, {seconds:.2f} s"
         if run.ended_early:
             text += ", accepted early"

@@ -5,6 +5,7 @@ import json
 import math
 import sys
 
+from . import mends
 from .operators import common
 
 _COUNTS = (
@@ -37,6 +38,10 @@ def of_task(task, line: str, advice: str) -> dict:
     record["poor"] = any(c.poor for c in certificates)
     record["poor_islands"] = common.poor_islands([task])
     record["separated"] = common.mends(certificates)
+    record["mends"] = [
+        {"what": m.what, "count": m.count, "kind": m.kind, "elements": m.elements.tolist()}
+        for m in mends.of_task(task)
+    ]
     record["warnings"] = [advice] if advice else []
     record["errors"] = []
     return record

@@ -2,7 +2,6 @@
 """The solver package as the extension uses it: the version handshake and the calls that start jobs."""
 
 import math
-import os
 import tomllib
 from pathlib import Path
 
@@ -11,7 +10,7 @@ import numpy as np
 import flipfree
 from flipfree import jobs
 
-THREADS = max(1, min(os.cpu_count() or 1, 8))
+from .preferences import threads
 
 
 def check_version() -> None:
@@ -33,7 +32,7 @@ def certify(snapshot, uv, *, pins=None, bijective=False, disjoint=False):
         pins=pins,
         bijective=bijective,
         disjoint=disjoint,
-        threads=THREADS,
+        threads=threads(),
     )
 
 
@@ -45,7 +44,7 @@ def certify_arrays(vertices, faces, uv, *, bijective):
         compact.reshape(-1, 3).astype(np.int32),
         uv,
         bijective=bijective,
-        threads=THREADS,
+        threads=threads(),
     )
 
 
@@ -58,20 +57,21 @@ def unwrap(snapshot, *, pins, bijective, may_add_cuts, cut_extremities, margin, 
         snapshot.triangles,
         cuts=snapshot.cuts,
         uncuttable=snapshot.diagonals,
+        materials=snapshot.materials,
         pins=pins or None,
         bijective=bijective,
         may_add_cuts=may_add_cuts,
         cut_extremities=cut_extremities,
         margin=margin,
         place_like=old,
-        threads=THREADS,
+        threads=threads(),
     )
 
 
 def unwrap_island(island, *, bijective):
     """Starts the unwrap of one island without pins."""
     return jobs.unwrap(
-        island.vertices, island.faces, bijective=bijective, may_add_cuts=False, threads=THREADS
+        island.vertices, island.faces, bijective=bijective, may_add_cuts=False, threads=threads()
     )
 
 
@@ -82,7 +82,7 @@ def settle(island, uv, pins, *, bijective):
         pins=pins,
         keep_bijective=bijective,
         iterations=0,
-        threads=THREADS,
+        threads=threads(),
     )
 
 
@@ -93,7 +93,7 @@ def improve(snapshot, *, pins, bijective, iterations):
         pins=pins or None,
         keep_bijective=bijective,
         iterations=iterations,
-        threads=THREADS,
+        threads=threads(),
     )
 
 
@@ -124,7 +124,7 @@ def pack(
         obstacles=obstacles,
         density=density,
         place_like=place_like,
-        threads=THREADS,
+        threads=threads(),
     )
 
 
@@ -139,7 +139,7 @@ def boundary_angles(snapshot, *, boundary, cones, corners):
         boundary,
         cones=cones,
         corners=corners if boundary == "straight" else None,
-        threads=THREADS,
+        threads=threads(),
     )
 
 
@@ -152,7 +152,7 @@ def conformal(snapshot, angles, refined_start):
         cuts=snapshot.cuts,
         uncuttable=snapshot.diagonals,
         intrinsic_refinement=refined_start,
-        threads=THREADS,
+        threads=threads(),
     )
 
 
@@ -163,7 +163,7 @@ def suggest_cones(snapshot, *, bound, quarter_turns):
         snapshot.triangles,
         bound=bound,
         quarter_turns=quarter_turns,
-        threads=THREADS,
+        threads=threads(),
     )
 
 
@@ -178,7 +178,7 @@ def seamless(snapshot, quarters, *, engine, boundary, optimise):
         boundary=boundary,
         optimise=optimise,
         uncuttable=snapshot.diagonals,
-        threads=THREADS,
+        threads=threads(),
     )
 
 
@@ -221,7 +221,7 @@ def certify_seamless(result, quarters):
         result.uv32(),
         cones={v: k * math.pi / 2 for v, k in quarters.items()},
         seamless=True,
-        threads=THREADS,
+        threads=threads(),
     )
 
 
@@ -236,5 +236,5 @@ def match(island, *, points, lines, boundary_loop, boundary_uv, bijective, max_s
         boundary_uv=boundary_uv,
         bijective=bijective,
         max_seconds=max_seconds,
-        threads=THREADS,
+        threads=threads(),
     )

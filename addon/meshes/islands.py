@@ -58,6 +58,11 @@ class Island:
         return np.unique(np.sort(ends, axis=1), axis=0)
 
 
+def seam_islands(snapshot) -> np.ndarray:
+    """(#St,) smallest triangle of each triangle's seam island."""
+    return labels.face_components(mesh_io.split_fans(snapshot.triangles, snapshot.cuts)[0])
+
+
 def islands_of(snapshot, cuts: np.ndarray | None = None) -> list[Island]:
     """Islands by their first triangle. cuts: (s, 2) submesh vertex pairs; default the snapshot's seams."""
     cuts = snapshot.cuts if cuts is None else cuts
@@ -133,7 +138,7 @@ def combine(snapshot, pieces: list[Piece], cut_edges: np.ndarray | None = None) 
         uv=np.concatenate(uv)[order],
         stored=np.concatenate(stored)[order],
     )
-    _close_seams(snapshot, combined)
+    close_seams(snapshot, combined)
     return combined
 
 
@@ -153,7 +158,7 @@ def _rim_points(snapshot, combined) -> dict[tuple[int, int], list[tuple[float, i
     return {key: sorted(found) for key, found in points.items()}
 
 
-def _close_seams(snapshot, combined) -> None:
+def close_seams(snapshot, combined) -> None:
     """Gives every triangle beside an edge with new vertices all of these."""
     points = _rim_points(snapshot, combined)
     if not points:

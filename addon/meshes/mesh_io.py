@@ -45,6 +45,7 @@ class Snapshot:
     vertex_ids: np.ndarray  # (#Sv,) mesh vertex of each
     triangle_loops: np.ndarray  # (#St, 3) mesh loops
     triangle_face: np.ndarray  # (#St,) mesh face
+    materials: np.ndarray  # (#St,) slot of the face's material
     inner_sides: np.ndarray  # (#St, 3) bool: the side from corner k to the next lies inside a face
     uv: np.ndarray  # (#loops, 2) float32; zeros without a UV map
     pinned: np.ndarray  # (#loops,) bool
@@ -53,6 +54,9 @@ class Snapshot:
     # (k, 3) mesh loops of the triangles that are not worked on.
     other_loops: np.ndarray = field(default_factory=lambda: np.zeros((0, 3), np.int32))
     counts: tuple = field(default=())  # to notice that the mesh was changed meanwhile
+    # Of a snapshot that was made a clean surface (separated.py): what it was, and flipfree.SeparatedSurface.
+    whole: "Snapshot | None" = None
+    clean: object = None
 
     @property
     def corner_uv(self) -> np.ndarray:
@@ -89,9 +93,16 @@ class Snapshot:
             vertex_ids=self.vertex_ids[used],
             triangle_loops=self.triangle_loops[triangles],
             triangle_face=self.triangle_face[triangles],
+            materials=self.materials[triangles],
             inner_sides=self.inner_sides[triangles],
         )
         return part, used
+
+    def without(self, triangles: np.ndarray) -> "Snapshot":
+        """A snapshot of the other triangles, which leaves these where they are."""
+        rest, _ = self.part(np.setdiff1d(np.arange(len(self.triangles)), triangles))
+        kept = np.concatenate([self.other_loops, self.triangle_loops[triangles]])
+        return replace(rest, other_loops=kept)
 
 
 def _get(collection, name: str, count: int, dtype, width: int = 1) -> np.ndarray:
@@ -176,6 +187,7 @@ def _read(name: str, mesh, only_selected: bool, uv_selection: bool) -> Snapshot:
         vertex_ids=vertex_ids,
         triangle_loops=loops,
         triangle_face=faces,
+        materials=compat.face_materials(mesh)[faces],
         inner_sides=inner,
         uv=compat.uv_values(mesh, layer_name)
         if layer_name
@@ -348,6 +360,17 @@ def edge_ids(snapshot: Snapshot, submesh_pairs: np.ndarray) -> np.ndarray:
     """Ids of the mesh's edges between these submesh vertices; pairs that are no edge (diagonals) are left out."""
     pairs = snapshot.vertex_ids[np.asarray(submesh_pairs, dtype=np.int64).reshape(-1, 2)]
     return np.flatnonzero(_members(labels.edge_keys(snapshot.edges), labels.edge_keys(pairs)))
+
+
+def triangles_at(snapshot: Snapshot, kind: str, elements) -> np.ndarray:
+    """The snapshot's triangles at elements that the solver names (see flipfree.errors), those it does not know left out."""
+    ids = np.asarray(elements, dtype=np.int64).ravel()
+    if kind in ("vertex", "edge"):
+        return np.flatnonzero(np.isin(snapshot.triangles, ids).any(axis=1))
+    if kind in ("face", "corner"):
+        faces = ids // 3 if kind == "corner" else ids
+        return np.unique(faces[faces < len(snapshot.triangles)])
+    return np.zeros(0, np.int64)
 
 
 def to_mesh_elements(snapshot: Snapshot, kind: str, elements) -> tuple[str, np.ndarray]:

@@ -50,6 +50,9 @@ def plan(snapshot: mesh_io.Snapshot, result) -> Plan:
     aligned = np.zeros((triangles, 3, 2), np.float32)
     for child in np.flatnonzero(whole[result.parent_face]).tolist():
         parent = result.parent_face[child]
+        if np.array_equal(result.faces[child], snapshot.triangles[parent]):
+            aligned[parent] = uv[child]  # also where a vertex is used twice
+            continue
         order = [_corner_of(snapshot.triangles[parent], v) for v in result.faces[child].tolist()]
         aligned[parent, order] = uv[child]
     broken |= set(mesh_io.torn_faces(snapshot, aligned).tolist())

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 
 from .. import modal, solver
-from ..meshes import cones, islands, labels, mesh_io
+from ..meshes import cones, islands, labels, mesh_io, separated
 from . import common, cone_sums, options, parts
 
 # Radians by which a 32-bit cone angle may be off its 64-bit value (half a unit in the last place below 64).
@@ -176,6 +176,7 @@ def target_angles(part, cones: dict[int, float], boundary: np.ndarray) -> np.nda
 
 
 def make_task(snapshot, **options) -> ConformalTask:
+    snapshot = separated.separated(snapshot)
     marked, boundary = cone_sums.marked(bpy.data.objects[snapshot.object_name], snapshot)
     return ConformalTask(snapshot, marked, boundary, **options)
 
@@ -277,7 +278,7 @@ class UV_OT_flipfree_suggest_cones(options.MapOperator, bpy.types.Operator):
     )
 
     def make_task(self, snapshot, **options):
-        return SuggestTask(snapshot, **options)
+        return SuggestTask(separated.separated(snapshot), **options)
 
     def summary(self, tasks):
         count = sum(len(t.cones) for t in tasks)

@@ -29,6 +29,9 @@ class ImproveTask(modal.StagedTask, MapTask):
         self.packs = pack
         self.margin = margin
 
+    def island_labels(self):
+        return labels.island_labels(self.snapshot.triangles, self.snapshot.corner_uv)
+
     def stages(self):
         snapshot = self.snapshot
         common.refuse_nonfinite_uvs(snapshot)

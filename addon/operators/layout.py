@@ -32,6 +32,10 @@ def joint_of(context, snapshots):
 def joint(done: list, obstacles=None) -> "JointLayout | None":
     """The task that lays out what these tasks found; None if their solvers have done so, or none wants it."""
     tasks = [task for task in done if getattr(task, "packs", False)]
+    kept = [task.snapshot.uv[task.snapshot.other_loops] for task in tasks if task.leaves_out]
+    if kept:
+        known = [] if obstacles is None else [obstacles]
+        obstacles = _laid_out(np.concatenate([*known, *kept]).astype(np.float64))
     alone = len(tasks) == 1 and tasks[0].packs_alone and (obstacles is None or not len(obstacles))
     return None if not tasks or alone else JointLayout(done, tasks, obstacles)
 

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 
 from .. import solver
-from ..meshes import islands, labels, mesh_io, refine
+from ..meshes import islands, labels, mesh_io, refine, separated
 from . import common, layout, options, parts
 
 GROUP = refine.PIN_GROUP
@@ -279,6 +279,7 @@ def summary(tasks: list[MatchTask]) -> str:
 
 
 def make_task(snapshot, **options) -> MatchTask:
+    snapshot = separated.separated(snapshot)
     return MatchTask(snapshot, _group_vertices(bpy.data.objects[snapshot.object_name]), **options)
 
 

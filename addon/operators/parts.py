@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Tasks that hand parts of an object to the solver one by one, and write one map of all."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from .. import modal, solver
-from ..meshes import mesh_io, refine
+from ..meshes import mesh_io, refine, separated
 from . import common
 
 
@@ -26,11 +28,17 @@ class PartsTask(modal.StagedTask):
     def checked(self, result):
         """The result of a part, its certificate kept for the report."""
         common.refuse_uncertified(self.snapshot, result.certificate)
-        self.certificates.append(result.certificate)
         _, triangles = self.solving
         faces = self.snapshot.triangle_face[triangles[result.parent_face]]
-        self.judged.append(common.Judged(result.certificate, faces))
+        self.judge(result.certificate, faces)
         return result
+
+    def judge(self, certificate, faces):
+        """Keeps a certificate for the report; the first one lists what the whole mesh was separated for."""
+        if self.snapshot.clean is not None and not self.judged:
+            certificate = replace(certificate, mends=self.snapshot.clean.mends)
+        self.certificates.append(certificate)
+        self.judged.append(common.Judged(certificate, faces))
 
     def look_at_islands(self):
         """Last stage: counts the islands that lie on each other in the map as it will be stored."""
@@ -55,14 +63,13 @@ class PartsTask(modal.StagedTask):
             error.kind, error.elements = "face", triangles.tolist()
 
     def write(self, ob):
-        if refine.needs_new_faces(self.snapshot, self.result):
-            self.new_vertices = refine.write(
-                ob, self.snapshot, self.result, mark_cuts=self.mark_cuts
-            )
+        snapshot, result = separated.on_whole(self.snapshot, self.result)
+        if refine.needs_new_faces(snapshot, result):
+            self.new_vertices = refine.write(ob, snapshot, result, mark_cuts=self.mark_cuts)
             return
-        loops, values = mesh_io.loop_values(self.snapshot, self.result.uv32())
-        seams = mesh_io.edge_ids(self.snapshot, self.result.cut_edges) if self.mark_cuts else None
-        mesh_io.write_uv(ob, self.snapshot, loops, values, seams)
+        loops, values = mesh_io.loop_values(snapshot, result.uv32())
+        seams = mesh_io.edge_ids(snapshot, result.cut_edges) if self.mark_cuts else None
+        mesh_io.write_uv(ob, snapshot, loops, values, seams)
 
 
 def added(tasks: list[PartsTask]) -> str:

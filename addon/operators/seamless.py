@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 
 from .. import solver
-from ..meshes import cones, islands, labels, mesh_io, refine, turns
+from ..meshes import cones, islands, labels, mesh_io, refine, separated, turns
 from . import common, cone_sums, options, parts
 
 # Quarter turns by which a 32-bit cone angle may be off a whole number.
@@ -129,9 +129,8 @@ class SeamlessTask(parts.PartsTask):
         self.span = (0.9, 1.0)
         judged = yield solver.certify_seamless(self.result, self.quarters)
         common.refuse_uncertified(self.snapshot, judged)
-        self.certificates = [judged]
         faces = self.snapshot.triangle_face[found.parent_face]
-        self.judged = [common.Judged(judged, faces)]
+        self.judge(judged, faces)
         self.island_overlaps = max(judged.island_overlaps, 0)
 
     def _marked_quarters(self):
@@ -187,14 +186,15 @@ class SeamlessTask(parts.PartsTask):
         if mesh_io.counts(ob) == self.snapshot.counts:
             self.mark(ob)  # before the mesh is refined: ids hold still
         wanted = self.turns if self.mark_cuts else None
-        if refine.needs_new_faces(self.snapshot, self.result):
+        snapshot, result = separated.on_whole(self.snapshot, self.result)
+        if refine.needs_new_faces(snapshot, result):
             self.new_vertices = refine.write(
-                ob, self.snapshot, self.result, mark_cuts=self.mark_cuts, cut_turns=wanted
+                ob, snapshot, result, mark_cuts=self.mark_cuts, cut_turns=wanted
             )
             return
         super().write(ob)
         if wanted is not None:
-            turns.write(ob, self.snapshot, self.result.cut_edges, wanted)
+            turns.write(ob, snapshot, result.cut_edges, wanted)
 
 
 def in_unit_square(uv: np.ndarray) -> np.ndarray:
@@ -206,6 +206,7 @@ def in_unit_square(uv: np.ndarray) -> np.ndarray:
 
 
 def make_task(snapshot, **options) -> SeamlessTask:
+    snapshot = separated.separated(snapshot)
     marked, boundary = cone_sums.marked(bpy.data.objects[snapshot.object_name], snapshot)
     return SeamlessTask(snapshot, marked, boundary, **options)
 

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Select Where It Failed, Select Distorted Islands: what a report speaks of, shown in the viewport or the UV editor."""
+"""Select Where It Failed, Mends, Distorted Islands: what a report speaks of, shown in the viewport or the UV editor."""
 
 import bpy
 import numpy as np
 
-from .. import compat, errors, modal, solver
+from .. import compat, errors, mends, modal, solver
 from ..meshes import labels, mesh_io, selection
 from . import common, options
 
@@ -64,6 +64,42 @@ class UV_OT_flipfree_select_failed(bpy.types.Operator):
             return {"CANCELLED"}
         show(context, [(ob, failure.kind, failure.elements) for ob, failure in found])
         counts = [common.plural(len(f.elements), f.kind, _MANY[f.kind]) for _, f in found]
+        self.report({"INFO"}, f"{', '.join(counts)} selected")
+        return {"FINISHED"}
+
+
+class UV_OT_flipfree_select_mends(bpy.types.Operator):
+    bl_idname = "uv.flipfree_select_mends"
+    bl_label = "Select Mends"
+    bl_description = (
+        "Select what the last report calls separated: edges with more than two faces, vertices where parts touch, faces without "
+        "area and the like. They are mapped; the mesh stays as it is"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        if context.mode not in {"OBJECT", "EDIT_MESH"}:
+            cls.poll_message_set("Works in Object Mode and in Edit Mode of meshes")
+            return False
+        if not mends.there_are():
+            cls.poll_message_set("The last run separated nothing")
+            return False
+        return True
+
+    def execute(self, context):
+        found = mends.places()
+        if context.mode == "EDIT_MESH":
+            editing = set(context.objects_in_mode)
+            found = [place for place in found if place[0] in editing]
+        if not found:
+            self.report(
+                {"ERROR"},
+                "The mesh is no longer the one that was separated, or not the one in Edit Mode. Run the operator again",
+            )
+            return {"CANCELLED"}
+        show(context, found)
+        counts = [common.plural(len(ids), kind, _MANY[kind]) for _, kind, ids in found]
         self.report({"INFO"}, f"{', '.join(counts)} selected")
         return {"FINISHED"}
 
@@ -128,4 +164,8 @@ class UV_OT_flipfree_select_poor(options.MapOperator, bpy.types.Operator):
         return f"{count} distorted badly, now selected. Mark more seams there and unwrap again"
 
 
-CLASSES = (UV_OT_flipfree_select_failed, UV_OT_flipfree_select_poor)
+CLASSES = (
+    UV_OT_flipfree_select_failed,
+    UV_OT_flipfree_select_mends,
+    UV_OT_flipfree_select_poor,
+)

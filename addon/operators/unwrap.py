@@ -1,18 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Unwrap Flip-Free: one flip-free island per seam island (thesis 3.2, docs/unwrap.md)."""
 
+import copy
 import dataclasses
 
 import bpy
 import numpy as np
 
 from .. import modal, solver
-from ..meshes import mesh_io, selection
+from ..meshes import islands, mesh_io, selection
 from . import common, options
 
 
 class MapTask(modal.Task):
-    """A task whose result is a map on the mesh's own triangles. Subclasses have `bijective`, `use_pins` and `margin`."""
+    """A task whose result is a map on the mesh's own triangles. Subclasses have `bijective`, `use_pins` and `margin`.
+
+    Islands that the solver names as the place of an error keep their UVs; the task is done again without them.
+    """
 
     packs = True  # takes part in a layout of all objects
     packs_alone = True  # what the solver returned is such a layout if no other object takes part
@@ -22,9 +26,30 @@ class MapTask(modal.Task):
         super().__init__(snapshot)
         self.result = None
         self._loops = self._values = None
+        self._failed = np.zeros(0, np.int64)  # triangles of the islands that an error names
 
     def pins(self) -> dict:
         return common.pins_of(self.snapshot) if self.use_pins else {}
+
+    def island_labels(self) -> np.ndarray:
+        """(#St,) the same number for triangles of one of the islands that the solver maps on their own."""
+        return islands.seam_islands(self.snapshot)
+
+    def explain(self, error):
+        named = mesh_io.triangles_at(self.snapshot, error.kind, error.elements)
+        if len(named):
+            label = self.island_labels()
+            self._failed = np.flatnonzero(np.isin(label, label[named]))
+
+    def instead(self):
+        if not 0 < len(self._failed) < len(self.snapshot.triangles):
+            return None
+        rest = copy.copy(self)
+        rest.snapshot = self.snapshot.without(self._failed)
+        rest._failed = self._failed[:0]
+        rest.packs_alone = False  # what was left out keeps its place
+        rest.leaves_out = "Its island keeps its UVs, the others were mapped"
+        return rest
 
     def collect(self, result):
         self.take(result)

@@ -206,3 +206,31 @@ def exact_flips(ob):
         (ax, ay), (bx, by), (cx, cy) = (map(Fraction, map(float, t)) for t in (p, q, r))
         flips += (bx - ax) * (cy - ay) - (by - ay) * (cx - ax) <= 0
     return flips
+
+
+def face_of_triangles(ob):
+    ob.data.calc_loop_triangles()
+    return [t.polygon_index for t in ob.data.loop_triangles]
+
+
+def triangles_of(ob):
+    """((m, 3) vertices, (m, 3, 2) UVs) of the mesh as Blender triangulates it."""
+    mesh = ob.data
+    mesh.calc_loop_triangles()
+    loops = np.array([t.loops for t in mesh.loop_triangles])
+    vertices = np.array([loop.vertex_index for loop in mesh.loops])
+    return vertices[loops], uv_of(ob)[loops]
+
+
+def edges_with_loose_ends(ob):
+    """Vertices that lie inside an edge of which they are no end: where a mesh came apart."""
+    points = np.array([v.co for v in ob.data.vertices], float)
+    found = []
+    for edge in ob.data.edges:
+        a, b = points[list(edge.vertices)]
+        way = b - a
+        share = (points - a) @ way / max(way @ way, 1e-30)
+        off = np.linalg.norm(points - a - share[:, None] * way, axis=1)
+        near = (off < 1e-5) & (share > 1e-3) & (share < 1 - 1e-3)
+        found += [(edge.index, int(v)) for v in np.flatnonzero(near)]
+    return found

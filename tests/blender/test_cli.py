@@ -88,9 +88,11 @@ def test_packing_is_no_option_of_unwrap(two_sheets, tmp_path):
 
 def test_a_bad_mesh_gives_status_1_and_no_file(tmp_path):
     path = tmp_path / "bad.obj"
-    path.write_text("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n")
-    result = command("conformal", path, tmp_path / "out.obj")
-    assert result.returncode == 1 and "without area" in result.stdout + result.stderr
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    result = command("seamless", path, tmp_path / "out.obj")
+    assert (
+        result.returncode == 1 and "cannot turn by 4 quarter turns" in result.stdout + result.stderr
+    )
     assert not (tmp_path / "out.obj").exists()
 
 

@@ -15,11 +15,6 @@ import shapes
 REPOSITORY = Path(__file__).parents[2]
 
 
-def conformal(**options):
-    """Needs a clean surface, which Unwrap Flip-Free makes itself."""
-    return bpy.ops.uv.flipfree_conformal(**options)
-
-
 def refused(ob, *expected, operator=None, **options):
     """The operator refuses with a message that has all of `expected` and leaves everything alone."""
     before, chosen = shapes.everything(ob), shapes.selection(ob)
@@ -74,56 +69,46 @@ def test_coordinate_that_is_no_number():
     assert shapes.shown("vertex") == [5]
 
 
-def test_edge_with_three_faces():
-    ob = shapes.add(
-        "Book",
-        [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, -1, 0.5), (0, 0, 1)],
-        [(0, 1, 2), (1, 0, 3), (0, 1, 4)],
-        uv=True,
-    )
-    refused(ob, "edge", "more than two faces", operator=conformal)
-    edge = next(e.index for e in ob.data.edges if set(e.vertices) == {0, 1})
-    assert shapes.shown("edge") == [edge]
+def defects():
+    square = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+    return {
+        "edge with three faces": (
+            [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, -1, 0.5), (0, 0, 1)],
+            [(0, 1, 2), (1, 0, 3), (0, 1, 4)],
+        ),
+        "faces that look to opposite sides": (
+            [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, -1, 0)],
+            [(0, 1, 2), (0, 1, 3)],
+        ),
+        "zero area": (
+            [(0, 0, 0), (1, 0, 0), (2, 0, 0), (1, 1, 0)],
+            [(0, 1, 3), (1, 2, 3), (2, 1, 0)],
+        ),
+        "zero length": ([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 1, 0)], [(0, 1, 2), (1, 3, 2)]),
+        "duplicate": (square, [(0, 1, 2), (0, 2, 3), (0, 1, 2)]),
+    }
 
 
-def test_faces_that_look_to_opposite_sides():
-    ob = shapes.add(
-        "Twist", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, -1, 0)], [(0, 1, 2), (0, 1, 3)], uv=True
-    )
-    refused(ob, "edge", "opposite sides", "Recalculate Outside", operator=conformal)
-    assert len(shapes.shown("edge")) == 1
+@pytest.mark.parametrize("name", defects())
+@pytest.mark.parametrize("operator", ["unwrap", "conformal"])
+def test_no_operator_refuses_a_mesh_that_is_no_clean_surface(name, operator):
+    shapes.add("Broken", *defects()[name], uv=True)
+    assert getattr(bpy.ops.uv, f"flipfree_{operator}")() == {"FINISHED"}
+    assert bpy.ops.uv.flipfree_select_mends.poll()
 
 
-def test_zero_area_face():
-    ob = shapes.add(
-        "Sliver",
-        [(0, 0, 0), (1, 0, 0), (2, 0, 0), (1, 1, 0)],
-        [(0, 1, 3), (1, 2, 3), (2, 1, 0)],
-        uv=True,
-    )
-    refused(ob, "face 2", "without area", "Degenerate Dissolve", operator=conformal)
-    assert shapes.shown("face") == [2]
-
-
-def test_zero_length_edge():
-    ob = shapes.add(
-        "Double", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 1, 0)], [(0, 1, 2), (1, 3, 2)], uv=True
-    )
-    refused(ob, "edge", "no length", "By Distance", operator=conformal)
-
-
-def test_duplicate_face():
-    vertices = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
-    ob = shapes.add("Twice", vertices, [(0, 1, 2), (0, 2, 3), (0, 1, 2)], uv=True)
-    refused(ob, "face 2", "same vertices", operator=conformal)
-
-
-def test_pin_that_is_no_number():
+def with_a_pin_that_is_no_number():
+    """At face 2 of a grid."""
     ob = shapes.grid(3, uv=True)
     uv = shapes.uv_of(ob)
     uv[9] = np.nan
     shapes.set_uv(ob, uv)
     shapes.set_pins(ob, [9])
+    return ob
+
+
+def test_pin_that_is_no_number():
+    ob = with_a_pin_that_is_no_number()
     refused(ob, "face 2", "pinned UV", "Alt P")
     assert shapes.shown("face") == [2]
 
@@ -162,16 +147,12 @@ def test_one_bad_object_does_not_spoil_the_others(capfd):
 
 @pytest.mark.parametrize("mode", ["VERT", "EDGE", "FACE"])
 def test_the_selection_before_a_failed_run_in_edit_mode_is_kept(mode):
-    flat = [(5 + x, y, 0) for x, y in ((0, 0), (1, 0), (2, 0))]
-    good = shapes.grid(3, "Good", uv=True).data
-    vertices = [tuple(v.co) for v in good.vertices] + flat
-    faces = [tuple(f.vertices) for f in good.polygons] + [(16, 17, 18)]
-    ob = shapes.add("Part", vertices, faces, uv=True)
+    ob = with_a_pin_that_is_no_number()
     bpy.ops.object.mode_set(mode="EDIT")
     bpy.ops.mesh.select_mode(type=mode)
     bpy.ops.mesh.select_all(action="SELECT")
-    refused(ob, "face 9", "without area", operator=conformal)
-    assert shapes.shown("face") == [9]
+    refused(ob, "face 2", "pinned UV")
+    assert shapes.shown("face") == [2]
 
 
 def test_select_where_it_failed_is_off_after_a_run_that_went_well():
@@ -185,8 +166,8 @@ def test_select_where_it_failed_is_off_after_a_run_that_went_well():
 
 
 def test_places_of_a_mesh_that_changed_are_not_shown():
-    ob = shapes.add("Double", [(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(0, 1, 2)], uv=True)
-    refused(ob, "face 0", "without area", operator=conformal)
+    ob = with_a_pin_that_is_no_number()
+    refused(ob, "face 2", "pinned UV")
     bpy.ops.object.mode_set(mode="EDIT")
     bpy.ops.mesh.select_all(action="SELECT")
     bpy.ops.mesh.subdivide()
@@ -194,34 +175,38 @@ def test_places_of_a_mesh_that_changed_are_not_shown():
         bpy.ops.uv.flipfree_select_failed()
 
 
+def flipped_grid(name, faces):
+    """Mapped by x, y, but for these faces, which lie apart and upside down."""
+    ob = shapes.grid(3, name, uv=True)
+    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    uv = np.array([ob.data.vertices[v].co[:2] for v in corner], np.float32)
+    for face in faces:
+        for loop in ob.data.polygons[face].loop_indices:
+            uv[loop] = uv[loop] * (-1, 1) + 5
+    shapes.set_uv(ob, uv)
+    return ob
+
+
 def test_places_in_several_objects_are_shown_together():
-    flat = [(0, 0, 0), (1, 0, 0), (2, 0, 0)]
-    first = shapes.add("First", flat, [(0, 1, 2)], uv=True)
-    second = shapes.add(
-        "Second", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, -1, 0)], [(0, 1, 2), (0, 1, 3)], uv=True
-    )
+    first = flipped_grid("First", range(9))
+    second = shapes.grid(3, "Second", uv=True)
+    second.data.vertices[5].co.x = float("nan")
     shapes.activate(first, only=False)
-    with pytest.raises(RuntimeError, match="without area(.|\n)*opposite sides"):
-        conformal()
+    with pytest.raises(RuntimeError, match="no number(.|\n)*is flipped"):
+        bpy.ops.uv.flipfree_improve()
     assert bpy.ops.uv.flipfree_select_failed() == {"FINISHED"}
     assert {ob.name for ob in bpy.context.objects_in_mode} == {"First", "Second"}
-    assert tuple(bpy.context.tool_settings.mesh_select_mode) == (False, True, True)
+    assert tuple(bpy.context.tool_settings.mesh_select_mode) == (True, False, True)
     bpy.ops.object.mode_set(mode="OBJECT")
-    assert shapes.selected(first, "face") == [0]
-    assert len(shapes.selected(second, "edge")) == 1
+    assert shapes.selected(second, "vertex") == [5]
 
 
 def test_places_are_named_in_the_whole_mesh_when_only_a_part_is_selected():
-    flat = [(5 + x, y, 0) for x, y in ((0, 0), (1, 0), (2, 0))]
-    ob = shapes.grid(3, uv=True)
-    mesh = ob.data
-    vertices = [tuple(v.co) for v in mesh.vertices] + flat
-    faces = [tuple(f.vertices) for f in mesh.polygons] + [(16, 17, 18)]
-    ob = shapes.add("Part", vertices, faces, uv=True)
+    ob = flipped_grid("Part", [8])
     bpy.ops.object.mode_set(mode="EDIT")
-    shapes.select_faces(ob, [8, 9])
-    with pytest.raises(RuntimeError, match="face 9"):
-        conformal()
+    shapes.select_faces(ob, [8])
+    with pytest.raises(RuntimeError, match="face 8"):
+        bpy.ops.uv.flipfree_improve()
 
 
 def test_a_map_that_fails_its_certificate_is_not_written(part, monkeypatch):
