@@ -194,7 +194,7 @@ def cross_field(snapshot, *, edges, edge_weight, curvature, boundary, simplify, 
         boundary=boundary,
         simplify=simplify,
         signature=None if cones is None else flipfree.Signature(cones, []),
-        threads=THREADS,
+        threads=threads(),
     )
 
 
@@ -209,7 +209,7 @@ def field_aligned(snapshot, field, *, sizing, boundary, optimise):
         boundary=boundary,
         optimise=optimise,
         uncuttable=snapshot.diagonals,
-        threads=THREADS,
+        threads=threads(),
     )
 
 

@@ -181,7 +181,14 @@ def run(options: argparse.Namespace) -> None:
                     print(json.dumps(record)[:400], flush=True)
 
 
-MEANINGLESS = ("not finite", "does not exist", "no faces", "uses a vertex twice", "No face")
+MEANINGLESS = (
+    "NaN or infinite",
+    "not finite",
+    "does not exist",
+    "no faces",
+    "uses a vertex twice",
+    "No face",
+)
 
 
 def refused(record: dict[str, Any]) -> bool:
