@@ -108,7 +108,10 @@ PlacedCharts place_and_round(const Islands& islands, const ChartPins& pins,
   const auto round = [&](const std::vector<Points2>& placed) {
     return round_all(islands, pins, options.bijective, placed, unstorable, context, stats);
   };
-  PlacedCharts placed = place_charts(islands.charts, std::move(uv), moved, placing, round);
+  placing.effort = options.effort;
+  const ProgressRange range(context, 0.92, 0.95);
+  PlacedCharts placed = place_charts(islands.charts, std::move(uv), moved, placing, round, context);
+  stats["fill"] = placed.fill;
   stats["kept_places"] = static_cast<std::int64_t>(placed.kept);
   stats["tile"] = static_cast<std::int64_t>(placed.tile);
   return placed;

@@ -12,7 +12,7 @@ namespace flipfree::unwrap {
 // charts are disjoint), cut_edges = seams and added cuts. All charts without pins have one scale:
 // the same area per area of their surface, that of the pinned ones if there are any and there is
 // room. Stats: "charts", "opened_charts", "added_cuts" (edges), "overlap_cuts" (those of them that
-// keep charts from overlapping), "energy", "kept_places", "tile" (place.h), "seconds_*",
+// keep charts from overlapping), "energy", "kept_places", "tile", "fill" (place.h), "seconds_*",
 // "time_limit_reached", and what the chart solvers report of the largest chart. Any triangles: what
 // is no oriented manifold surface is separated first (mesh/separated/separated.h). Throws
 // InvalidInput (a mesh without meaning, options), Infeasible (pins), NotConverged with what failed

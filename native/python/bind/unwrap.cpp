@@ -1,5 +1,6 @@
 #include <pybind11/stl.h>
 
+#include <string>
 #include <utility>
 
 #include "arrays.h"
@@ -41,6 +42,7 @@ void bind_options(py::module_& module) {
       .def_readwrite("iterations", &UnwrapOptions::max_iterations)
       .def_readwrite("tolerance", &UnwrapOptions::tolerance)
       .def_readwrite("margin", &UnwrapOptions::margin)
+      .def_readwrite("effort", &UnwrapOptions::effort)
       .def_readwrite("max_seconds", &UnwrapOptions::max_seconds);
   py::class_<PackOptions>(module, "PackOptions")
       .def(py::init<>())
@@ -50,6 +52,16 @@ void bind_options(py::module_& module) {
       .def_readwrite("keep_bijective", &PackOptions::keep_bijective)
       .def_property("unmoved", nullptr, ids_setter(&PackOptions::unmoved))
       .def_property("obstacles", nullptr, matrix_setter(&PackOptions::obstacles, "obstacles"))
+      .def_property("groups", nullptr, ids_setter(&PackOptions::groups))
+      .def_property("rotation", nullptr,
+                    [](PackOptions& options, const std::string& name) {
+                      options.rotation = name == "none"       ? unwrap::Rotation::kNone
+                                         : name == "quarters" ? unwrap::Rotation::kQuarters
+                                                              : unwrap::Rotation::kFree;
+                    })
+      .def_readwrite("stack", &PackOptions::stack)
+      .def_readwrite("effort", &PackOptions::effort)
+      .def_readwrite("first_tile", &PackOptions::first_tile)
       .def_readwrite("density", &PackOptions::density);
 }
 

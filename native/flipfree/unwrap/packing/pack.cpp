@@ -1,5 +1,6 @@
 #include "flipfree/unwrap/packing/pack.h"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -28,7 +29,20 @@ struct PackedCharts {
   std::vector<std::vector<VertexId>> fixed;  // chart vertices with a corner that stays
 };
 
+constexpr Index kTiles = 100;
+
 void check_options(const Points2& corner_uv, const PackOptions& options) {
+  if (options.first_tile < 0 || options.first_tile >= kTiles) {
+    throw_invalid(ErrorCode::kBadOption, "There are tiles 0 to 99 (UDIM 1001 to 1100), not " +
+                                             std::to_string(options.first_tile) + ".");
+  }
+  if (!options.groups.empty() &&
+      3 * static_cast<Eigen::Index>(options.groups.size()) != corner_uv.rows())
+    throw_invalid(ErrorCode::kBadShape, "Groups need one number per face.");
+  if (!options.groups.empty() && (options.together || options.stack)) {
+    throw_invalid(ErrorCode::kBadOption,
+                  "Groups move as one. Give no groups, or neither together nor stack.");
+  }
   for (const CornerId c : options.unmoved) {
     if (c < 0 || c >= corner_uv.rows()) {
       throw_invalid(ErrorCode::kIndexOutOfRange,
@@ -50,6 +64,11 @@ void check_options(const Points2& corner_uv, const PackOptions& options) {
   }
 }
 
+// What stays may lie on top of itself, so may what moves as one; stacked charts shall.
+bool all_disjoint(const PackOptions& options) {
+  return options.unmoved.empty() && options.groups.empty() && !options.stack;
+}
+
 PackedCharts read_charts(const std::vector<mesh::Chart>& charts, const Points2& corner_uv,
                          const mesh::Components& components, const PackOptions& options,
                          const ExecutionContext& context) {
@@ -68,6 +87,11 @@ PackedCharts read_charts(const std::vector<mesh::Chart>& charts, const Points2& 
       }
     }
     if (options.together) result.group.push_back(components.of_face[size(chart.faces.front())]);
+    if (!options.groups.empty()) {
+      Index group = kInvalid;
+      for (const FaceId f : chart.faces) group = std::max(group, options.groups[size(f)]);
+      result.group.push_back(group);
+    }
     result.moved.push_back(fixed.empty());
     result.bijective.push_back(
         options.keep_bijective &&
@@ -120,12 +144,18 @@ certify::Parametrization pack_clean(const mesh::Surface& surface, const Points2&
   placing.density = options.density;
   placing.obstacles = &options.obstacles;
   placing.place_like = options.place_like;
-  context.report("packing", 0.2);
-  const PlacedCharts placed =
-      place_charts(charts, packed.uv, packed.moved, placing, [&](const std::vector<Points2>& uv) {
-        context.report("packing", 0.4);
-        return round_all(charts, packed, uv, context);
-      });
+  placing.rigid = !options.groups.empty();
+  placing.rotation = options.rotation;
+  placing.stack = options.stack;
+  placing.effort = options.effort;
+  placing.first_tile = options.first_tile;
+  const PlacedCharts placed = [&] {
+    const ProgressRange range(context, 0.1, 0.7);
+    return place_charts(
+        charts, packed.uv, packed.moved, placing,
+        [&](const std::vector<Points2>& uv) { return round_all(charts, packed, uv, context); },
+        context);
+  }();
 
   certify::Parametrization map;
   map.surface = surface;
@@ -144,13 +174,15 @@ certify::Parametrization pack_clean(const mesh::Surface& surface, const Points2&
   certify::set_identity_provenance(map);
   map.cut_edges = mesh::flagged_edges(surface.faces, adjacency, cuts);
   certify::CertifyRequest request;
-  request.require_disjoint = options.unmoved.empty();  // what stays may lie on top of itself
+  request.require_disjoint = all_disjoint(options);
   certify::certify_map(map, surface, request, context);
   certify::require_certificate(map, "The packed map");
   map.stats["charts"] = static_cast<std::int64_t>(charts.size());
   map.stats["density"] = density_of(charts, placed.uv, packed.moved);
   map.stats["kept_places"] = static_cast<std::int64_t>(placed.kept);
   map.stats["tile"] = static_cast<std::int64_t>(placed.tile);
+  map.stats["fill"] = placed.fill;
+  map.stats["stacked"] = static_cast<std::int64_t>(placed.stacked);
   map.stats["energy"] = map.certificate.energy;
   map.stats["seconds"] = watch.seconds();
   context.report("done", 1.0);
@@ -166,6 +198,11 @@ certify::Parametrization pack_separated(const mesh::Surface& surface, const Poin
   const certify::SeparatedMap separated(surface, separating, context);
   PackOptions own = options;
   own.unmoved = separated.corners(options.unmoved);
+  if (!options.groups.empty()) {
+    own.groups.clear();
+    for (const FaceId f : separated.separated().face_origin)
+      own.groups.push_back(options.groups[size(f)]);
+  }
   Points2 places;
   if (options.place_like != nullptr) {
     places = separated.corners(*options.place_like);
@@ -175,7 +212,7 @@ certify::Parametrization pack_separated(const mesh::Surface& surface, const Poin
       [&] { return pack_clean(separated.surface(), separated.corners(corner_uv), own, context); });
   certify::CertifyRequest request;
   for (const CornerId c : options.unmoved) request.pins.push_back({c, corner_uv.row(c)});
-  request.require_disjoint = options.unmoved.empty();
+  request.require_disjoint = all_disjoint(options);
   certify::Parametrization map = separated.on_input(solved, request, context);
   certify::require_certificate(map, "The packed map");
   return map;

@@ -6,11 +6,21 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/certify/parametrization.h"
+#include "flipfree/unwrap/packing/nest/nest.h"
 
 namespace flipfree::unwrap {
 
 struct PackOptions {
-  double margin = 0.005;  // between charts, in units of the unit square
+  double margin = 0.005;  // between charts, in units of the unit square; half of it to its border
+  // How charts may be turned; those of one component that turn together keep their directions, but
+  // for one turn with kFree.
+  Rotation rotation = Rotation::kFree;
+  // Charts with faces of equal number keep their places relative to each other and move as one;
+  // kInvalid: alone. One number per face, or empty. Not together.
+  std::vector<Index> groups;
+  bool stack = false;    // charts of equal outline (similar.h) go to one place; not in groups
+  double effort = 1.0;   // of the search for a dense layout, see NestOptions; 0: boxes
+  Index first_tile = 0;  // column + 10 row, where the search for a tile with room begins
   // Charts of one connected surface component turn together and are scaled together: where the two
   // sides of a cut are related by a rotation and a translation, they stay so, with the same
   // rotation. Otherwise each chart turns to its own smallest rectangle.
@@ -37,9 +47,9 @@ struct PackOptions {
 // sides of an edge differ. Certified as by certify_map (G1, G2, G7). Any triangles: what is no
 // oriented manifold surface is separated first, along the map. Stats: "charts", "seconds",
 // "density" (of all that was moved), "kept_places" (0 or 1), "tile" (pack_rectangles.h: 0 is the
-// unit square). Throws InvalidInput (a mesh without meaning, kBadOption naming flipped faces or if
-// there is no room, kBadShape), NotConverged (rounding, certificate), Cancelled. Cost: O(#F log
-// #F).
+// unit square), "fill" and "stacked" (place.h). Throws InvalidInput (a mesh without meaning,
+// kBadOption naming flipped faces or if there is no room, kBadShape), NotConverged (rounding,
+// certificate), Cancelled. Cost: O(#F log #F).
 certify::Parametrization pack(const mesh::Surface& surface, const Points2& corner_uv,
                               const PackOptions& options, ExecutionContext& context);
 

@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -10,11 +12,16 @@
 #include "flipfree/base/plane.h"
 #include "flipfree/certify/measures/flips.h"
 #include "flipfree/certify/overlap/island_overlap.h"
+#include "flipfree/unwrap/packing/arrange.h"
+#include "flipfree/unwrap/packing/boxes/pack_rectangles.h"
 #include "flipfree/unwrap/packing/layout.h"
-#include "flipfree/unwrap/packing/pack_rectangles.h"
+#include "flipfree/unwrap/packing/similar.h"
 
 namespace flipfree::unwrap {
 namespace {
+
+// What rounding to 32 bits takes from gaps, per tile.
+constexpr double kCare = 1e-6;
 
 struct Areas {
   double surface = 0.0;
@@ -122,45 +129,60 @@ Points2 everything_that_stays(const std::vector<mesh::Chart>& charts,
   return corners;
 }
 
-// As stored: all that moved within the unit square, and nothing on top of anything.
-bool places_are_free(const std::vector<mesh::Chart>& charts, const std::vector<Points2f>& stored,
-                     const std::vector<char>& moved, const Points2& stays) {
+// As stored: no item on top of another or of what stays.
+bool disjoint(const std::vector<mesh::Chart>& charts, const Items& items,
+              const std::vector<Points2f>& stored, const Points2& stays) {
   mesh::Components islands;
   Eigen::Index rows = stays.rows();
-  for (std::size_t c = 0; c < charts.size(); ++c) {
-    if (!moved[c]) continue;
-    if (stored[c].minCoeff() < 0.0F || stored[c].maxCoeff() > 1.0F) return false;
-    rows += 3 * charts[c].surface.faces.rows();
-  }
+  for (const std::vector<std::size_t>& item : items)
+    for (const std::size_t c : item) rows += 3 * charts[c].surface.faces.rows();
   Points2 corners(rows, 2);
   corners.topRows(stays.rows()) = stays;
   islands.of_face.assign(static_cast<std::size_t>(stays.rows() / 3), 0);
   islands.count = 1;
   Eigen::Index row = stays.rows();
-  for (std::size_t c = 0; c < charts.size(); ++c) {
-    if (!moved[c]) continue;
-    const Points2 own = corners_of(charts[c].surface.faces, stored[c].cast<double>());
-    corners.middleRows(row, own.rows()) = own;
-    row += own.rows();
-    islands.of_face.insert(islands.of_face.end(), charts[c].faces.size(), islands.count++);
+  for (const std::vector<std::size_t>& item : items) {
+    for (const std::size_t c : item) {
+      const Points2 own = corners_of(charts[c].surface.faces, stored[c].cast<double>());
+      corners.middleRows(row, own.rows()) = own;
+      row += own.rows();
+      islands.of_face.insert(islands.of_face.end(), static_cast<std::size_t>(own.rows() / 3),
+                             islands.count);
+    }
+    ++islands.count;
   }
   return certify::island_overlaps(islands, corners).pairs == 0;
 }
 
-// Turns the charts of each group, and scales them if they get their true size: by the smallest
-// rectangle of its largest chart. The lower left corner of each is the origin then.
-void align(const std::vector<mesh::Chart>& charts, const std::vector<char>& moved,
-           const PlacingOptions& options, std::vector<Points2>& uv) {
-  std::vector<std::vector<std::size_t>> groups;
-  for (std::size_t c = 0; c < charts.size(); ++c) {
-    if (!moved[c]) continue;
-    const std::size_t group =
-        options.group.empty() ? c : static_cast<std::size_t>(options.group[c]);
-    groups.resize(std::max(groups.size(), group + 1));
-    groups[group].push_back(c);
+bool in_unit_square(const std::vector<Points2f>& stored, const std::vector<char>& moved) {
+  for (std::size_t c = 0; c < moved.size(); ++c) {
+    if (moved[c] && (stored[c].minCoeff() < 0.0F || stored[c].maxCoeff() > 1.0F)) return false;
   }
+  return true;
+}
+
+// Charts that move, by group.
+Items items_of(const std::vector<char>& moved, const std::vector<Index>& group) {
+  std::map<Index, std::size_t> number;
+  Items items;
+  for (std::size_t c = 0; c < moved.size(); ++c) {
+    if (!moved[c]) continue;
+    if (group.empty() || group[c] == kInvalid) {
+      items.push_back({c});
+      continue;
+    }
+    const auto [found, added] = number.try_emplace(group[c], items.size());
+    if (added) items.emplace_back();
+    items[found->second].push_back(c);
+  }
+  return items;
+}
+
+// Turns the charts of each group, and scales them if they get their true size: by the smallest
+// rectangle of its largest chart, if they may turn freely.
+void align(const std::vector<mesh::Chart>& charts, const Items& groups,
+           const PlacingOptions& options, std::vector<Points2>& uv) {
   for (const std::vector<std::size_t>& members : groups) {
-    if (members.empty()) continue;
     Areas sum;
     std::size_t largest = members.front();
     double largest_area = -1.0;
@@ -172,44 +194,73 @@ void align(const std::vector<mesh::Chart>& charts, const std::vector<char>& move
     }
     const double density = sum.density();
     const double scale = options.scale_true && density > 0.0 ? 1.0 / density : 1.0;
-    // The turn that turn_to_smallest_rectangle gives the largest chart, fitted to its points.
-    Points2 turned = uv[largest];
-    turn_to_smallest_rectangle(turned);
-    const Vector2 turn = scale * fit_similarity(uv[largest], turned).linear.normalized();
-    const Similarity similarity{turn, Vector2::Zero()};
-    for (const std::size_t c : members) {
-      for (Eigen::Index v = 0; v < uv[c].rows(); ++v)
-        uv[c].row(v) = similarity(uv[c].row(v).transpose()).transpose();
-      uv[c].rowwise() -= uv[c].colwise().minCoeff().eval();
+    Vector2 turn(scale, 0.0);
+    if (options.rotation == Rotation::kFree) {
+      // The turn that turn_to_smallest_rectangle gives the largest chart, fitted to its points.
+      Points2 turned = uv[largest];
+      turn_to_smallest_rectangle(turned);
+      turn = scale * fit_similarity(uv[largest], turned).linear.normalized();
     }
+    const Similarity similarity{turn, Vector2::Zero()};
+    Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());
+    for (const std::size_t c : members) {
+      if (turn != Vector2(1.0, 0.0)) {
+        for (Eigen::Index v = 0; v < uv[c].rows(); ++v)
+          uv[c].row(v) = similarity(uv[c].row(v).transpose()).transpose();
+      }
+      low = low.cwiseMin(uv[c].colwise().minCoeff().transpose());
+      if (!options.rigid) uv[c].rowwise() -= uv[c].colwise().minCoeff().eval();
+    }
+    if (!options.rigid) continue;
+    for (const std::size_t c : members) uv[c].rowwise() -= low.transpose();
   }
 }
 
-// Packs what moves and is aligned; returns the tile.
-Index pack_charts(const std::vector<mesh::Chart>& charts, const std::vector<char>& moved,
-                  const Points2& stays, const PlacingOptions& options, std::vector<Points2>& uv) {
+// The charts, rounded and where they shall be, each item as one, clear of what stays, stacked ones
+// on what they are stacked on.
+PlacedCharts packed(const std::vector<mesh::Chart>& charts, const std::vector<char>& moved,
+                    const Points2& stays, const PlacingOptions& options,
+                    const std::vector<Points2>& aligned, const RoundCharts& round,
+                    ExecutionContext& context) {
   std::vector<char> fixed(moved.size());
   std::transform(moved.begin(), moved.end(), fixed.begin(), [](char m) { return !m; });
   double density = options.density;
-  if (!(density > 0.0) && options.scale_true) density = density_of(charts, uv, fixed);
-  std::vector<std::size_t> packed;
-  std::vector<Vector2> sizes;
-  for (std::size_t c = 0; c < charts.size(); ++c) {
-    if (!moved[c]) continue;
-    packed.push_back(c);
-    sizes.emplace_back(uv[c].colwise().maxCoeff().transpose());
+  if (!(density > 0.0) && options.scale_true) density = density_of(charts, aligned, fixed);
+  std::vector<char> placed_itself = moved;
+  std::vector<Stacked> stacked;
+  if (options.stack && options.group.empty()) {
+    stacked = similar_charts(charts, aligned, moved);
+    for (const Stacked& s : stacked) placed_itself[s.chart] = 0;
   }
-  RoomOptions room;
-  room.margin = options.margin;
-  room.obstacles = &stays;
-  const double own = density_of(charts, uv, moved);
-  if (density > 0.0 && own > 0.0) room.scale = density / own;
-  const Placement placement = pack_rectangles(sizes, room);
-  for (std::size_t i = 0; i < packed.size(); ++i) {
-    Points2& points = uv[packed[i]];
-    points = ((points * placement.scale).rowwise() + placement.corner[i].transpose()).eval();
+  const Items items = items_of(placed_itself, options.rigid ? options.group : std::vector<Index>());
+  ArrangeOptions arranging;
+  arranging.rotation = options.rotation;
+  // Charts that turn together have been turned; the directions of others are their own.
+  if (!options.group.empty() && !options.rigid) arranging.rotation = Rotation::kNone;
+  arranging.effort = options.effort;
+  arranging.first_tile = options.first_tile;
+  if (stays.rows() > 0) arranging.stays = &stays;
+  const double own = density_of(charts, aligned, moved);
+  if (density > 0.0 && own > 0.0) arranging.scale = density / own;
+  const double margin = fitting_margin(options.margin, items.size());
+  // Repairs of rounding may move an outline a little: wider then, and boxes at last.
+  PlacedCharts placed;
+  for (const auto& [widening, effort] : {std::pair{1.0, 1.0}, {1.05, 1.0}, {1.0, 0.0}}) {
+    arranging.margin = margin * widening + kCare * (1.0 + 0.1 * options.first_tile);
+    arranging.effort = effort * options.effort;
+    placed.uv = aligned;
+    placed.tile = arrange(charts, items, arranging, placed.uv, context);
+    for (const Stacked& s : stacked) put_on(charts, s, aligned, placed.uv);
+    placed.stored = round(placed.uv);
+    if (arranging.effort == 0.0) break;
+    if (disjoint(charts, items, placed.stored, stays) &&
+        apart(charts, items, placed.stored, stays, margin, context))
+      break;
   }
-  return placement.tile;
+  placed.stacked = static_cast<Index>(stacked.size());
+  for (std::size_t c = 0; c < charts.size(); ++c)
+    if (placed_itself[c]) placed.fill += areas(charts[c].surface, placed.uv[c]).plane;
+  return placed;
 }
 
 }  // namespace
@@ -224,18 +275,20 @@ double density_of(const std::vector<mesh::Chart>& charts, const std::vector<Poin
 
 PlacedCharts place_charts(const std::vector<mesh::Chart>& charts, std::vector<Points2> uv,
                           const std::vector<char>& moved, const PlacingOptions& options,
-                          const RoundCharts& round) {
+                          const RoundCharts& round, ExecutionContext& context) {
   PlacedCharts placed;
   const Points2 stays = everything_that_stays(charts, uv, moved, options.obstacles);
-  align(charts, moved, options, uv);
+  align(charts, items_of(moved, options.group), options, uv);
   if (options.place_like != nullptr) {
     if (auto former = at_former_places(charts, uv, moved, *options.place_like)) {
       try {
         std::vector<Points2f> stored = round(*former);
-        if (places_are_free(charts, stored, moved, stays)) {
+        if (in_unit_square(stored, moved) && disjoint(charts, items_of(moved, {}), stored, stays)) {
           placed.uv = std::move(*former);
           placed.stored = std::move(stored);
           placed.kept = true;
+          for (std::size_t c = 0; c < charts.size(); ++c)
+            if (moved[c]) placed.fill += areas(charts[c].surface, placed.uv[c]).plane;
           return placed;
         }
       } catch (const NotConverged&) {
@@ -243,10 +296,7 @@ PlacedCharts place_charts(const std::vector<mesh::Chart>& charts, std::vector<Po
       }
     }
   }
-  placed.tile = pack_charts(charts, moved, stays, options, uv);
-  placed.stored = round(uv);
-  placed.uv = std::move(uv);
-  return placed;
+  return packed(charts, moved, stays, options, uv, round, context);
 }
 
 }  // namespace flipfree::unwrap

@@ -7,6 +7,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/unwrap/packing/nest/nest.h"
 
 namespace flipfree::unwrap {
 
@@ -16,6 +17,11 @@ struct PlacingOptions {
   bool scale_true = false;
   // Charts of equal number turn and scale together; empty: each by itself.
   std::vector<Index> group;
+  bool rigid = false;  // and keep their places relative to each other: they move as one
+  Rotation rotation = Rotation::kFree;  // groups that are not rigid turn by align() only
+  bool stack = false;                   // charts of equal outline go to the same place
+  double effort = 1.0;                  // of the search for a dense layout (NestOptions)
+  Index first_tile = 0;
   // Length in the plane per length of the surface, over all that moves: taken if there is room for
   // it. 0: that of the charts that stay, if scale_true and there are any; else the largest.
   double density = 0.0;
@@ -28,6 +34,8 @@ struct PlacedCharts {
   std::vector<Points2f> stored;
   bool kept = false;  // at their former places
   Index tile = 0;     // see Placement
+  Index stacked = 0;  // charts that lie on another one
+  double fill = 0.0;  // share of the tile that charts cover that moved, stacked ones once
 };
 
 // Rounds all charts to what is stored; may throw NotConverged.
@@ -36,11 +44,13 @@ using RoundCharts = std::function<std::vector<Points2f>(const std::vector<Points
 // Charts that are not `moved` stay as they are. The others keep their former places - turned and
 // moved to fit them best, all at one common scale - if every one was a flip-free island of
 // place_like and, as stored, none overlaps another, a chart that stays or an obstacle, and none
-// leaves the unit square. Otherwise they are packed together, boxes apart by the margin from each
-// other and from all that stays. Throws what pack_rectangles and `round` throw. Cost: O(#F log #F).
+// leaves the unit square. Otherwise they are packed together (arrange.h): as stored, none overlaps
+// another, a chart that stays or an obstacle, and all gaps are at least the margin (RoomOptions) -
+// but for charts that had to be put off by more than that to be stored. Throws what arrange() and
+// `round` throw. Cost: O(#F log #F) and the search.
 PlacedCharts place_charts(const std::vector<mesh::Chart>& charts, std::vector<Points2> uv,
                           const std::vector<char>& moved, const PlacingOptions& options,
-                          const RoundCharts& round);
+                          const RoundCharts& round, ExecutionContext& context);
 
 // sqrt(area in the plane / area of the surface) of the charts chosen; 0 if there are none.
 double density_of(const std::vector<mesh::Chart>& charts, const std::vector<Points2>& uv,

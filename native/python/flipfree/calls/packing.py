@@ -10,8 +10,19 @@ import numpy as np
 from .. import _native
 from ..arrays import Positions, as_corner_uv, as_indices, as_triangles, as_vertices
 from ..conversions import parametrization_from
+from ..errors import InvalidInput
 from ..job import Job, Progress, solver_call
-from ..options import as_flag, as_margin, as_positive, as_seconds, as_threads, filled
+from ..options import (
+    as_choice,
+    as_count,
+    as_flag,
+    as_margin,
+    as_number,
+    as_positive,
+    as_seconds,
+    as_threads,
+    filled,
+)
 from ..results import Parametrization
 
 
@@ -22,9 +33,16 @@ def pack(
     uv: Any,
     *,
     margin: float = 0.005,
+    margin_pixels: float | None = None,
+    texture_size: int = 1024,
+    rotation: str = "free",
     together: bool = False,
     scale_true: bool = False,
     keep_bijective: bool = True,
+    groups: Any = None,
+    stack_similar: bool = False,
+    tile: int = 1001,
+    effort: float = 1.0,
     unmoved: Any = None,
     obstacles: Any = None,
     density: float | None = None,
@@ -35,17 +53,28 @@ def pack(
 ) -> Job[Parametrization]:
     """Moves the charts of a flip-free map into the unit square, as ``unwrap`` does; only turns, shifts and scales.
 
+    Outlines are nested, holes are used. As stored in 32 bits no chart overlaps another, and any two are at least the margin
+    apart. ``stats["fill"]`` is the share of the square that the charts cover.
+
     The map is cut where the UVs on the two sides of an edge differ. Where pinned charts and obstacles leave less than an
     eighth of the scale that the empty unit square allows, the next free tile is taken, in the order of UDIM:
     ``stats["tile"]`` is 1 for the tile on the right, 10 for the one above. ``stats["density"]`` is what came out.
 
     Args:
         vertices: (n, 3) float64. faces: (m, 3), any triangles. uv: (m, 3, 2), one per face corner.
-        margin: space between charts, in units of the unit square.
+        margin: least space between charts, in units of the unit square; half of it to the square's border. Lowered to
+            0.9 / (ceil(sqrt(n)) + 1) for n charts.
+        margin_pixels: the same in pixels of a texture of ``texture_size`` pixels to a side; ``margin`` is not used then.
+        rotation: "free", "quarters" (turns by 90 degrees only) or "none".
         together: charts of one connected component turn and scale together, so that cuts whose sides are related by
             a rotation and a shift stay so, with the same rotation. Otherwise every chart turns on its own.
         scale_true: components (charts, if not together) get the size of their surface; otherwise scales keep their ratio.
         keep_bijective: charts that do not overlap themselves go on not to, once rounded to 32 bits.
+        groups: (m,) one number per face: charts with faces of equal number keep their places relative to each other and
+            move as one; -1 is alone. Not with ``together``.
+        stack_similar: charts of equal outline lie on top of each other; ``stats["stacked"]`` counts them.
+        tile: UDIM number, 1001 to 1100, of the first tile to be considered.
+        effort: of the search for a dense layout: 0 puts boxes side by side, 1 is about half a second for 300 charts.
         unmoved: corners 3 face + corner that stay bit for bit, and their charts with them. The others keep clear of
             them, and with scale_true take their area-weighted density if there is room.
         obstacles: (k, 3, 2) triangles to keep clear of as well, of either orientation.
@@ -65,9 +94,17 @@ def pack(
     positions = as_vertices(vertices, face_array)
     corner_uv = as_corner_uv(uv, "uv", len(face_array))
     wanted = 0.0 if density is None else as_positive(density, "density")
+    if margin_pixels is not None:
+        size = as_count(texture_size, "texture_size", least=1)
+        margin = as_number(margin_pixels, "margin_pixels") / size
     options = filled(
         _native.PackOptions(),
         margin=as_margin(margin),
+        rotation=as_choice(rotation, "rotation", ("free", "quarters", "none")),
+        groups=as_indices([] if groups is None else groups, "groups"),
+        stack=as_flag(stack_similar, "stack_similar"),
+        first_tile=as_count(tile, "tile", least=1001, most=1100) - 1001,
+        effort=_as_effort(effort),
         together=as_flag(together, "together"),
         scale_true=as_flag(scale_true, "scale_true"),
         keep_bijective=as_flag(keep_bijective, "keep_bijective"),
@@ -85,6 +122,13 @@ def pack(
         as_threads(threads),
     )
     return Job(native, partial(_packed_from, positions=positions))
+
+
+def _as_effort(value: Any) -> float:
+    effort = as_number(value, "effort")
+    if not 0.0 <= effort <= 1000.0:
+        raise InvalidInput("effort must lie in [0, 1000].", code="bad option")
+    return effort
 
 
 def _packed_from(data: dict[str, Any], positions: Positions) -> Parametrization:

@@ -57,30 +57,33 @@ Points2 corners_of(const std::vector<mesh::Chart>& charts, const std::vector<Poi
 double side(const Points2& uv) { return (uv.row(1) - uv.row(0)).norm(); }
 
 TEST(Place, charts_get_the_size_of_their_surface_only_if_asked_to) {
+  ExecutionContext context;
   const std::vector<mesh::Chart> charts = squares(2);
   const std::vector<Points2> uv = maps({{{0, 0}, 1.0}, {{5, 5}, 1.0}});
   PlacingOptions options;
-  EXPECT_NEAR(side(place_charts(charts, uv, {1, 1}, options, nearest).uv[1]) /
-                  side(place_charts(charts, uv, {1, 1}, options, nearest).uv[0]),
+  EXPECT_NEAR(side(place_charts(charts, uv, {1, 1}, options, nearest, context).uv[1]) /
+                  side(place_charts(charts, uv, {1, 1}, options, nearest, context).uv[0]),
               1.0, 1e-12);
   options.scale_true = true;
-  const PlacedCharts placed = place_charts(charts, uv, {1, 1}, options, nearest);
+  const PlacedCharts placed = place_charts(charts, uv, {1, 1}, options, nearest, context);
   EXPECT_NEAR(side(placed.uv[1]) / side(placed.uv[0]), 2.0, 1e-12);
   EXPECT_NEAR(density_of(charts, placed.uv, {1, 1}), side(placed.uv[0]), 1e-12);
 }
 
 TEST(Place, charts_that_stay_are_not_touched_and_give_their_density) {
+  ExecutionContext context;
   const std::vector<mesh::Chart> charts = squares(3);
   const std::vector<Points2> uv = maps({{{0.4, 0.4}, 0.1}, {{5, 5}, 1.0}, {{0, 0}, 7.0}});
   PlacingOptions options;
   options.scale_true = true;
-  const PlacedCharts placed = place_charts(charts, uv, {0, 1, 1}, options, nearest);
+  const PlacedCharts placed = place_charts(charts, uv, {0, 1, 1}, options, nearest, context);
   EXPECT_EQ(placed.uv[0], uv[0]);
   EXPECT_NEAR(side(placed.uv[1]), 0.2, 1e-12);
   EXPECT_NEAR(side(placed.uv[2]), 0.3, 1e-12);
 }
 
 TEST(Place, former_places_are_kept_at_one_scale) {
+  ExecutionContext context;
   const std::vector<mesh::Chart> charts = squares(2);
   const std::vector<Points2> former = maps({{{0.1, 0.1}, 0.2}, {{0.5, 0.5}, 0.2}});
   const Points2 corners = corners_of(charts, former);
@@ -88,7 +91,7 @@ TEST(Place, former_places_are_kept_at_one_scale) {
   options.scale_true = true;
   options.place_like = &corners;
   const PlacedCharts placed =
-      place_charts(charts, maps({{{0, 0}, 3.0}, {{0, 0}, 4.0}}), {1, 1}, options, nearest);
+      place_charts(charts, maps({{{0, 0}, 3.0}, {{0, 0}, 4.0}}), {1, 1}, options, nearest, context);
   EXPECT_TRUE(placed.kept);
   EXPECT_NEAR(side(placed.uv[1]) / side(placed.uv[0]), 2.0, 1e-12);
   EXPECT_NEAR(side(placed.uv[0]) * side(placed.uv[0]) + side(placed.uv[1]) * side(placed.uv[1]),
@@ -98,6 +101,7 @@ TEST(Place, former_places_are_kept_at_one_scale) {
 }
 
 TEST(Place, former_places_that_only_touch_are_free) {
+  ExecutionContext context;
   const std::vector<mesh::Chart> charts = squares(1);
   const Points2 corners = corners_of(charts, maps({{{0.25, 0.25}, 0.25}}));
   Points2 beside(3, 2);
@@ -113,13 +117,14 @@ TEST(Place, former_places_that_only_touch_are_free) {
       stored.emplace_back(((own * 0x1p20).array().round() * 0x1p-20).matrix().cast<float>());
     return stored;
   };
-  EXPECT_TRUE(place_charts(charts, uv, {1}, options, coarse).kept);
+  EXPECT_TRUE(place_charts(charts, uv, {1}, options, coarse, context).kept);
   beside(0, 0) -= 0x1p-10;
   beside(2, 0) -= 0x1p-10;
-  EXPECT_FALSE(place_charts(charts, uv, {1}, options, coarse).kept);
+  EXPECT_FALSE(place_charts(charts, uv, {1}, options, coarse, context).kept);
 }
 
 TEST(Place, former_places_that_cannot_be_stored_are_given_up) {
+  ExecutionContext context;
   const std::vector<mesh::Chart> charts = squares(1);
   const Points2 corners = corners_of(charts, maps({{{0.5, 0.5}, 1e-9}}));
   PlacingOptions options;
@@ -129,7 +134,7 @@ TEST(Place, former_places_that_cannot_be_stored_are_given_up) {
     return nearest(uv);
   };
   const PlacedCharts placed =
-      place_charts(charts, maps({{{0, 0}, 1.0}}), {1}, options, refuse_small);
+      place_charts(charts, maps({{{0, 0}, 1.0}}), {1}, options, refuse_small, context);
   EXPECT_FALSE(placed.kept);
   EXPECT_GT(side(placed.uv[0]), 0.9);
 }

@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/packing/free_boxes.h"
+#include "flipfree/unwrap/packing/boxes/free_boxes.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/packing/pack_rectangles.h"
+#include "flipfree/unwrap/packing/boxes/pack_rectangles.h"
 
 #include <gtest/gtest.h>
 

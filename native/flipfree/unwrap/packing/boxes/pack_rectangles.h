@@ -17,7 +17,11 @@ struct RoomOptions {
   // Factor on the sizes that is wanted: taken if everything fits, else the largest found that does.
   // 0: the largest.
   double scale = 0.0;
+  Index first_tile = 0;  // where the search for one with room begins
 };
+
+// The margin that so many rectangles get for one that is wanted (RoomOptions).
+double fitting_margin(double margin, std::size_t count);
 
 struct Placement {
   std::vector<Vector2> corner;  // lower left, per rectangle, once scaled

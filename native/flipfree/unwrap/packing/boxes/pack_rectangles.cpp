@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/packing/pack_rectangles.h"
+#include "flipfree/unwrap/packing/boxes/pack_rectangles.h"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "flipfree/base/error.h"
-#include "flipfree/unwrap/packing/free_boxes.h"
+#include "flipfree/unwrap/packing/boxes/free_boxes.h"
 
 namespace flipfree::unwrap {
 namespace {
@@ -222,13 +222,13 @@ Packed pack_into(const std::vector<Vector2>& sizes, const std::vector<Way>& ways
   return best;
 }
 
+}  // namespace
+
 double fitting_margin(double margin, std::size_t count) {
   // Of n rectangles, some sqrt(n) stand side by side; their gaps leave them room.
   const double side_by_side = std::ceil(std::sqrt(static_cast<double>(count)));
   return std::max(kLeastMargin, std::min(margin, kMostGaps / (side_by_side + 1.0)));
 }
-
-}  // namespace
 
 Placement pack_rectangles(const std::vector<Vector2>& sizes, const RoomOptions& options) {
   Placement placement;
@@ -239,9 +239,12 @@ Placement pack_rectangles(const std::vector<Vector2>& sizes, const RoomOptions& 
       options.scale > 0.0 ? options.scale : std::numeric_limits<double>::infinity();
   const std::vector<Way> ways = ways_to_pack(sizes);
   const std::vector<FreeBox> whole = {{Vector2::Zero(), Vector2::Constant(1.0 - margin)}};
+  placement.tile = options.first_tile;
   Packed packed;
   if (options.obstacles == nullptr || options.obstacles->rows() == 0) {
     packed = pack_into(sizes, ways, whole, margin, wanted);
+    const Vector2 tile(placement.tile % kTilesInRow, placement.tile / kTilesInRow);
+    for (Vector2& corner : packed.corner) corner += tile;
   } else {
     const double least =
         kLeastShare * std::min(wanted, pack_into(sizes, ways, whole, margin, wanted).scale);

@@ -1,0 +1,261 @@
+"""Layouts to pack: islands of real models and of drawn shapes, 5 to 10 000 of them, each a map without flips.
+
+    for name, layout in layouts(): ...     # Layout: vertices, faces, uv, all flat: z = 0 and the surface is the map
+
+Real ones: a model's faces are grown together from seeds that lie far apart, in as many patches as wanted; `ff.unwrap` flattens them.
+Drawn ones: blobs, letters, rings and strips of random size. Both need nothing but this package.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+import flipfree as ff
+
+from mesh_files import data_folder, read_mesh
+
+Array = npt.NDArray[np.float64]
+Faces = npt.NDArray[np.int32]
+
+# Model of the shared data folder's seams/ and the patches it is cut into.
+CUT_MODELS = (
+    ("bunny", 5),
+    ("hand1", 8),
+    ("cow2", 10),
+    ("planck1", 12),
+    ("kingkong_f20000", 16),
+    ("horse_f10000", 20),
+    ("lucy_o_f8000", 25),
+    ("venus", 32),
+    ("chinese_lion_i_f10000", 40),
+    ("camel_vova_f10000", 50),
+    ("male_body_i_f10000", 64),
+    ("santa_i_f10000", 80),
+    ("buddha2_f10000", 100),
+    ("dilo_o_f10000", 150),
+    ("statue_5_i_f10000", 200),
+    ("girl1", 300),
+)
+# Name, count and seed of layouts of drawn islands.
+DRAWN = (
+    ("blobs", 7, 1),
+    ("letters", 30, 2),
+    ("rings", 60, 3),
+    ("mixed", 120, 4),
+    ("mixed", 300, 5),
+    ("sizes", 500, 6),
+    ("blobs", 1000, 7),
+    ("mixed", 3000, 8),
+    ("mixed", 10000, 9),
+)
+
+
+@dataclass
+class Layout:
+    vertices: Array  # (n, 3), z = 0
+    faces: Faces  # (m, 3)
+    island: npt.NDArray[np.int32]  # (m,), which island a face is of
+
+    @property
+    def uv(self) -> Array:
+        return np.ascontiguousarray(self.vertices[self.faces][:, :, :2])
+
+    @property
+    def islands(self) -> int:
+        return int(self.island.max()) + 1
+
+
+def layouts(names: set[str] | None = None) -> Iterator[tuple[str, Layout]]:
+    """All of them, or those named; real ones only where the shared data folder is."""
+    folder = data_folder()
+    for model, patches in CUT_MODELS if folder is not None else ():
+        name = f"{model}/{patches}"
+        if names is None or name in names:
+            assert folder is not None
+            mesh = read_mesh(folder / "seams" / f"{model}.obj")
+            yield name, cut_model(mesh.vertices, mesh.faces, patches)
+    for kind, count, seed in DRAWN:
+        name = f"{kind}/{count}"
+        if names is None or name in names:
+            yield name, drawn(kind, count, seed)
+
+
+def patches_of(vertices: Array, faces: Faces, count: int) -> npt.NDArray[np.int32]:
+    """Faces grown together from seeds that lie far apart, over short ways and small turns."""
+    corners = vertices[faces]
+    centre = corners.mean(1)
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    size = float(np.ptp(vertices, axis=0).max())
+    beside: dict[tuple[int, int], list[int]] = {}
+    for f, triangle in enumerate(faces.tolist()):
+        for k in range(3):
+            a, b = triangle[k], triangle[(k + 1) % 3]
+            beside.setdefault((min(a, b), max(a, b)), []).append(f)
+    ways: list[list[tuple[int, float]]] = [[] for _ in faces]
+    for pair in beside.values():
+        if len(pair) == 2:
+            f, g = pair
+            turn = 1.0 - float(normal[f] @ normal[g])
+            length = float(np.linalg.norm(centre[f] - centre[g])) / size + 0.3 * turn
+            ways[f].append((g, length))
+            ways[g].append((f, length))
+    distance = np.full(len(faces), np.inf)
+    owner = np.zeros(len(faces), np.int32)
+    seed = 0
+    for patch in range(count):
+        heap = [(0.0, seed)]
+        distance[seed] = 0.0
+        owner[seed] = patch
+        while heap:
+            d, f = heapq.heappop(heap)
+            if d > distance[f] or owner[f] != patch:
+                continue
+            for g, length in ways[f]:
+                if d + length < distance[g]:
+                    distance[g] = d + length
+                    owner[g] = patch
+                    heapq.heappush(heap, (d + length, g))
+        seed = int(np.argmax(distance))
+    return owner
+
+
+def cut_model(vertices: Array, faces: Faces, count: int) -> Layout:
+    owner = patches_of(vertices, faces, count)
+    first: dict[tuple[int, int], int] = {}
+    cuts = []
+    for f, triangle in enumerate(faces.tolist()):
+        for k in range(3):
+            a, b = triangle[k], triangle[(k + 1) % 3]
+            edge = (min(a, b), max(a, b))
+            other = first.setdefault(edge, f)
+            if owner[other] != owner[f]:
+                cuts.append(edge)
+    found = ff.unwrap(vertices, faces, cuts=np.array(cuts, np.int32))
+    return flat(found.uv)
+
+
+def flat(uv: Array) -> Layout:
+    """The layout of a map, its surface the map itself. Islands are told by their corners' places."""
+    _, vertex = np.unique(uv.reshape(-1, 2), axis=0, return_inverse=True)
+    faces = vertex.reshape(-1, 3).astype(np.int32)
+    points = np.zeros((int(faces.max()) + 1, 3))
+    points[faces.ravel(), :2] = uv.reshape(-1, 2)
+    parent = np.arange(len(points))
+
+    def find(v: int) -> int:
+        while parent[v] != v:
+            parent[v] = parent[parent[v]]
+            v = int(parent[v])
+        return v
+
+    for a, b, c in faces.tolist():
+        parent[find(a)] = find(b)
+        parent[find(b)] = find(c)
+    roots = np.array([find(int(a)) for a in faces[:, 0]])
+    return Layout(points, faces, np.unique(roots, return_inverse=True)[1].astype(np.int32))
+
+
+def drawn(kind: str, count: int, seed: int) -> Layout:
+    random = np.random.default_rng(seed)
+    vertices: list[Array] = []
+    faces: list[Faces] = []
+    island: list[npt.NDArray[np.int32]] = []
+    start = 0
+    for i in range(count):
+        points, triangles = shape(kind, random)
+        angle = random.uniform(0.0, 2.0 * np.pi)
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        points = points @ turn.T + [4.0 * (i % 100), 4.0 * (i // 100)]
+        vertices.append(np.column_stack([points, np.zeros(len(points))]))
+        faces.append(triangles + start)
+        island.append(np.full(len(triangles), i, np.int32))
+        start += len(points)
+    return Layout(
+        np.concatenate(vertices),
+        np.concatenate(faces).astype(np.int32),
+        np.concatenate(island),
+    )
+
+
+def shape(kind: str, random: np.random.Generator) -> tuple[Array, Faces]:
+    if kind == "mixed":
+        kind = str(random.choice(["blobs", "blobs", "letters", "rings", "strips"]))
+    size = float(np.exp(random.normal(0.0, 0.5)))
+    if kind == "sizes":  # from large to dust
+        kind, size = "blobs", float(np.exp(random.normal(-0.5, 1.0)))
+    makers = {"blobs": _blob, "letters": _letter, "rings": _ring, "strips": _strip}
+    points, triangles = makers[kind](random)
+    return points * size * 0.5, triangles
+
+
+def _blob(random: np.random.Generator) -> tuple[Array, Faces]:
+    """A star-shaped outline: a few waves on a circle."""
+    n = int(random.integers(8, 40))
+    t = np.linspace(0.0, 2.0 * np.pi, n, endpoint=False)
+    r = np.ones(n)
+    for wave in range(1, 6):
+        r += random.uniform(0.0, 0.35 / wave) * np.cos(wave * t + random.uniform(0.0, 6.3))
+    points = np.maximum(r, 0.2)[:, None] * np.column_stack([np.cos(t), np.sin(t)])
+    points *= [1.0, random.uniform(0.4, 1.0)]
+    own = np.arange(n)
+    fan = np.column_stack([np.full(n, n), own, np.roll(own, -1)])
+    return np.vstack([points, [[0.0, 0.0]]]), fan.astype(np.int32)
+
+
+def _letter(random: np.random.Generator) -> tuple[Array, Faces]:
+    """L, T, U, E or S on a grid of 3 x 5 cells."""
+    rows = str(
+        random.choice(
+            [
+                "x..x..x..x..xxx",
+                "xxx.x..x..x..x.",
+                "x.xx.xx.xx.xxxx",
+                "xxxx..xx.x..xxx",
+                "xxxx..xxx..xxxx",
+            ]
+        )
+    )
+    cells = {(k % 3, k // 3) for k, mark in enumerate(rows) if mark == "x"}
+    ids: dict[tuple[int, int], int] = {}
+    triangles = []
+    for x, y in sorted(cells):
+        a, b, c, d = (
+            ids.setdefault(p, len(ids)) for p in ((x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1))
+        )
+        triangles += [(a, b, c), (a, c, d)]
+    points = np.array(list(ids), float) * [random.uniform(0.3, 0.8), random.uniform(0.3, 0.8)]
+    return points - points.mean(0), np.array(triangles, np.int32)
+
+
+def _band(inner: Array, outer: Array, closed: bool) -> tuple[Array, Faces]:
+    n = len(inner)
+    triangles = []
+    for i in range(n if closed else n - 1):
+        j = (i + 1) % n
+        triangles += [(i, n + i, n + j), (i, n + j, j)]
+    return np.vstack([inner, outer]), np.array(triangles, np.int32)
+
+
+def _ring(random: np.random.Generator) -> tuple[Array, Faces]:
+    n = int(random.integers(12, 40))
+    closed = bool(random.integers(0, 2))
+    t = np.linspace(
+        0.0, 2.0 * np.pi if closed else random.uniform(2.0, 5.5), n, endpoint=not closed
+    )
+    circle = np.column_stack([np.cos(t), np.sin(t)])
+    return _band(random.uniform(0.4, 0.8) * circle, circle, closed)
+
+
+def _strip(random: np.random.Generator) -> tuple[Array, Faces]:
+    n = int(random.integers(2, 12))
+    x = np.linspace(0.0, random.uniform(1.0, 4.0), n)
+    wave = random.uniform(0.0, 0.4) * np.sin(2.0 * x)
+    width = random.uniform(0.1, 0.6)
+    low = np.column_stack([x, wave])
+    return _band(low + [0.0, width], low, False)

@@ -1,0 +1,27 @@
+// Shapes nested into the unit tile, as large as can be found within a budget of work.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/unwrap/packing/nest/inflate.h"
+
+namespace flipfree::unwrap {
+
+enum class Rotation { kFree, kQuarters, kNone };
+
+struct NestOptions {
+  double margin = 0.002;  // least gap, positive; half of it to the tile's border
+  Rotation rotation = Rotation::kFree;
+  double scale = 0.0;              // wanted; 0: the largest
+  double least_scale = 0.0;        // of no interest below
+  const Points2* fixed = nullptr;  // 3 k x 2: triangles to keep clear of, of either orientation
+  double effort = 1.0;             // of the search, about seconds for some hundred shapes
+};
+
+// The layout's scale is 0 if none was found. Gaps are those of inflate(). Deterministic, the same
+// for any number of threads.
+Layout nest(const std::vector<Shape>& shapes, const NestOptions& options,
+            ExecutionContext& context);
+
+}  // namespace flipfree::unwrap

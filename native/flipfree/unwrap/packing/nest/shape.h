@@ -1,0 +1,40 @@
+// What is packed: outlines in the plane that turn, move and grow as one.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/types.h"
+
+namespace flipfree::unwrap {
+
+using Loop = std::vector<Vector2>;  // closed; what it bounds on the left
+
+// One item about its own origin, at scale 1: the outlines of its islands, with fewer corners than
+// they have. Points of which an outline winds around other than 0 times are inside.
+struct Shape {
+  std::vector<Loop> loops;
+  // The islands reach at most so far beyond these loops (scale 1).
+  double slack = 0.0;
+  double area = 0.0;    // of the islands
+  double radius = 0.0;  // the farthest corner from the origin
+};
+
+// Where an item lies: p -> scale turn p + centre, with one scale for all.
+struct Pose {
+  Vector2 centre = Vector2::Zero();
+  Vector2 turn = Vector2(1.0, 0.0);  // cosine and sine
+  Vector2 operator()(const Vector2& p, double scale) const {
+    return {scale * (turn.x() * p.x() - turn.y() * p.y()) + centre.x(),
+            scale * (turn.y() * p.x() + turn.x() * p.y()) + centre.y()};
+  }
+};
+
+// The loop with fewer corners, none of its points farther than `tolerance` from it (Douglas and
+// Peucker); at least three corners if it has them. Cost: O(n log n) as a rule.
+Loop simplified(const Loop& loop, double tolerance);
+
+// A shape of these outlines, whose middle goes to the origin; `middle` receives where it was.
+// Outlines that are no more than points get a corner each. Loops must be finite.
+Shape make_shape(const std::vector<Loop>& outlines, double tolerance, Vector2& middle);
+
+}  // namespace flipfree::unwrap

@@ -1,0 +1,95 @@
+#include "flipfree/unwrap/packing/nest/nest.h"
+
+#include <gtest/gtest.h>
+
+#include "flipfree/unwrap/packing/nest/contacts.h"
+#include "unwrap/packing/nest/shapes.h"
+
+namespace flipfree::unwrap {
+namespace {
+
+std::vector<Shape> mixed() {
+  std::vector<Shape> shapes = {test::frame(1.0)};
+  for (int i = 1; i < 12; ++i) shapes.push_back(test::box_shape(0.1 + 0.05 * i, 0.2));
+  return shapes;
+}
+
+TEST(Nest, gaps_are_met_and_everything_lies_in_the_tile) {
+  const std::vector<Shape> shapes = mixed();
+  for (const Rotation rotation : {Rotation::kFree, Rotation::kQuarters, Rotation::kNone}) {
+    ExecutionContext context;
+    NestOptions options;
+    options.margin = 0.004;
+    options.rotation = rotation;
+    const Layout layout = nest(shapes, options, context);
+    ASSERT_GT(layout.scale, 0.0);
+    EXPECT_FALSE(any_crossing(shapes, layout.poses, layout.scale, {}, context));
+    for (const Contact& c : find_contacts(shapes, layout.poses, layout.scale, {}, 0.01, context))
+      EXPECT_GE(c.gap, 0.004 - 1e-6);
+    for (std::size_t i = 0; i < shapes.size(); ++i) {
+      const Vector2& turn = layout.poses[i].turn;
+      if (rotation == Rotation::kNone) {
+        EXPECT_EQ(turn, Vector2(1, 0));
+      }
+      if (rotation == Rotation::kQuarters) {
+        EXPECT_EQ(turn.cwiseAbs().maxCoeff(), 1.0);
+      }
+      for (const Vector2& p : shapes[i].loops.front()) {
+        EXPECT_GE(layout.poses[i](p, layout.scale).minCoeff(), 0.002 - 1e-6);
+        EXPECT_LE(layout.poses[i](p, layout.scale).maxCoeff(), 0.998 + 1e-6);
+      }
+    }
+  }
+}
+
+TEST(Nest, the_bits_do_not_depend_on_threads) {
+  const std::vector<Shape> shapes = mixed();
+  NestOptions options;
+  options.effort = 0.2;
+  ExecutionContext one;
+  one.threads = 1;
+  ExecutionContext four;
+  four.threads = 4;
+  const Layout a = nest(shapes, options, one);
+  const Layout b = nest(shapes, options, four);
+  EXPECT_EQ(a.scale, b.scale);
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    EXPECT_EQ(a.poses[i].centre, b.poses[i].centre);
+    EXPECT_EQ(a.poses[i].turn, b.poses[i].turn);
+  }
+}
+
+TEST(Nest, a_scale_that_is_wanted_is_met_exactly_if_there_is_room) {
+  ExecutionContext context;
+  NestOptions options;
+  options.scale = 0.3;
+  EXPECT_EQ(nest(mixed(), options, context).scale, 0.3);
+  options.scale = 30.0;
+  const double largest = nest(mixed(), options, context).scale;
+  EXPECT_LT(largest, 1.2);
+  EXPECT_GT(largest, 0.5);
+}
+
+TEST(Nest, what_is_fixed_is_kept_clear_of) {
+  ExecutionContext context;
+  Points2 lower(6, 2);
+  lower << 0, 0, 1, 0, 0, 0.5, 1, 0, 1, 0.5, 0, 0.5;
+  NestOptions options;
+  options.fixed = &lower;
+  const std::vector<Shape> shapes = mixed();
+  const Layout layout = nest(shapes, options, context);
+  ASSERT_GT(layout.scale, 0.0);
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    for (const Vector2& p : shapes[i].loops.front())
+      EXPECT_GE(layout.poses[i](p, layout.scale).y(), 0.502 - 1e-6);
+  }
+}
+
+TEST(Nest, cancelling_ends_it) {
+  ExecutionContext context;
+  context.cancel();
+  EXPECT_ANY_THROW(nest(mixed(), {}, context));
+}
+
+}  // namespace
+}  // namespace flipfree::unwrap

@@ -1,0 +1,40 @@
+#include "flipfree/unwrap/packing/nest/shape.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "unwrap/packing/nest/shapes.h"
+
+namespace flipfree::unwrap {
+namespace {
+
+TEST(Shape, corners_that_stand_out_by_less_than_the_tolerance_are_dropped) {
+  const Loop loop = {{0, 0}, {1, 0.001}, {2, 0}, {2, 2}, {1, 2.1}, {0, 2}};
+  EXPECT_EQ(simplified(loop, 0.01).size(), 5u);
+  EXPECT_EQ(simplified(loop, 0.0).size(), 6u);
+  EXPECT_GE(simplified(loop, 10.0).size(), 3u);
+}
+
+TEST(Shape, points_stay_points) {
+  const Loop point(5, Vector2(1.0, 1.0));
+  EXPECT_EQ(simplified(point, 0.1).size(), 1u);
+}
+
+TEST(Shape, the_middle_goes_to_the_origin_and_holes_count_in_the_area) {
+  Vector2 middle;
+  Loop outside = test::box(4.0, 2.0);
+  const Shape shape = make_shape({outside}, 0.0, middle);
+  EXPECT_EQ(middle, Vector2(2.0, 1.0));
+  EXPECT_DOUBLE_EQ(shape.area, 8.0);
+  EXPECT_DOUBLE_EQ(shape.radius, std::sqrt(5.0));
+  EXPECT_NEAR(test::frame(1.0).area, 0.36, 1e-12);
+}
+
+TEST(Shape, a_pose_turns_scales_and_moves) {
+  const Pose pose{Vector2(1.0, 2.0), Vector2(0.0, 1.0)};
+  EXPECT_EQ(pose(Vector2(3.0, 0.0), 2.0), Vector2(1.0, 8.0));
+}
+
+}  // namespace
+}  // namespace flipfree::unwrap

@@ -1,0 +1,195 @@
+"""ff.pack nests: gaps on stored values by the slow judge, and every option kept."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import flipfree as ff
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path[:0] = [str(ROOT), str(ROOT.parent / "benchmarks")]
+
+from packing_layouts import Layout, drawn, flat  # noqa: E402
+
+from judges import gaps  # noqa: E402
+
+Array = npt.NDArray[np.float64]
+
+
+def islands(layout: Layout, packed: ff.Parametrization) -> list[Array]:
+    uv = packed.uv32().astype(np.float64)
+    return [uv[layout.island == i] for i in range(layout.islands)]
+
+
+def pack(layout: Layout, **options: Any) -> ff.Parametrization:
+    options.setdefault("effort", 0.1)
+    return ff.pack(layout.vertices, layout.faces, layout.uv, **options)
+
+
+def turns(layout: Layout, packed: ff.Parametrization) -> Array:
+    """The angle by which each face's first side was turned."""
+    sides = []
+    for uv in (layout.uv, packed.uv):
+        side = uv[:, 1] - uv[:, 0]
+        sides.append(side[:, 0] + 1j * side[:, 1])
+    return np.asarray(np.angle(sides[1] / sides[0]))
+
+
+@pytest.mark.parametrize("kind", ["blobs", "letters", "rings", "sizes", "mixed"])
+@pytest.mark.parametrize("count", [1, 2, 7, 40])
+@pytest.mark.parametrize("pixels", [0.0, 2.0, 16.0])
+def test_gaps_are_at_least_the_margin_as_stored(kind: str, count: int, pixels: float) -> None:
+    layout = drawn(kind, count, seed=count)
+    packed = pack(layout, margin_pixels=pixels, texture_size=1024)
+    assert packed.certificate.ok and packed.certificate.island_overlaps == 0
+    assert packed.certificate.flips32 == 0
+    margin = pixels / 1024
+    found = islands(layout, packed)
+    gap = gaps.narrowest(found, max(margin, 1e-6))
+    assert gap.distance >= margin and gap.distance > 0.0, gap
+    low, high = min(uv.min() for uv in found), max(uv.max() for uv in found)
+    assert low >= margin / 2 and 1.0 - high >= margin / 2
+    assert packed.stats["fill"] == pytest.approx(sum(_area(uv) for uv in found), rel=1e-4)
+
+
+def _area(uv: Array) -> float:
+    a, b = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
+    return float(np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / 2)
+
+
+def test_nested_islands_are_larger_than_boxes_side_by_side() -> None:
+    layout = drawn("mixed", 60, seed=5)
+    boxes = pack(layout, effort=0.0).stats["fill"]
+    assert pack(layout, effort=0.5).stats["fill"] > 1.2 * boxes
+
+
+def test_small_islands_go_into_holes() -> None:
+    layout = drawn("rings", 1, seed=3)
+    angle = np.linspace(0.0, 2.0 * np.pi, 33)[:-1]
+    ring = np.column_stack([np.cos(angle), np.sin(angle)])
+    own = np.arange(32)
+    after = np.roll(own, -1)
+    faces = [
+        np.column_stack([own, 32 + own, 32 + after]),
+        np.column_stack([own, 32 + after, after]),
+    ]
+    points = np.vstack([0.8 * ring, ring, 0.7 * ring + 5.0, [[5.0, 5.0]]])
+    faces.append(np.column_stack([np.full(32, 96), 64 + own, 64 + after]))
+    layout = flat(points[np.concatenate(faces)])
+    assert layout.islands == 2
+    uv = pack(layout, margin=0.005).uv
+    centres = [uv[layout.island == i].reshape(-1, 2) for i in range(2)]
+    middle = [0.5 * (c.min(0) + c.max(0)) for c in centres]
+    assert np.linalg.norm(middle[0] - middle[1]) < 0.1
+
+
+@pytest.mark.parametrize("rotation", ["quarters", "none"])
+def test_rotations_are_restricted(rotation: str) -> None:
+    layout = drawn("mixed", 30, seed=8)
+    found = turns(layout, pack(layout, rotation=rotation)) / (np.pi / 2)
+    assert np.abs(found - np.round(found)).max() < 1e-9
+    assert (np.abs(found).max() < 1e-9) == (rotation == "none")
+
+
+def test_groups_keep_their_places_relative_to_each_other() -> None:
+    layout = drawn("blobs", 12, seed=2)
+    groups = np.where(layout.island < 4, 7, -1)
+    packed = pack(layout, groups=groups)
+    own = layout.island < 4
+    z, w = (uv[own][:, :, 0] + 1j * uv[own][:, :, 1] for uv in (layout.uv, packed.uv))
+    ratio = (w - w[0, 0])[1:, 1:] / (z - z[0, 0])[1:, 1:]
+    assert np.abs(ratio - ratio[0, 0]).max() < 1e-6 * abs(ratio[0, 0])
+    others = [u for i, u in enumerate(islands(layout, packed)) if i >= 4]
+    as_one = packed.uv32().astype(float)[own]
+    assert gaps.narrowest([as_one, *others], 0.01).distance >= 0.005
+
+
+def test_similar_islands_are_stacked_only_if_asked_to() -> None:
+    square = np.array([[[0.0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]])
+    layout = flat(np.concatenate([square + [3.0 * i, 0.0] for i in range(9)]))
+    assert pack(layout).stats["stacked"] == 0
+    packed = pack(layout, stack_similar=True)
+    assert packed.stats["stacked"] == 8 and packed.certificate.ok
+    assert packed.stats["fill"] > 0.9
+
+
+def test_tiles_are_counted_from_the_one_that_is_asked_for() -> None:
+    layout = drawn("blobs", 9, seed=1)
+    packed = pack(layout, tile=1013)
+    assert packed.stats["tile"] == 12
+    uv = packed.uv32() - [2.0, 1.0]
+    assert uv.min() > 0.0 and uv.max() < 1.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_gaps_to_obstacles_and_unmoved_islands_are_kept(seed: int) -> None:
+    layout = drawn("mixed", 20, seed=seed)
+    low = layout.vertices[:, :2].min(0)
+    uv = (layout.uv - low) / np.ptp(layout.vertices[:, :2], axis=0).max() / 3.0 + 0.3
+    uv = uv.astype(np.float32).astype(float)
+    random = np.random.default_rng(seed)
+    obstacles = random.uniform(0.0, 1.0, (3, 1, 2)) + random.uniform(-0.1, 0.1, (3, 3, 2))
+    corner = 3 * int(np.flatnonzero(layout.island == 4)[0])
+    packed = ff.pack(
+        layout.vertices, layout.faces, uv, unmoved=[corner], obstacles=obstacles, effort=0.1
+    )
+    stored = packed.uv32().astype(float)
+    stays = layout.island == 4
+    assert np.array_equal(stored[stays], uv[stays])
+    moved = [stored[layout.island == i] for i in range(layout.islands) if i != 4]
+    for still in (uv[stays], *[t[None] for t in obstacles]):
+        for island in moved:
+            assert gaps.between(island, still, 0.01) >= 0.005
+
+
+def test_bits_do_not_depend_on_threads() -> None:
+    layout = drawn("mixed", 25, seed=6)
+    one, two = (pack(layout, threads=threads).uv32() for threads in (1, 2))
+    assert np.array_equal(one, two)
+
+
+def test_a_thousand_equal_squares_lie_in_rows() -> None:
+    square = np.array([[[0.0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]])
+    layout = flat(np.concatenate([square + [2.0 * (i % 32), 2.0 * (i // 32)] for i in range(1000)]))
+    packed = pack(layout, margin=2 / 1024)
+    assert gaps.narrowest(islands(layout, packed), 2.5 / 1024).distance >= 2 / 1024
+    assert packed.stats["fill"] > 0.8
+
+
+def test_slivers_dust_and_huge_islands_together() -> None:
+    random = np.random.default_rng(0)
+    triangles = [np.array([[0.0, 0], [1, 0], [0.5, 1]])]
+    triangles += [np.array([[0.0, 0], [3, 0], [3, 1e-4]]) + [0.0, i + 2.0] for i in range(20)]
+    triangles += [random.uniform(0, 1e-5, (3, 2)) + [9.0, i] for i in range(30)]
+    uv = np.array(
+        [t if np.linalg.det([t[1] - t[0], t[2] - t[0]]) > 0 else t[::-1] for t in triangles]
+    )
+    faces = np.arange(len(uv) * 3).reshape(-1, 3).astype(np.int32)
+    vertices = np.column_stack([uv.reshape(-1, 2), np.zeros(3 * len(uv))])
+    packed = ff.pack(vertices, faces, uv, effort=0.1)
+    assert packed.certificate.ok and packed.certificate.island_overlaps == 0
+    stored = packed.uv32().astype(float)
+    assert gaps.narrowest([t[None] for t in stored], 0.006).distance >= 0.005
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"rotation": "some"},
+        {"tile": 1000},
+        {"effort": -1.0},
+        {"groups": [1, 2]},
+        {"texture_size": 0, "margin_pixels": 1},
+        {"margin_pixels": 600},
+        {"margin_pixels": -1},
+    ],
+)
+def test_wrong_options_are_refused(options: dict[str, Any]) -> None:
+    with pytest.raises(ff.InvalidInput):
+        pack(drawn("blobs", 2, seed=1), **options)
