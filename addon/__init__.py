@@ -15,12 +15,14 @@ import bpy
 from . import cli, menus, modal, preferences, solver
 from .fields import drawing, field_aligned
 from .operators import check, conformal, improve, match, seamless, select, unwrap
+from .operators.packing import pack
 
 _CLASSES = (
     *preferences.CLASSES,
     *unwrap.CLASSES,
     *match.CLASSES,
     *improve.CLASSES,
+    *pack.CLASSES,
     *conformal.CLASSES,
     *seamless.CLASSES,
     *field_aligned.CLASSES,

@@ -4,6 +4,7 @@
     blender -b -c flipfree unwrap IN OUT [--keep-placement] [--allow-overlaps] ...
     blender -b -c flipfree match IN OUT [--cut-open] [--unwrap-rest] [--max-seconds S] ...
     blender -b -c flipfree improve IN OUT [--pack] [--iterations N] ...
+    blender -b -c flipfree pack IN OUT [--margin-pixels P] [--texture-size S] [--rotation quarters] ...
     blender -b -c flipfree conformal IN OUT [--boundary straight] ...
     blender -b -c flipfree seamless IN OUT [--cones suggested] ...
     blender -b -c flipfree field-aligned IN OUT [--field flow] ...
@@ -36,6 +37,7 @@ from .operators import (
     unwrap,
 )
 from .operators.options import MAX_SECONDS
+from .operators.packing import pack
 
 _handles = []
 
@@ -134,6 +136,22 @@ def _parser() -> argparse.ArgumentParser:
     )
     added.add_argument("--iterations", type=int, default=200, help="most steps per island")
     _margin(added)
+    added = command("pack", "nest the islands of all meshes into one tile", _pack_options)
+    added.add_argument("--margin-pixels", type=float, default=2.0, help="least gap between islands")
+    added.add_argument("--texture-size", type=int, default=1024, help="pixels to a side")
+    added.add_argument(
+        "--rotation", choices=[name for name, _, _ in pack.ROTATIONS], default="free"
+    )
+    added.add_argument("--tile", type=int, default=1001, help="UDIM tile to pack into")
+    added.add_argument(
+        "--effort", type=float, default=1.0, help="of the search (default %(default)g)"
+    )
+    flags(
+        added,
+        keep_sizes="islands keep their sizes relative to each other, not one texel density",
+        stack_similar="islands of equal outline lie on top of each other",
+        ignore_pins="treat pinned UVs as any other",
+    )
     added = command("conformal", "map without shear, with the marked cones", _conformal_options)
     boundaries = [name for name, _, _ in conformal.BOUNDARIES]
     added.add_argument("--boundary", choices=boundaries, default="free")
@@ -247,6 +265,23 @@ def _improve_options(given):
             "iterations": given.iterations,
             "pack": given.pack,
             "margin": given.margin,
+        },
+    )
+
+
+def _pack_options(given):
+    return (
+        pack.PackTask,
+        pack.summary,
+        {
+            "margin_pixels": given.margin_pixels,
+            "texture_size": given.texture_size,
+            "rotation": given.rotation,
+            "stack_similar": given.stack_similar,
+            "same_density": not given.keep_sizes,
+            "use_pins": not given.ignore_pins,
+            "tile": given.tile,
+            "effort": given.effort,
         },
     )
 

@@ -8,6 +8,7 @@ ENTRIES = (
     "uv.flipfree_unwrap",
     "uv.flipfree_match",
     "uv.flipfree_improve",
+    "uv.flipfree_pack",
     "uv.flipfree_conformal",
     "uv.flipfree_seamless",
     "uv.flipfree_field_aligned",

@@ -35,6 +35,8 @@ def of_task(task, line: str, advice: str) -> dict:
         record["island_overlaps"] = task.island_overlaps
     for name in ("energy", "energy_p99", "max_energy"):
         record[name] = _worst([getattr(c, name) for c in certificates])
+    stats = getattr(getattr(task, "result", None), "stats", {})
+    record["fill"] = float(stats["fill"]) if "fill" in stats else None
     record["poor"] = any(c.poor for c in certificates)
     record["poor_islands"] = common.poor_islands([task])
     record["separated"] = common.mends(certificates)

@@ -12,6 +12,9 @@ from flipfree import jobs
 
 from .preferences import threads
 
+# Effort of the packing that follows an unwrap, as that of ff.unwrap itself.
+QUICK_PACKING = 0.2
+
 
 def check_version() -> None:
     """Wheels of all extensions share one folder, so another flipfree may have been found. Raises ImportError."""
@@ -106,6 +109,10 @@ def pack(
     keep_bijective=True,
     together=False,
     scale_true=False,
+    rotation="free",
+    stack_similar=False,
+    tile=1001,
+    effort=QUICK_PACKING,
     unmoved=None,
     obstacles=None,
     density=None,
@@ -120,6 +127,10 @@ def pack(
         keep_bijective=keep_bijective,
         together=together,
         scale_true=scale_true,
+        rotation=rotation,
+        stack_similar=stack_similar,
+        tile=tile,
+        effort=effort,
         unmoved=unmoved,
         obstacles=obstacles,
         density=density,

@@ -122,14 +122,13 @@ class JointLayout(modal.StagedTask):
                 [s.triangles + n for s, n in zip(snapshots, self.first_vertex, strict=False)]
             ),
             np.concatenate([task.result.uv for task in tasks]),
-            margin=tasks[0].margin,
-            scale_true=True,
             unmoved=self._pinned_corners(),
             obstacles=self.obstacles,
             place_like=np.concatenate([s.corner_uv for s in snapshots]) if keep else None,
+            **self._options(),
         )
         stored = packed.uv32()
-        stats = {name: packed.stats[name] for name in ("kept_places", "tile")}
+        stats = {name: packed.stats[name] for name in ("kept_places", "tile", "fill", "stacked")}
         for i, task in enumerate(tasks):
             own = slice(self.first_face[i], self.first_face[i + 1])
             self._blame(i)
@@ -140,6 +139,11 @@ class JointLayout(modal.StagedTask):
                 bijective=task.bijective and task.certificate.overlaps == 0,
             )
             task.lay_out(packed.uv[own], stored[own], certificate, stats)
+
+    def _options(self) -> dict:
+        """How the first task wants it packed; quickly, unless it says otherwise."""
+        quick = {"margin": self.tasks[0].margin, "scale_true": True, "effort": solver.QUICK_PACKING}
+        return {**quick, **getattr(self.tasks[0], "pack_options", {})}
 
     def _pinned_corners(self) -> np.ndarray:
         corners = [

@@ -155,7 +155,7 @@ def summary(tasks: list[UnwrapTask]) -> str:
 def layout_notes(tasks: list[MapTask]) -> str:
     """What a user might wonder about where the islands went."""
     stats = tasks[0].result.stats
-    text = ""
+    text = f", {100.0 * stats['fill']:.0f} % filled" if stats.get("fill", 0.0) > 0.0 else ""
     if tasks[0].keep_placement and not stats["kept_places"]:
         text += ", packed, as old places were missing, overlapping or outside the unit square"
     if stats.get("tile", 0):

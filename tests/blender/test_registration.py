@@ -11,6 +11,7 @@ OPERATORS = [
     "flipfree_unwrap",
     "flipfree_match",
     "flipfree_improve",
+    "flipfree_pack",
     "flipfree_conformal",
     "flipfree_seamless",
     "flipfree_field_aligned",

@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pack Islands: the islands of existing maps, nested into one tile, a certified gap between any two (docs/pack.md)."""
+
+import bpy
+import numpy as np
+
+from ... import modal, solver
+from .. import common, options
+from ..unwrap import MapTask, layout_notes
+
+ROTATIONS = (
+    ("free", "Any", "By any angle"),
+    ("quarters", "90 Degrees", "By quarter turns only"),
+    ("none", "None", "Not at all"),
+)
+
+
+class PackTask(modal.StagedTask, MapTask):
+    packs_alone = False
+    bijective = False  # islands that overlap themselves are packed as they are
+
+    def __init__(
+        self,
+        snapshot,
+        *,
+        margin_pixels=2.0,
+        texture_size=1024,
+        rotation="free",
+        stack_similar=False,
+        same_density=True,
+        use_pins=True,
+        tile=1001,
+        effort=1.0,
+    ):
+        super().__init__(snapshot)
+        self.use_pins = use_pins
+        self.margin = margin_pixels / texture_size
+        self.pack_options = {
+            "margin": self.margin,
+            "rotation": rotation,
+            "stack_similar": stack_similar,
+            "scale_true": same_density,
+            "tile": tile,
+            "effort": effort,
+        }
+
+    def stages(self):
+        snapshot = self.snapshot
+        common.refuse_nonfinite_uvs(snapshot)
+        result = yield solver.pack(
+            snapshot.vertices,
+            snapshot.triangles,
+            snapshot.corner_uv.astype(np.float64),
+            unmoved=[3 * t + k for t, k in self.pins()],
+            **{**self.pack_options, "effort": 0.0},
+        )
+        self.take(result)
+
+
+def summary(tasks: list[PackTask]) -> str:
+    """The report line, without the time."""
+    text = common.figures([t.certificate for t in tasks], sum(t.islands for t in tasks))
+    stats = tasks[0].result.stats
+    if stats.get("stacked", 0):
+        text += f", {common.plural(stats['stacked'], 'island')} stacked"
+    return text + layout_notes(tasks)
+
+
+class UV_OT_flipfree_pack(options.KeepPins, options.MapOperator, bpy.types.Operator):
+    bl_idname = "uv.flipfree_pack"
+    bl_label = "Pack Islands (Nested)"
+    bl_description = (
+        "Nest the islands of all objects into one tile, true outlines, holes used, with an exact least gap in pixels; "
+        "islands with pins and faces that are not selected stay and are kept clear of"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+    verb = "Pack Islands"
+    needs_uv = True
+    joint_layout = True
+    option_names = (
+        "margin_pixels",
+        "texture_size",
+        "rotation",
+        "same_density",
+        "stack_similar",
+        "use_pins",
+        "tile",
+        "effort",
+    )
+
+    margin_pixels: bpy.props.FloatProperty(
+        name="Margin",
+        description="Least gap between islands, in pixels of the texture; half of it to the tile's border",
+        default=2.0,
+        min=0.0,
+        soft_max=64.0,
+        precision=1,
+    )
+    texture_size: bpy.props.IntProperty(
+        name="Texture Size",
+        description="Pixels of the texture to a side, by which the margin is measured",
+        default=1024,
+        min=16,
+        max=65536,
+    )
+    rotation: bpy.props.EnumProperty(
+        name="Rotation", description="How islands may be turned", items=ROTATIONS, default="free"
+    )
+    same_density: bpy.props.BoolProperty(
+        name="Same Density",
+        description="All islands get the same area per area of the surface. Otherwise they keep their relative sizes",
+        default=True,
+    )
+    stack_similar: bpy.props.BoolProperty(
+        name="Stack Similar",
+        description="Islands of equal outline lie on top of each other and share their pixels",
+        default=False,
+    )
+    tile: bpy.props.IntProperty(
+        name="Tile",
+        description="UDIM tile to pack into. The next one that has room, if others leave none there",
+        default=1001,
+        min=1001,
+        max=1100,
+    )
+    effort: bpy.props.FloatProperty(
+        name="Effort",
+        description="How long to search for a denser layout: 1 is about half a second for 300 islands, 0 puts boxes side by side",
+        default=1.0,
+        min=0.0,
+        soft_max=20.0,
+        max=1000.0,
+        precision=1,
+    )
+
+    def make_task(self, snapshot, **options):
+        return PackTask(snapshot, **options)
+
+    def summary(self, tasks):
+        return summary(tasks)
+
+
+CLASSES = (UV_OT_flipfree_pack,)
