@@ -94,9 +94,8 @@ def test_what_is_not_selected_stays_and_is_kept_clear_of():
     ob = cube_with_seams()
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
     before = shapes.uv_of(ob).copy()
-    for face in ob.data.polygons:
-        face.select = face.index != 3
     bpy.ops.object.mode_set(mode="EDIT")
+    shapes.select_faces(ob, [face for face in range(6) if face != 3])
     pack()
     bpy.ops.object.mode_set(mode="OBJECT")
     loops = list(ob.data.polygons[3].loop_indices)

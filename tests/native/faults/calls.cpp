@@ -56,10 +56,14 @@ Points2 sheared(const mesh::Surface& surface) {
   return uv;
 }
 
+// Packing that searches for long allocates the same again and again.
+constexpr double kLittleEffort = 0.02;
+
 Call unwrap_call(std::string name, const mesh::Surface& surface,
                  const unwrap::UnwrapOptions& options) {
   return map_call(std::move(name), surface, [=](ExecutionContext& context, double max_seconds) {
     unwrap::UnwrapOptions limited = options;
+    limited.effort = kLittleEffort;
     limited.max_seconds = max_seconds;
     return unwrap::unwrap(surface, limited, context);
   });
@@ -105,6 +109,7 @@ void add_layouts(std::vector<Call>& calls) {
   }));
   calls.push_back(map_call("pack", plane, [=](ExecutionContext& context, double max_seconds) {
     unwrap::PackOptions options;
+    options.effort = kLittleEffort;
     options.scale_true = true;
     return in_time(context, max_seconds, "Packing did not end", "or pack less",
                    [&] { return unwrap::pack(plane, uv, options, context); });
