@@ -152,7 +152,8 @@ double largest_seam_error(const std::vector<SeamBranch>& branches, const mesh::A
 void write_transitions(const std::vector<SeamBranch>& branches, certify::Parametrization& map) {
   std::size_t count = 0;
   for (const SeamBranch& branch : branches) count += branch.halfedges.size();
-  map.cut_edges.resize(static_cast<Eigen::Index>(count), 2);
+  map.cut_edges =
+      IndexPairs(static_cast<Eigen::Index>(count), 2);  // a resize that fails frees twice
   map.transitions.clear();
   map.transitions.reserve(count);
   for (const SeamBranch& branch : branches) {

@@ -53,7 +53,7 @@ class Lifter {
   }
 
   void hand_over(Points2& uv) const {
-    uv.resize(static_cast<Eigen::Index>(after_.size()), 2);
+    uv = Points2(static_cast<Eigen::Index>(after_.size()), 2);  // a resize that fails frees twice
     for (std::size_t v = 0; v < after_.size(); ++v)
       uv.row(static_cast<Eigen::Index>(v)) = after_[v].transpose();
   }

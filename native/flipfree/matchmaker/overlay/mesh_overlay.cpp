@@ -48,7 +48,8 @@ class Overlay {
       }
     }
     curves.finish();
-    map.uv.resize(static_cast<Eigen::Index>(after_.size()), 2);
+    map.uv =
+        Points2(static_cast<Eigen::Index>(after_.size()), 2);  // a resize that fails frees twice
     for (std::size_t v = 0; v < after_.size(); ++v)
       map.uv.row(static_cast<Eigen::Index>(v)) = after_[v].transpose();
     return distortion::find_flips(mesh_.faces(), map.uv, context).empty();

@@ -159,7 +159,7 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
     spread_charts(parts.of_face, parts.count, exact.step, map.uv);
     map.uv32 = map.uv.cast<float>();
   } else {
-    map.uv32.resize(map.uv.rows(), 2);
+    map.uv32 = Points2f(map.uv.rows(), 2);  // a resize that fails frees twice
     for (CornerId c = 0; c < static_cast<CornerId>(map.uv.rows()); ++c)
       map.uv32.row(c) = exact.uv32.row(cut.surface.faces(c / 3, c % 3));
   }
