@@ -125,7 +125,7 @@ class UV_OT_flipfree_pack(options.KeepPins, options.MapOperator, bpy.types.Opera
     )
     effort: bpy.props.FloatProperty(
         name="Effort",
-        description="How long to search for a denser layout: 1 is about half a second for 300 islands, 0 puts boxes side by side",
+        description="How long to search for a denser layout: 1 is about a second for 300 islands, 0 puts boxes side by side",
         default=1.0,
         min=0.0,
         soft_max=20.0,

@@ -14,6 +14,10 @@ namespace flipfree::unwrap {
 namespace {
 
 constexpr std::size_t kMostNested = 20000;
+// With less effort than a half nesting must not be what takes long: of so many at most, others are
+// put as boxes.
+constexpr double kLittleEffort = 0.5;
+constexpr std::size_t kMostNestedQuickly = 300;
 constexpr Index kTilesInRow = 10;
 // Outlines lose corners that stand out by less than this share of the margin, or than this.
 constexpr double kSmooth = 0.01;
@@ -96,8 +100,9 @@ Index arrange(const std::vector<mesh::Chart>& charts, const Items& items,
   // In the unit of the boxes: maps may be of any size. Beyond what doubles square, boxes only.
   const double unit = 1.0 / side_by_side.scale;
   const Vector2 tile(side_by_side.tile % kTilesInRow, side_by_side.tile / kTilesInRow);
-  if (options.effort > 0.0 && items.size() <= kMostNested && std::isnormal(unit) &&
-      std::isnormal(area) && std::isnormal(unit * unit)) {
+  const std::size_t most = options.effort < kLittleEffort ? kMostNestedQuickly : kMostNested;
+  if (options.effort > 0.0 && items.size() <= most && std::isnormal(unit) && std::isnormal(area) &&
+      std::isnormal(unit * unit)) {
     NestOptions nesting;
     nesting.margin = fitting_margin(options.margin, items.size());
     nesting.rotation = options.rotation;

@@ -12,7 +12,7 @@ namespace flipfree::unwrap {
 struct ArrangeOptions {
   double margin = 0.005;  // RoomOptions; half of it to the tile's border
   Rotation rotation = Rotation::kFree;
-  double effort = 1.0;             // NestOptions; 0: boxes only
+  double effort = 1.0;             // NestOptions; 0: boxes only, as below 0.5 for more than 300
   double scale = 0.0;              // wanted; 0: the largest
   Index first_tile = 0;            // see RoomOptions
   const Points2* stays = nullptr;  // 3 k x 2: triangles to keep clear of
