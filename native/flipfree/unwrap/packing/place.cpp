@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -244,15 +245,21 @@ PlacedCharts packed(const std::vector<mesh::Chart>& charts, const std::vector<ch
   if (density > 0.0 && own > 0.0) arranging.scale = density / own;
   const double margin = fitting_margin(options.margin, items.size());
   // Repairs of rounding may move an outline a little: wider then, and boxes at last.
+  struct Attempt {
+    double widening;
+    bool nested;
+  };
+  constexpr std::array<Attempt, 6> kAttempts{
+      {{1.0, true}, {1.05, true}, {1.0, false}, {1.2, false}, {1.5, false}, {2.0, false}}};
   PlacedCharts placed;
-  for (const auto& [widening, effort] : {std::pair{1.0, 1.0}, {1.05, 1.0}, {1.0, 0.0}}) {
-    arranging.margin = margin * widening + kCare * (1.0 + 0.1 * options.first_tile);
-    arranging.effort = effort * options.effort;
+  for (const Attempt& attempt : kAttempts) {
+    if (attempt.nested && options.effort == 0.0) continue;
+    arranging.margin = margin * attempt.widening + kCare * (1.0 + 0.1 * options.first_tile);
+    arranging.effort = attempt.nested ? options.effort : 0.0;
     placed.uv = aligned;
     placed.tile = arrange(charts, items, arranging, placed.uv, context);
     for (const Stacked& s : stacked) put_on(charts, s, aligned, placed.uv);
     placed.stored = round(placed.uv);
-    if (arranging.effort == 0.0) break;
     if (disjoint(charts, items, placed.stored, stays) &&
         apart(charts, items, placed.stored, stays, margin, context))
       break;

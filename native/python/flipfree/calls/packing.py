@@ -64,7 +64,8 @@ def pack(
         vertices: (n, 3) float64. faces: (m, 3), any triangles. uv: (m, 3, 2), one per face corner.
         margin: least space between charts, in units of the unit square; half of it to the square's border. Lowered to
             0.9 / (ceil(sqrt(n)) + 1) for n charts.
-        margin_pixels: the same in pixels of a texture of ``texture_size`` pixels to a side; ``margin`` is not used then.
+        margin_pixels: the same in pixels of the texture; ``margin`` is not used then.
+        texture_size: pixels to a side, by which ``margin_pixels`` is measured.
         rotation: "free", "quarters" (turns by 90 degrees only) or "none".
         together: charts of one connected component turn and scale together, so that cuts whose sides are related by
             a rotation and a shift stay so, with the same rotation. Otherwise every chart turns on its own.
@@ -95,8 +96,8 @@ def pack(
     positions = as_vertices(vertices, face_array)
     corner_uv = as_corner_uv(uv, "uv", len(face_array))
     wanted = 0.0 if density is None else as_positive(density, "density")
+    size = as_count(texture_size, "texture_size", least=1)
     if margin_pixels is not None:
-        size = as_count(texture_size, "texture_size", least=1)
         margin = as_number(margin_pixels, "margin_pixels") / size
     options = filled(
         _native.PackOptions(),

@@ -1,0 +1,92 @@
+"""Random layouts through ff.pack: does the slow judge find an overlap or a gap that is too small, as stored?
+
+    PYTHONPATH=build/python:tests:benchmarks python3 benchmarks/packing_attack.py [--layouts 2000] [--seed 0] [--jobs 2]
+
+Kinds, numbers of islands, margins, rotations and efforts at random; some islands are made much larger or smaller, thin, or far away.
+Exit status 1 at a finding, which is printed with its seed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import collections
+import multiprocessing
+
+import numpy as np
+from packing_layouts import drawn
+
+import flipfree as ff
+
+from judges import gaps
+
+KINDS = ("blobs", "letters", "rings", "sizes", "mixed")
+LIMIT = 60.0
+
+
+def outcome(seed: int) -> tuple[str, str]:
+    """What came out, and what is wrong with it."""
+    random = np.random.default_rng(seed)
+    layout = drawn(str(random.choice(KINDS)), int(random.integers(1, 60)), seed=seed)
+    uv = np.array(layout.uv, float)
+    for island in np.flatnonzero(random.random(layout.islands) < 0.1):
+        own = layout.island == island
+        uv[own] *= 10.0 ** random.uniform(-4, 4)
+        if random.random() < 0.3:
+            uv[own, :, 0] *= 10.0 ** random.uniform(-3, 0)
+        uv[own] += random.normal(size=2) * 10.0 ** random.uniform(-2, 4)
+    pixels = float(random.choice([0.0, 1.0, 2.0, 8.0, 32.0]))
+    options = {
+        "margin_pixels": pixels,
+        "texture_size": int(random.choice([256, 1024, 4096])),
+        "rotation": str(random.choice(["free", "quarters", "none"])),
+        "effort": float(random.choice([0.0, 0.05, 0.2, 1.0])),
+        "scale_true": bool(random.random() < 0.5),
+    }
+    try:
+        packed = ff.pack(layout.vertices, layout.faces, uv, max_seconds=LIMIT, threads=1, **options)
+    except ff.NotConverged as error:
+        return error.code, ""
+    except ff.FlipfreeError as error:
+        wrong = "" if error.code in ("bad option", "flipped map") else f"{error.code}: {error}"
+        return error.code, wrong
+    # So many islands get no more (packing/boxes/pack_rectangles.h).
+    most = 0.899 / (np.ceil(np.sqrt(layout.islands)) + 1)
+    margin = min(pixels / options["texture_size"], most)
+    stored = packed.uv32().astype(np.float64)
+    found = [stored[layout.island == i] for i in range(layout.islands)]
+    gap = gaps.narrowest(found, max(margin, 1e-6))
+    wrong = []
+    if not (gap.distance >= margin and gap.distance > 0.0):
+        wrong.append(f"gap {gap} for a margin of {margin}")
+    low, high = min(i.min() for i in found), max(i.max() for i in found)
+    if low < margin / 2 or high > 1.0 - margin / 2:
+        wrong.append(f"from {low} to {high} for a margin of {margin}")
+    if not packed.certificate.ok or packed.certificate.flips32:
+        wrong.append(f"certificate: {packed.certificate.failures}")
+    return "packed", f"{options}: {'; '.join(wrong)}" if wrong else ""
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--layouts", type=int, default=2000)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--jobs", type=int, default=2)
+    options = parser.parse_args()
+    count: collections.Counter[str] = collections.Counter()
+    findings = 0
+    seeds = range(options.seed, options.seed + options.layouts)
+    with multiprocessing.Pool(options.jobs) as pool:
+        for seed, (kind, wrong) in zip(seeds, pool.imap(outcome, seeds, chunksize=8), strict=True):
+            count[kind] += 1
+            findings += bool(wrong)
+            if wrong:
+                print(f"seed {seed}: {wrong}", flush=True)
+    print(
+        ", ".join(f"{number} {kind}" for kind, number in count.most_common()),
+        f"- {findings} findings",
+    )
+    return 1 if findings else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
