@@ -63,6 +63,8 @@ def outcome(seed: int) -> tuple[str, str]:
         wrong.append(f"from {low} to {high} for a margin of {margin}")
     if not packed.certificate.ok or packed.certificate.flips32:
         wrong.append(f"certificate: {packed.certificate.failures}")
+    if not wrong and not packed.stats["margin_met"]:
+        wrong.append("the margin is met, and the statistics deny it")
     return "packed", f"{options}: {'; '.join(wrong)}" if wrong else ""
 
 

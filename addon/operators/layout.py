@@ -128,7 +128,10 @@ class JointLayout(modal.StagedTask):
             **self._options(),
         )
         stored = packed.uv32()
-        stats = {name: packed.stats[name] for name in ("kept_places", "tile", "fill", "stacked")}
+        stats = {
+            name: packed.stats[name]
+            for name in ("kept_places", "tile", "fill", "stacked", "margin_met")
+        }
         for i, task in enumerate(tasks):
             own = slice(self.first_face[i], self.first_face[i + 1])
             self._blame(i)

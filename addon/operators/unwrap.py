@@ -156,6 +156,8 @@ def layout_notes(tasks: list[MapTask]) -> str:
     """What a user might wonder about where the islands went."""
     stats = tasks[0].result.stats
     text = f", {100.0 * stats['fill']:.0f} % filled" if stats.get("fill", 0.0) > 0.0 else ""
+    if not stats.get("margin_met", 1) and not stats.get("kept_places", 0):
+        text += ", some gaps below the margin"
     if tasks[0].keep_placement and not stats["kept_places"]:
         text += ", packed, as old places were missing, overlapping or outside the unit square"
     if stats.get("tile", 0):

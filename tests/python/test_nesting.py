@@ -15,6 +15,7 @@ import flipfree as ff
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT.parent / "benchmarks")]
 
+from packing_attack import outcome  # noqa: E402
 from packing_layouts import Layout, drawn, flat  # noqa: E402
 
 from judges import gaps  # noqa: E402
@@ -193,3 +194,8 @@ def test_slivers_dust_and_huge_islands_together() -> None:
 def test_wrong_options_are_refused(options: dict[str, Any]) -> None:
     with pytest.raises(ff.InvalidInput):
         pack(drawn("blobs", 2, seed=1), **options)
+
+
+@pytest.mark.parametrize("seed", [0, 20, 216, 10189, 10435])
+def test_margins_hold_where_storing_moves_outlines_or_there_is_room_for_less(seed: int) -> None:
+    assert outcome(seed) == ("packed", "")

@@ -112,6 +112,7 @@ PlacedCharts place_and_round(const Islands& islands, const ChartPins& pins,
   const ProgressRange range(context, 0.92, 0.95);
   PlacedCharts placed = place_charts(islands.charts, std::move(uv), moved, placing, round, context);
   stats["fill"] = placed.fill;
+  stats["margin_met"] = static_cast<std::int64_t>(placed.margin_met);
   stats["kept_places"] = static_cast<std::int64_t>(placed.kept);
   stats["tile"] = static_cast<std::int64_t>(placed.tile);
   return placed;

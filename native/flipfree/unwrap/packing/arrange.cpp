@@ -18,7 +18,6 @@ constexpr std::size_t kMostNested = 20000;
 // put as boxes.
 constexpr double kLittleEffort = 0.5;
 constexpr std::size_t kMostNestedQuickly = 300;
-constexpr Index kTilesInRow = 10;
 // Outlines lose corners that stand out by less than this share of the margin, or than this.
 constexpr double kSmooth = 0.01;
 constexpr double kLeastSmooth = 2e-5;
@@ -99,7 +98,7 @@ Index arrange(const std::vector<mesh::Chart>& charts, const Items& items,
   };
   // In the unit of the boxes: maps may be of any size. Beyond what doubles square, boxes only.
   const double unit = 1.0 / side_by_side.scale;
-  const Vector2 tile(side_by_side.tile % kTilesInRow, side_by_side.tile / kTilesInRow);
+  const Vector2 tile = tile_corner(side_by_side.tile);
   const std::size_t most = options.effort < kLittleEffort ? kMostNestedQuickly : kMostNested;
   if (options.effort > 0.0 && items.size() <= most && std::isnormal(unit) && std::isnormal(area) &&
       std::isnormal(unit * unit)) {

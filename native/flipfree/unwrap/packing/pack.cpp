@@ -182,6 +182,7 @@ certify::Parametrization pack_clean(const mesh::Surface& surface, const Points2&
   map.stats["kept_places"] = static_cast<std::int64_t>(placed.kept);
   map.stats["tile"] = static_cast<std::int64_t>(placed.tile);
   map.stats["fill"] = placed.fill;
+  map.stats["margin_met"] = static_cast<std::int64_t>(placed.margin_met);
   map.stats["stacked"] = static_cast<std::int64_t>(placed.stacked);
   map.stats["energy"] = map.certificate.energy;
   map.stats["seconds"] = watch.seconds();

@@ -47,9 +47,9 @@ struct PackOptions {
 // sides of an edge differ. Certified as by certify_map (G1, G2, G7). Any triangles: what is no
 // oriented manifold surface is separated first, along the map. Stats: "charts", "seconds",
 // "density" (of all that was moved), "kept_places" (0 or 1), "tile" (pack_rectangles.h: 0 is the
-// unit square), "fill" and "stacked" (place.h). Throws InvalidInput (a mesh without meaning,
-// kBadOption naming flipped faces or if there is no room, kBadShape), NotConverged (rounding,
-// certificate), Cancelled. Cost: O(#F log #F).
+// unit square), "fill", "stacked" and "margin_met" (0 or 1; place.h). Throws InvalidInput (a mesh
+// without meaning, kBadOption naming flipped faces or if there is no room, kBadShape), NotConverged
+// (rounding, certificate), Cancelled. Cost: O(#F log #F).
 certify::Parametrization pack(const mesh::Surface& surface, const Points2& corner_uv,
                               const PackOptions& options, ExecutionContext& context);
 

@@ -155,11 +155,30 @@ bool disjoint(const std::vector<mesh::Chart>& charts, const Items& items,
   return certify::island_overlaps(islands, corners).pairs == 0;
 }
 
-bool in_unit_square(const std::vector<Points2f>& stored, const std::vector<char>& moved) {
+// So far from the border of the tile; the first tile is the unit square.
+bool in_tile(const std::vector<Points2f>& stored, const std::vector<char>& moved, Index tile,
+             double border) {
+  const Eigen::RowVector2d low = tile_corner(tile).transpose();
+  const Eigen::RowVector2d least = low.array() + border, most = low.array() + (1.0 - border);
   for (std::size_t c = 0; c < moved.size(); ++c) {
-    if (moved[c] && (stored[c].minCoeff() < 0.0F || stored[c].maxCoeff() > 1.0F)) return false;
+    if (!moved[c]) continue;
+    const Points2 uv = stored[c].cast<double>();
+    if ((uv.colwise().minCoeff().array() < least.array()).any() ||
+        (uv.colwise().maxCoeff().array() > most.array()).any())
+      return false;
   }
   return true;
+}
+
+// How far storing the charts that move took a vertex.
+double largest_move(const PlacedCharts& placed, const std::vector<char>& moved) {
+  double largest = 0.0;
+  for (std::size_t c = 0; c < moved.size(); ++c) {
+    if (!moved[c]) continue;
+    const Points2 gap = placed.stored[c].cast<double>() - placed.uv[c];
+    largest = std::max(largest, gap.rowwise().norm().maxCoeff());
+  }
+  return largest;
 }
 
 // Charts that move, by group.
@@ -243,26 +262,28 @@ PlacedCharts packed(const std::vector<mesh::Chart>& charts, const std::vector<ch
   if (stays.rows() > 0) arranging.stays = &stays;
   const double own = density_of(charts, aligned, moved);
   if (density > 0.0 && own > 0.0) arranging.scale = density / own;
-  const double margin = fitting_margin(options.margin, items.size());
-  // Repairs of rounding may move an outline a little: wider then, and boxes at last.
-  struct Attempt {
-    double widening;
-    bool nested;
-  };
-  constexpr std::array<Attempt, 6> kAttempts{
-      {{1.0, true}, {1.05, true}, {1.0, false}, {1.2, false}, {1.5, false}, {2.0, false}}};
+  const double care = kCare * (1.0 + 0.1 * options.first_tile);
+  // Of one that is lowered for want of room nothing is left to round with.
+  const double margin = std::min(
+      options.margin, fitting_margin(options.margin + 2.0 * care, items.size()) - 2.0 * care);
+  // Where triangles are thinner than 32 bits hold, storing them moves outlines: by so much wider
+  // then, and boxes at last.
+  constexpr std::array<bool, 5> kNested{true, true, false, false, false};
+  double moved_by = 0.0;
   PlacedCharts placed;
-  for (const Attempt& attempt : kAttempts) {
-    if (attempt.nested && options.effort == 0.0) continue;
-    arranging.margin = margin * attempt.widening + kCare * (1.0 + 0.1 * options.first_tile);
-    arranging.effort = attempt.nested ? options.effort : 0.0;
+  for (const bool nested : kNested) {
+    if (nested && options.effort == 0.0) continue;
+    arranging.margin = margin + 2.0 * moved_by + care;
+    arranging.effort = nested ? options.effort : 0.0;
     placed.uv = aligned;
     placed.tile = arrange(charts, items, arranging, placed.uv, context);
     for (const Stacked& s : stacked) put_on(charts, s, aligned, placed.uv);
     placed.stored = round(placed.uv);
-    if (disjoint(charts, items, placed.stored, stays) &&
-        apart(charts, items, placed.stored, stays, margin, context))
-      break;
+    placed.margin_met = in_tile(placed.stored, moved, placed.tile, 0.5 * margin) &&
+                        disjoint(charts, items, placed.stored, stays) &&
+                        apart(charts, items, placed.stored, stays, margin, context);
+    if (placed.margin_met) break;
+    moved_by = std::max(moved_by, largest_move(placed, moved));
   }
   placed.stacked = static_cast<Index>(stacked.size());
   for (std::size_t c = 0; c < charts.size(); ++c)
@@ -290,7 +311,8 @@ PlacedCharts place_charts(const std::vector<mesh::Chart>& charts, std::vector<Po
     if (auto former = at_former_places(charts, uv, moved, *options.place_like)) {
       try {
         std::vector<Points2f> stored = round(*former);
-        if (in_unit_square(stored, moved) && disjoint(charts, items_of(moved, {}), stored, stays)) {
+        if (in_tile(stored, moved, 0, 0.0) &&
+            disjoint(charts, items_of(moved, {}), stored, stays)) {
           placed.uv = std::move(*former);
           placed.stored = std::move(stored);
           placed.kept = true;

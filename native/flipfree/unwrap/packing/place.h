@@ -35,6 +35,9 @@ struct PlacedCharts {
   bool kept = false;  // at their former places
   Index tile = 0;     // see Placement
   Index stacked = 0;  // charts that lie on another one
+  // All gaps, and half of it to the tile's border, are at least the margin as stored. Not asked of
+  // former places.
+  bool margin_met = false;
   double fill = 0.0;  // share of the tile that charts cover that moved, stacked ones once
 };
 
@@ -46,8 +49,8 @@ using RoundCharts = std::function<std::vector<Points2f>(const std::vector<Points
 // place_like and, as stored, none overlaps another, a chart that stays or an obstacle, and none
 // leaves the unit square. Otherwise they are packed together (arrange.h): as stored, none overlaps
 // another, a chart that stays or an obstacle, and all gaps are at least the margin (RoomOptions) -
-// but for charts that had to be put off by more than that to be stored. Throws what arrange() and
-// `round` throw. Cost: O(#F log #F) and the search.
+// but for charts that no layout tried could both store and keep apart: see margin_met. Throws what
+// arrange() and `round` throw. Cost: O(#F log #F) and the search.
 PlacedCharts place_charts(const std::vector<mesh::Chart>& charts, std::vector<Points2> uv,
                           const std::vector<char>& moved, const PlacingOptions& options,
                           const RoundCharts& round, ExecutionContext& context);

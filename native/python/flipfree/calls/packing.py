@@ -54,7 +54,8 @@ def pack(
     """Moves the charts of a flip-free map into the unit square, as ``unwrap`` does; only turns, shifts and scales.
 
     Outlines are nested, holes are used. As stored in 32 bits no chart overlaps another, and any two are at least the margin
-    apart. ``stats["fill"]`` is the share of the square that the charts cover.
+    apart. ``stats["fill"]`` is the share of the square that the charts cover; ``stats["margin_met"]`` is 0 where a
+    gap, or half of one to the border, is below the margin as stored.
 
     The map is cut where the UVs on the two sides of an edge differ. Where pinned charts and obstacles leave less than an
     eighth of the scale that the empty unit square allows, the next free tile is taken, in the order of UDIM:

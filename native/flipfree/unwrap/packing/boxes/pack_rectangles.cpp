@@ -224,6 +224,8 @@ Packed pack_into(const std::vector<Vector2>& sizes, const std::vector<Way>& ways
 
 }  // namespace
 
+Vector2 tile_corner(Index tile) { return Vector2(tile % kTilesInRow, tile / kTilesInRow); }
+
 double fitting_margin(double margin, std::size_t count) {
   // Of n rectangles, some sqrt(n) stand side by side; their gaps leave them room.
   const double side_by_side = std::ceil(std::sqrt(static_cast<double>(count)));
@@ -243,13 +245,13 @@ Placement pack_rectangles(const std::vector<Vector2>& sizes, const RoomOptions& 
   Packed packed;
   if (options.obstacles == nullptr || options.obstacles->rows() == 0) {
     packed = pack_into(sizes, ways, whole, margin, wanted);
-    const Vector2 tile(placement.tile % kTilesInRow, placement.tile / kTilesInRow);
+    const Vector2 tile = tile_corner(placement.tile);
     for (Vector2& corner : packed.corner) corner += tile;
   } else {
     const double least =
         kLeastShare * std::min(wanted, pack_into(sizes, ways, whole, margin, wanted).scale);
     for (; placement.tile < kTiles && !(packed.scale > 0.0); ++placement.tile) {
-      const Vector2 tile(placement.tile % kTilesInRow, placement.tile / kTilesInRow);
+      const Vector2 tile = tile_corner(placement.tile);
       packed = pack_into(sizes, ways, free_boxes(*options.obstacles, tile, margin), margin, wanted);
       if (!(packed.scale >= least)) packed.scale = 0.0;
       if (packed.scale > 0.0) {

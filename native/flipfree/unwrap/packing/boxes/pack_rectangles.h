@@ -20,6 +20,9 @@ struct RoomOptions {
   Index first_tile = 0;  // where the search for one with room begins
 };
 
+// Lower left corner of a unit tile: column + 10 row, as UDIM counts (less 1001).
+Vector2 tile_corner(Index tile);
+
 // The margin that so many rectangles get for one that is wanted (RoomOptions).
 double fitting_margin(double margin, std::size_t count);
 
