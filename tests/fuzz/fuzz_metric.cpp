@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <variant>
@@ -16,20 +18,22 @@ using conformal::ConformalMetric;
 using conformal::MetricOptions;
 using intrinsic::EdgeLabel;
 using intrinsic::IntrinsicMesh;
-using Number = numeric::BigFloat<64>;
+using Number = numeric::BigFloat<64>;  // up to 4096 bits, as many as metrics have
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-constexpr int kBits = 1024;
 
-std::vector<Number> in_full(const intrinsic::Scalars& scalars) {
+// As many bits as products of the metric's numbers, or at least as those numbers have.
+int bits_for(const ConformalMetric& metric) { return std::clamp(2 * metric.bits, 1024, 4096); }
+
+std::vector<Number> in_full(const intrinsic::Scalars& scalars, int bits) {
   std::vector<Number> result;
   std::visit(
       [&](const auto& values) {
         for (const auto& x : values) {
           if constexpr (std::is_same_v<std::decay_t<decltype(x)>, double>) {
-            result.emplace_back(x, kBits);
+            result.emplace_back(x, bits);
           } else {
-            result.push_back(Number::rounded(x, kBits));
+            result.push_back(Number::rounded(x, bits));
           }
         }
       },
@@ -37,12 +41,17 @@ std::vector<Number> in_full(const intrinsic::Scalars& scalars) {
   return result;
 }
 
-// From the law of cosines: cos = (b^2 + c^2 - a^2) / (2 b c), sin by Heron.
+// From the law of cosines: cos = (b^2 + c^2 - a^2) / (2 b c), sin by Heron in Kahan's order, whose
+// one difference that can vanish is of numbers without a rounding.
 double angle(const Number& opposite, const Number& b, const Number& c) {
+  std::array<const Number*, 3> side{&opposite, &b, &c};
+  std::sort(side.begin(), side.end(), [](const Number* x, const Number* y) { return *y < *x; });
+  const auto& [longest, second, third] = side;
+  const Number excess = *third - (*longest - *second);
+  require(excess > Number(0.0), "a triangle of the metric is none");
   const Number cosine = b * b + c * c - opposite * opposite;
-  const Number square =
-      (opposite + b + c) * (b + c - opposite) * (opposite + b - c) * (opposite + c - b);
-  require(square > Number(0.0), "a triangle of the metric is none");
+  const Number square = (*longest + (*second + *third)) * excess * (*third + (*longest - *second)) *
+                        (*longest + (*second - *third));
   return atan2(sqrt(square), cosine).to_double();
 }
 
@@ -65,7 +74,8 @@ std::vector<double> angles_of(const conformal::ConformalMetric& metric,
 // No edge violates the criterion beyond the rounding of lengths of so many bits.
 void require_delaunay(const conformal::ConformalMetric& metric, const std::vector<Number>& length) {
   const intrinsic::IntrinsicMesh& mesh = metric.mesh;
-  const Number bound(std::ldexp(1.0, 8 - metric.bits), kBits);
+  const int bits = bits_for(metric);
+  const Number bound = Number::power_of_two(8 - metric.bits, bits);
   for (EdgeId e = 0; e < static_cast<EdgeId>(mesh.edge_count()); ++e) {
     if (mesh.label_of_edge(e) == intrinsic::EdgeLabel::kDiagonal) continue;
     const auto opposite_cosine = [&](HalfedgeId h, Number& numerator, Number& product) {
@@ -80,7 +90,7 @@ void require_delaunay(const conformal::ConformalMetric& metric, const std::vecto
     opposite_cosine(2 * e + 1, right, right_product);
     // The two cosines' sum may not be negative; sizes as the criterion's terms.
     const Number c2 = length[at(e)] * length[at(e)];
-    const Number two(2.0, kBits);
+    const Number two(2.0, bits);
     const Number sum = left * right_product + right * left_product;
     const Number size = (left + two * c2) * right_product + (right + two * c2) * left_product;
     require(sum >= -(bound * size), "an edge is not Delaunay");
@@ -129,7 +139,7 @@ void fuzz_metric(Bytes bytes) {
   if (!metric.converged) return;
   const std::string broken = intrinsic::find_broken_invariant(metric.mesh);
   if (!broken.empty()) throw Finding{"the metric's mesh is broken: " + broken};
-  const std::vector<Number> length = in_full(metric.length);
+  const std::vector<Number> length = in_full(metric.length, bits_for(metric));
   const std::vector<double> angles = angles_of(metric, length, target.size());
   for (std::size_t v = 0; v < target.size(); ++v)
     require(std::abs(angles[v] - target[v]) <= 2.0 * options.tolerance, "an angle is not reached");

@@ -6,6 +6,8 @@
 
 #include <cmath>
 
+#include "flipfree/numeric/scalar.h"
+
 namespace flipfree::intrinsic {
 
 // Bound of the rounding errors of delaunay_sign, counted in half-ulps of the sum of absolute
@@ -48,7 +50,8 @@ bool violates_delaunay_in_full(const T& c, const T& a, const T& b, const T& a2, 
   const T ab2 = a2 * b2;
   const T sum = (left - cc) * ab2 + (right - cc) * ab;
   const T size = (left + cc) * ab2 + (right + cc) * ab;
-  return sum < T(-std::ldexp(kDelaunayRoundings, -bits)) * size;
+  const T rounding = numeric::ScalarTraits<T>::power_of_two(-bits, bits);
+  return sum < T(-kDelaunayRoundings) * rounding * size;
 }
 
 }  // namespace flipfree::intrinsic

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "flipfree/numeric/scalar.h"
 
@@ -37,7 +38,7 @@ inline bool rounded_lengths_serve(const double x[3], double accuracy) {
 // triangle is then read as barely valid.
 template <typename T>
 TriangleShape shape_in_full(const T& a, const T& b, const T& c, int bits) {
-  const double least = std::ldexp(1.0, -bits);
+  const double least = std::max(std::ldexp(1.0, -bits), std::numeric_limits<double>::min());
   TriangleShape shape;
   if constexpr (numeric::ScalarTraits<T>::kIsDouble) {
     perimeter_differences(a, b, c, shape.x);

@@ -38,6 +38,11 @@ class BigFloat {
     mpfr_set(r.value_, other.raw(), MPFR_RNDN);
     return r;
   }
+  static BigFloat power_of_two(int exponent, int bits) {
+    BigFloat r(0.0, bits);
+    mpfr_set_ui_2exp(r.value_, 1, exponent, MPFR_RNDN);
+    return r;
+  }
   static BigFloat pi(int bits) {
     BigFloat r(0.0, bits);
     mpfr_const_pi(r.value_, MPFR_RNDN);

@@ -19,6 +19,8 @@ struct ScalarTraits<double> {
   static constexpr int kMaxBits = 53;
   static double make(double value, int /*bits*/) { return value; }
   static double pi(int /*bits*/) { return std::numbers::pi; }
+  // 2^exponent. As a double it is zero where runs have more than a thousand bits.
+  static double power_of_two(int exponent, int /*bits*/) { return std::ldexp(1.0, exponent); }
   static double to_double(double value) { return value; }
   static BigFloat<64> to_big(double value) { return BigFloat<64>(value); }
   template <int Limbs>
@@ -38,6 +40,9 @@ struct ScalarTraits<BigFloat<Limbs>> {
   static constexpr int kMaxBits = BigFloat<Limbs>::kMaxBits;
   static BigFloat<Limbs> make(double value, int bits) { return BigFloat<Limbs>(value, bits); }
   static BigFloat<Limbs> pi(int bits) { return BigFloat<Limbs>::pi(bits); }
+  static BigFloat<Limbs> power_of_two(int exponent, int bits) {
+    return BigFloat<Limbs>::power_of_two(exponent, bits);
+  }
   static double to_double(const BigFloat<Limbs>& value) { return value.to_double(); }
   static BigFloat<64> to_big(const BigFloat<Limbs>& value) {
     return BigFloat<64>::rounded(value, value.bits());

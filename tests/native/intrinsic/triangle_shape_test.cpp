@@ -40,6 +40,19 @@ TEST(TriangleShape, ABrokenTriangleInequalityReadsAsBarelyValid) {
   EXPECT_GT(shape.half_tangent(0), 1e7);
 }
 
+// 2^-2048 is no double.
+TEST(TriangleShape, ABrokenTriangleInequalityReadsAsBarelyValidWithAnyNumberOfBits) {
+  using Number = BigFloat<32>;
+  const int bits = 2048;
+  const TriangleShape shape =
+      shape_in_full(Number(3.0, bits), Number(1.0, bits), Number(1.0, bits), bits);
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_GT(shape.x[k], 0.0);
+    EXPECT_TRUE(std::isfinite(shape.half_tangent(k)));
+  }
+  EXPECT_GT(shape.half_tangent(0), 1e7);
+}
+
 TEST(TriangleShape, RoundedLengthsServeWhereNoDifferenceIsSmall) {
   double x[3];
   perimeter_differences(1.0, 1.0, 1.0, x);

@@ -59,6 +59,9 @@ class MetricEngine {
   virtual const intrinsic::IntrinsicMesh& mesh() const = 0;
   // Per edge, rounded.
   virtual std::vector<double> lengths() const = 0;
+  // Whether every face's sides are those of a triangle, with room for what finish() rounds. Angles
+  // can be right to the tolerance where a needle's sides have lost it.
+  virtual bool has_triangles() const = 0;
 
   // Multiplies the length of every edge (i, j) by exp(x_i + x_j). If x is high parts only, what is
   // taken for exp(x) - 1 is the nearest double, exactly; else exp is computed in full.

@@ -44,6 +44,7 @@ class ScalarEngine final : public MetricEngine {
     for (const T& l : metric_.lengths()) rounded.push_back(Traits::to_double(l));
     return rounded;
   }
+  bool has_triangles() const override;
   std::size_t euclidean_flips() const override { return euclidean_flips_; }
   std::size_t exact_tests() const override { return metric_.exact_tests(); }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "flipfree/base/parallel.h"
@@ -111,6 +112,23 @@ void ScalarEngine<T>::half_tangents(std::vector<double>& tangent, ExecutionConte
                    for (int k = 0; k < 3; ++k) tangent[at(h[k])] = shape.half_tangent(k);
                  }
                });
+}
+
+// The longest side less the second is exact where it decides, as the two are nearly equal there.
+// finish() moves each side by one rounding, 2 * 2^-bits of the longest in all.
+template <typename T>
+bool ScalarEngine<T>::has_triangles() const {
+  const std::vector<T>& length = metric_.lengths();
+  const T room = Traits::power_of_two(2 - bits_, bits_);
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(mesh().halfedge_count()); ++h) {
+    const T& longest = length[at(h >> 1)];
+    const T* second = &length[at(mesh().next[at(h)] >> 1)];
+    const T* third = &length[at(mesh().previous(h) >> 1)];
+    if (*second < *third) std::swap(second, third);
+    if (longest < *second) continue;
+    if (!((longest - *second) + room * longest < *third)) return false;
+  }
+  return true;
 }
 
 // Sum over triangles of 2 f - pi (x1 + x2 + x3) plus target * u, with x the logarithms of the
@@ -228,7 +246,7 @@ inline void ScalarEngine<T>::evaluate_exactly(Gradient& out, ExecutionContext& c
     const T s = a + b + c;
     T y[3] = {b - a + c, c - b + a, a - c + b};
     for (T& difference : y) {
-      if (!(difference > T(0.0))) difference = s * T(std::ldexp(1.0, -bits_));
+      if (!(difference > T(0.0))) difference = s * Traits::power_of_two(-bits_, bits_);
     }
     const T r = sqrt((y[0] / s) * y[1] * y[2]);
     T rest = half_pi;

@@ -222,6 +222,10 @@ class Ladder {
     if (run.reason[0] == '\0') {
       newton_.max_seconds = seconds > 0.0 ? std::max(1e-3, limit_ - watch_.seconds()) : 0.0;
       run = run_newton(*engine_, system_, newton_, descent_, context_);
+      if (run.end == NewtonEnd::kConverged && !engine_->has_triangles()) {
+        run.end = NewtonEnd::kPrecision;
+        run.reason = "a triangle's sides have lost it";
+      }
       add_run(run, totals_, result_);
       totals_.exact_tests += engine_->exact_tests();
       if (reached != nullptr && run.end == NewtonEnd::kSeconds) {
