@@ -5,37 +5,25 @@ operators/*   what the menus offer: options, tasks, report lines
 modal         drives a solver job from a menu, from scripts, in the background
 mesh_io       Blender meshes <-> arrays            compat   Blender's versions
 errors        what the user is told                cli      blender -b -c flipfree ...
-solver        the package flipfree (a wheel)       menus    where all this appears
+solver        the package flipfree (a wheel)       ui/*     the table of operators, menus, sidebar
 fields/*      field-aligned maps; field and cones drawn over the model
-preferences   what holds for all operators
+preferences   what holds for all operators      certificates, watch   what was found of which map, and whether it holds
 """
 
 import bpy
 
-from . import cli, menus, modal, preferences, solver
-from .fields import drawing, field_aligned
-from .operators import check, conformal, improve, match, seamless, select, unwrap
-from .operators.packing import pack
+from . import certificates, cli, modal, preferences, solver, watch
+from .fields import drawing
+from .ui import menus, sidebar, tools
 
-_CLASSES = (
-    *preferences.CLASSES,
-    *unwrap.CLASSES,
-    *match.CLASSES,
-    *improve.CLASSES,
-    *pack.CLASSES,
-    *conformal.CLASSES,
-    *seamless.CLASSES,
-    *field_aligned.CLASSES,
-    *check.CLASSES,
-    *select.CLASSES,
-    *drawing.CLASSES,
-)
+_CLASSES = (*preferences.CLASSES, *tools.classes(), *menus.CLASSES, *sidebar.CLASSES)
 
 
 def register():
     solver.check_version()
     for cls in _CLASSES:
         bpy.utils.register_class(cls)
+    watch.register()
     menus.register()
     cli.register()
 
@@ -45,5 +33,7 @@ def unregister():
     drawing.unregister()
     cli.unregister()
     menus.unregister()
+    watch.unregister()
+    certificates.forget()
     for cls in reversed(_CLASSES):
         bpy.utils.unregister_class(cls)

@@ -13,12 +13,6 @@ import numpy as np
 MAX_UV_LAYERS = 8
 
 
-def unwrap_menu() -> type:
-    """The menu that holds the unwrap methods. From 4.3 on the 3D viewport's UV menu draws the same one; appending
-    to both would show every entry twice."""
-    return bpy.types.IMAGE_MT_uvs_unwrap
-
-
 def face_materials(mesh: bpy.types.Mesh) -> np.ndarray:
     """(#faces,) int32: the material slot of each."""
     if "material_index" not in mesh.attributes:  # all have the first

@@ -108,7 +108,7 @@ TEXTS = {
 }
 
 
-HINT = "UV > Unwrap > Select Where It Failed shows the place"
+HINT = "Flipfree > Select Where It Failed shows the place"
 
 # Of the last run, those with a place; Select Where It Failed asks for them.
 _remembered: list["Failure"] = []

@@ -18,7 +18,7 @@ import bpy
 
 import flipfree
 
-from . import errors, mends
+from . import certificates, errors, mends
 from .meshes import mesh_io
 
 _INTERVAL = 0.1  # seconds between looks at the solver
@@ -354,6 +354,7 @@ class SolverOperator:
         if not run.done:
             return {"CANCELLED"}
         mends.remember(run.done)
+        certificates.remember(run.done, self.verb)
         text = f"{self.summary(run.done)}, {seconds:.2f} s"
         if run.ended_early:
             text += ", accepted early"

@@ -3,6 +3,14 @@
 
 import bpy
 
+PRECISIONS = (
+    ("auto", "Automatic", "Doubles, and more bits where they are too few"),
+    ("53", "53 Bits", "Doubles only: fast, and refused soon where they are too few"),
+    ("113", "113 Bits", "Always so many"),
+    ("200", "200 Bits", "Always so many"),
+    ("400", "400 Bits", "Always so many"),
+)
+
 
 class FlipfreePreferences(bpy.types.AddonPreferences):
     bl_idname = __package__
@@ -15,16 +23,65 @@ class FlipfreePreferences(bpy.types.AddonPreferences):
         max=1024,
         soft_max=64,
     )
+    max_seconds: bpy.props.FloatProperty(
+        name="Time Limit",
+        description=(
+            "Most seconds of the clock for each call of the solver; 0 is no limit. Maps that can be used by then are kept, "
+            "and where there is none, nothing is changed"
+        ),
+        default=0.0,
+        min=0.0,
+        soft_max=3600.0,
+        precision=1,
+    )
+    margin: bpy.props.FloatProperty(
+        name="Margin",
+        description=(
+            "What the option of this name is at first, in widths of the texture: 0.005 is 5 of 1024 pixels. Pack Islands has "
+            "its own, in pixels"
+        ),
+        default=0.005,
+        min=0.0,
+        max=0.2,
+        precision=3,
+    )
+    precision: bpy.props.EnumProperty(
+        name="Precision",
+        description="Bits of the numbers in which conformal maps are computed",
+        items=PRECISIONS,
+        default="auto",
+    )
 
     def draw(self, _context):
-        self.layout.prop(self, "threads")
+        self.layout.use_property_split = True
+        for name in ("threads", "max_seconds", "margin", "precision"):
+            self.layout.prop(self, name)
+
+
+def _get(name: str, default):
+    """Without an entry among the add-ons (tests of modules by themselves) what a fresh one would have."""
+    addon = bpy.context.preferences.addons.get(__package__)
+    return default if addon is None else getattr(addon.preferences, name, default)
 
 
 def threads() -> int | None:
     """For the solver: None is all cores."""
-    addon = bpy.context.preferences.addons.get(__package__)
-    chosen = getattr(addon.preferences, "threads", 0) if addon is not None else 0
-    return chosen or None
+    return _get("threads", 0) or None
+
+
+def max_seconds() -> float | None:
+    """For the solver: None is no limit."""
+    return _get("max_seconds", 0.0) or None
+
+
+def margin() -> float:
+    return _get("margin", 0.005)
+
+
+def precision() -> int | str:
+    """For the solver: "auto" or mantissa bits."""
+    chosen = _get("precision", "auto")
+    return chosen if chosen == "auto" else int(chosen)
 
 
 CLASSES = (FlipfreePreferences,)

@@ -10,10 +10,16 @@ import numpy as np
 import flipfree
 from flipfree import jobs
 
+from . import preferences
 from .preferences import threads
 
 # Effort of the packing that follows an unwrap, as that of ff.unwrap itself.
 QUICK_PACKING = 0.2
+
+
+def _limits() -> dict:
+    """What the preferences allow every solver."""
+    return {"threads": threads(), "max_seconds": preferences.max_seconds()}
 
 
 def check_version() -> None:
@@ -67,14 +73,14 @@ def unwrap(snapshot, *, pins, bijective, may_add_cuts, cut_extremities, margin, 
         cut_extremities=cut_extremities,
         margin=margin,
         place_like=old,
-        threads=threads(),
+        **_limits(),
     )
 
 
 def unwrap_island(island, *, bijective):
     """Starts the unwrap of one island without pins."""
     return jobs.unwrap(
-        island.vertices, island.faces, bijective=bijective, may_add_cuts=False, threads=threads()
+        island.vertices, island.faces, bijective=bijective, may_add_cuts=False, **_limits()
     )
 
 
@@ -96,7 +102,7 @@ def improve(snapshot, *, pins, bijective, iterations):
         pins=pins or None,
         keep_bijective=bijective,
         iterations=iterations,
-        threads=threads(),
+        **_limits(),
     )
 
 
@@ -163,7 +169,8 @@ def conformal(snapshot, angles, refined_start):
         cuts=snapshot.cuts,
         uncuttable=snapshot.diagonals,
         intrinsic_refinement=refined_start,
-        threads=threads(),
+        precision=preferences.precision(),
+        **_limits(),
     )
 
 
@@ -174,7 +181,7 @@ def suggest_cones(snapshot, *, bound, quarter_turns):
         snapshot.triangles,
         bound=bound,
         quarter_turns=quarter_turns,
-        threads=threads(),
+        **_limits(),
     )
 
 
@@ -189,7 +196,7 @@ def seamless(snapshot, quarters, *, engine, boundary, optimise):
         boundary=boundary,
         optimise=optimise,
         uncuttable=snapshot.diagonals,
-        threads=threads(),
+        **_limits(),
     )
 
 
@@ -205,7 +212,7 @@ def cross_field(snapshot, *, edges, edge_weight, curvature, boundary, simplify, 
         boundary=boundary,
         simplify=simplify,
         signature=None if cones is None else flipfree.Signature(cones, []),
-        threads=threads(),
+        **_limits(),
     )
 
 
@@ -220,7 +227,7 @@ def field_aligned(snapshot, field, *, sizing, boundary, optimise):
         boundary=boundary,
         optimise=optimise,
         uncuttable=snapshot.diagonals,
-        threads=threads(),
+        **_limits(),
     )
 
 
@@ -246,6 +253,11 @@ def match(island, *, points, lines, boundary_loop, boundary_uv, bijective, max_s
         boundary_loop=boundary_loop,
         boundary_uv=boundary_uv,
         bijective=bijective,
-        max_seconds=max_seconds,
+        max_seconds=_shorter(max_seconds, preferences.max_seconds()),
         threads=threads(),
     )
+
+
+def _shorter(seconds: float, limit: float | None) -> float:
+    """The lower of two limits of time; 0 and None are none."""
+    return min(seconds or math.inf, limit or math.inf) if seconds or limit else 0.0

@@ -17,7 +17,7 @@ import numpy as np
 import flipfree
 
 from .. import compat
-from . import labels
+from . import labels, selection
 
 
 class MeshProblem(Exception):
@@ -30,7 +30,7 @@ class MeshProblem(Exception):
 
 
 class NothingSelected(MeshProblem):
-    """In edit mode no face of the object is selected."""
+    """No face of the object is selected in edit mode, or all are hidden."""
 
 
 @dataclass
@@ -123,10 +123,17 @@ def counts(ob: bpy.types.Object) -> tuple:
     return len(bm.verts), len(bm.edges), sum(len(f.loops) for f in bm.faces), len(bm.faces)
 
 
-def read(ob: bpy.types.Object, *, only_selected: bool, uv_selection: bool = False) -> Snapshot:
-    """Reads the faces of `ob` that are to be unwrapped; in edit mode the visible selected ones.
+def read(
+    ob: bpy.types.Object,
+    *,
+    only_selected: bool,
+    uv_selection: bool = False,
+    only_visible: bool = False,
+) -> Snapshot:
+    """Reads the faces of `ob` that are to be unwrapped.
 
-    uv_selection: of those, only faces that are selected in the UV editor as well.
+    only_selected: in edit mode, the visible selected ones; of those, with uv_selection, only faces that are selected in the UV
+    editor as well. only_visible: in object mode, those that are not hidden in edit mode.
     Raises MeshProblem if there is nothing to work on or coordinates are not finite.
     """
     if ob.mode == "EDIT":
@@ -134,13 +141,18 @@ def read(ob: bpy.types.Object, *, only_selected: bool, uv_selection: bool = Fals
         ob.update_from_editmode()
         mesh = ob.data.copy()
         try:
-            return _read(ob.name, mesh, only_selected, uv_selection)
+            chosen = selection.selected_faces(mesh, uv_selection) if only_selected else None
+            return _read(
+                ob.name, mesh, chosen, "no faces are selected. Select the faces to work on"
+            )
         finally:
             bpy.data.meshes.remove(mesh)
-    return _read(ob.name, ob.data, False, False)
+    chosen = ~selection.hidden_faces(ob.data) if only_visible else None
+    return _read(ob.name, ob.data, chosen, "all faces are hidden. Alt H in Edit Mode reveals them")
 
 
-def _read(name: str, mesh, only_selected: bool, uv_selection: bool) -> Snapshot:
+def _read(name: str, mesh, chosen: np.ndarray | None, none_chosen: str) -> Snapshot:
+    """chosen: (#faces,) bool, None for all."""
     active = mesh.uv_layers.active
     layer_name = active.name if active else ""
     if len(mesh.polygons) == 0:
@@ -154,13 +166,9 @@ def _read(name: str, mesh, only_selected: bool, uv_selection: bool) -> Snapshot:
     inner = _inner_sides(mesh, loops, faces)
 
     other_loops = loops[:0]
-    if only_selected:
-        chosen = _get(mesh.polygons, "select", len(mesh.polygons), bool)
-        chosen &= ~_get(mesh.polygons, "hide", len(mesh.polygons), bool)
-        if uv_selection and layer_name:
-            chosen &= compat.uv_selected_faces(mesh, layer_name)
+    if chosen is not None:
         if not chosen.any():
-            raise NothingSelected(f"{name}: no faces are selected. Select the faces to work on")
+            raise NothingSelected(f"{name}: {none_chosen}")
         keep = chosen[faces]
         other_loops = loops[~keep]
         corners, loops, faces, inner = corners[keep], loops[keep], faces[keep], inner[keep]

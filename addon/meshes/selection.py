@@ -1,11 +1,31 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Showing places in meshes: what is selected, in Edit Mode and outside."""
+"""What is selected: which faces are worked on, and showing places, in Edit Mode and outside."""
 
 import bmesh
 import bpy
 import numpy as np
 
 from .. import compat
+
+
+def hidden_faces(mesh: bpy.types.Mesh) -> np.ndarray:
+    """(#faces,) bool."""
+    return _flags(mesh.polygons, "hide")
+
+
+def selected_faces(mesh: bpy.types.Mesh, in_uv_editor: bool) -> np.ndarray:
+    """(#faces,) bool: selected and visible. in_uv_editor: selected there as well."""
+    chosen = _flags(mesh.polygons, "select") & ~hidden_faces(mesh)
+    active = mesh.uv_layers.active
+    if in_uv_editor and active:
+        chosen &= compat.uv_selected_faces(mesh, active.name)
+    return chosen
+
+
+def _flags(sequence, name: str) -> np.ndarray:
+    values = np.empty(len(sequence), bool)
+    sequence.foreach_get(name, values)
+    return values
 
 
 def select_only(ob: bpy.types.Object, kind: str, elements: np.ndarray, *, modes=()) -> None:

@@ -45,15 +45,23 @@ def poll(cls, context, *, needs_uv: bool = False) -> bool:
 
 
 def read_meshes(context) -> tuple[list[mesh_io.Snapshot], list[errors.Failure]]:
-    """Snapshots of the faces to work on, and failures of objects that cannot be read. Objects in edit mode without
-    selected faces are passed over as long as one other has some. Raises MeshProblem if nothing is left at all."""
+    """Snapshots of the faces to work on, and failures of objects that cannot be read: in edit mode the selected faces, in
+    object mode all but hidden ones. Objects without such faces are passed over as long as one other has some. Raises
+    MeshProblem if nothing is left at all."""
     editing = context.mode == "EDIT_MESH"
     in_uv_editor = context.area is not None and context.area.type == "IMAGE_EDITOR"
     uv_selection = editing and in_uv_editor and not context.tool_settings.use_uv_select_sync
     snapshots, failures, unselected = [], [], None
     for ob in meshes(context):
         try:
-            snapshots.append(mesh_io.read(ob, only_selected=editing, uv_selection=uv_selection))
+            snapshots.append(
+                mesh_io.read(
+                    ob,
+                    only_selected=editing,
+                    uv_selection=uv_selection,
+                    only_visible=not editing,
+                )
+            )
         except mesh_io.NothingSelected as problem:
             unselected = unselected or problem
         except mesh_io.MeshProblem as problem:
@@ -183,5 +191,5 @@ def advice(tasks) -> str:
     where = "" if refined else f", the worst at face {found[0]}"  # new faces shift the ids
     return (
         f"Badly distorted: {plural(len(found), 'island')}{where}. {cure}: "
-        "UV > Unwrap > Select Distorted Islands selects them"
+        "Flipfree > Select Distorted Islands selects them"
     )

@@ -11,7 +11,7 @@ these classes. `tests/blender/test_registration.py` looks at every operator's pr
 
 import bpy
 
-from .. import modal
+from .. import modal, preferences
 from ..meshes import mesh_io
 from . import common, layout
 
@@ -35,7 +35,7 @@ class KeepPins:
 class Margin:
     margin: bpy.props.FloatProperty(
         name="Margin",
-        description="Space between packed islands",
+        description="Space between packed islands, in widths of the texture: 0.005 is 5 of 1024 pixels",
         default=0.005,
         min=0.0,
         max=0.2,
@@ -68,7 +68,7 @@ class Packing(Margin):
 def scale_bound(default: float):
     return bpy.props.FloatProperty(
         name="Scale Bound",
-        description="Of suggested cones: largest ratio between the largest and the smallest scale. Lower is more cones",
+        description="Of suggested cones: the largest scale is at most so many times the smallest one. Lower is more cones",
         default=default,
         min=1.01,
         soft_max=100.0,
@@ -131,6 +131,11 @@ class MapOperator(modal.SolverOperator):
     @classmethod
     def poll(cls, context):
         return common.poll(cls, context, needs_uv=cls.needs_uv)
+
+    def invoke(self, context, event):
+        if "margin" in self.option_names and not self.properties.is_property_set("margin"):
+            self.margin = preferences.margin()
+        return super().invoke(context, event)
 
     def has_effect(self, name: str) -> bool:
         """Whether an option changes anything, given the others; it is drawn only then."""

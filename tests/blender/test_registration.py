@@ -51,17 +51,30 @@ def drawn_in(menu):
     return [f"{f.__module__}.{f.__name__}" for f in menu._dyn_ui_initialize()]
 
 
-def test_the_unwrap_menu_has_the_entries_once(addon, part):
-    entries = drawn_in(part("compat").unwrap_menu())
-    assert entries.count(f"{addon.__name__}.menus._draw") == 1
-    for other in (bpy.types.VIEW3D_MT_uv_map, bpy.types.IMAGE_MT_uvs):
-        assert f"{addon.__name__}.menus._draw" not in drawn_in(other)
+@pytest.mark.parametrize("parent", ["VIEW3D_MT_uv_map", "IMAGE_MT_uvs", "VIEW3D_MT_object"])
+def test_the_submenu_is_in_both_uv_menus_and_in_the_object_menu_once(parent, addon):
+    entries = drawn_in(getattr(bpy.types, parent))
+    assert entries.count(f"{addon.__name__}.ui.menus._draw") == 1
 
 
-def test_it_can_be_disabled_and_enabled_again(addon, part):
+def test_every_operator_is_in_the_menu_once_with_an_icon_and_a_description(part):
+    icons = bpy.types.UILayout.bl_rna.functions["operator"].parameters["icon"].enum_items
+    tools = part("ui.tools").all_tools()
+    registered = {
+        name.replace("_OT_", ".").lower() for name in dir(bpy.types) if "_OT_flipfree_" in name
+    }
+    assert sorted(tool.operator for tool in tools) == sorted(registered)
+    for tool in tools:
+        assert tool.icon in icons and tool.icon != "NONE"
+        space, name = tool.operator.split(".")
+        assert getattr(getattr(bpy.ops, space), name).get_rna_type().description
+
+
+def test_it_can_be_disabled_and_enabled_again(addon):
     addon.unregister()
-    assert not hasattr(bpy.types, "UV_OT_flipfree_unwrap")
-    assert f"{addon.__name__}.menus._draw" not in drawn_in(part("compat").unwrap_menu())
+    assert not [name for name in dir(bpy.types) if "flipfree" in name.lower()]
+    for parent in ("VIEW3D_MT_uv_map", "IMAGE_MT_uvs", "VIEW3D_MT_object"):
+        assert f"{addon.__name__}.ui.menus._draw" not in drawn_in(getattr(bpy.types, parent))
     addon.register()
     assert hasattr(bpy.types, "UV_OT_flipfree_unwrap")
 
@@ -167,6 +180,7 @@ def test_nothing_is_written_into_the_extensions_folder(addon):
         "fields",
         "meshes",
         "operators",
+        "ui",
         "wheels",
     }
     extra = {p.name for p in folder.iterdir()} - shipped

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The last certificate of each UV map, for the sidebar; nothing of it is kept with the file.
+
+A certificate speaks of values. So each is kept with a checksum of the mesh and the UVs that it was computed for: once these are
+others, by whatever tool, it no longer holds; and it holds again once undo brings them back.
+"""
+
+import zlib
+from dataclasses import dataclass
+
+import bmesh
+import bpy
+import numpy as np
+
+from . import compat, records, watch
+from .meshes import fields
+
+# While larger meshes are edited, comparing them at each change would be felt.
+_MOST_EDITED = 20_000
+_MOST_KEPT = 256
+
+_kept: dict[tuple, "Kept"] = {}  # by mesh and UV map
+_sums: dict[tuple, tuple] = {}  # by mesh and UV map: (watch.stamp, checksum)
+
+
+@dataclass(frozen=True)
+class Kept:
+    """figures: as in `--json` (records.of_task). faces: of the mesh that were worked on; of: how many it has."""
+
+    verb: str
+    figures: dict
+    faces: int
+    of: int
+    checksum: int
+
+
+def remember(tasks, verb: str) -> None:
+    """Keeps what these tasks, already written, found; those without a certificate leave things as they are."""
+    for task in tasks:
+        ob = bpy.data.objects.get(task.snapshot.object_name)
+        if ob is None or not task.judged or ob.data.uv_layers.active is None:
+            continue
+        key = _key(ob)
+        _kept.pop(key, None)
+        faces = np.unique(np.concatenate([judged.faces for judged in task.judged]))
+        figures = records.of_task(task, "", "")
+        snapshot = task.snapshot
+        with fields.whole_mesh(ob) as mesh:
+            checksum = _sum_of(*_arrays(mesh))
+        _kept[key] = Kept(verb, figures, len(faces), snapshot.counts[3], checksum)
+        while len(_kept) > _MOST_KEPT:
+            del _kept[next(iter(_kept))]
+
+
+def of(ob) -> Kept | None:
+    """The last one of the active UV map."""
+    return None if ob.data.uv_layers.active is None else _kept.get(_key(ob))
+
+
+def holds(ob, kept: Kept) -> bool | None:
+    """Whether the mesh and its active UV map still are what was certified; None: too large to tell while it is edited."""
+    if ob.mode == "EDIT" and len(bmesh.from_edit_mesh(ob.data).faces) > _MOST_EDITED:
+        return None
+    key, stamp = _key(ob), watch.stamp(ob)
+    known = _sums.get(key)
+    if known is None or known[0] != stamp:
+        _sums[key] = known = (stamp, _checksum(ob))
+    return known[1] == kept.checksum
+
+
+def forget() -> None:
+    _kept.clear()
+    _sums.clear()
+
+
+def _key(ob) -> tuple:
+    return watch.uid(ob.data), ob.data.uv_layers.active.name
+
+
+def _checksum(ob) -> int:
+    """Of positions, corners and the active UVs; the same in both modes. Changes nothing, so it may be called while drawing."""
+    if ob.mode != "EDIT":
+        return _sum_of(*_arrays(ob.data))
+    bm = bmesh.from_edit_mesh(ob.data)
+    layer = bm.loops.layers.uv[ob.data.uv_layers.active.name]
+    bm.verts.index_update()
+    loops = [loop for face in bm.faces for loop in face.loops]
+    return _sum_of(
+        np.array([v.co for v in bm.verts], np.float32),
+        np.array([loop.vert.index for loop in loops], np.int32),
+        np.array([loop[layer].uv for loop in loops], np.float32),
+    )
+
+
+def _arrays(mesh) -> tuple:
+    return (
+        compat.positions(mesh),
+        compat.corner_vertices(mesh),
+        compat.uv_values(mesh, mesh.uv_layers.active.name),
+    )
+
+
+def _sum_of(*arrays) -> int:
+    total = 0
+    for array in arrays:
+        total = zlib.crc32(np.ascontiguousarray(array), total)
+    return total

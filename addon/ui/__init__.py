@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where the user meets the operators: their table, the menus, the sidebar."""

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The one table of operators: what is registered, and in which order and under which heads menus and sidebar show it."""
+
+from dataclasses import dataclass
+from types import ModuleType
+
+from ..fields import drawing, field_aligned
+from ..operators import check, conformal, improve, match, seamless, select, unwrap
+from ..operators.packing import pack
+
+
+@dataclass(frozen=True)
+class Tool:
+    """module: its CLASSES has the operator. icon: one that all Blenders from 4.2 on have."""
+
+    module: ModuleType
+    operator: str
+    icon: str
+
+
+@dataclass(frozen=True)
+class Section:
+    name: str
+    tools: tuple[Tool, ...]
+    opened: bool = False  # in the sidebar, at first
+
+
+SECTIONS = (
+    Section(
+        "Unwrap",
+        (
+            Tool(unwrap, "uv.flipfree_unwrap", "UV"),
+            Tool(match, "uv.flipfree_match", "PINNED"),
+            Tool(improve, "uv.flipfree_improve", "MOD_SMOOTH"),
+            Tool(check, "uv.flipfree_check", "CHECKMARK"),
+            Tool(pack, "uv.flipfree_pack", "PACKAGE"),
+        ),
+        opened=True,
+    ),
+    Section(
+        "Cones and Seamless Maps",
+        (
+            Tool(conformal, "uv.flipfree_suggest_cones", "LIGHT"),
+            Tool(conformal, "mesh.flipfree_mark_cone", "MESH_CONE"),
+            Tool(conformal, "uv.flipfree_conformal", "MOD_WARP"),
+            Tool(seamless, "uv.flipfree_seamless", "MESH_TORUS"),
+            Tool(field_aligned, "uv.flipfree_field_aligned", "MOD_LATTICE"),
+        ),
+    ),
+    Section(
+        "Select",
+        (
+            Tool(select, "uv.flipfree_select_failed", "CANCEL"),
+            Tool(select, "uv.flipfree_select_poor", "ERROR"),
+            Tool(select, "uv.flipfree_select_mends", "MODIFIER"),
+        ),
+    ),
+    Section("Show", (Tool(drawing, "view3d.flipfree_show_field", "EMPTY_AXIS"),)),
+)
+
+
+def all_tools() -> list[Tool]:
+    return [tool for section in SECTIONS for tool in section.tools]
+
+
+def classes() -> list[type]:
+    """What the modules of the table want registered, each module once."""
+    modules = dict.fromkeys(tool.module for tool in all_tools())
+    return [cls for module in modules for cls in module.CLASSES]

@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The sidebar: what it advises next, the certificate it shows, whether that still holds; preferences."""
+
+import bpy
+import numpy as np
+import pytest
+import shapes
+
+
+@pytest.fixture
+def step(part):
+    return lambda: part("ui.guide").step(bpy.context)
+
+
+@pytest.fixture
+def kept(part):
+    """Of the active object."""
+    certificates = part("certificates")
+    certificates.forget()
+    return lambda: certificates.of(bpy.context.object)
+
+
+@pytest.fixture
+def holds(part):
+    certificates = part("certificates")
+    return lambda: certificates.holds(bpy.context.object, certificates.of(bpy.context.object))
+
+
+class Recorder:
+    """Stands for a layout: keeps what is drawn."""
+
+    def __init__(self, drawn=None):
+        self.drawn = [] if drawn is None else drawn
+
+    def __getattr__(self, name):
+        def add(*args, **options):
+            if name in ("label", "operator", "menu", "prop"):
+                self.drawn.append((name, options.get("text", args[0] if args else "")))
+            return Recorder(self.drawn)
+
+        return add
+
+
+def draw(part, name):
+    """What a panel of the sidebar shows."""
+    from types import SimpleNamespace
+
+    panel = SimpleNamespace(layout=Recorder())
+    cls = next(c for c in part("ui.sidebar").CLASSES if c.__name__ == name)
+    cls.draw(panel, bpy.context)
+    return panel.layout.drawn
+
+
+def test_the_guide_leads_from_seams_to_packing(step, kept):
+    assert step().number == 0 and "mesh" in step().lines[0]
+    ob = shapes.cube()
+    ob.data.uv_layers.remove(ob.data.uv_layers[0])
+    assert step().number == 1 and "uv.flipfree_unwrap" in step().operators
+    bpy.ops.object.mode_set(mode="EDIT")
+    assert step().operators[0] == "mesh.mark_seam"
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.ops.mesh.mark_seam()
+    assert step().number == 2 and step().operators == ("uv.flipfree_unwrap",)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert step().number == 2
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    assert (step().number, step().icon) == (4, "CHECKMARK")
+    shapes.set_uv(ob, -shapes.uv_of(ob) * [1, -1])
+    ob.data.update()
+    bpy.context.view_layer.update()
+    assert step().operators == ("uv.flipfree_check",) and "changed" in step().lines[0]
+    assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
+    assert (step().number, step().icon) == (2, "ERROR") and "flipped" in step().lines[0]
+
+
+def test_a_map_that_nobody_looked_at_is_to_be_checked(step, kept):
+    shapes.cube()
+    assert step().operators[0] == "uv.flipfree_check"
+
+
+def test_stacked_islands_are_to_be_packed(step, kept):
+    ob = shapes.two_sheets()
+    uv = shapes.uv_of(ob)
+    shapes.set_uv(
+        ob, uv - uv.min(axis=0) * 0 - np.where(np.arange(len(uv))[:, None] < 64, 0, [0.6, 0])
+    )
+    shapes.set_pins(ob, np.zeros(len(uv), bool))
+    assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
+    assert step().operators == ("uv.flipfree_pack",)
+
+
+def test_poor_maps_want_seams(step, kept):
+    ob = shapes.two_sheets(squeezed=True)
+    assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
+    assert ob and step().operators == ("uv.flipfree_select_poor",)
+
+
+def test_an_object_that_is_not_selected_is_named(step):
+    shapes.cube("Box").select_set(False)
+    assert step().lines == ("Box is not selected.",)
+
+
+@pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
+def test_a_certificate_holds_until_the_map_changes_and_again_after_going_back(
+    mode, kept, holds, part
+):
+    ob = shapes.grid(6, uv=True)
+    assert kept() is None
+    bpy.ops.object.mode_set(mode=mode)
+    if mode == "EDIT":
+        bpy.ops.mesh.select_all(action="SELECT")
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    assert kept().verb == "Unwrap Flip-Free" and kept().figures["flips32"] == 0
+    assert holds() is True
+    for other in ("OBJECT", "EDIT"):
+        bpy.ops.object.mode_set(mode=other)
+        assert holds() is True, "the mode makes no difference"
+    bpy.ops.object.mode_set(mode="OBJECT")
+    good = shapes.uv_of(ob)
+    shapes.set_uv(ob, good * 2)
+    ob.data.update()
+    bpy.context.view_layer.update()
+    assert holds() is False
+    shapes.set_uv(ob, good)
+    ob.data.update()
+    bpy.context.view_layer.update()
+    assert holds() is True
+
+
+def test_uvs_moved_in_edit_mode_are_noticed(kept, holds):
+    import bmesh
+
+    ob = shapes.grid(4, uv=True)
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="EDIT")
+    assert holds() is True
+    bm = bmesh.from_edit_mesh(ob.data)
+    bm.faces.ensure_lookup_table()
+    bm.faces[0].loops[0][bm.loops.layers.uv.verify()].uv.x += 0.01
+    bmesh.update_edit_mesh(ob.data)
+    bpy.context.view_layer.update()
+    assert holds() is False
+
+
+def test_certificates_are_of_a_mesh_and_a_uv_map(kept):
+    ob = shapes.grid(4, uv=True)
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    first = kept()
+    ob.data.uv_layers.active = ob.data.uv_layers.new(name="Other")
+    assert kept() is None
+    ob.data.uv_layers.active = ob.data.uv_layers["UVMap"]
+    assert kept() is first
+    shapes.grid(4, "Second", uv=True)
+    assert kept() is None
+
+
+def test_large_edited_meshes_are_not_compared_at_every_change(kept, holds):
+    shapes.grid(150, uv=True)
+    assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
+    assert holds() is True
+    bpy.ops.object.mode_set(mode="EDIT")
+    assert holds() is None
+
+
+def test_a_run_on_some_faces_says_so(kept, part):
+    ob = shapes.grid(4, uv=True)
+    bpy.ops.object.mode_set(mode="EDIT")
+    shapes.select_faces(ob, range(5))
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    assert (kept().faces, kept().of) == (5, 16)
+    assert ("label", "5 of 16 faces") in draw(part, "VIEW3D_PT_flipfree_certificate")
+
+
+def test_the_certificate_is_drawn_with_its_figures(kept, part):
+    name = "VIEW3D_PT_flipfree_certificate"
+    shapes.grid(4, uv=True)
+    assert draw(part, name) == [("label", "None yet for this UV map")]
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    texts = [text for _, text in draw(part, name)]
+    assert texts[0] == "UVMap: Unwrap Flip-Free"
+    figures = dict(zip(texts[1::2], texts[2::2], strict=True))
+    assert figures["Flipped Faces"] == figures["Overlaps"] == "0" and figures["Islands"] == "1"
+    assert float(figures["Distortion"]) >= 1.0
+
+
+def test_both_editors_have_every_panel_and_every_operator(part):
+    classes = part("ui.sidebar").CLASSES
+    shown = {space: set() for space in ("VIEW_3D", "IMAGE_EDITOR")}
+    for cls in classes:
+        assert cls.bl_category == "Flipfree" and hasattr(bpy.types, cls.bl_idname)
+        shown[cls.bl_space_type].add(cls.bl_label)
+    assert shown["VIEW_3D"] == shown["IMAGE_EDITOR"]
+    shapes.cube()
+    drawn = {
+        text
+        for cls in classes
+        if cls.bl_space_type == "VIEW_3D"
+        for kind, text in draw(part, cls.__name__)
+        if kind == "operator"
+    }
+    assert {tool.operator for tool in part("ui.tools").all_tools()} <= drawn
+
+
+@pytest.fixture
+def preferences(addon):
+    found = bpy.context.preferences.addons[addon.__name__].preferences
+    before = {
+        name: getattr(found, name) for name in ("threads", "max_seconds", "margin", "precision")
+    }
+    yield found
+    for name, value in before.items():
+        setattr(found, name, value)
+
+
+def test_preferences_reach_the_solver(preferences, part, monkeypatch):
+    asked = {}
+    for name in ("unwrap", "conformal"):
+        real = getattr(part("solver").jobs, name)
+        monkeypatch.setattr(
+            part("solver").jobs,
+            name,
+            lambda *a, real=real, name=name, **k: asked.setdefault(name, k) and real(*a, **k),
+        )
+    preferences.threads, preferences.max_seconds, preferences.precision = 1, 60.0, "113"
+    shapes.grid(4, uv=True)
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    assert asked["unwrap"]["threads"] == 1 and asked["unwrap"]["max_seconds"] == 60.0
+    assert bpy.ops.uv.flipfree_conformal() == {"FINISHED"}
+    assert asked["conformal"]["precision"] == 113
+
+
+def test_of_two_limits_of_time_the_lower_one_counts(part):
+    shorter = part("solver")._shorter
+    assert shorter(300.0, None) == 300.0 and shorter(300.0, 10.0) == 10.0
+    assert shorter(0.0, 10.0) == 10.0 and shorter(0.0, None) == 0.0

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Menus and sidebar."""
+
+import bpy
+import shapes
+from stage import (
+    area_of,
+    click,
+    frame_all,
+    invoke,
+    modal_from_the_start,
+    shot,
+    show,
+    simulate,
+    wait_for_end,
+)
+
+
+def press(*keys):
+    for key in keys:
+        simulate(key)
+        simulate(key, "RELEASE")
+        yield 0.4
+
+
+def test_the_menus_draw_the_submenu():
+    show("UV Editing")
+    yield 0.5
+    shapes.monkey(2)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    invoke()
+    yield from wait_for_end()
+    with bpy.context.temp_override(**area_of("IMAGE_EDITOR")):
+        bpy.ops.image.view_all(fit_view=True)
+    with bpy.context.temp_override(**area_of("VIEW_3D")):
+        bpy.ops.view3d.view_selected()
+    yield 0.4
+    hud = next(r for r in area_of("VIEW_3D")["area"].regions if r.type == "HUD")
+    assert hud.width > 1, "no redo panel"
+    click(hud.x + 20, hud.y + hud.height // 2)
+    yield 0.5
+    shot("result")
+    region = area_of("VIEW_3D")["region"]
+    x, y = region.x + region.width // 3, region.y + region.height * 2 // 3
+    window = bpy.context.window_manager.windows[0]
+    window.event_simulate(type="MOUSEMOVE", value="NOTHING", x=x, y=y)
+    yield 0.2
+    with bpy.context.temp_override(**area_of("VIEW_3D")):
+        bpy.ops.wm.call_menu(name="VIEW3D_MT_uv_map")
+    yield 0.3
+    yield from press("UP_ARROW", "RIGHT_ARROW")  # the last entry is ours; it opens
+    shot("menu")
+    yield from press("ESC", "ESC")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    for kind in ("VIEW_3D", "IMAGE_EDITOR"):
+        region = area_of(kind)["region"]
+        x, y = region.x + region.width // 3, region.y + region.height * 2 // 3
+        window.event_simulate(type="MOUSEMOVE", value="NOTHING", x=x, y=y)
+        yield 0.2
+        with bpy.context.temp_override(**area_of(kind)):
+            bpy.ops.wm.call_menu(name="VIEW3D_MT_flipfree")
+        yield 0.4
+        shot(f"menu_object_{kind.lower()}")
+        yield from press("ESC")
+
+
+def open_sidebar(kind, category="Flipfree"):
+    place = area_of(kind)
+    place["area"].spaces.active.show_region_ui = True
+    region = next(r for r in place["area"].regions if r.type == "UI")
+    region.active_panel_category = category
+    return region
+
+
+def test_the_sidebars_of_both_editors_show_the_tab():
+    show("UV Editing")
+    yield 0.5
+    shapes.monkey(1)
+    with bpy.context.temp_override(**area_of("VIEW_3D")):
+        bpy.ops.view3d.view_selected()
+    for kind in ("VIEW_3D", "IMAGE_EDITOR"):
+        area_of(kind)["area"].spaces.active.show_region_ui = True
+    yield 0.5
+    for kind in ("VIEW_3D", "IMAGE_EDITOR"):
+        open_sidebar(kind)
+    yield 0.5
+    shot("panel_first")
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    with modal_from_the_start():
+        assert invoke() == {"RUNNING_MODAL"}
+        yield 0.5
+    yield from wait_for_end()
+    frame_all()
+    yield 0.6
+    shot("panel_unwrapped")
+    for kind in ("VIEW_3D", "IMAGE_EDITOR"):
+        assert open_sidebar(kind).active_panel_category == "Flipfree"
+        area_of(kind)["area"].spaces.active.show_region_ui = False
+    yield 0.3

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the tests in a window have in common: areas, events, pictures, waiting."""
+
+import importlib
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import bpy
+
+
+def part(name):
+    """The installed extension's module of that name."""
+    return importlib.import_module(f"bl_ext.user_default.flipfree_uv.{name}")
+
+
+modal = part("modal")
+arguments = sys.argv[sys.argv.index("--") + 1 :]
+REPORT = arguments[0]
+SHOTS = Path(arguments[1]) if len(arguments) > 1 else None
+WORDS = arguments[2:]
+
+
+def area_of(kind):
+    window = bpy.context.window_manager.windows[0]
+    for area in window.screen.areas:
+        if area.type == kind:
+            region = next(r for r in area.regions if r.type == "WINDOW")
+            return {"window": window, "area": area, "region": region}
+    raise LookupError(kind)
+
+
+def show(workspace):
+    """Switches to one of Blender's own workspaces; the change takes a moment."""
+    bpy.context.window_manager.windows[0].workspace = bpy.data.workspaces[workspace]
+
+
+def shot(name):
+    if SHOTS is not None:
+        bpy.ops.wm.redraw_timer(type="DRAW_WIN_SWAP", iterations=1)
+        subprocess.run(["import", "-window", "root", str(SHOTS / f"{name}.png")], check=True)
+
+
+def reset():
+    if bpy.context.mode != "OBJECT":
+        bpy.ops.object.mode_set(mode="OBJECT")
+    bpy.data.batch_remove(list(bpy.data.objects))
+    bpy.context.view_layer.update()
+
+
+def invoke(name="unwrap", **options):
+    with bpy.context.temp_override(**area_of("VIEW_3D")):
+        operator = getattr(bpy.ops.uv, f"flipfree_{name}")
+        return operator("INVOKE_DEFAULT", True, **options)
+
+
+class modal_from_the_start:
+    """Runs go through the timer however short they are: the window shows reports of those only, not of calls that scripts
+    make."""
+
+    def __enter__(self):
+        self._advance = advance = modal.Run.advance
+        modal.Run.advance = lambda run, seconds: seconds == 0.0 and advance(run, seconds)
+
+    def __exit__(self, *_):
+        modal.Run.advance = self._advance
+
+
+def simulate(kind, value="PRESS"):
+    window = bpy.context.window_manager.windows[0]
+    window.event_simulate(type=kind, value=value, x=window.width // 2, y=window.height // 2)
+
+
+def click(x, y):
+    window = bpy.context.window_manager.windows[0]
+    window.event_simulate(type="MOUSEMOVE", value="NOTHING", x=x, y=y)
+    window.event_simulate(type="LEFTMOUSE", value="PRESS", x=x, y=y)
+    window.event_simulate(type="LEFTMOUSE", value="RELEASE", x=x, y=y)
+
+
+def running():
+    return any(run._job is not None for run in modal._live_runs)
+
+
+def wait_for_end(seconds=120.0):
+    deadline = time.monotonic() + seconds
+    while running():
+        assert time.monotonic() < deadline, "the operator does not end"
+        yield 0.1
+    yield 0.4
+
+
+def frame_all():
+    with bpy.context.temp_override(**area_of("IMAGE_EDITOR")):
+        bpy.ops.image.view_all(fit_view=True)
+    with bpy.context.temp_override(**area_of("VIEW_3D")):
+        bpy.ops.view3d.view_selected()
+
+
+def frame_view():
+    with bpy.context.temp_override(**area_of("VIEW_3D")):
+        bpy.ops.view3d.view_selected()
+
+
+def open_redo_panel():
+    hud = next(r for r in area_of("VIEW_3D")["area"].regions if r.type == "HUD")
+    assert hud.width > 1, "no redo panel"
+    click(hud.x + 20, hud.y + hud.height // 2)
+
+
+def ring(levels=2):
+    """A torus: closed, genus 1."""
+    bpy.ops.mesh.primitive_torus_add(major_segments=24, minor_segments=12, minor_radius=0.4)
+    ob = bpy.context.object
+    modifier = ob.modifiers.new("Subdivision", "SUBSURF")
+    modifier.levels = levels
+    bpy.ops.object.modifier_apply(modifier=modifier.name)
+    return ob
