@@ -1,0 +1,198 @@
+"""Arguments that every command of a batch has, and a run from them."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from .child import Engine, Limits, NotStarted, memory_can_be_limited
+from .farm import on_dask
+from .plan import Formats, Item, PlanError, plan, shard
+from .progress import Progress
+from .run import on_this_machine, run, sorted_out, work_of
+
+#: Of a run, not of how a model is solved.
+_OF_RUN = {
+    *(
+        "command",
+        "inputs",
+        "out",
+        "suffix",
+        "keep_going",
+        "jobs",
+        "timeout",
+        "memory",
+        "resume",
+        "retry",
+    ),
+    *("shard", "list", "json", "quiet", "dask", "threads"),
+}
+
+
+def add_run_arguments(parser: argparse.ArgumentParser, *, writes: bool) -> None:
+    """writes: the command has outputs."""
+    parser.add_argument(
+        "inputs",
+        nargs="+",
+        metavar="INPUT",
+        help="files, folders, patterns; @FILE: a list, one a line",
+    )
+    if writes:
+        parser.add_argument(
+            "--out", type=Path, metavar="FOLDER", help="for the outputs, with the inputs' names"
+        )
+        parser.add_argument(
+            "--suffix", metavar=".ENDING", help="type of the outputs, if not that of the input"
+        )
+    parser.add_argument(
+        "--json", metavar="FILE", help="results: one line of JSON per input, as each ends"
+    )
+    parser.add_argument("--resume", action="store_true", help="go on with the results in --json")
+    parser.add_argument(
+        "--retry", action="store_true", help="on resuming, try those that failed again"
+    )
+    parser.add_argument("--jobs", type=_count, default=1, metavar="N", help="models at a time")
+    parser.add_argument("--timeout", type=_positive, metavar="SECONDS", help="most for one model")
+    parser.add_argument("--memory", type=_positive, metavar="MB", help="most for one model")
+    parser.add_argument("--shard", metavar="I/N", help="do the I-th of N shares of the inputs")
+    parser.add_argument(
+        "--list", action="store_true", help="say what would be done, and do nothing"
+    )
+    parser.add_argument(
+        "--keep-going",
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help="after a bad model go on with the others; exit status 0",
+    )
+    parser.add_argument(
+        "--threads", type=_count, metavar="N", help="per model; default: cores / jobs"
+    )
+    parser.add_argument("--quiet", action="store_true", help="no line per model")
+    parser.add_argument(
+        "--dask",
+        default=argparse.SUPPRESS,
+        metavar="ADDRESS",
+        help="solve on the workers of this Dask scheduler",
+    )
+
+
+def add_model_arguments(parser: argparse.ArgumentParser) -> None:
+    """How models are read, and how long one is worked on, whatever is made of them."""
+    parser.add_argument(
+        "--no-merge", action="store_true", help="vertices that a file has twice stay apart"
+    )
+    parser.add_argument(
+        "--max-seconds",
+        type=_positive,
+        metavar="S",
+        help="of the solver, which then returns the best map so far",
+    )
+
+
+def is_one_file(given: argparse.Namespace) -> bool:
+    """IN OUT: two names, and nothing that says where outputs go."""
+    return (
+        hasattr(given, "out")
+        and given.out is None
+        and given.suffix is None
+        and len(given.inputs) == 2
+    )
+
+
+def options_of(given: argparse.Namespace) -> dict[str, Any]:
+    """How models are solved: what results depend on."""
+    return {name: value for name, value in sorted(vars(given).items()) if name not in _OF_RUN}
+
+
+def threads_of(given: argparse.Namespace) -> int:
+    cores = (
+        len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    )
+    return int(given.threads or max(1, cores // given.jobs))
+
+
+def main(
+    given: argparse.Namespace,
+    formats: Formats,
+    engine_of: Callable[[Mapping[str, Any]], Engine],
+    versions: Mapping[str, str],
+    *,
+    items: list[Item] | None = None,
+) -> int:
+    """Carries a parsed command line out; the exit status. engine_of: settings -> engine. items: instead of the inputs."""
+    progress = Progress(None if given.quiet else sys.stderr)
+    options = options_of(given)
+    settings = {"command": given.command, "options": options, "threads": threads_of(given)}
+    limits = Limits(given.timeout, given.memory)
+    try:
+        if given.memory is not None and not memory_can_be_limited():
+            raise PlanError(
+                "--memory: this system does not say how much a process has. Leave it out."
+            )
+        if items is None:
+            writes = hasattr(given, "out")
+            items = plan(
+                given.inputs,
+                out=given.out if writes else None,
+                suffix=given.suffix if writes else None,
+                formats=formats,
+                writes=writes,
+            )
+        if given.shard:
+            items = shard(items, given.shard)
+        work = work_of(engine_of(settings), limits, given.command, options, versions)
+        file = Path(given.json) if given.json else None
+        if given.list:
+            _, left = sorted_out(items, work, file=file, resume=given.resume, retry=given.retry)
+            _print_list(items, left)
+            return 0
+        address = getattr(given, "dask", None)
+        return run(
+            items,
+            work,
+            runner=on_dask(address) if address else on_this_machine(given.jobs),
+            file=file,
+            resume=given.resume,
+            retry=given.retry,
+            keep_going=given.keep_going,
+            progress=progress,
+        )
+    except PlanError as error:
+        print(f"flipfree: {error}", file=sys.stderr)
+        return 2
+    except NotStarted as error:
+        print(f"flipfree: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("flipfree: stopped. --resume goes on with what is left.", file=sys.stderr)
+        return 130
+
+
+def _print_list(items: list[Item], left: list[Item]) -> None:
+    undone = {item.source for item in left}
+    for item in items:
+        state = "" if item.source in undone else "  (done)"
+        print(f"{item.source} -> {item.target}{state}" if item.target else f"{item.source}{state}")
+
+
+def _count(text: str) -> int:
+    value = int(text)
+    if value < 1:
+        raise ValueError(text)
+    return value
+
+
+def _positive(text: str) -> float:
+    value = float(text)
+    if not 0.0 < value < float("inf"):
+        raise ValueError(text)
+    return value
+
+
+# Names that argparse puts into its complaints.
+_count.__name__ = "number above zero"
+_positive.__name__ = "number above zero"

@@ -1,0 +1,28 @@
+"""Messages in the words of the command line: what the package names by its arguments, users give as options."""
+
+from __future__ import annotations
+
+import re
+
+#: Argument of the package, or words of Blender's windows -> option.
+_WORDS = {
+    r"\bmax_seconds = ": "--max-seconds ",
+    r"\(max_seconds\)": "(--max-seconds)",
+    r"\bmax_seconds\b": "--max-seconds",
+    r"\bmargin_pixels\b": "--margin-pixels",
+    r"\btexture_size\b": "--texture-size",
+    r"\bthreads\b(?= must)": "--threads",
+    r"\bmargin\b(?= must)": "--margin",
+    r"\bbound\b(?= must)": "--bound",
+    r"\biterations\b(?= must)": "--iterations",
+    r"Allow more time in the redo panel": "Allow more time with --max-seconds",
+    r"Change them in the redo panel": "Change the options of the command",
+    r"allow stacked ones in the redo panel": "allow stacked ones with --allow-stacked",
+    r"in the redo panel": "with the options of the command (--help)",
+}
+
+
+def in_command_line_terms(text: str) -> str:
+    for words, option in _WORDS.items():
+        text = re.sub(words, option, text)
+    return text

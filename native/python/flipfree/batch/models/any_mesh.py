@@ -1,0 +1,111 @@
+"""Commands that take any mesh: unwrap, improve, pack, check."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from ...calls.certification import certify
+from ...calls.improving import improve as improve_map
+from ...calls.packing import pack as pack_map
+from ...calls.unwrapping import unwrap as unwrap_mesh
+from .model import Model, Solved
+
+
+def flags(parser: argparse.ArgumentParser, **texts: str) -> None:
+    for name, text in texts.items():
+        parser.add_argument(f"--{name.replace('_', '-')}", action="store_true", help=text)
+
+
+def unwrap_arguments(parser: argparse.ArgumentParser) -> None:
+    flags(
+        parser,
+        keep_charts="cut where the file's charts end, and nowhere else if it can be helped",
+        allow_overlaps="islands may overlap themselves",
+        no_new_cuts="crush islands that would lie on top of themselves rather than cut them",
+        short_cuts="do not cut closed parts along legs and fingers",
+    )
+    parser.add_argument("--margin", type=float, default=0.005, help="between packed islands")
+
+
+def unwrap(model: Model, options: dict[str, Any]) -> Solved:
+    found = unwrap_mesh(
+        model.vertices,
+        model.faces,
+        cuts=model.seams if options["keep_charts"] else None,
+        uncuttable=model.diagonals,
+        bijective=not options["allow_overlaps"],
+        may_add_cuts=not options["no_new_cuts"],
+        cut_extremities=not options["short_cuts"],
+        margin=options["margin"],
+        **model.limits,
+    )
+    return Solved(found.certificate, found, figures={"islands": int(found.stats["charts"])})
+
+
+def improve_arguments(parser: argparse.ArgumentParser) -> None:
+    flags(parser, allow_overlaps="islands may overlap themselves")
+    parser.add_argument("--iterations", type=int, default=200, help="most steps per island")
+
+
+def improve(model: Model, options: dict[str, Any]) -> Solved:
+    found = improve_map(
+        (model.vertices, model.faces, model.uv()),
+        keep_bijective=not options["allow_overlaps"],
+        iterations=options["iterations"],
+        **model.limits,
+    )
+    return Solved(found.certificate, found)
+
+
+def pack_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--margin-pixels", type=float, default=2.0, help="least gap between islands"
+    )
+    parser.add_argument("--texture-size", type=int, default=1024, help="pixels to a side")
+    parser.add_argument("--rotation", choices=("free", "quarters", "none"), default="free")
+    parser.add_argument("--tile", type=int, default=1001, help="UDIM tile to pack into")
+    parser.add_argument("--effort", type=float, default=1.0, help="of the search")
+    flags(
+        parser,
+        keep_sizes="islands keep their sizes relative to each other, not one texel density",
+        stack_similar="islands of equal outline lie on top of each other",
+    )
+
+
+def pack(model: Model, options: dict[str, Any]) -> Solved:
+    found = pack_map(
+        model.vertices,
+        model.faces,
+        model.uv(),
+        margin_pixels=options["margin_pixels"],
+        texture_size=options["texture_size"],
+        rotation=options["rotation"],
+        tile=options["tile"],
+        effort=options["effort"],
+        scale_true=not options["keep_sizes"],
+        stack_similar=options["stack_similar"],
+        **model.limits,
+    )
+    warnings = []
+    if not found.stats.get("margin_met", 1):
+        warnings.append(
+            f"The gap of {options['margin_pixels']:g} pixels (--margin-pixels) is not met everywhere."
+        )
+    return Solved(found.certificate, found, warnings, {"fill": float(found.stats["fill"])})
+
+
+def check_arguments(parser: argparse.ArgumentParser) -> None:
+    flags(parser, allow_stacked="islands may lie on each other")
+
+
+def check(model: Model, options: dict[str, Any]) -> Solved:
+    certificate = certify(
+        model.vertices,
+        model.faces,
+        model.uv(),
+        bijective=True,
+        disjoint=not options["allow_stacked"],
+        **model.limits,
+    )
+    return Solved(certificate)

@@ -1,0 +1,32 @@
+"""The commands of `python -m flipfree`: one line each."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from . import any_mesh, surfaces
+from .model import Solve
+
+
+@dataclass(frozen=True)
+class Command:
+    """``arguments`` adds the command's options to its parser; ``writes``: there is an output."""
+
+    text: str
+    solve: Solve
+    arguments: Callable[[argparse.ArgumentParser], None]
+    writes: bool = True
+
+
+COMMANDS = {
+    "unwrap": Command("islands onto the plane, packed", any_mesh.unwrap, any_mesh.unwrap_arguments),
+    "match": Command("pins met exactly", surfaces.match, surfaces.match_arguments),
+    "conformal": Command("maps without shear", surfaces.conformal, surfaces.conformal_arguments),
+    "seamless": Command("seams match by quarters", surfaces.seamless, surfaces.seamless_arguments),
+    "field": Command("seamless, along a field", surfaces.field, surfaces.field_arguments),
+    "improve": Command("less distortion", any_mesh.improve, any_mesh.improve_arguments),
+    "pack": Command("islands nested into a tile", any_mesh.pack, any_mesh.pack_arguments),
+    "check": Command("the certificate of a map", any_mesh.check, any_mesh.check_arguments, False),
+}

@@ -1,0 +1,114 @@
+"""A file's mesh as the commands want it, and a command's map as it is written."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...calls.mesh_files import MeshFile, read
+from ...errors import InvalidInput
+from ...results import Certificate, Parametrization
+from ...separated import SeparatedSurface, separate
+from ..results import beside
+from .welding import welded
+
+IntArray = npt.NDArray[np.int32]
+
+
+@dataclass(eq=False)
+class Model:
+    """What one input holds. ``faces`` name each vertex once that the file has several times.
+
+    Attributes:
+        limits: max_seconds and threads, for every call of a solver.
+    """
+
+    source: Path
+    file: MeshFile
+    faces: IntArray
+    limits: dict[str, Any]
+
+    @property
+    def vertices(self) -> npt.NDArray[np.float64]:
+        return self.file.vertices
+
+    @cached_property
+    def diagonals(self) -> IntArray:
+        """(k, 2) edges inside polygons, which no map is cut along: a corner of a polygon has one UV."""
+        count = len(self.faces)
+        start, end = self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel()
+        low, high = np.minimum(start, end), np.maximum(start, end)
+        rows = np.stack([np.repeat(self.file.polygons, 3)[: 3 * count], low, high], axis=1)
+        distinct, times = np.unique(rows, axis=0, return_counts=True)
+        return np.ascontiguousarray(distinct[times > 1][:, 1:].astype(np.int32))
+
+    @cached_property
+    def seams(self) -> IntArray:
+        """(s, 2) edges where the file's charts end."""
+        return replace(self.file, faces=self.faces).seams()
+
+    def uv(self) -> npt.NDArray[np.float64]:
+        uv = self.file.uv
+        if uv is None or not np.isfinite(uv).all():
+            some = "" if uv is None else " of some faces"
+            raise InvalidInput(
+                f"{self.source} has no texture coordinates{some}. Unwrap it first.", code="no map"
+            )
+        return uv
+
+    def clean(self, seams: IntArray | None = None) -> SeparatedSurface:
+        """For solvers that want an oriented, manifold surface; ``on_input`` leads back."""
+        return separate(self.vertices, self.faces, seams=seams)
+
+    def told(self, kind: str) -> dict[str, Any] | None:
+        """What the file with this model's pins or cones says; None if there is none."""
+        path = beside(self.source, kind)
+        if not path.exists():
+            return None
+        try:
+            found = json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise InvalidInput(
+                f"{path} cannot be read: {error}. Correct it.", code="bad option"
+            ) from error
+        if not isinstance(found, dict):
+            raise InvalidInput(
+                f"{path} must hold one object {{...}}. Correct it.", code="bad option"
+            )
+        return found
+
+
+@dataclass
+class Solved:
+    """A command's outcome: a map, or the certificate of one."""
+
+    certificate: Certificate
+    map: Parametrization | None = None
+    warnings: list[str] = field(default_factory=list)
+    figures: dict[str, Any] = field(default_factory=dict)
+
+
+Solve = Callable[[Model, dict[str, Any]], Solved]
+
+
+def read_model(source: Path, *, merge: bool, max_seconds: float | None, threads: int) -> Model:
+    file = read(source)
+    faces = file.faces
+    if merge and len(faces):
+        faces = welded(file.vertices, faces)[faces]
+    return Model(source, file, faces, {"max_seconds": max_seconds, "threads": threads})
+
+
+def as_written(model: Model, result: Parametrization) -> Parametrization | MeshFile:
+    """With the file's own vertices and polygons where the map adds nothing."""
+    if len(result.vertices) == len(model.vertices) and np.array_equal(result.faces, model.faces):
+        uv = result.uv32().astype(np.float64)
+        return replace(model.file, uv=uv)
+    return result

@@ -1,0 +1,184 @@
+"""What is to be done: files, folders and patterns -> items, each with its output, before anything is solved."""
+
+from __future__ import annotations
+
+import glob
+import os
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+#: Complaints of one kind that are listed one by one.
+_MOST_LISTED = 5
+
+
+class PlanError(ValueError):
+    """The command line cannot be carried out as it stands; nothing was solved."""
+
+
+@dataclass(frozen=True)
+class Item:
+    """One input file. ``target`` is None where nothing is written."""
+
+    source: Path
+    target: Path | None
+
+
+@dataclass(frozen=True)
+class Formats:
+    """Endings in lower case, with the dot."""
+
+    reads: tuple[str, ...]
+    writes: tuple[str, ...]
+
+
+def plan(
+    inputs: Sequence[str],
+    *,
+    out: Path | None,
+    suffix: str | None,
+    formats: Formats,
+    writes: bool,
+) -> list[Item]:
+    """All items in the order of their names.
+
+    Args:
+        inputs: files, folders (with all below them) and patterns.
+        out: folder of the outputs, which have the inputs' names and, for folders and patterns, their places below them; None:
+            beside the inputs.
+        suffix: ending of the outputs; None: that of the input.
+        writes: whether there are outputs at all.
+
+    Raises:
+        PlanError: what is not there, cannot be read or written, two inputs for one output, an input that would be overwritten.
+    """
+    if writes and out is None and suffix is None:
+        raise PlanError(
+            "Say where the maps go: --out FOLDER (same names there), or --suffix .ENDING (beside the inputs)."
+        )
+    if suffix is not None and suffix.lower() not in formats.writes:
+        raise PlanError(
+            f"--suffix {suffix}: texture coordinates cannot be written to files of this type. "
+            f"Use {', '.join(formats.writes)}."
+        )
+    found: dict[str, tuple[Path, Path]] = {}  # absolute path -> (source, place below its root)
+    for text in inputs:
+        for source, place in _expanded(text, formats, out):
+            found.setdefault(os.path.abspath(source), (source, place))
+    items = [
+        Item(source, _target(source, place, out, suffix) if writes else None)
+        for source, place in found.values()
+    ]
+    _refuse_unwritable(items, formats)
+    _refuse_conflicts(items)
+    return sorted(items, key=lambda item: item.source.as_posix())
+
+
+def _expanded(text: str, formats: Formats, out: Path | None) -> Iterator[tuple[Path, Path]]:
+    path = Path(text)
+    if path.is_dir():
+        files: Iterable[Path] = path.rglob("*")
+        yield from _models(text, path, files, formats, out)
+    elif path.is_file():
+        if path.suffix.lower() not in formats.reads:
+            raise PlanError(
+                f"{path}: files of this type cannot be read. Use {', '.join(formats.reads)}."
+            )
+        yield path, Path(path.name)
+    elif glob.has_magic(text):
+        steady = re.split(r"[*?\[]", text, maxsplit=1)[0]
+        root = Path(steady if steady.endswith(("/", os.sep)) else os.path.dirname(steady))
+        files = (Path(found) for found in glob.iglob(text, recursive=True))
+        yield from _models(text, root, files, formats, out)
+    else:
+        raise PlanError(f"{text}: there is no such file or folder.")
+
+
+def _models(
+    text: str, root: Path, files: Iterable[Path], formats: Formats, out: Path | None
+) -> Iterator[tuple[Path, Path]]:
+    """Those of the files that are models; hidden ones and what lies in the folder of outputs are passed over."""
+    outputs = None if out is None or _same(root, out) else out.resolve()
+    count = 0
+    for file in files:
+        place = file.relative_to(root)
+        hidden = any(part.startswith(".") for part in place.parts)
+        if hidden or file.suffix.lower() not in formats.reads or not file.is_file():
+            continue
+        if outputs is not None and outputs in file.resolve().parents:
+            continue
+        count += 1
+        yield file, place
+    if count == 0:
+        raise PlanError(f"{text}: no models are there (files {', '.join(formats.reads)}).")
+
+
+def _same(a: Path, b: Path) -> bool:
+    return a.resolve() == b.resolve()
+
+
+def _target(source: Path, place: Path, out: Path | None, suffix: str | None) -> Path:
+    target = source if out is None else out / place
+    return target if suffix is None else target.with_suffix(suffix)
+
+
+def _refuse_unwritable(items: list[Item], formats: Formats) -> None:
+    bad = [i for i in items if i.target and i.target.suffix.lower() not in formats.writes]
+    if bad:
+        kinds = ", ".join(sorted({i.source.suffix.lower() for i in bad}))
+        raise PlanError(
+            f"{_listed([i.source for i in bad])}: files {kinds} hold no texture coordinates. "
+            f"Add --suffix with one of {', '.join(formats.writes)}."
+        )
+
+
+def _refuse_conflicts(items: list[Item]) -> None:
+    sources = {_key(item.source): item.source for item in items}
+    takers: dict[str, Path] = {}
+    for item in items:
+        if item.target is None:
+            continue
+        key = _key(item.target)
+        if key in sources:
+            own = "itself" if sources[key] == item.source else str(sources[key])
+            raise PlanError(
+                f"{item.source}: its output {item.target} would overwrite the input {own}. "
+                "Give another folder with --out, or another --suffix."
+            )
+        if key in takers:
+            raise PlanError(
+                f"{takers[key]} and {item.source} have the same output, {item.target}. "
+                "Give the folder that holds both, so that their places below it are kept, or leave --suffix out."
+            )
+        takers[key] = item.source
+
+
+def _key(path: Path) -> str:
+    return os.path.normcase(os.path.realpath(path))
+
+
+def _listed(paths: list[Path]) -> str:
+    more = f" and {len(paths) - _MOST_LISTED} more" if len(paths) > _MOST_LISTED else ""
+    return ", ".join(map(str, paths[:_MOST_LISTED])) + more
+
+
+def shard(items: list[Item], share: str) -> list[Item]:
+    """The i-th of n shares, ``share`` being "i/n" with i from 1: together all items, each once."""
+    numbers = re.fullmatch(r"(\d+)/(\d+)", share)
+    index, count = (int(n) for n in numbers.groups()) if numbers else (0, 0)
+    if not 1 <= index <= count:
+        raise PlanError(f"--shard {share}: give i/n with i from 1 to n, such as 1/4.")
+    return items[index - 1 :: count]
+
+
+def one_file(source: Path, target: Path, formats: Formats) -> Item:
+    """IN OUT: one input with an output of its own name. Raises PlanError."""
+    if target.exists():
+        raise PlanError(
+            f"{target} is there already. For two inputs say where the maps go (--out FOLDER); else delete it."
+        )
+    (item,) = plan(
+        [str(source)], out=target.parent, suffix=target.suffix, formats=formats, writes=True
+    )
+    return replace(item, target=target)

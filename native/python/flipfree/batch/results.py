@@ -1,0 +1,126 @@
+"""The file of results: one line of JSON per input, there as soon as the input is done, and what it says on resuming."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from .plan import Item, PlanError
+
+Record = dict[str, Any]
+
+#: Best first.
+STATUSES = ("certified", "warned", "refused", "failed")
+
+#: What differs from run to run of the same work.
+MEASURED = ("seconds", "peak_memory")
+
+
+def beside(source: Path, kind: str) -> Path:
+    """The file with an input's pins or cones: bunny.obj.pins.json."""
+    return source.with_name(f"{source.name}.{kind}.json")
+
+
+def hash_of(source: Path) -> str | None:
+    """Of the input's content and of its pins and cones, if there are any; None if it cannot be read."""
+    digest = hashlib.sha256()
+    for path in (source, beside(source, "pins"), beside(source, "cones")):
+        try:
+            with path.open("rb") as file:
+                digest.update(hashlib.file_digest(file, "sha256").digest())
+        except OSError:
+            if path is source:
+                return None
+    return digest.hexdigest()
+
+
+def load(path: Path) -> list[Record]:
+    """The whole lines; one that was cut off when its run was killed is none."""
+    try:
+        content = path.read_bytes()
+    except OSError:  # there is none, or none can be there: writing says why
+        return []
+    records = []
+    for line in content.split(b"\n")[:-1]:
+        try:
+            record = json.loads(line)
+        except ValueError:
+            continue
+        if isinstance(record, dict) and "input" in record and record.get("status") in STATUSES:
+            records.append(record)
+    return records
+
+
+def still_holds(record: Record, item: Item, wanted: Mapping[str, Any], content: str | None) -> bool:
+    """Whether a line is what solving the item again would give.
+
+    Args:
+        wanted: what the record of this run would say of "command", "options", "versions" and "limits".
+        content: hash of the input now.
+    """
+    target = None if item.target is None else item.target.as_posix()
+    same = record.get("output") == target and record.get("hash") == content
+    same = same and all(record.get(name) == wanted[name] for name in ("command", "options"))
+    same = same and record.get("versions") == wanted["versions"]
+    if record["status"] == "failed":  # more time or memory may help
+        return same and record.get("limits") == wanted["limits"]
+    written = target is None or not record.get("written") or Path(target).is_file()
+    return same and written
+
+
+class Results:
+    """Lines are appended and flushed one by one. No path: nothing is kept."""
+
+    def __init__(self, path: Path | None, kept: Iterable[Record] = ()) -> None:
+        """Begins the file anew with the lines ``kept``; the old one is replaced as a whole."""
+        self._file: BinaryIO | None = None
+        if path is None:
+            return
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part = path.with_name(f".{path.name}.{os.getpid()}.part")
+        part.write_bytes(b"".join(map(_line, kept)))
+        part.replace(path)
+        self._file = path.open("ab", buffering=0)
+        if not _locked(self._file):
+            self._file.close()
+            raise PlanError(
+                f"{path}: another run writes to this file. Give another one with --json."
+            )
+
+    def add(self, record: Record) -> None:
+        if self._file is not None:
+            self._file.write(_line(record))
+
+    def close(self) -> None:
+        if self._file is not None:
+            self._file.close()
+
+
+def in_use(path: Path) -> bool:
+    """Whether a run that lives writes to this file."""
+    try:
+        with path.open("rb") as file:
+            return not _locked(file)
+    except OSError:
+        return False
+
+
+def _locked(file: BinaryIO) -> bool:
+    """Takes the file's lock, which ends with its process; True where systems have none."""
+    try:
+        import fcntl
+    except ImportError:
+        return True
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
+
+
+def _line(record: Record) -> bytes:
+    return json.dumps(record, allow_nan=False, ensure_ascii=False).encode() + b"\n"

@@ -1,0 +1,129 @@
+"""The child's side: settings and requests come in on the standard input, answers go out on the standard output."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import os
+import signal
+import sys
+import time
+import traceback
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from ..errors import FlipfreeError, Infeasible, InvalidInput
+from .child import MARK
+from .messages import in_command_line_terms
+from .results import Record
+
+#: What one model is solved by: (input, output or None) -> record with "status" at least.
+Unit = Callable[[Path, Path | None], Record]
+
+_PR_SET_PDEATHSIG = 1
+
+
+def serve(unit_of: Callable[[Mapping[str, Any]], Unit]) -> int:
+    """Answers requests until there are no more. unit_of: settings -> the unit."""
+    opening = json.loads(sys.stdin.buffer.readline() or b"{}")
+    if "settings" not in opening:
+        return 1
+    _die_with(opening["parent"])
+    unit = unit_of(opening["settings"])
+    _say({"ready": True})
+    for line in iter(sys.stdin.buffer.readline, b""):
+        request = json.loads(line)
+        target = request["target"]
+        _say(answer(unit, Path(request["source"]), None if target is None else Path(target)))
+    return 0
+
+
+def answer(unit: Unit, source: Path, target: Path | None) -> Record:
+    """The record of one model, whatever happens, short of the end of the process."""
+    begin = time.perf_counter()
+    _reset_peak()
+    try:
+        record = unit(source, target)
+    except FlipfreeError as error:
+        record = of_error(error)
+        record["message"] = record["message"].removeprefix(f"{source}: ")
+    except MemoryError:
+        text = "there is not enough memory: fewer --jobs, or a machine with more"
+        record = {"status": "failed", "reason": "memory", "message": text, "restart": True}
+    except OSError as error:
+        record = {"status": "failed", "reason": "file", "message": str(error)}
+    except Exception as error:  # ours: it is one model's, and others go on
+        traceback.print_exc()
+        text = f"{type(error).__name__}: {error}. Please report this as a bug."
+        record = {"status": "failed", "reason": "internal error", "message": text}
+    record["seconds"] = round(time.perf_counter() - begin, 3)
+    record["peak_memory"] = round(_peak(), 1)
+    return record
+
+
+def of_error(error: FlipfreeError) -> Record:
+    """What cannot be mapped is refused; what the solver could not do, or a file that cannot be reached, failed."""
+    refused = isinstance(error, (InvalidInput, Infeasible)) and error.code != "file not accessible"
+    record: Record = {
+        "status": "refused" if refused else "failed",
+        "reason": error.code or type(error).__name__,
+        "message": in_command_line_terms(str(error)),
+    }
+    if error.code == "out of memory":
+        record |= {"reason": "memory", "restart": True}
+    if error.kind != "none" and error.elements:
+        record["place"] = {"kind": error.kind, "elements": list(map(int, error.elements[:20]))}
+    return record
+
+
+def _say(line: Mapping[str, Any]) -> None:
+    """In one piece, on a line of its own, past whatever is still in buffers."""
+    sys.stdout.flush()
+    data = f"\n{MARK}{json.dumps(line, allow_nan=False)}\n".encode()
+    while data:
+        data = data[os.write(1, data) :]
+
+
+def _die_with(parent: int) -> None:
+    """A parent that is killed takes its children along, where the system can do that; elsewhere they end after their model."""
+    if sys.platform.startswith("linux"):
+        ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != parent and not _is_ancestor(parent):
+            os._exit(1)  # it had died before
+
+
+def _is_ancestor(pid: int) -> bool:
+    """A launcher may stand between a child and its parent."""
+    at = os.getpid()
+    while at > 1:
+        try:
+            at = int(Path(f"/proc/{at}/stat").read_text().rpartition(")")[2].split()[1])
+        except (OSError, ValueError, IndexError):
+            return True
+        if at == pid:
+            return True
+    return False
+
+
+def _reset_peak() -> None:
+    try:
+        Path("/proc/self/clear_refs").write_text("5")
+    except OSError:
+        pass
+
+
+def _peak() -> float:
+    """Largest memory since the last reset, MB."""
+    try:
+        for line in Path("/proc/self/status").read_text().splitlines():
+            if line.startswith("VmHWM:"):
+                return int(line.split()[1]) / 1024
+    except OSError:
+        pass
+    try:
+        import resource
+    except ImportError:
+        return 0.0
+    unit = 2**20 if sys.platform == "darwin" else 2**10
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / unit

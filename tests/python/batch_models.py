@@ -1,0 +1,87 @@
+"""A batch whose models do what their files say: python batch_models.py COMMAND LINE (or --worker, as its own child).
+
+A file holds words: "write", "crash", "hang", "eat" (memory), "refuse", "fail", "bug", "sleep SECONDS", "once FILE" (crashes
+if FILE is not there, and makes it), "after" (crashes unless its process is fresh).
+"""
+
+import argparse
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+
+import flipfree as ff
+from flipfree.batch import arguments, worker
+from flipfree.batch.child import Engine
+from flipfree.batch.plan import Formats
+from flipfree.batch.run import NOT_WRITTEN
+
+FORMATS = Formats(reads=(".in", ".flat"), writes=(".in", ".out"))
+
+
+def unit_of(settings):
+    solved = []
+
+    def solve(source, target):
+        words = source.read_text().split()
+        solved.append(source)
+        act(words, fresh=len(solved) == 1)
+        if target is not None:
+            try:
+                target.parent.mkdir(parents=True, exist_ok=True)
+                part = target.with_name(f".{target.name}.part")
+                part.write_text(" ".join(words) + settings["options"]["mark"])
+                part.replace(target)
+            except OSError as error:
+                return {"status": "failed", "reason": NOT_WRITTEN, "message": str(error)}
+        return {"status": "certified", "written": target is not None}
+
+    return solve
+
+
+def act(words, *, fresh):
+    match words:
+        case ["crash"]:
+            os.kill(os.getpid(), signal.SIGSEGV)
+        case ["hang"]:
+            time.sleep(1000)
+        case ["eat"]:
+            block = bytearray()
+            while len(block) < 2**30:
+                block += b"x" * 2**23
+        case ["refuse"]:
+            raise ff.InvalidInput(
+                "Vertex 3 is wrong. Delete it.", code="bad", kind="vertex", elements=[3]
+            )
+        case ["fail"]:
+            raise ff.NotConverged(
+                "Time is over. Allow more time (max_seconds).", code="time limit reached"
+            )
+        case ["bug"]:
+            raise KeyError("a mistake of ours")
+        case ["sleep", seconds]:
+            time.sleep(float(seconds))
+        case ["once", name] if not Path(name).exists():
+            Path(name).touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        case ["after"] if not fresh:
+            os.kill(os.getpid(), signal.SIGSEGV)
+
+
+def engine_of(settings):
+    return Engine([sys.executable, __file__, "--worker"], {}, settings)
+
+
+def main(argv):
+    if argv == ["--worker"]:
+        return worker.serve(unit_of)
+    parser = argparse.ArgumentParser(fromfile_prefix_chars="@")
+    parser.set_defaults(command="copy")
+    arguments.add_run_arguments(parser, writes=True)
+    parser.add_argument("--mark", default="")
+    return arguments.main(parser.parse_args(argv), FORMATS, engine_of, {"flipfree": ff.__version__})
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,234 @@
+"""python -m flipfree: every command on files of models, as a process of its own."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import flipfree as ff
+from flipfree.batch.models.figures import percentiles
+from flipfree.batch.models.welding import welded
+
+import surfaces
+
+
+def command(*arguments):
+    return subprocess.run(
+        [sys.executable, "-m", "flipfree", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+
+
+def run(*arguments):
+    """The only record of a run, which must end well."""
+    process = command(*arguments, "--json", "results.jsonl")
+    assert process.returncode == 0, process.stderr
+    (line,) = Path("results.jsonl").read_text().splitlines()
+    Path("results.jsonl").unlink()
+    return json.loads(line)
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch, package_for_children):
+    monkeypatch.chdir(tmp_path)
+
+
+def write(name, *meshes):
+    """All meshes as parts of one file."""
+    vertices, faces, count = [], [], 0
+    for mesh in meshes:
+        vertices.append(mesh[0])
+        faces.append(mesh[1] + count)
+        count += len(mesh[0])
+    ff.write(name, (np.concatenate(vertices), np.concatenate(faces).astype(np.int32)))
+
+
+def judged(path, **wanted):
+    mesh = ff.read(path)
+    certificate = ff.certify(mesh.vertices, mesh.faces, mesh.uv, **wanted)
+    assert certificate.ok, certificate
+    return mesh
+
+
+@pytest.mark.parametrize("name", ["torus.obj", "torus.ply", "torus.off", "torus.stl"])
+def test_unwrap_maps_files_of_every_type(name):
+    write(name, surfaces.torus())
+    record = run("unwrap", name, "--out", "uv", "--suffix", ".obj")
+    assert record["status"] == "certified" and record["written"]
+    assert record["certificate"]["flips32"] == 0 and 1.0 <= record["energy"] < 2.0
+    mesh = judged("uv/torus.obj", bijective=True, disjoint=True)
+    assert len(mesh.faces) == record["certificate"]["triangles"]
+    checked = run("check", "uv/torus.obj")
+    assert checked["status"] == "certified" and checked["output"] is None
+
+
+def test_in_and_out_make_one_map():
+    write("torus.obj", surfaces.torus())
+    assert run("unwrap", "torus.obj", "new/uv.ply")["output"] == "new/uv.ply"
+    judged("new/uv.ply", bijective=True)
+    again = command("unwrap", "torus.obj", "new/uv.ply")
+    assert again.returncode == 2 and "--out FOLDER" in again.stderr
+
+
+def test_polygons_stay_and_are_not_cut_through():
+    Path("cube.obj").write_text(
+        "".join(f"v {x} {y} {z}\n" for x in (0, 1) for y in (0, 1) for z in (0, 1))
+        + "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n"
+    )
+    run("unwrap", "cube.obj", "--out", "uv")
+    assert Path("uv/cube.obj").read_text().count("\nf ") == 6
+    judged("uv/cube.obj", bijective=True)
+
+
+@pytest.mark.parametrize("name", ["conformal", "seamless", "field"])
+def test_surfaces_of_several_parts_open_and_closed_are_mapped(name):
+    write("parts.obj", surfaces.torus(), surfaces.bumpy_grid(12), surfaces.octahedron_sphere(3))
+    record = run(name, "parts.obj", "--out", "uv")
+    assert record["status"] in ("certified", "warned"), record["message"]
+    mesh = judged("uv/parts.obj", seamless=name != "conformal", cones=None)
+    assert mesh.uv.min() >= 0.0 and mesh.uv.max() <= 1.0
+    if name != "conformal":
+        assert record["certificate"]["seams_exact32"] == record["certificate"]["seam_edges"] > 0
+
+
+def test_what_is_no_surface_is_separated_first():
+    vertices, faces = surfaces.bumpy_grid(8)[:2]
+    fin = np.array([[0, 1, len(vertices)], [1, 0, len(vertices)]])  # two more faces at an edge
+    write("fin.obj", (np.vstack([vertices, [[0.5, -1.0, 2.0]]]), np.vstack([faces, fin])))
+    for name in ("unwrap", "conformal"):
+        record = run(name, "fin.obj", "--out", name)
+        assert record["status"] in ("certified", "warned"), record["message"]
+        assert record["certificate"]["mends"]
+
+
+def test_improve_and_pack_take_the_map_of_the_file():
+    vertices, faces = surfaces.bumpy_grid(12)[:2]
+    uv = vertices[faces][:, :, :2] * [1.0, 0.3]
+    ff.write("flat.obj", (vertices, faces, uv))
+    before = run("check", "flat.obj")["energy"]
+    assert run("improve", "flat.obj", "--out", "better")["energy"] < before
+    packed = run("pack", "better/flat.obj", "--out", "packed", "--margin-pixels", 4)
+    assert packed["status"] == "certified" and 0 < packed["fill"] <= 1
+    judged("packed/flat.obj", bijective=True, disjoint=True)
+    write("bare.obj", surfaces.bumpy_grid(4))
+    assert "no texture coordinates" in run("pack", "bare.obj", "--out", "packed")["message"]
+
+
+def test_match_meets_the_pins_beside_the_model():
+    vertices, faces = surfaces.bumpy_grid(8)[:2]
+    write("sheet.obj", (vertices, faces))
+    missing = run("match", "sheet.obj", "--out", "uv")
+    assert missing["status"] == "refused" and "sheet.obj.pins.json" in missing["message"]
+    pins = {"0": [0.25, 0.5], "7": [1.5, 0.125], "40": [0.75, 3.0]}
+    Path("sheet.obj.pins.json").write_text(json.dumps({"points": pins}))
+    record = run("match", "sheet.obj", "--out", "uv")
+    assert record["status"] in ("certified", "warned"), record["message"]
+    assert record["certificate"]["pin_failures"] == 0
+    mesh = judged("uv/sheet.obj")
+    for vertex, place in pins.items():
+        assert (mesh.uv[mesh.faces == int(vertex)] == place).all()
+
+
+def test_cones_come_from_the_file_beside_the_model():
+    write("ball.obj", surfaces.octahedron_sphere(3))
+    Path("ball.obj.cones.json").write_text(json.dumps({str(v): 180 for v in range(4)}))
+    record = run("seamless", "ball.obj", "--out", "uv")
+    assert record["status"] in ("certified", "warned"), record["message"]
+    assert record["cones"] == 4
+    Path("ball.obj.cones.json").write_text(json.dumps({"0": 100}))
+    record = run("seamless", "ball.obj", "--out", "no")
+    assert record["status"] == "refused" and "multiple of 90" in record["message"]
+
+
+def test_changed_pins_are_changed_input():
+    vertices, faces = surfaces.bumpy_grid(8)[:2]
+    write("sheet.obj", (vertices, faces))
+    hashes = set()
+    for u in (0.0, 1.0):
+        Path("sheet.obj.pins.json").write_text(json.dumps({"points": {"0": [u, 0.0]}}))
+        hashes.add(run("match", "sheet.obj", "--out", "uv")["hash"])
+    assert len(hashes) == 2
+
+
+def split(vertices, faces):
+    """Every corner a vertex of its own, as formats with one normal a vertex have it at hard edges."""
+    return vertices[faces].reshape(-1, 3), np.arange(3 * len(faces), dtype=np.int32).reshape(-1, 3)
+
+
+def test_split_vertices_are_one_unless_they_are_to_stay_apart():
+    write("split.obj", split(*surfaces.torus()[:2]))
+    assert run("unwrap", "split.obj", "--out", "uv")["islands"] < 10
+    judged("uv/split.obj", bijective=True)
+    apart = run("unwrap", "split.obj", "--out", "apart", "--no-merge")
+    assert apart["islands"] == len(surfaces.torus()[1])
+
+
+def test_welding_joins_what_was_split_and_nothing_else():
+    vertices, faces = surfaces.torus()[:2]
+    torn, own = split(vertices, faces)
+    same = welded(torn, own)[own]
+    assert len(np.unique(same)) == len(vertices)
+    sides = np.sort(np.concatenate([same[:, [0, 1]], same[:, [1, 2]], same[:, [2, 0]]]), axis=1)
+    assert (np.unique(sides, axis=0, return_counts=True)[1] == 2).all()
+    # Already whole: nothing changes. Two tori in one place: no face is joined to the other one's.
+    assert np.array_equal(welded(vertices, faces), np.arange(len(vertices)))
+    twice = np.vstack([vertices, vertices])
+    assert np.array_equal(
+        welded(twice, np.vstack([faces, faces + len(vertices)])), np.arange(len(twice))
+    )
+
+
+def test_welding_leaves_sheets_apart_that_meet_three_at_an_edge_or_turn_over():
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1]], float)
+
+    def sheets(*corners):
+        used = [points[list(c)] for c in corners]
+        return np.vstack(used), np.arange(3 * len(used), dtype=np.int32).reshape(-1, 3)
+
+    pair = sheets((0, 1, 2), (1, 0, 3))
+    assert len(np.unique(welded(*pair)[pair[1]])) == 4
+    three = sheets((0, 1, 2), (1, 0, 3), (1, 0, 4))
+    assert len(np.unique(welded(*three)[three[1]])) == 9
+    turned = sheets((0, 1, 2), (0, 1, 3))
+    assert len(np.unique(welded(*turned)[turned[1]])) == 6
+
+
+def test_percentiles_know_a_stretch():
+    vertices, faces = surfaces.bumpy_grid(12)[:2]
+    vertices = vertices * [1.0, 1.0, 0.0]
+    uv = vertices[faces][:, :, :2]
+    same = percentiles(vertices, faces, uv * 7.0)
+    for figure in ("energy", "angle", "area"):
+        assert np.allclose(list(same[figure].values()), 1.0)
+    stretched = percentiles(vertices, faces, uv * [4.0, 1.0])
+    assert np.allclose(list(stretched["angle"].values()), 4.0)
+    assert np.allclose(list(stretched["area"].values()), 1.0)
+    assert np.allclose(list(stretched["energy"].values()), (4 + 1 / 4) / 2)
+    assert percentiles(vertices * 0.0, faces, uv) is None
+
+
+def test_a_poor_map_is_a_warning_in_the_words_of_the_command_line():
+    vertices, faces = surfaces.bumpy_grid(8)[:2]
+    ff.write("thin.obj", (vertices, faces, vertices[faces][:, :, :2] * [1.0, 0.01]))
+    record = run("check", "thin.obj")
+    assert record["status"] == "warned" and "distorted" in record["message"]
+
+
+def test_a_map_with_flips_is_refused_by_check():
+    vertices, faces = surfaces.bumpy_grid(8)[:2]
+    ff.write("turned.obj", (vertices, faces, vertices[faces][:, :, :2] * [-1.0, 1.0]))
+    record = run("check", "turned.obj")
+    assert record["status"] == "refused" and record["reason"] == "certificate failed"
+    assert record["certificate"]["flips32"] == len(faces) and not record["certificate"]["ok"]
+
+
+def test_unknown_commands_and_options_say_so():
+    assert "invalid choice" in command("fold", "x").stderr
+    process = command("unwrap", "x", "--jobs", "0")
+    assert process.returncode == 2 and "number above zero" in process.stderr
+    assert "no such file" in command("unwrap", "x", "--out", "y").stderr

@@ -1,0 +1,135 @@
+"""What a batch will do is known, and refused if it cannot be done, before anything is solved."""
+
+import itertools
+import os
+from pathlib import Path
+
+import pytest
+
+from flipfree.batch.plan import Formats, Item, PlanError, one_file, plan, shard
+
+FORMATS = Formats(reads=(".obj", ".stl"), writes=(".obj", ".ply"))
+
+
+@pytest.fixture
+def models(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in (
+        "m/a.obj",
+        "m/b/a.obj",
+        "m/b/c.OBJ",
+        "m/b/readme.txt",
+        "m/.hidden/d.obj",
+        "m/.e.obj",
+    ):
+        path = Path(name)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+    return Path("m")
+
+
+def outputs(*inputs, out="uv", suffix=None):
+    items = plan(
+        list(map(str, inputs)), out=out and Path(out), suffix=suffix, formats=FORMATS, writes=True
+    )
+    return {item.source.as_posix(): item.target.as_posix() for item in items}
+
+
+def test_folders_keep_their_structure_and_hidden_files_are_passed_over(models):
+    assert outputs("m") == {
+        "m/a.obj": "uv/a.obj",
+        "m/b/a.obj": "uv/b/a.obj",
+        "m/b/c.OBJ": "uv/b/c.OBJ",
+    }
+
+
+def test_patterns_keep_what_lies_below_their_first_wildcard(models):
+    assert outputs("m/**/a.obj") == {"m/a.obj": "uv/a.obj", "m/b/a.obj": "uv/b/a.obj"}
+    assert outputs("m/b/*") == {"m/b/a.obj": "uv/a.obj", "m/b/c.OBJ": "uv/c.OBJ"}
+    assert outputs("m/b/[ac].*") == outputs("m/b/*")
+
+
+def test_single_files_keep_their_name_only(models):
+    assert outputs("m/b/a.obj", suffix=".ply") == {"m/b/a.obj": "uv/a.ply"}
+
+
+def test_a_file_given_twice_is_one_item(models):
+    assert outputs("m", "m/a.obj", os.path.abspath("m/a.obj")) == outputs("m")
+
+
+def test_outputs_inside_the_inputs_folder_are_no_inputs_of_the_next_run(models):
+    Path("m/uv").mkdir()
+    Path("m/uv/a.obj").touch()
+    assert outputs("m", out="m/uv") == {
+        "m/a.obj": "m/uv/a.obj",
+        "m/b/a.obj": "m/uv/b/a.obj",
+        "m/b/c.OBJ": "m/uv/b/c.OBJ",
+    }
+
+
+@pytest.mark.parametrize(
+    ("inputs", "options", "words"),
+    [
+        (["m/a.obj", "m/b/a.obj"], {}, "same output, uv/a.obj"),
+        (["m/a.obj"], {"out": "m"}, "overwrite the input itself"),
+        (["m/a.obj"], {"out": None, "suffix": ".obj"}, "overwrite the input itself"),
+        (["m/b/a.obj"], {"out": "m"}, None),
+        (["m"], {"out": None}, "where the maps go"),
+        (["m"], {"suffix": ".stl"}, "cannot be written to files of this type"),
+        (["nowhere"], {}, "no such file or folder"),
+        (["m/*.ply"], {}, "no models are there"),
+        (["m/b/readme.txt"], {}, "cannot be read"),
+    ],
+)
+def test_what_cannot_be_done_is_refused_with_the_cure(models, inputs, options, words):
+    if words is None:
+        assert outputs(*inputs, **options) == {"m/b/a.obj": "m/a.obj"}
+        return
+    with pytest.raises(PlanError, match=words):
+        outputs(*inputs, **options)
+
+
+def test_an_input_that_another_ones_output_would_overwrite_is_refused(models):
+    with pytest.raises(PlanError, match="overwrite the input m/a.obj"):
+        outputs("m/b/a.obj", "m/a.obj", out="m", suffix=None)
+
+
+def test_inputs_without_room_for_uvs_need_another_suffix(models):
+    Path("m/part.stl").touch()
+    with pytest.raises(PlanError, match="hold no texture coordinates. Add --suffix"):
+        outputs("m")
+    assert outputs("m/part.stl", suffix=".ply") == {"m/part.stl": "uv/part.ply"}
+    Path("m/part.obj").touch()
+    with pytest.raises(
+        PlanError, match=r"part.obj and m/part.stl have the same output, uv/part.obj"
+    ):
+        outputs("m/part.obj", "m/part.stl", suffix=".obj")
+
+
+def test_nothing_is_written_where_a_command_has_no_outputs(models):
+    Path("m/part.stl").touch()
+    items = plan(["m"], out=None, suffix=None, formats=FORMATS, writes=False)
+    assert len(items) == 4 and all(item.target is None for item in items)
+
+
+@pytest.mark.parametrize(("count", "shares"), list(itertools.product([0, 1, 7, 100], [1, 2, 3, 8])))
+def test_shards_hold_every_item_exactly_once(count, shares):
+    items = [Item(Path(f"{i}.obj"), None) for i in range(count)]
+    parts = [shard(items, f"{i}/{shares}") for i in range(1, shares + 1)]
+    assert sorted(sum(parts, []), key=items.index) == items
+    assert max(map(len, parts)) - min(map(len, parts)) <= 1
+
+
+@pytest.mark.parametrize("share", ["0/4", "5/4", "1", "a/b", "1/0", "-1/4"])
+def test_shards_that_are_none_are_refused(share):
+    with pytest.raises(PlanError, match="--shard"):
+        shard([], share)
+
+
+def test_one_file_has_an_output_of_its_own_name(models):
+    item = one_file(Path("m/a.obj"), Path("new/other.ply"), FORMATS)
+    assert item.target == Path("new/other.ply")
+    with pytest.raises(PlanError, match="there already"):
+        one_file(Path("m/a.obj"), Path("m/b/a.obj"), FORMATS)
+    with pytest.raises(PlanError, match="files of this type"):
+        one_file(Path("m/a.obj"), Path("new/other.stl"), FORMATS)
