@@ -175,8 +175,15 @@ void keep_touching(std::vector<std::pair<Index, Near>>& near) {
   std::stable_sort(near.begin(), near.end(), [](const auto& a, const auto& b) {
     if (a.first != b.first) return a.first < b.first;
     if (a.second.distance != b.second.distance) return a.second.distance < b.second.distance;
-    return a.second.inside < b.second.inside;
+    if (a.second.inside != b.second.inside) return a.second.inside < b.second.inside;
+    return a.second.edge < b.second.edge;
   });
+  // An edge is met in every cell that it passes through.
+  near.erase(std::unique(near.begin(), near.end(),
+                         [](const auto& a, const auto& b) {
+                           return a.second.edge == b.second.edge;
+                         }),
+             near.end());
   std::size_t kept = 0;
   for (std::size_t i = 0; i < near.size();) {
     const bool inside = near[i].second.inside;
@@ -210,14 +217,12 @@ std::vector<Contact> find_contacts(const std::vector<Shape>& shapes, const std::
   parallel_for(
       context, corners.size(), kGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
         std::vector<std::pair<Index, Near>> near;
-        std::vector<std::size_t> seen(corners.size(), corners.size());
         for (std::size_t c = begin; c < end; ++c) {
           const Corner& corner = corners[c];
           near.clear();
           grid.near(corner.at, reach, [&](Index e) {
             const auto edge = static_cast<std::size_t>(e);
-            if (corners[edge].shape == corner.shape || seen[edge] == c) return;
-            seen[edge] = c;
+            if (corners[edge].shape == corner.shape) return;
             Near found;
             if (nearest_on(corners, e, corner.at, found) && found.distance <= reach)
               near.emplace_back(corners[edge].shape, found);
