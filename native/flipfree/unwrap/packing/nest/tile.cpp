@@ -9,6 +9,9 @@ namespace {
 
 constexpr int kMostWords = 128;  // tiles of at most 8192 cells
 
+// Powers of two up to `cells`. What the library's function returns differs between its versions.
+int levels_of(int cells) { return static_cast<int>(std::bit_width(static_cast<unsigned>(cells))); }
+
 // The first `count` words of into |= from shifted to lower cells by `by`; `from` has `words` words
 // and an empty one more.
 void or_shifted(const Word* from, int by, int words, Word* into, int count) {
@@ -25,10 +28,7 @@ void or_shifted(const Word* from, int by, int words, Word* into, int count) {
 
 }  // namespace
 
-Tile::Tile(int cells)
-    : cells_(cells),
-      words_((cells + 63) / 64),
-      count_(std::bit_width(static_cast<unsigned>(cells))) {
+Tile::Tile(int cells) : cells_(cells), words_((cells + 63) / 64), count_(levels_of(cells)) {
   levels_.assign(static_cast<std::size_t>(count_) * static_cast<std::size_t>(cells_) *
                      static_cast<std::size_t>(words_ + 1),
                  0);
@@ -71,7 +71,7 @@ std::optional<Cell> Tile::lowest(const Mask& mask, int from, int to) const {
         for (int r = mask.row_begin[static_cast<std::size_t>(j)];
              r < mask.row_begin[static_cast<std::size_t>(j) + 1]; ++r) {
           const Run& run = mask.runs[static_cast<std::size_t>(r)];
-          const int k = std::bit_width(static_cast<unsigned>(run.last - run.first + 1)) - 1;
+          const int k = levels_of(run.last - run.first + 1) - 1;
           const Word* row = level(k, y + j);
           or_shifted(row, run.first, words_, blocked.data(), words);
           const int second = run.last + 1 - (1 << k);
@@ -102,7 +102,7 @@ bool Tile::fits(const Mask& mask, const Cell& cell) const {
     for (int r = mask.row_begin[static_cast<std::size_t>(j)];
          r < mask.row_begin[static_cast<std::size_t>(j) + 1]; ++r) {
       const Run& run = mask.runs[static_cast<std::size_t>(r)];
-      const int k = std::bit_width(static_cast<unsigned>(run.last - run.first + 1)) - 1;
+      const int k = levels_of(run.last - run.first + 1) - 1;
       const Word* row = level(k, cell.y + j);
       const int first = cell.x + run.first;
       const int second = cell.x + run.last + 1 - (1 << k);
