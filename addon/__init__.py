@@ -4,7 +4,7 @@
 operators/*   what the menus offer: options, tasks, report lines
 modal         drives a solver job from a menu, from scripts, in the background
 mesh_io       Blender meshes <-> arrays            compat   Blender's versions
-errors        what the user is told                cli      blender -b -c flipfree ...
+errors        what the user is told                command_line   blender -b -c flipfree ...
 solver        the package flipfree (a wheel)       ui/*     the table of operators, menus, sidebar
 fields/*      field-aligned maps; field and cones drawn over the model
 preferences   what holds for all operators      certificates, watch   what was found of which map, and whether it holds
@@ -12,7 +12,7 @@ preferences   what holds for all operators      certificates, watch   what was f
 
 import bpy
 
-from . import certificates, cli, modal, preferences, solver, watch
+from . import certificates, command_line, modal, preferences, solver, watch
 from .fields import drawing
 from .ui import menus, sidebar, tools
 
@@ -25,13 +25,13 @@ def register():
         bpy.utils.register_class(cls)
     watch.register()
     menus.register()
-    cli.register()
+    command_line.register()
 
 
 def unregister():
     modal.close_all()
     drawing.unregister()
-    cli.unregister()
+    command_line.unregister()
     menus.unregister()
     watch.unregister()
     certificates.forget()

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
+import flipfree
+
 from .meshes import mesh_io
 
 # Solver's code -> (what is wrong with the place that is named, what to do about it in Blender).
@@ -123,6 +125,8 @@ class Failure:
     kind: str = "none"
     elements: np.ndarray | None = None
     counts: tuple = ()  # of the mesh that the ids belong to (mesh_io.counts)
+    code: str = ""  # of the solver's exception
+    refused: bool = True  # the mesh or what is asked of it is at fault, not the solver or its time
 
     def __str__(self):
         return self.message
@@ -160,6 +164,13 @@ def _place(kind: str, elements: np.ndarray) -> str:
 def from_solver(snapshot: mesh_io.Snapshot, error, cures: dict[str, str] | None = None) -> Failure:
     """Failure for an exception of flipfree.errors. cures: of the operator, where the usual ones do not help: {code: what to
     do}."""
+    failure = _in_blenders_terms(snapshot, error, cures)
+    failure.code = error.code
+    failure.refused = isinstance(error, flipfree.InvalidInput | flipfree.Infeasible)
+    return failure
+
+
+def _in_blenders_terms(snapshot, error, cures) -> Failure:
     kind, elements = mesh_io.to_mesh_elements(snapshot, error.kind, error.elements)
     known = TEXTS.get(error.code)
     if known is None:

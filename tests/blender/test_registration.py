@@ -177,6 +177,7 @@ def test_nothing_is_written_into_the_extensions_folder(addon):
         "__init__.py",
         "blender_manifest.toml",
         "LICENSE",
+        "command_line",
         "fields",
         "meshes",
         "operators",

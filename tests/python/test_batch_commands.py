@@ -198,6 +198,13 @@ def test_welding_leaves_sheets_apart_that_meet_three_at_an_edge_or_turn_over():
     assert len(np.unique(welded(*turned)[turned[1]])) == 6
 
 
+def test_welding_never_makes_two_corners_of_a_face_one():
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 0, 0], [0, 0, 0], [1, 0, 0], [0, 1, 0]], float)
+    folded = np.array([[0, 1, 2], [3, 4, 5]], np.int32)  # the first face's sides lie on each other
+    same = welded(points, folded)
+    assert all(len(set(face)) == 3 for face in same[folded].tolist())
+
+
 def test_percentiles_know_a_stretch():
     vertices, faces = surfaces.bumpy_grid(12)[:2]
     vertices = vertices * [1.0, 1.0, 0.0]

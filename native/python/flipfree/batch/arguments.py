@@ -80,17 +80,19 @@ def add_run_arguments(parser: argparse.ArgumentParser, *, writes: bool) -> None:
     )
 
 
-def add_model_arguments(parser: argparse.ArgumentParser) -> None:
-    """How models are read, and how long one is worked on, whatever is made of them."""
+def add_model_arguments(parser: argparse.ArgumentParser, *, has_limit: bool = False) -> None:
+    """How models are read, and how long one is worked on, whatever is made of them. has_limit: the command has an option for
+    that."""
     parser.add_argument(
         "--no-merge", action="store_true", help="vertices that a file has twice stay apart"
     )
-    parser.add_argument(
-        "--max-seconds",
-        type=_positive,
-        metavar="S",
-        help="of the solver, which then returns the best map so far",
-    )
+    if not has_limit:
+        parser.add_argument(
+            "--max-seconds",
+            type=_positive,
+            metavar="S",
+            help="of the solver, which then returns the best map so far",
+        )
 
 
 def is_one_file(given: argparse.Namespace) -> bool:

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""All objects of a loaded file through one command, as the operator would."""
+
+from dataclasses import dataclass
+
+from .. import errors, modal, records
+from ..meshes import mesh_io
+from ..operators import layout
+from .commands import Command
+
+
+@dataclass
+class Ended:
+    """tasks: of objects that got their map. record: for the file of results. text: a line for people."""
+
+    record: dict
+    text: str
+    failure: errors.Failure | None = None
+    task: modal.Task | None = None
+
+
+def solve(objects, command: Command, given) -> list[Ended]:
+    """One for each object; those that got a map have it in their mesh. given: parsed options of the command."""
+    make_task, summary, options = command.options(given)
+    tasks, failures = [], []
+    for ob in objects:
+        try:
+            tasks.append(make_task(mesh_io.read(ob, only_selected=False), **options))
+        except mesh_io.MeshProblem as problem:
+            failures.append(errors.from_problem(ob.name, problem))
+    run = modal.Run(tasks, failures, layout=layout.joint)
+    while not run.advance(1.0):
+        pass
+    run.finish()
+    ended = []
+    for task in run.done:
+        line, warning = summary([task]), command.advice([task])
+        text = f"{line}. Warning: {warning}" if warning else line
+        record = records.of_task(task, line, warning)
+        ended.append(Ended(record, f"{task.snapshot.object_name}: {text}", task=task))
+    for failure in run.failures:
+        ended.append(Ended(records.of_failure(failure), str(failure), failure=failure))
+    return ended
