@@ -6,15 +6,15 @@ modal         drives a solver job from a menu, from scripts, in the background
 mesh_io       Blender meshes <-> arrays            compat   Blender's versions
 errors        what the user is told                command_line   blender -b -c flipfree ...
 solver        the package flipfree (a wheel)       ui/*     the table of operators, menus, sidebar
-fields/*      field-aligned maps; field and cones drawn over the model
+fields/*      field-aligned maps                views/*  what is drawn over models and UVs
 preferences   what holds for all operators      certificates, watch   what was found of which map, and whether it holds
 """
 
 import bpy
 
 from . import certificates, command_line, modal, preferences, solver, watch
-from .fields import drawing
 from .ui import menus, sidebar, tools
+from .views import controls
 
 _CLASSES = (*preferences.CLASSES, *tools.classes(), *menus.CLASSES, *sidebar.CLASSES)
 
@@ -24,13 +24,14 @@ def register():
     for cls in _CLASSES:
         bpy.utils.register_class(cls)
     watch.register()
+    controls.register()
     menus.register()
     command_line.register()
 
 
 def unregister():
     modal.close_all()
-    drawing.unregister()
+    controls.unregister()
     command_line.unregister()
     menus.unregister()
     watch.unregister()

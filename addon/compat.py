@@ -13,6 +13,12 @@ import numpy as np
 MAX_UV_LAYERS = 8
 
 
+def use_nodes(material: bpy.types.Material) -> None:
+    """From 5.0 on every material has nodes, and the switch is on its way out."""
+    if bpy.app.version < (5, 0, 0):
+        material.use_nodes = True
+
+
 def face_materials(mesh: bpy.types.Mesh) -> np.ndarray:
     """(#faces,) int32: the material slot of each."""
     if "material_index" not in mesh.attributes:  # all have the first

@@ -84,10 +84,14 @@ def balance(ob: bpy.types.Object) -> str:
     mesh = ob.data.copy()
     try:
         boundary = boundary_vertices(mesh)
-        angles = read(ob, mesh, boundary)
-        parts = _parts(mesh)
+        return balance_of(mesh, boundary, read(ob, mesh, boundary))
     finally:
         bpy.data.meshes.remove(mesh)
+
+
+def balance_of(mesh: bpy.types.Mesh, boundary: np.ndarray, angles: dict[int, float]) -> str:
+    """The same of a mesh outside edit mode with these cones and boundary vertices (n,)."""
+    parts = _parts(mesh)
     found = []
     for vertices, edges, faces in parts:
         inside = set(vertices.tolist())

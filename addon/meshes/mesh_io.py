@@ -142,17 +142,17 @@ def read(
         mesh = ob.data.copy()
         try:
             chosen = selection.selected_faces(mesh, uv_selection) if only_selected else None
-            return _read(
-                ob.name, mesh, chosen, "no faces are selected. Select the faces to work on"
-            )
+            return of_mesh(ob.name, mesh, chosen, "no faces are selected. Select some")
         finally:
             bpy.data.meshes.remove(mesh)
     chosen = ~selection.hidden_faces(ob.data) if only_visible else None
-    return _read(ob.name, ob.data, chosen, "all faces are hidden. Alt H in Edit Mode reveals them")
+    return of_mesh(
+        ob.name, ob.data, chosen, "all faces are hidden. Alt H in Edit Mode reveals them"
+    )
 
 
-def _read(name: str, mesh, chosen: np.ndarray | None, none_chosen: str) -> Snapshot:
-    """chosen: (#faces,) bool, None for all."""
+def of_mesh(name: str, mesh, chosen: np.ndarray | None = None, none_chosen="") -> Snapshot:
+    """Of a mesh that is not in edit mode. chosen: (#faces,) bool, None for all; none_chosen: the error if these are none."""
     active = mesh.uv_layers.active
     layer_name = active.name if active else ""
     if len(mesh.polygons) == 0:

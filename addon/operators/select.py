@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Select Where It Failed, Mends, Distorted Islands: what a report speaks of, shown in the viewport or the UV editor."""
+"""Select Where It Failed, Mends, Distorted Islands, Faces by Map: shown in the viewport or the UV editor."""
 
 import bpy
 import numpy as np
 
 from .. import compat, errors, mends, modal, solver
 from ..meshes import labels, mesh_io, selection
+from ..views import faults, measures
 from . import common, options
 
 
@@ -129,6 +130,31 @@ class DistortedTask(modal.Task):
         """Leaves the object alone; the operator selects in all of them together."""
 
 
+def _whole_objects(context, make_task) -> tuple[list, list]:
+    """(tasks, failures) for what is worked on: all faces of each object that has a map."""
+    tasks, failures = [], []
+    for ob in common.meshes(context):
+        if ob.data.uv_layers.active is None:
+            continue
+        try:
+            tasks.append(make_task(mesh_io.read(ob, only_selected=False)))
+        except mesh_io.MeshProblem as problem:
+            failures.append(errors.from_problem(ob.name, problem))
+    return tasks, failures
+
+
+def _show_faces(tasks) -> int:
+    """Selects what tasks have found; how many faces that are. Leaves everything alone if none."""
+    places = [
+        (bpy.data.objects[task.snapshot.object_name], "face", task.faces)
+        for task in tasks
+        if len(task.faces)
+    ]
+    if places:
+        show(bpy.context, places)
+    return sum(len(task.faces) for task in tasks)
+
+
 class UV_OT_flipfree_select_poor(options.MapOperator, bpy.types.Operator):
     bl_idname = "uv.flipfree_select_poor"
     bl_label = "Select Distorted Islands"
@@ -141,31 +167,131 @@ class UV_OT_flipfree_select_poor(options.MapOperator, bpy.types.Operator):
     needs_uv = True
 
     def make_run(self, context):
-        snapshots, failures = [], []
-        for ob in common.meshes(context):
-            if ob.data.uv_layers.active is None:
-                continue
-            try:
-                snapshots.append(mesh_io.read(ob, only_selected=False))
-            except mesh_io.MeshProblem as problem:
-                failures.append(errors.from_problem(ob.name, problem))
-        return modal.Run([DistortedTask(s) for s in snapshots], failures)
+        return modal.Run(*_whole_objects(context, DistortedTask))
 
     def summary(self, tasks):
-        places = [
-            (bpy.data.objects[task.snapshot.object_name], "face", task.faces)
-            for task in tasks
-            if len(task.faces)
-        ]
-        if not places:
+        if not _show_faces(tasks):
             return "No island is distorted badly"
-        show(bpy.context, places)
         count = common.plural(sum(task.islands for task in tasks), "island")
         return f"{count} distorted badly, now selected. Mark more seams there and unwrap again"
+
+
+WHAT = (
+    ("flipped", "Flipped", "Faces that lie on their back in the map"),
+    ("degenerate", "Without Area", "Faces that the map makes a line or a point of"),
+    ("overlapping", "Overlapping", "Faces where islands lie on themselves or on each other"),
+    (
+        "worst",
+        "Most Distorted",
+        "Faces of the largest symmetric Dirichlet: stretched, shrunk or sheared",
+    ),
+    (
+        "sheared",
+        "Most Sheared",
+        "Faces of which the map makes one direction much longer than the other",
+    ),
+    ("small", "Smallest in the Map", "Faces with the least pixels for their size"),
+)
+_BY_MEASURE = ("worst", "sheared", "small")
+
+
+class FacesTask(modal.Task):
+    """Faces of a whole object by what the map does to them."""
+
+    def __init__(self, snapshot, *, what="flipped", share=5.0, islands=False):
+        super().__init__(snapshot)
+        self.what = what
+        self.share = share / 100.0
+        self.islands = islands
+        self.faces = np.zeros(0, np.int64)
+
+    def start(self):
+        common.refuse_nonfinite_uvs(self.snapshot)
+        if self.what == "overlapping":
+            return faults.start(self.snapshot)
+        if self.what in _BY_MEASURE:
+            self._take(self._worst())
+        else:
+            sign = measures.orientation(self.snapshot.corner_uv)
+            wrong = sign < 0 if self.what == "flipped" else sign == 0
+            self._take(np.unique(self.snapshot.triangle_face[wrong]))
+        return None
+
+    def collect(self, result):
+        self._take(faults.collect(self.snapshot, result).overlapping)
+
+    def _worst(self) -> np.ndarray:
+        """Faces, the worst first, that make up the wanted share of the surface."""
+        snapshot = self.snapshot
+        found = measures.stretch(snapshot.vertices[snapshot.triangles], snapshot.corner_uv)
+        values = {
+            "worst": measures.dirichlet,
+            "sheared": measures.angle,
+            "small": lambda found: -found.det,
+        }[self.what](found)
+        values = measures.of_faces(values, found.area, snapshot.triangle_face)
+        values = np.where(np.isnan(values), -np.inf, values)
+        order = np.argsort(-values, kind="stable")
+        before = np.cumsum(found.area[order]) - found.area[order]
+        chosen = order[before < self.share * float(found.area.sum())]
+        return np.unique(snapshot.triangle_face[chosen])
+
+    def _take(self, faces: np.ndarray) -> None:
+        if self.islands:
+            snapshot = self.snapshot
+            label = labels.island_labels(snapshot.triangles, snapshot.corner_uv)
+            named = label[np.isin(snapshot.triangle_face, faces)]
+            faces = np.unique(snapshot.triangle_face[np.isin(label, named)])
+        self.faces = faces
+
+    def write(self, ob):
+        """Leaves the object alone; the operator selects in all of them together."""
+
+
+class UV_OT_flipfree_select_faces(options.MapOperator, bpy.types.Operator):
+    bl_idname = "uv.flipfree_select_faces"
+    bl_label = "Select Faces by Map"
+    bl_description = "Select faces that are flipped, without area, overlapping or most distorted in the UV map, or their islands"
+    bl_options = {"REGISTER", "UNDO"}
+    verb = "Select Faces"
+    needs_uv = True
+    option_names = ("what", "share", "islands")
+
+    what: bpy.props.EnumProperty(
+        name="Faces", description="Which faces are selected", items=WHAT, default="flipped"
+    )
+    share: bpy.props.FloatProperty(
+        name="Share",
+        description="How much of the surface is selected: the worst faces that make up so many per cent of its area",
+        default=5.0,
+        min=0.0,
+        max=100.0,
+        subtype="PERCENTAGE",
+    )
+    islands: bpy.props.BoolProperty(
+        name="Whole Islands",
+        description="Select all faces of the islands that have such faces",
+        default=False,
+    )
+
+    def has_effect(self, name):
+        return name != "share" or self.what in _BY_MEASURE
+
+    def make_run(self, context):
+        values = {name: getattr(self, name) for name in self.option_names}
+        return modal.Run(*_whole_objects(context, lambda s: FacesTask(s, **values)))
+
+    def summary(self, tasks):
+        name = next(row[1] for row in WHAT if row[0] == self.what)
+        count = _show_faces(tasks)
+        return (
+            f"{name}: {common.plural(count, 'face')}, now selected" if count else f"{name}: no face"
+        )
 
 
 CLASSES = (
     UV_OT_flipfree_select_failed,
     UV_OT_flipfree_select_mends,
     UV_OT_flipfree_select_poor,
+    UV_OT_flipfree_select_faces,
 )

@@ -15,11 +15,34 @@ class VIEW3D_MT_flipfree(bpy.types.Menu):
 
     def draw(self, _context):
         self.layout.operator_context = "INVOKE_DEFAULT"
-        for i, section in enumerate(tools.SECTIONS):
-            if i:
-                self.layout.separator()
-            for tool in section.tools:
-                self.layout.operator(tool.operator, icon=tool.icon)
+        in_menu = [section for section in tools.SECTIONS if not section.submenu]
+        for section in in_menu:
+            _draw_section(self.layout, section)
+            self.layout.separator()
+        for cls in _SUBMENUS:
+            self.layout.menu(cls.bl_idname)
+
+
+def _draw_section(layout, section: tools.Section) -> None:
+    if section.draws is not None:
+        section.draws.draw_menu(layout)
+        return
+    for tool in section.tools:
+        layout.operator(tool.operator, icon=tool.icon)
+
+
+def _submenu(section: tools.Section) -> type:
+    def draw(self, _context):
+        self.layout.operator_context = "INVOKE_DEFAULT"
+        _draw_section(self.layout, section)
+
+    name = f"VIEW3D_MT_flipfree_{section.identifier}"
+    return type(
+        name, (bpy.types.Menu,), {"bl_idname": name, "bl_label": section.name, "draw": draw}
+    )
+
+
+_SUBMENUS = tuple(_submenu(section) for section in tools.SECTIONS if section.submenu)
 
 
 def _draw(self, _context):
@@ -27,7 +50,7 @@ def _draw(self, _context):
     self.layout.menu(VIEW3D_MT_flipfree.bl_idname, icon="UV")
 
 
-CLASSES = (VIEW3D_MT_flipfree,)
+CLASSES = (*_SUBMENUS, VIEW3D_MT_flipfree)
 
 
 def register():

@@ -85,8 +85,11 @@ def rows(kept) -> list[tuple[str, str, str]]:
 
 
 def _section(section: tools.Section) -> type:
-    def draw(self, _context):
-        layout = self.layout.column(align=True)
+    def draw(self, context):
+        layout = self.layout.column(align=section.draws is None)
+        if section.draws is not None:
+            section.draws.draw_panel(layout, context)
+            return
         for tool in section.tools:
             layout.operator(tool.operator, icon=tool.icon)
 
@@ -115,11 +118,9 @@ def _in_both(panel: type, name: str, order: int) -> list[type]:
     return found
 
 
-def _identifier(section: tools.Section) -> str:
-    return f"{_MAIN}_{section.name.lower().replace(' ', '_')}"
-
-
 CLASSES = [*_in_both(_Guide, _MAIN, 0), *_in_both(_Certificate, f"{_MAIN}_certificate", 2)]
 for _order, _each in enumerate(tools.SECTIONS):
     # The certificate stands below the first section, which makes it.
-    CLASSES += _in_both(_section(_each), _identifier(_each), _order if _order == 0 else _order + 2)
+    CLASSES += _in_both(
+        _section(_each), f"{_MAIN}_{_each.identifier}", _order if _order == 0 else _order + 2
+    )

@@ -4,9 +4,11 @@
 from dataclasses import dataclass
 from types import ModuleType
 
-from ..fields import drawing, field_aligned
+from ..checker import checker
+from ..fields import field_aligned
 from ..operators import check, conformal, improve, match, seamless, select, unwrap
 from ..operators.packing import pack
+from ..views import controls
 
 
 @dataclass(frozen=True)
@@ -23,6 +25,14 @@ class Section:
     name: str
     tools: tuple[Tool, ...]
     opened: bool = False  # in the sidebar, at first
+    submenu: bool = False  # in menus
+    draws: ModuleType | None = (
+        None  # has draw_menu(layout) and draw_panel(layout, context), instead of a row of buttons
+    )
+
+    @property
+    def identifier(self) -> str:
+        return self.name.lower().replace(" ", "_")
 
 
 SECTIONS = (
@@ -53,9 +63,28 @@ SECTIONS = (
             Tool(select, "uv.flipfree_select_failed", "CANCEL"),
             Tool(select, "uv.flipfree_select_poor", "ERROR"),
             Tool(select, "uv.flipfree_select_mends", "MODIFIER"),
+            Tool(select, "uv.flipfree_select_faces", "FACESEL"),
         ),
+        submenu=True,
     ),
-    Section("Show", (Tool(drawing, "view3d.flipfree_show_field", "EMPTY_AXIS"),)),
+    Section(
+        "Show",
+        (
+            Tool(controls, "uv.flipfree_show", "HIDE_OFF"),
+            Tool(controls, "view3d.flipfree_show_field", "EMPTY_AXIS"),
+            Tool(controls, "uv.flipfree_hide_all", "HIDE_ON"),
+        ),
+        submenu=True,
+        draws=controls,
+    ),
+    Section(
+        "Checker",
+        (
+            Tool(checker, "uv.flipfree_checker", "TEXTURE"),
+            Tool(checker, "uv.flipfree_remove_checker", "X"),
+        ),
+        submenu=True,
+    ),
 )
 
 

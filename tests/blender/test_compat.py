@@ -153,3 +153,10 @@ def test_edges_marked_as_sharp_are_read(part):
     assert not part("compat").sharp_edges(ob.data).any()
     ob.data.edges[3].use_edge_sharp = True
     assert np.flatnonzero(part("compat").sharp_edges(ob.data)).tolist() == [3]
+
+
+def test_new_materials_have_nodes(part):
+    material = bpy.data.materials.new("Nodes")
+    part("compat").use_nodes(material)
+    assert material.node_tree is not None and len(material.node_tree.nodes) > 0
+    bpy.data.materials.remove(material)

@@ -304,13 +304,30 @@ def test_what_is_drawn_lies_on_the_mesh(mode, part):
         sum(f(t) for t in bends.values()) for f in (lambda t: t > 0, lambda t: t < 0)
     )
     bpy.ops.object.mode_set(mode=mode)
-    drawn = part("fields.drawing").shapes_of(ob)
-    assert len(drawn.field) == 12 * len(field_of_faces(ob))
-    assert len(drawn.corners) == 24 * corners and len(drawn.saddles) == 24 * saddles
-    points = np.concatenate([drawn.field, drawn.corners, drawn.saddles])
+    field, red, green = drawn_over(ob, part)
+    assert len(field) == 12 * len(field_of_faces(ob))
+    assert len(red) == 24 * corners and len(green) == 24 * saddles
+    points = np.concatenate([field, red, green])
     low, high = points.min(0), points.max(0)
     assert np.isfinite(points).all()
     assert low == pytest.approx([0, 0, 0], abs=0.1) and high == pytest.approx([5, 3, 1], abs=0.1)
+
+
+def drawn_over(ob, part):
+    """Vertices of crosses, of octahedra at corners, and at saddles."""
+    drawing = part("views.shapes").Drawing()
+    with part("views.reading").reading(ob) as read:
+        part("views.field").draw(read, drawing)
+        part("views.marks").draw_cones(read, drawing)
+    colours = (
+        part("views.field").COLOUR,
+        part("views.marks").CORNER_COLOUR,
+        part("views.marks").SADDLE_COLOUR,
+    )
+    return [
+        np.concatenate([np.zeros((0, 3)), *(s.pos for s in drawing.shapes if s.colour == colour)])
+        for colour in colours
+    ]
 
 
 def field_of_faces(ob):
@@ -319,8 +336,7 @@ def field_of_faces(ob):
 
 def test_a_mesh_without_field_and_cones_draws_nothing(part):
     ob = shapes.cube()
-    drawn = part("fields.drawing").shapes_of(ob)
-    assert len(drawn.field) == len(drawn.corners) == len(drawn.saddles) == 0
+    assert [len(points) for points in drawn_over(ob, part)] == [0, 0, 0]
     with pytest.raises(RuntimeError, match="Without a window"):
         bpy.ops.view3d.flipfree_show_field()
 

@@ -72,7 +72,7 @@ def refusal(name):
 
 def test_disabled_operators_say_why(part):
     tools = [tool.operator for tool in part("ui.tools").all_tools()]
-    always = {"view3d.flipfree_show_field"}
+    always = {"view3d.flipfree_show_field", "uv.flipfree_show"}
     for name in set(tools) - always:
         text = refusal(name)
         assert "poll() failed, context is incorrect" not in text, name

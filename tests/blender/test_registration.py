@@ -18,6 +18,7 @@ OPERATORS = [
     "flipfree_suggest_cones",
     "flipfree_check",
     "flipfree_select_poor",
+    "flipfree_select_faces",
 ]
 
 
@@ -177,11 +178,13 @@ def test_nothing_is_written_into_the_extensions_folder(addon):
         "__init__.py",
         "blender_manifest.toml",
         "LICENSE",
+        "checker",
         "command_line",
         "fields",
         "meshes",
         "operators",
         "ui",
+        "views",
         "wheels",
     }
     extra = {p.name for p in folder.iterdir()} - shipped

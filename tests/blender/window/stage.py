@@ -117,3 +117,11 @@ def ring(levels=2):
     modifier.levels = levels
     bpy.ops.object.modifier_apply(modifier=modifier.name)
     return ob
+
+
+def until(condition, what, seconds=30.0):
+    """Waits for it, however busy the machine is."""
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, what() if callable(what) else what
+        yield 0.1

@@ -2,9 +2,11 @@
 """What the add-on draws over models and UVs."""
 
 import bpy
+import numpy as np
 import shapes
 from stage import (
     area_of,
+    frame_all,
     frame_view,
     invoke,
     modal_from_the_start,
@@ -12,10 +14,11 @@ from stage import (
     ring,
     shot,
     show,
+    until,
     wait_for_end,
 )
 
-drawing = part("fields.drawing")
+controls, refresh, state = part("views.controls"), part("views.refresh"), part("views.state")
 
 
 def show_field():
@@ -26,7 +29,15 @@ def show_field():
 def drawn():
     """Names of the objects over which something was drawn at the last redraw."""
     bpy.ops.wm.redraw_timer(type="DRAW_WIN_SWAP", iterations=1)
-    return sorted(key[0] for key, batches in drawing._state["batches"].items() if batches)
+    return sorted(e.name for e in refresh.entries.values() if any((e.batches or {}).values()))
+
+
+def until_drawn(*names):
+    yield from until(lambda: drawn() == sorted(names), lambda: f"{names} expected, {drawn()} drawn")
+
+
+def legend():
+    return [text for _, text in refresh.current_legend().lines]
 
 
 def test_the_field_is_drawn_over_the_model_until_it_is_switched_off():
@@ -41,35 +52,29 @@ def test_the_field_is_drawn_over_the_model_until_it_is_switched_off():
     yield 0.4
     shot("field_off")
     show_field()
-    yield 0.4
+    assert state.is_on("field")
+    yield from until_drawn(ob.name)
     shot("field_on")
-    assert drawing.is_on() and drawn() == [ob.name]
     bpy.ops.object.mode_set(mode="EDIT")
-    yield 0.3
-    assert drawn() == [ob.name]
+    yield from until_drawn(ob.name)
     shot("field_edit")
     bpy.ops.mesh.select_all(action="SELECT")
     bpy.ops.mesh.subdivide()
-    yield 0.3
-    assert drawn() == [ob.name]
+    yield from until_drawn(ob.name)
     bpy.ops.object.mode_set(mode="OBJECT")
-    yield 0.3
-    assert drawn() == [ob.name]
+    yield from until_drawn(ob.name)
     other = shapes.cube("Other")
     shapes.activate(other)
-    yield 0.3
-    assert drawn() == []
+    yield from until_drawn()
     shapes.activate(ob)
     bpy.data.objects.remove(other)
     bpy.ops.ed.undo_push(message="Before")
-    yield 0.3
-    assert drawn() == [ob.name]
+    yield from until_drawn(ob.name)
     bpy.data.objects.remove(ob)
-    yield 0.3
-    assert drawn() == []
+    yield from until_drawn()
     show_field()
-    yield 0.2
-    assert not drawing.is_on() and drawn() == []
+    assert not state.anything()
+    yield from until_drawn()
 
 
 def test_cones_of_a_figure_are_drawn():
@@ -79,7 +84,156 @@ def test_cones_of_a_figure_are_drawn():
     assert bpy.ops.uv.flipfree_field_aligned() == {"FINISHED"}
     frame_view()
     show_field()
-    yield 0.6
+    yield from until_drawn(ob.name)
     shot("field_monkey")
-    assert drawn() == [ob.name]
-    drawing.switch(False)
+    controls.switch_off()
+
+
+def stretched_monkey():
+    """Unwrapped, then drawn out to the right: more so the further up."""
+    ob = shapes.monkey(1)
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    good = shapes.uv_of(ob)
+    drawn_out = good * 0.7 + np.outer(good[:, 1] ** 2, [0.3, 0.0])
+    shapes.set_uv(ob, drawn_out)
+    ob.data.update()
+    return ob
+
+
+def is_shown(scale):
+    bar = refresh.current_legend().bar
+    return bar is not None and bar.scale is scale
+
+
+def test_faces_are_coloured_in_both_editors_and_the_figures_follow_the_map():
+    show("UV Editing")
+    yield 0.5
+    ob = stretched_monkey()
+    yield 0.3
+    frame_all()
+    for what, *_ in state.FACES:
+        bpy.context.window_manager.flipfree_faces = what
+        if what == "faults":
+            yield from until(lambda: "0 faces flipped" in legend(), legend)
+            yield from until_drawn()
+        else:
+            scale = part("views.faces").SCALES[what]
+            yield from until(lambda scale=scale: is_shown(scale), legend)
+            yield from until_drawn(ob.name)
+        yield 0.3
+        shot(f"show_{what}")
+    bpy.context.window_manager.flipfree_faces = "distortion"
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    yield from until_drawn(ob.name)
+    yield 1.0
+    shot("show_edit")
+    before, reads = legend(), refresh.reads()
+    yield 2.0
+    assert refresh.reads() == reads, "a mesh at rest is not read again"
+    assert invoke("improve") <= {"RUNNING_MODAL", "FINISHED"}
+    yield from wait_for_end()
+    yield from until(lambda: refresh.reads() > reads and legend() != before, legend)
+    assert bpy.ops.uv.flipfree_hide_all() == {"FINISHED"}
+    assert not state.anything() and not refresh.entries
+    yield from until_drawn()
+
+
+def test_wrong_faces_are_found_while_one_works():
+    show("UV Editing")
+    yield 0.5
+    ob = shapes.two_sheets()
+    uv = shapes.uv_of(ob)
+    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    uv[corner == 12] += [0.25, 0.1]  # folds what lies around the middle of the large one
+    uv[corner >= 25] -= [0.5, 0.0]  # the small one onto the large one
+    shapes.set_uv(ob, uv)
+    ob.data.update()
+    frame_all()
+    bpy.context.window_manager.flipfree_faces = "faults"
+    yield from until(lambda: any("pair of islands" in text for text in legend()), legend)
+    yield 0.3
+    shot("show_wrong")
+    assert any("flipped" in text and not text.startswith("0") for text in legend()), legend()
+    shapes.set_uv(ob, shapes.uv_of(ob) * [-1, 1])
+    ob.data.update()
+    yield from until(
+        lambda: any(text.startswith(("28 ", "29 ", "30 ")) for text in legend()), legend
+    )
+    controls.switch_off()
+
+
+def test_cones_seams_and_turns_are_shown_in_both_editors():
+    show("UV Editing")
+    yield 0.5
+    ob = ring(1)
+    assert bpy.ops.uv.flipfree_seamless(bound=1.5) == {"FINISHED"}
+    frame_all()
+    for what in ("cones", "seams"):
+        setattr(bpy.context.window_manager, f"flipfree_{what}", True)
+    yield from until_drawn(ob.name)
+    yield from until(lambda: any("turn" in text for text in legend()), legend)
+    shot("show_seams")
+    assert "The cones fit the surface" in legend()
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="DESELECT")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    ob.data.vertices[0].select = True
+    bpy.ops.object.mode_set(mode="EDIT")
+    assert bpy.ops.mesh.flipfree_mark_cone(quarter_turns=1) == {"FINISHED"}
+    yield from until(lambda: any("still lack" in text for text in legend()), legend)
+    controls.switch_off()
+
+
+def test_pins_that_contradict_each_other_are_red():
+    show("UV Editing")
+    yield 0.5
+    ob = shapes.grid(8, uv=True)
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    uv = shapes.uv_of(ob)
+    uv[corner == 40] = uv[corner == 30][0]
+    shapes.set_uv(ob, uv)
+    shapes.set_pins(ob, np.isin(corner, [10, 30, 40, 60]))
+    ob.data.update()
+    frame_all()
+    bpy.context.window_manager.flipfree_pins = True
+    yield from until(lambda: len(legend()) > 1, legend)
+    yield 0.5
+    shot("show_pins")
+    assert legend() == ["4 pins", "2 pins cannot be met together"]
+    controls.switch_off()
+
+
+def test_the_checker_is_seen_in_solid_shading_and_leaves_it_as_it_was():
+    show("UV Editing")
+    yield 0.5
+    ob = shapes.monkey(1)
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    frame_all()
+    shading = area_of("VIEW_3D")["area"].spaces.active.shading
+    before = shading.color_type
+    for pattern in ("grid", "brick", "symmetric"):
+        assert bpy.ops.uv.flipfree_checker(pattern=pattern) == {"FINISHED"}
+        assert shading.color_type == "TEXTURE"
+        yield 1.0
+        shot(f"checker_{pattern}")
+    assert bpy.ops.uv.flipfree_remove_checker() == {"FINISHED"}
+    assert shading.color_type == before and not ob.modifiers
+    yield 0.3
+
+
+def test_faces_are_selected_by_what_is_wrong_with_them_in_a_uv_editor():
+    show("UV Editing")
+    yield 0.5
+    ob = stretched_monkey()
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.context.tool_settings.use_uv_select_sync = True
+    with bpy.context.temp_override(**area_of("IMAGE_EDITOR")):
+        assert bpy.ops.uv.flipfree_select_faces("INVOKE_DEFAULT", what="worst") == {"FINISHED"}
+    frame_all()
+    yield 0.6
+    shot("select_worst")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert 0 < len(shapes.selected(ob, "face")) < len(ob.data.polygons) // 2
