@@ -36,6 +36,11 @@ BOUNDARIES = (
 ENGINES = (
     ("auto", "Automatic", "The first one that finds a map"),
     ("penner", "Edge Lengths", "Changes the lengths of edges until all angles fit"),
+    (
+        "padding",
+        "Padding",
+        "Pads the map of a cut surface until its seams fit: another road to the same cones, slower and with more added vertices",
+    ),
 )
 
 

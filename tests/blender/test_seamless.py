@@ -124,6 +124,13 @@ def test_a_closed_mesh_of_any_genus_is_mapped_with_the_defaults(genus, mode, cap
     assert "suggested" in line
 
 
+@pytest.mark.parametrize("engine", ["penner", "padding"])
+def test_every_engine_maps_a_mesh_with_a_handle(engine):
+    ob = holed(1, 1)
+    assert bpy.ops.uv.flipfree_seamless(engine=engine) == {"FINISHED"}
+    check(ob, 1)
+
+
 def test_a_cube_unfolds_without_any_distortion(capfd):
     ob = shapes.cube()
     assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
