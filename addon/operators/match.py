@@ -280,7 +280,7 @@ def summary(tasks: list[MatchTask]) -> str:
 
 def make_task(snapshot, **options) -> MatchTask:
     snapshot = separated.separated(snapshot)
-    return MatchTask(snapshot, _group_vertices(bpy.data.objects[snapshot.object_name]), **options)
+    return MatchTask(snapshot, group_vertices(bpy.data.objects[snapshot.object_name]), **options)
 
 
 class UV_OT_flipfree_match(
@@ -331,7 +331,7 @@ class UV_OT_flipfree_match(
         return summary(tasks)
 
 
-def _group_vertices(ob) -> list[int]:
+def group_vertices(ob) -> list[int]:
     group = ob.vertex_groups.get(GROUP)
     if group is None:
         return []

@@ -7,6 +7,7 @@ from types import ModuleType
 from ..checker import checker
 from ..fields import field_aligned
 from ..operators import check, conformal, improve, match, seamless, select, unwrap
+from ..operators.arrange import density, orient, straighten
 from ..operators.packing import pack
 from ..views import controls
 
@@ -46,6 +47,16 @@ SECTIONS = (
             Tool(pack, "uv.flipfree_pack", "PACKAGE"),
         ),
         opened=True,
+    ),
+    Section(
+        "Islands",
+        (
+            Tool(orient, "uv.flipfree_orient", "DRIVER_ROTATIONAL_DIFFERENCE"),
+            Tool(straighten, "uv.flipfree_straighten", "IPO_LINEAR"),
+            Tool(density, "uv.flipfree_get_density", "EYEDROPPER"),
+            Tool(density, "uv.flipfree_set_density", "TEXTURE"),
+        ),
+        submenu=True,
     ),
     Section(
         "Cones and Seamless Maps",

@@ -19,6 +19,9 @@ OPERATORS = [
     "flipfree_check",
     "flipfree_select_poor",
     "flipfree_select_faces",
+    "flipfree_set_density",
+    "flipfree_orient",
+    "flipfree_straighten",
 ]
 
 

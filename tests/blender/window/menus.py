@@ -2,6 +2,7 @@
 """Menus and sidebar."""
 
 import bpy
+import numpy as np
 import shapes
 from stage import (
     area_of,
@@ -9,6 +10,7 @@ from stage import (
     frame_all,
     invoke,
     modal_from_the_start,
+    part,
     shot,
     show,
     simulate,
@@ -99,3 +101,25 @@ def test_the_sidebars_of_both_editors_show_the_tab():
         assert open_sidebar(kind).active_panel_category == "Flipfree"
         area_of(kind)["area"].spaces.active.show_region_ui = False
     yield 0.3
+
+
+def test_set_texel_density_starts_with_what_get_found_and_the_margin_is_that_of_the_preferences():
+    show("Layout")
+    yield 0.5
+    ob = shapes.grid(6, uv=True)
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    before = shapes.uv_of(ob)
+    with bpy.context.temp_override(**area_of("VIEW_3D")):
+        assert bpy.ops.uv.flipfree_get_density("INVOKE_DEFAULT", texture_size=512) == {"FINISHED"}
+    shapes.set_uv(ob, before * 0.5)
+    assert invoke("set_density") <= {"FINISHED", "RUNNING_MODAL"}
+    yield from wait_for_end()
+    assert np.allclose(np.ptp(shapes.uv_of(ob), axis=0), np.ptp(before, axis=0), rtol=1e-3)
+    preferences = bpy.context.preferences.addons[part("preferences").__package__].preferences
+    preferences.margin = 0.1
+    try:
+        assert invoke("unwrap") <= {"FINISHED", "RUNNING_MODAL"}
+        yield from wait_for_end()
+        assert shapes.uv_of(ob).min() > 0.04
+    finally:
+        preferences.margin = 0.005

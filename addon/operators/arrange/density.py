@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Get and Set Texel Density: pixels of the texture per unit of the scene."""
+
+import bpy
+import numpy as np
+
+from ...meshes import mesh_io
+from ...views import faces, measures
+from .. import common, options
+from . import moved
+
+# What the last Get found; Set starts with it.
+_last = {"density": 0.0, "texture_size": 1024}
+
+
+class TextureSize:
+    texture_size: bpy.props.IntProperty(
+        name="Texture Size",
+        description="Pixels of the texture to a side",
+        default=1024,
+        min=1,
+        max=65536,
+    )
+
+
+def of_triangles(snapshot, triangles, uv, size: float, pixels: int) -> float:
+    """Pixels per unit of the scene, over all of these; 0 without area on the surface. size: faces.size_in_scene."""
+    corners = snapshot.vertices[snapshot.triangles[triangles]]
+    surface = float(measures.stretch(corners, uv).area.sum())
+    plane = float(np.abs(moved.areas(uv)).sum())
+    return pixels / size * (plane / surface) ** 0.5 if surface > 0 else 0.0
+
+
+class UV_OT_flipfree_get_density(TextureSize, bpy.types.Operator):
+    bl_idname = "uv.flipfree_get_density"
+    bl_label = "Get Texel Density"
+    bl_description = (
+        "Report how many pixels of the texture the selected faces have per unit of the scene: on average, and of the island with "
+        "the least and with the most. Set Texel Density starts with the average"
+    )
+    bl_options = {"REGISTER"}
+
+    @classmethod
+    def poll(cls, context):
+        return common.poll(cls, context, needs_uv=True)
+
+    def execute(self, context):
+        try:
+            snapshots, failures = common.read_meshes(context)
+        except mesh_io.MeshProblem as problem:
+            self.report({"ERROR"}, str(problem))
+            return {"CANCELLED"}
+        found = self._islands([s for s in snapshots if s.layer_name])
+        if not found:
+            text = str(failures[0]) if failures else "There is no face with an area and a UV map"
+            self.report({"ERROR"}, text)
+            return {"CANCELLED"}
+        surface = sum(area for area, _ in found)
+        # Areas add up, lengths do not: the mean of squares.
+        mean = (sum(area * d**2 for area, d in found) / surface) ** 0.5
+        each = [d for _, d in found]
+        _last.update(density=mean, texture_size=self.texture_size)
+        self.report(
+            {"INFO"},
+            f"{mean:.4g} px per unit, {common.plural(len(each), 'island')} of {min(each):.4g} to {max(each):.4g}, "
+            f"for a texture of {self.texture_size} pixels",
+        )
+        return {"FINISHED"}
+
+    def _islands(self, snapshots) -> list[tuple[float, float]]:
+        """(area in the scene, density) of each island with an area."""
+        found = []
+        for snapshot in snapshots:
+            size = faces.size_in_scene(bpy.data.objects[snapshot.object_name])
+            uv = snapshot.corner_uv.astype(np.float64)
+            stretch = measures.stretch(snapshot.vertices[snapshot.triangles], uv)
+            label = moved.labels.island_labels(snapshot.triangles, snapshot.corner_uv)
+            for island in np.unique(label):
+                chosen = label == island
+                area = float(stretch.area[chosen].sum()) * size**2
+                density = of_triangles(snapshot, chosen, uv[chosen], size, self.texture_size)
+                if area > 0 and np.isfinite(density):
+                    found.append((area, density))
+        return found
+
+
+class DensityTask(moved.MovedTask):
+    def __init__(
+        self, snapshot, *, density=512.0, texture_size=1024, together=False, use_pins=True
+    ):
+        super().__init__(snapshot, use_pins=use_pins)
+        self.density = density
+        self.texture_size = texture_size
+        self.together = together
+        self.size = faces.size_in_scene(bpy.data.objects[snapshot.object_name])
+
+    def _now(self, triangles, uv) -> float:
+        return of_triangles(self.snapshot, triangles, uv, self.size, self.texture_size)
+
+    def place(self, triangles, uv):
+        if self.together:
+            everything = np.arange(len(self.snapshot.triangles))
+            now = self._now(everything, self.snapshot.corner_uv.astype(np.float64))
+        else:
+            now = self._now(triangles, uv)
+        if not (now > 0 and np.isfinite(now)):
+            return None
+        middle = moved.centre(uv)
+        return middle + (uv - middle) * (self.density / now)
+
+
+class UV_OT_flipfree_set_density(
+    options.KeepPins, TextureSize, options.MapOperator, bpy.types.Operator
+):
+    bl_idname = "uv.flipfree_set_density"
+    bl_label = "Set Texel Density"
+    bl_description = (
+        "Scale islands about their centres until they have so many pixels of the texture per unit of the scene. They may overlap "
+        "or leave the tile then: Pack Islands without Same Density keeps the sizes"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+    verb = "Set Texel Density"
+    needs_uv = True
+    option_names = ("density", "texture_size", "together", "use_pins")
+
+    density: bpy.props.FloatProperty(
+        name="Density",
+        description="Pixels of the texture per unit of the scene",
+        default=512.0,
+        min=1e-6,
+        soft_max=8192.0,
+        precision=2,
+    )
+    together: bpy.props.BoolProperty(
+        name="Keep Proportions",
+        description="All islands of an object are scaled alike, and only their average is met. Otherwise each of them meets it",
+        default=False,
+    )
+
+    def invoke(self, context, event):
+        if _last["density"] > 0.0 and not self.properties.is_property_set("density"):
+            self.density, self.texture_size = _last["density"], _last["texture_size"]
+        return super().invoke(context, event)
+
+    def make_task(self, snapshot, **options):
+        return DensityTask(snapshot, **options)
+
+    def summary(self, tasks):
+        scaled = common.plural(sum(t.moved for t in tasks), "island")
+        return f"{scaled} at {self.density:.4g} px per unit: {moved.notes(tasks)}"
+
+
+CLASSES = (UV_OT_flipfree_get_density, UV_OT_flipfree_set_density)

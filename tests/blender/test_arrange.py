@@ -1,0 +1,287 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Texel density, orientation of islands, straight chains."""
+
+import math
+
+import bmesh
+import bpy
+import numpy as np
+import pytest
+import shapes
+
+
+def corners(ob):
+    return np.array([loop.vertex_index for loop in ob.data.loops])
+
+
+def flat_grid(n=4, scale=0.2, name="Grid", x=0.0):
+    """Mapped by x and y, times scale."""
+    ob = shapes.grid(n, name, bump=0.0, uv=True, x=x)
+    at = np.array([v.co[:2] for v in ob.data.vertices])
+    shapes.set_uv(ob, (at[corners(ob)] - [x, 0]) * scale + 0.5)
+    return ob
+
+
+def turn(uv, degrees):
+    angle = math.radians(degrees)
+    c, s = math.cos(angle), math.sin(angle)
+    middle = uv.mean(axis=0)
+    return (uv - middle) @ np.array([[c, s], [-s, c]]) + middle
+
+
+def density(ob, pixels=1024):
+    """Of each face, px per unit of the scene, by shoelace."""
+    uv = shapes.uv_of(ob).astype(float)
+    size = abs(ob.matrix_world.to_3x3().determinant()) ** (1 / 3)
+    found = []
+    for polygon in ob.data.polygons:
+        p = uv[list(polygon.loop_indices)]
+        q = np.roll(p, -1, axis=0)
+        plane = abs((p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0]).sum()) / 2
+        found.append(pixels / size * math.sqrt(plane / polygon.area))
+    return np.array(found)
+
+
+@pytest.mark.parametrize("scale", [1.0, 3.0])
+@pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
+def test_every_island_meets_the_density(mode, scale):
+    ob = shapes.two_sheets()
+    shapes.set_pins(ob, np.zeros(len(ob.data.loops), bool))
+    uv = shapes.uv_of(ob)
+    uv[64:] *= 3.0
+    shapes.set_uv(ob, uv)
+    ob.scale = (scale,) * 3
+    bpy.context.view_layer.update()
+    middle = (uv[:64].min(0) + uv[:64].max(0)) / 2
+    bpy.ops.object.mode_set(mode=mode)
+    if mode == "EDIT":
+        bpy.ops.mesh.select_all(action="SELECT")
+    assert bpy.ops.uv.flipfree_set_density(density=100.0, texture_size=2048) == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert density(ob, 2048) == pytest.approx(100.0, rel=1e-3)
+    after = shapes.uv_of(ob)
+    assert (after[:64].min(0) + after[:64].max(0)) / 2 == pytest.approx(middle, abs=1e-5)
+
+
+def test_proportions_can_be_kept():
+    ob = shapes.two_sheets()
+    shapes.set_pins(ob, np.zeros(len(ob.data.loops), bool))
+    uv = shapes.uv_of(ob)
+    uv[64:] *= 3.0
+    shapes.set_uv(ob, uv)
+    before = density(ob)
+    assert bpy.ops.uv.flipfree_set_density(density=100.0, together=True) == {"FINISHED"}
+    after = density(ob)
+    assert after / before == pytest.approx(np.full(32, after[0] / before[0]), rel=1e-3)
+    area = np.array([p.area for p in ob.data.polygons])
+    assert math.sqrt((area * after**2).sum() / area.sum()) == pytest.approx(100.0, rel=1e-3)
+
+
+def test_islands_with_pins_stay():
+    ob = shapes.two_sheets()
+    pins = np.zeros(len(ob.data.loops), bool)
+    pins[0] = True
+    shapes.set_pins(ob, pins)
+    before = shapes.uv_of(ob)
+    for call in (
+        lambda: bpy.ops.uv.flipfree_set_density(density=10.0),
+        lambda: bpy.ops.uv.flipfree_orient(by="up"),
+    ):
+        assert call() == {"FINISHED"}
+        assert np.array_equal(shapes.uv_of(ob)[:64], before[:64])
+    assert not np.array_equal(shapes.uv_of(ob)[64:], before[64:])
+    assert bpy.ops.uv.flipfree_set_density(density=10.0, use_pins=False) == {"FINISHED"}
+    assert density(ob) == pytest.approx(10.0, rel=1e-3)
+
+
+def test_get_finds_the_density(part):
+    flat_grid(scale=0.2)
+    assert bpy.ops.uv.flipfree_get_density(texture_size=1000) == {"FINISHED"}
+    assert part("operators.arrange.density")._last["density"] == pytest.approx(200.0, rel=1e-4)
+
+
+def test_a_mesh_without_area_has_no_density():
+    shapes.add("Flat", np.zeros((3, 3)), [(0, 1, 2)], uv=True)
+    with pytest.raises(RuntimeError, match="no face with an area"):
+        bpy.ops.uv.flipfree_get_density()
+
+
+def slanted(degrees, stretch=(2.0, 1.0)):
+    """A sheet whose map is a rectangle, turned."""
+    ob = flat_grid()
+    uv = shapes.uv_of(ob).astype(float)
+    uv = turn((uv - uv.mean(0)) * stretch + 0.5, degrees)
+    shapes.set_uv(ob, uv)
+    return ob
+
+
+def box(uv):
+    return np.ptp(uv, axis=0)
+
+
+@pytest.mark.parametrize("axis", ["u", "v"])
+@pytest.mark.parametrize("degrees", [0, 17, 45, 90, 120, 200])
+def test_the_longest_side_lies_along_the_axis(degrees, axis):
+    ob = slanted(degrees)
+    middle = (shapes.uv_of(ob).min(0) + shapes.uv_of(ob).max(0)) / 2
+    assert bpy.ops.uv.flipfree_orient(by="box", axis=axis) == {"FINISHED"}
+    after = shapes.uv_of(ob)
+    wanted = [0.8, 0.4] if axis == "u" else [0.4, 0.8]
+    assert box(after) == pytest.approx(wanted, abs=1e-4)
+    assert (after.min(0) + after.max(0)) / 2 == pytest.approx(middle, abs=1e-4)
+    assert shapes.exact_flips(ob) == 0
+
+
+def select_edges(ob, pairs):
+    """These edges only, in edit mode."""
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.context.tool_settings.mesh_select_mode = (False, True, False)
+    bpy.ops.mesh.select_all(action="DESELECT")
+    bm = bmesh.from_edit_mesh(ob.data)
+    bm.verts.ensure_lookup_table()
+    for a, b in pairs:
+        bm.edges.get((bm.verts[a], bm.verts[b])).select_set(True)
+    bmesh.update_edit_mesh(ob.data)
+
+
+@pytest.mark.parametrize("degrees", [10, 40, 50, 130, -20])
+def test_selected_edges_lie_along_the_nearest_axis(degrees):
+    ob = slanted(degrees)
+    before = shapes.uv_of(ob)
+    select_edges(ob, [(6, 7), (7, 8)])
+    assert bpy.ops.uv.flipfree_orient(by="edge") == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="OBJECT")
+    uv, corner = shapes.uv_of(ob), corners(ob)
+    way = np.abs(uv[corner == 8][0] - uv[corner == 6][0])
+    assert min(way) < 1e-5 < max(way)
+    was = np.abs(before[corner == 8][0] - before[corner == 6][0])
+    assert np.argmax(way) == np.argmax(was)
+
+
+def test_islands_without_selected_edges_stay():
+    ob = shapes.two_sheets()
+    shapes.set_pins(ob, np.zeros(len(ob.data.loops), bool))
+    uv = shapes.uv_of(ob).astype(float)
+    uv[:64], uv[64:] = turn(uv[:64], 20), turn(uv[64:], 20)
+    shapes.set_uv(ob, uv)
+    before = shapes.uv_of(ob)
+    select_edges(ob, [(0, 1)])
+    assert bpy.ops.uv.flipfree_orient(by="edge") == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert np.array_equal(shapes.uv_of(ob)[64:], before[64:])
+    assert not np.array_equal(shapes.uv_of(ob)[:64], before[:64])
+
+
+def test_without_a_selected_edge_it_says_so():
+    ob = flat_grid()
+    select_edges(ob, [])
+    with pytest.raises(RuntimeError, match="No edge is selected"):
+        bpy.ops.uv.flipfree_orient(by="edge")
+
+
+@pytest.mark.parametrize("degrees", [0, 30, 100, 250])
+def test_what_points_upwards_on_the_model_points_upwards_in_the_map(degrees):
+    ob = flat_grid()
+    ob.rotation_euler = (math.pi / 2, 0, 0)  # y becomes z
+    bpy.context.view_layer.update()
+    wanted = shapes.uv_of(ob)
+    shapes.set_uv(ob, turn(wanted.astype(float), degrees))
+    assert bpy.ops.uv.flipfree_orient(by="up") == {"FINISHED"}
+    assert shapes.uv_of(ob) == pytest.approx(wanted, abs=1e-5)
+
+
+def test_level_islands_have_no_upward_direction():
+    ob = flat_grid()
+    before = shapes.uv_of(ob)
+    assert bpy.ops.uv.flipfree_orient(by="up") == {"FINISHED"}
+    assert np.array_equal(shapes.uv_of(ob), before)
+
+
+def bumpy():
+    """A sheet of 8 x 8, unwrapped, its map turned; row 4 in its middle."""
+    ob = shapes.grid(8, bump=0.8, uv=True)
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    uv = shapes.uv_of(ob).astype(float)
+    uv += 0.08 * np.sin(4 * uv[:, ::-1])
+    shapes.set_uv(ob, turn(uv, 12))
+    return ob, [4 * 9 + j for j in range(9)]
+
+
+@pytest.mark.parametrize("direction", ["ends", "axis"])
+def test_a_chain_lies_on_a_line_and_nothing_folds(direction):
+    ob, row = bumpy()
+    corner = corners(ob)
+    before = shapes.uv_of(ob)
+    select_edges(ob, list(zip(row, row[1:], strict=False)))
+    assert bpy.ops.uv.flipfree_straighten(direction=direction) == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="OBJECT")
+    uv = shapes.uv_of(ob)
+    corner = corners(ob)
+    at = np.array([uv[corner == v][0] for v in row]).astype(float)
+    start, end = at[0], at[-1]
+    way = end - start
+    off = np.abs((at - start) @ np.array([-way[1], way[0]])) / np.linalg.norm(way)
+    assert off.max() < 1e-6
+    share = (at - start) @ way / (way @ way)
+    assert (np.diff(share) > 0).all()
+    if direction == "ends":
+        old = corners_of_before(before, row)
+        assert np.array_equal(at[[0, -1]], old)
+    else:
+        assert len({x for x in at[:, np.argmin(np.abs(way))]}) == 1, "bit for bit"
+    assert shapes.exact_flips(ob) == 0
+
+
+def corners_of_before(before, row):
+    """Of the first and last vertex; the mesh had its loops in the order of an 8 x 8 sheet."""
+    quads = [
+        (i * 9 + j, (i + 1) * 9 + j, (i + 1) * 9 + j + 1, i * 9 + j + 1)
+        for i in range(8)
+        for j in range(8)
+    ]
+    corner = np.array(quads).ravel()
+    return np.array([before[corner == v][0] for v in (row[0], row[-1])]).astype(float)
+
+
+def test_pins_are_met_beside_the_chain_and_not_left_behind():
+    ob, row = bumpy()
+    corner = corners(ob)
+    shapes.set_pins(ob, corner == 0)
+    target = shapes.uv_of(ob)[corner == 0][0].tobytes()
+    select_edges(ob, list(zip(row[2:6], row[3:7], strict=False)))
+    assert bpy.ops.uv.flipfree_straighten() == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="OBJECT")
+    corner = corners(ob)
+    assert {v.tobytes() for v in shapes.uv_of(ob)[corner == 0]} == {target}
+    pinned = np.zeros(len(ob.data.loops), bool)
+    ob.data.attributes[".pn.UVMap"].data.foreach_get("value", pinned)
+    assert set(corner[pinned].tolist()) == {0}
+
+
+@pytest.mark.parametrize(
+    "pairs, words",
+    [
+        ([], "No edge is selected"),
+        ([(40, 41)], "make no chain"),
+        ([(40, 41), (41, 42), (41, 50)], "joins more than two selected edges"),
+        ([(40, 41), (41, 50), (50, 49), (49, 40)], "closed ring"),
+    ],
+)
+def test_what_is_no_chain_is_refused_with_the_reason(pairs, words):
+    ob, _ = bumpy()
+    before = shapes.uv_of(ob).tobytes()
+    select_edges(ob, pairs)
+    with pytest.raises(RuntimeError, match=words):
+        bpy.ops.uv.flipfree_straighten()
+    assert shapes.uv_of(ob).tobytes() == before
+
+
+def test_scaling_that_would_fold_by_rounding_is_refused(part):
+    """Ten million tiles away 32 bits have no room for the small triangles of a shrunk island."""
+    ob = flat_grid(16, scale=0.2)
+    uv = shapes.uv_of(ob)
+    shapes.set_uv(ob, uv * 2048 + [1e7, 0])
+    before = shapes.uv_of(ob).tobytes()
+    with pytest.raises(RuntimeError, match="too coarse"):
+        bpy.ops.uv.flipfree_set_density(density=1.0)
+    assert shapes.uv_of(ob).tobytes() == before
