@@ -89,7 +89,8 @@ def complaints_about_native(root: Path) -> list[str]:
                 rooms[room_of(module)].add(room_of(other))
     complaints += [f"rooms that include each other: {' '.join(c)}" for c in circles(rooms)]
     house = root / "native" / "flipfree"
-    return complaints + sizes(house, (".h", ".cpp")) + wrong_namespaces(house)
+    complaints += sizes(house, (".h", ".cpp")) + wrong_namespaces(house)
+    return complaints + one_name_two_types(house)
 
 
 def untested(root: Path) -> list[str]:
@@ -113,6 +114,24 @@ def wrong_namespaces(house: Path) -> list[str]:
         for found in re.findall(r"^namespace (flipfree[\w:]*) \{", path.read_text(), re.MULTILINE):
             if found != wanted and not found.startswith(wanted + "::"):
                 complaints.append(f"{path}: namespace {found} instead of {wanted}")
+    return complaints
+
+
+def one_name_two_types(house: Path) -> list[str]:
+    """Types of one name in one namespace, outside the anonymous ones: undefined behaviour that a link hides."""
+    complaints, seen = [], {}
+    for path in sorted([*house.rglob("*.h"), *house.rglob("*.cpp")]):
+        text = re.sub(
+            r"^namespace \{.*?^\}  // namespace$", "", path.read_text(), flags=re.M | re.S
+        )
+        spaces = re.findall(r"^namespace (flipfree[\w:]*) \{", text, re.MULTILINE)
+        for name in re.findall(
+            r"^(?:struct|class|enum(?: class)?) (\w+)(?: final)?(?: : [^{;]*)? \{",
+            text,
+            re.MULTILINE,
+        ):
+            if spaces and (other := seen.setdefault((spaces[0], name), path)) != path:
+                complaints.append(f"{path}: {spaces[0]}::{name} is another type in {other}")
     return complaints
 
 

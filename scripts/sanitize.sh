@@ -27,7 +27,8 @@ cmake --build "$folder" --target "${programs[@]}"
 # CHOLMOD, which tests compare with, has threads of its own that ThreadSanitizer does not see the locks of.
 printf 'race:%s\n' libcholmod libsuitesparseconfig libgomp >build/tsan-suppressions
 export ASAN_OPTIONS=detect_leaks=1 UBSAN_OPTIONS=print_stacktrace=1
-export TSAN_OPTIONS=halt_on_error=1:suppressions=$PWD/build/tsan-suppressions
+# A test forks: the child goes on with threads of its own.
+export TSAN_OPTIONS=halt_on_error=1:die_after_fork=0:suppressions=$PWD/build/tsan-suppressions
 # Where memory fails on purpose, CGAL's containers lose the block that they were about to use; nothing of ours does.
 suppressions=$PWD/build/lsan-suppressions
 echo 'leak:CGAL::Compact_container' >"$suppressions"

@@ -66,8 +66,8 @@ class PinMover {
 };
 
 // Pulls the pins home one after another, the nearest first.
-PinMove move_one_by_one(PinMover& mover, const mesh::RefinedMap& map,
-                        const Constraints& constraints, ExecutionContext& context, Stats& stats) {
+MovedPins move_one_by_one(PinMover& mover, const mesh::RefinedMap& map,
+                          const Constraints& constraints, ExecutionContext& context, Stats& stats) {
   std::vector<PinnedVertex> waiting = constraints.pins;
   std::stable_sort(waiting.begin(), waiting.end(),
                    [&](const PinnedVertex& a, const PinnedVertex& b) {
@@ -87,8 +87,8 @@ PinMove move_one_by_one(PinMover& mover, const mesh::RefinedMap& map,
   return {true, MoveMode::kOneByOne};
 }
 
-PinMove moved(mesh::RefinedMap& map, const Constraints& constraints, bool refine,
-              ExecutionContext& context, Stats& stats) {
+MovedPins moved(mesh::RefinedMap& map, const Constraints& constraints, bool refine,
+                ExecutionContext& context, Stats& stats) {
   if (constraints.pins.empty()) return {true};
   const Index keep = map.surface.mesh.vertex_count();
   PinMover mover(map, constraints, context);
@@ -113,7 +113,7 @@ PinMove moved(mesh::RefinedMap& map, const Constraints& constraints, bool refine
   };
   if (!armed || (kMuchOfArms * added(*armed) > keep && constraints.pins.size() <= kFewPins)) {
     const ProgressRange range(context, 0.5, 1.0);
-    PinMove move;
+    MovedPins move;
     const auto one_by_one = [&] {
       move = move_one_by_one(mover, map, constraints, context, stats);
     };
@@ -146,9 +146,9 @@ const char* name_of(MoveMode mode) {
 
 }  // namespace
 
-PinMove move_pins(mesh::RefinedMap& map, const Constraints& constraints, bool refine,
-                  ExecutionContext& context, Stats& stats) {
-  const PinMove move = moved(map, constraints, refine, context, stats);
+MovedPins move_pins(mesh::RefinedMap& map, const Constraints& constraints, bool refine,
+                    ExecutionContext& context, Stats& stats) {
+  const MovedPins move = moved(map, constraints, refine, context, stats);
   if (move.mode != MoveMode::kNone) stats["continuation.mode"] = std::string(name_of(move.mode));
   return move;
 }

@@ -18,7 +18,7 @@ namespace flipfree::matchmaker {
 
 enum class MoveMode { kNone, kTogether, kPlanned, kArms, kOneByOne };
 
-struct PinMove {
+struct MovedPins {
   bool arrived = false;  // all pins, bit for bit: the map is the result, otherwise one on the way
   MoveMode mode = MoveMode::kNone;  // that led there, or was tried last
   bool settled = false;             // coarsen() has nothing to add
@@ -27,7 +27,7 @@ struct PinMove {
 // Precondition: map.uv is flip-free, a prescribed boundary is at its targets. Without `refine` no
 // vertex is added. No guarantee of arrival: pins that are in each other's way are blocked where
 // neither a plan nor arms are for them. Stats: "continuation.*", "plan.*", "arms.*".
-PinMove move_pins(mesh::RefinedMap& map, const Constraints& constraints, bool refine,
-                  ExecutionContext& context, Stats& stats);
+MovedPins move_pins(mesh::RefinedMap& map, const Constraints& constraints, bool refine,
+                    ExecutionContext& context, Stats& stats);
 
 }  // namespace flipfree::matchmaker

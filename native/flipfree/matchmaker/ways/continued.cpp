@@ -30,7 +30,7 @@ struct Arrival {
   // The metric that it lies in, if another than the surface's own: inside a prescribed boundary
   // that has no room at its rim.
   std::unique_ptr<const mesh::Surface> room;
-  PinMove move;
+  MovedPins move;
   bool coarse_to_fine = false;
   Index keep = 0;
 };

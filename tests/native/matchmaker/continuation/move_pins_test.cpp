@@ -14,7 +14,7 @@ TEST(MovePins, NearPinsComeTogetherAndAddNothing) {
   constraints.pins = {{48, {0.45, 0.42}}, {72, {0.62, 0.58}}};
   ExecutionContext context;
   Stats stats;
-  const PinMove move = move_pins(map, constraints, true, context, stats);
+  const MovedPins move = move_pins(map, constraints, true, context, stats);
   EXPECT_TRUE(move.arrived);
   EXPECT_EQ(move.mode, MoveMode::kTogether);
   EXPECT_EQ(map.surface.mesh.vertex_count(), surface.vertices.rows());
@@ -26,7 +26,7 @@ TEST(MovePins, WithoutPinsThereIsNothingToMove) {
   mesh::RefinedMap map = test::identity_map(surface);
   ExecutionContext context;
   Stats stats;
-  const PinMove move = move_pins(map, {}, true, context, stats);
+  const MovedPins move = move_pins(map, {}, true, context, stats);
   EXPECT_TRUE(move.arrived);
   EXPECT_EQ(move.mode, MoveMode::kNone);
 }
@@ -39,7 +39,7 @@ TEST(MovePins, WithoutRefinementAMoveThatIsBlockedEndsWithAValidMap) {
   constraints.pins = {{30, {0.75, 0.5}}, {50, {0.25, 0.375}}, {40, {0.3, 0.6}}, {41, {0.8, 0.2}}};
   ExecutionContext context;
   Stats stats;
-  const PinMove move = move_pins(map, constraints, false, context, stats);
+  const MovedPins move = move_pins(map, constraints, false, context, stats);
   test::expect_valid(map);
   EXPECT_EQ(map.surface.mesh.vertex_count(), surface.vertices.rows());
   if (move.arrived) test::expect_arrived(map, constraints);
