@@ -2,9 +2,9 @@
 """Writes a map whose solver had to subdivide some triangles: those faces are replaced, all others stay as they are.
 
 A new vertex lies on an edge or in the interior of one of the user's triangles (design: guarantee G7). Everything the
-mesh carries is interpolated there by Blender's own code: vertex groups, shape keys, colours, other UV maps; pieces of
-an edge keep its seam, sharpness and crease; new faces keep their face's material. Nothing else moves. What the user
-marked vertices with is theirs alone: new vertices are neither pinned nor in groups of pins or cones.
+mesh carries is interpolated there by Blender's own code: vertex groups, shape keys, colours, other UV maps, custom normals
+(as vectors); pieces of an edge keep its seam, sharpness and crease; new faces keep their face's material. Nothing else
+moves. What the user marked vertices with is theirs alone: new vertices are neither pinned nor in groups of pins or cones.
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ import bmesh
 import bpy
 import numpy as np
 
-from . import cones, mesh_io, turns
+from . import cones, mesh_io, normals, turns
 
 PIN_GROUP = "Pins"  # its vertices are pinned, as if their UVs were
 
@@ -94,6 +94,7 @@ def write(
     """
     todo = plan(snapshot, result)
     editing = ob.mode == "EDIT"
+    custom = normals.take(ob)
     if editing:
         bm = bmesh.from_edit_mesh(ob.data)
     else:
@@ -105,6 +106,8 @@ def write(
             raise mesh_io.MeshProblem(
                 f"{ob.name}: the mesh was changed while its map was computed. Run the operator again"
             )
+        if custom is not None:
+            normals.put_into(bm, custom)
         new = _rebuild(bm, snapshot, result, todo, mark_cuts, cut_turns)
         _unmark(bm, new, _marking_groups(ob))
         if editing:
@@ -115,6 +118,8 @@ def write(
     finally:
         if not editing:
             bm.free()
+    if custom is not None:
+        normals.restore(ob)
     return len(todo.supports)
 
 

@@ -24,9 +24,28 @@ def meshes(context) -> list:
         return [ob for ob in context.objects_in_mode_unique_data if ob.type == "MESH"]
     found = {}
     for ob in context.selected_objects:
-        if ob.type == "MESH" and ob.mode == "OBJECT" and ob.data.is_editable:
+        if ob.type == "MESH" and ob.mode == "OBJECT" and not refusal(ob):
             found.setdefault(ob.data, ob)
     return list(found.values())
+
+
+def refusal(ob) -> str:
+    """Why the mesh of an object cannot be written to; "" if it can."""
+    if ob.data.override_library is not None:
+        why = "its mesh is a library override, and Blender keeps no changes to the geometry of such"
+    elif not ob.data.is_editable:
+        why = "its mesh is linked from another file"
+    else:
+        return ""
+    return f"{ob.name}: {why}. Use Object > Relations > Make Local, Selected Objects and Data"
+
+
+def refused(context) -> list[errors.Failure]:
+    """The selected mesh objects that are left out, and why."""
+    if context.mode == "EDIT_MESH":
+        return []
+    found = [(ob.name, refusal(ob)) for ob in context.selected_objects if ob.type == "MESH"]
+    return [errors.Failure(name, text) for name, text in found if text]
 
 
 def poll(cls, context, *, needs_uv: bool = False) -> bool:
@@ -36,7 +55,7 @@ def poll(cls, context, *, needs_uv: bool = False) -> bool:
         return False
     objects = meshes(context)
     if not objects:
-        cls.poll_message_set("Select a mesh object")
+        cls.poll_message_set("\n".join(map(str, refused(context)[:3])) or "Select a mesh object")
         return False
     if needs_uv and not any(ob.data.uv_layers.active for ob in objects):
         cls.poll_message_set("The mesh has no UV map yet: unwrap it first")
@@ -51,7 +70,8 @@ def read_meshes(context) -> tuple[list[mesh_io.Snapshot], list[errors.Failure]]:
     editing = context.mode == "EDIT_MESH"
     in_uv_editor = context.area is not None and context.area.type == "IMAGE_EDITOR"
     uv_selection = editing and in_uv_editor and not context.tool_settings.use_uv_select_sync
-    snapshots, failures, unselected = [], [], None
+    snapshots, unselected = [], None
+    failures = refused(context)
     for ob in meshes(context):
         try:
             snapshots.append(

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Custom normals of a mesh that gets new faces.
+
+Blender stores them as angles against the surface around each corner, which are others once edges are added there. So they
+are carried as vectors through the change, where they are interpolated like any attribute, and given to the new mesh as
+custom normals.
+"""
+
+import bpy
+import numpy as np
+
+from . import fields
+
+_LAYER = "flipfree_normals"
+
+
+def take(ob: bpy.types.Object) -> np.ndarray | None:
+    """(#loops, 3) float32 normals of the corners, in either mode; None if none were customised."""
+    with fields.whole_mesh(ob) as mesh:
+        if not mesh.has_custom_normals:
+            return None
+        values = np.empty((len(mesh.loops), 3), np.float32)
+        mesh.corner_normals.foreach_get("vector", values.ravel())
+    return values
+
+
+def put_into(bm, normals: np.ndarray) -> None:
+    """As a layer of corners; this makes references to elements stale."""
+    layer = bm.loops.layers.float_vector.new(_LAYER)
+    row = iter(normals.tolist())
+    for face in bm.faces:
+        for loop in face.loops:
+            loop[layer] = next(row)
+
+
+def restore(ob: bpy.types.Object) -> None:
+    """What `put_into` stored, as the mesh's custom normals; leaves Edit Mode for a moment."""
+    editing = ob.mode == "EDIT"
+    if editing:
+        bpy.ops.object.mode_set(mode="OBJECT")
+    try:
+        mesh = ob.data
+        values = np.empty((len(mesh.loops), 3), np.float32)
+        attribute = mesh.attributes[_LAYER]
+        attribute.data.foreach_get("vector", values.ravel())
+        mesh.attributes.remove(attribute)
+        length = np.linalg.norm(values, axis=1)
+        values[length > 0] /= length[length > 0, None]
+        mesh.normals_split_custom_set(values.tolist())
+    finally:
+        if editing:
+            bpy.ops.object.mode_set(mode="EDIT")
