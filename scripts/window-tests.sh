@@ -18,6 +18,6 @@ if ! command -v xvfb-run >/dev/null; then
   exit 0
 fi
 [ -z "$shots" ] || { mkdir -p "$shots"; shots=$(realpath "$shots"); }
-export BLENDER_USER_RESOURCES=$PWD/build/profile-$name PYTHONDONTWRITEBYTECODE=1 LIBGL_ALWAYS_SOFTWARE=1
-timeout 400 xvfb-run -a -s "-screen 0 1280x800x24" "$blender" -p 0 0 1280 800 --enable-event-simulate \
+export BLENDER_USER_RESOURCES=$PWD/build/profile-$name PYTHONDONTWRITEBYTECODE=1 PYTHONUNBUFFERED=1 LIBGL_ALWAYS_SOFTWARE=1 FLIPFREE_BLENDER=$blender
+timeout 900 xvfb-run -a -s "-screen 0 1280x800x24" "$blender" -p 0 0 1280 800 --enable-event-simulate \
   --python tests/blender/window/session.py -- "$report" ${shots:+"$shots"} "${@:4}"

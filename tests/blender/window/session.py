@@ -21,13 +21,14 @@ sys.path[:0] = [str(HERE), str(HERE.parent)]
 sys.dont_write_bytecode = True
 
 import menus  # noqa: E402
+import robust  # noqa: E402
 import solving  # noqa: E402
 import stage  # noqa: E402
 import views  # noqa: E402
 
 TESTS = [
     function
-    for module in (solving, menus, views)
+    for module in (solving, menus, views, robust)
     for name, function in vars(module).items()
     if name.startswith("test_") and (not stage.WORDS or any(word in name for word in stage.WORDS))
 ]
@@ -54,4 +55,4 @@ def run_all():
 
 
 steps = run_all()
-bpy.app.timers.register(lambda: next(steps), first_interval=1.5)
+bpy.app.timers.register(lambda: next(steps), first_interval=1.5, persistent=True)

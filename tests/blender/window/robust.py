@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What may happen to a session while a solver runs: saving, undo, mode changes, deleting, loading, quitting."""
+
+import os
+import subprocess
+from pathlib import Path
+
+import bpy
+import numpy as np
+import shapes
+from stage import area_of, invoke, modal, part, running, show, until, wait_for_end
+
+controls, refresh = part("views.controls"), part("views.refresh")
+
+
+class held:
+    """Runs go through the timer and do not end before `release`, however fast the machine is."""
+
+    def __enter__(self):
+        self._advance = modal.Run.advance
+        modal.Run.advance = lambda run, seconds: False
+        # So that a job is there for whoever looks.
+        make = modal.Run.__init__
+
+        def with_job(run, *arguments, **options):
+            make(run, *arguments, **options)
+            self._advance(run, 0.0)
+
+        self._make, modal.Run.__init__ = make, with_job
+        return self
+
+    def release(self):
+        modal.Run.advance, modal.Run.__init__ = self._advance, self._make
+
+    def __exit__(self, *_):
+        self.release()
+
+
+def started():
+    """In `held`: a run that has begun, and its object."""
+    show("Layout")
+    yield 0.5
+    ob = shapes.grid(30, uv=True)
+    bpy.ops.ed.undo_push(message="Before")
+    assert invoke() == {"RUNNING_MODAL"}
+    yield 0.3
+    assert running()
+    return ob
+
+
+def test_saving_during_a_run_stores_the_old_map_and_the_run_goes_on():
+    with held():
+        ob = yield from started()
+        before = shapes.uv_of(ob)
+        path = Path(bpy.app.tempdir) / "saved.blend"
+        bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
+        assert running()
+    yield from wait_for_end()
+    assert shapes.exact_flips(ob) == 0 and not np.array_equal(shapes.uv_of(ob), before)
+    with bpy.data.libraries.load(str(path)) as (found, into):
+        into.meshes = list(found.meshes)
+    (stored,) = into.meshes
+    assert np.array_equal(shapes._uv(stored, None), before)
+    bpy.data.meshes.remove(stored)
+
+
+def test_undo_during_a_run_neither_crashes_nor_corrupts():
+    with held():
+        ob = yield from started()
+        name, before = ob.name, shapes.uv_of(ob)
+        with bpy.context.temp_override(**area_of("VIEW_3D")):
+            bpy.ops.ed.undo()
+        yield 0.3
+    yield from wait_for_end()
+    found = bpy.data.objects.get(name)
+    assert not running()
+    if found is not None:
+        assert np.array_equal(shapes.uv_of(found), before) or shapes.exact_flips(found) == 0
+
+
+def test_a_mode_change_during_a_run_is_no_obstacle():
+    with held():
+        ob = yield from started()
+        before = shapes.uv_of(ob)
+        bpy.ops.object.mode_set(mode="EDIT")
+    yield from wait_for_end()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert shapes.exact_flips(ob) == 0 and not np.array_equal(shapes.uv_of(ob), before)
+
+
+def test_a_mesh_that_changes_during_a_run_is_left_alone():
+    with held():
+        ob = yield from started()
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.ops.mesh.select_all(action="SELECT")
+        bpy.ops.mesh.quads_convert_to_tris()
+        bpy.ops.object.mode_set(mode="OBJECT")
+        before = shapes.everything(ob)
+    yield from wait_for_end()
+    assert shapes.everything(ob) == before
+
+
+def test_an_object_that_is_deleted_during_a_run_is_a_failure():
+    with held():
+        ob = yield from started()
+        bpy.data.objects.remove(ob)
+    yield from wait_for_end()
+    assert not running() and not bpy.data.objects
+
+
+def test_another_file_during_a_run_ends_the_solver():
+    with held():
+        yield from started()
+        (job,) = [run._job for run in modal._live_runs if run._job is not None]
+        controls.switch("distortion", True)
+        refresh.look(at_once=True)
+        assert refresh.entries
+        bpy.ops.wm.read_homefile(app_template="")
+        assert job.wait(0.0), "the solver outlives its file"
+    yield 1.0
+    assert not running()
+    names = {entry.name for entry in refresh.entries.values()}
+    assert names <= set(bpy.data.objects.keys())
+    controls.switch_off()
+    bpy.context.preferences.view.show_splash = False
+
+
+def test_blender_quits_during_a_run():
+    """In a Blender of its own; it has to end by itself, with the status of one that quits at rest."""
+    blender, script = os.environ["FLIPFREE_BLENDER"], Path(__file__).with_name("quitting.py")
+
+    def status(*arguments):
+        command = [blender, "-p", "0", "0", "400", "300", "--python", str(script), "--", *arguments]
+        log = Path(bpy.app.tempdir) / f"quit-{'-'.join(arguments)}.log"
+        with log.open("w") as file:
+            process = subprocess.Popen(command, stdout=file, stderr=subprocess.STDOUT)
+        yield from until(lambda: process.poll() is not None, log.read_text, 120.0)
+        return process.returncode, log.read_text()
+
+    at_rest, text = yield from status("rest")
+    assert "QUITTING" in text, text
+    during, text = yield from status("run")
+    assert "QUITTING" in text and "RUNNING" in text, text
+    assert during == at_rest, text
