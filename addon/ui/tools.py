@@ -85,6 +85,7 @@ SECTIONS = (
             Tool(controls, "view3d.flipfree_show_field", "EMPTY_AXIS"),
             Tool(controls, "uv.flipfree_hide_all", "HIDE_ON"),
         ),
+        opened=True,
         submenu=True,
         draws=controls,
     ),

@@ -79,6 +79,15 @@ def test_it_can_be_disabled_and_enabled_again(addon):
     assert not [name for name in dir(bpy.types) if "flipfree" in name.lower()]
     for parent in ("VIEW3D_MT_uv_map", "IMAGE_MT_uvs", "VIEW3D_MT_object"):
         assert f"{addon.__name__}.ui.menus._draw" not in drawn_in(getattr(bpy.types, parent))
+    kept = [
+        function
+        for name in dir(bpy.app.handlers)
+        if isinstance(functions := getattr(bpy.app.handlers, name), list)
+        for function in functions
+        if function.__module__.startswith(addon.__name__)
+    ]
+    assert kept == []
+    assert not [name for name in dir(bpy.types.WindowManager) if "flipfree" in name]
     addon.register()
     assert hasattr(bpy.types, "UV_OT_flipfree_unwrap")
 

@@ -11,6 +11,8 @@ from stage import (
     invoke,
     modal_from_the_start,
     part,
+    reset,
+    ring,
     shot,
     show,
     simulate,
@@ -123,3 +125,49 @@ def test_set_texel_density_starts_with_what_get_found_and_the_margin_is_that_of_
         assert shapes.uv_of(ob).min() > 0.04
     finally:
         preferences.margin = 0.005
+
+
+def ready():
+    """Selected in Edit Mode: a ring with a map."""
+    ob = ring(0)
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    return ob
+
+
+# What does not apply to that: it is refused, with a reason.
+REFUSED = {
+    "uv.flipfree_match": "no UV is pinned",
+    "uv.flipfree_straighten": "more than two selected edges",
+    "uv.flipfree_select_failed": "did not fail",
+    "uv.flipfree_select_mends": "separated nothing",
+    "uv.flipfree_hide_all": "Nothing is shown",
+    "uv.flipfree_remove_checker": "No object shows a checker",
+    "mesh.flipfree_mark_cone": "",
+}
+
+
+def test_every_operator_runs_from_both_editors_or_says_why_not():
+    show("UV Editing")
+    yield 0.5
+    for tool in part("ui.tools").all_tools():
+        for kind in ("VIEW_3D", "IMAGE_EDITOR"):
+            reset()
+            part("errors").remember([])
+            part("mends").forget()
+            part("views.controls").switch_off()
+            ready()
+            space, name = tool.operator.split(".")
+            operator = getattr(getattr(bpy.ops, space), name)
+            try:
+                with bpy.context.temp_override(**area_of(kind)):
+                    result = operator("INVOKE_DEFAULT", True)
+                assert result <= {"FINISHED", "RUNNING_MODAL"}, (tool.operator, result)
+            except RuntimeError as error:
+                assert REFUSED.get(tool.operator, "-") in str(error), (tool.operator, str(error))
+            yield from wait_for_end()
+    part("views.controls").switch_off()
+    if bpy.ops.uv.flipfree_remove_checker.poll():
+        bpy.ops.uv.flipfree_remove_checker()
+    yield 0.2

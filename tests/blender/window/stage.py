@@ -113,6 +113,8 @@ def ring(levels=2):
     """A torus: closed, genus 1."""
     bpy.ops.mesh.primitive_torus_add(major_segments=24, minor_segments=12, minor_radius=0.4)
     ob = bpy.context.object
+    if not levels:
+        return ob
     modifier = ob.modifiers.new("Subdivision", "SUBSURF")
     modifier.levels = levels
     bpy.ops.object.modifier_apply(modifier=modifier.name)
