@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import asyncio
+import collections
+import concurrent.futures
 import threading
 from collections.abc import Iterator, Sequence
 from typing import Any
 
 from .child import Child, NotStarted
 from .plan import Item, PlanError
-from .results import Record
+from .results import Record, hash_of
 from .run import Runner, Work, solve_item
+
+#: Times that a model is given up by the scheduler, after several workers each, before it counts as failed.
+_MOST_DEATHS = 4
 
 _here = threading.local()  # of a worker's thread: its child, which outlives a model
 
@@ -31,32 +37,46 @@ def on_dask(address: str) -> Runner:
             import distributed
         except ImportError:
             raise PlanError(
-                "--dask needs the package `distributed`: pip install distributed."
+                "--dask needs the package distributed: pip install distributed."
             ) from None
         try:
             client = distributed.Client(address, timeout=30)
         except (OSError, ValueError) as error:
             raise NotStarted(f"--dask {address}: no scheduler answers there: {error}") from error
         with client:
-            asked = {client.submit(solve_on_worker, item, work, pure=False): item for item in items}
-            for future in distributed.as_completed(asked):
-                yield _result(future, asked[future], work)
-                future.release()
+            yield from _solved(client, items, work)
 
     return runner
 
 
-def _result(future: Any, item: Item, work: Work) -> Record:
-    """Of a future that has ended. A model that kills its workers is one model's failure."""
+def _solved(client: Any, items: Sequence[Item], work: Work) -> Iterator[Record]:
     import distributed
 
-    try:
-        record: Record | None = future.result()
-    except distributed.KilledWorker as error:
-        return _lost(item, work, f"the workers that solved it died: {error}")
-    if record is None:
-        return _lost(item, work, "its worker was stopped")
-    return record
+    def submitted(item: Item) -> Any:
+        return client.submit(solve_on_worker, item, work, pure=False)
+
+    item_of = {submitted(item): item for item in items}
+    deaths: collections.Counter[Item] = collections.Counter()
+    ended = distributed.as_completed(item_of)
+    for future in ended:
+        item = item_of.pop(future)
+        try:
+            record = future.result()
+        except distributed.KilledWorker as error:
+            # Its workers died with it; not necessarily of it, so it is asked for again.
+            deaths[item] += 1
+            if deaths[item] < _MOST_DEATHS:
+                again = submitted(item)
+                item_of[again] = item
+                ended.add(again)
+                continue
+            record = _lost(item, work, f"the workers that solved it died: {error}")
+        except (asyncio.CancelledError, concurrent.futures.CancelledError, OSError) as error:
+            raise NotStarted(
+                f"The scheduler was lost ({error}). --resume goes on with what is left."
+            ) from error
+        future.release()
+        yield record if record is not None else _lost(item, work, "its worker was stopped")
 
 
 def _lost(item: Item, work: Work, message: str) -> Record:
@@ -66,7 +86,7 @@ def _lost(item: Item, work: Work, message: str) -> Record:
         "status": "failed",
         "message": message,
         "reason": "crash",
-        "hash": None,
+        "hash": hash_of(work.root / item.source),
         **work.said,
         "seconds": 0.0,
     }

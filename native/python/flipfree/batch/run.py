@@ -25,11 +25,13 @@ class Work:
 
     Attributes:
         said: what every record says of it: "command", "options", "versions" and "limits".
+        root: folder that relative paths are meant from, also on other machines.
     """
 
     engine: Engine
     limits: Limits
     said: Mapping[str, Any]
+    root: Path
 
 
 def work_of(
@@ -40,7 +42,7 @@ def work_of(
     versions: Mapping[str, str],
 ) -> Work:
     said = {"command": command, "options": dict(options), "versions": dict(versions)}
-    return Work(engine, limits, {**said, "limits": asdict(limits)})
+    return Work(engine, limits, {**said, "limits": asdict(limits)}, Path.cwd())
 
 
 #: Solves items in whatever order; ends early when the event is set.
@@ -49,9 +51,10 @@ Runner = Callable[[Sequence[Item], Work, threading.Event], Iterator[Record]]
 
 def solve_item(child: Child, item: Item, work: Work) -> Record | None:
     """The whole record of an item; None if it was given up. Raises NotStarted."""
-    content = hash_of(item.source)
-    source, target = str(item.source), None if item.target is None else str(item.target)
-    answer = child.solve({"source": source, "target": target})
+    source = work.root / item.source
+    target = None if item.target is None else str(work.root / item.target)
+    content = hash_of(source)
+    answer = child.solve({"source": str(source), "target": target})
     if answer is None:
         return None
     answer.pop("restart", None)
