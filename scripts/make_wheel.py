@@ -29,6 +29,8 @@ DISTRIBUTION = "flipfree_uv"
 LIBRARY_FOLDER = f"{DISTRIBUTION}.libs"
 PREFIX = "ffuv_"
 
+STB_GLOBAL, STB_GNU_UNIQUE = 1, 10
+
 GLIBC = re.compile(
     r"(libc|libm|libpthread|libdl|librt|libutil|libresolv|ld-linux-x86-64|ld-linux-aarch64)\.so\.\d+"
 )
@@ -158,8 +160,32 @@ def bundle(module: Path, folder: Path) -> list[Path]:
         patchelf(*arguments, "--force-rpath", "--set-rpath", origin, path)
     for name, copy in copies.items():
         patchelf("--set-soname", new_names[name], copy)
+    for path in [module, *copies.values()]:
+        share_nothing(path)
     check(module, list(copies.values()))
     return list(copies.values())
+
+
+def share_nothing(path: Path) -> None:
+    """Makes "unique" symbols ordinary ones. The loader has one of each for the whole process: the ids of locale facets in our
+    libstdc++ would be those of another one that was loaded before, and files would be read as nonsense."""
+    with path.open("r+b") as f:
+        section = ELFFile(f).get_section_by_name(".dynsym")
+        for index in range(section.num_symbols()):
+            at = section["sh_offset"] + index * section["sh_entsize"] + 4  # st_info of Elf64_Sym
+            f.seek(at)
+            info = f.read(1)[0]
+            if info >> 4 == STB_GNU_UNIQUE:
+                f.seek(at)
+                f.write(bytes([STB_GLOBAL << 4 | info & 0xF]))
+
+
+def bindings(path: Path) -> list[int]:
+    """Of all dynamic symbols, as numbers: pyelftools may have other names for them."""
+    with path.open("rb") as f:
+        section = ELFFile(f).get_section_by_name(".dynsym")
+        data, size = section.data(), section["sh_entsize"]
+    return [data[at + 4] >> 4 for at in range(0, len(data), size)]
 
 
 def check(module: Path, libraries: list[Path]):
@@ -173,6 +199,8 @@ def check(module: Path, libraries: list[Path]):
         lost = {s for s in dynamic_symbols(path)[1] if s.startswith(PREFIX)} - defined
         if lost - weak_undefined(path):
             sys.exit(f"{path.name}: {', '.join(sorted(lost)[:5])} is defined nowhere in the wheel")
+        if any(bind == STB_GNU_UNIQUE for bind in bindings(path)):
+            sys.exit(f"{path.name} has symbols of which a process has one only")
     # The module itself offers its init function and nothing that another library could pick up.
     exported = dynamic_symbols(module)[0]
     if exported != {"PyInit__native"}:

@@ -39,10 +39,10 @@ def engine_of(settings) -> Engine:
 
 def _blender() -> list[str]:
     package = __package__.rpartition(".")[0]
-    if getattr(bpy.app, "module", False):
+    if not bpy.app.binary_path:  # the package bpy: no Blender, but a Python that has one
         code = (
-            f"import bpy, addon_utils, sys; addon_utils.enable({package!r}); "
-            f"from {__package__} import main; sys.exit(main(sys.argv[1:]))"
+            f"import sys, bpy, addon_utils; module = addon_utils.enable({package!r}, default_set=True); "
+            "sys.exit(module.command_line.main(sys.argv[1:]))"
         )
         return [sys.executable, "-c", code]
     words = [bpy.app.binary_path, "-b", "-c", "flipfree"]

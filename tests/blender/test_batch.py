@@ -222,6 +222,21 @@ def test_external_files_of_a_gltf_come_along(models, tmp_path):
     batch("check", out / "cube.gltf", "--timeout", 200)
 
 
+def test_usd_is_read_and_written_where_blender_can(models, tmp_path):
+    try:
+        bpy.ops.wm.usd_export.get_rna_type()
+    except KeyError:
+        said = batch("unwrap", models / "cube.glb", "--out", tmp_path, "--suffix", ".usd", status=2)
+        assert "files of this type" in said
+        return
+    scene(cube)
+    bpy.ops.wm.usd_export(filepath=str(tmp_path / "cube.usdc"))
+    results, out = tmp_path / "results.jsonl", tmp_path / "out"
+    batch("unwrap", tmp_path / "cube.usdc", "--out", out, "--suffix", ".usda", "--json", results)
+    assert records(results)["cube.usdc"]["status"] == "certified"
+    assert "texCoord2f" in (out / "cube.usda").read_text()
+
+
 def test_a_batch_that_is_killed_goes_on(models, tmp_path):
     results, whole = tmp_path / "results.jsonl", tmp_path / "whole.jsonl"
     batch("unwrap", models, "--out", tmp_path / "whole", "--json", whole)

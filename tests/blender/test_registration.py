@@ -107,6 +107,7 @@ def test_the_solver_comes_from_the_extensions_wheel():
     assert home in Path(flipfree.__file__).resolve().parents
 
 
+@pytest.mark.skipif(not bpy.app.binary_path, reason="the package bpy: there is no Blender to start")
 def test_the_solver_uses_no_library_but_glibc_and_its_own(tmp_path):
     """Seen in a process of its own: all that `import flipfree` maps beyond numpy lies in the wheel's folders."""
     import os

@@ -12,7 +12,7 @@ import pytest
 
 from flipfree.batch.results import MEASURED
 
-DRIVER = Path(__file__).with_name("batch_models.py")
+DRIVER = Path(__file__).with_name("acting_models.py")
 
 
 @pytest.fixture
@@ -85,7 +85,7 @@ def test_every_model_has_a_line_that_says_what_became_of_it(here):
 
 def test_a_model_that_hangs_or_eats_memory_is_ended_alone(here):
     put(a="hang", b="eat", c="write", d="write")
-    status, _, _ = batch(*ALL, "--timeout", 1, "--memory", 300, "--jobs", 2)
+    status, _, _ = batch(*ALL, "--timeout", 10, "--memory", 300, "--jobs", 2)
     assert status == 0
     found = records()
     assert (found["a"]["reason"], found["b"]["reason"]) == ("timeout", "memory")
@@ -137,12 +137,12 @@ def test_changed_inputs_and_options_and_lost_outputs_are_solved_again(here):
 
 
 def test_failures_are_tried_again_with_other_limits_or_on_request(here):
-    put(a="sleep 2", b="once flag")
-    batch(*ALL, "--timeout", 1)
+    put(a="sleep 8", b="once flag")
+    batch(*ALL, "--timeout", 4)
     assert records()["a"]["reason"] == "timeout" and records()["b"]["reason"] == "crash"
-    batch(*ALL, "--timeout", 1, "--resume")
+    batch(*ALL, "--timeout", 4, "--resume")
     assert records()["b"]["reason"] == "crash"
-    batch(*ALL, "--timeout", 1, "--resume", "--retry")
+    batch(*ALL, "--timeout", 4, "--resume", "--retry")
     assert records()["a"]["reason"] == "timeout" and records()["b"]["status"] == "certified"
     batch(*ALL, "--timeout", 60, "--resume")
     assert records()["a"]["status"] == "certified"
@@ -292,7 +292,7 @@ def test_two_runs_do_not_share_a_file_of_results(here):
 def test_children_that_cannot_start_are_no_models_failure(here):
     put(a="write")
     code = (
-        "import sys; sys.path.insert(0, sys.argv[1]); import batch_models as b\n"
+        "import sys; sys.path.insert(0, sys.argv[1]); import acting_models as b\n"
         "from flipfree.batch.child import Engine\n"
         "b.engine_of = lambda s: Engine([sys.executable, '-c', 'print(\"no licence\")'], {}, s)\n"
         "sys.exit(b.main(sys.argv[2:]))"

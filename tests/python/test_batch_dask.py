@@ -15,7 +15,7 @@ from flipfree.batch.results import MEASURED
 
 pytest.importorskip("distributed", reason="pip install distributed: the farm of --dask")
 
-DRIVER = Path(__file__).with_name("batch_models.py")
+DRIVER = Path(__file__).with_name("acting_models.py")
 CALM = {"DASK_DISTRIBUTED__DASHBOARD__LINK": "", "DASK_LOGGING__DISTRIBUTED": "error"}
 
 

@@ -1,4 +1,4 @@
-"""A batch whose models do what their files say: python batch_models.py COMMAND LINE (or --worker, as its own child).
+"""A batch whose models do what their files say: python acting_models.py COMMAND LINE (or --worker, as its own child).
 
 A file holds words: "write", "crash", "hang", "eat" (memory), "refuse", "fail", "bug", "sleep SECONDS", "once FILE" (crashes
 if FILE is not there, and makes it), "after" (crashes unless its process is fresh).

@@ -1,0 +1,260 @@
+"""A thousand models through one batch that is killed three times: are the results the same, and how many a second?
+
+    export PYTHONPATH=build/python:tests:tests/python:tests/fuzz:benchmarks
+    real_models.py fetch                    # Debian's packages, below build/corpora
+    batch_models.py make [--count 1000]     # models real, generated and broken, below build/batch/models
+    batch_models.py run [--jobs 2]          # a whole run; one that is killed at random moments and resumed; calls one by one
+
+Exit status 1 where results or maps differ, where a failure has no reason, or where a crash is among them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import collections
+import json
+import random
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from model_files import SUFFIXES, read_model
+
+import flipfree as ff
+from flipfree.batch.results import MEASURED
+
+import surfaces
+from mesh_files import ROOT
+
+BATCH = ROOT / "build" / "batch"
+MODELS = BATCH / "models"
+CORPORA = ROOT / "build" / "corpora" / "files"
+#: Formats that ff.read knows; models of others are written as one of these in turn.
+NATIVE = (".obj", ".ply", ".off", ".stl")
+MOST_FACES = 20_000
+ONE_BY_ONE = 60
+
+
+def make_real(folder: Path, most: int) -> int:
+    """Models that no one here made; also those that cannot be read."""
+    files = sorted(p for p in CORPORA.rglob("*") if p.suffix.lower() in SUFFIXES)
+    random.Random(1).shuffle(files)
+    count = 0
+    for file in files:
+        if count == most:
+            break
+        name = f"{count:04}_{file.stem}"
+        if file.suffix.lower() in NATIVE:
+            if file.stat().st_size > 60 * MOST_FACES:
+                continue
+            shutil.copy(file, folder / f"{name}{file.suffix.lower()}")
+        else:
+            try:
+                vertices, faces = read_model(file)
+                if len(faces) > MOST_FACES:
+                    continue
+                ff.write(folder / f"{name}{NATIVE[count % 4]}", (vertices, faces))
+            except Exception:  # what the reader of the benchmarks cannot read is no model here
+                continue
+        count += 1
+    return count
+
+
+def make_generated(folder: Path, count: int) -> None:
+    chance = random.Random(2)
+    for i in range(count):
+        size = chance.choice([4, 8, 16, 32, 48])
+        mesh: Any = chance.choice(
+            [
+                lambda size=size: surfaces.torus(2 * size, size),
+                lambda size=size: surfaces.bumpy_grid(size),
+                lambda size=size: surfaces.octahedron_sphere(2 + size // 12),
+                lambda size=size: surfaces.cylinder(size, size),
+            ]
+        )()
+        vertices = np.asarray(mesh[0]) * 10.0 ** chance.uniform(-3, 3)
+        vertices += np.random.default_rng(i).normal(0, 1e-3, vertices.shape) * np.ptp(vertices)
+        ff.write(folder / f"{i:04}{NATIVE[i % 4]}", (vertices, mesh[1]))
+
+
+def make_broken(folder: Path, count: int, sources: list[Path]) -> None:
+    """Files that were cut off, overwritten, emptied, or say nonsense; some of them still hold a mesh."""
+    chance = random.Random(3)
+    for i in range(count):
+        source = chance.choice(sources)
+        data = bytearray(source.read_bytes())
+        kind = i % 6
+        if kind == 0:
+            data = data[: chance.randrange(len(data) + 1)]
+        elif kind == 1:
+            for _ in range(chance.randrange(1, 40)):
+                data[chance.randrange(len(data))] = chance.randrange(256)
+        elif kind == 2:
+            data = bytearray()
+        elif kind == 3:
+            begin = chance.randrange(len(data))
+            data[begin : begin + chance.randrange(200)] = b""
+        elif kind == 4:
+            data = data.replace(b"0.", b"nan ", 3).replace(b"1.", b"1e400 ", 2)
+        else:
+            data = bytearray(chance.randbytes(chance.randrange(1, 4000)))
+        (folder / f"{i:04}{source.suffix}").write_bytes(data)
+
+
+def make(options: argparse.Namespace) -> None:
+    shutil.rmtree(MODELS, ignore_errors=True)
+    for name in ("real", "generated", "broken"):
+        (MODELS / name).mkdir(parents=True)
+    real = make_real(MODELS / "real", options.count * 11 // 20)
+    broken = options.count * 3 // 20
+    make_generated(MODELS / "generated", options.count - real - broken)
+    make_broken(MODELS / "broken", broken, sorted((MODELS / "generated").iterdir()))
+    print(
+        f"{real} real, {options.count - real - broken} generated, {broken} broken models in {MODELS}"
+    )
+
+
+def batch(name: str, *more: str) -> list[str]:
+    where = ["--out", str(BATCH / name), "--json", str(BATCH / f"{name}.jsonl")]
+    limits = ["--suffix", ".obj", "--timeout", "300", "--memory", "4000", "--quiet"]
+    return [sys.executable, "-m", "flipfree", "unwrap", str(MODELS), *where, *limits, *more]
+
+
+def steady(name: str) -> dict[str, dict[str, Any]]:
+    lines = [json.loads(line) for line in (BATCH / f"{name}.jsonl").read_text().splitlines()]
+    for line in lines:
+        line["output"] = line["output"].replace(f"/{name}/", "/")
+        for field in MEASURED:
+            line.pop(field, None)
+    assert len({line["input"] for line in lines}) == len(lines), "an input has two lines"
+    return {line["input"]: line for line in lines}
+
+
+def maps(name: str) -> dict[str, bytes]:
+    folder = BATCH / name
+    return {str(p.relative_to(folder)): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+def seconds_of(command: list[str]) -> tuple[float, float]:
+    """(of the clock, of processors) for a command with all its children."""
+    before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    subprocess.run(command, check=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return time.perf_counter() - begin, used
+
+
+def killed_run(jobs: str, whole: float) -> int:
+    """A run that is killed at three random moments and resumed; how often it was."""
+    chance, kills = random.Random(4), 0
+    command = batch("killed", "--jobs", jobs, "--resume")
+    while kills < 3:
+        process = subprocess.Popen(command)
+        try:
+            process.wait(chance.uniform(0.05, 0.3) * whole)
+            break
+        except subprocess.TimeoutExpired:
+            process.send_signal(signal.SIGKILL)
+            process.wait()
+            kills += 1
+            done = len((BATCH / "killed.jsonl").read_bytes().splitlines())
+            print(f"kill -9 after {done} models")
+    subprocess.run(command, check=True)
+    return kills
+
+
+def one_by_one(known: dict[str, dict[str, Any]]) -> tuple[int, float, float]:
+    """(models, seconds of the clock, of processors) of a call for each of some that are mapped."""
+    good = [path for path, line in sorted(known.items()) if line["status"] == "certified"]
+    chosen = random.Random(5).sample(good, min(ONE_BY_ONE, len(good)))
+    wall = used = 0.0
+    for i, path in enumerate(chosen):
+        target = BATCH / "single" / f"{i}.obj"
+        call = [
+            sys.executable,
+            "-m",
+            "flipfree",
+            "unwrap",
+            path,
+            str(target),
+            "--quiet",
+            "--threads",
+            "1",
+        ]
+        seconds = seconds_of(call)
+        wall, used = wall + seconds[0], used + seconds[1]
+    (BATCH / "chosen").write_text("\n".join(chosen) + "\n")
+    return len(chosen), wall, used
+
+
+def run(options: argparse.Namespace) -> int:
+    for name in ("whole", "killed", "single", "again"):
+        shutil.rmtree(BATCH / name, ignore_errors=True)
+        (BATCH / f"{name}.jsonl").unlink(missing_ok=True)
+    jobs = str(options.jobs)
+    wall, used = seconds_of(batch("whole", "--jobs", jobs))
+    whole = steady("whole")
+    table(whole, wall, used, options.jobs)
+    kills = killed_run(jobs, wall)
+    same = whole == steady("killed")
+    same_maps = maps("whole") == maps("killed")
+    print(f"killed {kills} times: the same results {same}, the same maps {same_maps}")
+
+    count, single_wall, single_used = one_by_one(whole)
+    again = batch("again", "--jobs", "1", "--threads", "1")
+    again[again.index(str(MODELS))] = f"@{BATCH / 'chosen'}"
+    again_wall, again_used = seconds_of(again)
+    print(
+        f"{count} of them, processor seconds: {single_used:.1f} by a call each, {again_used:.1f} as a batch"
+    )
+    print(
+        f"{count} of them, seconds of the clock: {single_wall:.1f} by a call each, {again_wall:.1f} as a batch"
+    )
+    crashes = [line for line in whole.values() if line["reason"] in ("crash", "internal error")]
+    unexplained = [
+        line
+        for line in whole.values()
+        if line["status"] in ("refused", "failed") and not line["message"]
+    ]
+    for line in crashes + unexplained:
+        print(json.dumps(line)[:400])
+    return 0 if same and same_maps and kills == 3 and not crashes and not unexplained else 1
+
+
+def table(lines: dict[str, dict[str, Any]], wall: float, used: float, jobs: int) -> None:
+    kinds = ("real", "generated", "broken")
+    print("| models | number | certified | warned | refused | failed |\n|---|---|---|---|---|---|")
+    for kind in (*kinds, ""):
+        group = [line for path, line in lines.items() if f"/{kind}" in path]
+        counts = collections.Counter(line["status"] for line in group)
+        names = ("certified", "warned", "refused", "failed")
+        row = " | ".join(str(counts[name]) for name in names)
+        print(f"| {kind or 'all'} | {len(group)} | {row} |")
+    reasons = collections.Counter(line["reason"] for line in lines.values() if line["reason"])
+    print("reasons:", ", ".join(f"{reason} {n}" for reason, n in reasons.most_common()))
+    rate = len(lines) / used
+    print(
+        f"{wall:.0f} s of the clock with --jobs {jobs}, {used:.0f} processor seconds: {rate:.2f} models per core and second"
+    )
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("command", choices=["make", "run"])
+    parser.add_argument("--count", type=int, default=1000)
+    parser.add_argument("--jobs", type=int, default=2)
+    options = parser.parse_args()
+    if options.command == "make":
+        make(options)
+        return 0
+    return run(options)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
