@@ -18,7 +18,7 @@ def _tick() -> int:
 
 def uid(datablock) -> int:
     """The same for a datablock throughout the session, undo included; no other one has it."""
-    return datablock.session_uid
+    return getattr(datablock, "session_uid", 0) or datablock.as_pointer()
 
 
 def stamp(ob: bpy.types.Object) -> tuple:

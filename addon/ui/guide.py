@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import bmesh
 
 from .. import certificates
+from . import tools
 
 
 @dataclass(frozen=True)
@@ -55,15 +56,18 @@ def _first(ob, context) -> Step:
         "may be cut and mark them, or",
         "let Unwrap choose its cuts.",
     )
-    seams = ("mesh.mark_seam",) if context.mode == "EDIT_MESH" else ()
-    return Step(1, lines, (*seams, _UNWRAP))
+    by_hand = ("mesh.mark_seam",) if context.mode == "EDIT_MESH" else ()
+    return Step(1, lines, (*by_hand, *_offered("uv.flipfree_auto_seams"), _UNWRAP))
 
 
 def _by_certificate(kept) -> Step:
     figures = kept.figures
     if figures["flips32"] > 0 or figures["overlaps"] > 0:
         return Step(
-            2, ("Faces are flipped or overlap.", "Unwrap makes a map without."), (_UNWRAP,), "ERROR"
+            2,
+            ("Faces are flipped or overlap.", "Unwrap makes a map without."),
+            (*_offered("uv.flipfree_repair"), _UNWRAP),
+            "ERROR",
         )
     if figures["island_overlaps"] > 0:
         return Step(4, ("Islands lie on each other.", "Pack separates them."), (_PACK,), "ERROR")
@@ -81,6 +85,12 @@ def _by_certificate(kept) -> Step:
     return Step(
         4, ("Nothing is wrong with this map.", "Pack nests it more densely."), (_PACK,), "CHECKMARK"
     )
+
+
+def _offered(*names: str) -> tuple[str, ...]:
+    """Those of these operators that the table has."""
+    there = {tool.operator for tool in tools.all_tools()}
+    return tuple(name for name in names if name in there)
 
 
 def has_seams(ob) -> bool:

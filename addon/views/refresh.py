@@ -76,7 +76,8 @@ def objects() -> dict[int, bpy.types.Object]:
 
 
 def _look() -> float:
-    if not any(len(window.modal_operators) for window in bpy.context.window_manager.windows):
+    windows = bpy.context.window_manager.windows
+    if not any(len(getattr(window, "modal_operators", ())) for window in windows):
         look()
     return _INTERVAL
 

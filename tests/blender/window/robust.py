@@ -117,10 +117,12 @@ def test_another_file_during_a_run_ends_the_solver():
         assert refresh.entries
         bpy.ops.wm.read_homefile(app_template="")
         assert job.wait(0.0), "the solver outlives its file"
-    yield 1.0
     assert not running()
-    names = {entry.name for entry in refresh.entries.values()}
-    assert names <= set(bpy.data.objects.keys())
+
+    def only_what_there_is():
+        return {entry.name for entry in refresh.entries.values()} <= set(bpy.data.objects.keys())
+
+    yield from until(only_what_there_is, "objects of the other file are still drawn")
     controls.switch_off()
     bpy.context.preferences.view.show_splash = False
 

@@ -46,6 +46,7 @@ def reset():
     if bpy.context.mode != "OBJECT":
         bpy.ops.object.mode_set(mode="OBJECT")
     bpy.data.batch_remove(list(bpy.data.objects))
+    bpy.context.tool_settings.use_uv_select_sync = True
     bpy.context.view_layer.update()
 
 
