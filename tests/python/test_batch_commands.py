@@ -75,6 +75,15 @@ def test_in_and_out_make_one_map():
     assert again.returncode == 2 and "--out FOLDER" in again.stderr
 
 
+def test_what_a_killed_run_left_half_written_goes():
+    write("torus.obj", surfaces.torus())
+    Path("uv").mkdir()
+    Path("uv/.torus.obj.123.part").touch()
+    Path("uv/.other.obj.123.part").touch()
+    run("unwrap", "torus.obj", "--out", "uv")
+    assert sorted(p.name for p in Path("uv").iterdir()) == [".other.obj.123.part", "torus.obj"]
+
+
 def test_polygons_stay_and_are_not_cut_through():
     Path("cube.obj").write_text(
         "".join(f"v {x} {y} {z}\n" for x in (0, 1) for y in (0, 1) for z in (0, 1))
@@ -239,3 +248,6 @@ def test_unknown_commands_and_options_say_so():
     process = command("unwrap", "x", "--jobs", "0")
     assert process.returncode == 2 and "number above zero" in process.stderr
     assert "no such file" in command("unwrap", "x", "--out", "y").stderr
+    write("torus.obj", surfaces.torus())
+    refused = command("unwrap", "torus.obj", "--out", "uv", "--json", "-")
+    assert refused.returncode == 2 and "Name one" in refused.stderr

@@ -144,6 +144,10 @@ def main(
                 formats=formats,
                 writes=writes,
             )
+        if given.json == "-":
+            raise PlanError(
+                "--json -: the results of a batch are gone on with from a file. Name one."
+            )
         if given.shard:
             items = shard(items, given.shard)
         work = work_of(engine_of(settings), limits, given.command, options, versions)

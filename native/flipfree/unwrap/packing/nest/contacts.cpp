@@ -179,11 +179,10 @@ void keep_touching(std::vector<std::pair<Index, Near>>& near) {
     return a.second.edge < b.second.edge;
   });
   // An edge is met in every cell that it passes through.
-  near.erase(std::unique(near.begin(), near.end(),
-                         [](const auto& a, const auto& b) {
-                           return a.second.edge == b.second.edge;
-                         }),
-             near.end());
+  near.erase(
+      std::unique(near.begin(), near.end(),
+                  [](const auto& a, const auto& b) { return a.second.edge == b.second.edge; }),
+      near.end());
   std::size_t kept = 0;
   for (std::size_t i = 0; i < near.size();) {
     const bool inside = near[i].second.inside;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import os
 import platform
 import sys
@@ -58,6 +59,8 @@ def unit_of(settings: Mapping[str, Any]) -> Unit:
             return record
         try:
             target.parent.mkdir(parents=True, exist_ok=True)
+            for left in target.parent.glob(f".{glob.escape(target.name)}.*.part"):
+                left.unlink(missing_ok=True)  # of a process that was killed while it wrote
             write(target, as_written(model, solved.map))
         except (OSError, InvalidInput) as error:
             return {"status": "failed", "reason": NOT_WRITTEN, "message": str(error)}
