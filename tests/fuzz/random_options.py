@@ -28,6 +28,11 @@ def edges(mesh: Mesh, random: Random) -> Any:
     return pairs if random.random() < 0.95 else random.integers(0, len(mesh.vertices), (2, 2))
 
 
+def weighted_edges(mesh: Mesh, random: Random) -> Any:
+    pairs = edges(mesh, random)
+    return pairs, random.choice([0.0, 0.5, 1.0, 10.0, np.inf], len(pairs))
+
+
 def vertices_of(mesh: Mesh, random: Random, most: int = 5) -> list[int]:
     count = min(int(random.integers(0, most)), len(mesh.vertices))
     return [int(v) for v in random.choice(len(mesh.vertices), count, replace=False)]
@@ -183,6 +188,10 @@ PARAMETERS: dict[str, tuple[float, Callable[[Mesh, Random], Any]]] = {
     "points": (0.7, lambda mesh, random: {v: place(random) for v in vertices_of(mesh, random)}),
     "cuts": (0.4, edges),
     "uncuttable": (0.2, edges),
+    "seams": (0.3, one_of("given", "auto")),
+    "stretch": (0.3, one_of(1.01, 1.1, 1.25, 2.0)),
+    "sharp_angle": (0.2, one_of(0.1, 1.0, 3.0)),
+    "weights": (0.3, weighted_edges),
     "lines": (0.3, lines),
     "boundary_uv": (0.4, polygon),
     "boundary_loop": (0.15, lambda mesh, _random: loop_of(mesh)),

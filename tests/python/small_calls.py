@@ -21,6 +21,8 @@ def cones() -> np.ndarray:
 #: Name -> call with options of every call (max_seconds, progress), which returns an array.
 CALLS = {
     "unwrap": lambda **options: ff.unwrap(*BALL, **options).uv,
+    "seams": lambda **options: ff.auto_seams(*BALL, **options),
+    "auto": lambda **options: ff.unwrap(*BALL, seams="auto", **options).uv,
     "embed": lambda **options: ff.embed(*GRID, optimise=True, **options).uv,
     "match": lambda **options: (
         ff.match(*GRID, points={0: (0, 0), 700: (1, 0.3), 900: (0.2, 1)}, **options).uv

@@ -250,6 +250,20 @@ IndexPairs SeparatedMap::edges(const IndexPairs& of_input) const {
   return mesh::copies_of_edges(input_, separated_, of_input);
 }
 
+IndexPairs SeparatedMap::edges_of_input(const IndexPairs& of_surface) const {
+  std::vector<std::pair<VertexId, VertexId>> edges;
+  for (Eigen::Index i = 0; i < of_surface.rows(); ++i) {
+    edges.push_back(std::minmax({separated_.vertex_origin[at(of_surface(i, 0))],
+                                 separated_.vertex_origin[at(of_surface(i, 1))]}));
+  }
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  IndexPairs result(static_cast<Eigen::Index>(edges.size()), 2);
+  for (std::size_t i = 0; i < edges.size(); ++i)
+    result.row(static_cast<Eigen::Index>(i)) << edges[i].first, edges[i].second;
+  return result;
+}
+
 std::vector<CornerPin> SeparatedMap::pins(const std::vector<CornerPin>& of_input) const {
   SortedPins sorted =
       sorted_pins(separated_, static_cast<std::size_t>(input_.faces.size()), of_input);
@@ -299,16 +313,7 @@ Parametrization SeparatedMap::on_input(const Parametrization& solved, const Cert
   fill_collapsed(input_, separated_, pins, map.uv);
   fill_collapsed(input_, separated_, pins, map.uv32);
   if (map.agreed.rows() > 0) fill_collapsed(input_, separated_, pins, map.agreed);
-  std::vector<std::pair<VertexId, VertexId>> cuts;
-  for (Eigen::Index i = 0; i < solved.cut_edges.rows(); ++i) {
-    cuts.push_back(std::minmax({separated_.vertex_origin[at(solved.cut_edges(i, 0))],
-                                separated_.vertex_origin[at(solved.cut_edges(i, 1))]}));
-  }
-  std::sort(cuts.begin(), cuts.end());
-  cuts.erase(std::unique(cuts.begin(), cuts.end()), cuts.end());
-  map.cut_edges.resize(static_cast<Eigen::Index>(cuts.size()), 2);
-  for (std::size_t i = 0; i < cuts.size(); ++i)
-    map.cut_edges.row(static_cast<Eigen::Index>(i)) << cuts[i].first, cuts[i].second;
+  map.cut_edges = edges_of_input(solved.cut_edges);
   set_identity_provenance(map);
   CertifyRequest own = request;
   own.uv = &map.uv;

@@ -38,6 +38,8 @@ class SeparatedMap {
   // The surface, at positions where every face has an area (mesh/separated/rest_positions.h).
   const mesh::Surface& surface() const { return rest_; }
   IndexPairs edges(const IndexPairs& of_input) const;
+  // Edges of surface() as those of the input that they come from, each once, ascending.
+  IndexPairs edges_of_input(const IndexPairs& of_surface) const;
   // Pins at corners of faces without a triangle are left out: on_input() sees to them. Throws
   // InvalidInput (kBadPins) for pins that no corner can have.
   std::vector<CornerPin> pins(const std::vector<CornerPin>& of_input) const;

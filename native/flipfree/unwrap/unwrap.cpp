@@ -4,14 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
 
-#include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/distortion/rounding.h"
@@ -20,44 +18,13 @@
 #include "flipfree/unwrap/chart/flattening.h"
 #include "flipfree/unwrap/islands/cut_around.h"
 #include "flipfree/unwrap/islands/islands.h"
+#include "flipfree/unwrap/islands/normalised.h"
 #include "flipfree/unwrap/packing/place.h"
+#include "flipfree/unwrap/seams/auto_islands.h"
+#include "flipfree/unwrap/seams/edge_costs.h"
 
 namespace flipfree::unwrap {
 namespace {
-
-// Positions scaled by one power of two, which is exact, so that squares neither overflow nor vanish
-// whatever the user's unit is; every component is moved to the origin on its own, so that none of
-// them is lost beside one that is large or far away.
-Points3 normalised(const Points3& positions, const Triangles& faces) {
-  const auto count = static_cast<std::size_t>(positions.rows());
-  DisjointSets components(static_cast<Index>(count));
-  for (Eigen::Index f = 0; f < faces.rows(); ++f) {
-    components.join(faces(f, 0), faces(f, 1));
-    components.join(faces(f, 1), faces(f, 2));
-  }
-  const Vector3 infinite = Vector3::Constant(std::numeric_limits<double>::infinity());
-  std::vector<Vector3> low(count, infinite);
-  std::vector<Vector3> high(count, -infinite);
-  for (const VertexId v : faces.reshaped()) {
-    const auto c = static_cast<std::size_t>(components.find(v));
-    low[c] = low[c].cwiseMin(positions.row(v).transpose());
-    high[c] = high[c].cwiseMax(positions.row(v).transpose());
-  }
-  double size = 0.0;
-  for (std::size_t c = 0; c < count; ++c) {
-    // Halves first: the difference of two huge coordinates may not be finite.
-    if (low[c].x() <= high[c].x()) size = std::max(size, (0.5 * high[c] - 0.5 * low[c]).maxCoeff());
-  }
-  int exponent = 0;
-  std::frexp(size, &exponent);
-  Points3 result = positions;
-  for (VertexId v = 0; v < static_cast<VertexId>(count); ++v) {
-    const auto c = static_cast<std::size_t>(components.find(v));
-    if (low[c].x() <= high[c].x()) result.row(v) -= (0.5 * low[c] + 0.5 * high[c]).transpose();
-  }
-  for (double& x : result.reshaped()) x = std::ldexp(x, -exponent);
-  return result;
-}
 
 // Charts for which there are no 32-bit values, with where.
 using Unstorable = std::vector<std::pair<std::size_t, Error>>;
@@ -201,6 +168,11 @@ certify::Parametrization unwrap_in_time(const mesh::Surface& surface, const Unwr
     watch.restart();
   };
   if (options.place_like != nullptr) require_corners(surface, *options.place_like);
+  if (options.seams.find && !options.pins.empty()) {
+    throw_invalid(ErrorCode::kBadPins,
+                  "Seams cannot be found where there are pins, whose place would be on both sides "
+                  "of a seam. Leave the pins out, or give the seams.");
+  }
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
   const mesh::EdgeFlags seams = mesh::flag_edges(surface.faces, adjacency, options.cuts);
@@ -212,18 +184,27 @@ certify::Parametrization unwrap_in_time(const mesh::Surface& surface, const Unwr
       options.uncuttable.rows() == 0
           ? mesh::EdgeFlags{}
           : mesh::flag_edges(surface.faces, adjacency, options.uncuttable);
+  std::vector<Points2> uv;
   Islands islands = [&] {
+    if (options.seams.find) {
+      const ProgressRange range(context, 0.05, 0.92);
+      const TimeLimit limit(context, seconds_to_search(context.seconds_left(),
+                                                       static_cast<Index>(surface.faces.rows())));
+      AutoIslands found =
+          find_islands(working, adjacency, seams, uncuttable, options, acceptable, context, stats);
+      uv = std::move(found.uv);
+      return std::move(found.islands);
+    }
     const ProgressRange range(context, 0.02, 0.05);
     return make_islands(working, adjacency, seams, uncuttable,
                         options.cut_extremities && options.pins.empty(), context,
-                        pinned_vertices(surface, options.pins));
+                        {pinned_vertices(surface, options.pins), {}, true});
   }();
   ChartPins pins = pins_by_chart(islands, options.pins);
   stats["opened_charts"] = static_cast<std::int64_t>(islands.opened);
   lap("seconds_islands");
 
-  std::vector<Points2> uv;
-  {
+  if (!options.seams.find) {
     const ProgressRange range(context, 0.05, 0.92);
     const TimeLimit limit(context, seconds_to_search(context.seconds_left(),
                                                      static_cast<Index>(surface.faces.rows())));
@@ -314,6 +295,7 @@ certify::Parametrization unwrap_separated(const mesh::Surface& surface,
   own.cuts = separated.edges(options.cuts);
   own.uncuttable = separated.edges(options.uncuttable);
   own.pins = separated.pins(options.pins);
+  own.seams = weights_on(separated, options.seams);
   Points2 places;
   if (options.place_like != nullptr) {
     require_corners(surface, *options.place_like);

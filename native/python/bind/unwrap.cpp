@@ -7,6 +7,7 @@
 #include "bind/bindings.h"
 #include "flipfree/base/in_time.h"
 #include "flipfree/unwrap/packing/pack.h"
+#include "flipfree/unwrap/seams/seams.h"
 #include "flipfree/unwrap/unwrap.h"
 #include "job.h"
 
@@ -36,6 +37,20 @@ void bind_options(py::module_& module) {
       .def_property("uncuttable", nullptr, matrix_setter(&UnwrapOptions::uncuttable, "uncuttable"))
       .def_property("pins", nullptr, pins_setter(&UnwrapOptions::pins))
       .def_property("material", nullptr, ids_setter(&UnwrapOptions::material))
+      .def_property("find_seams", nullptr,
+                    [](UnwrapOptions& options, bool find) { options.seams.find = find; })
+      .def_property("stretch", nullptr,
+                    [](UnwrapOptions& options, double stretch) { options.seams.stretch = stretch; })
+      .def_property("sharp_angle", nullptr,
+                    [](UnwrapOptions& options, double angle) { options.seams.sharp_angle = angle; })
+      .def_property("weighted", nullptr,
+                    [](UnwrapOptions& options, const Array<Index>& edges) {
+                      options.seams.weighted = to_matrix<IndexPairs>(edges, "weights");
+                    })
+      .def_property("weights", nullptr,
+                    [](UnwrapOptions& options, const std::vector<double>& weights) {
+                      options.seams.weights = weights;
+                    })
       .def_readwrite("bijective", &UnwrapOptions::bijective)
       .def_readwrite("may_add_cuts", &UnwrapOptions::may_add_cuts)
       .def_readwrite("cut_extremities", &UnwrapOptions::cut_extremities)
@@ -83,6 +98,18 @@ void bind_unwrap(py::module_& module) {
       },
       py::arg("vertices"), py::arg("faces"), py::arg("options"), py::arg("place_like"),
       py::arg("threads"));
+  module.def(
+      "auto_seams",
+      [](const Array<double>& vertices, const Array<Index>& faces,
+         const unwrap::UnwrapOptions& options, int threads) {
+        return start_job(
+            [surface = to_surface(vertices, faces),
+             options = options](ExecutionContext& context) mutable {
+              return unwrap::find_seams(surface, options, context);
+            },
+            [](const IndexPairs& edges) -> py::object { return from_matrix(edges); }, threads);
+      },
+      py::arg("vertices"), py::arg("faces"), py::arg("options"), py::arg("threads"));
   module.def(
       "pack",
       [](const Array<double>& vertices, const Array<Index>& faces, const Array<double>& uv,

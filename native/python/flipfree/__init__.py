@@ -1,7 +1,7 @@
 """Flipfree UV: UV maps that never fold over.
 
-Arrays in: ``vertices (n, 3) float64``, ``faces (m, 3) int32``, triangles. ``unwrap``, ``improve``, ``pack`` and ``certify`` take
-any; the others want them manifold and consistently oriented, and name the place where they are not.
+Arrays in: ``vertices (n, 3) float64``, ``faces (m, 3) int32``, triangles. ``unwrap``, ``auto_seams``, ``improve``, ``pack`` and
+``certify`` take any; the others want them manifold and consistently oriented, and name the place where they are not.
 Angles in radians. Every result carries a certificate measured with exact predicates.
 """
 
@@ -18,7 +18,7 @@ from .calls.mesh_files import MeshFile, read, write
 from .calls.packing import pack
 from .calls.seamless import seamless
 from .calls.target_angles import boundary_angles, suggest_cones
-from .calls.unwrapping import unwrap
+from .calls.unwrapping import auto_seams, unwrap
 from .errors import Cancelled, FlipfreeError, Infeasible, InvalidInput, NotConverged
 from .fields.aligned import field_aligned
 from .fields.cross_fields import CrossField, Signature, cross_field, signature
@@ -41,6 +41,7 @@ __all__ = [
     "Signature",
     "Transitions",
     "__version__",
+    "auto_seams",
     "boundary_angles",
     "certify",
     "conformal",

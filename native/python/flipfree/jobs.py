@@ -13,12 +13,14 @@ from .calls.packing import pack as _pack
 from .calls.seamless import seamless as _seamless
 from .calls.target_angles import boundary_angles as _boundary_angles
 from .calls.target_angles import suggest_cones as _suggest_cones
+from .calls.unwrapping import auto_seams as _auto_seams
 from .calls.unwrapping import unwrap as _unwrap
 from .fields.aligned import field_aligned as _field_aligned
 from .fields.cross_fields import cross_field as _cross_field
 from .fields.cross_fields import signature as _signature
 from .job import Job, job_of
 
+auto_seams = job_of(_auto_seams)
 boundary_angles = job_of(_boundary_angles)
 certify = job_of(_certify)
 conformal = job_of(_conformal)
@@ -36,6 +38,7 @@ unwrap = job_of(_unwrap)
 
 __all__ = [
     "Job",
+    "auto_seams",
     "boundary_angles",
     "certify",
     "conformal",

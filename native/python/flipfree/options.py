@@ -112,6 +112,16 @@ def as_margin(value: Any) -> float:
     return margin
 
 
+def as_stretch(value: Any) -> float:
+    """``value`` as the factor by which lengths may change."""
+    stretch = as_number(value, "stretch")
+    if not 1.0 < stretch <= 100.0:
+        raise InvalidInput(
+            f"stretch must be above 1 and at most 100, not {shown(value)}.", code="bad option"
+        )
+    return stretch
+
+
 def as_flag(value: Any, name: str) -> bool:
     """``value`` if it is true or false; words such as "no" are refused instead of taken as true."""
     if isinstance(value, (bool, np.bool_)) or (type(value) is int and value in (0, 1)):

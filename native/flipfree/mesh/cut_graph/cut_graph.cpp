@@ -27,7 +27,8 @@ namespace {
 class PlanarCutter {
  public:
   PlanarCutter(const Surface& surface, const Adjacency& adjacency, const ExecutionContext& context,
-               const EdgeFlags& uncuttable, const std::vector<char>& avoided)
+               const EdgeFlags& uncuttable, const std::vector<char>& avoided,
+               const std::vector<double>& cost)
       : adjacency_(adjacency),
         context_(context),
         avoided_(avoided),
@@ -42,6 +43,9 @@ class PlanarCutter {
       const bool real = a < real_vertices_ && b < real_vertices_;
       length_[static_cast<std::size_t>(h)] =
           real ? (filled_.vertices.row(a) - filled_.vertices.row(b)).norm() : 0.0;
+    }
+    for (std::size_t h = 0; h < cost.size(); ++h) {
+      if (length_[h] > 0.0) length_[h] = cost[h];
     }
     if (!avoided_.empty()) lengthen_at_avoided();
     // Infinitely long, such an edge lies on no shortest path, and the cotree takes it first.
@@ -242,13 +246,13 @@ class PlanarCutter {
 
 EdgeFlags planar_cut(const Surface& surface, const Adjacency& adjacency,
                      const ExecutionContext& context, const EdgeFlags& uncuttable,
-                     const std::vector<char>& avoided) {
+                     const std::vector<char>& avoided, const std::vector<double>& cost) {
   const Topology shape = topology(surface.faces, adjacency);
   if (shape.boundary_loops > 0 && shape.genus() == 0)
     return EdgeFlags(adjacency.opposite.size(), 0);
   // Infinite lengths would pass for edges that must not be cut.
   const InOwnUnit scaled(surface);
-  PlanarCutter cutter(scaled.surface(), adjacency, context, uncuttable, avoided);
+  PlanarCutter cutter(scaled.surface(), adjacency, context, uncuttable, avoided, cost);
   return shape.genus() == 0 ? cutter.open_sphere() : cutter.open_handles();
 }
 

@@ -17,11 +17,12 @@ namespace flipfree::mesh {
 // graph may end in one). `uncuttable` (empty, or one flag per half-edge) are edges that the graph
 // must not use: the diagonals of polygons. `avoided` (empty, or one flag per vertex) are vertices
 // that the graph passes through only where there is no other way, such as pinned ones, which a cut
-// would double; it may end in them.
-// Precondition: one connected component. Throws InvalidInput if the uncuttable edges leave no way,
-// which diagonals of polygons never do. Cost: O(#F log #F).
+// would double; it may end in them. `cost` (empty, or one number per half-edge, both sides the
+// same, positive) are what edges cost instead of their length. Precondition: one connected
+// component. Throws InvalidInput if the uncuttable edges leave no way, which diagonals of polygons
+// never do. Cost: O(#F log #F).
 EdgeFlags planar_cut(const Surface& surface, const Adjacency& adjacency,
                      const ExecutionContext& context, const EdgeFlags& uncuttable = {},
-                     const std::vector<char>& avoided = {});
+                     const std::vector<char>& avoided = {}, const std::vector<double>& cost = {});
 
 }  // namespace flipfree::mesh

@@ -165,9 +165,8 @@ distortion::MinimizeOptions minimize_options(const FlattenOptions& options) {
 }
 
 // A chart that overlaps itself by this share of its area at most is held apart before a cut is
-// thought of; more has never come near the free map (benchmarks/unwrap_sharp.py). In so many steps.
+// thought of; more has never come near the free map (benchmarks/unwrap_sharp.py).
 constexpr double kMildOverlap = 0.2;
-constexpr int kHeldSteps = 100;
 // What a map without overlap may have more than the free one before a cut is the better way.
 // benchmarks/unwrap_sharp.py measures both.
 constexpr double kEnergyFactor = 1.1;
@@ -195,10 +194,11 @@ FlatChart without_overlap(const mesh::Surface& chart, const FlattenOptions& opti
     return {distortion::minimize_distortion(chart, apart, minimize, context, stats), {}, {}};
   const std::vector<FacePair> pairs = overlapping_faces(chart.faces, free, context);
   if (overlapping_share(pairs, chart, free) <= kMildOverlap) {
-    minimize.max_iterations = std::min(kHeldSteps, options.max_iterations);
+    minimize.max_iterations = std::min(options.held_steps, options.max_iterations);
     apart = distortion::minimize_distortion(chart, apart, minimize, context, stats);
-    if (energy_of(chart, apart) <= kEnergyFactor * energy_of(chart, free) + kEnergyExcess)
-      return {std::move(apart), {}, {}};
+    const double most =
+        std::min(options.most_energy, kEnergyFactor * energy_of(chart, free) + kEnergyExcess);
+    if (energy_of(chart, apart) <= most) return {std::move(apart), {}, {}};
   }
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(chart.vertices.rows()), chart.faces);

@@ -1,6 +1,7 @@
 // One chart onto the plane: embedding, then least distortion, optionally meeting pins.
 #pragma once
 
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -19,6 +20,9 @@ struct FlattenOptions {
   // Share of a piece's area by which it may still overlap itself after a cut, to be held apart
   // next.
   double tolerated_overlap = 0.1;
+  // With may_add_cuts: a chart is held apart at this energy at most, and cut otherwise.
+  double most_energy = std::numeric_limits<double>::infinity();
+  int held_steps = 100;        // of holding apart, before a cut is the better way
   mesh::EdgeFlags uncuttable;  // of the chart's half-edges, may be empty; see separating_cut()
   int max_iterations = 200;
   double tolerance = 1e-4;

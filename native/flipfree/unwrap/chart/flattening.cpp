@@ -108,7 +108,17 @@ class Flattening {
         acceptable_(acceptable),
         uv_(3 * surface.faces.rows(), 2),
         apart_(3 * surface.faces.rows(), 2),
-        divided_(static_cast<std::size_t>(surface.faces.rows()), 1) {}
+        divided_(static_cast<std::size_t>(surface.faces.rows()), 1),
+        piece_(divided_.size(), 0) {}
+
+  void use(const KnownMaps& known) {
+    uv_ = known.corner_uv;
+    apart_ = known.apart;
+    for (std::size_t f = 0; f < divided_.size(); ++f) {
+      divided_[f] = known.of_face[f] == KnownMaps::kFlat ? 0 : 1;
+      piece_[f] = known.of_face[f] == KnownMaps::kPiece ? 1 : 0;
+    }
+  }
 
   std::vector<Points2> run(ExecutionContext& context, Stats& stats) {
     const auto added = [&] { return std::count(islands_.added.begin(), islands_.added.end(), 1); };
@@ -139,7 +149,8 @@ class Flattening {
                  if (divided_[static_cast<std::size_t>(chart.faces.front())] == 0) return;
                  FlattenOptions flatten = options_of(c, round);
                  const mesh::InOwnUnit own(chart.surface);
-                 flat[c] = round == 0
+                 const bool piece = piece_[static_cast<std::size_t>(chart.faces.front())] != 0;
+                 flat[c] = round == 0 && !piece
                                ? flatten_chart(own.surface(), flatten, chart_context, chart_stats)
                                : flatten_piece(own.surface(), part(chart, uv_) / own.unit(),
                                                part(chart, apart_) / own.unit(), flatten,
@@ -175,7 +186,7 @@ class Flattening {
     flatten.max_iterations = options_.max_iterations;
     flatten.tolerance = options_.tolerance;
     flatten.acceptable = acceptable_;
-    if (round == 0) flatten.pins = pins_.of_chart[c];
+    if (round == 0 && !pins_.of_chart.empty()) flatten.pins = pins_.of_chart[c];
     flatten.may_add_cuts = options_.bijective && options_.may_add_cuts && flatten.pins.empty();
     if (round + 1 >= kCuttingRounds) flatten.tolerated_overlap = 0.0;
     if (flatten.may_add_cuts && !uncuttable_.empty()) {
@@ -208,6 +219,7 @@ class Flattening {
   Points2 uv_;                 // per corner of the surface
   Points2 apart_;              // the same of the maps without overlap of charts that were cut
   std::vector<char> divided_;  // per face: its chart is to be flattened next
+  std::vector<char> piece_;    // per face: uv_ and apart_ are known from the start
 };
 
 }  // namespace
@@ -216,9 +228,11 @@ std::vector<Points2> flatten_islands(Islands& islands, const mesh::Surface& surf
                                      const mesh::Adjacency& adjacency,
                                      const mesh::EdgeFlags& uncuttable, const ChartPins& pins,
                                      const UnwrapOptions& options, bool acceptable,
-                                     ExecutionContext& context, Stats& stats) {
-  return Flattening(islands, surface, adjacency, uncuttable, pins, options, acceptable)
-      .run(context, stats);
+                                     ExecutionContext& context, Stats& stats,
+                                     const KnownMaps* known) {
+  Flattening flattening(islands, surface, adjacency, uncuttable, pins, options, acceptable);
+  if (known != nullptr) flattening.use(*known);
+  return flattening.run(context, stats);
 }
 
 }  // namespace flipfree::unwrap

@@ -15,14 +15,28 @@ namespace flipfree::unwrap {
 // An error about chart `c`, with elements of the user's mesh instead of the chart's own.
 Error in_terms_of_input(Error error, const Islands& islands, std::size_t c);
 
+// What is known of charts already. A chart whose map overlaps itself may have been divided: then
+// its pieces are charts of the islands, with their parts of its two maps (flatten_piece()).
+struct KnownMaps {
+  static constexpr char kNothing = 0;
+  static constexpr char kFlat = 1;
+  static constexpr char kPiece = 2;
+
+  Points2 corner_uv;          // 3 #F x 2; of pieces, the map that overlaps
+  Points2 apart;              // 3 #F x 2, of pieces only
+  std::vector<char> of_face;  // #F; all faces of a chart have the same
+};
+
 // Every chart onto the plane, cut further where that is the way to keep it from overlapping itself:
 // then `islands` are those that result. Per chart #V x 2. acceptable: maps may be taken as they are
 // (ExecutionContext::accept). Stats: "overlap_cuts", and those of the largest chart. Throws what
-// flatten_chart() throws, in terms of the user's mesh.
+// flatten_chart() throws, in terms of the user's mesh. Charts that are
+// flat in `known` keep their maps.
 std::vector<Points2> flatten_islands(Islands& islands, const mesh::Surface& surface,
                                      const mesh::Adjacency& adjacency,
                                      const mesh::EdgeFlags& uncuttable, const ChartPins& pins,
                                      const UnwrapOptions& options, bool acceptable,
-                                     ExecutionContext& context, Stats& stats);
+                                     ExecutionContext& context, Stats& stats,
+                                     const KnownMaps* known = nullptr);
 
 }  // namespace flipfree::unwrap

@@ -66,21 +66,31 @@ class Cutter {
   std::vector<char> opened_;  // faces of charts that were cut
 };
 
+bool is_sphere(const mesh::Surface& piece, const mesh::Adjacency& adjacency) {
+  const mesh::Topology shape = mesh::topology(piece.faces, adjacency);
+  return shape.boundary_loops == 0 && shape.genus() == 0;
+}
+
 }  // namespace
 
 Islands make_islands(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                      const mesh::EdgeFlags& seams, const mesh::EdgeFlags& uncuttable,
-                     bool extremities, ExecutionContext& context, const std::vector<char>& pinned) {
+                     bool extremities, ExecutionContext& context, const Opening& opening) {
   Cutter cutter(surface, seams, uncuttable, context);
   const auto open_up = [&](const mesh::Chart& chart, const mesh::Adjacency& local,
                            const mesh::EdgeFlags& avoid) {
+    if (!opening.spheres && is_sphere(chart.surface, local))
+      return mesh::EdgeFlags(local.opposite.size(), 0);
     std::vector<char> avoided;
     const std::vector<VertexId>& origin = cutter.islands().mesh.vertex_origin;
-    for (std::size_t i = 0; i < chart.vertices.size() && !pinned.empty(); ++i) {
+    for (std::size_t i = 0; i < chart.vertices.size() && !opening.pinned.empty(); ++i) {
       const VertexId v = origin[static_cast<std::size_t>(chart.vertices[i])];
-      avoided.push_back(pinned[static_cast<std::size_t>(v)]);
+      avoided.push_back(opening.pinned[static_cast<std::size_t>(v)]);
     }
-    return mesh::planar_cut(chart.surface, local, context, avoid, avoided);
+    std::vector<double> own_cost;
+    for (std::size_t h = 0; h < 3 * chart.faces.size() && !opening.cost.empty(); ++h)
+      own_cost.push_back(opening.cost[3 * static_cast<std::size_t>(chart.faces[h / 3]) + h % 3]);
+    return mesh::planar_cut(chart.surface, local, context, avoid, avoided, own_cost);
   };
   const auto slit = [&](const mesh::Chart& chart, const mesh::Adjacency& local,
                         const mesh::EdgeFlags& avoid) {

@@ -17,19 +17,24 @@ struct Islands {
   Index opened = 0;                 // charts that had to be cut: closed, or with handles
 };
 
+// How pieces are opened.
+struct Opening {
+  std::vector<char> pinned;  // per vertex, or empty: passed through only where nothing else is left
+  std::vector<double> cost;  // per half-edge, or empty: of cuts, instead of lengths
+  bool spheres = true;       // false: closed pieces of genus 0 stay closed
+};
+
 // Cuts along the seams; every piece that is closed or has handles is cut further along a short cut
 // graph (mesh/cut_graph.h) until each chart is connected, of genus 0 and has a boundary. Holes
 // stay. A seam that opens nothing (a single edge inside a chart) is not a cut of the result.
 // With `extremities`, charts that had to be opened are also slit to theirs (extremities.h); pieces
 // whose seams were enough never are.
-// Added cuts avoid the flagged edges of `uncuttable` and, where there is another way, the flagged
-// vertices of `pinned` (see planar_cut; both may be empty).
+// Added cuts avoid the flagged edges of `uncuttable` (may be empty); see planar_cut.
 // Precondition: a validated surface. Cost: O(#F log #F), and a sparse
 // factorization or two with `extremities`.
 Islands make_islands(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                      const mesh::EdgeFlags& seams, const mesh::EdgeFlags& uncuttable,
-                     bool extremities, ExecutionContext& context,
-                     const std::vector<char>& pinned = {});
+                     bool extremities, ExecutionContext& context, const Opening& opening = {});
 
 // Cuts the islands along further edges of the surface, which count as added, and numbers the charts
 // anew.

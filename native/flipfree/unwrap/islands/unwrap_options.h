@@ -5,6 +5,7 @@
 
 #include "flipfree/base/types.h"
 #include "flipfree/certify/certify.h"
+#include "flipfree/unwrap/islands/seam_options.h"
 
 namespace flipfree::unwrap {
 
@@ -16,6 +17,7 @@ struct UnwrapOptions {
   // #F, or empty: where more than two faces meet at an edge, those of one material rather go
   // together.
   std::vector<Index> material;
+  SeamOptions seams;      // beyond `cuts`; not with pins
   bool bijective = true;  // no chart overlaps itself
   // Charts that have to be cut open anyway are slit to their extremities too (extremities.h). Not
   // done if there are pins: both sides of a slit through a pinned vertex would share its place.

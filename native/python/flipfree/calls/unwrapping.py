@@ -1,16 +1,39 @@
-"""Unwrap Flip-Free: seam islands onto the plane."""
+"""Unwrap Flip-Free: seam islands onto the plane, and the seams for it."""
 
 from __future__ import annotations
 
 from functools import partial
 from typing import Any
 
+import numpy as np
+
 from .. import _native
-from ..arrays import as_corner_uv, as_indices, as_materials, as_vertices
+from ..arrays import (
+    BAD_SHAPE,
+    FloatArray,
+    as_corner_uv,
+    as_floats,
+    as_indices,
+    as_materials,
+    as_vertices,
+)
 from ..conversions import parametrization_from
+from ..errors import InvalidInput
 from ..job import Job, Progress, solver_call
-from ..options import as_count, as_flag, as_margin, as_positive, as_seconds, as_threads, filled
-from ..results import Parametrization
+from ..options import (
+    as_choice,
+    as_count,
+    as_flag,
+    as_margin,
+    as_number,
+    as_positive,
+    as_seconds,
+    as_stretch,
+    as_threads,
+    filled,
+    shown,
+)
+from ..results import IntArray, Parametrization
 from .certification import Pins, pins_to_corners
 
 
@@ -20,6 +43,8 @@ def unwrap(
     faces: Any,
     *,
     cuts: Any = None,
+    seams: str = "given",
+    stretch: float = 1.25,
     uncuttable: Any = None,
     materials: Any = None,
     pins: Pins | None = None,
@@ -46,6 +71,9 @@ def unwrap(
         vertices: (n, 3) float64. faces: (m, 3), any triangles. What keeps them from being an oriented
             surface is separated first and listed in ``certificate.mends``.
         cuts: (s, 2) vertex pairs: seam edges.
+        seams: "given": the cuts and no more than topology needs beyond them; "auto": and whatever it takes to stay within
+            ``stretch``, as ``auto_seams`` finds it. Not with pins.
+        stretch: with automatic seams, the factor by which lengths may change, about; see ``auto_seams``.
         uncuttable: (d, 2) vertex pairs that automatic cuts must avoid, such as diagonals of polygons.
         materials: (m,) whole numbers: where more than two faces meet at an edge, those of one material rather go together.
         pins: {vertex or (face, corner): (u, v)}, met bit for bit. A pin that cannot be reached without a flip on
@@ -81,6 +109,8 @@ def unwrap(
         uncuttable=as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
         material=as_materials(materials, len(face_array)),
         pins=(pin_corners, pin_uv),
+        find_seams=as_choice(seams, "seams", ("given", "auto")) == "auto",
+        stretch=as_stretch(stretch),
         bijective=as_flag(bijective, "bijective"),
         may_add_cuts=as_flag(may_add_cuts, "may_add_cuts"),
         cut_extremities=as_flag(cut_extremities, "cut_extremities"),
@@ -91,3 +121,88 @@ def unwrap(
     )
     native = _native.unwrap(positions.scaled, face_array, options, reference, as_threads(threads))
     return Job(native, partial(parametrization_from, positions=positions))
+
+
+@solver_call
+def auto_seams(
+    vertices: Any,
+    faces: Any,
+    *,
+    cuts: Any = None,
+    stretch: float = 1.25,
+    sharp_angle: float | None = None,
+    weights: Any = None,
+    uncuttable: Any = None,
+    materials: Any = None,
+    max_seconds: float | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Job[IntArray]:
+    """Seams for ``unwrap``: short, few islands, and no more distortion than was asked for, as (k, 2) vertex pairs.
+
+    ``unwrap`` with these edges as ``cuts`` stays within the bound and cuts nothing more. ``unwrap`` with ``seams="auto"``
+    does both in less time.
+
+    Args:
+        vertices: (n, 3) float64. faces: (m, 3), any triangles, as for ``unwrap``.
+        cuts: (s, 2) vertex pairs: seams that are there already. They stay, and are part of the result.
+        stretch: factor by which lengths may change, about: the mean distortion (1 is none) of the islands of each
+            connected part is at most the mean of the factor and its inverse, 1.025 for 1.25.
+        sharp_angle: edges whose faces differ by more than this angle (radians) are seams; None is none of them.
+        weights: (edges (k, 2), factors (k,)): how much a seam there costs, times its length. Below 1 is sought, above 1
+            avoided, infinity never taken.
+        uncuttable: (d, 2) vertex pairs that are never seams where there is another way, such as diagonals of polygons.
+        materials: (m,) whole numbers: where more than two faces meet at an edge, those of one material rather go together.
+        max_seconds: of the clock; None or 0 is no limit. The seams that were found by then come back.
+        threads: None is all cores; the result is the same for every number, unless a limit of time is reached.
+        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
+
+    Raises:
+        InvalidInput, NotConverged, Cancelled.
+    """
+    face_array = as_indices(faces, "faces", 3)
+    positions = as_vertices(vertices, face_array)
+    weighted, factors = _as_weights(weights)
+    options = filled(
+        _native.UnwrapOptions(),
+        cuts=as_indices([] if cuts is None else cuts, "cuts", 2),
+        uncuttable=as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
+        material=as_materials(materials, len(face_array)),
+        find_seams=True,
+        stretch=as_stretch(stretch),
+        sharp_angle=_as_sharp_angle(sharp_angle),
+        weighted=weighted,
+        weights=factors,
+        max_seconds=as_seconds(max_seconds, "max_seconds"),
+    )
+    native = _native.auto_seams(positions.scaled, face_array, options, as_threads(threads))
+    return Job(native, np.asarray)
+
+
+def _as_sharp_angle(value: Any) -> float:
+    if value is None:
+        return 0.0
+    angle = as_number(value, "sharp_angle")
+    if not 0.0 < angle <= np.pi:
+        raise InvalidInput(
+            f"sharp_angle must lie in (0, pi], not {shown(value)}.", code="bad option"
+        )
+    return angle
+
+
+def _as_weights(values: Any) -> tuple[IntArray, FloatArray]:
+    if values is None:
+        return np.zeros((0, 2), np.int32), np.zeros(0)
+    try:
+        edges, factors = values
+    except Exception:  # whatever the object's own iteration raises
+        raise InvalidInput(
+            f"weights must be (edges, factors), not {shown(values)}.", code=BAD_SHAPE
+        ) from None
+    pairs, numbers = as_indices(edges, "weights", 2), as_floats(factors, "weights")
+    if len(pairs) != len(numbers):
+        raise InvalidInput(
+            f"weights has {len(pairs)} edges and {len(numbers)} factors. Give one factor for each edge.",
+            code=BAD_SHAPE,
+        )
+    return pairs, numbers

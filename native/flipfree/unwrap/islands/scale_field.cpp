@@ -1,0 +1,94 @@
+#include "flipfree/unwrap/islands/scale_field.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "flipfree/numeric/cholesky/cholesky.h"
+
+namespace flipfree::unwrap {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+constexpr double kLeastWeight = 1e-3;
+constexpr double kMostWeight = 1e3;
+
+}  // namespace
+
+ScaleField::ScaleField(const mesh::Surface& surface, const mesh::Adjacency& adjacency)
+    : surface_(surface),
+      adjacency_(adjacency),
+      half_cotangent_(adjacency.opposite.size()),
+      defect_(adjacency.vertex_halfedge.size(), 2.0 * std::numbers::pi) {
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(half_cotangent_.size()); ++h) {
+    const CornerId apex = previous_corner(h);
+    const VertexId v = surface.faces(apex / 3, apex % 3);
+    const Vector3 p = surface.vertices.row(v);
+    const Vector3 a = surface.vertices.row(mesh::source(surface.faces, h)).transpose() - p;
+    const Vector3 b = surface.vertices.row(mesh::target(surface.faces, h)).transpose() - p;
+    const double sine = a.cross(b).norm();
+    const double cosine = a.dot(b);
+    half_cotangent_[at(h)] =
+        sine > 0.0 ? std::clamp(0.5 * cosine / sine, kLeastWeight, kMostWeight) : kMostWeight;
+    defect_[at(v)] -= std::atan2(sine, cosine);
+  }
+}
+
+std::vector<double> ScaleField::solve(const std::vector<char>& open,
+                                      ExecutionContext& context) const {
+  std::vector<double> result(open.size(), 0.0);
+  std::vector<Index> unknown(open.size(), kInvalid);
+  Index count = 0;
+  for (std::size_t v = 0; v < open.size(); ++v) {
+    if (!open[v] && adjacency_.vertex_halfedge[v] != kInvalid) unknown[v] = count++;
+  }
+  if (count == 0) return result;
+  // Inner vertices have closed fans, and one outgoing half-edge for each neighbour.
+  numeric::SparseMatrix matrix(count, count);
+  Eigen::VectorXd rhs(count);
+  std::vector<std::pair<Index, double>> column;
+  std::vector<Index> rows;
+  std::vector<double> values;
+  rows.reserve(4 * at(count));
+  values.reserve(4 * at(count));
+  for (std::size_t v = 0; v < open.size(); ++v) {
+    const Index row = unknown[v];
+    if (row == kInvalid) continue;
+    if (v % 8192 == 0) context.check();
+    rhs[row] = defect_[v];
+    column.assign(1, {row, 0.0});
+    const HalfedgeId start = adjacency_.vertex_halfedge[v];
+    HalfedgeId h = start;
+    do {
+      const double weight =
+          half_cotangent_[at(h)] + half_cotangent_[at(adjacency_.opposite[at(h)])];
+      column.front().second += weight;
+      const Index other = unknown[at(mesh::target(surface_.faces, h))];
+      if (other > row) column.emplace_back(other, -weight);
+      h = mesh::rotate_ccw(adjacency_, h);
+    } while (h != start);
+    std::sort(column.begin() + 1, column.end());
+    for (const auto& [other, value] : column) {
+      rows.push_back(other);
+      values.push_back(value);
+    }
+    matrix.outerIndexPtr()[row + 1] = static_cast<Index>(rows.size());
+  }
+  matrix.resizeNonZeros(static_cast<Index>(rows.size()));
+  std::copy(rows.begin(), rows.end(), matrix.innerIndexPtr());
+  std::copy(values.begin(), values.end(), matrix.valuePtr());
+  numeric::SparseCholesky cholesky;
+  cholesky.analyze(matrix, context);
+  if (!cholesky.factorize(matrix, context)) return result;
+  const Eigen::VectorXd u = cholesky.solve(rhs, context);
+  if (!u.allFinite()) return result;
+  for (std::size_t v = 0; v < open.size(); ++v) {
+    if (unknown[v] != kInvalid) result[v] = u[unknown[v]];
+  }
+  return result;
+}
+
+}  // namespace flipfree::unwrap

@@ -1,0 +1,28 @@
+// Islands whose seams are found: short ones, few islands, and as little distortion as was asked.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/base/stats.h"
+#include "flipfree/unwrap/islands/islands.h"
+#include "flipfree/unwrap/islands/unwrap_options.h"
+
+namespace flipfree::unwrap {
+
+struct AutoIslands {
+  Islands islands;
+  std::vector<Points2> uv;  // per chart #V x 2, at the surface's own scale
+};
+
+// The surface cut along `seams` and along what was found beyond them, every chart flat: no flip,
+// and no chart on itself with options.bijective. Seams do not run along `uncuttable` edges where
+// there is another way. Precondition: a validated surface at ordinary coordinates, no pins. Throws
+// what flatten_islands() throws. Stats: those of flatten_islands() and "seams_energy". Cost: some
+// ten Newton systems and some tens of scalar ones per chart.
+AutoIslands find_islands(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                         const mesh::EdgeFlags& seams, const mesh::EdgeFlags& uncuttable,
+                         const UnwrapOptions& options, bool acceptable, ExecutionContext& context,
+                         Stats& stats);
+
+}  // namespace flipfree::unwrap

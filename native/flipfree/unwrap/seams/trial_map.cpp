@@ -1,0 +1,80 @@
+#include "flipfree/unwrap/seams/trial_map.h"
+
+#include <utility>
+
+#include "flipfree/base/stats.h"
+#include "flipfree/certify/measures/energy.h"
+#include "flipfree/distortion/minimize/boundary_grid.h"
+#include "flipfree/distortion/minimize/minimize.h"
+#include "flipfree/unwrap/chart/chart.h"
+
+namespace flipfree::unwrap {
+namespace {
+
+// From the last map on: what has not settled by then has moved enough to be judged.
+constexpr int kFurtherSteps = 12;
+constexpr int kFirstSteps = 60;
+constexpr int kHeldSteps = 40;
+
+}  // namespace
+
+double TrialMap::relax(const mesh::Adjacency& adjacency, const mesh::EdgeFlags& cut,
+                       double tolerance, ExecutionContext& context) {
+  mesh::CutMesh mesh = mesh::cut_along(chart_.faces, adjacency, cut);
+  slit_.faces = std::move(mesh.faces);
+  slit_.vertices.resize(static_cast<Eigen::Index>(mesh.vertex_origin.size()), 3);
+  for (std::size_t v = 0; v < mesh.vertex_origin.size(); ++v) {
+    slit_.vertices.row(static_cast<Eigen::Index>(v)) = chart_.vertices.row(mesh.vertex_origin[v]);
+  }
+  Stats ignored;
+  if (corner_uv_.rows() == 0) {
+    FlattenOptions options;
+    options.bijective = false;
+    options.acceptable = false;
+    options.max_iterations = kFirstSteps;
+    options.tolerance = tolerance;
+    uv_ = flatten_chart(slit_, options, context, ignored).uv;
+  } else {
+    Points2 start(slit_.vertices.rows(), 2);
+    for (CornerId c = 0; c < corner_uv_.rows(); ++c)
+      start.row(slit_.faces.data()[c]) = corner_uv_.row(c);
+    distortion::MinimizeOptions options;
+    options.max_iterations = kFurtherSteps;
+    options.tolerance = tolerance;
+    uv_ = distortion::minimize_distortion(slit_, start, options, context, ignored);
+  }
+  corner_uv_ = by_corner(uv_);
+  return certify::symmetric_dirichlet(chart_, corner_uv_).mean;
+}
+
+Points2 TrialMap::by_corner(const Points2& uv) const {
+  Points2 corners(slit_.faces.size(), 2);
+  for (CornerId c = 0; c < corners.rows(); ++c) corners.row(c) = uv.row(slit_.faces.data()[c]);
+  return corners;
+}
+
+TrialMap::Apart TrialMap::hold_apart(double most, bool may_add_cuts,
+                                     const mesh::EdgeFlags& uncuttable,
+                                     ExecutionContext& context) const {
+  FlattenOptions options;
+  options.may_add_cuts = may_add_cuts;
+  options.most_energy = most;
+  options.held_steps = kHeldSteps;
+  options.uncuttable = uncuttable;
+  options.acceptable = false;
+  Stats ignored;
+  FlatChart flat = flatten_chart(slit_, options, context, ignored);
+  Apart apart;
+  apart.corner_uv = by_corner(flat.uv);
+  apart.energy = certify::symmetric_dirichlet(chart_, apart.corner_uv).mean;
+  apart.cut = std::move(flat.cut);
+  if (!apart.cut.empty()) apart.apart = by_corner(flat.apart);
+  return apart;
+}
+
+bool TrialMap::overlaps_itself(const ExecutionContext& context) const {
+  return distortion::overlaps_itself(
+      distortion::find_boundary(static_cast<Index>(uv_.rows()), slit_.faces), uv_, context);
+}
+
+}  // namespace flipfree::unwrap

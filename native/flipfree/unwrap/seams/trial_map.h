@@ -1,0 +1,45 @@
+// The least distorted map of a chart while slits are added to it.
+#pragma once
+
+#include "flipfree/base/context.h"
+#include "flipfree/mesh/cut_graph/cut.h"
+
+namespace flipfree::unwrap {
+
+class TrialMap {
+ public:
+  // The chart must outlive this: connected, planar, with a boundary.
+  explicit TrialMap(const mesh::Surface& chart) : chart_(chart) {}
+
+  // The mean energy (1 is isometric) of the chart cut along `cut`, which does not divide it and
+  // includes what it was cut along before: relaxed, from the last map where there is one. The map
+  // has no flip; it may overlap itself. Throws NotConverged, Cancelled, TimeIsOver.
+  double relax(const mesh::Adjacency& adjacency, const mesh::EdgeFlags& cut, double tolerance,
+               ExecutionContext& context);
+
+  const Points2& corner_uv() const { return corner_uv_; }  // empty before the first map
+  // Exact, of the last map.
+  bool overlaps_itself(const ExecutionContext& context) const;
+
+  // The same chart, not on itself at an energy of at most `most`; otherwise what it is cut along
+  // to be divided, with the map that overlaps and the last one that does not.
+  struct Apart {
+    Points2 corner_uv;
+    double energy = 0.0;
+    mesh::EdgeFlags cut;  // empty where it is not divided
+    Points2 apart;
+  };
+  // Precondition: there is a map.
+  Apart hold_apart(double most, bool may_add_cuts, const mesh::EdgeFlags& uncuttable,
+                   ExecutionContext& context) const;
+
+ private:
+  Points2 by_corner(const Points2& uv) const;
+
+  const mesh::Surface& chart_;
+  mesh::Surface slit_;  // of the last map
+  Points2 uv_;
+  Points2 corner_uv_;
+};
+
+}  // namespace flipfree::unwrap

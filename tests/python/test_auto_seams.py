@@ -1,0 +1,204 @@
+"""Seams that are found: what they allow, what they respect. The shared models are benchmarks/auto_seams.py's."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from broken_meshes import KINDS
+
+import flipfree as ff
+
+from surfaces import bumpy_grid, cylinder, octahedron_sphere, torus
+
+#: Mean energy that the default stretch of 1.25 allows.
+BOUND = 1.025
+
+SURFACES = {
+    "annulus": cylinder,
+    "sphere": lambda: octahedron_sphere(3),
+    "torus": torus,
+    "bumps": lambda: bumpy_grid(20, 20),
+}
+
+
+def cube(size: int = 1) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A cube of square faces, each (size x size) squares in two triangles; and the diagonals."""
+    points: dict[tuple[int, int, int], int] = {}
+    faces: list[list[int]] = []
+    diagonals: list[list[int]] = []
+    for axis in range(3):
+        for side in (0, size):
+            for i in range(size):
+                for j in range(size):
+                    ring = []
+                    for u, v in ((i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)):
+                        place = [0, 0, 0]
+                        place[axis], place[(axis + 1) % 3], place[(axis + 2) % 3] = side, u, v
+                        ring.append(points.setdefault((place[0], place[1], place[2]), len(points)))
+                    if side == 0:
+                        ring.reverse()
+                    faces += [[ring[0], ring[1], ring[2]], [ring[0], ring[2], ring[3]]]
+                    diagonals.append([ring[0], ring[2]])
+    return np.array(list(points), float) / size, np.array(faces), np.array(diagonals)
+
+
+def as_set(edges: np.ndarray) -> set[tuple[int, int]]:
+    return {(int(min(e)), int(max(e))) for e in edges}
+
+
+def length_of(vertices: np.ndarray, edges: np.ndarray) -> float:
+    return float(np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1).sum())
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_seams_keep_the_distortion_within_the_bound(name: str) -> None:
+    vertices, faces = SURFACES[name]()
+    result = ff.unwrap(vertices, faces, seams="auto")
+    assert result.certificate.ok and result.certificate.overlaps == 0
+    assert result.certificate.energy <= BOUND
+    assert result.stats["charts"] <= (2 if name == "bumps" else 1)
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_an_unwrap_along_the_seams_cuts_nothing_more(name: str) -> None:
+    vertices, faces = SURFACES[name]()
+    seams = ff.auto_seams(vertices, faces)
+    result = ff.unwrap(vertices, faces, cuts=seams)
+    assert result.stats["added_cuts"] == 0
+    assert result.certificate.energy <= BOUND
+    assert as_set(result.cut_edges) == as_set(seams)
+
+
+def test_less_stretch_is_bought_with_longer_seams() -> None:
+    vertices, faces = octahedron_sphere(4)
+    lengths = []
+    for stretch in (1.1, 1.25, 1.6):
+        seams = ff.auto_seams(vertices, faces, stretch=stretch)
+        energy = ff.unwrap(vertices, faces, cuts=seams).certificate.energy
+        assert energy <= 0.5 * (stretch + 1 / stretch)
+        lengths.append(length_of(vertices, seams))
+    assert lengths[0] > lengths[1] > lengths[2]
+
+
+def test_a_flat_sheet_needs_no_seam() -> None:
+    vertices, faces = bumpy_grid(10, 10)
+    assert len(ff.auto_seams(vertices * [1, 1, 0], faces)) == 0
+
+
+def test_a_tube_gets_one_seam_along_it() -> None:
+    sectors, rings = 24, 9
+    angle, height = np.meshgrid(
+        2 * np.pi * np.arange(sectors) / sectors, np.linspace(0, 5, rings + 1), indexing="ij"
+    )
+    vertices = np.stack([np.cos(angle), np.sin(angle), height], -1).reshape(-1, 3)
+    faces = []
+    for s in range(sectors):
+        for r in range(rings):
+            a, b = s * (rings + 1) + r, (s + 1) % sectors * (rings + 1) + r
+            faces += [[a, b, b + 1], [a, b + 1, a + 1]]
+    seams = ff.auto_seams(vertices, faces)
+    assert len(seams) == rings
+    assert length_of(vertices, seams) == pytest.approx(5.0)
+
+
+def test_a_cube_becomes_one_net() -> None:
+    for size in (1, 4):
+        vertices, faces, diagonals = cube(size)
+        result = ff.unwrap(vertices, faces, seams="auto", uncuttable=diagonals)
+        assert result.stats["charts"] == 1
+        assert len(result.cut_edges) == 7 * size
+        assert result.certificate.energy == pytest.approx(1.0, abs=1e-6)
+
+
+def test_diagonals_are_no_seams() -> None:
+    vertices, faces, diagonals = cube(6)
+    seams = ff.auto_seams(vertices, faces, uncuttable=diagonals)
+    assert len(seams) > 0
+    assert not as_set(seams) & as_set(diagonals)
+
+
+def test_given_seams_stay() -> None:
+    vertices, faces, diagonals = cube(4)
+    belt = [
+        edge
+        for edge in sorted({tuple(sorted((f[k], f[k - 1]))) for f in faces for k in range(3)})
+        if np.all(vertices[list(edge), 2] == 0.5)
+        and np.ptp(vertices[list(edge)], axis=0).max() < 0.3
+    ]
+    seams = ff.auto_seams(vertices, faces, cuts=belt, uncuttable=diagonals)
+    assert as_set(np.array(belt)) < as_set(seams)
+
+
+def test_sharp_edges_are_seams_if_asked() -> None:
+    vertices, faces, diagonals = cube()
+    seams = ff.auto_seams(vertices, faces, sharp_angle=1.0, uncuttable=diagonals)
+    assert len(seams) == 12
+    assert ff.unwrap(vertices, faces, cuts=seams).stats["charts"] == 6
+
+
+def test_weights_lead_seams_and_forbid_them() -> None:
+    vertices, faces = octahedron_sphere(4)
+    edges = np.array(
+        sorted(as_set(faces[:, [0, 1]]) | as_set(faces[:, [1, 2]]) | as_set(faces[:, [2, 0]]))
+    )
+    front = (vertices[edges] @ [1.0, 0.2, 0.1]).mean(1) > 0
+    share = {}
+    for factor in (1.0, 20.0, np.inf):
+        weights = (edges[front], np.full(front.sum(), factor))
+        seams = ff.auto_seams(vertices, faces, weights=weights, stretch=1.3)
+        share[factor] = len(as_set(seams) & as_set(edges[front])) / len(seams)
+    assert share[1.0] > share[20.0] > share[np.inf] == 0.0
+
+
+@pytest.mark.parametrize("threads", [1, 2, 3])
+def test_seams_do_not_depend_on_threads(threads: int) -> None:
+    vertices, faces = torus()
+    assert np.array_equal(
+        ff.auto_seams(vertices, faces, threads=threads), ff.auto_seams(vertices, faces, threads=1)
+    )
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
+def test_meshes_that_are_no_clean_surface_get_seams(kind: Callable[..., Any]) -> None:
+    vertices, faces = kind(np.random.default_rng(7))
+    seams = ff.auto_seams(vertices, faces)
+    used = {(int(min(f[k], f[k - 1])), int(max(f[k], f[k - 1]))) for f in faces for k in range(3)}
+    assert as_set(seams) <= used
+    assert ff.unwrap(vertices, faces, seams="auto").certificate.ok
+
+
+def test_pins_and_automatic_seams_exclude_each_other() -> None:
+    vertices, faces = octahedron_sphere(2)
+    with pytest.raises(ff.InvalidInput, match="pins"):
+        ff.unwrap(vertices, faces, seams="auto", pins={0: (0.0, 0.0)})
+
+
+@pytest.mark.parametrize(
+    "options, match",
+    [
+        ({"stretch": 1.0}, "stretch"),
+        ({"sharp_angle": 4.0}, "sharp_angle"),
+        ({"weights": 3}, "weights"),
+        ({"weights": ([[0, 1]], [-1.0])}, "negative"),
+        ({"weights": ([[0, 1]], [1.0, 2.0])}, "one factor for each edge"),
+        ({"weights": ([[0, 0]], [1.0])}, "edge"),
+    ],
+)
+def test_options_without_meaning_are_refused(options: dict[str, object], match: str) -> None:
+    with pytest.raises(ff.InvalidInput, match=match):
+        ff.auto_seams(*octahedron_sphere(2), **options)  # type: ignore[arg-type]
+
+
+def test_time_that_is_over_leaves_the_seams_found_so_far() -> None:
+    vertices, faces = octahedron_sphere(6)
+    found = []
+    for seconds in (0.02, 0.05, 0.1, 0.3):
+        try:
+            found.append(ff.auto_seams(vertices, faces, max_seconds=seconds))
+        except ff.NotConverged as error:
+            assert error.code == "time limit reached"
+    for seams in found:
+        assert seams.shape[1] == 2
