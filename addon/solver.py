@@ -57,14 +57,41 @@ def certify_arrays(vertices, faces, uv, *, bijective):
     )
 
 
-def unwrap(snapshot, *, pins, bijective, may_add_cuts, cut_extremities, margin, keep_places):
+def auto_seams(snapshot, *, cuts, stretch, sharp_angle):
+    """Starts looking for seams beyond `cuts` (submesh vertex pairs, or None) and edges sharper than the angle (or None)."""
+    return jobs.auto_seams(
+        snapshot.vertices,
+        snapshot.triangles,
+        cuts=cuts,
+        stretch=stretch,
+        sharp_angle=sharp_angle,
+        uncuttable=snapshot.diagonals,
+        materials=snapshot.materials,
+        **_limits(),
+    )
+
+
+def unwrap(
+    snapshot,
+    *,
+    pins,
+    bijective,
+    may_add_cuts,
+    cut_extremities,
+    margin,
+    keep_places,
+    seams="given",
+    stretch=1.25,
+):
     """Starts the unwrap of a snapshot. keep_places: islands stay where they were if that is a usable layout; otherwise all
-    are packed."""
+    are packed. seams: given, or auto, as many more as `stretch` needs."""
     old = snapshot.corner_uv if keep_places and snapshot.layer_name else None
     return jobs.unwrap(
         snapshot.vertices,
         snapshot.triangles,
         cuts=snapshot.cuts,
+        seams=seams,
+        stretch=stretch,
         uncuttable=snapshot.diagonals,
         materials=snapshot.materials,
         pins=pins or None,

@@ -31,6 +31,12 @@ _OVERLAPS = "islands may overlap themselves"
 
 
 def _unwrap_arguments(parser):
+    parser.add_argument(
+        "--auto-seams",
+        type=_stretch,
+        metavar="STRETCH",
+        help="find seams beyond those marked, so that lengths change by about this factor at most, such as 1.25",
+    )
     _flags(
         parser,
         keep_placement="islands stay where they were, if that is a usable layout; otherwise all are packed",
@@ -153,6 +159,13 @@ def _seconds(text):
     return seconds
 
 
+def _stretch(text):
+    stretch = float(text)
+    if not 1.0 < stretch <= 100.0:
+        raise ValueError(text)
+    return stretch
+
+
 def _margin(parser):
     parser.add_argument("--margin", type=float, default=0.005, help="between packed islands")
 
@@ -163,6 +176,8 @@ def _unwrap_options(given):
         unwrap.summary,
         {
             "bijective": not given.allow_overlaps,
+            "seams": "given" if given.auto_seams is None else "auto",
+            "stretch": given.auto_seams or 1.25,
             "may_add_cuts": not given.no_new_cuts,
             "cut_extremities": not given.short_cuts,
             "use_pins": not given.ignore_pins,

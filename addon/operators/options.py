@@ -32,6 +32,21 @@ class KeepPins:
     )
 
 
+class Stretch:
+    stretch: bpy.props.FloatProperty(
+        name="Stretch",
+        description=(
+            "Of automatic seams: lengths may change by about this factor. Lower is more seams: 1.1 is hardly any "
+            "stretch, 1.25 suits most textures, 2 is few cuts"
+        ),
+        default=1.25,
+        min=1.01,
+        soft_max=3.0,
+        max=100.0,
+        precision=2,
+    )
+
+
 class Margin:
     margin: bpy.props.FloatProperty(
         name="Margin",

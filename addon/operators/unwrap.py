@@ -99,6 +99,8 @@ class UnwrapTask(MapTask):
         self,
         snapshot,
         *,
+        seams="given",
+        stretch=1.25,
         bijective=True,
         may_add_cuts=True,
         cut_extremities=True,
@@ -109,6 +111,8 @@ class UnwrapTask(MapTask):
         margin=0.005,
     ):
         super().__init__(snapshot)
+        self.seams = seams
+        self.stretch = stretch
         self.use_pins = use_pins
         self.bijective = bijective
         self.may_add_cuts = may_add_cuts
@@ -122,6 +126,8 @@ class UnwrapTask(MapTask):
         return solver.unwrap(
             self.snapshot,
             pins=self.pins(),
+            seams=self.seams,
+            stretch=self.stretch,
             bijective=self.bijective,
             may_add_cuts=self.may_add_cuts,
             cut_extremities=self.cut_extremities,
@@ -166,6 +172,7 @@ def layout_notes(tasks: list[MapTask]) -> str:
 
 
 class UV_OT_flipfree_unwrap(
+    options.Stretch,
     options.NoOverlaps,
     options.KeepPins,
     options.Placement,
@@ -181,6 +188,8 @@ class UV_OT_flipfree_unwrap(
     bl_options = {"REGISTER", "UNDO"}
     verb = "Unwrap Flip-Free"
     option_names = (
+        "seams",
+        "stretch",
         "bijective",
         "may_add_cuts",
         "cut_extremities",
@@ -192,6 +201,19 @@ class UV_OT_flipfree_unwrap(
     )
     joint_layout = True
 
+    seams: bpy.props.EnumProperty(
+        name="Seams",
+        description="Where islands end. Automatic seams are not for meshes with pinned UVs, unless Keep Pins is off",
+        items=(
+            ("given", "Marked", "Along the edges that are marked as seams"),
+            (
+                "auto",
+                "Automatic",
+                "Also along short seams that are found, as many as it takes to stretch no more than allowed",
+            ),
+        ),
+        default="given",
+    )
     may_add_cuts: bpy.props.BoolProperty(
         name="May Add Cuts",
         description=(
@@ -218,6 +240,9 @@ class UV_OT_flipfree_unwrap(
         description="Select the edges that were cut automatically",
         default=False,
     )
+
+    def has_effect(self, name):
+        return name not in ({"stretch"} if self.seams == "given" else {"cut_extremities"})
 
     def make_task(self, snapshot, **options):
         return UnwrapTask(snapshot, **options)

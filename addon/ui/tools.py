@@ -9,6 +9,7 @@ from ..fields import field_aligned
 from ..operators import check, conformal, improve, match, seamless, select, unwrap
 from ..operators.arrange import density, orient, straighten
 from ..operators.packing import pack
+from ..operators.seams import auto_seams
 from ..views import controls
 
 
@@ -40,6 +41,7 @@ SECTIONS = (
     Section(
         "Unwrap",
         (
+            Tool(auto_seams, "uv.flipfree_auto_seams", "MOD_EDGESPLIT"),
             Tool(unwrap, "uv.flipfree_unwrap", "UV"),
             Tool(match, "uv.flipfree_match", "PINNED"),
             Tool(improve, "uv.flipfree_improve", "MOD_SMOOTH"),

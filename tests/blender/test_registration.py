@@ -8,6 +8,7 @@ import bpy
 import pytest
 
 OPERATORS = [
+    "flipfree_auto_seams",
     "flipfree_unwrap",
     "flipfree_match",
     "flipfree_improve",

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Seams that find themselves, as marks; maps along such seams are `operators/unwrap`."""

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Auto Seams: marks where to cut (docs/auto-seams.md)."""
+
+import math
+
+import bpy
+import numpy as np
+
+from ... import modal, solver
+from ...meshes import mesh_io, seams
+from .. import common, options
+
+
+class AutoSeamsTask(modal.Task):
+    def __init__(self, snapshot, *, stretch, keep_seams, sharp_edges, sharp_angle):
+        super().__init__(snapshot)
+        self.stretch = stretch
+        self.keep_seams = keep_seams
+        self.sharp_angle = sharp_angle if sharp_edges else None
+        self.found = np.zeros(0, np.int64)
+
+    def start(self):
+        return solver.auto_seams(
+            self.snapshot,
+            cuts=self.snapshot.cuts if self.keep_seams else None,
+            stretch=self.stretch,
+            sharp_angle=self.sharp_angle,
+        )
+
+    def collect(self, result):
+        self.found = mesh_io.edge_ids(self.snapshot, result)
+
+    def own_edges(self) -> np.ndarray:
+        """Edges of the faces that are worked on."""
+        triangles = self.snapshot.triangles
+        pairs = np.stack([triangles, np.roll(triangles, -1, axis=1)], -1).reshape(-1, 2)
+        return mesh_io.edge_ids(self.snapshot, pairs)
+
+    def write(self, ob):
+        cleared = np.zeros(0, np.int64) if self.keep_seams else self.own_edges()
+        seams.mark(ob, self.snapshot, self.found, cleared=cleared)
+
+    def added(self) -> int:
+        return int((~self.snapshot.seams[self.found]).sum()) if self.keep_seams else len(self.found)
+
+
+class UV_OT_flipfree_auto_seams(options.Stretch, options.MapOperator, bpy.types.Operator):
+    bl_idname = "uv.flipfree_auto_seams"
+    bl_label = "Auto Seams"
+    bl_description = (
+        "Mark short seams along which the mesh can be unwrapped with no more stretch than allowed, in few islands. "
+        "UVs stay as they are"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+    verb = "Auto Seams"
+    option_names = ("stretch", "keep_seams", "sharp_edges", "sharp_angle")
+
+    keep_seams: bpy.props.BoolProperty(
+        name="Keep Seams",
+        description="Seams that are marked already stay, and only what is missing is added. Off: they are cleared first",
+        default=True,
+    )
+    sharp_edges: bpy.props.BoolProperty(
+        name="Cut Sharp Edges",
+        description="All edges sharper than the angle become seams",
+        default=False,
+    )
+    sharp_angle: bpy.props.FloatProperty(
+        name="Angle",
+        description="Between the faces of an edge, from which on it counts as sharp",
+        default=math.radians(60.0),
+        min=math.radians(1.0),
+        max=math.pi,
+        subtype="ANGLE",
+    )
+
+    def has_effect(self, name):
+        return name != "sharp_angle" or self.sharp_edges
+
+    def make_task(self, snapshot, **options):
+        return AutoSeamsTask(snapshot, **options)
+
+    def summary(self, tasks):
+        return f"{common.plural(sum(t.added() for t in tasks), 'edge')} marked as seams"
+
+
+CLASSES = (UV_OT_flipfree_auto_seams,)

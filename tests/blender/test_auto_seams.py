@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Auto Seams and Unwrap's automatic seams, on the things that artists begin with."""
+
+import math
+
+import bmesh
+import bpy
+import numpy as np
+import pytest
+import shapes
+
+
+def primitive(name, **options):
+    getattr(bpy.ops.mesh, f"primitive_{name}_add")(**options)
+    return shapes.activate(bpy.context.object)
+
+
+def seam_count(ob):
+    return sum(e.use_seam for e in ob.data.edges)
+
+
+def islands_by_seams(ob):
+    """Parts of the mesh between seams, by flooding its faces."""
+    bm = bmesh.new()
+    bm.from_mesh(ob.data)
+    unseen, count = set(bm.faces), 0
+    while unseen:
+        count += 1
+        queue = [unseen.pop()]
+        while queue:
+            for edge in queue.pop().edges:
+                for other in () if edge.seam else edge.link_faces:
+                    if other in unseen:
+                        unseen.remove(other)
+                        queue.append(other)
+    bm.free()
+    return count
+
+
+def auto_seams(**options):
+    assert bpy.ops.uv.flipfree_auto_seams(**options) == {"FINISHED"}
+
+
+def test_a_cube_becomes_one_net():
+    ob = primitive("cube")
+    auto_seams()
+    assert islands_by_seams(ob) == 1
+    assert seam_count(ob) == 7
+
+
+def test_a_cylinder_becomes_a_side_and_two_caps():
+    ob = primitive("cylinder", vertices=24)
+    auto_seams()
+    assert islands_by_seams(ob) == 3
+    assert seam_count(ob) == 2 * 24 + 1
+
+
+def test_a_tube_gets_one_seam_along_it():
+    ob = primitive("cylinder", vertices=24, end_fill_type="NOTHING")
+    auto_seams()
+    assert seam_count(ob) == 1
+
+
+@pytest.mark.parametrize("name", ["uv_sphere", "torus", "monkey", "cone", "cylinder"])
+def test_an_unwrap_along_the_marks_needs_no_further_cut(name):
+    ob = primitive(name)
+    auto_seams()
+    marked = seam_count(ob)
+    assert bpy.ops.uv.flipfree_unwrap(mark_seams=True) == {"FINISHED"}
+    assert seam_count(ob) == marked
+    assert shapes.exact_flips(ob) == 0
+
+
+def test_only_marks_change():
+    ob = primitive("uv_sphere")
+    before = shapes.uv_of(ob).tobytes()
+    auto_seams()
+    assert shapes.uv_of(ob).tobytes() == before
+
+
+@pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
+def test_seams_that_are_there_stay_unless_they_are_cleared(mode):
+    ob = primitive("uv_sphere")
+    equator = [
+        e.index
+        for e in ob.data.edges
+        if all(abs(ob.data.vertices[v].co.z) < 1e-3 for v in e.vertices)
+    ]
+    for i in equator:
+        ob.data.edges[i].use_seam = True
+    bpy.ops.object.mode_set(mode=mode)
+    if mode == "EDIT":
+        bpy.ops.mesh.select_all(action="SELECT")
+    auto_seams()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert all(ob.data.edges[i].use_seam for i in equator)
+    kept = seam_count(ob)
+    bpy.ops.object.mode_set(mode=mode)
+    auto_seams(keep_seams=False)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert not all(ob.data.edges[i].use_seam for i in equator)
+    assert seam_count(ob) < kept
+
+
+def test_sharp_edges_are_cut_if_asked():
+    ob = primitive("cylinder", vertices=16)
+    auto_seams(sharp_edges=True, sharp_angle=math.radians(20.0))
+    assert islands_by_seams(ob) == 18
+    assert seam_count(ob) == 3 * 16
+
+
+def test_less_stretch_is_more_seams():
+    counts = []
+    for stretch in (1.1, 1.25, 2.0):
+        ob = primitive("uv_sphere")
+        auto_seams(stretch=stretch)
+        counts.append(seam_count(ob))
+    assert counts[0] > counts[1] > counts[2]
+
+
+def test_unwrap_finds_seams_itself():
+    ob = primitive("monkey")
+    assert bpy.ops.uv.flipfree_unwrap(seams="auto", mark_seams=True) == {"FINISHED"}
+    assert shapes.exact_flips(ob) == 0
+    assert seam_count(ob) > 0
+    assert np.isfinite(shapes.uv_of(ob)).all()
+
+
+def test_pins_and_automatic_seams_exclude_each_other():
+    ob = shapes.two_sheets()
+    with pytest.raises(RuntimeError, match="pins"):
+        bpy.ops.uv.flipfree_unwrap(seams="auto")
+    assert bpy.ops.uv.flipfree_unwrap(seams="auto", use_pins=False) == {"FINISHED"}
+    assert shapes.exact_flips(ob) == 0
