@@ -16,8 +16,6 @@ namespace flipfree::seamless {
 namespace {
 
 constexpr Index kFlat = 4;
-// So that paths find places inside every branch, also three on one side of one.
-constexpr std::size_t kEdgesPerBranch = 4;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -28,37 +26,6 @@ std::vector<Index> part_excesses(Index genus) {
 
 // A cone that alone is right for the part on one side of an extra path.
 bool fits_alone(Index k, Index genus) { return k % 4 != 0 && k >= 2 && k <= 8 * genus - 2; }
-
-// Every branch with enough edges, and the boundary after that.
-DiskBoundary divided_boundary(Canvas& canvas) {
-  const DiskBoundary boundary = disk_boundary(canvas);
-  std::vector<std::vector<std::pair<VertexId, VertexId>>> branches;
-  std::set<Index> seen;
-  for (Index i = 0; i < boundary.size(); ++i) {
-    if (boundary.corner[at(i)] != 0 || i == 0) {
-      // A branch that starts here, or the other side of one.
-      branches.emplace_back();
-      if (!seen.insert(boundary.branch[at(i)]).second)
-        branches.back().emplace_back(kInvalid, kInvalid);
-    }
-    const HalfedgeId h = boundary.halfedges[at(i)];
-    branches.back().emplace_back(canvas.mesh().source(h), canvas.mesh().target(h));
-  }
-  for (const auto& branch : branches) {
-    if (branch.front().first == kInvalid) continue;
-    std::vector<HalfedgeId> chain;
-    // Dividing others has renumbered half-edges.
-    for (const auto& [a, b] : branch) chain.push_back(canvas.mesh().find(a, b));
-    canvas.divide(chain, kEdgesPerBranch);
-  }
-  return disk_boundary(canvas);
-}
-
-std::vector<Index> places_at(const Canvas& canvas, const DiskBoundary& boundary, VertexId v) {
-  std::vector<Index> places;
-  for (const HalfedgeId h : canvas.drawn_around(v)) places.push_back(boundary.place[at(h)]);
-  return places;
-}
 
 std::vector<Index> places_on_holes(const Canvas& canvas, const DiskBoundary& boundary) {
   std::vector<Index> places;
@@ -110,35 +77,55 @@ Pattern pattern_for(const std::vector<Index>& cones, Index genus) {
       {"empty stratum", {{"genus", {1.0}}, {"cones", {3.0, 5.0}}}});
 }
 
-bool draw_shortest_joining_path(Canvas& canvas, const std::array<VertexId, 2>& t_nodes,
+std::vector<JoinedSectors> joinable_sectors(const Canvas& canvas,
+                                            const std::array<VertexId, 2>& t_nodes,
+                                            const std::vector<Index>& cones) {
+  const DiskBoundary boundary = disk_boundary(canvas);
+  std::vector<JoinedSectors> joinable;
+  for (const HalfedgeId from : canvas.drawn_around(t_nodes[0])) {
+    for (const HalfedgeId to : canvas.drawn_around(t_nodes[1])) {
+      const Index corners =
+          left_corners(boundary, {boundary.place[at(from)], boundary.place[at(to)]});
+      if (corners % 4 != 0 && cones_with_excess(cones, corners - kFlat))
+        joinable.push_back({from, to});
+    }
+  }
+  if (joinable.empty()) throw InternalError("no pattern of the cut fits the cones");
+  return joinable;
+}
+
+bool draw_shortest_joining_path(Canvas& canvas, const std::vector<JoinedSectors>& sectors,
                                 const ExecutionContext& context) {
-  const DiskBoundary boundary = divided_boundary(canvas);
-  const std::vector<Index> from = places_at(canvas, boundary, t_nodes[0]);
-  const std::vector<Index> to = places_at(canvas, boundary, t_nodes[1]);
+  const DiskBoundary boundary = disk_boundary(canvas);
+  std::set<Index> from, to;
+  std::set<std::pair<Index, Index>> pairs;
+  for (const auto& [f, t] : sectors) {
+    from.insert(boundary.place[at(f)]);
+    to.insert(boundary.place[at(t)]);
+    pairs.emplace(boundary.place[at(f)], boundary.place[at(t)]);
+  }
   const auto path = shortest_separating_path(
-      canvas, boundary, from, to, [](const PathEnds&) { return true; }, context);
+      canvas, boundary, {from.begin(), from.end()}, {to.begin(), to.end()},
+      [&](const PathEnds& ends) {
+        return pairs.contains({ends.from, ends.to});
+      },
+      context);
   if (path) canvas.draw(path->halfedges, Curve::kExtra);
   return path.has_value();
 }
 
-void draw_fenced_joining_path(Canvas& canvas, const std::array<VertexId, 2>& t_nodes,
+void draw_fenced_joining_path(Canvas& canvas, const std::vector<JoinedSectors>& sectors,
                               const std::vector<Index>& cones, const ExecutionContext& context) {
-  const DiskBoundary boundary = divided_boundary(canvas);
-  for (const Index f : places_at(canvas, boundary, t_nodes[0])) {
-    for (const Index t : places_at(canvas, boundary, t_nodes[1])) {
-      const Index corners = left_corners(boundary, {f, t});
-      if (corners % 4 == 0) continue;
-      const auto inside = cones_with_excess(cones, corners - kFlat);
-      if (!inside) continue;
-      canvas.draw(fenced_path(canvas, boundary, {f, t}, *inside, context), Curve::kExtra);
-      return;
-    }
-  }
-  throw InternalError("no pattern of the cut fits the cones");
+  const DiskBoundary boundary = disk_boundary(canvas);
+  const PathEnds ends{boundary.place[at(sectors.front()[0])],
+                      boundary.place[at(sectors.front()[1])]};
+  const auto inside = cones_with_excess(cones, left_corners(boundary, ends) - kFlat);
+  if (!inside) throw InternalError("cones that do not fit between the sectors");
+  canvas.draw(fenced_path(canvas, boundary, ends, *inside, context), Curve::kExtra);
 }
 
 bool draw_shortest_extra_path(Canvas& canvas, const ExecutionContext& context) {
-  const DiskBoundary boundary = divided_boundary(canvas);
+  const DiskBoundary boundary = disk_boundary(canvas);
   const auto allowed = [&](const PathEnds& ends) { return can_be_t_nodes(canvas, boundary, ends); };
   std::vector<Index> anywhere;
   for (Index i = 0; i < boundary.size(); ++i) {
@@ -152,7 +139,7 @@ bool draw_shortest_extra_path(Canvas& canvas, const ExecutionContext& context) {
 
 void draw_fenced_extra_path(Canvas& canvas, const std::vector<Index>& cones, Index genus,
                             const ExecutionContext& context) {
-  const DiskBoundary boundary = divided_boundary(canvas);
+  const DiskBoundary boundary = disk_boundary(canvas);
   // The cone with the fewest corners around it.
   VertexId cone = kInvalid;
   for (VertexId v = 0; v < static_cast<VertexId>(cones.size()); ++v) {
@@ -172,14 +159,19 @@ void draw_fenced_extra_path(Canvas& canvas, const std::vector<Index>& cones, Ind
   throw InternalError("no place on the cut is right for the extra path");
 }
 
-void draw_loop_around_cone(Canvas& canvas, const std::vector<Index>& cones,
-                           const ExecutionContext& context) {
-  const DiskBoundary boundary = divided_boundary(canvas);
-  WayStart from;
+std::vector<HalfedgeId> sectors_on_holes(const Canvas& canvas) {
+  const DiskBoundary boundary = disk_boundary(canvas);
+  std::vector<HalfedgeId> sectors;
   for (const Index place : places_on_holes(canvas, boundary))
-    from.sectors.push_back(boundary.halfedges[at(place)]);
+    sectors.push_back(boundary.halfedges[at(place)]);
+  return sectors;
+}
+
+void draw_loop_around_cone(Canvas& canvas, const std::vector<HalfedgeId>& sectors,
+                           const std::vector<Index>& cones, const ExecutionContext& context) {
+  const DiskBoundary boundary = disk_boundary(canvas);
   const auto is_end = [&](VertexId v) { return at(v) < cones.size() && cones[at(v)] == 1; };
-  const std::vector<HalfedgeId> path = free_path(canvas, from, {nullptr, is_end}, context);
+  const std::vector<HalfedgeId> path = free_path(canvas, {sectors, {}}, {nullptr, is_end}, context);
   if (path.empty()) throw InternalError("no way from the cut to a cone");
   const Index place = boundary.place[at(canvas.sector_of(path.front()))];
   const VertexId cone = canvas.mesh().target(path.back());

@@ -22,24 +22,31 @@ enum class Pattern {
 // Precondition: check_cones() passed.
 Pattern pattern_for(const std::vector<Index>& cones, Index genus);
 
-// From one T-node to the other one, within the disk: the shortest path, false if the search finds
-// none, or one around chosen cones, which there always is. Preconditions:
-// draw_chain_with_t_nodes(), pattern_for() is kTwoTNodes.
-bool draw_shortest_joining_path(Canvas& canvas, const std::array<VertexId, 2>& t_nodes,
+// One sector of each T-node, each named by its first half-edge.
+using JoinedSectors = std::array<HalfedgeId, 2>;
+// All between which a path can leave parts that fit the cones. Preconditions:
+// draw_chain_with_t_nodes(), then divide_branches(); pattern_for() is kTwoTNodes.
+std::vector<JoinedSectors> joinable_sectors(const Canvas& canvas,
+                                            const std::array<VertexId, 2>& t_nodes,
+                                            const std::vector<Index>& cones);
+// From one T-node to the other one, within the disk, between some of these sectors: the shortest
+// path, false if the search finds none, or one around chosen cones, which there always is.
+bool draw_shortest_joining_path(Canvas& canvas, const std::vector<JoinedSectors>& sectors,
                                 const ExecutionContext& context);
-void draw_fenced_joining_path(Canvas& canvas, const std::array<VertexId, 2>& t_nodes,
+void draw_fenced_joining_path(Canvas& canvas, const std::vector<JoinedSectors>& sectors,
                               const std::vector<Index>& cones, const ExecutionContext& context);
 
 // From a hole to anywhere on the boundary, but if it is to the facing side of the same branch to
 // the same vertex: with two T-nodes, or one node. The shortest one, or one around a single cone,
-// likewise. Preconditions: draw_hole_chain(), pattern_for() is kExtraPath.
+// likewise. Preconditions: draw_hole_chain(), then divide_branches(); pattern_for() is kExtraPath.
 bool draw_shortest_extra_path(Canvas& canvas, const ExecutionContext& context);
 void draw_fenced_extra_path(Canvas& canvas, const std::vector<Index>& cones, Index genus,
                             const ExecutionContext& context);
 
-// From a hole around the nearest cone with k = 1 and back. Preconditions: draw_hole_chain(),
-// pattern_for() is kLoop.
-void draw_loop_around_cone(Canvas& canvas, const std::vector<Index>& cones,
-                           const ExecutionContext& context);
+// Sectors beside the holes where a loop can begin and end. Preconditions: as above.
+std::vector<HalfedgeId> sectors_on_holes(const Canvas& canvas);
+// From one of these sectors around the nearest cone with k = 1 and back. pattern_for() is kLoop.
+void draw_loop_around_cone(Canvas& canvas, const std::vector<HalfedgeId>& sectors,
+                           const std::vector<Index>& cones, const ExecutionContext& context);
 
 }  // namespace flipfree::seamless

@@ -7,6 +7,7 @@
 #include "flipfree/mesh/topology.h"
 #include "flipfree/seamless/padding/topology/extra_path.h"
 #include "flipfree/seamless/padding/topology/hole_chain.h"
+#include "flipfree/seamless/padding/topology/reroute/branch_graph.h"
 #include "flipfree/seamless/signature.h"
 
 namespace flipfree::seamless {
@@ -14,57 +15,99 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-void draw_cut(Canvas& canvas, Pattern pattern, const std::vector<Index>& cones, Index genus,
-              const ExecutionContext& context) {
-  if (pattern == Pattern::kTwoTNodes) {
-    const std::array<VertexId, 2> t_nodes = draw_chain_with_t_nodes(canvas, genus, context);
-    if (!draw_shortest_joining_path(canvas, t_nodes, context))
-      draw_fenced_joining_path(canvas, t_nodes, cones, context);
-    return;
-  }
-  draw_hole_chain(canvas, genus, context);
-  if (pattern == Pattern::kLoop) draw_loop_around_cone(canvas, cones, context);
-  if (pattern == Pattern::kExtraPath && !draw_shortest_extra_path(canvas, context))
-    draw_fenced_extra_path(canvas, cones, genus, context);
-}
+// Draws the cut for one pattern after the other.
+class Drawer {
+ public:
+  Drawer(Canvas& canvas, const mesh::Surface& input, const std::vector<Index>& cones,
+         const WishedTurns* wished, const ExecutionContext& context)
+      : canvas_(canvas), input_(input), cones_(cones), wished_(wished), context_(context) {}
 
-// The branch that begins with h.
-std::vector<HalfedgeId> walk_branch(const Canvas& canvas, HalfedgeId h) {
-  std::vector<HalfedgeId> branch = {h};
-  while (true) {
-    const std::vector<HalfedgeId> drawn = canvas.drawn_around(canvas.mesh().target(h));
-    if (drawn.size() != 2) return branch;
-    h = drawn[0] == canvas.mesh().opposite(h) ? drawn[1] : drawn[0];
-    branch.push_back(h);
+  void draw(Pattern pattern, Index genus) {
+    if (pattern == Pattern::kTwoTNodes) {
+      join(draw_chain_with_t_nodes(canvas_, genus, context_));
+      return;
+    }
+    draw_hole_chain(canvas_, genus, context_);
+    divide();
+    if (pattern == Pattern::kLoop) {
+      close_loop();
+      return;
+    }
+    if (wished_ != nullptr) end_as({Ending{}});
+    if (pattern == Pattern::kExtraPath && !draw_shortest_extra_path(canvas_, context_))
+      draw_fenced_extra_path(canvas_, cones_, genus, context_);
   }
-}
 
-// Branches by their first vertex and direction, flat sectors, and the extra path if T-nodes make it
-// one.
+ private:
+  void divide() {
+    graph_ = branch_graph(canvas_);
+    divide_branches(canvas_, graph_);
+  }
+
+  std::size_t end_as(const std::vector<Ending>& endings) {
+    return reroute(canvas_, input_, cones_, endings, *wished_, graph_, context_);
+  }
+
+  void join(const std::array<VertexId, 2>& t_nodes) {
+    divide();
+    std::vector<JoinedSectors> sectors = joinable_sectors(canvas_, t_nodes, cones_);
+    if (wished_ != nullptr) {
+      std::vector<Ending> endings;
+      for (const auto& [from, to] : sectors)
+        endings.push_back({{end_of(canvas_, graph_, from), end_of(canvas_, graph_, to)}});
+      const Ending& ending = endings[end_as(endings)];
+      sectors = {{leaving(canvas_, graph_, ending.divided[0]),
+                  leaving(canvas_, graph_, ending.divided[1])}};
+    }
+    if (!draw_shortest_joining_path(canvas_, sectors, context_))
+      draw_fenced_joining_path(canvas_, sectors, cones_, context_);
+  }
+
+  void close_loop() {
+    std::vector<HalfedgeId> sectors = sectors_on_holes(canvas_);
+    if (wished_ != nullptr) {
+      std::vector<Ending> endings;
+      for (Index end = 0; at(end) < graph_.next_end.size(); ++end) {
+        if (graph_.branch_of(end).kind == Curve::kLoop) endings.push_back({{}, end});
+      }
+      const std::vector<VertexId> bent = graph_.walked_from(endings[end_as(endings)].bent);
+      sectors.clear();
+      for (std::size_t i = 1; i + 1 < bent.size(); ++i)
+        sectors.push_back(canvas_.mesh().find(bent[i], bent[i + 1]));
+    }
+    draw_loop_around_cone(canvas_, sectors, cones_, context_);
+  }
+
+  Canvas& canvas_;
+  const mesh::Surface& input_;
+  const std::vector<Index>& cones_;
+  const WishedTurns* wished_;
+  const ExecutionContext& context_;
+  BranchGraph graph_;
+};
+
+// Branches, flat sectors, and the extra path if T-nodes make it one.
 void read_branches(const Canvas& canvas, AdmissibleCut& cut) {
-  std::vector<char> walked(at(canvas.mesh().halfedge_slots()), 0);
-  for (VertexId v = 0; v < canvas.vertex_count(); ++v) {
-    if (!canvas.on_curve(v)) continue;
-    const std::vector<HalfedgeId> drawn = canvas.drawn_around(v);
-    if (drawn.size() == 2) continue;
-    for (std::size_t i = 0; i < drawn.size(); ++i) {
-      const bool is_extra = canvas.curve(drawn[i]) == Curve::kExtra;
-      // Opposite of the extra path.
-      if (drawn.size() == 3 && is_extra) cut.flat_sectors.push_back(drawn[(i + 1) % 3]);
-      if (walked[at(drawn[i])] != 0) continue;
-      cut.branches.push_back(walk_branch(canvas, drawn[i]));
-      for (const HalfedgeId h : cut.branches.back())
-        walked[at(h)] = walked[at(canvas.mesh().opposite(h))] = 1;
-      if (is_extra) cut.extra_path = static_cast<Index>(cut.branches.size()) - 1;
+  const BranchGraph graph = branch_graph(canvas);
+  const auto first = [&](Index end) { return leaving(canvas, graph, end); };
+  for (Index b = 0; at(b) < graph.branches.size(); ++b) {
+    const BranchGraph::Branch& branch = graph.branches[at(b)];
+    std::vector<HalfedgeId>& halfedges = cut.branches.emplace_back();
+    for (std::size_t i = 0; i + 1 < branch.vertices.size(); ++i)
+      halfedges.push_back(canvas.mesh().find(branch.vertices[i], branch.vertices[i + 1]));
+    if (branch.kind != Curve::kExtra) continue;
+    for (const Index end : {2 * b, 2 * b + 1}) {
+      const Index next = graph.next_end[at(end)];
+      if (graph.next_end[at(graph.next_end[at(next)])] != end) continue;
+      // A T-node: opposite of the extra path.
+      cut.flat_sectors.push_back(first(next));
+      cut.extra_path = b;
     }
   }
-  if (cut.flat_sectors.empty()) cut.extra_path = kInvalid;
 }
 
-}  // namespace
-
-AdmissibleCut make_admissible_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
-                                  ExecutionContext& context) {
+AdmissibleCut make_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
+                       const WishedTurns* wished, ExecutionContext& context) {
   const Index genus =
       mesh::topology(surface.faces, mesh::build_adjacency(
                                         static_cast<Index>(surface.vertices.rows()), surface.faces))
@@ -75,14 +118,27 @@ AdmissibleCut make_admissible_cut(const mesh::Surface& surface, const std::vecto
   // A sphere is not cut: its cones may be neighbours.
   Canvas canvas(scaled.surface(),
                 pattern == Pattern::kNone ? std::vector<Index>(cones.size(), 4) : cones);
-  if (pattern != Pattern::kNone) draw_cut(canvas, pattern, cones, genus, context);
   AdmissibleCut cut;
+  if (pattern != Pattern::kNone)
+    Drawer(canvas, scaled.surface(), cones, wished, context).draw(pattern, genus);
   cut.surface = canvas.surface();
   cut.surface.vertices *= scaled.unit();
   cut.surface.vertices.topRows(surface.vertices.rows()) = surface.vertices;
   cut.provenance = canvas.provenance();
-  read_branches(canvas, cut);
+  if (pattern != Pattern::kNone) read_branches(canvas, cut);
   return cut;
+}
+
+}  // namespace
+
+AdmissibleCut make_admissible_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
+                                  ExecutionContext& context) {
+  return make_cut(surface, cones, nullptr, context);
+}
+
+AdmissibleCut make_turning_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
+                               const WishedTurns& wished, ExecutionContext& context) {
+  return make_cut(surface, cones, &wished, context);
 }
 
 }  // namespace flipfree::seamless

@@ -18,6 +18,7 @@
 #include "flipfree/base/context.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/seamless/padding/admissible_cut.h"
+#include "flipfree/seamless/padding/topology/reroute/reroute.h"
 
 namespace flipfree::seamless {
 
@@ -28,5 +29,11 @@ namespace flipfree::seamless {
 // leave no room for it. Cost: O(genus #F log #F), mostly much less.
 AdmissibleCut make_admissible_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
                                   ExecutionContext& context);
+
+// The same with loops that turn as `wished` says, which must be so for a cross field with exactly
+// these cones; also where there are no cones at all. Throws NotConverged (kBadAngles) besides where
+// the excesses of all cones have a common divisor that keeps this cut from it.
+AdmissibleCut make_turning_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
+                               const WishedTurns& wished, ExecutionContext& context);
 
 }  // namespace flipfree::seamless

@@ -3,10 +3,16 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/seamless/padding/topology/hole_chain.h"
+#include "flipfree/seamless/padding/topology/reroute/branch_graph.h"
 #include "seamless/padding/topology/paths/canvases.h"
 
 namespace flipfree::seamless {
 namespace {
+
+void divide(Canvas& canvas) {
+  BranchGraph graph = branch_graph(canvas);
+  divide_branches(canvas, graph);
+}
 
 TEST(ExtraPath, PatternsForAllKindsOfCones) {
   EXPECT_EQ(pattern_for({3, 3, 3, 3, 3, 3, 3, 3}, 0), Pattern::kNone);
@@ -95,7 +101,8 @@ TEST(ExtraPath, FencedPathsJoinTNodes) {
       Canvas canvas(surface, cones);
       ExecutionContext context;
       const auto t_nodes = draw_chain_with_t_nodes(canvas, genus, context);
-      draw_fenced_joining_path(canvas, t_nodes, cones, context);
+      divide(canvas);
+      draw_fenced_joining_path(canvas, joinable_sectors(canvas, t_nodes, cones), cones, context);
       expect_good(canvas, cones, 2);
     }
   }
@@ -111,6 +118,7 @@ TEST(ExtraPath, FencedExtraPathsGoAroundOneCone) {
         Canvas canvas(surface, cones);
         ExecutionContext context;
         draw_hole_chain(canvas, genus, context);
+        divide(canvas);
         draw_fenced_extra_path(canvas, cones, genus, context);
         expect_good(canvas, cones, 2);
       }
@@ -128,9 +136,12 @@ TEST(ExtraPath, ShortestPathsAreFound) {
       ExecutionContext context;
       if (genus == 2) {
         const auto t_nodes = draw_chain_with_t_nodes(canvas, genus, context);
-        EXPECT_TRUE(draw_shortest_joining_path(canvas, t_nodes, context));
+        divide(canvas);
+        EXPECT_TRUE(
+            draw_shortest_joining_path(canvas, joinable_sectors(canvas, t_nodes, cones), context));
       } else {
         draw_hole_chain(canvas, genus, context);
+        divide(canvas);
         EXPECT_TRUE(draw_shortest_extra_path(canvas, context));
       }
       expect_good(canvas, cones, 2);
@@ -145,7 +156,8 @@ TEST(ExtraPath, LoopsGoAroundConesOfOneQuarterTurn) {
     Canvas canvas(surface, cones);
     ExecutionContext context;
     draw_hole_chain(canvas, 2, context);
-    draw_loop_around_cone(canvas, cones, context);
+    divide(canvas);
+    draw_loop_around_cone(canvas, sectors_on_holes(canvas), cones, context);
     expect_good(canvas, cones, 2);
   }
 }

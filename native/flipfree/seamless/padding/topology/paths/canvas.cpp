@@ -64,7 +64,16 @@ void Canvas::draw(const std::vector<HalfedgeId>& path, Curve kind) {
   for (const VertexId v : taken) refine_around(v);
 }
 
-void Canvas::divide(std::vector<HalfedgeId> chain, std::size_t edges) {
+void Canvas::erase(const std::vector<HalfedgeId>& path) {
+  for (const HalfedgeId h : path) refined_.mesh.set_mark(h, static_cast<Index>(Curve::kNone));
+  for (const HalfedgeId h : path) {
+    for (const VertexId v : {mesh().source(h), mesh().target(h)}) {
+      if (drawn_around(v).empty()) state_[at(v)] = State::kFree;
+    }
+  }
+}
+
+std::vector<VertexId> Canvas::divide(const std::vector<HalfedgeId>& chain, std::size_t edges) {
   std::vector<std::pair<VertexId, VertexId>> ends;
   for (const HalfedgeId h : chain) ends.emplace_back(mesh().source(h), mesh().target(h));
   while (ends.size() < edges) {
@@ -79,7 +88,12 @@ void Canvas::divide(std::vector<HalfedgeId> chain, std::size_t edges) {
     ends.insert(longest + 1, {s, target});
     refine_around(s);
   }
+  std::vector<VertexId> vertices = {ends.front().first};
+  for (const auto& [source, target] : ends) vertices.push_back(target);
+  return vertices;
 }
+
+VertexId Canvas::halve(HalfedgeId h) { return split(h); }
 
 void Canvas::remove_fences() {
   for (HalfedgeId h = 0; h < mesh().halfedge_slots(); ++h) {
@@ -89,6 +103,20 @@ void Canvas::remove_fences() {
     if (state_[at(v)] == State::kFenced)
       state_[at(v)] = excess(v) == 0 ? State::kFree : State::kCone;
   }
+}
+
+HalfedgeId Canvas::input_side(HalfedgeId h) const {
+  const FaceId parent = mesh().parent(h / 3);
+  if (parent == mesh().parent(mesh().opposite(h) / 3)) return kInvalid;
+  for (HalfedgeId side = 3 * parent; side < 3 * parent + 3; ++side) {
+    // The edge lies where the corner beyond the side has no weight.
+    const HalfedgeId beyond = previous_corner(side);
+    const VertexId apex = refined_.input->faces(beyond / 3, beyond % 3);
+    if (refined_.support[at(mesh().source(h))].of(apex) == 0.0 &&
+        refined_.support[at(mesh().target(h))].of(apex) == 0.0)
+      return side;
+  }
+  throw InternalError("an edge between two faces that lies on no side of them");
 }
 
 mesh::Surface Canvas::surface() const {

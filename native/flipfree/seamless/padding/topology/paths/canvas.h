@@ -59,10 +59,18 @@ class Canvas {
 
   // Draws edges and refines. `path`: half-edges in any order; none drawn yet.
   void draw(const std::vector<HalfedgeId>& path, Curve kind);
-  // Splits edges of a chain of drawn half-edges until it has `edges`.
-  void divide(std::vector<HalfedgeId> chain, std::size_t edges);
+  // Undraws edges; vertices that no drawn edge is left at are free again. The refinement stays.
+  void erase(const std::vector<HalfedgeId>& path);
+  // Splits edges of a chain of drawn half-edges until it has `edges`; returns its vertices.
+  std::vector<VertexId> divide(const std::vector<HalfedgeId>& chain, std::size_t edges);
+  // Puts a free vertex on an edge that is not drawn.
+  VertexId halve(HalfedgeId h);
   // Undraws every fence. The refinement stays.
   void remove_fences();
+
+  // The half-edge 3 f + k of the input's face f across which h leaves it; kInvalid if h and its
+  // opposite lie in the same one.
+  HalfedgeId input_side(HalfedgeId h) const;
 
   // The surface as it is now, half-edges 3 f + k the same.
   mesh::Surface surface() const;

@@ -39,14 +39,17 @@ std::vector<double> distances_to(const Canvas& canvas, const DiskBoundary& bound
   return free_distances(canvas, first, kInvalid, context).distance;
 }
 
+// Is a path between these places one that is looked for, with cones of this excess on its left?
+using Fits = std::function<bool(const PathEnds& ends, Index enclosed)>;
+
 class CoverSearch {
  public:
   CoverSearch(const Canvas& canvas, const DiskBoundary& boundary, const std::vector<Index>& to,
-              const std::function<bool(const PathEnds&)>& allowed, const ExecutionContext& context)
+              const Fits& fits, const ExecutionContext& context)
       : canvas_(canvas),
         boundary_(boundary),
         is_end_(at(boundary.size()), 0),
-        allowed_(allowed),
+        fits_(fits),
         crossed_(excess_crossed(canvas, boundary)),
         left_(distances_to(canvas, boundary, to, context)),
         ways_of_(at(canvas.vertex_count())) {
@@ -146,13 +149,11 @@ class CoverSearch {
   void arrive(const Way& way) {
     const HalfedgeId sector = canvas_.sector_of(canvas_.mesh().opposite(way.arrival));
     const PathEnds ends{way.from, boundary_.place[at(sector)]};
-    if (ends.from == ends.to || is_end_[at(ends.to)] == 0 || !allowed_(ends)) return;
-    const Index corners = left_corners(boundary_, ends);
-    if (corners % 4 == 0) return;
+    if (ends.from == ends.to || is_end_[at(ends.to)] == 0) return;
     // Closed along the boundary, counter-clockwise.
     Index enclosed = way.excess - share(ends.from) + along_[at(ends.from)] - along_[at(ends.to)];
     if (ends.from < ends.to) enclosed += along_.back();
-    if (corners != 4 + enclosed) return;
+    if (!fits_(ends, enclosed)) return;
     best_distance_ = way.distance;
     best_ = way;
     best_ends_ = ends;
@@ -170,7 +171,7 @@ class CoverSearch {
   const Canvas& canvas_;
   const DiskBoundary& boundary_;
   std::vector<char> is_end_;  // per place
-  const std::function<bool(const PathEnds&)>& allowed_;
+  const Fits& fits_;
   std::vector<Index> crossed_;
   std::vector<double> left_;  // per vertex: length to the nearest of the places `to`, at least
   std::vector<Index> along_;  // per place, and in all: excess crossed by the boundary before it
@@ -188,8 +189,22 @@ std::optional<SeparatingPath> shortest_separating_path(
     const Canvas& canvas, const DiskBoundary& boundary, const std::vector<Index>& from,
     const std::vector<Index>& to, const std::function<bool(const PathEnds&)>& allowed,
     const ExecutionContext& context) {
-  CoverSearch search(canvas, boundary, to, allowed, context);
+  const Fits fits = [&](const PathEnds& ends, Index enclosed) {
+    const Index corners = left_corners(boundary, ends);
+    return corners % 4 != 0 && corners == 4 + enclosed && allowed(ends);
+  };
+  CoverSearch search(canvas, boundary, to, fits, context);
   for (const Index place : from) search.start(place);
+  return search.run(context);
+}
+
+std::optional<SeparatingPath> shortest_enclosing_path(const Canvas& canvas,
+                                                      const DiskBoundary& boundary,
+                                                      const PathEnds& ends, Index excess,
+                                                      const ExecutionContext& context) {
+  const Fits fits = [&](const PathEnds&, Index enclosed) { return enclosed == excess; };
+  CoverSearch search(canvas, boundary, {ends.to}, fits, context);
+  search.start(ends.from);
   return search.run(context);
 }
 

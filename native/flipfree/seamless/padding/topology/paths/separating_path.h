@@ -30,6 +30,13 @@ inline Index left_corners(const DiskBoundary& boundary, const PathEnds& ends) {
   return boundary.corners_between(ends.to, ends.from) + 2;
 }
 
+// From one place to another one, with cones of this excess on its left in all; nothing if the
+// search ends without one, likewise.
+std::optional<SeparatingPath> shortest_enclosing_path(const Canvas& canvas,
+                                                      const DiskBoundary& boundary,
+                                                      const PathEnds& ends, Index excess,
+                                                      const ExecutionContext& context);
+
 // From one of the places `from` to one of the places `to` for which `allowed(ends)` is true, such
 // that the left part has 4 + sum of (k - 4) corners over its cones, not a multiple of four. Nothing
 // if the search ends without one, which does not prove that there is none: of paths on the same
