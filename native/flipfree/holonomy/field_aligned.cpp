@@ -9,13 +9,13 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure/outcome.h"
 #include "flipfree/base/in_time.h"
-#include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/measures/flips.h"
 #include "flipfree/distortion/alignment/align.h"
 #include "flipfree/distortion/seams/seams.h"
 #include "flipfree/field/topology/tree_cotree.h"
 #include "flipfree/field/topology/turning.h"
 #include "flipfree/holonomy/combed.h"
+#include "flipfree/holonomy/engines.h"
 #include "flipfree/holonomy/needed_topology.h"
 #include "flipfree/holonomy/projected_loops.h"
 #include "flipfree/seamless/error_places.h"
@@ -118,17 +118,6 @@ void add_angles(const distortion::CutMap& cut, const std::vector<double>& direct
   stats["angle_p95"] = sorted[i].first;
 }
 
-seamless::PennerMap engine_map(const mesh::Surface& surface, const NeededTopology& needed,
-                               const AlignedOptions& options, ExecutionContext& context) {
-  seamless::PennerMapOptions engine = options.engine;
-  engine.metric.max_seconds = 0.0;
-  engine.metric.boundary = options.boundary;
-  seamless::PennerMap found =
-      seamless::compute_penner_map(surface, needed.cones, needed.loops, engine, context);
-  if (found.map.certificate.flips64 == 0) return found;
-  throw certify::CertificateFailed("The field-aligned map", certify::in_input_faces(found.map));
-}
-
 // The second half: an engine's map that is to follow the field.
 certify::Parametrization aligned_map(seamless::PennerMap found, const mesh::Surface& surface,
                                      const mesh::Adjacency& adjacency,
@@ -193,7 +182,10 @@ certify::Parametrization map_in_time(const mesh::Surface& surface, const field::
   seamless::PennerMap found;
   {
     const ProgressRange range(context, 0.0, kEngineShare);
-    found = engine_map(surface, needed, options, context);
+    seamless::PennerMapOptions engine = options.engine;
+    engine.metric.max_seconds = 0.0;
+    engine.metric.boundary = options.boundary;
+    found = engine_map(surface, adjacency, field, needed, options.which, engine, context);
   }
   const auto added = found.map.surface.vertices.rows() - surface.vertices.rows();
   const double engine_energy = found.map.certificate.energy;

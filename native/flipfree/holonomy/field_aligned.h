@@ -2,7 +2,7 @@
 // (thesis 6; design: G1, G2, G4, G5, G6, G7).
 //
 //   needed_topology()      needed_topology.h               what the map must have
-//   compute_penner_map()   seamless/penner/penner.h        a map that has it
+//   engine_map()           engines.h                       a map that has it
 //   take_back()            seamless/exact/take_back.h      on fewer triangles
 //   align()                distortion/alignment/align.h    brought to follow the field
 //   finish_map()           seamless/exact/seamless_map.h   exact seams, certificate
@@ -19,6 +19,8 @@
 namespace flipfree::holonomy {
 
 struct AlignedOptions {
+  // kAuto: padding where penner finds no map and the surface is closed.
+  seamless::Engine which = seamless::Engine::kAuto;
   seamless::PennerMapOptions engine;  // its own boundary and max_seconds are not looked at
   // Where the surface is open: kAligned, its boundary runs along the axes; else (kFree, kTurning)
   // it is as near to the surface as the inside allows, and turns in all as the field does.
@@ -33,10 +35,10 @@ struct AlignedOptions {
 
 // Any number of components, with or without boundary. Result: certified; G6 on a homology basis of
 // the refined surface, and along its boundaries, with the turning numbers that the field has there.
-// Refinement is taken back before the alignment (seamless/exact/take_back.h). Stats: those of the
-// engine and of align(), "angle_mean" and "angle_p95" (distortion::angles_off() by area, radians),
-// "loops_checked". Throws InvalidInput (defects; cones of no angle; sizing), Infeasible (signatures
-// that no map has), NotConverged, Cancelled.
+// Refinement is taken back before the alignment (seamless/exact/take_back.h). Stats: those of
+// engine_map() and of align(), "angle_mean" and "angle_p95" (distortion::angles_off() by area,
+// radians), "loops_checked". Throws InvalidInput (defects; cones of no angle; sizing), Infeasible
+// (signatures that no map has), NotConverged, Cancelled.
 certify::Parametrization compute_field_aligned_map(const mesh::Surface& surface,
                                                    const field::CrossField& field,
                                                    const AlignedOptions& options,

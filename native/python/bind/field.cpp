@@ -8,6 +8,7 @@
 #include "bind/bindings.h"
 #include "flipfree/base/in_time.h"
 #include "flipfree/field/compute.h"
+#include "flipfree/holonomy/engines.h"
 #include "flipfree/holonomy/field_aligned.h"
 #include "job.h"
 
@@ -74,6 +75,7 @@ void bind_aligned(py::module_& module) {
                     [](AlignedOptions& options, const Array<double>& sizing) {
                       options.sizing = to_vector(sizing);
                     })
+      .def_readwrite("engine", &AlignedOptions::which)
       .def_readwrite("boundary", &AlignedOptions::boundary)
       .def_readwrite("optimise", &AlignedOptions::optimise)
       .def_readwrite("exact", &AlignedOptions::exact)
@@ -111,11 +113,44 @@ void bind_aligned(py::module_& module) {
       py::arg("threads"));
 }
 
+// For benchmarks: the cut of the engine "padding" alone, as figures.
+void bind_cut(py::module_& module) {
+  module.def(
+      "field_cut",
+      [](const Array<double>& vertices, const Array<Index>& faces, const Array<double>& directions,
+         const Array<double>& rotation, const Array<Index>& quarters, int threads) {
+        return start_job(
+            [surface = to_surface(vertices, faces),
+             given = to_field(directions, rotation, quarters)](ExecutionContext& context) {
+              const field::CrossField own = field::read_field(surface, given, context);
+              const mesh::Adjacency adjacency =
+                  mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+              const holonomy::NeededTopology needed =
+                  holonomy::needed_topology(surface, adjacency, own, true, context);
+              seamless::Reroutings done;
+              const seamless::RefinedPieces pieces =
+                  holonomy::field_cut(surface, adjacency, own, needed.cones, done, context);
+              Stats stats;
+              stats["loops"] = static_cast<std::int64_t>(done.loops);
+              stats["guided"] = static_cast<std::int64_t>(done.shortest);
+              stats["fallback"] = static_cast<std::int64_t>(done.fallback);
+              stats["quarters"] = static_cast<std::int64_t>(done.quarters);
+              stats["added_vertices"] = static_cast<std::int64_t>(pieces.surface.vertices.rows() -
+                                                                  surface.vertices.rows());
+              return stats;
+            },
+            [](const Stats& stats) -> py::object { return to_dict(stats); }, threads);
+      },
+      py::arg("vertices"), py::arg("faces"), py::arg("directions"), py::arg("rotation"),
+      py::arg("quarters"), py::arg("threads"));
+}
+
 }  // namespace
 
 void bind_field(py::module_& module) {
   bind_options(module);
   bind_aligned(module);
+  bind_cut(module);
   module.def(
       "cross_field",
       [](const Array<double>& vertices, const Array<Index>& faces, const FieldOptions& options,

@@ -66,7 +66,11 @@ PennerMap padded(const mesh::Surface& surface, const std::vector<Index>& cones,
                  const PennerMapOptions& engine, ExecutionContext& context) {
   std::vector<Index> turns = cones;
   std::replace(turns.begin(), turns.end(), kNotGiven, Index{4});
-  PennerMap found = compute_padding_map(surface, turns, make_admissible_cut, engine, context);
+  const auto cut = [](const mesh::Surface& component, const std::vector<Index>& own,
+                      const std::vector<FaceId>&, ExecutionContext& inner) {
+    return make_admissible_cut(component, own, inner);
+  };
+  PennerMap found = compute_padding_map(surface, turns, cut, engine, context);
   found.map.stats["engine"] = std::string("padding");
   return found;
 }

@@ -15,7 +15,7 @@ from ..options import as_choice, as_count, as_flag, as_seconds, as_threads, fill
 from ..results import Parametrization
 from .cross_fields import CrossField, Signature, arrays_of, as_signature
 
-ENGINES = ("auto", "penner")
+ENGINES = ("auto", "penner", "padding")
 
 
 @solver_call
@@ -44,7 +44,9 @@ def field_aligned(
             with the signature.
         signature: what the map shall have exactly, instead of a field: see :func:`cross_field`.
         sizing: (n,) positive: length in the map of a length 1 there, relative to the others. None: all alike.
-        engine: "penner" or "auto", which is the same today.
+        engine: "penner" changes lengths of edges until all angles fit; "padding" cuts into disks, along branches that are
+            led around cones until all loops turn as the field does (closed surfaces only); "auto" takes padding where
+            penner finds no map.
         boundary: where the surface is open. "aligned": it runs exactly along the axes, with corners where the field turns
             between its edges. "free": as near to the surface as the inside allows, turning in all as the field does.
         optimise: the map is brought to follow the field; without, it is the engine's, turned towards the field.
@@ -56,12 +58,12 @@ def field_aligned(
 
     Returns:
         The certified map (G1, G2, G4, G5, G6, G7); G6 on loops that the engine has not seen. ``stats["angle_mean"]`` and
-        ``stats["angle_p95"]`` say how far its isolines are from the field, radians, by area.
+        ``stats["angle_p95"]`` say how far its isolines are from the field, radians, by area; ``stats["engine"]`` which engine it was, and of
+        padding ``stats["reroutings.guided"]`` and ``stats["reroutings.fallback"]`` how many branches had to be rerouted.
 
     Raises:
         InvalidInput, Infeasible (signatures that no map has), NotConverged, Cancelled.
     """
-    as_choice(engine, "engine", ENGINES)
     open_boundary = as_choice(boundary, "boundary", BOUNDARIES)
     if field is not None and signature is not None:
         raise InvalidInput(
@@ -77,6 +79,7 @@ def field_aligned(
     options = filled(
         _native.AlignedOptions(),
         uncuttable=as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
+        engine=_native.SeamlessEngine.__members__[as_choice(engine, "engine", ENGINES)],
         engine_iterations=as_count(iterations, "iterations", 1),
         boundary=_native.SeamlessBoundary.__members__[open_boundary],
         optimise=as_flag(optimise, "optimise"),

@@ -83,7 +83,7 @@ RefinedPieces cut_components(const mesh::Surface& input, const std::vector<Index
                               static_cast<double>(i + 1) / count);
     std::vector<Index> own;
     for (const VertexId v : charts[i].vertices) own.push_back(cones[at(open.vertex_origin[at(v)])]);
-    add_piece(charts[i], open, make_cut(charts[i].surface, own, context), out);
+    add_piece(charts[i], open, make_cut(charts[i].surface, own, charts[i].faces, context), out);
   }
   return out;
 }

@@ -10,9 +10,11 @@
 
 namespace flipfree::seamless {
 
-// Finds the cut of one connected surface (topology/topology.h).
-using CutMaker = std::function<AdmissibleCut(
-    const mesh::Surface& surface, const std::vector<Index>& cones, ExecutionContext& context)>;
+// Finds the cut of one connected surface (topology/topology.h), a component of the input: its face
+// f, with the same corners, is the input's face faces[f].
+using CutMaker =
+    std::function<AdmissibleCut(const mesh::Surface& surface, const std::vector<Index>& cones,
+                                const std::vector<FaceId>& faces, ExecutionContext& context)>;
 
 struct RefinedPieces {
   mesh::Surface surface;        // the input's vertices first; faces component by component

@@ -11,9 +11,14 @@
 namespace flipfree::seamless {
 namespace {
 
+AdmissibleCut plain_cut(const mesh::Surface& component, const std::vector<Index>& cones,
+                        const std::vector<FaceId>&, ExecutionContext& context) {
+  return make_admissible_cut(component, cones, context);
+}
+
 PennerMap solve(const mesh::Surface& surface, const std::vector<Index>& cones) {
   ExecutionContext context;
-  return compute_padding_map(surface, cones, make_admissible_cut, {}, context);
+  return compute_padding_map(surface, cones, plain_cut, {}, context);
 }
 
 std::vector<Index> spread_cones(const mesh::Surface& surface, Index genus, Index count) {
@@ -45,7 +50,8 @@ TEST(PaddingMap, CutDrawnByHand) {
   const PennerMap result = compute_padding_map(
       coned.cut.surface, coned.cones,
       // The same faces; vertices may be numbered anew.
-      [&](const mesh::Surface& surface, const std::vector<Index>&, ExecutionContext&) {
+      [&](const mesh::Surface& surface, const std::vector<Index>&, const std::vector<FaceId>&,
+          ExecutionContext&) {
         AdmissibleCut cut = coned.cut;
         cut.surface = surface;
         cut.provenance.vertex.resize(static_cast<std::size_t>(surface.vertices.rows()));

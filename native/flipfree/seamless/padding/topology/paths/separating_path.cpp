@@ -12,7 +12,9 @@ namespace flipfree::seamless {
 namespace {
 
 constexpr int kStepsPerCheck = 1024;
-constexpr std::size_t kMostPathsPerVertex = 24;
+// Looked at per vertex before the search gives up; fewer where there is another way (detours.h).
+constexpr std::size_t kMostSeparating = 24;
+constexpr std::size_t kMostEnclosing = 6;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -66,8 +68,8 @@ class CoverSearch {
   }
 
   // A* (Hart, Nilsson, Raphael 1968): ways by their length and what is left of them at least.
-  std::optional<SeparatingPath> run(const ExecutionContext& context) {
-    const std::size_t most = kMostPathsPerVertex * at(canvas_.vertex_count());
+  std::optional<SeparatingPath> run(std::size_t most_per_vertex, const ExecutionContext& context) {
+    const std::size_t most = most_per_vertex * at(canvas_.vertex_count());
     for (int step = 1; !queue_.empty() && queue_.top().first < best_distance_; ++step) {
       if (step % kStepsPerCheck == 0) context.check();
       if (ways_.size() > most) break;
@@ -195,7 +197,7 @@ std::optional<SeparatingPath> shortest_separating_path(
   };
   CoverSearch search(canvas, boundary, to, fits, context);
   for (const Index place : from) search.start(place);
-  return search.run(context);
+  return search.run(kMostSeparating, context);
 }
 
 std::optional<SeparatingPath> shortest_enclosing_path(const Canvas& canvas,
@@ -205,7 +207,7 @@ std::optional<SeparatingPath> shortest_enclosing_path(const Canvas& canvas,
   const Fits fits = [&](const PathEnds&, Index enclosed) { return enclosed == excess; };
   CoverSearch search(canvas, boundary, {ends.to}, fits, context);
   search.start(ends.from);
-  return search.run(context);
+  return search.run(kMostEnclosing, context);
 }
 
 }  // namespace flipfree::seamless

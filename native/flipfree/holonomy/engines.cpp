@@ -1,0 +1,88 @@
+#include "flipfree/holonomy/engines.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/failure/outcome.h"
+#include "flipfree/certify/certified_map.h"
+#include "flipfree/field/topology/turning.h"
+#include "flipfree/seamless/padding/engine/padding.h"
+
+namespace flipfree::holonomy {
+namespace {
+
+// Cuts one component, whose face f is the surface's faces[f].
+seamless::CutMaker turning_cutter(const mesh::Adjacency& adjacency, const field::CrossField& field,
+                                  seamless::Reroutings& done) {
+  return [&](const mesh::Surface& component, const std::vector<Index>& cones,
+             const std::vector<FaceId>& faces, ExecutionContext& context) {
+    const auto turning = [&](const intrinsic::DualLoop& strip) {
+      field::DualLoop on_surface;
+      for (const HalfedgeId h : strip)
+        on_surface.push_back(3 * faces[static_cast<std::size_t>(h / 3)] + h % 3);
+      return field::turning_number(adjacency, field, on_surface);
+    };
+    return seamless::make_turning_cut(component, cones, {turning, &done}, context);
+  };
+}
+
+seamless::PennerMap without_flips(seamless::PennerMap found) {
+  if (found.map.certificate.flips64 == 0) return found;
+  throw certify::CertificateFailed("The field-aligned map", certify::in_input_faces(found.map));
+}
+
+seamless::PennerMap padded(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                           const field::CrossField& field, const NeededTopology& needed,
+                           const seamless::PennerMapOptions& options, ExecutionContext& context) {
+  seamless::Reroutings done;
+  seamless::PennerMap found = without_flips(seamless::compute_padding_map(
+      surface, needed.cones, turning_cutter(adjacency, field, done), options, context));
+  Stats& stats = found.map.stats;
+  stats["engine"] = std::string("padding");
+  stats["reroutings.loops"] = static_cast<std::int64_t>(done.loops);
+  stats["reroutings.guided"] = static_cast<std::int64_t>(done.shortest);
+  stats["reroutings.fallback"] = static_cast<std::int64_t>(done.fallback);
+  stats["reroutings.quarters"] = static_cast<std::int64_t>(done.quarters);
+  return found;
+}
+
+}  // namespace
+
+seamless::RefinedPieces field_cut(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                                  const field::CrossField& field, const std::vector<Index>& cones,
+                                  seamless::Reroutings& done, ExecutionContext& context) {
+  return seamless::cut_components(surface, cones, turning_cutter(adjacency, field, done), context);
+}
+
+seamless::PennerMap engine_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                               const field::CrossField& field, const NeededTopology& needed,
+                               seamless::Engine which, const seamless::PennerMapOptions& options,
+                               ExecutionContext& context) {
+  const bool open = std::find(adjacency.opposite.begin(), adjacency.opposite.end(), kInvalid) !=
+                    adjacency.opposite.end();
+  if (which == seamless::Engine::kPadding) {
+    if (open) {
+      throw_invalid(ErrorCode::kBadOption,
+                    "The engine \"padding\" does not know surfaces with a boundary. Take the "
+                    "engine \"penner\" or \"auto\".");
+    }
+    return padded(surface, adjacency, field, needed, options, context);
+  }
+  const auto by_penner = [&] {
+    seamless::PennerMap found = without_flips(
+        seamless::compute_penner_map(surface, needed.cones, needed.loops, options, context));
+    found.map.stats["engine"] = std::string("penner");
+    return found;
+  };
+  if (which == seamless::Engine::kPenner || open) return by_penner();
+  auto first = attempt(by_penner);
+  if (first) return std::move(*first);
+  auto second =
+      attempt([&] { return padded(surface, adjacency, field, needed, options, context); });
+  if (!second) throw NotConverged(first.error());
+  return std::move(*second);
+}
+
+}  // namespace flipfree::holonomy

@@ -1,0 +1,36 @@
+// The engines that find a map with a field's topology: penner first, padding on a rerouted cut
+// where that is told, or where penner ends without (thesis 6.5).
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/field/topology/cross_field.h"
+#include "flipfree/holonomy/needed_topology.h"
+#include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/surface.h"
+#include "flipfree/seamless/exact/seamless_map.h"
+#include "flipfree/seamless/padding/engine/refined_pieces.h"
+#include "flipfree/seamless/padding/topology/topology.h"
+#include "flipfree/seamless/penner/penner.h"
+
+namespace flipfree::holonomy {
+
+// All components cut for padding, such that the map that comes of it turns as the field does along
+// every loop. `cones`: the field's. Adds to `done`. Precondition: a closed valid surface. Errors:
+// as seamless::make_turning_cut().
+seamless::RefinedPieces field_cut(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                                  const field::CrossField& field, const std::vector<Index>& cones,
+                                  seamless::Reroutings& done, ExecutionContext& context);
+
+// A map with the topology `needed`, which is the field's, and without flips. Stats: the engine's,
+// "engine"; of padding "reroutings.loops" (of homology bases), "reroutings.guided" (branches that
+// took the shortest detour between the cones), "reroutings.fallback" (led around cones one by one),
+// "reroutings.quarters" (by which loops were off). Throws InvalidInput (kBadOption) if padding is
+// asked for on an open surface; else as the engines.
+seamless::PennerMap engine_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                               const field::CrossField& field, const NeededTopology& needed,
+                               seamless::Engine which, const seamless::PennerMapOptions& options,
+                               ExecutionContext& context);
+
+}  // namespace flipfree::holonomy
