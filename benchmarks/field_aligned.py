@@ -1,7 +1,7 @@
 """Field-aligned seamless maps of the shared data folder's closed models, with given fields and with our own.
 
     PYTHONPATH=build/python:tests python3 benchmarks/field_aligned.py [--only TEXT] [--own] [--random N] [--reach 1]
-                                                                     [--open aligned] [--seconds 120] [--markdown]
+                                                                     [--open aligned] [--engine padding] [--cuts] [--seconds 120] [--markdown]
 
 Cases: fields/ with its fields; `--open aligned` or `free`: the models of general/ with a boundary, which the field follows if it is aligned (`G6` is
 then the certificate's own); `--own`: the closed models of general/ and embedding/, and those of fields/, with the smoothest field. `--random N`:
@@ -9,6 +9,9 @@ N signatures on each of five surfaces of genus 1 to 6: cones of 2 to 8 quarter t
 `--reach` quarters more or less, at random, than needs the least rotation.
 `G6` is the second judge's: on a homology basis that nobody has seen, does the map turn as the field does (judges/)? Angles are
 between isolines and field, degrees, by area; `engine` before the alignment. CPU seconds are those of all threads. The exit status is 1
+`--cuts`: no maps, but the cuts of the engine "padding" for all cases of genus 1 and more: how many of the loops of a homology basis turned otherwise than
+the field, by how many quarter turns together, and how many branches took the shortest detour (guided) or went around cones one by one (fallback), as in
+thesis table 6.1. A cut whose loops would not turn as the field does is an error; what the cuts are like else, tests judge.
 if a case is neither certified nor refused as Infeasible, or if the judge disagrees.
 """
 
@@ -24,11 +27,16 @@ import numpy as np
 import numpy.typing as npt
 
 import flipfree as ff
+from flipfree import _native
+from flipfree.arrays import as_indices, as_vertices
+from flipfree.fields.cross_fields import arrays_of
 
 from judges import fields, holonomy
 from mesh_files import data_folder, read_mesh
 
 COLUMNS = "case | F | cones | certified | G6 | engine angle | mean angle | 95 % | energy | added V | engine s | CPU s"
+
+CUT_COLUMNS = "case | genus | F | cones | loops | quarters off | rerouted | guided | fallback | added V | CPU s"
 
 RANDOM_MODELS = (
     "fields/rocker-arm2500.obj",
@@ -61,6 +69,12 @@ def closed(folder: Path) -> Iterator[Mesh]:
         mesh = read_mesh(path)
         if (holonomy.opposite_halfedges(mesh.faces) >= 0).all():
             yield path.stem, mesh.vertices, mesh.faces
+
+
+def genus_of(mesh: Mesh) -> int:
+    """Of a closed connected one; of several components less one each."""
+    _, vertices, faces = mesh
+    return 1 - (len(vertices) - len(faces) // 2) // 2
 
 
 def has_boundary(faces: npt.NDArray[np.int32]) -> bool:
@@ -112,12 +126,36 @@ def agrees(mesh: Mesh, field: ff.CrossField, map: ff.Parametrization) -> bool:
     return exact and judged.turns == wanted.turns
 
 
-def row(mesh: Mesh, field: ff.CrossField, boundary: str, seconds: float) -> tuple[str, bool]:
+def cut_row(mesh: Mesh, field: ff.CrossField) -> tuple[str, bool]:
+    name, vertices, faces = mesh
+    face_array = as_indices(faces, "faces", 3)
+    start = time.process_time()
+    arrays = arrays_of(field, face_array)
+    try:
+        found = _native.field_cut(as_vertices(vertices, face_array).scaled, face_array, *arrays, 1)
+        s = found.result()
+    except ff.FlipfreeError as error:
+        return f"| {name} | {genus_of(mesh)} | {len(faces)} | {error.code}: {error} |", False
+    cpu = time.process_time() - start
+    count = len(ff.signature(vertices, faces, field).cones)
+    rerouted = s["guided"] + s["fallback"]
+    return (
+        f"| {name} | {genus_of(mesh)} | {len(faces)} | {count} | {s['loops']} | {s['quarters']} | {rerouted} | "
+        f"{s['guided']} | {s['fallback']} | {s['added_vertices']} | {cpu:.2f} |",
+        True,
+    )
+
+
+def row(
+    mesh: Mesh, field: ff.CrossField, boundary: str, engine: str, seconds: float
+) -> tuple[str, bool]:
     name, vertices, faces = mesh
     count = len(ff.signature(vertices, faces, field).cones)
     start = time.process_time()
     try:
-        map = ff.field_aligned(vertices, faces, field=field, boundary=boundary, max_seconds=seconds)
+        map = ff.field_aligned(
+            vertices, faces, field=field, boundary=boundary, engine=engine, max_seconds=seconds
+        )
     except ff.FlipfreeError as error:
         refused = isinstance(error, ff.Infeasible)
         return f"| {name} | {len(faces)} | {count} | {error.code}: {error} |", refused
@@ -125,11 +163,12 @@ def row(mesh: Mesh, field: ff.CrossField, boundary: str, seconds: float) -> tupl
     s, c = map.stats, map.certificate
     same = c.holonomy_failures == 0 if has_boundary(faces) else agrees(mesh, field, map)
     degrees = [np.degrees(s[key]) for key in ("angle_mean_engine", "angle_mean", "angle_p95")]
-    engine = s["seconds_conformal"] + s["seconds_newton"] + s["seconds_map"]
+    parts = ("seconds_cut", "seconds_conformal", "seconds_newton", "seconds_map")
+    spent = sum(s.get(part, 0.0) for part in parts)
     figures = " | ".join(f"{d:.2f}" for d in degrees)
     return (
         f"| {name} | {len(faces)} | {count} | {'yes' if c.ok else 'no'} | {'yes' if same else 'NO'} | {figures} | "
-        f"{c.energy:.4g} | {s['added_vertices']} | {engine:.2f} | {cpu:.2f} |",
+        f"{c.energy:.4g} | {s['added_vertices']} | {spent:.2f} | {cpu:.2f} |",
         c.ok and same,
     )
 
@@ -141,15 +180,18 @@ def main() -> int:
     parser.add_argument("--open", choices=("aligned", "free"), help="open models")
     parser.add_argument("--random", type=int, default=0, help="signatures per surface")
     parser.add_argument("--reach", type=int, default=1, help="of random turns, quarters")
+    parser.add_argument("--engine", choices=("auto", "penner", "padding"), default="auto")
+    parser.add_argument("--cuts", action="store_true", help="padding's cuts alone")
     parser.add_argument("--seconds", type=float, default=120.0, help="give a case up after so long")
     parser.add_argument("--markdown", action="store_true")
     arguments = parser.parse_args()
     folder = data_folder()
     if folder is None:
         sys.exit("The shared data folder is not here (FLIPFREE_DATA).")
-    print(f"| {COLUMNS} |")
+    columns = CUT_COLUMNS if arguments.cuts else COLUMNS
+    print(f"| {columns} |")
     if arguments.markdown:
-        print("|" + "---|" * (COLUMNS.count("|") + 1))
+        print("|" + "---|" * (columns.count("|") + 1))
     cases: Iterator[tuple[Mesh, ff.CrossField | None]]
     if arguments.random > 0:
         cases = iter(at_random(folder, arguments.random, arguments.reach))
@@ -161,19 +203,25 @@ def main() -> int:
         cases = iter(given(folder))
     good = total = 0
     for mesh, field in cases:
-        if arguments.only not in mesh[0]:
+        if arguments.only not in mesh[0] or (arguments.cuts and genus_of(mesh) < 1):
             continue
         total += 1
         try:
             boundary = arguments.open or "aligned"
             follows = boundary == "aligned"
             own = field or ff.cross_field(mesh[1], mesh[2], boundary=follows)
-            text, fine = row(mesh, own, boundary, arguments.seconds)
+            if arguments.cuts:
+                text, fine = cut_row(mesh, own)
+            else:
+                text, fine = row(mesh, own, boundary, arguments.engine, arguments.seconds)
         except ff.FlipfreeError as error:
             text, fine = f"| {mesh[0]} | {len(mesh[2])} | - | no field: {error} |", False
         good += fine
         print(text, flush=True)
-    print(f"{good} of {total} certified and judged alike, or refused")
+    verdict = (
+        "turn as the field does" if arguments.cuts else "certified and judged alike, or refused"
+    )
+    print(f"{good} of {total} {verdict}")
     return int(good < total)
 
 

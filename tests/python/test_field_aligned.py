@@ -41,6 +41,31 @@ def test_a_map_turns_as_its_field_on_loops_that_nobody_has_seen(seed: int) -> No
     assert map.stats["angle_mean"] < np.radians(10)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_padding_follows_a_field_along_a_rerouted_cut(seed: int) -> None:
+    vertices, faces = torus()
+    random = np.random.default_rng(seed)
+    places = random.permutation(len(vertices))
+    cones = {int(v): k for v, k in zip(places, [3, 3, 5, 5], strict=False)}
+    near = ff.cross_field(vertices, faces, signature=ff.Signature(cones, []))
+    turned = [
+        (strip, turns + int(random.integers(-1, 2)))
+        for strip, turns in ff.signature(vertices, faces, near).loops
+    ]
+    field = ff.cross_field(vertices, faces, signature=ff.Signature(cones, turned))
+    map = ff.field_aligned(vertices, faces, field=field, engine="padding")
+    assert map.stats["engine"] == "padding"
+    assert map.stats["reroutings.loops"] == 2
+    assert map.certificate.ok and map.certificate.holonomy_failures == 0
+    assert judged_alike(vertices, faces, field, map, seed)
+
+
+def test_padding_says_what_it_does_not_know() -> None:
+    vertices, faces = bumpy_grid()
+    with pytest.raises(ff.InvalidInput, match="boundary"):
+        ff.field_aligned(vertices, faces, engine="padding")
+
+
 @pytest.mark.parametrize("name", ["torus", "eight766", "1146164", "rocker-arm2500"])
 def test_fields_of_the_shared_data_are_followed(name: str) -> None:
     folder = data_folder()

@@ -58,8 +58,9 @@ def field_aligned(
 
     Returns:
         The certified map (G1, G2, G4, G5, G6, G7); G6 on loops that the engine has not seen. ``stats["angle_mean"]`` and
-        ``stats["angle_p95"]`` say how far its isolines are from the field, radians, by area; ``stats["engine"]`` which engine it was, and of
-        padding ``stats["reroutings.guided"]`` and ``stats["reroutings.fallback"]`` how many branches had to be rerouted.
+        ``stats["angle_p95"]`` say how far its isolines are from the field, radians, by area; ``stats["engine"]`` which engine
+        it was, and of padding ``stats["reroutings.guided"]`` and ``stats["reroutings.fallback"]`` how many branches of its
+        cut had to be rerouted.
 
     Raises:
         InvalidInput, Infeasible (signatures that no map has), NotConverged, Cancelled.
