@@ -155,3 +155,19 @@ def sharp_edges(mesh: bpy.types.Mesh) -> np.ndarray:
     """(#edges,) bool: marked as sharp. The attribute is there only if some edge is."""
     values = _bool_attribute(mesh, "sharp_edge", len(mesh.edges))
     return np.zeros(len(mesh.edges), dtype=bool) if values is None else values
+
+
+def interpolate_loop(loop, face) -> None:
+    """Gives a new corner inside `face` what that has there; its vertex stays as it is."""
+    try:
+        loop.copy_from_face_interp(face, False)
+    except TypeError:  # 4.2 wants its arguments as one
+        loop.copy_from_face_interp((face, False))
+
+
+def repair_selection(mesh: bpy.types.Mesh) -> None:
+    """5.0 can give a mesh made by a script a selection of edges that holds no truth values, and crashes on writing to it."""
+    for name in (".select_vert", ".select_edge", ".select_poly"):
+        attribute = mesh.attributes.get(name)
+        if attribute is not None and attribute.data_type != "BOOLEAN":
+            mesh.attributes.remove(attribute)

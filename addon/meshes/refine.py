@@ -13,6 +13,7 @@ import bmesh
 import bpy
 import numpy as np
 
+from .. import compat
 from . import cones, mesh_io, normals, turns
 
 PIN_GROUP = "Pins"  # its vertices are pinned, as if their UVs were
@@ -209,7 +210,7 @@ def _new_face(bm, outline, face):
     for loop in new.loops:
         old = old_loops.get(loop.vert)
         if old is None:
-            loop.copy_from_face_interp(face, False)
+            compat.interpolate_loop(loop, face)
         else:
             loop.copy_from(old)
     return new

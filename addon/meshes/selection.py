@@ -73,6 +73,7 @@ def select_only(ob: bpy.types.Object, kind: str, elements: np.ndarray, *, modes=
     elif kind == "edge":
         edges = compat.edge_vertices(mesh)
         chosen["vertex"][edges[chosen["edge"]].ravel()] = True
+    compat.repair_selection(mesh)
     mesh.vertices.foreach_set("select", chosen["vertex"])
     mesh.edges.foreach_set("select", chosen["edge"])
     mesh.polygons.foreach_set("select", chosen["face"])
