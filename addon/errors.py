@@ -56,7 +56,10 @@ TEXTS = {
     ),
     "not an edge of the mesh": ("is no edge", "Please report this as a bug"),
     "bad option": ("cannot be treated with these options", "Change them in the redo panel"),
-    "map has flips": ("is flipped or has no area in the UV map", "Unwrap it first"),
+    "map has flips": (
+        "is flipped or has no area in the UV map",
+        "Use Repair Flips, or unwrap it first",
+    ),
     "bad boundary": (
         "has a boundary that does not fit its target",
         "Pin the whole loop or none of it",

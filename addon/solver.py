@@ -117,6 +117,7 @@ def settle(island, uv, pins, *, bijective):
         (island.vertices, island.faces, uv),
         pins=pins,
         keep_bijective=bijective,
+        repair=False,
         iterations=0,
         threads=threads(),
     )
@@ -130,6 +131,22 @@ def improve(snapshot, *, pins, bijective, iterations):
         keep_bijective=bijective,
         iterations=iterations,
         **_limits(),
+    )
+
+
+def repair(snapshot, *, pins, overlaps, disjoint, margin):
+    """Starts mending the snapshot's own map."""
+    return jobs.repair(
+        snapshot.vertices,
+        snapshot.triangles,
+        snapshot.corner_uv,
+        cuts=snapshot.cuts,
+        uncuttable=snapshot.diagonals,
+        pins=pins or None,
+        overlaps=overlaps,
+        disjoint=disjoint,
+        margin=margin,
+        threads=threads(),
     )
 
 

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ..fields import arguments as field_arguments
-from ..operators import check, common, conformal, improve, match, seamless, unwrap
+from ..operators import check, common, conformal, match, seamless, unwrap
+from ..operators.mending import improve, repair
 from ..operators.options import MAX_SECONDS
 from ..operators.packing import pack
 
@@ -74,6 +75,22 @@ def _improve_arguments(parser):
         ignore_pins="treat pinned UVs as any other",
     )
     parser.add_argument("--iterations", type=int, default=200, help="most steps per island")
+    _margin(parser)
+
+
+def _repair_arguments(parser):
+    parser.add_argument(
+        "--overlaps",
+        choices=[name for name, _, _ in repair.OVERLAPS],
+        default="cut",
+        help="what becomes of islands that lie on themselves (default %(default)s)",
+    )
+    _flags(
+        parser,
+        move_apart="islands that lie on larger ones are put where there is room",
+        ignore_pins="treat pinned UVs as any other",
+        mark_seams="mark the map's cuts as seams where islands had to be cut",
+    )
     _margin(parser)
 
 
@@ -217,6 +234,20 @@ def _improve_options(given):
     )
 
 
+def _repair_options(given):
+    return (
+        repair.RepairTask,
+        repair.summary,
+        {
+            "overlaps": given.overlaps,
+            "disjoint": given.move_apart,
+            "use_pins": not given.ignore_pins,
+            "mark_seams": given.mark_seams,
+            "margin": given.margin,
+        },
+    )
+
+
 def _pack_options(given):
     return (
         pack.PackTask,
@@ -277,8 +308,9 @@ _FIELD = Command(
 COMMANDS = {
     "unwrap": Command("unwrap every mesh", _unwrap_arguments, _unwrap_options),
     "match": Command("meet the pins of every mesh exactly", _match_arguments, _match_options),
-    "improve": Command(
-        "less distortion for maps without flips", _improve_arguments, _improve_options
+    "improve": Command("less distortion", _improve_arguments, _improve_options),
+    "repair": Command(
+        "mend flipped, collapsed and overlapping faces", _repair_arguments, _repair_options
     ),
     "pack": Command("nest the islands of all meshes into one tile", _pack_arguments, _pack_options),
     "conformal": Command(

@@ -6,8 +6,9 @@ from types import ModuleType
 
 from ..checker import checker
 from ..fields import field_aligned
-from ..operators import check, conformal, improve, match, seamless, select, unwrap
+from ..operators import check, conformal, match, seamless, select, unwrap
 from ..operators.arrange import density, orient, straighten
+from ..operators.mending import improve, repair
 from ..operators.packing import pack
 from ..operators.seams import auto_seams
 from ..views import controls
@@ -45,6 +46,7 @@ SECTIONS = (
             Tool(unwrap, "uv.flipfree_unwrap", "UV"),
             Tool(match, "uv.flipfree_match", "PINNED"),
             Tool(improve, "uv.flipfree_improve", "MOD_SMOOTH"),
+            Tool(repair, "uv.flipfree_repair", "MODIFIER"),
             Tool(check, "uv.flipfree_check", "CHECKMARK"),
             Tool(pack, "uv.flipfree_pack", "PACKAGE"),
         ),

@@ -194,7 +194,7 @@ def test_what_was_packed_keeps_clear_of_the_island_that_failed():
     assert not inside.any()
 
 
-def test_a_map_with_one_flipped_island_is_improved_elsewhere():
+def test_a_map_with_one_flipped_island_is_packed_elsewhere():
     ob = shapes.two_sheets()
     shapes.set_pins(ob, np.zeros(len(ob.data.loops), bool))
     corner = np.array([loop.vertex_index for loop in ob.data.loops])
@@ -203,7 +203,7 @@ def test_a_map_with_one_flipped_island_is_improved_elsewhere():
     uv[large, 0] *= 3.0
     uv[corner == 37] += 2.0  # far across its neighbours: flips
     shapes.set_uv(ob, uv)
-    assert bpy.ops.uv.flipfree_improve() == {"FINISHED"}
+    assert bpy.ops.uv.flipfree_pack() == {"FINISHED"}
     after = shapes.uv_of(ob)
     assert (after[~large] == uv[~large]).all()
     assert (after[large] != uv[large]).any()

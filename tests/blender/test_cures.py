@@ -47,14 +47,15 @@ def test_a_face_that_uses_a_vertex_twice_is_mapped_as_far_as_it_is_one(operator)
     assert np.isfinite(shapes.uv_of(ob)).all()
 
 
-def test_a_map_with_flips_is_unwrapped_first():
+@pytest.mark.parametrize("cure", ["repair", "unwrap"])
+def test_a_map_with_flips_is_repaired_or_unwrapped_first(cure):
     ob = shapes.grid(3, uv=True)
     uv = np.array([ob.data.vertices[loop.vertex_index].co[:2] for loop in ob.data.loops])
     shapes.set_uv(ob, uv * (-1, 1))
-    with pytest.raises(RuntimeError, match="Unwrap it first"):
-        bpy.ops.uv.flipfree_improve()
-    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
-    assert bpy.ops.uv.flipfree_improve() == {"FINISHED"}
+    with pytest.raises(RuntimeError, match="Use Repair Flips, or unwrap it first"):
+        bpy.ops.uv.flipfree_pack()
+    assert getattr(bpy.ops.uv, f"flipfree_{cure}")() == {"FINISHED"}
+    assert bpy.ops.uv.flipfree_pack() == {"FINISHED"}
 
 
 def test_pins_that_contradict_each_other_are_unpinned_where_it_failed():

@@ -34,14 +34,14 @@ def test_mesh_without_faces():
     refused(shapes.add("Points", [(0, 0, 0), (1, 0, 0)], [], edges=[(0, 1)]), "no faces")
 
 
-def test_improving_a_map_with_flips():
+def test_packing_a_map_with_flips():
     ob = shapes.grid(3, uv=True)
     shapes.set_uv(ob, [(-x, y) for x, y in shapes.uv_of(ob)])
     if not shapes.exact_flips(ob):  # it was mirrored before
         shapes.set_uv(ob, [(-x, y) for x, y in shapes.uv_of(ob)])
     before = shapes.everything(ob)
-    with pytest.raises(RuntimeError, match="is flipped.*Unwrap it first"):
-        bpy.ops.uv.flipfree_improve()
+    with pytest.raises(RuntimeError, match="is flipped.*Use Repair Flips"):
+        bpy.ops.uv.flipfree_pack()
     assert shapes.everything(ob) == before
     assert shapes.shown("face")
 
@@ -193,7 +193,7 @@ def test_places_in_several_objects_are_shown_together():
     second.data.vertices[5].co.x = float("nan")
     shapes.activate(first, only=False)
     with pytest.raises(RuntimeError, match="no number(.|\n)*is flipped"):
-        bpy.ops.uv.flipfree_improve()
+        bpy.ops.uv.flipfree_pack()
     assert bpy.ops.uv.flipfree_select_failed() == {"FINISHED"}
     assert {ob.name for ob in bpy.context.objects_in_mode} == {"First", "Second"}
     assert tuple(bpy.context.tool_settings.mesh_select_mode) == (True, False, True)
@@ -206,7 +206,7 @@ def test_places_are_named_in_the_whole_mesh_when_only_a_part_is_selected():
     bpy.ops.object.mode_set(mode="EDIT")
     shapes.select_faces(ob, [8])
     with pytest.raises(RuntimeError, match="face 8"):
-        bpy.ops.uv.flipfree_improve()
+        bpy.ops.uv.flipfree_pack()
 
 
 def test_a_map_that_fails_its_certificate_is_not_written(part, monkeypatch):

@@ -12,6 +12,7 @@ OPERATORS = [
     "flipfree_unwrap",
     "flipfree_match",
     "flipfree_improve",
+    "flipfree_repair",
     "flipfree_pack",
     "flipfree_conformal",
     "flipfree_seamless",

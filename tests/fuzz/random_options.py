@@ -218,6 +218,8 @@ PARAMETERS: dict[str, tuple[float, Callable[[Mesh, Random], Any]]] = {
     "cut_extremities": (0.3, flag),
     "may_add_cuts": (0.3, flag),
     "disjoint": (0.3, flag),
+    "overlaps": (0.5, one_of("cut", "open", "keep")),
+    "repair": (0.3, flag),
     "optimise": (0.4, flag),
     "low_distortion": (0.3, flag),
     "seamless": (0.2, flag),

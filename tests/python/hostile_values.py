@@ -151,6 +151,7 @@ def arguments_of(name: str) -> dict[str, Any]:
     return {
         "certify": {**mesh, "uv": uv},
         "pack": {**mesh, "uv": uv},
+        "repair": {**mesh, "uv": uv},
         "improve": {"map_or_arrays": (vertices, faces, uv)},
         "field_aligned": dict(zip(("vertices", "faces"), octahedron_sphere(1), strict=True)),
         "seamless": dict(zip(("vertices", "faces"), octahedron_sphere(0), strict=True)),

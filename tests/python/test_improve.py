@@ -71,13 +71,26 @@ def test_same_bits_for_any_number_of_threads() -> None:
     assert np.array_equal(one.uv32(), two.uv32())
 
 
-def test_flipped_maps_are_refused_by_face() -> None:
+def test_flipped_maps_are_refused_by_face_where_they_are_not_to_be_repaired() -> None:
     vertices, faces = bumpy_grid()
     uv = planar_map(vertices, faces)
     uv[17] = uv[17][::-1]
     with pytest.raises(ff.InvalidInput) as caught:
-        ff.improve((vertices, faces, uv))
+        ff.improve((vertices, faces, uv), repair=False)
     assert 17 in caught.value.elements
+
+
+def test_maps_with_flips_are_repaired_first() -> None:
+    vertices, faces = bumpy_grid()
+    uv = planar_map(vertices, faces)
+    uv[faces == 100] = (5.0, 5.0)
+    uv[17, 1] = np.nan
+    result = ff.improve((vertices, faces, uv))
+    assert result.certificate.ok and result.certificate.flips32 == 0
+    assert result.stats["flips_before"] > 1
+    assert result.stats["energy_before"] == np.inf
+    best = ff.improve((vertices, faces, planar_map(vertices, faces)))
+    assert result.certificate.energy == pytest.approx(best.certificate.energy, rel=1e-2)
 
 
 def test_contradictory_pins_are_refused() -> None:

@@ -8,6 +8,7 @@
 #include "flipfree/distortion/improve.h"
 #include "flipfree/distortion/seams/seams.h"
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/unwrap/repair/repair.h"
 #include "job.h"
 
 namespace py = pybind11;
@@ -58,15 +59,17 @@ void bind_distortion(py::module_& module) {
   module.def(
       "improve",
       [](const Array<double>& vertices, const Array<Index>& faces, const Array<double>& uv,
-         const ImproveOptions& options, int threads) {
+         const ImproveOptions& options, bool repair, int threads) {
         return start_map_job(
-            [surface = to_surface(vertices, faces), uv = to_matrix<Points2>(uv, "uv"),
-             options](ExecutionContext& context) {
-              return distortion::improve(surface, uv, options, context);
+            [surface = to_surface(vertices, faces), uv = to_matrix<Points2>(uv, "uv"), options,
+             repair](ExecutionContext& context) {
+              return repair ? unwrap::improve_any(surface, uv, options, context)
+                            : distortion::improve(surface, uv, options, context);
             },
             threads);
       },
-      py::arg("vertices"), py::arg("faces"), py::arg("uv"), py::arg("options"), py::arg("threads"));
+      py::arg("vertices"), py::arg("faces"), py::arg("uv"), py::arg("options"), py::arg("repair"),
+      py::arg("threads"));
   // For benchmarks and judges: the stages after an engine for seamless maps, alone.
   module.def(
       "exact_seams",

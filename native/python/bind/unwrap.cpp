@@ -7,6 +7,7 @@
 #include "bind/bindings.h"
 #include "flipfree/base/in_time.h"
 #include "flipfree/unwrap/packing/pack.h"
+#include "flipfree/unwrap/repair/repair.h"
 #include "flipfree/unwrap/seams/seams.h"
 #include "flipfree/unwrap/unwrap.h"
 #include "job.h"
@@ -59,6 +60,23 @@ void bind_options(py::module_& module) {
       .def_readwrite("margin", &UnwrapOptions::margin)
       .def_readwrite("effort", &UnwrapOptions::effort)
       .def_readwrite("max_seconds", &UnwrapOptions::max_seconds);
+  using unwrap::RepairOptions;
+  py::class_<RepairOptions>(module, "RepairOptions")
+      .def(py::init<>())
+      .def_property("cuts", nullptr, matrix_setter(&RepairOptions::cuts, "cuts"))
+      .def_property("uncuttable", nullptr, matrix_setter(&RepairOptions::uncuttable, "uncuttable"))
+      .def_property("pins", nullptr, pins_setter(&RepairOptions::pins))
+      .def_property("overlaps", nullptr,
+                    [](RepairOptions& options, const std::string& name) {
+                      options.overlaps = name == "keep"   ? unwrap::SelfOverlaps::kKeep
+                                         : name == "open" ? unwrap::SelfOverlaps::kOpen
+                                                          : unwrap::SelfOverlaps::kCut;
+                    })
+      .def_readwrite("disjoint", &RepairOptions::disjoint)
+      .def_readwrite("margin", &RepairOptions::margin)
+      .def_readwrite("iterations", &RepairOptions::max_iterations)
+      .def_readwrite("tolerance", &RepairOptions::tolerance)
+      .def_readwrite("max_seconds", &RepairOptions::max_seconds);
   py::class_<PackOptions>(module, "PackOptions")
       .def(py::init<>())
       .def_readwrite("margin", &PackOptions::margin)
@@ -128,6 +146,18 @@ void bind_unwrap(py::module_& module) {
       },
       py::arg("vertices"), py::arg("faces"), py::arg("uv"), py::arg("options"),
       py::arg("place_like"), py::arg("max_seconds"), py::arg("threads"));
+  module.def(
+      "repair",
+      [](const Array<double>& vertices, const Array<Index>& faces, const Array<double>& uv,
+         const unwrap::RepairOptions& options, int threads) {
+        return start_map_job(
+            [surface = to_surface(vertices, faces), uv = to_matrix<Points2>(uv, "uv"),
+             options](ExecutionContext& context) {
+              return unwrap::repair(surface, uv, options, context);
+            },
+            threads);
+      },
+      py::arg("vertices"), py::arg("faces"), py::arg("uv"), py::arg("options"), py::arg("threads"));
 }
 
 }  // namespace flipfree::python

@@ -1,7 +1,7 @@
 """Flipfree UV: UV maps that never fold over.
 
-Arrays in: ``vertices (n, 3) float64``, ``faces (m, 3) int32``, triangles. ``unwrap``, ``auto_seams``, ``improve``, ``pack`` and
-``certify`` take any; the others want them manifold and consistently oriented, and name the place where they are not.
+Arrays in: ``vertices (n, 3) float64``, ``faces (m, 3) int32``, triangles. ``unwrap``, ``auto_seams``, ``improve``,
+``repair``, ``pack`` and ``certify`` take any; the others want them manifold and consistently oriented, and name the place where they are not.
 Angles in radians. Every result carries a certificate measured with exact predicates.
 """
 
@@ -12,7 +12,7 @@ from .calls.conformal import conformal_metric
 from .calls.conformal_map import conformal
 from .calls.embedding import embed
 from .calls.fans import split_fans
-from .calls.improving import improve
+from .calls.improving import improve, repair
 from .calls.matching import match
 from .calls.mesh_files import MeshFile, read, write
 from .calls.packing import pack
@@ -54,6 +54,7 @@ __all__ = [
     "match",
     "pack",
     "read",
+    "repair",
     "seamless",
     "separate",
     "signature",

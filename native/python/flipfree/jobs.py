@@ -8,6 +8,7 @@ from .calls.conformal import conformal_metric as _conformal_metric
 from .calls.conformal_map import conformal as _conformal
 from .calls.embedding import embed as _embed
 from .calls.improving import improve as _improve
+from .calls.improving import repair as _repair
 from .calls.matching import match as _match
 from .calls.packing import pack as _pack
 from .calls.seamless import seamless as _seamless
@@ -31,6 +32,7 @@ field_aligned = job_of(_field_aligned)
 improve = job_of(_improve)
 match = job_of(_match)
 pack = job_of(_pack)
+repair = job_of(_repair)
 seamless = job_of(_seamless)
 signature = job_of(_signature)
 suggest_cones = job_of(_suggest_cones)
@@ -49,6 +51,7 @@ __all__ = [
     "improve",
     "match",
     "pack",
+    "repair",
     "seamless",
     "signature",
     "suggest_cones",

@@ -269,8 +269,8 @@ void start_better(const mesh::Surface& chart, Points2& uv, ExecutionContext& con
   stats["time_limit_reached"] = std::int64_t{1};
 }
 
-// Copies of a vertex that lie in the same place are drawn into the corners of their own faces,
-// until the piece does not touch itself. False if it still does.
+}  // namespace
+
 bool draw_apart(const Triangles& faces, Points2& uv, const ExecutionContext& context) {
   const distortion::Boundary boundary =
       distortion::find_boundary(static_cast<Index>(uv.rows()), faces);
@@ -307,8 +307,6 @@ bool draw_apart(const Triangles& faces, Points2& uv, const ExecutionContext& con
   }
   return false;
 }
-
-}  // namespace
 
 FlatChart flatten_piece(const mesh::Surface& piece, Points2 uv, Points2 apart,
                         const FlattenOptions& options, ExecutionContext& context, Stats& stats) {

@@ -1,4 +1,4 @@
-"""Improve: less distortion for an existing map, without a flip on the way."""
+"""Improve and repair: less distortion, or no flips, for an existing map."""
 
 from __future__ import annotations
 
@@ -10,7 +10,16 @@ from ..arrays import as_corner_uv, as_indices, as_vertices, refuse_beyond_storag
 from ..conversions import parametrization_from
 from ..errors import InvalidInput
 from ..job import Job, Progress, solver_call
-from ..options import as_count, as_flag, as_positive, as_seconds, as_threads, filled
+from ..options import (
+    as_choice,
+    as_count,
+    as_flag,
+    as_margin,
+    as_positive,
+    as_seconds,
+    as_threads,
+    filled,
+)
 from ..results import Parametrization
 from .certification import Pins, pins_to_corners
 
@@ -21,13 +30,14 @@ def improve(
     *,
     pins: Pins | None = None,
     keep_bijective: bool = True,
+    repair: bool = True,
     iterations: int = 200,
     tolerance: float = 1e-4,
     max_seconds: float | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Job[Parametrization]:
-    """Lowers the distortion of a flip-free map; every step keeps every triangle open.
+    """Lowers the distortion of a map; every step keeps every triangle open.
 
     The map is cut where the UVs on the two sides of an edge differ. Charts get one common scale and keep their
     centres and directions; they are not packed again. Without pins the energy is never higher than before.
@@ -36,6 +46,8 @@ def improve(
         map_or_arrays: a Parametrization, or (vertices, faces, uv) with any triangles and uv (m, 3, 2), one per face corner.
         pins: {vertex or (face, corner): (u, v)}, met bit for bit.
         keep_bijective: charts that do not overlap themselves go on not to.
+        repair: a map with flipped or collapsed triangles, or with corners that are not finite, is mended first, as
+            ``repair`` does; ``stats["flips_before"]`` counts them. Off: it is refused.
         iterations: most optimiser iterations per chart. tolerance: share of the energy that a step must promise.
         max_seconds: of the clock; None or 0 is no limit. What was gained by then is kept, and
             ``stats["time_limit_reached"]`` is 1; NotConverged (code "time limit reached") if there is no map yet.
@@ -43,7 +55,7 @@ def improve(
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
 
     Raises:
-        InvalidInput (also for a map with flipped triangles, which are named), NotConverged, Cancelled.
+        InvalidInput (without ``repair`` also for a map with flipped triangles, which are named), NotConverged, Cancelled.
     """
     if isinstance(map_or_arrays, Parametrization):
         given = map_or_arrays
@@ -69,5 +81,77 @@ def improve(
         tolerance=as_positive(tolerance, "tolerance"),
         max_seconds=as_seconds(max_seconds, "max_seconds"),
     )
-    native = _native.improve(positions.scaled, face_array, corner_uv, options, as_threads(threads))
+    native = _native.improve(
+        positions.scaled,
+        face_array,
+        corner_uv,
+        options,
+        as_flag(repair, "repair"),
+        as_threads(threads),
+    )
+    return Job(native, partial(parametrization_from, positions=positions))
+
+
+@solver_call
+def repair(
+    vertices: Any,
+    faces: Any,
+    uv: Any,
+    *,
+    cuts: Any = None,
+    uncuttable: Any = None,
+    pins: Pins | None = None,
+    overlaps: str = "cut",
+    disjoint: bool = False,
+    margin: float = 0.005,
+    iterations: int = 200,
+    tolerance: float = 1e-4,
+    max_seconds: float | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Job[Parametrization]:
+    """Mends a map with flipped, collapsed or overlapping faces, and changes as little of it as that takes.
+
+    The map is cut where the UVs on the two sides of an edge differ. A chart without damage stays bit for bit. One whose
+    faces are mostly flipped is mirrored; else few vertices of what is bad are placed anew between those around, or
+    more and more of them; a chart of which not enough is left is unwrapped, and put where it was at the scale that it had.
+    ``stats`` tells what the map had ("flips_before", "winding_failures_before", "overlaps_before",
+    "island_overlaps_before", "corners_without_place") and what became of its charts ("charts_mirrored",
+    "charts_unfolded", "charts_anew", "charts_cut", "charts_moved"); "corners_kept" of 3 m corners have their old bits.
+
+    Args:
+        vertices: (n, 3) float64. faces: (m, 3), any triangles. uv: (m, 3, 2), one per face corner. Corners that are not
+            finite, or beyond what 32 bits hold, get a place from their neighbours.
+        cuts: (s, 2) vertex pairs: seams. A chart that is unwrapped is cut there too.
+        uncuttable: (d, 2) vertex pairs that automatic cuts must avoid, such as diagonals of polygons.
+        pins: {vertex or (face, corner): (u, v)}, met bit for bit.
+        overlaps: what becomes of a chart that lies on itself: "cut" into pieces, of which the largest stays and the others
+            are moved to where there is room; "open": unwrapped without further cuts; "keep".
+        disjoint: charts that lie on larger ones are moved to where there is room, but for those with pins.
+        margin: space around charts that are moved, in units of the unit square.
+        iterations: most optimiser iterations per chart that is unwrapped. tolerance: share of the energy a step must promise.
+        max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
+        threads: None is all cores; the result has the same bits for every number.
+        progress: called with (stage, fraction) about 20 times per second; returning False cancels.
+
+    Raises:
+        InvalidInput, NotConverged (also for pins that no map on these triangles was found for), Cancelled.
+    """
+    face_array = as_indices(faces, "faces", 3)
+    pin_corners, pin_uv = pins_to_corners(pins, face_array)
+    corner_uv = as_corner_uv(uv, "uv", len(face_array))
+    positions = as_vertices(vertices, face_array)
+    options = filled(
+        _native.RepairOptions(),
+        cuts=as_indices([] if cuts is None else cuts, "cuts", 2),
+        uncuttable=as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
+        pins=(pin_corners, pin_uv),
+        overlaps=as_choice(overlaps, "overlaps", ("cut", "open", "keep")),
+        disjoint=as_flag(disjoint, "disjoint"),
+        margin=as_margin(margin),
+        iterations=as_count(iterations, "iterations"),
+        tolerance=as_positive(tolerance, "tolerance"),
+        max_seconds=as_seconds(max_seconds, "max_seconds"),
+    )
+    native = _native.repair(positions.scaled, face_array, corner_uv, options, as_threads(threads))
     return Job(native, partial(parametrization_from, positions=positions))

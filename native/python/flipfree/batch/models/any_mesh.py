@@ -1,4 +1,4 @@
-"""Commands that take any mesh: unwrap, improve, pack, check."""
+"""Commands that take any mesh: unwrap, improve, repair, pack, check."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 
 from ...calls.certification import certify
 from ...calls.improving import improve as improve_map
+from ...calls.improving import repair as repair_map
 from ...calls.packing import pack as pack_map
 from ...calls.unwrapping import unwrap as unwrap_mesh
 from .model import Model, Solved
@@ -56,6 +57,31 @@ def improve(model: Model, options: dict[str, Any]) -> Solved:
         **model.limits,
     )
     return Solved(found.certificate, found)
+
+
+def repair_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--overlaps",
+        choices=("cut", "open", "keep"),
+        default="cut",
+        help="what becomes of islands on themselves",
+    )
+    parser.add_argument("--margin", type=float, default=0.005, help="around islands that move")
+    flags(parser, move_apart="islands that lie on larger ones are put where there is room")
+
+
+def repair(model: Model, options: dict[str, Any]) -> Solved:
+    found = repair_map(
+        model.vertices,
+        model.faces,
+        model.uv(),
+        uncuttable=model.diagonals,
+        overlaps=options["overlaps"],
+        disjoint=options["move_apart"],
+        margin=options["margin"],
+        **model.limits,
+    )
+    return Solved(found.certificate, found, figures={"islands": int(found.stats["charts"])})
 
 
 def pack_arguments(parser: argparse.ArgumentParser) -> None:

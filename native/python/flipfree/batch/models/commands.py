@@ -27,6 +27,7 @@ COMMANDS = {
     "seamless": Command("seams match by quarters", surfaces.seamless, surfaces.seamless_arguments),
     "field": Command("seamless, along a field", surfaces.field, surfaces.field_arguments),
     "improve": Command("less distortion", any_mesh.improve, any_mesh.improve_arguments),
+    "repair": Command("flips mended", any_mesh.repair, any_mesh.repair_arguments),
     "pack": Command("islands nested into a tile", any_mesh.pack, any_mesh.pack_arguments),
     "check": Command("the certificate of a map", any_mesh.check, any_mesh.check_arguments, False),
 }

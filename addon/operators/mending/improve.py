@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Improve: less distortion for a flip-free map, without a flip on the way (docs/improve-check.md)."""
+"""Improve: less distortion for a map, without a flip on the way (docs/improve-check.md)."""
 
 import bpy
 
-from .. import modal, solver
-from ..meshes import labels
-from . import common, options
-from .unwrap import MapTask, layout_notes
+from ... import modal, solver
+from ...meshes import labels
+from .. import common, options
+from ..unwrap import MapTask, layout_notes
 
 
 class ImproveTask(modal.StagedTask, MapTask):
@@ -34,7 +34,6 @@ class ImproveTask(modal.StagedTask, MapTask):
 
     def stages(self):
         snapshot = self.snapshot
-        common.refuse_nonfinite_uvs(snapshot)
         result = yield solver.improve(
             snapshot, pins=self.pins(), bijective=self.bijective, iterations=self.iterations
         )
@@ -47,9 +46,11 @@ class ImproveTask(modal.StagedTask, MapTask):
 
 def summary(tasks: list[ImproveTask]) -> str:
     """The report line, without the time."""
-    return common.figures(
-        [t.certificate for t in tasks], sum(t.islands for t in tasks)
-    ) + layout_notes(tasks)
+    text = common.figures([t.certificate for t in tasks], sum(t.islands for t in tasks))
+    repaired = sum(int(t.result.stats.get("flips_before", 0)) for t in tasks)
+    if repaired:
+        text += f", {common.plural(repaired, 'flip')} repaired"
+    return text + layout_notes(tasks)
 
 
 class UV_OT_flipfree_improve(
@@ -61,7 +62,10 @@ class UV_OT_flipfree_improve(
 ):
     bl_idname = "uv.flipfree_improve"
     bl_label = "Improve Flip-Free Map"
-    bl_description = "Lower the distortion of a UV map that has no flips, without making any; islands and pins stay"
+    bl_description = (
+        "Lower the distortion of a UV map without making flips; islands and pins stay. Flips that it has are "
+        "repaired first"
+    )
     bl_options = {"REGISTER", "UNDO"}
     verb = "Improve"
     needs_uv = True

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Operators for maps that exist: less distortion, and no flips."""

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Repair: flipped, collapsed and overlapping faces of a UV map, mended with little change (docs/repair.md)."""
+
+import bpy
+import numpy as np
+
+from ... import solver
+from ...meshes import mesh_io
+from .. import common, options
+from ..unwrap import MapTask
+
+OVERLAPS = (
+    (
+        "cut",
+        "Cut",
+        "It falls into pieces; the largest stays, the others are put where there is room",
+    ),
+    ("open", "Open", "It is unwrapped again without further cuts, at its old place and size"),
+    ("keep", "Keep", "It stays as it is"),
+)
+
+
+class RepairTask(MapTask):
+    packs = False
+
+    def __init__(
+        self,
+        snapshot,
+        *,
+        overlaps="cut",
+        disjoint=False,
+        use_pins=True,
+        mark_seams=False,
+        margin=0.005,
+    ):
+        super().__init__(snapshot)
+        self.overlaps = overlaps
+        self.disjoint = disjoint
+        self.use_pins = use_pins
+        self.mark_seams = mark_seams
+        self.margin = margin
+
+    def start(self):
+        return solver.repair(
+            self.snapshot,
+            pins=self.pins(),
+            overlaps=self.overlaps,
+            disjoint=self.disjoint,
+            margin=self.margin,
+        )
+
+    def new_seams(self):
+        if not self.mark_seams or not self.result.stats["added_cuts"]:
+            return None
+        cut = mesh_io.edge_ids(self.snapshot, self.result.cut_edges)
+        return cut[~self.snapshot.seams[cut]]
+
+    def stays(self) -> bool:
+        """Nothing had to be mended."""
+        old = self.snapshot.corner_uv
+        return bool((self.result.uv32() == old).all()) and bool(np.isfinite(old).all())
+
+    def write(self, ob):
+        if not self.stays():
+            super().write(ob)
+
+
+def total(tasks: list[RepairTask], name: str) -> int:
+    return sum(max(int(t.result.stats[name]), 0) for t in tasks)
+
+
+def summary(tasks: list[RepairTask]) -> str:
+    """The report line, without the time."""
+    before = [common.plural(total(tasks, "flips_before"), "flip")]
+    overlaps = total(tasks, "overlaps_before")
+    if overlaps:
+        before.append(common.plural(overlaps, "overlap"))
+    wound = total(tasks, "winding_failures_before")
+    if wound:
+        before.append(f"{common.plural(wound, 'vertex', 'vertices')} wound more than once")
+    lost = total(tasks, "corners_without_place")
+    if lost:
+        before.append(f"{common.plural(lost, 'corner')} without a place")
+    became = [
+        f"{common.plural(total(tasks, name), 'island')} {what}"
+        for name, what in (
+            ("charts_mirrored", "mirrored"),
+            ("charts_unfolded", "unfolded"),
+            ("charts_anew", "unwrapped again"),
+            ("charts_cut", "cut"),
+            ("charts_moved", "moved"),
+        )
+        if total(tasks, name)
+    ]
+    corners = sum(3 * len(t.snapshot.triangles) for t in tasks)
+    kept = 100.0 * total(tasks, "corners_kept") / max(corners, 1)
+    text = common.figures([t.certificate for t in tasks], sum(t.islands for t in tasks))
+    if not became:
+        return f"nothing to repair: {text}"
+    # Rounded down: 100 % are all of them.
+    return f"{text}; before: {', '.join(before)}; {', '.join(became)}, {int(kept)} % of the UVs as before"
+
+
+class UV_OT_flipfree_repair(
+    options.KeepPins,
+    options.Margin,
+    options.MapOperator,
+    bpy.types.Operator,
+):
+    bl_idname = "uv.flipfree_repair"
+    bl_label = "Repair Flips"
+    bl_description = (
+        "Mend flipped, collapsed and overlapping faces of a UV map with as little change as possible; "
+        "what is right stays exactly as it is"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+    verb = "Repair Flips"
+    needs_uv = True
+    option_names = ("overlaps", "disjoint", "use_pins", "mark_seams", "margin")
+
+    overlaps: bpy.props.EnumProperty(
+        name="Islands on Themselves",
+        description="What becomes of an island that lies on itself though none of its faces is flipped",
+        items=OVERLAPS,
+        default="cut",
+    )
+    disjoint: bpy.props.BoolProperty(
+        name="Move Islands Apart",
+        description=(
+            "Islands that lie on larger ones are put where there is room. Off: islands that share their place on purpose "
+            "stay. Islands with pins always stay"
+        ),
+        default=False,
+    )
+    mark_seams: bpy.props.BoolProperty(
+        name="Mark Cuts as Seams",
+        description="Mark the edges along which the map is cut as seams, where islands had to be cut",
+        default=False,
+    )
+
+    def make_task(self, snapshot, **options):
+        return RepairTask(snapshot, **options)
+
+    def summary(self, tasks):
+        return summary(tasks)
+
+
+CLASSES = (UV_OT_flipfree_repair,)

@@ -1,0 +1,235 @@
+"""Maps spoilt in many ways, repaired, and judged by other code (tests/judges).
+
+    export PYTHONPATH=build/python:tests:tests/python:benchmarks
+    repair_maps.py [--maps 2000] [--seed 0] [--jobs 2] [--broken] [--only SEED] [--damage NAME]
+
+Each is the map of an unwrap, cut into random islands or as it comes, spoilt once or twice (map_damage.py) and repaired with
+random options and pins. --broken: of meshes that are no clean surface (tests/python/broken_meshes.py). Exit status 1 where the
+repair fails without pins, or the judge finds in 64 or 32 bits what the options exclude.
+
+Energy: of the stored map, beside the larger of an unwrap's along the same cuts and that of the faces that the spoilt map
+had open, which stay as they are.
+"""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import os
+import sys
+import time
+from collections import defaultdict
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from broken_meshes import broken_mesh
+from map_damage import DAMAGES, Map, map_of
+
+import flipfree as ff
+
+from judges.any_triangles import judge_any
+from judges.coverage import coverage
+from surfaces import bumpy_grid, cylinder, octahedron_sphere, torus
+
+MODELS = ["bimba1.obj", "cow.obj", "hand_lowres.obj", "octopus.obj", "horse_quad.obj", "snail.obj"]
+LIMIT = 120.0
+Random = np.random.Generator
+Mesh = tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]
+
+
+@dataclass
+class Outcome:
+    seed: int
+    damage: str
+    said: str = ""  # what must not be
+    missed: bool = False  # pins that were not reached
+    kept: float = 0.0  # share of the corners
+    sound: float = 0.0  # of the corners of faces that were open
+    changed: int = 0  # corners of sound faces whose bits changed
+    energy: float = 0.0  # over what it is compared with
+    seconds: float = 0.0
+    stats: dict[str, object] = field(default_factory=dict)
+
+
+def random_mesh(random: Random) -> Mesh:
+    folder = Path(os.environ.get("FLIPFREE_DATA", "")) / "general"
+    if folder.is_dir() and random.random() < 0.3:
+        model = ff.read(folder / MODELS[random.integers(len(MODELS))])
+        return model.vertices, np.asarray(model.faces, np.int64)
+    kind = random.integers(4)
+    if kind == 0:
+        size = random.integers(2, 25, size=2)
+        return bumpy_grid(int(size[0]), int(size[1]), float(random.random()))
+    if kind == 1:
+        return octahedron_sphere(int(random.integers(1, 4)))
+    if kind == 2:
+        return torus(int(random.integers(5, 25)), int(random.integers(4, 13)))
+    return cylinder(int(random.integers(3, 20)), int(random.integers(1, 8)))
+
+
+def random_cuts(mesh: Mesh, random: Random) -> npt.NDArray[np.int64] | None:
+    """Between the faces nearest to some points."""
+    vertices, faces = mesh
+    if random.random() < 0.4:
+        return None
+    middles = vertices[faces].mean(axis=1)
+    centres = middles[random.integers(len(faces), size=random.integers(2, 12))]
+    label = np.linalg.norm(middles[:, None] - centres, axis=2).argmin(axis=1)
+    sides = np.sort(np.concatenate([faces[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
+    labels = np.tile(label, 3)
+    order = np.lexsort(sides.T)
+    sides, labels = sides[order], labels[order]
+    same = (sides[1:] == sides[:-1]).all(axis=1) & (labels[1:] != labels[:-1])
+    return np.unique(sides[1:][same], axis=0)
+
+
+def random_pins(given: Map, random: Random) -> dict[tuple[int, int], tuple[float, float]] | None:
+    if random.random() < 0.7:
+        return None
+    pins = {}
+    for point in random.choice(given.points, int(random.integers(1, 4))):
+        corners = np.argwhere(given.point == point)
+        place = given.uv[tuple(corners[0])].astype(np.float32)
+        if not np.isfinite(place).all():
+            continue
+        for f, k in corners.tolist():
+            pins[f, k] = (float(place[0]), float(place[1]))
+    return pins
+
+
+def open_faces(uv: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+    with np.errstate(invalid="ignore", over="ignore"):
+        e, d = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
+        positive: npt.NDArray[np.bool_] = e[:, 0] * d[:, 1] - e[:, 1] * d[:, 0] > 0
+    return positive & np.isfinite(uv).all((1, 2))
+
+
+def found(result: ff.Parametrization, options: dict[str, object], clean: bool) -> str:
+    """What the judge finds."""
+    apart = bool(options["disjoint"]) and not options["pins"] and options["overlaps"] != "keep"
+    for uv in (result.uv64, result.uv, result.uv32()):
+        if not clean:
+            wrong = judge_any(result.faces, uv, disjoint=apart)
+            if wrong:
+                return "; ".join(wrong)
+            continue
+        judged = coverage(result.faces, uv)
+        if len(judged.flipped):
+            return f"{len(judged.flipped)} flips"
+        if len(judged.overwound):
+            return f"{len(judged.overwound)} vertices overwound"
+        if options["overlaps"] != "keep" and (len(judged.within) or len(judged.touching)):
+            return f"{len(judged.within)} overlaps, {len(judged.touching)} contacts"
+        if options["disjoint"] and not options["pins"] and len(judged.between):
+            return f"{len(judged.islands)} islands on others"
+    return ""
+
+
+def repaired(task: tuple[int, bool, str]) -> Outcome | None:
+    seed, broken, only = task
+    random = np.random.default_rng(seed)
+    mesh = broken_mesh(seed)[1] if broken else random_mesh(random)
+    vertices, faces = np.asarray(mesh[0]), np.asarray(mesh[1], np.int64)
+    cuts = None if broken else random_cuts((vertices, faces), random)
+    try:
+        base = ff.unwrap(vertices, faces, cuts=cuts, threads=1, max_seconds=LIMIT)
+    except ff.FlipfreeError as error:
+        return Outcome(seed, "unwrap", f"unwrap: {error}")
+    given = map_of(faces, base.uv32().astype(np.float64))
+    names = list(DAMAGES)
+    damage = only or names[random.integers(len(names))]
+    DAMAGES[damage](given, random)
+    if random.random() < 0.2:
+        given = map_of(faces, given.uv) if np.isfinite(given.uv).all() else given
+        DAMAGES[names[random.integers(len(names))]](given, random)
+    options: dict[str, object] = {
+        "overlaps": ["cut", "cut", "open", "keep"][random.integers(4)],
+        "disjoint": bool(random.random() < 0.4),
+        "cuts": base.cut_edges if random.random() < 0.5 else None,
+        "pins": random_pins(given, random),
+    }
+    outcome = Outcome(seed, damage)
+    start = time.process_time()
+    try:
+        result = ff.repair(
+            vertices,
+            faces,
+            given.uv,
+            **options,
+            threads=1,
+            max_seconds=LIMIT,  # type: ignore[arg-type]
+        )
+    except ff.FlipfreeError as error:
+        outcome.missed = bool(options["pins"]) and not isinstance(error, ff.InvalidInput)
+        outcome.said = "" if outcome.missed else f"{type(error).__name__}: {error}"
+        return outcome
+    outcome.seconds = time.process_time() - start
+    outcome.stats = dict(result.stats)
+    outcome.said = found(result, options, not broken)
+    for (f, k), place in (options["pins"] or {}).items():  # type: ignore[union-attr]
+        if tuple(result.uv32()[f, k].tolist()) != place or tuple(result.uv[f, k]) != place:
+            outcome.said = f"pin {f}, {k} is missed"
+    kept = (result.uv == given.uv).all(axis=2)
+    sound = open_faces(given.uv)
+    outcome.kept = float(kept.mean())
+    outcome.sound = float(sound.mean())
+    outcome.changed = int((sound & ~kept.all(axis=1)).sum())
+    if not options["pins"] and not broken:
+        anew = ff.unwrap(vertices, faces, cuts=result.cut_edges, threads=1, max_seconds=LIMIT)
+        before = 0.0
+        if sound.any():
+            before = ff.certify(vertices, faces[sound], given.uv[sound], threads=1).energy
+        now = ff.certify(vertices, faces, result.uv32(), threads=1).energy
+        outcome.energy = now / max(before, anew.certificate.energy)
+    return outcome
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--maps", type=int, default=2000)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--broken", action="store_true")
+    parser.add_argument("--only", type=int)
+    parser.add_argument("--damage", default="")
+    options = parser.parse_args()
+    if options.only is not None:
+        print(repaired((options.only, options.broken, options.damage)))
+        return 0
+    tasks = [
+        (s, options.broken, options.damage)
+        for s in range(options.seed, options.seed + options.maps)
+    ]
+    rows: dict[str, list[Outcome]] = defaultdict(list)
+    failed = False
+    with multiprocessing.Pool(options.jobs) as pool:
+        for outcome in pool.imap(repaired, tasks, chunksize=2):
+            rows[outcome.damage].append(outcome)
+            if outcome.said:
+                failed = True
+                print(f"seed {outcome.seed} ({outcome.damage}): {outcome.said}", flush=True)
+            if outcome.energy > 1.1:
+                print(
+                    f"seed {outcome.seed} ({outcome.damage}): energy {outcome.energy:.3f}",
+                    file=sys.stderr,
+                )
+    print(
+        "| damage | maps | repaired | pins missed | faces open before | corners kept | energy above 1.1 | worst | CPU s |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|")
+    for name, all_of in sorted(rows.items()):
+        done = [o for o in all_of if o.stats and not o.said]
+        ratios = [o.energy for o in done if o.energy > 0]
+        print(
+            f"| {name} | {len(all_of)} | {len(done)} | {sum(o.missed for o in all_of)} "
+            f"| {np.mean([o.sound for o in done] or [0]):.2f} | {np.mean([o.kept for o in done] or [0]):.2f} "
+            f"| {sum(r > 1.1 for r in ratios)} of {len(ratios)} | {max(ratios, default=0):.2f} "
+            f"| {sum(o.seconds for o in done):.1f} |"
+        )
+    return int(failed)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

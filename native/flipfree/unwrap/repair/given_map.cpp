@@ -1,0 +1,173 @@
+#include "flipfree/unwrap/repair/given_map.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <string>
+#include <utility>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
+#include "flipfree/unwrap/repair/rejoin.h"
+
+namespace flipfree::unwrap {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+// Corners around vertices, and what is known about their places.
+class Corners {
+ public:
+  Corners(const mesh::Adjacency& adjacency, const mesh::EdgeFlags& seams, Points2& uv)
+      : adjacency_(adjacency), seams_(seams), uv_(uv), given_(at(static_cast<Index>(uv.rows()))) {
+    for (CornerId c = 0; c < static_cast<CornerId>(uv.rows()); ++c)
+      given_[at(c)] = is_storable(uv.row(c).transpose());
+  }
+
+  // Flags of the corners whose value is only a guess.
+  std::vector<char> complete() {
+    std::vector<char> guessed(given_.size(), 0);
+    if (std::find(given_.begin(), given_.end(), 0) == given_.end()) return guessed;
+    for (const HalfedgeId start : adjacency_.vertex_halfedge) {
+      if (start == kInvalid) continue;
+      for (const std::vector<CornerId>& sector : sectors(start)) {
+        if (spread(sector)) continue;
+        guess(sector);
+        for (const CornerId c : sector) guessed[at(c)] = 1;
+      }
+    }
+    return guessed;
+  }
+
+ private:
+  // A seam, or an edge into the vertex whose other end is known to have two places.
+  bool parted_across(HalfedgeId h) const {
+    const HalfedgeId opposite = adjacency_.opposite[at(h)];
+    if (opposite == kInvalid) return true;
+    if (!seams_.empty() && seams_[at(h)] != 0) return true;
+    const CornerId here = h;
+    const CornerId there = next_corner(opposite);
+    return given_[at(here)] != 0 && given_[at(there)] != 0 && uv_.row(here) != uv_.row(there);
+  }
+
+  // The corners around a vertex counter-clockwise, parted where it may have two places.
+  std::vector<std::vector<CornerId>> sectors(HalfedgeId start) const {
+    std::vector<std::vector<CornerId>> result(1);
+    HalfedgeId h = start;
+    bool closed = false;
+    do {
+      result.back().push_back(h);
+      const bool seam = parted_across(previous_corner(h));
+      h = mesh::rotate_ccw(adjacency_, h);
+      closed = h == start;
+      if (seam && h != kInvalid && !closed) result.emplace_back();
+      if (closed && !seam && result.size() > 1) {
+        result.front().insert(result.front().begin(), result.back().begin(), result.back().end());
+        result.pop_back();
+      }
+    } while (h != kInvalid && !closed);
+    return result;
+  }
+
+  // Values to the corners beside them; false if there are none.
+  bool spread(const std::vector<CornerId>& sector) {
+    const auto first =
+        std::find_if(sector.begin(), sector.end(), [&](CornerId c) { return given_[at(c)] != 0; });
+    if (first == sector.end()) return false;
+    const auto known = static_cast<std::size_t>(first - sector.begin());
+    for (std::size_t i = known; i-- > 0;) uv_.row(sector[i]) = uv_.row(sector[known]);
+    for (std::size_t i = known + 1; i < sector.size(); ++i) {
+      if (given_[at(sector[i])] == 0) uv_.row(sector[i]) = uv_.row(sector[i - 1]);
+    }
+    return true;
+  }
+
+  void guess(const std::vector<CornerId>& sector) {
+    Eigen::RowVector2d sum = Eigen::RowVector2d::Zero();
+    double count = 0;
+    for (const CornerId c : sector) {
+      for (const CornerId other : {next_corner(c), previous_corner(c)}) {
+        if (given_[at(other)] == 0) continue;
+        sum += uv_.row(other);
+        count += 1;
+      }
+    }
+    if (count > 0) sum /= count;
+    for (const CornerId c : sector) uv_.row(c) = sum;
+  }
+
+  const mesh::Adjacency& adjacency_;
+  const mesh::EdgeFlags& seams_;
+  Points2& uv_;
+  std::vector<char> given_;  // per corner: it came with a value
+};
+
+// Pins at the charts' vertices.
+void assign_pins(const std::vector<certify::CornerPin>& pins, Index corners, GivenMap& map) {
+  map.pins.resize(map.charts.size());
+  if (pins.empty()) return;
+  certify::require_storable_pins(pins, corners);
+  std::vector<std::pair<std::size_t, VertexId>> place(at(corners));
+  for (std::size_t c = 0; c < map.charts.size(); ++c) {
+    const mesh::Chart& chart = map.charts[c];
+    for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h)
+      place[3 * at(chart.faces[h / 3]) + h % 3] = {c, chart.surface.faces.data()[h]};
+  }
+  for (const certify::CornerPin& pin : pins) {
+    const auto [c, v] = place[at(pin.corner)];
+    map.pins[c].emplace_back(v, pin.uv);
+  }
+  for (std::size_t c = 0; c < map.charts.size(); ++c) {
+    auto& own = map.pins[c];
+    std::stable_sort(own.begin(), own.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (std::size_t i = 1; i < own.size(); ++i) {
+      if (own[i].first != own[i - 1].first || own[i].second == own[i - 1].second) continue;
+      throw_invalid(ErrorCode::kBadPins,
+                    "Two corners that share one place in the map are pinned to different places. "
+                    "Unpin one of them.");
+    }
+    own.erase(std::unique(own.begin(), own.end(),
+                          [](const auto& a, const auto& b) { return a.first == b.first; }),
+              own.end());
+    for (const auto& [v, uv] : own) {
+      map.places[c].row(v) = uv.transpose();
+      map.unknown[c][at(v)] = 0;
+    }
+  }
+}
+
+}  // namespace
+
+GivenMap read_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                  const Points2& corner_uv, const mesh::EdgeFlags& seams,
+                  const std::vector<certify::CornerPin>& pins) {
+  GivenMap map;
+  map.uv = corner_uv;
+  const std::vector<char> guessed = Corners(adjacency, seams, map.uv).complete();
+  std::vector<char> fixed;
+  if (!pins.empty()) {
+    certify::require_corners(pins, static_cast<Index>(surface.faces.size()));
+    fixed.assign(guessed.size(), 0);
+    for (const certify::CornerPin& pin : pins) fixed[at(pin.corner)] = 1;
+  }
+  map.rejoined = rejoin_torn(surface, adjacency, seams, fixed, map.uv);
+  map.cuts = mesh::uv_cuts(adjacency, map.uv);
+  mesh::CutMesh cut = mesh::cut_along(surface.faces, adjacency, map.cuts);
+  map.charts = mesh::split_into_charts(surface.vertices, cut);
+  map.vertex_origin = std::move(cut.vertex_origin);
+  for (const mesh::Chart& chart : map.charts) {
+    const Eigen::Index vertices = chart.surface.vertices.rows();
+    Points2& places = map.places.emplace_back(vertices, 2);
+    std::vector<char>& unknown = map.unknown.emplace_back(at(static_cast<Index>(vertices)), 0);
+    for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h) {
+      const std::size_t corner = 3 * at(chart.faces[h / 3]) + h % 3;
+      const VertexId v = chart.surface.faces.data()[h];
+      places.row(v) = map.uv.row(static_cast<Eigen::Index>(corner));
+      unknown[at(v)] |= guessed[corner];
+    }
+  }
+  assign_pins(pins, static_cast<Index>(surface.faces.size()), map);
+  return map;
+}
+
+}  // namespace flipfree::unwrap

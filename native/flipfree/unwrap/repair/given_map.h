@@ -1,0 +1,34 @@
+// A map as somebody left it, read as charts: every corner has a value, and pins are at their
+// places.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/certify/certify.h"
+#include "flipfree/mesh/cut_graph/cut.h"
+
+namespace flipfree::unwrap {
+
+struct GivenMap {
+  Points2 uv;                           // 3 #F x 2, finite
+  mesh::EdgeFlags cuts;                 // where the values on the two sides of an edge differ
+  std::vector<mesh::Chart> charts;      // chart.vertices number the places that corners share
+  std::vector<VertexId> vertex_origin;  // of these places: vertex of the surface
+  Index rejoined = 0;                   // corners that were torn off (rejoin.h)
+  // Per chart: its vertices' places (#V x 2); those that had none that 32 bits hold, so that theirs
+  // is only a guess; and its pins, ascending by vertex.
+  std::vector<Points2> places;
+  std::vector<std::vector<char>> unknown;
+  std::vector<std::vector<std::pair<VertexId, Vector2>>> pins;
+};
+
+// corner_uv: 3 #F x 2, any values. A corner without a value takes that of the next corner around
+// its vertex, but not across an edge of `seams` (flags, may be empty); where a vertex has none at
+// all, the mean of its neighbours. A pin moves all corners that share its corner's place. Throws
+// InvalidInput (kBadPins): one of a corner that does not exist or at a place that UVs cannot store,
+// two places for one vertex of a chart. Precondition: a validated surface. Cost: O(#F).
+GivenMap read_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                  const Points2& corner_uv, const mesh::EdgeFlags& seams,
+                  const std::vector<certify::CornerPin>& pins);
+
+}  // namespace flipfree::unwrap

@@ -1,0 +1,54 @@
+// One chart of a map, mended.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/unwrap/repair/repair_options.h"
+
+namespace flipfree::unwrap {
+
+// How much of a chart had to change, least first.
+enum class Change { kNone, kMirrored, kUnfolded, kAnew };
+
+// What becomes of the place of a face.
+enum class Place : char { kStays, kWhereItWas, kNone };
+
+struct ChartToMend {
+  const mesh::Chart& chart;
+  const std::vector<VertexId>& vertex_origin;  // of chart.vertices
+  const Points2& places;                       // #V x 2
+  const std::vector<char>& unknown;            // #V
+  const std::vector<std::pair<VertexId, Vector2>>& pins;
+  mesh::EdgeFlags seams;       // of the chart's half-edges
+  mesh::EdgeFlags uncuttable;  // the same; empty: none
+  double density = 0.0;        // of the other charts, see DamagedChart; 0: not known
+};
+
+struct MendedChart {
+  Points2 uv;                // 3 #F x 2, positive faces
+  mesh::EdgeFlags cut;       // further cuts; empty: none
+  std::vector<Place> place;  // #F. kWhereItWas: near to it, if there is room. kNone: anywhere
+  Change change = Change::kNone;
+  bool was_cut = false;     // because it lay on itself
+  bool has_density = true;  // false: its size means nothing
+};
+
+// Mirrors the chart if most of its faces are flipped, unfolds what is bad in place
+// (mend_in_place), and flattens it anew where that fails or `anew` asks for it, along its seams;
+// then opens or cuts it if it lies on itself. Charts without damage stay bit for bit. Throws
+// NotConverged (pins that were not reached), in terms of the surface that the chart is of;
+// Cancelled, TimeIsOver.
+MendedChart mend_chart(const ChartToMend& given, const RepairOptions& options, bool anew,
+                       ExecutionContext& context);
+
+// Density of the chart's positive faces, and their area: see density_of(DamagedChart).
+struct ChartDensity {
+  double value = 0.0;
+  double area = 0.0;
+};
+ChartDensity own_density(const mesh::Chart& chart, const Points2& places);
+
+}  // namespace flipfree::unwrap

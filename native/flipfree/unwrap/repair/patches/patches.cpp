@@ -1,0 +1,366 @@
+#include "flipfree/unwrap/repair/patches/patches.h"
+
+#include <algorithm>
+#include <cmath>
+#include <queue>
+#include <utility>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/failure/outcome.h"
+#include "flipfree/base/parallel.h"
+#include "flipfree/distortion/energy/own_map.h"
+#include "flipfree/distortion/minimize/minimize.h"
+#include "flipfree/distortion/untangle.h"
+
+namespace flipfree::unwrap {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+// Rings by which a part grows, round by round; the first moves single vertices.
+constexpr Index kRings[] = {0, 0, 1, 2, 4, 8, 16};
+// A part may have more energy than the healthy faces' mean, or that around it, by this share of its
+// own, or by that of the whole chart's.
+constexpr double kOwnExcess = 0.25;
+constexpr double kChartExcess = 0.01;
+// What is drawn out further than so many medians is no measure for what lies beside it.
+constexpr double kMostAround = 10.0;
+// From this share of the chart's faces on, growing on is no smaller change than unwrapping it.
+constexpr double kMostOfChart = 0.6;
+
+template <typename Visit>
+void for_faces_around(const mesh::Adjacency& adjacency, VertexId v, Visit visit) {
+  const HalfedgeId start = adjacency.vertex_halfedge[at(v)];
+  for (HalfedgeId h = start; h != kInvalid;) {
+    visit(static_cast<FaceId>(h / 3));
+    h = mesh::rotate_ccw(adjacency, h);
+    if (h == start) break;
+  }
+}
+
+struct Patch {
+  mesh::Surface surface;
+  std::vector<FaceId> faces;       // of the chart
+  std::vector<VertexId> vertices;  // of the chart
+  std::vector<char> fixed;
+  Points2 uv;
+  bool solved = false;
+};
+
+// The parts that the free vertices fall into; every face has free vertices of one part only.
+std::vector<Patch> patches_of(const DamagedChart& chart, const std::vector<char>& free,
+                              const Points2& uv) {
+  const Triangles& faces = chart.surface.faces;
+  std::vector<Patch> patches;
+  std::vector<char> seen_face(at(static_cast<Index>(faces.rows())), 0);
+  std::vector<char> seen(free.size(), 0);
+  std::vector<Index> local(free.size(), kInvalid);
+  for (VertexId seed = 0; seed < static_cast<VertexId>(free.size()); ++seed) {
+    if (free[at(seed)] == 0 || seen[at(seed)] != 0) continue;
+    Patch& patch = patches.emplace_back();
+    std::vector<VertexId> front{seed};
+    seen[at(seed)] = 1;
+    while (!front.empty()) {
+      const VertexId v = front.back();
+      front.pop_back();
+      for_faces_around(chart.adjacency, v, [&](FaceId f) {
+        if (seen_face[at(f)] != 0) return;
+        seen_face[at(f)] = 1;
+        patch.faces.push_back(f);
+        for (Index k = 0; k < 3; ++k) {
+          const VertexId w = faces(f, k);
+          if (free[at(w)] == 0 || seen[at(w)] != 0) continue;
+          seen[at(w)] = 1;
+          front.push_back(w);
+        }
+      });
+    }
+    std::sort(patch.faces.begin(), patch.faces.end());
+    patch.surface.faces.resize(static_cast<Eigen::Index>(patch.faces.size()), 3);
+    for (std::size_t i = 0; i < patch.faces.size(); ++i) {
+      for (Index k = 0; k < 3; ++k) {
+        const VertexId v = faces(patch.faces[i], k);
+        if (local[at(v)] == kInvalid) {
+          local[at(v)] = static_cast<Index>(patch.vertices.size());
+          patch.vertices.push_back(v);
+        }
+        patch.surface.faces(static_cast<Eigen::Index>(i), k) = local[at(v)];
+      }
+    }
+    const auto count = static_cast<Eigen::Index>(patch.vertices.size());
+    patch.surface.vertices.resize(count, 3);
+    patch.uv.resize(count, 2);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const VertexId v = patch.vertices[static_cast<std::size_t>(i)];
+      patch.surface.vertices.row(i) = chart.surface.vertices.row(v);
+      patch.uv.row(i) = uv.row(v);
+      patch.fixed.push_back(free[at(v)] == 0);
+      local[at(v)] = kInvalid;
+    }
+  }
+  return patches;
+}
+
+// Free vertices between their neighbours: a start for the untangler, whatever was there before.
+void even_out(Patch& patch) {
+  constexpr int kSweeps = 60;
+  const auto count = patch.uv.rows();
+  Eigen::RowVector2d middle = Eigen::RowVector2d::Zero();
+  double fixed = 0;
+  for (Eigen::Index v = 0; v < count; ++v) {
+    if (patch.fixed[static_cast<std::size_t>(v)] == 0) continue;
+    middle += patch.uv.row(v);
+    fixed += 1;
+  }
+  middle /= fixed;
+  std::vector<std::vector<Index>> neighbours(static_cast<std::size_t>(count));
+  const Triangles& faces = patch.surface.faces;
+  for (Eigen::Index f = 0; f < faces.rows(); ++f) {
+    for (Index k = 0; k < 3; ++k) {
+      neighbours[at(faces(f, k))].push_back(faces(f, (k + 1) % 3));
+      neighbours[at(faces(f, k))].push_back(faces(f, (k + 2) % 3));
+    }
+  }
+  for (Eigen::Index v = 0; v < count; ++v) {
+    if (patch.fixed[static_cast<std::size_t>(v)] == 0) patch.uv.row(v) = middle;
+  }
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    for (Eigen::Index v = 0; v < count; ++v) {
+      const auto& around = neighbours[static_cast<std::size_t>(v)];
+      if (patch.fixed[static_cast<std::size_t>(v)] != 0) continue;
+      Eigen::RowVector2d sum = Eigen::RowVector2d::Zero();
+      for (const Index w : around) sum += patch.uv.row(w);
+      patch.uv.row(v) = sum / static_cast<double>(around.size());
+    }
+  }
+}
+
+std::vector<VertexId> held(const Patch& patch) {
+  std::vector<VertexId> vertices;
+  for (std::size_t v = 0; v < patch.fixed.size(); ++v) {
+    if (patch.fixed[v] != 0) vertices.push_back(static_cast<VertexId>(v));
+  }
+  return vertices;
+}
+
+// Least distortion at the chart's density, from a map that is flip-free.
+void relax(Patch& patch, double density, ExecutionContext& context) {
+  distortion::MinimizeOptions minimize;
+  minimize.fixed = held(patch);
+  minimize.unit = density;
+  Stats ignored;
+  auto relaxed = attempt([&] {
+    return distortion::with_own_map([&] {
+      return distortion::minimize_distortion(patch.surface, patch.uv, minimize, context, ignored);
+    });
+  });
+  if (relaxed) patch.uv = std::move(*relaxed);
+}
+
+bool unfold(Patch& patch, double density, ExecutionContext& context) {
+  double area = 0.0;
+  for (const double a : face_areas(patch.surface)) area += a;
+  distortion::UntangleOptions options;
+  options.max_iterations = 100;
+  options.patience = 30;
+  options.target_area = density * density * area;
+  distortion::Untangler untangler(patch.surface, patch.fixed, context);
+  distortion::UntangleResult result = untangler.run(patch.uv, options, context);
+  if (result.flips != 0) return false;
+  patch.uv = std::move(result.uv);
+  return true;
+}
+
+class Mender {
+ public:
+  Mender(const DamagedChart& chart, Points2& uv, ExecutionContext& context)
+      : chart_(chart), uv_(uv), context_(context) {
+    const std::vector<double> energies = face_energies(chart.surface, uv, chart.density);
+    healthy_ = healthy_energy(chart.area, energies);
+    for (const double a : chart.area) area_ += a;
+    unknown_ = chart.unknown;
+  }
+
+  bool run() {
+    for (std::size_t round = 0;; ++round) {
+      context_.check();
+      DamagedChart now = chart_;
+      now.unknown = unknown_;
+      energies_ = face_energies(chart_.surface, uv_, chart_.density);
+      const Damage damage = find_damage(now, uv_, energies_, healthy_, true, context_);
+      if (damage.count == 0) return true;
+      if (round == std::size(kRings)) return false;
+      const std::vector<char> free =
+          round == 0 ? cover(damage.bad) : grown(damage.bad, kRings[round]);
+      std::vector<Patch> patches = patches_of(chart_, free, uv_);
+      // Parts that are as large as the chart come to nothing more than unwrapping it does.
+      std::erase_if(patches, [&](const Patch& patch) { return !worth_it(patch, round); });
+      if (patches.empty()) return false;
+      solve(patches);
+      for (const Patch& patch : patches) {
+        if (!patch.solved) continue;
+        for (std::size_t v = 0; v < patch.vertices.size(); ++v) {
+          if (patch.fixed[v] != 0) continue;
+          uv_.row(patch.vertices[v]) = patch.uv.row(static_cast<Eigen::Index>(v));
+          unknown_[at(patch.vertices[v])] = 0;
+        }
+      }
+    }
+  }
+
+ private:
+  bool worth_it(const Patch& patch, std::size_t round) const {
+    const bool held_somewhere =
+        std::find(patch.fixed.begin(), patch.fixed.end(), 1) != patch.fixed.end();
+    return held_somewhere &&
+           (round == 0 || static_cast<double>(patch.faces.size()) <=
+                              kMostOfChart * static_cast<double>(chart_.area.size()));
+  }
+
+  // Few vertices that are free to move, one of every bad face at least: all of them whose place is
+  // a guess or another one's too; then those of most bad faces.
+  std::vector<char> cover(const std::vector<char>& bad) const {
+    const Triangles& faces = chart_.surface.faces;
+    const std::vector<char> stacked = stacked_vertices(uv_);
+    std::vector<char> chosen(stacked.size(), 0);
+    std::vector<Index> count(stacked.size(), 0);
+    std::vector<char> open = bad;
+    for (FaceId f = 0; f < faces.rows(); ++f) {
+      for (Index k = 0; k < 3 && bad[at(f)] != 0; ++k) {
+        const VertexId v = faces(f, k);
+        if ((stacked[at(v)] == 0 && unknown_[at(v)] == 0) || chart_.pinned[at(v)] != 0) continue;
+        chosen[at(v)] = 1;
+        open[at(f)] = 0;
+      }
+      for (Index k = 0; k < 3 && open[at(f)] != 0; ++k) ++count[at(faces(f, k))];
+    }
+    std::priority_queue<std::pair<Index, VertexId>> queue;
+    for (VertexId v = 0; v < static_cast<VertexId>(count.size()); ++v) {
+      if (count[at(v)] > 0 && chart_.pinned[at(v)] == 0) queue.emplace(count[at(v)], v);
+    }
+    while (!queue.empty()) {
+      const auto [rank, v] = queue.top();
+      queue.pop();
+      if (chosen[at(v)] != 0 || count[at(v)] == 0) continue;
+      if (rank != count[at(v)]) {
+        queue.emplace(count[at(v)], v);
+        continue;
+      }
+      chosen[at(v)] = 1;
+      for_faces_around(chart_.adjacency, v, [&](FaceId f) {
+        if (open[at(f)] == 0) return;
+        open[at(f)] = 0;
+        for (Index k = 0; k < 3; ++k) --count[at(faces(f, k))];
+      });
+    }
+    return chosen;
+  }
+
+  std::vector<char> grown(const std::vector<char>& bad, Index rings) const {
+    const Triangles& faces = chart_.surface.faces;
+    std::vector<char> free(chart_.pinned.size(), 0);
+    std::vector<char> in = bad;
+    for (Index ring = 0; ring <= rings; ++ring) {
+      for (FaceId f = 0; f < faces.rows(); ++f) {
+        if (in[at(f)] == 0) continue;
+        for (Index k = 0; k < 3; ++k) free[at(faces(f, k))] = 1;
+      }
+      for (FaceId f = 0; f < faces.rows(); ++f) {
+        for (Index k = 0; k < 3; ++k) in[at(f)] |= free[at(faces(f, k))];
+      }
+    }
+    for (std::size_t v = 0; v < free.size(); ++v) free[v] = free[v] && !chart_.pinned[v];
+    return free;
+  }
+
+  void solve(std::vector<Patch>& patches) {
+    const auto one = [&](Patch& patch, ExecutionContext& context) {
+      even_out(patch);
+      if (!patch.uv.allFinite() || !unfold(patch, chart_.density, context)) return;
+      relax(patch, chart_.density, context);
+      patch.solved = bearable(patch);
+    };
+    if (patches.size() == 1) {
+      one(patches.front(), context_);
+      return;
+    }
+    parallel_for(context_, patches.size(), 1, [&](std::size_t i, std::size_t, std::size_t) {
+      ExecutionContext part(&context_, 1);
+      one(patches[i], part);
+    });
+  }
+
+  // About the distortion that is around. What pins ask for is taken as it comes.
+  bool bearable(const Patch& patch) const {
+    for (const VertexId v : patch.vertices) {
+      if (chart_.pinned[at(v)] != 0) return true;
+    }
+    const std::vector<double> areas = face_areas(patch.surface);
+    const std::vector<double> energies = face_energies(patch.surface, patch.uv, chart_.density);
+    const double usual = std::max(healthy_.mean, energy_around(patch));
+    double excess = 0.0;
+    double area = 0.0;
+    for (std::size_t f = 0; f < energies.size(); ++f) {
+      if (!(areas[f] > 0.0)) continue;
+      excess += areas[f] * (energies[f] - usual);
+      area += areas[f];
+    }
+    return excess <= usual * std::max(kOwnExcess * area, kChartExcess * area_);
+  }
+
+  // Mean of the healthy faces beside the patch; 0 without any.
+  double energy_around(const Patch& patch) const {
+    double sum = 0.0;
+    double area = 0.0;
+    for (std::size_t v = 0; v < patch.vertices.size(); ++v) {
+      if (patch.fixed[v] == 0) continue;
+      for_faces_around(chart_.adjacency, patch.vertices[v], [&](FaceId f) {
+        if (std::binary_search(patch.faces.begin(), patch.faces.end(), f)) return;
+        if (!(energies_[at(f)] <= kMostAround * healthy_.median)) return;
+        sum += chart_.area[at(f)] * energies_[at(f)];
+        area += chart_.area[at(f)];
+      });
+    }
+    return area > 0.0 ? sum / area : 0.0;
+  }
+
+  const DamagedChart& chart_;
+  Points2& uv_;
+  ExecutionContext& context_;
+  Healthy healthy_;
+  std::vector<double> energies_;  // #F, of this round's map
+  double area_ = 0.0;
+  std::vector<char> unknown_;
+};
+
+}  // namespace
+
+bool mend_in_place(const DamagedChart& chart, Points2& uv, ExecutionContext& context) {
+  return Mender(chart, uv, context).run();
+}
+
+Points2 relaxed_around(const DamagedChart& chart, const std::vector<char>& over, Index rings,
+                       const Points2& uv, ExecutionContext& context) {
+  const Triangles& faces = chart.surface.faces;
+  std::vector<char> free(chart.pinned.size(), 0);
+  std::vector<char> in = over;
+  for (Index ring = 0; ring <= rings; ++ring) {
+    for (FaceId f = 0; f < faces.rows(); ++f) {
+      for (Index k = 0; k < 3 && in[at(f)] != 0; ++k) free[at(faces(f, k))] = 1;
+    }
+    for (FaceId f = 0; f < faces.rows(); ++f) {
+      for (Index k = 0; k < 3; ++k) in[at(f)] |= free[at(faces(f, k))];
+    }
+  }
+  for (std::size_t v = 0; v < free.size(); ++v) free[v] = free[v] && !chart.pinned[v];
+  Points2 result = uv;
+  for (Patch& patch : patches_of(chart, free, uv)) {
+    if (std::find(patch.fixed.begin(), patch.fixed.end(), 1) == patch.fixed.end()) continue;
+    relax(patch, chart.density, context);
+    for (std::size_t v = 0; v < patch.vertices.size(); ++v)
+      result.row(patch.vertices[v]) = patch.uv.row(static_cast<Eigen::Index>(v));
+  }
+  return result;
+}
+
+}  // namespace flipfree::unwrap

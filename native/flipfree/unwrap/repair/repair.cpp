@@ -1,0 +1,399 @@
+#include "flipfree/unwrap/repair/repair.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numeric>
+#include <string>
+#include <utility>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/parallel.h"
+#include "flipfree/base/plane.h"
+#include "flipfree/certify/certified_map.h"
+#include "flipfree/certify/measures/flips.h"
+#include "flipfree/certify/separated_map.h"
+#include "flipfree/distortion/minimize/boundary_grid.h"
+#include "flipfree/distortion/valid_map.h"
+#include "flipfree/unwrap/repair/given_map.h"
+#include "flipfree/unwrap/repair/mend_chart.h"
+#include "flipfree/unwrap/repair/settle.h"
+
+namespace flipfree::unwrap {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+// The density of the map as a whole: the median of the charts', by area. 0 if none has one.
+double common_density(const GivenMap& map) {
+  std::vector<std::pair<double, double>> known;
+  double total = 0.0;
+  for (std::size_t c = 0; c < map.charts.size(); ++c) {
+    const ChartDensity own = own_density(map.charts[c], map.places[c]);
+    if (!(own.value > 0.0) || !(own.area > 0.0)) continue;
+    known.emplace_back(own.value, own.area);
+    total += own.area;
+  }
+  std::sort(known.begin(), known.end());
+  double sum = 0.0;
+  for (const auto& [value, area] : known) {
+    sum += area;
+    if (2.0 * sum >= total) return value;
+  }
+  return 0.0;
+}
+
+mesh::EdgeFlags own_flags(const mesh::EdgeFlags& flags, const mesh::Chart& chart) {
+  if (flags.empty()) return {};
+  mesh::EdgeFlags own(3 * chart.faces.size());
+  for (std::size_t h = 0; h < own.size(); ++h) own[h] = flags[3 * at(chart.faces[h / 3]) + h % 3];
+  return own;
+}
+
+// Of the map as it is given.
+void measure_before(const mesh::Surface& surface, const GivenMap& map, const Points2& corner_uv,
+                    Stats& stats, const ExecutionContext& context) {
+  // A face without a place counts as flipped; nothing else can be said about it.
+  const Points2 finite = corner_uv.unaryExpr([](double x) { return std::isfinite(x) ? x : 0.0; });
+  certify::CertifyRequest request;
+  request.surface = &surface;
+  request.uv = &finite;
+  const certify::Certificate before = certify::certify(request, context);
+  std::int64_t lost = 0;
+  for (Eigen::Index c = 0; c < corner_uv.rows(); ++c)
+    lost += !is_storable(corner_uv.row(c).transpose());
+  const auto flips = static_cast<std::int64_t>(certify::flipped_faces(corner_uv).size());
+  stats["flips_before"] = flips;
+  stats["winding_failures_before"] = before.winding_failures;
+  stats["overlaps_before"] = before.overlaps;
+  stats["island_overlaps_before"] = before.island_overlaps;
+  stats["energy_before"] = flips > 0 ? std::numeric_limits<double>::infinity() : before.energy;
+  stats["corners_without_place"] = lost;
+  stats["corners_rejoined"] = static_cast<std::int64_t>(map.rejoined);
+}
+
+class Repair {
+ public:
+  Repair(const mesh::Surface& surface, const Points2& corner_uv, const RepairOptions& options,
+         ExecutionContext& context)
+      : surface_(surface),
+        options_(options),
+        context_(context),
+        adjacency_(
+            mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces)),
+        seams_(mesh::flag_edges(surface.faces, adjacency_, options.cuts)),
+        uncuttable_(options.uncuttable.rows() == 0
+                        ? mesh::EdgeFlags{}
+                        : mesh::flag_edges(surface.faces, adjacency_, options.uncuttable)),
+        given_(read_map(surface, adjacency_, corner_uv, seams_, options.pins)),
+        density_(common_density(given_)),
+        mended_(given_.charts.size()),
+        anew_(given_.charts.size(), 0) {
+    measure_before(surface, given_, corner_uv, stats_, context);
+    corner_uv_ = &corner_uv;
+  }
+
+  // Charts whose stored map does not hold are made anew, and again settled with the others.
+  certify::Parametrization run() {
+    std::vector<char> wanted(given_.charts.size(), 1);
+    while (true) {
+      {
+        const ProgressRange range(context_, 0.05, 0.85);
+        mend(wanted);
+      }
+      context_.report("placing charts", 0.86);
+      collect();
+      const ProgressRange range(context_, 0.86, 0.95);
+      settled_ = settle(charts_, to_settle_, sized_, options_, context_);
+      wanted.assign(wanted.size(), 0);
+      for (const std::size_t c : settled_.unstorable) want_anew(c, wanted);
+      if (std::find(wanted.begin(), wanted.end(), 1) != wanted.end()) continue;
+      if (!settled_.unstorable.empty()) throw_unstorable();
+      certify::Parametrization map = finished();
+      for (const FaceId f : map.certificate.failed_faces) want_anew(chart_of_face_[at(f)], wanted);
+      if (map.certificate.ok || std::find(wanted.begin(), wanted.end(), 1) == wanted.end()) {
+        certify::require_certificate(map, "The repaired map");
+        return map;
+      }
+    }
+  }
+
+ private:
+  // c: a chart of the result. That of the given map which it comes from is made anew, once.
+  void want_anew(std::size_t c, std::vector<char>& wanted) {
+    const std::size_t given = source_[c];
+    if (anew_[given] != 0 || mended_[given].change == Change::kAnew) return;
+    wanted[given] = anew_[given] = 1;
+  }
+
+  [[noreturn]] void throw_unstorable() const {
+    const mesh::Chart& chart = charts_[settled_.unstorable.front()];
+    throw_not_converged(ErrorCode::kRoundingFlips,
+                        "The chart of face " + std::to_string(chart.faces.front()) +
+                            " has triangles too small for the 32 bits that are stored. Enlarge it, "
+                            "or mark seams that cut its long and thin parts off.",
+                        ElementKind::kFace, {chart.faces.front()});
+  }
+
+  void mend_one(std::size_t c, ExecutionContext& context) {
+    const ChartToMend chart{given_.charts[c],
+                            given_.vertex_origin,
+                            given_.places[c],
+                            given_.unknown[c],
+                            given_.pins[c],
+                            own_flags(seams_, given_.charts[c]),
+                            own_flags(uncuttable_, given_.charts[c]),
+                            density_};
+    mended_[c] = mend_chart(chart, options_, anew_[c] != 0, context);
+  }
+
+  // The largest chart alone if it is half of everything, the others side by side.
+  void mend(const std::vector<char>& wanted) {
+    const std::vector<mesh::Chart>& charts = given_.charts;
+    std::vector<std::size_t> order;
+    std::size_t total = 0;
+    for (std::size_t c = 0; c < charts.size(); ++c) {
+      if (wanted[c] == 0) continue;
+      order.push_back(c);
+      total += charts[c].faces.size();
+    }
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return charts[a].faces.size() > charts[b].faces.size();
+    });
+    const auto share = [&](std::size_t c) {
+      return static_cast<double>(charts[c].faces.size()) / static_cast<double>(total);
+    };
+    std::size_t alone = 0;
+    double done = 0.0;
+    if (2 * charts[order[0]].faces.size() >= total) {
+      done = share(order[0]);
+      const ProgressRange range(context_, 0.0, done);
+      mend_one(order[0], context_);
+      alone = 1;
+    }
+    SharedProgress progress(context_, done);
+    parallel_for(context_, order.size() - alone, 1, [&](std::size_t i, std::size_t, std::size_t) {
+      const std::size_t c = order[alone + i];
+      ExecutionContext part(&context_, 1, &progress, share(c));
+      mend_one(c, part);
+      part.report("mending charts", 1.0);
+    });
+  }
+
+  // The charts of the result, from the mended ones and their further cuts.
+  void collect() {
+    const std::size_t corners = 3 * at(static_cast<Index>(surface_.faces.rows()));
+    uv_.resize(static_cast<Eigen::Index>(corners), 2);
+    mesh::EdgeFlags cuts = given_.cuts;
+    std::vector<Place> place(corners / 3, Place::kStays);
+    std::vector<std::size_t> given_chart(corners / 3);
+    sized_ = true;
+    for (std::size_t c = 0; c < mended_.size(); ++c) {
+      const mesh::Chart& chart = given_.charts[c];
+      sized_ = sized_ && mended_[c].has_density;
+      for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h) {
+        const std::size_t corner = 3 * at(chart.faces[h / 3]) + h % 3;
+        uv_.row(static_cast<Eigen::Index>(corner)) =
+            mended_[c].uv.row(static_cast<Eigen::Index>(h));
+        if (!mended_[c].cut.empty()) cuts[corner] |= mended_[c].cut[h];
+        place[corner / 3] = mended_[c].place[h / 3];
+        given_chart[corner / 3] = c;
+      }
+    }
+    cuts_ = std::move(cuts);
+    charts_ = mesh::split_into_charts(surface_.vertices,
+                                      mesh::cut_along(surface_.faces, adjacency_, cuts_));
+    chart_of_face_.resize(corners / 3);
+    source_.clear();
+    to_settle_.clear();
+    for (std::size_t c = 0; c < charts_.size(); ++c) {
+      const mesh::Chart& chart = charts_[c];
+      ChartToSettle& own = to_settle_.emplace_back();
+      source_.push_back(given_chart[at(chart.faces.front())]);
+      own.place = place[at(chart.faces.front())];
+      own.uv.resize(chart.surface.vertices.rows(), 2);
+      for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h) {
+        const std::size_t corner = 3 * at(chart.faces[h / 3]) + h % 3;
+        own.uv.row(chart.surface.faces.data()[h]) = uv_.row(static_cast<Eigen::Index>(corner));
+        chart_of_face_[corner / 3] = c;
+      }
+    }
+    for (const certify::CornerPin& pin : options_.pins) {
+      const std::size_t c = chart_of_face_[at(pin.corner / 3)];
+      const mesh::Chart& chart = charts_[c];
+      const auto f = std::lower_bound(chart.faces.begin(), chart.faces.end(), pin.corner / 3) -
+                     chart.faces.begin();
+      to_settle_[c].pinned.push_back(chart.surface.faces(f, pin.corner % 3));
+    }
+    parallel_for(context_, charts_.size(), 16,
+                 [&](std::size_t begin, std::size_t end, std::size_t) {
+                   for (std::size_t c = begin; c < end; ++c) {
+                     const Triangles& faces = charts_[c].surface.faces;
+                     const Points2& uv = to_settle_[c].uv;
+                     to_settle_[c].bijective = !distortion::overlaps_itself(
+                         distortion::find_boundary(static_cast<Index>(uv.rows()), faces), uv,
+                         ExecutionContext());
+                   }
+                 });
+  }
+
+  certify::Parametrization finished() {
+    const Untimed finishing(context_);
+    context_.report("certifying", 0.95);
+    certify::Parametrization map;
+    map.surface = surface_;
+    map.stats = stats_;
+    map.uv.resize(uv_.rows(), 2);
+    map.uv32.resize(uv_.rows(), 2);
+    for (std::size_t c = 0; c < charts_.size(); ++c) {
+      const mesh::Chart& chart = charts_[c];
+      for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h) {
+        const auto corner = static_cast<Eigen::Index>(3 * at(chart.faces[h / 3]) + h % 3);
+        map.uv.row(corner) = settled_.uv[c].row(chart.surface.faces.data()[h]);
+        map.uv32.row(corner) = settled_.stored[c].row(chart.surface.faces.data()[h]);
+      }
+    }
+    map.cut_edges = mesh::flagged_edges(surface_.faces, adjacency_, cuts_);
+    certify::set_identity_provenance(map);
+    certify::CertifyRequest request;
+    request.pins = options_.pins;
+    request.require_bijective = options_.overlaps != SelfOverlaps::kKeep;
+    request.require_disjoint = options_.disjoint && options_.pins.empty();
+    certify::certify_map(map, surface_, request, context_);
+    count(map);
+    return map;
+  }
+
+  void count(certify::Parametrization& map) const {
+    Stats& stats = map.stats;
+    const auto changed = [&](Change change) {
+      return static_cast<std::int64_t>(
+          std::count_if(mended_.begin(), mended_.end(),
+                        [&](const MendedChart& chart) { return chart.change == change; }));
+    };
+    stats["charts"] = static_cast<std::int64_t>(charts_.size());
+    stats["charts_mirrored"] = changed(Change::kMirrored);
+    stats["charts_unfolded"] = changed(Change::kUnfolded);
+    stats["charts_anew"] = changed(Change::kAnew);
+    stats["charts_cut"] = static_cast<std::int64_t>(std::count_if(
+        mended_.begin(), mended_.end(), [](const MendedChart& chart) { return chart.was_cut; }));
+    stats["charts_moved"] =
+        static_cast<std::int64_t>(std::count(settled_.moved.begin(), settled_.moved.end(), 1));
+    stats["added_cuts"] =
+        static_cast<std::int64_t>(std::count(cuts_.begin(), cuts_.end(), 1) -
+                                  std::count(given_.cuts.begin(), given_.cuts.end(), 1)) /
+        2;
+    std::int64_t kept = 0;
+    for (Eigen::Index c = 0; c < map.uv.rows(); ++c) kept += map.uv.row(c) == corner_uv_->row(c);
+    stats["corners_kept"] = kept;
+    stats["energy"] = map.certificate.energy;
+    stats["max_energy"] = map.certificate.max_energy;
+    stats["added_vertices"] = std::int64_t{0};
+  }
+
+  const mesh::Surface& surface_;
+  const RepairOptions& options_;
+  ExecutionContext& context_;
+  const mesh::Adjacency adjacency_;
+  const mesh::EdgeFlags seams_;
+  const mesh::EdgeFlags uncuttable_;
+  const GivenMap given_;
+  const double density_;
+  const Points2* corner_uv_ = nullptr;
+  Stats stats_;
+  std::vector<MendedChart> mended_;
+  std::vector<char> anew_;  // per given chart: it was not storable otherwise
+  // The result.
+  Points2 uv_;
+  mesh::EdgeFlags cuts_;
+  std::vector<mesh::Chart> charts_;
+  std::vector<ChartToSettle> to_settle_;
+  std::vector<std::size_t> source_;  // per chart: of the given map
+  std::vector<std::size_t> chart_of_face_;
+  bool sized_ = true;
+  SettledCharts settled_;
+};
+
+// A mesh that is no clean surface: by way of one (mesh/separated).
+certify::Parametrization repair_separated(const mesh::Surface& surface, const Points2& corner_uv,
+                                          const RepairOptions& options, ExecutionContext& context) {
+  // Values that are none join nothing and turn nothing over.
+  Points2 finite = corner_uv;
+  for (Eigen::Index c = 0; c < finite.rows(); ++c) {
+    if (!is_storable(finite.row(c).transpose())) finite.row(c).setZero();
+  }
+  mesh::SeparateOptions separating;
+  separating.corner_uv = &finite;
+  const certify::SeparatedMap separated(surface, separating, context);
+  RepairOptions own = options;
+  own.cuts = separated.edges(options.cuts);
+  own.uncuttable = separated.edges(options.uncuttable);
+  own.pins = separated.pins(options.pins);
+  const Points2 own_uv = separated.corners(corner_uv);
+  const certify::Parametrization solved =
+      separated.solve([&] { return Repair(separated.surface(), own_uv, own, context).run(); });
+  const Untimed finishing(context);
+  certify::CertifyRequest request;
+  request.pins = options.pins;
+  request.require_bijective = options.overlaps != SelfOverlaps::kKeep;
+  request.require_disjoint = options.disjoint && options.pins.empty();
+  certify::Parametrization map = separated.on_input(solved, request, context);
+  map.stats["energy"] = map.certificate.energy;
+  map.stats["max_energy"] = map.certificate.max_energy;
+  certify::require_certificate(map, "The repaired map");
+  return map;
+}
+
+}  // namespace
+
+certify::Parametrization repair(const mesh::Surface& surface, const Points2& corner_uv,
+                                const RepairOptions& options, ExecutionContext& context) try {
+  const Stopwatch watch;
+  const TimeLimit limit(context, limit_of(options.max_seconds));
+  context.report("checking the map", 0.0);
+  distortion::require_corner_uv(surface, corner_uv);
+  certify::Parametrization map = certify::is_clean(surface, context)
+                                     ? Repair(surface, corner_uv, options, context).run()
+                                     : repair_separated(surface, corner_uv, options, context);
+  map.stats["seconds"] = watch.seconds();
+  const Untimed finishing(context);
+  context.report("done", 1.0);
+  return map;
+} catch (const TimeIsOver&) {
+  if (!(options.max_seconds > 0)) throw;  // the limit is the caller's
+  throw_out_of_time("Not all islands were mended", options.max_seconds,
+                    "or repair the mesh in parts");
+}
+
+certify::Parametrization improve_any(const mesh::Surface& surface, const Points2& corner_uv,
+                                     const distortion::ImproveOptions& options,
+                                     ExecutionContext& context) {
+  const Stopwatch watch;
+  try {
+    return distortion::improve(surface, corner_uv, options, context);
+  } catch (const InvalidInput& refused) {
+    if (refused.error().code != ErrorCode::kFlippedMap) throw;
+  }
+  RepairOptions mending;
+  mending.pins = options.pins;
+  mending.overlaps = SelfOverlaps::kKeep;
+  mending.max_seconds = options.max_seconds;
+  const certify::Parametrization mended = [&] {
+    const ProgressRange range(context, 0.0, 0.5);
+    return repair(surface, corner_uv, mending, context);
+  }();
+  distortion::ImproveOptions rest = options;
+  if (options.max_seconds > 0.0) {
+    constexpr double kLeastSeconds = 1e-3;
+    rest.max_seconds = std::max(kLeastSeconds, options.max_seconds - watch.seconds());
+  }
+  const ProgressRange range(context, 0.5, 1.0);
+  certify::Parametrization map =
+      distortion::improve(surface, mended.uv32.cast<double>(), rest, context);
+  map.stats["energy_before"] = std::numeric_limits<double>::infinity();
+  map.stats.insert(mended.stats.begin(), mended.stats.end());
+  return map;
+}
+
+}  // namespace flipfree::unwrap

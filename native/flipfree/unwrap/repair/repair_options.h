@@ -1,0 +1,30 @@
+// What a repair is asked for (repair.h).
+#pragma once
+
+#include <vector>
+
+#include "flipfree/certify/certify.h"
+
+namespace flipfree::unwrap {
+
+// What happens to a chart that lies on itself though no triangle is flipped.
+enum class SelfOverlaps {
+  kKeep,  // it stays
+  kOpen,  // it is held apart: no further cut
+  kCut,   // it falls into pieces that are put side by side
+};
+
+struct RepairOptions {
+  IndexPairs cuts;        // seams: the map is cut there where it has to be made anew
+  IndexPairs uncuttable;  // edges that automatic cuts avoid: diagonals of polygons
+  std::vector<certify::CornerPin>
+      pins;  // met bit for bit; corners that share a place share its pin
+  SelfOverlaps overlaps = SelfOverlaps::kCut;
+  bool disjoint = false;     // charts that lie on others are moved to where there is room
+  double margin = 0.005;     // around charts that are moved
+  int max_iterations = 200;  // of the optimiser, per chart that is made anew
+  double tolerance = 1e-4;
+  double max_seconds = 0;  // of the clock; 0: no limit
+};
+
+}  // namespace flipfree::unwrap

@@ -1,0 +1,238 @@
+#include "flipfree/unwrap/repair/settle.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "flipfree/base/error.h"
+#include "flipfree/base/parallel.h"
+#include "flipfree/certify/overlap/island_overlap.h"
+#include "flipfree/distortion/rounding.h"
+#include "flipfree/unwrap/packing/place.h"
+
+namespace flipfree::unwrap {
+namespace {
+
+// Of the search for a layout of charts none of which has a size of its own (NestOptions).
+constexpr double kEffort = 0.2;
+// Share of its density below which a layout has no room for charts.
+constexpr double kShrunk = 0.999;
+
+struct Box {
+  Eigen::RowVector2d low, high;
+  explicit Box(const Points2& uv) : low(uv.colwise().minCoeff()), high(uv.colwise().maxCoeff()) {}
+  bool meets(const Box& other) const {
+    return (low.array() < other.high.array()).all() && (other.low.array() < high.array()).all();
+  }
+};
+
+Points2 corners_of(const mesh::Chart& chart, const Points2& uv) {
+  Points2 corners(chart.surface.faces.size(), 2);
+  for (Eigen::Index c = 0; c < corners.rows(); ++c)
+    corners.row(c) = uv.row(chart.surface.faces.data()[c]);
+  return corners;
+}
+
+bool share_area(const mesh::Chart& a, const Points2& uv_a, const mesh::Chart& b,
+                const Points2& uv_b) {
+  Points2 corners(a.surface.faces.size() + b.surface.faces.size(), 2);
+  corners << corners_of(a, uv_a), corners_of(b, uv_b);
+  mesh::Components two;
+  two.count = 2;
+  two.of_face.assign(a.faces.size(), 0);
+  two.of_face.resize(a.faces.size() + b.faces.size(), 1);
+  return certify::island_overlaps(two, corners).pairs > 0;
+}
+
+bool any_overlap(const std::vector<mesh::Chart>& charts, const std::vector<ChartToSettle>& mended,
+                 const std::vector<char>& moved) {
+  mesh::Components staying;
+  Eigen::Index rows = 0;
+  for (std::size_t c = 0; c < charts.size(); ++c)
+    if (moved[c] == 0) rows += charts[c].surface.faces.size();
+  Points2 corners(rows, 2);
+  Eigen::Index row = 0;
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    if (moved[c] != 0) continue;
+    corners.middleRows(row, charts[c].surface.faces.size()) = corners_of(charts[c], mended[c].uv);
+    row += charts[c].surface.faces.size();
+    staying.of_face.insert(staying.of_face.end(), charts[c].faces.size(), staying.count++);
+  }
+  return certify::island_overlaps(staying, corners).pairs > 0;
+}
+
+// Charts that have to make way: largest first, each stays that lies on none that stays.
+void make_way(const std::vector<mesh::Chart>& charts, const std::vector<ChartToSettle>& mended,
+              bool disjoint, std::vector<char>& moved, const ExecutionContext& context) {
+  const auto near_its_place = [](const ChartToSettle& chart) {
+    return chart.place == Place::kWhereItWas;
+  };
+  if (std::none_of(mended.begin(), mended.end(), near_its_place) &&
+      !(disjoint && any_overlap(charts, mended, moved)))
+    return;
+  const auto may_move = [&](std::size_t c) {
+    return mended[c].pinned.empty() && (disjoint || near_its_place(mended[c]));
+  };
+  std::vector<std::size_t> order(charts.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return std::pair(!may_move(a), charts[a].faces.size()) >
+           std::pair(!may_move(b), charts[b].faces.size());
+  });
+  std::vector<Box> boxes;
+  boxes.reserve(charts.size());
+  for (const ChartToSettle& chart : mended) boxes.emplace_back(chart.uv);
+  std::vector<std::size_t> staying;
+  for (const std::size_t c : order) {
+    if (moved[c] != 0) continue;
+    context.check();
+    const bool in_the_way =
+        may_move(c) && std::any_of(staying.begin(), staying.end(), [&](std::size_t other) {
+          return boxes[c].meets(boxes[other]) &&
+                 share_area(charts[c], mended[c].uv, charts[other], mended[other].uv);
+        });
+    moved[c] = in_the_way;
+    if (!in_the_way) staying.push_back(c);
+  }
+}
+
+// Stores charts; those that stay only once, however often it is asked.
+class Storing {
+ public:
+  Storing(const std::vector<mesh::Chart>& charts, const std::vector<ChartToSettle>& mended,
+          const std::vector<char>& moved, ExecutionContext& context)
+      : charts_(charts),
+        mended_(mended),
+        moved_(moved),
+        context_(context),
+        stored_(charts.size()) {}
+
+  std::vector<Points2f> operator()(const std::vector<Points2>& uv) {
+    const std::size_t count = charts_.size();
+    std::vector<std::optional<Error>> failure(count);
+    parallel_for(context_, count, 1, [&](std::size_t c, std::size_t, std::size_t) {
+      if (stored_[c].rows() > 0 && moved_[c] == 0) return;
+      ExecutionContext part(&context_, 1);
+      distortion::RoundingOptions rounding;
+      rounding.bijective = mended_[c].bijective;
+      rounding.fixed = mended_[c].pinned;
+      Stats ignored;
+      try {
+        stored_[c] =
+            distortion::round_to_storage(charts_[c].surface.faces, uv[c], rounding, part, ignored);
+      } catch (const NotConverged& e) {
+        failure[c] = e.error();
+      }
+    });
+    unstorable.clear();
+    for (std::size_t c = 0; c < count; ++c) {
+      if (failure[c]) unstorable.push_back(c);
+    }
+    if (!unstorable.empty()) throw NotConverged(*failure[unstorable.front()]);
+    return stored_;
+  }
+
+  std::vector<std::size_t> unstorable;
+
+ private:
+  const std::vector<mesh::Chart>& charts_;
+  const std::vector<ChartToSettle>& mended_;
+  const std::vector<char>& moved_;
+  ExecutionContext& context_;
+  std::vector<Points2f> stored_;
+};
+
+// Charts that move, in rows to the right of all that stays and of the unit square, as they are.
+void put_beside(const std::vector<char>& moved, double margin, std::vector<Points2>& uv) {
+  double right = 1.0;
+  double area = 0.0;
+  double widest = 1.0;
+  std::vector<std::size_t> order;
+  for (std::size_t c = 0; c < uv.size(); ++c) {
+    const Box box(uv[c]);
+    const Eigen::RowVector2d size = box.high - box.low;
+    if (moved[c] == 0) {
+      right = std::max(right, box.high.x());
+      continue;
+    }
+    order.push_back(c);
+    area += (size.x() + margin) * (size.y() + margin);
+    widest = std::max(widest, size.x());
+  }
+  const auto height = [&](std::size_t c) {
+    return uv[c].col(1).maxCoeff() - uv[c].col(1).minCoeff();
+  };
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return height(a) > height(b); });
+  const double width = std::max(widest, std::sqrt(area)) + 2.0 * margin;
+  const double left = std::ceil(right) + margin;
+  Eigen::RowVector2d corner(left, margin);
+  double row = 0.0;
+  for (const std::size_t c : order) {
+    const Box box(uv[c]);
+    const Eigen::RowVector2d size = box.high - box.low;
+    if (corner.x() > left && corner.x() + size.x() > left + width) {
+      corner = {left, corner.y() + row + margin};
+      row = 0.0;
+    }
+    uv[c].rowwise() += corner - box.low;
+    corner.x() += size.x() + margin;
+    row = std::max(row, size.y());
+  }
+}
+
+// Nothing where all tiles are full.
+template <typename Place>
+std::optional<PlacedCharts> attempt_placing(Place place) {
+  try {
+    return place();
+  } catch (const InvalidInput& e) {
+    if (e.error().code != ErrorCode::kBadOption) throw;
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
+SettledCharts settle(const std::vector<mesh::Chart>& charts, std::vector<ChartToSettle> mended,
+                     bool sized, const RepairOptions& options, ExecutionContext& context) {
+  SettledCharts settled;
+  settled.moved.resize(charts.size());
+  for (std::size_t c = 0; c < charts.size(); ++c)
+    settled.moved[c] = mended[c].place == Place::kNone;
+  make_way(charts, mended, options.disjoint, settled.moved, context);
+  for (ChartToSettle& chart : mended) settled.uv.push_back(std::move(chart.uv));
+  Storing store(charts, mended, settled.moved, context);
+  try {
+    if (std::find(settled.moved.begin(), settled.moved.end(), 1) == settled.moved.end()) {
+      settled.stored = store(settled.uv);
+      return settled;
+    }
+    PlacingOptions placing;
+    placing.margin = options.margin;
+    placing.effort = sized ? 0.0 : kEffort;
+    placing.rotation = sized ? Rotation::kNone : Rotation::kFree;
+    placing.scale_true = !sized;
+    const double density = density_of(charts, settled.uv, settled.moved);
+    if (sized) placing.density = density;
+    const auto stored = [&](const std::vector<Points2>& uv) { return store(uv); };
+    const std::optional<PlacedCharts> placed = attempt_placing(
+        [&] { return place_charts(charts, settled.uv, settled.moved, placing, stored, context); });
+    // Where the square has no room for their size, they keep that.
+    if (!placed || (sized && density_of(charts, placed->uv, settled.moved) < kShrunk * density)) {
+      put_beside(settled.moved, options.margin, settled.uv);
+      settled.stored = store(settled.uv);
+      return settled;
+    }
+    settled.uv = placed->uv;
+    settled.stored = placed->stored;
+  } catch (const NotConverged&) {
+    if (store.unstorable.empty()) throw;
+    settled.unstorable = std::move(store.unstorable);
+  }
+  return settled;
+}
+
+}  // namespace flipfree::unwrap

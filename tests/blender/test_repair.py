@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Repair Flips: maps that hands, imports and Blender's own unwrap fold are mended, the rest stays as it was."""
+
+import bpy
+import numpy as np
+import pytest
+import shapes
+
+
+def corner_vertices(ob):
+    return np.array([loop.vertex_index for loop in ob.data.loops])
+
+
+def flat_grid(n=8, name="Grid"):
+    """Mapped by x, y."""
+    ob = shapes.grid(n, name, uv=True)
+    uv = np.array([ob.data.vertices[v].co[:2] for v in corner_vertices(ob)], np.float32)
+    shapes.set_uv(ob, uv)
+    return ob, uv
+
+
+def said(capfd):
+    return capfd.readouterr().out
+
+
+@pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
+def test_a_vertex_dragged_over_its_neighbours_goes_back_and_nothing_else_moves(mode, capfd):
+    ob, uv = flat_grid()
+    corner = corner_vertices(ob)
+    uv[corner == 40] += np.float32(0.9)
+    shapes.set_uv(ob, uv)
+    assert shapes.exact_flips(ob) > 0
+    bpy.ops.object.mode_set(mode=mode)
+    if mode == "EDIT":
+        bpy.ops.mesh.select_all(action="SELECT")
+    assert bpy.ops.uv.flipfree_repair() == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="OBJECT")
+    after = shapes.uv_of(ob)
+    assert shapes.exact_flips(ob) == 0
+    assert (after[corner != 40] == uv[corner != 40]).all()
+    text = said(capfd)
+    assert "before: 2 flips" in text
+    assert "1 island unfolded" in text and "98 % of the UVs as before" in text
+
+
+def test_undo_brings_the_old_map_back():
+    ob, uv = flat_grid()
+    uv[corner_vertices(ob) == 40] += np.float32(0.9)
+    shapes.set_uv(ob, uv)
+    bpy.ops.ed.undo_push(message="damaged")
+    assert bpy.ops.uv.flipfree_repair("EXEC_DEFAULT", True) == {"FINISHED"}
+    assert (shapes.uv_of(ob) != uv).any()
+    bpy.ops.ed.undo()
+    assert (shapes.uv_of(bpy.data.objects["Grid"]) == uv).all()
+
+
+def test_a_sound_map_stays_bit_for_bit(capfd):
+    ob, uv = flat_grid()
+    assert bpy.ops.uv.flipfree_repair(disjoint=True, mark_seams=True) == {"FINISHED"}
+    assert shapes.uv_of(ob).tobytes() == uv.tobytes()
+    assert not any(edge.use_seam for edge in ob.data.edges)
+    assert "nothing to repair" in said(capfd)
+
+
+def test_a_mirrored_island_is_turned_over(capfd):
+    ob, uv = flat_grid()
+    shapes.set_uv(ob, uv * np.float32([-1, 1]))
+    assert bpy.ops.uv.flipfree_repair() == {"FINISHED"}
+    assert shapes.exact_flips(ob) == 0
+    assert (shapes.uv_of(ob) == uv).all()
+    assert "1 island mirrored" in said(capfd)
+
+
+def test_uvs_that_are_no_numbers_get_a_place(capfd):
+    ob, uv = flat_grid()
+    corner = corner_vertices(ob)
+    uv[corner == 40] = np.nan
+    shapes.set_uv(ob, uv)
+    assert bpy.ops.uv.flipfree_repair() == {"FINISHED"}
+    after = shapes.uv_of(ob)
+    assert np.isfinite(after).all() and shapes.exact_flips(ob) == 0
+    assert (after[corner != 40] == uv[corner != 40]).all()
+    assert "without a place" in said(capfd)
+
+
+def test_islands_at_one_point_are_unwrapped_along_the_seams():
+    ob = shapes.cube()
+    for edge in ob.data.edges:
+        edge.use_seam = True
+    if not ob.data.uv_layers.active:
+        ob.data.uv_layers.new(name="UVMap")
+    shapes.set_uv(ob, np.full((len(ob.data.loops), 2), 0.5, np.float32))
+    assert bpy.ops.uv.flipfree_repair() == {"FINISHED"}
+    assert shapes.exact_flips(ob) == 0
+    uv = shapes.uv_of(ob).reshape(6, 4, 2)
+    assert len(np.unique(uv.mean(axis=1).round(4), axis=0)) == 6
+    assert uv.min() >= 0.0 and uv.max() <= 1.0
+
+
+@pytest.mark.parametrize("overlaps", ["cut", "open", "keep"])
+def test_an_island_on_itself(overlaps):
+    ob = shapes.grid(12, uv=True)
+    flat = np.array([ob.data.vertices[v].co[:2] for v in corner_vertices(ob)])
+    angle, radius = 1.5 * np.pi * (flat[:, 0] + 1.0), 3.0 - flat[:, 1]
+    for vertex in ob.data.vertices:
+        vertex.co.x *= 12.0
+    before = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)]).astype(np.float32)
+    before = before[:, ::-1] if shapes_flipped(ob, before) else before
+    shapes.set_uv(ob, before)
+    assert shapes.exact_flips(ob) == 0
+    assert bpy.ops.uv.flipfree_repair(overlaps=overlaps, mark_seams=True) == {"FINISHED"}
+    assert shapes.exact_flips(ob) == 0
+    seams = sum(edge.use_seam for edge in ob.data.edges)
+    assert (seams > 0) == (overlaps == "cut")
+    assert (shapes.uv_of(ob) == before).all() == (overlaps == "keep")
+
+
+def shapes_flipped(ob, uv):
+    shapes.set_uv(ob, uv)
+    return shapes.exact_flips(ob) > 0
+
+
+def test_pins_hold():
+    ob, uv = flat_grid()
+    corner = corner_vertices(ob)
+    uv[corner == 40] += np.float32([0.3, 0.1])
+    uv[corner == 20] += np.float32(0.9)
+    shapes.set_uv(ob, uv)
+    shapes.set_pins(ob, np.isin(corner, [40]))
+    assert bpy.ops.uv.flipfree_repair() == {"FINISHED"}
+    assert shapes.exact_flips(ob) == 0
+    assert (shapes.uv_of(ob)[corner == 40] == uv[corner == 40]).all()
+
+
+@pytest.mark.parametrize("method", ["ANGLE_BASED", "CONFORMAL"])
+@pytest.mark.parametrize("moved", [3, 12])
+def test_what_blender_unwraps_around_moved_pins_is_unfolded(method, moved):
+    """Blender's own unwrap meets pins by folding faces."""
+    ob = shapes.monkey(1)
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    corner = corner_vertices(ob)
+    uv = shapes.uv_of(ob)
+    random = np.random.default_rng(moved)
+    inner = [
+        v
+        for v in range(len(ob.data.vertices))
+        if len(np.unique(uv[corner == v], axis=0)) == 1 and (corner == v).sum() == 4
+    ]
+    chosen = random.choice(inner, moved, replace=False)
+    for v in chosen:
+        uv[corner == v] += random.normal(size=2).astype(np.float32) * np.float32(0.15)
+    shapes.set_uv(ob, uv)
+    shapes.set_pins(ob, np.isin(corner, chosen))
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.ops.uv.select_all(action="SELECT")
+    assert bpy.ops.uv.unwrap(method=method, margin=0.0) == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="OBJECT")
+    folds = shapes.exact_flips(ob)
+    assert bpy.ops.uv.flipfree_repair(use_pins=False) == {"FINISHED"}
+    assert folds > 0
+    assert shapes.exact_flips(ob) == 0
+
+
+def test_improve_repairs_first(capfd):
+    ob, uv = flat_grid()
+    uv[corner_vertices(ob) == 40] += np.float32(0.9)
+    shapes.set_uv(ob, uv)
+    assert bpy.ops.uv.flipfree_improve() == {"FINISHED"}
+    assert shapes.exact_flips(ob) == 0
+    assert "repaired" in said(capfd)
+
+
+def test_all_objects_of_a_run_are_repaired():
+    pairs = [flat_grid(4, "First"), flat_grid(5, "Second")]
+    for ob, uv in pairs:
+        uv[corner_vertices(ob) == 8] += np.float32(0.9)
+        shapes.set_uv(ob, uv)
+        shapes.activate(ob, only=False)
+    for ob, _ in pairs:
+        ob.select_set(True)
+    assert bpy.ops.uv.flipfree_repair() == {"FINISHED"}
+    assert [shapes.exact_flips(ob) for ob, _ in pairs] == [0, 0]

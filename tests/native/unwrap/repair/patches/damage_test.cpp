@@ -1,0 +1,86 @@
+#include "flipfree/unwrap/repair/patches/damage.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "unwrap/repair/charts.h"
+
+namespace flipfree::unwrap {
+namespace {
+
+using test_charts::Sheet;
+
+TEST(Damage, a_sound_map_has_none) {
+  EXPECT_EQ(Sheet(6).damage().count, 0);
+  EXPECT_EQ(Sheet(6).damage(true).count, 0);
+}
+
+TEST(Damage, flipped_collapsed_and_guessed_faces_are_bad) {
+  Sheet sheet(6, 0.0);
+  sheet.chart.unknown[0] = 1;
+  sheet.uv.row(24) = sheet.uv.row(25);
+  const Damage damage = sheet.damage();
+  for (FaceId f = 0; f < sheet.surface.faces.rows(); ++f) {
+    const auto corners = sheet.surface.faces.row(f);
+    const bool both = (corners.array() == 24).any() && (corners.array() == 25).any();
+    if (both || (corners.array() == 0).any()) {
+      EXPECT_TRUE(damage.bad[static_cast<std::size_t>(f)]);
+    }
+  }
+}
+
+TEST(Damage, a_vertex_wound_twice_is_bad_though_all_faces_are_positive) {
+  // A fan of eight faces, twice around.
+  mesh::Surface surface;
+  surface.vertices = Points3::Zero(9, 3);
+  surface.faces.resize(8, 3);
+  Points2 uv = Points2::Zero(9, 2);
+  for (Index i = 0; i < 8; ++i) {
+    const double angle = 2.0 * M_PI * i / 8.0;
+    surface.vertices.row(i + 1) << std::cos(angle), std::sin(angle), 0.0;
+    uv.row(i + 1) << std::cos(2.0 * angle), std::sin(2.0 * angle);
+    surface.faces.row(i) << 0, i + 1, (i + 1) % 8 + 1;
+  }
+  const mesh::Adjacency adjacency = mesh::build_adjacency(9, surface.faces);
+  const DamagedChart chart{
+      surface, adjacency, face_areas(surface), std::vector<char>(9), std::vector<char>(9), 1.0};
+  const std::vector<double> energies = face_energies(surface, uv, 1.0);
+  EXPECT_EQ(find_damage(chart, uv, energies, healthy_energy(chart.area, energies), false,
+                        ExecutionContext())
+                .count,
+            8);
+}
+
+TEST(Damage, what_is_drawn_out_counts_beside_damage_or_in_a_spoilt_chart) {
+  Sheet sheet(10, 0.0);
+  sheet.uv.row(60) << 0.5, 0.5 + 0.0999;  // as good as collapsed, positive
+  ASSERT_EQ(sheet.damage(false).count, 0);
+  EXPECT_GT(sheet.damage(true).count, 0);
+}
+
+TEST(Damage, density_is_that_of_most_faces) {
+  Sheet sheet(10, 0.0);
+  sheet.uv *= 3.0;
+  sheet.uv.row(60) << 100.0, 50.0;
+  const Density density = density_of(sheet.surface, sheet.chart.area, sheet.uv);
+  EXPECT_NEAR(density.value, 3.0, 1e-12);
+  EXPECT_GT(density.share, 0.9);
+  EXPECT_LT(density.share, 1.0);
+  EXPECT_EQ(density_of(sheet.surface, sheet.chart.area, Points2::Zero(121, 2)).value, 0.0);
+}
+
+TEST(Damage, median_by_weight) {
+  EXPECT_EQ(weighted_median({}), 0.0);
+  EXPECT_EQ(weighted_median({{3.0, 1.0}, {1.0, 1.0}, {2.0, 1.0}}), 2.0);
+  EXPECT_EQ(weighted_median({{3.0, 5.0}, {1.0, 1.0}, {2.0, 1.0}}), 3.0);
+}
+
+TEST(Damage, vertices_in_one_place_are_stacked) {
+  Points2 uv(4, 2);
+  uv << 0, 0, 1, 0, 0, 0, 0, 1;
+  EXPECT_EQ(stacked_vertices(uv), (std::vector<char>{1, 0, 1, 0}));
+}
+
+}  // namespace
+}  // namespace flipfree::unwrap

@@ -1,0 +1,85 @@
+#include "flipfree/unwrap/repair/rejoin.h"
+
+#include <gtest/gtest.h>
+
+#include "support/corner_maps.h"
+#include "support/shapes.h"
+
+namespace flipfree::unwrap {
+namespace {
+
+struct Torn {
+  mesh::Surface surface = test::grid(6, 6);
+  mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  Points2 sound = test::flat(surface);
+  Points2 uv = sound;
+
+  Index rejoin(const mesh::EdgeFlags& seams = {}, const std::vector<char>& fixed = {}) {
+    return rejoin_torn(surface, adjacency, seams, fixed, uv);
+  }
+};
+
+TEST(Rejoin, a_sound_map_stays) {
+  Torn torn;
+  EXPECT_EQ(torn.rejoin(), 0);
+  EXPECT_EQ(torn.uv, torn.sound);
+}
+
+TEST(Rejoin, faces_and_corners_far_away_come_back) {
+  Torn torn;
+  torn.uv.middleRows<3>(3 * 30).array() *= -4.0;
+  torn.uv.row(3 * 50 + 1) << 7.0, 7.0;
+  EXPECT_EQ(torn.rejoin(), 4);
+  EXPECT_EQ(torn.uv, torn.sound);
+}
+
+TEST(Rejoin, two_faces_that_share_a_torn_corner_come_back_together) {
+  Torn torn;
+  for (CornerId c = 3 * 40; c < 3 * 42; ++c) {
+    if (torn.surface.faces.data()[c] == torn.surface.faces(40, 0)) torn.uv.row(c) << -2.0, 1.0;
+  }
+  EXPECT_GE(torn.rejoin(), 1);
+  EXPECT_EQ(torn.uv, torn.sound);
+}
+
+TEST(Rejoin, an_island_that_lies_elsewhere_is_no_torn_face) {
+  Torn torn;
+  for (FaceId f = 0; f < 24; ++f) torn.uv.middleRows<3>(3 * f).col(0).array() += 3.0;
+  const Points2 before = torn.uv;
+  EXPECT_EQ(torn.rejoin(), 0);
+  EXPECT_EQ(torn.uv, before);
+}
+
+TEST(Rejoin, what_would_not_fit_goes_back) {
+  Torn torn;
+  // An island of two rows at one point, between others that were drawn apart.
+  for (FaceId f = 0; f < torn.surface.faces.rows(); ++f) {
+    auto own = torn.uv.middleRows<3>(3 * f);
+    if (f >= 24 && f < 48) {
+      own.setConstant(9.0);
+    } else if (f >= 48) {
+      own.col(1).array() += 4.0;
+    }
+  }
+  const Points2 before = torn.uv;
+  EXPECT_EQ(torn.rejoin(), 0);
+  EXPECT_EQ(torn.uv, before);
+}
+
+TEST(Rejoin, seams_and_fixed_corners_are_respected) {
+  Torn torn;
+  torn.uv.middleRows<3>(3 * 30).array() *= -4.0;
+  mesh::EdgeFlags seams(torn.adjacency.opposite.size(), 0);
+  for (HalfedgeId h = 3 * 30; h < 3 * 31; ++h) {
+    seams[static_cast<std::size_t>(h)] = 1;
+    seams[static_cast<std::size_t>(torn.adjacency.opposite[static_cast<std::size_t>(h)])] = 1;
+  }
+  EXPECT_EQ(torn.rejoin(seams), 0);
+  std::vector<char> fixed(torn.adjacency.opposite.size(), 0);
+  std::fill(fixed.begin() + 3 * 30, fixed.begin() + 3 * 31, 1);
+  EXPECT_EQ(torn.rejoin({}, fixed), 0);
+}
+
+}  // namespace
+}  // namespace flipfree::unwrap

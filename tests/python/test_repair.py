@@ -1,0 +1,173 @@
+"""Properties of ff.repair, judged by other code."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from broken_meshes import broken_mesh
+from map_damage import DAMAGES, map_of
+
+import flipfree as ff
+
+from judges.any_triangles import judge_any
+from judges.coverage import coverage
+from surfaces import bumpy_grid, cylinder, octahedron_sphere, torus
+
+Floats = npt.NDArray[np.float64]
+
+MESHES = {
+    "grid": bumpy_grid(14, 11),
+    "cylinder": cylinder(),
+    "sphere": octahedron_sphere(3),
+    "torus": torus(),
+}
+
+
+def planar_map(vertices: Floats, faces: npt.NDArray[np.int32]) -> Floats:
+    return vertices[faces][:, :, :2].copy()
+
+
+def sound(result: ff.Parametrization) -> bool:
+    """In 64 and in 32 bits: no flip, one turn around every vertex, no chart on itself."""
+    for uv in (result.uv64, result.uv, result.uv32()):
+        judged = coverage(result.faces, uv)
+        if len(judged.flipped) or len(judged.overwound) or len(judged.within):
+            return False
+    return True
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+@pytest.mark.parametrize("mesh", MESHES)
+def test_whatever_happened_to_a_map_it_is_mended(mesh: str, damage: str) -> None:
+    vertices, faces = MESHES[mesh]
+    base = ff.unwrap(vertices, faces)
+    for seed in range(3):
+        given = map_of(faces, base.uv32().astype(np.float64))
+        DAMAGES[damage](given, np.random.default_rng(seed))
+        result = ff.repair(vertices, faces, given.uv, cuts=base.cut_edges if seed else None)
+        assert result.certificate.ok
+        assert sound(result)
+        assert result.stats["corners_kept"] == (result.uv == given.uv).all(axis=2).sum()
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_maps_of_broken_meshes_are_mended(seed: int) -> None:
+    _, (vertices, faces) = broken_mesh(seed)
+    base = ff.unwrap(vertices, faces)
+    random = np.random.default_rng(seed)
+    given = map_of(faces, base.uv32().astype(np.float64))
+    list(DAMAGES.values())[seed % len(DAMAGES)](given, random)
+    result = ff.repair(vertices, faces, given.uv, disjoint=True)
+    assert result.certificate.ok
+    assert bool(result.certificate.mends) == bool(base.certificate.mends)
+    for uv in (result.uv64, result.uv32()):
+        assert judge_any(faces, uv) == []
+
+
+@pytest.mark.parametrize("mesh", MESHES)
+def test_a_sound_map_comes_back_bit_for_bit(mesh: str) -> None:
+    vertices, faces = MESHES[mesh]
+    base = ff.unwrap(vertices, faces)
+    result = ff.repair(vertices, faces, base.uv32().astype(np.float64), disjoint=True)
+    assert np.array_equal(result.uv32(), base.uv32())
+    assert np.array_equal(result.uv, base.uv32())
+
+
+def test_what_was_done_is_counted() -> None:
+    vertices, faces = bumpy_grid()
+    uv = planar_map(vertices, faces)
+    uv[faces == 100] = (5.0, 5.0)
+    uv[faces == 200] = np.nan
+    result = ff.repair(vertices, faces, uv)
+    assert result.stats["flips_before"] > 3
+    assert result.stats["corners_without_place"] == 6
+    assert result.stats["energy_before"] == np.inf
+    assert result.stats["charts_unfolded"] == result.stats["charts"] == 1
+    assert result.stats["corners_kept"] >= 3 * len(faces) - 12
+    assert result.stats["energy"] == result.certificate.energy < 1.5
+
+
+def test_other_corners_stay_as_they_were() -> None:
+    vertices, faces = bumpy_grid()
+    uv = planar_map(vertices, faces)
+    thrown = uv.copy()
+    thrown[faces == 100] = (5.0, 5.0)
+    result = ff.repair(vertices, faces, thrown)
+    assert np.array_equal(result.uv[faces != 100], uv[faces != 100])
+
+
+def test_an_island_made_anew_stays_where_and_as_large_as_it_was() -> None:
+    vertices, faces = bumpy_grid(30, 10)
+    uv = planar_map(vertices, faces)
+    random = np.random.default_rng(1)
+    left = vertices[faces][:, :, 0].mean(axis=1) < 0.5
+    uv[~left, :, 0] += 0.5
+    turned = uv @ np.array([[0.8, 0.6], [-0.6, 0.8]])
+    given = map_of(faces, turned)
+    places = given.places()
+    folded = np.unique(given.point[left])
+    folded = folded[random.random(len(folded)) < 0.4]
+    places[folded] += 0.1 * random.normal(size=(len(folded), 2))
+    given.put(places)
+    result = ff.repair(vertices, faces, given.uv)
+    assert np.array_equal(result.uv[~left], turned[~left])
+    assert np.abs(result.uv[left] - turned[left]).max() < 0.2
+
+
+def test_pins_are_met_bit_for_bit() -> None:
+    vertices, faces = bumpy_grid()
+    uv = planar_map(vertices, faces)
+    uv[faces == 130] = (0.9, 0.1)
+    pins = {30: (1 / 3, 0.1), 200: tuple(uv[faces == 200][0].tolist())}
+    result = ff.repair(vertices, faces, uv, pins=pins)
+    assert result.certificate.ok and result.certificate.pin_failures == 0
+    for vertex, target in pins.items():
+        assert np.all(result.uv[faces == vertex] == target)
+
+
+def test_pins_that_fold_the_map_are_an_error_that_names_them() -> None:
+    vertices, faces = bumpy_grid(6, 6)
+    uv = planar_map(vertices, faces)
+    left, right = uv[faces == 23][0], uv[faces == 25][0]
+    uv[faces == 23], uv[faces == 25] = right, left
+    pins = {int(v): tuple(uv[faces == v][0].tolist()) for v in np.unique(faces)}
+    with pytest.raises(ff.NotConverged, match="pins cannot be reached"):
+        ff.repair(vertices, faces, uv, pins=pins)
+
+
+def test_a_stacked_island_moves_only_on_demand() -> None:
+    vertices, faces = bumpy_grid()
+    uv = planar_map(vertices, faces)
+    uv[vertices[faces][:, :, 0].mean(axis=1) > 0.7, :, 0] -= 0.5
+    assert np.array_equal(ff.repair(vertices, faces, uv).uv, uv)
+    result = ff.repair(vertices, faces, uv, disjoint=True)
+    assert result.certificate.island_overlaps == 0
+    assert result.stats["charts_moved"] == 1
+    assert (result.uv == uv).all(axis=(1, 2)).mean() > 0.6
+
+
+@pytest.mark.parametrize("overlaps", ["cut", "open", "keep"])
+def test_same_bits_for_any_number_of_threads(overlaps: str) -> None:
+    vertices, faces = octahedron_sphere(4)
+    base = ff.unwrap(vertices, faces)
+    given = map_of(faces, base.uv32().astype(np.float64))
+    for damage in ("throw_points", "drag_over", "zero_corners"):
+        DAMAGES[damage](given, np.random.default_rng(4))
+        given = map_of(faces, given.uv)
+    results = [
+        ff.repair(vertices, faces, given.uv, overlaps=overlaps, threads=t) for t in (1, 2, 5)
+    ]
+    for other in results[1:]:
+        assert np.array_equal(other.uv, results[0].uv)
+        assert np.array_equal(other.uv32(), results[0].uv32())
+
+
+def test_cancel_and_the_limit_of_time() -> None:
+    vertices, faces = bumpy_grid(120, 120)
+    nothing = np.zeros((len(faces), 3, 2))
+    with pytest.raises(ff.Cancelled):
+        ff.repair(vertices, faces, nothing, progress=lambda *_: False)
+    with pytest.raises(ff.NotConverged, match="max_seconds") as error:
+        ff.repair(vertices, faces, nothing, max_seconds=1e-5)
+    assert error.value.code == "time limit reached"
