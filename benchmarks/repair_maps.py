@@ -177,7 +177,10 @@ def repaired(task: tuple[int, bool, str]) -> Outcome | None:
     outcome.sound = float(sound.mean())
     outcome.changed = int((sound & ~kept.all(axis=1)).sum())
     if not options["pins"] and not broken:
-        anew = ff.unwrap(vertices, faces, cuts=result.cut_edges, threads=1, max_seconds=LIMIT)
+        try:
+            anew = ff.unwrap(vertices, faces, cuts=result.cut_edges, threads=1, max_seconds=LIMIT)
+        except ff.NotConverged:  # nothing to compare with
+            return outcome
         before = 0.0
         if sound.any():
             before = ff.certify(vertices, faces[sound], given.uv[sound], threads=1).energy

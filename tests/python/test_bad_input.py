@@ -167,7 +167,7 @@ CASES: dict[str, tuple[Callable[[], Any], type[ff.FlipfreeError], str, list[str]
         lambda: ff.improve(
             (*quad(), [[(0, 0), (1, 0), (1, 1)], [(0, 0), (0, 1), (1, 1)]]), repair=False
         ),
-        ff.InvalidInput, "map has flips", ["the first is face 1", "Unwrap"],
+        ff.InvalidInput, "map has flips", ["the first is face 1", "Repair"],
     ),
     "UVs of the wrong shape": (
         lambda: ff.certify(*quad(), np.zeros((2, 2, 2))),
