@@ -1,7 +1,8 @@
 """Flipfree UV: UV maps that never fold over.
 
 Arrays in: ``vertices (n, 3) float64``, ``faces (m, 3) int32``, triangles. ``unwrap``, ``auto_seams``, ``improve``,
-``repair``, ``pack`` and ``certify`` take any; the others want them manifold and consistently oriented, and name the place where they are not.
+``repair``, ``pack`` and ``certify`` take any; the others want them manifold and consistently oriented, and name the place
+where they are not.
 Angles in radians. Every result carries a certificate measured with exact predicates.
 """
 

@@ -139,10 +139,10 @@ class ChartMender {
     unwrapping.may_add_cuts = options_.overlaps != SelfOverlaps::kOpen;
     unwrapping.max_iterations = options_.max_iterations;
     unwrapping.tolerance = options_.tolerance;
-    const std::vector<char> pinned =
-        pins.empty() ? std::vector<char>() : pinned_vertices(surface, pins);
+    Opening opening;
+    if (!pins.empty()) opening.pinned = pinned_vertices(surface, pins);
     Islands islands = make_islands(surface, adjacency_, given_.seams, given_.uncuttable,
-                                   pins.empty(), context_, pinned);
+                                   pins.empty(), context_, opening);
     const ChartPins chart_pins = pins_by_chart(islands, pins);
     Stats ignored;
     std::vector<Points2> flat = flatten_islands(islands, surface, adjacency_, given_.uncuttable,
