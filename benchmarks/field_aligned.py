@@ -1,11 +1,11 @@
 """Field-aligned seamless maps of the shared data folder's closed models, with given fields and with our own.
 
-    PYTHONPATH=build/python:tests python3 benchmarks/field_aligned.py [--only TEXT] [--own] [--random N] [--reach 1]
+    PYTHONPATH=build/python:tests python3 benchmarks/field_aligned.py [--only TEXT] [--own] [--random N] [--reach 1] [--halves]
                                                                      [--open aligned] [--engine padding] [--cuts] [--seconds 120] [--markdown]
 
 Cases: fields/ with its fields; `--open aligned` or `free`: the models of general/ with a boundary, which the field follows if it is aligned (`G6` is
 then the certificate's own); `--own`: the closed models of general/ and embedding/, and those of fields/, with the smoothest field. `--random N`:
-N signatures on each of five surfaces of genus 1 to 6: cones of 2 to 8 quarter turns at random vertices, and loops that turn by up to
+N signatures on each of five surfaces of genus 1 to 6: cones of 2 to 8 quarter turns (of 2 and 6 with `--halves`) at random vertices, and loops that turn by up to
 `--reach` quarters more or less, at random, than needs the least rotation.
 `G6` is the second judge's: on a homology basis that nobody has seen, does the map turn as the field does (judges/)? Angles are
 between isolines and field, degrees, by area; `engine` before the alignment. CPU seconds are those of all threads. The exit status is 1
@@ -88,14 +88,16 @@ def opened(folder: Path) -> Iterator[Mesh]:
             yield path.stem, mesh.vertices, mesh.faces
 
 
-def random_signature(mesh: Mesh, random: np.random.Generator, reach: int) -> ff.Signature:
+def random_signature(
+    mesh: Mesh, random: np.random.Generator, reach: int, halves: bool
+) -> ff.Signature:
     _, vertices, faces = mesh
     euler = len(vertices) - len(faces) // 2
-    quarters = [
-        int(k) for k in random.choice([2, 3, 3, 3, 5, 5, 5, 6, 8], int(random.integers(2, 13)))
-    ]
+    choice = [2, 6] if halves else [2, 3, 3, 3, 5, 5, 5, 6, 8]
+    quarters = [int(k) for k in random.choice(choice, int(random.integers(2, 13)))]
     missing = 4 * euler - sum(4 - k for k in quarters)
-    quarters += [3 if missing > 0 else 5] * abs(missing)
+    step = 2 if halves else 1
+    quarters += [4 - step if missing > 0 else 4 + step] * (abs(missing) // step)
     places = random.permutation(len(vertices))
     cones = {int(v): k for v, k in zip(places, quarters, strict=False)}
     near = ff.cross_field(vertices, faces, signature=ff.Signature(cones, []))
@@ -106,12 +108,14 @@ def random_signature(mesh: Mesh, random: np.random.Generator, reach: int) -> ff.
     return ff.Signature(cones, loops)
 
 
-def at_random(folder: Path, count: int, reach: int) -> Iterator[tuple[Mesh, ff.CrossField]]:
+def at_random(
+    folder: Path, count: int, reach: int, halves: bool
+) -> Iterator[tuple[Mesh, ff.CrossField]]:
     for name in RANDOM_MODELS:
         mesh = read_mesh(folder / name)
         for seed in range(count):
             case = (f"{Path(name).stem} #{seed}", mesh.vertices, mesh.faces)
-            signature = random_signature(case, np.random.default_rng(seed), reach)
+            signature = random_signature(case, np.random.default_rng(seed), reach, halves)
             yield case, ff.cross_field(mesh.vertices, mesh.faces, signature=signature)
 
 
@@ -180,6 +184,7 @@ def main() -> int:
     parser.add_argument("--open", choices=("aligned", "free"), help="open models")
     parser.add_argument("--random", type=int, default=0, help="signatures per surface")
     parser.add_argument("--reach", type=int, default=1, help="of random turns, quarters")
+    parser.add_argument("--halves", action="store_true", help="random cones of index +-1/2 only")
     parser.add_argument("--engine", choices=("auto", "penner", "padding"), default="auto")
     parser.add_argument("--cuts", action="store_true", help="padding's cuts alone")
     parser.add_argument("--seconds", type=float, default=120.0, help="give a case up after so long")
@@ -194,7 +199,7 @@ def main() -> int:
         print("|" + "---|" * (columns.count("|") + 1))
     cases: Iterator[tuple[Mesh, ff.CrossField | None]]
     if arguments.random > 0:
-        cases = iter(at_random(folder, arguments.random, arguments.reach))
+        cases = iter(at_random(folder, arguments.random, arguments.reach, arguments.halves))
     elif arguments.open:
         cases = ((mesh, None) for mesh in opened(folder))
     elif arguments.own:

@@ -12,6 +12,8 @@
 namespace flipfree::seamless {
 namespace {
 
+// Branches that wind around few cones again and again double the refinement each time.
+constexpr Index kMostAdded = 2'000'000;
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
 // By how much each loop is asked to turn now.
@@ -48,6 +50,13 @@ bool reroute_branch(Canvas& canvas, const std::vector<Index>& cones, Index chang
                     std::vector<VertexId>& branch, const ExecutionContext& context) {
   for (bool first = true;; first = false) {
     context.check();
+    if (canvas.vertex_count() - static_cast<Index>(cones.size()) > kMostAdded) {
+      throw_not_converged(
+          ErrorCode::kIterationLimit,
+          "The branches of the cut wind around the cones so often that it has more than " +
+              std::to_string(kMostAdded) +
+              " vertices. Take a field that turns less along the handles, or with more cones.");
+    }
     if (auto shortest = draw_shortest_detour(canvas, branch, change, context)) {
       branch = std::move(*shortest);
       return first;
