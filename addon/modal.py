@@ -18,7 +18,7 @@ import bpy
 
 import flipfree
 
-from . import certificates, errors, mends
+from . import certificates, errors, mends, watch
 from .meshes import mesh_io
 
 _INTERVAL = 0.1  # seconds between looks at the solver
@@ -114,6 +114,12 @@ class Run:
         self.failures: list[errors.Failure] = list(failures or [])
         self.started = time.perf_counter()
         self._shown = 0.0  # largest fraction so far: a task's next job starts at zero again
+        # By the names at the start: objects may be renamed meanwhile, or deleted and others get their names.
+        self._uids = {
+            ob.name: watch.uid(ob)
+            for task in tasks
+            if (ob := bpy.data.objects.get(task.snapshot.object_name)) is not None
+        }
         _live_runs.add(self)
 
     def advance(self, seconds: float) -> bool:
@@ -213,7 +219,7 @@ class Run:
         written = []
         for task in self.done:
             try:
-                ob = bpy.data.objects.get(task.snapshot.object_name)
+                ob = self._object(task.snapshot.object_name)
                 if ob is None:
                     raise mesh_io.MeshProblem(
                         f"{task.snapshot.object_name}: the object was deleted meanwhile"
@@ -223,6 +229,11 @@ class Run:
             except mesh_io.MeshProblem as problem:
                 self.failures.append(errors.from_problem(task.snapshot.object_name, problem))
         self.done = written
+
+    def _object(self, name: str) -> bpy.types.Object | None:
+        """The object that had this name at the start."""
+        wanted = self._uids.get(name)
+        return next((ob for ob in bpy.data.objects if watch.uid(ob) == wanted), None)
 
     def close(self):
         """Ends the solver, whatever it is doing; waits for its thread (a fraction of a second)."""

@@ -119,6 +119,11 @@ def show_textures() -> None:
             space.shading.color_type = "TEXTURE"
 
 
+def shows_textures() -> bool:
+    """Whether some viewport still does so because of a checker, be it that its objects were deleted."""
+    return any(space.as_pointer() in _before for space in _spaces())
+
+
 def show_as_before() -> None:
     for space in _spaces():
         colours = _before.pop(space.as_pointer(), None)
@@ -183,7 +188,7 @@ class UV_OT_flipfree_remove_checker(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        if not any(is_checked(ob) for ob in bpy.data.objects):
+        if not any(is_checked(ob) for ob in bpy.data.objects) and not shows_textures():
             cls.poll_message_set("No object shows a checker")
             return False
         return True

@@ -145,11 +145,8 @@ def _whole_objects(context, make_task) -> tuple[list, list]:
 
 def _show_faces(tasks) -> int:
     """Selects what tasks have found; how many faces that are. Leaves everything alone if none."""
-    places = [
-        (bpy.data.objects[task.snapshot.object_name], "face", task.faces)
-        for task in tasks
-        if len(task.faces)
-    ]
+    found = [(bpy.data.objects.get(task.snapshot.object_name), task.faces) for task in tasks]
+    places = [(ob, "face", chosen) for ob, chosen in found if ob is not None and len(chosen)]
     if places:
         show(bpy.context, places)
     return sum(len(task.faces) for task in tasks)

@@ -88,13 +88,27 @@ def _over_surface() -> None:
     region, view = context.region, context.region_data
     placed = []
     for entry, ob in _visible(context):
+        turned = ob.matrix_world.to_3x3().inverted_safe().transposed()
         for mark in entry.drawing.marks:
-            if mark.place == shapes.SURFACE:
-                at = location_3d_to_region_2d(region, view, ob.matrix_world @ Vector(mark.at))
-                if at is not None:
-                    placed.append((mark, at.x, at.y))
+            if mark.place != shapes.SURFACE:
+                continue
+            place = ob.matrix_world @ Vector(mark.at)
+            at = location_3d_to_region_2d(region, view, place)
+            if at is not None and _is_in_front(view, place, turned, mark.normal):
+                placed.append((mark, at.x, at.y))
     _draw_marks(placed)
     _draw_legend(context)
+
+
+def _is_in_front(view, place: Vector, turned: Matrix, normal: tuple | None) -> bool:
+    """Whether the surface looks at the viewer there. turned: takes normals of the object into the scene."""
+    if normal is None:
+        return True
+    if view.is_perspective:
+        towards = view.view_matrix.inverted().translation - place
+    else:
+        towards = view.view_rotation @ Vector((0.0, 0.0, 1.0))
+    return (turned @ Vector(normal)).dot(towards) > 0.0
 
 
 def _over_map() -> None:

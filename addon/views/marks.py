@@ -53,7 +53,13 @@ def draw_cones(read, drawing: shapes.Drawing) -> None:
     shown = range(min(len(vertices), _MOST_TEXTS))
     texts = [f"{bend:+.3g}" for bend in bends.tolist()]
     drawing.marks += [
-        shapes.Mark(shapes.SURFACE, tuple(places[i].tolist()), (0, 0, 0, 0), texts[i])
+        shapes.Mark(
+            shapes.SURFACE,
+            tuple(places[i].tolist()),
+            (0, 0, 0, 0),
+            texts[i],
+            tuple(read.mesh.vertices[int(vertices[i])].normal),
+        )
         for i in shown
     ]
     if read.layer:

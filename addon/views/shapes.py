@@ -22,12 +22,14 @@ class Shape:
 
 @dataclass
 class Mark:
-    """A place to be pointed at, with a text or none; of the same size at every zoom."""
+    """A place to be pointed at, with a text or none; of the same size at every zoom. normal: of the surface; places that it
+    turns away from the viewer are not shown."""
 
     place: str
     at: tuple  # (x, y, z)
     colour: tuple
     text: str = ""
+    normal: tuple | None = None
 
 
 @dataclass

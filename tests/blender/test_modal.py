@@ -102,6 +102,38 @@ def test_an_object_that_was_deleted_meanwhile_is_a_failure_not_a_crash(part):
     assert not run.done and "deleted" in str(run.failures[0])
 
 
+def test_an_object_that_was_renamed_meanwhile_gets_its_map(part):
+    ob = shapes.grid(4, uv=True)
+    before = shapes.uv_of(ob)
+    run = part("modal").Run(
+        [part("operators.unwrap").UnwrapTask(part("meshes.mesh_io").read(ob, only_selected=False))]
+    )
+    while not run.advance(0.05):
+        pass
+    ob.name = "Renamed"
+    run.finish()
+    assert len(run.done) == 1 and (shapes.uv_of(ob) != before).any()
+
+
+def test_another_object_of_the_same_name_is_left_alone(part):
+    import bpy
+
+    ob = shapes.grid(4, uv=True)
+    run = part("modal").Run(
+        [part("operators.unwrap").UnwrapTask(part("meshes.mesh_io").read(ob, only_selected=False))]
+    )
+    while not run.advance(0.05):
+        pass
+    bpy.data.objects.remove(ob)
+    bpy.context.view_layer.update()
+    other = shapes.grid(4, uv=True)
+    assert other.name == "Grid"
+    before = shapes.everything(other)
+    run.finish()
+    assert not run.done and "deleted" in str(run.failures[0])
+    assert shapes.everything(other) == before
+
+
 def test_an_unexpected_error_ends_the_timer_and_the_solver(part):
     ended = []
 

@@ -202,7 +202,7 @@ def test_cones_come_with_their_turns_and_what_is_missing(part):
     texts = [text for _, text in drawing.notes]
     assert texts == ["Cube: 7 cones", "The cones still lack +1 quarter turns"]
     on_model = [mark for mark in drawing.marks if mark.place == "SURFACE"]
-    assert [mark.text for mark in on_model] == ["+1"] * 7
+    assert [mark.text for mark in on_model] == ["+1"] * 7 and all(m.normal for m in on_model)
     in_map = {mark.at[:2] for mark in drawing.marks if mark.place == "MAP"}
     corner = np.array([loop.vertex_index for loop in ob.data.loops])
     assert in_map == {tuple(uv) for uv in shapes.uv_of(ob)[corner < 7].tolist()}

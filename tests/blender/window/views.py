@@ -220,6 +220,13 @@ def test_the_checker_is_seen_in_solid_shading_and_leaves_it_as_it_was():
         shot(f"checker_{pattern}")
     assert bpy.ops.uv.flipfree_remove_checker() == {"FINISHED"}
     assert shading.color_type == before and not ob.modifiers
+    assert bpy.ops.uv.flipfree_checker() == {"FINISHED"}
+    bpy.data.objects.remove(ob)
+    bpy.context.view_layer.update()
+    yield 0.3
+    assert bpy.ops.uv.flipfree_remove_checker() == {"FINISHED"}
+    assert shading.color_type == before
+    assert not [i for i in bpy.data.images if i.name.startswith("Flipfree")]
     yield 0.3
 
 
