@@ -67,6 +67,16 @@ def test_unwrap_maps_files_of_every_type(name):
     assert checked["status"] == "certified" and checked["output"] is None
 
 
+def test_unwrap_finds_seams_that_keep_the_stretch():
+    write("ball.obj", surfaces.octahedron_sphere(3))
+    record = run("unwrap", "ball.obj", "--out", "uv", "--auto-seams", "1.25")
+    assert record["status"] == "certified" and record["energy"] <= 1.025
+    assert record["options"]["auto_seams"] == 1.25
+    judged("uv/ball.obj", bijective=True, disjoint=True)
+    process = command("unwrap", "ball.obj", "--out", "uv", "--auto-seams", "1")
+    assert process.returncode == 2 and "number above 1" in process.stderr
+
+
 def test_in_and_out_make_one_map():
     write("torus.obj", surfaces.torus())
     assert run("unwrap", "torus.obj", "new/uv.ply")["output"] == "new/uv.ply"

@@ -18,7 +18,23 @@ def flags(parser: argparse.ArgumentParser, **texts: str) -> None:
         parser.add_argument(f"--{name.replace('_', '-')}", action="store_true", help=text)
 
 
+def _stretch(text: str) -> float:
+    value = float(text)
+    if not 1.0 < value <= 100.0:
+        raise ValueError(text)
+    return value
+
+
+_stretch.__name__ = "number above 1, up to 100"  # argparse puts it into its complaints
+
+
 def unwrap_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--auto-seams",
+        type=_stretch,
+        metavar="STRETCH",
+        help="find seams, so that lengths change by about this factor at most, such as 1.25",
+    )
     flags(
         parser,
         keep_charts="cut where the file's charts end, and nowhere else if it can be helped",
@@ -35,6 +51,8 @@ def unwrap(model: Model, options: dict[str, Any]) -> Solved:
         model.faces,
         cuts=model.seams if options["keep_charts"] else None,
         uncuttable=model.diagonals,
+        seams="given" if options["auto_seams"] is None else "auto",
+        stretch=options["auto_seams"] or 1.25,
         bijective=not options["allow_overlaps"],
         may_add_cuts=not options["no_new_cuts"],
         cut_extremities=not options["short_cuts"],
