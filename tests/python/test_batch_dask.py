@@ -120,7 +120,9 @@ def test_workers_that_are_killed_lose_nothing_and_do_nothing_twice(tmp_path, mon
     )
 
 
-def test_a_scheduler_that_does_not_answer_is_no_models_failure(tmp_path, monkeypatch):
+def test_a_scheduler_that_does_not_answer_is_no_models_failure(
+    tmp_path, monkeypatch, package_for_children
+):
     monkeypatch.chdir(tmp_path)
     Path("a.in").write_text("write")
     code = [sys.executable, DRIVER, "a.in", "--out", "out", "--dask", "tcp://127.0.0.1:9"]
