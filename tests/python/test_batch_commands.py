@@ -55,6 +55,22 @@ def judged(path, **wanted):
     return mesh
 
 
+def test_repair_gives_places_to_faces_that_have_none():
+    vertices, faces = surfaces.torus()
+    uv = ff.unwrap(vertices, faces).uv.copy()
+    uv[7] = uv[7, ::-1]
+    ff.write("torn.obj", (vertices, faces, uv))
+    lines = Path("torn.obj").read_text().splitlines()
+    last = max(k for k, line in enumerate(lines) if line.startswith("f "))
+    lines[last] = "f " + " ".join(corner.split("/")[0] for corner in lines[last].split()[1:])
+    Path("torn.obj").write_text("\n".join(lines))
+    record = run("improve", "torn.obj", "--out", "improved")
+    assert record["status"] == "refused" and "no texture coordinates" in record["message"]
+    record = run("repair", "torn.obj", "--out", "mended")
+    assert record["status"] == "certified"
+    judged("mended/torn.obj", bijective=True)
+
+
 @pytest.mark.parametrize("name", ["torus.obj", "torus.ply", "torus.off", "torus.stl"])
 def test_unwrap_maps_files_of_every_type(name):
     write(name, surfaces.torus())

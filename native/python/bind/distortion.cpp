@@ -8,6 +8,7 @@
 #include "flipfree/distortion/improve.h"
 #include "flipfree/distortion/seams/seams.h"
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/unwrap/repair/improve_any.h"
 #include "flipfree/unwrap/repair/repair.h"
 #include "job.h"
 

@@ -354,6 +354,24 @@ ChartDensity own_density(const mesh::Chart& chart, const Points2& places) {
   return {density.value / own.unit(), density.share * area * own.unit() * own.unit()};
 }
 
+double common_density(const std::vector<mesh::Chart>& charts, const std::vector<Points2>& places) {
+  std::vector<std::pair<double, double>> known;
+  double total = 0.0;
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    const ChartDensity own = own_density(charts[c], places[c]);
+    if (!(own.value > 0.0) || !(own.area > 0.0)) continue;
+    known.emplace_back(own.value, own.area);
+    total += own.area;
+  }
+  std::sort(known.begin(), known.end());
+  double sum = 0.0;
+  for (const auto& [value, area] : known) {
+    sum += area;
+    if (2.0 * sum >= total) return value;
+  }
+  return 0.0;
+}
+
 MendedChart mend_chart(const ChartToMend& given, const RepairOptions& options, bool anew,
                        ExecutionContext& context) {
   return with_errors([&](Error error) { return in_terms_of_surface(std::move(error), given); },

@@ -50,5 +50,7 @@ struct ChartDensity {
   double area = 0.0;
 };
 ChartDensity own_density(const mesh::Chart& chart, const Points2& places);
+// Of a map as a whole: the median of its charts', by area. 0 if none has one.
+double common_density(const std::vector<mesh::Chart>& charts, const std::vector<Points2>& places);
 
 }  // namespace flipfree::unwrap

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <numeric>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -19,30 +20,12 @@
 #include "flipfree/unwrap/repair/given_map.h"
 #include "flipfree/unwrap/repair/mend_chart.h"
 #include "flipfree/unwrap/repair/settle.h"
+#include "flipfree/unwrap/unwrap.h"
 
 namespace flipfree::unwrap {
 namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-// The density of the map as a whole: the median of the charts', by area. 0 if none has one.
-double common_density(const GivenMap& map) {
-  std::vector<std::pair<double, double>> known;
-  double total = 0.0;
-  for (std::size_t c = 0; c < map.charts.size(); ++c) {
-    const ChartDensity own = own_density(map.charts[c], map.places[c]);
-    if (!(own.value > 0.0) || !(own.area > 0.0)) continue;
-    known.emplace_back(own.value, own.area);
-    total += own.area;
-  }
-  std::sort(known.begin(), known.end());
-  double sum = 0.0;
-  for (const auto& [value, area] : known) {
-    sum += area;
-    if (2.0 * sum >= total) return value;
-  }
-  return 0.0;
-}
 
 mesh::EdgeFlags own_flags(const mesh::EdgeFlags& flags, const mesh::Chart& chart) {
   if (flags.empty()) return {};
@@ -87,15 +70,50 @@ class Repair {
                         ? mesh::EdgeFlags{}
                         : mesh::flag_edges(surface.faces, adjacency_, options.uncuttable)),
         given_(read_map(surface, adjacency_, corner_uv, seams_, options.pins)),
-        density_(common_density(given_)),
+        density_(common_density(given_.charts, given_.places)),
         mended_(given_.charts.size()),
         anew_(given_.charts.size(), 0) {
     measure_before(surface, given_, corner_uv, stats_, context);
     corner_uv_ = &corner_uv;
   }
 
-  // Charts whose stored map does not hold are made anew, and again settled with the others.
+  // Charts whose stored map does not hold are made anew, and again settled with the others; where
+  // that does not hold either, all of them.
   certify::Parametrization run() {
+    try {
+      return mended_map();
+    } catch (const NotConverged&) {
+      if (!options_.pins.empty()) throw;
+    }
+    return all_anew();
+  }
+
+ private:
+  // Of the given map only its cuts count. An unwrap cuts further around what cannot be stored.
+  certify::Parametrization all_anew() {
+    UnwrapOptions unwrapping;
+    unwrapping.cuts = mesh::flagged_edges(surface_.faces, adjacency_, given_.cuts);
+    unwrapping.uncuttable = options_.uncuttable;
+    unwrapping.bijective = options_.overlaps != SelfOverlaps::kKeep;
+    unwrapping.may_add_cuts = options_.overlaps != SelfOverlaps::kOpen;
+    unwrapping.margin = options_.margin;
+    unwrapping.max_iterations = options_.max_iterations;
+    unwrapping.tolerance = options_.tolerance;
+    certify::Parametrization map = unwrap(surface_, unwrapping, context_);
+    std::erase_if(map.stats, [](const auto& entry) {
+      return !std::set<std::string>{"charts", "added_cuts", "energy", "max_energy"}.contains(
+          entry.first);
+    });
+    map.stats.insert(stats_.begin(), stats_.end());  // of the map before
+    const auto charts = std::get<std::int64_t>(map.stats["charts"]);
+    for (const char* name : {"charts_anew", "charts_moved"}) map.stats[name] = charts;
+    for (const char* name : {"charts_mirrored", "charts_unfolded", "charts_cut", "corners_kept"})
+      map.stats[name] = std::int64_t{0};
+    map.stats["added_vertices"] = std::int64_t{0};
+    return map;
+  }
+
+  certify::Parametrization mended_map() {
     std::vector<char> wanted(given_.charts.size(), 1);
     while (true) {
       {
@@ -119,7 +137,6 @@ class Repair {
     }
   }
 
- private:
   // c: a chart of the result. That of the given map which it comes from is made anew, once.
   void want_anew(std::size_t c, std::vector<char>& wanted) {
     const std::size_t given = source_[c];
@@ -364,36 +381,6 @@ certify::Parametrization repair(const mesh::Surface& surface, const Points2& cor
   if (!(options.max_seconds > 0)) throw;  // the limit is the caller's
   throw_out_of_time("Not all islands were mended", options.max_seconds,
                     "or repair the mesh in parts");
-}
-
-certify::Parametrization improve_any(const mesh::Surface& surface, const Points2& corner_uv,
-                                     const distortion::ImproveOptions& options,
-                                     ExecutionContext& context) {
-  const Stopwatch watch;
-  try {
-    return distortion::improve(surface, corner_uv, options, context);
-  } catch (const InvalidInput& refused) {
-    if (refused.error().code != ErrorCode::kFlippedMap) throw;
-  }
-  RepairOptions mending;
-  mending.pins = options.pins;
-  mending.overlaps = SelfOverlaps::kKeep;
-  mending.max_seconds = options.max_seconds;
-  const certify::Parametrization mended = [&] {
-    const ProgressRange range(context, 0.0, 0.5);
-    return repair(surface, corner_uv, mending, context);
-  }();
-  distortion::ImproveOptions rest = options;
-  if (options.max_seconds > 0.0) {
-    constexpr double kLeastSeconds = 1e-3;
-    rest.max_seconds = std::max(kLeastSeconds, options.max_seconds - watch.seconds());
-  }
-  const ProgressRange range(context, 0.5, 1.0);
-  certify::Parametrization map =
-      distortion::improve(surface, mended.uv32.cast<double>(), rest, context);
-  map.stats["energy_before"] = std::numeric_limits<double>::infinity();
-  map.stats.insert(mended.stats.begin(), mended.stats.end());
-  return map;
 }
 
 }  // namespace flipfree::unwrap

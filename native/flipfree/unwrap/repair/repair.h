@@ -8,7 +8,6 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/certify/parametrization.h"
-#include "flipfree/distortion/improve.h"
 #include "flipfree/unwrap/repair/repair_options.h"
 
 namespace flipfree::unwrap {
@@ -28,11 +27,5 @@ namespace flipfree::unwrap {
 // on these triangles was found for; kTimeLimit; rounding; certificate), Cancelled.
 certify::Parametrization repair(const mesh::Surface& surface, const Points2& corner_uv,
                                 const RepairOptions& options, ExecutionContext& context);
-
-// distortion::improve() for any map: one with flipped faces is repaired first, its overlaps kept.
-// Then stats also has what repair() says of the map before and of its charts.
-certify::Parametrization improve_any(const mesh::Surface& surface, const Points2& corner_uv,
-                                     const distortion::ImproveOptions& options,
-                                     ExecutionContext& context);
 
 }  // namespace flipfree::unwrap

@@ -281,19 +281,6 @@ TEST(Repair, ends_when_time_is_over_and_when_cancelled) {
   EXPECT_THROW(repair(surface, uv, {}, context), Cancelled);
 }
 
-TEST(Repair, improve_takes_maps_with_flips) {
-  const mesh::Surface surface = test::bumpy_grid(10, 10, 0.3, 2.0);
-  Points2 uv = test::flat(surface);
-  put(surface, 60, Vector2(4, 4), uv);
-  ExecutionContext context;
-  const certify::Parametrization map = improve_any(surface, uv, {}, context);
-  EXPECT_TRUE(map.certificate.ok);
-  EXPECT_GT(count(map, "flips_before"), 0);
-  EXPECT_THROW(distortion::improve(surface, uv, {}, context), InvalidInput);
-  const certify::Parametrization sound = improve_any(surface, test::flat(surface), {}, context);
-  EXPECT_FALSE(sound.stats.contains("flips_before"));
-}
-
 // Whatever is done to a map, what comes back is certified.
 TEST(Repair, random_damage_is_mended) {
   for (unsigned seed = 0; seed < 60; ++seed) {

@@ -92,7 +92,7 @@ def repair(model: Model, options: dict[str, Any]) -> Solved:
     found = repair_map(
         model.vertices,
         model.faces,
-        model.uv(),
+        model.uv(whole=False),
         uncuttable=model.diagonals,
         overlaps=options["overlaps"],
         disjoint=options["move_apart"],

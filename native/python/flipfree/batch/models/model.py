@@ -54,9 +54,10 @@ class Model:
         """(s, 2) edges where the file's charts end."""
         return replace(self.file, faces=self.faces).seams()
 
-    def uv(self) -> npt.NDArray[np.float64]:
+    def uv(self, *, whole: bool = True) -> npt.NDArray[np.float64]:
+        """(n, 3, 2) as in the file. NaN where it has none, which only ``whole=False`` lets pass."""
         uv = self.file.uv
-        if uv is None or not np.isfinite(uv).all():
+        if uv is None or (whole and not np.isfinite(uv).all()):
             some = "" if uv is None else " of some faces"
             raise InvalidInput(
                 f"{self.source} has no texture coordinates{some}. Unwrap it first.", code="no map"
