@@ -1,20 +1,24 @@
-#include "flipfree/seamless/penner/shortest_newton.h"
-
+// Both solvers of Penner coordinates: what is promised of each.
 #include <gtest/gtest.h>
 
 #include "flipfree/base/error.h"
+#include "flipfree/seamless/penner/penner_newton.h"
+#include "flipfree/seamless/penner/shortest_newton.h"
 #include "seamless/penner/penner_state.h"
 
 namespace flipfree::seamless {
 namespace {
 
-TEST(ShortestNewton, MeetsConesAndLoopsFromTheSurfacesOwnMetric) {
+using Solve = decltype(&run_penner);
+
+class NewtonInPennerCoordinates : public testing::TestWithParam<Solve> {};
+
+TEST_P(NewtonInPennerCoordinates, MeetsConesAndLoopsFromTheSurfacesOwnMetric) {
   for (unsigned seed = 1; seed < 4; ++seed) {
     test::PennerState state(seed);
     state.round_loops();
     ASSERT_GT(test::largest_error(state), 0.1);
-    const PennerRun run =
-        run_shortest(state.engine, *state.loops, state.targets, {}, state.context);
+    const PennerRun run = GetParam()(state.engine, *state.loops, state.targets, {}, state.context);
     EXPECT_EQ(run.end, PennerEnd::kConverged);
     EXPECT_LE(run.error, 1e-10);
     EXPECT_NEAR(test::largest_error(state), 0.0, 1e-9);
@@ -22,11 +26,11 @@ TEST(ShortestNewton, MeetsConesAndLoopsFromTheSurfacesOwnMetric) {
   }
 }
 
-TEST(ShortestNewton, LoopsAreThoseOfTheFlippedTriangulation) {
+TEST_P(NewtonInPennerCoordinates, LoopsAreThoseOfTheFlippedTriangulation) {
   test::PennerState state(2);
   state.round_loops();
   const intrinsic::LoopCarrier before = *state.loops;
-  (void)run_shortest(state.engine, *state.loops, state.targets, {}, state.context);
+  (void)GetParam()(state.engine, *state.loops, state.targets, {}, state.context);
   EXPECT_EQ(state.loops->mesh().next, state.engine->mesh().next);
   for (std::size_t i = 0; i < before.size(); ++i) {
     for (std::size_t k = 0; k < before.size(); ++k) {
@@ -37,26 +41,31 @@ TEST(ShortestNewton, LoopsAreThoseOfTheFlippedTriangulation) {
   }
 }
 
-TEST(ShortestNewton, StopsAtItsLimitAndSaysSo) {
+TEST_P(NewtonInPennerCoordinates, StopsAtItsLimitAndSaysSo) {
   test::PennerState state(1);
   state.round_loops();
   PennerNewtonOptions options;
   options.max_iterations = 1;
   const PennerRun run =
-      run_shortest(state.engine, *state.loops, state.targets, options, state.context);
+      GetParam()(state.engine, *state.loops, state.targets, options, state.context);
   EXPECT_EQ(run.end, PennerEnd::kIterations);
   EXPECT_EQ(run.iterations, 1);
   EXPECT_NEAR(run.error, test::largest_error(state), 1e-12);
   EXPECT_EQ(run.error_history.size(), 2U);
 }
 
-TEST(ShortestNewton, CanBeCancelled) {
+TEST_P(NewtonInPennerCoordinates, CanBeCancelled) {
   test::PennerState state(1);
   state.round_loops();
   state.context.cancel();
-  EXPECT_THROW((void)run_shortest(state.engine, *state.loops, state.targets, {}, state.context),
+  EXPECT_THROW((void)GetParam()(state.engine, *state.loops, state.targets, {}, state.context),
                Cancelled);
 }
+
+INSTANTIATE_TEST_SUITE_P(Solvers, NewtonInPennerCoordinates,
+                         testing::Values(&run_penner, &run_shortest), [](const auto& test) {
+                           return test.param == &run_penner ? "Newton" : "Shortest";
+                         });
 
 }  // namespace
 }  // namespace flipfree::seamless
