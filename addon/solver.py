@@ -57,14 +57,16 @@ def certify_arrays(vertices, faces, uv, *, bijective):
     )
 
 
-def auto_seams(snapshot, *, cuts, stretch, sharp_angle):
-    """Starts looking for seams beyond `cuts` (submesh vertex pairs, or None) and edges sharper than the angle (or None)."""
+def auto_seams(snapshot, *, cuts, stretch, sharp_angle, weights=None):
+    """Starts looking for seams beyond `cuts` (submesh vertex pairs, or None) and edges sharper than the angle (or None).
+    weights: as of ff.auto_seams."""
     return jobs.auto_seams(
         snapshot.vertices,
         snapshot.triangles,
         cuts=cuts,
         stretch=stretch,
         sharp_angle=sharp_angle,
+        weights=weights,
         uncuttable=snapshot.diagonals,
         materials=snapshot.materials,
         **_limits(),

@@ -176,13 +176,15 @@ def flow(snapshot: mesh_io.Snapshot) -> np.ndarray:
 # ------------------------------------------------------------------------------------------------------
 
 
-def painted(ob, snapshot: mesh_io.Snapshot, group_name: str, ratio: float) -> np.ndarray:
-    """(#Sv,) lengths in the map of a length 1: 1 where the vertex group has no weight, `ratio` where it is full."""
+def painted(
+    ob, snapshot: mesh_io.Snapshot, group_name: str, ratio: float, what: str = "the density"
+) -> np.ndarray:
+    """(#Sv,) factors: 1 where the vertex group has no weight, `ratio` where it is full."""
     group = ob.vertex_groups.get(group_name)
     if group is None:
         raise mesh_io.MeshProblem(
-            f"{ob.name}: there is no vertex group '{group_name}' to take the density from. Paint one in Weight Paint mode, "
-            "or take another density"
+            f"{ob.name}: there is no vertex group '{group_name}' to take {what} from. Paint one in Weight Paint mode, "
+            "or name another"
         )
     weights = np.zeros(int(snapshot.vertex_ids.max()) + 1)
     with whole_mesh(ob) as mesh:

@@ -109,6 +109,31 @@ def test_sharp_edges_are_cut_if_asked():
     assert seam_count(ob) == 3 * 16
 
 
+@pytest.mark.parametrize("option", ["avoid_group", "seek_group"])
+@pytest.mark.parametrize("column", [0, 7, 13])
+def test_seams_go_where_vertex_groups_want_them(option, column):
+    """A tube has one seam along it, any column will do."""
+    ob = primitive("cylinder", vertices=24, end_fill_type="NOTHING")
+    angle = 2 * math.pi * column / 24
+    there = [
+        v.index
+        for v in ob.data.vertices
+        if math.hypot(v.co.x - math.sin(angle), v.co.y - math.cos(angle)) < 1e-3
+    ]
+    assert len(there) == 2
+    painted = there if option == "seek_group" else set(range(len(ob.data.vertices))) - set(there)
+    ob.vertex_groups.new(name="Painted").add(list(painted), 1.0, "REPLACE")
+    auto_seams(**{option: "Painted"})
+    assert [sorted(e.vertices) for e in ob.data.edges if e.use_seam] == [sorted(there)]
+
+
+def test_a_vertex_group_that_is_not_there_is_named():
+    ob = primitive("uv_sphere")
+    with pytest.raises(RuntimeError, match="no vertex group 'Nose'"):
+        auto_seams(avoid_group="Nose")
+    assert seam_count(ob) == 0
+
+
 def test_less_stretch_is_more_seams():
     counts = []
     for stretch in (1.1, 1.25, 2.0):

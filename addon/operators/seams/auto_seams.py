@@ -7,24 +7,68 @@ import bpy
 import numpy as np
 
 from ... import modal, solver
-from ...meshes import mesh_io, seams
+from ...meshes import fields, mesh_io, seams
 from .. import common, options
 
 
+# How many times a seam's length costs where a group has its full weight.
+AVOIDED = 100.0
+SOUGHT = 0.01
+
+
+def edge_weights(snapshot, avoid: str, seek: str):
+    """(edges, factors) of vertex groups by name, "" for none, as ff.auto_seams wants them; None without any. Raises
+    MeshProblem where there is no such group."""
+    ob = bpy.data.objects[snapshot.object_name]
+    factors = np.ones(len(snapshot.vertices))
+    for name, factor, what in (
+        (avoid, AVOIDED, "what seams avoid"),
+        (seek, SOUGHT, "where seams go"),
+    ):
+        if name:
+            factors *= fields.painted(ob, snapshot, name, factor, what)
+    if np.all(factors == 1.0):
+        return None
+    edges = np.sort(
+        np.stack([snapshot.triangles, np.roll(snapshot.triangles, -1, axis=1)], -1).reshape(-1, 2),
+        1,
+    )
+    edges = np.unique(edges, axis=0)
+    return edges, np.sqrt(factors[edges[:, 0]] * factors[edges[:, 1]])
+
+
 class AutoSeamsTask(modal.Task):
-    def __init__(self, snapshot, *, stretch, keep_seams, sharp_edges, sharp_angle):
+    def __init__(
+        self,
+        snapshot,
+        *,
+        stretch,
+        keep_seams,
+        sharp_edges,
+        sharp_angle,
+        avoid_group="",
+        seek_group="",
+    ):
         super().__init__(snapshot)
+        self.problem = self.weights = None
+        try:
+            self.weights = edge_weights(snapshot, avoid_group, seek_group)
+        except mesh_io.MeshProblem as problem:  # of this object: others go on
+            self.problem = problem
         self.stretch = stretch
         self.keep_seams = keep_seams
         self.sharp_angle = sharp_angle if sharp_edges else None
         self.found = np.zeros(0, np.int64)
 
     def start(self):
+        if self.problem is not None:
+            raise self.problem
         return solver.auto_seams(
             self.snapshot,
             cuts=self.snapshot.cuts if self.keep_seams else None,
             stretch=self.stretch,
             sharp_angle=self.sharp_angle,
+            weights=self.weights,
         )
 
     def collect(self, result):
@@ -53,7 +97,14 @@ class UV_OT_flipfree_auto_seams(options.Stretch, options.MapOperator, bpy.types.
     )
     bl_options = {"REGISTER", "UNDO"}
     verb = "Auto Seams"
-    option_names = ("stretch", "keep_seams", "sharp_edges", "sharp_angle")
+    option_names = (
+        "stretch",
+        "keep_seams",
+        "sharp_edges",
+        "sharp_angle",
+        "avoid_group",
+        "seek_group",
+    )
 
     keep_seams: bpy.props.BoolProperty(
         name="Keep Seams",
@@ -73,6 +124,21 @@ class UV_OT_flipfree_auto_seams(options.Stretch, options.MapOperator, bpy.types.
         max=math.pi,
         subtype="ANGLE",
     )
+    avoid_group: bpy.props.StringProperty(
+        name="No Seams in",
+        description="Vertex group: where it is painted, seams are avoided; a seam costs up to 100 times its length there",
+    )
+    seek_group: bpy.props.StringProperty(
+        name="Seams in",
+        description="Vertex group: where it is painted, seams are sought; a seam costs down to a hundredth of its length there",
+    )
+
+    def draw_option(self, layout, context, name):
+        ob = context.object
+        if name.endswith("_group") and ob is not None and ob.type == "MESH":
+            layout.prop_search(self, name, ob, "vertex_groups")
+        else:
+            super().draw_option(layout, context, name)
 
     def has_effect(self, name):
         return name != "sharp_angle" or self.sharp_edges
