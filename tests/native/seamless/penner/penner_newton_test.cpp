@@ -1,17 +1,12 @@
-// Both solvers of Penner coordinates: what is promised of each.
+#include "flipfree/seamless/penner/penner_newton.h"
+
 #include <gtest/gtest.h>
 
 #include "flipfree/base/error.h"
-#include "flipfree/seamless/penner/penner_newton.h"
-#include "flipfree/seamless/penner/shortest_newton.h"
+#include "seamless/penner/newton_promises.h"
 #include "seamless/penner/penner_state.h"
 
 namespace flipfree::seamless {
-namespace {
-
-using Solve = decltype(&run_penner);
-
-class NewtonInPennerCoordinates : public testing::TestWithParam<Solve> {};
 
 TEST_P(NewtonInPennerCoordinates, MeetsConesAndLoopsFromTheSurfacesOwnMetric) {
   for (unsigned seed = 1; seed < 4; ++seed) {
@@ -62,10 +57,6 @@ TEST_P(NewtonInPennerCoordinates, CanBeCancelled) {
                Cancelled);
 }
 
-INSTANTIATE_TEST_SUITE_P(Solvers, NewtonInPennerCoordinates,
-                         testing::Values(&run_penner, &run_shortest), [](const auto& test) {
-                           return test.param == &run_penner ? "Newton" : "Shortest";
-                         });
+INSTANTIATE_TEST_SUITE_P(Newton, NewtonInPennerCoordinates, testing::Values(&run_penner));
 
-}  // namespace
 }  // namespace flipfree::seamless
