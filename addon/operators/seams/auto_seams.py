@@ -10,7 +10,6 @@ from ... import modal, solver
 from ...meshes import fields, mesh_io, seams
 from .. import common, options
 
-
 # How many times a seam's length costs where a group has its full weight.
 AVOIDED = 100.0
 SOUGHT = 0.01
