@@ -62,7 +62,6 @@ GROUPS = {
     "untangle": ("outline", "free", "few free", "circle", "hilbert", "matchmaker"),
     "unfold": ("free", "few free", "circle", "large free"),
     "ease": ("free", "circle", "large free"),
-    "restricted": ("hilbert", "matchmaker"),
 }
 
 

@@ -18,7 +18,7 @@ namespace flipfree::matchmaker {
 // mesh subdivides the input (G7). Throws InvalidInput, Infeasible (see constraints.h,
 // build_target.h), NotConverged (kTimeLimit: no map was found in max_seconds), Cancelled. Stats:
 // "engine" (what made the map: "first try", "continuation", "planned", "arms", "coarse to fine",
-// "homotopy", "outline overlay", "unwrapped", "matchmaker, restricted", "matchmaker, coarsened"),
+// "homotopy", "outline overlay", "unwrapped", "matchmaker"),
 // "added_vertices", "energy", "seconds_*", "first_try.*", "matchmaker.*", "distortion.*",
 // "rounding.*", "time_limit_reached" (1: the map might have become better, or have fewer vertices,
 // with more time). Deterministic for any number of threads as long as no limit of time is reached.

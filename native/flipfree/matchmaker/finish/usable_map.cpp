@@ -1,21 +1,16 @@
 #include "flipfree/matchmaker/finish/usable_map.h"
 
 #include <algorithm>
-#include <cstddef>
-#include <optional>
-#include <string>
 #include <utility>
 
 #include "flipfree/base/failure/outcome.h"
 #include "flipfree/certify/overlap/overlap.h"
 #include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/minimize/minimize.h"
-#include "flipfree/distortion/untangle.h"
 #include "flipfree/matchmaker/coarsening/coarsen.h"
 #include "flipfree/matchmaker/request/time_share.h"
 #include "flipfree/matchmaker/smooth/relax.h"
 #include "flipfree/matchmaker/start/first_try.h"
-#include "flipfree/numeric/predicates.h"
 
 namespace flipfree::matchmaker {
 namespace {
@@ -23,46 +18,6 @@ namespace {
 // A refined map is optimised for so many Newton steps times vertices, but this many steps at least.
 constexpr double kRefinedWork = 4e6;
 constexpr int kFewestSteps = 10;
-// A map with a larger share of folded triangles is not worth untangling: in none of the 35 cases of
-// benchmarks/match_matchmaker.py did that succeed with more, at up to a third of the time.
-constexpr double kMostFolded = 0.01;
-
-// The map at the vertices of a coarser refinement of the same input; added vertices are put where
-// their weights say.
-Points2 restricted(const mesh::RefinedMap& map, const mesh::RefinedSurface& coarse) {
-  const Index kept = coarse.input_vertices();
-  Points2 uv(static_cast<Eigen::Index>(coarse.position.size()), 2);
-  uv.topRows(kept) = map.uv.topRows(kept);
-  for (Eigen::Index v = kept; v < uv.rows(); ++v) {
-    const mesh::Support& support = coarse.support[static_cast<std::size_t>(v)];
-    uv.row(v).setZero();
-    for (std::size_t i = 0; i < 3 && support.vertex[i] != kInvalid; ++i) {
-      uv.row(v) += support.weight[i] * map.uv.row(support.vertex[i]);
-    }
-  }
-  return uv;
-}
-
-// The map of the user's vertices that is untangled from a finer one; nothing if it stays folded, or
-// time is over.
-std::optional<mesh::RefinedMap> untangled_whole(const mesh::RefinedMap& fine,
-                                                const mesh::RefinedSurface& surface,
-                                                const Constraints& constraints,
-                                                ExecutionContext& context, Stats& stats) {
-  const TimeLimit share(context, kShareOfStep * context.seconds_left());
-  const Points2 start = restricted(fine, surface);
-  std::optional<Points2> uv;
-  const bool in_time = ended_in_time([&] {
-    const auto faces = static_cast<double>(surface.mesh.faces().rows());
-    const auto folded =
-        static_cast<double>(distortion::find_flips(surface.mesh.faces(), start, context).size());
-    if (folded > kMostFolded * faces) return;
-    uv = untangle_from(surface, constraints, start, context, stats);
-  });
-  if (!in_time) note_time_limit(stats);
-  if (!uv) return std::nullopt;
-  return mesh::RefinedMap{surface, std::move(*uv)};
-}
 
 }  // namespace
 
@@ -108,9 +63,9 @@ bool untangling_is_safe(const Constraints& constraints) {
   return !constraints.free_boundary() && constraints.turning_number == 1;
 }
 
-UsableMap made_usable(mesh::RefinedMap fine, const mesh::RefinedSurface& surface,
-                      const Constraints& constraints, bool bijective, ExecutionContext& context,
-                      Stats& stats) {
+mesh::RefinedMap made_usable(mesh::RefinedMap fine, const mesh::RefinedSurface& surface,
+                             const Constraints& constraints, bool bijective,
+                             ExecutionContext& context, Stats& stats) {
   {
     const ProgressRange range(context, 0.0, 0.5);
     const TimeLimit share(context, kShareOfStep * context.seconds_left());
@@ -119,13 +74,7 @@ UsableMap made_usable(mesh::RefinedMap fine, const mesh::RefinedSurface& surface
     fine.uv = optimise(fine.surface, held_vertices(fine.surface, constraints), fine.uv,
                        affordable_steps(fine.surface, kIterations), bijective, context, stats);
   }
-  if (untangling_is_safe(constraints) && constraints.use(Device::kRestricted)) {
-    const ProgressRange range(context, 0.5, 0.8);
-    if (std::optional<mesh::RefinedMap> map =
-            untangled_whole(fine, surface, constraints, context, stats))
-      return {std::move(*map), true};
-  }
-  const ProgressRange range(context, 0.8, 1.0);
+  const ProgressRange range(context, 0.5, 1.0);
   const TimeLimit share(context, (1 - kShareOfStep) * context.seconds_left());
   // Fewer vertices are worth more distortion, but not one that nothing can be done with.
   constexpr double kMostLoss = 10.0;
@@ -136,9 +85,9 @@ UsableMap made_usable(mesh::RefinedMap fine, const mesh::RefinedSurface& surface
     return energy_of(map, context) <= kMostLoss * energy_of(fine, context) &&
            !(bijective && overlaps(map.surface, map.uv));
   };
-  if (fit(coarse)) return {std::move(coarse)};
+  if (fit(coarse)) return coarse;
   coarse = coarsen(fine, constraints, keep, context, stats, Coarsening::kBounded);
-  return {fit(coarse) ? std::move(coarse) : std::move(fine)};
+  return fit(coarse) ? coarse : fine;
 }
 
 }  // namespace flipfree::matchmaker

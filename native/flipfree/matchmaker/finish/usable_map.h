@@ -26,16 +26,11 @@ bool overlaps(const mesh::RefinedSurface& surface, const Points2& uv);
 // prescribed and turns once (the count of angles in self_overlapping.h).
 bool untangling_is_safe(const Constraints& constraints);
 
-// `fine`, a valid map that is finely cut and much distorted, made usable on `surface`, which has
-// the vertices that stay: optimised, and either restricted to them and untangled, or coarsened.
-// With `bijective` the result does not overlap itself if `fine` does not. Stats: "coarsen.*",
-// "time_limit_reached".
-struct UsableMap {
-  mesh::RefinedMap map;
-  bool restricted = false;  // to the vertices of `surface`
-};
-UsableMap made_usable(mesh::RefinedMap fine, const mesh::RefinedSurface& surface,
-                      const Constraints& constraints, bool bijective, ExecutionContext& context,
-                      Stats& stats);
+// `fine`, a valid map that is finely cut and much distorted, made usable: optimised and coarsened;
+// the vertices of `surface` stay. With `bijective` the result does not overlap itself if `fine`
+// does not. Stats: "coarsen.*", "time_limit_reached".
+mesh::RefinedMap made_usable(mesh::RefinedMap fine, const mesh::RefinedSurface& surface,
+                             const Constraints& constraints, bool bijective,
+                             ExecutionContext& context, Stats& stats);
 
 }  // namespace flipfree::matchmaker

@@ -22,13 +22,12 @@ enum class Device {
   kUntangle,        // vertices untangled away when all else has stopped
   kUnfold,          // whole faces unfolded
   kEase,            // rounds of untangling after arms and plans
-  kRestricted,      // MatchMaker++'s map restricted to the user's vertices
 };
 
-constexpr std::array<std::string_view, 14> kDeviceNames = {
-    "continuation", "homotopy",  "outline overlay",   "matchmaker",     "coarse",   "planned",
-    "arms",         "pull",      "equal-area metric", "simplify plane", "untangle", "unfold",
-    "ease",         "restricted"};
+constexpr std::array<std::string_view, 13> kDeviceNames = {
+    "continuation", "homotopy", "outline overlay",   "matchmaker",     "coarse",   "planned",
+    "arms",         "pull",     "equal-area metric", "simplify plane", "untangle", "unfold",
+    "ease"};
 
 // A set of devices, one bit for each.
 using Devices = std::uint32_t;

@@ -164,6 +164,11 @@ std::vector<VertexId> held_vertices(const mesh::RefinedSurface& surface,
   return held;
 }
 
+namespace {
+
+// A flip-free map with the prescribed boundary, untangled from `start`; nothing if the search
+// failed. (With a free boundary positive triangles may wind twice around an inner vertex; with a
+// simple outline they cannot, see self_overlapping.h.)
 std::optional<Points2> untangle_from(const mesh::RefinedSurface& surface,
                                      const Constraints& constraints, const Points2& start,
                                      ExecutionContext& context, Stats& stats) {
@@ -188,6 +193,8 @@ std::optional<Points2> untangle_from(const mesh::RefinedSurface& surface,
   }
   return std::nullopt;
 }
+
+}  // namespace
 
 std::optional<Points2> first_try(mesh::RefinedSurface& surface, const Constraints& constraints,
                                  ExecutionContext& context, Stats& stats) {

@@ -21,14 +21,6 @@ namespace flipfree::matchmaker {
 std::optional<Points2> first_try(mesh::RefinedSurface& surface, const Constraints& constraints,
                                  ExecutionContext& context, Stats& stats);
 
-// A flip-free map that meets all constraints, pins included, untangled from a given start (e.g. a
-// map of a finer mesh restricted to these vertices); nothing if the search failed. Precondition:
-// the boundary is prescribed. (With a free one positive triangles may wind twice around an inner
-// vertex; with a simple outline they cannot, see self_overlapping.h.)
-std::optional<Points2> untangle_from(const mesh::RefinedSurface& surface,
-                                     const Constraints& constraints, const Points2& start,
-                                     ExecutionContext& context, Stats& stats);
-
 // Arrays of the live mesh.
 mesh::Surface to_surface(const mesh::RefinedSurface& surface);
 // Vertices that constraints hold, ascending.

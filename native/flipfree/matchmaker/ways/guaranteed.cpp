@@ -6,9 +6,9 @@
 
 namespace flipfree::matchmaker {
 
-UsableMap guaranteed(const mesh::RefinedSurface& surface, const Constraints& constraints,
-                     bool bijective, ExecutionContext& context, Stats& stats,
-                     const Target* target) {
+mesh::RefinedMap guaranteed(const mesh::RefinedSurface& surface, const Constraints& constraints,
+                            bool bijective, ExecutionContext& context, Stats& stats,
+                            const Target* target) {
   mesh::RefinedMap fine;
   {
     const ProgressRange range(context, 0.0, 0.3);
@@ -21,11 +21,8 @@ UsableMap guaranteed(const mesh::RefinedSurface& surface, const Constraints& con
 Solution by_matchmaker(const Problem& problem, ExecutionContext& context, Stats& stats) {
   const Constraints& constraints = problem.constraints;
   const Target* target = constraints.free_boundary() ? nullptr : &problem.targets.full(context);
-  UsableMap usable =
-      guaranteed(problem.surface, constraints, constraints.one_to_one, context, stats, target);
-  return {std::move(usable.map),
-          usable.restricted ? "matchmaker, restricted" : "matchmaker, coarsened",
-          problem.surface.mesh.vertex_count()};
+  return {guaranteed(problem.surface, constraints, constraints.one_to_one, context, stats, target),
+          "matchmaker", problem.surface.mesh.vertex_count()};
 }
 
 }  // namespace flipfree::matchmaker

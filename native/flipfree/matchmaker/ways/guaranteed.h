@@ -11,9 +11,9 @@ namespace flipfree::matchmaker {
 // Valid and meets `constraints`; throws NotConverged where a piece of the target is thinner than 64
 // bits resolve. With `bijective`, which only a one-to-one start can hold, it does not overlap
 // itself. `target`: full_target() of a prescribed boundary, if there is one already.
-UsableMap guaranteed(const mesh::RefinedSurface& surface, const Constraints& constraints,
-                     bool bijective, ExecutionContext& context, Stats& stats,
-                     const Target* target = nullptr);
+mesh::RefinedMap guaranteed(const mesh::RefinedSurface& surface, const Constraints& constraints,
+                            bool bijective, ExecutionContext& context, Stats& stats,
+                            const Target* target = nullptr);
 
 Solution by_matchmaker(const Problem& problem, ExecutionContext& context, Stats& stats);
 

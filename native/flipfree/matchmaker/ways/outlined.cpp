@@ -52,7 +52,7 @@ mesh::RefinedMap pinned_first_frame(const mesh::RefinedSurface& surface,
     arrived = move_pins(pinned, disk, constraints.edges.empty(), context, stats).arrived;
   });
   if (arrived) return pinned;
-  return guaranteed(map.surface, disk, false, context, stats).map;
+  return guaranteed(map.surface, disk, false, context, stats);
 }
 
 // Through the frames to the target; nothing if one is in the way.
@@ -118,9 +118,9 @@ std::optional<Solution> by_outline_overlay(const Problem& problem, double share,
     return std::nullopt;
   }
   const ProgressRange range(context, 0.4, 1.0);
-  UsableMap usable =
-      made_usable(std::move(*laid), problem.surface, problem.constraints, false, context, stats);
-  return Solution{std::move(usable.map), "outline overlay", problem.surface.mesh.vertex_count()};
+  return Solution{
+      made_usable(std::move(*laid), problem.surface, problem.constraints, false, context, stats),
+      "outline overlay", problem.surface.mesh.vertex_count()};
 }
 
 }  // namespace flipfree::matchmaker

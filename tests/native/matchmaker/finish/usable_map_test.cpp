@@ -47,7 +47,7 @@ TEST(UsableMap, SeesABoundaryThatMeetsItself) {
   EXPECT_TRUE(overlaps(map.surface, map.uv));
 }
 
-TEST(UsableMap, IsRestrictedToTheUsersVerticesOrCoarsened) {
+TEST(UsableMap, IsCoarsenedToTheVerticesThatStay) {
   const mesh::Surface surface = test::grid(20, 20);
   const mesh::RefinedSurface refined = mesh::make_refined_surface(surface);
   ExecutionContext context;
@@ -55,18 +55,16 @@ TEST(UsableMap, IsRestrictedToTheUsersVerticesOrCoarsened) {
   const mesh::RefinedMap fine = test::drawn_out(surface, kPin, context);
   Constraints free;
   free.pins = {{kPin, fine.uv.row(kPin).transpose()}};
-  const UsableMap coarse = made_usable(fine, refined, free, false, context, stats);
-  EXPECT_FALSE(coarse.restricted) << "untangling is not safe with a free boundary";
-  test::expect_valid(coarse.map);
-  EXPECT_EQ(Vector2(coarse.map.uv.row(kPin).transpose()), free.pins.front().uv);
+  const mesh::RefinedMap coarse = made_usable(fine, refined, free, false, context, stats);
+  test::expect_valid(coarse);
+  EXPECT_EQ(Vector2(coarse.uv.row(kPin).transpose()), free.pins.front().uv);
   Constraints held;
   for (const VertexId v : refined.boundary)
     held.outline.emplace_back(surface.vertices.row(v).head<2>().transpose());
   const mesh::RefinedMap flat = test::split_flat(surface, 30);
-  const UsableMap whole = made_usable(flat, refined, held, false, context, stats);
-  EXPECT_TRUE(whole.restricted);
-  EXPECT_EQ(whole.map.surface.mesh.vertex_count(), surface.vertices.rows());
-  test::expect_valid(whole.map);
+  const mesh::RefinedMap whole = made_usable(flat, refined, held, false, context, stats);
+  EXPECT_EQ(whole.surface.mesh.vertex_count(), surface.vertices.rows());
+  test::expect_valid(whole);
 }
 
 TEST(Ease, FreesVerticesAndStaysValid) {
