@@ -103,6 +103,7 @@ def _pack_arguments(parser):
         "--rotation", choices=[name for name, _, _ in pack.ROTATIONS], default="free"
     )
     parser.add_argument("--tile", type=int, default=1001, help="UDIM tile to pack into")
+    parser.add_argument("--tiles", type=int, default=1, help="UDIM tiles to spread islands over")
     parser.add_argument(
         "--effort", type=float, default=1.0, help="of the search (default %(default)g)"
     )
@@ -260,6 +261,7 @@ def _pack_options(given):
             "same_density": not given.keep_sizes,
             "use_pins": not given.ignore_pins,
             "tile": given.tile,
+            "tiles": given.tiles,
             "effort": given.effort,
         },
     )

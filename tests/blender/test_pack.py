@@ -90,6 +90,15 @@ def test_the_tile_is_the_one_that_is_asked_for():
     assert uv.min() > 0.0 and uv.max() < 1.0
 
 
+def test_islands_are_spread_over_tiles():
+    ob = cube_with_seams()
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    pack(tile=1002, tiles=3)
+    islands = shapes.uv_of(ob).astype(float).reshape(-1, 4, 2)
+    assert {int(island[0, 0]) for island in islands} == {1, 2, 3}
+    assert (np.floor(islands) == np.floor(islands[:, :1])).all()
+
+
 def test_what_is_not_selected_stays_and_is_kept_clear_of():
     ob = cube_with_seams()
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}

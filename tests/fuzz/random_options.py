@@ -247,6 +247,7 @@ PARAMETERS: dict[str, tuple[float, Callable[[Mesh, Random], Any]]] = {
     "groups": (0.1, lambda mesh, random: random.integers(-1, 3, len(mesh.faces))),
     "stack_similar": (0.2, flag),
     "tile": (0.2, one_of(1001, 1010, 1100)),
+    "tiles": (0.2, one_of(1, 2, 7, 100)),
     "effort": (0.5, one_of(0.0, 0.01, 0.3)),
     "materials": (0.2, lambda mesh, random: random.integers(0, 3, len(mesh.faces))),
     "max_seconds": (0.5, lambda _mesh, random: float(10.0 ** random.uniform(-5, 0))),

@@ -128,6 +128,49 @@ def test_tiles_are_counted_from_the_one_that_is_asked_for() -> None:
     assert uv.min() > 0.0 and uv.max() < 1.0
 
 
+def tile_of(stored: npt.NDArray[np.float32]) -> list[int]:
+    """UDIM number less 1001 of the tile that each island of (m, 3, 2) lies in, whole."""
+    corners = np.floor(stored.reshape(-1, 2)).astype(int)
+    assert (corners == corners[0]).all()
+    return int(corners[0, 0] + 10 * corners[0, 1])
+
+
+@pytest.mark.parametrize(("count", "tiles"), [(40, 3), (40, 12), (5, 8), (120, 2)])
+def test_islands_are_spread_over_tiles_at_one_scale(count: int, tiles: int) -> None:
+    layout = drawn("mixed", count, seed=count)
+    packed = pack(layout, tiles=tiles, tile=1009, margin=4 / 1024, effort=0.2)
+    assert packed.certificate.ok and packed.certificate.island_overlaps == 0
+    stored = packed.uv32()
+    taken = {tile_of(stored[layout.island == i]) for i in range(layout.islands)}
+    assert taken == set(range(8, 8 + min(tiles, layout.islands)))
+    assert packed.stats["tiles"] == len(taken) and packed.stats["tile"] == 8
+    assert packed.stats["margin_met"]
+    found = islands(layout, packed)
+    assert gaps.narrowest(found, 5 / 1024).distance >= 4 / 1024
+    scales = [_area(b) / _area(layout.uv[layout.island == i]) for i, b in enumerate(found)]
+    assert np.ptp(scales) < 1e-4 * max(scales)
+    alone = pack(layout, margin=4 / 1024, effort=0.2)
+    # The largest island of the five fills its tile.
+    assert packed.stats["density"] > (1.2 if count > tiles else 1.0) * alone.stats["density"]
+
+
+def test_spread_islands_keep_clear_of_what_stays_in_their_tiles() -> None:
+    layout = drawn("blobs", 30, seed=3)
+    full = np.array([[[0.0, 0], [2, 0], [2, 1]], [[0, 0], [2, 1], [0, 1]]])  # 1001 and 1002
+    half = np.array([[[3.0, 0.5], [4, 0.5], [4, 1]], [[3, 0.5], [4, 1], [3, 1]]])  # of 1004
+    packed = pack(layout, tiles=3, obstacles=np.concatenate([full, half]), effort=0.2)
+    stored = packed.uv32()
+    taken = {tile_of(stored[layout.island == i]) for i in range(layout.islands)}
+    assert taken == {2, 3, 4} and packed.stats["margin_met"]
+    for island in islands(layout, packed):
+        assert gaps.between(island, half[0][None], 0.01) >= 0.005
+
+
+def test_more_tiles_than_udim_has_are_refused() -> None:
+    with pytest.raises(ff.InvalidInput, match="from 1098 on there are 3, not 4"):
+        pack(drawn("blobs", 9, seed=1), tile=1098, tiles=4)
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_gaps_to_obstacles_and_unmoved_islands_are_kept(seed: int) -> None:
     layout = drawn("mixed", 20, seed=seed)
@@ -184,6 +227,7 @@ def test_slivers_dust_and_huge_islands_together() -> None:
     [
         {"rotation": "some"},
         {"tile": 1000},
+        {"tiles": 0},
         {"effort": -1.0},
         {"groups": [1, 2]},
         {"texture_size": 0, "margin_pixels": 1},

@@ -30,6 +30,7 @@ class PackTask(modal.StagedTask, MapTask):
         same_density=True,
         use_pins=True,
         tile=1001,
+        tiles=1,
         effort=1.0,
     ):
         super().__init__(snapshot)
@@ -41,6 +42,7 @@ class PackTask(modal.StagedTask, MapTask):
             "stack_similar": stack_similar,
             "scale_true": same_density,
             "tile": tile,
+            "tiles": tiles,
             "effort": effort,
         }
 
@@ -63,6 +65,8 @@ def summary(tasks: list[PackTask]) -> str:
     stats = tasks[0].result.stats
     if stats.get("stacked", 0):
         text += f", {common.plural(stats['stacked'], 'island')} stacked"
+    if stats.get("tiles", 1) > 1:
+        text += f", in {common.plural(stats['tiles'], 'tile')}"
     return text + layout_notes(tasks)
 
 
@@ -85,6 +89,7 @@ class UV_OT_flipfree_pack(options.KeepPins, options.MapOperator, bpy.types.Opera
         "stack_similar",
         "use_pins",
         "tile",
+        "tiles",
         "effort",
     )
 
@@ -122,6 +127,13 @@ class UV_OT_flipfree_pack(options.KeepPins, options.MapOperator, bpy.types.Opera
         default=1001,
         min=1001,
         max=1100,
+    )
+    tiles: bpy.props.IntProperty(
+        name="Tiles",
+        description="How many UDIM tiles, from that one on, islands are spread over: all at one scale",
+        default=1,
+        min=1,
+        max=100,
     )
     effort: bpy.props.FloatProperty(
         name="Effort",

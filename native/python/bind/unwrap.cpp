@@ -95,6 +95,7 @@ void bind_options(py::module_& module) {
       .def_readwrite("stack", &PackOptions::stack)
       .def_readwrite("effort", &PackOptions::effort)
       .def_readwrite("first_tile", &PackOptions::first_tile)
+      .def_readwrite("tiles", &PackOptions::tiles)
       .def_readwrite("density", &PackOptions::density);
 }
 

@@ -36,6 +36,12 @@ void check_options(const Points2& corner_uv, const PackOptions& options) {
     throw_invalid(ErrorCode::kBadOption, "There are tiles 0 to 99 (UDIM 1001 to 1100), not " +
                                              std::to_string(options.first_tile) + ".");
   }
+  if (options.tiles < 1 || options.first_tile + options.tiles > kTiles) {
+    throw_invalid(ErrorCode::kBadOption,
+                  "UDIM has tiles 1001 to 1100: from " + std::to_string(1001 + options.first_tile) +
+                      " on there are " + std::to_string(kTiles - options.first_tile) + ", not " +
+                      std::to_string(options.tiles) + ".");
+  }
   if (!options.groups.empty() &&
       3 * static_cast<Eigen::Index>(options.groups.size()) != corner_uv.rows())
     throw_invalid(ErrorCode::kBadShape, "Groups need one number per face.");
@@ -149,6 +155,7 @@ certify::Parametrization pack_clean(const mesh::Surface& surface, const Points2&
   placing.stack = options.stack;
   placing.effort = options.effort;
   placing.first_tile = options.first_tile;
+  placing.tiles = options.tiles;
   const PlacedCharts placed = [&] {
     const ProgressRange range(context, 0.1, 0.7);
     return place_charts(
@@ -181,6 +188,7 @@ certify::Parametrization pack_clean(const mesh::Surface& surface, const Points2&
   map.stats["density"] = density_of(charts, placed.uv, packed.moved);
   map.stats["kept_places"] = static_cast<std::int64_t>(placed.kept);
   map.stats["tile"] = static_cast<std::int64_t>(placed.tile);
+  map.stats["tiles"] = static_cast<std::int64_t>(placed.tiles);
   map.stats["fill"] = placed.fill;
   map.stats["margin_met"] = static_cast<std::int64_t>(placed.margin_met);
   map.stats["stacked"] = static_cast<std::int64_t>(placed.stacked);

@@ -21,6 +21,7 @@ struct PackOptions {
   bool stack = false;    // charts of equal outline (similar.h) go to one place; not in groups
   double effort = 1.0;   // of the search for a dense layout, see NestOptions; 0: boxes
   Index first_tile = 0;  // column + 10 row, where the search for a tile with room begins
+  Index tiles = 1;       // that charts are spread over, one scale for all
   // Charts of one connected surface component turn together and are scaled together: where the two
   // sides of a cut are related by a rotation and a translation, they stay so, with the same
   // rotation. Otherwise each chart turns to its own smallest rectangle.
@@ -47,9 +48,9 @@ struct PackOptions {
 // sides of an edge differ. Certified as by certify_map (G1, G2, G7). Any triangles: what is no
 // oriented manifold surface is separated first, along the map. Stats: "charts", "seconds",
 // "density" (of all that was moved), "kept_places" (0 or 1), "tile" (pack_rectangles.h: 0 is the
-// unit square), "fill", "stacked" and "margin_met" (0 or 1; place.h). Throws InvalidInput (a mesh
-// without meaning, kBadOption naming flipped faces or if there is no room, kBadShape), NotConverged
-// (rounding, certificate), Cancelled. Cost: O(#F log #F).
+// unit square), "tiles" (taken), "fill", "stacked" and "margin_met" (0 or 1; place.h). Throws
+// InvalidInput (a mesh without meaning, kBadOption naming flipped faces or if there is no room,
+// kBadShape), NotConverged (rounding, certificate), Cancelled. Cost: O(#F log #F).
 certify::Parametrization pack(const mesh::Surface& surface, const Points2& corner_uv,
                               const PackOptions& options, ExecutionContext& context);
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "flipfree/base/error.h"
@@ -17,6 +18,7 @@
 #include "flipfree/unwrap/packing/boxes/pack_rectangles.h"
 #include "flipfree/unwrap/packing/layout.h"
 #include "flipfree/unwrap/packing/similar.h"
+#include "flipfree/unwrap/packing/spread.h"
 
 namespace flipfree::unwrap {
 namespace {
@@ -155,17 +157,18 @@ bool disjoint(const std::vector<mesh::Chart>& charts, const Items& items,
   return certify::island_overlaps(islands, corners).pairs == 0;
 }
 
-// So far from the border of the tile; the first tile is the unit square.
-bool in_tile(const std::vector<Points2f>& stored, const std::vector<char>& moved, Index tile,
-             double border) {
-  const Eigen::RowVector2d low = tile_corner(tile).transpose();
-  const Eigen::RowVector2d least = low.array() + border, most = low.array() + (1.0 - border);
-  for (std::size_t c = 0; c < moved.size(); ++c) {
-    if (!moved[c]) continue;
-    const Points2 uv = stored[c].cast<double>();
-    if ((uv.colwise().minCoeff().array() < least.array()).any() ||
-        (uv.colwise().maxCoeff().array() > most.array()).any())
-      return false;
+// So far from the border of each item's tile; the first tile is the unit square.
+bool in_tiles(const std::vector<Points2f>& stored, const Items& items,
+              const std::vector<Index>& tile, double border) {
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const Eigen::RowVector2d low = tile_corner(tile[i]).transpose();
+    const Eigen::RowVector2d least = low.array() + border, most = low.array() + (1.0 - border);
+    for (const std::size_t c : items[i]) {
+      const Points2 uv = stored[c].cast<double>();
+      if ((uv.colwise().minCoeff().array() < least.array()).any() ||
+          (uv.colwise().maxCoeff().array() > most.array()).any())
+        return false;
+    }
   }
   return true;
 }
@@ -262,7 +265,7 @@ PlacedCharts packed(const std::vector<mesh::Chart>& charts, const std::vector<ch
   if (stays.rows() > 0) arranging.stays = &stays;
   const double own = density_of(charts, aligned, moved);
   if (density > 0.0 && own > 0.0) arranging.scale = density / own;
-  const double care = kCare * (1.0 + 0.1 * options.first_tile);
+  const double care = kCare * (1.0 + 0.1 * (options.first_tile + options.tiles - 1));
   // Of one that is lowered for want of room nothing is left to round with.
   const double margin = std::min(
       options.margin, fitting_margin(options.margin + 2.0 * care, items.size()) - 2.0 * care);
@@ -276,10 +279,13 @@ PlacedCharts packed(const std::vector<mesh::Chart>& charts, const std::vector<ch
     arranging.margin = margin + 2.0 * moved_by + care;
     arranging.effort = nested ? options.effort : 0.0;
     placed.uv = aligned;
-    placed.tile = arrange(charts, items, arranging, placed.uv, context);
+    const std::vector<Index> tile =
+        spread(charts, items, arranging, options.tiles, placed.uv, context);
+    placed.tile = tile.empty() ? options.first_tile : *std::min_element(tile.begin(), tile.end());
+    placed.tiles = static_cast<Index>(std::set<Index>(tile.begin(), tile.end()).size());
     for (const Stacked& s : stacked) put_on(charts, s, aligned, placed.uv);
     placed.stored = round(placed.uv);
-    placed.margin_met = in_tile(placed.stored, moved, placed.tile, 0.5 * margin) &&
+    placed.margin_met = in_tiles(placed.stored, items, tile, 0.5 * margin) &&
                         disjoint(charts, items, placed.stored, stays) &&
                         apart(charts, items, placed.stored, stays, margin, context);
     if (placed.margin_met) break;
@@ -288,6 +294,7 @@ PlacedCharts packed(const std::vector<mesh::Chart>& charts, const std::vector<ch
   placed.stacked = static_cast<Index>(stacked.size());
   for (std::size_t c = 0; c < charts.size(); ++c)
     if (placed_itself[c]) placed.fill += areas(charts[c].surface, placed.uv[c]).plane;
+  placed.fill /= std::max(placed.tiles, Index{1});
   return placed;
 }
 
@@ -311,8 +318,9 @@ PlacedCharts place_charts(const std::vector<mesh::Chart>& charts, std::vector<Po
     if (auto former = at_former_places(charts, uv, moved, *options.place_like)) {
       try {
         std::vector<Points2f> stored = round(*former);
-        if (in_tile(stored, moved, 0, 0.0) &&
-            disjoint(charts, items_of(moved, {}), stored, stays)) {
+        const Items items = items_of(moved, {});
+        if (in_tiles(stored, items, std::vector<Index>(items.size(), 0), 0.0) &&
+            disjoint(charts, items, stored, stays)) {
           placed.uv = std::move(*former);
           placed.stored = std::move(stored);
           placed.kept = true;

@@ -22,6 +22,7 @@ struct PlacingOptions {
   bool stack = false;                   // charts of equal outline go to the same place
   double effort = 1.0;                  // of the search for a dense layout (NestOptions)
   Index first_tile = 0;
+  Index tiles = 1;  // that charts are spread over, from the first on (spread.h)
   // Length in the plane per length of the surface, over all that moves: taken if there is room for
   // it. 0: that of the charts that stay, if scale_true and there are any; else the largest.
   double density = 0.0;
@@ -33,12 +34,13 @@ struct PlacedCharts {
   std::vector<Points2> uv;
   std::vector<Points2f> stored;
   bool kept = false;  // at their former places
-  Index tile = 0;     // see Placement
+  Index tile = 0;     // the first of those taken, see Placement
+  Index tiles = 1;    // how many were taken
   Index stacked = 0;  // charts that lie on another one
   // All gaps, and half of it to the tile's border, are at least the margin as stored. Not asked of
   // former places.
   bool margin_met = false;
-  double fill = 0.0;  // share of the tile that charts cover that moved, stacked ones once
+  double fill = 0.0;  // share of the tiles that charts cover that moved, stacked ones once
 };
 
 // Rounds all charts to what is stored; may throw NotConverged.

@@ -42,6 +42,7 @@ def pack(
     groups: Any = None,
     stack_similar: bool = False,
     tile: int = 1001,
+    tiles: int = 1,
     effort: float = 1.0,
     unmoved: Any = None,
     obstacles: Any = None,
@@ -54,7 +55,7 @@ def pack(
     """Moves the charts of a flip-free map into the unit square, as ``unwrap`` does; only turns, shifts and scales.
 
     Outlines are nested, holes are used. As stored in 32 bits no chart overlaps another, and any two are at least the margin
-    apart. ``stats["fill"]`` is the share of the square that the charts cover; ``stats["margin_met"]`` is 0 where a
+    apart. ``stats["fill"]`` is the share of the tiles that the charts cover; ``stats["margin_met"]`` is 0 where a
     gap, or half of one to the border, is below the margin as stored.
 
     The map is cut where the UVs on the two sides of an edge differ. Where pinned charts and obstacles leave less than an
@@ -76,6 +77,8 @@ def pack(
             move as one; -1 is alone. Not with ``together``.
         stack_similar: charts of equal outline lie on top of each other; ``stats["stacked"]`` counts them.
         tile: UDIM number, 1001 to 1100, of the first tile to be considered.
+        tiles: how many, from that one on in the order of UDIM, the charts are spread over: of about equal area, at one
+            scale, which is the largest that the fullest allows. ``stats["tiles"]``: how many were taken.
         effort: of the search for a dense layout: 0 puts boxes side by side, 1 is about a second of processor for 300 charts.
             Below 0.5 more than 300 charts are put as boxes too.
         unmoved: corners 3 face + corner that stay bit for bit, and their charts with them. The others keep clear of
@@ -107,6 +110,7 @@ def pack(
         groups=as_indices([] if groups is None else groups, "groups"),
         stack=as_flag(stack_similar, "stack_similar"),
         first_tile=as_count(tile, "tile", least=1001, most=1100) - 1001,
+        tiles=as_count(tiles, "tiles", least=1, most=100),
         effort=_as_effort(effort),
         together=as_flag(together, "together"),
         scale_true=as_flag(scale_true, "scale_true"),

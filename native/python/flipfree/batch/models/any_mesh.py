@@ -109,6 +109,7 @@ def pack_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--texture-size", type=int, default=1024, help="pixels to a side")
     parser.add_argument("--rotation", choices=("free", "quarters", "none"), default="free")
     parser.add_argument("--tile", type=int, default=1001, help="UDIM tile to pack into")
+    parser.add_argument("--tiles", type=int, default=1, help="UDIM tiles to spread islands over")
     parser.add_argument("--effort", type=float, default=1.0, help="of the search")
     flags(
         parser,
@@ -126,6 +127,7 @@ def pack(model: Model, options: dict[str, Any]) -> Solved:
         texture_size=options["texture_size"],
         rotation=options["rotation"],
         tile=options["tile"],
+        tiles=options["tiles"],
         effort=options["effort"],
         scale_true=not options["keep_sizes"],
         stack_similar=options["stack_similar"],
