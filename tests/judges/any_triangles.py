@@ -37,7 +37,10 @@ def judge_any(faces: npt.ArrayLike, uv: npt.ArrayLike, *, disjoint: bool = True)
             key = (min(a, b), max(a, b), *(p + q if forward else q + p))
             # On which side of the edge, from its lower vertex to the higher one, the face lies in the map.
             sides[key].append(orientation[f] if forward else -orientation[f])
-    folded = sum(1 for side in sides.values() if len(set(side)) < len(side))
+    # Of three faces at an edge two are on one side: a map that lay there before may stay, if sheets may lie on each other.
+    folded = sum(
+        1 for side in sides.values() if len(set(side)) < len(side) and (disjoint or len(side) == 2)
+    )
     if folded:
         wrong.append(f"{folded} edges with two faces of one island on the same side")
     if disjoint:
