@@ -23,6 +23,11 @@ struct Corner {
 std::vector<Corner> all_corners(const std::vector<Shape>& shapes, const std::vector<Pose>& poses,
                                 double scale, const std::vector<Loop>& fixed) {
   std::vector<Corner> corners;
+  std::size_t count = 0;
+  for (const Shape& s : shapes)
+    for (const Loop& loop : s.loops) count += loop.size();
+  for (const Loop& loop : fixed) count += loop.size();
+  corners.reserve(count);
   const auto add = [&](const Loop& loop, Index shape, const Pose& pose, double size) {
     const auto first = static_cast<Index>(corners.size());
     const auto n = static_cast<Index>(loop.size());
@@ -52,34 +57,44 @@ class EdgeGrid {
     const double size = std::max((high - low_).maxCoeff() + reach, 1e-300);
     const double most = std::clamp(std::sqrt(static_cast<double>(corners.size())), 1.0, 1024.0);
     cell_ = std::max(reach, size / most);
+    per_length_ = 1.0 / cell_;
     side_ = std::max(1, static_cast<Index>(std::ceil(size / cell_)));
     begin_.assign(static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_) + 1, 0);
     each_cell([&](std::size_t cell, Index) { ++begin_[cell + 1]; });
     for (std::size_t i = 1; i < begin_.size(); ++i) begin_[i] += begin_[i - 1];
     edges_.resize(static_cast<std::size_t>(begin_.back()));
     std::vector<Index> next = begin_;
-    each_cell(
-        [&](std::size_t cell, Index e) { edges_[static_cast<std::size_t>(next[cell]++)] = e; });
+    each_cell([&](std::size_t cell, Index e) {
+      edges_[static_cast<std::size_t>(next[cell]++)] = {
+          e, corners_[static_cast<std::size_t>(e)].shape};
+    });
   }
 
-  // Edges with a point within reach of p and perhaps others; some more than once.
+  // Edges of other shapes with a point within reach of p and perhaps others; some more than once.
   template <typename Visit>
-  void near(const Vector2& p, double reach, Visit visit) const {
-    const Index left = clamped((p.x() - reach - low_.x()) / cell_);
-    const Index right = clamped((p.x() + reach - low_.x()) / cell_);
-    const Index bottom = clamped((p.y() - reach - low_.y()) / cell_);
-    const Index top = clamped((p.y() + reach - low_.y()) / cell_);
+  void near(const Vector2& p, Index shape, double reach, Visit visit) const {
+    const Index left = clamped((p.x() - reach - low_.x()) * per_length_);
+    const Index right = clamped((p.x() + reach - low_.x()) * per_length_);
+    const Index bottom = clamped((p.y() - reach - low_.y()) * per_length_);
+    const Index top = clamped((p.y() + reach - low_.y()) * per_length_);
     for (Index row = bottom; row <= top; ++row) {
       for (Index column = left; column <= right; ++column) {
         const std::size_t cell = cell_at(column, row);
-        for (Index i = begin_[cell]; i < begin_[cell + 1]; ++i)
-          visit(edges_[static_cast<std::size_t>(i)]);
+        for (Index i = begin_[cell]; i < begin_[cell + 1]; ++i) {
+          const Entry& entry = edges_[static_cast<std::size_t>(i)];
+          if (entry.shape != shape) visit(entry.edge);
+        }
       }
     }
   }
 
+  struct Entry {
+    Index edge;
+    Index shape;
+  };
+
   std::size_t cells() const { return begin_.size() - 1; }
-  std::span<const Index> edges_in(std::size_t cell) const {
+  std::span<const Entry> edges_in(std::size_t cell) const {
     return std::span(edges_).subspan(static_cast<std::size_t>(begin_[cell]),
                                      static_cast<std::size_t>(begin_[cell + 1] - begin_[cell]));
   }
@@ -103,8 +118,8 @@ class EdgeGrid {
           std::max(a.y(), b.y()) < 0.0 || std::min(a.y(), b.y()) > limit)
         continue;
       if (a.y() > b.y()) std::swap(a, b);
-      const Index first = clamped(a.y() / cell_);
-      const Index last = clamped(b.y() / cell_);
+      const Index first = clamped(a.y() * per_length_);
+      const Index last = clamped(b.y() * per_length_);
       for (Index row = first; row <= last; ++row) {
         double low = std::min(a.x(), b.x());
         double high = std::max(a.x(), b.x());
@@ -119,7 +134,8 @@ class EdgeGrid {
           low = std::max(low, std::min(x0, x1) - care);
           high = std::min(high, std::max(x0, x1) + care);
         }
-        for (Index column = clamped(low / cell_); column <= clamped(high / cell_); ++column)
+        const Index right = clamped(high * per_length_);
+        for (Index column = clamped(low * per_length_); column <= right; ++column)
           visit(cell_at(column, row), static_cast<Index>(e));
       }
     }
@@ -128,9 +144,10 @@ class EdgeGrid {
   const std::vector<Corner>& corners_;
   Vector2 low_;
   double cell_ = 1.0;
+  double per_length_ = 1.0;  // cells
   Index side_ = 1;
   std::vector<Index> begin_;
-  std::vector<Index> edges_;
+  std::vector<Entry> edges_;
 };
 
 struct Near {
@@ -141,14 +158,20 @@ struct Near {
   Vector2 away;
 };
 
-// Nothing if a neighbouring point of the outline is nearer.
-bool nearest_on(const std::vector<Corner>& corners, Index edge, const Vector2& p, Near& found) {
+// Nothing if a neighbouring point of the outline is nearer, or it is beyond reach.
+bool nearest_on(const std::vector<Corner>& corners, Index edge, const Vector2& p, double reach,
+                Near& found) {
   const Corner& from = corners[static_cast<std::size_t>(edge)];
   const Vector2 side = corners[static_cast<std::size_t>(from.next)].at - from.at;
   const Vector2 off = p - from.at;
   const double square = side.squaredNorm();
-  const double t = square > 0.0 ? off.dot(side) / square : 0.0;
-  if (t >= 1.0) return false;  // the next edge has that corner
+  const double along = off.dot(side);
+  if (along >= square && square > 0.0) return false;  // the next edge has that corner
+  // Most are rejected here, without a root; rounded generously.
+  const double twice = off.x() * side.y() - off.y() * side.x();
+  if (along > 0.0 && twice * twice > 1.0000001 * reach * reach * square) return false;
+  const double t = square > 0.0 ? along / square : 0.0;
+  if (t >= 1.0) return false;
   found.edge = edge;
   if (t <= 0.0) {
     const Vector2 before = from.at - corners[static_cast<std::size_t>(from.previous)].at;
@@ -157,7 +180,7 @@ bool nearest_on(const std::vector<Corner>& corners, Index edge, const Vector2& p
     found.distance = off.norm();
     found.inside = false;
     found.away = found.distance > 0.0 ? Vector2(off / found.distance) : Vector2(1.0, 0.0);
-    return true;
+    return found.distance <= reach;
   }
   const double length = std::sqrt(square);
   const Vector2 outwards(side.y() / length, -side.x() / length);
@@ -166,7 +189,7 @@ bool nearest_on(const std::vector<Corner>& corners, Index edge, const Vector2& p
   found.distance = std::abs(height);
   found.inside = height < 0.0;
   found.away = outwards;
-  return true;
+  return found.distance <= reach;
 }
 
 // Of all that is near one corner, what it touches: from outside every nearest place, from inside
@@ -219,14 +242,12 @@ std::vector<Contact> find_contacts(const std::vector<Shape>& shapes, const std::
         for (std::size_t c = begin; c < end; ++c) {
           const Corner& corner = corners[c];
           near.clear();
-          grid.near(corner.at, reach, [&](Index e) {
-            const auto edge = static_cast<std::size_t>(e);
-            if (corners[edge].shape == corner.shape) return;
+          grid.near(corner.at, corner.shape, reach, [&](Index e) {
             Near found;
-            if (nearest_on(corners, e, corner.at, found) && found.distance <= reach)
-              near.emplace_back(corners[edge].shape, found);
+            if (nearest_on(corners, e, corner.at, reach, found))
+              near.emplace_back(corners[static_cast<std::size_t>(e)].shape, found);
           });
-          keep_touching(near);
+          if (near.size() > 1) keep_touching(near);
           for (const auto& [shape, found] : near) {
             const Corner& from = corners[static_cast<std::size_t>(found.edge)];
             const Corner& to = corners[static_cast<std::size_t>(from.next)];
@@ -248,13 +269,13 @@ bool any_crossing(const std::vector<Shape>& shapes, const std::vector<Pose>& pos
   constexpr std::size_t kGrain = 4096;
   std::vector<char> found(chunk_count(grid.cells(), kGrain), 0);
   const auto crossing = [&](std::size_t cell) {
-    const std::span<const Index> edges = grid.edges_in(cell);
+    const std::span<const EdgeGrid::Entry> edges = grid.edges_in(cell);
     for (std::size_t i = 0; i < edges.size(); ++i) {
-      const Corner& a = corners[static_cast<std::size_t>(edges[i])];
+      const Corner& a = corners[static_cast<std::size_t>(edges[i].edge)];
       for (std::size_t j = 0; j < i; ++j) {
-        const Corner& b = corners[static_cast<std::size_t>(edges[j])];
-        if (a.shape != b.shape &&
-            cross_each_other(a.at, corners[static_cast<std::size_t>(a.next)].at, b.at,
+        if (edges[i].shape == edges[j].shape) continue;
+        const Corner& b = corners[static_cast<std::size_t>(edges[j].edge)];
+        if (cross_each_other(a.at, corners[static_cast<std::size_t>(a.next)].at, b.at,
                              corners[static_cast<std::size_t>(b.next)].at))
           return true;
       }
