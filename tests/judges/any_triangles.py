@@ -6,7 +6,7 @@ UVs, however many there are, and everything is decided triangle by triangle.
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 
 import numpy as np
 import numpy.typing as npt
@@ -37,9 +37,12 @@ def judge_any(faces: npt.ArrayLike, uv: npt.ArrayLike, *, disjoint: bool = True)
             key = (min(a, b), max(a, b), *(p + q if forward else q + p))
             # On which side of the edge, from its lower vertex to the higher one, the face lies in the map.
             sides[key].append(orientation[f] if forward else -orientation[f])
-    # Of three faces at an edge two are on one side: a map that lay there before may stay, if sheets may lie on each other.
+    # Where sheets may lie on each other, of three faces at an edge any two may be on one side.
+    at_edge = Counter(key[:2] for key, side in sides.items() for _ in side)
     folded = sum(
-        1 for side in sides.values() if len(set(side)) < len(side) and (disjoint or len(side) == 2)
+        1
+        for key, side in sides.items()
+        if len(set(side)) < len(side) and (disjoint or at_edge[key[:2]] == 2)
     )
     if folded:
         wrong.append(f"{folded} edges with two faces of one island on the same side")
