@@ -121,10 +121,12 @@ Masks draw_shapes(const std::vector<Shape>& shapes, const std::vector<std::vecto
   masks.cells = cells;
   masks.of_shape.resize(shapes.size());
   parallel_for(context, shapes.size(), 16, [&](std::size_t begin, std::size_t end, std::size_t) {
+    Pen pen;
     for (std::size_t i = begin; i < end; ++i) {
+      masks.of_shape[i].reserve(turns[i].size());
       for (const Vector2& turn : turns[i]) {
-        masks.of_shape[i].push_back(
-            draw_shape(shapes[i], turn, scale * cells, (radius + shapes[i].slack * scale) * cells));
+        masks.of_shape[i].push_back(draw_shape(shapes[i], turn, scale * cells,
+                                               (radius + shapes[i].slack * scale) * cells, pen));
       }
     }
   });

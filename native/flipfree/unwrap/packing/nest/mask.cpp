@@ -1,7 +1,6 @@
 #include "flipfree/unwrap/packing/nest/mask.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -31,72 +30,73 @@ void add_disc(const Vector2& p, double radius, double bottom, Span& span) {
   span.add(p.x() + half);
 }
 
-void add_side(const Vector2& a, const Vector2& b, double bottom, Span& span) {
-  const double low = std::min(a.y(), b.y());
-  const double high = std::max(a.y(), b.y());
-  if (low > bottom + 1.0 || high < bottom) return;
-  const auto at = [&](double y) {
-    const double t = std::clamp((y - a.y()) / (b.y() - a.y()), 0.0, 1.0);
-    return a.x() + t * (b.x() - a.x());
-  };
-  if (high - low < 1e-12) {
-    span.add(a.x());
-    span.add(b.x());
-    return;
+// A side of a strip: from its lower end to its upper one.
+struct Side {
+  Vector2 low, high;
+  double slope;  // of x by y
+
+  Side(const Vector2& a, const Vector2& b)
+      : low(a.y() <= b.y() ? a : b), high(a.y() <= b.y() ? b : a) {
+    const double rise = high.y() - low.y();
+    slope = rise < 1e-12 ? 0.0 : (high.x() - low.x()) / rise;
   }
-  span.add(at(std::max(bottom, low)));
-  span.add(at(std::min(bottom + 1.0, high)));
-}
+
+  // Its points with y in [bottom, bottom + 1].
+  void add(double bottom, Span& span) const {
+    if (low.y() > bottom + 1.0 || high.y() < bottom) return;
+    const bool begins = low.y() >= bottom;
+    const bool ends = high.y() <= bottom + 1.0;
+    span.add(begins ? low.x() : low.x() + slope * (bottom - low.y()));
+    span.add(ends ? high.x() : low.x() + slope * (bottom + 1.0 - low.y()));
+  }
+};
 
 // The inside of the loops at the rows' middles; cells that only touch it are the outline's.
-void draw_inside(const std::vector<Loop>& loops, int width, int height, int words,
-                 std::vector<Word>& bits) {
-  double bottom = height;
-  double top = 0.0;
-  for (const Loop& loop : loops) {
-    for (const Vector2& p : loop) {
-      bottom = std::min(bottom, p.y());
-      top = std::max(top, p.y());
-    }
-  }
-  // Rows from here to there; a triangle among thousands has few.
-  const int begin = static_cast<int>(std::clamp(std::floor(bottom), 0.0, height + 0.0));
-  const int end = static_cast<int>(std::clamp(std::ceil(top) + 1.0, 0.0, height + 0.0));
-  if (begin >= end) return;
-  std::vector<std::vector<std::pair<double, int>>> crossings(static_cast<std::size_t>(end - begin));
-  for (const Loop& loop : loops) {
-    for (std::size_t i = 0; i < loop.size(); ++i) {
-      Vector2 a = loop[i];
-      Vector2 b = loop[(i + 1) % loop.size()];
+void draw_inside(Pen& pen, int width, int height, int words, std::vector<Word>& bits) {
+  pen.crossings.clear();
+  for (std::size_t l = 0; l + 1 < pen.begin.size(); ++l) {
+    const std::size_t end = pen.begin[l + 1];
+    for (std::size_t i = pen.begin[l]; i < end; ++i) {
+      Vector2 a = pen.points[i];
+      Vector2 b = pen.points[i + 1 < end ? i + 1 : pen.begin[l]];
       const int way = a.y() < b.y() ? 1 : -1;
       if (way < 0) std::swap(a, b);
-      const int first =
-          static_cast<int>(std::clamp(std::ceil(a.y() - 0.5), begin + 0.0, end + 0.0));
+      const int first = static_cast<int>(std::clamp(std::ceil(a.y() - 0.5), 0.0, height + 0.0));
       const int last =
-          static_cast<int>(std::clamp(std::ceil(b.y() - 0.5) - 1.0, begin - 1.0, end - 1.0));
-      for (int row = first; row <= last; ++row) {
-        const double t = (row + 0.5 - a.y()) / (b.y() - a.y());
-        crossings[static_cast<std::size_t>(row - begin)].emplace_back(a.x() + t * (b.x() - a.x()),
-                                                                      way);
-      }
+          static_cast<int>(std::clamp(std::ceil(b.y() - 0.5) - 1.0, -1.0, height - 1.0));
+      if (first > last) continue;
+      const double slope = (b.x() - a.x()) / (b.y() - a.y());
+      for (int row = first; row <= last; ++row)
+        pen.crossings.push_back({row, way, a.x() + slope * (row + 0.5 - a.y())});
     }
   }
-  for (int row = begin; row < end; ++row) {
-    auto& own = crossings[static_cast<std::size_t>(row - begin)];
-    std::sort(own.begin(), own.end());
-    int winding = 0;
-    for (std::size_t i = 0; i + 1 < own.size(); ++i) {
-      winding += own[i].second;
-      if (winding != 0)
-        set_cells(&bits[static_cast<std::size_t>(row * words)], width, own[i].first,
-                  own[i + 1].first);
-    }
+  std::sort(pen.crossings.begin(), pen.crossings.end(), [](const auto& a, const auto& b) {
+    return a.row != b.row ? a.row < b.row : (a.x != b.x ? a.x < b.x : a.way < b.way);
+  });
+  int winding = 0;
+  for (std::size_t i = 0; i + 1 < pen.crossings.size(); ++i) {
+    const Pen::Crossing& from = pen.crossings[i];
+    const Pen::Crossing& to = pen.crossings[i + 1];
+    winding = from.row == to.row ? winding + from.way : 0;
+    if (winding != 0)
+      set_cells(&bits[static_cast<std::size_t>(from.row * words)], width, from.x, to.x);
+  }
+}
+
+void draw_outlines(const Pen& pen, double radius, int width, int height, int words,
+                   std::vector<Word>& bits) {
+  for (std::size_t l = 0; l + 1 < pen.begin.size(); ++l) {
+    const std::size_t end = pen.begin[l + 1];
+    for (std::size_t i = pen.begin[l]; i < end; ++i)
+      draw_segment(pen.points[i], pen.points[i + 1 < end ? i + 1 : pen.begin[l]], radius, width,
+                   height, words, bits);
   }
 }
 
 void find_runs(Mask& mask) {
+  mask.row_begin.reserve(static_cast<std::size_t>(mask.height) + 1);
   mask.row_begin.assign(1, 0);
-  mask.runs.clear();
+  mask.runs.reserve(static_cast<std::size_t>(mask.height));
   for (int row = 0; row < mask.height; ++row) {
     const Word* bits = &mask.bits[static_cast<std::size_t>(row * mask.words)];
     int x = 0;
@@ -123,12 +123,12 @@ void find_runs(Mask& mask) {
   }
 }
 
-void find_ring(Mask& mask) {
+void find_ring(Mask& mask, std::vector<Word>& own) {
   mask.ring_words = (mask.width + 2 + 63) / 64;
   const auto words = static_cast<std::size_t>(mask.ring_words);
   const auto rows = static_cast<std::size_t>(mask.height) + 2;
   // The mask itself, one cell further right and up.
-  std::vector<Word> own(words * rows, 0);
+  own.assign(words * rows, 0);
   for (std::size_t j = 0; j + 2 < rows; ++j) {
     const Word* from = &mask.bits[j * static_cast<std::size_t>(mask.words)];
     Word* into = &own[(j + 1) * words];
@@ -182,13 +182,16 @@ void draw_segment(const Vector2& a, const Vector2& b, double radius, int width, 
   const double length = side.norm();
   const Vector2 off =
       length > 0.0 ? Vector2(-side.y(), side.x()) * (reach / length) : Vector2(0.0, 0.0);
-  const std::array<Vector2, 4> quad = {a + off, b + off, b - off, a - off};
+  // The strip's ends are within the discs.
+  const Side left(a + off, b + off);
+  const Side right(a - off, b - off);
   for (int row = first; row <= last; ++row) {
     Span span;
     add_disc(a, reach, row, span);
     add_disc(b, reach, row, span);
     if (length > 0.0) {
-      for (std::size_t k = 0; k < 4; ++k) add_side(quad[k], quad[(k + 1) % 4], row, span);
+      left.add(row, span);
+      right.add(row, span);
     }
     if (span.low <= span.high)
       set_cells(&bits[static_cast<std::size_t>(row * words)], width, span.low, span.high);
@@ -196,27 +199,27 @@ void draw_segment(const Vector2& a, const Vector2& b, double radius, int width, 
 }
 
 void draw_loop(const Loop& loop, int cells, double radius, int words, std::vector<Word>& bits) {
-  std::vector<Loop> loops = {loop};
-  for (Vector2& p : loops.front()) p *= cells;
-  draw_inside(loops, cells, cells, words, bits);
-  for (std::size_t i = 0; i < loop.size(); ++i) {
-    draw_segment(loops.front()[i], loops.front()[(i + 1) % loop.size()], radius, cells, cells,
-                 words, bits);
-  }
+  Pen pen;
+  pen.points = loop;
+  for (Vector2& p : pen.points) p *= cells;
+  pen.begin = {0, loop.size()};
+  draw_inside(pen, cells, cells, words, bits);
+  draw_outlines(pen, radius, cells, cells, words, bits);
 }
 
-Mask draw_shape(const Shape& shape, const Vector2& turn, double scale, double radius) {
-  std::vector<Loop> loops;
+Mask draw_shape(const Shape& shape, const Vector2& turn, double scale, double radius, Pen& pen) {
   Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());
   Vector2 high = -low;
   const Pose pose{Vector2::Zero(), turn};
+  pen.points.clear();
+  pen.begin.assign(1, 0);
   for (const Loop& loop : shape.loops) {
-    Loop& drawn = loops.emplace_back();
     for (const Vector2& p : loop) {
-      drawn.push_back(pose(p, scale));
-      low = low.cwiseMin(drawn.back());
-      high = high.cwiseMax(drawn.back());
+      pen.points.push_back(pose(p, scale));
+      low = low.cwiseMin(pen.points.back());
+      high = high.cwiseMax(pen.points.back());
     }
+    pen.begin.push_back(pen.points.size());
   }
   Mask mask;
   const Vector2 care = Vector2::Constant(radius + 2.0 * kCare);
@@ -226,17 +229,11 @@ Mask draw_shape(const Shape& shape, const Vector2& turn, double scale, double ra
   mask.height = std::max(1, static_cast<int>(std::ceil(size.y())));
   mask.words = (mask.width + 63) / 64;
   mask.bits.assign(static_cast<std::size_t>(mask.words) * static_cast<std::size_t>(mask.height), 0);
-  for (Loop& loop : loops)
-    for (Vector2& p : loop) p += mask.origin;
-  draw_inside(loops, mask.width, mask.height, mask.words, mask.bits);
-  for (const Loop& loop : loops) {
-    for (std::size_t i = 0; i < loop.size(); ++i) {
-      draw_segment(loop[i], loop[(i + 1) % loop.size()], radius, mask.width, mask.height,
-                   mask.words, mask.bits);
-    }
-  }
+  for (Vector2& p : pen.points) p += mask.origin;
+  draw_inside(pen, mask.width, mask.height, mask.words, mask.bits);
+  draw_outlines(pen, radius, mask.width, mask.height, mask.words, mask.bits);
   find_runs(mask);
-  find_ring(mask);
+  find_ring(mask, pen.ring);
   return mask;
 }
 

@@ -44,8 +44,21 @@ void draw_segment(const Vector2& a, const Vector2& b, double radius, int width, 
 // the loop's inside lies in.
 void draw_loop(const Loop& loop, int cells, double radius, int words, std::vector<Word>& bits);
 
+// Memory of drawing, for one shape after another.
+struct Pen {
+  struct Crossing {
+    int row;
+    int way;  // upwards 1, downwards -1
+    double x;
+  };
+  std::vector<Vector2> points;     // of all loops
+  std::vector<std::size_t> begin;  // of each loop, and the end
+  std::vector<Crossing> crossings;
+  std::vector<Word> ring;
+};
+
 // Every cell that a point within `radius` (cells) of the shape lies in, the shape turned and of
 // `scale` cells to its unit. Cost: O(rows that its edges pass through + cells / 64).
-Mask draw_shape(const Shape& shape, const Vector2& turn, double scale, double radius);
+Mask draw_shape(const Shape& shape, const Vector2& turn, double scale, double radius, Pen& pen);
 
 }  // namespace flipfree::unwrap

@@ -37,16 +37,27 @@ Tile::Tile(int cells) : cells_(cells), words_((cells + 63) / 64), count_(levels_
 Tile::Tile(int cells, const std::vector<Word>& taken) : Tile(cells) {
   for (int row = 0; row < cells_; ++row) {
     std::copy_n(taken.begin() + static_cast<std::ptrdiff_t>(row) * words_, words_, level(0, row));
-    widen(row);
+    widen(row, 0, words_ - 1);
   }
 }
 
-void Tile::widen(int row) {
+void Tile::widen(int row, int first, int last) {
   for (int k = 1; k < count_; ++k) {
     const Word* from = level(k - 1, row);
     Word* into = level(k, row);
-    std::copy_n(from, words_, into);
-    or_shifted(from, 1 << (k - 1), words_, into, words_);
+    const int step = 1 << (k - 1);
+    const int skip = step / 64;
+    const int bits = step % 64;
+    // A level's cell looks as far to the right as its runs are long.
+    const int begin = std::max(0, first - (2 * step + 63) / 64);
+    const int inside = std::min(last + 1, words_ - skip);
+    if (bits == 0) {
+      for (int w = begin; w < inside; ++w) into[w] = from[w] | from[w + skip];
+    } else {
+      for (int w = begin; w < inside; ++w)
+        into[w] = from[w] | (from[w + skip] >> bits) | (from[w + skip + 1] << (64 - bits));
+    }
+    for (int w = std::max(begin, inside); w <= last; ++w) into[w] = from[w];
   }
 }
 
@@ -150,7 +161,8 @@ void Tile::change(const Mask& mask, const Cell& cell, Change change) {
       change(row[w + skip], own[w] << bits);
       if (bits != 0 && w + skip + 1 < words_) change(row[w + skip + 1], own[w] >> (64 - bits));
     }
-    widen(cell.y + j);
+    const int last = bits != 0 ? std::min(skip + mask.words, words_ - 1) : skip + mask.words - 1;
+    widen(cell.y + j, skip, last);
   }
 }
 

@@ -44,8 +44,8 @@ class Tile {
   Word* level(int k, int row) { return const_cast<Word*>(std::as_const(*this).level(k, row)); }
   template <typename Change>
   void change(const Mask& mask, const Cell& cell, Change change);
-  void widen(int row);
-  Word word_at(int x, int y) const;  // 64 cells from x on; those outside are taken
+  void widen(int row, int first, int last);  // where level 0 changed in these words
+  Word word_at(int x, int y) const;          // 64 cells from x on; those outside are taken
 
   int cells_;
   int words_;

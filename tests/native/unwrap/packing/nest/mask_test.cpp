@@ -23,7 +23,8 @@ TEST(Mask, cells_of_a_row_are_set_across_words_and_cut_to_its_width) {
 }
 
 TEST(Mask, a_box_takes_its_cells_and_the_margin_around) {
-  const Mask mask = draw_shape(test::box_shape(10.0, 4.0), {1.0, 0.0}, 1.0, 1.0);
+  Pen pen;
+  const Mask mask = draw_shape(test::box_shape(10.0, 4.0), {1.0, 0.0}, 1.0, 1.0, pen);
   EXPECT_EQ(mask.width, 13);
   EXPECT_EQ(mask.height, 7);
   EXPECT_TRUE(at(mask, 6, 3));
@@ -35,7 +36,8 @@ TEST(Mask, every_cell_within_the_radius_is_taken) {
   const Shape shape = test::frame(30.0);
   const double radius = 2.3;
   const Vector2 turn(std::cos(0.3), std::sin(0.3));
-  const Mask mask = draw_shape(shape, turn, 1.0, radius);
+  Pen pen;
+  const Mask mask = draw_shape(shape, turn, 1.0, radius, pen);
   const Pose pose{mask.origin, turn};
   for (const Loop& loop : shape.loops) {
     for (std::size_t i = 0; i < loop.size(); ++i) {
@@ -52,7 +54,8 @@ TEST(Mask, every_cell_within_the_radius_is_taken) {
 }
 
 TEST(Mask, runs_are_the_bits) {
-  const Mask mask = draw_shape(test::frame(100.0), {std::cos(1.0), std::sin(1.0)}, 1.0, 1.0);
+  Pen pen;
+  const Mask mask = draw_shape(test::frame(100.0), {std::cos(1.0), std::sin(1.0)}, 1.0, 1.0, pen);
   for (int y = 0; y < mask.height; ++y) {
     int count = 0;
     for (int x = 0; x < mask.width; ++x) count += at(mask, x, y) ? 1 : 0;

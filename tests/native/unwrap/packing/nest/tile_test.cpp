@@ -10,7 +10,8 @@ namespace flipfree::unwrap {
 namespace {
 
 Mask mask_of(const Shape& shape, double angle = 0.0) {
-  return draw_shape(shape, {std::cos(angle), std::sin(angle)}, 1.0, 0.0);
+  Pen pen;
+  return draw_shape(shape, {std::cos(angle), std::sin(angle)}, 1.0, 0.0, pen);
 }
 
 TEST(Tile, the_lowest_and_then_leftmost_place_is_found) {
