@@ -154,7 +154,7 @@ bool apart(const std::vector<mesh::Chart>& charts, const Items& items,
   for (Eigen::Index i = 0; i + 2 < stays.rows(); i += 3) fixed.push_back(triangle_of(stays, i));
   const double least = margin * (1.0 + 1e-12) + 1e-14;
   const std::vector<Contact> contacts =
-      find_contacts(shapes, std::vector<Pose>(shapes.size()), 1.0, fixed, least, context);
+      Contacts(shapes, fixed).find(std::vector<Pose>(shapes.size()), 1.0, least, context);
   return std::none_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
     return (c.a != kInvalid || c.b != kInvalid) && c.gap < least;
   });

@@ -12,13 +12,12 @@
 namespace flipfree::unwrap {
 namespace {
 
-struct Corner {
-  Vector2 at;     // in the plane
-  Vector2 local;  // in the shape's coordinates
-  Index shape;
-  Index next;  // corner: the edge from this one goes there
-  Index previous;
-};
+// Lists hold what is within so many times the reach.
+constexpr double kRemembered = 2.0;
+
+constexpr std::size_t kGrain = 4096;  // corners, or cells, of one thread at a time
+
+using Corner = Contacts::Corner;
 
 std::vector<Corner> all_corners(const std::vector<Shape>& shapes, const std::vector<Pose>& poses,
                                 double scale, const std::vector<Loop>& fixed) {
@@ -192,6 +191,15 @@ bool nearest_on(const std::vector<Corner>& corners, Index edge, const Vector2& p
   return found.distance <= reach;
 }
 
+double distance_to(const std::vector<Corner>& corners, Index edge, const Vector2& p) {
+  const Corner& from = corners[static_cast<std::size_t>(edge)];
+  const Vector2 side = corners[static_cast<std::size_t>(from.next)].at - from.at;
+  const Vector2 off = p - from.at;
+  const double square = side.squaredNorm();
+  const double t = square > 0.0 ? std::clamp(off.dot(side) / square, 0.0, 1.0) : 0.0;
+  return (off - t * side).norm();
+}
+
 // Of all that is near one corner, what it touches: from outside every nearest place, from inside
 // the nearest of all.
 void keep_touching(std::vector<std::pair<Index, Near>>& near) {
@@ -201,11 +209,6 @@ void keep_touching(std::vector<std::pair<Index, Near>>& near) {
     if (a.second.inside != b.second.inside) return a.second.inside < b.second.inside;
     return a.second.edge < b.second.edge;
   });
-  // An edge is met in every cell that it passes through.
-  near.erase(
-      std::unique(near.begin(), near.end(),
-                  [](const auto& a, const auto& b) { return a.second.edge == b.second.edge; }),
-      near.end());
   std::size_t kept = 0;
   for (std::size_t i = 0; i < near.size();) {
     const bool inside = near[i].second.inside;
@@ -229,28 +232,74 @@ bool cross_each_other(const Vector2& a, const Vector2& b, const Vector2& c, cons
 
 }  // namespace
 
-std::vector<Contact> find_contacts(const std::vector<Shape>& shapes, const std::vector<Pose>& poses,
-                                   double scale, const std::vector<Loop>& fixed, double reach,
-                                   const ExecutionContext& context) {
-  const std::vector<Corner> corners = all_corners(shapes, poses, scale, fixed);
-  const EdgeGrid grid(corners, reach);
-  constexpr std::size_t kGrain = 4096;
-  std::vector<std::vector<Contact>> parts(chunk_count(corners.size(), kGrain));
+Contacts::Contacts(const std::vector<Shape>& shapes, const std::vector<Loop>& fixed)
+    : shapes_(shapes),
+      corners_(all_corners(shapes, std::vector<Pose>(shapes.size()), 1.0, fixed)) {}
+
+// Has nothing moved so far that a pair out of the lists may be within reach?
+bool Contacts::remembers(const std::vector<Pose>& poses, double scale, double reach) const {
+  const double most = 0.5 * (within_ - reach);
+  if (!(most >= 0.0)) return false;
+  for (std::size_t s = 0; s < poses.size(); ++s) {
+    const Vector2 turned = scale * poses[s].turn - scale_ * poses_[s].turn;
+    const double moved =
+        (poses[s].centre - poses_[s].centre).norm() + shapes_[s].radius * turned.norm();
+    if (!(moved <= most)) return false;
+  }
+  return true;
+}
+
+void Contacts::remember(const std::vector<Pose>& poses, double scale, double reach,
+                        const ExecutionContext& context) {
+  poses_ = poses;
+  scale_ = scale;
+  within_ = kRemembered * reach;
+  const EdgeGrid grid(corners_, within_);
+  std::vector<std::vector<Index>> parts(chunk_count(corners_.size(), kGrain));
+  begin_.assign(corners_.size() + 1, 0);
+  parallel_for(context, corners_.size(), kGrain,
+               [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                 std::vector<Index> own;
+                 for (std::size_t c = begin; c < end; ++c) {
+                   own.clear();
+                   const Corner& corner = corners_[c];
+                   grid.near(corner.at, corner.shape, within_, [&](Index e) {
+                     if (distance_to(corners_, e, corner.at) <= within_) own.push_back(e);
+                   });
+                   // An edge is met in every cell that it passes through.
+                   std::sort(own.begin(), own.end());
+                   own.erase(std::unique(own.begin(), own.end()), own.end());
+                   parts[chunk].insert(parts[chunk].end(), own.begin(), own.end());
+                   begin_[c + 1] = own.size();
+                 }
+               });
+  for (std::size_t c = 0; c < corners_.size(); ++c) begin_[c + 1] += begin_[c];
+  near_.clear();
+  for (const auto& part : parts) near_.insert(near_.end(), part.begin(), part.end());
+}
+
+std::vector<Contact> Contacts::find(const std::vector<Pose>& poses, double scale, double reach,
+                                    const ExecutionContext& context) {
+  for (Corner& c : corners_) {
+    if (c.shape != kInvalid) c.at = poses[static_cast<std::size_t>(c.shape)](c.local, scale);
+  }
+  if (!remembers(poses, scale, reach)) remember(poses, scale, reach, context);
+  std::vector<std::vector<Contact>> parts(chunk_count(corners_.size(), kGrain));
   parallel_for(
-      context, corners.size(), kGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+      context, corners_.size(), kGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
         std::vector<std::pair<Index, Near>> near;
         for (std::size_t c = begin; c < end; ++c) {
-          const Corner& corner = corners[c];
+          const Corner& corner = corners_[c];
           near.clear();
-          grid.near(corner.at, corner.shape, reach, [&](Index e) {
+          for (std::size_t i = begin_[c]; i < begin_[c + 1]; ++i) {
             Near found;
-            if (nearest_on(corners, e, corner.at, reach, found))
-              near.emplace_back(corners[static_cast<std::size_t>(e)].shape, found);
-          });
+            if (nearest_on(corners_, near_[i], corner.at, reach, found))
+              near.emplace_back(corners_[static_cast<std::size_t>(near_[i])].shape, found);
+          }
           if (near.size() > 1) keep_touching(near);
           for (const auto& [shape, found] : near) {
-            const Corner& from = corners[static_cast<std::size_t>(found.edge)];
-            const Corner& to = corners[static_cast<std::size_t>(from.next)];
+            const Corner& from = corners_[static_cast<std::size_t>(found.edge)];
+            const Corner& to = corners_[static_cast<std::size_t>(from.next)];
             parts[chunk].push_back({corner.shape, shape, corner.local,
                                     from.local + found.t * (to.local - from.local), found.away,
                                     found.inside ? -found.distance : found.distance});
@@ -266,7 +315,6 @@ bool any_crossing(const std::vector<Shape>& shapes, const std::vector<Pose>& pos
                   const std::vector<Loop>& fixed, const ExecutionContext& context) {
   const std::vector<Corner> corners = all_corners(shapes, poses, scale, fixed);
   const EdgeGrid grid(corners, 0.0);
-  constexpr std::size_t kGrain = 4096;
   std::vector<char> found(chunk_count(grid.cells(), kGrain), 0);
   const auto crossing = [&](std::size_t cell) {
     const std::span<const EdgeGrid::Entry> edges = grid.edges_in(cell);

@@ -34,10 +34,10 @@ struct Wall {
 class Dynamics {
  public:
   Dynamics(const std::vector<Shape>& shapes, const InflateOptions& options)
-      : shapes_(shapes), options_(options) {
-    static const std::vector<Loop> kNone;
-    fixed_ = options.fixed == nullptr ? &kNone : options.fixed;
-  }
+      : shapes_(shapes),
+        options_(options),
+        fixed_(options.fixed == nullptr ? kNone : *options.fixed),
+        near_(shapes, fixed_) {}
 
   // At rest at this scale after some rounds; poses are changed in any case.
   bool settle(Layout& layout, double& work, const ExecutionContext& context) {
@@ -46,7 +46,7 @@ class Dynamics {
     for (int round = 0; round < kRounds; ++round) {
       context.check();
       const double reach = options_.margin + allowance(scale) + 2.0 * slack(scale);
-      contacts_ = find_contacts(shapes_, poses(), scale, *fixed_, reach, context);
+      contacts_ = near_.find(poses(), scale, reach, context);
       find_walls(scale, reach);
       work -= 4.0 * corners_ + 2.0 * static_cast<double>(contacts_.size());
       double worst = 0.0;
@@ -55,7 +55,7 @@ class Dynamics {
         worst = std::max(worst, w.least - body(w.a)(w.corner, scale).dot(w.inwards));
       if (worst <= kAtRest) {
         layout.poses = poses();
-        return !any_crossing(shapes_, layout.poses, scale, *fixed_, context);
+        return !any_crossing(shapes_, layout.poses, scale, fixed_, context);
       }
       if (work < 0.0) return false;
       const double most = 0.5 * allowance(scale);
@@ -187,7 +187,9 @@ class Dynamics {
 
   const std::vector<Shape>& shapes_;
   const InflateOptions& options_;
-  const std::vector<Loop>* fixed_;
+  inline static const std::vector<Loop> kNone;
+  const std::vector<Loop>& fixed_;
+  Contacts near_;
   std::vector<Body> bodies_;
   std::vector<Contact> contacts_;
   std::vector<Wall> walls_;

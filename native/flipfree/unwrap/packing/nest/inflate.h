@@ -25,7 +25,7 @@ struct Layout {
 // Position-based dynamics: the scale grows by a little, then every contact that is too close moves
 // and turns its two shapes apart, by their masses, until all gaps are as wide as they shall be;
 // layouts that come to rest are kept, of those that do not the growth is halved. The layout
-// returned has all gaps (along contacts, find_contacts), and the scale of the given one at least if
+// returned has all gaps (along contacts, contacts.h), and the scale of the given one at least if
 // that had them; otherwise it may be smaller. Deterministic. Cost: `work`.
 Layout inflate(const std::vector<Shape>& shapes, const Layout& start, const InflateOptions& options,
                const ExecutionContext& context);

@@ -22,7 +22,7 @@ TEST(Inflate, squares_grow_until_they_fill_their_rows) {
   const Layout grown = inflate(shapes, start, options, context);
   EXPECT_GT(grown.scale, 0.488);
   EXPECT_LE(grown.scale, 0.4901);
-  for (const Contact& c : find_contacts(shapes, grown.poses, grown.scale, {}, 0.02, context))
+  for (const Contact& c : test::contacts(shapes, grown.poses, grown.scale, {}, 0.02))
     EXPECT_GE(c.gap, 0.01 - 1e-6);
   options.most_scale = 0.45;
   EXPECT_EQ(inflate(shapes, start, options, context).scale, 0.45);

@@ -24,7 +24,7 @@ TEST(Nest, gaps_are_met_and_everything_lies_in_the_tile) {
     const Layout layout = nest(shapes, options, context);
     ASSERT_GT(layout.scale, 0.0);
     EXPECT_FALSE(any_crossing(shapes, layout.poses, layout.scale, {}, context));
-    for (const Contact& c : find_contacts(shapes, layout.poses, layout.scale, {}, 0.01, context))
+    for (const Contact& c : test::contacts(shapes, layout.poses, layout.scale, {}, 0.01))
       EXPECT_GE(c.gap, 0.004 - 1e-6);
     for (std::size_t i = 0; i < shapes.size(); ++i) {
       const Vector2& turn = layout.poses[i].turn;

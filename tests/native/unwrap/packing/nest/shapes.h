@@ -1,7 +1,7 @@
 // Shapes to pack, for the tests of packing/nest.
 #pragma once
 
-#include "flipfree/unwrap/packing/nest/shape.h"
+#include "flipfree/unwrap/packing/nest/contacts.h"
 
 namespace flipfree::unwrap::test {
 
@@ -20,6 +20,12 @@ inline Shape frame(double side) {
   for (Vector2& p : hole) p += Vector2(0.1 * side, 0.1 * side);
   Vector2 middle;
   return make_shape({box(side, side), {hole.rbegin(), hole.rend()}}, 0.0, middle);
+}
+
+inline std::vector<Contact> contacts(const std::vector<Shape>& shapes,
+                                     const std::vector<Pose>& poses, double scale,
+                                     const std::vector<Loop>& fixed, double reach) {
+  return Contacts(shapes, fixed).find(poses, scale, reach, ExecutionContext());
 }
 
 }  // namespace flipfree::unwrap::test
