@@ -108,6 +108,14 @@ TEXTS = {
         "needs more memory than there is",
         "Close other programs, or unwrap it in parts",
     ),
+    "solver process not started": (
+        "got no process for its solver",
+        "Set Preferences > Add-ons > Flipfree UV > Separate Process to Never",
+    ),
+    "solver process ended": (
+        "was not finished, because its solver's process ended",
+        "Nothing else is harmed. Close other programs, or select less and unwrap it in parts",
+    ),
     "cancelled": ("was not finished", "Run the operator again"),
     "internal error": ("met an error inside the solver", "Please report this as a bug"),
 }
@@ -184,7 +192,8 @@ def _in_blenders_terms(snapshot, error, cures) -> Failure:
     message = f"{snapshot.object_name}: {place or 'the surface '}{what}. {cure}"
     # Numbers that only the solver knows (a missing angle, two pins) follow in its own words.
     if not place or error.code in WITH_SOLVER_TEXT:
-        message += f" ({error})"
+        said = str(error)
+        message += f" ({said.partition('. ')[0] if error.code in FIRST_SENTENCE else said})"
     if error.code in NOT_FOR_EDIT_MODE:
         kind, elements = "none", None
     return Failure(snapshot.object_name, message, kind, elements)
@@ -205,6 +214,9 @@ WITH_SOLVER_TEXT = {
     "certificate failed",
     "internal error",
 }
+
+# Codes of which the rest of the solver's message is a cure of its own.
+FIRST_SENTENCE = {"solver process not started", "solver process ended"}
 
 
 def from_problem(object_name: str, problem: mesh_io.MeshProblem) -> Failure:

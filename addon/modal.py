@@ -6,9 +6,9 @@
                     v                                            v
     make_tasks -> Run.advance() ... -> Run.finish() -> report, undo step
 
-The solver runs on a C++ thread that touches neither Python nor Blender's data; no Python thread exists. Meshes are
-written only after the last solver has ended, so Esc leaves every one of them as it was. Return takes each map as it is
-then, or as soon as there is one.
+The solver runs on a C++ thread that touches neither Python nor Blender's data, or in a process of its own (processes.py);
+no Python thread exists. Meshes are written only after the last solver has ended, so Esc leaves every one of them as it was.
+Return takes each map as it is then, or as soon as there is one.
 """
 
 import time
@@ -18,7 +18,7 @@ import bpy
 
 import flipfree
 
-from . import certificates, errors, mends, watch
+from . import certificates, errors, mends, processes, watch
 from .meshes import mesh_io
 
 _INTERVAL = 0.1  # seconds between looks at the solver
@@ -98,12 +98,19 @@ class Run:
     """A row of tasks: what is being solved, what has ended, what failed."""
 
     def __init__(
-        self, tasks: list[Task], failures: list[errors.Failure] | None = None, *, layout=None
+        self,
+        tasks: list[Task],
+        failures: list[errors.Failure] | None = None,
+        *,
+        layout=None,
+        separate=True,
     ):
         """failures: of objects that could not even be read. layout: takes the list of tasks that ended well, once all
-        have ended; returns a task that works on their results, or None."""
+        have ended; returns a task that works on their results, or None. separate: solve in a process of its own where the
+        preferences want it."""
         self._waiting = list(tasks)
         self._layout = layout
+        self._process = processes.of(tasks) if separate else None
         self._total = len(tasks) + len(failures or [])
         self._task = None
         self._job = None
@@ -127,6 +134,7 @@ class Run:
         while True:
             if self._job is None:
                 if self._cancelled or not (self._waiting or self._add_layout()):
+                    self._end_process()
                     return True
                 self._task = self._waiting.pop(0)
                 self._guard(lambda: self._set_job(self._task.start()))
@@ -163,7 +171,8 @@ class Run:
         """Runs one step of the current task; turns what it raises into a Failure and drops the task."""
         task = self._task
         try:
-            step()
+            with processes.within(self._process):
+                step()
             return
         except flipfree.Cancelled:
             self._cancelled = True
@@ -179,6 +188,20 @@ class Run:
             if other.leaves_out:
                 self.failures[-1].message += f". {other.leaves_out}"
             self._waiting.append(other)
+
+    def _end_process(self):
+        if self._process is not None:
+            self._process.close()
+
+    @property
+    def process_id(self) -> int | None:
+        """Of the process that solves, while there is one."""
+        return None if self._process is None else self._process.pid
+
+    @property
+    def solved_here(self) -> str:
+        """Why it was solved in Blender's own process though another one was wanted; "" if it was not."""
+        return "" if self._process is None else self._process.solved_here
 
     def cancel(self):
         self._cancelled = True
@@ -241,6 +264,7 @@ class Run:
         if self._job is not None:
             self._job.wait(10.0)
             self._job = None
+        self._end_process()
 
 
 def close_all():
@@ -369,6 +393,8 @@ class SolverOperator:
         text = f"{self.summary(run.done)}, {seconds:.2f} s"
         if run.ended_early:
             text += ", accepted early"
+        if run.solved_here:
+            text += ", solved inside Blender as no process could be started for it"
         advice = self.advice(run.done)
         self.report({"WARNING"} if advice else {"INFO"}, f"{text}. {advice}" if advice else text)
         return {"FINISHED"}

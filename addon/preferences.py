@@ -11,6 +11,17 @@ PRECISIONS = (
     ("400", "400 Bits", "Always so many"),
 )
 
+# When the solver gets a process of its own.
+SEPARATE = (
+    ("never", "Never", "Always solve inside Blender: a solver that is killed takes Blender along"),
+    (
+        "above",
+        "Large Meshes",
+        "Only where that many triangles are solved; a process takes a moment to start",
+    ),
+    ("always", "Always", "However small the mesh is"),
+)
+
 
 class FlipfreePreferences(bpy.types.AddonPreferences):
     bl_idname = __package__
@@ -51,11 +62,29 @@ class FlipfreePreferences(bpy.types.AddonPreferences):
         items=PRECISIONS,
         default="auto",
     )
+    separate: bpy.props.EnumProperty(
+        name="Separate Process",
+        description=(
+            "Solve in a process of its own: if it crashes, or the system ends it because memory runs out, Blender and the mesh "
+            "stay as they are. Results are the same"
+        ),
+        items=SEPARATE,
+        default="above",
+    )
+    separate_from: bpy.props.IntProperty(
+        name="From Triangles",
+        description="Meshes of so many triangles together are solved in a process of their own",
+        default=100_000,
+        min=1,
+        soft_max=10_000_000,
+    )
 
     def draw(self, _context):
         self.layout.use_property_split = True
-        for name in ("threads", "max_seconds", "margin", "precision"):
+        for name in ("threads", "max_seconds", "margin", "precision", "separate"):
             self.layout.prop(self, name)
+        if self.separate == "above":
+            self.layout.prop(self, "separate_from")
 
 
 def _get(name: str, default):
@@ -82,6 +111,12 @@ def precision() -> int | str:
     """For the solver: "auto" or mantissa bits."""
     chosen = _get("precision", "auto")
     return chosen if chosen == "auto" else int(chosen)
+
+
+def separate_from() -> int | None:
+    """The least number of triangles that are solved in a process of their own; None: they never are."""
+    chosen = _get("separate", "above")
+    return {"never": None, "always": 0}.get(chosen, _get("separate_from", 100_000))
 
 
 CLASSES = (FlipfreePreferences,)

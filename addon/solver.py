@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 import flipfree
-from flipfree import jobs
 
 from . import preferences
 from .preferences import threads
+from .processes import jobs
 
 # Effort of the packing that follows an unwrap, as that of ff.unwrap itself.
 QUICK_PACKING = 0.2

@@ -28,7 +28,8 @@ def solve(objects, command: Command, given) -> list[Ended]:
             tasks.append(make_task(mesh_io.read(ob, only_selected=False), **options))
         except mesh_io.MeshProblem as problem:
             failures.append(errors.from_problem(ob.name, problem))
-    run = modal.Run(tasks, failures, layout=layout.joint)
+    # This is no session that another process would save.
+    run = modal.Run(tasks, failures, layout=layout.joint, separate=False)
     while not run.advance(1.0):
         pass
     run.finish()

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Quits Blender, "rest": at rest, or "run": while a solver runs. Started by robust.py."""
+"""Quits Blender, "rest": at rest, or "run": while a solver runs; "stay": solves and waits to be killed. Started by robust.py."""
 
+import importlib
 import sys
 from pathlib import Path
 
@@ -20,11 +21,15 @@ def context():
 
 
 def start():
-    if sys.argv[-1] == "run":
+    if sys.argv[-1] in ("run", "stay"):
         shapes.slow()
         with context():
             assert bpy.ops.uv.flipfree_unwrap("INVOKE_DEFAULT") == {"RUNNING_MODAL"}
-        print("RUNNING", flush=True)
+        modal = importlib.import_module("bl_ext.user_default.flipfree_uv.modal")
+        (run,) = [run for run in modal._live_runs if run.process_id is not None]
+        print("RUNNING\nSOLVER", run.process_id, "", flush=True)
+    if sys.argv[-1] == "stay":
+        return
     bpy.app.timers.register(stop, first_interval=1.0)
 
 

@@ -2,13 +2,25 @@
 """What may happen to a session while a solver runs: saving, undo, mode changes, deleting, loading, quitting."""
 
 import os
+import signal
 import subprocess
 from pathlib import Path
 
 import bpy
 import numpy as np
 import shapes
-from stage import area_of, invoke, modal, part, running, show, until, wait_for_end
+from stage import (
+    area_of,
+    invoke,
+    modal,
+    part,
+    running,
+    shot,
+    show,
+    simulate,
+    until,
+    wait_for_end,
+)
 
 controls, refresh = part("views.controls"), part("views.refresh")
 
@@ -125,6 +137,56 @@ def test_another_file_during_a_run_ends_the_solver():
     yield from until(only_what_there_is, "objects of the other file are still drawn")
     controls.switch_off()
     bpy.context.preferences.view.show_splash = False
+
+
+def test_a_killed_solver_leaves_the_session_and_the_mesh():
+    show("Layout")
+    yield 0.5
+    ob = shapes.slow()
+    before, chosen = shapes.everything(ob), shapes.selection(ob)
+    assert invoke() == {"RUNNING_MODAL"}
+    (run,) = [run for run in modal._live_runs if run.process_id is not None]
+    yield from until(lambda: run.progress()[1] > 0.0, "it does not begin")
+    os.kill(run.process_id, signal.SIGKILL)
+    yield from wait_for_end(30.0)
+    yield 0.5
+    shot("solver_killed")
+    (failure,) = run.failures
+    assert "its solver's process ended" in str(failure) and run.process_id is None
+    assert shapes.everything(ob) == before and shapes.selection(ob) == chosen
+    # And the next run is as ever.
+    small = shapes.grid(8, "Small", uv=True)
+    assert invoke() <= {"RUNNING_MODAL", "FINISHED"}
+    yield from wait_for_end()
+    assert shapes.exact_flips(small) == 0
+
+
+def test_escape_ends_the_process_that_solves():
+    show("Layout")
+    yield 0.5
+    shapes.slow()
+    assert invoke() == {"RUNNING_MODAL"}
+    (run,) = [run for run in modal._live_runs if run.process_id is not None]
+    process = run._process._process
+    yield 0.4
+    simulate("ESC")
+    simulate("ESC", "RELEASE")
+    yield from wait_for_end(10.0)
+    yield from until(lambda: process.poll() is not None, "the process outlives Esc", 10.0)
+
+
+def test_a_killed_blender_takes_its_solver_along():
+    blender, script = os.environ["FLIPFREE_BLENDER"], Path(__file__).with_name("quitting.py")
+    command = [blender, "-p", "0", "0", "400", "300", "--python", str(script), "--", "stay"]
+    log = Path(bpy.app.tempdir) / "killed.log"
+    with log.open("w") as file:
+        process = subprocess.Popen(command, stdout=file, stderr=subprocess.STDOUT)
+    yield from until(lambda: "SOLVER" in log.read_text(), log.read_text, 120.0)
+    solver = Path("/proc", log.read_text().split("SOLVER ")[1].split()[0])
+    assert "flipfree.process" in (solver / "cmdline").read_text()
+    process.kill()
+    process.wait()
+    yield from until(lambda: not solver.exists(), "the solver outlives Blender", 20.0)
 
 
 def test_blender_quits_during_a_run():

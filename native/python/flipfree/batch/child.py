@@ -23,6 +23,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..process import pipes
 from .results import Record
 
 #: Begins every answer of a child.
@@ -144,9 +145,8 @@ class Child:
 
     def _send(self, line: Mapping[str, Any]) -> None:
         assert self._process is not None and self._process.stdin is not None
-        with contextlib.suppress(OSError):  # it has died: the answer says so
-            self._process.stdin.write(json.dumps(line).encode() + b"\n")
-            self._process.stdin.flush()
+        # If it has died, the answer says so.
+        pipes.send(self._process.stdin, json.dumps(line).encode() + b"\n")
 
     def _answer(self, seconds: float | None, memory: float | None) -> Record | None:
         """Waits for it; None if all is to be stopped."""

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import ctypes
 import json
 import os
-import signal
 import sys
 import time
 import traceback
@@ -14,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import FlipfreeError, Infeasible, InvalidInput
+from ..process.lifetime import die_with
 from .child import MARK
 from .messages import in_command_line_terms
 from .results import Record
@@ -21,15 +20,14 @@ from .results import Record
 #: What one model is solved by: (input, output or None) -> record with "status" at least.
 Unit = Callable[[Path, Path | None], Record]
 
-_PR_SET_PDEATHSIG = 1
-
 
 def serve(unit_of: Callable[[Mapping[str, Any]], Unit]) -> int:
     """Answers requests until there are no more. unit_of: settings -> the unit."""
     opening = json.loads(sys.stdin.buffer.readline() or b"{}")
     if "settings" not in opening:
         return 1
-    _die_with(opening["parent"])
+    if not die_with(opening["parent"]):
+        os._exit(1)
     unit = unit_of(opening["settings"])
     _say({"ready": True})
     for line in iter(sys.stdin.buffer.readline, b""):
@@ -83,27 +81,6 @@ def _say(line: Mapping[str, Any]) -> None:
     data = f"\n{MARK}{json.dumps(line, allow_nan=False)}\n".encode()
     while data:
         data = data[os.write(1, data) :]
-
-
-def _die_with(parent: int) -> None:
-    """A parent that is killed takes its children along, where the system can do that; elsewhere they end after their model."""
-    if sys.platform.startswith("linux"):
-        ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-        if os.getppid() != parent and not _is_ancestor(parent):
-            os._exit(1)  # it had died before
-
-
-def _is_ancestor(pid: int) -> bool:
-    """A launcher may stand between a child and its parent."""
-    at = os.getpid()
-    while at > 1:
-        try:
-            at = int(Path(f"/proc/{at}/stat").read_text().rpartition(")")[2].split()[1])
-        except (OSError, ValueError, IndexError):
-            return True
-        if at == pid:
-            return True
-    return False
 
 
 def _reset_peak() -> None:

@@ -38,6 +38,13 @@ class SuggestedAngles(np.ndarray):
         self.scale_ratio = getattr(parent, "scale_ratio", float("nan"))
         self.bound_holds = getattr(parent, "bound_holds", False)
 
+    def __reduce__(self) -> Any:
+        """Arrays that are pickled or copied forget attributes of their own."""
+        return _suggestion, ((np.asarray(self), self.cones, self.scale_ratio, self.bound_holds),)
+
+    def __deepcopy__(self, _memo: Any) -> SuggestedAngles:
+        return _suggestion((np.array(self), self.cones.copy(), self.scale_ratio, self.bound_holds))
+
 
 def _suggestion(data: tuple[FloatArray, npt.NDArray[np.int32], float, bool]) -> SuggestedAngles:
     angles = np.asarray(data[0]).view(SuggestedAngles)

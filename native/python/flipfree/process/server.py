@@ -1,0 +1,106 @@
+"""The child's side: calls come in as lines on the standard input, where they stand and what became of them goes out."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import queue
+import shutil
+import signal
+import sys
+import threading
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from .. import jobs
+from ..errors import FlipfreeError, NotConverged
+from ..job import POLL_SECONDS, Job
+from . import store
+from .lifetime import die_with
+
+#: Begins every line that a child says to its parent.
+MARK = b"@flipfree-process "
+
+Message = Mapping[str, Any]
+
+
+def main(opening: Message) -> None:
+    """opening: {"parent": pid, "folder": where calls and answers lie}. Does not return."""
+    out = os.dup(1)
+    os.dup2(2, 1)  # libraries that print say it elsewhere
+    _prefer_as_victim()
+    folder = Path(opening["folder"])
+    signal.signal(signal.SIGTERM, lambda *_: _leave(folder))
+    if not die_with(opening["parent"], signal.SIGTERM):
+        _leave(folder)
+    messages: queue.SimpleQueue[Message] = queue.SimpleQueue()
+    threading.Thread(target=_listen, args=(messages, folder), daemon=True).start()
+    _say(out, {"ready": True})
+    while True:
+        message = messages.get()
+        if "call" in message:
+            _answer(out, message, folder, messages)
+
+
+def _listen(messages: queue.SimpleQueue[Message], folder: Path) -> None:
+    """Nothing more to read: the parent is no longer there, and nobody waits for what is being solved."""
+    with contextlib.suppress(OSError, ValueError):
+        for line in iter(sys.stdin.buffer.readline, b""):
+            messages.put(json.loads(line))
+    _leave(folder)
+
+
+def _leave(folder: Path) -> None:
+    shutil.rmtree(folder, ignore_errors=True)
+    os._exit(0)
+
+
+def _answer(out: int, message: Message, folder: Path, messages: queue.SimpleQueue[Message]) -> None:
+    number, target = message["call"], folder / f"answer-{message['call']}"
+    answer: tuple[str, object]
+    try:
+        name, arguments, options = store.read(folder / f"call-{number}")
+        answer = ("result", _solve(out, getattr(jobs, name)(*arguments, **options), messages))
+    except FlipfreeError as error:
+        answer = ("error", error)
+    except Exception as error:
+        answer = ("error", _internal(error))
+    try:
+        store.write(target, answer)
+    except Exception as error:  # no room for it
+        store.write(target, ("error", _internal(error)))
+    _say(out, {"answer": number})
+
+
+def _internal(error: Exception) -> NotConverged:
+    return NotConverged(
+        f"The solver's process met an error of its own: {type(error).__name__}: {error}. Please report this mesh.",
+        code="internal error",
+    )
+
+
+def _solve(out: int, job: Job[Any], messages: queue.SimpleQueue[Message]) -> object:
+    told = None
+    while not job.wait(POLL_SECONDS):
+        now = job.progress()
+        if now != told:
+            told = now
+            _say(out, {"progress": now})
+        while not messages.empty():
+            if "accept" in messages.get():
+                job.accept()
+    return job.result()
+
+
+def _say(out: int, line: Message) -> None:
+    data = MARK + json.dumps(line).encode() + b"\n"
+    while data:
+        data = data[os.write(out, data) :]
+
+
+def _prefer_as_victim() -> None:
+    """Where the system ends a process because memory runs out, it shall be this one and not its parent."""
+    with contextlib.suppress(OSError):
+        Path("/proc/self/oom_score_adj").write_text("600")
