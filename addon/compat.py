@@ -78,6 +78,13 @@ def edge_vertices(mesh: bpy.types.Mesh) -> np.ndarray:
     return _values(mesh, ".edge_verts", "value", (len(mesh.edges), 2), np.int32)
 
 
+def face_starts(mesh: bpy.types.Mesh) -> np.ndarray:
+    """(#faces,) int32: the first loop of each."""
+    values = np.empty(len(mesh.polygons), np.int32)
+    mesh.polygons.foreach_get("loop_start", values)
+    return values
+
+
 def triangle_faces(mesh: bpy.types.Mesh) -> np.ndarray:
     """(#loop triangles,) int32: the face of each, after calc_loop_triangles()."""
     values = np.empty(len(mesh.loop_triangles), np.int32)
@@ -113,9 +120,7 @@ def uv_selected_faces(mesh: bpy.types.Mesh, layer_name: str) -> np.ndarray:
     corners = _bool_attribute(mesh, f".vs.{layer_name}", len(mesh.loops))
     if corners is None:
         return np.ones(faces, dtype=bool)
-    starts = np.empty(faces, dtype=np.int32)
-    mesh.polygons.foreach_get("loop_start", starts)
-    return np.logical_and.reduceat(corners, starts) if faces else np.zeros(0, dtype=bool)
+    return np.logical_and.reduceat(corners, face_starts(mesh)) if faces else np.zeros(0, dtype=bool)
 
 
 def select_uv_faces(mesh: bpy.types.Mesh, faces: np.ndarray) -> None:

@@ -11,7 +11,7 @@ import flipfree
 
 from . import preferences
 from .preferences import threads
-from .processes import jobs
+from .runs.processes import jobs
 
 # Effort of the packing that follows an unwrap, as that of ff.unwrap itself.
 QUICK_PACKING = 0.2

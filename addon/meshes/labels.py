@@ -79,3 +79,17 @@ def nearly_joined(triangles: np.ndarray, uv: np.ndarray) -> int:
     gap = np.abs(apart).max(axis=1)
     last_bits = 4 * np.finfo(np.float32).eps * np.maximum(size, 1.0)
     return int(np.count_nonzero((gap > 0) & (gap <= last_bits)))
+
+
+def members(keys: np.ndarray, among: np.ndarray) -> np.ndarray:
+    """np.isin for int64, without hashing or stable sorts: (len(keys),) bool."""
+    if not len(among):
+        return np.zeros(len(keys), bool)
+    among = np.sort(among)
+    if len(among) < 1 << 16:  # fits the cache
+        return among[np.minimum(np.searchsorted(among, keys), len(among) - 1)] == keys
+    order = np.argsort(keys)
+    place = np.searchsorted(among, keys[order])  # in ascending order: one pass through memory
+    found = np.zeros(len(keys), bool)
+    found[order] = among[np.minimum(place, len(among) - 1)] == keys[order]
+    return found

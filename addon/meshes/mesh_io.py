@@ -17,7 +17,7 @@ import numpy as np
 import flipfree
 
 from .. import compat
-from . import labels, selection
+from . import labels, modifiers, selection
 
 
 class MeshProblem(Exception):
@@ -53,6 +53,8 @@ class Snapshot:
     edges: np.ndarray  # (#edges, 2) mesh vertices of each edge
     # (k, 3) mesh loops of the triangles that are not worked on.
     other_loops: np.ndarray = field(default_factory=lambda: np.zeros((0, 3), np.int32))
+    # (#mesh vertices, 3): where the mesh has its vertices, if `vertices` are where modifiers have put them.
+    unmodified: np.ndarray | None = None
     counts: tuple = field(default=())  # to notice that the mesh was changed meanwhile
     # Of a snapshot that was made a clean surface (separated.py): what it was, and flipfree.SeparatedSurface.
     whole: "Snapshot | None" = None
@@ -71,7 +73,7 @@ class Snapshot:
         once = self.inner_sides & (start < end)  # a face has its diagonals in both directions
         pairs = np.column_stack([start[once], end[once]])
         pairs = pairs[
-            ~_members(labels.edge_keys(self.vertex_ids[pairs]), labels.edge_keys(self.edges))
+            ~labels.members(labels.edge_keys(self.vertex_ids[pairs]), labels.edge_keys(self.edges))
         ]
         keys = np.sort(labels.edge_keys(pairs))
         keys = keys[np.append(True, keys[1:] != keys[:-1])[: len(keys)]]
@@ -129,36 +131,49 @@ def read(
     only_selected: bool,
     uv_selection: bool = False,
     only_visible: bool = False,
+    use_modifiers: bool = False,
 ) -> Snapshot:
     """Reads the faces of `ob` that are to be unwrapped.
 
     only_selected: in edit mode, the visible selected ones; of those, with uv_selection, only faces that are selected in the UV
-    editor as well. only_visible: in object mode, those that are not hidden in edit mode.
+    editor as well. only_visible: in object mode, those that are not hidden in edit mode. use_modifiers: with the positions that
+    modifiers and shape keys give them.
     Raises MeshProblem if there is nothing to work on or coordinates are not finite.
     """
     if ob.mode == "EDIT":
-        # Attribute arrays are empty during editing, those of a copy are not.
-        ob.update_from_editmode()
+        ob.update_from_editmode()  # attribute arrays are empty during editing, those of a copy are not
         mesh = ob.data.copy()
         try:
             chosen = selection.selected_faces(mesh, uv_selection) if only_selected else None
-            return of_mesh(ob.name, mesh, chosen, "no faces are selected. Select some")
+            shape = _modified(ob, mesh) if use_modifiers else None
+            return of_mesh(ob.name, mesh, chosen, "no faces are selected. Select some", shape)
         finally:
             bpy.data.meshes.remove(mesh)
     chosen = ~selection.hidden_faces(ob.data) if only_visible else None
+    shape = _modified(ob, ob.data) if use_modifiers else None
     return of_mesh(
-        ob.name, ob.data, chosen, "all faces are hidden. Alt H in Edit Mode reveals them"
+        ob.name, ob.data, chosen, "all faces are hidden. Alt H in Edit Mode reveals them", shape
     )
 
 
-def of_mesh(name: str, mesh, chosen: np.ndarray | None = None, none_chosen="") -> Snapshot:
-    """Of a mesh that is not in edit mode. chosen: (#faces,) bool, None for all; none_chosen: the error if these are none."""
+def _modified(ob, mesh) -> np.ndarray:
+    found = modifiers.positions(ob, mesh)
+    if isinstance(found, str):
+        raise MeshProblem(found)
+    return found
+
+
+def of_mesh(
+    name: str, mesh, chosen: np.ndarray | None = None, none_chosen="", shape=None
+) -> Snapshot:
+    """Of a mesh that is not in edit mode. chosen: (#faces,) bool, None for all; none_chosen: the error if these are none; shape:
+    (#vertices, 3), other positions than its own."""
     active = mesh.uv_layers.active
     layer_name = active.name if active else ""
     if len(mesh.polygons) == 0:
         raise MeshProblem(f"{name}: the mesh has no faces. Nothing to unwrap")
 
-    positions = compat.positions(mesh)
+    positions = compat.positions(mesh) if shape is None else shape
     mesh.calc_loop_triangles()
     loops = _get(mesh.loop_triangles, "loops", len(mesh.loop_triangles), np.int32, 3)
     faces = compat.triangle_faces(mesh)
@@ -206,6 +221,7 @@ def of_mesh(name: str, mesh, chosen: np.ndarray | None = None, none_chosen="") -
         seams=seams,
         edges=edges,
         other_loops=other_loops,
+        unmodified=None if shape is None else compat.positions(mesh),
         counts=_counts(mesh),
     )
 
@@ -225,23 +241,9 @@ def _cuts(corners: np.ndarray, triangles: np.ndarray, seam_vertices: np.ndarray)
     following = (sides + 1) % 3
     in_mesh = np.column_stack([corners[rows, sides], corners[rows, following]])
     in_submesh = np.column_stack([triangles[rows, sides], triangles[rows, following]])
-    on_seam = _members(labels.edge_keys(in_mesh), labels.edge_keys(seam_vertices))
+    on_seam = labels.members(labels.edge_keys(in_mesh), labels.edge_keys(seam_vertices))
     pairs = np.sort(in_submesh[on_seam], axis=1)
     return np.unique(pairs, axis=0).astype(np.int32)
-
-
-def _members(keys: np.ndarray, among: np.ndarray) -> np.ndarray:
-    """np.isin for int64, without hashing or stable sorts: (len(keys),) bool."""
-    if not len(among):
-        return np.zeros(len(keys), bool)
-    among = np.sort(among)
-    if len(among) < 1 << 16:  # fits the cache
-        return among[np.minimum(np.searchsorted(among, keys), len(among) - 1)] == keys
-    order = np.argsort(keys)
-    place = np.searchsorted(among, keys[order])  # in ascending order: one pass through memory
-    found = np.zeros(len(keys), bool)
-    found[order] = among[np.minimum(place, len(among) - 1)] == keys[order]
-    return found
 
 
 def _unused(corners: np.ndarray, count: int) -> np.ndarray:
@@ -318,10 +320,9 @@ def write_uv(
     values (k, 2) float32 are stored bit for bit. new_seams: ids of edges. Raises MeshProblem, with nothing changed, if the
     mesh is no longer the one that was read.
     """
-    mesh = ob.data
     if ob.mode == "EDIT":
-        _write_edit_mode(ob, snapshot, loops, values, new_seams)
-        return
+        return _write_edit_mode(ob, snapshot, loops, values, new_seams)
+    mesh = ob.data
     if _counts(mesh) != snapshot.counts:
         raise MeshProblem(
             f"{ob.name}: the mesh was changed while its map was computed. Run the operator again"
@@ -367,7 +368,7 @@ def _write_edit_mode(ob, snapshot, loops, values, new_seams) -> None:
 def edge_ids(snapshot: Snapshot, submesh_pairs: np.ndarray) -> np.ndarray:
     """Ids of the mesh's edges between these submesh vertices; pairs that are no edge (diagonals) are left out."""
     pairs = snapshot.vertex_ids[np.asarray(submesh_pairs, dtype=np.int64).reshape(-1, 2)]
-    return np.flatnonzero(_members(labels.edge_keys(snapshot.edges), labels.edge_keys(pairs)))
+    return np.flatnonzero(labels.members(labels.edge_keys(snapshot.edges), labels.edge_keys(pairs)))
 
 
 def triangles_at(snapshot: Snapshot, kind: str, elements) -> np.ndarray:

@@ -246,7 +246,7 @@ def _new_vertex(bm, snapshot, result, points, v):
         (w, points[c]) for w, c in zip(result.vertex_barycentric[v].tolist(), corners, strict=True)
     ]
     weighted = [pair for pair in weighted if pair[0] > 0.0]
-    vertex = bm.verts.new(result.vertices[v].tolist())
+    vertex = bm.verts.new(_place(snapshot, result, corners, v))
     total, first = weighted[0]
     if len(weighted) == 1:
         vertex.copy_from_vert_interp((first, first), 0.0)
@@ -255,6 +255,14 @@ def _new_vertex(bm, snapshot, result, points, v):
         vertex.copy_from_vert_interp((first, corner), weight / total)
         first = vertex
     return vertex
+
+
+def _place(snapshot, result, corners, v) -> list[float]:
+    """Of a new vertex, in the mesh as it is without modifiers: these move it as they do its neighbours."""
+    if snapshot.unmodified is None:
+        return result.vertices[v].tolist()
+    own = snapshot.unmodified[snapshot.vertex_ids[corners]].astype(np.float64)
+    return (result.vertex_barycentric[v] @ own).tolist()
 
 
 def _loop_at(face, vertex):

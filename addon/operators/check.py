@@ -95,7 +95,7 @@ def advice(tasks: list[CheckTask]) -> str:
     return ". ".join([*texts, *filter(None, [common.advice(tasks)])])
 
 
-class UV_OT_flipfree_check(options.MapOperator, bpy.types.Operator):
+class UV_OT_flipfree_check(options.UseModifiers, options.MapOperator, bpy.types.Operator):
     bl_idname = "uv.flipfree_check"
     bl_label = "Check Flips and Overlaps"
     bl_description = (
@@ -105,7 +105,10 @@ class UV_OT_flipfree_check(options.MapOperator, bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
     verb = "Check"
     needs_uv = True
-    option_names = ("stacked_ok",)
+    option_names = (
+        "stacked_ok",
+        "use_modifiers",
+    )
 
     stacked_ok: bpy.props.BoolProperty(
         name="Allow Stacked Islands",

@@ -63,7 +63,9 @@ def poll(cls, context, *, needs_uv: bool = False) -> bool:
     return True
 
 
-def read_meshes(context) -> tuple[list[mesh_io.Snapshot], list[errors.Failure]]:
+def read_meshes(
+    context, *, use_modifiers=False
+) -> tuple[list[mesh_io.Snapshot], list[errors.Failure]]:
     """Snapshots of the faces to work on, and failures of objects that cannot be read: in edit mode the selected faces, in
     object mode all but hidden ones. Objects without such faces are passed over as long as one other has some. Raises
     MeshProblem if nothing is left at all."""
@@ -80,6 +82,7 @@ def read_meshes(context) -> tuple[list[mesh_io.Snapshot], list[errors.Failure]]:
                     only_selected=editing,
                     uv_selection=uv_selection,
                     only_visible=not editing,
+                    use_modifiers=use_modifiers,
                 )
             )
         except mesh_io.NothingSelected as problem:

@@ -190,7 +190,9 @@ def summary(tasks: list[ConformalTask]) -> str:
     return f"{text}, cone angles within {error:.1e} rad, {parts.added(tasks)}"
 
 
-class UV_OT_flipfree_conformal(options.Packing, options.MapOperator, bpy.types.Operator):
+class UV_OT_flipfree_conformal(
+    options.Packing, options.UseModifiers, options.MapOperator, bpy.types.Operator
+):
     bl_idname = "uv.flipfree_conformal"
     bl_label = "Conformal Map with Cones"
     bl_description = (
@@ -199,7 +201,15 @@ class UV_OT_flipfree_conformal(options.Packing, options.MapOperator, bpy.types.O
     )
     bl_options = {"REGISTER", "UNDO"}
     verb = "Conformal Map"
-    option_names = ("boundary", "refined_start", "mark_cuts", "pack", "scale_true", "margin")
+    option_names = (
+        "boundary",
+        "refined_start",
+        "mark_cuts",
+        "pack",
+        "scale_true",
+        "margin",
+        "use_modifiers",
+    )
 
     boundary: bpy.props.EnumProperty(name="Boundary", items=BOUNDARIES, default="free")
     refined_start: bpy.props.EnumProperty(
@@ -262,13 +272,17 @@ class SuggestTask(modal.StagedTask):
         cones.write(ob, angles, as_groups=self.quarter_turns)
 
 
-class UV_OT_flipfree_suggest_cones(options.MapOperator, bpy.types.Operator):
+class UV_OT_flipfree_suggest_cones(options.UseModifiers, options.MapOperator, bpy.types.Operator):
     bl_idname = "uv.flipfree_suggest_cones"
     bl_label = "Suggest Cones"
     bl_description = "Place cones one by one where a conformal map would scale most, until scales differ no more than the bound"
     bl_options = {"REGISTER", "UNDO"}
     verb = "Suggest Cones"
-    option_names = ("bound", "quarter_turns")
+    option_names = (
+        "bound",
+        "quarter_turns",
+        "use_modifiers",
+    )
 
     bound: options.scale_bound(4.0)
     quarter_turns: bpy.props.BoolProperty(

@@ -284,7 +284,11 @@ def make_task(snapshot, **options) -> MatchTask:
 
 
 class UV_OT_flipfree_match(
-    options.NoOverlaps, options.TimeLimit, options.MapOperator, bpy.types.Operator
+    options.NoOverlaps,
+    options.TimeLimit,
+    options.UseModifiers,
+    options.MapOperator,
+    bpy.types.Operator,
 ):
     bl_idname = "uv.flipfree_match"
     bl_label = "Match Pins"
@@ -302,6 +306,7 @@ class UV_OT_flipfree_match(
         "cut_open",
         "rest",
         "max_seconds",
+        "use_modifiers",
     )
 
     may_add: bpy.props.BoolProperty(

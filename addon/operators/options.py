@@ -32,6 +32,17 @@ class KeepPins:
     )
 
 
+class UseModifiers:
+    use_modifiers: bpy.props.BoolProperty(
+        name="Use Modifiers",
+        description=(
+            "Work on the surface as modifiers and shape keys deform it in the viewport. Only with such that leave the faces as "
+            "they are: subdivision, mirror and the like are refused"
+        ),
+        default=False,
+    )
+
+
 class Stretch:
     stretch: bpy.props.FloatProperty(
         name="Stretch",
@@ -174,12 +185,13 @@ class MapOperator(modal.SolverOperator):
                 body.prop(self, name)
 
     def make_run(self, context):
-        snapshots, failures = common.read_meshes(context)
+        values = {name: getattr(self, name) for name in self.option_names}
+        use_modifiers = values.pop("use_modifiers", False)
+        snapshots, failures = common.read_meshes(context, use_modifiers=use_modifiers)
         if self.needs_uv:
             snapshots = [s for s in snapshots if s.layer_name]
             if not snapshots and not failures:
                 raise mesh_io.MeshProblem("The mesh has no UV map yet. Unwrap it first")
-        values = {name: getattr(self, name) for name in self.option_names}
         tasks = [self.make_task(s, **values) for s in snapshots]
         joint = layout.joint_of(context, snapshots) if self.joint_layout else None
         return modal.Run(tasks, failures, layout=joint)

@@ -176,6 +176,7 @@ class UV_OT_flipfree_unwrap(
     options.NoOverlaps,
     options.KeepPins,
     options.Placement,
+    options.UseModifiers,
     options.MapOperator,
     bpy.types.Operator,
 ):
@@ -198,6 +199,7 @@ class UV_OT_flipfree_unwrap(
         "select_cuts",
         "keep_placement",
         "margin",
+        "use_modifiers",
     )
     joint_layout = True
 

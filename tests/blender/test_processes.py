@@ -103,7 +103,7 @@ def test_it_takes_meshes_from_a_size_on(part, wanted):
         ("always", 10_000, True),
     ):
         wanted(choice, size)
-        assert (part("processes").of(tasks) is not None) == expected
+        assert (part("runs.processes").of(tasks) is not None) == expected
 
 
 def begun(part, ob):
@@ -204,7 +204,7 @@ def test_errors_select_their_place_as_ever(wanted):
 
 
 def test_without_a_process_it_is_solved_in_blender_or_refused(part, wanted, monkeypatch):
-    monkeypatch.setattr(part("processes"), "command", lambda: ["/nowhere/python"])
+    monkeypatch.setattr(part("runs.processes"), "command", lambda: ["/nowhere/python"])
     ob = shapes.grid(8, uv=True)
     before = shapes.everything(ob)
     wanted("always")
@@ -229,6 +229,6 @@ def test_it_is_this_blenders_python(part):
 
     code = "import sys; print(sys.version_info[:2])"
     found = subprocess.run(
-        [*part("processes").command(), "-c", code], capture_output=True, text=True, check=True
+        [*part("runs.processes").command(), "-c", code], capture_output=True, text=True, check=True
     )
     assert found.stdout.strip() == str(sys.version_info[:2])

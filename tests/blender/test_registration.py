@@ -198,6 +198,7 @@ def test_nothing_is_written_into_the_extensions_folder(addon):
         "fields",
         "meshes",
         "operators",
+        "runs",
         "ui",
         "views",
         "wheels",

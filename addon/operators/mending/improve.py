@@ -57,6 +57,7 @@ class UV_OT_flipfree_improve(
     options.NoOverlaps,
     options.KeepPins,
     options.Packing,
+    options.UseModifiers,
     options.MapOperator,
     bpy.types.Operator,
 ):
@@ -70,7 +71,14 @@ class UV_OT_flipfree_improve(
     verb = "Improve"
     needs_uv = True
     joint_layout = True
-    option_names = ("bijective", "use_pins", "iterations", "pack", "margin")
+    option_names = (
+        "bijective",
+        "use_pins",
+        "iterations",
+        "pack",
+        "margin",
+        "use_modifiers",
+    )
 
     iterations: bpy.props.IntProperty(
         name="Iterations",

@@ -104,6 +104,7 @@ def summary(tasks: list[RepairTask]) -> str:
 class UV_OT_flipfree_repair(
     options.KeepPins,
     options.Margin,
+    options.UseModifiers,
     options.MapOperator,
     bpy.types.Operator,
 ):
@@ -116,7 +117,14 @@ class UV_OT_flipfree_repair(
     bl_options = {"REGISTER", "UNDO"}
     verb = "Repair Flips"
     needs_uv = True
-    option_names = ("overlaps", "disjoint", "use_pins", "mark_seams", "margin")
+    option_names = (
+        "overlaps",
+        "disjoint",
+        "use_pins",
+        "mark_seams",
+        "margin",
+        "use_modifiers",
+    )
 
     overlaps: bpy.props.EnumProperty(
         name="Islands on Themselves",

@@ -87,7 +87,9 @@ class AutoSeamsTask(modal.Task):
         return int((~self.snapshot.seams[self.found]).sum()) if self.keep_seams else len(self.found)
 
 
-class UV_OT_flipfree_auto_seams(options.Stretch, options.MapOperator, bpy.types.Operator):
+class UV_OT_flipfree_auto_seams(
+    options.Stretch, options.UseModifiers, options.MapOperator, bpy.types.Operator
+):
     bl_idname = "uv.flipfree_auto_seams"
     bl_label = "Auto Seams"
     bl_description = (
@@ -103,6 +105,7 @@ class UV_OT_flipfree_auto_seams(options.Stretch, options.MapOperator, bpy.types.
         "sharp_angle",
         "avoid_group",
         "seek_group",
+        "use_modifiers",
     )
 
     keep_seams: bpy.props.BoolProperty(

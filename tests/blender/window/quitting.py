@@ -26,7 +26,7 @@ def start():
         with context():
             assert bpy.ops.uv.flipfree_unwrap("INVOKE_DEFAULT") == {"RUNNING_MODAL"}
         modal = importlib.import_module("bl_ext.user_default.flipfree_uv.modal")
-        (run,) = [run for run in modal._live_runs if run.process_id is not None]
+        (run,) = [run for run in modal.live_runs if run.process_id is not None]
         print("RUNNING\nSOLVER", run.process_id, "", flush=True)
     if sys.argv[-1] == "stay":
         return

@@ -123,7 +123,7 @@ def test_an_object_that_is_deleted_during_a_run_is_a_failure():
 def test_another_file_during_a_run_ends_the_solver():
     with held():
         yield from started()
-        (job,) = [run._job for run in modal._live_runs if run._job is not None]
+        (job,) = [run._job for run in modal.live_runs if run._job is not None]
         controls.switch("distortion", True)
         refresh.look(at_once=True)
         assert refresh.entries
@@ -145,7 +145,7 @@ def test_a_killed_solver_leaves_the_session_and_the_mesh():
     ob = shapes.slow()
     before, chosen = shapes.everything(ob), shapes.selection(ob)
     assert invoke() == {"RUNNING_MODAL"}
-    (run,) = [run for run in modal._live_runs if run.process_id is not None]
+    (run,) = [run for run in modal.live_runs if run.process_id is not None]
     yield from until(lambda: run.progress()[1] > 0.0, "it does not begin")
     os.kill(run.process_id, signal.SIGKILL)
     yield from wait_for_end(30.0)
@@ -166,7 +166,7 @@ def test_escape_ends_the_process_that_solves():
     yield 0.5
     shapes.slow()
     assert invoke() == {"RUNNING_MODAL"}
-    (run,) = [run for run in modal._live_runs if run.process_id is not None]
+    (run,) = [run for run in modal.live_runs if run.process_id is not None]
     process = run._process._process
     yield 0.4
     simulate("ESC")

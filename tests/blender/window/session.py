@@ -46,7 +46,7 @@ def run_all():
         except Exception:
             ET.SubElement(case, "failure", message="see text").text = traceback.format_exc()
             print(test.__name__, traceback.format_exc())
-            for run in list(stage.modal._live_runs):
+            for run in list(stage.modal.live_runs):
                 run.close()
             yield 0.5
     ET.ElementTree(suite).write(stage.REPORT)

@@ -81,7 +81,7 @@ def click(x, y):
 
 
 def running():
-    return any(run._job is not None for run in modal._live_runs)
+    return any(run._job is not None for run in modal.live_runs)
 
 
 def wait_for_end(seconds=120.0):

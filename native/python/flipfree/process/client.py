@@ -213,7 +213,7 @@ class ProcessJob:
         self._process = process
         self._number = number
         self._call = call
-        self._progress = ("", 0.0)
+        self._progress = ("starting a process", 0.0)
         self._answer: tuple[str, Any] | None = None
         self._here: Job[Any] | None = None  # the same call, where no process could be started
         self._accepted = False

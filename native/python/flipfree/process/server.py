@@ -25,12 +25,14 @@ MARK = b"@flipfree-process "
 
 Message = Mapping[str, Any]
 
+_NICER = 5
+
 
 def main(opening: Message) -> None:
     """opening: {"parent": pid, "folder": where calls and answers lie}. Does not return."""
     out = os.dup(1)
     os.dup2(2, 1)  # libraries that print say it elsewhere
-    _prefer_as_victim()
+    _stand_back()
     folder = Path(opening["folder"])
     signal.signal(signal.SIGTERM, lambda *_: _leave(folder))
     if not die_with(opening["parent"], signal.SIGTERM):
@@ -100,7 +102,11 @@ def _say(out: int, line: Message) -> None:
         data = data[os.write(out, data) :]
 
 
-def _prefer_as_victim() -> None:
-    """Where the system ends a process because memory runs out, it shall be this one and not its parent."""
+def _stand_back() -> None:
+    """The parent is what somebody works with: it has the processor first, and where the system ends a process because memory
+    runs out, it shall be this one."""
+    with contextlib.suppress(OSError):
+        if os.name == "posix":
+            os.nice(_NICER)
     with contextlib.suppress(OSError):
         Path("/proc/self/oom_score_adj").write_text("600")

@@ -14,7 +14,7 @@ from contextvars import ContextVar
 import flipfree
 from flipfree.process import client
 
-from . import preferences
+from .. import preferences
 
 _current: ContextVar[client.SolverProcess | None] = ContextVar("process", default=None)
 
