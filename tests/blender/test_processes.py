@@ -28,15 +28,15 @@ def wanted(part):
 def processes_started(part, monkeypatch):
     """Ids of the processes that runs have used."""
     found = set()
-    advance = part("modal").Run.advance
+    client = part("runs.processes").client.SolverProcess
+    start = client.start
 
-    def noting(run, seconds):
-        ended = advance(run, seconds)
-        if run.process_id is not None:
-            found.add(run.process_id)
-        return ended
+    def noting(process, *arguments, **options):
+        job = start(process, *arguments, **options)
+        found.add(process.pid)
+        return job
 
-    monkeypatch.setattr(part("modal").Run, "advance", noting)
+    monkeypatch.setattr(client, "start", noting)
     return found
 
 
