@@ -19,8 +19,9 @@ class ExactTriangulation {
                      Storage storage)
       : p_(polygon), angles_(angles), storage_(storage), n_(polygon.size()), chains_(n_ * n_) {}
 
-  bool run(std::vector<PolygonTriangle>& triangles) {
+  bool run(std::vector<PolygonTriangle>& triangles, const ExecutionContext& context) {
     for (std::size_t span = 2; span < n_; ++span) {
+      context.check();
       for (std::size_t i = 0; i + span < n_; ++i) best_apex(i, i + span);
     }
     const Chain& whole = chains_[n_ - 1];
@@ -84,7 +85,7 @@ class ExactTriangulation {
 };
 
 bool triangulate_by_ears(const std::vector<PolygonVertex>& p, Storage storage,
-                         std::vector<PolygonTriangle>& triangles) {
+                         std::vector<PolygonTriangle>& triangles, const ExecutionContext& context) {
   std::vector<Index> left(p.size());
   for (std::size_t i = 0; i < p.size(); ++i) left[i] = static_cast<Index>(i);
   const auto at = [&](std::size_t i) -> const PolygonVertex& {
@@ -109,6 +110,7 @@ bool triangulate_by_ears(const std::vector<PolygonVertex>& p, Storage storage,
   for (std::size_t i = 0; i < p.size(); ++i) cost[i] = ear_cost(i);
   while (left.size() > 3) {
     const std::size_t n = left.size();
+    if (n % 16 == 0) context.check();
     std::size_t best = 0;
     for (std::size_t i = 1; i < n; ++i) {
       if (cost[i] < cost[best]) best = i;
@@ -164,12 +166,12 @@ double corner_angle(const PolygonVertex& a, const PolygonVertex& b, const Polygo
 
 bool triangulate_polygon(const std::vector<PolygonVertex>& polygon,
                          const std::vector<double>& angles, Storage storage,
-                         std::vector<PolygonTriangle>& triangles) {
+                         std::vector<PolygonTriangle>& triangles, const ExecutionContext& context) {
   triangles.clear();
   if (polygon.size() < 3) return false;
   if (polygon.size() <= kExactPolygon)
-    return ExactTriangulation(polygon, angles, storage).run(triangles);
-  if (triangulate_by_ears(polygon, storage, triangles)) {
+    return ExactTriangulation(polygon, angles, storage).run(triangles, context);
+  if (triangulate_by_ears(polygon, storage, triangles, context)) {
     std::vector<double> sums(polygon.size(), 0.0);
     for (const PolygonTriangle& t : triangles) {
       for (std::size_t k = 0; k < 3; ++k) {
@@ -185,7 +187,7 @@ bool triangulate_polygon(const std::vector<PolygonVertex>& polygon,
   }
   triangles.clear();
   return polygon.size() <= kLargestExactPolygon &&
-         ExactTriangulation(polygon, angles, storage).run(triangles);
+         ExactTriangulation(polygon, angles, storage).run(triangles, context);
 }
 
 }  // namespace flipfree::intrinsic

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "flipfree/base/context.h"
 #include "flipfree/base/types.h"
 
 namespace flipfree::intrinsic {
@@ -47,10 +48,11 @@ inline constexpr double kAngleSlack = 1.0;
 // counter-clockwise order; it may overlap itself, as long as the triangles are valid. Cost: O(k^3)
 // up to kExactPolygon vertices. Above that the best valid ear is cut, in O(k^2); where that fails,
 // the exact way is tried up to kLargestExactPolygon vertices, and beyond a solution may be missed.
+// Throws Cancelled, TimeIsOver.
 inline constexpr std::size_t kLargestExactPolygon = 256;
 inline constexpr std::size_t kExactPolygon = 48;
 bool triangulate_polygon(const std::vector<PolygonVertex>& polygon,
                          const std::vector<double>& angles, Storage storage,
-                         std::vector<PolygonTriangle>& triangles);
+                         std::vector<PolygonTriangle>& triangles, const ExecutionContext& context);
 
 }  // namespace flipfree::intrinsic

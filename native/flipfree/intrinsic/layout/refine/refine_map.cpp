@@ -27,12 +27,16 @@ constexpr std::size_t kFacesPerChunk = 4096;  // of what threads share
 class Refiner {
  public:
   Refiner(const mesh::Surface& input, const mesh::Adjacency& adjacency, const EdgePointMap& map,
-          Storage storage)
-      : adjacency_(adjacency), map_(map), storage_(storage), faces_(input, map) {}
+          Storage storage, const ExecutionContext& context)
+      : adjacency_(adjacency),
+        map_(map),
+        storage_(storage),
+        context_(context),
+        faces_(input, map) {}
 
-  void run(Refinement refinement, const ExecutionContext& context) {
+  void run(Refinement refinement) {
     const auto faces = static_cast<FaceId>(faces_.face_count());
-    std::vector<FaceId> bad = find_bad(context);
+    std::vector<FaceId> bad = find_bad();
     if (refinement == Refinement::kNever) {
       invalid = bad;
       return;
@@ -41,12 +45,12 @@ class Refiner {
       bad.resize(at(faces));
       for (FaceId f = 0; f < faces; ++f) bad[at(f)] = f;
     }
-    activate(bad, refinement == Refinement::kFull, context);
-    if (refinement == Refinement::kAuto) thin_out(context);
+    activate(bad, refinement == Refinement::kFull);
+    if (refinement == Refinement::kAuto) thin_out();
   }
 
-  RefinedLayout write(const ExecutionContext& context) {
-    RefinedLayout out = faces_.write(context);
+  RefinedLayout write() {
+    RefinedLayout out = faces_.write(context_);
     out.invalid = std::move(invalid);
     return out;
   }
@@ -59,16 +63,17 @@ class Refiner {
   const mesh::Adjacency& adjacency_;
   const EdgePointMap& map_;
   Storage storage_;
+  const ExecutionContext& context_;
   FaceTriangulations faces_;
   // Scratch, kept to avoid allocation.
   std::vector<PolygonVertex> polygon_, hole_;
   std::vector<PolygonTriangle> local_;
 
   // Faces whose own triangle is not valid or not the right one.
-  std::vector<FaceId> find_bad(const ExecutionContext& context) const {
+  std::vector<FaceId> find_bad() const {
     const std::size_t faces = faces_.face_count();
     std::vector<std::vector<FaceId>> found(chunk_count(faces, kFacesPerChunk));
-    parallel_for(context, faces, kFacesPerChunk,
+    parallel_for(context_, faces, kFacesPerChunk,
                  [&](std::size_t begin, std::size_t end, std::size_t chunk) {
                    std::vector<PolygonVertex> p;
                    for (auto f = static_cast<FaceId>(begin); f < static_cast<FaceId>(end); ++f) {
@@ -92,7 +97,7 @@ class Refiner {
     const std::vector<double> angles =
         faces_.has_points(f) ? developed_angles(map_, faces_.vertex_count(), f, polygon_)
                              : std::vector<double>();
-    if (!triangulate_polygon(polygon_, angles, storage_, local_)) return false;
+    if (!triangulate_polygon(polygon_, angles, storage_, local_, context_)) return false;
     std::vector<Triangle> found;
     for (const PolygonTriangle& t : local_) {
       found.push_back({polygon_[at(t[0])].id, polygon_[at(t[1])].id, polygon_[at(t[2])].id});
@@ -138,12 +143,12 @@ class Refiner {
 
   // Adds the points of bad faces until every face has a triangulation or nothing is left to add.
   // Every face enters the queue at most once more than it has edges.
-  void activate(std::vector<FaceId> queue, bool all, const ExecutionContext& context) {
+  void activate(std::vector<FaceId> queue, bool all) {
     std::vector<char> waiting(faces_.face_count(), 0);
     for (const FaceId f : queue) waiting[at(f)] = 1;
     std::vector<char> failed(faces_.face_count(), 0);
     for (std::size_t i = 0; i < queue.size(); ++i) {
-      if (i % 256 == 0) context.check();
+      if (i % 256 == 0) context_.check();
       const FaceId f = queue[i];
       waiting[at(f)] = 0;
       if (!all && triangulate(f)) {
@@ -174,7 +179,7 @@ class Refiner {
     faces_.build_polygon(f, polygon_);
     for (PolygonVertex& v : polygon_) v.uv = v.domain;
     std::vector<Triangle>& out = faces_.triangles(f);
-    if (!triangulate_polygon(polygon_, {}, Storage::k64Only, local_)) {
+    if (!triangulate_polygon(polygon_, {}, Storage::k64Only, local_, context_)) {
       local_.clear();
       for (Index i = 1; i + 1 < static_cast<Index>(polygon_.size()); ++i)
         local_.push_back({0, i, i + 1});
@@ -249,7 +254,7 @@ class Refiner {
         }
       }
     }
-    if (v != last || !triangulate_polygon(hole_, {}, storage_, local_)) return false;
+    if (v != last || !triangulate_polygon(hole_, {}, storage_, local_, context_)) return false;
     const double bound = std::max(kGoodDistortion, 2.0 * worst_before);
     for (const PolygonTriangle& t : local_) {
       const PolygonVertex &a = hole_[at(t[0])], &b = hole_[at(t[1])], &c = hole_[at(t[2])];
@@ -264,18 +269,20 @@ class Refiner {
     return distortion_cost(a, b, c) / area;
   }
 
-  void thin_out(const ExecutionContext& context) {
+  void thin_out() {
     std::vector<char> frozen(faces_.face_count(), 0);
     for (const FaceId f : invalid) frozen[at(f)] = 1;
     for (int pass = 0; pass < kThinningPasses; ++pass) {
       bool changed = false;
       for (Index e = 0; e < static_cast<Index>(map_.edge_halfedge.size()); ++e) {
-        if (e % 1024 == 0) context.check();
+        if (e % 1024 == 0) context_.check();
         const HalfedgeId own = map_.edge_halfedge[at(e)];
         const HalfedgeId other = adjacency_.opposite[at(own)];
         if (frozen[at(own / 3)] || (other != kInvalid && frozen[at(other / 3)])) continue;
         for (std::int64_t p = map_.begin[at(e)]; p < map_.begin[at(e) + 1]; ++p) {
-          if (faces_.uses(p) && remove(p, own)) changed = true;
+          if (!faces_.uses(p)) continue;
+          context_.check();  // faces may have a hundred thousand points
+          if (remove(p, own)) changed = true;
         }
       }
       if (!changed) break;
@@ -288,9 +295,9 @@ class Refiner {
 RefinedLayout refine_map(const mesh::Surface& input, const mesh::Adjacency& adjacency,
                          const EdgePointMap& map, Refinement refinement, Storage storage,
                          const ExecutionContext& context) {
-  Refiner refiner(input, adjacency, map, storage);
-  refiner.run(refinement, context);
-  RefinedLayout out = refiner.write(context);
+  Refiner refiner(input, adjacency, map, storage, context);
+  refiner.run(refinement);
+  RefinedLayout out = refiner.write();
   debug_check("refine_map", [&] { return find_broken_invariant(input, out); });
   return out;
 }

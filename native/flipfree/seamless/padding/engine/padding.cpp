@@ -87,12 +87,25 @@ IndexPairs edges_left(const IndexPairs& pairs, const mesh::Surface& surface) {
   return left;
 }
 
-PennerMap map_in_time(const mesh::Surface& surface, const std::vector<Index>& cones,
+// Where a surface much farther from the origin than it is large is worked on: there, what is drawn
+// on it would fall on its vertices. Moving it there is exact.
+Eigen::RowVector3d place_of(const mesh::Surface& surface) {
+  const Eigen::RowVector3d low = surface.vertices.colwise().minCoeff();
+  const Eigen::RowVector3d high = surface.vertices.colwise().maxCoeff();
+  constexpr double kFar = 0x1p20;
+  const double farthest = std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff());
+  if (farthest <= kFar * (high - low).maxCoeff()) return Eigen::RowVector3d::Zero();
+  return surface.vertices.row(0);
+}
+
+PennerMap map_in_time(const mesh::Surface& given, const std::vector<Index>& cones,
                       const CutMaker& make_cut, const PennerMapOptions& options,
                       ExecutionContext& context) {
   Stopwatch watch;
   Stats stats;
   RefinedPieces pieces;
+  const Eigen::RowVector3d place = place_of(given);
+  mesh::Surface surface{given.vertices.rowwise() - place, given.faces};
   {
     const ProgressRange range(context, 0.0, 0.1);
     pieces = cut_components(surface, cones, make_cut, context);
@@ -113,13 +126,15 @@ PennerMap map_in_time(const mesh::Surface& surface, const std::vector<Index>& co
   result.cones = cones;
   result.loops.clear();  // they are of the refined faces
   name_input_places(surface, pieces, map);
+  map.surface.vertices.rowwise() += place;
+  map.surface.vertices.topRows(given.vertices.rows()) = given.vertices;
   certify::CertifyRequest request;
   for (std::size_t v = 0; v < cones.size(); ++v) {
     if (cones[v] != 4) {
       request.cone_angles.emplace_back(static_cast<VertexId>(v), cones[v] * 0.5 * std::numbers::pi);
     }
   }
-  certify::certify_map(map, surface, request, context);
+  certify::certify_map(map, given, request, context);
   map.stats.merge(stats);
   map.stats["added_vertices"] =
       static_cast<std::int64_t>(map.surface.vertices.rows() - surface.vertices.rows());

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "flipfree/base/error.h"
+
 namespace flipfree::intrinsic {
 namespace {
 
@@ -52,7 +54,8 @@ TEST(PolygonTriangulation, NeverUsesATriangleWithinOneSide) {
       return std::array<double, 2>{t, t * (t - 1)};
     });
     std::vector<PolygonTriangle> triangles;
-    ASSERT_TRUE(triangulate_polygon(polygon, {}, Storage::k64And32, triangles)) << count;
+    ASSERT_TRUE(triangulate_polygon(polygon, {}, Storage::k64And32, triangles, ExecutionContext()))
+        << count;
     EXPECT_EQ(triangles.size(), polygon.size() - 2);
     EXPECT_NEAR(total_area(polygon, triangles), 0.5, 1e-12);
     for (const PolygonTriangle& t : triangles) {
@@ -63,11 +66,23 @@ TEST(PolygonTriangulation, NeverUsesATriangleWithinOneSide) {
   }
 }
 
+TEST(PolygonTriangulation, LargePolygonsCanBeCancelled) {
+  ExecutionContext context;
+  context.cancel();
+  for (const Index count : {20, 200, 20000}) {
+    const auto polygon = side_polygon(count, [](double t) {
+      return std::array<double, 2>{t, t * (t - 1)};
+    });
+    std::vector<PolygonTriangle> triangles;
+    EXPECT_THROW(triangulate_polygon(polygon, {}, Storage::k64Only, triangles, context), Cancelled);
+  }
+}
+
 TEST(PolygonTriangulation, SaysWhenThereIsNone) {
   // The middle of the side is beyond the far corner: no triangle fan can be positive everywhere.
   const auto polygon = side_polygon(1, [](double) { return std::array<double, 2>{0.2, 2.0}; });
   std::vector<PolygonTriangle> triangles;
-  EXPECT_FALSE(triangulate_polygon(polygon, {}, Storage::k64And32, triangles));
+  EXPECT_FALSE(triangulate_polygon(polygon, {}, Storage::k64And32, triangles, ExecutionContext()));
 }
 
 TEST(PolygonTriangulation, DecidesOnTheStoredValues) {
@@ -80,8 +95,8 @@ TEST(PolygonTriangulation, DecidesOnTheStoredValues) {
   for (PolygonVertex& v : polygon)
     v.uv32 = {static_cast<float>(v.uv[0]), static_cast<float>(v.uv[1])};
   std::vector<PolygonTriangle> triangles;
-  EXPECT_TRUE(triangulate_polygon(polygon, {}, Storage::k64Only, triangles));
-  EXPECT_FALSE(triangulate_polygon(polygon, {}, Storage::k64And32, triangles));
+  EXPECT_TRUE(triangulate_polygon(polygon, {}, Storage::k64Only, triangles, ExecutionContext()));
+  EXPECT_FALSE(triangulate_polygon(polygon, {}, Storage::k64And32, triangles, ExecutionContext()));
 }
 
 TEST(PolygonTriangulation, CostIsTheAreaExactlyForConformalTriangles) {
@@ -113,7 +128,7 @@ TEST(PolygonTriangulation, FindsThePathThroughANarrowBend) {
   for (PolygonVertex& v : polygon)
     v.uv32 = {static_cast<float>(v.uv[0]), static_cast<float>(v.uv[1])};
   std::vector<PolygonTriangle> triangles;
-  ASSERT_TRUE(triangulate_polygon(polygon, {}, Storage::k64And32, triangles));
+  ASSERT_TRUE(triangulate_polygon(polygon, {}, Storage::k64And32, triangles, ExecutionContext()));
   EXPECT_EQ(triangles.size(), polygon.size() - 2);
 }
 
@@ -143,17 +158,18 @@ TEST(PolygonTriangulation, AnglesTellAWideCornerFromANarrowOne) {
   angles[0] = wide;
   angles[1] = angles[count + 1] = std::numbers::pi / 2 - wide / (2 * count);
   std::vector<PolygonTriangle> triangles;
-  ASSERT_TRUE(triangulate_polygon(polygon, angles, Storage::k64And32, triangles));
+  ASSERT_TRUE(
+      triangulate_polygon(polygon, angles, Storage::k64And32, triangles, ExecutionContext()));
   EXPECT_EQ(triangles.size(), static_cast<std::size_t>(count));
   for (const PolygonTriangle& t : triangles)
     EXPECT_TRUE(t[0] == 0 || t[1] == 0 || t[2] == 0);  // a fan
 
   const std::vector<PolygonVertex> whole{polygon[0], polygon[1], polygon[count + 1]};
-  EXPECT_TRUE(triangulate_polygon(whole, {}, Storage::k64And32, triangles));
+  EXPECT_TRUE(triangulate_polygon(whole, {}, Storage::k64And32, triangles, ExecutionContext()));
   EXPECT_FALSE(triangulate_polygon(whole,
                                    {wide, (std::numbers::pi - 0.6) / 2 - std::numbers::pi,
                                     (std::numbers::pi - 0.6) / 2 - std::numbers::pi},
-                                   Storage::k64And32, triangles));
+                                   Storage::k64And32, triangles, ExecutionContext()));
 }
 
 }  // namespace
