@@ -198,6 +198,14 @@ def test_bits_do_not_depend_on_threads() -> None:
     assert np.array_equal(one, two)
 
 
+def test_one_island_that_is_most_of_all_lies_along_the_diagonal() -> None:
+    square = np.array([[[0.0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]])
+    parts = [square * [3.0, 1.0], *(0.5 * square + [i, 2.0] for i in range(4))]
+    layout = flat(np.concatenate(parts))
+    boxes, nested = (pack(layout, effort=effort).stats["density"] for effort in (0.0, 0.1))
+    assert nested > 1.05 * boxes
+
+
 def test_a_thousand_equal_squares_lie_in_rows() -> None:
     square = np.array([[[0.0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]])
     layout = flat(np.concatenate([square + [2.0 * (i % 32), 2.0 * (i // 32)] for i in range(1000)]))

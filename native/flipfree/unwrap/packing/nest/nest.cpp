@@ -150,8 +150,9 @@ Found search(const Problem& problem, const Rule& rule, double guess, double leas
   double missing = 0.0;
   if (wanted && attempt(problem, rule, problem.bound, best, missing, context)) return best;
   double high = problem.bound;
-  double scale = std::min(guess, 0.99 * high);
-  while (scale > std::max(least, kSearched * problem.bound)) {
+  const double low = std::max(least, kSearched * problem.bound);
+  double scale = std::min(std::max(guess, 0.5 * (low + high)), 0.99 * high);
+  while (scale > low) {
     if (attempt(problem, rule, scale, best, missing, context)) {
       if (high - scale < kFine * high) break;
       scale = std::min(0.5 * (scale + high), 1.04 * scale);
@@ -163,7 +164,9 @@ Found search(const Problem& problem, const Rule& rule, double guess, double leas
       if (high - best.scale < kFine * high) break;
       scale = std::max(std::min(guessed, 0.997 * high), 0.5 * (best.scale + high));
     } else {
-      scale = std::min(guessed, 0.99 * high);
+      // One shape that is most of all says little by what it misses.
+      if (high - low < kFine * high) break;
+      scale = std::min(std::max(guessed, 0.5 * (low + high)), 0.99 * high);
     }
   }
   return best;
