@@ -170,30 +170,37 @@ class Repair {
         std::max(std::abs(start.x()), std::abs(start.y())) * std::numeric_limits<float>::epsilon();
     const double high_enough = enough_ * grain;
     double best = score(v, high_enough);
+    double gained = best;  // without the price of the way
     Vector2 place = start;
     const auto attempt = [&](const Vector2& candidate) {
       const Vector2 p(rounded(candidate.x()), rounded(candidate.y()));
       if (p == place || !p.allFinite()) return;
       points_.row(v) = p.transpose();
-      const double s = score(v, high_enough) - kPriceOfWay * (p - start).norm();
-      if (s > best) {
-        best = s;
-        place = p;
-      }
+      const double own = score(v, high_enough);
+      const double s = own - kPriceOfWay * (p - start).norm();
+      if (s <= best) return;
+      best = s;
+      gained = own;
+      place = p;
     };
-    // Pattern search from the whole star's size down to neighbouring floats, from the best point so
-    // far.
-    const auto [centre, radius] = star(v);
-    if (!std::isfinite(radius)) return false;  // a neighbour lies beyond the range of floats
-    attempt(centre);
-    for (double r = radius; r > 0.25 * grain && r > 0; r *= 0.5) {
-      // NOLINTNEXTLINE(performance-unnecessary-copy-initialization): attempt() moves `place`
-      const Vector2 around = place;
+    const auto attempt_around = [&](const Vector2& p, double r) {
       for (int dx = -1; dx <= 1; ++dx) {
         for (int dy = -1; dy <= 1; ++dy) {
-          if (dx != 0 || dy != 0) attempt(around + r * Vector2(dx, dy));
+          if (dx != 0 || dy != 0) attempt(p + r * Vector2(dx, dy));
         }
       }
+    };
+    const auto [centre, radius] = star(v);
+    if (!std::isfinite(radius)) return false;  // a neighbour lies beyond the range of floats
+    // From the neighbouring floats to the whole star's size, until nothing is wrong; then back down
+    // from the best point so far.
+    double reach = 0.5 * grain;
+    for (; reach <= radius && gained < high_enough; reach *= 2.0) attempt_around(start, reach);
+    if (gained < 0.0) attempt(centre);
+    for (double r = 0.5 * reach; r > 0.25 * grain && r > 0; r *= 0.5) {
+      // NOLINTNEXTLINE(performance-unnecessary-copy-initialization): attempt() moves `place`
+      const Vector2 around = place;
+      attempt_around(around, r);
     }
     points_.row(v) = place.transpose();
     return place != start;
