@@ -52,6 +52,7 @@ struct Certificate {
   std::int64_t island_overlaps = -1;         // pairs of charts that share area
   std::vector<FaceId> island_overlap_faces;  // one face of each such chart at least, if there are
                                              // not too many; at most 1000
+  // Of the 64-bit map or of the stored one, whichever is worse.
   double energy = std::numeric_limits<double>::quiet_NaN();      // symmetric Dirichlet at the best
                                                                  // scale, 1 = isometric
   double max_energy = std::numeric_limits<double>::quiet_NaN();  // worst triangle at the same scale

@@ -48,10 +48,11 @@ struct Certifier {
   std::vector<Index> quarters64{};
   std::vector<Index> quarters32{};
   ProvenanceReport provenance{};
-  EnergyFigures energy{};
+  EnergyFigures energy64{};
+  EnergyFigures energy32{};
 
   void measure(const ExecutionContext& context) {
-    parallel_for(context, 5, 1, [&](std::size_t task, std::size_t, std::size_t) {
+    parallel_for(context, 6, 1, [&](std::size_t task, std::size_t, std::size_t) {
       if (task == 0) {
         adjacency =
             mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
@@ -62,7 +63,9 @@ struct Certifier {
         flips32 = flipped_faces(uv32);
         stored = uv32.cast<double>();
       } else if (task == 3) {
-        energy = symmetric_dirichlet(surface, uv);
+        energy64 = symmetric_dirichlet(surface, uv);
+      } else if (task == 4) {
+        energy32 = symmetric_dirichlet(surface, uv32.cast<double>());
       } else if (request.parent != nullptr) {
         provenance = check_provenance(surface, {request.parent, request.parent_face,
                                                 request.vertex_parent, request.vertex_barycentric});
@@ -303,19 +306,25 @@ struct Certifier {
   }
 
   void judge_distortion() {
-    const bool finite = std::isfinite(energy.mean) && std::isfinite(energy.maximum);
+    // What storing did to the map counts as well.
+    const bool as_stored = !(energy32.mean <= energy64.mean);
+    const EnergyFigures& energy = as_stored ? energy32 : energy64;
+    const double maximum = std::max(energy64.maximum, energy32.maximum);
+    const double percentile = std::max(energy64.percentile99, energy32.percentile99);
+    const bool finite = std::isfinite(energy.mean) && std::isfinite(maximum);
     if (!finite && !request.require_distortion) {
       certificate.energy = certificate.max_energy = certificate.energy_p99 = -1.0;
       return;
     }
     certificate.energy = energy.mean;
-    certificate.max_energy = energy.maximum;
-    certificate.energy_p99 = energy.percentile99;
-    certificate.poor = energy.mean > kPoorEnergy || energy.percentile99 > kPoorPercentile;
-    if (!(energy.maximum > kPoorEnergy)) return;
+    certificate.max_energy = maximum;
+    certificate.energy_p99 = percentile;
+    certificate.poor = energy.mean > kPoorEnergy || percentile > kPoorPercentile;
+    if (!(maximum > kPoorEnergy)) return;
     constexpr std::size_t kMostIslands = 100;
     certificate.poor_islands =
-        charts_above(surface, uv, charts_of(adjacency, cuts), energy.scale, kPoorEnergy);
+        charts_above(surface, as_stored ? stored : uv,
+                     charts_of(adjacency, as_stored ? cuts32 : cuts), energy.scale, kPoorEnergy);
     if (certificate.poor_islands.size() > kMostIslands)
       certificate.poor_islands.resize(kMostIslands);
   }

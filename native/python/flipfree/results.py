@@ -69,7 +69,8 @@ class Certificate:
         overlaps: places where a chart covers points twice or touches itself; 0: the charts are one-to-one.
         island_overlaps: pairs of charts that share area. island_overlap_faces: (k,) faces of such charts, at most 1000.
         energy: symmetric Dirichlet, area-weighted mean at the best global scale, 1 = isometric; max_energy: of the
-            worst triangle; energy_p99: 99th percentile by area. -1: not measured (``conformal`` with ``lengths``).
+            worst triangle; energy_p99: 99th percentile by area. Of the 64-bit map or of the stored one, whichever is worse.
+            -1: not measured (``conformal`` with ``lengths``).
         poor: valid, but hardly of use: energy above 5 or energy_p99 above 25.
         poor_islands: (k,) a face of each chart whose own mean energy is above 5, worst first, at most 100.
         mends: what the mesh had to be separated for, empty for a clean surface. Faces that use a vertex twice have no

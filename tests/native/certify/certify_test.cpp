@@ -40,6 +40,25 @@ TEST(Certify, energy_is_that_of_the_closed_form_and_does_not_depend_on_scale) {
   }
 }
 
+TEST(Certify, figures_are_those_of_the_stored_map_where_it_is_worse) {
+  const mesh::Surface surface = test::grid(6, 5);
+  const Points2 uv = flat(surface);
+  Points2 moved = surface.vertices.leftCols<2>();
+  moved.row(8) += Eigen::RowVector2d(0.12, 0.0);
+  const Points2f stored = corners(surface, moved).cast<float>();
+  CertifyRequest request;
+  request.surface = &surface;
+  request.uv = &uv;
+  request.uv32 = &stored;
+  const Certificate c = certify(request, ExecutionContext());
+  const Certificate worse = measure(surface, stored.cast<double>());
+  EXPECT_TRUE(c.ok);
+  EXPECT_GT(worse.max_energy, 1.5);
+  EXPECT_EQ(c.energy, worse.energy);
+  EXPECT_EQ(c.max_energy, worse.max_energy);
+  EXPECT_EQ(c.energy_p99, worse.energy_p99);
+}
+
 TEST(Certify, one_flipped_triangle_is_found_and_named) {
   const mesh::Surface surface = test::grid(6, 5);
   Points2 vertex_uv = surface.vertices.leftCols<2>();

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "flipfree/base/error.h"
 #include "flipfree/distortion/energy/energy.h"
@@ -30,6 +31,34 @@ TEST(Rounding, OrdinaryMapsAreRoundedToNearest) {
   const Points2f stored = round_to_storage(surface.faces, uv, {}, context, stats);
   EXPECT_EQ(stored, Points2f(uv.cast<float>()));
   EXPECT_EQ(repaired(stats), 0);
+}
+
+// A flat ring, cut: the two sides of the slit coincide but for rounding.
+TEST(Rounding, ASlitWhoseSidesCoincideOpensByUnitsInTheLastPlace) {
+  constexpr Index kSides = 24;
+  for (const double gap : {1e-9, 1e-12}) {
+    mesh::Surface ring = test::grid(kSides, 1);
+    Points2 uv(ring.vertices.rows(), 2);
+    const double first = ring.vertices.col(0).minCoeff();
+    const double turn = (2.0 * std::numbers::pi - gap) / (ring.vertices.col(0).maxCoeff() - first);
+    for (Eigen::Index v = 0; v < uv.rows(); ++v) {
+      // Clockwise with growing x, so that triangles stay positive.
+      const double angle = 0.4 - turn * (ring.vertices(v, 0) - first);
+      const double radius = ring.vertices(v, 1) > ring.vertices.col(1).mean() ? 0.45 : 0.3;
+      uv.row(v) << 0.5 + radius * std::cos(angle), 0.5 + radius * std::sin(angle);
+    }
+    ExecutionContext context;
+    ASSERT_TRUE(is_flip_free(ring.faces, uv, context));
+    RoundingOptions options;
+    options.bijective = true;
+    Stats stats;
+    const Points2 stored = round_to_storage(ring.faces, uv, options, context, stats).cast<double>();
+    EXPECT_TRUE(is_flip_free(ring.faces, stored, context));
+    EXPECT_FALSE(
+        overlaps_itself(find_boundary(static_cast<Index>(uv.rows()), ring.faces), stored, context));
+    EXPECT_GT(repaired(stats), 0);
+    EXPECT_LT((stored - uv).cwiseAbs().maxCoeff(), 1e-5);
+  }
 }
 
 // A grid far from the origin, turned, whose cells shrink to `cell` and below the spacing of 32-bit
