@@ -194,8 +194,10 @@ class Repair {
     if (!std::isfinite(radius)) return false;  // a neighbour lies beyond the range of floats
     // From the neighbouring floats to the whole star's size, until nothing is wrong; then back down
     // from the best point so far.
-    double reach = 0.5 * grain;
-    for (; reach <= radius && gained < high_enough; reach *= 2.0) attempt_around(start, reach);
+    // At the origin floats are as fine as one likes.
+    double reach = std::max(0.5 * grain, 0x1p-60 * radius);
+    for (; reach > 0.0 && reach <= radius && gained < high_enough; reach *= 2.0)
+      attempt_around(start, reach);
     if (gained < 0.0) attempt(centre);
     for (double r = 0.5 * reach; r > 0.25 * grain && r > 0; r *= 0.5) {
       // NOLINTNEXTLINE(performance-unnecessary-copy-initialization): attempt() moves `place`

@@ -61,6 +61,18 @@ TEST(Rounding, ASlitWhoseSidesCoincideOpensByUnitsInTheLastPlace) {
   }
 }
 
+// Its nearest floats are as near as one likes.
+TEST(Rounding, AVertexAtTheOriginHasOtherPlacesToo) {
+  Triangles faces(4, 3);
+  faces << 0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 1;
+  Points2 uv(5, 2);
+  uv << 0, 0, 1e-46, 0, 0, 1, -1, 0, 0, -1;  // the first neighbour falls on the origin
+  ExecutionContext context;
+  Stats stats;
+  const Points2f stored = round_to_storage(faces, uv, {}, context, stats);
+  EXPECT_TRUE(stored_flip_free(faces, stored));
+}
+
 // A grid far from the origin, turned, whose cells shrink to `cell` and below the spacing of 32-bit
 // numbers in the middle.
 Points2 crowded(const mesh::Surface& grid, double cell) {
