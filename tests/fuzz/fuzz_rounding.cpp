@@ -33,7 +33,7 @@ void fuzz_rounding(Bytes bytes) {
     const VertexId v = bytes.below(static_cast<Index>(map.uv.rows()));
     const Points2 before = map.uv;
     map.uv.row(v) = map.uv.row(v).cast<float>().cast<double>().eval();
-    if (!all_positive(map.uv)) {
+    if (!map.uv.allFinite() || !all_positive(map.uv)) {  // beyond floats
       map.uv = before;
     } else {
       options.fixed.push_back(v);

@@ -306,25 +306,20 @@ struct Certifier {
   }
 
   void judge_distortion() {
-    // What storing did to the map counts as well.
-    const bool as_stored = !(energy32.mean <= energy64.mean);
-    const EnergyFigures& energy = as_stored ? energy32 : energy64;
-    const double maximum = std::max(energy64.maximum, energy32.maximum);
-    const double percentile = std::max(energy64.percentile99, energy32.percentile99);
-    const bool finite = std::isfinite(energy.mean) && std::isfinite(maximum);
+    const EnergyFigures energy = worse_of(energy64, energy32);
+    const bool finite = std::isfinite(energy.mean) && std::isfinite(energy.maximum);
     if (!finite && !request.require_distortion) {
       certificate.energy = certificate.max_energy = certificate.energy_p99 = -1.0;
       return;
     }
     certificate.energy = energy.mean;
-    certificate.max_energy = maximum;
-    certificate.energy_p99 = percentile;
-    certificate.poor = energy.mean > kPoorEnergy || percentile > kPoorPercentile;
-    if (!(maximum > kPoorEnergy)) return;
+    certificate.max_energy = energy.maximum;
+    certificate.energy_p99 = energy.percentile99;
+    certificate.poor = energy.mean > kPoorEnergy || energy.percentile99 > kPoorPercentile;
+    if (!(energy.maximum > kPoorEnergy)) return;
     constexpr std::size_t kMostIslands = 100;
     certificate.poor_islands =
-        charts_above(surface, as_stored ? stored : uv,
-                     charts_of(adjacency, as_stored ? cuts32 : cuts), energy.scale, kPoorEnergy);
+        charts_above(surface, stored, charts_of(adjacency, cuts32), energy32.scale, kPoorEnergy);
     if (certificate.poor_islands.size() > kMostIslands)
       certificate.poor_islands.resize(kMostIslands);
   }

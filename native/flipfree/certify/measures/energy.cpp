@@ -121,6 +121,13 @@ EnergyFigures symmetric_dirichlet(const mesh::Surface& surface, const Points2& c
   return figures;
 }
 
+EnergyFigures worse_of(const EnergyFigures& a, const EnergyFigures& b) {
+  EnergyFigures worse = b.mean <= a.mean ? a : b;
+  worse.maximum = std::max(a.maximum, b.maximum);
+  worse.percentile99 = std::max(a.percentile99, b.percentile99);
+  return worse;
+}
+
 std::vector<FaceId> charts_above(const mesh::Surface& surface, const Points2& corner_uv,
                                  const mesh::Components& charts, double scale, double bound) {
   struct Sum {

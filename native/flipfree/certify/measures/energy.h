@@ -20,6 +20,9 @@ struct EnergyFigures {
 // faces without a shape (mesh/face_area.h) unless no face has one. Cost: O(#F log #F).
 EnergyFigures symmetric_dirichlet(const mesh::Surface& surface, const Points2& corner_uv);
 
+// Each figure the worse one of two maps of a surface; the scale is that of the worse mean.
+EnergyFigures worse_of(const EnergyFigures& a, const EnergyFigures& b);
+
 // One face of every chart whose own mean at the map's scale (EnergyFigures::scale) is above
 // `bound`, worst first. Cost: O(#F).
 std::vector<FaceId> charts_above(const mesh::Surface& surface, const Points2& corner_uv,
