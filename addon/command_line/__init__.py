@@ -34,11 +34,10 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="blender -b -c flipfree",
         description="Flip-free UV maps without a window",
-        fromfile_prefix_chars="@",
     )
     commands = parser.add_subparsers(dest="command", required=True)
     for name, command in COMMANDS.items():
-        added = commands.add_parser(name, help=command.text, fromfile_prefix_chars="@")
+        added = commands.add_parser(name, help=command.text)
         arguments.add_run_arguments(added, writes=command.writes)
         command.arguments(added)
         arguments.add_model_arguments(added, has_limit=added.get_default("max_seconds") is not None)
@@ -91,7 +90,10 @@ def main(argv: list[str]) -> int:
     if argv == ["--worker"]:
         return worker.serve(unit.unit_of)
     try:
-        given = _parser().parse_args(argv)
+        given = _parser().parse_args(arguments.with_lists(argv))
+    except PlanError as error:
+        print(f"flipfree: {error}", file=sys.stderr)
+        return 2
     except SystemExit as stop:  # argparse has said why
         return int(stop.code or 0)
     try:

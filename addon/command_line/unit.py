@@ -13,7 +13,7 @@ import flipfree
 from flipfree.batch.child import Engine
 from flipfree.batch.messages import in_command_line_terms
 from flipfree.batch.results import STATUSES
-from flipfree.batch.run import NOT_WRITTEN
+from flipfree.batch.run import not_written
 
 from . import files
 from .commands import COMMANDS
@@ -73,8 +73,8 @@ def unit_of(settings):
             return record
         try:
             files.write(target)
-        except (OSError, RuntimeError) as error:
-            return {"status": "failed", "reason": NOT_WRITTEN, "message": str(error).strip()}
+        except (OSError, RuntimeError, ValueError) as error:
+            return not_written(target, error)
         return record | {"written": True}
 
     return solve_file

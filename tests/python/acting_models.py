@@ -14,7 +14,7 @@ from pathlib import Path
 import flipfree as ff
 from flipfree.batch import arguments, worker
 from flipfree.batch.child import Engine
-from flipfree.batch.plan import Formats
+from flipfree.batch.plan import Formats, PlanError
 from flipfree.batch.run import NOT_WRITTEN
 
 FORMATS = Formats(reads=(".in", ".flat"), writes=(".in", ".out"))
@@ -76,11 +76,15 @@ def engine_of(settings):
 def main(argv):
     if argv == ["--worker"]:
         return worker.serve(unit_of)
-    parser = argparse.ArgumentParser(fromfile_prefix_chars="@")
+    parser = argparse.ArgumentParser()
     parser.set_defaults(command="copy")
     arguments.add_run_arguments(parser, writes=True)
     parser.add_argument("--mark", default="")
-    return arguments.main(parser.parse_args(argv), FORMATS, engine_of, {"flipfree": ff.__version__})
+    try:
+        given = parser.parse_args(arguments.with_lists(argv))
+    except PlanError:
+        return 2
+    return arguments.main(given, FORMATS, engine_of, {"flipfree": ff.__version__})
 
 
 if __name__ == "__main__":

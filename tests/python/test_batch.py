@@ -1,6 +1,7 @@
 """Batches of models that crash, hang, eat memory; that are killed, and go on."""
 
 import json
+import os
 import random
 import signal
 import subprocess
@@ -78,6 +79,8 @@ def test_every_model_has_a_line_that_says_what_became_of_it(here):
     assert "SIGSEGV" in found["e"]["message"] and found["e"]["reason"] == "crash"
     for line in found.values():
         assert {"hash", "seconds", "versions", "options", "command", "output"} <= set(line)
+    assert {name for name, line in found.items() if line["written"]} == {"a", "f"}
+    assert {line["written"] for line in found.values()} == {True, False}
     assert found["a"]["peak_memory"] > 1
     assert sorted(p.name for p in Path("out").iterdir()) == ["a.in", "f.in"]
     assert "2 certified, 1 refused, 3 failed" in said and "[6/6]" in said
@@ -235,6 +238,33 @@ def test_an_unwritable_place_is_found_before_anything_is_solved(here):
     assert status == 2 and "is a file, not a folder" in said and not Path("results.jsonl").exists()
     status, _, said = batch("in", "--out", "out", "--json", "file/results.jsonl")
     assert status == 2 and "results cannot be written" in said and not Path("out").exists()
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="no folder that refuses its owner")
+def test_a_folder_in_which_nothing_can_be_made_is_found_before_anything_is_solved(here):
+    put(a="write")
+    for out in ("/proc/flipfree", "/proc/self"):
+        status, _, said = batch("in", "--out", out, "--json", "results.jsonl")
+        assert status == 2 and "Give another --out" in said
+        assert not Path("results.jsonl").exists()
+
+
+def test_names_that_are_no_utf_8_are_names_like_others(here):
+    put(a="write", z="write")
+    name = os.fsdecode(b"caf\xe9.in")
+    Path("in", name).write_text("write")
+    assert batch(*ALL)[0] == 0
+    assert {line["status"] for line in records().values()} == {"certified"}
+    found = json.loads(Path("results.jsonl").read_bytes().splitlines()[1])
+    assert (found["input"], found["output"]) == (f"in/{name}", f"out/{name}")
+    assert Path(found["output"]).read_text() == "write"
+    assert "3 of 3 models are done already" in batch(*ALL, "--resume")[2]
+    Path("list").write_bytes(b"in/caf\xe9.in\n")
+    listed = subprocess.run(
+        [sys.executable, DRIVER, "@list", "--out", "out", "--list"], capture_output=True
+    )
+    assert listed.stdout == b"in/caf\xe9.in -> out/caf\xe9.in\n"
+    assert batch("@nowhere", "--out", "out")[0] == 2
 
 
 def test_an_output_that_cannot_be_written_is_a_failure_of_the_infrastructure(here):

@@ -28,9 +28,10 @@ def models(tmp_path, monkeypatch):
     return Path("m")
 
 
-def outputs(*inputs, out="uv", suffix=None):
+def outputs(*inputs, out="uv", **options):
+    options = {"suffix": None, **options}
     items = plan(
-        list(map(str, inputs)), out=out and Path(out), suffix=suffix, formats=FORMATS, writes=True
+        list(map(str, inputs)), out=out and Path(out), formats=FORMATS, writes=True, **options
     )
     return {item.source.as_posix(): item.target.as_posix() for item in items}
 
@@ -104,6 +105,33 @@ def test_inputs_without_room_for_uvs_need_another_suffix(models):
         PlanError, match=r"part.obj and m/part.stl have the same output, uv/part.obj"
     ):
         outputs("m/part.obj", "m/part.stl", suffix=".obj")
+
+
+def test_inputs_that_differ_in_their_ending_alone_can_be_told_apart_as_the_error_says(models):
+    for name in ("m/part.obj", "m/part.stl"):
+        Path(name).touch()
+    parts = ("m/part.obj", "m/part.stl")
+    for suffix, name in ((".obj", r"part\.stl\.obj"), (".ply", r"part\.stl\.ply")):
+        with pytest.raises(PlanError, match=f"Add --keep-endings.*: {name}"):
+            outputs(*parts, suffix=suffix)
+    assert outputs(*parts, suffix=".obj", keep_endings=True) == {
+        "m/part.obj": "uv/part.obj",
+        "m/part.stl": "uv/part.stl.obj",
+    }
+    assert outputs(*parts, suffix=".ply", keep_endings=True) == {
+        "m/part.obj": "uv/part.obj.ply",
+        "m/part.stl": "uv/part.stl.ply",
+    }
+    assert len(outputs("m", suffix=".ply", keep_endings=True)) == 5
+    Path("m/part.stl.obj").touch()
+    with pytest.raises(PlanError, match="Rename one of them"):
+        outputs("m", suffix=".obj", keep_endings=True)
+
+
+def test_inputs_of_one_name_in_two_folders_are_told_apart_by_the_folder_that_holds_both(models):
+    with pytest.raises(PlanError, match="Give the folder that holds both"):
+        outputs("m/a.obj", "m/b/a.obj", suffix=".ply")
+    assert outputs("m", suffix=".ply")["m/b/a.obj"] == "uv/b/a.ply"
 
 
 def test_nothing_is_written_where_a_command_has_no_outputs(models):

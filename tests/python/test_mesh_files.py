@@ -164,3 +164,18 @@ def test_unexpected_arguments_are_taken_or_refused(described: str, tmp_path: Pat
         except ff.InvalidInput as error:
             assert error.code not in ("", "internal error", "out of memory"), error
             assert len(str(error)) > 20
+
+
+@pytest.mark.parametrize("ending", [".obj", ".ply", ".off", ".stl"])
+def test_names_that_are_no_utf_8_are_read_and_written(tmp_path, ending):
+    path = os.path.join(tmp_path, os.fsdecode(b"caf\xe9" + ending.encode()))
+    vertices, faces = np.eye(3), np.array([[0, 1, 2]], np.int32)
+    ff.write(path, (vertices, faces))
+    assert len(ff.read(path).faces) == 1
+    with open(path, "wb") as file:
+        file.write(b"secret content")
+    if ending == ".obj":
+        return  # lines of words that it does not know are passed over
+    with pytest.raises(ff.InvalidInput) as caught:
+        ff.read(path)
+    assert str(caught.value).startswith(path) and "b'" not in str(caught.value)

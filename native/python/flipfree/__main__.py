@@ -16,14 +16,13 @@ def parser() -> argparse.ArgumentParser:
     made = argparse.ArgumentParser(
         prog="python -m flipfree",
         description="Flip-free UV maps of many models, with a line of results for each.",
-        fromfile_prefix_chars="@",
     )
     made.add_argument(
         "--dask", metavar="ADDRESS", help="solve on the workers of this Dask scheduler"
     )
     commands = made.add_subparsers(dest="command", required=True)
     for name, command in COMMANDS.items():
-        added = commands.add_parser(name, help=command.text, fromfile_prefix_chars="@")
+        added = commands.add_parser(name, help=command.text)
         arguments.add_run_arguments(added, writes=command.writes)
         arguments.add_model_arguments(added)
         command.arguments(added)
@@ -33,14 +32,14 @@ def parser() -> argparse.ArgumentParser:
 def main(argv: list[str]) -> int:
     if argv == ["--worker"]:
         return worker.serve(unit_of)
-    given = parser().parse_args(argv)
     items = None
-    if arguments.is_one_file(given):
-        try:
+    try:
+        given = parser().parse_args(arguments.with_lists(argv))
+        if arguments.is_one_file(given):
             items = [one_file(Path(given.inputs[0]), Path(given.inputs[1]), FORMATS)]
-        except PlanError as error:
-            print(f"flipfree: {error}", file=sys.stderr)
-            return 2
+    except PlanError as error:
+        print(f"flipfree: {error}", file=sys.stderr)
+        return 2
     return arguments.main(given, FORMATS, engine_of, versions(), items=items)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import io
 import os
 import sys
 from collections.abc import Callable, Mapping
@@ -22,6 +23,7 @@ _OF_RUN = {
         "inputs",
         "out",
         "suffix",
+        "keep_endings",
         "keep_going",
         "jobs",
         "timeout",
@@ -47,6 +49,11 @@ def add_run_arguments(parser: argparse.ArgumentParser, *, writes: bool) -> None:
         )
         parser.add_argument(
             "--suffix", metavar=".ENDING", help="type of the outputs, if not that of the input"
+        )
+        parser.add_argument(
+            "--keep-endings",
+            action="store_true",
+            help="with --suffix: m.stl becomes m.stl.obj, not m.obj",
         )
     parser.add_argument(
         "--json", metavar="FILE", help="results: one line of JSON per input, as each ends"
@@ -93,6 +100,21 @@ def add_model_arguments(parser: argparse.ArgumentParser, *, has_limit: bool = Fa
             metavar="S",
             help="of the solver, which then returns the best map so far",
         )
+
+
+def with_lists(words: list[str]) -> list[str]:
+    """Command line with the lines of each @FILE in its place, whatever bytes names have there. Raises PlanError."""
+    found: list[str] = []
+    for word in words:
+        if not word.startswith("@"):
+            found.append(word)
+            continue
+        try:
+            lines = Path(word[1:]).read_bytes().splitlines()
+        except OSError as error:
+            raise PlanError(f"{word}: the list cannot be read: {error.strerror}.") from error
+        found += with_lists([os.fsdecode(line) for line in lines])
+    return found
 
 
 def is_one_file(given: argparse.Namespace) -> bool:
@@ -143,6 +165,7 @@ def main(
                 suffix=given.suffix if writes else None,
                 formats=formats,
                 writes=writes,
+                keep_endings=writes and given.keep_endings,
             )
         if given.json == "-":
             raise PlanError(
@@ -179,6 +202,8 @@ def main(
 
 
 def _print_list(items: list[Item], left: list[Item]) -> None:
+    if isinstance(sys.stdout, io.TextIOWrapper):  # names are written with the bytes that they have
+        sys.stdout.reconfigure(errors="surrogateescape")
     undone = {item.source for item in left}
     for item in items:
         state = "" if item.source in undone else "  (done)"

@@ -86,6 +86,7 @@ def _lost(item: Item, work: Work, message: str) -> Record:
         "status": "failed",
         "message": message,
         "reason": "crash",
+        "written": False,
         "hash": hash_of(work.root / item.source),
         **work.said,
         "seconds": 0.0,

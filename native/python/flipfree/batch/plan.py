@@ -40,6 +40,7 @@ def plan(
     suffix: str | None,
     formats: Formats,
     writes: bool,
+    keep_endings: bool = False,
 ) -> list[Item]:
     """All items in the order of their names.
 
@@ -48,6 +49,7 @@ def plan(
         out: folder of the outputs, which have the inputs' names and, for folders and patterns, their places below them; None:
             beside the inputs.
         suffix: ending of the outputs; None: that of the input.
+        keep_endings: a suffix that is another than the input's comes after it: m.stl.obj.
         writes: whether there are outputs at all.
 
     Raises:
@@ -67,11 +69,11 @@ def plan(
         for source, place in _expanded(text, formats, out):
             found.setdefault(os.path.abspath(source), (source, place))
     items = [
-        Item(source, _target(source, place, out, suffix) if writes else None)
+        Item(source, _target(source, place, out, suffix, keep_endings) if writes else None)
         for source, place in found.values()
     ]
     _refuse_unwritable(items, formats)
-    _refuse_conflicts(items)
+    _refuse_conflicts(items, suffix if keep_endings else None)
     return sorted(items, key=lambda item: item.source.as_posix())
 
 
@@ -118,9 +120,16 @@ def _same(a: Path, b: Path) -> bool:
     return a.resolve() == b.resolve()
 
 
-def _target(source: Path, place: Path, out: Path | None, suffix: str | None) -> Path:
+def _target(
+    source: Path, place: Path, out: Path | None, suffix: str | None, keep_endings: bool
+) -> Path:
     target = source if out is None else out / place
-    return target if suffix is None else target.with_suffix(suffix)
+    if suffix is None:
+        return target
+    if not keep_endings:
+        return target.with_suffix(suffix)
+    changes = target.suffix.lower() != suffix.lower()
+    return target.with_name(target.name + suffix) if changes else target
 
 
 def _refuse_unwritable(items: list[Item], formats: Formats) -> None:
@@ -133,7 +142,8 @@ def _refuse_unwritable(items: list[Item], formats: Formats) -> None:
         )
 
 
-def _refuse_conflicts(items: list[Item]) -> None:
+def _refuse_conflicts(items: list[Item], added: str | None) -> None:
+    """added: the suffix that comes after the inputs' own endings."""
     sources = {_key(item.source): item.source for item in items}
     takers: dict[str, Path] = {}
     for item in items:
@@ -149,9 +159,21 @@ def _refuse_conflicts(items: list[Item]) -> None:
         if key in takers:
             raise PlanError(
                 f"{takers[key]} and {item.source} have the same output, {item.target}. "
-                "Give the folder that holds both, so that their places below it are kept, or leave --suffix out."
+                + _cure_of_one_output(takers[key], item, added)
             )
         takers[key] = item.source
+
+
+def _cure_of_one_output(other: Path, item: Item, added: str | None) -> str:
+    if not _same(other.parent, item.source.parent):
+        return "Give the folder that holds both, so that their places below it are kept."
+    if added is not None:
+        return "Rename one of them."
+    assert item.target is not None
+    name = f"{item.source.name}{item.target.suffix}"
+    if item.source.suffix.lower() == item.target.suffix.lower():
+        name = f"{other.name}{item.target.suffix}"
+    return f"Add --keep-endings, so that outputs of another type keep their inputs' whole names: {name}."
 
 
 def _key(path: Path) -> str:

@@ -123,4 +123,6 @@ def _locked(file: BinaryIO) -> bool:
 
 
 def _line(record: Record) -> bytes:
-    return json.dumps(record, allow_nan=False, ensure_ascii=False).encode() + b"\n"
+    """Bytes of names that are no UTF-8 are surrogates here, and so written as JSON has them: as \\udce9."""
+    text = json.dumps(record, allow_nan=False, ensure_ascii=False)
+    return text.encode(errors="backslashreplace") + b"\n"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import queue
+import tempfile
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -17,6 +18,15 @@ from .results import Record, Results, hash_of, in_use, load, still_holds
 
 #: Reason of a record: the model is solved, and the place for its output fails, as it would for the next one.
 NOT_WRITTEN = "output cannot be written"
+
+
+def not_written(target: Path, error: Exception) -> Record:
+    """Of a model whose output there failed with that error."""
+    message = str(error).strip()
+    if isinstance(error, OSError):
+        cure = "Check that there is room and that the folder may be written to."
+        message = f"{target} cannot be written: {error.strerror or error}. {cure}"
+    return {"status": "failed", "reason": NOT_WRITTEN, "message": message}
 
 
 @dataclass(frozen=True)
@@ -64,6 +74,7 @@ def solve_item(child: Child, item: Item, work: Work) -> Record | None:
         "status": answer.pop("status"),
         "message": answer.pop("message", ""),
         "reason": answer.pop("reason", ""),
+        "written": answer.pop("written", False),
         "hash": content,
         **work.said,
     }
@@ -146,12 +157,11 @@ def run(
     """
     kept, left = sorted_out(items, work, file=file, resume=resume, retry=retry)
     _refuse_bad_places(left)
+    _make_folders(left, file)
     try:
         results = Results(file, kept)
     except OSError as error:
-        raise PlanError(
-            f"{file}: the results cannot be written there: {error.strerror}."
-        ) from error
+        raise _no_results(file, error) from error
     progress.begin(items, left)
     stop, status = threading.Event(), 0
     records = runner(left, work, stop)
@@ -208,7 +218,7 @@ def sorted_out(
 
 def _refuse_bad_places(items: Sequence[Item]) -> None:
     """Folders that cannot be made or written to are found before anything is solved."""
-    for folder in sorted({item.target.parent for item in items if item.target is not None}):
+    for folder in _folders(items):
         there = folder
         while not there.exists() and there != there.parent:
             there = there.parent
@@ -220,11 +230,42 @@ def _refuse_bad_places(items: Sequence[Item]) -> None:
             )
 
 
+def _make_folders(items: Sequence[Item], file: Path | None) -> None:
+    """Those of outputs and of the results. Permissions are not all that keeps files from being made, so it is tried."""
+    try:
+        if file is not None:
+            _try(file.parent)
+    except OSError as error:
+        raise _no_results(file, error) from error
+    for folder in _folders(items):
+        try:
+            _try(folder)
+        except OSError as error:
+            raise PlanError(
+                f"{folder}: no files can be made there: {error.strerror or error}. Give another --out."
+            ) from error
+
+
+def _folders(items: Sequence[Item]) -> list[Path]:
+    return sorted({item.target.parent for item in items if item.target is not None})
+
+
+def _try(folder: Path) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=folder):
+        pass
+
+
+def _no_results(file: Path | None, error: OSError) -> PlanError:
+    return PlanError(f"{file}: the results cannot be written there: {error.strerror or error}.")
+
+
 __all__ = [
     "NOT_WRITTEN",
     "NotStarted",
     "Runner",
     "Work",
+    "not_written",
     "on_this_machine",
     "run",
     "solve_item",

@@ -114,7 +114,7 @@ def read(path: str | os.PathLike[str]) -> MeshFile:
     except OSError as error:
         raise _no_access(file, "read", error) from error
     with _named(file):
-        vertices, faces, polygons, uv = _native.read_mesh(str(file), content)
+        vertices, faces, polygons, uv = _native.read_mesh(os.fsencode(file), content)
     corner_uv = uv.astype(np.float64).reshape(-1, 3, 2) if len(uv) else None
     return MeshFile(vertices, faces, corner_uv, polygons)
 
@@ -153,7 +153,7 @@ def write(path: str | os.PathLike[str], mesh: Any) -> None:
     refuse_beyond_storage(corner_uv, "uv")
     with _named(file):
         content = _native.write_mesh(
-            str(file), positions, face_array, polygons, corner_uv.astype(np.float32)
+            os.fsencode(file), positions, face_array, polygons, corner_uv.astype(np.float32)
         )
     _replace(file, content)
 

@@ -18,7 +18,7 @@ from ...errors import InvalidInput
 from ..child import Engine
 from ..plan import Formats
 from ..results import Record
-from ..run import NOT_WRITTEN
+from ..run import not_written
 from ..worker import Unit
 from .commands import COMMANDS
 from .figures import of_certificate, percentiles
@@ -63,7 +63,7 @@ def unit_of(settings: Mapping[str, Any]) -> Unit:
                 left.unlink(missing_ok=True)  # of a process that was killed while it wrote
             write(target, as_written(model, solved.map))
         except (OSError, InvalidInput) as error:
-            return {"status": "failed", "reason": NOT_WRITTEN, "message": str(error)}
+            return not_written(target, error)
         return record | {"written": True, "vertices_added": added(model, solved)}
 
     return solve
