@@ -5,6 +5,8 @@ task."""
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from flipfree.batch import numbers
+
 from ..fields import arguments as field_arguments
 from ..operators import check, common, conformal, match, seamless, unwrap
 from ..operators.mending import improve, repair
@@ -34,7 +36,7 @@ _OVERLAPS = "islands may overlap themselves"
 def _unwrap_arguments(parser):
     parser.add_argument(
         "--auto-seams",
-        type=_stretch,
+        type=numbers.stretch,
         metavar="STRETCH",
         help="find seams beyond those marked, so that lengths change by about this factor at most, such as 1.25",
     )
@@ -61,7 +63,7 @@ def _match_arguments(parser):
     )
     parser.add_argument(
         "--max-seconds",
-        type=_seconds,
+        type=numbers.real(0.0),
         default=MAX_SECONDS,
         help="most per island, 0 for no limit (default %(default)g)",
     )
@@ -74,7 +76,9 @@ def _improve_arguments(parser):
         allow_overlaps=_OVERLAPS,
         ignore_pins="treat pinned UVs as any other",
     )
-    parser.add_argument("--iterations", type=int, default=200, help="most steps per island")
+    parser.add_argument(
+        "--iterations", type=numbers.iterations, default=200, help="most steps per island"
+    )
     _margin(parser)
 
 
@@ -96,16 +100,20 @@ def _repair_arguments(parser):
 
 def _pack_arguments(parser):
     parser.add_argument(
-        "--margin-pixels", type=float, default=2.0, help="least gap between islands"
+        "--margin-pixels", type=numbers.pixels, default=2.0, help="least gap between islands"
     )
-    parser.add_argument("--texture-size", type=int, default=1024, help="pixels to a side")
+    parser.add_argument(
+        "--texture-size", type=numbers.texture_size, default=1024, help="pixels to a side"
+    )
     parser.add_argument(
         "--rotation", choices=[name for name, _, _ in pack.ROTATIONS], default="free"
     )
-    parser.add_argument("--tile", type=int, default=1001, help="UDIM tile to pack into")
-    parser.add_argument("--tiles", type=int, default=1, help="UDIM tiles to spread islands over")
+    parser.add_argument("--tile", type=numbers.tile, default=1001, help="UDIM tile to pack into")
     parser.add_argument(
-        "--effort", type=float, default=1.0, help="of the search (default %(default)g)"
+        "--tiles", type=numbers.tiles, default=1, help="UDIM tiles to spread islands over"
+    )
+    parser.add_argument(
+        "--effort", type=numbers.effort, default=1.0, help="of the search (default %(default)g)"
     )
     _flags(
         parser,
@@ -142,7 +150,7 @@ def _seamless_arguments(parser):
     )
     parser.add_argument(
         "--bound",
-        type=float,
+        type=numbers.bound,
         default=2.0,
         help="of the scale, for suggested cones (default %(default)g)",
     )
@@ -170,22 +178,10 @@ def _check_arguments(parser):
     )
 
 
-def _seconds(text):
-    seconds = float(text)
-    if not 0.0 <= seconds < float("inf"):
-        raise ValueError(text)
-    return seconds
-
-
-def _stretch(text):
-    stretch = float(text)
-    if not 1.0 < stretch <= 100.0:
-        raise ValueError(text)
-    return stretch
-
-
 def _margin(parser):
-    parser.add_argument("--margin", type=float, default=0.005, help="between packed islands")
+    parser.add_argument(
+        "--margin", type=numbers.margin, default=0.005, help="between packed islands"
+    )
 
 
 def _unwrap_options(given):

@@ -3,6 +3,8 @@
 
 from dataclasses import dataclass
 
+from flipfree.batch.messages import in_command_line_terms
+
 from .. import errors, modal, records
 from ..meshes import mesh_io
 from ..operators import layout
@@ -35,10 +37,12 @@ def solve(objects, command: Command, given) -> list[Ended]:
     run.finish()
     ended = []
     for task in run.done:
-        line, warning = summary([task]), command.advice([task])
+        line = summary([task])
+        warning = in_command_line_terms(command.advice([task]) or "")
         text = f"{line}. Warning: {warning}" if warning else line
         record = records.of_task(task, line, warning)
         ended.append(Ended(record, f"{task.snapshot.object_name}: {text}", task=task))
     for failure in run.failures:
+        failure.message = in_command_line_terms(failure.message)
         ended.append(Ended(records.of_failure(failure), str(failure), failure=failure))
     return ended

@@ -11,7 +11,6 @@ import numpy as np
 
 import flipfree
 from flipfree.batch.child import Engine
-from flipfree.batch.messages import in_command_line_terms
 from flipfree.batch.results import STATUSES
 from flipfree.batch.run import not_written
 
@@ -117,7 +116,7 @@ def record_of(ended: list[Ended]) -> dict:
     record = {
         "status": worst["status"],
         "reason": codes[0] if codes else "",
-        "message": in_command_line_terms(message),
+        "message": message,
         "objects": objects,
         "certificate": {name: sum(found[name] for found in mapped) for name in _SUMS}
         | {"ok": bool(mapped) and all(found["ok"] for found in objects)},

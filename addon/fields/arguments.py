@@ -3,6 +3,8 @@
 
 import math
 
+from flipfree.batch import numbers
+
 from ..meshes import fields
 from . import field_aligned
 
@@ -23,14 +25,18 @@ def add_arguments(parser) -> None:
         default="curvature",
         help="what the map's lines run along (default %(default)s)",
     )
-    parser.add_argument("--curvature", type=float, default=0.5, help="its weight, 0 to 1")
+    parser.add_argument(
+        "--curvature", type=numbers.real(0.0, 1.0), default=0.5, help="its weight, 0 to 1"
+    )
     parser.add_argument(
         "--sharp-from",
-        type=float,
+        type=numbers.real(0.0, 180.0),
         default=math.degrees(field_aligned.SHARP),
         help="degrees by which the surface folds at edges that are followed, where none is marked as sharp",
     )
-    parser.add_argument("--edge-weight", type=float, default=1.0, help="of edges, 0.01 to 1")
+    parser.add_argument(
+        "--edge-weight", type=numbers.real(0.01, 1.0), default=1.0, help="of edges, 0.01 to 1"
+    )
     parser.add_argument(
         "--attribute", default=fields.NAME, help="with a vector per face (default %(default)s)"
     )
@@ -42,7 +48,10 @@ def add_arguments(parser) -> None:
     )
     parser.add_argument("--density-from", default="", help="name of the group or attribute")
     parser.add_argument(
-        "--density-ratio", type=float, default=2.0, help="where the group has its full weight"
+        "--density-ratio",
+        type=numbers.real(0.1, 10.0),
+        default=2.0,
+        help="where the group has its full weight",
     )
     parser.add_argument(
         "--boundary",

@@ -178,6 +178,24 @@ def test_a_folder_of_all_types_is_mapped_and_the_bad_ones_recorded(models, tmp_p
     assert results.read_text() == before
 
 
+def test_names_that_are_no_utf_8_cost_themselves_at_most(tmp_path):
+    scene(sheet)
+    folder, out, results = tmp_path / "in", tmp_path / "out", tmp_path / "results.jsonl"
+    folder.mkdir()
+    names = ["a.obj", os.fsdecode(b"caf\xe9.obj"), "z.obj"]
+    bpy.ops.wm.obj_export(filepath=str(folder / "a.obj"), export_materials=False)
+    for name in names[1:]:
+        Path(folder, name).write_bytes((folder / "a.obj").read_bytes())
+    batch("unwrap", folder, "--out", out, "--json", results)
+    found = records(results)
+    assert {name: line["status"] for name, line in found.items()} == dict.fromkeys(
+        names, "certified"
+    )
+    assert sorted(p.name for p in out.glob("*.obj")) == sorted(names)
+    again = batch("unwrap", folder, "--out", out, "--json", results, "--resume")
+    assert "3 of 3 models are done already" in again
+
+
 def test_split_vertices_are_merged_and_look_as_before(models, tmp_path):
     results = tmp_path / "results.jsonl"
     glb = models / "cube.glb"

@@ -144,6 +144,29 @@ def test_unknown_files_and_arguments_are_refused_with_words(tmp_path):
     assert result.returncode == 2 and "invalid choice" in result.stderr
 
 
+@pytest.mark.parametrize(
+    ("given", "option"),
+    [
+        (["unwrap", "--margin", "nan"], "--margin: must be"),
+        (["pack", "--effort", "-1"], "--effort: must be"),
+        (["field", "--density-ratio", "0"], "--density-ratio: must be"),
+        (["match", "--max-seconds", "inf"], "--max-seconds: must be"),
+        (["pack", "--margin-pixels", "512"], "--margin-pixels 512: it must be below"),
+    ],
+)
+def test_numbers_that_suit_no_model_are_refused_before_any_is_read(bumpy_obj, given, option):
+    for places in ([bumpy_obj, bumpy_obj.with_name("out.obj")], [bumpy_obj, "--out", "out"]):
+        result = command(given[0], *places, *given[1:])
+        assert result.returncode == 2 and option in result.stderr, result.stderr
+        assert not bumpy_obj.with_name("out.obj").exists()
+
+
+def test_cures_are_options_of_the_command_line(pinned_blend, tmp_path):
+    result = command("match", pinned_blend, tmp_path / "out.blend", "--max-seconds", "1e-9")
+    assert result.returncode == 1
+    assert "--max-seconds" in result.stderr and "redo panel" not in result.stderr
+
+
 @pytest.fixture
 def pinned_blend(tmp_path):
     """A .blend with a sheet of which two vertices are pinned, one of them elsewhere."""

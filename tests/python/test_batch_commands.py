@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import flipfree as ff
+from flipfree.__main__ import main
 from flipfree.batch.models.figures import percentiles
 from flipfree.batch.models.welding import welded
 
@@ -81,6 +82,43 @@ def test_unwrap_maps_files_of_every_type(name):
     assert len(mesh.faces) == record["certificate"]["triangles"]
     checked = run("check", "uv/torus.obj")
     assert checked["status"] == "certified" and checked["output"] is None
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        *(
+            "unwrap --margin nan",
+            "unwrap --margin -1",
+            "unwrap --margin 0.5",
+            "unwrap --margin wide",
+        ),
+        *("unwrap --auto-seams 1", "unwrap --auto-seams inf", "unwrap --max-seconds 0"),
+        *("unwrap --timeout nan", "unwrap --memory -1", "unwrap --threads 0", "unwrap --jobs 1.5"),
+        *("improve --iterations -1", "improve --iterations 3000000000", "repair --margin inf"),
+        *("pack --margin-pixels -1", "pack --margin-pixels nan", "pack --texture-size 0"),
+        *("pack --tile 1000", "pack --tile 1101", "pack --tiles 0", "pack --tiles 101"),
+        *("pack --effort -1", "pack --effort 1001", "pack --effort nan"),
+        *("conformal --bound 1", "conformal --bound nan", "conformal --margin -1e-9"),
+        *("field --curvature 1.1", "field --curvature nan", "field --sharp-from -1"),
+        "field --sharp-from 181",
+    ],
+)
+def test_numbers_that_suit_no_model_are_refused_before_any_is_read(words, capsys):
+    name, option, value = words.split()
+    with pytest.raises(SystemExit) as ended:
+        main([name, "models", "--out", "uv", f"{option}={value}"])
+    assert ended.value.code == 2
+    said = capsys.readouterr().err
+    assert f"argument {option}: must be a " in said and repr(value) in said
+
+
+def test_a_gap_of_half_the_texture_is_refused_by_its_name_before_any_model_is_read(capsys):
+    given = ["pack", "models", "--out", "uv", "--margin-pixels", "512"]
+    assert main(given) == 2
+    assert "--margin-pixels 512: it must be below half of the 1024" in capsys.readouterr().err
+    assert main([*given, "--texture-size", "2048"]) == 2
+    assert "no such file" in capsys.readouterr().err
 
 
 def test_unwrap_finds_seams_that_keep_the_stretch():
@@ -272,7 +310,7 @@ def test_a_map_with_flips_is_refused_by_check():
 def test_unknown_commands_and_options_say_so():
     assert "invalid choice" in command("fold", "x").stderr
     process = command("unwrap", "x", "--jobs", "0")
-    assert process.returncode == 2 and "number above zero" in process.stderr
+    assert process.returncode == 2 and "whole number from 1" in process.stderr
     assert "no such file" in command("unwrap", "x", "--out", "y").stderr
     write("torus.obj", surfaces.torus())
     refused = command("unwrap", "torus.obj", "--out", "uv", "--json", "-")

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from . import numbers
 from .child import Engine, Limits, NotStarted, memory_can_be_limited
 from .farm import on_dask
 from .plan import Formats, Item, PlanError, plan, shard
@@ -33,6 +34,9 @@ _OF_RUN = {
     ),
     *("shard", "list", "json", "quiet", "dask", "threads"),
 }
+
+
+_COUNT, _POSITIVE = numbers.whole(1), numbers.real(above=0.0)
 
 
 def add_run_arguments(parser: argparse.ArgumentParser, *, writes: bool) -> None:
@@ -62,9 +66,9 @@ def add_run_arguments(parser: argparse.ArgumentParser, *, writes: bool) -> None:
     parser.add_argument(
         "--retry", action="store_true", help="on resuming, try those that failed again"
     )
-    parser.add_argument("--jobs", type=_count, default=1, metavar="N", help="models at a time")
-    parser.add_argument("--timeout", type=_positive, metavar="SECONDS", help="most for one model")
-    parser.add_argument("--memory", type=_positive, metavar="MB", help="most for one model")
+    parser.add_argument("--jobs", type=_COUNT, default=1, metavar="N", help="models at a time")
+    parser.add_argument("--timeout", type=_POSITIVE, metavar="SECONDS", help="most for one model")
+    parser.add_argument("--memory", type=_POSITIVE, metavar="MB", help="most for one model")
     parser.add_argument("--shard", metavar="I/N", help="do the I-th of N shares of the inputs")
     parser.add_argument(
         "--list", action="store_true", help="say what would be done, and do nothing"
@@ -76,7 +80,7 @@ def add_run_arguments(parser: argparse.ArgumentParser, *, writes: bool) -> None:
         help="after a bad model go on with the others; exit status 0",
     )
     parser.add_argument(
-        "--threads", type=_count, metavar="N", help="per model; default: cores / jobs"
+        "--threads", type=_COUNT, metavar="N", help="per model; default: cores / jobs"
     )
     parser.add_argument("--quiet", action="store_true", help="no line per model")
     parser.add_argument(
@@ -96,7 +100,7 @@ def add_model_arguments(parser: argparse.ArgumentParser, *, has_limit: bool = Fa
     if not has_limit:
         parser.add_argument(
             "--max-seconds",
-            type=_positive,
+            type=_POSITIVE,
             metavar="S",
             help="of the solver, which then returns the best map so far",
         )
@@ -153,6 +157,7 @@ def main(
     settings = {"command": given.command, "options": options, "threads": threads_of(given)}
     limits = Limits(given.timeout, given.memory)
     try:
+        numbers.refuse_together(options)
         if given.memory is not None and not memory_can_be_limited():
             raise PlanError(
                 "--memory: this system does not say how much a process has. Leave it out."
@@ -208,22 +213,3 @@ def _print_list(items: list[Item], left: list[Item]) -> None:
     for item in items:
         state = "" if item.source in undone else "  (done)"
         print(f"{item.source} -> {item.target}{state}" if item.target else f"{item.source}{state}")
-
-
-def _count(text: str) -> int:
-    value = int(text)
-    if value < 1:
-        raise ValueError(text)
-    return value
-
-
-def _positive(text: str) -> float:
-    value = float(text)
-    if not 0.0 < value < float("inf"):
-        raise ValueError(text)
-    return value
-
-
-# Names that argparse puts into its complaints.
-_count.__name__ = "number above zero"
-_positive.__name__ = "number above zero"

@@ -17,6 +17,8 @@ _WORDS = {
     r"\biterations\b(?= must)": "--iterations",
     r"Allow more time in the redo panel": "Allow more time with --max-seconds",
     r"Change them in the redo panel": "Change the options of the command",
+    r"[Tt]urn on Cut Open in the redo panel": "give --cut-open",
+    r"Turn on May Add Vertices in the redo panel": "Leave --no-new-vertices out",
     r"allow stacked ones in the redo panel": "allow stacked ones with --allow-stacked",
     r"in the redo panel": "with the options of the command (--help)",
 }

@@ -22,6 +22,7 @@ from ..options import (
     as_seconds,
     as_threads,
     filled,
+    shown,
 )
 from ..results import Parametrization
 
@@ -102,7 +103,7 @@ def pack(
     wanted = 0.0 if density is None else as_positive(density, "density")
     size = as_count(texture_size, "texture_size", least=1)
     if margin_pixels is not None:
-        margin = as_number(margin_pixels, "margin_pixels") / size
+        margin = _as_pixels(margin_pixels, size) / size
     options = filled(
         _native.PackOptions(),
         margin=as_margin(margin),
@@ -131,10 +132,20 @@ def pack(
     return Job(native, partial(_packed_from, positions=positions))
 
 
+def _as_pixels(value: Any, size: int) -> float:
+    pixels = as_number(value, "margin_pixels")
+    if not 0.0 <= pixels < size / 2:
+        raise InvalidInput(
+            f"margin_pixels must be at least 0 and below half of the {size} pixels of texture_size, not {shown(value)}.",
+            code="bad option",
+        )
+    return pixels
+
+
 def _as_effort(value: Any) -> float:
     effort = as_number(value, "effort")
     if not 0.0 <= effort <= 1000.0:
-        raise InvalidInput("effort must lie in [0, 1000].", code="bad option")
+        raise InvalidInput(f"effort must lie in [0, 1000], not {shown(value)}.", code="bad option")
     return effort
 
 

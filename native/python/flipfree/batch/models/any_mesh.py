@@ -10,6 +10,7 @@ from ...calls.improving import improve as improve_map
 from ...calls.improving import repair as repair_map
 from ...calls.packing import pack as pack_map
 from ...calls.unwrapping import unwrap as unwrap_mesh
+from .. import numbers
 from .model import Model, Solved
 
 
@@ -18,20 +19,10 @@ def flags(parser: argparse.ArgumentParser, **texts: str) -> None:
         parser.add_argument(f"--{name.replace('_', '-')}", action="store_true", help=text)
 
 
-def _stretch(text: str) -> float:
-    value = float(text)
-    if not 1.0 < value <= 100.0:
-        raise ValueError(text)
-    return value
-
-
-_stretch.__name__ = "number above 1, up to 100"  # argparse puts it into its complaints
-
-
 def unwrap_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--auto-seams",
-        type=_stretch,
+        type=numbers.stretch,
         metavar="STRETCH",
         help="find seams, so that lengths change by about this factor at most, such as 1.25",
     )
@@ -42,7 +33,9 @@ def unwrap_arguments(parser: argparse.ArgumentParser) -> None:
         no_new_cuts="crush islands that would lie on top of themselves rather than cut them",
         short_cuts="do not cut closed parts along legs and fingers",
     )
-    parser.add_argument("--margin", type=float, default=0.005, help="between packed islands")
+    parser.add_argument(
+        "--margin", type=numbers.margin, default=0.005, help="between packed islands"
+    )
 
 
 def unwrap(model: Model, options: dict[str, Any]) -> Solved:
@@ -64,7 +57,9 @@ def unwrap(model: Model, options: dict[str, Any]) -> Solved:
 
 def improve_arguments(parser: argparse.ArgumentParser) -> None:
     flags(parser, allow_overlaps="islands may overlap themselves")
-    parser.add_argument("--iterations", type=int, default=200, help="most steps per island")
+    parser.add_argument(
+        "--iterations", type=numbers.iterations, default=200, help="most steps per island"
+    )
 
 
 def improve(model: Model, options: dict[str, Any]) -> Solved:
@@ -84,7 +79,9 @@ def repair_arguments(parser: argparse.ArgumentParser) -> None:
         default="cut",
         help="what becomes of islands on themselves",
     )
-    parser.add_argument("--margin", type=float, default=0.005, help="around islands that move")
+    parser.add_argument(
+        "--margin", type=numbers.margin, default=0.005, help="around islands that move"
+    )
     flags(parser, move_apart="islands that lie on larger ones are put where there is room")
 
 
@@ -104,13 +101,17 @@ def repair(model: Model, options: dict[str, Any]) -> Solved:
 
 def pack_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--margin-pixels", type=float, default=2.0, help="least gap between islands"
+        "--margin-pixels", type=numbers.pixels, default=2.0, help="least gap between islands"
     )
-    parser.add_argument("--texture-size", type=int, default=1024, help="pixels to a side")
+    parser.add_argument(
+        "--texture-size", type=numbers.texture_size, default=1024, help="pixels to a side"
+    )
     parser.add_argument("--rotation", choices=("free", "quarters", "none"), default="free")
-    parser.add_argument("--tile", type=int, default=1001, help="UDIM tile to pack into")
-    parser.add_argument("--tiles", type=int, default=1, help="UDIM tiles to spread islands over")
-    parser.add_argument("--effort", type=float, default=1.0, help="of the search")
+    parser.add_argument("--tile", type=numbers.tile, default=1001, help="UDIM tile to pack into")
+    parser.add_argument(
+        "--tiles", type=numbers.tiles, default=1, help="UDIM tiles to spread islands over"
+    )
+    parser.add_argument("--effort", type=numbers.effort, default=1.0, help="of the search")
     flags(
         parser,
         keep_sizes="islands keep their sizes relative to each other, not one texel density",

@@ -21,6 +21,7 @@ from ...fields.aligned import field_aligned
 from ...fields.cross_fields import cross_field
 from ...results import Parametrization
 from ...separated import SeparatedSurface
+from .. import numbers
 from .any_mesh import flags
 from .model import Model, Solved
 from .parts import IntArray, each_part
@@ -131,10 +132,12 @@ def conformal_arguments(parser: argparse.ArgumentParser) -> None:
         help="auto: of the file beside the model, else suggested for closed parts",
     )
     parser.add_argument(
-        "--bound", type=float, default=4.0, help="of the scale, for suggested cones"
+        "--bound", type=numbers.bound, default=4.0, help="of the scale, for suggested cones"
     )
     parser.add_argument("--boundary", choices=("free", "straight", "circle"), default="free")
-    parser.add_argument("--margin", type=float, default=0.005, help="between packed islands")
+    parser.add_argument(
+        "--margin", type=numbers.margin, default=0.005, help="between packed islands"
+    )
 
 
 def conformal(model: Model, options: dict[str, Any]) -> Solved:
@@ -269,8 +272,12 @@ def field_arguments(parser: argparse.ArgumentParser) -> None:
         default="curvature",
         help="what the map's lines run along: edges at which the surface folds, the flow of quads",
     )
-    parser.add_argument("--curvature", type=float, default=0.5, help="its weight, 0 to 1")
-    parser.add_argument("--sharp-from", type=float, default=30.0, help="degrees, for edges")
+    parser.add_argument(
+        "--curvature", type=numbers.real(0.0, 1.0), default=0.5, help="its weight, 0 to 1"
+    )
+    parser.add_argument(
+        "--sharp-from", type=numbers.real(0.0, 180.0), default=30.0, help="degrees, for edges"
+    )
     parser.add_argument("--keep-near-cones", action="store_true", help="that bend opposite ways")
     _seamless_arguments(parser)
 
