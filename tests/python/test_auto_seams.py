@@ -153,6 +153,53 @@ def test_weights_lead_seams_and_forbid_them() -> None:
     assert share[1.0] > share[20.0] > share[np.inf] == 0.0
 
 
+def edges_of(faces: np.ndarray) -> np.ndarray:
+    sides = [faces[:, [k, (k + 1) % 3]] for k in range(3)]
+    return np.unique(np.sort(np.concatenate(sides), axis=1), axis=0).astype(np.int32)
+
+
+def test_sharp_edges_of_infinite_weight_are_no_seams() -> None:
+    vertices, faces, diagonals = cube()
+    upper = edges_of(faces)[(vertices[edges_of(faces)][:, :, 2] > vertices[:, 2].mean()).all(1)]
+    seams = ff.auto_seams(
+        vertices,
+        faces,
+        sharp_angle=1.0,
+        uncuttable=diagonals,
+        weights=(upper, np.full(len(upper), np.inf)),
+    )
+    assert len(seams) == 8 and not as_set(seams) & as_set(upper)
+
+
+@pytest.mark.parametrize("forbidding", ["weights", "uncuttable"])
+def test_forbidden_edges_are_seams_only_where_nothing_else_opens_the_surface(
+    forbidding: str,
+) -> None:
+    def seams(vertices: np.ndarray, faces: np.ndarray, edges: np.ndarray) -> np.ndarray:
+        given = (edges, np.full(len(edges), np.inf)) if forbidding == "weights" else edges
+        return ff.auto_seams(vertices, faces, stretch=1.05, **{forbidding: given})
+
+    vertices, faces = bumpy_grid(6, 6)
+    assert len(seams(vertices, faces, edges_of(faces))) == 0  # a disk is open
+    vertices, faces = octahedron_sphere(3)
+    edges = edges_of(faces)
+    assert 0 < len(seams(vertices, faces, edges)) < len(edges) / 4
+    level = np.isclose(*vertices[edges][:, :, 2].T)  # rings around the axis
+    assert not as_set(seams(vertices, faces, edges[level])) & as_set(edges[level])
+
+
+def test_a_handle_that_uncuttable_edges_leave_closed_is_refused() -> None:
+    vertices, faces = torus()
+    for call in (ff.auto_seams, ff.unwrap):
+        with pytest.raises(ff.InvalidInput, match="Leave some of them out"):
+            call(vertices, faces, uncuttable=edges_of(faces))
+    sphere, its_faces = octahedron_sphere(3)
+    edges = edges_of(its_faces)
+    with pytest.raises(ff.InvalidInput, match="Leave some of them out"):
+        ff.unwrap(sphere, its_faces, uncuttable=edges)
+    assert ff.unwrap(sphere, its_faces, uncuttable=edges, seams="auto").certificate.ok
+
+
 @pytest.mark.parametrize("threads", [1, 2, 3])
 def test_seams_do_not_depend_on_threads(threads: int) -> None:
     vertices, faces = torus()

@@ -6,6 +6,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/certify/measures/energy.h"
+#include "flipfree/mesh/cut_graph/shortest_paths.h"
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/unwrap/chart/flattening.h"
 #include "flipfree/unwrap/seams/creases.h"
@@ -158,8 +159,11 @@ AutoIslands find_islands(const mesh::Surface& surface, const mesh::Adjacency& ad
                          const UnwrapOptions& options, bool acceptable, ExecutionContext& context,
                          Stats& stats) {
   std::vector<double> cost = edge_costs(surface, adjacency, uncuttable, options.seams);
+  mesh::EdgeFlags never(cost.size(), 0);
+  for (std::size_t h = 0; h < cost.size(); ++h)
+    never[h] = cost[h] == mesh::ShortestPaths::kUnreached ? 1 : 0;
   mesh::EdgeFlags wanted =
-      with_sharp_edges(surface, adjacency, seams, uncuttable, options.seams.sharp_angle);
+      with_sharp_edges(surface, adjacency, seams, never, options.seams.sharp_angle);
   const mesh::EdgeFlags creases = crease_seams(surface, adjacency, wanted, cost);
   for (std::size_t h = 0; h < wanted.size(); ++h) wanted[h] |= creases[h];
   Islands islands = make_islands(surface, adjacency, wanted, uncuttable, false, context,

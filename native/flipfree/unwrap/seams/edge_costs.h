@@ -18,7 +18,7 @@ std::vector<double> edge_costs(const mesh::Surface& surface, const mesh::Adjacen
                                const mesh::EdgeFlags& uncuttable, const SeamOptions& options);
 
 // Flags of the edges between faces that differ by more than the angle, beside those of `seams`; not
-// of `uncuttable` ones. Cost: O(#F).
+// of `uncuttable` (may be empty) ones. Cost: O(#F).
 mesh::EdgeFlags with_sharp_edges(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                                  mesh::EdgeFlags seams, const mesh::EdgeFlags& uncuttable,
                                  double sharp_angle);

@@ -74,7 +74,8 @@ def unwrap(
         seams: "given": the cuts and no more than topology needs beyond them; "auto": and whatever it takes to stay within
             ``stretch``, as ``auto_seams`` finds it. Not with pins.
         stretch: with automatic seams, the factor by which lengths may change, about; see ``auto_seams``.
-        uncuttable: (d, 2) vertex pairs that automatic cuts must avoid, such as diagonals of polygons.
+        uncuttable: (d, 2) vertex pairs that automatic cuts avoid, such as diagonals of polygons. Where they leave no way to
+            open a closed part or a handle, that is refused; with automatic seams a sphere is opened along some of them.
         materials: (m,) whole numbers: where more than two faces meet at an edge, those of one material rather go together.
         pins: {vertex or (face, corner): (u, v)}, met bit for bit. A pin that cannot be reached without a flip on
             this triangulation raises NotConverged; ``match`` refines the mesh instead.
@@ -150,8 +151,9 @@ def auto_seams(
             connected part is at most the mean of the factor and its inverse, 1.025 for 1.25.
         sharp_angle: edges whose faces differ by more than this angle (radians) are seams; None is none of them.
         weights: (edges (k, 2), factors (k,)): how much a seam there costs, times its length. Below 1 is sought, above 1
-            avoided, infinity never taken.
-        uncuttable: (d, 2) vertex pairs that are never seams where there is another way, such as diagonals of polygons.
+            avoided, infinity taken only where no other edges open a closed part or a handle.
+        uncuttable: (d, 2) vertex pairs that are never seams where there is another way, such as diagonals of polygons. A
+            sphere that only they could open is opened along some of them, a handle is refused.
         materials: (m,) whole numbers: where more than two faces meet at an edge, those of one material rather go together.
         max_seconds: of the clock; None or 0 is no limit. The seams that were found by then come back.
         threads: None is all cores; the result is the same for every number, unless a limit of time is reached.
