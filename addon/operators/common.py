@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flipfree import texts
+
 from .. import errors
 from ..meshes import mesh_io
 
@@ -161,7 +163,9 @@ def figures(certificates, islands: int, island_overlaps: int | None = None) -> s
     text = ", ".join(parts) + f" on {plural(triangles, 'triangle')}"
     mended = mends(certificates)
     if mended:
-        text += "; separated: " + ", ".join(f"{count} {what}" for what, count in mended.items())
+        text += "; separated: " + ", ".join(
+            texts.mended(count, what) for what, count in mended.items()
+        )
     return text
 
 

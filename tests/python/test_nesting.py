@@ -249,6 +249,15 @@ def test_wrong_options_are_refused_by_name(options: dict[str, Any]) -> None:
         pack(drawn("blobs", 2, seed=1), **options)
 
 
+def test_a_density_that_32_bits_cannot_store_is_told_a_larger_one() -> None:
+    layout = drawn("blobs", 2, seed=1)
+    for density in (1e-42, 1e-30):
+        with pytest.raises(ff.NotConverged, match="give a larger one, or none") as caught:
+            pack(layout, density=density)
+        assert "smaller" not in str(caught.value)
+    assert pack(layout).certificate.ok  # the cure
+
+
 @pytest.mark.parametrize("seed", [0, 20, 216, 10189, 10435])
 def test_margins_hold_where_storing_moves_outlines_or_there_is_room_for_less(seed: int) -> None:
     assert outcome(seed) == ("packed", "")

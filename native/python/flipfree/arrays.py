@@ -122,7 +122,7 @@ def as_materials(values: Any, face_count: int) -> IntArray:
     array = as_indices([] if values is None else values, "materials")
     if values is not None and len(array) != face_count:
         raise InvalidInput(
-            f"materials must have one number for each of the {face_count} faces, not {len(array)}.",
+            f"materials must have as many numbers as there are faces, {face_count}, not {len(array)}.",
             code=BAD_SHAPE,
         )
     return array

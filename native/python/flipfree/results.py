@@ -1,4 +1,4 @@
-"""What the solvers return: plain dataclasses over numpy arrays. Imports nothing of the package: errors carry results."""
+"""What the solvers return: plain dataclasses over numpy arrays. Imports only words of the package: errors carry results."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+
+from .texts import counted, mended
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -47,7 +49,7 @@ class Mend:
     elements: IntArray
 
     def __str__(self) -> str:
-        return f"{self.count} {self.what}"
+        return mended(self.count, self.what)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +112,7 @@ class Certificate:
     def __str__(self) -> str:
         overlaps = "not counted" if self.overlaps < 0 else str(self.overlaps)
         if self.island_overlaps > 0:
-            overlaps += f", islands on top of each other {self.island_overlaps} pairs"
+            overlaps += f", islands on top of each other {counted(self.island_overlaps, 'pair')}"
         seams = (
             ""
             if self.seam_edges < 0
@@ -118,7 +120,7 @@ class Certificate:
             + (f" (off by up to {self.seam_deviation:.3g})" if self.seam_deviation > 0 else "")
         )
         lines = [
-            f"certificate {'ok' if self.ok else 'FAILED'}: {self.triangles} triangles, "
+            f"certificate {'ok' if self.ok else 'FAILED'}: {counted(self.triangles, 'triangle')}, "
             f"flips {self.flips64} (64-bit) {self.flips32} (32-bit), overlaps {overlaps}, "
             f"energy {self.energy:.6g} (worst triangle {self.max_energy:.4g}){seams}"
         ]
@@ -161,8 +163,8 @@ class Parametrization:
 
     def __repr__(self) -> str:
         return (
-            f"<Parametrization: {len(self.vertices)} vertices, {len(self.faces)} faces, "
-            f"{len(self.cut_edges)} cut edges; {str(self.certificate).splitlines()[0]}; "
+            f"<Parametrization: {counted(len(self.vertices), 'vertex', 'vertices')}, {counted(len(self.faces), 'face')}, "
+            f"{counted(len(self.cut_edges), 'cut edge')}; {str(self.certificate).splitlines()[0]}; "
             "uv rounds to uv32()>"
         )
 

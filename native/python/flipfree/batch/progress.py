@@ -7,6 +7,7 @@ import time
 from collections.abc import Sequence
 from typing import TextIO
 
+from ..texts import counted
 from .plan import Item
 from .results import STATUSES, Record
 
@@ -27,7 +28,9 @@ class Progress:
         self._sizes = {item.source.as_posix(): _size(item) for item in left}
         self._size_left = self._size = sum(self._sizes.values())
         if self._done:
-            self._say(f"{self._done} of {self._total} models are done already")
+            self._say(
+                f"{self._done} of {counted(self._total, 'model')} {'is' if self._total == 1 else 'are'} done already"
+            )
 
     def ended(self, record: Record) -> None:
         self._done += 1
@@ -43,7 +46,9 @@ class Progress:
     def end(self) -> None:
         parts = [f"{self._counts[name]} {name}" for name in STATUSES if self._counts[name]]
         seconds = _time(time.monotonic() - self._begin)
-        self._say(f"{sum(self._counts.values())} models in {seconds}: {', '.join(parts) or 'none'}")
+        self._say(
+            f"{counted(self._counts.total(), 'model')} in {seconds}: {', '.join(parts) or 'none'}"
+        )
 
     def _left(self) -> str:
         done = self._size - self._size_left

@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from ..texts import counted
 from .child import Child, Engine, Limits, NotStarted
 from .plan import Item, PlanError
 from .progress import Progress
@@ -199,7 +200,8 @@ def sorted_out(
     lines = load(file)
     if lines and not resume:
         raise PlanError(
-            f"{file} has {len(lines)} results already. Go on with them (--resume), delete the file, or name another one."
+            f"{file} has {counted(len(lines), 'result')} already. "
+            "Go on from there (--resume), delete the file, or name another one."
         )
     last = {record["input"]: record for record in lines}
     left = []

@@ -19,6 +19,7 @@ from ..errors import InvalidInput
 from ..job import ours_only
 from ..options import shown
 from ..results import Parametrization
+from ..texts import counted
 
 NO_ACCESS = "file not accessible"
 MALFORMED = "malformed file"
@@ -141,7 +142,7 @@ def write(path: str | os.PathLike[str], mesh: Any) -> None:
     positions = as_floats(vertices, "vertices", 3)
     if face_array.size and not (0 <= face_array.min() and face_array.max() < len(positions)):
         raise InvalidInput(
-            f"faces has an index that is none of the {len(positions)} vertices. Correct it.",
+            f"faces has an index that is none of the {counted(len(positions), 'vertex', 'vertices')}. Correct it.",
             code="index out of range",
         )
     if not np.isfinite(positions).all():

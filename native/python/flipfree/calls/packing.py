@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 from .. import _native
 from ..arrays import Positions, as_corner_uv, as_indices, as_triangles, as_vertices
 from ..conversions import parametrization_from
-from ..errors import InvalidInput
+from ..errors import InvalidInput, NotConverged
 from ..job import Job, Progress, solver_call
 from ..options import (
     as_choice,
@@ -129,7 +130,27 @@ def pack(
         as_seconds(max_seconds, "max_seconds"),
         as_threads(threads),
     )
-    return Job(native, partial(_packed_from, positions=positions))
+    convert = partial(_packed_from, positions=positions)
+    return Job(native, convert) if density is None else _OfDensity(native, convert, wanted)
+
+
+class _OfDensity(Job[Parametrization]):
+    """Charts that 32 bits cannot store at the density asked for are told so, not to be smaller."""
+
+    def __init__(self, native: Any, convert: Callable[[Any], Parametrization], density: float):
+        super().__init__(native, convert)
+        self._density = density
+
+    def result(self) -> Parametrization:
+        try:
+            return super().result()
+        except NotConverged as error:
+            if error.code == "rounding to 32 bits flips triangles":
+                error.args = (
+                    f"{str(error).partition('. ')[0]}. The density asked for is {self._density:g}: give a larger one, "
+                    "or none, which makes the charts as large as there is room for.",
+                )
+            raise
 
 
 def _as_pixels(value: Any, size: int) -> float:

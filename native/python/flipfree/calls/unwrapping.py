@@ -34,6 +34,7 @@ from ..options import (
     shown,
 )
 from ..results import IntArray, Parametrization
+from ..texts import counted
 from .certification import Pins, pins_to_corners
 
 
@@ -204,7 +205,7 @@ def _as_weights(values: Any) -> tuple[IntArray, FloatArray]:
     pairs, numbers = as_indices(edges, "weights", 2), as_floats(factors, "weights")
     if len(pairs) != len(numbers):
         raise InvalidInput(
-            f"weights has {len(pairs)} edges and {len(numbers)} factors. Give one factor for each edge.",
+            f"weights has {counted(len(pairs), 'edge')} and {counted(len(numbers), 'factor')}. Give one factor for each edge.",
             code=BAD_SHAPE,
         )
     return pairs, numbers

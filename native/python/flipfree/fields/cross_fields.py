@@ -32,6 +32,7 @@ from ..options import (
     whole_number,
 )
 from ..results import FloatArray, IntArray, frozen
+from ..texts import counted
 from .field_files import read_field_file, write_field_file
 
 
@@ -63,13 +64,13 @@ class CrossField:
             array = convert(given, name, 3)
             if len(array) != len(directions):
                 raise InvalidInput(
-                    f"{name} has {len(array)} rows, but there are {len(directions)} directions. Give one for each face.",
+                    f"{name} has {counted(len(array), 'row')}, directions {len(directions)}. Give one for each face.",
                     code=BAD_SHAPE,
                 )
             object.__setattr__(self, name, frozen(array.copy()))
 
     def __repr__(self) -> str:
-        return f"<CrossField: {len(self.directions)} faces>"
+        return f"<CrossField: {counted(len(self.directions), 'face')}>"
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)  # copies and pickles forget that arrays are read-only
@@ -161,7 +162,8 @@ def arrays_of(field: Any, faces: IntArray) -> tuple[FloatArray, FloatArray, IntA
         )
     if len(field.directions) != len(faces) or len(faces) == 0:
         raise InvalidInput(
-            f"field has {len(field.directions)} directions, but the mesh has {len(faces)} faces. Give the mesh that the "
+            f"field has {counted(len(field.directions), 'direction')}, but the mesh has "
+            f"{counted(len(faces), 'face')}. Give the mesh that the "
             "field was made for.",
             code=BAD_SHAPE,
         )

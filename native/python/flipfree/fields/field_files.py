@@ -11,6 +11,7 @@ import numpy as np
 from ..calls.mesh_files import MALFORMED, NO_ACCESS, _as_path
 from ..errors import InvalidInput
 from ..results import FloatArray, IntArray
+from ..texts import counted
 
 #: What .ffield files have for a period jump that is not known.
 UNSET = 999999
@@ -48,7 +49,8 @@ def read_field_file(path: Any, vertices: FloatArray, faces: IntArray) -> FieldFi
     numbers = _numbers(place, text.split())
     if len(numbers) != faces.size:
         raise _malformed(
-            place, f"{len(numbers)} numbers instead of {faces.size}, one for each half-edge."
+            place,
+            f"{counted(len(numbers), 'number')} instead of {faces.size}, one for each half-edge.",
         )
     return FieldFile(rotation=numbers)
 
@@ -70,7 +72,8 @@ def _read_rawfield(path: Any, text: str, faces: IntArray) -> FieldFile:
     if numbers[1] != len(faces) or len(numbers) != 2 + 12 * len(faces):
         raise _malformed(
             path,
-            f"it is of {numbers[1]:g} faces with {len(numbers) - 2} numbers, not of {len(faces)} with 12 each.",
+            f"it has {counted(len(numbers) - 2, 'number')} for a count of faces of {numbers[1]:g}; "
+            f"the mesh has {len(faces)}, which take 12 each.",
         )
     return FieldFile(directions=numbers[2:].reshape(-1, 4, 3)[:, 0].copy())
 
@@ -83,7 +86,9 @@ def _read_ffield(path: Any, text: str, vertices: FloatArray, faces: IntArray) ->
     row = names["crossfield_angles"] + 1
     angles = _numbers(path, lines[row] if row < len(lines) else [])
     if len(angles) != len(faces):
-        raise _malformed(path, f"{len(angles)} angles for {len(faces)} faces.")
+        raise _malformed(
+            path, f"{counted(len(angles), 'angle')} for {counted(len(faces), 'face')}."
+        )
     directions = _turned(vertices, faces, angles)
     for name, sign in (("MI_matchings", 1), ("matchings", -1)):
         for found in (name, name + "_and_sharp"):
@@ -102,7 +107,9 @@ def _quarters(jumps: IntArray) -> IntArray:
 
 def _period_jumps(path: Any, lines: list[list[str]], faces: IntArray) -> IntArray:
     if len(lines) < len(faces):
-        raise _malformed(path, f"{len(lines)} lines of matchings for {len(faces)} faces.")
+        raise _malformed(
+            path, f"{counted(len(lines), 'line')} of matchings for {counted(len(faces), 'face')}."
+        )
     rows = [line[:6] for line in lines[: len(faces)]]
     if any(len(line) < 6 for line in rows):
         raise _malformed(path, "a line of matchings has fewer than 6 numbers.")

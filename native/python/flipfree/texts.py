@@ -1,0 +1,22 @@
+"""Numbers of things in words."""
+
+from __future__ import annotations
+
+import re
+
+_ONE = {"edges": "edge", "faces": "face", "vertices": "vertex", "use": "uses", "their": "its"}
+
+
+def counted(count: int, one: str, many: str = "") -> str:
+    """Such as "1 face" and "2 faces". many: where it is not ``one`` with an s."""
+    return f"{count} {one if count == 1 else many or one + 's'}"
+
+
+def mended(count: int, what: str) -> str:
+    """Such as "1 edge with more than two faces", of the name that such mends have: "edges with more than two faces"."""
+    if count == 1:
+        noun = re.search(r"\b(edges|faces|vertices)\b", what)
+        end = noun.end() if noun else 0
+        first = re.sub(r"\w+$", lambda found: _ONE[found[0]], what[:end])
+        what = first + re.sub(r"\b(use|their)\b", lambda found: _ONE[found[0]], what[end:])
+    return f"{count} {what}"
