@@ -9,7 +9,6 @@ import zlib
 from dataclasses import dataclass
 
 import bmesh
-import bpy
 import numpy as np
 
 from . import compat, records, watch
@@ -36,11 +35,15 @@ class Kept:
 
 def remember(tasks, verb: str) -> None:
     """Keeps what these tasks, already written, found; those without a certificate leave things as they are."""
+    there = watch.objects_by_name()
+    found = []
     for task in tasks:
-        ob = bpy.data.objects.get(task.snapshot.object_name)
+        ob = there.get(task.snapshot.object_name)
         if ob is None or not task.judged or ob.data.uv_layers.active is None:
             continue
-        key = _key(ob)
+        found.append((task, ob, _key(ob)))
+        _kept.pop(found[-1][2], None)
+    for task, ob, key in found[-_MOST_KEPT:]:
         _kept.pop(key, None)
         faces = np.unique(np.concatenate([judged.faces for judged in task.judged]))
         figures = records.of_task(task, "", "")

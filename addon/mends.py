@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
+from . import watch
 from .meshes import mesh_io
 
 # Of the last run; Select Mends asks for them.
@@ -37,8 +38,9 @@ def of_task(task) -> list[Mended]:
 def remember(tasks: list) -> None:
     """Keeps what these tasks, already written, were mended for, until the next run. New vertices have new ids."""
     _remembered.clear()
+    there = watch.objects_by_name()
     for task in tasks:
-        ob = bpy.data.objects.get(task.snapshot.object_name)
+        ob = there.get(task.snapshot.object_name)
         if ob is None or getattr(task, "new_vertices", 0):
             continue
         for mended in of_task(task):

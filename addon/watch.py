@@ -21,6 +21,11 @@ def uid(datablock) -> int:
     return getattr(datablock, "session_uid", 0) or datablock.as_pointer()
 
 
+def objects_by_name() -> dict[str, bpy.types.Object]:
+    """As bpy.data.objects.get finds them, which searches them all for each: too long where a scene has thousands."""
+    return {ob.name: ob for ob in reversed(bpy.data.objects.values())}
+
+
 def stamp(ob: bpy.types.Object) -> tuple:
     """Differs once the object's mesh may have become another. Of objects that are not edited together."""
     latest = max(_changed.get(uid(ob), 0), _changed.get(uid(ob.data), 0))

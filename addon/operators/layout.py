@@ -12,7 +12,7 @@ import functools
 import bpy
 import numpy as np
 
-from .. import modal, solver
+from .. import modal, solver, watch
 from ..meshes import mesh_io
 from . import common
 
@@ -58,9 +58,8 @@ def _laid_out(triangles: np.ndarray) -> np.ndarray:
     return triangles[(low != high).any(axis=1) & (~whole | one_quad)]
 
 
-def _size_in_scene(object_name: str) -> float:
+def _size_in_scene(ob: bpy.types.Object | None) -> float:
     """How much longer the object's lengths are in the scene, on average over directions; 1 if it has no size there."""
-    ob = bpy.data.objects.get(object_name)
     volume = abs(ob.matrix_world.to_3x3().determinant()) if ob is not None else 1.0
     size = float(volume) ** (1.0 / 3.0)
     return size if np.isfinite(size) and size > 0.0 else 1.0
@@ -116,8 +115,10 @@ class JointLayout(modal.StagedTask):
         tasks = self.tasks
         snapshots = [task.snapshot for task in tasks]
         keep = tasks[0].keep_placement and all(s.layer_name for s in snapshots)
+        there = watch.objects_by_name()
+        sizes = [_size_in_scene(there.get(s.object_name)) for s in snapshots]
         packed = yield solver.pack(
-            np.concatenate([s.vertices * _size_in_scene(s.object_name) for s in snapshots]),
+            np.concatenate([s.vertices * size for s, size in zip(snapshots, sizes, strict=True)]),
             np.concatenate(
                 [s.triangles + n for s, n in zip(snapshots, self.first_vertex, strict=False)]
             ),

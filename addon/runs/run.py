@@ -101,10 +101,11 @@ class Run:
         self.started = time.perf_counter()
         self._shown = 0.0  # largest fraction so far: a task's next job starts at zero again
         # By the names at the start: objects may be renamed meanwhile, or deleted and others get their names.
+        there = watch.objects_by_name()
         self._uids = {
             ob.name: watch.uid(ob)
             for task in tasks
-            if (ob := bpy.data.objects.get(task.snapshot.object_name)) is not None
+            if (ob := there.get(task.snapshot.object_name)) is not None
         }
         live_runs.add(self)
 
@@ -219,9 +220,11 @@ class Run:
             self.done = []
             return
         written = []
+        # Once: to look for each of thousands among all takes longer than to map them.
+        there = {watch.uid(ob): ob for ob in bpy.data.objects}
         for task in self.done:
             try:
-                ob = self._object(task.snapshot.object_name)
+                ob = there.get(self._uids.get(task.snapshot.object_name))
                 if ob is None:
                     raise mesh_io.MeshProblem(
                         f"{task.snapshot.object_name}: the object was deleted meanwhile"
@@ -231,11 +234,6 @@ class Run:
             except mesh_io.MeshProblem as problem:
                 self.failures.append(errors.from_problem(task.snapshot.object_name, problem))
         self.done = written
-
-    def _object(self, name: str) -> bpy.types.Object | None:
-        """The object that had this name at the start."""
-        wanted = self._uids.get(name)
-        return next((ob for ob in bpy.data.objects if watch.uid(ob) == wanted), None)
 
     def close(self):
         """Ends the solver, whatever it is doing; waits for its thread (a fraction of a second)."""
