@@ -14,8 +14,10 @@
 #include "flipfree/certify/measures/energy.h"
 #include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/minimize/minimize.h"
+#include "flipfree/embedding/chords.h"
 #include "flipfree/embedding/progressive/planar_map.h"
 #include "flipfree/embedding/progressive/progressive.h"
+#include "flipfree/embedding/roomy_boundary.h"
 #include "flipfree/embedding/tutte/tutte.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
@@ -50,7 +52,8 @@ bool orient_loop(std::vector<VertexId>& loop, const std::vector<VertexId>& own) 
   return true;
 }
 
-Boundary place(const mesh::Surface& surface, const EmbedSurfaceOptions& options) {
+Boundary place(const mesh::Surface& surface, const EmbedSurfaceOptions& options,
+               const ExecutionContext& context) {
   Boundary boundary;
   const std::vector<VertexId> own = own_loop(surface);
   boundary.loop = options.loop.empty() ? own : options.loop;
@@ -72,7 +75,9 @@ Boundary place(const mesh::Surface& surface, const EmbedSurfaceOptions& options)
     const VertexId b = boundary.loop[(i + 1) % lengths.size()];
     lengths[i] = (surface.vertices.row(a) - surface.vertices.row(b)).norm();
   }
-  boundary.positions = place_boundary(options.shape, lengths).positions;
+  boundary.positions =
+      place_with_room(options.shape, lengths, surface.faces,
+                      static_cast<Index>(surface.vertices.rows()), boundary.loop, context);
   return boundary;
 }
 
@@ -218,6 +223,31 @@ Error of_input(Error error, const mesh::Surface& surface) {
   return error;
 }
 
+// Edges whose ends lie on a line of the polygon, as 32 bits know it, are divided, and what divides
+// many of them lies one behind the other: where that failed, the cure is another polygon.
+Error with_cure(Error error, const mesh::Surface& surface, const Boundary& boundary,
+                const EmbedSurfaceOptions& options) {
+  if (error.code != ErrorCode::kIterationLimit && error.code != ErrorCode::kNoRoomInPolygon)
+    return error;
+  const std::vector<HalfedgeId> chords =
+      chords_to_split(surface.faces, static_cast<Index>(surface.vertices.rows()), boundary.loop,
+                      boundary.positions, true);
+  if (chords.size() < 2) return error;
+  const VertexId a = mesh::source(surface.faces, chords.front());
+  const VertexId b = mesh::target(surface.faces, chords.front());
+  const bool circle = !options.polygon && options.shape == BoundaryShape::kCircle;
+  error.message = std::to_string(chords.size()) +
+                  " edges join boundary vertices between which the polygon is straight, as far as "
+                  "32-bit coordinates can tell, the first vertices " +
+                  std::to_string(a) + " and " + std::to_string(b) + ". " +
+                  (circle ? "Cut the mesh into shorter parts."
+                          : "Take the circle as the boundary: its points are spaced so that such "
+                            "edges have room.");
+  error.kind = ElementKind::kEdge;
+  error.elements = {a, b};
+  return error;
+}
+
 certify::Parametrization embed_within(const mesh::Surface& surface,
                                       const EmbedSurfaceOptions& options,
                                       ExecutionContext& context) {
@@ -227,7 +257,7 @@ certify::Parametrization embed_within(const mesh::Surface& surface,
   rules.require_disk = true;
   mesh::validate(surface, rules, context);
   context.check();
-  const Boundary boundary = place(surface, options);
+  const Boundary boundary = place(surface, options, context);
   context.check();
   certify::Parametrization map;
   map.stats["time_limit_reached"] = std::int64_t{0};
@@ -240,8 +270,12 @@ certify::Parametrization embed_within(const mesh::Surface& surface,
   Embedding embedding;
   {
     const ProgressRange range(context, 0.0, options.optimise ? 0.3 : 0.95);
-    embedding = embed_disk_refined(surface.faces, n, boundary.loop, boundary.positions, embed,
-                                   context, map.stats);
+    try {
+      embedding = embed_disk_refined(surface.faces, n, boundary.loop, boundary.positions, embed,
+                                     context, map.stats);
+    } catch (const NotConverged& e) {
+      throw NotConverged(with_cure(e.error(), surface, boundary, options));
+    }
   }
   context.check();
   set_refined(map, surface, embedding);

@@ -65,16 +65,19 @@ LatticeVector simplest_slope(double low, double high) {
   return {inner.y, inner.x + whole * inner.y};
 }
 
-Points2 circle_points(const std::vector<double>& fractions) {
+Points2 exact_circle_points(const std::vector<double>& fractions) {
   const Index n = static_cast<Index>(fractions.size());
   Points2 points(n, 2);
   double along = 0.0;
   for (Index i = 0; i < n; ++i) {
-    points(i, 0) = to_float(std::cos(2 * kPi * along));
-    points(i, 1) = to_float(std::sin(2 * kPi * along));
+    points.row(i) << std::cos(2 * kPi * along), std::sin(2 * kPi * along);
     along += fractions[static_cast<std::size_t>(i)];
   }
   return points;
+}
+
+Points2 circle_points(const std::vector<double>& fractions) {
+  return round_to_float(exact_circle_points(fractions));
 }
 
 Points2 place_circle(const std::vector<double>& lengths) {
@@ -84,8 +87,7 @@ Points2 place_circle(const std::vector<double>& lengths) {
   }
   Points2 points = lattice_circle(static_cast<Index>(lengths.size()));
   if (points.rows() > 0) return points;
-  return circle_points(
-      raised(lengths, 1e300));  // only weakly convex: more points than the grid has corners
+  return exact_circle_points(raised(lengths, 0.02));  // more points than the grid has corners
 }
 
 // Index of the point in each corner of a polygon with equal sides: nearest by arc length, at least
@@ -142,6 +144,12 @@ BoundaryPlacement place_polygon(const std::vector<double>& lengths,
 }  // namespace
 
 Points2 round_to_float(const Points2& points) { return points.cast<float>().cast<double>(); }
+
+Points2 spread_on_circle(const std::vector<double>& edge_lengths) {
+  const Points2 exact = exact_circle_points(raised(edge_lengths, 0.02));
+  const Points2 stored = round_to_float(exact);
+  return is_strictly_convex(stored) ? stored : exact;
+}
 
 bool is_strictly_convex(const Points2& p) {
   const Index n = static_cast<Index>(p.rows());

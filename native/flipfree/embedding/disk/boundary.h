@@ -3,8 +3,9 @@
 //
 // Polygons that are ours to choose are chosen so that they survive storage: every coordinate is a
 // 32-bit float (held in a double), neighbouring points are distinct, and the circle is strictly
-// convex by exact test, also with 100 000 points. Positions run counter-clockwise, the surface on
-// the left.
+// convex by exact test, also with 100 000 points; beyond what the grid of 32-bit numbers has
+// corners for, its points are 64-bit numbers. Positions run counter-clockwise, the surface on the
+// left.
 #pragma once
 
 #include <vector>
@@ -30,6 +31,10 @@ struct BoundaryPlacement {
 // corner. Throws InvalidInput (kBadBoundary) if there are fewer points than corners, or fewer
 // than 3. Cost: O(#B).
 BoundaryPlacement place_boundary(BoundaryShape shape, const std::vector<double>& edge_lengths);
+
+// The unit circle's points by arc length as place_boundary() spreads them, but without regard to
+// what 32 bits can hold where that costs strict convexity: 64-bit positions then.
+Points2 spread_on_circle(const std::vector<double>& edge_lengths);
 
 // Strictly convex polygon of `count` >= 3 points near the unit circle whose coordinates are
 // multiples of 2^-24, all edges of nearly equal length. Works up to at least 100 000 points (Jarnik
