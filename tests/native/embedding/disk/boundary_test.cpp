@@ -29,6 +29,13 @@ TEST(Boundary, CircleIsStrictlyConvexAsStoredFromThreeToAHundredThousandPoints) 
   }
 }
 
+TEST(Boundary, BeyondWhatThirtyTwoBitsHoldTheCircleIsStrictlyConvexInSixtyFour) {
+  const std::vector<double> lengths(300000, 1.0);
+  const Points2 p = place_boundary(BoundaryShape::kCircle, lengths).positions;
+  EXPECT_TRUE(is_strictly_convex(p));
+  require_convex(p, iota_loop(300000));
+}
+
 TEST(Boundary, CircleWithEdgesOfWildlyDifferentLengthStaysStrictlyConvex) {
   std::vector<double> lengths;
   for (int i = 0; i < 2000; ++i) lengths.push_back(std::pow(10.0, -(i * 7 % 13)));
