@@ -1,7 +1,10 @@
 """Maps spoilt in many ways, repaired, and judged by other code (tests/judges).
 
     export PYTHONPATH=build/python:tests:tests/python:benchmarks
-    repair_maps.py [--maps 2000] [--seed 0] [--jobs 2] [--broken] [--only SEED] [--damage NAME]
+    repair_maps.py [--maps 2000] [--seed 0] [--jobs 2] [--broken | --xatlas | --blender PATH] [--only SEED] [--damage NAME]
+
+--xatlas: its maps instead of an unwrap's (the package must be there). --blender: maps of Blender's own unwrap after pins of it
+were moved, not spoilt any further; rows say how many faces that folded.
 
 Each is the map of an unwrap, cut into random islands or as it comes, spoilt once or twice (map_damage.py) and repaired with
 random options and pins. --broken: of meshes that are no clean surface (tests/python/broken_meshes.py). Exit status 1 where the
@@ -17,15 +20,18 @@ import argparse
 import multiprocessing
 import os
 import sys
+import tempfile
 import time
 from collections import defaultdict
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from broken_meshes import broken_mesh
 from map_damage import DAMAGES, Map, map_of
+from other_maps import blender_maps, xatlas_map
 
 import flipfree as ff
 
@@ -127,27 +133,74 @@ def found(result: ff.Parametrization, options: dict[str, object], clean: bool) -
     return ""
 
 
-def repaired(task: tuple[int, bool, str]) -> Outcome | None:
-    seed, broken, only = task
-    random = np.random.default_rng(seed)
-    mesh = broken_mesh(seed)[1] if broken else random_mesh(random)
+@dataclass
+class Task:
+    seed: int
+    source: str = "unwrap"  # or "broken", "xatlas", "blender"
+    damage: str = ""
+    folder: Path = Path()  # of Blender's maps
+
+
+def folds(faces: npt.NDArray[np.int64], uv: npt.NDArray[np.float64]) -> int:
+    """Faces turned over, of the islands that are not turned over as a whole."""
+    given = map_of(faces, uv)
+    is_open = open_faces(uv)
+    number = np.bincount(given.island)
+    right = np.bincount(given.island, is_open)
+    return int(np.minimum(right, number - right).sum())
+
+
+def blender_row(faces: npt.NDArray[np.int64], uv: npt.NDArray[np.float64]) -> str:
+    count = folds(faces, uv)
+    bounds = ("no fold", 1), ("1 to 9 folds", 10), ("10 to 99", 100), ("100 to 1023", 1024)
+    return "Blender, " + next((name for name, end in bounds if count < end), "more folds")
+
+
+def spoilt(
+    task: Task, random: Random
+) -> tuple[Mesh, Map, npt.NDArray[np.int64] | None, str] | None:
+    """Mesh, map, seams that are known, and what was done to it; None: there is no such map."""
+    if task.source == "blender":
+        given = np.load(task.folder / f"{task.seed}.npz")
+        faces, uv = given["faces"], given["uv"].astype(np.float64)
+        row = blender_row(faces, uv)
+        return (given["vertices"], faces), map_of(faces, uv), given["seams"], row
+    broken = task.source == "broken"
+    mesh = broken_mesh(task.seed)[1] if broken else random_mesh(random)
     vertices, faces = np.asarray(mesh[0]), np.asarray(mesh[1], np.int64)
-    cuts = None if broken else random_cuts((vertices, faces), random)
-    try:
+    if task.source == "xatlas":
+        atlas = xatlas_map(vertices, faces)
+        if atlas is None:
+            return None
+        given_map, seams = map_of(faces, atlas), None
+    else:
+        cuts = None if broken else random_cuts((vertices, faces), random)
         base = ff.unwrap(vertices, faces, cuts=cuts, threads=1, max_seconds=LIMIT)
+        given_map, seams = map_of(faces, base.uv32().astype(np.float64)), base.cut_edges
+    names = list(DAMAGES)
+    damage = task.damage or names[random.integers(len(names))]
+    DAMAGES[damage](given_map, random)
+    if random.random() < 0.2:
+        if np.isfinite(given_map.uv).all():
+            given_map = map_of(faces, given_map.uv)
+        DAMAGES[names[random.integers(len(names))]](given_map, random)
+    return (vertices, faces), given_map, seams, damage
+
+
+def repaired(task: Task) -> Outcome | None:
+    seed, broken = task.seed, task.source == "broken"
+    random = np.random.default_rng(seed)
+    try:
+        found_map = spoilt(task, random)
     except ff.FlipfreeError as error:
         return Outcome(seed, "unwrap", f"unwrap: {error}")
-    given = map_of(faces, base.uv32().astype(np.float64))
-    names = list(DAMAGES)
-    damage = only or names[random.integers(len(names))]
-    DAMAGES[damage](given, random)
-    if random.random() < 0.2:
-        given = map_of(faces, given.uv) if np.isfinite(given.uv).all() else given
-        DAMAGES[names[random.integers(len(names))]](given, random)
+    if found_map is None:
+        return None
+    (vertices, faces), given, seams, damage = found_map
     options: dict[str, object] = {
         "overlaps": ["cut", "cut", "open", "keep"][random.integers(4)],
         "disjoint": bool(random.random() < 0.4),
-        "cuts": base.cut_edges if random.random() < 0.5 else None,
+        "cuts": seams if random.random() < 0.5 else None,
         "pins": random_pins(given, random),
     }
     outcome = Outcome(seed, damage)
@@ -194,21 +247,46 @@ def main() -> int:
     parser.add_argument("--maps", type=int, default=2000)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--broken", action="store_true")
+    source = parser.add_mutually_exclusive_group()
+    source.add_argument("--broken", action="store_true")
+    source.add_argument("--xatlas", action="store_true")
+    source.add_argument("--blender", type=Path)
     parser.add_argument("--only", type=int)
     parser.add_argument("--damage", default="")
     options = parser.parse_args()
+    name = "broken" if options.broken else "xatlas" if options.xatlas else "unwrap"
+    name = "blender" if options.blender else name
+    seeds = range(options.seed, options.seed + options.maps)
     if options.only is not None:
-        print(repaired((options.only, options.broken, options.damage)))
-        return 0
-    tasks = [
-        (s, options.broken, options.damage)
-        for s in range(options.seed, options.seed + options.maps)
-    ]
+        seeds = range(options.only, options.only + 1)
+    with tempfile.TemporaryDirectory() as folder:
+        if options.blender:
+            blender_maps(options.blender, Path(folder), {s: mesh_for_blender(s) for s in seeds})
+        tasks = [Task(s, name, options.damage, Path(folder)) for s in seeds]
+        if options.only is not None:
+            print(repaired(tasks[0]))
+            return 0
+        return int(all_repaired(tasks, options.jobs))
+
+
+def mesh_for_blender(seed: int) -> dict[str, npt.NDArray[Any]]:
+    random = np.random.default_rng(seed)
+    vertices, faces = random_mesh(random)
+    seams = random_cuts((vertices, faces), random)
+    if seams is None:
+        # A closed surface without seams is none that Blender unwraps: those of an unwrap.
+        seams = ff.unwrap(vertices, faces, threads=1, max_seconds=LIMIT).cut_edges
+    return {"vertices": vertices, "faces": np.asarray(faces, np.int64), "seams": seams}
+
+
+def all_repaired(tasks: list[Task], jobs: int) -> bool:
+    """Prints the table; whether something failed."""
     rows: dict[str, list[Outcome]] = defaultdict(list)
     failed = False
-    with multiprocessing.Pool(options.jobs) as pool:
+    with multiprocessing.Pool(jobs) as pool:
         for outcome in pool.imap(repaired, tasks, chunksize=2):
+            if outcome is None:
+                continue
             rows[outcome.damage].append(outcome)
             if outcome.said:
                 failed = True
@@ -231,7 +309,7 @@ def main() -> int:
             f"| {sum(r > 1.1 for r in ratios)} of {len(ratios)} | {max(ratios, default=0):.2f} "
             f"| {sum(o.seconds for o in done):.1f} |"
         )
-    return int(failed)
+    return failed
 
 
 if __name__ == "__main__":
