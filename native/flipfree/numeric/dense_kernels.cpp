@@ -9,6 +9,8 @@
 #include <new>
 #include <vector>
 
+#include "flipfree/base/threads/helpers.h"
+
 // LAPACK, part of the same library; it has no C header of its own everywhere.
 extern "C" void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info,
                         std::size_t);
@@ -20,9 +22,12 @@ namespace flipfree::numeric::dense {
 
 namespace {
 
+constexpr int kMost = static_cast<int>(kMostThreads);
+
 // What the process has asked of the BLAS, whose buffers are the process's as well.
 struct Buffers {
   std::mutex mutex;
+  int calls = 0;
   int wanted = 0;
   int taken = 0;
 };
@@ -51,20 +56,25 @@ void take(int count) {
 
 }  // namespace
 
-Calls::Calls(int threads) : threads_(std::max(1, threads)) {
+Calls::Calls(int threads)
+    : threads_(threads > 0 ? std::min(threads, kMost) : static_cast<int>(core_count())) {
   openblas_set_num_threads(1);
   Buffers& all = buffers();
   const std::scoped_lock lock(all.mutex);
-  if (all.wanted + threads_ > all.taken) {
-    take(all.wanted + threads_);
-    all.taken = all.wanted + threads_;
+  // Beside its own thread every call has the same helpers.
+  const int needed = std::min(all.wanted + threads_, all.calls + kMost);
+  if (needed > all.taken) {
+    take(needed);
+    all.taken = needed;
   }
+  ++all.calls;
   all.wanted += threads_;
 }
 
 Calls::~Calls() {
   Buffers& all = buffers();
   const std::scoped_lock lock(all.mutex);
+  --all.calls;
   all.wanted -= threads_;
 }
 

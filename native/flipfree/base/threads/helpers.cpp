@@ -78,7 +78,7 @@ void help(Pool& pool) {
 
 // Precondition: the pool is locked.
 void start_threads(Pool& pool, std::size_t helpers) {
-  const std::size_t most = std::max(helpers, core_count() - 1);
+  const std::size_t most = std::min(kMostThreads - 1, std::max(helpers, core_count() - 1));
   std::size_t wanted = helpers;
   for (const Call* call = pool.newest; call != nullptr; call = call->older) wanted += call->wanted;
   for (std::size_t free = pool.idle; free < wanted && pool.threads < most; ++free) {
@@ -96,7 +96,8 @@ void start_threads(Pool& pool, std::size_t helpers) {
 }  // namespace
 
 std::size_t core_count() {
-  static const std::size_t count = std::max(1U, std::thread::hardware_concurrency());
+  static const std::size_t count =
+      std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, kMostThreads);
   return count;
 }
 

@@ -13,7 +13,11 @@
 
 namespace flipfree {
 
-// The machine's cores, at least one.
+// More than this never work at once, whatever was asked for: each needs room of its own in the
+// BLAS, which ends the process where it has none left.
+constexpr std::size_t kMostThreads = 128;
+
+// The cores that this process may use, at least one, at most kMostThreads.
 std::size_t core_count();
 
 // Calls work() on this thread and, meanwhile, up to `helpers` times on others as they are free;

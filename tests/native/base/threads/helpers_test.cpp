@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <chrono>
 #include <functional>
 #include <mutex>
 #include <set>
@@ -32,6 +33,19 @@ std::set<std::thread::id> together(std::size_t helpers) {
 
 TEST(WorkTogether, as_many_help_as_are_asked_for_whatever_the_machine_has) {
   for (const std::size_t helpers : {0U, 1U, 7U}) EXPECT_EQ(together(helpers).size(), helpers + 1);
+}
+
+TEST(WorkTogether, never_more_than_the_blas_has_room_for) {
+  std::mutex mutex;
+  std::set<std::thread::id> seen;
+  work_together(5000, [&] {
+    {
+      const std::scoped_lock lock(mutex);
+      seen.insert(std::this_thread::get_id());
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  });
+  EXPECT_LE(seen.size(), kMostThreads);
 }
 
 TEST(WorkTogether, later_calls_get_the_helpers_of_earlier_ones) {
