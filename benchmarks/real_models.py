@@ -3,6 +3,7 @@
     export PYTHONPATH=build/python:tests:tests/python:benchmarks
     real_models.py fetch                      # Debian's packages, unpacked below build/corpora (some 2 GB of downloads)
     real_models.py run [--folder F] [--share 1] [--only TEXT] [--jobs 2] [--limit 30]
+    real_models.py run --above 2 [--stretch 1.25]      # the files whose energy was above, with automatic seams
     real_models.py table                      # from the last run's build/corpora/outcomes.jsonl
 
 Every file is one mesh, unwrapped with its own process' limit; one in `--judged` is judged by `judges.any_triangles`. Exit
@@ -80,8 +81,8 @@ def fetch() -> None:
                 archive.unlink()
 
 
-def outcome(path: str, limit: float, judged: bool) -> dict[str, Any]:
-    """What became of one file, as a line of JSON."""
+def outcome(path: str, limit: float, judged: bool, options: dict[str, Any]) -> dict[str, Any]:
+    """What became of one file, as a line of JSON. Options: those of the unwrap."""
     try:
         vertices, faces = read_model(Path(path))
     except Unreadable as error:
@@ -89,7 +90,7 @@ def outcome(path: str, limit: float, judged: bool) -> dict[str, Any]:
     record: dict[str, Any] = {"path": path, "faces": len(faces)}
     begin = time.process_time()  # one thread: what a clock shows on an idle machine
     try:
-        result = ff.unwrap(vertices, faces, max_seconds=limit, threads=1)
+        result = ff.unwrap(vertices, faces, max_seconds=limit, threads=1, **options)
     except ff.FlipfreeError as error:
         seconds = time.process_time() - begin
         return record | {"error": f"{type(error).__name__}: {error}", "seconds": seconds}
@@ -101,6 +102,9 @@ def outcome(path: str, limit: float, judged: bool) -> dict[str, Any]:
         "mends": {mend.what: mend.count for mend in c.mends},
         "limit": bool(result.stats["time_limit_reached"]),
     }
+    if "stretch" in options:
+        record["bound"] = 0.5 * (options["stretch"] + 1.0 / options["stretch"])
+        record["worst"] = max((island.energy for island in c.islands), default=1.0)
     solid = sum(len(set(face)) == 3 for face in faces.tolist())
     wrong = [] if c.triangles == solid else ["not every face is mapped"]
     wrong += [] if c.ok and c.flips64 == c.flips32 == 0 else ["not certified"]
@@ -110,21 +114,22 @@ def outcome(path: str, limit: float, judged: bool) -> dict[str, Any]:
     return record | ({"wrong": wrong} if wrong else {})
 
 
-def work(pipe: Connection, limit: float) -> None:
+def work(pipe: Connection, limit: float, options: dict[str, Any]) -> None:
     while task := pipe.recv():
-        pipe.send(outcome(*task[:1], limit, task[1]))
+        pipe.send(outcome(*task[:1], limit, task[1], options))
 
 
 class Worker:
     """A process that may crash or hang: then the next task gets a new one."""
 
-    def __init__(self, limit: float) -> None:
+    def __init__(self, limit: float, options: dict[str, Any]) -> None:
         self.limit = limit
+        self.options = options
         self.begin()
 
     def begin(self) -> None:
         self.pipe, own = multiprocessing.Pipe()
-        self.process = multiprocessing.Process(target=work, args=(own, self.limit), daemon=True)
+        self.process = multiprocessing.Process(target=work, args=(own, self.limit, self.options), daemon=True)
         self.process.start()
         own.close()
 
@@ -156,9 +161,15 @@ def judged_one(path: str, every: int) -> bool:
 def run(options: argparse.Namespace) -> None:
     files = sorted(p for p in options.folder.rglob("*") if p.suffix.lower() in SUFFIXES)
     chosen = [str(p) for p in files if options.only in str(p)][:: options.share]
+    if options.above is not None:
+        before = [json.loads(line) for line in options.outcomes.read_text().splitlines()]
+        bent = {r["path"] for r in before if r.get("energy", 0.0) > options.above}
+        chosen = [path for path in chosen if path in bent]
+        options.outcomes = options.outcomes.with_suffix(".auto.jsonl")
     tasks = iter(sorted(chosen, key=lambda path: zlib.crc32(path.encode())))
     patience = 3 * options.limit + 60
-    workers = [Worker(options.limit) for _ in range(options.jobs)]
+    how = {} if options.above is None else {"seams": "auto", "stretch": options.stretch}
+    workers = [Worker(options.limit, how) for _ in range(options.jobs)]
     busy: list[Worker] = []
     with options.outcomes.open("w") as out:
         while True:
@@ -208,6 +219,27 @@ def row(name: str, group: list[dict[str, Any]]) -> str:
     )
 
 
+def seams_table(records: list[dict[str, Any]]) -> int:
+    """Of runs with automatic seams."""
+    mapped = [r for r in records if "energy" in r and "wrong" not in r]
+    above = sum(r["energy"] > r["bound"] + 1e-5 for r in mapped)
+    worst = sum(r["worst"] > r["bound"] + 1e-5 for r in mapped)
+    faces, seconds = sum(r["faces"] for r in mapped), sum(r["seconds"] for r in records)
+    energies, charts = ([r[key] for r in mapped] for key in ("energy", "charts"))
+    print(
+        "| models | faces | certified | mean energy above the bound | an island above the bound | "
+        "median energy | most | islands: median / most | seconds |\n|---|---|---|---|---|---|---|---|---|"
+    )
+    print(
+        f"| {len(records)} | {faces} | {len(mapped)} | {above} | {worst} | {statistics.median(energies):.4f} | "
+        f"{max(energies):.4f} | {statistics.median(charts):g} / {max(charts)} | {seconds:.0f} |"
+    )
+    bad = [r for r in records if "wrong" in r or ("error" in r and not refused(r))]
+    for r in bad + [r for r in mapped if r["energy"] > r["bound"] + 1e-5]:
+        print(json.dumps(r)[:500])
+    return 1 if bad else 0
+
+
 def table(records: list[dict[str, Any]]) -> int:
     unreadable = [r for r in records if "unreadable" in r]
     tried = [r for r in records if "unreadable" not in r]
@@ -249,13 +281,16 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--limit", type=float, default=30.0)
     parser.add_argument("--judged", type=int, default=10)
+    parser.add_argument("--above", type=float, help="only files of the last run with more energy, seams found")
+    parser.add_argument("--stretch", type=float, default=1.25)
     options = parser.parse_args()
     if options.command == "fetch":
         fetch()
         return 0
     if options.command == "run":
         run(options)
-    return table([json.loads(line) for line in options.outcomes.read_text().splitlines()])
+    records = [json.loads(line) for line in options.outcomes.read_text().splitlines()]
+    return seams_table(records) if options.above is not None else table(records)
 
 
 if __name__ == "__main__":

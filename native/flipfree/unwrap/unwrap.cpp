@@ -21,7 +21,7 @@
 #include "flipfree/unwrap/islands/normalised.h"
 #include "flipfree/unwrap/packing/place.h"
 #include "flipfree/unwrap/seams/auto_islands.h"
-#include "flipfree/unwrap/seams/edge_costs.h"
+#include "flipfree/unwrap/islands/edge_costs.h"
 
 namespace flipfree::unwrap {
 namespace {

@@ -10,8 +10,8 @@
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/unwrap/chart/flattening.h"
 #include "flipfree/unwrap/seams/creases.h"
-#include "flipfree/unwrap/seams/edge_costs.h"
-#include "flipfree/unwrap/seams/slits.h"
+#include "flipfree/unwrap/islands/edge_costs.h"
+#include "flipfree/unwrap/seams/slits/slits.h"
 
 namespace flipfree::unwrap {
 namespace {

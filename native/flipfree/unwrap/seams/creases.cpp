@@ -10,7 +10,7 @@
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/mesh/cut_graph/shortest_paths.h"
 #include "flipfree/mesh/topology.h"
-#include "flipfree/unwrap/seams/edge_costs.h"
+#include "flipfree/unwrap/islands/edge_costs.h"
 
 namespace flipfree::unwrap {
 namespace {

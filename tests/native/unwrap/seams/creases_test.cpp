@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-#include "flipfree/unwrap/seams/edge_costs.h"
+#include "flipfree/unwrap/islands/edge_costs.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 

@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/seams/slits.h"
+#include "flipfree/unwrap/seams/slits/slits.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "flipfree/certify/measures/energy.h"
 #include "flipfree/mesh/topology.h"
-#include "flipfree/unwrap/seams/edge_costs.h"
+#include "flipfree/unwrap/islands/edge_costs.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 

@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/seams/hills.h"
+#include "flipfree/unwrap/seams/slits/hills.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/seams/edge_costs.h"
+#include "flipfree/unwrap/islands/edge_costs.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -27,18 +27,6 @@ Vector3 normal_of(const mesh::Surface& surface, FaceId f) {
                              .cross(surface.vertices.row(surface.faces(f, 2)).transpose() - p);
   const double length = normal.norm();
   return length > 0.0 ? Vector3(normal / length) : Vector3(Vector3::Zero());
-}
-
-// One factor per edge where two faces meet.
-double factor_of_bend(const mesh::Surface& surface, HalfedgeId h, HalfedgeId o) {
-  const Vector3 a = normal_of(surface, h / 3);
-  const Vector3 b = normal_of(surface, o / 3);
-  const VertexId apex = surface.faces(o / 3, previous_corner(o) % 3);
-  const Vector3 over =
-      (surface.vertices.row(apex) - surface.vertices.row(mesh::source(surface.faces, h)))
-          .transpose();
-  const double sharpness = std::clamp(1.0 - a.dot(b), 0.0, 1.0);
-  return 1.0 - sharpness * (1.0 - (a.dot(over) > 0.0 ? kHollow : kCrease));
 }
 
 // The weights that were given, by edge.
@@ -85,6 +73,17 @@ class Weights {
 
 }  // namespace
 
+double bend_factor(const mesh::Surface& surface, HalfedgeId h, HalfedgeId o) {
+  const Vector3 a = normal_of(surface, h / 3);
+  const Vector3 b = normal_of(surface, o / 3);
+  const VertexId apex = surface.faces(o / 3, previous_corner(o) % 3);
+  const Vector3 over =
+      (surface.vertices.row(apex) - surface.vertices.row(mesh::source(surface.faces, h)))
+          .transpose();
+  const double sharpness = std::clamp(1.0 - a.dot(b), 0.0, 1.0);
+  return 1.0 - sharpness * (1.0 - (a.dot(over) > 0.0 ? kHollow : kCrease));
+}
+
 std::vector<double> edge_costs(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                                const mesh::EdgeFlags& uncuttable, const SeamOptions& options) {
   const Weights weights(options);
@@ -104,7 +103,7 @@ std::vector<double> edge_costs(const mesh::Surface& surface, const mesh::Adjacen
     const VertexId a = mesh::source(surface.faces, h);
     const VertexId b = mesh::target(surface.faces, h);
     const double length = (surface.vertices.row(a) - surface.vertices.row(b)).norm();
-    cost[at(h)] = weights.of(a, b) * length * factor_of_bend(surface, h, o);
+    cost[at(h)] = weights.of(a, b) * length * bend_factor(surface, h, o);
     // An edge without length that is never to be a seam.
     if (std::isnan(cost[at(h)])) cost[at(h)] = mesh::ShortestPaths::kUnreached;
   }

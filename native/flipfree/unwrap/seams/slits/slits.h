@@ -5,29 +5,16 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/unwrap/seams/slits/search.h"
 
 namespace flipfree::unwrap {
-
-struct Slits {
-  mesh::EdgeFlags cut;  // of the chart's half-edges
-  Points2 corner_uv;    // a map of the chart cut along `cut`; empty if there is none
-  // Empty, or the chart lies on itself and has to be divided, which `cut` does: the last map that
-  // did not.
-  Points2 apart;
-};
-
-struct SlitOptions {
-  double bound = 1.025;      // of the mean energy
-  bool bijective = true;     // the map may not overlap itself
-  bool may_add_cuts = true;  // a chart that would lie on itself may be divided
-};
 
 // cost: per half-edge, both sides the same, infinite where no slit may run. Slits run along
 // shortest paths from the boundary, or from other slits, to where the chart's conformal map would
 // change lengths most (hills.h), as many as it takes for the least distorted map to have a mean
 // energy of at most the bound; fewer where time is over or nothing is left to be slit. Holes whose
-// border turns are opened to the outside first. Precondition: connected, planar; with a boundary,
-// or closed.
+// border turns are opened to the outside first. Large charts are searched by few of their vertices
+// (carried_slits.h). Precondition: connected, planar; with a boundary, or closed.
 Slits find_slits(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
                  const std::vector<double>& cost, const SlitOptions& options,
                  ExecutionContext& context);

@@ -17,6 +17,9 @@ namespace flipfree::unwrap {
 std::vector<double> edge_costs(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                                const mesh::EdgeFlags& uncuttable, const SeamOptions& options);
 
+// What the bend of an inner edge, of which these are the half-edges, makes of its cost.
+double bend_factor(const mesh::Surface& surface, HalfedgeId h, HalfedgeId o);
+
 // Flags of the edges between faces that differ by more than the angle, beside those of `seams`; not
 // of `uncuttable` (may be empty) ones. Cost: O(#F).
 mesh::EdgeFlags with_sharp_edges(const mesh::Surface& surface, const mesh::Adjacency& adjacency,

@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/seams/edge_costs.h"
+#include "flipfree/unwrap/islands/edge_costs.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,15 @@
+// From a map of a decimated surface to one of the whole surface.
+#pragma once
+
+#include "flipfree/base/context.h"
+#include "flipfree/mesh/decimated/decimated.h"
+
+namespace flipfree::mesh {
+
+// whole: what was decimated. uv: #V of few.surface x 2, flip-free, at the surface's unit. The map
+// of all vertices, flip-free by exact test; its boundary is the same curve but for rounding. Empty
+// where 64 bits are too coarse for it. Cost: O(#V).
+Points2 prolong(const Surface& whole, const Decimated& few, const Points2& uv,
+                const ExecutionContext& context);
+
+}  // namespace flipfree::mesh

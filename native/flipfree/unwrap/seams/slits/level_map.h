@@ -1,0 +1,22 @@
+// The map of a large chart that is slit: made by few of its vertices, then settled.
+#pragma once
+
+#include "flipfree/base/context.h"
+#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/unwrap/seams/slits/search.h"
+
+namespace flipfree::unwrap {
+
+struct LevelMap {
+  Slits slits;  // as find_slits() returns them
+  double energy = 0.0;
+};
+
+// The least distorted map of the chart cut along `cut`, which does not divide it, without flip: its
+// slit surface is decimated and laid flat, held apart or divided there, and the map brought back
+// (mesh/decimated/prolong.h), from where few steps are left. Throws what TrialMap throws.
+LevelMap map_by_levels(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
+                       const mesh::EdgeFlags& cut, const mesh::EdgeFlags& uncuttable,
+                       const SlitOptions& options, ExecutionContext& context);
+
+}  // namespace flipfree::unwrap

@@ -1,0 +1,130 @@
+#include "flipfree/unwrap/seams/slits/search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "flipfree/base/error.h"
+#include "flipfree/mesh/topology.h"
+
+namespace flipfree::unwrap {
+namespace {
+
+// What the least energy exceeds 1 by, as a share of what the scale field promises: shear does what
+// conformal maps cannot. The first guess; then it is measured.
+constexpr double kFirstShare = 0.3;
+constexpr std::size_t kMostAtOnce = 8;
+constexpr int kMostRounds = 400;
+constexpr double kTolerance = 1e-3;
+// A chart that overlaps itself may have to be held apart, which has its price, or divided. Up to so
+// often more slits are tried first, with a bound that is tighter by so much.
+constexpr int kMostHeld = 3;
+constexpr double kTighter = 0.8;
+// What a further island costs, as a share of all seams.
+constexpr double kPriceOfPiece = 0.03;
+
+double cost_of(const mesh::EdgeFlags& cut, const std::vector<double>& cost) {
+  double sum = 0.0;
+  for (std::size_t h = 0; h < cut.size(); ++h) {
+    if (cut[h] != 0) sum += 0.5 * std::min(cost[h], kForbidden);
+  }
+  return sum;
+}
+
+Index pieces_of(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
+                const mesh::EdgeFlags& cut) {
+  mesh::Adjacency parted = adjacency;
+  for (std::size_t h = 0; h < cut.size(); ++h) {
+    if (cut[h] != 0) parted.opposite[h] = kInvalid;
+  }
+  return chart.faces.rows() == 0 ? 0 : mesh::face_components(parted).count;
+}
+
+}  // namespace
+
+SlitSearch::SlitSearch(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
+                       const std::vector<double>& cost, const SlitOptions& options,
+                       ExecutionContext& context)
+    : chart_(chart),
+      adjacency_(adjacency),
+      cost_(cost),
+      options_(options),
+      context_(context),
+      sheet_(chart, adjacency, cost),
+      map_(chart),
+      share_(kFirstShare) {
+  for (const double c : cost) uncuttable_.push_back(c == mesh::ShortestPaths::kUnreached ? 1 : 0);
+}
+
+Slits SlitSearch::run(double bound) {
+  options_.bound = bound_ = bound;
+  best_ = {};
+  held_ = 0;
+  try {
+    if (sheet_.made().empty()) opened_anyhow_ = sheet_.open_closed(context_);
+    for (int round = 0; round < kMostRounds; ++round) {
+      const std::vector<double> u = sheet_.scale(context_);
+      const double excess = sheet_.excess(u);
+      if (share_ * excess <= bound_ - 1.0 && is_done(excess)) break;
+      // Near the bound one after another, so as not to do too much.
+      const bool near = share_ * excess < 2.0 * (bound_ - 1.0);
+      if (sheet_.slit_best(u, near ? 1 : kMostAtOnce, context_)) continue;
+      options_.bound = std::numeric_limits<double>::infinity();  // there is no better
+      bound_ = options_.bound;
+      exhausted_ = true;
+      is_done(excess);
+      break;
+    }
+  } catch (const TimeIsOver&) {
+    exhausted_ = true;  // what is slit by then is slit
+  } catch (const NotConverged&) {
+    exhausted_ = true;  // whoever lays the chart flat says why it cannot be
+  }
+  if (sheet_.open_anyhow(context_)) opened_anyhow_ = true;
+  if (best_.cut.empty()) {
+    best_.cut = sheet_.cut();
+    best_count_ = sheet_.made().size();
+  }
+  return best_;
+}
+
+std::vector<std::vector<VertexId>> SlitSearch::made() const {
+  return {sheet_.made().begin(), sheet_.made().begin() + static_cast<std::ptrdiff_t>(best_count_)};
+}
+
+// True if nothing better than the best candidate is to be expected.
+bool SlitSearch::is_done(double excess) {
+  const double energy = map_.relax(adjacency_, sheet_.cut(), kTolerance, context_);
+  if (excess > 0.0) share_ = (energy - 1.0) / excess;
+  if (energy > bound_) return false;
+  const double slit = cost_of(sheet_.cut(), cost_);
+  const auto take = [&](Slits slits, double cost) {
+    best_ = std::move(slits);
+    best_cost_ = cost;
+    best_count_ = sheet_.made().size();
+  };
+  if (!best_.cut.empty() && slit >= best_cost_) return true;
+  if (!options_.bijective || !map_.overlaps_itself(context_)) {
+    take({sheet_.cut(), map_.corner_uv(), {}}, slit);
+    return true;
+  }
+  TrialMap::Apart held =
+      map_.hold_apart(options_.bound, options_.may_add_cuts, uncuttable_, context_);
+  if (held.cut.empty()) {
+    take({sheet_.cut(), std::move(held.corner_uv), {}}, slit);
+    if (held.energy <= options_.bound) return true;
+  } else {
+    const Index pieces = pieces_of(chart_, adjacency_, held.cut);
+    const double cost =
+        (slit + cost_of(held.cut, cost_)) * (1.0 + kPriceOfPiece * static_cast<double>(pieces - 1));
+    if (best_.cut.empty() || cost < best_cost_) {
+      for (std::size_t h = 0; h < held.cut.size(); ++h) held.cut[h] |= sheet_.cut()[h];
+      take({std::move(held.cut), std::move(held.corner_uv), std::move(held.apart)}, cost);
+    }
+  }
+  bound_ = 1.0 + kTighter * (bound_ - 1.0);
+  return ++held_ > kMostHeld;
+}
+
+}  // namespace flipfree::unwrap

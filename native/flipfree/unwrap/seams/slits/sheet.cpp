@@ -1,0 +1,230 @@
+#include "flipfree/unwrap/seams/slits/sheet.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "flipfree/mesh/cut_graph/cut_graph.h"
+#include "flipfree/mesh/cut_graph/fill.h"
+#include "flipfree/mesh/topology.h"
+#include "flipfree/unwrap/seams/slits/hills.h"
+
+namespace flipfree::unwrap {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+// Hills with at least this share of the best one's gain for its length are slit in the same round.
+constexpr double kNearlyBest = 0.5;
+constexpr double kLeastCost = 1e-12;
+
+}  // namespace
+
+Sheet::Sheet(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
+             const std::vector<double>& cost)
+    : chart_(chart),
+      loops_(outer_loop_last(chart, mesh::boundary_halfedge_loops(chart.faces, adjacency))),
+      real_(static_cast<HalfedgeId>(adjacency.opposite.size())),
+      surface_(loops_.empty()
+                   ? chart
+                   : mesh::fill_holes(chart, {loops_.begin(), loops_.end() - 1}).surface),
+      adjacency_(
+          mesh::build_adjacency(static_cast<Index>(surface_.vertices.rows()), surface_.faces)),
+      cost_(adjacency_.opposite.size(), 0.0),
+      area_(adjacency_.vertex_halfedge.size(), 0.0),
+      open_(adjacency_.vertex_halfedge.size(), 0),
+      loop_of_(adjacency_.vertex_halfedge.size(), kInvalid),
+      cut_(adjacency.opposite.size(), 0),
+      paths_(surface_.faces, adjacency_, cost_) {
+  for (std::size_t h = 0; h < cost.size(); ++h) {
+    const HalfedgeId o = adjacency_.opposite[h];
+    if (o < real_) cost_[h] = cost[h];
+  }
+  for (FaceId f = 0; f < chart.faces.rows(); ++f) {
+    const Vector3 p = chart.vertices.row(chart.faces(f, 0));
+    const double area = (chart.vertices.row(chart.faces(f, 1)).transpose() - p)
+                            .cross(chart.vertices.row(chart.faces(f, 2)).transpose() - p)
+                            .norm() /
+                        6.0;
+    for (Index k = 0; k < 3; ++k) area_[at(chart.faces(f, k))] += area;
+  }
+  double total = 0.0;
+  for (const double a : area_) total += a;
+  for (double& a : area_) a /= total;
+  for (std::size_t i = 0; i < loops_.size(); ++i) {
+    for (const HalfedgeId h : loops_[i])
+      loop_of_[at(mesh::source(chart.faces, h))] = static_cast<Index>(i);
+  }
+  if (!loops_.empty()) open_loop(static_cast<Index>(loops_.size()) - 1);
+}
+
+bool Sheet::open_closed(ExecutionContext& context) {
+  if (!loops_.empty()) return false;
+  const auto used =
+      std::find_if(adjacency_.vertex_halfedge.begin(), adjacency_.vertex_halfedge.end(),
+                   [](HalfedgeId h) { return h != kInvalid; });
+  const auto first = static_cast<std::size_t>(used - adjacency_.vertex_halfedge.begin());
+  open_[first] = 1;
+  const VertexId root = steepest(scale(context), static_cast<VertexId>(first));
+  open_[first] = 0;
+  open_vertex(root);
+  made_.push_back({root});
+  const std::vector<double> u = scale(context);
+  paths_.grow(context);
+  const VertexId end = steepest(u, root);
+  if (edges_to(end) >= 2) {
+    slit_to(end);
+    return false;
+  }
+  return open_anyhow(context);
+}
+
+bool Sheet::open_anyhow(ExecutionContext& context) {
+  if (!loops_.empty() || std::find(cut_.begin(), cut_.end(), 1) != cut_.end()) return false;
+  const Untimed opening(context);
+  std::vector<double> cost = cost_;
+  for (double& c : cost) c = std::clamp(c, kLeastCost, kForbidden);
+  cut_ = mesh::planar_cut(chart_, adjacency_, context, {}, {}, cost);
+  for (HalfedgeId h = 0; h < real_; ++h) {
+    if (cut_[at(h)] != 0) open_vertex(mesh::source(surface_.faces, h));
+  }
+  return true;
+}
+
+std::vector<double> Sheet::scale(ExecutionContext& context) {
+  if (!scale_) scale_.emplace(surface_, adjacency_);
+  return scale_->solve(open_, context);
+}
+
+double Sheet::excess(const std::vector<double>& u) const {
+  double growing = 0.0;
+  double shrinking = 0.0;
+  for (std::size_t v = 0; v < u.size(); ++v) {
+    growing += area_[v] * std::exp(2.0 * u[v]);
+    shrinking += area_[v] * std::exp(-2.0 * u[v]);
+  }
+  return std::sqrt(growing * shrinking) - 1.0;
+}
+
+bool Sheet::slit_best(const std::vector<double>& u, std::size_t most, ExecutionContext& context) {
+  paths_.grow(context);
+  struct End {
+    VertexId vertex;
+    double worth;
+  };
+  std::vector<End> ends;
+  std::vector<char> reach(open_.size());
+  for (VertexId v = 0; v < static_cast<VertexId>(reach.size()); ++v)
+    reach[at(v)] = paths_.distance(v) < mesh::ShortestPaths::kUnreached ? 1 : 0;
+  for (const Hill& hill : hills(surface_.faces, adjacency_, u, area_, reach)) {
+    const double length = paths_.distance(hill.peak);
+    if (!(hill.gain > 0.0)) continue;
+    ends.push_back({hill.peak, hill.gain / std::max(length, 1e-300)});
+  }
+  std::sort(ends.begin(), ends.end(), [](const End& a, const End& b) {
+    return a.worth != b.worth ? a.worth > b.worth : a.vertex < b.vertex;
+  });
+  for (std::size_t i = 0; i < std::min(ends.size(), most); ++i) {
+    if (ends[i].worth < kNearlyBest * ends[0].worth) break;
+    paths_.grow(context);
+    slit_to(ends[i].vertex);
+  }
+  return !ends.empty();
+}
+
+bool Sheet::slit_between(VertexId end, VertexId begin, ExecutionContext& context) {
+  if (end == begin) {
+    if (loops_.empty()) open_vertex(end);
+    return true;
+  }
+  paths_.grow(context);
+  // Which loop of a chart is its outer one may differ.
+  const VertexId closed = open_[at(end)] == 0 ? end : begin;
+  if (open_[at(closed)] != 0) return true;
+  if (paths_.distance(closed) == mesh::ShortestPaths::kUnreached) return false;
+  slit_to(closed);
+  return true;
+}
+
+Sheet::Loops Sheet::outer_loop_last(const mesh::Surface& chart, Loops loops) {
+  std::size_t outer = 0;
+  double longest = -1.0;
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    double length = 0.0;
+    for (const HalfedgeId h : loops[i]) {
+      length += (chart.vertices.row(mesh::source(chart.faces, h)) -
+                 chart.vertices.row(mesh::target(chart.faces, h)))
+                    .norm();
+    }
+    if (length > longest) {
+      longest = length;
+      outer = i;
+    }
+  }
+  if (!loops.empty()) std::swap(loops.back(), loops[outer]);
+  return loops;
+}
+
+// The peak of the hill with the largest gain, that a slit may end in; `otherwise` if there is
+// none.
+VertexId Sheet::steepest(const std::vector<double>& u, VertexId otherwise) const {
+  Hill best{otherwise, 0.0};
+  std::vector<char> reach(open_.size(), 0);
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cost_.size()); ++h) {
+    if (cost_[at(h)] < mesh::ShortestPaths::kUnreached)
+      reach[at(mesh::source(surface_.faces, h))] = 1;
+  }
+  for (const Hill& hill : hills(surface_.faces, adjacency_, u, area_, reach)) {
+    if (hill.gain > best.gain) best = hill;
+  }
+  return best.peak;
+}
+
+int Sheet::edges_to(VertexId v) const {
+  int count = 0;
+  for (; paths_.arrival(v) != kInvalid; v = paths_.before(v)) ++count;
+  return count;
+}
+
+void Sheet::open_vertex(VertexId v) {
+  if (open_[at(v)] != 0) return;
+  open_[at(v)] = 1;
+  paths_.add_source(v);
+  if (loop_of_[at(v)] != kInvalid) open_loop(loop_of_[at(v)]);
+}
+
+void Sheet::open_loop(Index loop) {
+  for (const HalfedgeId h : loops_[at(loop)]) open_vertex(mesh::source(surface_.faces, h));
+}
+
+void Sheet::slit_to(VertexId end) {
+  std::vector<VertexId> way;
+  for (VertexId v = end; paths_.arrival(v) != kInvalid; v = paths_.before(v)) {
+    way.push_back(v);
+    const HalfedgeId h = paths_.arrival(v);
+    const HalfedgeId o = adjacency_.opposite[at(h)];
+    if (h < real_ && o < real_ && o != kInvalid) cut_[at(h)] = cut_[at(o)] = 1;
+  }
+  if (way.empty()) return;
+  const VertexId begin = paths_.before(way.back());
+  for (const VertexId v : way) open_vertex(v);
+  way.push_back(begin);
+  record(way);
+}
+
+// Across holes slits go on as others.
+void Sheet::record(const std::vector<VertexId>& way) {
+  const auto own = static_cast<VertexId>(chart_.vertices.rows());
+  for (auto last = way.rbegin(); last != way.rend();) {
+    const auto hole = std::find_if(last, way.rend(), [&](VertexId v) { return v >= own; });
+    if (hole - last > 1) {
+      std::vector<VertexId> part(last, hole);
+      std::reverse(part.begin(), part.end());
+      made_.push_back(std::move(part));
+    }
+    last = std::find_if(hole, way.rend(), [&](VertexId v) { return v < own; });
+  }
+}
+
+}  // namespace flipfree::unwrap

@@ -1,0 +1,73 @@
+// A chart that is being slit: where slits are worth most, and the shortest ways there.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/mesh/cut_graph/shortest_paths.h"
+#include "flipfree/unwrap/islands/scale_field.h"
+
+namespace flipfree::unwrap {
+
+// What a seam costs at most where it must not be, but there is no other way.
+inline constexpr double kForbidden = 1e6;
+
+// The chart with its holes filled by fans, which cost nothing to cross, but for the longest loop. A
+// closed chart is open at one vertex to begin with.
+class Sheet {
+ public:
+  // chart: connected, planar; must outlive this. cost: per half-edge, both sides the same, infinite
+  // where no slit may run.
+  Sheet(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
+        const std::vector<double>& cost);
+
+  // A closed chart is slit between two hills: no slit ends in the middle of nowhere. True if it had
+  // to be opened anyhow.
+  bool open_closed(ExecutionContext& context);
+  // A closed chart has to be opened, also where there is no time to choose where. True if it was.
+  bool open_anyhow(ExecutionContext& context);
+
+  // The scale field for what is open now, #V of the filled chart.
+  std::vector<double> scale(ExecutionContext& context);
+  // What the energy of the conformal map with this scale exceeds 1 by, at the best unit.
+  double excess(const std::vector<double>& u) const;
+  // Slits to the hills that are worth most for their length. False if there is none.
+  bool slit_best(const std::vector<double>& u, std::size_t most, ExecutionContext& context);
+  // A shortest slit between two vertices, one of which is open. The same vertex twice: where a
+  // closed chart is opened first. False if there is no way.
+  bool slit_between(VertexId end, VertexId begin, ExecutionContext& context);
+
+  const mesh::EdgeFlags& cut() const { return cut_; }
+  // The vertices along each slit that was made, from its end to where it began, in the order in
+  // which they were made; where a closed chart was opened first is a slit of one vertex.
+  const std::vector<std::vector<VertexId>>& made() const { return made_; }
+
+ private:
+  using Loops = std::vector<std::vector<HalfedgeId>>;
+
+  static Loops outer_loop_last(const mesh::Surface& chart, Loops loops);
+  VertexId steepest(const std::vector<double>& u, VertexId otherwise) const;
+  int edges_to(VertexId v) const;
+  void open_vertex(VertexId v);
+  void open_loop(Index loop);
+  void slit_to(VertexId end);
+  void record(const std::vector<VertexId>& way);
+
+  const mesh::Surface& chart_;
+  Loops loops_;  // of the chart, the outer one last
+  HalfedgeId real_;
+  mesh::Surface surface_;
+  mesh::Adjacency adjacency_;
+  std::optional<ScaleField> scale_;
+  std::vector<double> cost_;
+  std::vector<double> area_;  // per vertex, a share of the chart's
+  std::vector<char> open_;    // on the outside, or on what leads there
+  std::vector<Index> loop_of_;
+  mesh::EdgeFlags cut_;
+  mesh::ShortestPaths paths_;
+  std::vector<std::vector<VertexId>> made_;
+};
+
+}  // namespace flipfree::unwrap

@@ -1,0 +1,60 @@
+#include "flipfree/unwrap/seams/slits/level_map.h"
+
+#include <gtest/gtest.h>
+
+#include "flipfree/certify/measures/energy.h"
+#include "flipfree/unwrap/seams/slits/trial_map.h"
+#include "support/corner_maps.h"
+#include "support/shapes.h"
+
+namespace flipfree::unwrap {
+namespace {
+
+TEST(LevelMap, is_as_good_as_the_map_made_at_once) {
+  const mesh::Surface dome = test::bumpy_grid(120, 120, 0.6, 1.0);
+  const mesh::Adjacency adjacency = test::adjacency_of(dome);
+  const mesh::EdgeFlags none(adjacency.opposite.size(), 0);
+  ExecutionContext context;
+  const LevelMap map = map_by_levels(dome, adjacency, none, none, {}, context);
+  TrialMap at_once(dome);
+  EXPECT_NEAR(map.energy, at_once.relax(adjacency, none, 1e-4, context), 2e-3);
+  EXPECT_DOUBLE_EQ(map.energy, certify::symmetric_dirichlet(dome, map.slits.corner_uv).mean);
+  EXPECT_EQ(map.slits.cut, none);
+}
+
+// The sides of a slit into a saddle lie on each other.
+mesh::Surface saddle(Index n) {
+  mesh::Surface surface = test::grid(n, n);
+  for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v) {
+    const double x = 2.0 * surface.vertices(v, 0) / surface.vertices.col(0).maxCoeff() - 1.0;
+    const double y = 2.0 * surface.vertices(v, 1) / surface.vertices.col(1).maxCoeff() - 1.0;
+    surface.vertices.row(v) << x, y, 1.2 * x * y;
+  }
+  return surface;
+}
+
+TEST(LevelMap, is_held_apart_or_divided_where_it_would_lie_on_itself) {
+  const Index n = 100;
+  const mesh::Surface surface = saddle(n);
+  const mesh::Adjacency adjacency = test::adjacency_of(surface);
+  IndexPairs slit(n / 2, 2);
+  for (Index i = 0; i < n / 2; ++i) slit.row(i) << (n + 1) * n / 2 + i, (n + 1) * n / 2 + i + 1;
+  const mesh::EdgeFlags cut = mesh::flag_edges(surface.faces, adjacency, slit);
+  const mesh::EdgeFlags none(cut.size(), 0);
+  ExecutionContext context;
+  SlitOptions options;
+  options.bijective = false;
+  const LevelMap free = map_by_levels(surface, adjacency, cut, none, options, context);
+  options.bijective = true;
+  options.bound = 10.0;
+  const LevelMap held = map_by_levels(surface, adjacency, cut, none, options, context);
+  EXPECT_EQ(held.slits.cut, cut);
+  EXPECT_GT(held.energy, free.energy);
+  options.bound = 1.0;
+  const LevelMap divided = map_by_levels(surface, adjacency, cut, none, options, context);
+  EXPECT_NE(divided.slits.cut, cut);
+  EXPECT_EQ(divided.slits.apart.rows(), divided.slits.corner_uv.rows());
+}
+
+}  // namespace
+}  // namespace flipfree::unwrap
