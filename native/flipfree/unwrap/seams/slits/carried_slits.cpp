@@ -98,7 +98,7 @@ class Carrier {
       double aim = options_.bound;
       double done = 0.2;
       for (int round = 0; round < kRounds; ++round) {
-        search.run(aim);
+        const Slits found = search.run(aim);
         if (search.opened_anyhow()) return {};
         context_.report("finding seams", done);
         mesh::EdgeFlags cut = carried(few, search.made());
@@ -106,7 +106,11 @@ class Carrier {
         if (best.cut.empty()) best.cut = cut;
         const ProgressRange range(context_, done, done + 0.5 * (1.0 - done));
         done += 0.5 * (1.0 - done);
-        LevelMap map = map_by_levels(chart_, adjacency_, cut, uncuttable_, options_, context_);
+        // What the few need not be divided for may need some more slits, rather than to be divided.
+        SlitOptions own = options_;
+        own.may_add_cuts =
+            options_.may_add_cuts && (found.apart.rows() > 0 || round + 1 == kRounds);
+        LevelMap map = map_by_levels(chart_, adjacency_, cut, uncuttable_, own, context_);
         best = std::move(map.slits);
         if (map.energy <= options_.bound || search.exhausted()) break;
         aim = 1.0 + kTighter * (aim - 1.0) * (options_.bound - 1.0) / (map.energy - 1.0);
