@@ -1,7 +1,7 @@
 """Broken meshes by the thousand: is every face mapped, and what does a judge say that shares no code with ours?
 
     export PYTHONPATH=build/python:tests:tests/python:benchmarks
-    separated_meshes.py [--meshes 10000] [--seed 0] [--jobs 2]
+    separated_meshes.py [--meshes 10000] [--seed 0] [--jobs 2] [--auto-seams]
 
 Exit status 1 at a face that is not mapped, a flip, a point covered twice, or an error.
 """
@@ -12,6 +12,7 @@ import argparse
 import collections
 import multiprocessing
 import time
+from functools import partial
 
 import numpy as np
 from broken_meshes import broken_mesh
@@ -24,12 +25,13 @@ from judges.any_triangles import judge_any
 LIMIT = 60.0
 
 
-def outcome(seed: int) -> tuple[str, str, float, int]:
-    """Kind, what is wrong, seconds of the clock, faces."""
+def outcome(seed: int, auto: bool) -> tuple[str, str, float, int]:
+    """Kind, what is wrong, seconds of the clock, faces. auto: with automatic seams."""
     kind, (vertices, faces) = broken_mesh(seed)
     begin = time.perf_counter()
     try:
-        result = ff.unwrap(vertices, faces, max_seconds=LIMIT, threads=1)
+        seams = {"seams": "auto"} if auto else {}
+        result = ff.unwrap(vertices, faces, max_seconds=LIMIT, threads=1, **seams)
     except ff.FlipfreeError as error:
         return kind, f"{type(error).__name__}: {error}", time.perf_counter() - begin, len(faces)
     seconds = time.perf_counter() - begin
@@ -46,6 +48,7 @@ def main() -> int:
     parser.add_argument("--meshes", type=int, default=10_000)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--auto-seams", action="store_true")
     options = parser.parse_args()
     count: collections.Counter[str] = collections.Counter()
     bad: collections.Counter[str] = collections.Counter()
@@ -54,7 +57,9 @@ def main() -> int:
     seeds = range(options.seed, options.seed + options.meshes)
     with multiprocessing.Pool(options.jobs) as pool:
         for seed, (kind, wrong, seconds, faces) in zip(
-            seeds, pool.imap(outcome, seeds, chunksize=16), strict=True
+            seeds,
+            pool.imap(partial(outcome, auto=options.auto_seams), seeds, chunksize=16),
+            strict=True,
         ):
             count[kind] += 1
             sizes[kind] = max(sizes[kind], faces)

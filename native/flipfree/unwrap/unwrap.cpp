@@ -17,11 +17,11 @@
 #include "flipfree/unwrap/chart/chart_pins.h"
 #include "flipfree/unwrap/chart/flattening.h"
 #include "flipfree/unwrap/islands/cut_around.h"
+#include "flipfree/unwrap/islands/edge_costs.h"
 #include "flipfree/unwrap/islands/islands.h"
 #include "flipfree/unwrap/islands/normalised.h"
 #include "flipfree/unwrap/packing/place.h"
 #include "flipfree/unwrap/seams/auto_islands.h"
-#include "flipfree/unwrap/islands/edge_costs.h"
 
 namespace flipfree::unwrap {
 namespace {

@@ -9,8 +9,8 @@
 #include "flipfree/mesh/cut_graph/shortest_paths.h"
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/unwrap/chart/flattening.h"
-#include "flipfree/unwrap/seams/creases.h"
 #include "flipfree/unwrap/islands/edge_costs.h"
+#include "flipfree/unwrap/seams/creases.h"
 #include "flipfree/unwrap/seams/slits/slits.h"
 
 namespace flipfree::unwrap {

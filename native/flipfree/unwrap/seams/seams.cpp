@@ -3,9 +3,9 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/in_time.h"
 #include "flipfree/certify/separated_map.h"
+#include "flipfree/unwrap/islands/edge_costs.h"
 #include "flipfree/unwrap/islands/normalised.h"
 #include "flipfree/unwrap/seams/auto_islands.h"
-#include "flipfree/unwrap/islands/edge_costs.h"
 
 namespace flipfree::unwrap {
 namespace {
