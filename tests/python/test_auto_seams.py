@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from broken_meshes import KINDS
+from broken_meshes import KINDS, broken_mesh
 
 import flipfree as ff
 
@@ -249,3 +249,11 @@ def test_time_that_is_over_leaves_the_seams_found_so_far() -> None:
             assert error.code == "time limit reached"
     for seams in found:
         assert seams.shape[1] == 2
+
+
+def test_a_face_that_is_thin_but_for_rounding_is_not_cut_off() -> None:
+    """Alone it could not be stored: three points on one line."""
+    _, (vertices, faces) = broken_mesh(700722)
+    result = ff.unwrap(vertices, faces, seams="auto")
+    assert result.certificate.ok
+    assert result.certificate.triangles == len(faces)

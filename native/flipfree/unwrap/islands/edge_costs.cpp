@@ -20,13 +20,22 @@ constexpr double kCrease = 0.7;
 constexpr double kHollow = 0.55;
 // Seams of no length at all would wander.
 constexpr double kLeastWeight = 1e-3;
+// Height over length of faces whose normal is but rounding.
+constexpr double kThinnest = 1e-8;
 
+// Zero where the face has no shape that would tell.
 Vector3 normal_of(const mesh::Surface& surface, FaceId f) {
   const Vector3 p = surface.vertices.row(surface.faces(f, 0));
-  const Vector3 normal = (surface.vertices.row(surface.faces(f, 1)).transpose() - p)
-                             .cross(surface.vertices.row(surface.faces(f, 2)).transpose() - p);
+  const Vector3 a = surface.vertices.row(surface.faces(f, 1)).transpose() - p;
+  const Vector3 b = surface.vertices.row(surface.faces(f, 2)).transpose() - p;
+  const Vector3 normal = a.cross(b);
   const double length = normal.norm();
-  return length > 0.0 ? Vector3(normal / length) : Vector3(Vector3::Zero());
+  const double longest = std::max({a.squaredNorm(), b.squaredNorm(), (b - a).squaredNorm()});
+  return length > kThinnest * longest ? Vector3(normal / length) : Vector3(Vector3::Zero());
+}
+
+bool tell_their_bend(const Vector3& a, const Vector3& b) {
+  return !a.isZero(0.0) && !b.isZero(0.0);
 }
 
 // The weights that were given, by edge.
@@ -76,6 +85,7 @@ class Weights {
 double bend_factor(const mesh::Surface& surface, HalfedgeId h, HalfedgeId o) {
   const Vector3 a = normal_of(surface, h / 3);
   const Vector3 b = normal_of(surface, o / 3);
+  if (!tell_their_bend(a, b)) return 1.0;
   const VertexId apex = surface.faces(o / 3, previous_corner(o) % 3);
   const Vector3 over =
       (surface.vertices.row(apex) - surface.vertices.row(mesh::source(surface.faces, h)))
@@ -118,8 +128,9 @@ mesh::EdgeFlags with_sharp_edges(const mesh::Surface& surface, const mesh::Adjac
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(seams.size()); ++h) {
     const HalfedgeId o = adjacency.opposite[at(h)];
     if (o < h || (!uncuttable.empty() && uncuttable[at(h)] != 0)) continue;
-    if (normal_of(surface, h / 3).dot(normal_of(surface, o / 3)) < least)
-      seams[at(h)] = seams[at(o)] = 1;
+    const Vector3 a = normal_of(surface, h / 3);
+    const Vector3 b = normal_of(surface, o / 3);
+    if (tell_their_bend(a, b) && a.dot(b) < least) seams[at(h)] = seams[at(o)] = 1;
   }
   return seams;
 }

@@ -21,7 +21,7 @@ std::vector<double> edge_costs(const mesh::Surface& surface, const mesh::Adjacen
 double bend_factor(const mesh::Surface& surface, HalfedgeId h, HalfedgeId o);
 
 // Flags of the edges between faces that differ by more than the angle, beside those of `seams`; not
-// of `uncuttable` (may be empty) ones. Cost: O(#F).
+// of `uncuttable` (may be empty) ones, nor of faces too thin to tell. Cost: O(#F).
 mesh::EdgeFlags with_sharp_edges(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                                  mesh::EdgeFlags seams, const mesh::EdgeFlags& uncuttable,
                                  double sharp_angle);

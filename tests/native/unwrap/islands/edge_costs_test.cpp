@@ -75,5 +75,19 @@ TEST(EdgeCosts, sharp_edges_are_those_above_the_angle) {
   EXPECT_EQ(with_sharp_edges(surface, adjacency, none, {}, 0.0), none);
 }
 
+// A triangle whose corners are on one line but for rounding has a normal that says nothing.
+TEST(EdgeCosts, faces_without_a_shape_have_no_sharp_edges) {
+  mesh::Surface surface;
+  surface.vertices.resize(5, 3);
+  surface.vertices << 0, 0, 0, 1, 0, 0, 0.5, 0, 1e-17, 0.5, 1, 0, 0.5, -1, 0;
+  surface.faces.resize(3, 3);
+  surface.faces << 0, 1, 3, 1, 0, 2, 2, 4, 1;
+  const mesh::Adjacency adjacency = test::adjacency_of(surface);
+  const mesh::EdgeFlags none(adjacency.opposite.size(), 0);
+  EXPECT_EQ(with_sharp_edges(surface, adjacency, none, {}, 0.5), none);
+  const std::vector<double> cost = edge_costs(surface, adjacency, {}, {});
+  EXPECT_DOUBLE_EQ(cost[0], 1.0);
+}
+
 }  // namespace
 }  // namespace flipfree::unwrap
