@@ -5,6 +5,9 @@ The solver names a defect by a fixed code and by ids of its own submesh; here bo
 docs/messages.md has the same table for readers; tests/blender/test_errors.py makes one mesh for each.
 """
 
+import functools
+import re
+import textwrap
 from dataclasses import dataclass
 
 import bpy
@@ -123,6 +126,9 @@ TEXTS = {
 
 HINT = "Flipfree > Select Where It Failed shows the place"
 
+# Characters of a line in popups: these are as wide as their longest line, and the screen ends somewhere.
+_WIDTH = 100
+
 # Of the last run, those with a place; Select Where It Failed asks for them.
 _remembered: list["Failure"] = []
 
@@ -166,6 +172,19 @@ def places() -> list[tuple[bpy.types.Object, Failure]]:
     return [(ob, f) for ob, f in found if ob is not None and mesh_io.counts(ob) == f.counts]
 
 
+def in_lines(text: str) -> str:
+    """The text in lines that popups can show whole."""
+    wrap = functools.partial(
+        textwrap.wrap, width=_WIDTH, break_long_words=False, break_on_hyphens=False
+    )
+    return "\n".join(line for given in text.split("\n") for line in wrap(given) or [""])
+
+
+def complain(operator, text: str) -> None:
+    """Reports an error; where Blender has windows, that is a popup. Others get the text as it is."""
+    operator.report({"ERROR"}, text if bpy.app.background else in_lines(text))
+
+
 def _place(kind: str, elements: np.ndarray) -> str:
     if kind == "none" or len(elements) == 0:
         return ""
@@ -181,19 +200,51 @@ def from_solver(snapshot: mesh_io.Snapshot, error, cures: dict[str, str] | None 
     return failure
 
 
+# In the solver's words: its vertices, and what it says of meshes that only it has.
+_VERTICES = re.compile(r"\b[Vv]ert(?:ex|ices) \d+(?:(?:, | and )\d+)*")
+_OF_REFINED = re.compile(
+    r",? first (?:face|vertex) \d+(?= with|\.)|\s*\(Numbers are those of the refined mesh\)\.?"
+)
+_TWO_SIDES = (
+    "lies on both sides of a seam that ends inside its island, and both are pinned to the same point. Unpin one of them with "
+    "Alt P, or clear the seam there"
+)
+
+
+def _in_mesh_numbers(snapshot, error) -> str:
+    """The solver's own words with the mesh's vertices in place of its own; "" if they name one that the mesh does not have."""
+    words = str(error)
+    if "refined mesh" in words:
+        words = _OF_REFINED.sub("", words)
+    ids = snapshot.vertex_ids
+    part = getattr(error, "vertices", None)  # those of the snapshot that the solver had, if not all
+    ids = ids if part is None else ids[part]
+    named = [int(n) for found in _VERTICES.findall(words) for n in re.findall(r"\d+", found)]
+    if any(n >= len(ids) for n in named):
+        return ""
+    return _VERTICES.sub(
+        lambda found: re.sub(r"\d+", lambda n: str(ids[int(n[0])]), found[0]), words
+    )
+
+
 def _in_blenders_terms(snapshot, error, cures) -> Failure:
     kind, elements = mesh_io.to_mesh_elements(snapshot, error.kind, error.elements)
     known = TEXTS.get(error.code)
     if known is None:
         return Failure(snapshot.object_name, f"{snapshot.object_name}: {error}", kind, elements)
+    if error.code == "contradictory pins" and kind == "vertex" and len(elements) == 1:
+        if len(error.elements) == 2:  # of the solver's surface, where the sides of a seam are apart
+            message = f"{snapshot.object_name}: vertex {elements[0]} {_TWO_SIDES}"
+            return Failure(snapshot.object_name, message, kind, elements)
     what, cure = known
     cure = (cures or {}).get(error.code, cure)
     place = _place(kind, elements)
     message = f"{snapshot.object_name}: {place or 'the surface '}{what}. {cure}"
     # Numbers that only the solver knows (a missing angle, two pins) follow in its own words.
     if not place or error.code in WITH_SOLVER_TEXT:
-        said = str(error)
-        message += f" ({said.partition('. ')[0] if error.code in FIRST_SENTENCE else said})"
+        said = _in_mesh_numbers(snapshot, error)
+        said = said.partition(". ")[0] if error.code in FIRST_SENTENCE else said
+        message += f" ({said})" if said else ""
     if error.code in NOT_FOR_EDIT_MODE:
         kind, elements = "none", None
     return Failure(snapshot.object_name, message, kind, elements)

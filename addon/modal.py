@@ -52,6 +52,10 @@ class SolverOperator:
         """The report line for tasks that were written."""
         raise NotImplementedError
 
+    def hint(self, tasks: list[Task]) -> str:
+        """What would do better, although all is well; "" if nothing is known."""
+        return ""
+
     def advice(self, tasks: list[Task]) -> str:
         """What to do where a result is valid but not good; the report is a warning then. "" if all is well."""
         return ""
@@ -140,7 +144,7 @@ class SolverOperator:
         try:
             return self.make_run(context)
         except mesh_io.MeshProblem as problem:
-            self.report({"ERROR"}, str(problem))
+            errors.complain(self, str(problem))
             return None
 
     def _conclude(self, context, run: Run):
@@ -161,7 +165,8 @@ class SolverOperator:
         if run.solved_here:
             text += ", solved inside Blender as no process could be started for it"
         advice = self.advice(run.done)
-        self.report({"WARNING"} if advice else {"INFO"}, f"{text}. {advice}" if advice else text)
+        text = ". ".join(filter(None, [text, advice, self.hint(run.done)]))
+        self.report({"WARNING"} if advice else {"INFO"}, text)
         return {"FINISHED"}
 
     def _report_failures(self, failures, written: bool):
@@ -170,4 +175,7 @@ class SolverOperator:
         text = "\n".join(str(f) for f in failures)
         if errors.remember(failures):
             text += f". {errors.HINT}"
-        self.report({"WARNING"} if written else {"ERROR"}, text)
+        if written:
+            self.report({"WARNING"}, text)
+        else:
+            errors.complain(self, text)

@@ -10,7 +10,7 @@ import numpy as np
 import flipfree
 
 from .. import solver
-from ..meshes import cones, fields, mesh_io
+from ..meshes import cones, fields, mesh_io, separated
 from ..operators import common, cone_sums, options, parts, seamless
 
 FIELDS = (
@@ -78,11 +78,7 @@ class Given:
 class FieldAlignedTask(seamless.SeamlessTask):
     """All connected parts of the faces in one map that follows a field, with its cones."""
 
-    cures = {
-        **seamless.SeamlessTask.cures,
-        "bad angles": "Take another source for the field, or smooth it there",
-        "angles violate Gauss-Bonnet": "Mark Cone adds and removes cones",
-    }
+    failed_cure = "take a smoother field, or clean up thin faces"
     poor_cure = "Take a smoother field, or less difference in density"
 
     def __init__(
@@ -113,6 +109,13 @@ class FieldAlignedTask(seamless.SeamlessTask):
         self.write_field = write_field
         self.field = None
         self.off = 0.0  # degrees between map and field, mean by area
+
+    @property
+    def cures(self):
+        return {
+            **super().cures,
+            "bad angles": self.cure("take another source for the field, or smooth it there"),
+        }
 
     def stages(self):
         if isinstance(self.given, mesh_io.MeshProblem):
@@ -173,6 +176,7 @@ def make_task(
 ) -> FieldAlignedTask:
     """source: arguments of `look`."""
     try:
+        snapshot = separated.separated(snapshot)
         given = look(snapshot, follow_boundary=boundary == "aligned", **source)
     except mesh_io.MeshProblem as problem:  # of this object: others go on
         given = problem
@@ -247,7 +251,7 @@ def summary(tasks: list[FieldAlignedTask]) -> str:
             + common.plural(triangles, "triangle"),
             parts.added(tasks),
         ]
-    )
+    ) + common.separated_text(certificates)
 
 
 class UV_OT_flipfree_field_aligned(options.MapOperator, bpy.types.Operator):

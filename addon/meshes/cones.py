@@ -12,7 +12,7 @@ import bmesh
 import bpy
 import numpy as np
 
-from . import labels
+from . import fields, labels
 
 ATTRIBUTE = "cone_angle"
 _GROUP = re.compile(r"Cone ([+-]\d+)")
@@ -203,6 +203,22 @@ def replace(ob: bpy.types.Object, vertices: list[int], curvature: dict[int, int]
             if attribute is not None:
                 vertex[attribute] = 0.0
     add(ob, curvature)
+
+
+def clear(ob: bpy.types.Object) -> int:
+    """No cones are left: in edit mode at the selected vertices, else anywhere. Returns how many there were."""
+    editing = ob.mode == "EDIT"
+    with fields.whole_mesh(ob) as mesh:
+        marked = sorted(read(ob, mesh, np.zeros(len(mesh.vertices), bool)))
+        if editing:
+            shown = [v.select and not v.hide for v in mesh.vertices]
+            marked = [v for v in marked if shown[v]]
+    replace(ob, marked, {})
+    if editing:
+        bmesh.update_edit_mesh(ob.data, loop_triangles=False, destructive=False)
+    else:
+        ob.data.update()
+    return len(marked)
 
 
 def write(ob: bpy.types.Object, angles: dict[int, tuple[float, bool]], *, as_groups: bool) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from flipfree import texts
 
-from .. import errors
+from .. import errors, scene, watch
 from ..meshes import mesh_io
 
 
@@ -160,13 +160,15 @@ def figures(certificates, islands: int, island_overlaps: int | None = None) -> s
         mean = sum(c.energy * c.triangles for c in known) / max(sum(c.triangles for c in known), 1)
         worst = max(c.max_energy for c in known)
         parts.append(f"distortion mean {mean:.3f} max {worst:.3g}")
-    text = ", ".join(parts) + f" on {plural(triangles, 'triangle')}"
+    return f"{', '.join(parts)} on {plural(triangles, 'triangle')}{separated_text(certificates)}"
+
+
+def separated_text(certificates) -> str:
+    """What meshes were separated for, as the end of a report's figures; "" if all were clean."""
     mended = mends(certificates)
-    if mended:
-        text += "; separated: " + ", ".join(
-            texts.mended(count, what) for what, count in mended.items()
-        )
-    return text
+    if not mended:
+        return ""
+    return "; separated: " + ", ".join(texts.mended(count, what) for what, count in mended.items())
 
 
 def mends(certificates) -> dict[str, int]:
@@ -203,7 +205,20 @@ MORE_SEAMS = "Mark more seams there"
 
 
 def advice(tasks) -> str:
-    """What to do about poor maps among `tasks`; "" if there are none."""
+    """What to do about poor maps among `tasks`, and about objects whose scale the maps know nothing of; "" if all is well."""
+    return ". ".join(filter(None, [_about_poor(tasks), _about_scale(tasks)]))
+
+
+def _about_scale(tasks) -> str:
+    names = [task.snapshot.object_name for task in tasks if getattr(task, "flattens", False)]
+    there = watch.objects_by_name() if names else {}
+    found = [name for name in names if scene.uneven(there.get(name))]
+    if not found:
+        return ""
+    return f"{found[0]}{mesh_io.more(found)} has a non-uniform scale: apply it (Ctrl A) if the islands should not be stretched"
+
+
+def _about_poor(tasks) -> str:
     poor = [task for task in tasks if any(judged.certificate.poor for judged in task.judged)]
     if not poor:
         return ""

@@ -60,9 +60,9 @@ def part_name(snapshot, triangles) -> str:
     return f"{name}, the part of face {faces[0]} ({common.plural(len(faces), 'face')})"
 
 
-def refuse_unbalanced(snapshot, parts) -> None:
+def refuse_unbalanced(snapshot, parts, suggest: str = "Suggest Cones") -> None:
     """All parts whose cones do not sum to what their shape needs, each with its remainder. parts: [(triangles, curvature
-    that is missing, radians)]. Raises MeshProblem."""
+    that is missing, radians)]. suggest: what places cones that would do. Raises MeshProblem."""
     wrong, faces = [], []
     for triangles, left in parts:
         missing = left / (math.pi / 2)
@@ -73,7 +73,7 @@ def refuse_unbalanced(snapshot, parts) -> None:
         raise mesh_io.MeshProblem(
             "The cones do not sum to what the shape needs. Still missing:\n"
             + "\n".join(wrong)
-            + "\nMark Cone adds and removes cones",
+            + f"\n{suggest} places them, Mark Cone adds and removes single ones",
             "face",
             np.concatenate(faces),
         )

@@ -1,18 +1,32 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Conformal Map with Cones, Suggest Cones, Mark Cone (thesis 4, docs/conformal-map.md)."""
+"""Conformal Map with Cones, Suggest Cones, Mark Cone, Clear Cones (thesis 4, docs/conformal-map.md)."""
 
+import dataclasses
 import functools
 import math
 
 import bpy
 import numpy as np
 
-from .. import modal, solver
+from .. import errors, modal, solver
 from ..meshes import cones, islands, labels, mesh_io, separated
 from . import common, cone_sums, options, parts
 
 # Radians by which a 32-bit cone angle may be off its 64-bit value (half a unit in the last place below 64).
 ROUNDING = 2e-6
+
+# Of a certificate, what depends on how the map is rounded.
+AS_STORED = (
+    "triangles",
+    "flips32",
+    "overlaps",
+    "energy",
+    "max_energy",
+    "energy_p99",
+    "poor",
+    "poor_islands",
+    "failed_faces",
+)
 
 BOUNDARIES = (
     ("free", "Free", "Lengths along the boundary stay: least distortion of area"),
@@ -110,7 +124,22 @@ class ConformalTask(parts.PartsTask):
                 scale_true=self.scale_true,
             )
             self.result.uv, self.result.stored = packed.uv, packed.uv32()
+        yield from self._look_at_stored(pieces)
         yield from self.look_at_islands()
+
+    def _look_at_stored(self, pieces):
+        """The solver judged its own map in 64 bits; the report speaks of what will be stored, where overlaps may be others."""
+        result = self.result
+        for i, piece in enumerate(pieces):
+            rows = np.isin(result.parent_face, piece.triangles)
+            found = yield solver.certify_arrays(
+                result.vertices, result.faces[rows], result.uv32()[rows], bijective=True
+            )
+            stored = {name: getattr(found, name) for name in AS_STORED}
+            certificate = dataclasses.replace(self.certificates[i], **stored)
+            faces = self.snapshot.triangle_face[result.parent_face[rows]]
+            self.certificates[i] = certificate
+            self.judged[i] = common.Judged(certificate, faces)
 
     def island_count(self) -> int:
         return labels.count_islands(self.result.faces, self.result.uv32())
@@ -326,14 +355,35 @@ class MESH_OT_flipfree_mark_cone(bpy.types.Operator):
         ob = context.edit_object
         marked = cones.mark_selected(ob, self.quarter_turns)
         if not marked:
-            self.report({"ERROR"}, f"{ob.name}: no vertices are selected")
+            errors.complain(self, f"{ob.name}: no vertices are selected")
             return {"CANCELLED"}
         self.report({"INFO"}, f"{common.plural(marked, 'cone')} marked. {cones.balance(ob)}")
+        return {"FINISHED"}
+
+
+class UV_OT_flipfree_clear_cones(bpy.types.Operator):
+    bl_idname = "uv.flipfree_clear_cones"
+    bl_label = "Clear Cones"
+    bl_description = (
+        "Take away all marks of cones, those of the groups `Cone +1`, `Cone -1`, ... and those of the attribute `cone_angle`: of "
+        "the selected objects, in Edit Mode of the selected vertices"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        return common.poll(cls, context)
+
+    def execute(self, context):
+        count = sum(cones.clear(ob) for ob in common.meshes(context))
+        text = f"{common.plural(count, 'cone')} cleared" if count else "No cone is marked there"
+        self.report({"INFO"}, text)
         return {"FINISHED"}
 
 
 CLASSES = (
     UV_OT_flipfree_conformal,
     UV_OT_flipfree_suggest_cones,
+    UV_OT_flipfree_clear_cones,
     MESH_OT_flipfree_mark_cone,
 )

@@ -3,8 +3,8 @@
 
     tasks that ended well --joint--> JointLayout: one pack job over all islands, then each object's certificate anew
 
-All islands get one scale, measured on the surfaces as they stand in the scene: objects that are scaled count with their size
-there. Faces of edited meshes that are not worked on are obstacles.
+All islands get one scale, measured on the surfaces as they stand in the scene: objects that are scaled, in whatever way, count
+with their areas there. Faces of edited meshes that are not worked on are obstacles.
 """
 
 import functools
@@ -12,7 +12,7 @@ import functools
 import bpy
 import numpy as np
 
-from .. import modal, solver, watch
+from .. import modal, scene, solver, watch
 from ..meshes import mesh_io
 from . import common
 
@@ -36,7 +36,9 @@ def joint(done: list, obstacles=None) -> "JointLayout | None":
     if kept:
         known = [] if obstacles is None else [obstacles]
         obstacles = _laid_out(np.concatenate([*known, *kept]).astype(np.float64))
+    # A solver knows the surface without the scale of its object.
     alone = len(tasks) == 1 and tasks[0].packs_alone and (obstacles is None or not len(obstacles))
+    alone = alone and not scene.uneven(bpy.data.objects.get(tasks[0].snapshot.object_name))
     return None if not tasks or alone else JointLayout(done, tasks, obstacles)
 
 
@@ -58,18 +60,12 @@ def _laid_out(triangles: np.ndarray) -> np.ndarray:
     return triangles[(low != high).any(axis=1) & (~whole | one_quad)]
 
 
-def _size_in_scene(ob: bpy.types.Object | None) -> float:
-    """How much longer the object's lengths are in the scene, on average over directions; 1 if it has no size there."""
-    volume = abs(ob.matrix_world.to_3x3().determinant()) if ob is not None else 1.0
-    size = float(volume) ** (1.0 / 3.0)
-    return size if np.isfinite(size) and size > 0.0 else 1.0
-
-
 def pack_beside(snapshot, triangles: np.ndarray, result, pieces: list):
     """Starts moving a map of some of the snapshot's triangles to where they were or, if it does not fit there, to where there
     is room beside these pieces (islands.Piece), which stay; returns the job. In the pieces' density if it can be."""
+    ob = bpy.data.objects.get(snapshot.object_name)
     return solver.pack(
-        result.vertices,
+        scene.placed(result.vertices, ob),
         result.faces,
         result.uv,
         margin=0.005,
@@ -78,16 +74,16 @@ def pack_beside(snapshot, triangles: np.ndarray, result, pieces: list):
             [_laid_out(snapshot.uv[snapshot.other_loops].astype(np.float64))]
             + [piece.result.uv32().astype(np.float64) for piece in pieces]
         ),
-        density=_density([piece.result for piece in pieces]),
+        density=_density([piece.result for piece in pieces], ob),
         place_like=snapshot.corner_uv[triangles],
     )
 
 
-def _density(maps: list) -> float | None:
-    """Length in UV space per length of the surface, over all of these; None if that is no number."""
+def _density(maps: list, ob) -> float | None:
+    """Length in UV space per length of the object in the scene, over all of these; None if that is no number."""
     surface = plane = 0.0
     for found in maps:
-        at, uv = found.vertices[found.faces], found.uv
+        at, uv = scene.placed(found.vertices, ob)[found.faces], found.uv
         normals = np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 0])
         surface += float(np.linalg.norm(normals, axis=1).sum())
         sides = np.stack([uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]], axis=-1)
@@ -116,9 +112,8 @@ class JointLayout(modal.StagedTask):
         snapshots = [task.snapshot for task in tasks]
         keep = tasks[0].keep_placement and all(s.layer_name for s in snapshots)
         there = watch.objects_by_name()
-        sizes = [_size_in_scene(there.get(s.object_name)) for s in snapshots]
         packed = yield solver.pack(
-            np.concatenate([s.vertices * size for s, size in zip(snapshots, sizes, strict=True)]),
+            np.concatenate([scene.placed_vertices(s, there.get(s.object_name)) for s in snapshots]),
             np.concatenate(
                 [s.triangles + n for s, n in zip(snapshots, self.first_vertex, strict=False)]
             ),

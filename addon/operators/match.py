@@ -126,7 +126,7 @@ class MatchTask(parts.PartsTask):
         faces = np.unique(self.snapshot.triangle_face[island.triangles])
         handles = f"{island.genus(loops)} handle{'s' * (island.genus(loops) != 1)}"
         raise mesh_io.MeshProblem(
-            f"{self.snapshot.object_name}: the island of face {faces[0]} ({len(faces)} faces) "
+            f"{self.snapshot.object_name}: the island of face {faces[0]} ({common.plural(len(faces), 'face')}) "
             f"{'has ' + handles if loops else 'is closed'} and cannot be flattened in one piece. Mark seams that open "
             "it, or turn on Cut Open in the redo panel",
             "face",

@@ -13,6 +13,7 @@ from . import common
 class PartsTask(modal.StagedTask):
     """Subclasses' `stages` set `solving` before each job and `result` (islands.Combined) at the end."""
 
+    flattens = True
     mark_cuts = True  # edges along which the result is cut become seams
 
     def __init__(self, snapshot):
@@ -53,6 +54,7 @@ class PartsTask(modal.StagedTask):
         if self.solving is None:
             return
         submesh, triangles = self.solving
+        error.vertices = submesh
         ids = np.asarray(error.elements, dtype=np.int64).ravel()
         if error.kind in ("vertex", "edge") and len(ids):
             error.elements = submesh[ids[ids < len(submesh)]].tolist()

@@ -23,6 +23,18 @@ CONES = (
     ("suggested", "Suggested", "Placed where the map would scale most, whatever is marked"),
 )
 
+# Codes of errors where a map was looked for and none was found that can be stored.
+NO_MAP = (
+    "rounding to 32 bits flips triangles",
+    "iteration limit reached",
+    "line search stalled",
+    "certificate failed",
+    "factorization failed",
+)
+
+SUGGEST_QUARTERS = "Suggest Cones with *Quarter Turns*"
+BALANCE = f"run {SUGGEST_QUARTERS}, which places them; Mark Cone adds and removes single ones"
+
 BOUNDARIES = (
     (
         "aligned",
@@ -47,15 +59,7 @@ ENGINES = (
 class SeamlessTask(parts.PartsTask):
     """All connected parts of the faces in one map, each a chart with cones of its own."""
 
-    cures = dict.fromkeys(
-        (
-            "rounding to 32 bits flips triangles",
-            "iteration limit reached",
-            "line search stalled",
-            "certificate failed",
-        ),
-        "Take suggested cones with a lower Scale Bound, or clean up thin faces",
-    )
+    failed_cure = "take suggested cones with a lower Scale Bound, or clean up thin faces"
     poor_cure = "More cones there even the scale out: lower the Scale Bound, or use Mark Cone"
 
     def __init__(
@@ -87,6 +91,19 @@ class SeamlessTask(parts.PartsTask):
         self.quarters = {}  # {submesh vertex: quarter turns of its angle}
         self.suggested = {}  # those of them that were not marked
         self.turns = np.zeros(0, np.int32)  # per cut edge of the result
+
+    @property
+    def cures(self):
+        return {
+            **dict.fromkeys(NO_MAP, self.cure(self.failed_cure)),
+            "angles violate Gauss-Bonnet": self.cure(BALANCE),
+        }
+
+    def cure(self, others: str) -> str:
+        """What helps where boundaries that have to be straight may be at fault, and the others."""
+        if self.boundary == "aligned" and self.boundary_vertices.any():
+            return f"Choose *Boundary: Free*, or {others}"
+        return others[0].upper() + others[1:]
 
     def stages(self):
         if self.cones_from != "suggested":
@@ -154,7 +171,10 @@ class SeamlessTask(parts.PartsTask):
             raise mesh_io.MeshProblem(
                 f"{self.snapshot.object_name}: vertex {ids[0]}{mesh_io.more(ids)} has a cone angle of "
                 f"{math.degrees(self.cone_angles[bad[0]]):.6g} degrees, and seamless maps have multiples of 90, 90 at "
-                "least. Mark it with Mark Cone, or take the marks away and let the cones be suggested",
+                "least. Run "
+                + SUGGEST_QUARTERS
+                + ", or take the marks away with Clear Cones or choose *Cones: Suggested*, "
+                "and let the cones be suggested",
                 "vertex",
                 ids,
             )
@@ -176,7 +196,7 @@ class SeamlessTask(parts.PartsTask):
             angles = np.array([self.quarters.get(v, 4) for v in used.tolist()]) * (math.pi / 2)
             flat = np.zeros(len(used), bool)
             lefts.append((triangles, cone_sums.curvature_left(part, angles, flat)))
-        cone_sums.refuse_unbalanced(self.snapshot, lefts)
+        cone_sums.refuse_unbalanced(self.snapshot, lefts, SUGGEST_QUARTERS)
 
     def island_count(self) -> int:
         return labels.count_islands(self.result.faces, self.result.uv32())
@@ -235,7 +255,7 @@ def summary(tasks: list[SeamlessTask]) -> str:
             + common.plural(triangles, "triangle"),
             parts.added(tasks),
         ]
-    )
+    ) + common.separated_text(certificates)
 
 
 class UV_OT_flipfree_seamless(options.MapOperator, bpy.types.Operator):

@@ -58,8 +58,8 @@ class UV_OT_flipfree_select_failed(bpy.types.Operator):
             editing = set(context.objects_in_mode)
             found = [(ob, failure) for ob, failure in found if ob in editing]
         if not found:
-            self.report(
-                {"ERROR"},
+            errors.complain(
+                self,
                 "The mesh is no longer the one that the run failed on, or not the one in Edit Mode. Run it again",
             )
             return {"CANCELLED"}
@@ -94,8 +94,8 @@ class UV_OT_flipfree_select_mends(bpy.types.Operator):
             editing = set(context.objects_in_mode)
             found = [place for place in found if place[0] in editing]
         if not found:
-            self.report(
-                {"ERROR"},
+            errors.complain(
+                self,
                 "The mesh is no longer the one that was separated, or not the one in Edit Mode. Run the operator again",
             )
             return {"CANCELLED"}

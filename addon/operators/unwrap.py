@@ -11,6 +11,9 @@ from .. import modal, solver
 from ..meshes import islands, mesh_io, selection
 from . import common, options
 
+# Distortion from which seams would help: mean, what 99 % of the surface stay below, the worst triangle (a crushed tip).
+_MEAN, _NEARLY_ALL, _WORST = 1.25, 4.0, 25.0
+
 
 class MapTask(modal.Task):
     """A task whose result is a map on the mesh's own triangles. Subclasses have `bijective`, `use_pins` and `margin`.
@@ -95,6 +98,8 @@ class MapTask(modal.Task):
 
 
 class UnwrapTask(MapTask):
+    flattens = True
+
     def __init__(
         self,
         snapshot,
@@ -156,6 +161,19 @@ def summary(tasks: list[UnwrapTask]) -> str:
     if cuts:
         text += f", {common.plural(cuts, 'edge')} cut automatically"
     return text + layout_notes(tasks)
+
+
+def hint(tasks: list[UnwrapTask]) -> str:
+    """What a newcomer may have missed: nothing says where to cut, and it shows. "" if all is well."""
+    for task in tasks:
+        found, snapshot = task.certificate, task.snapshot
+        stretched = (
+            found.energy > _MEAN or found.energy_p99 > _NEARLY_ALL or found.max_energy > _WORST
+        )
+        open_to_it = task.seams == "given" and not snapshot.seams.any() and not task.pins()
+        if stretched and open_to_it:
+            return "No seam is marked: Auto Seams, or *Seams: Automatic*, cut where that lowers the distortion"
+    return ""
 
 
 def layout_notes(tasks: list[MapTask]) -> str:
@@ -251,6 +269,9 @@ class UV_OT_flipfree_unwrap(
 
     def summary(self, tasks):
         return summary(tasks)
+
+    def hint(self, tasks):
+        return hint(tasks)
 
 
 CLASSES = (UV_OT_flipfree_unwrap,)

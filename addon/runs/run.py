@@ -24,6 +24,8 @@ class Task:
 
     # Whether its result is an object's; a layout only changes what other tasks write.
     writes = True
+    # Whether it maps surfaces as they are in object space, without the object's scale.
+    flattens = False
     # Certificates of what it made, with the mesh faces they speak of (operators.common.Judged).
     judged = ()
     # Of the task's progress, what its present job makes.

@@ -67,6 +67,7 @@ SECTIONS = (
         (
             Tool(conformal, "uv.flipfree_suggest_cones", "LIGHT"),
             Tool(conformal, "mesh.flipfree_mark_cone", "MESH_CONE"),
+            Tool(conformal, "uv.flipfree_clear_cones", "X"),
             Tool(conformal, "uv.flipfree_conformal", "MOD_WARP"),
             Tool(seamless, "uv.flipfree_seamless", "MESH_TORUS"),
             Tool(field_aligned, "uv.flipfree_field_aligned", "MOD_LATTICE"),

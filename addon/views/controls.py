@@ -6,6 +6,7 @@ The properties of the window manager read and write `state`, so that nothing of 
 
 import bpy
 
+from .. import errors
 from . import draw, field, refresh, state
 
 _NO_WINDOW = "Without a window there is nothing to draw in"
@@ -51,7 +52,7 @@ class UV_OT_flipfree_show(bpy.types.Operator):
 
     def execute(self, _context):
         if bpy.app.background:
-            self.report({"ERROR"}, _NO_WINDOW)
+            errors.complain(self, _NO_WINDOW)
             return {"CANCELLED"}
         switch(self.what, not state.is_on(self.what))
         return {"FINISHED"}
@@ -85,7 +86,7 @@ class VIEW3D_OT_flipfree_show_field(bpy.types.Operator):
 
     def execute(self, context):
         if bpy.app.background:
-            self.report({"ERROR"}, _NO_WINDOW)
+            errors.complain(self, _NO_WINDOW)
             return {"CANCELLED"}
         on = not (state.is_on("field") and state.is_on("cones"))
         switch("field", on)

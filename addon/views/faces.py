@@ -4,9 +4,9 @@
 import math
 from dataclasses import dataclass
 
-import bpy
 import numpy as np
 
+from .. import scene
 from . import measures, shapes, state
 
 ALPHA = 0.85
@@ -51,16 +51,10 @@ SCALES = {
 }
 
 
-def size_in_scene(ob: bpy.types.Object) -> float:
-    """How much longer the object's lengths are in the scene, on average over directions."""
-    size = abs(ob.matrix_world.to_3x3().determinant()) ** (1.0 / 3.0)
-    return size if math.isfinite(size) and size > 0.0 else 1.0
-
-
-def measure(what: str, found: measures.Stretch, size: float, pixels: int) -> np.ndarray:
-    """(t,) values of one of SCALES."""
+def measure(what: str, found: measures.Stretch, pixels: int) -> np.ndarray:
+    """(t,) values of one of SCALES. found: of the surface in the scene for texel density, else of the object."""
     if what == "density":
-        return measures.density(found, pixels, size)
+        return measures.density(found, pixels)
     return {
         "distortion": measures.dirichlet,
         "angle": measures.angle,
@@ -73,11 +67,14 @@ def draw(read, drawing: shapes.Drawing) -> None:
     if not read.layer or not len(read.loops):
         return
     uv = read.uv[read.loops]
-    found = measures.stretch(read.corner_points, uv)
-    size = size_in_scene(read.ob)
-    values = measure(state.current.faces, found, size, state.current.pixels)
-    drawing.values = measures.of_faces(values, found.area, read.faces)
-    drawing.weights = found.area * size**2
+    in_scene = measures.stretch(scene.placed(read.corner_points, read.ob), uv)
+    what = state.current.faces
+    found = in_scene if what == "density" else measures.stretch(read.corner_points, uv)
+    drawing.values = measure(what, found, state.current.pixels)
+    drawing.face_values = measures.of_faces(drawing.values, found.area, read.faces)
+    # Of one object as in its certificate, of several by their sizes in the scene.
+    grown = float(in_scene.area.sum()) / max(float(found.area.sum()), 1e-300)
+    drawing.weights = found.area * grown
     drawing.shapes.insert(
         0,
         shapes.Shape(
@@ -92,7 +89,7 @@ def colour(drawing: shapes.Drawing, scale: Scale, reference: float) -> None:
     """Of the two shapes that `draw` made."""
     if drawing.values is None:
         return
-    corners = np.repeat(colours(scale, scale.place(drawing.values, reference)), 3, axis=0)
+    corners = np.repeat(colours(scale, scale.place(drawing.face_values, reference)), 3, axis=0)
     for shape in drawing.shapes[:2]:
         shape.colour = corners
 

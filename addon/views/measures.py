@@ -84,9 +84,9 @@ def area(found: Stretch) -> np.ndarray:
     return value
 
 
-def density(found: Stretch, pixels: float, size: float) -> np.ndarray:
-    """(t,) pixels per unit of the scene. pixels: of the texture to a side; size: how much longer the object is there."""
-    return np.sqrt(np.abs(found.det)) * pixels / size
+def density(found: Stretch, pixels: float) -> np.ndarray:
+    """(t,) pixels per unit of the surface. pixels: of the texture to a side."""
+    return np.sqrt(np.abs(found.det)) * pixels
 
 
 def of_faces(values: np.ndarray, weights: np.ndarray, faces: np.ndarray) -> np.ndarray:

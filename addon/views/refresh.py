@@ -9,7 +9,7 @@ import bpy
 
 import flipfree
 
-from .. import watch
+from .. import scene, watch
 from ..meshes import mesh_io
 from . import faces, faults, field, legend, marks, reading, shapes, state
 
@@ -90,7 +90,7 @@ def look(*, at_once: bool = False) -> None:
         _end(entries.pop(uid))
         changed = True
     for uid, ob in shown.items():
-        stamp = (*watch.stamp(ob), _map_name(ob), faces.size_in_scene(ob), state.current.version)
+        stamp = (*watch.stamp(ob), _map_name(ob), scene.matrix(ob).tobytes(), state.current.version)
         rests, _seen[uid] = _seen.get(uid) == stamp, stamp
         entry = entries.get(uid)
         if (entry is None or entry.stamp != stamp) and (rests or at_once or entry is None):

@@ -34,7 +34,8 @@ class Mark:
 
 @dataclass
 class Drawing:
-    """Of one object. values, weights: (t,) of the triangles whose distribution the legend shows. notes: lines of the legend."""
+    """Of one object. values, weights: (t,) of the triangles whose distribution the legend shows; face_values: (t,) what each
+    one's face is coloured by, the mean of its triangles. notes: lines of the legend."""
 
     shapes: list[Shape] = field(default_factory=list)
     marks: list[Mark] = field(default_factory=list)
@@ -43,6 +44,7 @@ class Drawing:
     )  # (colour of a square before it, text)
     values: np.ndarray | None = None
     weights: np.ndarray | None = None
+    face_values: np.ndarray | None = None
 
 
 def in_plane(uv: np.ndarray) -> np.ndarray:

@@ -316,3 +316,52 @@ def test_mark_cone_names_the_parts_that_lack_something(part):
     assert words == f"The cones still lack, in the part of vertex {first}: +3 quarter turns"
     ob.vertex_groups["Cone +1"].add(corners(ob), 1.0, "REPLACE")
     assert part("meshes.cones").balance(ob) == "The cones fit all 2 parts"
+
+
+@pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
+def test_clear_cones_takes_marks_of_both_kinds_away(mode, capfd, part):
+    ob = shapes.cube()
+    ob.vertex_groups.new(name="Cone +1").add([0, 1], 1.0, "REPLACE")
+    ob.vertex_groups.new(name="Other").add([0, 1], 1.0, "REPLACE")
+    ob.data.attributes.new("cone_angle", "FLOAT", "POINT").data[2].value = 1.0
+    bpy.ops.object.mode_set(mode=mode)
+    left = []
+    if mode == "EDIT":
+        bm = bmesh.from_edit_mesh(ob.data)
+        bpy.ops.mesh.select_all(action="DESELECT")
+        bm.verts.ensure_lookup_table()
+        for vertex in (1, 2, 3):
+            bm.verts[vertex].select_set(True)
+        bmesh.update_edit_mesh(ob.data)
+        left = [0]
+    assert bpy.ops.uv.flipfree_clear_cones() == {"FINISHED"}
+    assert f"{3 - len(left)} cones cleared" in capfd.readouterr().out
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert sorted(part("meshes.cones").read(ob, ob.data, np.zeros(8, bool))) == left
+    assert all(len([g for g in ob.data.vertices[v].groups if g.group == 1]) == 1 for v in (0, 1))
+    bpy.ops.uv.flipfree_clear_cones()
+    bpy.ops.uv.flipfree_clear_cones()
+    assert "No cone is marked there" in capfd.readouterr().out
+
+
+def washer(n=24):
+    """A flat ring of quads."""
+    turn = np.linspace(0, 2 * np.pi, n, endpoint=False)
+    circle = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(n)])
+    faces = [(j, (j + 1) % n, n + (j + 1) % n, n + j) for j in range(n)]
+    return shapes.add("Washer", np.concatenate([circle, circle / 2]), faces)
+
+
+def test_the_report_judges_the_map_that_is_stored(capfd, part):
+    ob = washer()
+    assert bpy.ops.uv.flipfree_conformal() == {"FINISHED"}
+    line = capfd.readouterr().out
+    written = part("certificates").of(ob).figures
+    assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
+    checked = part("certificates").of(ob).figures
+    assert f"{checked['overlaps']} overlap" in line
+    for name in ("triangles", "flips32", "overlaps", "island_overlaps"):
+        assert written[name] == checked[name]
+    for name in ("energy", "energy_p99", "max_energy"):
+        assert written[name] == pytest.approx(checked[name], rel=1e-9)
+    assert checked["overlaps"] == 0  # two cut sides that meet in 64 bits do not as they are stored

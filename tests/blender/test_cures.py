@@ -90,21 +90,81 @@ def test_cones_that_do_not_sum_up_are_suggested():
     bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=2)
     ob = bpy.context.object
     ob.vertex_groups.new(name="Cone +1").add([0, 1], 1.0, "REPLACE")
-    with pytest.raises(RuntimeError, match="Mark Cone"):
+    with pytest.raises(RuntimeError, match="Suggest Cones places them, Mark Cone"):
         bpy.ops.uv.flipfree_conformal()
     assert bpy.ops.uv.flipfree_suggest_cones(quarter_turns=True) == {"FINISHED"}
     assert bpy.ops.uv.flipfree_conformal() == {"FINISHED"}
 
 
+def sphere():
+    bpy.ops.mesh.primitive_uv_sphere_add()
+    return bpy.context.object
+
+
+@pytest.mark.parametrize("cure", ["quarter turns", "clear", "suggested"])
+@pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
+def test_cones_that_were_suggested_for_conformal_maps_are_no_dead_end_for_seamless_ones(mode, cure):
+    ob = sphere()
+    bpy.ops.object.mode_set(mode=mode)
+    if mode == "EDIT":
+        mesh.select_all(action="SELECT")
+    assert bpy.ops.uv.flipfree_suggest_cones() == {"FINISHED"}
+    with pytest.raises(RuntimeError, match="multiples of 90.*Quarter Turns.*Clear Cones"):
+        bpy.ops.uv.flipfree_seamless()
+    options = {}
+    if cure == "quarter turns":
+        assert bpy.ops.uv.flipfree_suggest_cones(quarter_turns=True) == {"FINISHED"}
+    elif cure == "clear":
+        assert bpy.ops.uv.flipfree_clear_cones() == {"FINISHED"}
+    else:
+        options["cones_from"] = "suggested"
+    assert bpy.ops.uv.flipfree_seamless(**options) == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert shapes.exact_flips(ob) == 0
+
+
+def test_a_cube_for_which_conformal_names_suggest_cones():
+    shapes.cube()
+    with pytest.raises(RuntimeError, match="[+]8 quarter turns(.|\n)*Suggest Cones"):
+        bpy.ops.uv.flipfree_conformal()
+    assert bpy.ops.uv.flipfree_suggest_cones() == {"FINISHED"}
+    assert bpy.ops.uv.flipfree_conformal() == {"FINISHED"}
+
+
+@pytest.mark.parametrize("operator", ["seamless", "field_aligned"])
+def test_flat_text_gets_a_seamless_map_with_a_free_boundary(operator):
+    bpy.ops.object.text_add()
+    bpy.context.object.data.body = "Text"
+    bpy.ops.object.convert(target="MESH")
+    run = getattr(bpy.ops.uv, f"flipfree_{operator}")
+    try:
+        run()
+    except RuntimeError as error:
+        assert "Choose *Boundary: Free*" in str(error)
+    assert run(boundary="free") == {"FINISHED"}
+    assert shapes.exact_flips(bpy.context.object) == 0
+
+
+@pytest.mark.parametrize("module", ["operators.seamless", "fields.field_aligned"])
+@pytest.mark.parametrize("boundary", ["aligned", "free"])
+def test_boundaries_that_need_not_be_straight_are_named_where_they_are(part, module, boundary):
+    for ob, has_boundary in ((shapes.grid(3), True), (shapes.cube(), False)):
+        snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
+        task = part(module).make_task(snapshot, boundary=boundary)
+        for code in ("certificate failed", "factorization failed"):
+            named = "Boundary: Free" in task.cures[code]
+            assert named == (has_boundary and boundary == "aligned")
+
+
 def test_cones_that_no_seamless_map_has_are_marked_anew():
     ob = shapes.cube()
     ob.data.attributes.new("cone_angle", "FLOAT", "POINT").data[2].value = 1.0
-    with pytest.raises(RuntimeError, match="Mark Cone, or take the marks away"):
+    with pytest.raises(RuntimeError, match="Quarter Turns.*Clear Cones.*Cones: Suggested"):
         bpy.ops.uv.flipfree_seamless()
     ob.data.attributes["cone_angle"].data[2].value = 0.0
     assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
     ob.vertex_groups["Cone +1"].remove([0])
-    with pytest.raises(RuntimeError, match="[+]1 quarter turns(.|\n)*Mark Cone"):
+    with pytest.raises(RuntimeError, match="[+]1 quarter turns(.|\n)*Quarter Turns.*Mark Cone"):
         bpy.ops.uv.flipfree_seamless()
     bpy.ops.object.mode_set(mode="EDIT")
     mesh.select_all(action="DESELECT")

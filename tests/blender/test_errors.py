@@ -90,10 +90,13 @@ def defects():
 
 
 @pytest.mark.parametrize("name", defects())
-@pytest.mark.parametrize("operator", ["unwrap", "conformal"])
-def test_no_operator_refuses_a_mesh_that_is_no_clean_surface(name, operator):
+@pytest.mark.parametrize("operator", ["unwrap", "conformal", "seamless", "field_aligned"])
+def test_no_operator_refuses_a_mesh_that_is_no_clean_surface(name, operator, capfd):
     shapes.add("Broken", *defects()[name], uv=True)
-    assert getattr(bpy.ops.uv, f"flipfree_{operator}")() == {"FINISHED"}
+    # These have boundaries of three and four edges, too short to be straight.
+    free = {"boundary": "free"} if operator in {"seamless", "field_aligned"} else {}
+    assert getattr(bpy.ops.uv, f"flipfree_{operator}")(**free) == {"FINISHED"}
+    assert "; separated: " in capfd.readouterr().out
     assert bpy.ops.uv.flipfree_select_mends.poll()
 
 
@@ -236,3 +239,58 @@ def test_the_documented_messages_are_the_real_ones(part):
     page = (REPOSITORY / "docs/messages.md").read_text()
     for what, cure in part("errors").TEXTS.values():
         assert what in page and cure in page
+
+
+def test_popups_get_lines_that_fit_the_screen(part):
+    errors = part("errors")
+    text = "Suzanne: " + "so many words " * 40 + "\nUnwrap " + "x" * 300 + " and more"
+    lines = errors.in_lines(text).split("\n")
+    assert all(len(line) <= 100 or " " not in line for line in lines)
+    assert " ".join(lines).split() == text.split()
+    assert any(line.startswith("Unwrap") for line in lines)  # where it was broken already
+    assert errors.in_lines("short") == "short"
+
+
+def slit_grid():
+    """Eight by eight quads with a slit of seams from the middle of a side inwards, both sides of which are pinned to one
+    point at the vertex that is returned."""
+    ob = shapes.grid(8, "Slit", bump=0.0, uv=True)
+    at = np.array([v.co[:2] for v in ob.data.vertices])
+    for edge in ob.data.edges:
+        ends = at[list(edge.vertices)]
+        edge.use_seam = bool((np.abs(ends[:, 0]) < 1e-6).all() and (ends[:, 1] < 0.1).all())
+    vertex = int(np.flatnonzero((np.abs(at[:, 0]) < 1e-6) & (np.abs(at[:, 1] + 0.5) < 1e-6))[0])
+    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    uv = (at[corner] + 1) / 2
+    shapes.set_uv(ob, uv)
+    shapes.set_pins(ob, corner == vertex)
+    return ob, vertex, corner
+
+
+@pytest.mark.parametrize("operator", ["match", "unwrap"])
+@pytest.mark.parametrize("cure", ["unpin", "clear"])
+def test_one_vertex_on_two_sides_of_a_slit_is_named_once(operator, cure):
+    ob, vertex, corner = slit_grid()
+    run = getattr(bpy.ops.uv, f"flipfree_{operator}")
+    message = refused(
+        ob, f"vertex {vertex} lies on both sides of a seam", "Unpin one", operator=run
+    )
+    assert [int(n) for n in re.findall(r"\d+", message)] == [vertex]
+    assert shapes.shown("vertex") == [vertex]
+    if cure == "unpin":
+        x = np.array([p.center.x for p in ob.data.polygons]).repeat(4)
+        shapes.set_pins(ob, (corner == vertex) & (x < 0))
+    else:
+        for edge in ob.data.edges:
+            edge.use_seam = False
+    assert run() == {"FINISHED"}
+
+
+def test_the_solvers_words_name_vertices_of_the_mesh():
+    ob = shapes.two_sheets()
+    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    uv = shapes.uv_of(ob)
+    uv[np.isin(corner, [30, 40])] = uv[np.flatnonzero(corner == 30)[0]]
+    shapes.set_uv(ob, uv)
+    shapes.set_pins(ob, np.isin(corner, [25, 30, 40]))
+    refused(ob, "vertex 30 (and 1 more)", "Vertices 30 and 40", operator=bpy.ops.uv.flipfree_match)

@@ -377,3 +377,46 @@ def test_corners_of_an_aligned_boundary_are_marked():
         corners, "Cone +1"
     )
     assert slanted_boundary(ob) == 0
+
+
+def torus_with_reversed_faces():
+    bpy.ops.mesh.primitive_torus_add()
+    ob = bpy.context.object
+    bm = bmesh.new()
+    bm.from_mesh(ob.data)
+    bm.faces.ensure_lookup_table()
+    bmesh.ops.reverse_faces(bm, faces=[bm.faces[5], bm.faces[100]])
+    bm.to_mesh(ob.data)
+    bm.free()
+    return ob
+
+
+def grid_with_a_fin():
+    """Six by six quads and, on an inner edge, one that stands up."""
+    ob = shapes.grid(6, "Fin", bump=0.2)
+    at = [v.co[:] for v in ob.data.vertices]
+    faces = [tuple(p.vertices) for p in ob.data.polygons]
+    a, b = 24, 25
+    top = [(x, y, z + 0.4) for x, y, z in (at[a], at[b])]
+    bpy.data.objects.remove(ob)
+    bpy.context.view_layer.update()
+    return shapes.add("Fin", at + top, [*faces, (a, b, len(at) + 1, len(at))])
+
+
+@pytest.mark.parametrize("make", [torus_with_reversed_faces, grid_with_a_fin])
+@pytest.mark.parametrize("field_from", ["curvature", "smooth", "flow", "attribute"])
+def test_a_mesh_that_is_no_clean_surface_is_mapped(make, field_from, capfd):
+    ob = make()
+    if field_from == "attribute":  # that of an earlier run
+        assert bpy.ops.uv.flipfree_field_aligned(field_from="smooth") == {"FINISHED"}
+        capfd.readouterr()
+    count = len(ob.data.polygons)
+    assert bpy.ops.uv.flipfree_field_aligned(field_from=field_from) == {"FINISHED"}
+    assert "; separated: " in capfd.readouterr().out
+    assert len(ob.data.polygons) >= count
+    stored = ob.data.attributes["flipfree_field"]
+    values = np.empty((len(ob.data.polygons), 3), np.float32)
+    stored.data.foreach_get("vector", values.ravel())
+    assert np.linalg.norm(values, axis=1) == pytest.approx(1.0, abs=1e-4)
+    normals = np.array([p.normal for p in ob.data.polygons])
+    assert np.abs((values * normals).sum(axis=1)).max() < 0.3

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where the islands go: one scale and one layout for a run, clear of what stays; judged by code that shares nothing with it."""
 
+import re
+
 import bpy
 import numpy as np
 import pytest
@@ -340,3 +342,67 @@ def test_the_judge_of_overlaps_knows_them():
     assert overlapping(square, square * 0.1 + 0.3)
     assert not overlapping(square, square + [1.1, 0.0])
     assert not overlapping(square[:1], square[1:] + [-0.1, 0.1])
+
+
+def in_scene(ob, triangles):
+    """Length in UV space per length of the surface as it stands in the scene, which may be scaled unevenly."""
+    loops, uv = triangles_of(ob)
+    mesh = ob.data
+    at = [
+        ob.matrix_world @ mesh.vertices[mesh.loops[i].vertex_index].co
+        for i in loops[triangles].ravel()
+    ]
+    at = np.array(at).reshape(-1, 3, 3)
+    surface = np.linalg.norm(np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]), axis=1).sum() / 2
+    return float(np.sqrt(area(uv[triangles]) / surface))
+
+
+def scaled_cube(name, scale):
+    ob = cube_with_seams(name)
+    ob.scale = scale
+    bpy.context.view_layer.update()
+    return ob
+
+
+UNEVEN = (10.0, 1.0, 1.0)
+
+
+def test_islands_of_an_unevenly_scaled_object_have_one_density_in_the_scene():
+    ob = scaled_cube("Beam", UNEVEN)
+    unwrap()
+    found = [in_scene(ob, island) for island in islands_of(ob)]
+    assert len(found) == 6
+    assert max(found) / min(found) < 1.0 + 1e-4
+
+
+@pytest.mark.parametrize("scale", [UNEVEN, (1.0, 1.0, 0.01), (-3.0, 2.0, 1.0)])
+def test_unevenly_scaled_objects_and_others_have_one_density_in_the_scene(scale):
+    cube, beam = scaled_cube("Cube", (1, 1, 1)), scaled_cube("Beam", scale)
+    shapes.activate(cube, only=False)
+    unwrap()
+    found = [in_scene(ob, island) for ob in (cube, beam) for island in islands_of(ob)]
+    assert max(found) / min(found) < 1.0 + 1e-4
+    assert_usable(cube, beam)
+    assert bpy.ops.uv.flipfree_set_density(density=64.0, texture_size=1024) == {"FINISHED"}
+    found = [1024 * in_scene(ob, island) for ob in (cube, beam) for island in islands_of(ob)]
+    assert found == pytest.approx([64.0] * 12, rel=1e-4)
+
+
+def test_a_flat_sheet_without_height_in_the_scene_has_a_density():
+    ob = shapes.grid(4, bump=0.0)
+    ob.scale = (2.0, 2.0, 0.0)
+    bpy.context.view_layer.update()
+    unwrap()
+    assert bpy.ops.uv.flipfree_set_density(density=64.0, texture_size=1024) == {"FINISHED"}
+    assert 1024 * in_scene(ob, np.arange(32)) == pytest.approx(64.0, rel=1e-4)
+
+
+@pytest.mark.parametrize("scale, warned", [(UNEVEN, True), ((2.0, 2.0, 2.0), False)])
+@pytest.mark.parametrize("operator", ["unwrap", "conformal", "seamless"])
+def test_an_uneven_scale_is_warned_of(capfd, operator, scale, warned):
+    ob = shapes.grid(4, "Sheet")
+    ob.scale, ob.rotation_euler = scale, (0.3, 0.2, 0.1)
+    bpy.context.view_layer.update()
+    assert getattr(bpy.ops.uv, f"flipfree_{operator}")() == {"FINISHED"}
+    line = "Warning: .*Sheet has a non-uniform scale: apply it"
+    assert bool(re.search(line, capfd.readouterr().out)) == warned

@@ -293,8 +293,9 @@ def test_what_no_torus_has_is_refused():
 def test_what_the_solver_gives_up_on_is_cured_by_cones_not_by_seams(part):
     import flipfree
 
-    errors, task = part("errors"), part("operators.seamless").SeamlessTask
+    errors = part("errors")
     snapshot = part("meshes.mesh_io").read(shapes.cube(), only_selected=False)
+    task = part("operators.seamless").make_task(snapshot)
     error = flipfree.NotConverged("words", code="rounding to 32 bits flips triangles")
     assert "more seams" in str(errors.from_solver(snapshot, error))
     assert "lower Scale Bound" in str(errors.from_solver(snapshot, error, task.cures))

@@ -311,3 +311,27 @@ def test_suzanne_cut_at_her_sharp_edges_is_usable(capfd):
     line = [line for line in capfd.readouterr().out.splitlines() if "distortion mean" in line][-1]
     assert "0 overlaps" in line
     assert float(line.split("distortion mean ")[1].split()[0]) < 1.5
+
+
+def reported(capfd, **options):
+    assert bpy.ops.uv.flipfree_unwrap(**options) == {"FINISHED"}
+    return capfd.readouterr().out
+
+
+@pytest.mark.parametrize("make", ["cone", "monkey"])
+def test_a_distorted_map_without_any_seam_has_a_hint_at_seams(make, capfd):
+    getattr(bpy.ops.mesh, f"primitive_{make}_add")()
+    ob = bpy.context.object
+    line = reported(capfd)
+    assert "No seam is marked: Auto Seams, or *Seams: Automatic*" in line
+    assert "Info: " in line or "Badly distorted" in line  # by itself no warning
+    assert "No seam" not in reported(capfd, seams="auto")
+    assert bpy.ops.uv.flipfree_auto_seams() == {"FINISHED"}
+    capfd.readouterr()
+    assert any(edge.use_seam for edge in ob.data.edges)
+    assert "No seam" not in reported(capfd)
+
+
+def test_a_good_map_has_no_hint(capfd):
+    shapes.grid(4, bump=0.0)
+    assert "No seam" not in reported(capfd)

@@ -49,6 +49,20 @@ def test_distortion_is_that_of_the_certificate(part):
     assert ours.percentiles[2] == pytest.approx(figures["energy_p99"], rel=1e-4)
 
 
+def test_the_legend_of_distortion_has_the_figures_of_the_certificate(part):
+    ob = stretched_monkey()  # of quads, the two triangles of which differ
+    figures = certificate_of(part, ob)
+    drawing = drawn(part, ob, "distortion")
+    ours = part("views.measures").figures(drawing.values, drawing.weights)
+    assert ours.mean == pytest.approx(figures["energy"], rel=1e-5)
+    assert ours.worst == pytest.approx(figures["max_energy"], rel=1e-4)
+    assert ours.percentiles[2] == pytest.approx(figures["energy_p99"], rel=1e-4)
+    quads = np.bincount(shapes.face_of_triangles(ob)) == 2
+    first = np.searchsorted(shapes.face_of_triangles(ob), np.flatnonzero(quads))
+    assert len(first) > 100  # each face has one colour
+    assert (drawing.face_values[first] == drawing.face_values[first + 1]).all()
+
+
 @pytest.mark.parametrize("factor", [1e-4, 1.0, 1e4])
 def test_measures_do_not_depend_on_size_and_are_one_without_distortion(part, factor):
     measures = part("views.measures")
@@ -69,7 +83,7 @@ def test_shear_and_area_of_known_maps(part):
     found = measures.stretch(points, uv)
     assert measures.angle(found) == pytest.approx([3.0, 1.0])
     assert measures.area(found) == pytest.approx([1.5, 0.5])
-    assert measures.density(found, 1000, 2.0) == pytest.approx([500 * 3**0.5, 500])
+    assert measures.density(found, 500) == pytest.approx([500 * 3**0.5, 500])
 
 
 def test_flipped_faces_have_no_bound_and_faces_without_area_no_value(part):
@@ -144,9 +158,10 @@ def test_density_counts_the_size_in_the_scene(part):
     corner = np.array([loop.vertex_index for loop in ob.data.loops])
     shapes.set_uv(ob, np.array([ob.data.vertices[v].co[:2] for v in corner]) / 2)
     assert drawn(part, ob, "density").values == pytest.approx(512.0)
-    ob.scale = (2.0, 2.0, 2.0)
-    bpy.context.view_layer.update()
-    assert drawn(part, ob, "density").values == pytest.approx(256.0)
+    for scale in ((2.0, 2.0, 2.0), (4.0, 1.0, 1.0), (4.0, -1.0, 0.0)):  # four times the area
+        ob.scale = scale
+        bpy.context.view_layer.update()
+        assert drawn(part, ob, "density").values == pytest.approx(256.0)
 
 
 def test_a_mesh_without_a_map_says_so(part):

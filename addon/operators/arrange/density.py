@@ -4,8 +4,9 @@
 import bpy
 import numpy as np
 
+from ... import errors, scene
 from ...meshes import mesh_io
-from ...views import faces, measures
+from ...views import measures
 from .. import common, options
 from . import moved
 
@@ -23,12 +24,18 @@ class TextureSize:
     )
 
 
-def of_triangles(snapshot, triangles, uv, size: float, pixels: int) -> float:
-    """Pixels per unit of the scene, over all of these; 0 without area on the surface. size: faces.size_in_scene."""
-    corners = snapshot.vertices[snapshot.triangles[triangles]]
-    surface = float(measures.stretch(corners, uv).area.sum())
+def areas_in_scene(snapshot) -> np.ndarray:
+    """(#St,) of the triangles as the object stands in the scene."""
+    ob = bpy.data.objects[snapshot.object_name]
+    corners = scene.placed(snapshot.vertices, ob)[snapshot.triangles]
+    return measures.stretch(corners, snapshot.corner_uv).area
+
+
+def of_areas(surface: np.ndarray, uv: np.ndarray, pixels: int) -> float:
+    """Pixels per unit of the scene, over triangles of these areas there with these UVs (k, 3, 2); 0 without area."""
+    total = float(surface.sum())
     plane = float(np.abs(moved.areas(uv)).sum())
-    return pixels / size * (plane / surface) ** 0.5 if surface > 0 else 0.0
+    return pixels * (plane / total) ** 0.5 if total > 0 else 0.0
 
 
 class UV_OT_flipfree_get_density(TextureSize, bpy.types.Operator):
@@ -48,12 +55,12 @@ class UV_OT_flipfree_get_density(TextureSize, bpy.types.Operator):
         try:
             snapshots, failures = common.read_meshes(context)
         except mesh_io.MeshProblem as problem:
-            self.report({"ERROR"}, str(problem))
+            errors.complain(self, str(problem))
             return {"CANCELLED"}
         found = self._islands([s for s in snapshots if s.layer_name])
         if not found:
             text = str(failures[0]) if failures else "There is no face with an area and a UV map"
-            self.report({"ERROR"}, text)
+            errors.complain(self, text)
             return {"CANCELLED"}
         surface = sum(area for area, _ in found)
         # Areas add up, lengths do not: the mean of squares.
@@ -71,14 +78,13 @@ class UV_OT_flipfree_get_density(TextureSize, bpy.types.Operator):
         """(area in the scene, density) of each island with an area."""
         found = []
         for snapshot in snapshots:
-            size = faces.size_in_scene(bpy.data.objects[snapshot.object_name])
+            surface = areas_in_scene(snapshot)
             uv = snapshot.corner_uv.astype(np.float64)
-            stretch = measures.stretch(snapshot.vertices[snapshot.triangles], uv)
             label = moved.labels.island_labels(snapshot.triangles, snapshot.corner_uv)
             for island in np.unique(label):
                 chosen = label == island
-                area = float(stretch.area[chosen].sum()) * size**2
-                density = of_triangles(snapshot, chosen, uv[chosen], size, self.texture_size)
+                area = float(surface[chosen].sum())
+                density = of_areas(surface[chosen], uv[chosen], self.texture_size)
                 if area > 0 and np.isfinite(density):
                     found.append((area, density))
         return found
@@ -92,10 +98,10 @@ class DensityTask(moved.MovedTask):
         self.density = density
         self.texture_size = texture_size
         self.together = together
-        self.size = faces.size_in_scene(bpy.data.objects[snapshot.object_name])
+        self.surface = areas_in_scene(snapshot)
 
     def _now(self, triangles, uv) -> float:
-        return of_triangles(self.snapshot, triangles, uv, self.size, self.texture_size)
+        return of_areas(self.surface[triangles], uv, self.texture_size)
 
     def place(self, triangles, uv):
         if self.together:

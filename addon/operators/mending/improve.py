@@ -10,6 +10,7 @@ from ..unwrap import MapTask, layout_notes
 
 
 class ImproveTask(modal.StagedTask, MapTask):
+    flattens = True
     packs_alone = False
 
     def __init__(
