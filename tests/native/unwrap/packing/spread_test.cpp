@@ -24,7 +24,7 @@ struct Squares {
       uv.emplace_back(side * chart.surface.vertices.leftCols<2>());
     }
   }
-  double side(std::size_t c) const { return uv[c].col(0).maxCoeff() - uv[c].col(0).minCoeff(); }
+  double side(std::size_t c) const { return (uv[c].row(1) - uv[c].row(0)).norm(); }
 };
 
 TEST(Spread, equal_squares_fill_a_tile_each) {
