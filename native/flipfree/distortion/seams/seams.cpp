@@ -12,6 +12,7 @@
 #include "flipfree/distortion/seams/eliminate/constraints.h"
 #include "flipfree/distortion/seams/eliminate/nodes.h"
 #include "flipfree/distortion/seams/exact_grid.h"
+#include "flipfree/distortion/seams/relief.h"
 #include "flipfree/distortion/seams/seam_system.h"
 
 namespace flipfree::distortion {
@@ -52,23 +53,37 @@ SeamConstraints constraints_of(const CutMap& map, const ExecutionContext& contex
 
 Points2 optimised(const CutMap& map, const SeamConstraints& constraints,
                   const MinimizeOptions& minimize, ExecutionContext& context, Stats& stats) {
+  RestShapes rest = build_rest_shapes(map.surface, context);
+  Points2 uv = map.uv;
+  const auto relieved = relieve(constraints, map.surface.faces, rest, {}, uv, context);
+  stats["distortion.relieved"] = static_cast<std::int64_t>(relieved.value_or(0));
   const std::vector<char> free(static_cast<std::size_t>(map.uv.rows()), 0);
   SeamSystem system(constraints, map.surface.faces, free, context);
-  Minimizer minimizer(map.surface.faces, build_rest_shapes(map.surface, context), nullptr, map.uv,
-                      minimize, context, &system);
+  Minimizer minimizer(map.surface.faces, std::move(rest), nullptr, uv, minimize, context, &system);
   return minimizer.run(stats);
 }
 
 }  // namespace
 
-Points2 less_distorted(const CutMap& map, int max_iterations, ExecutionContext& context) {
+Points2 less_distorted(const CutMap& map, int max_iterations, ExecutionContext& context,
+                       Stats& stats) {
   check_input(map);
   MinimizeOptions minimize;
   minimize.max_iterations = max_iterations;
   minimize.acceptable = true;
   check_start(map.surface, map.uv, minimize, context);
-  Stats ignored;
-  return optimised(map, constraints_of(map, context), minimize, context, ignored);
+  return optimised(map, constraints_of(map, context), minimize, context, stats);
+}
+
+std::optional<Points2> less_distorted_near(const CutMap& map, const std::vector<char>& near,
+                                           ExecutionContext& context) {
+  check_input(map);
+  check_start(map.surface, map.uv, {}, context);
+  Points2 uv = map.uv;
+  const RestShapes rest = build_rest_shapes(map.surface, context);
+  if (!relieve(constraints_of(map, context), map.surface.faces, rest, near, uv, context))
+    return std::nullopt;
+  return uv;
 }
 
 std::optional<Points2> opened_on_grid(const CutMap& map, std::size_t most,

@@ -2,6 +2,7 @@
 // constraints, then exact (design: G4).
 //
 //   eliminate_seams()      which coordinates are free                  constraints.h
+//   relieve()              the few worst triangles first               relief.h
 //   Minimizer, SeamSystem  less distortion in the free coordinates     seam_system.h
 //   round_to_grid()        exact transitions in 64 and in 32 bits      exact_grid.h
 #pragma once
@@ -40,16 +41,23 @@ struct ExactMap {
 // is what optimisation and rounding change in addition. Guarantee: flip-free, and every seam edge
 // exact, in 64 and in 32 bits; edges of a branch share one translation. Optimised, the map is in
 // the surface's own unit (best global scale 1), centred; else as large as it was, centred. stats:
-// "distortion.*" (minimize.h), "rounding.*" (exact_grid.h), "seams.nodes", "seams.translations",
-// "seams.step" (grid of the translations in steps of the other's), "seams.misfit" (largest distance
-// of the initial map from its seams, as a share of its extent), "time_limit_reached". Throws
-// InvalidInput, NotConverged (kRoundingFlips, kFactorizationFailed), Cancelled. Cost: that of the
-// optimisation.
+// "distortion.*" (minimize.h), "distortion.relieved" (relief.h), "rounding.*" (exact_grid.h),
+// "seams.nodes", "seams.translations", "seams.step" (grid of the translations in steps of the
+// other's), "seams.misfit" (largest distance of the initial map from its seams, as a share of its
+// extent), "time_limit_reached". Throws InvalidInput, NotConverged (kRoundingFlips,
+// kFactorizationFailed), Cancelled. Cost: that of the optimisation.
 ExactMap make_exact(const CutMap& map, const ExactOptions& options, ExecutionContext& context);
 
-// The optimisation alone: so many steps. Precondition as make_exact(). Throws InvalidInput,
-// NotConverged, TimeIsOver, Cancelled.
-Points2 less_distorted(const CutMap& map, int max_iterations, ExecutionContext& context);
+// The optimisation alone: so many steps. Precondition and "distortion.*" as make_exact(). Throws
+// InvalidInput, NotConverged, TimeIsOver, Cancelled.
+Points2 less_distorted(const CutMap& map, int max_iterations, ExecutionContext& context,
+                       Stats& stats);
+
+// The optimisation around the vertices marked in `near` (#V of the cut surface) and around
+// triangles that are far worse than the others, everything else held; nullopt if that is no small
+// part of the map. Precondition as make_exact(). Throws InvalidInput, TimeIsOver, Cancelled.
+std::optional<Points2> less_distorted_near(const CutMap& map, const std::vector<char>& near,
+                                           ExecutionContext& context);
 
 // A map that flips at most `most` triangles with these opened, if moving vertices on a grid of 24
 // bits can do it (exact_grid.h); it meets its seams as before. How often it winds around a vertex

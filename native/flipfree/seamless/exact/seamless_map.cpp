@@ -137,9 +137,11 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
   const auto engine_added = map.surface.vertices.rows() - surface.vertices.rows();
   // Strips are named by the faces that the engine's map has.
   const bool taken = options.optimise && engine_added > 0 && strips.empty();
+  bool settled = false;
   if (taken) {
     const ProgressRange range(context, 0.0, kTakenBackShare);
-    take_back(surface, aligned, std::min(kCoarseSteps, options.max_iterations), map, context);
+    settled =
+        take_back(surface, aligned, std::min(kCoarseSteps, options.max_iterations), map, context);
   }
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
@@ -147,7 +149,7 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
   distortion::CutMap cut = distortion::cut_map(map.surface, adjacency, cuts, map.uv);
   if (aligned) cut.straight = distortion::straight_boundary(cut, adjacency);
   distortion::ExactOptions exact_options;
-  exact_options.optimise = options.optimise;
+  exact_options.optimise = options.optimise && !settled;
   exact_options.max_iterations = options.max_iterations;
   exact_options.exact = options.exact;
   const ProgressRange finishing(context, taken ? kTakenBackShare : 0.0, 1.0);

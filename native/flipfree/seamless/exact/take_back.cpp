@@ -5,7 +5,9 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "flipfree/base/error.h"
@@ -197,24 +199,33 @@ class TakingBack {
     if (!places) return 0;
     find_cut(map, *places, input_);
     angles_ = vertex_angles(input_, map);
-    if (!improve(map)) return 0;
+    // Where little is to be done, steps on the refined surface would be for nothing.
+    if (take(own_triangles(map), map)) return 1;
     int round = 0;
-    while (round < kRounds && added(map) > 0) {
-      const ProgressRange range(context_, round / double{kRounds}, (round + 1) / double{kRounds});
-      const Index before = added(map);
-      ++round;
-      if (take(own_triangles(map), map)) break;
-      if (!take(fewer_triangles(map), map)) break;
-      if (added(map) > (1.0 - kWorthwhile) * before) break;
+    for (const Scope scope : {Scope::kNear, Scope::kWhole}) {
+      if (added(map) == 0 || !improve(map, scope)) break;
+      bool worthwhile = true;
+      for (; worthwhile && round < kRounds && added(map) > 0; ++round) {
+        const ProgressRange range(context_, round / double{kRounds}, (round + 1) / double{kRounds});
+        const Index before = added(map);
+        worthwhile = take(own_triangles(map), map) || (take(fewer_triangles(map), map) &&
+                                                       added(map) <= (1.0 - kWorthwhile) * before);
+      }
+      if (whole_) break;
     }
     return round;
   }
+
+  // Of the optimisation of the whole map; empty if it has changed since, or was not done.
+  const Stats& stats() const { return stats_; }
 
   Index added(const certify::Parametrization& map) const {
     return static_cast<Index>(map.surface.vertices.rows() - input_.surface.vertices.rows());
   }
 
  private:
+  enum class Scope { kNear, kWhole };
+
   distortion::CutMap cut_of(const certify::Parametrization& map) const {
     const mesh::Adjacency adjacency =
         mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
@@ -224,16 +235,34 @@ class TakingBack {
     return cut;
   }
 
+  // Around what was added and what is bad, where that is little.
+  bool improve_near(const distortion::CutMap& cut, certify::Parametrization& map) {
+    std::vector<char> near(static_cast<std::size_t>(cut.uv.rows()), 0);
+    for (CornerId c = 0; c < static_cast<CornerId>(map.uv.rows()); ++c) {
+      if (map.surface.faces(c / 3, c % 3) >= input_.surface.vertices.rows())
+        near[at(cut.surface.faces(c / 3, c % 3))] = 1;
+    }
+    const auto better = distortion::less_distorted_near(cut, near, context_);
+    if (!better) return false;
+    map.uv = distortion::corners_of(cut, *better);
+    stats_.clear();
+    return true;
+  }
+
   // False, and nothing done, if the map is too squeezed for it.
-  bool improve(certify::Parametrization& map) {
+  bool improve(certify::Parametrization& map, Scope scope) {
     const distortion::CutMap cut = cut_of(map);
+    if (scope == Scope::kNear && improve_near(cut, map)) return true;
+    Stats stats;
     try {
-      map.uv =
-          distortion::corners_of(cut, distortion::less_distorted(cut, max_iterations_, context_));
+      map.uv = distortion::corners_of(
+          cut, distortion::less_distorted(cut, max_iterations_, context_, stats));
     } catch (const NotConverged& failure) {
       if (failure.error().code == ErrorCode::kTimeLimit) throw;
       return false;
     }
+    stats_ = std::move(stats);
+    whole_ = true;
     return true;
   }
 
@@ -275,7 +304,8 @@ class TakingBack {
 
   // The candidate, improved, if it is one with fewer vertices that winds as the map does.
   bool take(std::optional<certify::Parametrization> from, certify::Parametrization& map) {
-    if (!from || added(*from) >= added(map) || !winds_as_before(*from) || !improve(*from))
+    if (!from || added(*from) >= added(map) || !winds_as_before(*from) ||
+        !improve(*from, Scope::kNear))
       return false;
     from->stats = std::move(map.stats);
     from->certificate = std::move(map.certificate);
@@ -288,15 +318,17 @@ class TakingBack {
   int max_iterations_;
   ExecutionContext& context_;
   std::vector<double> angles_;  // at the input's vertices
+  Stats stats_;                 // of the map's optimisation, if it was the last that was done to it
+  bool whole_ = false;          // has the whole map been improved?
 };
 
 }  // namespace
 
-void take_back(const mesh::Surface& input, bool aligned, int max_iterations,
+bool take_back(const mesh::Surface& input, bool aligned, int max_iterations,
                certify::Parametrization& map, ExecutionContext& context) {
   TakingBack work(input, aligned, max_iterations, context);
   const Index before = work.added(map);
-  if (before == 0) return;
+  if (before == 0) return false;
   context.report("taking refinement back", 0.0);
   std::int64_t rounds = 0;
   try {
@@ -307,6 +339,9 @@ void take_back(const mesh::Surface& input, bool aligned, int max_iterations,
   map.stats["taken_back.rounds"] = rounds;
   map.stats["taken_back.vertices"] = static_cast<std::int64_t>(before - work.added(map));
   map.stats["added_vertices"] = static_cast<std::int64_t>(work.added(map));
+  for (const auto& [name, value] : work.stats()) map.stats[name] = value;
+  const auto stop = work.stats().find("distortion.stop");
+  return stop != work.stats().end() && std::get<std::string>(stop->second) == "converged";
 }
 
 }  // namespace flipfree::seamless

@@ -4,7 +4,8 @@
 // In rounds: the map is improved under its seams' constraints, then written again on as few
 // triangles as its present values allow (intrinsic/layout/refine). New vertices lie on edges of the
 // input, so that a vertex on a seam goes on both sides at once. Where few faces are left that
-// cannot be whole, the user's own triangulation is tried, its flips opened on a grid.
+// cannot be whole, the user's own triangulation is tried, its flips opened on a grid; first of all
+// with the engine's values.
 #pragma once
 
 #include "flipfree/base/context.h"
@@ -16,9 +17,11 @@ namespace flipfree::seamless {
 // `map`: of `input`, flip-free in 64 bits, seamless up to rounding, with provenance and cut_edges.
 // `aligned`: its boundary runs along the axes. Guarantee: as before, with no vertex more; better
 // distorted or the same. Vertices inside input faces: it is left as it is. Stats:
-// "taken_back.rounds", "taken_back.vertices". When the context's time is over it ends with what it
-// has. Throws Cancelled. Cost: a few Newton steps per round.
-void take_back(const mesh::Surface& input, bool aligned, int max_iterations,
+// "taken_back.rounds", "taken_back.vertices", "distortion.*" of the last optimisation. When the
+// context's time is over it ends with what it has. Returns whether the map's optimisation has
+// converged. Throws Cancelled. Cost: a few Newton steps per round; those of one optimisation where
+// the user's own triangulation does at once.
+bool take_back(const mesh::Surface& input, bool aligned, int max_iterations,
                certify::Parametrization& map, ExecutionContext& context);
 
 }  // namespace flipfree::seamless

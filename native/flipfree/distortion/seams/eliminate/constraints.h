@@ -68,6 +68,7 @@ struct SeamConstraints {
     const auto first = static_cast<std::size_t>(begin[static_cast<std::size_t>(v)]);
     return begin[static_cast<std::size_t>(v) + 1] == begin[static_cast<std::size_t>(v)] + 1 &&
            terms[first].node < position_count() &&
+           position[static_cast<std::size_t>(terms[first].node)] == v &&
            real[static_cast<std::size_t>(terms[first].node)] == 0 &&
            terms[first].factor == numeric::GaussianInteger{1, 0} &&
            divisor[static_cast<std::size_t>(v)] == 1;
