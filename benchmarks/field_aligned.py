@@ -136,8 +136,8 @@ def cut_row(mesh: Mesh, field: ff.CrossField) -> tuple[str, bool]:
     start = time.process_time()
     arrays = arrays_of(field, face_array)
     try:
-        found = _native.field_cut(as_vertices(vertices, face_array).scaled, face_array, *arrays, 1)
-        s = found.result()
+        positions = as_vertices(vertices, face_array).scaled
+        s, _ = _native.field_cut(positions, face_array, *arrays, True, 1).result()
     except ff.FlipfreeError as error:
         return f"| {name} | {genus_of(mesh)} | {len(faces)} | {error.code}: {error} |", False
     cpu = time.process_time() - start

@@ -28,6 +28,18 @@ seamless::CutMaker turning_cutter(const mesh::Adjacency& adjacency, const field:
   };
 }
 
+// Loops turn as they happen to (thesis 5).
+seamless::AdmissibleCut bare_cut(const mesh::Surface& component, const std::vector<Index>& cones,
+                                 const std::vector<FaceId>&, ExecutionContext& context) {
+  return seamless::make_admissible_cut(component, cones, context);
+}
+
+seamless::CutMaker cutter(const mesh::Adjacency& adjacency, const field::CrossField& field,
+                          bool reroute, seamless::Reroutings& done) {
+  if (!reroute) return bare_cut;
+  return turning_cutter(adjacency, field, done);
+}
+
 seamless::PennerMap without_flips(seamless::PennerMap found) {
   if (found.map.certificate.flips64 == 0) return found;
   throw certify::CertificateFailed("The field-aligned map", certify::in_input_faces(found.map));
@@ -35,10 +47,11 @@ seamless::PennerMap without_flips(seamless::PennerMap found) {
 
 seamless::PennerMap padded(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                            const field::CrossField& field, const NeededTopology& needed,
-                           const seamless::PennerMapOptions& options, ExecutionContext& context) {
+                           bool reroute, const seamless::PennerMapOptions& options,
+                           ExecutionContext& context) {
   seamless::Reroutings done;
   seamless::PennerMap found = without_flips(seamless::compute_padding_map(
-      surface, needed.cones, turning_cutter(adjacency, field, done), options, context));
+      surface, needed.cones, cutter(adjacency, field, reroute, done), options, context));
   Stats& stats = found.map.stats;
   stats["engine"] = std::string("padding");
   stats["reroutings.loops"] = static_cast<std::int64_t>(done.loops);
@@ -52,13 +65,15 @@ seamless::PennerMap padded(const mesh::Surface& surface, const mesh::Adjacency& 
 
 seamless::RefinedPieces field_cut(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                                   const field::CrossField& field, const std::vector<Index>& cones,
-                                  seamless::Reroutings& done, ExecutionContext& context) {
-  return seamless::cut_components(surface, cones, turning_cutter(adjacency, field, done), context);
+                                  bool reroute, seamless::Reroutings& done,
+                                  ExecutionContext& context) {
+  return seamless::cut_components(surface, cones, cutter(adjacency, field, reroute, done), context);
 }
 
 seamless::PennerMap engine_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                                const field::CrossField& field, const NeededTopology& needed,
-                               seamless::Engine which, const seamless::PennerMapOptions& options,
+                               seamless::Engine which, bool reroute,
+                               const seamless::PennerMapOptions& options,
                                ExecutionContext& context) {
   const bool open = std::find(adjacency.opposite.begin(), adjacency.opposite.end(), kInvalid) !=
                     adjacency.opposite.end();
@@ -68,7 +83,7 @@ seamless::PennerMap engine_map(const mesh::Surface& surface, const mesh::Adjacen
                     "The engine \"padding\" does not know surfaces with a boundary. Take the "
                     "engine \"penner\" or \"auto\".");
     }
-    return padded(surface, adjacency, field, needed, options, context);
+    return padded(surface, adjacency, field, needed, reroute, options, context);
   }
   const auto by_penner = [&] {
     seamless::PennerMap found = without_flips(
@@ -80,7 +95,7 @@ seamless::PennerMap engine_map(const mesh::Surface& surface, const mesh::Adjacen
   auto first = attempt(by_penner);
   if (first) return std::move(*first);
   auto second =
-      attempt([&] { return padded(surface, adjacency, field, needed, options, context); });
+      attempt([&] { return padded(surface, adjacency, field, needed, true, options, context); });
   if (!second) throw NotConverged(first.error());
   return std::move(*second);
 }

@@ -17,20 +17,23 @@
 namespace flipfree::holonomy {
 
 // All components cut for padding, such that the map that comes of it turns as the field does along
-// every loop. `cones`: the field's. Adds to `done`. Precondition: a closed valid surface. Errors:
-// as seamless::make_turning_cut().
+// every loop; or, without `reroute`, as it happens to. `cones`: the field's. Adds to `done`.
+// Precondition: a closed valid surface. Errors: as seamless::make_turning_cut().
 seamless::RefinedPieces field_cut(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                                   const field::CrossField& field, const std::vector<Index>& cones,
-                                  seamless::Reroutings& done, ExecutionContext& context);
+                                  bool reroute, seamless::Reroutings& done,
+                                  ExecutionContext& context);
 
 // A map with the topology `needed`, which is the field's, and without flips. Stats: the engine's,
 // "engine"; of padding "reroutings.loops" (of homology bases), "reroutings.guided" (branches that
 // took the shortest detour between the cones), "reroutings.fallback" (led around cones one by one),
-// "reroutings.quarters" (by which loops were off). Throws InvalidInput (kBadOption) if padding is
-// asked for on an open surface; else as the engines.
+// "reroutings.quarters" (by which loops were off). `reroute` false: padding's loops turn as they
+// happen to, so that the topology is that of the cones alone. Throws InvalidInput (kBadOption) if
+// padding is asked for on an open surface; else as the engines.
 seamless::PennerMap engine_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                                const field::CrossField& field, const NeededTopology& needed,
-                               seamless::Engine which, const seamless::PennerMapOptions& options,
+                               seamless::Engine which, bool reroute,
+                               const seamless::PennerMapOptions& options,
                                ExecutionContext& context);
 
 }  // namespace flipfree::holonomy

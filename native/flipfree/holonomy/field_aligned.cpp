@@ -129,7 +129,8 @@ certify::Parametrization aligned_map(seamless::PennerMap found, const mesh::Surf
       mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
   const Refined refined{map.surface, own, map.parent_face};
   const mesh::EdgeFlags cuts = mesh::flag_edges(map.surface.faces, own, map.cut_edges);
-  const seamless::Strips strips = strips_of(refined, surface, adjacency, field, context);
+  const seamless::Strips strips =
+      options.reroute ? strips_of(refined, surface, adjacency, field, context) : seamless::Strips{};
   const std::vector<double> direction = combed_directions(refined, cuts, surface, adjacency, field);
   Points2 turned = map.uv;
   turn_towards(refined, direction, aligned, turned);
@@ -185,7 +186,8 @@ certify::Parametrization map_in_time(const mesh::Surface& surface, const field::
     seamless::PennerMapOptions engine = options.engine;
     engine.metric.max_seconds = 0.0;
     engine.metric.boundary = options.boundary;
-    found = engine_map(surface, adjacency, field, needed, options.which, engine, context);
+    found = engine_map(surface, adjacency, field, needed, options.which, options.reroute, engine,
+                       context);
   }
   const auto added = found.map.surface.vertices.rows() - surface.vertices.rows();
   const double engine_energy = found.map.certificate.energy;

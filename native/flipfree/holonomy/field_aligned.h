@@ -30,7 +30,10 @@ struct AlignedOptions {
   std::vector<double> sizing;  // #V: length in the map of a length 1 there, relative to the
                                // others, positive; empty: all alike
   int max_iterations = 100;    // of the alignment
-  double max_seconds = 0.0;    // of the clock; 0: no limit
+  // false: with kPadding, loops turn as they happen to, and G6 is not certified. For comparing
+  // (thesis table 6.2).
+  bool reroute = true;
+  double max_seconds = 0.0;  // of the clock; 0: no limit
 };
 
 // Any number of components, with or without boundary. Result: certified; G6 on a homology basis of

@@ -79,6 +79,7 @@ void bind_aligned(py::module_& module) {
       .def_readwrite("boundary", &AlignedOptions::boundary)
       .def_readwrite("optimise", &AlignedOptions::optimise)
       .def_readwrite("exact", &AlignedOptions::exact)
+      .def_readwrite("reroute", &AlignedOptions::reroute)
       .def_readwrite("max_iterations", &AlignedOptions::max_iterations)
       .def_readwrite("max_seconds", &AlignedOptions::max_seconds);
   module.def(
@@ -113,23 +114,44 @@ void bind_aligned(py::module_& module) {
       py::arg("threads"));
 }
 
-// For benchmarks: the cut of the engine "padding" alone, as figures.
+// For benchmarks: the cut of the engine "padding" alone, as figures and as lines in space.
+struct DescribedCut {
+  Stats stats;
+  std::vector<Points3> branches;
+};
+
+std::vector<Points3> lines_of(const seamless::RefinedPieces& pieces) {
+  std::vector<Points3> lines;
+  for (const seamless::AdmissibleCut& cut : pieces.cuts) {
+    for (const std::vector<HalfedgeId>& branch : cut.branches) {
+      Points3& line = lines.emplace_back(static_cast<Eigen::Index>(branch.size()) + 1, 3);
+      const auto place = [&](HalfedgeId h) {
+        return cut.surface.vertices.row(cut.surface.faces(h / 3, h % 3));
+      };
+      for (std::size_t i = 0; i < branch.size(); ++i)
+        line.row(static_cast<Eigen::Index>(i)) = place(branch[i]);
+      line.row(line.rows() - 1) = place(next_corner(branch.back()));
+    }
+  }
+  return lines;
+}
+
 void bind_cut(py::module_& module) {
   module.def(
       "field_cut",
       [](const Array<double>& vertices, const Array<Index>& faces, const Array<double>& directions,
-         const Array<double>& rotation, const Array<Index>& quarters, int threads) {
+         const Array<double>& rotation, const Array<Index>& quarters, bool reroute, int threads) {
         return start_job(
             [surface = to_surface(vertices, faces),
-             given = to_field(directions, rotation, quarters)](ExecutionContext& context) {
+             given = to_field(directions, rotation, quarters), reroute](ExecutionContext& context) {
               const field::CrossField own = field::read_field(surface, given, context);
               const mesh::Adjacency adjacency =
                   mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
               const holonomy::NeededTopology needed =
                   holonomy::needed_topology(surface, adjacency, own, true, context);
               seamless::Reroutings done;
-              const seamless::RefinedPieces pieces =
-                  holonomy::field_cut(surface, adjacency, own, needed.cones, done, context);
+              const seamless::RefinedPieces pieces = holonomy::field_cut(
+                  surface, adjacency, own, needed.cones, reroute, done, context);
               Stats stats;
               stats["loops"] = static_cast<std::int64_t>(done.loops);
               stats["guided"] = static_cast<std::int64_t>(done.shortest);
@@ -137,12 +159,17 @@ void bind_cut(py::module_& module) {
               stats["quarters"] = static_cast<std::int64_t>(done.quarters);
               stats["added_vertices"] = static_cast<std::int64_t>(pieces.surface.vertices.rows() -
                                                                   surface.vertices.rows());
-              return stats;
+              return DescribedCut{std::move(stats), lines_of(pieces)};
             },
-            [](const Stats& stats) -> py::object { return to_dict(stats); }, threads);
+            [](const DescribedCut& cut) -> py::object {
+              py::list lines;
+              for (const Points3& line : cut.branches) lines.append(from_matrix(line));
+              return py::make_tuple(to_dict(cut.stats), lines);
+            },
+            threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("directions"), py::arg("rotation"),
-      py::arg("quarters"), py::arg("threads"));
+      py::arg("quarters"), py::arg("reroute"), py::arg("threads"));
 }
 
 }  // namespace

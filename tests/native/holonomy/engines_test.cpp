@@ -37,7 +37,7 @@ TEST(Engines, CutsOfAllComponentsTurnAsTheFieldDoes) {
   seamless::Reroutings done;
   ExecutionContext context;
   const seamless::RefinedPieces pieces =
-      field_cut(both, adjacency_of(both), field, all, done, context);
+      field_cut(both, adjacency_of(both), field, all, true, done, context);
   ASSERT_EQ(pieces.cuts.size(), 2U);
   EXPECT_EQ(done.loops, 4);
   EXPECT_GT(done.rerouted(), 0);
@@ -47,6 +47,21 @@ TEST(Engines, CutsOfAllComponentsTurnAsTheFieldDoes) {
     EXPECT_EQ(judge.complaint(1), "");
     EXPECT_EQ(judge.loops(), 3);
   }
+}
+
+TEST(Engines, ACutThatIsNotReroutedTurnsAsItHappensTo) {
+  const mesh::Surface torus = test::torus(12, 9);
+  const std::vector<Index> cones = test::scattered(torus, {3, 3, 5, 5}, 2);
+  std::mt19937 random(1);
+  const field::CrossField field = test::wished_field(torus, cones, 2, random);
+  seamless::Reroutings done;
+  ExecutionContext context;
+  seamless::RefinedPieces pieces =
+      field_cut(torus, adjacency_of(torus), field, cones, false, done, context);
+  ASSERT_EQ(pieces.cuts.size(), 1U);
+  EXPECT_EQ(done.loops, 0);
+  test::TurningJudge judge(pieces.cuts[0], torus, field);
+  EXPECT_NE(judge.complaint(1), "");
 }
 
 TEST(Engines, PaddingFindsACertifiedMapThatFollowsTheField) {

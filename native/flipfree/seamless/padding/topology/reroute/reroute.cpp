@@ -12,8 +12,6 @@
 namespace flipfree::seamless {
 namespace {
 
-// Branches that wind around few cones again and again double the refinement each time.
-constexpr Index kMostAdded = 2'000'000;
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 
 // By how much each loop is asked to turn now.
@@ -46,16 +44,17 @@ Index quarters_off(const std::vector<Index>& changes, Index least) {
 }
 
 // Changes what one branch is asked for; false if the shortest detour was not enough.
-bool reroute_branch(Canvas& canvas, const std::vector<Index>& cones, Index change,
+bool reroute_branch(Canvas& canvas, const std::vector<Index>& cones, Index change, Index most_added,
                     std::vector<VertexId>& branch, const ExecutionContext& context) {
   for (bool first = true;; first = false) {
     context.check();
-    if (canvas.vertex_count() - static_cast<Index>(cones.size()) > kMostAdded) {
+    if (canvas.vertex_count() - static_cast<Index>(cones.size()) > most_added) {
       throw_not_converged(
           ErrorCode::kIterationLimit,
           "The branches of the cut wind around the cones so often that it has more than " +
-              std::to_string(kMostAdded) +
-              " vertices. Take a field that turns less along the handles, or with more cones.");
+              std::to_string(most_added) +
+              " vertices more than the surface. Take a field that turns less along the handles, or "
+              "with more cones.");
     }
     if (auto shortest = draw_shortest_detour(canvas, branch, change, context)) {
       branch = std::move(*shortest);
@@ -103,7 +102,9 @@ std::size_t reroute(Canvas& canvas, const mesh::Surface& input, const std::vecto
     if (change[i] == 0) continue;
     std::vector<VertexId>& branch =
         graph.branches[static_cast<std::size_t>(loops[i].front() / 2)].vertices;
-    ++(reroute_branch(canvas, cones, change[i], branch, context) ? done.shortest : done.fallback);
+    const bool by_detour =
+        reroute_branch(canvas, cones, change[i], wished.most_added, branch, context);
+    ++(by_detour ? done.shortest : done.fallback);
   }
   divide_branches(canvas, graph);
   const std::vector<Index> now = wished_turns(canvas, adjacency, graph, loops, wished.turning);

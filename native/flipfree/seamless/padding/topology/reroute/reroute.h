@@ -26,13 +26,16 @@ struct Reroutings {
 struct WishedTurns {
   LoopTurning turning;
   Reroutings* done = nullptr;  // added to, if there is one
+  // Vertices that a cut may have more than the input. Branches that wind around few cones again and
+  // again double the refinement each time.
+  Index most_added = 2'000'000;
 };
 
 // Reroutes branches so that loops turn as wished when the cut ends in one of the ways `endings`:
 // the one that takes the least; returns its number. `input`: what the canvas was made of.
 // Preconditions: the curves cut the canvas into one disk; divide_branches(), also afterwards.
 // Throws NotConverged (kBadAngles) if cones have a common divisor that what is missing has not,
-// (kIterationLimit) if the cut would take millions of vertices.
+// (kIterationLimit) if the cut takes more vertices than it may.
 // Cost: O(#F log #F) per branch that is rerouted.
 std::size_t reroute(Canvas& canvas, const mesh::Surface& input, const std::vector<Index>& cones,
                     const std::vector<Ending>& endings, const WishedTurns& wished,

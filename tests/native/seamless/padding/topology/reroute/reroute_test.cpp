@@ -112,6 +112,35 @@ TEST(Reroute, TurnsThatNoSumOfConesMakesAreRefused) {
   EXPECT_EQ(done.loops, 0);
 }
 
+// Few cones and turns that need many rounds: as many vertices as it needs, or as many as it may.
+TEST(Reroute, ACutThatTakesMoreVerticesThanItMayIsRefused) {
+  const mesh::Surface torus = test::of_genus(1, 1);
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(torus.vertices.rows()), torus.faces);
+  const std::vector<Index> cones = test::scattered(torus, {3, 3, 5, 5}, 1);
+  std::mt19937 random(1);
+  const field::CrossField field = test::wished_field(torus, cones, 3, random);
+  ExecutionContext context;
+  Reroutings done;
+  WishedTurns wished = test::turns_of(adjacency, field, done);
+  const AdmissibleCut cut = make_turning_cut(torus, cones, wished, context);
+  ASSERT_GT(done.quarters, 1);
+  const Index added = static_cast<Index>(cut.surface.vertices.rows() - torus.vertices.rows());
+  ASSERT_GT(added, 100);
+  wished.most_added = added;
+  EXPECT_EQ(make_turning_cut(torus, cones, wished, context).surface.vertices.rows(),
+            cut.surface.vertices.rows());
+  wished.most_added = 1;
+  try {
+    make_turning_cut(torus, cones, wished, context);
+    ADD_FAILURE() << "not refused";
+  } catch (const NotConverged& error) {
+    EXPECT_EQ(error.error().code, ErrorCode::kIterationLimit);
+    EXPECT_NE(std::string(error.what()).find("more than 1 vertices"), std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(Reroute, TinySurfacesAreRefinedUntilThereIsRoom) {
   Reroutings done;
   for (const mesh::Surface& surface : {test::torus(3, 3), test::torus(4, 3)}) {
