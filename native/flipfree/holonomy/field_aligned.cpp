@@ -195,7 +195,8 @@ certify::Parametrization map_in_time(const mesh::Surface& surface, const field::
   if (options.optimise && added > 0) {
     const ProgressRange range(context, kEngineShare, kTakenBackShare);
     fewer = found;
-    seamless::take_back(surface, aligned, kCoarseSteps, fewer->map, context);
+    seamless::take_back(surface, aligned, options.engine.uncuttable, kCoarseSteps, fewer->map,
+                        context);
   }
   const ProgressRange range(context, kTakenBackShare, 1.0);
   certify::Parametrization map;

@@ -140,8 +140,8 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
   bool settled = false;
   if (taken) {
     const ProgressRange range(context, 0.0, kTakenBackShare);
-    settled =
-        take_back(surface, aligned, std::min(kCoarseSteps, options.max_iterations), map, context);
+    settled = take_back(surface, aligned, options.engine.uncuttable,
+                        std::min(kCoarseSteps, options.max_iterations), map, context);
   }
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);

@@ -17,6 +17,7 @@
 #include "flipfree/intrinsic/layout/refine/refine_map.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/seamless/exact/recut.h"
 
 namespace flipfree::seamless {
 namespace {
@@ -182,13 +183,14 @@ std::vector<double> vertex_angles(const Input& input, const certify::Parametriza
 
 class TakingBack {
  public:
-  TakingBack(const mesh::Surface& surface, bool aligned, int max_iterations,
-             ExecutionContext& context)
+  TakingBack(const mesh::Surface& surface, bool aligned, const IndexPairs& uncuttable,
+             int max_iterations, ExecutionContext& context)
       : input_{surface,
                mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces),
                {},
                {}},
         aligned_(aligned),
+        uncuttable_(uncuttable),
         max_iterations_(max_iterations),
         context_(context) {
     input_.edges = intrinsic::number_edges(input_.adjacency);
@@ -196,7 +198,7 @@ class TakingBack {
 
   int run(certify::Parametrization& map) {
     const auto places = edge_places(input_, map);
-    if (!places) return 0;
+    if (!places) return recut(map);
     find_cut(map, *places, input_);
     angles_ = vertex_angles(input_, map);
     // Where little is to be done, steps on the refined surface would be for nothing.
@@ -234,6 +236,41 @@ class TakingBack {
     if (aligned_) cut.straight = distortion::straight_boundary(cut, adjacency);
     return cut;
   }
+
+  // Where added vertices lie inside the input's faces, cuts may run there too: its own triangles
+  // are cut anew, or the map stays refined and is improved as it is.
+  int recut(certify::Parametrization& map) {
+    angles_ = vertex_angles(input_, map);
+    const bool closed =
+        std::find(input_.adjacency.opposite.begin(), input_.adjacency.opposite.end(), kInvalid) ==
+        input_.adjacency.opposite.end();
+    if (!closed) return 0;
+    std::vector<VertexId> cones;
+    for (std::size_t v = 0; v < angles_.size(); ++v) {
+      if (std::lround(angles_[v] / (0.5 * std::numbers::pi)) != 4)
+        cones.push_back(static_cast<VertexId>(v));
+    }
+    const mesh::EdgeFlags avoided =
+        uncuttable_.rows() == 0
+            ? mesh::EdgeFlags{}
+            : mesh::flag_edges(input_.surface.faces, input_.adjacency, uncuttable_);
+    int round = 0;
+    while (round < kRounds) {
+      const ProgressRange range(context_, round / double{kRounds}, (round + 1) / double{kRounds});
+      ++round;
+      if (take(opened(on_own_triangles(input_.surface, input_.adjacency, cones, avoided, map,
+                                       context_)),
+               map))
+        break;
+      const double before = whole_ ? energy() : 0.0;
+      if (!improve(map, Scope::kWhole)) break;
+      if (before > 0.0 && energy() > (1.0 - kWorthwhile) * before) break;
+    }
+    return round;
+  }
+
+  // Of the map after its optimisation as a whole.
+  double energy() const { return std::get<double>(stats_.at("distortion.energy")); }
 
   // Around what was added and what is bad, where that is little.
   bool improve_near(const distortion::CutMap& cut, certify::Parametrization& map) {
@@ -294,11 +331,16 @@ class TakingBack {
                 intrinsic::refine_map(input_.surface, input_.adjacency, points,
                                       intrinsic::Refinement::kNever, intrinsic::Storage::k64Only,
                                       context_));
+    return opened(std::move(own));
+  }
+
+  // A map on the input's own triangles, if it flips nowhere, or so little that it can be opened.
+  std::optional<certify::Parametrization> opened(certify::Parametrization own) {
     const distortion::CutMap cut = cut_of(own);
     const auto most = static_cast<std::size_t>(kFewFlips * static_cast<double>(own.uv.rows() / 3));
-    const auto opened = distortion::opened_on_grid(cut, most, context_);
-    if (!opened) return std::nullopt;
-    own.uv = distortion::corners_of(cut, *opened);
+    const auto uv = distortion::opened_on_grid(cut, most, context_);
+    if (!uv) return std::nullopt;
+    own.uv = distortion::corners_of(cut, *uv);
     return own;
   }
 
@@ -315,6 +357,7 @@ class TakingBack {
 
   Input input_;
   bool aligned_;
+  const IndexPairs& uncuttable_;
   int max_iterations_;
   ExecutionContext& context_;
   std::vector<double> angles_;  // at the input's vertices
@@ -324,9 +367,9 @@ class TakingBack {
 
 }  // namespace
 
-bool take_back(const mesh::Surface& input, bool aligned, int max_iterations,
-               certify::Parametrization& map, ExecutionContext& context) {
-  TakingBack work(input, aligned, max_iterations, context);
+bool take_back(const mesh::Surface& input, bool aligned, const IndexPairs& uncuttable,
+               int max_iterations, certify::Parametrization& map, ExecutionContext& context) {
+  TakingBack work(input, aligned, uncuttable, max_iterations, context);
   const Index before = work.added(map);
   if (before == 0) return false;
   context.report("taking refinement back", 0.0);

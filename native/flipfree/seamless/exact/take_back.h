@@ -15,13 +15,14 @@
 namespace flipfree::seamless {
 
 // `map`: of `input`, flip-free in 64 bits, seamless up to rounding, with provenance and cut_edges.
-// `aligned`: its boundary runs along the axes. Guarantee: as before, with no vertex more; better
-// distorted or the same. Vertices inside input faces: it is left as it is. Stats:
-// "taken_back.rounds", "taken_back.vertices", "distortion.*" of the last optimisation. When the
-// context's time is over it ends with what it has. Returns whether the map's optimisation has
+// `aligned`: its boundary runs along the axes. `uncuttable`: edges that a new cut avoids.
+// Guarantee: as before, with no vertex more; better distorted or the same. Vertices inside input
+// faces: all are taken back or none, on a closed surface, and the cut is another then (recut.h).
+// Stats: "taken_back.rounds", "taken_back.vertices", "distortion.*" of the last optimisation. When
+// the context's time is over it ends with what it has. Returns whether the map's optimisation has
 // converged. Throws Cancelled. Cost: a few Newton steps per round; those of one optimisation where
 // the user's own triangulation does at once.
-bool take_back(const mesh::Surface& input, bool aligned, int max_iterations,
-               certify::Parametrization& map, ExecutionContext& context);
+bool take_back(const mesh::Surface& input, bool aligned, const IndexPairs& uncuttable,
+               int max_iterations, certify::Parametrization& map, ExecutionContext& context);
 
 }  // namespace flipfree::seamless

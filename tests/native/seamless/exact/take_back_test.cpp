@@ -40,7 +40,7 @@ TEST(TakeBack, LeavesTheInputsTrianglesAndAMapThatHolds) {
   const auto before = map.surface.vertices.rows() - own;
   ASSERT_GT(before, 0);  // else nothing is tested
   ExecutionContext context;
-  take_back(crossed.surface, false, 15, map, context);
+  take_back(crossed.surface, false, {}, 15, map, context);
   EXPECT_EQ(map.surface.vertices.rows(), own);
   EXPECT_EQ(std::get<std::int64_t>(map.stats.at("taken_back.vertices")),
             before - (map.surface.vertices.rows() - own));
@@ -64,7 +64,7 @@ TEST(TakeBack, LeavesAMapOnTheInputsOwnTrianglesAlone) {
   PennerMap found = compute_penner_map(surface, cones, {}, {}, context);
   ASSERT_EQ(found.map.surface.vertices.rows(), 96);
   const Points2 uv = found.map.uv;
-  take_back(surface, false, 15, found.map, context);
+  take_back(surface, false, {}, 15, found.map, context);
   EXPECT_TRUE(found.map.uv == uv);
 }
 
