@@ -208,7 +208,11 @@ FlatChart without_overlap(const mesh::Surface& chart, const FlattenOptions& opti
   if (std::find(cut.begin(), cut.end(), 1) == cut.end())
     cut = separating_cut(chart, adjacency, free, pairs, 0.0, options.uncuttable, context);
   // A map that only touches itself has nothing to be cut between.
-  if (std::find(cut.begin(), cut.end(), 1) == cut.end()) return {std::move(apart), {}, {}};
+  if (std::find(cut.begin(), cut.end(), 1) == cut.end()) {
+    const bool better =
+        draw_apart(chart.faces, free, context) && energy_of(chart, free) < energy_of(chart, apart);
+    return {better ? std::move(free) : std::move(apart), {}, {}};
+  }
   return {std::move(free), std::move(cut), std::move(apart)};
 }
 
@@ -248,6 +252,12 @@ void lower_distortion(const mesh::Surface& chart, const FlattenOptions& options,
   {
     const ProgressRange range(context, 0.0, 0.5);
     flat.uv = distortion::minimize_distortion(chart, flat.uv, minimize, context, stats);
+  }
+  // The descent may end where the chart lies against itself, without having crossed.
+  if (free.rows() == 0 && options.may_add_cuts && energy_of(chart, flat.uv) > options.most_energy) {
+    distortion::MinimizeOptions crossing = minimize_options(options);
+    crossing.bijective = false;
+    free = distortion::minimize_distortion(chart, flat.uv, crossing, context, stats);
   }
   if (free.rows() > 0) {
     const ProgressRange range(context, 0.5, 1.0);

@@ -70,8 +70,7 @@ Slits SlitSearch::run(double bound) {
       // Near the bound one after another, so as not to do too much.
       const bool near = share_ * excess < 2.0 * (bound_ - 1.0);
       if (sheet_.slit_best(u, near ? 1 : kMostAtOnce, context_)) continue;
-      options_.bound = std::numeric_limits<double>::infinity();  // there is no better
-      bound_ = options_.bound;
+      bound_ = std::numeric_limits<double>::infinity();  // there is no better
       exhausted_ = true;
       is_done(excess);
       break;
@@ -109,8 +108,10 @@ bool SlitSearch::is_done(double excess) {
     take({sheet_.cut(), map_.corner_uv(), {}}, slit);
     return true;
   }
-  TrialMap::Apart held =
-      map_.hold_apart(options_.bound, options_.may_add_cuts, uncuttable_, context_);
+  // Above the bound already, it is not what holding apart is measured by.
+  const double most =
+      energy <= options_.bound ? options_.bound : std::numeric_limits<double>::infinity();
+  TrialMap::Apart held = map_.hold_apart(most, options_.may_add_cuts, uncuttable_, context_);
   if (held.cut.empty()) {
     take({sheet_.cut(), std::move(held.corner_uv), {}}, slit);
     if (held.energy <= options_.bound) return true;
