@@ -257,3 +257,19 @@ def test_a_face_that_is_thin_but_for_rounding_is_not_cut_off() -> None:
     result = ff.unwrap(vertices, faces, seams="auto")
     assert result.certificate.ok
     assert result.certificate.triangles == len(faces)
+
+
+@pytest.mark.parametrize("seed", [0, 3, 6, 9, 12, 24, 33, 39])
+def test_rough_patches_that_lie_on_themselves_are_divided_rather_than_stretched(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    vertices, faces = bumpy_grid(int(random.integers(3, 8)), int(random.integers(3, 8)))
+    rough = vertices * random.uniform(0.2, 3, 3) + 0.1 * random.standard_normal(vertices.shape)
+    stretch = float(random.choice([1.05, 1.1, 1.25]))
+    bound = 0.5 * (stretch + 1.0 / stretch)
+    seams = ff.auto_seams(rough, faces, stretch=stretch)
+    for found in (
+        ff.unwrap(rough, faces, cuts=seams),
+        ff.unwrap(rough, faces, seams="auto", stretch=stretch),
+    ):
+        assert found.certificate.ok
+        assert found.certificate.energy <= bound * (1 + 1e-6)

@@ -253,12 +253,6 @@ void lower_distortion(const mesh::Surface& chart, const FlattenOptions& options,
     const ProgressRange range(context, 0.0, 0.5);
     flat.uv = distortion::minimize_distortion(chart, flat.uv, minimize, context, stats);
   }
-  // The descent may end where the chart lies against itself, without having crossed.
-  if (free.rows() == 0 && options.may_add_cuts && energy_of(chart, flat.uv) > options.most_energy) {
-    distortion::MinimizeOptions crossing = minimize_options(options);
-    crossing.bijective = false;
-    free = distortion::minimize_distortion(chart, flat.uv, crossing, context, stats);
-  }
   if (free.rows() > 0) {
     const ProgressRange range(context, 0.5, 1.0);
     flat = without_overlap(chart, options, flat.uv, std::move(free), context, stats);

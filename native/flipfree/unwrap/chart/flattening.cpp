@@ -189,7 +189,6 @@ class Flattening {
     if (round == 0 && !pins_.of_chart.empty()) flatten.pins = pins_.of_chart[c];
     flatten.may_add_cuts = options_.bijective && options_.may_add_cuts && flatten.pins.empty();
     if (round + 1 >= kCuttingRounds) flatten.tolerated_overlap = 0.0;
-    if (options_.seams.find) flatten.most_energy = energy_bound(options_.seams.stretch);
     if (flatten.may_add_cuts && !uncuttable_.empty()) {
       const mesh::Chart& chart = islands_.charts[c];
       for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h)
