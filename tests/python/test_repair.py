@@ -7,7 +7,7 @@ import numpy.typing as npt
 import pytest
 from broken_meshes import broken_mesh
 from map_damage import DAMAGES, map_of
-from repair_maps import repaired
+from repair_maps import Task, repaired
 
 import flipfree as ff
 
@@ -67,7 +67,7 @@ def test_maps_of_broken_meshes_are_mended(seed: int) -> None:
 
 
 def test_where_mended_charts_cannot_be_stored_all_are_made_anew() -> None:
-    outcome = repaired((8111, True, ""))
+    outcome = repaired(Task(8111, "broken"))
     assert outcome is not None and outcome.said == ""
     assert outcome.stats["charts_anew"] == outcome.stats["charts"]
     assert outcome.stats["corners_kept"] == 0 and outcome.stats["flips_before"] > 0
