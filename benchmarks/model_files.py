@@ -245,5 +245,12 @@ def read_model(path: Path) -> Mesh:
         return READERS[suffix](data)
     except (ff.FlipfreeError, ArithmeticError, LookupError, ValueError, OSError) as error:
         raise Unreadable(f"{type(error).__name__}: {error}") from error
-    except (struct.error, ElementTree.ParseError, StopIteration, RuntimeError, TypeError) as error:
+    except (
+        struct.error,
+        ElementTree.ParseError,
+        StopIteration,
+        RuntimeError,
+        TypeError,
+        AttributeError,  # numbers where a glTF should have objects
+    ) as error:
         raise Unreadable(f"{type(error).__name__}: {error}") from error
