@@ -128,7 +128,7 @@ def main() -> int:
         with_xatlas = True
     except ImportError:
         with_xatlas = False
-    print("| layout | islands | fill, gap in pixels, CPU s: ours | Blender | xatlas |")
+    print("| layout | islands | fill, gap in pixels, CPU s (clock): ours | Blender | xatlas |")
     print("|---|---|---|---|---|")
     for name, layout in layouts(set(arguments.names) or None):
         found: dict[str, Any] = {"ours": ours(layout, gap, arguments.effort)}
@@ -137,12 +137,12 @@ def main() -> int:
         if with_xatlas:
             found["xatlas"] = xatlas(layout, arguments.pixels, arguments.size)
         cells = []
-        for who, (uv, _wall, cpu) in found.items():
+        for who, (uv, wall, cpu) in found.items():
             least = gaps.narrowest(islands_of(layout, uv), 2.5 * gap).distance
             if who == "ours" and not least >= gap:
                 wrong += 1
             fills.setdefault(who, []).append(area(uv))
-            cells.append(f"{area(uv):.3f}, {least * arguments.size:.2f}, {cpu:.2f}")
+            cells.append(f"{area(uv):.3f}, {least * arguments.size:.2f}, {cpu:.2f} ({wall:.2f})")
         print(f"| {name} | {layout.islands} | {' | '.join(cells)} |", flush=True)
         if arguments.pictures:
             path = arguments.pictures / f"{name.replace('/', '-')}.png"
