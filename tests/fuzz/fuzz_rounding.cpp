@@ -1,4 +1,8 @@
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
+#include <vector>
 
 #include "finding.h"
 #include "flipfree/distortion/rounding.h"
@@ -7,6 +11,42 @@
 #include "targets.h"
 
 namespace flipfree::fuzz {
+namespace {
+
+// Edges that one face has, as vertices of the cut mesh.
+std::vector<std::array<VertexId, 2>> border(const Triangles& faces) {
+  std::map<std::array<VertexId, 2>, int> count;
+  for (FaceId f = 0; f < faces.rows(); ++f) {
+    for (Index k = 0; k < 3; ++k) {
+      const VertexId a = faces(f, k), b = faces(f, (k + 1) % 3);
+      ++count[{std::min(a, b), std::max(a, b)}];
+    }
+  }
+  std::vector<std::array<VertexId, 2>> edges;
+  for (const auto& [edge, faces_there] : count) {
+    if (faces_there == 1) edges.push_back(edge);
+  }
+  return edges;
+}
+
+// Do two edges meet elsewhere than in a vertex that both have?
+bool meets_itself(const std::vector<std::array<VertexId, 2>>& border, const Points2& uv) {
+  const auto point = [&](VertexId v) { return exact(uv.row(v).transpose()); };
+  for (std::size_t i = 0; i < border.size(); ++i) {
+    for (std::size_t j = i + 1; j < border.size(); ++j) {
+      const auto& [a, b] = border[i];
+      const auto& [c, d] = border[j];
+      const Meeting m = meeting(point(a), point(b), point(c), point(d));
+      if (!m.meet) continue;
+      if (m.along) return true;
+      const auto shared = [&](VertexId v) { return (v == c || v == d) && point(v) == m.at; };
+      if (!shared(a) && !shared(b)) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
 
 void fuzz_rounding(Bytes bytes) {
   const Index wishes = bytes.byte();
@@ -39,6 +79,8 @@ void fuzz_rounding(Bytes bytes) {
       options.fixed.push_back(v);
     }
   }
+  const auto edges = border(map.cut.faces);
+  options.bijective = (wishes & 2) != 0 && !meets_itself(edges, map.uv);
   ExecutionContext context;
   const TimeLimit limit(context, 20.0);
   Stats stats;
@@ -52,6 +94,8 @@ void fuzz_rounding(Bytes bytes) {
   for (const VertexId v : options.fixed) {
     require(stored.row(v) == Points2f(map.uv.cast<float>()).row(v), "a fixed vertex was moved");
   }
+  require(!options.bijective || !meets_itself(edges, stored.cast<double>()),
+          "the boundary meets itself as stored");
 }
 
 }  // namespace flipfree::fuzz

@@ -82,7 +82,8 @@ def main(argv):
     parser.add_argument("--mark", default="")
     try:
         given = parser.parse_args(arguments.with_lists(argv))
-    except PlanError:
+    except PlanError as error:
+        print(error, file=sys.stderr)
         return 2
     return arguments.main(given, FORMATS, engine_of, {"flipfree": ff.__version__})
 

@@ -267,6 +267,23 @@ def test_names_that_are_no_utf_8_are_names_like_others(here):
     assert batch("@nowhere", "--out", "out")[0] == 2
 
 
+@pytest.mark.parametrize("second", ["@list", "@other"])
+def test_a_list_that_names_itself_is_refused(here, second):
+    put(a="write")
+    Path("list").write_text(f"in/a.in\n{second}\n")
+    Path("other").write_text("in/a.in\n@./list\n")
+    status, _, said = batch("@list", "--out", "out")
+    assert status == 2
+    assert "the list names itself" in said and "Traceback" not in said
+
+
+def test_a_list_may_be_named_twice(here):
+    put(a="write")
+    Path("list").write_text("in/a.in\n")
+    Path("both").write_text("@list\n@list\n")
+    assert batch("@both", "--out", "out", "--list")[0] == 0
+
+
 def test_an_output_that_cannot_be_written_is_a_failure_of_the_infrastructure(here):
     put(a="write", b="write")
     Path("out/a.in").mkdir(parents=True)  # a folder where the file should be

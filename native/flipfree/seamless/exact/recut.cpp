@@ -40,34 +40,12 @@ Motion across(const Points2& uv, HalfedgeId h, HalfedgeId o) {
   return motion;
 }
 
-// What the refined faces of one parent are moved by to lie in the frame of the first of them.
-std::vector<Motion> to_parents(const mesh::Adjacency& adjacency,
-                               const std::vector<FaceId>& parent_face, const Points2& uv) {
-  std::vector<Motion> motion(parent_face.size());
-  std::vector<char> known(parent_face.size(), 0);
-  std::vector<FaceId> queue;
-  for (FaceId first = 0; at(first) < known.size(); ++first) {
-    if (known[at(first)] != 0) continue;
-    known[at(first)] = 1;
-    queue.assign(1, first);
-    for (std::size_t i = 0; i < queue.size(); ++i) {
-      for (HalfedgeId h = 3 * queue[i]; h < 3 * queue[i] + 3; ++h) {
-        const HalfedgeId o = adjacency.opposite[at(h)];
-        if (known[at(o / 3)] != 0 || parent_face[at(o / 3)] != parent_face[at(first)]) continue;
-        known[at(o / 3)] = 1;
-        motion[at(o / 3)] = motion[at(h / 3)].after(across(uv, h, o));
-        queue.push_back(o / 3);
-      }
-    }
-  }
-  return motion;
-}
-
-// What the input's faces are moved by to be laid out together, cut along `cuts`. `link`: per
-// half-edge, from the frame on the other side to the one on its own.
-std::vector<Motion> laid_out(const mesh::Adjacency& adjacency, const mesh::EdgeFlags& cuts,
-                             const std::vector<Motion>& link) {
-  std::vector<Motion> motion(link.size() / 3);
+// What each face is moved by to lie in the frame of the first of those that it is joined with, over
+// the half-edges h where joined(h, its opposite); link(h, its opposite): from the frame on the
+// other side to the one on its own.
+template <class Joined, class Link>
+std::vector<Motion> laid_out(const mesh::Adjacency& adjacency, Joined joined, Link link) {
+  std::vector<Motion> motion(adjacency.opposite.size() / 3);
   std::vector<char> known(motion.size(), 0);
   std::vector<FaceId> queue;
   for (FaceId first = 0; at(first) < known.size(); ++first) {
@@ -77,9 +55,9 @@ std::vector<Motion> laid_out(const mesh::Adjacency& adjacency, const mesh::EdgeF
     for (std::size_t i = 0; i < queue.size(); ++i) {
       for (HalfedgeId h = 3 * queue[i]; h < 3 * queue[i] + 3; ++h) {
         const HalfedgeId o = adjacency.opposite[at(h)];
-        if (cuts[at(h)] != 0 || known[at(o / 3)] != 0) continue;
+        if (!joined(h, o) || known[at(o / 3)] != 0) continue;
         known[at(o / 3)] = 1;
-        motion[at(o / 3)] = motion[at(h / 3)].after(link[at(h)]);
+        motion[at(o / 3)] = motion[at(h / 3)].after(link(h, o));
         queue.push_back(o / 3);
       }
     }
@@ -97,7 +75,11 @@ certify::Parametrization on_own_triangles(const mesh::Surface& input,
                                           const ExecutionContext& context) {
   const mesh::Adjacency refined =
       mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
-  const std::vector<Motion> to_parent = to_parents(refined, map.parent_face, map.uv);
+  const auto one_parent = [&](HalfedgeId h, HalfedgeId o) {
+    return map.parent_face[at(h / 3)] == map.parent_face[at(o / 3)];
+  };
+  const std::vector<Motion> to_parent = laid_out(
+      refined, one_parent, [&](HalfedgeId h, HalfedgeId o) { return across(map.uv, h, o); });
   certify::Parametrization own;
   own.surface = input;
   own.uv.resize(3 * input.faces.rows(), 2);
@@ -118,7 +100,9 @@ certify::Parametrization on_own_triangles(const mesh::Surface& input,
   }
   const mesh::EdgeFlags none(adjacency.opposite.size(), 0);
   const mesh::EdgeFlags cuts = mesh::cut_to_disks(input, adjacency, none, cones, avoided, context);
-  const std::vector<Motion> motion = laid_out(adjacency, cuts, link);
+  const auto uncut = [&](HalfedgeId h, HalfedgeId) { return cuts[at(h)] == 0; };
+  const std::vector<Motion> motion =
+      laid_out(adjacency, uncut, [&](HalfedgeId h, HalfedgeId) { return link[at(h)]; });
   for (CornerId c = 0; c < static_cast<CornerId>(own.uv.rows()); ++c)
     own.uv.row(c) = motion[at(c / 3)](own.uv.row(c).transpose()).transpose();
   own.cut_edges = mesh::flagged_edges(input.faces, adjacency, cuts);

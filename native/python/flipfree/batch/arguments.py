@@ -106,18 +106,29 @@ def add_model_arguments(parser: argparse.ArgumentParser, *, has_limit: bool = Fa
         )
 
 
-def with_lists(words: list[str]) -> list[str]:
-    """Command line with the lines of each @FILE in its place, whatever bytes names have there. Raises PlanError."""
+def with_lists(words: list[str], inside: tuple[Path, ...] = ()) -> list[str]:
+    """Command line with the lines of each @FILE in its place, whatever bytes names have there. Raises PlanError.
+
+    inside: the lists that `words` come from, each of which names the next one.
+    """
     found: list[str] = []
     for word in words:
         if not word.startswith("@"):
             found.append(word)
             continue
+        file = Path(word[1:])
         try:
-            lines = Path(word[1:]).read_bytes().splitlines()
-        except OSError as error:
-            raise PlanError(f"{word}: the list cannot be read: {error.strerror}.") from error
-        found += with_lists([os.fsdecode(line) for line in lines])
+            lines = file.read_bytes().splitlines()
+            inner = (*inside, file.resolve())
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or str(error)
+            raise PlanError(f"{word}: the list cannot be read: {reason}.") from error
+        if inner[-1] in inside:
+            raise PlanError(
+                f"{word}: the list names itself, directly or through another list:"
+                " take that line out."
+            )
+        found += with_lists([os.fsdecode(line) for line in lines], inner)
     return found
 
 
