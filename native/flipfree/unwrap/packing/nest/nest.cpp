@@ -22,6 +22,7 @@ constexpr double kFine = 0.004;      // the search for a scale ends at this shar
 constexpr double kSearched = 0.02;   // scales below this share of the bound are not looked for
 constexpr std::size_t kMany = 2000;  // shapes, of which fewer directions are tried
 constexpr std::size_t kFew = 150;    // shapes, for which more rules are tried
+constexpr double kMuch = 0.2;        // of all area: such shapes are tried as square as they go too
 constexpr double kEffortForRules = 0.5;
 constexpr double kMendWords = 6e7;  // per unit of effort, for some hundred shapes
 constexpr double kInflateWork = 3e6;
@@ -110,6 +111,15 @@ Problem problem_of(const std::vector<Shape>& shapes, const NestOptions& options)
   for (const Shape& s : shapes) {
     area += s.area;
     radius = std::max(radius, s.radius);
+  }
+  if (options.rotation == Rotation::kFree && shapes.size() <= kFew) {
+    const std::vector<Vector2> quarters = even_turns(4);
+    for (std::size_t i = 0; i < shapes.size(); ++i) {
+      if (shapes[i].area < kMuch * area) continue;
+      const Vector2 t = squarest_turn(shapes[i]);
+      for (const Vector2& q : quarters)
+        problem.turns[i].emplace_back(t.x() * q.x() - t.y() * q.y(), t.x() * q.y() + t.y() * q.x());
+    }
   }
   // No shape is wider than the tile's diagonal.
   problem.bound = radius > 0.0 ? std::sqrt(2.0) / radius : 1.0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include "flipfree/base/plane.h"
@@ -26,6 +27,20 @@ std::pair<std::size_t, double> farthest(const Loop& loop, std::size_t first, std
     if (d > found.second) found = {i, d};
   }
   return found;
+}
+
+double side_of_square(const Shape& shape, double angle) {
+  const double c = std::cos(angle), s = std::sin(angle);
+  Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());
+  Vector2 high = -low;
+  for (const Loop& loop : shape.loops) {
+    for (const Vector2& p : loop) {
+      const Vector2 turned(c * p.x() - s * p.y(), s * p.x() + c * p.y());
+      low = low.cwiseMin(turned);
+      high = high.cwiseMax(turned);
+    }
+  }
+  return (high - low).maxCoeff();
 }
 
 }  // namespace
@@ -94,6 +109,30 @@ Shape make_shape(const std::vector<Loop>& outlines, double tolerance, Vector2& m
     shape.loops.push_back(std::move(loop));
   }
   return shape;
+}
+
+Vector2 squarest_turn(const Shape& shape) {
+  constexpr int kDegrees = 90;
+  constexpr int kFiner = 10;
+  constexpr int kTimes = 2;
+  double best = 0.0, side = side_of_square(shape, 0.0);
+  double step = std::numbers::pi / (2 * kDegrees);
+  const auto look = [&](double middle, int from, int to) {
+    for (int i = from; i <= to; ++i) {
+      const double angle = middle + i * step;
+      const double there = side_of_square(shape, angle);
+      if (there < side) {
+        side = there;
+        best = angle;
+      }
+    }
+  };
+  look(0.0, 1, kDegrees - 1);
+  for (int i = 0; i < kTimes; ++i) {
+    step /= kFiner;
+    look(best, -kFiner, kFiner);
+  }
+  return {std::cos(best), std::sin(best)};
 }
 
 }  // namespace flipfree::unwrap

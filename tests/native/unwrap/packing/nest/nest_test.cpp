@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "flipfree/unwrap/packing/nest/contacts.h"
 #include "unwrap/packing/nest/shapes.h"
 
@@ -40,6 +42,20 @@ TEST(Nest, gaps_are_met_and_everything_lies_in_the_tile) {
       }
     }
   }
+}
+
+TEST(Nest, what_is_most_of_all_turns_by_any_angle) {
+  // A square that is turned by 23 degrees, alone and with a small one.
+  Loop square = test::box(1.0, 1.0);
+  for (Vector2& p : square) p = Pose{{}, {std::cos(0.4), std::sin(0.4)}}(p, 1.0);
+  Vector2 middle;
+  std::vector<Shape> shapes = {make_shape({square}, 0.0, middle)};
+  NestOptions options;
+  options.margin = 0.002;
+  ExecutionContext context;
+  EXPECT_GT(nest(shapes, options, context).scale, 0.99);
+  shapes.push_back(test::box_shape(0.1, 0.1));
+  EXPECT_GT(nest(shapes, options, context).scale, 0.89);
 }
 
 TEST(Nest, the_bits_do_not_depend_on_threads) {

@@ -31,6 +31,27 @@ TEST(Shape, the_middle_goes_to_the_origin_and_holes_count_in_the_area) {
   EXPECT_NEAR(test::frame(1.0).area, 0.36, 1e-12);
 }
 
+TEST(Shape, the_square_around_it_is_smallest_after_its_squarest_turn) {
+  const auto side = [](const Shape& shape, const Vector2& turn) {
+    Vector2 low = Vector2::Constant(1e9), high = Vector2::Constant(-1e9);
+    for (const Vector2& p : shape.loops.front()) {
+      low = low.cwiseMin(Pose{Vector2::Zero(), turn}(p, 1.0));
+      high = high.cwiseMax(Pose{Vector2::Zero(), turn}(p, 1.0));
+    }
+    return (high - low).maxCoeff();
+  };
+  // A rectangle lies on the diagonal, a square on its sides.
+  const Shape rectangle = test::box_shape(4.0, 1.0);
+  EXPECT_NEAR(side(rectangle, squarest_turn(rectangle)), 5.0 / std::sqrt(2.0), 1e-3);
+  for (const double angle : {0.0, 0.1, 0.4, 0.77, 1.5}) {
+    Loop square = test::box(1.0, 1.0);
+    for (Vector2& p : square) p = Pose{{}, {std::cos(angle), std::sin(angle)}}(p, 1.0);
+    Vector2 middle;
+    const Shape shape = make_shape({square}, 0.0, middle);
+    EXPECT_NEAR(side(shape, squarest_turn(shape)), 1.0, 1e-3) << angle;
+  }
+}
+
 TEST(Shape, a_pose_turns_scales_and_moves) {
   const Pose pose{Vector2(1.0, 2.0), Vector2(0.0, 1.0)};
   EXPECT_EQ(pose(Vector2(3.0, 0.0), 2.0), Vector2(1.0, 8.0));
