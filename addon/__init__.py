@@ -7,12 +7,14 @@ mesh_io       Blender meshes <-> arrays            compat   Blender's versions
 errors        what the user is told                command_line   blender -b -c flipfree ...
 solver        the package flipfree (a wheel)       ui/*     the table of operators, menus, sidebar
 fields/*      field-aligned maps                views/*  what is drawn over models and UVs
+live/*        maps that follow pins while these are moved
 preferences   what holds for all operators      certificates, watch   what was found of which map, and whether it holds
 """
 
 import bpy
 
 from . import certificates, command_line, modal, preferences, solver, watch
+from .live import live_pins
 from .ui import menus, sidebar, tools
 from .views import controls
 
@@ -31,6 +33,7 @@ def register():
 
 def unregister():
     modal.close_all()
+    live_pins.close()
     controls.unregister()
     command_line.unregister()
     menus.unregister()

@@ -61,8 +61,11 @@ def of(ob) -> Kept | None:
 
 
 def holds(ob, kept: Kept) -> bool | None:
-    """Whether the mesh and its active UV map still are what was certified; None: too large to tell while it is edited."""
-    if ob.mode == "EDIT" and len(bmesh.from_edit_mesh(ob.data).faces) > _MOST_EDITED:
+    """Whether the mesh and its active UV map still are what was certified; None: too large to tell while it is edited, or
+    another operator is at work on it, under whose hands looking at loops would move them (live/edited.py)."""
+    if ob.mode == "EDIT" and (
+        watch.busy() or len(bmesh.from_edit_mesh(ob.data).faces) > _MOST_EDITED
+    ):
         return None
     key, stamp = _key(ob), watch.stamp(ob)
     known = _sums.get(key)

@@ -125,6 +125,17 @@ def settle(island, uv, pins, *, bijective):
     )
 
 
+def pull(part, uv, pins, *, iterations, seconds):
+    """Starts pulling pins {(face, corner): (u, v)} to their places in a map (m, 3, 2) that has them elsewhere."""
+    return jobs.improve(
+        (part.vertices, part.triangles, uv),
+        pins=pins,
+        iterations=iterations,
+        max_seconds=seconds,
+        threads=threads(),
+    )
+
+
 def improve(snapshot, *, pins, bijective, iterations):
     """Starts lowering the distortion of the snapshot's own map."""
     return jobs.improve(

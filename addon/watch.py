@@ -7,6 +7,9 @@ stamp = watch.stamp(ob)          # compare with the one kept beside what was com
 import bpy
 from bpy.app import handlers
 
+# Goes on beside all others.
+LIVE = "UV_OT_flipfree_live_pins"
+
 _state = {"everything": 0, "clock": 0}
 _changed: dict[int, int] = {}  # session_uid of a mesh or object -> when
 
@@ -24,6 +27,15 @@ def uid(datablock) -> int:
 def objects_by_name() -> dict[str, bpy.types.Object]:
     """As bpy.data.objects.get finds them, which searches them all for each: too long where a scene has thousands."""
     return {ob.name: ob for ob in reversed(bpy.data.objects.values())}
+
+
+def busy() -> bool:
+    """Whether an operator is at work in some window: a transform that may still be cancelled, a solver."""
+    for window in bpy.context.window_manager.windows:
+        for operator in getattr(window, "modal_operators", ()):
+            if operator is not None and operator.bl_idname != LIVE:
+                return True
+    return False
 
 
 def stamp(ob: bpy.types.Object) -> tuple:

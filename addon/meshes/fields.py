@@ -131,6 +131,11 @@ def write(ob, faces: np.ndarray, vectors: np.ndarray, name: str = NAME) -> None:
 # ------------------------------------------------------------------------------------------------------
 
 
+def edges(snapshot: mesh_io.Snapshot) -> np.ndarray:
+    """(e, 2) submesh vertex pairs of the edges of the faces that are worked on, each once."""
+    return _once(_sides(snapshot)[0])
+
+
 def _sides(snapshot: mesh_io.Snapshot) -> tuple[np.ndarray, np.ndarray]:
     """(k, 2) submesh vertices of the sides of triangles that are edges of faces, and (k,) the triangle of each."""
     rows, corners = np.nonzero(~snapshot.inner_sides)

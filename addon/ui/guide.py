@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import bmesh
 
-from .. import certificates
+from .. import certificates, watch
 from . import tools
 
 
@@ -96,6 +96,8 @@ def _offered(*names: str) -> tuple[str, ...]:
 def has_seams(ob) -> bool:
     """In Edit Mode, some edge is a seam (large meshes are not searched); else some was marked once."""
     if ob.mode == "EDIT":
+        if watch.busy():  # as in certificates.holds
+            return False
         bm = bmesh.from_edit_mesh(ob.data)
         return len(bm.edges) <= _MOST_SEARCHED and any(edge.seam for edge in bm.edges)
     # The attribute's name differs between Blenders.

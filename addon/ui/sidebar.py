@@ -4,9 +4,12 @@
 Every panel is written once, as a plain class; `_in_both` makes the two that Blender wants.
 """
 
+import textwrap
+
 import bpy
 
 from .. import certificates
+from ..live import live_pins
 from ..operators import common
 from . import guide, tools
 
@@ -28,6 +31,13 @@ class _Guide:
             box.label(text=line, icon=found.icon if i == 0 else "BLANK1")
         for name in found.operators:
             self.layout.operator(name)
+        session = live_pins.current()
+        if session is not None:
+            box = self.layout.box().column(align=True)
+            icon = "ERROR" if session.problem else "PINNED"
+            for i, line in enumerate(textwrap.wrap(session.text(), 34)):
+                box.label(text=line, icon=icon if i == 0 else "BLANK1")
+            box.operator("uv.flipfree_live_pins", text="End Live Pins", depress=True)
 
 
 class _Certificate:

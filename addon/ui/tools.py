@@ -6,6 +6,7 @@ from types import ModuleType
 
 from ..checker import checker
 from ..fields import field_aligned
+from ..live import live_pins
 from ..operators import check, conformal, match, seamless, select, unwrap
 from ..operators.arrange import density, orient, straighten
 from ..operators.mending import improve, repair
@@ -45,6 +46,7 @@ SECTIONS = (
             Tool(auto_seams, "uv.flipfree_auto_seams", "MOD_EDGESPLIT"),
             Tool(unwrap, "uv.flipfree_unwrap", "UV"),
             Tool(match, "uv.flipfree_match", "PINNED"),
+            Tool(live_pins, "uv.flipfree_live_pins", "UNPINNED"),
             Tool(improve, "uv.flipfree_improve", "MOD_SMOOTH"),
             Tool(repair, "uv.flipfree_repair", "MODIFIER"),
             Tool(check, "uv.flipfree_check", "CHECKMARK"),

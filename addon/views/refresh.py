@@ -76,8 +76,7 @@ def objects() -> dict[int, bpy.types.Object]:
 
 
 def _look() -> float:
-    windows = bpy.context.window_manager.windows
-    if not any(len(getattr(window, "modal_operators", ())) for window in windows):
+    if not watch.busy():
         look()
     return _INTERVAL
 

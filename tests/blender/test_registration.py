@@ -196,6 +196,7 @@ def test_nothing_is_written_into_the_extensions_folder(addon):
         "checker",
         "command_line",
         "fields",
+        "live",
         "meshes",
         "operators",
         "runs",

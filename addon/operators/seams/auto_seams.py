@@ -28,11 +28,7 @@ def edge_weights(snapshot, avoid: str, seek: str):
             factors *= fields.painted(ob, snapshot, name, factor, what)
     if np.all(factors == 1.0):
         return None
-    edges = np.sort(
-        np.stack([snapshot.triangles, np.roll(snapshot.triangles, -1, axis=1)], -1).reshape(-1, 2),
-        1,
-    )
-    edges = np.unique(edges, axis=0)
+    edges = fields.edges(snapshot)
     return edges, np.sqrt(factors[edges[:, 0]] * factors[edges[:, 1]])
 
 
@@ -75,9 +71,7 @@ class AutoSeamsTask(modal.Task):
 
     def own_edges(self) -> np.ndarray:
         """Edges of the faces that are worked on."""
-        triangles = self.snapshot.triangles
-        pairs = np.stack([triangles, np.roll(triangles, -1, axis=1)], -1).reshape(-1, 2)
-        return mesh_io.edge_ids(self.snapshot, pairs)
+        return mesh_io.edge_ids(self.snapshot, fields.edges(self.snapshot))
 
     def write(self, ob):
         cleared = np.zeros(0, np.int64) if self.keep_seams else self.own_edges()

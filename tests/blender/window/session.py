@@ -21,6 +21,7 @@ sys.path[:0] = [str(HERE), str(HERE.parent)]
 sys.dont_write_bytecode = True
 
 import menus  # noqa: E402
+import pins  # noqa: E402
 import robust  # noqa: E402
 import solving  # noqa: E402
 import stage  # noqa: E402
@@ -28,7 +29,7 @@ import views  # noqa: E402
 
 TESTS = [
     function
-    for module in (solving, menus, views, robust)
+    for module in (solving, menus, views, pins, robust)
     for name, function in vars(module).items()
     if name.startswith("test_") and (not stage.WORDS or any(word in name for word in stage.WORDS))
 ]

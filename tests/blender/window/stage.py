@@ -43,6 +43,7 @@ def shot(name):
 
 
 def reset():
+    part("live.live_pins").close()
     if bpy.context.mode != "OBJECT":
         bpy.ops.object.mode_set(mode="OBJECT")
     bpy.data.batch_remove(list(bpy.data.objects))
