@@ -69,6 +69,7 @@ def auto_seams(snapshot, *, cuts, stretch, sharp_angle, weights=None):
         weights=weights,
         uncuttable=snapshot.diagonals,
         materials=snapshot.materials,
+        polygons=snapshot.triangle_face,
         **_limits(),
     )
 
@@ -96,6 +97,7 @@ def unwrap(
         stretch=stretch,
         uncuttable=snapshot.diagonals,
         materials=snapshot.materials,
+        polygons=snapshot.triangle_face,
         pins=pins or None,
         bijective=bijective,
         may_add_cuts=may_add_cuts,

@@ -23,6 +23,7 @@ def separated(snapshot: mesh_io.Snapshot) -> mesh_io.Snapshot:
             snapshot.triangles,
             seams=snapshot.cuts,
             materials=snapshot.materials,
+            polygons=snapshot.triangle_face,
         )
     except flipfree.InvalidInput as error:
         raise mesh_io.MeshProblem(f"{snapshot.object_name}: {error}") from error

@@ -48,6 +48,35 @@ def test_every_face_of_a_broken_mesh_gets_a_place_of_its_own(kind):
     assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
 
 
+@pytest.mark.parametrize("seams", ["given", "auto"])
+@pytest.mark.parametrize("seed", range(4))
+def test_quads_of_a_broken_mesh_stay_whole(seed, seams):
+    # Faces turned over, triangles that stand on sides, and doubled faces, among quads: none may need two UVs at a corner.
+    bpy.ops.mesh.primitive_monkey_add()
+    ob = bpy.context.object
+    random = np.random.default_rng(seed)
+    vertices = [tuple(v.co) for v in ob.data.vertices]
+    faces = [list(p.vertices) for p in ob.data.polygons]
+    for _ in range(20):
+        face = faces[random.integers(len(faces))]
+        vertices.append(tuple(np.mean([vertices[v] for v in face], axis=0) + 0.3))
+        faces.append([face[0], face[1], len(vertices) - 1])
+    faces += [list(faces[k]) for k in random.integers(0, 500, 5)]
+    faces = [face[::-1] if random.random() < 0.2 else face for face in faces]
+    bpy.data.objects.remove(ob)
+    ob = bpy.data.objects.new("broken", bpy.data.meshes.new("broken"))
+    ob.data.from_pydata(vertices, [], faces)
+    bpy.context.collection.objects.link(ob)
+    bpy.context.view_layer.objects.active = ob
+    ob.select_set(True)
+    assert bpy.ops.uv.flipfree_unwrap(seams=seams) == {"FINISHED"}
+    ob.data.calc_loop_triangles()
+    triangles = ob.data.loop_triangles
+    corners = np.array([t.vertices[:] for t in triangles])
+    uv = shapes.uv_of(ob)[np.array([t.loops[:] for t in triangles])]
+    assert judge_any(corners, uv) == []
+
+
 def test_the_report_names_what_was_separated(tmp_path):
     add(*KINDS[1](np.random.default_rng(5)))
     blend, target = tmp_path / "wall.blend", tmp_path / "record.json"

@@ -250,6 +250,7 @@ PARAMETERS: dict[str, tuple[float, Callable[[Mesh, Random], Any]]] = {
     "tiles": (0.2, one_of(1, 2, 7, 100)),
     "effort": (0.5, one_of(0.0, 0.01, 0.3)),
     "materials": (0.2, lambda mesh, random: random.integers(0, 3, len(mesh.faces))),
+    "polygons": (0.2, lambda mesh, random: np.arange(len(mesh.faces)) // random.integers(1, 4)),
     "max_seconds": (0.5, lambda _mesh, random: float(10.0 ** random.uniform(-5, 0))),
     "threads": (0.4, one_of(1, 2, 3)),
 }  # fmt: skip

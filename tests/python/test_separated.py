@@ -163,3 +163,73 @@ def test_materials_decide_between_faces_at_equal_angles() -> None:
         ]
         ((a, b),) = pairs
         assert materials[a] == materials[b]
+
+
+def quads_with_spikes(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Vertices, triangles and their polygons: a torus of quads with some turned over, triangles that stand on sides, doubles."""
+    random = np.random.default_rng(seed)
+    n, m = (int(k) for k in random.integers(4, 9, 2))
+    grid = [[i * m + j for j in range(m)] for i in range(n)]
+    polygons = [
+        [grid[i][j], grid[(i + 1) % n][j], grid[(i + 1) % n][(j + 1) % m], grid[i][(j + 1) % m]]
+        for i in range(n)
+        for j in range(m)
+    ]
+    i, j = np.divmod(np.arange(n * m), m)
+    a, b = 2 * np.pi * i / n, 2 * np.pi * j / m
+    points = [
+        *np.stack([(2 + np.cos(b)) * np.cos(a), (2 + np.cos(b)) * np.sin(a), np.sin(b)], axis=1)
+    ]
+    for _ in range(random.integers(1, 8)):
+        face = polygons[random.integers(len(polygons))]
+        polygons.append([face[0], face[1], len(points)])
+        points.append(points[face[0]] + random.random(3))
+    polygons += [list(polygons[k]) for k in random.integers(0, n * m, 2)]
+    triangles, polygon = [], []
+    for k, corners in enumerate(polygons):
+        turn = int(random.integers(len(corners)))
+        corners = corners[turn:] + corners[:turn]
+        if random.random() < 0.3:
+            corners = corners[::-1]
+        for t in range(1, len(corners) - 1):
+            triangles.append([corners[0], corners[t], corners[t + 1]])
+            polygon.append(k)
+    return np.array(points), np.array(triangles), np.array(polygon)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_polygons_stay_in_one_piece(seed) -> None:
+    vertices, faces, polygon = quads_with_spikes(seed)
+    clean = ff.separate(vertices, faces, polygons=polygon)
+    for k in np.unique(polygon):
+        mates = clean.faces[polygon[clean.face_origin] == k]
+        assert all(len(set(a) & set(b)) == 2 for a, b in zip(mates, mates[1:], strict=False))
+    ends = np.sort(np.concatenate([faces[:, e] for e in ((0, 1), (1, 2), (2, 0))]), axis=1)
+    rows = np.column_stack([np.tile(polygon, 3), ends])
+    distinct, times = np.unique(rows, axis=0, return_counts=True)
+    result = ff.unwrap(vertices, faces, uncuttable=distinct[times > 1][:, 1:], polygons=polygon)
+    assert result.certificate.ok
+    places: dict[tuple[int, int], bytes] = {}
+    for f, k in enumerate(polygon.tolist()):
+        for corner, vertex in enumerate(faces[f].tolist()):
+            place = result.uv32()[f, corner].tobytes()
+            assert places.setdefault((k, vertex), place) == place
+
+
+def test_polygons_need_one_number_per_face() -> None:
+    with pytest.raises(ff.InvalidInput, match="polygons"):
+        ff.separate(np.eye(3), [(0, 1, 2)], polygons=[1, 2])
+    with pytest.raises(ff.InvalidInput, match="polygons"):
+        ff.unwrap(np.eye(3), [(0, 1, 2)], polygons=[1, 2])
+
+
+def test_faces_that_were_turned_over_by_mistake_still_go_with_their_neighbours() -> None:
+    # A strip of quads, every other one turned over, with a triangle that stands on a side between two and runs as one of them.
+    x = np.arange(4.0)
+    vertices = np.array([(a, b, 0.0) for a in x for b in (0.0, 1.0)] + [(1.0, 0.5, 1.0)])
+    quads = [[0, 2, 3, 1], [3, 2, 4, 5][::-1], [4, 6, 7, 5]]
+    faces = np.array([f for a, b, c, d in quads for f in ((a, b, c), (a, c, d))] + [(3, 2, 8)])
+    clean = ff.separate(vertices, faces)
+    strip = clean.faces[clean.face_origin < 6]
+    assert len(np.unique(strip)) == 8  # in one piece
+    assert len(np.unique(clean.faces)) == 11

@@ -14,6 +14,7 @@
 #include "flipfree/base/parallel.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/mesh/own_unit.h"
+#include "flipfree/mesh/separated/polygons.h"
 #include "flipfree/unwrap/chart/chart_pins.h"
 #include "flipfree/unwrap/chart/flattening.h"
 #include "flipfree/unwrap/islands/cut_around.h"
@@ -25,6 +26,9 @@
 
 namespace flipfree::unwrap {
 namespace {
+
+// Once as a rule: what becomes an island may open a way for a cut through its neighbour.
+constexpr int kMostTimesTorn = 3;
 
 // Charts for which there are no 32-bit values, with where.
 using Unstorable = std::vector<std::pair<std::size_t, Error>>;
@@ -289,7 +293,9 @@ certify::Parametrization unwrap_separated(const mesh::Surface& surface,
                                           const UnwrapOptions& options, ExecutionContext& context) {
   mesh::SeparateOptions separating;
   separating.seams = &options.cuts;
+  separating.diagonals = &options.uncuttable;
   if (!options.material.empty()) separating.material = &options.material;
+  if (!options.polygon.empty()) separating.polygon = &options.polygon;
   const certify::SeparatedMap separated(surface, separating, context);
   UnwrapOptions own = options;
   own.cuts = separated.edges(options.cuts);
@@ -312,14 +318,35 @@ certify::Parametrization unwrap_separated(const mesh::Surface& surface,
   return map;
 }
 
+certify::Parametrization unwrap_any(const mesh::Surface& surface, const UnwrapOptions& options,
+                                    ExecutionContext& context) {
+  return certify::is_clean(surface, context) ? unwrap_clean(surface, options, context)
+                                             : unwrap_separated(surface, options, context);
+}
+
 }  // namespace
 
 certify::Parametrization unwrap(const mesh::Surface& surface, const UnwrapOptions& options,
                                 ExecutionContext& context) try {
   const TimeLimit limit(context, limit_of(options.max_seconds));
   context.report("checking the mesh", 0.0);
-  return certify::is_clean(surface, context) ? unwrap_clean(surface, options, context)
-                                             : unwrap_separated(surface, options, context);
+  certify::Parametrization map = unwrap_any(surface, options, context);
+  if (options.uncuttable.rows() == 0 && options.polygon.empty()) return map;
+  // Polygons that no cut could go around become islands: a map that is cut through them could not
+  // be written.
+  UnwrapOptions own = options;
+  if (own.polygon.empty())
+    own.polygon = mesh::polygons_of(surface.faces, static_cast<Index>(surface.vertices.rows()),
+                                    options.uncuttable);
+  for (int round = 0; round < kMostTimesTorn; ++round) {
+    const IndexPairs sides = mesh::sides_of_torn_polygons(surface.faces, own.polygon, map.uv32);
+    if (sides.rows() == 0) break;
+    const Eigen::Index before = own.cuts.rows();
+    own.cuts.conservativeResize(before + sides.rows(), 2);
+    own.cuts.bottomRows(sides.rows()) = sides;
+    map = unwrap_any(surface, own, context);
+  }
+  return map;
 } catch (const TimeIsOver&) {
   if (!(options.max_seconds > 0)) throw;  // the limit is the caller's
   throw_out_of_time("Not all charts were flattened and stored", options.max_seconds,

@@ -28,13 +28,15 @@ void bind_mesh(py::module_& module) {
   module.def(
       "separate",
       [](const Array<double>& vertices, const Array<Index>& faces, const Array<Index>& seams,
-         const Array<Index>& material) {
+         const Array<Index>& material, const Array<Index>& polygon) {
         const mesh::Surface surface = to_surface(vertices, faces);
         const auto pairs = to_matrix<IndexPairs>(seams, "seams");
         const std::vector<Index> materials(material.data(), material.data() + material.size());
+        const std::vector<Index> polygons(polygon.data(), polygon.data() + polygon.size());
         mesh::SeparateOptions options;
         options.seams = &pairs;
         if (!materials.empty()) options.material = &materials;
+        if (!polygons.empty()) options.polygon = &polygons;
         const ExecutionContext context;
         mesh::SeparatedSurface separated;
         Points3 positions;
@@ -54,7 +56,8 @@ void bind_mesh(py::module_& module) {
                               from_vector(separated.face_origin), from_vector(turned),
                               from_vector(separated.collapsed), mends);
       },
-      py::arg("vertices"), py::arg("faces"), py::arg("seams"), py::arg("material"));
+      py::arg("vertices"), py::arg("faces"), py::arg("seams"), py::arg("material"),
+      py::arg("polygon"));
 }
 
 }  // namespace flipfree::python

@@ -38,6 +38,7 @@ void bind_options(py::module_& module) {
       .def_property("uncuttable", nullptr, matrix_setter(&UnwrapOptions::uncuttable, "uncuttable"))
       .def_property("pins", nullptr, pins_setter(&UnwrapOptions::pins))
       .def_property("material", nullptr, ids_setter(&UnwrapOptions::material))
+      .def_property("polygon", nullptr, ids_setter(&UnwrapOptions::polygon))
       .def_property("find_seams", nullptr,
                     [](UnwrapOptions& options, bool find) { options.seams.find = find; })
       .def_property("stretch", nullptr,

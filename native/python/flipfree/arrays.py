@@ -117,12 +117,12 @@ def as_indices(values: Any, name: str, columns: int | None = None) -> IntArray:
     return np.ascontiguousarray(array, dtype=np.int32)
 
 
-def as_materials(values: Any, face_count: int) -> IntArray:
+def as_face_numbers(values: Any, name: str, face_count: int) -> IntArray:
     """One whole number for each face, or none at all for None."""
-    array = as_indices([] if values is None else values, "materials")
+    array = as_indices([] if values is None else values, name)
     if values is not None and len(array) != face_count:
         raise InvalidInput(
-            f"materials must have as many numbers as there are faces, {face_count}, not {len(array)}.",
+            f"{name} must have as many numbers as there are faces, {face_count}, not {len(array)}.",
             code=BAD_SHAPE,
         )
     return array

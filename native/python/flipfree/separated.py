@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _native
-from .arrays import FloatArray, IntArray, as_indices, as_materials, as_vertices
+from .arrays import FloatArray, IntArray, as_face_numbers, as_indices, as_vertices
 from .errors import InvalidInput
 from .job import ours_only
 from .results import Mend, Parametrization, frozen
@@ -159,7 +159,7 @@ def _turned(values: npt.NDArray[Any], turned: npt.NDArray[np.bool_]) -> npt.NDAr
 
 @ours_only
 def separate(
-    vertices: Any, faces: Any, *, seams: Any = None, materials: Any = None
+    vertices: Any, faces: Any, *, seams: Any = None, materials: Any = None, polygons: Any = None
 ) -> SeparatedSurface:
     """A clean surface of any triangles, with the way back: see docs/method/separated-surfaces.md.
 
@@ -167,6 +167,8 @@ def separate(
         vertices: (n, 3). faces: (m, 3), in any order and winding, as many at an edge as there are.
         seams: (s, 2) vertex pairs. Where more than two faces meet at one, none of them continues another.
         materials: (m,) whole numbers: where more than two faces meet, those of one material rather go together.
+        polygons: (m,) whole numbers: triangles of one polygon, which has one UV per corner, are parted only where the polygon
+            itself meets an edge twice.
 
     Raises:
         InvalidInput for what has no meaning: no faces, indices out of range, coordinates that are not finite, and where
@@ -180,7 +182,8 @@ def separate(
         positions.scaled,
         face_array,
         as_indices([] if seams is None else seams, "seams", 2),
-        as_materials(materials, len(face_array)),
+        as_face_numbers(materials, "materials", len(face_array)),
+        as_face_numbers(polygons, "polygons", len(face_array)),
     )
     if len(triangles) == 0:
         raise InvalidInput(

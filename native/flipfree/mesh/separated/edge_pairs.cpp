@@ -20,7 +20,8 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 constexpr double kAnyPair = 1.0;
 constexpr double kSameWinding = 1.5;  // more than flatness can be worth: -1 to 1
 constexpr double kSameMaterial = 0.5;
-constexpr double kConvex = 0.1;  // two solids that touch at an edge stay two
+constexpr double kSamePolygon = 100.0;  // more than anything else
+constexpr double kConvex = 0.1;         // two solids that touch at an edge stay two
 constexpr double kFlat = 1e-6;
 constexpr double kLeastWorth = 0.05;
 
@@ -49,7 +50,8 @@ ByLowerVertex by_lower_vertex(Index vertex_count, const Triangles& faces) {
 
 class Pairer {
  public:
-  Pairer(const PairingInput& input, EdgePairs& result) : input_(input), result_(result) {}
+  Pairer(const PairingInput& input, const std::vector<char>& turned, EdgePairs& result)
+      : input_(input), turned_(turned), result_(result) {}
 
   // All half-edges between two vertices.
   void pair(const HalfedgeId* halfedges, std::size_t count) {
@@ -61,13 +63,28 @@ class Pairer {
       }
     } else if (count > 2) {
       result_.crowded.push_back({{halfedges, halfedges + count}});
-      if (input_.at_seam[at(halfedges[0])] == 0) pair_crowd(halfedges, count);
+    }
+  }
+
+  void pair_crowd(const std::vector<HalfedgeId>& halfedges) {
+    crowd_ = halfedges;
+    across_.clear();
+    for (const HalfedgeId h : crowd_) across_.push_back(across(h));
+    if (crowd_.size() <= kMostMatchedAtBest) {
+      match_at_best();
+    } else {
+      match_greedily();
     }
   }
 
  private:
   VertexId apex(HalfedgeId h) const { return source(input_.faces, previous_corner(h)); }
   bool duplicates(HalfedgeId a, HalfedgeId b) const { return apex(a) == apex(b); }
+  // Where h starts once its face is turned over, if it is.
+  VertexId start(HalfedgeId h) const {
+    const bool turned = !turned_.empty() && turned_[at(h / 3)] != 0;
+    return turned ? target(input_.faces, h) : source(input_.faces, h);
+  }
   void join(HalfedgeId a, HalfedgeId b) {
     result_.mate[at(a)] = b;
     result_.mate[at(b)] = a;
@@ -76,8 +93,9 @@ class Pairer {
   // Does the edge's k-th face lie behind the i-th one?
   bool behind(std::size_t i, std::size_t k) const {
     const HalfedgeId h = crowd_[i];
-    Vector3 along = 0.5 * input_.positions.row(target(input_.faces, h)) -
-                    0.5 * input_.positions.row(source(input_.faces, h));
+    const VertexId from = start(h);
+    const VertexId to = source(input_.faces, h) + target(input_.faces, h) - from;
+    Vector3 along = 0.5 * input_.positions.row(to) - 0.5 * input_.positions.row(from);
     along.stableNormalize();
     return along.cross(across_[i]).dot(across_[k]) < -kFlat;
   }
@@ -104,7 +122,9 @@ class Pairer {
       return 0.0;
     }
     double sum = kAnyPair - across_[i].dot(across_[k]);
-    if (source(input_.faces, a) != source(input_.faces, b)) {
+    if (input_.polygon != nullptr && (*input_.polygon)[at(a / 3)] == (*input_.polygon)[at(b / 3)])
+      sum += kSamePolygon;
+    if (start(a) != start(b)) {
       sum += kSameWinding;
       if (behind(i, k)) sum += kConvex;
     }
@@ -113,17 +133,6 @@ class Pairer {
       sum += kSameMaterial;
     }
     return sum > kLeastWorth ? sum : 0.0;
-  }
-
-  void pair_crowd(const HalfedgeId* halfedges, std::size_t count) {
-    crowd_.assign(halfedges, halfedges + count);
-    across_.clear();
-    for (const HalfedgeId h : crowd_) across_.push_back(across(h));
-    if (count <= kMostMatchedAtBest) {
-      match_at_best();
-    } else {
-      match_greedily();
-    }
   }
 
   void match_at_best() {
@@ -207,6 +216,7 @@ class Pairer {
   }
 
   const PairingInput& input_;
+  const std::vector<char>& turned_;
   EdgePairs& result_;
   std::vector<HalfedgeId> crowd_;
   std::vector<Vector3> across_;
@@ -235,6 +245,29 @@ std::vector<FaceId> duplicate_faces(const Triangles& faces, const std::vector<Ed
 
 }  // namespace
 
+std::vector<char> flag_pairs(const Triangles& faces, Index vertex_count, const IndexPairs* pairs) {
+  std::vector<char> flags(static_cast<std::size_t>(faces.size()), 0);
+  if (pairs == nullptr || pairs->rows() == 0) return flags;
+  std::vector<std::pair<VertexId, VertexId>> sorted;
+  std::vector<char> low_end(at(vertex_count), 0);
+  for (Eigen::Index i = 0; i < pairs->rows(); ++i) {
+    const VertexId low = std::min((*pairs)(i, 0), (*pairs)(i, 1));
+    if (low < 0 || low >= vertex_count) continue;
+    sorted.emplace_back(low, std::max((*pairs)(i, 0), (*pairs)(i, 1)));
+    low_end[at(low)] = 1;
+  }
+  std::sort(sorted.begin(), sorted.end());
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(flags.size()); ++h) {
+    const auto [low, high] = std::minmax({source(faces, h), target(faces, h)});
+    if (low_end[at(low)] == 0) continue;
+    flags[at(h)] =
+        std::binary_search(sorted.begin(), sorted.end(), std::pair<VertexId, VertexId>(low, high))
+            ? 1
+            : 0;
+  }
+  return flags;
+}
+
 bool continues_in_map(const Triangles& faces, const Points2& corner_uv, HalfedgeId a,
                       HalfedgeId b) {
   const bool same = source(faces, a) == source(faces, b);
@@ -250,7 +283,8 @@ EdgePairs pair_edges(const PairingInput& input, const ExecutionContext& context)
   result.mate.assign(static_cast<std::size_t>(input.faces.size()), kInvalid);
   const auto vertex_count = static_cast<Index>(input.positions.rows());
   const ByLowerVertex groups = by_lower_vertex(vertex_count, input.faces);
-  Pairer pairer(input, result);
+  const std::vector<char> none;
+  Pairer pairer(input, none, result);
   std::vector<std::pair<VertexId, HalfedgeId>> uses;  // by higher vertex
   std::vector<HalfedgeId> edge;
   for (VertexId v = 0; v < vertex_count; ++v) {
@@ -270,6 +304,17 @@ EdgePairs pair_edges(const PairingInput& input, const ExecutionContext& context)
   }
   result.duplicate = duplicate_faces(input.faces, result.crowded, result.loose);
   return result;
+}
+
+void pair_crowds(const PairingInput& input, const std::vector<char>& turned, EdgePairs& pairs,
+                 const ExecutionContext& context) {
+  constexpr std::size_t kCheckEvery = 1 << 10;
+  Pairer pairer(input, turned, pairs);
+  for (std::size_t i = 0; i < pairs.crowded.size(); ++i) {
+    if (i % kCheckEvery == 0) context.check();
+    const std::vector<HalfedgeId>& halfedges = pairs.crowded[i].halfedges;
+    if (input.at_seam[at(halfedges.front())] == 0) pairer.pair_crowd(halfedges);
+  }
 }
 
 }  // namespace flipfree::mesh

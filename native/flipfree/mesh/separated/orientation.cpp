@@ -15,19 +15,19 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 class Orienter {
  public:
-  Orienter(const Points3& positions, const Triangles& faces, const std::vector<char>& at_seam,
-           const Points2* corner_uv, EdgePairs& pairs)
-      : positions_(positions),
-        faces_(faces),
-        at_seam_(at_seam),
-        corner_uv_(corner_uv),
+  Orienter(const PairingInput& input, EdgePairs& pairs)
+      : positions_(input.positions),
+        faces_(input.faces),
+        at_seam_(input.at_seam),
+        corner_uv_(input.corner_uv),
+        polygon_(input.polygon),
         pairs_(pairs),
         mate_(pairs.mate) {
     // Areas are compared only: in a unit in which they neither overflow nor vanish.
-    const double extent = positions.size() == 0 ? 0.0 : positions.cwiseAbs().maxCoeff();
+    const double extent = positions_.size() == 0 ? 0.0 : positions_.cwiseAbs().maxCoeff();
     unit_ = extent > 0.0 ? 1.0 / extent : 1.0;
     if (!std::isfinite(unit_)) unit_ = 1.0;
-    side_.assign(static_cast<std::size_t>(faces.rows()), kUnknown);
+    side_.assign(static_cast<std::size_t>(faces_.rows()), kUnknown);
     if (corner_uv_ != nullptr) find_contradictions();
   }
 
@@ -93,10 +93,32 @@ class Orienter {
     return cross(b - a, c - a);
   }
 
+  // The side of o's face that goes with that of h's.
+  char side_across(HalfedgeId h, HalfedgeId o) const {
+    return same_direction(h, o) != (side_[at(h / 3)] != 0) ? 1 : 0;
+  }
+  // A face, and all that is joined to it inside its polygon: no front meets another in there.
+  void take(FaceId first, char side) {
+    side_[at(first)] = side;
+    std::size_t i = part_.size();
+    part_.push_back(first);
+    if (polygon_ == nullptr) return;
+    for (; i < part_.size(); ++i) {
+      const FaceId f = part_[i];
+      for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
+        const HalfedgeId o = mate_[at(h)];
+        if (o == kInvalid || at_seam_[at(h)] != 0 || side_[at(o / 3)] != kUnknown) continue;
+        if ((*polygon_)[at(o / 3)] != (*polygon_)[at(f)]) continue;
+        side_[at(o / 3)] = side_across(h, o);
+        part_.push_back(o / 3);
+      }
+    }
+  }
+
   // Breadth first, so that the fronts of a one-sided part meet along a short cut.
   void orient_part(FaceId first) {
-    part_.assign(1, first);
-    side_[at(first)] = 0;
+    part_.clear();
+    take(first, 0);
     double kept = 0.0;
     double turned = 0.0;
     for (std::size_t i = 0; i < part_.size(); ++i) {
@@ -105,9 +127,7 @@ class Orienter {
       for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
         const HalfedgeId o = mate_[at(h)];
         if (o == kInvalid || at_seam_[at(h)] != 0 || side_[at(o / 3)] != kUnknown) continue;
-        const bool turn = same_direction(h, o) != (side_[at(f)] != 0);
-        side_[at(o / 3)] = turn ? 1 : 0;
-        part_.push_back(o / 3);
+        take(o / 3, side_across(h, o));
       }
     }
     if (corner_uv_ != nullptr && contradicted_[at(first)] != 0) {
@@ -125,6 +145,7 @@ class Orienter {
   const Triangles& faces_;
   const std::vector<char>& at_seam_;
   const Points2* corner_uv_;
+  const std::vector<Index>* polygon_;
   const EdgePairs& pairs_;
   std::vector<HalfedgeId>& mate_;
   double unit_ = 1.0;
@@ -135,10 +156,8 @@ class Orienter {
 
 }  // namespace
 
-Orientation orient(const Points3& positions, const Triangles& faces,
-                   const std::vector<char>& at_seam, const Points2* corner_uv, EdgePairs& pairs,
-                   const ExecutionContext& context) {
-  return Orienter(positions, faces, at_seam, corner_uv, pairs).run(context);
+Orientation orient(const PairingInput& input, EdgePairs& pairs, const ExecutionContext& context) {
+  return Orienter(input, pairs).run(context);
 }
 
 }  // namespace flipfree::mesh

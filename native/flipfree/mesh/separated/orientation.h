@@ -20,9 +20,8 @@ struct Orientation {
 // are mates at seams that still run in one direction; those are not listed. With a map of the faces
 // (3 #F x 2, or null), parts that hang together with contradicting windings or crowded edges,
 // across seams too, are turned until most of their area in the map is positive: which way they were
-// meant is not to be known. Cost: O(#F).
-Orientation orient(const Points3& positions, const Triangles& faces,
-                   const std::vector<char>& at_seam, const Points2* corner_uv, EdgePairs& pairs,
-                   const ExecutionContext& context);
+// meant is not to be known. Mates within a polygon (input.polygon) are undone only if that alone
+// has one side. Cost: O(#F).
+Orientation orient(const PairingInput& input, EdgePairs& pairs, const ExecutionContext& context);
 
 }  // namespace flipfree::mesh

@@ -8,6 +8,7 @@
 #include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/separated/edge_pairs.h"
 #include "flipfree/mesh/separated/orientation.h"
+#include "flipfree/mesh/separated/polygons.h"
 #include "flipfree/mesh/separated/separated.h"
 #include "flipfree/mesh/separated/sheets.h"
 
@@ -42,32 +43,12 @@ void check_meaning(const Surface& input, const SeparateOptions& options) {
       options.material->size() != static_cast<std::size_t>(input.faces.rows())) {
     throw_invalid(ErrorCode::kBadShape, "Materials need one number per face.");
   }
+  if (options.polygon != nullptr &&
+      options.polygon->size() != static_cast<std::size_t>(input.faces.rows())) {
+    throw_invalid(ErrorCode::kBadShape, "Polygons need one number per face.");
+  }
   if (options.corner_uv != nullptr && options.corner_uv->rows() != 3 * input.faces.rows())
     throw_invalid(ErrorCode::kBadShape, "A map needs one row per face corner.");
-}
-
-// Which half-edges lie on one of the pairs.
-std::vector<char> flag_pairs(const Triangles& faces, Index vertex_count, const IndexPairs* pairs) {
-  std::vector<char> flags(static_cast<std::size_t>(faces.size()), 0);
-  if (pairs == nullptr || pairs->rows() == 0) return flags;
-  std::vector<std::pair<VertexId, VertexId>> sorted;
-  std::vector<char> low_end(at(vertex_count), 0);
-  for (Eigen::Index i = 0; i < pairs->rows(); ++i) {
-    const VertexId low = std::min((*pairs)(i, 0), (*pairs)(i, 1));
-    if (low < 0 || low >= vertex_count) continue;
-    sorted.emplace_back(low, std::max((*pairs)(i, 0), (*pairs)(i, 1)));
-    low_end[at(low)] = 1;
-  }
-  std::sort(sorted.begin(), sorted.end());
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(flags.size()); ++h) {
-    const auto [low, high] = std::minmax({source(faces, h), target(faces, h)});
-    if (low_end[at(low)] == 0) continue;
-    flags[at(h)] =
-        std::binary_search(sorted.begin(), sorted.end(), std::pair<VertexId, VertexId>(low, high))
-            ? 1
-            : 0;
-  }
-  return flags;
 }
 
 class Separator {
@@ -81,15 +62,30 @@ class Separator {
     std::vector<char> at_seam =
         flag_pairs(faces_, static_cast<Index>(input_.vertices.rows()), options_.seams);
     const Points2* map = corner_uv_.rows() == 0 ? nullptr : &corner_uv_;
-    EdgePairs pairs = pair_edges(
-        {input_.vertices, faces_, at_seam, material_.empty() ? nullptr : &material_, map},
-        context_);
+    PairingInput pairing{input_.vertices, faces_, at_seam};
+    if (!material_.empty()) pairing.material = &material_;
+    pairing.corner_uv = map;
+    EdgePairs pairs = pair_edges(pairing, context_);
+    if (polygon_.empty() && options_.diagonals != nullptr && options_.diagonals->rows() > 0)
+      polygon_ =
+          polygons_of(faces_, static_cast<Index>(input_.vertices.rows()), *options_.diagonals);
+    if (!polygon_.empty()) pairing.polygon = &polygon_;
+    if (!pairs.crowded.empty()) {
+      // Which way faces run counts in a crowd, so that it is set right before, as far as others
+      // tell it. A map has its own opinion.
+      std::vector<char> turned;
+      if (map == nullptr) {
+        EdgePairs others = pairs;
+        turned = orient(pairing, others, context_).turned;
+      }
+      pair_crowds(pairing, turned, pairs, context_);
+    }
     for (HalfedgeId h = 0; map != nullptr && h < static_cast<HalfedgeId>(at_seam.size()); ++h) {
       const HalfedgeId o = pairs.mate[at(h)];
       if (o != kInvalid && !continues_in_map(faces_, *map, h, o)) at_seam[at(h)] = 1;
     }
     const std::vector<HalfedgeId> paired = pairs.mate;
-    const Orientation orientation = orient(input_.vertices, faces_, at_seam, map, pairs, context_);
+    const Orientation orientation = orient(pairing, pairs, context_);
     list_edges(MendKind::kCrowdedEdge, firsts(pairs.crowded));
     list_edges(MendKind::kOneSidedEdge, orientation.one_sided);
     list_faces(MendKind::kDuplicateFace, pairs.duplicate);
@@ -121,6 +117,7 @@ class Separator {
       faces_.row(kept++) = face;
       result_.face_origin.push_back(f);
       if (options_.material != nullptr) material_.push_back((*options_.material)[at(f)]);
+      if (options_.polygon != nullptr) polygon_.push_back((*options_.polygon)[at(f)]);
     }
     faces_.conservativeResize(kept, 3);
     if (options_.corner_uv != nullptr) {
@@ -162,7 +159,8 @@ class Separator {
       }
     }
     context_.check();
-    Sheets sheets = make_sheets(oriented, opposite, std::move(doubtful));
+    Sheets sheets = make_sheets(oriented, opposite, std::move(doubtful),
+                                polygon_.empty() ? nullptr : &polygon_);
     std::vector<HalfedgeId> parted;
     for (const HalfedgeId h : sheets.parted) {
       const HalfedgeId own = turned_over(turned, h);
@@ -257,6 +255,7 @@ class Separator {
   const ExecutionContext& context_;
   Triangles faces_;  // those that are kept, in the input's vertices
   std::vector<Index> material_;
+  std::vector<Index> polygon_;
   Points2 corner_uv_;
   SeparatedSurface result_;
 };

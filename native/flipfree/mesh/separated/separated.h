@@ -2,6 +2,7 @@
 // with the way back to the user's corners. Nothing is refused but what has no meaning.
 //
 //   pair_edges()     which faces continue each other across each edge        edge_pairs.h
+//   pair_crowds()    the same where more than two meet
 //   orient()         one winding per part, one-sided parts cut               orientation.h
 //   separate()       a vertex of its own for every fan of paired faces
 //
@@ -57,6 +58,10 @@ struct SeparateOptions {
   // Windings are made to agree between seams, not across them. Pairs that are no edge are ignored.
   const IndexPairs* seams = nullptr;
   const std::vector<Index>* material = nullptr;  // #F; faces of one material rather go together
+  // #F: triangles of one polygon, which has one UV per corner, are parted only if the polygon
+  // itself meets an edge twice. Or, where these are not known, vertex pairs that are diagonals.
+  const std::vector<Index>* polygon = nullptr;
+  const IndexPairs* diagonals = nullptr;
   // A map of the input, 3 #F x 2: of a crowd, faces continue each other where its values agree, and
   // edges where they differ are seams. Where windings contradict each other, each island's is that
   // of most of its area in the map.

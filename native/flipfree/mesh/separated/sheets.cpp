@@ -15,8 +15,8 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 class SheetMaker {
  public:
   SheetMaker(const Triangles& faces, std::vector<HalfedgeId>& opposite,
-             std::vector<std::vector<HalfedgeId>> doubtful)
-      : faces_(faces), opposite_(opposite), doubtful_(std::move(doubtful)) {}
+             std::vector<std::vector<HalfedgeId>> doubtful, const std::vector<Index>* polygon)
+      : faces_(faces), opposite_(opposite), doubtful_(std::move(doubtful)), polygon_(polygon) {}
 
   Sheets run() {
     do {
@@ -145,9 +145,25 @@ class SheetMaker {
       const auto& [to, next_unit] = places[last ? 0 : p + 1];
       if (unit == next_unit) continue;
       const std::size_t length = (to + fan.size() - from) % fan.size();
-      const std::size_t middle = (from + (length - 1) / 2) % fan.size();
-      to_cut.push_back(previous_corner(fan[middle]));
+      to_cut.push_back(previous_corner(fan[(from + middle(fan, from, length)) % fan.size()]));
     }
+  }
+  bool inside_polygon(HalfedgeId h) const {
+    const HalfedgeId o = opposite_[at(h)];
+    return polygon_ != nullptr && o != kInvalid && (*polygon_)[at(h / 3)] == (*polygon_)[at(o / 3)];
+  }
+  // Of the first `length` spokes behind fan[from], the one in the middle, or the nearest to it that
+  // is no diagonal if there is one.
+  std::size_t middle(const std::vector<HalfedgeId>& fan, std::size_t from,
+                     std::size_t length) const {
+    const std::size_t half = (length - 1) / 2;
+    for (std::size_t away = 0; away <= half + 1; ++away) {
+      for (const std::size_t i : {half - std::min(away, half), half + away}) {
+        if (i >= length) continue;
+        if (!inside_polygon(previous_corner(fan[(from + i) % fan.size()]))) return i;
+      }
+    }
+    return half;
   }
 
   void sort_by_origin() {
@@ -170,14 +186,16 @@ class SheetMaker {
   const Triangles& faces_;
   std::vector<HalfedgeId>& opposite_;
   std::vector<std::vector<HalfedgeId>> doubtful_;
+  const std::vector<Index>* polygon_;
   Sheets result_;
 };
 
 }  // namespace
 
 Sheets make_sheets(const Triangles& faces, std::vector<HalfedgeId>& opposite,
-                   std::vector<std::vector<HalfedgeId>> doubtful) {
-  return SheetMaker(faces, opposite, std::move(doubtful)).run();
+                   std::vector<std::vector<HalfedgeId>> doubtful,
+                   const std::vector<Index>* polygon) {
+  return SheetMaker(faces, opposite, std::move(doubtful), polygon).run();
 }
 
 }  // namespace flipfree::mesh

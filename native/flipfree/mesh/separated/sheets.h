@@ -17,8 +17,10 @@ struct Sheets {
 // other across mates share a new vertex. Pairs of vertices name edges afterwards: where two edges
 // would have the same ends, fans between them are cut (`opposite` changes, `parted` lists it).
 // `doubtful`: lists of half-edges between the same two old vertices, of every edge that has more
-// than one pair or border. Cost: O(#F) for each round of cuts, of which one is enough as a rule.
+// than one pair or border. `polygon`: #F or null; cuts run between polygons where they can. Cost:
+// O(#F) for each round of cuts, of which one is enough as a rule.
 Sheets make_sheets(const Triangles& faces, std::vector<HalfedgeId>& opposite,
-                   std::vector<std::vector<HalfedgeId>> doubtful);
+                   std::vector<std::vector<HalfedgeId>> doubtful,
+                   const std::vector<Index>* polygon = nullptr);
 
 }  // namespace flipfree::mesh

@@ -17,6 +17,9 @@ struct UnwrapOptions {
   // #F, or empty: where more than two faces meet at an edge, those of one material rather go
   // together.
   std::vector<Index> material;
+  // #F, or empty: triangles of one polygon, which stay in one piece (islands of their own if need
+  // be). Where it is empty, `uncuttable` tells them.
+  std::vector<Index> polygon;
   SeamOptions seams;      // beyond `cuts`; not with pins
   bool bijective = true;  // no chart overlaps itself
   // Charts that have to be cut open anyway are slit to their extremities too (extremities.h). Not

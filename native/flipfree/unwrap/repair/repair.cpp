@@ -342,6 +342,7 @@ certify::Parametrization repair_separated(const mesh::Surface& surface, const Po
   }
   mesh::SeparateOptions separating;
   separating.corner_uv = &finite;
+  separating.diagonals = &options.uncuttable;
   const certify::SeparatedMap separated(surface, separating, context);
   RepairOptions own = options;
   own.cuts = separated.edges(options.cuts);

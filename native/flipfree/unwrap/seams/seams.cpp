@@ -32,7 +32,9 @@ IndexPairs find_on_separated(const mesh::Surface& surface, const UnwrapOptions& 
                              ExecutionContext& context) {
   mesh::SeparateOptions separating;
   separating.seams = &options.cuts;
+  separating.diagonals = &options.uncuttable;
   if (!options.material.empty()) separating.material = &options.material;
+  if (!options.polygon.empty()) separating.polygon = &options.polygon;
   const certify::SeparatedMap separated(surface, separating, context);
   UnwrapOptions own = options;
   own.cuts = separated.edges(options.cuts);

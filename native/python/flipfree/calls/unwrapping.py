@@ -12,9 +12,9 @@ from ..arrays import (
     BAD_SHAPE,
     FloatArray,
     as_corner_uv,
+    as_face_numbers,
     as_floats,
     as_indices,
-    as_materials,
     as_vertices,
 )
 from ..conversions import parametrization_from
@@ -48,6 +48,7 @@ def unwrap(
     stretch: float = 1.25,
     uncuttable: Any = None,
     materials: Any = None,
+    polygons: Any = None,
     pins: Pins | None = None,
     bijective: bool = True,
     may_add_cuts: bool = True,
@@ -78,6 +79,8 @@ def unwrap(
         uncuttable: (d, 2) vertex pairs that automatic cuts avoid, such as diagonals of polygons. Where they leave no way to
             open a closed part or a handle, that is refused; with automatic seams a sphere is opened along some of them.
         materials: (m,) whole numbers: where more than two faces meet at an edge, those of one material rather go together.
+        polygons: (m,) whole numbers: triangles of one polygon, whose corners have one UV each. They stay in one piece; a polygon
+            that no cut can go around is an island of its own. Without it, ``uncuttable`` edges tell polygons.
         pins: {vertex or (face, corner): (u, v)}, met bit for bit. A pin that cannot be reached without a flip on
             this triangulation raises NotConverged; ``match`` refines the mesh instead.
         bijective: charts do not overlap themselves.
@@ -109,7 +112,8 @@ def unwrap(
         _native.UnwrapOptions(),
         cuts=as_indices([] if cuts is None else cuts, "cuts", 2),
         uncuttable=as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
-        material=as_materials(materials, len(face_array)),
+        material=as_face_numbers(materials, "materials", len(face_array)),
+        polygon=as_face_numbers(polygons, "polygons", len(face_array)),
         pins=(pin_corners, pin_uv),
         find_seams=as_choice(seams, "seams", ("given", "auto")) == "auto",
         stretch=as_stretch(stretch),
@@ -136,6 +140,7 @@ def auto_seams(
     weights: Any = None,
     uncuttable: Any = None,
     materials: Any = None,
+    polygons: Any = None,
     max_seconds: float | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -156,6 +161,8 @@ def auto_seams(
         uncuttable: (d, 2) vertex pairs that are never seams where there is another way, such as diagonals of polygons. A
             sphere that only they could open is opened along some of them, a handle is refused.
         materials: (m,) whole numbers: where more than two faces meet at an edge, those of one material rather go together.
+        polygons: (m,) whole numbers: triangles of one polygon, whose corners have one UV each. They stay in one piece; a polygon
+            that no cut can go around is an island of its own. Without it, ``uncuttable`` edges tell polygons.
         max_seconds: of the clock; None or 0 is no limit. The seams that were found by then come back.
         threads: None is all cores; the result is the same for every number, unless a limit of time is reached.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
@@ -170,7 +177,8 @@ def auto_seams(
         _native.UnwrapOptions(),
         cuts=as_indices([] if cuts is None else cuts, "cuts", 2),
         uncuttable=as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
-        material=as_materials(materials, len(face_array)),
+        material=as_face_numbers(materials, "materials", len(face_array)),
+        polygon=as_face_numbers(polygons, "polygons", len(face_array)),
         find_seams=True,
         stretch=as_stretch(stretch),
         sharp_angle=_as_sharp_angle(sharp_angle),

@@ -31,9 +31,12 @@ Pages pages(const std::vector<double>& degrees, bool alternating) {
   return p;
 }
 
-std::vector<Index> partners(const Pages& p, const std::vector<Index>* material = nullptr) {
-  const EdgePairs pairs =
-      pair_edges({p.positions, p.faces, p.at_seam, material}, ExecutionContext());
+std::vector<Index> partners(const Pages& p, const std::vector<Index>* material = nullptr,
+                            const std::vector<Index>* polygon = nullptr,
+                            const std::vector<char>& turned = {}) {
+  const PairingInput input{p.positions, p.faces, p.at_seam, material, nullptr, polygon};
+  EdgePairs pairs = pair_edges(input, ExecutionContext());
+  pair_crowds(input, turned, pairs, ExecutionContext());
   std::vector<Index> result;
   for (Index f = 0; f < p.faces.rows(); ++f) {
     const HalfedgeId mate = pairs.mate[static_cast<std::size_t>(3 * f)];
@@ -54,6 +57,19 @@ TEST(EdgePairs, FlatOnesGoTogether) {
 TEST(EdgePairs, OppositeDirectionsComeBeforeFlatness) {
   // 0 and 2 run in one direction, 1 and 3 in the other.
   EXPECT_EQ(partners(pages({0, 90, 180, 270}, true)), (std::vector<Index>{3, 2, 1, 0}));
+}
+
+TEST(EdgePairs, DirectionsAreThoseOfFacesOnceTheyAreTurned) {
+  // All run in one direction as they are given; once 1 and 3 are turned, every other one does.
+  EXPECT_EQ(partners(pages({0, 90, 180, 270}, false)), (std::vector<Index>{2, 3, 0, 1}));
+  EXPECT_EQ(partners(pages({0, 90, 180, 270}, false), nullptr, nullptr, {0, 1, 0, 1}),
+            (std::vector<Index>{3, 2, 1, 0}));
+}
+
+TEST(EdgePairs, TrianglesOfOnePolygonStayTogetherWhateverElseThereIs) {
+  const std::vector<Index> polygon = {7, 7, 8, 9};
+  EXPECT_EQ(partners(pages({0, 3, 120, 240}, false), nullptr, &polygon),
+            (std::vector<Index>{1, 0, 3, 2}));
 }
 
 TEST(EdgePairs, MaterialDecidesBetweenEquals) {

@@ -45,10 +45,35 @@ TEST(Orientation, UndoesRandomTurnsOfTheLesserHalf) {
     const std::vector<char> no_seams(g.pairs.mate.size(), 0);
     const std::vector<HalfedgeId> before = g.pairs.mate;
     const Orientation found =
-        orient(g.surface.vertices, g.surface.faces, no_seams, nullptr, g.pairs, ExecutionContext());
+        orient({g.surface.vertices, g.surface.faces, no_seams}, g.pairs, ExecutionContext());
     EXPECT_EQ(found.turned, turned);
     EXPECT_TRUE(found.one_sided.empty());
     EXPECT_EQ(g.pairs.mate, before);
+  }
+}
+
+TEST(Orientation, AOneSidedPartIsCutBetweenPolygons) {
+  // A Moebius strip of n quads, two triangles each; wherever the fronts start, they meet at a side.
+  for (Index n = 3; n < 12; ++n) {
+    Surface s{Points3(2 * n, 3), Triangles(2 * n, 3)};
+    std::vector<Index> polygon;
+    for (Index i = 0; i < n; ++i) {
+      s.vertices.row(2 * i) << i, 0, i % 2;
+      s.vertices.row(2 * i + 1) << i, 1, i % 3;
+      const bool last = i + 1 == n;
+      const VertexId a = 2 * i, b = 2 * i + 1, c = last ? 1 : 2 * i + 2, d = last ? 0 : 2 * i + 3;
+      s.faces.row(2 * i) << a, c, d;
+      s.faces.row(2 * i + 1) << a, d, b;
+      polygon.insert(polygon.end(), {i, i});
+    }
+    const std::vector<char> at_seam(static_cast<std::size_t>(s.faces.size()), 0);
+    PairingInput input{s.vertices, s.faces, at_seam};
+    input.polygon = &polygon;
+    EdgePairs pairs = pair_edges(input, ExecutionContext());
+    const Orientation found = orient(input, pairs, ExecutionContext());
+    ASSERT_EQ(found.one_sided.size(), 1U) << n;
+    for (Index i = 0; i < n; ++i)
+      EXPECT_EQ(pairs.mate[static_cast<std::size_t>(6 * i + 2)], 6 * i + 3);
   }
 }
 
@@ -64,7 +89,7 @@ TEST(Orientation, IsEachPartsOwnBetweenSeams) {
                                            target(g.surface.faces, h) % (columns + 1) == 3;
   }
   const Orientation found =
-      orient(g.surface.vertices, g.surface.faces, at_seam, nullptr, g.pairs, ExecutionContext());
+      orient({g.surface.vertices, g.surface.faces, at_seam}, g.pairs, ExecutionContext());
   EXPECT_EQ(found.turned, std::vector<char>(48, 0));
   EXPECT_TRUE(found.one_sided.empty());
   for (std::size_t h = 0; h < at_seam.size(); ++h) {

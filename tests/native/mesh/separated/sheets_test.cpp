@@ -57,10 +57,25 @@ TEST(Sheets, AnEdgeThatAFanPassesTwiceIsParted) {
   join(4, 20);   // 0 3, 3 0
   join(5, 22);   // 3 1, 1 3
   join(19, 23);  // 4 3, 3 4
-  const Sheets sheets = make_sheets(faces, opposite, {{0, 3, 6, 9}});
-  EXPECT_FALSE(sheets.parted.empty());
-  const auto end = [&](HalfedgeId h) { return sheets.vertex[static_cast<std::size_t>(h)]; };
-  EXPECT_TRUE(end(0) != end(6) || end(1) != end(7));
+  // With polygons of two triangles wherever a cut went before, it goes beside them.
+  std::vector<Index> polygon = {0, 1, 2, 3, 4, 5, 6, 7};
+  for (int round = 0; round < 3; ++round) {
+    std::vector<HalfedgeId> own = opposite;
+    const Sheets sheets = make_sheets(faces, own, {{0, 3, 6, 9}}, &polygon);
+    ASSERT_FALSE(sheets.parted.empty());
+    const auto end = [&](HalfedgeId h) { return sheets.vertex[static_cast<std::size_t>(h)]; };
+    EXPECT_TRUE(end(0) != end(6) || end(1) != end(7));
+    for (const HalfedgeId h : sheets.parted) {
+      const HalfedgeId o = opposite[static_cast<std::size_t>(h)];
+      const auto polygon_of = [&](HalfedgeId g) {
+        return polygon[static_cast<std::size_t>(g / 3)];
+      };
+      EXPECT_NE(polygon_of(h), polygon_of(o)) << round;
+    }
+    const HalfedgeId h = sheets.parted.front();
+    polygon[static_cast<std::size_t>(opposite[static_cast<std::size_t>(h)] / 3)] =
+        polygon[static_cast<std::size_t>(h / 3)];
+  }
 }
 
 }  // namespace

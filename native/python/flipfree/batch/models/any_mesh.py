@@ -44,6 +44,7 @@ def unwrap(model: Model, options: dict[str, Any]) -> Solved:
         model.faces,
         cuts=model.seams if options["keep_charts"] else None,
         uncuttable=model.diagonals,
+        polygons=model.file.polygons,
         seams="given" if options["auto_seams"] is None else "auto",
         stretch=options["auto_seams"] or 1.25,
         bijective=not options["allow_overlaps"],

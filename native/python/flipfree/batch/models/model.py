@@ -66,7 +66,7 @@ class Model:
 
     def clean(self, seams: IntArray | None = None) -> SeparatedSurface:
         """For solvers that want an oriented, manifold surface; ``on_input`` leads back."""
-        return separate(self.vertices, self.faces, seams=seams)
+        return separate(self.vertices, self.faces, seams=seams, polygons=self.file.polygons)
 
     def told(self, kind: str) -> dict[str, Any] | None:
         """What the file with this model's pins or cones says; None if there is none."""
