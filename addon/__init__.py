@@ -7,6 +7,7 @@ mesh_io       Blender meshes <-> arrays            compat   Blender's versions
 errors        what the user is told                command_line   blender -b -c flipfree ...
 solver        the package flipfree (a wheel)       ui/*     the table of operators, menus, sidebar
 fields/*      field-aligned maps                views/*  what is drawn over models and UVs
+aspect        the shape of the active image
 live/*        maps that follow pins while these are moved
 preferences   what holds for all operators      certificates, watch   what was found of which map, and whether it holds
 """

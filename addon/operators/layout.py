@@ -7,6 +7,7 @@ All islands get one scale, measured on the surfaces as they stand in the scene: 
 with their areas there. Faces of edited meshes that are not worked on are obstacles.
 """
 
+import dataclasses
 import functools
 
 import bpy
@@ -117,7 +118,7 @@ class JointLayout(modal.StagedTask):
             np.concatenate(
                 [s.triangles + n for s, n in zip(snapshots, self.first_vertex, strict=False)]
             ),
-            np.concatenate([task.result.uv for task in tasks]),
+            np.concatenate([task.uv_on_texture() for task in tasks]),
             unmoved=self._pinned_corners(),
             obstacles=self.obstacles,
             place_like=np.concatenate([s.corner_uv for s in snapshots]) if keep else None,
@@ -137,12 +138,28 @@ class JointLayout(modal.StagedTask):
                 pins=task.pins(),
                 bijective=task.bijective and task.certificate.overlaps == 0,
             )
+            if task.aspect != 1.0 and certificate.ok:
+                certificate = yield from self._on_texture(task, stored[own], certificate)
             task.lay_out(packed.uv[own], stored[own], certificate, stats)
+
+    def _on_texture(self, task, stored, certificate):
+        """The certificate with the distortion that there is on the texture, in its pixels."""
+        seen = yield solver.certify(task.snapshot, stored * np.array([task.aspect, 1.0]))
+        return dataclasses.replace(
+            certificate,
+            energy=seen.energy,
+            max_energy=seen.max_energy,
+            energy_p99=seen.energy_p99,
+            poor=seen.poor,
+            poor_islands=seen.poor_islands,
+        )
 
     def _options(self) -> dict:
         """How the first task wants it packed; quickly, unless it says otherwise."""
-        quick = {"margin": self.tasks[0].margin, "scale_true": True, "effort": solver.QUICK_PACKING}
-        return {**quick, **getattr(self.tasks[0], "pack_options", {})}
+        first = self.tasks[0]
+        quick = {"margin": first.margin, "scale_true": True, "effort": solver.QUICK_PACKING}
+        quick["aspect"] = first.aspect
+        return {**quick, **getattr(first, "pack_options", {})}
 
     def _pinned_corners(self) -> np.ndarray:
         corners = [

@@ -11,7 +11,7 @@ these classes. `tests/blender/test_registration.py` looks at every operator's pr
 
 import bpy
 
-from .. import modal, preferences
+from .. import aspect, modal, preferences
 from ..meshes import mesh_io
 from . import common, layout
 
@@ -66,6 +66,17 @@ class Margin:
         min=0.0,
         max=0.2,
         precision=3,
+    )
+
+
+class CorrectAspect:
+    correct_aspect: bpy.props.BoolProperty(
+        name="Correct Aspect",
+        description=(
+            "Islands keep their shape on the active image, which may be wider than high: that of the UV editor the operator is "
+            "called from, or else of the active material. Without an image textures are squares"
+        ),
+        default=True,
     )
 
 
@@ -187,6 +198,8 @@ class MapOperator(modal.SolverOperator):
     def make_run(self, context):
         values = {name: getattr(self, name) for name in self.option_names}
         use_modifiers = values.pop("use_modifiers", False)
+        if values.pop("correct_aspect", False):
+            values["aspect"] = aspect.active(context)
         snapshots, failures = common.read_meshes(context, use_modifiers=use_modifiers)
         if self.needs_uv:
             snapshots = [s for s in snapshots if s.layer_name]

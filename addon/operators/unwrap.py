@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 
 from .. import modal, solver
-from ..meshes import islands, mesh_io, selection
+from ..meshes import islands, labels, mesh_io, selection
 from . import common, options
 
 # Distortion from which seams would help: mean, what 99 % of the surface stay below, the worst triangle (a crushed tip).
@@ -24,6 +24,7 @@ class MapTask(modal.Task):
     packs = True  # takes part in a layout of all objects
     packs_alone = True  # what the solver returned is such a layout if no other object takes part
     keep_placement = False
+    aspect = 1.0  # width over height of the texture
 
     def __init__(self, snapshot: mesh_io.Snapshot):
         super().__init__(snapshot)
@@ -61,6 +62,10 @@ class MapTask(modal.Task):
         common.refuse_uncertified(self.snapshot, result.certificate)
         self.result = result
         self._loops, self._values = mesh_io.loop_values(self.snapshot, result.uv32())
+
+    def uv_on_texture(self) -> np.ndarray:
+        """(#St, 3, 2) the map as a layout of all objects takes it."""
+        return self.result.uv
 
     def lay_out(self, uv, stored, certificate, stats):
         """Another layout of the same map: uv (m, 3, 2) float64, what is stored of it, and what was certified."""
@@ -114,9 +119,12 @@ class UnwrapTask(MapTask):
         select_cuts=False,
         keep_placement=False,
         margin=0.005,
+        aspect=1.0,
     ):
         super().__init__(snapshot)
         self.seams = seams
+        self.aspect = aspect
+        self.packs_alone = aspect == 1.0
         self.stretch = stretch
         self.use_pins = use_pins
         self.bijective = bijective
@@ -139,6 +147,16 @@ class UnwrapTask(MapTask):
             margin=self.margin,
             keep_places=self.keep_placement,
         )
+
+    def uv_on_texture(self):
+        """Its islands as if they had been laid out on the texture; those with pins have been."""
+        uv = self.result.uv
+        if self.aspect == 1.0:
+            return uv
+        label = labels.island_labels(self.snapshot.triangles, self.result.uv32())
+        pinned = np.unique(label[[triangle for triangle, _ in self.pins()]])
+        free = ~np.isin(label, pinned)
+        return np.where(free[:, None, None], uv / [self.aspect, 1.0], uv)
 
     def automatic_cuts(self) -> np.ndarray:
         """Edges that the solver cut although they are no seams."""
@@ -180,6 +198,8 @@ def layout_notes(tasks: list[MapTask]) -> str:
     """What a user might wonder about where the islands went."""
     stats = tasks[0].result.stats
     text = f", {100.0 * stats['fill']:.0f} % filled" if stats.get("fill", 0.0) > 0.0 else ""
+    if tasks[0].aspect != 1.0:
+        text += f", for a texture {tasks[0].aspect:.4g} times as wide as high"
     if not stats.get("margin_met", 1) and not stats.get("kept_places", 0):
         text += ", some gaps below the margin"
     if tasks[0].keep_placement and not stats["kept_places"]:
@@ -194,6 +214,7 @@ class UV_OT_flipfree_unwrap(
     options.NoOverlaps,
     options.KeepPins,
     options.Placement,
+    options.CorrectAspect,
     options.UseModifiers,
     options.MapOperator,
     bpy.types.Operator,
@@ -217,6 +238,7 @@ class UV_OT_flipfree_unwrap(
         "select_cuts",
         "keep_placement",
         "margin",
+        "correct_aspect",
         "use_modifiers",
     )
     joint_layout = True

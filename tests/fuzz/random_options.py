@@ -248,6 +248,7 @@ PARAMETERS: dict[str, tuple[float, Callable[[Mesh, Random], Any]]] = {
     "stack_similar": (0.2, flag),
     "tile": (0.2, one_of(1001, 1010, 1100)),
     "tiles": (0.2, one_of(1, 2, 7, 100)),
+    "aspect": (0.2, one_of(1.0, 2.0, 0.5, 16 / 9, 0.1)),
     "effort": (0.5, one_of(0.0, 0.01, 0.3)),
     "materials": (0.2, lambda mesh, random: random.integers(0, 3, len(mesh.faces))),
     "polygons": (0.2, lambda mesh, random: np.arange(len(mesh.faces)) // random.integers(1, 4)),

@@ -32,11 +32,14 @@ class PackTask(modal.StagedTask, MapTask):
         tile=1001,
         tiles=1,
         effort=1.0,
+        aspect=1.0,
     ):
         super().__init__(snapshot)
         self.use_pins = use_pins
         self.margin = margin_pixels / texture_size
+        self.aspect = aspect if tiles == 1 else 1.0
         self.pack_options = {
+            "aspect": self.aspect,
             "margin": self.margin,
             "rotation": rotation,
             "stack_similar": stack_similar,
@@ -70,7 +73,9 @@ def summary(tasks: list[PackTask]) -> str:
     return text + layout_notes(tasks)
 
 
-class UV_OT_flipfree_pack(options.KeepPins, options.MapOperator, bpy.types.Operator):
+class UV_OT_flipfree_pack(
+    options.KeepPins, options.CorrectAspect, options.MapOperator, bpy.types.Operator
+):
     bl_idname = "uv.flipfree_pack"
     bl_label = "Pack Islands (Nested)"
     bl_description = (
@@ -88,6 +93,7 @@ class UV_OT_flipfree_pack(options.KeepPins, options.MapOperator, bpy.types.Opera
         "same_density",
         "stack_similar",
         "use_pins",
+        "correct_aspect",
         "tile",
         "tiles",
         "effort",
@@ -103,7 +109,7 @@ class UV_OT_flipfree_pack(options.KeepPins, options.MapOperator, bpy.types.Opera
     )
     texture_size: bpy.props.IntProperty(
         name="Texture Size",
-        description="Pixels of the texture to a side, by which the margin is measured",
+        description="Pixels of the texture's longer side, by which the margin is measured",
         default=1024,
         min=16,
         max=65536,
@@ -144,6 +150,9 @@ class UV_OT_flipfree_pack(options.KeepPins, options.MapOperator, bpy.types.Opera
         max=1000.0,
         precision=1,
     )
+
+    def has_effect(self, name):
+        return name != "correct_aspect" or self.tiles == 1
 
     def make_task(self, snapshot, **options):
         return PackTask(snapshot, **options)

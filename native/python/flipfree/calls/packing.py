@@ -12,7 +12,7 @@ from .. import _native
 from ..arrays import Positions, as_corner_uv, as_indices, as_triangles, as_vertices
 from ..conversions import parametrization_from
 from ..errors import InvalidInput, NotConverged
-from ..job import Job, Progress, solver_call
+from ..job import Job, Progress, job_of, solver_call
 from ..options import (
     as_choice,
     as_count,
@@ -26,6 +26,8 @@ from ..options import (
     shown,
 )
 from ..results import Parametrization
+from .certification import certify
+from .shaped import ShapedJob, Texture, as_aspect, refuse_tiles
 
 
 @solver_call
@@ -45,6 +47,7 @@ def pack(
     stack_similar: bool = False,
     tile: int = 1001,
     tiles: int = 1,
+    aspect: float = 1.0,
     effort: float = 1.0,
     unmoved: Any = None,
     obstacles: Any = None,
@@ -81,6 +84,8 @@ def pack(
         tile: UDIM number, 1001 to 1100, of the first tile to be considered.
         tiles: how many, from that one on in the order of UDIM, the charts are spread over: of about equal area, at one
             scale, which is the largest that the fullest allows. ``stats["tiles"]``: how many were taken.
+        aspect: width over height of the texture that the unit square shows. Charts turn, and gaps and distortion are measured,
+            in its pixels, the longer side being the unit of margins and densities and of ``texture_size``. In one tile only.
         effort: of the search for a dense layout: 0 puts boxes side by side, 1 is about a second of processor for 300 charts.
             Below 0.5 more than 300 charts are put as boxes too.
         unmoved: corners 3 face + corner that stay bit for bit, and their charts with them. The others keep clear of
@@ -105,33 +110,52 @@ def pack(
     size = as_count(texture_size, "texture_size", least=1)
     if margin_pixels is not None:
         margin = _as_pixels(margin_pixels, size) / size
+    first, many = (
+        as_count(tile, "tile", least=1001, most=1100) - 1001,
+        as_count(tiles, "tiles", least=1, most=100),
+    )
+    ratio = as_aspect(aspect)
+    refuse_tiles(ratio, many)
+    square = ratio == 1.0
+    texture = Texture(1.0) if square else Texture(ratio, first % 10, first // 10)
+    given = as_triangles([] if obstacles is None else obstacles, "obstacles")
+    places = None if place_like is None else as_corner_uv(place_like, "place_like", len(face_array))
+    stays = as_indices([] if unmoved is None else unmoved, "unmoved")
+    if not square:
+        given = np.concatenate([texture.in_pixels(given), texture.beside().reshape(-1, 2)])
+        places = None if places is None else texture.in_pixels(places)
     options = filled(
         _native.PackOptions(),
         margin=as_margin(margin),
         rotation=as_choice(rotation, "rotation", ("free", "quarters", "none")),
         groups=as_indices([] if groups is None else groups, "groups"),
         stack=as_flag(stack_similar, "stack_similar"),
-        first_tile=as_count(tile, "tile", least=1001, most=1100) - 1001,
-        tiles=as_count(tiles, "tiles", least=1, most=100),
+        first_tile=first if square else 0,
+        tiles=many,
         effort=_as_effort(effort),
         together=as_flag(together, "together"),
         scale_true=as_flag(scale_true, "scale_true"),
         keep_bijective=as_flag(keep_bijective, "keep_bijective"),
-        unmoved=as_indices([] if unmoved is None else unmoved, "unmoved"),
-        obstacles=as_triangles([] if obstacles is None else obstacles, "obstacles"),
+        unmoved=stays,
+        obstacles=given,
         density=_times_power(wanted, positions.exponent),
     )
     native = _native.pack(
         positions.scaled,
         face_array,
-        corner_uv,
+        corner_uv if square else texture.in_pixels(corner_uv),
         options,
-        None if place_like is None else as_corner_uv(place_like, "place_like", len(face_array)),
+        places,
         as_seconds(max_seconds, "max_seconds"),
         as_threads(threads),
     )
     convert = partial(_packed_from, positions=positions)
-    return Job(native, convert) if density is None else _OfDensity(native, convert, wanted)
+    job = Job(native, convert) if density is None else _OfDensity(native, convert, wanted)
+    if square:
+        return job
+    apart = not (len(stays) or stack_similar or groups is not None)
+    judge = partial(job_of(certify), vertices, faces, disjoint=apart, threads=threads)
+    return ShapedJob(job, corner_uv.reshape(-1, 3, 2), texture, judge)
 
 
 class _OfDensity(Job[Parametrization]):

@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Correct Aspect: islands keep their shape on textures that are no squares."""
+
+import bpy
+import numpy as np
+import pytest
+import shapes
+from test_layout import assert_usable, cube_with_seams
+
+
+def with_image(ob, width, height):
+    """A material with that texture, as an artist has it: through a node that is the active one."""
+    image = bpy.data.images.new("Texture", width, height)
+    material = bpy.data.materials.new("Material")
+    compat = __import__("importlib").import_module("bl_ext.user_default.flipfree_uv.compat")
+    compat.use_nodes(material)
+    node = material.node_tree.nodes.new("ShaderNodeTexImage")
+    node.image = image
+    material.node_tree.nodes.active = node
+    ob.data.materials.append(material)
+    return ob
+
+
+def shape_of(ob):
+    """(width / height of the texture that makes each face of a cube a square: one per face)."""
+    mesh, uv = ob.data, shapes.uv_of(ob).astype(np.float64)
+    found = []
+    for face in mesh.polygons:
+        corners = uv[face.loop_start : face.loop_start + 4]
+        sides = np.roll(corners, -1, axis=0) - corners
+        # |(a x, y)| is the same for two sides in turn.
+        (x, y), (z, w) = sides[0], sides[1]
+        if abs(x * x - z * z) < 1e-9:  # it stands on a corner: any shape
+            continue
+        found.append(np.sqrt((w * w - y * y) / (x * x - z * z)))
+    return np.array(found)
+
+
+@pytest.mark.parametrize(("width", "height"), [(2048, 1024), (512, 1024), (1920, 1080)])
+def test_unwrap_makes_squares_of_a_cube_on_the_texture_of_its_material(width, height, capfd):
+    ob = with_image(cube_with_seams(), width, height)
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    found = shape_of(ob)
+    assert len(found) and np.allclose(found, width / height, rtol=1e-3)
+    assert_usable(ob)
+    said = capfd.readouterr().out
+    assert f"for a texture {width / height:.4g} times as wide as high" in said
+    assert "distortion mean 1.000" in said
+
+
+def test_without_an_image_or_with_it_off_the_texture_is_a_square():
+    plain = cube_with_seams("Plain")
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    other = with_image(cube_with_seams("Other"), 2048, 1024)
+    shapes.activate(other)
+    assert bpy.ops.uv.flipfree_unwrap(correct_aspect=False) == {"FINISHED"}
+    assert np.array_equal(shapes.uv_of(plain), shapes.uv_of(other))
+    assert np.allclose(shape_of(plain), 1.0, rtol=1e-3)
+
+
+def test_pack_keeps_what_is_right_on_the_texture_and_measures_gaps_in_its_pixels():
+    ob = with_image(cube_with_seams(), 2048, 512)
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    assert bpy.ops.uv.flipfree_pack(margin_pixels=16.0, texture_size=2048) == {"FINISHED"}
+    assert np.allclose(shape_of(ob), 4.0, rtol=1e-3)
+    islands = [island * [2048, 512] for island in assert_usable(ob)]
+    for i, one in enumerate(islands):
+        assert one.min() >= 7.9
+        assert all(
+            np.linalg.norm(one.reshape(-1, 1, 2) - other.reshape(1, -1, 2), axis=2).min() >= 16.0
+            for other in islands[:i]
+        )
+
+
+def test_several_tiles_are_squares():
+    ob = with_image(cube_with_seams(), 2048, 1024)
+    assert bpy.ops.uv.flipfree_unwrap(correct_aspect=False) == {"FINISHED"}
+    assert bpy.ops.uv.flipfree_pack(tiles=2) == {"FINISHED"}
+    assert np.allclose(shape_of(ob), 1.0, rtol=1e-3)
+
+
+def test_islands_with_pins_stay_bit_for_bit_and_the_others_are_right_beside_them():
+    ob = with_image(cube_with_seams(), 2048, 1024)
+    assert bpy.ops.uv.flipfree_unwrap(correct_aspect=False) == {"FINISHED"}
+    before = shapes.uv_of(ob)
+    shapes.set_pins(ob, np.arange(4))
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    after = shapes.uv_of(ob)
+    assert np.array_equal(after[:4], before[:4])
+    found = shape_of(ob)
+    assert np.count_nonzero(np.isclose(found, 2.0, rtol=1e-3)) >= len(found) - 1
+
+
+def test_the_active_node_decides_and_images_without_pixels_do_not(part):
+    active = part("aspect").active
+    ob = with_image(cube_with_seams(), 2048, 1024)
+    assert active(bpy.context) == 2.0
+    nodes = ob.active_material.node_tree.nodes
+    second = nodes.new("ShaderNodeTexImage")
+    second.image = bpy.data.images.new("Second", 100, 400)
+    nodes.active = second
+    assert active(bpy.context) == 0.25
+    second.image = bpy.data.images.new("Strip", 4000, 10)
+    assert active(bpy.context) == 1.0
+    for node in (second, nodes.active):
+        node.image = None
+    assert active(bpy.context) == 2.0
+    ob.data.materials.clear()
+    assert active(bpy.context) == 1.0

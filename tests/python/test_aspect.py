@@ -1,0 +1,123 @@
+"""ff.pack(aspect=...): into textures that are no squares."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import flipfree as ff
+from flipfree import jobs
+
+from surfaces import bumpy_grid
+
+
+def sheets(count: int = 6) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Bumpy sheets of several sizes, each a chart: its map is its x, y."""
+    vertices, faces = bumpy_grid(6, 6)
+    n = len(vertices)
+    parts = [vertices * (1.0 + 0.3 * i) + [9.0 * i, 0, 0] for i in range(count)]
+    both = np.concatenate(parts)
+    triangles = np.concatenate([faces + n * i for i in range(count)]).astype(np.int32)
+    return both, triangles, both[triangles][:, :, :2].copy()
+
+
+def areas(uv: np.ndarray) -> np.ndarray:
+    a, b = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
+    return 0.5 * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+
+
+@pytest.mark.parametrize("aspect", [2.0, 0.5, 16 / 9, 3 / 4])
+def test_islands_keep_their_shape_on_the_texture_and_lie_in_the_unit_square(aspect: float) -> None:
+    vertices, faces, _ = sheets()
+    stretched = vertices[faces][:, :, :2] / [aspect, 1.0]  # right on a texture of that shape
+    packed = ff.pack(vertices, faces, stretched, aspect=aspect, scale_true=True, margin=0.01)
+    uv = packed.uv32().astype(np.float64)
+    assert packed.certificate.ok and packed.certificate.island_overlaps == 0
+    assert (areas(uv) > 0).all() and uv.min() >= 0.0 and uv.max() <= 1.0
+    assert packed.stats["tile"] == 0 and packed.stats["margin_met"]
+    # In pixels: similar to the surface seen from above, all at one scale.
+    pixels = uv * [aspect, 1.0]
+    plane = vertices[faces][:, :, :2]
+    long = np.linalg.norm(pixels - np.roll(pixels, 1, axis=1), axis=2)
+    given = np.linalg.norm(plane - np.roll(plane, 1, axis=1), axis=2)
+    ratio = long / given
+    m = len(faces) // 6
+    for i in range(6):
+        part = ratio[i * m : (i + 1) * m]
+        assert np.ptp(part) < 1e-4 * part.mean()
+    # And as distorted as they are there, not as in the unit square.
+    straight = ff.certify(vertices, faces, plane)
+    assert packed.certificate.energy == pytest.approx(straight.energy, rel=1e-3)
+
+
+def test_gaps_are_measured_in_pixels() -> None:
+    vertices, faces, _ = sheets(4)
+    uv = vertices[faces][:, :, :2] / [4.0, 1.0]
+    size, pixels = 1024, 8.0
+    packed = ff.pack(
+        vertices,
+        faces,
+        uv,
+        aspect=4.0,
+        margin_pixels=pixels,
+        texture_size=size,
+        rotation="quarters",
+    )
+    at = packed.uv32().astype(np.float64) * [size, size / 4]  # the longer side has that many
+    m = len(faces) // 4
+    corners = [at[i * m : (i + 1) * m].reshape(-1, 2) for i in range(4)]
+    for i in range(4):
+        assert corners[i].min() >= 0.49 * pixels
+        assert (corners[i].max(axis=0) <= [size - 0.49 * pixels, size / 4 - 0.49 * pixels]).all()
+        for j in range(i):
+            apart = np.linalg.norm(corners[i][:, None] - corners[j][None], axis=2)
+            assert apart.min() >= pixels
+
+
+def test_a_square_is_what_it_was() -> None:
+    vertices, faces, uv = sheets()
+    one, other = (ff.pack(vertices, faces, uv, **options) for options in ({}, {"aspect": 1.0}))
+    assert one.uv32().tobytes() == other.uv32().tobytes()
+
+
+def test_charts_that_stay_keep_their_bits_and_are_kept_clear_of() -> None:
+    vertices, faces, uv = sheets(4)
+    m = len(faces) // 4
+    uv[:m] = 0.1 + 0.3 * (uv[:m] - uv[:m].min()) / np.ptp(uv[:m])
+    uv[:m] = uv[:m].astype(np.float32)
+    packed = ff.pack(vertices, faces, uv, aspect=16 / 9, unmoved=np.arange(3 * m))
+    assert (packed.uv32()[:m] == uv[:m]).all()
+    assert packed.certificate.island_overlaps == 0
+
+
+def test_the_tile_is_where_it_was_asked_for() -> None:
+    vertices, faces, uv = sheets(3)
+    packed = ff.pack(vertices, faces, uv, aspect=2.0, tile=1012)
+    assert packed.stats["tile"] == 11
+    assert (np.floor(packed.uv32()) == 1.0).all()
+
+
+def test_what_it_does_not_take_is_refused() -> None:
+    vertices, faces, uv = sheets(2)
+    for options in ({"aspect": 0.0}, {"aspect": 17.0}, {"aspect": float("nan")}, {"aspect": "2"}):
+        with pytest.raises(ff.InvalidInput, match="aspect"):
+            ff.pack(vertices, faces, uv, **options)
+    with pytest.raises(ff.InvalidInput, match="one tile"):
+        ff.pack(vertices, faces, uv, aspect=2.0, tiles=2)
+
+
+def test_as_a_job_it_can_be_waited_for_and_cancelled() -> None:
+    vertices, faces, uv = sheets()
+    job = jobs.pack(vertices, faces, uv, aspect=2.0)
+    while not job.wait(0.01):
+        assert 0.0 <= job.progress()[1] <= 1.0
+    assert job.result().certificate.ok
+    with pytest.raises(ff.InvalidInput, match="already collected"):
+        job.result()
+    job = jobs.pack(vertices, faces, uv, aspect=2.0, effort=1000.0)
+    job.cancel()
+    with pytest.raises(ff.Cancelled):
+        job.result()
+    calls: list[float] = []
+    packed = ff.pack(vertices, faces, uv, aspect=2.0, progress=lambda _, f: calls.append(f) or True)
+    assert packed.certificate.ok and calls == sorted(calls)
