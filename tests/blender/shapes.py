@@ -163,10 +163,13 @@ def selection(ob):
 
 
 def _flags(mesh, name):
-    data = mesh.attributes[name].data
-    values = np.empty(len(data), bool)
-    data.foreach_get("value", values)
-    return values.tobytes()
+    """Of an attribute, whatever it holds: 5.0 can leave edges a selection of pairs of numbers, after joining objects."""
+    attribute = mesh.attributes[name]
+    if attribute.data_type == "BOOLEAN":
+        values = np.empty(len(attribute.data), bool)
+        attribute.data.foreach_get("value", values)
+        return values.tobytes()
+    return attribute.data_type, len(attribute.data)
 
 
 def shown(kind):

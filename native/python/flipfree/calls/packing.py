@@ -26,8 +26,8 @@ from ..options import (
     shown,
 )
 from ..results import Parametrization
+from ..shaped import ShapedJob, Texture, as_aspect, refuse_tiles
 from .certification import certify
-from .shaped import ShapedJob, Texture, as_aspect, refuse_tiles
 
 
 @solver_call

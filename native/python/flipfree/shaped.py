@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import FloatArray
-from ..errors import FlipfreeError, InvalidInput, NotConverged
-from ..job import Job
-from ..options import as_number, shown
-from ..results import Certificate, Parametrization
+from .arrays import FloatArray
+from .errors import FlipfreeError, InvalidInput, NotConverged
+from .job import Job
+from .options import as_number, shown
+from .results import Certificate, Parametrization
 
 #: Wider or taller ones are refused.
 MOST = 16.0
