@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure/elements.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/mesh/own_unit.h"
@@ -87,21 +88,6 @@ PlacedCharts place_and_round(const Islands& islands, const ChartPins& pins,
   stats["kept_places"] = static_cast<std::int64_t>(placed.kept);
   stats["tile"] = static_cast<std::int64_t>(placed.tile);
   return placed;
-}
-
-// The faces of an error's place.
-std::vector<FaceId> faces_at(const Error& error, const Triangles& faces) {
-  if (error.kind == ElementKind::kFace) return error.elements;
-  std::vector<FaceId> found;
-  if (error.kind != ElementKind::kVertex) return found;
-  for (FaceId f = 0; f < faces.rows(); ++f) {
-    const auto corners = faces.row(f);
-    if (std::find_first_of(corners.begin(), corners.end(), error.elements.begin(),
-                           error.elements.end()) != corners.end()) {
-      found.push_back(f);
-    }
-  }
-  return found;
 }
 
 // The same maps, on charts cut further around what cannot be stored; wider with every round. False

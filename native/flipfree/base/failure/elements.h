@@ -1,10 +1,11 @@
-// How many elements an error or a certificate names.
+// The elements that an error or a certificate names: how many, and the faces there.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
 #include <vector>
 
+#include "flipfree/base/error.h"
 #include "flipfree/base/types.h"
 
 namespace flipfree {
@@ -16,5 +17,9 @@ inline std::vector<Index> first_elements(const std::vector<Index>& elements) {
   return {elements.begin(),
           elements.begin() + static_cast<std::ptrdiff_t>(std::min(elements.size(), kMostElements))};
 }
+
+// The faces that an error names, or those at the vertices that it names; none of other kinds. Cost:
+// O(#F) times the vertices.
+std::vector<FaceId> faces_at(const Error& error, const Triangles& faces);
 
 }  // namespace flipfree

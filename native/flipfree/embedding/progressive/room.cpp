@@ -38,6 +38,17 @@ struct Interval {
   bool empty() const { return low > high; }
 };
 
+// From the least to the largest double there are more numbers than a signed one counts.
+std::uint64_t count(const Interval& range) {
+  return static_cast<std::uint64_t>(range.high) - static_cast<std::uint64_t>(range.low) + 1;
+}
+std::int64_t beyond(std::int64_t low, std::uint64_t steps) {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(low) + steps);
+}
+std::int64_t between(std::int64_t low, std::int64_t high) {
+  return beyond(low, (count({low, high}) - 1) / 2);
+}
+
 class RoomFinder {
  public:
   RoomFinder(const PlanarMap& map, const Star& star) : map_(map), star_(star) {
@@ -55,9 +66,6 @@ class RoomFinder {
   }
 
   Room run(std::uint64_t budget) {
-    const auto count = [](const Interval& range) {
-      return static_cast<std::uint64_t>(range.high - range.low) + 1;
-    };
     row_axis_ = count(range_[0]) < count(range_[1]) ? 0 : 1;
     const Interval rows = range_[static_cast<Size>(row_axis_)];
     const std::uint64_t total = count(rows);
@@ -65,20 +73,21 @@ class RoomFinder {
     Room room;
     room.exact = total <= most;
     const std::uint64_t looked = std::min(total, most);
-    std::int64_t widest = 0;
+    std::uint64_t widest = 0;
     for (std::uint64_t k = 0; k < looked; ++k) {
       const auto offset = room.exact ? static_cast<double>(k)
                                      : static_cast<double>(total) * (static_cast<double>(k) + 0.5) /
                                            static_cast<double>(looked);
-      const double row = from_ordinal(rows.low + static_cast<std::int64_t>(offset), map_.float32);
+      const double row =
+          from_ordinal(beyond(rows.low, static_cast<std::uint64_t>(offset)), map_.float32);
       const Interval inside = admissible(row);
       if (inside.empty()) continue;
-      const std::int64_t width = inside.high - inside.low + 1;
+      const std::uint64_t width = count(inside);
       const auto limit = std::numeric_limits<std::uint64_t>::max() / 2;
-      room.points = std::min(limit, room.points + static_cast<std::uint64_t>(width));
+      room.points = std::min(limit, room.points + std::min(limit, width));
       if (width > widest) {
         widest = width;
-        room.middle = point(row, inside.low + width / 2);
+        room.middle = point(row, beyond(inside.low, width / 2));
       }
     }
     return room;
@@ -124,8 +133,8 @@ class RoomFinder {
       }
       std::int64_t bad = inside.low - 1;
       std::int64_t good = inside.high;
-      while (good - bad > 1) {
-        const std::int64_t middle = bad + (good - bad) / 2;
+      while (count({bad, good}) > 2) {
+        const std::int64_t middle = between(bad, good);
         (positive(middle) ? good : bad) = middle;
       }
       inside.low = good;
@@ -136,8 +145,8 @@ class RoomFinder {
       }
       std::int64_t good = inside.low;
       std::int64_t bad = inside.high + 1;
-      while (bad - good > 1) {
-        const std::int64_t middle = good + (bad - good) / 2;
+      while (count({good, bad}) > 2) {
+        const std::int64_t middle = between(good, bad);
         (positive(middle) ? good : bad) = middle;
       }
       inside.high = good;

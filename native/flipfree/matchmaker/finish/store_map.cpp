@@ -113,7 +113,8 @@ Points2f store_map(mesh::RefinedMap& map, const std::vector<VertexId>& held, Ind
     if (stored) return std::move(*stored);
     if (stored.error().code != ErrorCode::kRoundingFlips) throw NotConverged(stored.error());
     const std::vector<Index>& thin = stored.error().elements;
-    if (thin.empty()) refuse_touching();
+    // Of a boundary that meets itself, vertices are named.
+    if (stored.error().kind != ElementKind::kFace) refuse_touching();
     if (attempt == kAttempts) give_up(map, thin);
     make_room(map, thin, still, keep, attempt, context);
   }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure/elements.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
@@ -123,8 +124,9 @@ std::vector<Points2f> round_all(const std::vector<mesh::Chart>& charts, const Pa
           distortion::round_to_storage(charts[c].surface.faces, uv[c], rounding, part, unused);
     } catch (const NotConverged& e) {
       Error error = e.error();
-      if (error.kind == ElementKind::kFace)
-        for (Index& f : error.elements) f = charts[c].faces[size(f)];
+      error.elements = first_elements(faces_at(error, charts[c].surface.faces));
+      error.kind = ElementKind::kFace;
+      for (Index& f : error.elements) f = charts[c].faces[size(f)];
       throw NotConverged(std::move(error));
     }
   });
