@@ -174,7 +174,7 @@ def pack(
     keep_bijective=True,
     together=False,
     scale_true=False,
-    rotation="free",
+    rotation="straight",
     stack_similar=False,
     tile=1001,
     tiles=1,

@@ -45,7 +45,9 @@ def islands_of(layout: Layout, uv: Array) -> list[Array]:
 
 def ours(layout: Layout, gap: float, effort: float) -> tuple[Array, float, float]:
     wall, cpu = time.perf_counter(), time.process_time()
-    packed = ff.pack(layout.vertices, layout.faces, layout.uv, margin=gap, effort=effort)
+    packed = ff.pack(
+        layout.vertices, layout.faces, layout.uv, margin=gap, effort=effort, rotation="free"
+    )
     seconds = time.perf_counter() - wall, time.process_time() - cpu
     return packed.uv32().astype(np.float64), *seconds
 

@@ -106,7 +106,7 @@ def _pack_arguments(parser):
         "--texture-size", type=numbers.texture_size, default=1024, help="pixels to a side"
     )
     parser.add_argument(
-        "--rotation", choices=[name for name, _, _ in pack.ROTATIONS], default="free"
+        "--rotation", choices=[name for name, _, _ in pack.ROTATIONS], default="straight"
     )
     parser.add_argument("--tile", type=numbers.tile, default=1001, help="UDIM tile to pack into")
     parser.add_argument(

@@ -243,7 +243,7 @@ PARAMETERS: dict[str, tuple[float, Callable[[Mesh, Random], Any]]] = {
     "margin": (0.3, one_of(0.0, 0.01, 0.3)),
     "margin_pixels": (0.3, one_of(0.0, 2.0, 64)),
     "texture_size": (0.2, one_of(1, 256, 4096)),
-    "rotation": (0.3, one_of("free", "quarters", "none")),
+    "rotation": (0.3, one_of("free", "straight", "quarters", "none")),
     "groups": (0.1, lambda mesh, random: random.integers(-1, 3, len(mesh.faces))),
     "stack_similar": (0.2, flag),
     "tile": (0.2, one_of(1001, 1010, 1100)),

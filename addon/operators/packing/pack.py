@@ -9,6 +9,11 @@ from .. import common, options
 from ..unwrap import MapTask, layout_notes
 
 ROTATIONS = (
+    (
+        "straight",
+        "Any but Straight",
+        "Rectangles and other islands with straight outlines stay along the axes, others turn by any angle",
+    ),
     ("free", "Any", "By any angle"),
     ("quarters", "90 Degrees", "By quarter turns only"),
     ("none", "None", "Not at all"),
@@ -25,7 +30,7 @@ class PackTask(modal.StagedTask, MapTask):
         *,
         margin_pixels=2.0,
         texture_size=1024,
-        rotation="free",
+        rotation="straight",
         stack_similar=False,
         same_density=True,
         use_pins=True,
@@ -115,7 +120,10 @@ class UV_OT_flipfree_pack(
         max=65536,
     )
     rotation: bpy.props.EnumProperty(
-        name="Rotation", description="How islands may be turned", items=ROTATIONS, default="free"
+        name="Rotation",
+        description="How islands may be turned",
+        items=ROTATIONS,
+        default="straight",
     )
     same_density: bpy.props.BoolProperty(
         name="Same Density",

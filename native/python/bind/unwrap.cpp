@@ -91,6 +91,7 @@ void bind_options(py::module_& module) {
                     [](PackOptions& options, const std::string& name) {
                       options.rotation = name == "none"       ? unwrap::Rotation::kNone
                                          : name == "quarters" ? unwrap::Rotation::kQuarters
+                                         : name == "straight" ? unwrap::Rotation::kStraight
                                                               : unwrap::Rotation::kFree;
                     })
       .def_readwrite("stack", &PackOptions::stack)

@@ -24,21 +24,6 @@ constexpr double kLeastSmooth = 2e-5;
 // Nested islands lie askew: only if it is worth it.
 constexpr double kWorth = 1.004;
 
-std::vector<Loop> outlines_of(const std::vector<mesh::Chart>& charts,
-                              const std::vector<std::size_t>& item,
-                              const std::vector<Points2>& uv) {
-  std::vector<Loop> loops;
-  for (const std::size_t c : item) {
-    const distortion::Boundary boundary =
-        distortion::find_boundary(static_cast<Index>(uv[c].rows()), charts[c].surface.faces);
-    for (const std::vector<VertexId>& own : boundary.loops) {
-      Loop& loop = loops.emplace_back();
-      for (const VertexId v : own) loop.push_back(uv[c].row(v).transpose());
-    }
-  }
-  return loops;
-}
-
 struct Box {
   Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());
   Vector2 high = Vector2::Constant(-std::numeric_limits<double>::infinity());
@@ -72,6 +57,21 @@ Layout nested_in_time(const std::vector<Shape>& shapes, const NestOptions& optio
 }
 
 }  // namespace
+
+std::vector<Loop> outlines_of(const std::vector<mesh::Chart>& charts,
+                              const std::vector<std::size_t>& item,
+                              const std::vector<Points2>& uv) {
+  std::vector<Loop> loops;
+  for (const std::size_t c : item) {
+    const distortion::Boundary boundary =
+        distortion::find_boundary(static_cast<Index>(uv[c].rows()), charts[c].surface.faces);
+    for (const std::vector<VertexId>& own : boundary.loops) {
+      Loop& loop = loops.emplace_back();
+      for (const VertexId v : own) loop.push_back(uv[c].row(v).transpose());
+    }
+  }
+  return loops;
+}
 
 Index arrange(const std::vector<mesh::Chart>& charts, const Items& items,
               const ArrangeOptions& options, std::vector<Points2>& uv, ExecutionContext& context) {

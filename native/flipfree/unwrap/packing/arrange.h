@@ -21,6 +21,10 @@ struct ArrangeOptions {
 // Charts that move as one.
 using Items = std::vector<std::vector<std::size_t>>;
 
+// The boundary loops of the item's charts in their maps.
+std::vector<Loop> outlines_of(const std::vector<mesh::Chart>& charts,
+                              const std::vector<std::size_t>& item, const std::vector<Points2>& uv);
+
 // Moves, turns and scales the maps of the items' charts into one tile, which is returned. Nested,
 // unless boxes come out as large, or there are more than 20 000 items. Throws what pack_rectangles
 // throws. Cost: see nest() and pack_rectangles().

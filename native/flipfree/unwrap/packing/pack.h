@@ -14,7 +14,7 @@ struct PackOptions {
   double margin = 0.005;  // between charts, in units of the unit square; half of it to its border
   // How charts may be turned; those of one component that turn together keep their directions, but
   // for one turn with kFree.
-  Rotation rotation = Rotation::kFree;
+  Rotation rotation = Rotation::kStraight;
   // Charts with faces of equal number keep their places relative to each other and move as one;
   // kInvalid: alone. One number per face, or empty. Not together.
   std::vector<Index> groups;

@@ -218,11 +218,16 @@ void align(const std::vector<mesh::Chart>& charts, const Items& groups,
     const double density = sum.density();
     const double scale = options.scale_true && density > 0.0 ? 1.0 / density : 1.0;
     Vector2 turn(scale, 0.0);
-    if (options.rotation == Rotation::kFree) {
-      // The turn that turn_to_smallest_rectangle gives the largest chart, fitted to its points.
-      Points2 turned = uv[largest];
-      turn_to_smallest_rectangle(turned);
-      turn = scale * fit_similarity(uv[largest], turned).linear.normalized();
+    if (options.rotation == Rotation::kFree || options.rotation == Rotation::kStraight) {
+      const Vector2 axis = straight_axis(outlines_of(charts, {largest}, uv));
+      if (axis.x() > 0.0) {
+        turn = scale * axis;
+      } else {
+        // The turn that turn_to_smallest_rectangle gives the largest chart, fitted to its points.
+        Points2 turned = uv[largest];
+        turn_to_smallest_rectangle(turned);
+        turn = scale * fit_similarity(uv[largest], turned).linear.normalized();
+      }
     }
     const Similarity similarity{turn, Vector2::Zero()};
     Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());

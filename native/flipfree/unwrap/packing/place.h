@@ -18,9 +18,9 @@ struct PlacingOptions {
   // Charts of equal number turn and scale together; empty: each by itself.
   std::vector<Index> group;
   bool rigid = false;  // and keep their places relative to each other: they move as one
-  Rotation rotation = Rotation::kFree;  // groups that are not rigid turn by align() only
-  bool stack = false;                   // charts of equal outline go to the same place
-  double effort = 1.0;                  // of the search for a dense layout (NestOptions)
+  Rotation rotation = Rotation::kStraight;  // groups that are not rigid turn by align() only
+  bool stack = false;                       // charts of equal outline go to the same place
+  double effort = 1.0;                      // of the search for a dense layout (NestOptions)
   Index first_tile = 0;
   Index tiles = 1;  // that charts are spread over, from the first on (spread.h)
   // Length in the plane per length of the surface, over all that moves: taken if there is room for

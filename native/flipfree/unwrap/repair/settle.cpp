@@ -213,7 +213,7 @@ SettledCharts settle(const std::vector<mesh::Chart>& charts, std::vector<ChartTo
     PlacingOptions placing;
     placing.margin = options.margin;
     placing.effort = sized ? 0.0 : kEffort;
-    placing.rotation = sized ? Rotation::kNone : Rotation::kFree;
+    placing.rotation = sized ? Rotation::kNone : Rotation::kStraight;
     placing.scale_true = !sized;
     const double density = density_of(charts, settled.uv, settled.moved);
     if (sized) placing.density = density;

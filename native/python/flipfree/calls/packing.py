@@ -39,7 +39,7 @@ def pack(
     margin: float = 0.005,
     margin_pixels: float | None = None,
     texture_size: int = 1024,
-    rotation: str = "free",
+    rotation: str = "straight",
     together: bool = False,
     scale_true: bool = False,
     keep_bijective: bool = True,
@@ -73,7 +73,8 @@ def pack(
             0.9 / (ceil(sqrt(n)) + 1) for n charts.
         margin_pixels: the same in pixels of the texture; ``margin`` is not used then.
         texture_size: pixels to a side, by which ``margin_pixels`` is measured.
-        rotation: "free", "quarters" (turns by 90 degrees only) or "none".
+        rotation: "free"; "straight" (charts whose outlines run in two directions at a right angle, rectangles and the like,
+            stay along the axes, others are free); "quarters" (turns by 90 degrees only) or "none".
         together: charts of one connected component turn and scale together, so that cuts whose sides are related by
             a rotation and a shift stay so, with the same rotation. Otherwise every chart turns on its own.
         scale_true: components (charts, if not together) get the size of their surface; otherwise scales keep their ratio.
@@ -127,7 +128,7 @@ def pack(
     options = filled(
         _native.PackOptions(),
         margin=as_margin(margin),
-        rotation=as_choice(rotation, "rotation", ("free", "quarters", "none")),
+        rotation=as_choice(rotation, "rotation", ("free", "straight", "quarters", "none")),
         groups=as_indices([] if groups is None else groups, "groups"),
         stack=as_flag(stack_similar, "stack_similar"),
         first_tile=first if square else 0,

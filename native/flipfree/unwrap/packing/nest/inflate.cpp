@@ -99,7 +99,8 @@ class Dynamics {
       Body& b = bodies_[i];
       b.pose = layout.poses[i];
       b.light = 1.0 / (size * size);
-      b.loose = options_.may_turn ? 2.0 * b.light / (size * size) : 0.0;
+      const bool may_turn = options_.may_turn.empty() || options_.may_turn[i] != 0;
+      b.loose = may_turn ? 2.0 * b.light / (size * size) : 0.0;
       for (const Loop& loop : shapes_[i].loops) corners_ += static_cast<double>(loop.size());
     }
   }

@@ -9,9 +9,9 @@
 namespace flipfree::unwrap {
 
 struct InflateOptions {
-  double margin = 0.0;      // least gap between shapes; half of it to the border of the unit tile
-  bool may_turn = true;     // shapes turn by any angle
-  double most_scale = 0.0;  // not larger than this; 0: no end
+  double margin = 0.0;  // least gap between shapes; half of it to the border of the unit tile
+  std::vector<char> may_turn;                // per shape, by any angle; empty: all may
+  double most_scale = 0.0;                   // not larger than this; 0: no end
   const std::vector<Loop>* fixed = nullptr;  // in the plane, counter-clockwise
   // Steps of contacts' corrections in all.
   double work = 0.0;

@@ -24,7 +24,8 @@ constexpr std::size_t kMany = 2000;  // shapes, of which fewer directions are tr
 constexpr std::size_t kFew = 150;    // shapes, for which more rules are tried
 constexpr double kMuch = 0.2;        // of all area: such shapes are tried as square as they go too
 constexpr double kEffortForRules = 0.5;
-constexpr double kMendWords = 6e7;  // per unit of effort, for some hundred shapes
+constexpr double kLongerForFew = 2.0;  // with that effort, as it is half a second still
+constexpr double kMendWords = 6e7;     // per unit of effort, for some hundred shapes
 constexpr double kInflateWork = 3e6;
 // Times that at most: beyond 500 shapes the gain is below 0.005 of the tile for seconds of work.
 constexpr double kMostInflated = 5.0;
@@ -42,6 +43,7 @@ constexpr double kBetter = 1.006;  // where other rules begin, of the best scale
 struct Problem {
   const std::vector<Shape>& shapes;
   std::vector<std::vector<Vector2>> turns;
+  std::vector<char> may_turn;  // by any angle
   std::vector<std::size_t> order;
   std::vector<Loop> fixed;
   int cells = 0;
@@ -100,11 +102,19 @@ Problem problem_of(const std::vector<Shape>& shapes, const NestOptions& options)
       static_cast<int>(std::clamp(kCellsAcross * std::sqrt(n), kLeastCells, kMostCells) / 64.0);
   std::vector<Loop> fixed = loops_of(options.fixed);
   Tile empty = tile_of(fixed, cells, 0.5 * options.margin);
-  Problem problem{shapes, {}, largest_first(shapes), std::move(fixed), cells, std::move(empty)};
+  Problem problem{shapes, {}, {}, largest_first(shapes), std::move(fixed), cells, std::move(empty)};
   std::vector<Vector2> turns = {Vector2(1.0, 0.0)};
   if (options.rotation == Rotation::kQuarters) turns = even_turns(4);
   if (options.rotation == Rotation::kFree) turns = even_turns(shapes.size() > kMany ? 4 : 8);
+  if (options.rotation == Rotation::kStraight) turns = even_turns(shapes.size() > kMany ? 4 : 8);
   problem.turns.assign(shapes.size(), turns);
+  const bool any = options.rotation == Rotation::kFree || options.rotation == Rotation::kStraight;
+  problem.may_turn.assign(shapes.size(), any ? 1 : 0);
+  for (std::size_t i = 0; options.rotation == Rotation::kStraight && i < shapes.size(); ++i) {
+    if (!is_straight(shapes[i])) continue;
+    problem.turns[i] = even_turns(4);
+    problem.may_turn[i] = 0;
+  }
   problem.radius = 0.5 * options.margin;
   double area = 0.0;
   double radius = 0.0;
@@ -112,10 +122,10 @@ Problem problem_of(const std::vector<Shape>& shapes, const NestOptions& options)
     area += s.area;
     radius = std::max(radius, s.radius);
   }
-  if (options.rotation == Rotation::kFree && shapes.size() <= kFew) {
+  if (any && shapes.size() <= kFew) {
     const std::vector<Vector2> quarters = even_turns(4);
     for (std::size_t i = 0; i < shapes.size(); ++i) {
-      if (shapes[i].area < kMuch * area) continue;
+      if (shapes[i].area < kMuch * area || problem.may_turn[i] == 0) continue;
       const Vector2 t = squarest_turn(shapes[i]);
       for (const Vector2& q : quarters)
         problem.turns[i].emplace_back(t.x() * q.x() - t.y() * q.y(), t.x() * q.y() + t.y() * q.x());
@@ -216,6 +226,8 @@ Layout nest(const std::vector<Shape>& shapes, const NestOptions& options,
   const Problem problem = problem_of(shapes, options);
   const double n = static_cast<double>(shapes.size());
   const bool wanted = options.scale > 0.0;
+  const bool thorough = options.effort >= kEffortForRules && shapes.size() <= kFew;
+  const double effort = thorough ? kLongerForFew * options.effort : options.effort;
   std::array<Found, kRules.size()> found;
   // One shape lies as low by any rule.
   const std::size_t rules = shapes.size() > 1 ? kRules.size() : 1;
@@ -232,8 +244,7 @@ Layout nest(const std::vector<Shape>& shapes, const NestOptions& options,
   });
   Found better = found[0].scale >= found[1].scale ? found[0] : found[1];
   if (!(better.scale > 0.0)) return {};
-  if (better.scale < problem.bound && options.effort >= kEffortForRules && rules > 1 &&
-      shapes.size() <= kFew) {
+  if (better.scale < problem.bound && thorough && rules > 1) {
     std::array<Found, kOtherRules.size()> others;
     parallel_for(context, others.size(), 1, [&](std::size_t i, std::size_t, std::size_t) {
       const ExecutionContext part(&context, 1);
@@ -247,8 +258,7 @@ Layout nest(const std::vector<Shape>& shapes, const NestOptions& options,
       shapes.size() > 1) {
     const Found start = better;
     // Longer for some more shapes, as each step mends only what is near.
-    const double work =
-        options.effort * kMendWords * (n <= kFew ? 1.6 : std::clamp(n / 500.0, 0.5, 2.0));
+    const double work = effort * kMendWords * (n <= kFew ? 1.6 : std::clamp(n / 500.0, 0.5, 2.0));
     each([&](std::size_t i, const ExecutionContext& part) {
       found[i] = grow(problem, start, 100 * (i + 1), work, part);
     });
@@ -256,10 +266,10 @@ Layout nest(const std::vector<Shape>& shapes, const NestOptions& options,
   context.report("packing", 0.7);
   InflateOptions inflating;
   inflating.margin = options.margin;
-  inflating.may_turn = options.rotation == Rotation::kFree;
+  inflating.may_turn = problem.may_turn;
   inflating.most_scale = wanted ? problem.bound : 0.0;
   inflating.fixed = &problem.fixed;
-  inflating.work = options.effort * kInflateWork * std::clamp(n / 100.0, 1.0, kMostInflated);
+  inflating.work = effort * kInflateWork * std::clamp(n / 100.0, 1.0, kMostInflated);
   std::array<Layout, kRules.size()> layouts;
   each([&](std::size_t i, const ExecutionContext& part) {
     if (!(found[i].scale > 0.0)) return;

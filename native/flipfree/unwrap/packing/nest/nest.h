@@ -8,7 +8,9 @@
 
 namespace flipfree::unwrap {
 
-enum class Rotation { kFree, kQuarters, kNone };
+// kStraight: quarter turns for shapes whose outlines run along the axes (straight_axis), which look
+// askew in any other direction; any angle for the others.
+enum class Rotation { kFree, kStraight, kQuarters, kNone };
 
 struct NestOptions {
   double margin = 0.002;  // least gap, positive; half of it to the tile's border

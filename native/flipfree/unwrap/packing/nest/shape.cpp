@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -109,6 +110,32 @@ Shape make_shape(const std::vector<Loop>& outlines, double tolerance, Vector2& m
     shape.loops.push_back(std::move(loop));
   }
   return shape;
+}
+
+Vector2 straight_axis(const std::vector<Loop>& outlines) {
+  // Four times the angle of a side is the same for all directions of one cross.
+  constexpr double kStraight = 0.9;
+  std::complex<double> sum = 0.0;
+  double length = 0.0;
+  for (const Loop& loop : outlines) {
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const Vector2 side = loop[(i + 1) % loop.size()] - loop[i];
+      const double own = side.norm();
+      if (!(own > 0.0)) continue;
+      const std::complex<double> direction(side.x() / own, side.y() / own);
+      sum += own * direction * direction * direction * direction;
+      length += own;
+    }
+  }
+  if (!(std::abs(sum) > kStraight * length)) return Vector2::Zero();
+  const double angle = -0.25 * std::arg(sum);
+  return {std::cos(angle), std::sin(angle)};
+}
+
+bool is_straight(const Shape& shape) {
+  constexpr double kAlong = 1e-3;
+  const Vector2 turn = straight_axis(shape.loops);
+  return turn.x() > 0.0 && std::abs(turn.y()) < kAlong;
 }
 
 Vector2 squarest_turn(const Shape& shape) {

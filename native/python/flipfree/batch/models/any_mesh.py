@@ -107,7 +107,9 @@ def pack_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--texture-size", type=numbers.texture_size, default=1024, help="pixels to a side"
     )
-    parser.add_argument("--rotation", choices=("free", "quarters", "none"), default="free")
+    parser.add_argument(
+        "--rotation", choices=("free", "straight", "quarters", "none"), default="straight"
+    )
     parser.add_argument("--tile", type=numbers.tile, default=1001, help="UDIM tile to pack into")
     parser.add_argument(
         "--tiles", type=numbers.tiles, default=1, help="UDIM tiles to spread islands over"

@@ -35,7 +35,7 @@ TEST(Inflate, shapes_that_may_not_turn_do_not) {
   InflateOptions options;
   options.margin = 0.01;
   options.work = 1e6;
-  options.may_turn = false;
+  options.may_turn.assign(shapes.size(), 0);
   const Layout grown = inflate(shapes, start, options, context);
   EXPECT_GT(grown.scale, 0.9);
   for (const Pose& pose : grown.poses) EXPECT_EQ(pose.turn, Vector2(1, 0));

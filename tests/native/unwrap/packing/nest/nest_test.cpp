@@ -58,6 +58,22 @@ TEST(Nest, what_is_most_of_all_turns_by_any_angle) {
   EXPECT_GT(nest(shapes, options, context).scale, 0.89);
 }
 
+TEST(Nest, straight_shapes_stay_along_the_axes_where_that_is_asked) {
+  std::vector<Shape> shapes = {test::box_shape(4.0, 1.0)};
+  Loop triangle = {{0, 0}, {1, 0}, {0.5, 0.8}};
+  Vector2 middle;
+  shapes.push_back(make_shape({triangle}, 0.0, middle));
+  NestOptions options;
+  options.margin = 0.002;
+  ExecutionContext context;
+  const double free = nest(shapes, options, context).scale;
+  options.rotation = Rotation::kStraight;
+  const Layout layout = nest(shapes, options, context);
+  EXPECT_EQ(layout.poses[0].turn.cwiseAbs().maxCoeff(), 1.0);
+  EXPECT_LE(layout.scale, 0.25);
+  EXPECT_GT(free, 0.26);  // on the diagonal
+}
+
 TEST(Nest, the_bits_do_not_depend_on_threads) {
   const std::vector<Shape> shapes = mixed();
   NestOptions options;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "unwrap/packing/nest/shapes.h"
 
@@ -29,6 +30,35 @@ TEST(Shape, the_middle_goes_to_the_origin_and_holes_count_in_the_area) {
   EXPECT_DOUBLE_EQ(shape.area, 8.0);
   EXPECT_DOUBLE_EQ(shape.radius, std::sqrt(5.0));
   EXPECT_NEAR(test::frame(1.0).area, 0.36, 1e-12);
+}
+
+TEST(Shape, straight_ones_have_sides_in_two_directions_at_a_right_angle) {
+  const auto turned = [](Loop loop, double angle) {
+    for (Vector2& p : loop) p = Pose{{}, {std::cos(angle), std::sin(angle)}}(p, 1.0);
+    return loop;
+  };
+  Loop letter = {{0, 0}, {3, 0}, {3, 1}, {1, 1}, {1, 2}, {2, 2}, {2, 3}, {0, 3}};
+  Loop circle;
+  for (int i = 0; i < 40; ++i)
+    circle.emplace_back(std::cos(std::numbers::pi * i / 20), std::sin(std::numbers::pi * i / 20));
+  Loop hexagon;
+  for (int i = 0; i < 6; ++i)
+    hexagon.emplace_back(std::cos(std::numbers::pi * i / 3), std::sin(std::numbers::pi * i / 3));
+  for (const double angle : {0.0, 0.3, 0.7, -0.7, 2.0}) {
+    for (const Loop& straight : {letter, test::box(4.0, 1.0)}) {
+      const Vector2 axis = straight_axis({turned(straight, angle)});
+      ASSERT_GT(axis.x(), 0.0);
+      const double left =
+          std::remainder(angle + std::atan2(axis.y(), axis.x()), 0.5 * std::numbers::pi);
+      EXPECT_NEAR(left, 0.0, 1e-12);
+    }
+    EXPECT_EQ(straight_axis({turned(circle, angle)}), Vector2(0, 0));
+    EXPECT_EQ(straight_axis({turned(hexagon, angle)}), Vector2(0, 0));
+  }
+  EXPECT_TRUE(is_straight(test::box_shape(2.0, 1.0)));
+  Vector2 middle;
+  EXPECT_FALSE(is_straight(make_shape({turned(letter, 0.3)}, 0.0, middle)));
+  EXPECT_EQ(straight_axis({Loop(3, Vector2(1.0, 1.0))}), Vector2(0, 0));
 }
 
 TEST(Shape, the_square_around_it_is_smallest_after_its_squarest_turn) {
