@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/threads/work_meter.h"
 
 namespace flipfree {
 
@@ -23,6 +24,7 @@ double ExecutionContext::seconds_left() const {
 }
 
 void ExecutionContext::report(const char* stage, double fraction) {
+  if (meter != nullptr) meter->enter(stage);
   show(stage, fraction);
   check();
 }

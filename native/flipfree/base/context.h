@@ -12,21 +12,27 @@
 #include <functional>
 #include <limits>
 
+#include "flipfree/base/threads/helpers.h"
 #include "flipfree/base/types.h"
 
 namespace flipfree {
 
 class SharedProgress;
+class WorkMeter;
 
 class ExecutionContext {
  public:
-  // Number of threads that solvers may use; results do not depend on it.
-  int threads = 2;
+  // Number of threads that solvers may use, one for each core unless told otherwise; results do not
+  // depend on it. 0 and less: for each core as well.
+  int threads = static_cast<int>(core_count());
   // Seed of everything random; the same seed gives the same bits.
   std::uint64_t seed = 0;
   // Seconds on a clock that never goes back; null: the machine's. Tests set their own, before the
   // work begins; it may be asked from several threads.
   std::function<double()> clock;
+  // Measures what more cores would do (base/threads/work_meter.h) and must outlive the context;
+  // null: nothing is measured. With a meter one thread does everything.
+  WorkMeter* meter = nullptr;
 
   ExecutionContext() = default;
   // A context for one part of a job, for example one chart of many solved side by side: it has a
@@ -36,6 +42,7 @@ class ExecutionContext {
       : threads(part_threads),
         seed(parent->seed),
         clock(parent->clock),
+        meter(parent->meter),
         deadline_(parent->deadline_),
         in_hand_(parent->in_hand_),
         parent_(parent) {}

@@ -100,8 +100,8 @@ seamless::Strips strips_of(const Refined& refined, const mesh::Surface& input,
 }
 
 void add_angles(const distortion::CutMap& cut, const std::vector<double>& direction,
-                const Points2& uv, Stats& stats) {
-  const Points2 off = distortion::angles_off(cut, direction, uv);
+                const Points2& uv, const ExecutionContext& context, Stats& stats) {
+  const Points2 off = distortion::angles_off(cut, direction, uv, context);
   std::vector<std::pair<double, double>> sorted;
   double mean = 0.0, area = 0.0;
   for (Eigen::Index f = 0; f < off.rows(); ++f) {
@@ -139,7 +139,7 @@ certify::Parametrization aligned_map(seamless::PennerMap found, const mesh::Surf
   distortion::CutMap cut = distortion::cut_map(map.surface, own, cuts, map.uv);
   if (aligned) cut.straight = distortion::straight_boundary(cut, own);
   Stats stats;
-  add_angles(cut, direction, cut.uv, stats);
+  add_angles(cut, direction, cut.uv, context, stats);
   stats["angle_mean_engine"] = stats["angle_mean"];
   if (options.optimise) {
     const ProgressRange range(context, 0.0, kAlignmentShare);
@@ -163,7 +163,7 @@ certify::Parametrization aligned_map(seamless::PennerMap found, const mesh::Surf
   Points2 uv(cut.uv.rows(), 2);
   for (CornerId c = 0; c < static_cast<CornerId>(result.uv.rows()); ++c)
     uv.row(cut.surface.faces(c / 3, c % 3)) = result.uv.row(c);
-  add_angles(cut, direction, uv, stats);
+  add_angles(cut, direction, uv, context, stats);
   for (auto& [name, value] : stats) result.stats[name] = std::move(value);
   result.stats["loops_checked"] = static_cast<std::int64_t>(strips.size());
   return result;

@@ -12,6 +12,12 @@
 namespace flipfree {
 namespace {
 
+TEST(ExecutionContext, has_a_thread_for_each_core_that_the_process_may_use) {
+  EXPECT_EQ(ExecutionContext().threads, static_cast<int>(core_count()));
+  EXPECT_GE(core_count(), 1U);
+  EXPECT_LE(core_count(), kMostThreads);
+}
+
 TEST(ExecutionContext, progress_of_nested_ranges_is_mapped_into_the_outer_one) {
   ExecutionContext context;
   const ProgressRange outer(context, 0.5, 1.0);

@@ -189,8 +189,8 @@ Points2 align(const CutMap& map, const AlignOptions& options, ExecutionContext& 
   return Aligner(map, options, context).run(stats);
 }
 
-Points2 angles_off(const CutMap& map, const std::vector<double>& direction, const Points2& uv) {
-  const ExecutionContext context;
+Points2 angles_off(const CutMap& map, const std::vector<double>& direction, const Points2& uv,
+                   const ExecutionContext& context) {
   const std::vector<RestTriangle> rest = build_rest_shapes(map.surface, context).triangles;
   Points2 angles(map.surface.faces.rows(), 2);
   for (std::size_t f = 0; f < rest.size(); ++f) {

@@ -39,6 +39,7 @@ Points2 align(const CutMap& map, const AlignOptions& options, ExecutionContext& 
 // How far the map's isolines are from the directions and those across them: the mean of the angles
 // of the u and of the v isoline with the nearest of the four; and the face's share of the area, as
 // (radians, share) per face. Cost: O(#F).
-Points2 angles_off(const CutMap& map, const std::vector<double>& direction, const Points2& uv);
+Points2 angles_off(const CutMap& map, const std::vector<double>& direction, const Points2& uv,
+                   const ExecutionContext& context);
 
 }  // namespace flipfree::distortion

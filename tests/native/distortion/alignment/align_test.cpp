@@ -24,7 +24,7 @@ std::vector<double> directions_of(const CutMap& map) {
 }
 
 double mean_angle(const CutMap& map, const std::vector<double>& direction, const Points2& uv) {
-  const Points2 off = angles_off(map, direction, uv);
+  const Points2 off = angles_off(map, direction, uv, ExecutionContext());
   return off.col(0).dot(off.col(1)) / off.col(1).sum();
 }
 
