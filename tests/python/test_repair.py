@@ -66,6 +66,21 @@ def test_maps_of_broken_meshes_are_mended(seed: int) -> None:
         assert judge_any(faces, uv) == []
 
 
+@pytest.mark.parametrize("seed", [8365, 8415, 8515])
+def test_faces_of_contradictory_windings_that_come_to_share_an_edge_do_not_fold(seed: int) -> None:
+    outcome = repaired(Task(seed, "broken", "zero_corners"))
+    assert outcome is not None and outcome.said == ""
+
+
+def test_islands_wrong_side_up_and_out_of_shape_cost_no_more_than_what_was_open(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("FLIPFREE_DATA", "")  # generated meshes only
+    outcome = repaired(Task(20152))
+    assert outcome is not None and outcome.said == ""
+    assert outcome.energy < 1.1
+
+
 def test_where_mended_charts_cannot_be_stored_all_are_made_anew() -> None:
     outcome = repaired(Task(8111, "broken"))
     assert outcome is not None and outcome.said == ""

@@ -1,12 +1,16 @@
 #include "flipfree/unwrap/repair/given_map.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <string>
 #include <utility>
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
+#include "flipfree/certify/measures/flips.h"
 #include "flipfree/unwrap/repair/rejoin.h"
 
 namespace flipfree::unwrap {
@@ -168,6 +172,27 @@ GivenMap read_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency
   }
   assign_pins(pins, static_cast<Index>(surface.faces.size()), map);
   return map;
+}
+
+void measure_before(const mesh::Surface& surface, const GivenMap& map, const Points2& corner_uv,
+                    Stats& stats, const ExecutionContext& context) {
+  // A face without a place counts as flipped; nothing else can be said about it.
+  const Points2 finite = corner_uv.unaryExpr([](double x) { return std::isfinite(x) ? x : 0.0; });
+  certify::CertifyRequest request;
+  request.surface = &surface;
+  request.uv = &finite;
+  const certify::Certificate before = certify::certify(request, context);
+  std::int64_t lost = 0;
+  for (Eigen::Index c = 0; c < corner_uv.rows(); ++c)
+    lost += !is_storable(corner_uv.row(c).transpose());
+  const auto flips = static_cast<std::int64_t>(certify::flipped_faces(corner_uv).size());
+  stats["flips_before"] = flips;
+  stats["winding_failures_before"] = before.winding_failures;
+  stats["overlaps_before"] = before.overlaps;
+  stats["island_overlaps_before"] = before.island_overlaps;
+  stats["energy_before"] = flips > 0 ? std::numeric_limits<double>::infinity() : before.energy;
+  stats["corners_without_place"] = lost;
+  stats["corners_rejoined"] = static_cast<std::int64_t>(map.rejoined);
 }
 
 }  // namespace flipfree::unwrap

@@ -4,6 +4,8 @@
 
 #include <vector>
 
+#include "flipfree/base/context.h"
+#include "flipfree/base/stats.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/mesh/cut_graph/cut.h"
 
@@ -30,5 +32,10 @@ struct GivenMap {
 GivenMap read_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                   const Points2& corner_uv, const mesh::EdgeFlags& seams,
                   const std::vector<certify::CornerPin>& pins);
+
+// What repair() says of the map as it was: "flips_before" and their like, see repair.h.
+// `corner_uv`: as it was given to read_map().
+void measure_before(const mesh::Surface& surface, const GivenMap& map, const Points2& corner_uv,
+                    Stats& stats, const ExecutionContext& context);
 
 }  // namespace flipfree::unwrap

@@ -7,6 +7,7 @@
 #include "flipfree/base/failure/renumber.h"
 #include "flipfree/base/failure/translate_errors.h"
 #include "flipfree/base/plane.h"
+#include "flipfree/base/tolerances.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/minimize/boundary_grid.h"
 #include "flipfree/mesh/own_unit.h"
@@ -59,8 +60,10 @@ class ChartMender {
     const bool bad = find_damage(damaged_, uv, energies, healthy_energy(damaged_.area, energies),
                                  false, context_)
                          .count > 0;
-    if ((bad || flipped_only) && has_odd_size()) {
-      damaged_.density = given_.density * own_.unit();
+    const bool odd = has_odd_size();
+    const bool poor = flipped_only && mean_of(energies) > kPoorEnergy;
+    if (((bad || flipped_only) && odd) || poor) {
+      if (odd) damaged_.density = given_.density * own_.unit();
       flatten(before);
       return std::move(result_);
     }
@@ -117,6 +120,16 @@ class ChartMender {
     const double ratio = damaged_.density / (given_.density * own_.unit());
     return given_.pins.empty() && given_.density > 0.0 &&
            (ratio > kOddSize || kOddSize * ratio < 1.0);
+  }
+
+  double mean_of(const std::vector<double>& energies) const {
+    double sum = 0.0;
+    double area = 0.0;
+    for (std::size_t f = 0; f < energies.size(); ++f) {
+      sum += damaged_.area[f] * energies[f];
+      area += damaged_.area[f];
+    }
+    return sum / area;
   }
 
   void take(const Points2& uv) {

@@ -1,9 +1,7 @@
 #include "flipfree/unwrap/repair/repair.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
-#include <limits>
 #include <numeric>
 #include <set>
 #include <string>
@@ -13,7 +11,6 @@
 #include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/certify/certified_map.h"
-#include "flipfree/certify/measures/flips.h"
 #include "flipfree/certify/separated_map.h"
 #include "flipfree/distortion/minimize/boundary_grid.h"
 #include "flipfree/distortion/valid_map.h"
@@ -32,28 +29,6 @@ mesh::EdgeFlags own_flags(const mesh::EdgeFlags& flags, const mesh::Chart& chart
   mesh::EdgeFlags own(3 * chart.faces.size());
   for (std::size_t h = 0; h < own.size(); ++h) own[h] = flags[3 * at(chart.faces[h / 3]) + h % 3];
   return own;
-}
-
-// Of the map as it is given.
-void measure_before(const mesh::Surface& surface, const GivenMap& map, const Points2& corner_uv,
-                    Stats& stats, const ExecutionContext& context) {
-  // A face without a place counts as flipped; nothing else can be said about it.
-  const Points2 finite = corner_uv.unaryExpr([](double x) { return std::isfinite(x) ? x : 0.0; });
-  certify::CertifyRequest request;
-  request.surface = &surface;
-  request.uv = &finite;
-  const certify::Certificate before = certify::certify(request, context);
-  std::int64_t lost = 0;
-  for (Eigen::Index c = 0; c < corner_uv.rows(); ++c)
-    lost += !is_storable(corner_uv.row(c).transpose());
-  const auto flips = static_cast<std::int64_t>(certify::flipped_faces(corner_uv).size());
-  stats["flips_before"] = flips;
-  stats["winding_failures_before"] = before.winding_failures;
-  stats["overlaps_before"] = before.overlaps;
-  stats["island_overlaps_before"] = before.island_overlaps;
-  stats["energy_before"] = flips > 0 ? std::numeric_limits<double>::infinity() : before.energy;
-  stats["corners_without_place"] = lost;
-  stats["corners_rejoined"] = static_cast<std::int64_t>(map.rejoined);
 }
 
 class Repair {
@@ -332,7 +307,7 @@ class Repair {
   SettledCharts settled_;
 };
 
-// A mesh that is no clean surface: by way of one (mesh/separated).
+// A mesh that is no clean surface: by way of one (mesh/separated), with corner_uv as its map.
 certify::Parametrization repair_separated(const mesh::Surface& surface, const Points2& corner_uv,
                                           const RepairOptions& options, ExecutionContext& context) {
   // Values that are none join nothing and turn nothing over.
@@ -351,12 +326,38 @@ certify::Parametrization repair_separated(const mesh::Surface& surface, const Po
   const Points2 own_uv = separated.corners(corner_uv);
   const certify::Parametrization solved =
       separated.solve([&] { return Repair(separated.surface(), own_uv, own, context).run(); });
-  const Untimed finishing(context);
-  certify::CertifyRequest request;
-  request.pins = options.pins;
-  request.require_bijective = options.overlaps != SelfOverlaps::kKeep;
-  request.require_disjoint = options.disjoint && options.pins.empty();
-  certify::Parametrization map = separated.on_input(solved, request, context);
+  return separated.on_input(solved, {}, context);
+}
+
+// Which faces are one island, and which side of it is up, is read from the map. The repaired one
+// can be read otherwise: faces at an edge of contradictory windings, apart before, may have come to
+// share it. What is wrong with it then is repaired as well.
+certify::Parametrization repair_any(const mesh::Surface& surface, const Points2& corner_uv,
+                                    const RepairOptions& options, ExecutionContext& context) {
+  constexpr int kRounds = 8;
+  certify::Parametrization map = repair_separated(surface, corner_uv, options, context);
+  for (int round = 1;; ++round) {
+    {
+      const Untimed judging(context);
+      certify::CertifyRequest request;
+      request.surface = &surface;
+      request.uv = &map.uv;
+      request.uv32 = &map.uv32;
+      request.pins = options.pins;
+      request.require_bijective = options.overlaps != SelfOverlaps::kKeep;
+      request.require_disjoint = options.disjoint && options.pins.empty();
+      map.certificate = certify::certify_any(request, context);
+    }
+    if (map.certificate.ok || round == kRounds) break;
+    Stats before = std::move(map.stats);
+    map = repair_separated(surface, map.uv, options, context);
+    for (auto& [name, value] : before) {
+      const bool sum = name.starts_with("charts_") || name == "added_cuts";
+      if (sum) std::get<std::int64_t>(map.stats[name]) += std::get<std::int64_t>(value);
+      if (name.ends_with("_before") || name.starts_with("corners_")) map.stats[name] = value;
+    }
+    map.stats["corners_kept"] = (map.uv.array() == corner_uv.array()).rowwise().all().count();
+  }
   map.stats["energy"] = map.certificate.energy;
   map.stats["max_energy"] = map.certificate.max_energy;
   certify::require_certificate(map, "The repaired map");
@@ -373,7 +374,7 @@ certify::Parametrization repair(const mesh::Surface& surface, const Points2& cor
   distortion::require_corner_uv(surface, corner_uv);
   certify::Parametrization map = certify::is_clean(surface, context)
                                      ? Repair(surface, corner_uv, options, context).run()
-                                     : repair_separated(surface, corner_uv, options, context);
+                                     : repair_any(surface, corner_uv, options, context);
   map.stats["seconds"] = watch.seconds();
   const Untimed finishing(context);
   context.report("done", 1.0);

@@ -69,6 +69,14 @@ TEST(MendChart, the_least_that_helps_is_done) {
   EXPECT_EQ(only.mend().place.front(), Place::kNone);
 }
 
+TEST(MendChart, a_chart_wrong_side_up_keeps_its_shape_unless_that_is_poor) {
+  for (const double stretch : {3.0, 15.0}) {
+    Only only(8);
+    only.places.col(0) *= -stretch;
+    EXPECT_EQ(only.mend().change, stretch < 9.0 ? Change::kMirrored : Change::kAnew);
+  }
+}
+
 TEST(MendChart, anew_keeps_place_and_size) {
   Only only(8);
   only.places *= 0.25;
