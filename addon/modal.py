@@ -156,7 +156,7 @@ class SolverOperator:
         if run.failures:
             self._report_failures(run.failures, written=bool(run.done))
         if not run.done:
-            return {"CANCELLED"}
+            return self._refused(run.failures)
         mends.remember(run.done)
         certificates.remember(run.done, self.verb)
         text = f"{self.summary(run.done)}, {seconds:.2f} s"
@@ -168,6 +168,16 @@ class SolverOperator:
         text = ". ".join(filter(None, [text, advice, self.hint(run.done)]))
         self.report({"WARNING"} if advice else {"INFO"}, text)
         return {"FINISHED"}
+
+    def _refused(self, failures) -> set[str]:
+        """Where an option of ours would help, the redo panel has to show it, and Blender shows that of finished operators only:
+        nothing was changed, but it counts as one. Scripts get an exception in either case."""
+        if bpy.app.background:
+            return {"CANCELLED"}
+        properties = self.properties.bl_rna.properties
+        names = [properties[name].name for name in getattr(self, "option_names", ())]
+        helps = any(name in str(f) for name in (*names, "redo panel") for f in failures)
+        return {"FINISHED"} if helps else {"CANCELLED"}
 
     def _report_failures(self, failures, written: bool):
         """Says what failed; the selection stays. With results for other objects it is a warning: an error would make the

@@ -407,3 +407,41 @@ def test_escape_stops_a_seamless_map_and_leaves_everything():
     yield from wait_for_end(10.0)
     assert shapes.everything(ob) == before
     assert not ob.vertex_groups
+
+
+def test_a_refused_run_shows_its_options_where_one_of_them_helps():
+    show("UV Editing")
+    yield 0.5
+    ob = shapes.cube()
+    shapes.set_pins(ob, np.arange(4))
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.ops.ed.undo_push(message="Before")
+    yield 0.3
+    before = shapes.uv_of(ob)
+    with modal_from_the_start():
+        assert invoke("match") == {
+            "RUNNING_MODAL"
+        }  # as from a menu: scripts would get an exception
+        yield 0.5
+    yield from wait_for_end()
+    yield 0.5
+    shot("refused_error")
+    assert np.array_equal(shapes.uv_of(ob), before)
+    last = bpy.context.window_manager.operators[-1]
+    assert last.bl_idname == "UV_OT_flipfree_match"
+    region = area_of("VIEW_3D")["region"]
+    x, y = region.x + region.width // 2, region.y + region.height // 2
+    window = bpy.context.window_manager.windows[0]
+    window.event_simulate(type="MOUSEMOVE", value="NOTHING", x=x, y=y)  # away from the popup
+    yield 0.5
+    open_redo_panel()
+    yield 0.5
+    shot("refused_options")
+    # What changing an option in the panel does: the step is undone, and done again with it.
+    with bpy.context.temp_override(**area_of("VIEW_3D")):
+        bpy.ops.ed.undo()
+        assert bpy.ops.uv.flipfree_match(cut_open=True) == {"FINISHED"}
+    yield 0.4
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert shapes.exact_flips(bpy.context.object) == 0
