@@ -336,6 +336,19 @@ def test_improve_packs_the_islands_of_all_objects_on_demand():
     assert max(scales) / min(scales) < 1.0 + 1e-4
 
 
+def test_improve_names_the_cure_where_islands_come_to_lie_on_each_other(capfd):
+    ob = cube_with_seams()
+    unwrap()
+    uv = shapes.uv_of(ob)
+    uv[4:8] = uv[:4]  # the second face's island onto that of the first
+    shapes.set_uv(ob, uv)
+    assert bpy.ops.uv.flipfree_improve() == {"FINISHED"}
+    assert "1 pair of islands overlaps" in (said := capfd.readouterr().out)
+    assert "*Pack Islands* keeps islands apart" in said
+    assert bpy.ops.uv.flipfree_improve(pack=True) == {"FINISHED"}
+    assert "keeps islands apart" not in capfd.readouterr().out
+
+
 def test_the_judge_of_overlaps_knows_them():
     square = np.array([[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]], float)
     assert overlapping(square, square + 0.5)

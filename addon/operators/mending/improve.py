@@ -54,6 +54,13 @@ def summary(tasks: list[ImproveTask]) -> str:
     return text + layout_notes(tasks)
 
 
+def hint(tasks: list[ImproveTask]) -> str:
+    """Islands stay at their places but change their outlines, and may come to lie on each other."""
+    if tasks[0].packs or not any(t.certificate.island_overlaps > 0 for t in tasks):
+        return ""
+    return "*Pack Islands* keeps islands apart"
+
+
 class UV_OT_flipfree_improve(
     options.NoOverlaps,
     options.KeepPins,
@@ -94,6 +101,9 @@ class UV_OT_flipfree_improve(
 
     def summary(self, tasks):
         return summary(tasks)
+
+    def hint(self, tasks):
+        return hint(tasks)
 
 
 CLASSES = (UV_OT_flipfree_improve,)
