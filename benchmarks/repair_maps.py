@@ -11,7 +11,8 @@ random options and pins. --broken: of meshes that are no clean surface (tests/py
 repair fails without pins, or the judge finds in 64 or 32 bits what the options exclude.
 
 Energy: of the stored map, beside that of an unwrap along the same cuts, and beside the larger of that and the energy of the
-faces that the spoilt map had open, which stay as they are. Only without pins, and of surfaces that are clean.
+faces that the spoilt map had open, which stay as they are; islands that were upside down as a whole count as turned over. Only
+without pins, and of surfaces that are clean.
 """
 
 from __future__ import annotations
@@ -134,6 +135,17 @@ def found(result: ff.Parametrization, options: dict[str, object], clean: bool) -
     return ""
 
 
+def turned_over(
+    faces: npt.NDArray[np.int64], uv: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float64]:
+    """The map with the islands mirrored that are upside down as a whole."""
+    if not np.isfinite(uv).all():
+        return uv
+    island = map_of(faces, uv).island
+    upside_down = np.bincount(island, open_faces(uv))[island] == 0
+    return np.where(upside_down[:, None, None], uv * [-1.0, 1.0], uv)
+
+
 @dataclass
 class Task:
     seed: int
@@ -236,8 +248,10 @@ def repaired(task: Task) -> Outcome | None:
         except ff.NotConverged:  # nothing to compare with
             return outcome
         before = 0.0
-        if sound.any():
-            before = ff.certify(vertices, faces[sound], given.uv[sound], threads=1).energy
+        drawn = turned_over(faces, given.uv)
+        healthy = open_faces(drawn)
+        if healthy.any():
+            before = ff.certify(vertices, faces[healthy], drawn[healthy], threads=1).energy
         now = ff.certify(vertices, faces, result.uv32(), threads=1).energy
         outcome.beside_unwrap = now / anew.certificate.energy
         outcome.energy = now / max(before, anew.certificate.energy)

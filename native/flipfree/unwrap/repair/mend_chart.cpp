@@ -109,7 +109,7 @@ class ChartMender {
   }
 
   void find_density(const Points2& uv) {
-    const Density own = density_of(own_.surface(), damaged_.area, uv);
+    const Density own = density_of(own_.surface(), damaged_.area, uv, damaged_.unknown);
     healthy_place_ = own.share >= kEnoughHealthy;
     const bool pinned = own.value > 0.0 && !given_.pins.empty();
     damaged_.density = healthy_place_ || pinned ? own.value : given_.density * own_.unit();

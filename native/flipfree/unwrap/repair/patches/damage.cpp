@@ -82,8 +82,9 @@ std::vector<char> stacked_vertices(const Points2& uv) {
 }
 
 Density density_of(const mesh::Surface& surface, const std::vector<double>& areas,
-                   const Points2& uv) {
-  const std::vector<char> stacked = stacked_vertices(uv);
+                   const Points2& uv, const std::vector<char>& unknown) {
+  std::vector<char> stacked = stacked_vertices(uv);
+  for (std::size_t v = 0; v < unknown.size(); ++v) stacked[v] |= unknown[v];
   const auto usable = [&](FaceId f) {
     const auto corners = surface.faces.row(f);
     return std::none_of(corners.begin(), corners.end(),

@@ -31,14 +31,14 @@ std::vector<double> face_areas(const mesh::Surface& surface);
 std::vector<char> stacked_vertices(const Points2& uv);
 
 // Square root of the median, by area, of UV area over area of the positive faces without stacked
-// vertices; 0 without any.
+// vertices, nor `unknown` ones (#V flags; empty: none); 0 without any.
 struct Density {
   double value = 0.0;
   double share =
       0.0;  // of the surface's area, in those of these faces with an energy of at most 10
 };
 Density density_of(const mesh::Surface& surface, const std::vector<double>& areas,
-                   const Points2& uv);
+                   const Points2& uv, const std::vector<char>& unknown = {});
 
 // Per face (|J|^2 + |J^-1|^2) / 4 at the density; infinite where it is not positive.
 std::vector<double> face_energies(const mesh::Surface& surface, const Points2& uv, double density);

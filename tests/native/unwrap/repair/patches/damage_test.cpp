@@ -70,6 +70,17 @@ TEST(Damage, density_is_that_of_most_faces) {
   EXPECT_EQ(density_of(sheet.surface, sheet.chart.area, Points2::Zero(121, 2)).value, 0.0);
 }
 
+TEST(Damage, places_that_are_guesses_say_nothing_about_density) {
+  Sheet sheet(10, 0.0);
+  std::vector<char> unknown(121, 0);
+  for (Eigen::Index v = 0; v < 66; ++v) {  // of 121 in rows of 11
+    sheet.uv(v, 1) = 7.0 * (sheet.uv(v, 1) - 1.0);
+    unknown[static_cast<std::size_t>(v)] = 1;
+  }
+  EXPECT_GT(density_of(sheet.surface, sheet.chart.area, sheet.uv).value, 2.0);
+  EXPECT_NEAR(density_of(sheet.surface, sheet.chart.area, sheet.uv, unknown).value, 1.0, 1e-12);
+}
+
 TEST(Damage, median_by_weight) {
   EXPECT_EQ(weighted_median({}), 0.0);
   EXPECT_EQ(weighted_median({{3.0, 1.0}, {1.0, 1.0}, {2.0, 1.0}}), 2.0);
