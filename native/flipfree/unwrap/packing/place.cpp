@@ -219,7 +219,9 @@ void align(const std::vector<mesh::Chart>& charts, const Items& groups,
     const double scale = options.scale_true && density > 0.0 ? 1.0 / density : 1.0;
     Vector2 turn(scale, 0.0);
     if (options.rotation == Rotation::kFree || options.rotation == Rotation::kStraight) {
-      const Vector2 axis = straight_axis(outlines_of(charts, {largest}, uv));
+      const Vector2 axis = options.rotation == Rotation::kStraight
+                               ? straight_axis(outlines_of(charts, {largest}, uv))
+                               : Vector2::Zero();
       if (axis.x() > 0.0) {
         turn = scale * axis;
       } else {

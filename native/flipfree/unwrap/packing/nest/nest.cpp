@@ -252,6 +252,7 @@ Layout nest(const std::vector<Shape>& shapes, const NestOptions& options,
     });
     for (Found& other : others)
       if (other.scale > better.scale) better = std::move(other);
+    found[0] = better;
   }
   context.report("packing", 0.4);
   if (better.scale < problem.bound && options.effort > 0.0 && shapes.size() <= kMany &&
