@@ -77,6 +77,13 @@ Pattern pattern_for(const std::vector<Index>& cones, Index genus) {
       {"empty stratum", {{"genus", {1.0}}, {"cones", {3.0, 5.0}}}});
 }
 
+bool can_be_twisted(const std::vector<Index>& cones, Index genus) {
+  // 4 genus - 2 corners of 8 genus; the other cones fit the others.
+  return genus > 0 &&
+         std::none_of(cones.begin(), cones.end(), [](Index k) { return k % 2 != 0; }) &&
+         cones_with_excess(cones, 4 * genus - 6);
+}
+
 std::vector<JoinedSectors> joinable_sectors(const Canvas& canvas,
                                             const std::array<VertexId, 2>& t_nodes,
                                             const std::vector<Index>& cones) {

@@ -22,10 +22,15 @@ enum class Pattern {
 // Precondition: check_cones() passed.
 Pattern pattern_for(const std::vector<Index>& cones, Index genus);
 
+// Are all cones even, and such that a twisted chain along which some loop turns by an odd number of
+// quarters can be joined: with half of all corners, but for one more or less of two, on a side?
+bool can_be_twisted(const std::vector<Index>& cones, Index genus);
+
 // One sector of each T-node, each named by its first half-edge.
 using JoinedSectors = std::array<HalfedgeId, 2>;
 // All between which a path can leave parts that fit the cones. Preconditions:
-// draw_chain_with_t_nodes(), then divide_branches(); pattern_for() is kTwoTNodes.
+// draw_chain_with_t_nodes() or draw_twisted_chain(), then divide_branches(); pattern_for() is
+// kTwoTNodes, or can_be_twisted().
 std::vector<JoinedSectors> joinable_sectors(const Canvas& canvas,
                                             const std::array<VertexId, 2>& t_nodes,
                                             const std::vector<Index>& cones);

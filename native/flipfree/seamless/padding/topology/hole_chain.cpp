@@ -6,7 +6,6 @@
 #include "flipfree/base/error.h"
 #include "flipfree/seamless/padding/topology/holes.h"
 #include "flipfree/seamless/padding/topology/paths/free_path.h"
-#include "flipfree/seamless/padding/topology/short_loops.h"
 
 namespace flipfree::seamless {
 namespace {
@@ -74,14 +73,21 @@ VertexId draw_straight_connector(Connector& connector, const Holes& holes, Index
   return v;
 }
 
-}  // namespace
+// From the only hole to its partner, to another place.
+std::array<VertexId, 2> draw_askew_connector(Connector& connector, const Holes& holes) {
+  const auto anywhere = [](VertexId) { return true; };
+  const VertexId from = connector.ends(connector.find(holes.open_sectors(0), 1, anywhere)).from;
+  const VertexId to =
+      connector.draw(holes.sectors_at(0, from), 1, [from](VertexId v) { return v != from; }).to;
+  return {from, to};
+}
 
-void draw_hole_chain(Canvas& canvas, Index genus, const ExecutionContext& context) {
-  const Holes holes(canvas, draw_short_loops(canvas, genus, context));
-  const std::vector<Index> order =
-      hole_order(holes.count(), hole_neighbours(canvas, holes, context), genus > 2);
-  Connector connector(canvas, holes, context);
-  std::vector<Visit> visits(at(genus));
+// Connectors from hole to hole. `twisted`: the last one ends elsewhere than the first one began.
+// Returns where these two places are.
+std::array<VertexId, 2> string_up(Connector& connector, const Holes& holes,
+                                  const std::vector<Index>& order, bool twisted) {
+  std::vector<Visit> visits(order.size() / 2);
+  VertexId end = kInvalid;
   for (std::size_t i = 0; i + 1 < order.size(); ++i) {
     const Index here = order[i];
     const Index next = order[i + 1];
@@ -97,9 +103,10 @@ void draw_hole_chain(Canvas& canvas, Index genus, const ExecutionContext& contex
     const std::vector<HalfedgeId> from =
         back ? holes.sectors_at(here, leaving.come) : holes.open_sectors(here);
     // Also the last connector, to the partner of the first hole, ends where the first one began.
-    const bool met = reaching.hole == partner_of(next);
+    const bool met = reaching.hole == partner_of(next) && !(twisted && next == order.back());
     const Ends ends = connector.draw(
         from, next, [&](VertexId v) { return met ? v == reaching.go : holes.is_open(v); });
+    end = ends.to;
     if (!back) {
       leaving.hole = here;
       leaving.go = ends.from;
@@ -109,20 +116,35 @@ void draw_hole_chain(Canvas& canvas, Index genus, const ExecutionContext& contex
       reaching.come = ends.to;
     }
   }
+  return {visits[at(order.front() / 2)].go, end};
+}
+
+}  // namespace
+
+void draw_hole_chain(Canvas& canvas, Index genus, const ExecutionContext& context,
+                     const CycleTurns& wished) {
+  const Holes holes(canvas, draw_short_loops(canvas, genus, {}, wished, context));
+  Connector connector(canvas, holes, context);
+  string_up(connector, holes,
+            hole_order(holes.count(), hole_neighbours(canvas, holes, context), genus > 2), false);
+}
+
+std::array<VertexId, 2> draw_twisted_chain(Canvas& canvas, const std::vector<VertexId>& first,
+                                           Index genus, const ExecutionContext& context,
+                                           const CycleTurns& wished) {
+  const Holes holes(canvas, draw_short_loops(canvas, genus, {first}, wished, context));
+  Connector connector(canvas, holes, context);
+  if (genus == 1) return draw_askew_connector(connector, holes);
+  return string_up(connector, holes,
+                   hole_order(holes.count(), hole_neighbours(canvas, holes, context), false), true);
 }
 
 std::array<VertexId, 2> draw_chain_with_t_nodes(Canvas& canvas, Index genus,
-                                                const ExecutionContext& context) {
-  const Holes holes(canvas, draw_short_loops(canvas, genus, context));
+                                                const ExecutionContext& context,
+                                                const CycleTurns& wished) {
+  const Holes holes(canvas, draw_short_loops(canvas, genus, {}, wished, context));
   Connector connector(canvas, holes, context);
-  if (genus == 1) {
-    const auto anywhere = [](VertexId) { return true; };
-    const Ends ends = connector.ends(connector.find(holes.open_sectors(0), 1, anywhere));
-    const VertexId from = ends.from;
-    const VertexId to =
-        connector.draw(holes.sectors_at(0, from), 1, [from](VertexId v) { return v != from; }).to;
-    return {from, to};
-  }
+  if (genus == 1) return draw_askew_connector(connector, holes);
   const auto is_open = [&](VertexId v) { return holes.is_open(v); };
   const Ends first = connector.draw(holes.open_sectors(0), 2, is_open);
   const Ends second = connector.draw(holes.sectors_at(2, first.to), 3, is_open);

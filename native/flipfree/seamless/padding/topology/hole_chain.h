@@ -7,6 +7,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/seamless/padding/topology/paths/canvas.h"
+#include "flipfree/seamless/padding/topology/short_loops.h"
 
 namespace flipfree::seamless {
 
@@ -20,8 +21,21 @@ namespace flipfree::seamless {
 //     '--'       '--'       '--'           side of the loop that is on the chain's left at one is
 //                                          on its left at the other.
 //
-// Precondition: nothing is drawn. Cost: O(#F log #F) a curve.
-void draw_hole_chain(Canvas& canvas, Index genus, const ExecutionContext& context);
+// Precondition: nothing is drawn. `wished`: as for draw_short_loops(). Cost: O(#F log #F) a curve.
+void draw_hole_chain(Canvas& canvas, Index genus, const ExecutionContext& context,
+                     const CycleTurns& wished = nullptr);
+
+// The same with two T-nodes, which a further path can join: the first connector leaves the hole on
+// the left of `first`, and the last one reaches its partner elsewhere. `first`: a loop that is
+// drawn already, its vertices in order, and nothing else is; it does not separate. Returns the
+// T-nodes.
+//
+// Joined from a corner to a corner with half of all other corners between them, all nodes have
+// right angles, and a loop turns by an odd number of quarters if and only if it crosses `first` an
+// odd number of times (two of the nine ways to join them; the others, where parts fit: otherwise).
+std::array<VertexId, 2> draw_twisted_chain(Canvas& canvas, const std::vector<VertexId>& first,
+                                           Index genus, const ExecutionContext& context,
+                                           const CycleTurns& wished = nullptr);
 
 // For genus 1 and 2: the same with two T-nodes, which a further path can join.
 //
@@ -33,6 +47,7 @@ void draw_hole_chain(Canvas& canvas, Index genus, const ExecutionContext& contex
 // nodes, and parts with 2 and 6 corners or 4 and 4 (genus 1), with 2, 3, 5, 6, 7 and the rest to
 // 16, or 4 and 12 (genus 2). Precondition: nothing is drawn. Returns the T-nodes.
 std::array<VertexId, 2> draw_chain_with_t_nodes(Canvas& canvas, Index genus,
-                                                const ExecutionContext& context);
+                                                const ExecutionContext& context,
+                                                const CycleTurns& wished = nullptr);
 
 }  // namespace flipfree::seamless

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdlib>
 #include <utility>
 
 #include "flipfree/base/disjoint_sets.h"
@@ -126,6 +127,7 @@ std::vector<HalfedgeId> edges_of(const Canvas& canvas, const std::vector<VertexI
 
 // Some of the cycles of one tree, disjoint.
 std::vector<std::vector<VertexId>> round_of_loops(const Canvas& canvas, std::size_t most,
+                                                  const CycleTurns& wished,
                                                   const ExecutionContext& context) {
   const auto edges_left = [&](const FreeTree& tree) {
     std::vector<HalfedgeId> left = left_over(canvas, tree, context);
@@ -138,11 +140,19 @@ std::vector<std::vector<VertexId>> round_of_loops(const Canvas& canvas, std::siz
   const FreeTree tree(canvas, found[found.size() / 2], context);
   const std::vector<HalfedgeId> left = edges_left(tree);
   const double longest = kNotMuchLonger * tree.cycle_length(left.front());
+  std::vector<std::pair<Index, std::vector<VertexId>>> cycles;  // with their turns
+  for (const HalfedgeId h : left) {
+    if (tree.cycle_length(h) > longest) break;
+    std::vector<VertexId> cycle = tree.cycle(h);
+    const Index turn = wished ? std::abs(wished(cycle)) : 0;
+    cycles.emplace_back(turn, std::move(cycle));
+  }
+  std::stable_sort(cycles.begin(), cycles.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<char> taken(at(canvas.vertex_count()), 0);
   std::vector<std::vector<VertexId>> loops;
-  for (const HalfedgeId h : left) {
-    if (loops.size() == most || tree.cycle_length(h) > longest) break;
-    std::vector<VertexId> cycle = tree.cycle(h);
+  for (auto& [turn, cycle] : cycles) {
+    if (loops.size() == most) break;
     if (std::any_of(cycle.begin(), cycle.end(), [&](VertexId v) { return taken[at(v)] != 0; }))
       continue;
     for (const VertexId v : cycle) taken[at(v)] = 1;
@@ -154,10 +164,13 @@ std::vector<std::vector<VertexId>> round_of_loops(const Canvas& canvas, std::siz
 }  // namespace
 
 std::vector<std::vector<VertexId>> draw_short_loops(Canvas& canvas, Index genus,
+                                                    std::vector<std::vector<VertexId>> drawn,
+                                                    const CycleTurns& wished,
                                                     const ExecutionContext& context) {
-  std::vector<std::vector<VertexId>> loops;
+  std::vector<std::vector<VertexId>> loops = std::move(drawn);
   while (loops.size() < at(genus)) {
-    for (std::vector<VertexId>& loop : round_of_loops(canvas, at(genus) - loops.size(), context)) {
+    for (std::vector<VertexId>& loop :
+         round_of_loops(canvas, at(genus) - loops.size(), wished, context)) {
       // Drawn one by one, an edge between two of them is split before it could be taken for drawn.
       canvas.draw(edges_of(canvas, loop), Curve::kLoop);
       loops.push_back(std::move(loop));

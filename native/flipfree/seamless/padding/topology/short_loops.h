@@ -6,6 +6,7 @@
 // of them that are disjoint leave the surface connected when it is cut along them.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -13,10 +14,17 @@
 
 namespace flipfree::seamless {
 
-// Draws `genus` loops through free vertices; returns the vertices of each in order. Precondition:
-// nothing is drawn yet. Cost: O(#F log #F) a round; a round finds the shortest loop of its tree and
-// those that are disjoint and not much longer.
+// By how many quarters a map is to turn along a cycle of vertices.
+using CycleTurns = std::function<Index(const std::vector<VertexId>& cycle)>;
+
+// Draws loops through free vertices until there are `genus` of them; returns the vertices of each
+// in order. `drawn`: those that are there already, disjoint and independent; nothing else is.
+// `wished`: of loops that are not much longer than others, those that are to turn least are taken
+// (thesis 6.5.1.1); null: the shortest. Cost: O(#F log #F) a round; a round finds the shortest loop
+// of its tree and those that are disjoint and not much longer.
 std::vector<std::vector<VertexId>> draw_short_loops(Canvas& canvas, Index genus,
+                                                    std::vector<std::vector<VertexId>> drawn,
+                                                    const CycleTurns& wished,
                                                     const ExecutionContext& context);
 
 }  // namespace flipfree::seamless

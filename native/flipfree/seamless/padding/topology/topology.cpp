@@ -8,6 +8,7 @@
 #include "flipfree/seamless/padding/topology/extra_path.h"
 #include "flipfree/seamless/padding/topology/hole_chain.h"
 #include "flipfree/seamless/padding/topology/reroute/branch_graph.h"
+#include "flipfree/seamless/padding/topology/reroute/odd_loop.h"
 #include "flipfree/seamless/signature.h"
 
 namespace flipfree::seamless {
@@ -20,14 +21,32 @@ class Drawer {
  public:
   Drawer(Canvas& canvas, const mesh::Surface& input, const std::vector<Index>& cones,
          const WishedTurns* wished, const ExecutionContext& context)
-      : canvas_(canvas), input_(input), cones_(cones), wished_(wished), context_(context) {}
+      : canvas_(canvas),
+        input_(input),
+        input_adjacency_(
+            mesh::build_adjacency(static_cast<Index>(input.vertices.rows()), input.faces)),
+        cones_(cones),
+        wished_(wished),
+        context_(context) {}
 
   void draw(Pattern pattern, Index genus) {
+    if (wished_ != nullptr && can_be_twisted(cones_, genus)) {
+      draw_hole_chain(canvas_, genus, context_, turns());
+      divide();
+      const std::vector<Index> odd =
+          odd_branches(canvas_, input_adjacency_, graph_, wished_->turning);
+      if (!odd.empty()) {
+        const std::vector<VertexId> first = draw_loop_across(canvas_, graph_, odd, context_);
+        join(draw_twisted_chain(canvas_, first, genus, context_, turns()));
+        return;
+      }
+      canvas_.erase_all();
+    }
     if (pattern == Pattern::kTwoTNodes) {
-      join(draw_chain_with_t_nodes(canvas_, genus, context_));
+      join(draw_chain_with_t_nodes(canvas_, genus, context_, turns()));
       return;
     }
-    draw_hole_chain(canvas_, genus, context_);
+    draw_hole_chain(canvas_, genus, context_, turns());
     divide();
     if (pattern == Pattern::kLoop) {
       close_loop();
@@ -39,6 +58,13 @@ class Drawer {
   }
 
  private:
+  CycleTurns turns() const {
+    if (wished_ == nullptr) return nullptr;
+    return [this](const std::vector<VertexId>& cycle) {
+      return wished_->turning(strip_on_input(canvas_, input_adjacency_, cycle));
+    };
+  }
+
   void divide() {
     graph_ = branch_graph(canvas_);
     divide_branches(canvas_, graph_);
@@ -80,6 +106,7 @@ class Drawer {
 
   Canvas& canvas_;
   const mesh::Surface& input_;
+  const mesh::Adjacency input_adjacency_;
   const std::vector<Index>& cones_;
   const WishedTurns* wished_;
   const ExecutionContext& context_;

@@ -23,7 +23,7 @@ TEST(ShortLoops, AreDisjointSpareConesAndLeaveTheSurfaceConnected) {
       const mesh::Surface surface = test::of_genus(genus, 1);
       Canvas canvas(surface, test::scattered(surface, std::vector<Index>(20, 5), seed));
       ExecutionContext context;
-      const auto loops = draw_short_loops(canvas, genus, context);
+      const auto loops = draw_short_loops(canvas, genus, {}, nullptr, context);
       ASSERT_EQ(loops.size(), static_cast<std::size_t>(genus));
       EXPECT_EQ(pieces(canvas), 1);
       EXPECT_EQ(test::unrefined_edge(canvas), kInvalid);
@@ -46,7 +46,7 @@ TEST(ShortLoops, GoAroundTheTubeOfAThinTorus) {
   const mesh::Surface surface = test::torus(60, 12, 0.1);
   Canvas canvas(surface, std::vector<Index>(720, 4));
   ExecutionContext context;
-  const auto loops = draw_short_loops(canvas, 1, context);
+  const auto loops = draw_short_loops(canvas, 1, {}, nullptr, context);
   ASSERT_EQ(loops.size(), 1u);
   EXPECT_EQ(loops.front().size(), 12u);
 }

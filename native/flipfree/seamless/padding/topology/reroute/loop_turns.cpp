@@ -30,12 +30,7 @@ Index turn_to_come(const BranchGraph& graph, const BranchLoop& loop, const Endin
 }
 
 intrinsic::DualLoop strip_on_input(const Canvas& canvas, const mesh::Adjacency& input_adjacency,
-                                   const BranchGraph& graph, const BranchLoop& loop) {
-  std::vector<VertexId> vertices;
-  for (const Index end : loop) {
-    const std::vector<VertexId> branch = graph.walked_from(end);
-    vertices.insert(vertices.end(), branch.begin(), branch.end() - 1);
-  }
+                                   const std::vector<VertexId>& cycle) {
   intrinsic::DualLoop strip;
   const auto cross = [&](HalfedgeId h) {
     const HalfedgeId side = canvas.input_side(h);
@@ -46,11 +41,11 @@ intrinsic::DualLoop strip_on_input(const Canvas& canvas, const mesh::Adjacency& 
       strip.push_back(side);
     }
   };
-  const std::size_t n = vertices.size();
+  const std::size_t n = cycle.size();
   for (std::size_t i = 0; i < n; ++i) {
-    const VertexId v = vertices[i];
-    const HalfedgeId out = canvas.mesh().find(v, vertices[(i + 1) % n]);
-    HalfedgeId h = next_corner(canvas.mesh().find(vertices[(i + n - 1) % n], v));
+    const VertexId v = cycle[i];
+    const HalfedgeId out = canvas.mesh().find(v, cycle[(i + 1) % n]);
+    HalfedgeId h = next_corner(canvas.mesh().find(cycle[(i + n - 1) % n], v));
     for (; h != out; h = next_corner(canvas.mesh().opposite(h))) cross(h);
   }
   std::size_t first = 0;
@@ -61,6 +56,16 @@ intrinsic::DualLoop strip_on_input(const Canvas& canvas, const mesh::Adjacency& 
   strip.erase(strip.begin(), strip.begin() + static_cast<std::ptrdiff_t>(first));
   if (strip.empty()) throw InternalError("a loop of the cut that shrinks to a point");
   return strip;
+}
+
+intrinsic::DualLoop strip_on_input(const Canvas& canvas, const mesh::Adjacency& input_adjacency,
+                                   const BranchGraph& graph, const BranchLoop& loop) {
+  std::vector<VertexId> vertices;
+  for (const Index end : loop) {
+    const std::vector<VertexId> branch = graph.walked_from(end);
+    vertices.insert(vertices.end(), branch.begin(), branch.end() - 1);
+  }
+  return strip_on_input(canvas, input_adjacency, vertices);
 }
 
 }  // namespace flipfree::seamless

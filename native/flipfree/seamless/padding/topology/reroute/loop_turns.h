@@ -30,8 +30,11 @@ struct Ending {
 // branches are straight, sectors of nodes are right angles, but for those that are divided.
 Index turn_to_come(const BranchGraph& graph, const BranchLoop& loop, const Ending& ending);
 
-// The faces on the left of a loop of branches, as a strip of the input's faces. `input_adjacency`:
-// of the surface that the canvas was made of. Cost: O(faces beside the loop).
+// The faces on the left of a closed chain of edges, drawn or not, as a strip of the input's faces.
+// `input_adjacency`: of the surface that the canvas was made of. Cost: O(faces beside the loop).
+intrinsic::DualLoop strip_on_input(const Canvas& canvas, const mesh::Adjacency& input_adjacency,
+                                   const std::vector<VertexId>& cycle);
+// Those on the left of a loop of branches.
 intrinsic::DualLoop strip_on_input(const Canvas& canvas, const mesh::Adjacency& input_adjacency,
                                    const BranchGraph& graph, const BranchLoop& loop);
 

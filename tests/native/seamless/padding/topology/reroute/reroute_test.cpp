@@ -95,6 +95,31 @@ TEST(Reroute, AFieldThatNeedsNothingLeavesTheCutAlone) {
   EXPECT_EQ(done.loops, 2);
 }
 
+// Whether a loop turns by an odd number of quarters is not for cones to change then.
+TEST(Reroute, CutsAmongEvenConesTurnByOddNumbersWhereTheFieldDoes) {
+  for (const Index genus : {1, 2, 3}) {
+    SCOPED_TRACE(genus);
+    const mesh::Surface surface = test::of_genus(genus, 1);
+    std::vector<Index> given(static_cast<std::size_t>(4 * genus + 4), 6);
+    given.insert(given.end(), 8, 2);
+    Reroutings done;
+    int refused = 0;
+    for (unsigned seed = 0; seed < 10 - 2 * static_cast<unsigned>(genus); ++seed)
+      refused += check(surface, test::scattered(surface, given, seed), 1, seed, done) ? 0 : 1;
+    // On tori, those that turn by half turns only.
+    EXPECT_LE(refused, genus == 1 ? 6 : 0);
+    EXPECT_GT(done.loops, 0);
+  }
+}
+
+TEST(Reroute, ConesOfDifferentEvenSizesFitATwistedChain) {
+  for (unsigned seed = 0; seed < 6; ++seed) {
+    Reroutings done;
+    const mesh::Surface plate = test::of_genus(3, 1);
+    EXPECT_TRUE(check(plate, test::scattered(plate, {10, 14, 2, 2, 8}, seed), 1, seed, done));
+  }
+}
+
 TEST(Reroute, TurnsThatNoSumOfConesMakesAreRefused) {
   const mesh::Surface torus = test::of_genus(1, 1);
   Reroutings done;
