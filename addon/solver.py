@@ -263,9 +263,11 @@ def seamless(snapshot, quarters, *, engine, boundary, optimise):
     )
 
 
-def cross_field(snapshot, *, edges, edge_weight, curvature, boundary, simplify, cones=None):
+def cross_field(
+    snapshot, *, edges, edge_weight, curvature, boundary, simplify, sizing=None, cones=None
+):
     """Starts the field that follows `edges` (submesh vertex pairs), curvature and, if asked, the boundary; or, with `cones`
-    {submesh vertex: quarter turns of its angle}, the smoothest with these."""
+    {submesh vertex: quarter turns of its angle}, the smoothest with these; for a map of `sizing`, per submesh vertex."""
     return jobs.cross_field(
         snapshot.vertices,
         snapshot.triangles,
@@ -274,6 +276,7 @@ def cross_field(snapshot, *, edges, edge_weight, curvature, boundary, simplify, 
         alignment=curvature,
         boundary=boundary,
         simplify=simplify,
+        sizing=sizing,
         signature=None if cones is None else flipfree.Signature(cones, []),
         **_limits(),
     )

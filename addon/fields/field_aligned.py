@@ -128,7 +128,9 @@ class FieldAlignedTask(seamless.SeamlessTask):
             if self.given.cones is not None:
                 given = self.quarters = self._marked_quarters()
                 self._refuse_unbalanced(self.components())
-            self.field = yield solver.cross_field(self.snapshot, cones=given, **self.given.follow)
+            self.field = yield solver.cross_field(
+                self.snapshot, sizing=self.given.sizing, cones=given, **self.given.follow
+            )
         self.span = (0.2, 0.9)
         found = yield solver.field_aligned(
             self.snapshot,

@@ -140,6 +140,26 @@ def test_a_field_on_a_cylinder_follows_its_curvature() -> None:
     assert np.minimum(axis, 1 - axis).max() < 0.05
 
 
+def test_a_field_for_a_map_of_varying_size_turns_as_that_map_does() -> None:
+    # A square scaled by e^x is flat: z to e^z maps it, and takes to +u what turns by -y.
+    vertices, faces = bumpy_grid(20, 15, height=0.0)
+    field = ff.cross_field(vertices, faces, boundary=False, sizing=np.exp(vertices[:, 0]))
+    assert field.stats is not None and field.stats["cones"] == 0
+    y = vertices[faces][:, :, 1].mean(axis=1)
+    cross = np.exp(4j * (np.arctan2(field.directions[:, 1], field.directions[:, 0]) + y))
+    assert abs(np.angle(cross / cross.mean())).max() < 4 * 0.02
+    plain = ff.cross_field(vertices, faces, boundary=False)
+    same = ff.cross_field(vertices, faces, boundary=False, sizing=np.full(len(vertices), 3.0))
+    assert (plain.directions == same.directions).all()
+
+
+def test_sizes_are_one_positive_number_for_each_vertex() -> None:
+    vertices, faces = torus()
+    for sizing in (np.zeros(len(vertices)), np.full(len(vertices), np.nan), [1.0]):
+        with pytest.raises(ff.InvalidInput, match="sizing"):
+            ff.cross_field(vertices, faces, sizing=sizing)
+
+
 def test_simplifying_says_what_it_did() -> None:
     vertices, faces = octahedron_sphere(4)
     vertices = vertices * (1 + 0.2 * np.sin(9 * vertices[:, :1]) * np.cos(8 * vertices[:, 1:2]))

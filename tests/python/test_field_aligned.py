@@ -60,6 +60,24 @@ def test_padding_follows_a_field_along_a_rerouted_cut(seed: int) -> None:
     assert judged_alike(vertices, faces, field, map, seed)
 
 
+def test_padding_follows_fields_among_even_cones_that_turn_by_odd_numbers() -> None:
+    folder = data_folder()
+    if folder is None or not (folder / "fields" / "eight766.obj").exists():
+        pytest.skip("the shared data folder is not here (FLIPFREE_DATA)")
+    mesh = read_mesh(folder / "fields" / "eight766.obj")
+    vertices, faces = mesh.vertices, mesh.faces
+    places = np.random.default_rng(5).permutation(len(vertices))
+    cones = {int(v): k for v, k in zip(places, [6] * 6 + [2] * 2, strict=False)}
+    near = ff.cross_field(vertices, faces, signature=ff.Signature(cones, []))
+    loops = ff.signature(vertices, faces, near).loops
+    # Around one handle only, whatever it was: the first and none of the others by an odd number.
+    turned = [(strip, turns + (turns + (i == 0)) % 2) for i, (strip, turns) in enumerate(loops)]
+    field = ff.cross_field(vertices, faces, signature=ff.Signature(cones, turned))
+    map = ff.field_aligned(vertices, faces, field=field, engine="padding")
+    assert map.certificate.ok and map.certificate.holonomy_failures == 0
+    assert judged_alike(vertices, faces, field, map, 1)
+
+
 def test_padding_says_what_it_does_not_know() -> None:
     vertices, faces = bumpy_grid()
     with pytest.raises(ff.InvalidInput, match="boundary"):
@@ -210,6 +228,31 @@ def test_sizing_makes_the_map_larger_where_it_asks_for_it() -> None:
         return float(area[right].sum() / area.sum())
 
     assert share(sized) > share(plain) + 0.05
+
+
+def test_a_field_that_knows_the_sizes_lets_the_map_have_them() -> None:
+    vertices, faces = torus(48, 24)
+    sizing = np.exp(
+        0.5 * np.sin(2 * np.arctan2(vertices[:, 1], vertices[:, 0])) + 0.5 * vertices[:, 2]
+    )
+
+    def spread(map: ff.Parametrization) -> float:
+        """Of the sizes reached over those that were asked for, logarithms."""
+        a, b = map.uv[:, 1] - map.uv[:, 0], map.uv[:, 2] - map.uv[:, 0]
+        corners = map.vertices[map.faces]
+        area = np.linalg.norm(
+            np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+        )
+        reached = 0.5 * np.log((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / area)
+        wished = np.log(sizing)[faces[map.parent_face]].mean(axis=1)
+        off = reached - wished
+        return float(np.sqrt(np.average((off - np.average(off, weights=area)) ** 2, weights=area)))
+
+    plain = ff.field_aligned(vertices, faces, field=ff.cross_field(vertices, faces), sizing=sizing)
+    aware = ff.field_aligned(vertices, faces, sizing=sizing)
+    assert aware.certificate.ok
+    assert spread(aware) < 0.5 * spread(plain)
+    assert aware.stats["angle_mean"] < plain.stats["angle_mean"]
 
 
 def test_the_same_bits_for_any_number_of_threads() -> None:

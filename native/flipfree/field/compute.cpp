@@ -7,6 +7,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/in_time.h"
 #include "flipfree/field/guidance/guidance.h"
+#include "flipfree/field/guidance/sized_frames.h"
 #include "flipfree/field/prescribed/prescribed.h"
 #include "flipfree/field/prescribed/relax.h"
 #include "flipfree/field/prescribed/simplify.h"
@@ -27,6 +28,7 @@ void check(const FieldOptions& options, const mesh::Surface& surface,
     refuse("alignment must lie in [0, 1), not " + std::to_string(options.alignment) + ".");
   if (!(options.edge_weight > 0.0 && options.edge_weight <= 1.0))
     refuse("edge_weight must lie in (0, 1], not " + std::to_string(options.edge_weight) + ".");
+  check_sizing(options.sizing, surface);
   if (options.loops && !options.cones) refuse("loops need cones: give both.");
   if (!options.cones) return;
   if (options.cones->size() != static_cast<std::size_t>(surface.vertices.rows()))
@@ -41,11 +43,11 @@ void check(const FieldOptions& options, const mesh::Surface& surface,
 }
 
 CrossField guided_field(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                        const Frames& frames, const FieldOptions& options, Wishes& wishes,
-                        ExecutionContext& context) {
+                        const Frames& own, const Frames& frames, const FieldOptions& options,
+                        Wishes& wishes, ExecutionContext& context) {
   const mesh::EdgeFlags edges = mesh::flag_edges(surface.faces, adjacency, options.edges);
   follow_curvature(surface, adjacency, options.alignment, wishes);
-  follow_edges(surface, adjacency, frames, edges, options.boundary, options.edge_weight, wishes);
+  follow_edges(surface, adjacency, own, edges, options.boundary, options.edge_weight, wishes);
   const std::vector<FaceGraph> graphs = face_graphs(surface, adjacency, frames);
   Crosses u;
   {
@@ -78,12 +80,15 @@ FoundField compute(const mesh::Surface& surface, const FieldOptions& options,
   mesh::validate(surface, {}, context);
   const mesh::Adjacency adjacency = adjacency_of(surface);
   check(options, surface, adjacency);
-  const Frames frames = measure_frames(surface);
+  const Frames own = measure_frames(surface);
+  const Frames frames =
+      options.sizing.empty() ? own : sized_frames(surface, adjacency, own, options.sizing);
   Wishes wishes = no_wishes(static_cast<Index>(surface.faces.rows()));
   FoundField found;
-  found.field = options.cones ? field_with_signature(surface, adjacency, frames, *options.cones,
-                                                     options.loops, context)
-                              : guided_field(surface, adjacency, frames, options, wishes, context);
+  found.field =
+      options.cones
+          ? field_with_signature(surface, adjacency, frames, *options.cones, options.loops, context)
+          : guided_field(surface, adjacency, own, frames, options, wishes, context);
   if (options.simplify || !options.cones) {
     SimplifyOptions how;
     if (!options.simplify) how = {0.0, 1};  // only those that no map can have

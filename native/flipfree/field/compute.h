@@ -2,6 +2,7 @@
 // signature.
 //
 //   follow_curvature(), follow_edges()  guidance/guidance.h     what each face is asked for
+//   sized_frames()                      guidance/sized_frames.h for maps of varying size
 //   smoothest()                         smoothest/smoothest.h   directions
 //   match_nearest()                     topology/               integers
 //   field_with_signature()              prescribed/             the other way round
@@ -23,6 +24,8 @@ struct FieldOptions {
   IndexPairs edges;          // vertex pairs: edges that the field follows
   bool boundary = true;      // it follows the boundary
   double edge_weight = 1.0;  // of edges and boundary, in (0, 1]; 1: exactly
+  // #V: length in a map of a length 1 there, relative to the others, positive; empty: all alike.
+  std::vector<double> sizing;
   // Merge near cones, spread those of one quarter turn. Those of none or less, which no map can
   // have, are spread in any case.
   bool simplify = false;

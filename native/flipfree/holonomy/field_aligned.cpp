@@ -12,6 +12,7 @@
 #include "flipfree/certify/measures/flips.h"
 #include "flipfree/distortion/alignment/align.h"
 #include "flipfree/distortion/seams/seams.h"
+#include "flipfree/field/guidance/sized_frames.h"
 #include "flipfree/field/topology/tree_cotree.h"
 #include "flipfree/field/topology/turning.h"
 #include "flipfree/holonomy/combed.h"
@@ -34,19 +35,6 @@ constexpr double kTakenBackShare = 0.65;
 constexpr double kAlignmentShare = 0.6;
 // Newton steps between two rounds of taking refinement back.
 constexpr int kCoarseSteps = 15;
-
-void check_sizing(const std::vector<double>& sizing, const mesh::Surface& surface) {
-  if (sizing.empty()) return;
-  if (sizing.size() != static_cast<std::size_t>(surface.vertices.rows()))
-    throw_invalid(ErrorCode::kBadShape, "sizing needs one number per vertex.");
-  for (std::size_t v = 0; v < sizing.size(); ++v) {
-    if (sizing[v] > 0.0 && std::isfinite(sizing[v])) continue;
-    throw_invalid(ErrorCode::kBadOption,
-                  "sizing at vertex " + std::to_string(v) +
-                      " is not a positive number. Give the length in the map of a length 1 there.",
-                  ElementKind::kVertex, {static_cast<Index>(v)});
-  }
-}
 
 // Where no angle is asked for, at free boundaries, the field may have any number of quarter turns.
 void check_cones(std::vector<Index> cones, const mesh::Surface& surface,
@@ -175,7 +163,7 @@ certify::Parametrization map_in_time(const mesh::Surface& surface, const field::
   const bool aligned = options.boundary == seamless::Boundary::kAligned;
   if (!aligned) options.boundary = seamless::Boundary::kTurning;
   seamless::check_surface(surface, context);
-  check_sizing(options.sizing, surface);
+  field::check_sizing(options.sizing, surface);
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
   const NeededTopology needed = needed_topology(surface, adjacency, field, aligned, context);

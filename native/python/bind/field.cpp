@@ -50,6 +50,10 @@ void bind_options(py::module_& module) {
       .def_readwrite("boundary", &FieldOptions::boundary)
       .def_readwrite("edge_weight", &FieldOptions::edge_weight)
       .def_readwrite("simplify", &FieldOptions::simplify)
+      .def_property("sizing", nullptr,
+                    [](FieldOptions& options, const Array<double>& sizing) {
+                      options.sizing = to_vector(sizing);
+                    })
       .def_property("cones", nullptr,
                     [](FieldOptions& options, const Array<Index>& cones) {
                       options.cones = to_vector(cones);

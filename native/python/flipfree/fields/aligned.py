@@ -6,14 +6,14 @@ from functools import partial
 from typing import Any
 
 from .. import _native
-from ..arrays import as_floats, as_indices, as_vertices
+from ..arrays import as_indices, as_vertices
 from ..calls.seamless import BOUNDARIES
 from ..conversions import parametrization_from
 from ..errors import InvalidInput
 from ..job import Job, Progress, solver_call
 from ..options import as_choice, as_count, as_flag, as_seconds, as_threads, filled
 from ..results import Parametrization
-from .cross_fields import CrossField, Signature, arrays_of, as_signature
+from .cross_fields import CrossField, Signature, arrays_of, as_signature, as_sizing
 
 ENGINES = ("auto", "penner", "padding")
 
@@ -43,7 +43,8 @@ def field_aligned(
         field: a field of this mesh; None: the smoothest, which follows the boundary if that is aligned, or the smoothest
             with the signature.
         signature: what the map shall have exactly, instead of a field: see :func:`cross_field`.
-        sizing: (n,) positive: length in the map of a length 1 there, relative to the others. None: all alike.
+        sizing: (n,) positive: length in the map of a length 1 there, relative to the others. None: all alike. A field
+            that is given should have been made for it (:func:`cross_field`); the one that is made here is.
         engine: "penner" changes lengths of edges until all angles fit; "padding" cuts into disks, along branches that are
             led around cones until all loops turn as the field does (closed surfaces only); "auto" takes padding where
             penner finds no map.
@@ -88,13 +89,9 @@ def field_aligned(
         max_seconds=as_seconds(max_seconds, "max_seconds"),
     )
     if sizing is not None:
-        sizes = as_floats(sizing, "sizing")
-        if len(sizes) == 0 or len(sizes) != len(positions.scaled):
-            raise InvalidInput(
-                f"sizing must have shape ({len(positions.scaled)},), one number per vertex.",
-                code="array of the wrong shape",
-            )
+        sizes = as_sizing(sizing, len(positions.scaled))
         filled(options, sizing=sizes)
+        filled(made, sizing=sizes)
     native = _native.field_aligned(
         positions.scaled,
         face_array,

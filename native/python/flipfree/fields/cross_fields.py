@@ -222,6 +222,17 @@ def as_quarter_turns(values: Any, name: str, count: int, least: int = -(2**20)) 
     return turns
 
 
+def as_sizing(value: Any, count: int) -> FloatArray:
+    """One number per vertex."""
+    sizes = as_floats(value, "sizing")
+    if len(sizes) == 0 or len(sizes) != count:
+        raise InvalidInput(
+            f"sizing must have shape ({count},), one number per vertex.",
+            code=BAD_SHAPE,
+        )
+    return sizes
+
+
 def as_signature(value: Any, faces: IntArray, count: int) -> tuple[IntArray, Any]:
     """A :class:`Signature` as cones (n,) and loops of half-edges with their turns, None without any."""
     if not isinstance(value, Signature):
@@ -256,6 +267,7 @@ def cross_field(
     boundary: bool = True,
     edge_weight: float = 1.0,
     signature: Signature | None = None,
+    sizing: Any = None,
     simplify: bool = False,
     max_seconds: float | None = None,
     threads: int | None = None,
@@ -273,6 +285,8 @@ def cross_field(
         signature: cones, and turns of the loops of a homology basis, that the field shall have exactly; without loops
             (``Signature(cones, [])``) turns that need little rotation are chosen. Closed surfaces only; what the field
             should follow has no say then.
+        sizing: (n,) positive: length in the map of a length 1 there, relative to the others: the field turns, and has its
+            cones, where a map of such sizes needs it. None: all alike.
         simplify: near pairs of cones of opposite sign are merged, and cones of one quarter turn share their curvature with
             a vertex near by. ``stats["cancelled"]`` and ``stats["spread"]`` say how many quarter turns were moved.
         max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
@@ -296,6 +310,8 @@ def cross_field(
         simplify=as_flag(simplify, "simplify"),
         max_seconds=as_seconds(max_seconds, "max_seconds"),
     )
+    if sizing is not None:
+        filled(options, sizing=as_sizing(sizing, len(positions.scaled)))
     if signature is not None:
         cones, loops = as_signature(signature, face_array, len(positions.scaled))
         filled(options, cones=cones, loops=loops)
