@@ -250,7 +250,7 @@ def suggest_cones(snapshot, *, bound, quarter_turns):
 
 def seamless(snapshot, quarters, *, engine, boundary, optimise):
     """Starts the seamless map of all parts with these cones {submesh vertex: quarter turns of its angle}; `boundary`:
-    aligned or free."""
+    aligned, aligned_or_free or free."""
     return jobs.seamless(
         snapshot.vertices,
         snapshot.triangles,

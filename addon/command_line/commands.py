@@ -157,8 +157,8 @@ def _seamless_arguments(parser):
     parser.add_argument(
         "--boundary",
         choices=[name for name, _, _ in seamless.BOUNDARIES],
-        default="aligned",
-        help="boundaries along u and v, or free",
+        default="aligned_or_free",
+        help="boundaries along u and v (aligned: or no map at all), or free",
     )
     parser.add_argument(
         "--engine", choices=[name for name, _, _ in seamless.ENGINES], default="auto"

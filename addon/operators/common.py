@@ -205,8 +205,20 @@ MORE_SEAMS = "Mark more seams there"
 
 
 def advice(tasks) -> str:
-    """What to do about poor maps among `tasks`, and about objects whose scale the maps know nothing of; "" if all is well."""
-    return ". ".join(filter(None, [_about_poor(tasks), _about_scale(tasks)]))
+    """What to do about poor maps among `tasks`, about boundaries that are not as they were asked for, and about objects whose
+    scale the maps know nothing of; "" if all is well."""
+    return ". ".join(filter(None, [_about_poor(tasks), _about_freed(tasks), _about_scale(tasks)]))
+
+
+def _about_freed(tasks) -> str:
+    freed = sum(getattr(task, "freed_boundaries", 0) for task in tasks)
+    if not freed:
+        return ""
+    have = "has" if freed == 1 else "have"
+    return (
+        f"{plural(freed, 'part')} {have} a free boundary: no map was found with one along the axes. Where that "
+        "matters, mark its corners with Mark Cone"
+    )
 
 
 def _about_scale(tasks) -> str:

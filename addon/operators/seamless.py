@@ -37,10 +37,15 @@ BALANCE = f"run {SUGGEST_QUARTERS}, which places them; Mark Cone adds and remove
 
 BOUNDARIES = (
     (
-        "aligned",
+        "aligned_or_free",
         "Along the Axes",
         "Boundaries run exactly along u and v, with corners at the boundary vertices that are marked as cones, or "
-        "where they are sharp",
+        "where they bend most. Parts without marks that find no such map have a free boundary, and the report says so",
+    ),
+    (
+        "aligned",
+        "Along the Axes Only",
+        "The same, but nothing is changed if a part finds no such map",
     ),
     ("free", "Free", "As near to the surface as the inside allows: least distortion"),
 )
@@ -69,7 +74,7 @@ class SeamlessTask(parts.PartsTask):
         boundary_vertices,
         *,
         cones_from="auto",
-        boundary="aligned",
+        boundary="aligned_or_free",
         bound=2.0,
         optimise=True,
         mark_cuts=True,
@@ -91,6 +96,7 @@ class SeamlessTask(parts.PartsTask):
         self.quarters = {}  # {submesh vertex: quarter turns of its angle}
         self.suggested = {}  # those of them that were not marked
         self.turns = np.zeros(0, np.int32)  # per cut edge of the result
+        self.freed_boundaries = 0  # parts that found no map with an aligned boundary
 
     @property
     def cures(self):
@@ -101,7 +107,7 @@ class SeamlessTask(parts.PartsTask):
 
     def cure(self, others: str) -> str:
         """What helps where boundaries that have to be straight may be at fault, and the others."""
-        if self.boundary == "aligned" and self.boundary_vertices.any():
+        if self.boundary != "free" and self.boundary_vertices.any():
             return f"Choose *Boundary: Free*, or {others}"
         return others[0].upper() + others[1:]
 
@@ -147,6 +153,7 @@ class SeamlessTask(parts.PartsTask):
             stored=uv.astype(np.float32),
         )
         self.turns = found.transitions.quarter_turns
+        self.freed_boundaries = found.stats.get("freed_boundaries", 0)
         # What is written was moved: judged again, as it will be stored.
         self.span = (0.9, 1.0)
         judged = yield solver.certify_seamless(self.result, self.quarters)
@@ -290,7 +297,7 @@ class UV_OT_flipfree_seamless(options.MapOperator, bpy.types.Operator):
         name="Boundary",
         description="Where the surface is open",
         items=BOUNDARIES,
-        default="aligned",
+        default="aligned_or_free",
     )
     optimise: bpy.props.BoolProperty(
         name="Optimise",

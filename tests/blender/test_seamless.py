@@ -362,6 +362,57 @@ def test_the_monkey_is_mapped_with_the_defaults():
     assert all(turns is not None for _, _, turns in judge(ob))
 
 
+def written(text, **curve):
+    """A flat mesh of these letters, as Convert To Mesh makes it."""
+    data = bpy.data.curves.new("Text", "FONT")
+    data.body = text
+    for name, value in curve.items():
+        setattr(data, name, value)
+    source = bpy.data.objects.new("Text", data)
+    bpy.context.scene.collection.objects.link(source)
+    mesh = bpy.data.meshes.new_from_object(
+        source.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    )
+    bpy.data.objects.remove(source)
+    ob = bpy.data.objects.new("Letters", mesh)
+    bpy.context.scene.collection.objects.link(ob)
+    return shapes.activate(ob)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "ABeO8",  # holes
+        "Flipfree",  # dots whose triangles have their tips on the border
+        "S@&gQ%",
+        "WVMNAvwxyz",  # pointed
+        '.:;!?"*#{}[]',
+        "CDGJPRUbdfhjmnpqu",
+    ],
+)
+def test_flat_text_has_its_borders_along_the_axes(text, capfd):
+    ob = written(text)
+    assert bpy.ops.uv.flipfree_seamless(boundary="aligned") == {"FINISHED"}
+    assert shapes.exact_flips(ob) == 0 and slanted_boundary(ob) == 0
+    assert all(turns is not None for _, _, turns in judge(ob))
+    out = capfd.readouterr().out
+    assert float(out.split("mean ")[1].split()[0]) < 1.4
+    assert "Badly distorted" not in out
+
+
+def test_a_part_without_room_for_corners_is_free_and_the_report_says_so(capfd):
+    triangle = [(9, 0, 0), (10, 0, 0), (9, 1, 0)]
+    square = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+    ob = shapes.add("Parts", square + triangle, [(0, 1, 2, 3), (4, 5, 6)])
+    assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
+    assert shapes.exact_flips(ob) == 0 and 0 < slanted_boundary(ob) <= 3
+    assert "1 part has a free boundary" in capfd.readouterr().out
+    before = shapes.uv_of(ob).copy()
+    with pytest.raises(RuntimeError, match="Free"):
+        bpy.ops.uv.flipfree_seamless(boundary="aligned")
+    assert (shapes.uv_of(ob) == before).all()
+
+
 def test_some_faces_of_a_closed_mesh_are_a_surface_with_boundary():
     ob = holed(0, 2)
     bpy.ops.object.mode_set(mode="EDIT")

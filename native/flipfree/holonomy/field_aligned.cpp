@@ -183,7 +183,8 @@ certify::Parametrization map_in_time(const mesh::Surface& surface, const field::
   if (options.optimise && added > 0) {
     const ProgressRange range(context, kEngineShare, kTakenBackShare);
     fewer = found;
-    seamless::take_back(surface, aligned, options.engine.uncuttable, kCoarseSteps, fewer->map,
+    const std::vector<char> faces(static_cast<std::size_t>(surface.faces.rows()), aligned ? 1 : 0);
+    seamless::take_back(surface, faces, options.engine.uncuttable, kCoarseSteps, fewer->map,
                         context);
   }
   const ProgressRange range(context, kTakenBackShare, 1.0);

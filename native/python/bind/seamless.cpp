@@ -43,6 +43,7 @@ void bind_seamless(py::module_& module) {
   using seamless::SeamlessOptions;
   py::enum_<seamless::Boundary>(module, "SeamlessBoundary")
       .value("aligned", seamless::Boundary::kAligned)
+      .value("aligned_or_free", seamless::Boundary::kAlignedOrFree)
       .value("free", seamless::Boundary::kFree);
   py::enum_<seamless::Engine>(module, "SeamlessEngine")
       .value("auto", seamless::Engine::kAuto)

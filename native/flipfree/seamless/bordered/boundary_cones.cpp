@@ -11,6 +11,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/conformal/cones/boundary_angles.h"
 #include "flipfree/mesh/topology.h"
+#include "flipfree/seamless/bordered/corners.h"
 
 namespace flipfree::seamless {
 namespace {
@@ -18,6 +19,8 @@ namespace {
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
+// Sum of the curvatures inside a surface that is as good as flat, quarter turns.
+constexpr double kNearlyFlat = 0.2;
 
 struct Border {
   std::vector<std::vector<VertexId>> loops;
@@ -55,16 +58,19 @@ Index needed_turning(const Border& border, const std::vector<Index>& cones) {
   return needed;
 }
 
+// Quarter turns.
+double corner_angle(const mesh::Surface& surface, Eigen::Index f, Eigen::Index k) {
+  const Vector3 p = surface.vertices.row(surface.faces(f, k));
+  const Vector3 a = surface.vertices.row(surface.faces(f, (k + 1) % 3)).transpose() - p;
+  const Vector3 b = surface.vertices.row(surface.faces(f, (k + 2) % 3)).transpose() - p;
+  return std::atan2(a.cross(b).norm(), a.dot(b)) / kQuarterTurn;
+}
+
 // Total angles of the surface at its vertices, quarter turns.
 std::vector<double> own_angles(const mesh::Surface& surface) {
   std::vector<double> angle(at(static_cast<Index>(surface.vertices.rows())), 0.0);
   for (Eigen::Index f = 0; f < surface.faces.rows(); ++f) {
-    for (int k = 0; k < 3; ++k) {
-      const Vector3 p = surface.vertices.row(surface.faces(f, k));
-      const Vector3 a = surface.vertices.row(surface.faces(f, (k + 1) % 3)).transpose() - p;
-      const Vector3 b = surface.vertices.row(surface.faces(f, (k + 2) % 3)).transpose() - p;
-      angle[at(surface.faces(f, k))] += std::atan2(a.cross(b).norm(), a.dot(b)) / kQuarterTurn;
-    }
+    for (int k = 0; k < 3; ++k) angle[at(surface.faces(f, k))] += corner_angle(surface, f, k);
   }
   return angle;
 }
@@ -90,96 +96,69 @@ std::vector<Index> whole_with_sum(const std::vector<double>& values, Index sum) 
   return whole;
 }
 
-// One curve of the boundary: corners where it is sharp, then more or fewer until it turns as it has
-// to.
-class Curve {
- public:
-  Curve(const mesh::Surface& surface, const std::vector<VertexId>& loop,
-        const std::vector<double>& angles)
-      : loop_(loop) {
-    for (std::size_t i = 0; i < loop.size(); ++i) {
-      const VertexId v = loop[i], next = loop[(i + 1) % loop.size()];
-      place_.push_back(length_);
-      length_ += (surface.vertices.row(v) - surface.vertices.row(next)).norm();
-      angle_.push_back(angles[at(v)]);
+// Directions of the half-edges of a connected surface, quarter turns: unfolded face after face, so
+// that where it is flat they are those in the plane.
+std::vector<double> unfolded_directions(const mesh::Surface& surface,
+                                        const mesh::Adjacency& adjacency) {
+  std::vector<double> direction(adjacency.opposite.size(), 0.0);
+  const auto unfold = [&](HalfedgeId h) {
+    for (int k = 0; k < 2; ++k, h = next_corner(h)) {
+      const HalfedgeId next = next_corner(h);
+      const double turning = 2.0 - corner_angle(surface, next / 3, next % 3);
+      direction[at(next)] = direction[at(h)] + turning;
     }
-    // A corner turns together with its neighbours: a jagged edge does not.
-    const std::size_t n = loop.size();
-    for (std::size_t i = 0; i < n; ++i) {
-      const double own = 2.0 - angle_[i];
-      const double near = own + 4.0 - angle_[(i + 1) % n] - angle_[(i + n - 1) % n];
-      const bool sharp = own * near > 0.0 && std::abs(near) > 0.5;
-      k_.push_back(sharp ? std::max<Index>(1, static_cast<Index>(std::lround(angle_[i]))) : 2);
+  };
+  std::vector<char> reached(static_cast<std::size_t>(surface.faces.rows()), 0);
+  std::vector<FaceId> queue = {0};
+  reached[0] = 1;
+  unfold(0);
+  for (std::size_t i = 0; i < queue.size(); ++i) {
+    for (HalfedgeId h = 3 * queue[i]; h < 3 * queue[i] + 3; ++h) {
+      const HalfedgeId o = adjacency.opposite[at(h)];
+      if (o == kInvalid || reached[at(o / 3)] != 0) continue;
+      reached[at(o / 3)] = 1;
+      direction[at(o)] = direction[at(h)] + 2.0;
+      unfold(o);
+      queue.push_back(o / 3);
     }
   }
+  return direction;
+}
 
-  bool turn_by(Index wanted) {
-    Index turning = 0;
-    for (const Index k : k_) turning += 2 - k;
-    for (; turning < wanted; ++turning) {
-      if (!change_sharp(-1) && !add_corner(-1)) return false;
-    }
-    for (; turning > wanted; --turning) {
-      if (!change_sharp(1)) add_corner(1);
-    }
-    return true;
+// Is the surface so flat inside that one unfolding of it is like another, and is its map to be?
+bool is_flat_inside(const Border& border, const std::vector<double>& angles,
+                    const std::vector<Index>& cones) {
+  double curved = 0.0;
+  for (std::size_t v = 0; v < cones.size(); ++v) {
+    if (border.on_boundary[v]) continue;
+    if (cones[v] != 4) return false;
+    curved += std::abs(4.0 - angles[v]);
   }
+  return curved < kNearlyFlat;
+}
 
-  void write(std::vector<Index>& cones) const {
-    for (std::size_t i = 0; i < loop_.size(); ++i) cones[at(loop_[i])] = k_[i];
-  }
-
- private:
-  // Straightens by `step` the corner that asks most for it, if there is one the other way.
-  bool change_sharp(Index step) {
-    std::size_t best = k_.size();
-    for (std::size_t i = 0; i < k_.size(); ++i) {
-      if ((step < 0 ? k_[i] <= 2 : k_[i] >= 2)) continue;
-      const auto asks = [&](std::size_t j) { return step * (angle_[j] - k_[j]); };
-      if (best == k_.size() || asks(i) > asks(best)) best = i;
+// Curves of the boundary, as long and as bent as they are, that turn as they are wanted to.
+std::vector<BorderCurve> border_curves(const mesh::Surface& surface,
+                                       const std::vector<double>& angles,
+                                       const std::vector<Index>& wanted, bool flat) {
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(angles.size()), surface.faces);
+  const std::vector<double> direction = unfolded_directions(surface, adjacency);
+  std::vector<BorderCurve> curves;
+  for (const auto& loop : mesh::boundary_halfedge_loops(surface.faces, adjacency)) {
+    BorderCurve curve;
+    curve.direction = direction[at(loop.front())];
+    curve.part = flat ? 0 : static_cast<Index>(curves.size());
+    curve.wanted = wanted[curves.size()];
+    for (const HalfedgeId h : loop) {
+      const VertexId from = mesh::source(surface.faces, h), to = mesh::target(surface.faces, h);
+      curve.length.push_back((surface.vertices.row(from) - surface.vertices.row(to)).norm());
+      curve.turning.push_back(2.0 - angles[at(from)]);
     }
-    if (best == k_.size()) return false;
-    k_[best] += step;
-    return true;
+    curves.push_back(std::move(curve));
   }
-
-  // Makes a straight vertex, the one farthest from all corners, a corner; the sharpest if there is
-  // none yet. False if all are.
-  bool add_corner(Index step) {
-    std::size_t best = k_.size();
-    double most = -1.0;
-    for (std::size_t i = 0; i < k_.size(); ++i) {
-      if (step < 0 ? k_[i] != 2 : k_[i] > 2 && !all_bent()) continue;
-      const double far = distance_to_corner(i);
-      const bool same = best < k_.size() && std::abs(far - most) <= 1e-9 * length_;
-      const bool sharper = same && step * (angle_[i] - angle_[best]) > 0.0;
-      if (best < k_.size() && !sharper && (same || far < most)) continue;
-      best = i;
-      most = far;
-    }
-    if (best == k_.size()) return false;
-    k_[best] += step;
-    return true;
-  }
-  bool all_bent() const {
-    return std::none_of(k_.begin(), k_.end(), [](Index k) { return k == 2; });
-  }
-  double distance_to_corner(std::size_t i) const {
-    double nearest = length_;
-    for (std::size_t j = 0; j < k_.size(); ++j) {
-      if (k_[j] == 2) continue;
-      const double along = std::abs(place_[i] - place_[j]);
-      nearest = std::min({nearest, along, length_ - along});
-    }
-    return nearest;
-  }
-
-  const std::vector<VertexId>& loop_;
-  std::vector<double> place_;
-  double length_ = 0.0;
-  std::vector<double> angle_;
-  std::vector<Index> k_;
-};
+  return curves;
+}
 
 [[noreturn]] void throw_sum(Index sum, Index needed) {
   throw_infeasible(ErrorCode::kGaussBonnet,
@@ -192,6 +171,17 @@ class Curve {
                    {"angle sum",
                     {{"sum", {static_cast<double>(sum) * kQuarterTurn}},
                      {"needed", {static_cast<double>(needed) * kQuarterTurn}}}});
+}
+
+[[noreturn]] void throw_too_few(std::size_t vertices, Index wanted) {
+  throw_infeasible(ErrorCode::kGaussBonnet,
+                   "A boundary of " + std::to_string(vertices) + " vertices cannot turn by " +
+                       std::to_string(wanted) +
+                       " quarter turns: a corner turns by one. Subdivide its edges, or add cones "
+                       "of 3 quarter turns inside.",
+                   {"corner turning",
+                    {{"vertices", {static_cast<double>(vertices)}},
+                     {"turning", {static_cast<double>(wanted) * kQuarterTurn}}}});
 }
 
 }  // namespace
@@ -229,20 +219,11 @@ std::vector<Index> aligned_cones(const mesh::Surface& surface, const std::vector
     for (const VertexId v : loop) turning.back() += 2.0 - angles[at(v)];
   }
   const std::vector<Index> wanted = whole_with_sum(turning, needed);
+  const auto corners =
+      choose_corners(border_curves(surface, angles, wanted, is_flat_inside(border, angles, cones)));
   for (std::size_t i = 0; i < border.loops.size(); ++i) {
-    Curve curve(surface, border.loops[i], angles);
-    if (!curve.turn_by(wanted[i])) {
-      throw_infeasible(
-          ErrorCode::kGaussBonnet,
-          "A boundary of " + std::to_string(border.loops[i].size()) + " vertices cannot turn by " +
-              std::to_string(wanted[i]) +
-              " quarter turns: a corner turns by one. Subdivide its edges, or add cones of 3 "
-              "quarter turns inside.",
-          {"corner turning",
-           {{"vertices", {static_cast<double>(border.loops[i].size())}},
-            {"turning", {wanted[i] * kQuarterTurn}}}});
-    }
-    curve.write(all);
+    if (corners[i].empty()) throw_too_few(border.loops[i].size(), wanted[i]);
+    for (std::size_t j = 0; j < corners[i].size(); ++j) all[at(border.loops[i][j])] = corners[i][j];
   }
   return all;
 }
@@ -265,7 +246,7 @@ std::vector<std::pair<VertexId, double>> prescribed_angles(const std::vector<Ind
   }
   std::vector<std::pair<VertexId, double>> angles;
   for (std::size_t v = 0; v < cones.size(); ++v) {
-    if (border[v] != 0 ? aligned : cones[v] != 4)
+    if (border[v] != 0 ? aligned && cones[v] != kNotGiven : cones[v] != 4)
       angles.emplace_back(static_cast<VertexId>(v), cones[v] * kQuarterTurn);
   }
   return angles;

@@ -19,6 +19,8 @@ enum class Boundary {
   kAligned,  // straight along the axes, corners in quarter turns
   kFree,     // as near to the surface's own metric as the inside allows
   kTurning,  // the same, but every curve of it turns in all as the given corners do
+  kGiven,    // aligned in connected parts whose boundary angles are all given, free in others
+  kAlignedOrFree,  // free in connected parts for which no aligned map is found
 };
 
 // An angle that is not given: inside, the vertex is flat.
@@ -37,8 +39,8 @@ std::vector<Index> aligned_cones(const mesh::Surface& surface, const std::vector
 // Inner vertices that are not flat; `cones` of any number of components.
 std::vector<VertexId> inner_cones(const std::vector<Index>& cones, const Triangles& faces,
                                   const mesh::Adjacency& adjacency);
-// What a certificate is to check: the angles (radians) of these, and of all boundary vertices if
-// `aligned`.
+// What a certificate is to check: the angles (radians) of these, and of all boundary vertices that
+// have one if `aligned`.
 std::vector<std::pair<VertexId, double>> prescribed_angles(const std::vector<Index>& cones,
                                                            const Triangles& faces,
                                                            const mesh::Adjacency& adjacency,

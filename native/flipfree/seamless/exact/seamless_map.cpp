@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,7 +14,9 @@
 #include "flipfree/distortion/seams/seams.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/topology.h"
+#include "flipfree/seamless/bordered/side_chords.h"
 #include "flipfree/seamless/error_places.h"
+#include "flipfree/seamless/exact/boundaries.h"
 #include "flipfree/seamless/exact/chart_places.h"
 #include "flipfree/seamless/exact/edge_directions.h"
 #include "flipfree/seamless/exact/take_back.h"
@@ -29,6 +32,8 @@ namespace {
 // Of the progress.
 constexpr double kSuggestionShare = 0.4;
 constexpr double kEngineShare = 0.5;
+// Where boundaries may be free: the attempt without, then that to find out which must be.
+constexpr double kFirstShare = 0.4, kPartsShare = 0.7;
 // Of that of finish_map().
 constexpr double kTakenBackShare = 0.6;
 // Newton steps of the optimiser between two rounds of taking refinement back.
@@ -96,23 +101,195 @@ PennerMap find_map(const mesh::Surface& surface, const std::vector<Index>& cones
   return std::move(*second);
 }
 
+bool is_aligned(Boundary boundary) {
+  return boundary != Boundary::kFree && boundary != Boundary::kTurning;
+}
+
+// The map's certificate, as a map of `surface`; throws if it does not hold.
+void judge(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+           const std::vector<Index>& cones, const Strips& strips, const SeamlessOptions& options,
+           certify::Parametrization& map, ExecutionContext& context) {
+  certify::CertifyRequest request;
+  request.require_seamless = options.exact;
+  request.measure_overlaps = false;
+  request.require_cones = true;
+  if (options.exact) request.loops = strips;
+  request.cone_angles =
+      prescribed_angles(cones, surface.faces, adjacency, is_aligned(options.boundary));
+  certify::certify_map(map, surface, request, context);
+  certify::require_certificate(map, "The seamless map");
+}
+
+// Every vertex of a surface that was refined: its own number, or that of an end of its edge.
+std::vector<VertexId> vertices_of(const mesh::Surface& surface, const RefinedPieces& pieces) {
+  std::vector<VertexId> vertices;
+  for (const mesh::SurfacePoint& point : pieces.provenance.vertex) {
+    Index k = 0;
+    point.weight.maxCoeff(&k);
+    vertices.push_back(surface.faces(point.face, k));
+  }
+  return vertices;
+}
+
+// What is no edge of the user's polygons: edges inside faces, and what `diagonals` were divided
+// into.
+IndexPairs diagonals_of(const mesh::Surface& surface, const RefinedPieces& pieces,
+                        const IndexPairs& diagonals) {
+  const auto count = static_cast<Index>(surface.vertices.rows());
+  std::map<std::pair<VertexId, VertexId>, VertexId> middle;
+  for (VertexId v = count; v < static_cast<VertexId>(pieces.surface.vertices.rows()); ++v) {
+    const mesh::SurfacePoint& point = pieces.provenance.vertex[static_cast<std::size_t>(v)];
+    std::vector<VertexId> ends;
+    for (Index k = 0; k < 3; ++k) {
+      if (point.weight[k] != 0.0) ends.push_back(surface.faces(point.face, k));
+    }
+    middle[std::minmax(ends[0], ends[1])] = v;
+  }
+  std::vector<std::pair<VertexId, VertexId>> pairs;
+  for (Eigen::Index e = 0; e < diagonals.rows(); ++e) {
+    const VertexId a = diagonals(e, 0), b = diagonals(e, 1);
+    const auto divided = middle.find(std::minmax(a, b));
+    if (divided == middle.end()) {
+      pairs.emplace_back(a, b);
+    } else {
+      pairs.emplace_back(a, divided->second);
+      pairs.emplace_back(divided->second, b);
+    }
+  }
+  const Triangles& faces = pieces.surface.faces;
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(pieces.surface.vertices.rows()), faces);
+  const std::vector<FaceId>& parent = pieces.provenance.face;
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
+    const HalfedgeId o = adjacency.opposite[static_cast<std::size_t>(h)];
+    if (o > h && parent[static_cast<std::size_t>(h / 3)] == parent[static_cast<std::size_t>(o / 3)])
+      pairs.emplace_back(mesh::source(faces, h), mesh::target(faces, h));
+  }
+  IndexPairs out(static_cast<Eigen::Index>(pairs.size()), 2);
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    out.row(static_cast<Eigen::Index>(i)) << pairs[i].first, pairs[i].second;
+  return out;
+}
+
+PennerMap engine_map(const mesh::Surface& surface, const std::vector<Index>& cones,
+                     const SeamlessOptions& options, ExecutionContext& context) {
+  const ProgressRange range(context, 0.0, kEngineShare);
+  PennerMapOptions engine = options.engine;
+  engine.metric.max_seconds = 0.0;
+  engine.metric.boundary = options.boundary;
+  PennerMap found = find_map(surface, cones, engine, options, context);
+  // Where the boundary is aligned, it says it.
+  turn_along_own_edges(options.engine.uncuttable, found.map);
+  return found;
+}
+
+certify::Parametrization map_at_once(const mesh::Surface& surface, const std::vector<Index>& cones,
+                                     const SeamlessOptions& options, ExecutionContext& context) {
+  PennerMap found = engine_map(surface, cones, options, context);
+  const ProgressRange range(context, kEngineShare, 1.0);
+  return finish_map(std::move(found), surface, {}, options, context);
+}
+
+// Boundaries are aligned where `cones` say how, and free elsewhere. What an aligned boundary would
+// flatten is divided first.
+certify::Parametrization map_with_corners(const mesh::Surface& surface,
+                                          const std::vector<Index>& cones,
+                                          const SeamlessOptions& options,
+                                          ExecutionContext& context) {
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const std::vector<HalfedgeId> chords = side_chords(surface.faces, adjacency, cones);
+  SeamlessOptions own = options;
+  own.boundary = Boundary::kGiven;
+  if (chords.empty()) return map_at_once(surface, cones, own, context);
+  const RefinedPieces pieces = split_in_the_middle(surface, adjacency, chords, cones);
+  own.engine.uncuttable = diagonals_of(surface, pieces, options.engine.uncuttable);
+  certify::Parametrization map;
+  try {
+    map = map_at_once(pieces.surface, pieces.cones, own, context);
+  } catch (...) {
+    rethrow_placed(pieces.provenance.face, vertices_of(surface, pieces));
+  }
+  name_input_places(surface, pieces, map);
+  judge(surface, adjacency, cones, {}, own, map, context);
+  map.stats["divided_chords"] = static_cast<std::int64_t>(chords.size());
+  map.stats["added_vertices"] =
+      static_cast<std::int64_t>(map.surface.vertices.rows() - surface.vertices.rows());
+  return map;
+}
+
+// Or why there is none.
+Outcome<certify::Parametrization> aligned_map(const mesh::Surface& surface,
+                                              const std::vector<SurfacePart>& parts,
+                                              const std::vector<Index>& cones,
+                                              const SeamlessOptions& options,
+                                              ExecutionContext& context) {
+  try {
+    return attempt([&] {
+      const std::vector<char> none(parts.size(), 0);
+      return map_with_corners(surface, with_corners(parts, none, cones), options, context);
+    });
+  } catch (const Infeasible& refused) {
+    return refused.error();
+  }
+}
+
+// The parts that find no map with an aligned boundary and have no corners that somebody wants; all
+// such parts if each finds one by itself.
+std::vector<char> parts_to_free(const std::vector<SurfacePart>& parts,
+                                const SeamlessOptions& options, ExecutionContext& context) {
+  std::vector<char> freed(parts.size(), 0), may_be(parts.size(), 0);
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    may_be[i] = parts[i].bordered && !parts[i].corners_given ? 1 : 0;
+  if (parts.size() == 1) return may_be;
+  SeamlessOptions own = options;
+  own.engine.uncuttable.resize(0, 2);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const auto count = static_cast<double>(parts.size());
+    const ProgressRange range(context, static_cast<double>(i) / count,
+                              static_cast<double>(i + 1) / count);
+    if (may_be[i] != 0 && !aligned_map(parts[i].surface, {parts[i]}, parts[i].cones, own, context))
+      freed[i] = 1;
+  }
+  return std::count(freed.begin(), freed.end(), 1) > 0 ? freed : may_be;
+}
+
+// A map of a surface with a boundary.
+certify::Parametrization map_of_open(const mesh::Surface& surface, const std::vector<Index>& given,
+                                     const SeamlessOptions& options, ExecutionContext& context) {
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(given.size()), surface.faces);
+  const std::vector<Index> cones = flat_inside(given, adjacency);
+  const std::vector<SurfacePart> parts = parts_with_boundaries(surface, adjacency, cones);
+  std::vector<char> freed(parts.size(), 0);
+  if (options.boundary == Boundary::kAligned)
+    return map_with_corners(surface, with_corners(parts, freed, cones), options, context);
+  std::optional<Outcome<certify::Parametrization>> first;
+  {
+    const ProgressRange range(context, 0.0, kFirstShare);
+    first = aligned_map(surface, parts, cones, options, context);
+  }
+  if (*first) return std::move(**first);
+  {
+    const ProgressRange range(context, kFirstShare, kPartsShare);
+    freed = parts_to_free(parts, options, context);
+  }
+  const ProgressRange range(context, kPartsShare, 1.0);
+  certify::Parametrization map =
+      map_with_corners(surface, with_corners(parts, freed, cones), options, context);
+  map.stats["freed_boundaries"] =
+      static_cast<std::int64_t>(std::count(freed.begin(), freed.end(), 1));
+  return map;
+}
+
 certify::Parametrization map_in_time(const mesh::Surface& surface, const std::vector<Index>& cones,
                                      const SeamlessOptions& options, ExecutionContext& context) {
   check_request(surface, cones, context);
   if (options.boundary == Boundary::kFree) check_free(surface, cones);
-  PennerMapOptions engine = options.engine;
-  engine.metric.max_seconds = 0.0;
-  engine.metric.boundary = options.boundary;
-  PennerMap found;
-  {
-    const ProgressRange range(context, 0.0, kEngineShare);
-    found = find_map(surface, cones, engine, options, context);
-  }
-  // An aligned boundary says it.
-  if (options.boundary == Boundary::kFree || !has_boundary(surface))
-    turn_along_own_edges(options.engine.uncuttable, found.map);
-  const ProgressRange range(context, kEngineShare, 1.0);
-  return finish_map(std::move(found), surface, {}, options, context);
+  const bool aligned = options.boundary != Boundary::kFree && has_boundary(surface);
+  // Loops that are given are those of these faces.
+  return aligned && !options.loops ? map_of_open(surface, cones, options, context)
+                                   : map_at_once(surface, cones, options, context);
 }
 
 }  // namespace
@@ -132,7 +309,12 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
   certify::Parametrization map = std::move(found.map);
   if (map.certificate.flips64 != 0)
     throw certify::CertificateFailed("The seamless map", certify::in_input_faces(map));
-  const bool aligned = options.boundary == Boundary::kAligned;
+  const mesh::Adjacency of_input =
+      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const std::vector<char> aligned =
+      is_aligned(options.boundary)
+          ? aligned_faces(surface, of_input, found.cones)
+          : std::vector<char>(static_cast<std::size_t>(surface.faces.rows()), 0);
   const double engine_energy = map.certificate.energy;
   const auto engine_added = map.surface.vertices.rows() - surface.vertices.rows();
   // Strips are named by the faces that the engine's map has.
@@ -147,7 +329,7 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
       mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
   const mesh::EdgeFlags cuts = mesh::flag_edges(map.surface.faces, adjacency, map.cut_edges);
   distortion::CutMap cut = distortion::cut_map(map.surface, adjacency, cuts, map.uv);
-  if (aligned) cut.straight = distortion::straight_boundary(cut, adjacency);
+  cut.straight = straight_where(aligned, map.parent_face, cut, adjacency);
   distortion::ExactOptions exact_options;
   exact_options.optimise = options.optimise && !settled;
   exact_options.max_iterations = options.max_iterations;
@@ -171,18 +353,9 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
   }
   map.agreed.resize(0, 2);
   for (auto& [name, value] : exact.stats) map.stats[name] = std::move(value);
-  certify::CertifyRequest request;
-  request.require_seamless = options.exact;
-  request.measure_overlaps = false;
-  request.require_cones = true;
-  if (options.exact) request.loops = strips;
-  const mesh::Adjacency of_input =
-      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
-  request.cone_angles = prescribed_angles(found.cones, surface.faces, of_input, aligned);
   const std::vector<VertexId> places = inner_cones(found.cones, surface.faces, of_input);
   write_transitions(seam_branches(map.surface.faces, adjacency, cuts, places, map.uv), map);
-  certify::certify_map(map, surface, request, context);
-  certify::require_certificate(map, "The seamless map");
+  judge(surface, of_input, found.cones, strips, options, map, context);
   map.stats.try_emplace("engine", std::string("penner"));
   map.stats["engine.added_vertices"] = static_cast<std::int64_t>(engine_added);
   map.stats["energy.engine"] = engine_energy;

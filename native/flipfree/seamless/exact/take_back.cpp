@@ -17,6 +17,7 @@
 #include "flipfree/intrinsic/layout/refine/refine_map.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/seamless/exact/boundaries.h"
 #include "flipfree/seamless/exact/recut.h"
 
 namespace flipfree::seamless {
@@ -183,8 +184,8 @@ std::vector<double> vertex_angles(const Input& input, const certify::Parametriza
 
 class TakingBack {
  public:
-  TakingBack(const mesh::Surface& surface, bool aligned, const IndexPairs& uncuttable,
-             int max_iterations, ExecutionContext& context)
+  TakingBack(const mesh::Surface& surface, const std::vector<char>& aligned,
+             const IndexPairs& uncuttable, int max_iterations, ExecutionContext& context)
       : input_{surface,
                mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces),
                {},
@@ -233,7 +234,7 @@ class TakingBack {
         mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
     const mesh::EdgeFlags cuts = mesh::flag_edges(map.surface.faces, adjacency, map.cut_edges);
     distortion::CutMap cut = distortion::cut_map(map.surface, adjacency, cuts, map.uv);
-    if (aligned_) cut.straight = distortion::straight_boundary(cut, adjacency);
+    cut.straight = straight_where(aligned_, map.parent_face, cut, adjacency);
     return cut;
   }
 
@@ -303,10 +304,14 @@ class TakingBack {
     return true;
   }
 
+  // Where the boundary is aligned, an edge that lies the other way round changes the angles at its
+  // ends by half a turn.
   bool winds_as_before(const certify::Parametrization& map) const {
     const std::vector<double> angles = vertex_angles(input_, map);
     for (std::size_t v = 0; v < angles.size(); ++v) {
-      if (!(std::abs(angles[v] - angles_[v]) < std::numbers::pi)) return false;
+      const bool aligned = aligned_[at(input_.adjacency.vertex_halfedge[v] / 3)] != 0;
+      const double most = aligned ? 0.25 * std::numbers::pi : std::numbers::pi;
+      if (!(std::abs(angles[v] - angles_[v]) < most)) return false;
     }
     return true;
   }
@@ -356,7 +361,7 @@ class TakingBack {
   }
 
   Input input_;
-  bool aligned_;
+  const std::vector<char>& aligned_;  // per face
   const IndexPairs& uncuttable_;
   int max_iterations_;
   ExecutionContext& context_;
@@ -367,8 +372,9 @@ class TakingBack {
 
 }  // namespace
 
-bool take_back(const mesh::Surface& input, bool aligned, const IndexPairs& uncuttable,
-               int max_iterations, certify::Parametrization& map, ExecutionContext& context) {
+bool take_back(const mesh::Surface& input, const std::vector<char>& aligned,
+               const IndexPairs& uncuttable, int max_iterations, certify::Parametrization& map,
+               ExecutionContext& context) {
   TakingBack work(input, aligned, uncuttable, max_iterations, context);
   const Index before = work.added(map);
   if (before == 0) return false;

@@ -8,6 +8,8 @@
 // with the engine's values.
 #pragma once
 
+#include <vector>
+
 #include "flipfree/base/context.h"
 #include "flipfree/certify/parametrization.h"
 #include "flipfree/mesh/surface.h"
@@ -15,14 +17,15 @@
 namespace flipfree::seamless {
 
 // `map`: of `input`, flip-free in 64 bits, seamless up to rounding, with provenance and cut_edges.
-// `aligned`: its boundary runs along the axes. `uncuttable`: edges that a new cut avoids.
-// Guarantee: as before, with no vertex more; better distorted or the same. Vertices inside input
-// faces: all are taken back or none, on a closed surface, and the cut is another then (recut.h).
-// Stats: "taken_back.rounds", "taken_back.vertices", "distortion.*" of the last optimisation. When
-// the context's time is over it ends with what it has. Returns whether the map's optimisation has
-// converged. Throws Cancelled. Cost: a few Newton steps per round; those of one optimisation where
-// the user's own triangulation does at once.
-bool take_back(const mesh::Surface& input, bool aligned, const IndexPairs& uncuttable,
-               int max_iterations, certify::Parametrization& map, ExecutionContext& context);
+// `aligned`: per face of the input, does the boundary of its part run along the axes? `uncuttable`:
+// edges that a new cut avoids. Guarantee: as before, with no vertex more; better distorted or the
+// same. Vertices inside input faces: all are taken back or none, on a closed surface, and the cut
+// is another then (recut.h). Stats: "taken_back.rounds", "taken_back.vertices", "distortion.*" of
+// the last optimisation. When the context's time is over it ends with what it has. Returns whether
+// the map's optimisation has converged. Throws Cancelled. Cost: a few Newton steps per round; those
+// of one optimisation where the user's own triangulation does at once.
+bool take_back(const mesh::Surface& input, const std::vector<char>& aligned,
+               const IndexPairs& uncuttable, int max_iterations, certify::Parametrization& map,
+               ExecutionContext& context);
 
 }  // namespace flipfree::seamless

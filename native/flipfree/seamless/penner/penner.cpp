@@ -144,8 +144,12 @@ PennerMap map_component(const mesh::Surface& surface, const std::vector<Index>& 
   constexpr int kMostMaps = 6;
   constexpr int kRelaxations[] = {-1, 3, 20};
   PennerMapOptions own = options;
+  if (options.metric.boundary == Boundary::kGiven) {
+    const bool given = std::find(cones.begin(), cones.end(), kNotGiven) == cones.end();
+    own.metric.boundary = given ? Boundary::kAligned : Boundary::kFree;
+  }
   const std::vector<Index> all =
-      options.metric.boundary == Boundary::kAligned ? aligned_cones(surface, cones) : cones;
+      own.metric.boundary == Boundary::kAligned ? aligned_cones(surface, cones) : cones;
   std::exception_ptr failure;
   for (int maps = 0; maps < kMostMaps; ++maps) {
     const int round = maps % 3;
@@ -331,8 +335,9 @@ PennerMap map_components(const mesh::Surface& surface, const std::vector<Index>&
   uv /= std::max(uv.col(0).maxCoeff(), uv.col(1).maxCoeff());
   whole.map.uv32 = uv.cast<float>();
   certify::CertifyRequest request;
-  request.cone_angles = prescribed_angles(whole.cones, surface.faces, adjacency,
-                                          options.metric.boundary == Boundary::kAligned);
+  request.cone_angles = prescribed_angles(
+      whole.cones, surface.faces, adjacency,
+      options.metric.boundary == Boundary::kAligned || options.metric.boundary == Boundary::kGiven);
   certify::certify_map(whole.map, surface, request, context);
   return whole;
 }

@@ -27,7 +27,7 @@ from ..options import (
 from ..results import IntArray, Parametrization
 
 ENGINES = ("auto", "penner", "padding")
-BOUNDARIES = ("aligned", "free")
+BOUNDARIES = ("aligned", "aligned_or_free", "free")
 
 
 @dataclass(frozen=True)
@@ -165,8 +165,10 @@ def seamless(
             first that finds a map.
         boundary: "aligned": curves of the boundary run exactly along the axes, with corners of whole quarter turns: the
             boundary vertices in ``cones`` (1: a convex corner, 3: a reflex one; all others are straight), or, if it names
-            none, where the boundary is sharp and as many as Gauss-Bonnet asks for. "free": as near to the surface as the
-            inside allows.
+            none, where that bends the boundary least: at its sharp corners, not at the teeth of a jagged one, and as many as
+            Gauss-Bonnet asks for. "free": as near to the surface as the inside allows. "aligned_or_free": free on connected
+            parts that find no map with an aligned boundary and have no corners in ``cones``; ``stats["freed_boundaries"]``
+            counts these parts.
         optimise: lowers the distortion under the seams' constraints.
         exact: False leaves the seams as exact as rounding does, which may serve where 24 bits are too few for the grid.
         uncuttable: (k, 2) edges that the cut avoids where there is another way, diagonals of polygons; they do not count for

@@ -7,7 +7,6 @@ from typing import Any
 
 from .. import _native
 from ..arrays import as_indices, as_vertices
-from ..calls.seamless import BOUNDARIES
 from ..conversions import parametrization_from
 from ..errors import InvalidInput
 from ..job import Job, Progress, solver_call
@@ -16,6 +15,7 @@ from ..results import Parametrization
 from .cross_fields import CrossField, Signature, arrays_of, as_signature, as_sizing
 
 ENGINES = ("auto", "penner", "padding")
+BOUNDARIES = ("aligned", "free")
 
 
 @solver_call

@@ -33,6 +33,10 @@ struct Crossed {
   }
 };
 
+std::vector<char> free_faces(const mesh::Surface& surface) {
+  return std::vector<char>(static_cast<std::size_t>(surface.faces.rows()), 0);
+}
+
 TEST(TakeBack, LeavesTheInputsTrianglesAndAMapThatHolds) {
   Crossed crossed;
   const auto own = crossed.surface.vertices.rows();
@@ -40,7 +44,7 @@ TEST(TakeBack, LeavesTheInputsTrianglesAndAMapThatHolds) {
   const auto before = map.surface.vertices.rows() - own;
   ASSERT_GT(before, 0);  // else nothing is tested
   ExecutionContext context;
-  take_back(crossed.surface, false, {}, 15, map, context);
+  take_back(crossed.surface, free_faces(crossed.surface), {}, 15, map, context);
   EXPECT_EQ(map.surface.vertices.rows(), own);
   EXPECT_EQ(std::get<std::int64_t>(map.stats.at("taken_back.vertices")),
             before - (map.surface.vertices.rows() - own));
@@ -64,7 +68,7 @@ TEST(TakeBack, LeavesAMapOnTheInputsOwnTrianglesAlone) {
   PennerMap found = compute_penner_map(surface, cones, {}, {}, context);
   ASSERT_EQ(found.map.surface.vertices.rows(), 96);
   const Points2 uv = found.map.uv;
-  take_back(surface, false, {}, 15, found.map, context);
+  take_back(surface, free_faces(surface), {}, 15, found.map, context);
   EXPECT_TRUE(found.map.uv == uv);
 }
 

@@ -203,12 +203,13 @@ def seamless_arguments(parser: argparse.ArgumentParser) -> None:
         default="auto",
         help="auto: of the file beside the model, else suggested",
     )
-    _seamless_arguments(parser)
+    _seamless_arguments(parser, ("aligned_or_free", "aligned", "free"))
     parser.add_argument("--engine", choices=("auto", "penner", "padding"), default="auto")
 
 
-def _seamless_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--boundary", choices=("aligned", "free"), default="aligned")
+def _seamless_arguments(parser: argparse.ArgumentParser, boundaries: tuple[str, ...]) -> None:
+    """The first boundary is the default."""
+    parser.add_argument("--boundary", choices=boundaries, default=boundaries[0])
     flags(
         parser,
         no_optimise="leave the distortion as the engine does",
@@ -279,7 +280,7 @@ def field_arguments(parser: argparse.ArgumentParser) -> None:
         "--sharp-from", type=numbers.real(0.0, 180.0), default=30.0, help="degrees, for edges"
     )
     parser.add_argument("--keep-near-cones", action="store_true", help="that bend opposite ways")
-    _seamless_arguments(parser)
+    _seamless_arguments(parser, ("aligned", "free"))
 
 
 def field(model: Model, options: dict[str, Any]) -> Solved:

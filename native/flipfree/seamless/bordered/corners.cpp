@@ -1,0 +1,291 @@
+#include "flipfree/seamless/bordered/corners.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <utility>
+
+namespace flipfree::seamless {
+namespace {
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+// Directions of the axes that are tried, per quarter turn.
+constexpr Index kAxes = 16;
+// What a corner costs that stands where the curve does not turn: twice this share of the curve off
+// by a quarter turn. Waves that are shorter are ridden over.
+constexpr double kCornerShare = 0.01;
+// Smoothing reaches so many typical edges to either side, at most this share of the curve.
+constexpr double kSmoothEdges = 3.0;
+constexpr double kSmoothShare = 0.03;
+// A curve that turns to and fro by so much more than when it is smoothed is jagged,
+constexpr double kJagged = 2.0;
+// unless its own edges lie along the axes but for this, quarter turns (root of the mean square).
+constexpr double kRectilinear = 0.05;
+// Directions of an edge that are tried: so many quarter turns to either side of the nearest one,
+// more if none of these leads around.
+constexpr Index kReach = 3;
+
+// A curve as the program sees it.
+struct Course {
+  std::vector<double> direction;  // of the edges, quarter turns
+  std::vector<double> turning;    // at vertex i, from edge i - 1 to edge i
+  std::vector<double> length;     // of the edges; the sum is 1
+  Index wanted = 0;
+  Index least = 0;  // most negative turn at a vertex that is tried
+};
+
+struct Labels {
+  double cost = kInfinite;
+  std::vector<Index> of_edge;
+};
+
+// Turning that the curve lacks is spread along it.
+Course own_course(const BorderCurve& curve) {
+  Course course;
+  const std::size_t n = curve.length.size();
+  const double total = std::accumulate(curve.length.begin(), curve.length.end(), 0.0);
+  const double turning = std::accumulate(curve.turning.begin(), curve.turning.end(), 0.0);
+  double least = 0.0;
+  for (std::size_t i = 0; i < n; ++i) course.length.push_back(curve.length[i] / total);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double near = 0.5 * (course.length[(i + n - 1) % n] + course.length[i]);
+    course.turning.push_back(curve.turning[i] +
+                             near * (static_cast<double>(curve.wanted) - turning));
+    course.direction.push_back(i == 0 ? curve.direction
+                                      : course.direction[i - 1] + course.turning[i]);
+    least = std::min(least, std::floor(course.turning[i]));
+  }
+  course.wanted = curve.wanted;
+  course.least = static_cast<Index>(least) - 1;
+  return course;
+}
+
+// Directions as means over `reach` to either side; turning at a vertex as what these differ by.
+class Smoothing {
+ public:
+  explicit Smoothing(const Course& course) : course_(course) {
+    start_.push_back(0.0);
+    sum_.push_back(0.0);
+    for (std::size_t i = 0; i < course.length.size(); ++i) {
+      start_.push_back(start_.back() + course.length[i]);
+      sum_.push_back(sum_.back() + course.length[i] * course.direction[i]);
+    }
+  }
+
+  Course smoothed(double reach) const {
+    Course smooth = course_;
+    const std::size_t n = smooth.length.size();
+    for (std::size_t i = 0; i < n; ++i) {
+      const double middle = 0.5 * (start_[i] + start_[i + 1]);
+      smooth.direction[i] = mean(middle - reach, middle + reach);
+      smooth.turning[i] =
+          mean(start_[i], start_[i] + 2.0 * reach) - mean(start_[i] - 2.0 * reach, start_[i]);
+    }
+    return smooth;
+  }
+
+ private:
+  double mean(double from, double to) const {
+    return (integral(to) - integral(from)) / (to - from);
+  }
+
+  // From the start of edge 0 to the place `s`, which may be up to once around before or behind it.
+  double integral(double s) const {
+    const double around = start_.back();
+    const double rounds = std::floor(s / around);
+    const double inner = s - rounds * around;
+    auto edge = static_cast<std::size_t>(std::upper_bound(start_.begin(), start_.end(), inner) -
+                                         start_.begin());
+    edge = std::clamp<std::size_t>(edge, 1, course_.length.size()) - 1;
+    const double rest = sum_[edge] + (inner - start_[edge]) * course_.direction[edge];
+    // Each time around, directions are larger by what the curve turns.
+    const double turned = static_cast<double>(course_.wanted);
+    return rounds * sum_.back() + 0.5 * rounds * (rounds - 1.0) * turned * around +
+           rounds * turned * inner + rest;
+  }
+
+  const Course& course_;
+  std::vector<double> start_, sum_;
+};
+
+double total_turning(const Course& course) {
+  double sum = 0.0;
+  for (std::size_t i = 1; i < course.direction.size(); ++i)
+    sum += std::abs(course.direction[i] - course.direction[i - 1]);
+  return sum;
+}
+
+double corner_cost(double turning, Index turn) {
+  if (turn == 0) return 0.0;
+  const double wrong = std::abs(turning - turn) - std::abs(turning);
+  return kCornerShare * (std::abs(static_cast<double>(turn)) + wrong);
+}
+
+// The cheapest directions of the edges for one direction of the axes.
+class Program {
+ public:
+  Program(const Course& course, double axis, Index reach)
+      : course_(course), axis_(axis), reach_(reach), width_(2 * reach + 1) {}
+
+  Labels run() {
+    Labels best;
+    for (Index first = -1; first <= 1; ++first) {
+      const double cost = forward(reach_ + first);
+      if (cost < best.cost) best = {cost, backward(reach_ + first)};
+    }
+    return best;
+  }
+
+ private:
+  Index size() const { return static_cast<Index>(course_.length.size()); }
+  double relative(Index i) const { return course_.direction[at(i)] - axis_; }
+  // The direction in the middle of those that are tried for edge i, i up to size().
+  Index middle(Index i) const {
+    return i == size() ? middle(0) + course_.wanted : static_cast<Index>(std::lround(relative(i)));
+  }
+  double edge_cost(Index i, Index label) const {
+    const double off = relative(i) - (middle(i) + label - reach_);
+    return course_.length[at(i)] * off * off;
+  }
+
+  // Cost of the cheapest way around on which edge 0 has the given label.
+  double forward(Index first) {
+    const Index n = size();
+    from_.assign(at(width_) * at(n + 1), kInvalid);
+    std::vector<double> cost(at(width_), kInfinite), next(at(width_));
+    cost[at(first)] = edge_cost(0, first);
+    for (Index i = 1; i <= n; ++i) {
+      std::fill(next.begin(), next.end(), kInfinite);
+      const Index rise = middle(i) - middle(i - 1);
+      const double turning = course_.turning[at(i % n)];
+      for (Index turn = course_.least; turn <= 1; ++turn) {
+        const double corner = corner_cost(turning, turn);
+        for (Index a = 0; a < width_; ++a) {
+          const Index b = a + turn - rise;
+          if (b < 0 || b >= width_ || cost[at(a)] + corner >= next[at(b)]) continue;
+          next[at(b)] = cost[at(a)] + corner;
+          from_[at(width_) * at(i) + at(b)] = a;
+        }
+      }
+      for (Index b = 0; i < n && b < width_; ++b) next[at(b)] += edge_cost(i, b);
+      std::swap(cost, next);
+    }
+    return cost[at(first)];
+  }
+
+  // Directions of edges 0 to size(), the last one edge 0 again after one way around.
+  std::vector<Index> backward(Index first) const {
+    std::vector<Index> labels(at(size()) + 1);
+    Index label = first;
+    for (Index i = size(); i >= 0; --i) {
+      labels[at(i)] = middle(i) + label - reach_;
+      label = from_[at(width_) * at(i) + at(label)];
+      if (i == 0) break;
+    }
+    return labels;
+  }
+
+  const Course& course_;
+  double axis_;
+  Index reach_, width_;
+  std::vector<Index> from_;  // per vertex and label after it: the label before it
+};
+
+Labels cheapest(const Course& course, double axis) {
+  const Index most = course.wanted + static_cast<Index>(course.length.size());
+  for (Index reach = kReach;; reach *= 2) {
+    Labels found = Program(course, axis, reach).run();
+    if (found.cost < kInfinite || reach > 4 * std::abs(most)) return found;
+  }
+}
+
+// How far the curve's own directions are from those of the edges; quarter turns.
+double mean_deviation(const Course& course, double axis, const Labels& labels) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < course.length.size(); ++i) {
+    const double off = course.direction[i] - axis - static_cast<double>(labels.of_edge[i]);
+    sum += course.length[i] * off * off;
+  }
+  return std::sqrt(sum);
+}
+
+struct Choice {
+  double axis = 0.0;
+  std::vector<Labels> labels;
+};
+
+Choice choose(const std::vector<Course>& courses, const std::vector<double>& weight) {
+  Choice best;
+  double least = kInfinite;
+  for (Index k = 0; k < kAxes; ++k) {
+    Choice one{static_cast<double>(k) / kAxes, {}};
+    double cost = 0.0;
+    for (std::size_t i = 0; i < courses.size(); ++i) {
+      one.labels.push_back(cheapest(courses[i], one.axis));
+      cost += weight[i] * one.labels.back().cost;
+    }
+    if (!best.labels.empty() && cost >= least) continue;
+    best = std::move(one);
+    least = cost;
+  }
+  return best;
+}
+
+Course without_teeth(const Course& course) {
+  std::vector<double> sorted = course.length;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  const Course smooth = Smoothing(course).smoothed(std::min(kSmoothEdges * *middle, kSmoothShare));
+  return total_turning(course) > kJagged * (1.0 + total_turning(smooth)) ? smooth : course;
+}
+
+std::vector<Index> angles_of(const Labels& labels) {
+  std::vector<Index> k;
+  const std::size_t n = labels.of_edge.size() - 1;
+  for (std::size_t i = 0; i < n; ++i)
+    k.push_back(2 - (labels.of_edge[i == 0 ? n : i] - labels.of_edge[i == 0 ? n - 1 : i - 1]));
+  return k;
+}
+
+// The curves of one part.
+void choose_in_part(const std::vector<Index>& members, const std::vector<BorderCurve>& curves,
+                    std::vector<std::vector<Index>>& angles) {
+  std::vector<Course> own;
+  std::vector<double> weight;
+  std::vector<Index> possible;
+  for (const Index i : members) {
+    const BorderCurve& curve = curves[at(i)];
+    if (curve.wanted > static_cast<Index>(curve.length.size())) continue;
+    possible.push_back(i);
+    own.push_back(own_course(curve));
+    weight.push_back(std::accumulate(curve.length.begin(), curve.length.end(), 0.0));
+  }
+  Choice choice = choose(own, weight);
+  std::vector<Course> smooth;
+  bool jagged = false;
+  for (std::size_t i = 0; i < own.size(); ++i) {
+    const bool straight = mean_deviation(own[i], choice.axis, choice.labels[i]) < kRectilinear;
+    smooth.push_back(straight ? own[i] : without_teeth(own[i]));
+    jagged = jagged || smooth.back().direction != own[i].direction;
+  }
+  if (jagged) choice = choose(smooth, weight);
+  for (std::size_t i = 0; i < possible.size(); ++i)
+    angles[at(possible[i])] = angles_of(choice.labels[i]);
+}
+
+}  // namespace
+
+std::vector<std::vector<Index>> choose_corners(const std::vector<BorderCurve>& curves) {
+  std::vector<std::vector<Index>> angles(curves.size());
+  std::map<Index, std::vector<Index>> parts;
+  for (std::size_t i = 0; i < curves.size(); ++i)
+    parts[curves[i].part].push_back(static_cast<Index>(i));
+  for (const auto& [part, members] : parts) choose_in_part(members, curves, angles);
+  return angles;
+}
+
+}  // namespace flipfree::seamless
