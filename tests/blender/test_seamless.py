@@ -374,6 +374,7 @@ def written(text, **curve):
         source.evaluated_get(bpy.context.evaluated_depsgraph_get())
     )
     bpy.data.objects.remove(source)
+    bpy.context.view_layer.update()
     ob = bpy.data.objects.new("Letters", mesh)
     bpy.context.scene.collection.objects.link(ob)
     return shapes.activate(ob)

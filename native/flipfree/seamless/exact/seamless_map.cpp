@@ -11,6 +11,7 @@
 #include "flipfree/base/failure/outcome.h"
 #include "flipfree/base/in_time.h"
 #include "flipfree/certify/certified_map.h"
+#include "flipfree/certify/measures/flips.h"
 #include "flipfree/distortion/seams/seams.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/topology.h"
@@ -58,7 +59,10 @@ void turn_along_own_edges(const IndexPairs& diagonals, certify::Parametrization&
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(map.surface.vertices.rows()), map.surface.faces);
   const mesh::Components parts = mesh::face_components(adjacency);
-  turn_along_edges(map.surface.faces, adjacency, parts.of_face, parts.count, diagonals, map.uv);
+  Points2 turned = map.uv;
+  turn_along_edges(map.surface.faces, adjacency, parts.of_face, parts.count, diagonals, turned);
+  // Rounding may fold a sliver; the map then lies as it did.
+  if (certify::flipped_faces(turned).empty()) map.uv = std::move(turned);
 }
 
 // Why the engine "padding" has nothing to say about this request; "" if it has.
