@@ -138,11 +138,11 @@ std::vector<HalfedgeId> side_chords(const Triangles& faces, const mesh::Adjacenc
   return ChordFinder(faces, adjacency, cones).run();
 }
 
-RefinedPieces split_in_the_middle(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                                  const std::vector<HalfedgeId>& edges,
-                                  const std::vector<Index>& cones) {
+DividedSurface split_in_the_middle(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                                   const std::vector<HalfedgeId>& edges,
+                                   const std::vector<Index>& cones) {
   const auto count = static_cast<Index>(surface.vertices.rows());
-  RefinedPieces out;
+  DividedSurface out;
   out.cones = cones;
   out.provenance.vertex.resize(at(count));
   const auto corners = static_cast<CornerId>(3 * surface.faces.rows());

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/surface.h"
-#include "flipfree/seamless/padding/engine/refined_pieces.h"
 
 namespace flipfree::seamless {
 
@@ -20,10 +20,16 @@ namespace flipfree::seamless {
 std::vector<HalfedgeId> side_chords(const Triangles& faces, const mesh::Adjacency& adjacency,
                                     const std::vector<Index>& cones);
 
+struct DividedSurface {
+  mesh::Surface surface;        // the input's vertices first
+  mesh::Provenance provenance;  // on the input
+  std::vector<Index> cones;     // per vertex
+};
+
 // A vertex on the middle of each of these inner edges, the i-th one's after the surface's own
-// vertices and the i before; flat. Faces without such an edge stay as they are. No cuts.
-RefinedPieces split_in_the_middle(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                                  const std::vector<HalfedgeId>& edges,
-                                  const std::vector<Index>& cones);
+// vertices and the i before; flat. Faces without such an edge stay as they are.
+DividedSurface split_in_the_middle(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                                   const std::vector<HalfedgeId>& edges,
+                                   const std::vector<Index>& cones);
 
 }  // namespace flipfree::seamless

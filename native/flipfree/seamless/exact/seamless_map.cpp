@@ -22,6 +22,7 @@
 #include "flipfree/seamless/exact/edge_directions.h"
 #include "flipfree/seamless/exact/take_back.h"
 #include "flipfree/seamless/padding/engine/padding.h"
+#include "flipfree/seamless/padding/engine/refined_pieces.h"
 #include "flipfree/seamless/padding/topology/topology.h"
 #include "flipfree/seamless/request.h"
 #include "flipfree/seamless/seams.h"
@@ -206,7 +207,9 @@ certify::Parametrization map_with_corners(const mesh::Surface& surface,
   SeamlessOptions own = options;
   own.boundary = Boundary::kGiven;
   if (chords.empty()) return map_at_once(surface, cones, own, context);
-  const RefinedPieces pieces = split_in_the_middle(surface, adjacency, chords, cones);
+  DividedSurface divided = split_in_the_middle(surface, adjacency, chords, cones);
+  const RefinedPieces pieces{
+      std::move(divided.surface), std::move(divided.provenance), std::move(divided.cones), {}};
   own.engine.uncuttable = diagonals_of(surface, pieces, options.engine.uncuttable);
   certify::Parametrization map;
   try {

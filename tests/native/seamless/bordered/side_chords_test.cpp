@@ -69,7 +69,7 @@ TEST(SplitInTheMiddle, LeavesASurfaceWithoutSideChordsOnTheSameFaces) {
   const mesh::Surface surface = fanned_side();
   const std::vector<Index> cones = {1, 1, 1, 1, 2, 2, 2};
   const mesh::Adjacency adjacency = adjacency_of(surface);
-  const RefinedPieces pieces =
+  const DividedSurface pieces =
       split_in_the_middle(surface, adjacency, side_chords(surface.faces, adjacency, cones), cones);
   EXPECT_EQ(pieces.surface.vertices.rows(), 10);
   EXPECT_EQ(pieces.cones.size(), 10U);
