@@ -16,10 +16,10 @@
 namespace flipfree::seamless {
 
 enum class Boundary {
-  kAligned,  // straight along the axes, corners in quarter turns
-  kFree,     // as near to the surface's own metric as the inside allows
-  kTurning,  // the same, but every curve of it turns in all as the given corners do
-  kGiven,    // aligned in connected parts whose boundary angles are all given, free in others
+  kAligned,        // straight along the axes, corners in quarter turns
+  kFree,           // as near to the surface's own metric as the inside allows
+  kTurning,        // the same, but every curve of it turns in all as the given corners do
+  kGiven,          // aligned in connected parts whose boundary angles are all given, free in others
   kAlignedOrFree,  // free in connected parts for which no aligned map is found
 };
 
