@@ -82,7 +82,7 @@ mesh::EdgeFlags cut_to_extremities(const mesh::Surface& chart, const mesh::Adjac
                         : (chart.vertices.row(a) - chart.vertices.row(b)).norm();
     if (adjacency.opposite[at(h)] == kInvalid) open[at(a)] = open[at(b)] = 1;
   }
-  const ScaleField scale(chart, adjacency);
+  ScaleField scale(chart, adjacency);
   mesh::ShortestPaths paths(chart.faces, adjacency, length);
   for (VertexId v = 0; v < static_cast<VertexId>(vertices); ++v) {
     if (open[at(v)]) paths.add_source(v);

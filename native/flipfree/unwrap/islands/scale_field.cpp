@@ -37,18 +37,45 @@ ScaleField::ScaleField(const mesh::Surface& surface, const mesh::Adjacency& adja
   }
 }
 
-std::vector<double> ScaleField::solve(const std::vector<char>& open,
-                                      ExecutionContext& context) const {
-  std::vector<double> result(open.size(), 0.0);
-  std::vector<Index> unknown(open.size(), kInvalid);
+// The Laplacian of the vertices that are not open, factorized.
+struct ScaleField::System {
+  std::vector<Index> unknown;  // per vertex
   Index count = 0;
+  bool solvable = false;
+  numeric::SparseCholesky cholesky;
+
+  // Zero at open vertices, and everywhere if there is no solution.
+  std::vector<double> solve(const std::vector<double>& right, ExecutionContext& context) const {
+    std::vector<double> result(unknown.size(), 0.0);
+    if (!solvable) return result;
+    Eigen::VectorXd rhs(count);
+    for (std::size_t v = 0; v < unknown.size(); ++v) {
+      if (unknown[v] != kInvalid) rhs[unknown[v]] = right[v];
+    }
+    const Eigen::VectorXd u = cholesky.solve(rhs, context);
+    if (!u.allFinite()) return result;
+    for (std::size_t v = 0; v < unknown.size(); ++v) {
+      if (unknown[v] != kInvalid) result[v] = u[unknown[v]];
+    }
+    return result;
+  }
+};
+
+double ScaleField::weight(HalfedgeId h) const {
+  return half_cotangent_[at(h)] + half_cotangent_[at(adjacency_.opposite[at(h)])];
+}
+
+ScaleField::System ScaleField::system(const std::vector<char>& open, ExecutionContext& context) {
+  System result;
+  std::vector<Index>& unknown = result.unknown;
+  unknown.assign(open.size(), kInvalid);
+  Index& count = result.count;
   for (std::size_t v = 0; v < open.size(); ++v) {
     if (!open[v] && adjacency_.vertex_halfedge[v] != kInvalid) unknown[v] = count++;
   }
   if (count == 0) return result;
   // Inner vertices have closed fans, and one outgoing half-edge for each neighbour.
   numeric::SparseMatrix matrix(count, count);
-  Eigen::VectorXd rhs(count);
   std::vector<std::pair<Index, double>> column;
   std::vector<Index> rows;
   std::vector<double> values;
@@ -58,16 +85,13 @@ std::vector<double> ScaleField::solve(const std::vector<char>& open,
     const Index row = unknown[v];
     if (row == kInvalid) continue;
     if (v % 8192 == 0) context.check();
-    rhs[row] = defect_[v];
     column.assign(1, {row, 0.0});
     const HalfedgeId start = adjacency_.vertex_halfedge[v];
     HalfedgeId h = start;
     do {
-      const double weight =
-          half_cotangent_[at(h)] + half_cotangent_[at(adjacency_.opposite[at(h)])];
-      column.front().second += weight;
+      column.front().second += weight(h);
       const Index other = unknown[at(mesh::target(surface_.faces, h))];
-      if (other > row) column.emplace_back(other, -weight);
+      if (other > row) column.emplace_back(other, -weight(h));
       h = mesh::rotate_ccw(adjacency_, h);
     } while (h != start);
     std::sort(column.begin() + 1, column.end());
@@ -80,13 +104,41 @@ std::vector<double> ScaleField::solve(const std::vector<char>& open,
   matrix.resizeNonZeros(static_cast<Index>(rows.size()));
   std::copy(rows.begin(), rows.end(), matrix.innerIndexPtr());
   std::copy(values.begin(), values.end(), matrix.valuePtr());
-  numeric::SparseCholesky cholesky;
-  cholesky.analyze(matrix, context);
-  if (!cholesky.factorize(matrix, context)) return result;
-  const Eigen::VectorXd u = cholesky.solve(rhs, context);
-  if (!u.allFinite()) return result;
+  std::vector<Index> label;
+  for (std::size_t v = 0; v < unknown.size(); ++v) {
+    if (unknown[v] != kInvalid) label.push_back(static_cast<Index>(v));
+  }
+  result.cholesky.analyze(matrix, context, nullptr, memory_, label);
+  result.solvable = result.cholesky.factorize(matrix, context);
+  return result;
+}
+
+std::vector<double> ScaleField::solve(const std::vector<char>& open, ExecutionContext& context) {
+  return system(open, context).solve(defect_, context);
+}
+
+ScaleField::Response ScaleField::respond(const std::vector<char>& open, const Slope& slope,
+                                         ExecutionContext& context) {
+  const System matrix = system(open, context);
+  Response result{matrix.solve(defect_, context), std::vector<double>(open.size(), 0.0)};
+  const std::vector<double> gradient = slope(result.u);
+  const std::vector<double> adjoint = matrix.solve(gradient, context);
   for (std::size_t v = 0; v < open.size(); ++v) {
-    if (unknown[v] != kInvalid) result[v] = u[unknown[v]];
+    const HalfedgeId start = adjacency_.vertex_halfedge[v];
+    if (open[v] == 0 || start == kInvalid) continue;
+    double curvature = defect_[v];
+    double loss = gradient[v];
+    double stiffness = 0.0;
+    HalfedgeId h = start;
+    do {
+      if (adjacency_.opposite[at(h)] == kInvalid) break;
+      const std::size_t w = at(mesh::target(surface_.faces, h));
+      curvature += weight(h) * result.u[w];
+      loss += weight(h) * adjoint[w];
+      stiffness += weight(h);
+      h = mesh::rotate_ccw(adjacency_, h);
+    } while (h != start && h != kInvalid);
+    if (h == start) result.closing[v] = curvature * loss / stiffness;
   }
   return result;
 }

@@ -14,7 +14,6 @@ namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
-constexpr Index kFew = 12000;
 constexpr int kRounds = 4;
 // A bound that the chart's own map misses is tightened in proportion, and by this.
 constexpr double kTighter = 0.9;
@@ -90,7 +89,7 @@ class Carrier {
     Slits best;
     try {
       context_.report("finding seams", 0.0);
-      const mesh::Decimated few = mesh::decimate(chart_, kFew, context_);
+      const mesh::Decimated few = mesh::decimate(chart_, kFewTriangles, context_);
       const mesh::Adjacency adjacency =
           mesh::build_adjacency(static_cast<Index>(few.surface.vertices.rows()), few.surface.faces);
       const std::vector<double> cost = costs_of_few(chart_, few, adjacency, cost_);

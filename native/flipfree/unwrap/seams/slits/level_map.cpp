@@ -11,12 +11,11 @@
 #include "flipfree/mesh/decimated/prolong.h"
 #include "flipfree/unwrap/chart/overlapping_faces.h"
 #include "flipfree/unwrap/chart/separate.h"
-#include "flipfree/unwrap/seams/slits/trial_map.h"
+#include "flipfree/unwrap/seams/slits/search/trial_map.h"
 
 namespace flipfree::unwrap {
 namespace {
 
-constexpr Index kFew = 12000;
 constexpr double kTolerance = 1e-3;
 constexpr int kSteps = 12;
 constexpr int kHeldSteps = 4;
@@ -38,17 +37,11 @@ class Levels {
         cut_(cut),
         uncuttable_(uncuttable),
         options_(options),
-        context_(context) {
-    mesh::CutMesh mesh = mesh::cut_along(chart.faces, adjacency, cut);
-    slit_.faces = std::move(mesh.faces);
-    slit_.vertices.resize(static_cast<Eigen::Index>(mesh.vertex_origin.size()), 3);
-    for (std::size_t v = 0; v < mesh.vertex_origin.size(); ++v) {
-      slit_.vertices.row(static_cast<Eigen::Index>(v)) = chart.vertices.row(mesh.vertex_origin[v]);
-    }
-  }
+        context_(context),
+        slit_(slit_surface(chart, adjacency, cut)) {}
 
   LevelMap run() {
-    const mesh::Decimated few = mesh::decimate(slit_, kFew, context_);
+    const mesh::Decimated few = mesh::decimate(slit_, kFewTriangles, context_);
     const mesh::Adjacency adjacency =
         mesh::build_adjacency(static_cast<Index>(few.surface.vertices.rows()), few.surface.faces);
     TrialMap coarse(few.surface);

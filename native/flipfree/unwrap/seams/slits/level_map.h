@@ -3,9 +3,12 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/mesh/cut_graph/cut.h"
-#include "flipfree/unwrap/seams/slits/search.h"
+#include "flipfree/unwrap/seams/slits/search/search.h"
 
 namespace flipfree::unwrap {
+
+// Of a large chart, and of its slit surface, so many are searched and laid flat.
+inline constexpr Index kFewTriangles = 12000;
 
 struct LevelMap {
   Slits slits;  // as find_slits() returns them

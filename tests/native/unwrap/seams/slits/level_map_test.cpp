@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "flipfree/certify/measures/energy.h"
-#include "flipfree/unwrap/seams/slits/trial_map.h"
+#include "flipfree/unwrap/seams/slits/search/trial_map.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 

@@ -40,20 +40,54 @@ class Sheet {
   bool slit_between(VertexId end, VertexId begin, ExecutionContext& context);
 
   const mesh::EdgeFlags& cut() const { return cut_; }
-  // The vertices along each slit that was made, from its end to where it began, in the order in
-  // which they were made; where a closed chart was opened first is a slit of one vertex.
-  const std::vector<std::vector<VertexId>>& made() const { return made_; }
+
+  // Along a slit, from its end to where it began, also across holes; where a closed chart was
+  // opened first is a slit of one vertex.
+  struct Way {
+    std::vector<VertexId> vertices;  // of the filled chart
+    std::vector<HalfedgeId> edges;   // between them
+  };
+  // In the order in which they were made.
+  const std::vector<Way>& ways() const { return ways_; }
+  // Their parts on the chart, in their order.
+  std::vector<std::vector<VertexId>> parts(const std::vector<Way>& ways) const;
+  std::vector<std::vector<VertexId>> made() const { return parts(ways_); }
+  mesh::EdgeFlags edges(const std::vector<Way>& ways) const;  // of the chart
+
+  // The filled chart, and what is open of it now.
+  const mesh::Surface& surface() const { return surface_; }
+  const std::vector<char>& open() const { return open_; }
+  double cost(HalfedgeId h) const { return cost_[static_cast<std::size_t>(h)]; }
+  // Does a slit that ends here open a hole, or begin outside?
+  bool on_border(VertexId v) const {
+    return v >= chart_.vertices.rows() || loop_of_[static_cast<std::size_t>(v)] != kInvalid;
+  }
+  double defect(VertexId v);  // ScaleField::defect()
+  bool in_hole(VertexId v) const {
+    const Index loop = loop_of_[static_cast<std::size_t>(v)];
+    return v >= chart_.vertices.rows() ||
+           (loop != kInvalid && loop + 1 < static_cast<Index>(loops_.size()));
+  }
+  bool closed() const { return loops_.empty(); }
+  // The scale field for what is open in `open`, and about how much excess() grows with every vertex
+  // that would be open no more.
+  ScaleField::Response respond(const std::vector<char>& open, ExecutionContext& context);
+  // Slits to all of these, each from what is open by then, the nearest first; a closed chart is
+  // opened at the first. False if there is no way to one of them.
+  bool connect(std::vector<VertexId> ends, ExecutionContext& context);
 
  private:
   using Loops = std::vector<std::vector<HalfedgeId>>;
 
+  ScaleField& scale_field();
   static Loops outer_loop_last(const mesh::Surface& chart, Loops loops);
   VertexId steepest(const std::vector<double>& u, VertexId otherwise) const;
   int edges_to(VertexId v) const;
   void open_vertex(VertexId v);
   void open_loop(Index loop);
   void slit_to(VertexId end);
-  void record(const std::vector<VertexId>& way);
+  double distance(VertexId end) const;
+  void mark(const Way& way, mesh::EdgeFlags& flags) const;
 
   const mesh::Surface& chart_;
   Loops loops_;  // of the chart, the outer one last
@@ -67,7 +101,7 @@ class Sheet {
   std::vector<Index> loop_of_;
   mesh::EdgeFlags cut_;
   mesh::ShortestPaths paths_;
-  std::vector<std::vector<VertexId>> made_;
+  std::vector<Way> ways_;
 };
 
 }  // namespace flipfree::unwrap

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/unwrap/seams/slits/sheet.h"
-#include "flipfree/unwrap/seams/slits/trial_map.h"
+#include "flipfree/unwrap/seams/slits/search/sheet.h"
+#include "flipfree/unwrap/seams/slits/search/trial_map.h"
 
 namespace flipfree::unwrap {
 
@@ -34,14 +34,25 @@ class SlitSearch {
   // Slits for this bound: beyond those of the last call, with a lower one.
   Slits run(double bound);
   // The slits of the last call's result, in the order in which they were made (Sheet::made()).
-  std::vector<std::vector<VertexId>> made() const;
+  const std::vector<std::vector<VertexId>>& made() const { return made_; }
   // Is there nothing left to be slit, or no time?
   bool exhausted() const { return exhausted_; }
   // Was the chart opened in a way that no slit describes?
   bool opened_anyhow() const { return opened_anyhow_; }
 
  private:
+  // What a sheet's slits become, shortened.
+  struct Shorter {
+    mesh::EdgeFlags cut;
+    std::vector<std::vector<VertexId>> made;
+    double excess = 0.0;
+    double cost = 0.0;
+  };
+
   bool is_done(double excess);
+  void shorten();
+  bool slit_further(double most);
+  Shorter shorter(double most);
 
   const mesh::Surface& chart_;
   const mesh::Adjacency& adjacency_;
@@ -52,13 +63,14 @@ class SlitSearch {
   TrialMap map_;
   mesh::EdgeFlags uncuttable_;
   double share_;
-  double bound_ = 0.0;  // of maps that may overlap
+  double bound_ = 0.0;    // of maps that may overlap
+  double holding_ = 1.0;  // what the best one's energy exceeds 1 by, over the free map's
   int held_ = 0;
   bool exhausted_ = false;
   bool opened_anyhow_ = false;
   Slits best_;
   double best_cost_ = 0.0;
-  std::size_t best_count_ = 0;  // of slits that were made by then
+  std::vector<std::vector<VertexId>> made_;  // those of the best
 };
 
 }  // namespace flipfree::unwrap

@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/seams/slits/trial_map.h"
+#include "flipfree/unwrap/seams/slits/search/trial_map.h"
 
 #include <utility>
 
@@ -18,14 +18,20 @@ constexpr int kHeldSteps = 40;
 
 }  // namespace
 
+mesh::Surface slit_surface(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
+                           const mesh::EdgeFlags& cut) {
+  mesh::CutMesh mesh = mesh::cut_along(chart.faces, adjacency, cut);
+  mesh::Surface slit;
+  slit.faces = std::move(mesh.faces);
+  slit.vertices.resize(static_cast<Eigen::Index>(mesh.vertex_origin.size()), 3);
+  for (std::size_t v = 0; v < mesh.vertex_origin.size(); ++v)
+    slit.vertices.row(static_cast<Eigen::Index>(v)) = chart.vertices.row(mesh.vertex_origin[v]);
+  return slit;
+}
+
 double TrialMap::relax(const mesh::Adjacency& adjacency, const mesh::EdgeFlags& cut,
                        double tolerance, ExecutionContext& context) {
-  mesh::CutMesh mesh = mesh::cut_along(chart_.faces, adjacency, cut);
-  slit_.faces = std::move(mesh.faces);
-  slit_.vertices.resize(static_cast<Eigen::Index>(mesh.vertex_origin.size()), 3);
-  for (std::size_t v = 0; v < mesh.vertex_origin.size(); ++v) {
-    slit_.vertices.row(static_cast<Eigen::Index>(v)) = chart_.vertices.row(mesh.vertex_origin[v]);
-  }
+  slit_ = slit_surface(chart_, adjacency, cut);
   Stats ignored;
   if (corner_uv_.rows() == 0) {
     FlattenOptions options;

@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/seams/slits/search.h"
+#include "flipfree/unwrap/seams/slits/search/search.h"
 
 #include <gtest/gtest.h>
 
@@ -12,6 +12,18 @@
 namespace flipfree::unwrap {
 namespace {
 
+double length_of(const mesh::Surface& chart, const mesh::EdgeFlags& cut) {
+  double sum = 0.0;
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cut.size()); ++h) {
+    if (cut[static_cast<std::size_t>(h)] != 0) {
+      sum += 0.5 * (chart.vertices.row(mesh::source(chart.faces, h)) -
+                    chart.vertices.row(mesh::target(chart.faces, h)))
+                       .norm();
+    }
+  }
+  return sum;
+}
+
 TEST(SlitSearch, a_lower_bound_goes_on_from_the_slits_that_there_are) {
   const mesh::Surface ball = test::sphere(32, 24);
   const mesh::Adjacency adjacency = test::adjacency_of(ball);
@@ -19,14 +31,30 @@ TEST(SlitSearch, a_lower_bound_goes_on_from_the_slits_that_there_are) {
   ExecutionContext context;
   SlitSearch search(ball, adjacency, cost, {}, context);
   const Slits loose = search.run(1.1);
-  const std::size_t made = search.made().size();
+  const double short_slits = length_of(ball, loose.cut);
   const Slits tight = search.run(1.01);
   EXPECT_LE(certify::symmetric_dirichlet(ball, loose.corner_uv).mean, 1.1);
   EXPECT_LE(certify::symmetric_dirichlet(ball, tight.corner_uv).mean, 1.01);
-  EXPECT_GT(search.made().size(), made);
-  for (std::size_t h = 0; h < tight.cut.size(); ++h) EXPECT_GE(tight.cut[h], loose.cut[h]);
+  EXPECT_GT(length_of(ball, tight.cut), short_slits);
   EXPECT_FALSE(search.exhausted());
   EXPECT_FALSE(search.opened_anyhow());
+}
+
+TEST(SlitSearch, slits_are_no_longer_than_the_bound_asks_for) {
+  const mesh::Surface ball = test::sphere(48, 48);
+  const mesh::Adjacency adjacency = test::adjacency_of(ball);
+  ExecutionContext context;
+  const std::vector<double> cost = edge_costs(ball, adjacency, {}, {});
+  SlitSearch search(ball, adjacency, cost, {}, context);
+  const Slits slits = search.run(1.1);
+  const double energy = certify::symmetric_dirichlet(ball, slits.corner_uv).mean;
+  EXPECT_LE(energy, 1.1);
+  EXPECT_GT(energy, 1.07);
+  mesh::EdgeFlags again(adjacency.opposite.size(), 0);
+  Sheet sheet(ball, adjacency, cost);
+  for (const std::vector<VertexId>& way : search.made())
+    EXPECT_TRUE(sheet.slit_between(way.front(), way.back(), context));
+  EXPECT_EQ(sheet.cut(), slits.cut);
 }
 
 TEST(SlitSearch, tells_that_nothing_is_left_to_be_slit) {

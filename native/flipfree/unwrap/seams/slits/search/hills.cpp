@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/seams/slits/hills.h"
+#include "flipfree/unwrap/seams/slits/search/hills.h"
 
 #include <algorithm>
 #include <cmath>

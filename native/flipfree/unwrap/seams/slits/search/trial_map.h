@@ -6,6 +6,10 @@
 
 namespace flipfree::unwrap {
 
+// The chart with its corners separated along `cut` (mesh/cut_graph/cut.h).
+mesh::Surface slit_surface(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
+                           const mesh::EdgeFlags& cut);
+
 class TrialMap {
  public:
   // The chart must outlive this: connected, planar, with a boundary.

@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/seams/slits/sheet.h"
+#include "flipfree/unwrap/seams/slits/search/sheet.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/seams/slits/trial_map.h"
+#include "flipfree/unwrap/seams/slits/search/trial_map.h"
 
 #include <gtest/gtest.h>
 

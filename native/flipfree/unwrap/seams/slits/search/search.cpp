@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/seams/slits/search.h"
+#include "flipfree/unwrap/seams/slits/search/search.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,6 +7,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/mesh/topology.h"
+#include "flipfree/unwrap/seams/slits/search/shortened.h"
 
 namespace flipfree::unwrap {
 namespace {
@@ -23,6 +24,14 @@ constexpr int kMostHeld = 3;
 constexpr double kTighter = 0.8;
 // What a further island costs, as a share of all seams.
 constexpr double kPriceOfPiece = 0.03;
+// Maps of slits that were made shorter; of the bound, what they aim at; and the share of the cost
+// below which they are worth a map.
+constexpr int kMostShortened = 3;
+constexpr double kAim = 0.97;
+constexpr double kWorth = 0.98;
+// Before, slits are made down to this share of what the scale field may promise, in so many rounds.
+constexpr double kMoreSlits = 0.6;
+constexpr int kMostFurther = 4;
 
 double cost_of(const mesh::EdgeFlags& cut, const std::vector<double>& cost) {
   double sum = 0.0;
@@ -59,6 +68,7 @@ SlitSearch::SlitSearch(const mesh::Surface& chart, const mesh::Adjacency& adjace
 
 Slits SlitSearch::run(double bound) {
   options_.bound = bound_ = bound;
+  holding_ = 1.0;
   best_ = {};
   held_ = 0;
   try {
@@ -66,7 +76,10 @@ Slits SlitSearch::run(double bound) {
     for (int round = 0; round < kMostRounds; ++round) {
       const std::vector<double> u = sheet_.scale(context_);
       const double excess = sheet_.excess(u);
-      if (share_ * excess <= bound_ - 1.0 && is_done(excess)) break;
+      if (share_ * excess <= bound_ - 1.0 && is_done(excess)) {
+        if (!opened_anyhow_ && best_.corner_uv.rows() > 0 && best_.apart.rows() == 0) shorten();
+        break;
+      }
       // Near the bound one after another, so as not to do too much.
       const bool near = share_ * excess < 2.0 * (bound_ - 1.0);
       if (sheet_.slit_best(u, near ? 1 : kMostAtOnce, context_)) continue;
@@ -83,13 +96,69 @@ Slits SlitSearch::run(double bound) {
   if (sheet_.open_anyhow(context_)) opened_anyhow_ = true;
   if (best_.cut.empty()) {
     best_.cut = sheet_.cut();
-    best_count_ = sheet_.made().size();
+    made_ = sheet_.made();
   }
   return best_;
 }
 
-std::vector<std::vector<VertexId>> SlitSearch::made() const {
-  return {sheet_.made().begin(), sheet_.made().begin() + static_cast<std::ptrdiff_t>(best_count_)};
+SlitSearch::Shorter SlitSearch::shorter(double most) {
+  const auto taken = [&](Sheet& sheet, const Shortened& slits) {
+    Shorter result{sheet.edges(slits.ways), sheet.parts(slits.ways), slits.excess, 0.0};
+    result.cost = cost_of(result.cut, cost_);
+    return result;
+  };
+  const Shortened own = shortened(sheet_, most, context_);
+  Shorter best = taken(sheet_, own);
+  Sheet anew(chart_, adjacency_, cost_);
+  if (!anew.connect(own.ends, context_)) return best;
+  const Shortened other = shortened(anew, most, context_);
+  if (other.excess > most) return best;
+  Shorter rerouted = taken(anew, other);
+  return rerouted.cost < best.cost ? rerouted : best;
+}
+
+// Slits that were made for the highest hills are not all needed to their ends when the others are
+// there. Some more than needed are made first, so that there is a choice.
+void SlitSearch::shorten() {
+  double share = share_;
+  double aim = kAim * (bound_ - 1.0) / holding_;
+  for (int map = 0; map < kMostShortened; ++map) {
+    const double most = aim / share;
+    Shorter slits = shorter(most);
+    if (map == 0 && slit_further(kMoreSlits * most)) {
+      Shorter others = shorter(most);
+      if (others.cost < slits.cost && others.excess <= most) slits = std::move(others);
+    }
+    if (slits.cost > kWorth * best_cost_) return;
+    TrialMap trial(chart_);
+    const double energy = trial.relax(adjacency_, slits.cut, kTolerance, context_);
+    share = (energy - 1.0) / std::max(slits.excess, 1e-300);
+    if (energy > bound_) continue;
+    Points2 uv = trial.corner_uv();
+    if (options_.bijective && trial.overlaps_itself(context_)) {
+      TrialMap::Apart held =
+          trial.hold_apart(options_.bound, options_.may_add_cuts, uncuttable_, context_);
+      if (!held.cut.empty() || held.energy > options_.bound) {
+        aim *= kTighter;
+        continue;
+      }
+      uv = std::move(held.corner_uv);
+    }
+    best_ = {std::move(slits.cut), std::move(uv), {}};
+    best_cost_ = slits.cost;
+    made_ = std::move(slits.made);
+    return;
+  }
+}
+
+bool SlitSearch::slit_further(double most) {
+  bool any = false;
+  for (int round = 0; round < kMostFurther; ++round) {
+    const std::vector<double> u = sheet_.scale(context_);
+    if (sheet_.excess(u) <= most || !sheet_.slit_best(u, kMostAtOnce, context_)) break;
+    any = true;
+  }
+  return any;
 }
 
 // True if nothing better than the best candidate is to be expected.
@@ -101,7 +170,7 @@ bool SlitSearch::is_done(double excess) {
   const auto take = [&](Slits slits, double cost) {
     best_ = std::move(slits);
     best_cost_ = cost;
-    best_count_ = sheet_.made().size();
+    made_ = sheet_.made();
   };
   if (!best_.cut.empty() && slit >= best_cost_) return true;
   if (!options_.bijective || !map_.overlaps_itself(context_)) {
@@ -114,7 +183,10 @@ bool SlitSearch::is_done(double excess) {
   TrialMap::Apart held = map_.hold_apart(most, options_.may_add_cuts, uncuttable_, context_);
   if (held.cut.empty()) {
     take({sheet_.cut(), std::move(held.corner_uv), {}}, slit);
-    if (held.energy <= options_.bound) return true;
+    if (held.energy <= options_.bound) {
+      holding_ = (held.energy - 1.0) / std::max(energy - 1.0, 1e-300);
+      return true;
+    }
   } else {
     const Index pieces = pieces_of(chart_, adjacency_, held.cut);
     const double cost =

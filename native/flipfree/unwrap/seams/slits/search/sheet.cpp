@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/seams/slits/sheet.h"
+#include "flipfree/unwrap/seams/slits/search/sheet.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -8,7 +8,7 @@
 #include "flipfree/mesh/cut_graph/cut_graph.h"
 #include "flipfree/mesh/cut_graph/fill.h"
 #include "flipfree/mesh/topology.h"
-#include "flipfree/unwrap/seams/slits/hills.h"
+#include "flipfree/unwrap/seams/slits/search/hills.h"
 
 namespace flipfree::unwrap {
 namespace {
@@ -69,7 +69,7 @@ bool Sheet::open_closed(ExecutionContext& context) {
   const VertexId root = steepest(scale(context), static_cast<VertexId>(first));
   open_[first] = 0;
   open_vertex(root);
-  made_.push_back({root});
+  ways_.push_back({{root}, {}});
   const std::vector<double> u = scale(context);
   paths_.grow(context);
   const VertexId end = steepest(u, root);
@@ -93,8 +93,7 @@ bool Sheet::open_anyhow(ExecutionContext& context) {
 }
 
 std::vector<double> Sheet::scale(ExecutionContext& context) {
-  if (!scale_) scale_.emplace(surface_, adjacency_);
-  return scale_->solve(open_, context);
+  return scale_field().solve(open_, context);
 }
 
 double Sheet::excess(const std::vector<double>& u) const {
@@ -199,31 +198,108 @@ void Sheet::open_loop(Index loop) {
 }
 
 void Sheet::slit_to(VertexId end) {
-  std::vector<VertexId> way;
-  for (VertexId v = end; paths_.arrival(v) != kInvalid; v = paths_.before(v)) {
-    way.push_back(v);
-    const HalfedgeId h = paths_.arrival(v);
-    const HalfedgeId o = adjacency_.opposite[at(h)];
-    if (h < real_ && o < real_ && o != kInvalid) cut_[at(h)] = cut_[at(o)] = 1;
+  Way way;
+  VertexId begin = end;
+  for (; paths_.arrival(begin) != kInvalid; begin = paths_.before(begin)) {
+    way.vertices.push_back(begin);
+    way.edges.push_back(paths_.arrival(begin));
   }
-  if (way.empty()) return;
-  const VertexId begin = paths_.before(way.back());
-  for (const VertexId v : way) open_vertex(v);
-  way.push_back(begin);
-  record(way);
+  if (way.edges.empty()) return;
+  for (const VertexId v : way.vertices) open_vertex(v);
+  way.vertices.push_back(begin);
+  ways_.push_back(std::move(way));
+  mark(ways_.back(), cut_);
+}
+
+void Sheet::mark(const Way& way, mesh::EdgeFlags& flags) const {
+  for (const HalfedgeId h : way.edges) {
+    const HalfedgeId o = adjacency_.opposite[at(h)];
+    if (h < real_ && o < real_ && o != kInvalid) flags[at(h)] = flags[at(o)] = 1;
+  }
+}
+
+mesh::EdgeFlags Sheet::edges(const std::vector<Way>& ways) const {
+  mesh::EdgeFlags flags(cut_.size(), 0);
+  for (const Way& way : ways) mark(way, flags);
+  return flags;
 }
 
 // Across holes slits go on as others.
-void Sheet::record(const std::vector<VertexId>& way) {
+std::vector<std::vector<VertexId>> Sheet::parts(const std::vector<Way>& ways) const {
   const auto own = static_cast<VertexId>(chart_.vertices.rows());
-  for (auto last = way.rbegin(); last != way.rend();) {
-    const auto hole = std::find_if(last, way.rend(), [&](VertexId v) { return v >= own; });
-    if (hole - last > 1) {
-      std::vector<VertexId> part(last, hole);
-      std::reverse(part.begin(), part.end());
-      made_.push_back(std::move(part));
+  std::vector<std::vector<VertexId>> result;
+  for (const Way& slit : ways) {
+    const std::vector<VertexId>& way = slit.vertices;
+    if (way.size() == 1) result.push_back(way);
+    for (auto last = way.rbegin(); last != way.rend();) {
+      const auto hole = std::find_if(last, way.rend(), [&](VertexId v) { return v >= own; });
+      if (hole - last > 1) {
+        std::vector<VertexId> part(last, hole);
+        std::reverse(part.begin(), part.end());
+        result.push_back(std::move(part));
+      }
+      last = std::find_if(hole, way.rend(), [&](VertexId v) { return v < own; });
     }
-    last = std::find_if(hole, way.rend(), [&](VertexId v) { return v < own; });
+  }
+  return result;
+}
+
+double Sheet::defect(VertexId v) { return scale_field().defect(v); }
+
+ScaleField& Sheet::scale_field() {
+  if (!scale_) scale_.emplace(surface_, adjacency_);
+  return *scale_;
+}
+
+ScaleField::Response Sheet::respond(const std::vector<char>& open, ExecutionContext& context) {
+  const auto slope = [&](const std::vector<double>& u) {
+    double growing = 0.0;
+    double shrinking = 0.0;
+    for (std::size_t v = 0; v < u.size(); ++v) {
+      growing += area_[v] * std::exp(2.0 * u[v]);
+      shrinking += area_[v] * std::exp(-2.0 * u[v]);
+    }
+    const double balance = std::sqrt(shrinking / growing);
+    std::vector<double> result(u.size());
+    for (std::size_t v = 0; v < u.size(); ++v)
+      result[v] = area_[v] * (balance * std::exp(2.0 * u[v]) - std::exp(-2.0 * u[v]) / balance);
+    return result;
+  };
+  return scale_field().respond(open, slope, context);
+}
+
+// To the nearest vertex of a hole's border, if the end lies there.
+double Sheet::distance(VertexId end) const {
+  if (loop_of_[at(end)] == kInvalid) return paths_.distance(end);
+  double least = mesh::ShortestPaths::kUnreached;
+  for (const HalfedgeId h : loops_[at(loop_of_[at(end)])])
+    least = std::min(least, paths_.distance(mesh::source(chart_.faces, h)));
+  return least;
+}
+
+bool Sheet::connect(std::vector<VertexId> ends, ExecutionContext& context) {
+  if (closed() && ways_.empty()) {
+    if (ends.empty()) return false;
+    open_vertex(ends.front());
+    ways_.push_back({{ends.front()}, {}});
+  }
+  for (;;) {
+    std::erase_if(ends, [&](VertexId v) { return open_[at(v)] != 0; });
+    if (ends.empty()) return true;
+    paths_.grow(context);
+    std::size_t nearest = 0;
+    for (std::size_t i = 1; i < ends.size(); ++i) {
+      if (distance(ends[i]) < distance(ends[nearest])) nearest = i;
+    }
+    VertexId end = ends[nearest];
+    if (distance(end) == mesh::ShortestPaths::kUnreached) return false;
+    if (loop_of_[at(end)] != kInvalid) {
+      for (const HalfedgeId h : loops_[at(loop_of_[at(end)])]) {
+        const VertexId v = mesh::source(chart_.faces, h);
+        if (paths_.distance(v) < paths_.distance(end)) end = v;
+      }
+    }
+    slit_to(end);
   }
 }
 
