@@ -41,9 +41,15 @@ FIELDS = (
 
 BOUNDARIES = (
     (
-        "aligned",
+        "aligned_or_free",
         "Along the Axes",
-        "The field follows the boundary, which runs exactly along u and v, with corners where it is sharp",
+        "The field follows the boundary, which runs exactly along u and v, with corners where it is sharp. Where no such map is "
+        "found, the boundary is free, and the report says so",
+    ),
+    (
+        "aligned",
+        "Along the Axes Only",
+        "The same, but nothing is changed if no such map is found",
     ),
     ("free", "Free", "As near to the surface as the inside allows: for ragged rims"),
 )
@@ -86,7 +92,7 @@ class FieldAlignedTask(seamless.SeamlessTask):
         snapshot,
         given,
         *,
-        boundary="aligned",
+        boundary="aligned_or_free",
         optimise=True,
         fit=True,
         mark_cuts=True,
@@ -120,6 +126,27 @@ class FieldAlignedTask(seamless.SeamlessTask):
     def stages(self):
         if isinstance(self.given, mesh_io.MeshProblem):
             raise self.given
+        may_be_free = self.boundary == "aligned_or_free" and self.boundary_vertices.any()
+        try:
+            found = yield from self._follow(self.boundary != "free")
+        except (flipfree.InvalidInput, flipfree.Infeasible, flipfree.NotConverged):
+            if not may_be_free:
+                raise
+            self.boundary = "free"
+            found = yield from self._follow(False)
+        self.quarters = {int(v): int(k) for v, k in found.certificate.quarter_cones}
+        if self.boundary != "free":
+            self.quarters |= self._corners(found)
+        self.off = math.degrees(found.stats["angle_mean"])
+        yield from self.take(found)
+        if may_be_free and self.boundary == "free":
+            self.freed_boundaries = sum(
+                bool(self.boundary_vertices[self.snapshot.triangles[part]].any())
+                for part in self.components()
+            )
+
+    def _follow(self, aligned):
+        """The field, and the map that follows it."""
         self.span = (0.0, 0.2)
         if self.given.directions is not None:
             self.field = flipfree.CrossField(self.given.directions)
@@ -129,21 +156,23 @@ class FieldAlignedTask(seamless.SeamlessTask):
                 given = self.quarters = self._marked_quarters()
                 self._refuse_unbalanced(self.components())
             self.field = yield solver.cross_field(
-                self.snapshot, sizing=self.given.sizing, cones=given, **self.given.follow
+                self.snapshot,
+                # Where near cones are merged, those that densities need would be merged first.
+                sizing=None if self.given.follow["simplify"] else self.given.sizing,
+                cones=given,
+                boundary=aligned,
+                **self.given.follow,
             )
         self.span = (0.2, 0.9)
-        found = yield solver.field_aligned(
-            self.snapshot,
-            self.field,
-            sizing=self.given.sizing,
-            boundary=self.boundary,
-            optimise=self.optimise,
+        return (
+            yield solver.field_aligned(
+                self.snapshot,
+                self.field,
+                sizing=self.given.sizing,
+                boundary="aligned" if aligned else "free",
+                optimise=self.optimise,
+            )
         )
-        self.quarters = {int(v): int(k) for v, k in found.certificate.quarter_cones}
-        if self.boundary == "aligned":
-            self.quarters |= self._corners(found)
-        self.off = math.degrees(found.stats["angle_mean"])
-        yield from self.take(found)
 
     def _corners(self, found):
         """{submesh vertex: quarter turns} where the boundary of the map is not straight."""
@@ -168,7 +197,7 @@ class FieldAlignedTask(seamless.SeamlessTask):
 def make_task(
     snapshot,
     *,
-    boundary="aligned",
+    boundary="aligned_or_free",
     optimise=True,
     fit=True,
     mark_cuts=True,
@@ -179,7 +208,7 @@ def make_task(
     """source: arguments of `look`."""
     try:
         snapshot = separated.separated(snapshot)
-        given = look(snapshot, follow_boundary=boundary == "aligned", **source)
+        given = look(snapshot, **source)
     except mesh_io.MeshProblem as problem:  # of this object: others go on
         given = problem
     return FieldAlignedTask(
@@ -206,7 +235,6 @@ def look(
     density="uniform",
     density_name="",
     density_ratio=2.0,
-    follow_boundary=True,
 ) -> Given:
     """Reads from the mesh what the field follows and how dense the map shall be. Raises MeshProblem."""
     ob = bpy.data.objects[snapshot.object_name]
@@ -215,7 +243,6 @@ def look(
             "edges": None,
             "edge_weight": edge_weight,
             "curvature": min(curvature, _MOST_CURVATURE) if field_from == "curvature" else 0.0,
-            "boundary": follow_boundary,
             "simplify": merge_cones and field_from != "cones",
         }
     )
@@ -320,7 +347,8 @@ class UV_OT_flipfree_field_aligned(options.MapOperator, bpy.types.Operator):
     )
     merge_cones: bpy.props.BoolProperty(
         name="Merge Near Cones",
-        description="Near cones that bend opposite ways are merged: fewer seams, and a field that turns a little more",
+        description="Near cones that bend opposite ways are merged: fewer seams, and a field that turns a little more. Off, "
+        "densities are met more nearly: what makes room for them are pairs of such cones",
         default=True,
     )
     density: bpy.props.EnumProperty(
@@ -344,7 +372,7 @@ class UV_OT_flipfree_field_aligned(options.MapOperator, bpy.types.Operator):
         name="Boundary",
         description="Where the surface is open",
         items=BOUNDARIES,
-        default="aligned",
+        default="aligned_or_free",
     )
     optimise: bpy.props.BoolProperty(
         name="Optimise",

@@ -53,6 +53,10 @@ class Task:
         """After a failure of this task: another one to do in its place."""
         return None
 
+    def failed(self, error: flipfree.FlipfreeError):
+        """What collect() is for a job without a result: the next job, or the error."""
+        raise error
+
     def write(self, ob: bpy.types.Object):
         """Puts the result into the mesh. Called once, after every task has ended."""
         raise NotImplementedError
@@ -71,6 +75,13 @@ class StagedTask(Task):
     def collect(self, result):
         try:
             return self._stages.send(result)
+        except StopIteration:
+            return None
+
+    def failed(self, error):
+        """A stage may catch what its job raises, and go on with another one."""
+        try:
+            return self._stages.throw(error)
         except StopIteration:
             return None
 
@@ -124,7 +135,7 @@ class Run:
                 return False
             else:
                 job, self._job = self._job, None
-                self._guard(lambda job=job: self._set_job(self._task.collect(self._result(job))))
+                self._guard(lambda job=job: self._set_job(self._next(job)))
             if self._job is None and self._task is not None:
                 if self._task.writes:
                     self.done.append(self._task)
@@ -142,6 +153,15 @@ class Run:
         self._job = job
         if job is not None and self._accepted:
             job.accept()
+
+    def _next(self, job):
+        try:
+            result = self._result(job)
+        except flipfree.Cancelled:
+            raise
+        except flipfree.FlipfreeError as error:
+            return self._task.failed(error)
+        return self._task.collect(result)
 
     def _result(self, job):
         result = job.result()

@@ -420,3 +420,16 @@ def test_a_mesh_that_is_no_clean_surface_is_mapped(make, field_from, capfd):
     assert np.linalg.norm(values, axis=1) == pytest.approx(1.0, abs=1e-4)
     normals = np.array([p.normal for p in ob.data.polygons])
     assert np.abs((values * normals).sum(axis=1)).max() < 0.3
+
+
+def test_a_boundary_that_no_map_has_along_the_axes_is_free_and_the_report_says_so(capfd):
+    triangle = [(9, 0, 0), (10, 0, 0), (9, 1, 0)]
+    square = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+    ob = shapes.add("Parts", square + triangle, [(0, 1, 2, 3), (4, 5, 6)])
+    assert run() == {"FINISHED"}
+    assert shapes.exact_flips(ob) == 0
+    assert "2 parts have a free boundary" in capfd.readouterr().out
+    before = shapes.uv_of(ob).copy()
+    with pytest.raises(RuntimeError, match="Free"):
+        run(boundary="aligned")
+    assert (shapes.uv_of(ob) == before).all()

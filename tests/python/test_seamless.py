@@ -292,3 +292,19 @@ def test_padding_avoids_the_edges_that_it_has_not_split_and_takes_all_others() -
     count = seam_count(result.faces, result.uv)
     assert count.exact == count.edges > 0
     assert count.cones == cones
+
+
+def test_parts_without_room_for_corners_are_free_wherever_they_stand_among_the_others() -> None:
+    # Single triangles have three corners, and a boundary turns by four quarters; a square and a sheet have room.
+    square = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], float)
+    vertices, faces, triangles = [square], [np.array([(0, 1, 2), (0, 2, 3)])], 30
+    for k in range(triangles):
+        faces.append(np.array([(4 + 3 * k, 5 + 3 * k, 6 + 3 * k)]))
+        vertices.append(np.array([(2.0 + 2 * k, 0, 0), (3.0 + 2 * k, 0, 0), (2.0 + 2 * k, 1, 0)]))
+    result = ff.seamless(
+        np.concatenate(vertices), np.concatenate(faces), boundary="aligned_or_free"
+    )
+    assert result.certificate.ok
+    assert result.stats["freed_boundaries"] == triangles
+    with pytest.raises(ff.Infeasible):
+        ff.seamless(np.concatenate(vertices), np.concatenate(faces), boundary="aligned")

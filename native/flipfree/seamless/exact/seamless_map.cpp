@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
@@ -255,8 +256,10 @@ std::vector<char> parts_to_free(const std::vector<SurfacePart>& parts,
     const auto count = static_cast<double>(parts.size());
     const ProgressRange range(context, static_cast<double>(i) / count,
                               static_cast<double>(i + 1) / count);
-    if (may_be[i] != 0 && !aligned_map(parts[i].surface, {parts[i]}, parts[i].cones, own, context))
-      freed[i] = 1;
+    if (may_be[i] == 0) continue;
+    SurfacePart alone = parts[i];
+    std::iota(alone.vertices.begin(), alone.vertices.end(), 0);
+    if (!aligned_map(alone.surface, {alone}, alone.cones, own, context)) freed[i] = 1;
   }
   return std::count(freed.begin(), freed.end(), 1) > 0 ? freed : may_be;
 }

@@ -16,7 +16,7 @@ from ...calls.matching import match as match_pins
 from ...calls.packing import pack
 from ...calls.seamless import seamless as seamless_map
 from ...calls.target_angles import boundary_angles, suggest_cones
-from ...errors import InvalidInput
+from ...errors import Infeasible, InvalidInput, NotConverged
 from ...fields.aligned import field_aligned
 from ...fields.cross_fields import cross_field
 from ...results import Parametrization
@@ -27,6 +27,8 @@ from .model import Model, Solved
 from .parts import IntArray, each_part
 
 FloatArray = npt.NDArray[np.float64]
+
+_FREE = "a boundary is free, as no map was found with one along the axes"
 
 
 def match_arguments(parser: argparse.ArgumentParser) -> None:
@@ -237,7 +239,10 @@ def seamless(model: Model, options: dict[str, Any]) -> Solved:
         uncuttable=clean.edges(model.diagonals),
         **model.limits,
     )
-    return _placed(model, clean, found, options)
+    solved = _placed(model, clean, found, options)
+    if found.stats.get("freed_boundaries", 0):
+        solved.warnings.append(_FREE)
+    return solved
 
 
 def _placed(
@@ -280,7 +285,7 @@ def field_arguments(parser: argparse.ArgumentParser) -> None:
         "--sharp-from", type=numbers.real(0.0, 180.0), default=30.0, help="degrees, for edges"
     )
     parser.add_argument("--keep-near-cones", action="store_true", help="that bend opposite ways")
-    _seamless_arguments(parser, ("aligned", "free"))
+    _seamless_arguments(parser, ("aligned_or_free", "aligned", "free"))
 
 
 def field(model: Model, options: dict[str, Any]) -> Solved:
@@ -290,27 +295,52 @@ def field(model: Model, options: dict[str, Any]) -> Solved:
         sharp = _folds(clean, math.radians(options["sharp_from"]))
     elif options["field"] == "flow":
         sharp = clean.edges(_flow(model))
+    freed = False
+    try:
+        found = _followed(model, clean, sharp, options, aligned=options["boundary"] != "free")
+    except (InvalidInput, Infeasible, NotConverged):
+        if options["boundary"] != "aligned_or_free" or not _is_open(clean):
+            raise
+        freed = True
+        found = _followed(model, clean, sharp, options, aligned=False)
+    solved = _placed(model, clean, found, options)
+    solved.figures["degrees_off_field"] = math.degrees(found.stats["angle_mean"])
+    if freed:
+        solved.warnings.append(_FREE)
+    return solved
+
+
+def _followed(
+    model: Model,
+    clean: SeparatedSurface,
+    sharp: IntArray | None,
+    options: dict[str, Any],
+    *,
+    aligned: bool,
+) -> Parametrization:
     direction = cross_field(
         clean.vertices,
         clean.faces,
         sharp_edges=sharp,
         alignment=min(options["curvature"], 0.99) if options["field"] == "curvature" else 0.0,
-        boundary=options["boundary"] == "aligned",
+        boundary=aligned,
         simplify=not options["keep_near_cones"],
         **model.limits,
     )
-    found = field_aligned(
+    return field_aligned(
         clean.vertices,
         clean.faces,
         field=direction,
-        boundary=options["boundary"],
+        boundary="aligned" if aligned else "free",
         optimise=not options["no_optimise"],
         uncuttable=clean.edges(model.diagonals),
         **model.limits,
     )
-    solved = _placed(model, clean, found, options)
-    solved.figures["degrees_off_field"] = math.degrees(found.stats["angle_mean"])
-    return solved
+
+
+def _is_open(clean: SeparatedSurface) -> bool:
+    sides = np.sort(np.concatenate([clean.faces[:, (k, (k + 1) % 3)] for k in range(3)]), axis=1)
+    return bool((np.unique(sides, axis=0, return_counts=True)[1] == 1).any())
 
 
 def _folds(clean: SeparatedSurface, angle: float) -> IntArray:
