@@ -35,7 +35,7 @@ from surfaces import bumpy_grid
 from verdict import Finding, check_error, check_result
 
 #: How often a function that takes closed surfaces only gets one.
-CLOSED = {"seamless": 0.8}
+CLOSED = {"seamless": 0.5}
 
 #: A call without a limit of time is cancelled after so many seconds.
 PATIENCE = 2.0

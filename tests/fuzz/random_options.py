@@ -10,6 +10,7 @@ import numpy as np
 
 import flipfree as ff
 from flipfree.calls.matching import ENGINES
+from flipfree.calls.seamless import BOUNDARIES
 from flipfree.calls.seamless import ENGINES as SEAMLESS_ENGINES
 
 from hostile_values import FUNCTIONS, VALUES
@@ -134,6 +135,10 @@ def boundary(name: str, mesh: Mesh, random: Random) -> Any:
         return polygon(mesh, random) if random.random() < 0.4 else words[random.integers(3)]
     if name == "cross_field":
         return flag(mesh, random)
+    if name == "seamless":
+        return BOUNDARIES[random.integers(len(BOUNDARIES))]
+    if name == "field_aligned":
+        return ["aligned", "free"][random.integers(2)]
     return ["free", "straight", "circle"][random.integers(3)]
 
 

@@ -199,7 +199,7 @@ CASES: dict[str, tuple[Callable[[], Any], type[ff.FlipfreeError], str, list[str]
     ),
     "boundary that is no word for one": (
         lambda: ff.seamless(*octahedron_sphere(0), boundary="straight"),
-        ff.InvalidInput, "bad option", ["boundary", "aligned, free"],
+        ff.InvalidInput, "bad option", ["boundary", "aligned, aligned_or_free, free"],
     ),
 }  # fmt: skip
 

@@ -150,8 +150,8 @@ def test_islands_are_spread_over_tiles_at_one_scale(count: int, tiles: int) -> N
     scales = [_area(b) / _area(layout.uv[layout.island == i]) for i, b in enumerate(found)]
     assert np.ptp(scales) < 1e-4 * max(scales)
     alone = pack(layout, margin=4 / 1024, effort=0.2)
-    # The largest island of the five fills its tile.
-    assert packed.stats["density"] > (1.2 if count > tiles else 0.999) * alone.stats["density"]
+    # The largest island of the five fills its tile; four thousandths of the scale are not worth turning it for.
+    assert packed.stats["density"] > (1.2 if count > tiles else 0.996) * alone.stats["density"]
 
 
 def test_spread_islands_keep_clear_of_what_stays_in_their_tiles() -> None:
@@ -202,8 +202,20 @@ def test_one_island_that_is_most_of_all_lies_along_the_diagonal() -> None:
     square = np.array([[[0.0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]])
     parts = [square * [3.0, 1.0], *(0.5 * square + [i, 2.0] for i in range(4))]
     layout = flat(np.concatenate(parts))
-    boxes, nested = (pack(layout, effort=effort).stats["density"] for effort in (0.0, 0.1))
+    boxes, nested = (
+        pack(layout, effort=effort, rotation="free").stats["density"] for effort in (0.0, 0.1)
+    )
     assert nested > 1.05 * boxes
+
+
+def test_straight_islands_stay_along_the_axes_unless_any_angle_is_asked_for() -> None:
+    square = np.array([[[0.0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]])
+    strip = square * [3.0, 1.0] @ np.array([[0.8, 0.6], [-0.6, 0.8]])
+    layout = flat(np.concatenate([strip, *(0.5 * square + [i, 9.0] for i in range(4))]))
+    for rotation, along in (("straight", True), ("free", False)):
+        uv = pack(layout, rotation=rotation).uv
+        side = np.abs(uv[0, 1] - uv[0, 0])
+        assert (side.min() < 1e-6 * side.max()) == along
 
 
 def test_a_thousand_equal_squares_lie_in_rows() -> None:
