@@ -6,7 +6,7 @@ import math
 from flipfree.batch import numbers
 
 from ..meshes import fields
-from . import field_aligned
+from . import field_aligned, sources
 
 _FLAGS = {
     "keep_near_cones": "do not merge near cones that bend opposite ways",
@@ -31,7 +31,7 @@ def add_arguments(parser) -> None:
     parser.add_argument(
         "--sharp-from",
         type=numbers.real(0.0, 180.0),
-        default=math.degrees(field_aligned.SHARP),
+        default=math.degrees(sources.SHARP),
         help="degrees by which the surface folds at edges that are followed, where none is marked as sharp",
     )
     parser.add_argument(

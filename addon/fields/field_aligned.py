@@ -2,7 +2,6 @@
 """Field-Aligned Seamless Map (thesis 6, docs/field-aligned.md)."""
 
 import math
-from dataclasses import dataclass
 
 import bpy
 import numpy as np
@@ -12,6 +11,7 @@ import flipfree
 from .. import solver
 from ..meshes import cones, fields, mesh_io, separated
 from ..operators import common, cone_sums, options, parts, seamless
+from . import sources
 
 FIELDS = (
     (
@@ -64,22 +64,6 @@ DENSITIES = (
     ),
 )
 
-# Edges at which the surface folds by more are sharp, radians.
-SHARP = math.radians(30.0)
-
-# Full alignment to curvature is no number below 1.
-_MOST_CURVATURE = 0.99
-
-
-@dataclass
-class Given:
-    """What was read from the mesh."""
-
-    follow: dict  # arguments of solver.cross_field
-    directions: np.ndarray | None = None  # (#St, 3): the field itself
-    cones: dict[int, float] | None = None  # {submesh vertex: angle}: those of the field
-    sizing: np.ndarray | None = None  # (#Sv,)
-
 
 class FieldAlignedTask(seamless.SeamlessTask):
     """All connected parts of the faces in one map that follows a field, with its cones."""
@@ -100,7 +84,7 @@ class FieldAlignedTask(seamless.SeamlessTask):
         write_field=True,
     ):
         """given: what the mesh says, or a MeshProblem that reading it met."""
-        known = isinstance(given, Given)
+        known = isinstance(given, sources.Given)
         super().__init__(
             snapshot,
             known and given.cones or {},
@@ -205,10 +189,10 @@ def make_task(
     write_field=True,
     **source,
 ) -> FieldAlignedTask:
-    """source: arguments of `look`."""
+    """source: arguments of sources.look."""
     try:
         snapshot = separated.separated(snapshot)
-        given = look(snapshot, **source)
+        given = sources.look(snapshot, **source)
     except mesh_io.MeshProblem as problem:  # of this object: others go on
         given = problem
     return FieldAlignedTask(
@@ -221,45 +205,6 @@ def make_task(
         mark_cones=mark_cones,
         write_field=write_field,
     )
-
-
-def look(
-    snapshot,
-    *,
-    field_from="curvature",
-    curvature=0.5,
-    sharp_angle=SHARP,
-    edge_weight=1.0,
-    attribute=fields.NAME,
-    merge_cones=True,
-    density="uniform",
-    density_name="",
-    density_ratio=2.0,
-) -> Given:
-    """Reads from the mesh what the field follows and how dense the map shall be. Raises MeshProblem."""
-    ob = bpy.data.objects[snapshot.object_name]
-    given = Given(
-        {
-            "edges": None,
-            "edge_weight": edge_weight,
-            "curvature": min(curvature, _MOST_CURVATURE) if field_from == "curvature" else 0.0,
-            "simplify": merge_cones and field_from != "cones",
-        }
-    )
-    if field_from == "edges":
-        sharp = fields.marked_sharp(ob, snapshot)
-        given.follow["edges"] = sharp if len(sharp) else fields.sharper_than(snapshot, sharp_angle)
-    elif field_from == "flow":
-        given.follow["edges"] = fields.flow(snapshot)
-    elif field_from == "attribute":
-        given.directions = fields.read(ob, snapshot, attribute)
-    elif field_from == "cones":
-        given.cones, _ = cone_sums.marked(ob, snapshot)
-    if density == "painted":
-        given.sizing = fields.painted(ob, snapshot, density_name, density_ratio)
-    elif density == "attribute":
-        given.sizing = fields.densities(ob, snapshot, density_name)
-    return given
 
 
 def summary(tasks: list[FieldAlignedTask]) -> str:
@@ -327,7 +272,7 @@ class UV_OT_flipfree_field_aligned(options.MapOperator, bpy.types.Operator):
     sharp_angle: bpy.props.FloatProperty(
         name="Sharp from",
         description="Edges at which the surface folds by more are followed, where none is marked as sharp",
-        default=SHARP,
+        default=sources.SHARP,
         min=0.0,
         max=math.pi,
         subtype="ANGLE",
