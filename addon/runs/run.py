@@ -53,7 +53,7 @@ class Task:
         """After a failure of this task: another one to do in its place."""
         return None
 
-    def failed(self, error: flipfree.FlipfreeError):
+    def recover(self, error: flipfree.FlipfreeError):
         """What collect() is for a job without a result: the next job, or the error."""
         raise error
 
@@ -78,7 +78,7 @@ class StagedTask(Task):
         except StopIteration:
             return None
 
-    def failed(self, error):
+    def recover(self, error):
         """A stage may catch what its job raises, and go on with another one."""
         try:
             return self._stages.throw(error)
@@ -160,7 +160,7 @@ class Run:
         except flipfree.Cancelled:
             raise
         except flipfree.FlipfreeError as error:
-            return self._task.failed(error)
+            return self._task.recover(error)
         return self._task.collect(result)
 
     def _result(self, job):
