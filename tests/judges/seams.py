@@ -17,11 +17,13 @@ Point = tuple[Fraction, Fraction]
 class SeamCount:
     edges: int  # with two faces whose UVs differ
     exact: int  # of these: a quarter turn and a translation, with no error
-    torn: int  # vertices between two cut edges of one branch that have different translations
+    torn: int  # inner vertices between two cut edges of one branch that have different translations
     flipped: int  # triangles without positive area
-    cones: dict[
-        int, int
-    ]  # inner vertices: quarter turns of angle, where all edges are exact and it is not 4
+    slanted: int  # edges of the boundary that do not lie along an axis
+    # Quarter turns of angle, where all seam edges are exact: of inner vertices that do not have 4,
+    cones: dict[int, int]
+    # and of all boundary vertices, if none of their edges is slanted.
+    corners: dict[int, int]
 
 
 def turned(p: Point, k: int) -> Point:
@@ -83,8 +85,9 @@ def seam_count(faces: npt.ArrayLike, uv: npt.ArrayLike) -> SeamCount:
     for v, w in cut:
         cut_at[v].append((v, w))
     torn = 0
-    for out in cut_at.values():
-        if len(out) != 2:
+    rim = {v for edge in sides if edge[::-1] not in sides for v in edge}
+    for v, out in cut_at.items():
+        if len(out) != 2 or v in rim:
             continue
         # Seen from one side of the chain: one edge leads away from the vertex, the other towards it.
         one, other = transition[out[0]], transition[out[1][1], out[1][0]]
@@ -92,35 +95,51 @@ def seam_count(faces: npt.ArrayLike, uv: npt.ArrayLike) -> SeamCount:
             torn += 1
 
     flipped = sum(cross(minus(t[1], t[0]), minus(t[2], t[0])) <= 0 for t in corners)
-    cones = {} if flipped or exact < edges else cones_of(triangles, corners, sides, transition)
-    return SeamCount(edges, exact, torn, int(flipped), cones)
+    slanted = 0
+    for (v, w), (f, k) in sides.items():
+        if (w, v) not in sides:
+            along = minus(corners[f][(k + 1) % 3], corners[f][k])
+            slanted += along[0] != 0 and along[1] != 0
+    angles: dict[int, int] = {}
+    if not flipped and exact == edges:
+        angles = angles_of(triangles, corners, sides, transition, set() if slanted == 0 else rim)
+    return SeamCount(
+        edges,
+        exact,
+        torn,
+        int(flipped),
+        slanted,
+        {v: k for v, k in angles.items() if v not in rim and k != 4},
+        {v: k for v, k in angles.items() if v in rim},
+    )
 
 
-def cones_of(triangles: Any, corners: Any, sides: Any, transition: Any) -> dict[int, int]:
-    """The corners around every inner vertex, developed into the first one's plane: how often they reach the axes."""
+def angles_of(
+    triangles: Any, corners: Any, sides: Any, transition: Any, without: set[int]
+) -> dict[int, int]:
+    """The corners around every vertex, developed into the first one's plane: how often they reach the axes that it has there."""
     leaving: dict[int, list[int]] = defaultdict(list)
     for v, w in sides:
         leaving[v].append(w)
-    cones = {}
+    angles = {}
     for v, others in leaving.items():
-        if any((w, v) not in sides for w in others):
+        if v in without:
             continue
-        start = others[0]
+        # On the boundary from the edge that has no face on its right.
+        start = next((w for w in others if (w, v) not in sides), others[0])
         w = start
         turns = 0  # from the plane of the face at hand to the first one's
         first: Point | None = None
-        total = 0
+        angles[v] = 0
         while True:
             f, k = sides[v, w]
             here = corners[f][k]
             direction = turned(minus(corners[f][(k + 1) % 3], here), turns)
             end = turned(minus(corners[f][(k + 2) % 3], here), turns)
             first = first or direction
-            total += sum(crossings(direction, end, turned(first, q)) for q in range(4))
+            angles[v] += sum(crossings(direction, end, turned(first, q)) for q in range(4))
             w = triangles[f][(k + 2) % 3]
-            if w == start:
+            if w == start or (v, w) not in sides:
                 break
             turns -= transition[w, v][0]
-        if total != 4:
-            cones[v] = total
-    return cones
+    return angles

@@ -38,6 +38,7 @@ Frames sized_frames(const mesh::Surface& surface, const mesh::Adjacency& adjacen
     if (adjacency.opposite[at(h)] == kInvalid) continue;
     const double growth = std::log(sizing[at(mesh::target(surface.faces, h))] /
                                    sizing[at(mesh::source(surface.faces, h))]);
+    if (growth == 0.0) continue;  // also where a corner has no angle
     // d(angle at j) = cot(angle at k) / 2 (p_i - p_j) + cot(angle at i) / 2 (p_k - p_j) to first
     // order, as both edges of the corner at j change (Springborn, Schroeder, Pinkall 2008).
     const double change = -0.5 * growth / std::tan(frames.corner[at(previous_corner(h))]);

@@ -10,6 +10,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/conformal/cones/boundary_angles.h"
+#include "flipfree/mesh/own_unit.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/seamless/bordered/corners.h"
 
@@ -152,7 +153,7 @@ std::vector<BorderCurve> border_curves(const mesh::Surface& surface,
     curve.wanted = wanted[curves.size()];
     for (const HalfedgeId h : loop) {
       const VertexId from = mesh::source(surface.faces, h), to = mesh::target(surface.faces, h);
-      curve.length.push_back((surface.vertices.row(from) - surface.vertices.row(to)).norm());
+      curve.length.push_back((surface.vertices.row(from) - surface.vertices.row(to)).stableNorm());
       curve.turning.push_back(2.0 - angles[at(from)]);
     }
     curves.push_back(std::move(curve));
@@ -194,7 +195,8 @@ std::vector<Index> flat_inside(std::vector<Index> cones, const mesh::Adjacency& 
   return cones;
 }
 
-std::vector<Index> aligned_cones(const mesh::Surface& surface, const std::vector<Index>& cones) {
+std::vector<Index> aligned_cones(const mesh::Surface& surface, const std::vector<Index>& cones,
+                                 ExecutionContext& context) {
   const Border border = border_of(surface);
   if (border.loops.empty()) return cones;
   const Index needed = needed_turning(border, cones);
@@ -212,15 +214,16 @@ std::vector<Index> aligned_cones(const mesh::Surface& surface, const std::vector
     if (sum != needed) throw_sum(sum, needed);
     return all;
   }
-  const std::vector<double> angles = own_angles(surface);
+  const mesh::InOwnUnit own(surface);
+  const std::vector<double> angles = own_angles(own.surface());
   std::vector<double> turning;
   for (const auto& loop : border.loops) {
     turning.push_back(0.0);
     for (const VertexId v : loop) turning.back() += 2.0 - angles[at(v)];
   }
   const std::vector<Index> wanted = whole_with_sum(turning, needed);
-  const auto corners =
-      choose_corners(border_curves(surface, angles, wanted, is_flat_inside(border, angles, cones)));
+  const bool flat = is_flat_inside(border, angles, cones);
+  const auto corners = choose_corners(border_curves(own.surface(), angles, wanted, flat), context);
   for (std::size_t i = 0; i < border.loops.size(); ++i) {
     if (corners[i].empty()) throw_too_few(border.loops[i].size(), wanted[i]);
     for (std::size_t j = 0; j < corners[i].size(); ++j) all[at(border.loops[i][j])] = corners[i][j];

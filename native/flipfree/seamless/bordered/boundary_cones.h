@@ -32,9 +32,11 @@ std::vector<Index> flat_inside(std::vector<Index> cones, const mesh::Adjacency& 
 // `cones`: quarter turns per vertex of a connected surface; kNotGiven at boundary vertices, or what
 // the caller wants there. Returns them with all boundary vertices given: if the caller gave any,
 // the others are straight (2); else corners are put where the boundary is sharp, and what
-// Gauss-Bonnet then asks for is spread along its curves. Closed surfaces: as they are.
-// Throws InvalidInput (kBadAngles) for k < 1, Infeasible (kGaussBonnet) with what is missing.
-std::vector<Index> aligned_cones(const mesh::Surface& surface, const std::vector<Index>& cones);
+// Gauss-Bonnet then asks for is spread along its curves; the same for every size of the surface.
+// Closed surfaces: as they are. Throws InvalidInput (kBadAngles) for k < 1, Infeasible
+// (kGaussBonnet) with what is missing, Cancelled.
+std::vector<Index> aligned_cones(const mesh::Surface& surface, const std::vector<Index>& cones,
+                                 ExecutionContext& context);
 
 // Inner vertices that are not flat; `cones` of any number of components.
 std::vector<VertexId> inner_cones(const std::vector<Index>& cones, const Triangles& faces,

@@ -29,6 +29,9 @@ constexpr double kRectilinear = 0.05;
 // more if none of these leads around.
 constexpr Index kReach = 3;
 
+// Vertices between two looks at the clock.
+constexpr Index kCheckVertices = 1024;
+
 // A curve as the program sees it.
 struct Course {
   std::vector<double> direction;  // of the edges, quarter turns
@@ -128,8 +131,8 @@ double corner_cost(double turning, Index turn) {
 // The cheapest directions of the edges for one direction of the axes.
 class Program {
  public:
-  Program(const Course& course, double axis, Index reach)
-      : course_(course), axis_(axis), reach_(reach), width_(2 * reach + 1) {}
+  Program(const Course& course, double axis, Index reach, ExecutionContext& context)
+      : course_(course), axis_(axis), reach_(reach), width_(2 * reach + 1), context_(context) {}
 
   Labels run() {
     Labels best;
@@ -159,6 +162,7 @@ class Program {
     std::vector<double> cost(at(width_), kInfinite), next(at(width_));
     cost[at(first)] = edge_cost(0, first);
     for (Index i = 1; i <= n; ++i) {
+      if (i % kCheckVertices == 0) context_.check();
       std::fill(next.begin(), next.end(), kInfinite);
       const Index rise = middle(i) - middle(i - 1);
       const double turning = course_.turning[at(i % n)];
@@ -192,13 +196,15 @@ class Program {
   const Course& course_;
   double axis_;
   Index reach_, width_;
+  ExecutionContext& context_;
   std::vector<Index> from_;  // per vertex and label after it: the label before it
 };
 
-Labels cheapest(const Course& course, double axis) {
+Labels cheapest(const Course& course, double axis, ExecutionContext& context) {
   const Index most = course.wanted + static_cast<Index>(course.length.size());
   for (Index reach = kReach;; reach *= 2) {
-    Labels found = Program(course, axis, reach).run();
+    Labels found = Program(course, axis, reach, context).run();
+    context.check();
     if (found.cost < kInfinite || reach > 4 * std::abs(most)) return found;
   }
 }
@@ -218,14 +224,15 @@ struct Choice {
   std::vector<Labels> labels;
 };
 
-Choice choose(const std::vector<Course>& courses, const std::vector<double>& weight) {
+Choice choose(const std::vector<Course>& courses, const std::vector<double>& weight,
+              ExecutionContext& context) {
   Choice best;
   double least = kInfinite;
   for (Index k = 0; k < kAxes; ++k) {
     Choice one{static_cast<double>(k) / kAxes, {}};
     double cost = 0.0;
     for (std::size_t i = 0; i < courses.size(); ++i) {
-      one.labels.push_back(cheapest(courses[i], one.axis));
+      one.labels.push_back(cheapest(courses[i], one.axis, context));
       cost += weight[i] * one.labels.back().cost;
     }
     if (!best.labels.empty() && cost >= least) continue;
@@ -253,7 +260,7 @@ std::vector<Index> angles_of(const Labels& labels) {
 
 // The curves of one part.
 void choose_in_part(const std::vector<Index>& members, const std::vector<BorderCurve>& curves,
-                    std::vector<std::vector<Index>>& angles) {
+                    std::vector<std::vector<Index>>& angles, ExecutionContext& context) {
   std::vector<Course> own;
   std::vector<double> weight;
   std::vector<Index> possible;
@@ -264,7 +271,7 @@ void choose_in_part(const std::vector<Index>& members, const std::vector<BorderC
     own.push_back(own_course(curve));
     weight.push_back(std::accumulate(curve.length.begin(), curve.length.end(), 0.0));
   }
-  Choice choice = choose(own, weight);
+  Choice choice = choose(own, weight, context);
   std::vector<Course> smooth;
   bool jagged = false;
   for (std::size_t i = 0; i < own.size(); ++i) {
@@ -272,19 +279,20 @@ void choose_in_part(const std::vector<Index>& members, const std::vector<BorderC
     smooth.push_back(straight ? own[i] : without_teeth(own[i]));
     jagged = jagged || smooth.back().direction != own[i].direction;
   }
-  if (jagged) choice = choose(smooth, weight);
+  if (jagged) choice = choose(smooth, weight, context);
   for (std::size_t i = 0; i < possible.size(); ++i)
     angles[at(possible[i])] = angles_of(choice.labels[i]);
 }
 
 }  // namespace
 
-std::vector<std::vector<Index>> choose_corners(const std::vector<BorderCurve>& curves) {
+std::vector<std::vector<Index>> choose_corners(const std::vector<BorderCurve>& curves,
+                                               ExecutionContext& context) {
   std::vector<std::vector<Index>> angles(curves.size());
   std::map<Index, std::vector<Index>> parts;
   for (std::size_t i = 0; i < curves.size(); ++i)
     parts[curves[i].part].push_back(static_cast<Index>(i));
-  for (const auto& [part, members] : parts) choose_in_part(members, curves, angles);
+  for (const auto& [part, members] : parts) choose_in_part(members, curves, angles, context);
   return angles;
 }
 

@@ -10,6 +10,7 @@
 #include <optional>
 #include <vector>
 
+#include "flipfree/base/context.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::seamless {
@@ -25,7 +26,8 @@ struct BorderCurve {
 
 // Quarter turns k of the angles at the vertices, 1 or more; sum of 2 - k as `wanted`. Empty for a
 // curve that has fewer vertices than corners to the left that it needs. Every curve has a positive
-// length. Cost: linear, about a thousand steps a vertex.
-std::vector<std::vector<Index>> choose_corners(const std::vector<BorderCurve>& curves);
+// length. Throws Cancelled. Cost: linear, about a thousand steps a vertex.
+std::vector<std::vector<Index>> choose_corners(const std::vector<BorderCurve>& curves,
+                                               ExecutionContext& context);
 
 }  // namespace flipfree::seamless

@@ -1,7 +1,11 @@
 #include "flipfree/seamless/bordered/side_chords.h"
 
+#include <algorithm>
 #include <array>
+#include <string>
+#include <utility>
 
+#include "flipfree/base/error.h"
 #include "flipfree/mesh/topology.h"
 
 namespace flipfree::seamless {
@@ -12,16 +16,21 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 // The largest disk that is looked for: so many faces, and so many more per edge of the side.
 constexpr Index kLeastFaces = 1000;
 constexpr Index kFacesPerEdge = 16;
+// Disks and faces between two looks at the clock.
+constexpr Index kCheckDisks = 64;
+constexpr Index kCheckFaces = 4096;
 
 class ChordFinder {
  public:
   ChordFinder(const Triangles& faces, const mesh::Adjacency& adjacency,
-              const std::vector<Index>& cones)
+              const std::vector<Index>& cones, ExecutionContext& context)
       : faces_(faces),
         adjacency_(adjacency),
+        context_(context),
         place_(cones.size()),
         vertex_seen_(cones.size(), kInvalid),
-        face_seen_(static_cast<std::size_t>(faces.rows()), kInvalid) {
+        face_seen_(static_cast<std::size_t>(faces.rows()), kInvalid),
+        disk_faces_(adjacency.opposite.size(), 0) {
     for (const auto& loop : mesh::boundary_loops(faces, adjacency)) {
       // Corners up to each vertex, twice around.
       std::vector<Index>& corners = corners_.emplace_back(1, 0);
@@ -32,12 +41,24 @@ class ChordFinder {
     }
   }
 
+  // Disks that lie in others come before them: they are not walked through again.
   std::vector<HalfedgeId> run() {
+    const auto count = static_cast<HalfedgeId>(adjacency_.opposite.size());
+    std::vector<std::pair<Index, HalfedgeId>> candidates;
+    for (HalfedgeId h = 0; h < count; ++h) {
+      const Index edges = edges_behind(h);
+      if (edges > 0) candidates.emplace_back(edges, h);
+    }
+    std::sort(candidates.begin(), candidates.end());
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      if (i % at(kCheckDisks) == 0) context_.check();
+      const auto [edges, h] = candidates[i];
+      disk_faces_[at(h)] = disk_behind(h, place_[at(mesh::target(faces_, h))], edges);
+    }
     std::vector<HalfedgeId> chords;
-    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency_.opposite.size()); ++h) {
+    for (HalfedgeId h = 0; h < count; ++h) {
       const HalfedgeId o = adjacency_.opposite[at(h)];
-      if (o == kInvalid || h > o) continue;
-      if (flattens(h) || flattens(o)) chords.push_back(h);
+      if (o > h && (disk_faces_[at(h)] > 0 || disk_faces_[at(o)] > 0)) chords.push_back(h);
     }
     return chords;
   }
@@ -48,28 +69,34 @@ class ChordFinder {
     Index number = 0;
   };
 
-  // Is there a straight side from the target of h to its source, and a disk between?
-  bool flattens(HalfedgeId h) {
+  // Edges of the straight side from the target of an inner half-edge to its source; 0: none.
+  Index edges_behind(HalfedgeId h) const {
+    if (adjacency_.opposite[at(h)] == kInvalid) return 0;
     const VertexId first = mesh::target(faces_, h), last = mesh::source(faces_, h);
     const Place from = place_[at(first)], to = place_[at(last)];
-    if (from.loop == kInvalid || from.loop != to.loop) return false;
+    if (from.loop == kInvalid || from.loop != to.loop) return 0;
     // The surface lies left of the boundary, and the side behind h is the one that h leaves to the
     // left.
     const std::vector<Index>& corners = corners_[at(from.loop)];
     const Index around = static_cast<Index>(corners.size()) / 2;
     const Index edges = (to.number - from.number + around) % around;
+    if (edges == 0) return 0;
     const Index between = corners[at(from.number + edges)] - corners[at(from.number + 1)];
-    return edges > 0 && between == 0 && is_disk(h, from, edges);
+    return between == 0 ? edges : 0;
   }
 
   // Floods what lies left of h; its boundary must be h and the side, its Euler characteristic 1.
-  bool is_disk(HalfedgeId h, const Place& from, Index edges) {
+  // Disks in it that are known count as their chords. Returns the number of its faces; 0: no disk.
+  Index disk_behind(HalfedgeId h, const Place& from, Index edges) {
     ++round_;
     std::vector<FaceId> queue = {h / 3};
     face_seen_[at(h / 3)] = round_;
     Index vertices = 0, inner_sides = 0, side_edges = 0;
+    Index chords = 0, known_edges = 0, known_faces = 0;  // disks in it
     for (std::size_t i = 0; i < queue.size(); ++i) {
-      if (static_cast<Index>(queue.size()) > kLeastFaces + kFacesPerEdge * edges) return false;
+      if (i % at(kCheckFaces) == at(kCheckFaces) - 1) context_.check();
+      if (static_cast<Index>(queue.size()) + known_faces > kLeastFaces + kFacesPerEdge * edges)
+        return 0;
       for (HalfedgeId g = 3 * queue[i]; g < 3 * queue[i] + 3; ++g) {
         Index& seen = vertex_seen_[at(mesh::source(faces_, g))];
         if (seen != round_) ++vertices;
@@ -77,34 +104,56 @@ class ChordFinder {
         if (g == h) continue;
         const HalfedgeId o = adjacency_.opposite[at(g)];
         if (o == kInvalid) {
-          if (!on_side(g, from, edges)) return false;
+          if (on_side(mesh::source(faces_, g), from) >= edges) return 0;
           ++side_edges;
           continue;
         }
-        if (o == h) return false;
+        if (o == h) return 0;
+        if (disk_faces_[at(o)] > 0 && face_seen_[at(o / 3)] != round_) {
+          const Index between = edges_behind(o);
+          if (on_side(mesh::target(faces_, o), from) + between > edges) return 0;
+          known_edges += between;
+          known_faces += disk_faces_[at(o)];
+          ++chords;
+          continue;
+        }
         ++inner_sides;
         if (face_seen_[at(o / 3)] == round_) continue;
         face_seen_[at(o / 3)] = round_;
         queue.push_back(o / 3);
       }
     }
-    const Index all_edges = 1 + side_edges + inner_sides / 2;
-    return side_edges == edges && vertices - all_edges + static_cast<Index>(queue.size()) == 1;
+    const Index all_edges = 1 + side_edges + chords + inner_sides / 2;
+    const auto own_faces = static_cast<Index>(queue.size());
+    const bool disk = side_edges + known_edges == edges && vertices - all_edges + own_faces == 1;
+    return disk ? own_faces + known_faces : 0;
   }
 
-  bool on_side(HalfedgeId boundary, const Place& from, Index edges) const {
-    const Place place = place_[at(mesh::source(faces_, boundary))];
+  // Edges of the boundary from `from` to the vertex; as many as there can be on another curve.
+  Index on_side(VertexId v, const Place& from) const {
+    const Place place = place_[at(v)];
     const Index around = static_cast<Index>(corners_[at(from.loop)].size()) / 2;
-    return place.loop == from.loop && (place.number - from.number + around) % around < edges;
+    return place.loop == from.loop ? (place.number - from.number + around) % around : around;
   }
 
   const Triangles& faces_;
   const mesh::Adjacency& adjacency_;
+  ExecutionContext& context_;
   std::vector<Place> place_;
   std::vector<std::vector<Index>> corners_;
   std::vector<Index> vertex_seen_, face_seen_;  // in which round
   Index round_ = 0;
+  std::vector<Index> disk_faces_;  // left of a half-edge that flattens them; 0: of another
 };
+
+[[noreturn]] void throw_too_short(VertexId from, VertexId to) {
+  throw_not_converged(ErrorCode::kIterationLimit,
+                      "A straight boundary flattens what edge " + std::to_string(from) + "-" +
+                          std::to_string(to) +
+                          " cuts off, and the edge is too short to be divided. Merge its end "
+                          "points, or take the free boundary.",
+                      ElementKind::kEdge, {from, to});
+}
 
 using Triangle = std::array<VertexId, 3>;
 
@@ -134,8 +183,8 @@ std::vector<Triangle> pieces_of(Triangle corner, Triangle middle) {
 }  // namespace
 
 std::vector<HalfedgeId> side_chords(const Triangles& faces, const mesh::Adjacency& adjacency,
-                                    const std::vector<Index>& cones) {
-  return ChordFinder(faces, adjacency, cones).run();
+                                    const std::vector<Index>& cones, ExecutionContext& context) {
+  return ChordFinder(faces, adjacency, cones, context).run();
 }
 
 DividedSurface split_in_the_middle(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
@@ -155,8 +204,11 @@ DividedSurface split_in_the_middle(const mesh::Surface& surface, const mesh::Adj
     const HalfedgeId h = edges[i];
     const VertexId v = count + static_cast<Index>(i);
     middle[at(h)] = middle[at(adjacency.opposite[at(h)])] = v;
-    out.surface.vertices.row(v) = 0.5 * (surface.vertices.row(mesh::source(surface.faces, h)) +
-                                         surface.vertices.row(mesh::target(surface.faces, h)));
+    const VertexId from = mesh::source(surface.faces, h), to = mesh::target(surface.faces, h);
+    const Vector3 a = surface.vertices.row(from), b = surface.vertices.row(to);
+    const Vector3 place = 0.5 * a + 0.5 * b;  // the sum may be too large for a number
+    if (place == a || place == b) throw_too_short(from, to);
+    out.surface.vertices.row(v) = place;
     out.cones.push_back(4);
     out.provenance.vertex.push_back(
         {h / 3, 0.5 * (Vector3::Unit(h % 3) + Vector3::Unit((h + 1) % 3))});

@@ -8,6 +8,7 @@
 
 #include <vector>
 
+#include "flipfree/base/context.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/refined/provenance.h"
 #include "flipfree/mesh/surface.h"
@@ -16,9 +17,10 @@ namespace flipfree::seamless {
 
 // One half-edge of each inner edge that cuts a disk off the surface, in which no vertex of the
 // boundary is a corner. `cones`: 2 at boundary vertices that are straight; any number of
-// components. Cost: linear, and that of the disks, of which only small ones are looked for.
+// components. Throws Cancelled. Cost: sorting them, and what lies between a disk and the disks in
+// it; only small disks are looked for.
 std::vector<HalfedgeId> side_chords(const Triangles& faces, const mesh::Adjacency& adjacency,
-                                    const std::vector<Index>& cones);
+                                    const std::vector<Index>& cones, ExecutionContext& context);
 
 struct DividedSurface {
   mesh::Surface surface;        // the input's vertices first
@@ -27,7 +29,8 @@ struct DividedSurface {
 };
 
 // A vertex on the middle of each of these inner edges, the i-th one's after the surface's own
-// vertices and the i before; flat. Faces without such an edge stay as they are.
+// vertices and the i before; flat. Faces without such an edge stay as they are. Throws NotConverged
+// naming an edge that is so short that there is no number between its ends.
 DividedSurface split_in_the_middle(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                                    const std::vector<HalfedgeId>& edges,
                                    const std::vector<Index>& cones);

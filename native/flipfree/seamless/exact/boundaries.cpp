@@ -39,11 +39,13 @@ std::vector<SurfacePart> parts_with_boundaries(const mesh::Surface& surface,
 }
 
 std::vector<Index> with_corners(const std::vector<SurfacePart>& parts,
-                                const std::vector<char>& freed, const std::vector<Index>& cones) {
+                                const std::vector<char>& freed, const std::vector<Index>& cones,
+                                ExecutionContext& context) {
   std::vector<Index> all = cones;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     if (!parts[i].bordered || freed[i] != 0) continue;
-    const std::vector<Index> own = aligned_cones(parts[i].surface, parts[i].cones);
+    context.check();
+    const std::vector<Index> own = aligned_cones(parts[i].surface, parts[i].cones, context);
     for (std::size_t v = 0; v < own.size(); ++v) all[at(parts[i].vertices[v])] = own[v];
   }
   return all;

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "flipfree/base/context.h"
 #include "flipfree/distortion/seams/eliminate/cut_map.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/surface.h"
@@ -27,7 +28,8 @@ std::vector<SurfacePart> parts_with_boundaries(const mesh::Surface& surface,
 // aligned_cones() of every part (errors: there), but for those that `freed` names: there nothing is
 // given at the boundary, as at first.
 std::vector<Index> with_corners(const std::vector<SurfacePart>& parts,
-                                const std::vector<char>& freed, const std::vector<Index>& cones);
+                                const std::vector<char>& freed, const std::vector<Index>& cones,
+                                ExecutionContext& context);
 
 // Per face: is the boundary of its part aligned, as with_corners() says? Closed parts: no.
 std::vector<char> aligned_faces(const mesh::Surface& surface, const mesh::Adjacency& adjacency,

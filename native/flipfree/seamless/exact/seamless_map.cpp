@@ -204,7 +204,7 @@ certify::Parametrization map_with_corners(const mesh::Surface& surface,
                                           ExecutionContext& context) {
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
-  const std::vector<HalfedgeId> chords = side_chords(surface.faces, adjacency, cones);
+  const std::vector<HalfedgeId> chords = side_chords(surface.faces, adjacency, cones, context);
   SeamlessOptions own = options;
   own.boundary = Boundary::kGiven;
   if (chords.empty()) return map_at_once(surface, cones, own, context);
@@ -235,7 +235,7 @@ Outcome<certify::Parametrization> aligned_map(const mesh::Surface& surface,
   try {
     return attempt([&] {
       const std::vector<char> none(parts.size(), 0);
-      return map_with_corners(surface, with_corners(parts, none, cones), options, context);
+      return map_with_corners(surface, with_corners(parts, none, cones, context), options, context);
     });
   } catch (const Infeasible& refused) {
     return refused.error();
@@ -273,7 +273,7 @@ certify::Parametrization map_of_open(const mesh::Surface& surface, const std::ve
   const std::vector<SurfacePart> parts = parts_with_boundaries(surface, adjacency, cones);
   std::vector<char> freed(parts.size(), 0);
   if (options.boundary == Boundary::kAligned)
-    return map_with_corners(surface, with_corners(parts, freed, cones), options, context);
+    return map_with_corners(surface, with_corners(parts, freed, cones, context), options, context);
   std::optional<Outcome<certify::Parametrization>> first;
   {
     const ProgressRange range(context, 0.0, kFirstShare);
@@ -286,7 +286,7 @@ certify::Parametrization map_of_open(const mesh::Surface& surface, const std::ve
   }
   const ProgressRange range(context, kPartsShare, 1.0);
   certify::Parametrization map =
-      map_with_corners(surface, with_corners(parts, freed, cones), options, context);
+      map_with_corners(surface, with_corners(parts, freed, cones, context), options, context);
   map.stats["freed_boundaries"] =
       static_cast<std::int64_t>(std::count(freed.begin(), freed.end(), 1));
   return map;

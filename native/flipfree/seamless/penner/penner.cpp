@@ -149,7 +149,7 @@ PennerMap map_component(const mesh::Surface& surface, const std::vector<Index>& 
     own.metric.boundary = given ? Boundary::kAligned : Boundary::kFree;
   }
   const std::vector<Index> all =
-      own.metric.boundary == Boundary::kAligned ? aligned_cones(surface, cones) : cones;
+      own.metric.boundary == Boundary::kAligned ? aligned_cones(surface, cones, context) : cones;
   std::exception_ptr failure;
   for (int maps = 0; maps < kMostMaps; ++maps) {
     const int round = maps % 3;

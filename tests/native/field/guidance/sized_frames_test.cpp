@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 #include <string>
 
@@ -58,6 +59,13 @@ TEST(SizedFrames, JumpsOfSizeTurnNoEdgeByMoreThanAnEighthOfPi) {
       EXPECT_LE(std::abs(sized.direction[h] - p.frames.direction[h]),
                 0.125 * std::numbers::pi + 1e-12);
   }
+}
+
+TEST(SizedFrames, WhereSizesAreAlikeNoEdgeTurnsEvenOfATriangleWithoutAngles) {
+  Place p(test::cylinder(8, 3));
+  std::fill(p.frames.corner.begin(), p.frames.corner.end(), 0.0);
+  const std::vector<double> sizing(at(static_cast<Index>(p.surface.vertices.rows())), 2.0);
+  EXPECT_EQ(sized_frames(p.surface, p.adjacency, p.frames, sizing).direction, p.frames.direction);
 }
 
 TEST(SizedFrames, SizesThatAreNoneAreRefusedByVertex) {

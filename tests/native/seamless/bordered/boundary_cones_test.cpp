@@ -29,6 +29,11 @@ Index count_of(const std::vector<Index>& cones, Index k) {
   return static_cast<Index>(std::count(cones.begin(), cones.end(), k));
 }
 
+std::vector<Index> corners_of(const mesh::Surface& surface, const std::vector<Index>& cones) {
+  ExecutionContext context;
+  return aligned_cones(surface, cones, context);
+}
+
 TEST(FlatInside, WhatIsNotGivenIsFlatAwayFromTheBoundary) {
   const mesh::Surface square = test::grid(2, 2);
   const mesh::Adjacency adjacency = mesh::build_adjacency(9, square.faces);
@@ -38,7 +43,7 @@ TEST(FlatInside, WhatIsNotGivenIsFlatAwayFromTheBoundary) {
 
 TEST(AlignedCones, CornersOfASquareAreFound) {
   const mesh::Surface square = test::bumpy_grid(6, 6, 0.1, 2.0);
-  const auto cones = aligned_cones(square, no_wishes(square));
+  const auto cones = corners_of(square, no_wishes(square));
   for (const Index v : {0, 6, 42, 48}) EXPECT_EQ(cones[at(v)], 1) << v;
   EXPECT_EQ(count_of(cones, 1), 4);
   EXPECT_EQ(count_of(cones, 2), 20);
@@ -46,7 +51,7 @@ TEST(AlignedCones, CornersOfASquareAreFound) {
 
 TEST(AlignedCones, ASmoothBoundaryIsDividedEvenly) {
   const mesh::Surface tube = test::tube(16, 3);  // closed at one end: turns by four quarters
-  const auto cones = aligned_cones(tube, no_wishes(tube));
+  const auto cones = corners_of(tube, no_wishes(tube));
   std::vector<Index> corners;
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(cones.size()), tube.faces);
@@ -60,19 +65,29 @@ TEST(AlignedCones, ASmoothBoundaryIsDividedEvenly) {
 
 TEST(AlignedCones, ATubeNeedsNoCorners) {
   const mesh::Surface cylinder = test::cylinder(12, 4);
-  EXPECT_EQ(count_of(aligned_cones(cylinder, no_wishes(cylinder)), 2), 24);
+  EXPECT_EQ(count_of(corners_of(cylinder, no_wishes(cylinder)), 2), 24);
+}
+
+TEST(AlignedCones, AreThoseOfTheShapeInAnyUnit) {
+  const mesh::Surface square = test::bumpy_grid(6, 6, 0.1, 2.0);
+  const auto cones = corners_of(square, no_wishes(square));
+  for (const double unit : {1e-300, 1e-200, 1e-60, 1e60, 1e150, 1e300}) {
+    mesh::Surface scaled = square;
+    scaled.vertices *= unit;
+    EXPECT_EQ(corners_of(scaled, no_wishes(scaled)), cones) << unit;
+  }
 }
 
 TEST(AlignedCones, GivenCornersLeaveTheOthersStraight) {
   const mesh::Surface square = test::grid(4, 4);
   auto cones = no_wishes(square);
   for (const Index v : {1, 3, 21, 23}) cones[at(v)] = 1;
-  const auto all = aligned_cones(square, cones);
+  const auto all = corners_of(square, cones);
   EXPECT_EQ(count_of(all, 1), 4);
   EXPECT_EQ(count_of(all, kNotGiven), 0);
   cones[1] = 3;
   try {
-    aligned_cones(square, cones);
+    corners_of(square, cones);
     ADD_FAILURE() << "Gauss-Bonnet was not asked";
   } catch (const Infeasible& error) {
     EXPECT_EQ(error.error().code, ErrorCode::kGaussBonnet);
@@ -81,7 +96,7 @@ TEST(AlignedCones, GivenCornersLeaveTheOthersStraight) {
 
 TEST(AlignedCones, ATriangleCannotHaveFourCorners) {
   const mesh::Surface triangle = test::stacked(12, test::Stacking::kRandom);
-  EXPECT_THROW(aligned_cones(triangle, no_wishes(triangle)), Infeasible);
+  EXPECT_THROW(corners_of(triangle, no_wishes(triangle)), Infeasible);
 }
 
 TEST(FreeAngles, EachCurveTurnsByWholeQuarters) {

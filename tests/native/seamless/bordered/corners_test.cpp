@@ -16,6 +16,11 @@ using Points = std::vector<std::array<double, 2>>;
 
 constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
 
+std::vector<std::vector<Index>> chosen(const std::vector<BorderCurve>& curves) {
+  ExecutionContext context;
+  return choose_corners(curves, context);
+}
+
 // A polygon, its inside on the left, that turns as polygons do.
 BorderCurve curve_of(const Points& p) {
   BorderCurve curve;
@@ -68,7 +73,7 @@ TEST(Corners, OfAnLAreItsOwn) {
     for (const auto& [x, y] : l)
       turned.push_back(
           {std::cos(turn) * x - std::sin(turn) * y, std::sin(turn) * x + std::cos(turn) * y});
-    const auto k = choose_corners({curve_of(turned)}).front();
+    const auto k = chosen({curve_of(turned)}).front();
     EXPECT_EQ(corners_of(k), (std::vector<Index>{0, 4, 8, 12, 16, 20})) << turn;
     EXPECT_EQ(k[12], 3);
     EXPECT_EQ(turning_of(k), 4);
@@ -80,7 +85,7 @@ TEST(Corners, OfACircleAreFourEvenlySpacedOnes) {
   for (int i = 0; i < 40; ++i)
     circle.push_back(
         {std::cos(0.05 * i * std::numbers::pi), std::sin(0.05 * i * std::numbers::pi)});
-  const auto corners = corners_of(choose_corners({curve_of(circle)}).front());
+  const auto corners = corners_of(chosen({curve_of(circle)}).front());
   ASSERT_EQ(corners.size(), 4U);
   for (std::size_t i = 1; i < 4; ++i) EXPECT_EQ(corners[i] - corners[i - 1], 10);
 }
@@ -92,7 +97,7 @@ TEST(Corners, OfARingLieOppositeEachOther) {
     outer.push_back({std::cos(a), std::sin(a)});
     inner.push_back({0.8 * std::cos(a), -0.8 * std::sin(a)});
   }
-  const auto k = choose_corners({curve_of(outer), curve_of(inner)});
+  const auto k = chosen({curve_of(outer), curve_of(inner)});
   const auto one = corners_of(k[0]), other = corners_of(k[1]);
   ASSERT_EQ(one.size(), 4U);
   ASSERT_EQ(other.size(), 4U);
@@ -113,7 +118,7 @@ TEST(Corners, OfSidesAreNotTheTeethOnThem) {
     square[i][i % 80 < 40 ? 1 : 0] += sign * far(random);
   }
   const BorderCurve curve = curve_of(square);
-  const auto k = choose_corners({curve}).front();
+  const auto k = chosen({curve}).front();
   EXPECT_EQ(turning_of(k), 4);
   EXPECT_LE(corners_of(k).size(), 8U);
   for (const Index i : corners_of(k)) EXPECT_LE(std::min(i % 40, 40 - i % 40), 4) << i;
@@ -127,7 +132,7 @@ TEST(Corners, OfStepsAlongTheAxesAreAllOfThem) {
   }
   steps.push_back({10, 10});
   steps.push_back({0, 10});
-  const auto k = choose_corners({curve_of(steps)}).front();
+  const auto k = chosen({curve_of(steps)}).front();
   EXPECT_EQ(turning_of(k), 4);
   EXPECT_EQ(corners_of(k).size(), 22U);
 }
@@ -143,7 +148,7 @@ TEST(Corners, TurnAsWantedWhateverTheCurveDoes) {
         curve.turning.push_back(turning(random));
       }
       curve.wanted = wanted;
-      const auto k = choose_corners({curve}).front();
+      const auto k = chosen({curve}).front();
       if (wanted > n) {
         EXPECT_TRUE(k.empty());
         continue;

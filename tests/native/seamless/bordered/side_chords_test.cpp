@@ -4,8 +4,11 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <numeric>
+#include <random>
 #include <set>
 
+#include "flipfree/base/error.h"
 #include "flipfree/mesh/topology.h"
 #include "support/shapes.h"
 
@@ -21,7 +24,8 @@ mesh::Adjacency adjacency_of(const mesh::Surface& surface) {
 std::set<std::set<VertexId>> chords_of(const mesh::Surface& surface,
                                        const std::vector<Index>& cones) {
   std::set<std::set<VertexId>> ends;
-  for (const HalfedgeId h : side_chords(surface.faces, adjacency_of(surface), cones))
+  ExecutionContext context;
+  for (const HalfedgeId h : side_chords(surface.faces, adjacency_of(surface), cones, context))
     ends.insert({mesh::source(surface.faces, h), mesh::target(surface.faces, h)});
   return ends;
 }
@@ -69,13 +73,14 @@ TEST(SplitInTheMiddle, LeavesASurfaceWithoutSideChordsOnTheSameFaces) {
   const mesh::Surface surface = fanned_side();
   const std::vector<Index> cones = {1, 1, 1, 1, 2, 2, 2};
   const mesh::Adjacency adjacency = adjacency_of(surface);
-  const DividedSurface pieces =
-      split_in_the_middle(surface, adjacency, side_chords(surface.faces, adjacency, cones), cones);
+  ExecutionContext context;
+  const auto chords = side_chords(surface.faces, adjacency, cones, context);
+  const DividedSurface pieces = split_in_the_middle(surface, adjacency, chords, cones);
   EXPECT_EQ(pieces.surface.vertices.rows(), 10);
   EXPECT_EQ(pieces.cones.size(), 10U);
   const mesh::Adjacency after = adjacency_of(pieces.surface);
   EXPECT_TRUE(mesh::topology(pieces.surface.faces, after).is_disk());
-  EXPECT_TRUE(side_chords(pieces.surface.faces, after, pieces.cones).empty());
+  EXPECT_TRUE(side_chords(pieces.surface.faces, after, pieces.cones, context).empty());
   // Every vertex lies where its provenance says, and every face turns as its parent does.
   for (Eigen::Index v = 0; v < 10; ++v) {
     const mesh::SurfacePoint& point = pieces.provenance.vertex[static_cast<std::size_t>(v)];
@@ -97,6 +102,102 @@ TEST(SplitInTheMiddle, LeavesASurfaceWithoutSideChordsOnTheSameFaces) {
   }
   for (Eigen::Index f = 0; f < 5; ++f)
     EXPECT_DOUBLE_EQ(area[at(static_cast<Index>(f))], area_of(surface, f));
+}
+
+// The faces that an edge parts from those across it; all if it does not.
+mesh::Surface beside(const mesh::Surface& surface, const mesh::Adjacency& adjacency, HalfedgeId h) {
+  std::set<FaceId> part = {h / 3};
+  std::vector<FaceId> queue = {h / 3};
+  while (!queue.empty()) {
+    const FaceId f = queue.back();
+    queue.pop_back();
+    for (HalfedgeId g = 3 * f; g < 3 * f + 3; ++g) {
+      const HalfedgeId o = adjacency.opposite[at(g)];
+      if (g != h && g != adjacency.opposite[at(h)] && o != kInvalid && part.insert(o / 3).second)
+        queue.push_back(o / 3);
+    }
+  }
+  mesh::Surface piece{surface.vertices, Triangles(static_cast<Eigen::Index>(part.size()), 3)};
+  Eigen::Index row = 0;
+  for (const FaceId f : part) piece.faces.row(row++) = surface.faces.row(f);
+  return piece;
+}
+
+TEST(SplitInTheMiddle, NamesAnEdgeWithoutANumberBetweenItsEnds) {
+  mesh::Surface surface = fanned_side();
+  surface.vertices.col(0).array() += 1e16;  // even numbers only
+  surface.vertices.col(1).setZero();
+  const mesh::Adjacency adjacency = adjacency_of(surface);
+  ExecutionContext context;
+  const std::vector<Index> cones = {1, 1, 1, 1, 2, 2, 2};
+  const auto chords = side_chords(surface.faces, adjacency, cones, context);
+  try {
+    split_in_the_middle(surface, adjacency, chords, cones);
+    FAIL() << "divided";
+  } catch (const NotConverged& failed) {
+    EXPECT_EQ(failed.error().kind, ElementKind::kEdge);
+    EXPECT_EQ(failed.error().elements, (std::vector<Index>{5, 0}));
+  }
+}
+
+// Word by word as they are defined, each by itself.
+std::set<std::set<VertexId>> slow_chords(const mesh::Surface& surface,
+                                         const std::vector<Index>& cones) {
+  const mesh::Adjacency adjacency = adjacency_of(surface);
+  std::set<std::set<VertexId>> found;
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
+    if (adjacency.opposite[at(h)] == kInvalid) continue;
+    const mesh::Surface piece = beside(surface, adjacency, h);
+    const std::set<VertexId> ends = {mesh::source(surface.faces, h),
+                                     mesh::target(surface.faces, h)};
+    const mesh::Adjacency own = adjacency_of(piece);
+    bool straight =
+        piece.faces.rows() < surface.faces.rows() && mesh::topology(piece.faces, own).is_disk();
+    for (const auto& loop : mesh::boundary_loops(piece.faces, own)) {
+      for (const VertexId v : loop) straight = straight && (ends.count(v) > 0 || cones[at(v)] == 2);
+    }
+    if (straight) found.insert(ends);
+  }
+  return found;
+}
+
+// A disk without inner vertices, divided at random.
+mesh::Surface random_polygon(Index corners, std::mt19937& random) {
+  mesh::Surface s{Points3::Zero(corners, 3), Triangles(corners - 2, 3)};
+  std::vector<VertexId> ring(at(corners));
+  std::iota(ring.begin(), ring.end(), 0);
+  for (Eigen::Index f = 0; f < s.faces.rows(); ++f) {
+    const std::size_t n = ring.size(), i = random() % n;
+    s.faces.row(f) << ring[(i + n - 1) % n], ring[i], ring[(i + 1) % n];
+    ring.erase(ring.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+  return s;
+}
+
+TEST(SideChords, AreThoseOfASearchOneByOneOnRandomPolygons) {
+  std::mt19937 random(7);
+  std::size_t found = 0;
+  for (int round = 0; round < 300; ++round) {
+    const mesh::Surface polygon = random_polygon(4 + static_cast<Index>(random() % 20), random);
+    std::vector<Index> cones(at(static_cast<Index>(polygon.vertices.rows())), 2);
+    for (int corners = 0; corners < 4; ++corners) cones[random() % cones.size()] = 1;
+    const auto chords = slow_chords(polygon, cones);
+    EXPECT_EQ(chords_of(polygon, cones), chords) << round;
+    found += chords.size();
+  }
+  EXPECT_GT(found, 1000U);
+}
+
+// A hundred thousand disks, each of which holds all smaller ones.
+TEST(SideChords, OfALongFanAreFoundInTime) {
+  const Index sides = 100000;
+  mesh::Surface fan{Points3::Zero(sides, 3), Triangles(sides - 2, 3)};
+  for (Index f = 0; f < sides - 2; ++f) fan.faces.row(f) << 0, f + 1, f + 2;
+  std::vector<Index> cones(at(sides), 2);
+  for (const Index v : {0, sides - 3, sides - 2, sides - 1}) cones[at(v)] = 1;
+  ExecutionContext context;
+  const TimeLimit limit(context, 20.0);
+  EXPECT_EQ(side_chords(fan.faces, adjacency_of(fan), cones, context).size(), at(sides) - 4);
 }
 
 }  // namespace

@@ -48,7 +48,8 @@ TEST(Boundaries, PartsKnowWhetherTheyHaveOneAndWhatIsGivenThere) {
 TEST(Boundaries, FreedPartsHaveNoCornersAndAreNotAligned) {
   const Sample sample(both(test::grid(2, 2), test::grid(3, 3)));
   const auto parts = parts_with_boundaries(sample.surface, sample.adjacency, sample.cones);
-  const auto cones = with_corners(parts, {1, 0}, sample.cones);
+  ExecutionContext context;
+  const auto cones = with_corners(parts, {1, 0}, sample.cones, context);
   EXPECT_TRUE(std::equal(cones.begin(), cones.begin() + 9, sample.cones.begin()));
   EXPECT_EQ(std::count(cones.begin() + 9, cones.end(), 1), 4);
   EXPECT_EQ(std::count(cones.begin() + 9, cones.end(), kNotGiven), 0);

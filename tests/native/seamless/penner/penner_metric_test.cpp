@@ -166,7 +166,8 @@ TEST(PennerMetric, AlignedBoundariesTurnInQuarters) {
   for (std::size_t v = 0; v < cones.size(); ++v) {
     if (setup.on_boundary[v]) cones[v] = kNotGiven;
   }
-  cones = aligned_cones(surface, cones);
+  ExecutionContext context;
+  cones = aligned_cones(surface, cones, context);
   const PennerMetric metric = solve(surface, cones);
   EXPECT_LE(metric.metric.angle_error, 1e-9);
   EXPECT_EQ(metric.loops.size(), 3U);
@@ -177,11 +178,13 @@ TEST(PennerMetric, AlignedBoundariesTurnInQuarters) {
 // Its double would be a torus with the cones 2 and 6 whose loops all turn by even numbers.
 TEST(PennerMetric, ATubeCannotHaveTwoCornersAtOneEnd) {
   const mesh::Surface cylinder = test::cylinder(8, 3);
+  ExecutionContext context;
   auto cones = aligned_cones(
       cylinder,
       flat_inside(
           std::vector<Index>(static_cast<std::size_t>(cylinder.vertices.rows()), kNotGiven),
-          mesh::build_adjacency(static_cast<Index>(cylinder.vertices.rows()), cylinder.faces)));
+          mesh::build_adjacency(static_cast<Index>(cylinder.vertices.rows()), cylinder.faces)),
+      context);
   cones[0] = 1;
   cones[3] = 3;
   EXPECT_THROW(solve(cylinder, cones), Infeasible);
@@ -193,7 +196,8 @@ TEST(PennerMetric, LoopsOfASurfaceWithABoundaryAreCounted) {
   for (const std::size_t v :
        {0U, 1U, 2U, 3U, 4U, 5U, 9U, 10U, 14U, 15U, 19U, 20U, 21U, 22U, 23U, 24U})
     cones[v] = kNotGiven;
-  const std::vector<Index> aligned = aligned_cones(surface, cones);
+  ExecutionContext context;
+  const std::vector<Index> aligned = aligned_cones(surface, cones, context);
   EXPECT_TRUE(solve(surface, aligned, std::vector<LoopTurn>{}).loops.empty());
   EXPECT_THROW(solve(surface, aligned, std::vector<LoopTurn>{{{0, 1, 2}, 0}}), InvalidInput);
 }
