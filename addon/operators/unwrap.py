@@ -204,6 +204,8 @@ def layout_notes(tasks: list[MapTask]) -> str:
         text += ", some gaps below the margin"
     if tasks[0].keep_placement and not stats["kept_places"]:
         text += ", packed, as old places were missing, overlapping or outside the unit square"
+    if stats.get("enlarged_islands", 0):
+        text += f", {stats['enlarged_islands']} too small for 32 bits enlarged"
     if stats.get("tile", 0):
         text += f", in tile {1001 + stats['tile']} beside other islands, which leave no room"
     return text

@@ -54,6 +54,18 @@ def test_a_developable_surface_is_unwrapped_isometrically() -> None:
     assert ff.unwrap(rolled, faces).certificate.energy == pytest.approx(1.0, abs=1e-5)
 
 
+@pytest.mark.parametrize("size", [1e-9, 1e-30, 1e-300])
+def test_a_speck_beside_a_large_part_is_enlarged_until_32_bits_hold_it(size: float) -> None:
+    vertices, faces = bumpy_grid(6, 6)
+    result = ff.unwrap(
+        np.vstack([vertices, size * vertices]), np.vstack([faces, faces + len(vertices)])
+    )
+    assert result.certificate.ok and result.stats["enlarged_islands"] == 1
+    assert exact_flips(result.uv32()) == 0
+    sides = [np.ptp(half.reshape(-1, 2), axis=0).max() for half in np.split(result.uv, 2)]
+    assert 1e-6 < sides[1] / sides[0] < 1e-4
+
+
 def test_seams_become_charts_and_only_they_are_cut() -> None:
     vertices, faces = bumpy_grid(10, 8)
     column = np.arange(9) * 11 + 5

@@ -87,6 +87,7 @@ PlacedCharts place_and_round(const Islands& islands, const ChartPins& pins,
   stats["margin_met"] = static_cast<std::int64_t>(placed.margin_met);
   stats["kept_places"] = static_cast<std::int64_t>(placed.kept);
   stats["tile"] = static_cast<std::int64_t>(placed.tile);
+  stats["enlarged_islands"] = static_cast<std::int64_t>(placed.enlarged);
   return placed;
 }
 

@@ -96,8 +96,8 @@ double PathSearch::cost(HalfedgeId h, const Vector3& here) const {
 
 std::vector<PathStep> PathSearch::run(const PathEnd& from_end, const PathEnd& to_end,
                                       const ExecutionContext& context) {
-  const auto& [from, from_sector] = from_end;
-  const auto& [to, to_sector] = to_end;
+  const VertexId from = from_end.vertex, to = to_end.vertex;
+  const std::vector<FaceId>&from_sector = from_end.sector, &to_sector = to_end.sector;
   const auto nodes = static_cast<std::size_t>(mesh_.vertex_count() + mesh_.halfedge_slots());
   if (distance_.size() < nodes) {
     distance_.resize(nodes + nodes / 4);
@@ -122,7 +122,7 @@ std::vector<PathStep> PathSearch::run(const PathEnd& from_end, const PathEnd& to
   };
   // May a step along the edge h, into its target, end the path? Both faces beside it must be in
   // the sector.
-  const auto ends_along = [&, to = to](HalfedgeId h) {
+  const auto ends_along = [&](HalfedgeId h) {
     return mesh_.target(h) == to && mesh_.mark(h) == Mesh::kUnmarked && !mesh_.is_boundary(h) &&
            in(to_sector, h / 3) && in(to_sector, mesh_.opposite(h) / 3);
   };

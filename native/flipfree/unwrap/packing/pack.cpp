@@ -190,6 +190,7 @@ certify::Parametrization pack_clean(const mesh::Surface& surface, const Points2&
   map.stats["density"] = density_of(charts, placed.uv, packed.moved);
   map.stats["kept_places"] = static_cast<std::int64_t>(placed.kept);
   map.stats["tile"] = static_cast<std::int64_t>(placed.tile);
+  map.stats["enlarged_islands"] = static_cast<std::int64_t>(placed.enlarged);
   map.stats["tiles"] = static_cast<std::int64_t>(placed.tiles);
   map.stats["fill"] = placed.fill;
   map.stats["margin_met"] = static_cast<std::int64_t>(placed.margin_met);

@@ -25,6 +25,9 @@ namespace {
 
 // What rounding to 32 bits takes from gaps, per tile.
 constexpr double kCare = 1e-6;
+// Length of a typical edge over that of all charts together below which a chart is enlarged: some
+// 16 of the steps in which floats are stored, and a thousandth of a pixel.
+constexpr double kLeastEdge = 0x1p-20;
 
 struct Areas {
   double surface = 0.0;
@@ -201,22 +204,61 @@ Items items_of(const std::vector<char>& moved, const std::vector<Index>& group) 
   return items;
 }
 
-// Turns the charts of each group, and scales them if they get their true size: by the smallest
-// rectangle of its largest chart, if they may turn freely.
-void align(const std::vector<mesh::Chart>& charts, const Items& groups,
-           const PlacingOptions& options, std::vector<Points2>& uv) {
+struct GroupSize {
+  Areas areas;
+  Index faces = 0;
+  double extent = 0.0;  // of its largest chart in the plane
+  double scale = 1.0;   // to the size that it gets
+};
+
+// `enlarged` counts those that are larger than in scale with the others.
+std::vector<GroupSize> sizes_of(const std::vector<mesh::Chart>& charts, const Items& groups,
+                                const PlacingOptions& options, const std::vector<Points2>& uv,
+                                Index& enlarged) {
+  std::vector<GroupSize> sizes;
+  double total = 0.0;
   for (const std::vector<std::size_t>& members : groups) {
-    Areas sum;
+    GroupSize& size = sizes.emplace_back();
+    for (const std::size_t c : members) {
+      size.areas.add(areas(charts[c].surface, uv[c]));
+      size.faces += static_cast<Index>(charts[c].surface.faces.rows());
+      const auto box = uv[c].colwise().maxCoeff() - uv[c].colwise().minCoeff();
+      size.extent = std::max(size.extent, box.maxCoeff());
+    }
+    const double density = size.areas.density();
+    if (options.scale_true && density > 0.0) size.scale = 1.0 / density;
+    total += options.scale_true ? size.areas.surface : size.areas.plane;
+  }
+  if (options.rigid) return sizes;
+  for (GroupSize& size : sizes) {
+    const double least = kLeastEdge * std::sqrt(total) * std::sqrt(static_cast<double>(size.faces));
+    double side = std::sqrt(size.areas.plane);
+    if (!std::isnormal(side)) side = size.extent;  // whose square is no number
+    // Without a measurable surface, charts have a size of their own.
+    const bool measured = !options.scale_true || size.areas.density() > 0.0;
+    if (!std::isnormal(least / side) || (measured && size.scale * side >= least)) continue;
+    size.scale = least / side;
+    ++enlarged;
+  }
+  return sizes;
+}
+
+// Turns the charts of each group, and scales them if they get their true size: by the smallest
+// rectangle of its largest chart, if they may turn freely. Returns how many were enlarged.
+Index align(const std::vector<mesh::Chart>& charts, const Items& groups,
+            const PlacingOptions& options, std::vector<Points2>& uv) {
+  Index enlarged = 0;
+  const std::vector<GroupSize> sizes = sizes_of(charts, groups, options, uv, enlarged);
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    const std::vector<std::size_t>& members = groups[g];
     std::size_t largest = members.front();
     double largest_area = -1.0;
     for (const std::size_t c : members) {
       const Areas own = areas(charts[c].surface, uv[c]);
       if (own.plane > largest_area) largest = c;
       largest_area = std::max(largest_area, own.plane);
-      sum.add(own);
     }
-    const double density = sum.density();
-    const double scale = options.scale_true && density > 0.0 ? 1.0 / density : 1.0;
+    const double scale = sizes[g].scale;
     Vector2 turn(scale, 0.0);
     if (options.rotation == Rotation::kFree || options.rotation == Rotation::kStraight) {
       const Vector2 axis = options.rotation == Rotation::kStraight
@@ -244,6 +286,7 @@ void align(const std::vector<mesh::Chart>& charts, const Items& groups,
     if (!options.rigid) continue;
     for (const std::size_t c : members) uv[c].rowwise() -= low.transpose();
   }
+  return enlarged;
 }
 
 // The charts, rounded and where they shall be, each item as one, clear of what stays, stacked ones
@@ -320,7 +363,7 @@ PlacedCharts place_charts(const std::vector<mesh::Chart>& charts, std::vector<Po
                           const RoundCharts& round, ExecutionContext& context) {
   PlacedCharts placed;
   const Points2 stays = everything_that_stays(charts, uv, moved, options.obstacles);
-  align(charts, items_of(moved, options.group), options, uv);
+  const Index enlarged = align(charts, items_of(moved, options.group), options, uv);
   if (options.place_like != nullptr) {
     if (auto former = at_former_places(charts, uv, moved, *options.place_like)) {
       try {
@@ -340,7 +383,9 @@ PlacedCharts place_charts(const std::vector<mesh::Chart>& charts, std::vector<Po
       }
     }
   }
-  return packed(charts, moved, stays, options, uv, round, context);
+  placed = packed(charts, moved, stays, options, uv, round, context);
+  placed.enlarged = enlarged;
+  return placed;
 }
 
 }  // namespace flipfree::unwrap

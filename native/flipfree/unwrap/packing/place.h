@@ -33,10 +33,11 @@ struct PlacingOptions {
 struct PlacedCharts {
   std::vector<Points2> uv;
   std::vector<Points2f> stored;
-  bool kept = false;  // at their former places
-  Index tile = 0;     // the first of those taken, see Placement
-  Index tiles = 1;    // how many were taken
-  Index stacked = 0;  // charts that lie on another one
+  bool kept = false;   // at their former places
+  Index tile = 0;      // the first of those taken, see Placement
+  Index tiles = 1;     // how many were taken
+  Index stacked = 0;   // charts that lie on another one
+  Index enlarged = 0;  // groups that are larger than the others' scale would have them
   // All gaps, and half of it to the tile's border, are at least the margin as stored. Not asked of
   // former places.
   bool margin_met = false;
@@ -52,7 +53,8 @@ using RoundCharts = std::function<std::vector<Points2f>(const std::vector<Points
 // leaves the unit square. Otherwise they are packed together (arrange.h): as stored, none overlaps
 // another, a chart that stays or an obstacle, and all gaps are at least the margin (RoomOptions) -
 // but for charts that no layout tried could both store and keep apart: see margin_met. Throws what
-// arrange() and `round` throw. Cost: O(#F log #F) and the search.
+// arrange() and `round` throw. Groups so small beside the others that 32 bits would hold them as a
+// point are enlarged until they do not. Cost: O(#F log #F) and the search.
 PlacedCharts place_charts(const std::vector<mesh::Chart>& charts, std::vector<Points2> uv,
                           const std::vector<char>& moved, const PlacingOptions& options,
                           const RoundCharts& round, ExecutionContext& context);

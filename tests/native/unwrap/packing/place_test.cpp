@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/certify/measures/flips.h"
 
 namespace flipfree::unwrap {
 namespace {
@@ -55,6 +57,24 @@ Points2 corners_of(const std::vector<mesh::Chart>& charts, const std::vector<Poi
 }
 
 double side(const Points2& uv) { return (uv.row(1) - uv.row(0)).norm(); }
+
+TEST(Place, charts_that_32_bits_would_hold_as_a_point_are_enlarged) {
+  ExecutionContext context;
+  const std::vector<Points2> uv = maps({{Vector2::Zero(), 1.0}, {Vector2::Zero(), 1.0}});
+  for (const double size : {1e-5, 1e-9, 1e-30, 1e-200, 1e-300}) {
+    std::vector<mesh::Chart> charts = squares(2);
+    charts[1].surface.vertices *= 0.5 * size;
+    PlacingOptions options;
+    options.scale_true = true;
+    options.effort = 0.0;
+    const PlacedCharts placed = place_charts(charts, uv, {1, 1}, options, nearest, context);
+    EXPECT_EQ(placed.enlarged, size < 1e-5 ? 1 : 0) << size;
+    EXPECT_TRUE(placed.margin_met);
+    const double ratio = side(placed.uv[1]) / side(placed.uv[0]);
+    EXPECT_NEAR(ratio, size < 1e-5 ? 0x1p-20 * std::sqrt(2.0) : size, 1e-3 * ratio) << size;
+    EXPECT_TRUE(certify::flipped_faces(corners_of(charts, placed.uv)).empty());
+  }
+}
 
 TEST(Place, charts_get_the_size_of_their_surface_only_if_asked_to) {
   ExecutionContext context;
