@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/repair/given_map.h"
+#include "flipfree/unwrap/repair/given/given_map.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/certify/measures/flips.h"
-#include "flipfree/unwrap/repair/rejoin.h"
+#include "flipfree/unwrap/repair/given/rejoin.h"
 
 namespace flipfree::unwrap {
 namespace {

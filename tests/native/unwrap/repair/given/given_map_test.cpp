@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/repair/given_map.h"
+#include "flipfree/unwrap/repair/given/given_map.h"
 
 #include <gtest/gtest.h>
 
