@@ -162,6 +162,7 @@ def test_pins_that_fold_the_map_are_an_error_that_names_them() -> None:
 def stretched_half() -> tuple[Floats, npt.NDArray[np.int32], Floats, npt.NDArray[np.bool_]]:
     """Two islands, of which that on the right is drawn out."""
     vertices, faces = bumpy_grid(16, 16)
+    vertices[:, 2] *= 0.2
     uv = planar_map(vertices, faces)
     right = vertices[faces][:, :, 0].mean(axis=1) > 0.5
     uv[right, :, 0] += 1.0

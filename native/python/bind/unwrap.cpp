@@ -76,7 +76,7 @@ void bind_options(py::module_& module) {
       .def_property("stretched", nullptr,
                     [](RepairOptions& options, const std::string& name) {
                       options.stretched = name == "improve" ? unwrap::StretchedIslands::kImprove
-                                                       : unwrap::StretchedIslands::kCount;
+                                                            : unwrap::StretchedIslands::kCount;
                     })
       .def_readwrite("disjoint", &RepairOptions::disjoint)
       .def_readwrite("margin", &RepairOptions::margin)

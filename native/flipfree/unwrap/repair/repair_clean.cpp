@@ -13,8 +13,8 @@
 #include "flipfree/distortion/minimize/boundary_grid.h"
 #include "flipfree/unwrap/repair/given/given_map.h"
 #include "flipfree/unwrap/repair/mend_chart.h"
-#include "flipfree/unwrap/repair/stretched_islands.h"
 #include "flipfree/unwrap/repair/settle.h"
+#include "flipfree/unwrap/repair/stretched_islands.h"
 #include "flipfree/unwrap/unwrap.h"
 
 namespace flipfree::unwrap {
@@ -282,7 +282,7 @@ class Repair {
     stats["charts_anew"] = changed(Change::kAnew);
     stats["charts_cut"] = static_cast<std::int64_t>(std::count_if(
         mended_.begin(), mended_.end(), [](const MendedChart& chart) { return chart.was_cut; }));
-    const auto stretched = [&](std::int64_t StretchedPieces::* count) {
+    const auto stretched = [&](std::int64_t StretchedPieces::*count) {
       std::int64_t sum = 0;
       for (const MendedChart& chart : mended_) sum += chart.stretched.*count;
       return sum;

@@ -1,11 +1,13 @@
 #include "flipfree/unwrap/repair/stretched_islands.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
 #include <utility>
 
 #include "flipfree/base/failure/outcome.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/certify/measures/energy.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/energy/own_map.h"
@@ -41,7 +43,8 @@ std::vector<Piece> pieces_of(const mesh::Surface& whole, const mesh::Adjacency& 
     for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h)
       piece.uv.row(chart.surface.faces.data()[h]) =
           corner_uv.row(3 * chart.faces[h / 3] + static_cast<Index>(h % 3));
-    for (const VertexId v : chart.vertices) piece.vertex_origin.push_back(mesh.vertex_origin[at(v)]);
+    for (const VertexId v : chart.vertices)
+      piece.vertex_origin.push_back(mesh.vertex_origin[at(v)]);
     std::iota(chart.vertices.begin(), chart.vertices.end(), 0);
     piece.chart = std::move(chart);
   }
@@ -67,10 +70,32 @@ double median_density(const mesh::Surface& surface, const Points2& uv) {
   return density_of(own.surface(), face_areas(own.surface()), uv).value / own.unit();
 }
 
+// UV length per surface length that a map was meant to have: the median of its faces by area, or
+// `usual` where that is between their quartiles.
+double meant_density(const mesh::Surface& surface, const Points2& uv, double usual) {
+  const mesh::InOwnUnit own(surface);
+  const std::vector<double> areas = face_areas(own.surface());
+  std::vector<std::pair<double, double>> ratios;  // and area
+  double total = 0.0;
+  for (FaceId f = 0; f < surface.faces.rows(); ++f) {
+    const auto corner = [&](Index k) -> Vector2 { return uv.row(surface.faces(f, k)).transpose(); };
+    const double ratio = 0.5 * twice_area(corner(0), corner(1), corner(2)) / areas[at(f)];
+    if (!std::isfinite(ratio)) continue;
+    ratios.emplace_back(ratio, areas[at(f)]);
+    total += areas[at(f)];
+  }
+  const double scaled = usual * own.unit();
+  double below = 0.0;
+  for (const auto& [ratio, area] : ratios) below += ratio <= scaled * scaled ? area : 0.0;
+  constexpr double kQuartile = 0.25;
+  const bool among = below >= kQuartile * total && below <= (1.0 - kQuartile) * total;
+  return among ? usual : median_density(surface, uv);
+}
+
 class Judgement {
  public:
   Judgement(const ChartToMend& given, const RepairOptions& options, MendedChart& mended,
-              ExecutionContext& context)
+            ExecutionContext& context)
       : given_(given),
         options_(options),
         mended_(mended),
@@ -209,7 +234,7 @@ class Judgement {
   void take(const Piece& piece, const Piece& part, const Pins& pins, Points2 uv) {
     Place place = Place::kStays;
     if (pins.empty()) {
-      place = put_back(part, median_density(piece.chart.surface, piece.uv), uv);
+      place = put_back(part, meant_density(piece.chart.surface, piece.uv, given_.density), uv);
       if (mended_.place[at(part.chart.faces.front())] == Place::kNone) place = Place::kNone;
     }
     const std::vector<FaceId>& faces = part.chart.faces;
@@ -240,7 +265,7 @@ class Judgement {
 }  // namespace
 
 void judge_stretched(const ChartToMend& given, const RepairOptions& options, MendedChart& mended,
-                ExecutionContext& context) {
+                     ExecutionContext& context) {
   if (options.stretched == StretchedIslands::kIgnore || mended.change == Change::kAnew) return;
   Judgement judge(given, options, mended, context);
   if (options.stretched == StretchedIslands::kImprove) {

@@ -48,9 +48,7 @@ struct Only {
     judge_stretched({chart, origin, places, unknown, pins, seams, {}, 1.0}, options, mended,
                     context);
   }
-  double energy() const {
-    return certify::symmetric_dirichlet(chart.surface, mended.uv).mean;
-  }
+  double energy() const { return certify::symmetric_dirichlet(chart.surface, mended.uv).mean; }
   void pin(VertexId v) { pins.emplace_back(v, places.row(v).transpose()); }
 };
 
@@ -101,8 +99,8 @@ struct Ring : Only {
     places.resize(points.rows(), 2);
     for (const double side : {1.0, -1.0}) {
       for (VertexId v = 0; v < points.rows(); ++v)
-        places.row(v) = (1.0 + points(v, 2)) * points.row(v).head<2>().cwiseProduct(
-                                                   Eigen::RowVector2d(side, 1.0));
+        places.row(v) = (1.0 + points(v, 2)) *
+                        points.row(v).head<2>().cwiseProduct(Eigen::RowVector2d(side, 1.0));
       mended.uv.resize(faces.size(), 2);
       for (Eigen::Index c = 0; c < mended.uv.rows(); ++c)
         mended.uv.row(c) = places.row(faces.data()[c]);
