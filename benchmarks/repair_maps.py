@@ -330,7 +330,10 @@ def island_energies(
     vertices: Floats, faces: npt.NDArray[np.int64], uv: Floats
 ) -> tuple[npt.NDArray[np.int64], Floats]:
     """Island of every face, and its energy at its own best scale, both per face."""
-    p, q = vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]]
+    p, q = (
+        vertices[faces[:, 1]] - vertices[faces[:, 0]],
+        vertices[faces[:, 2]] - vertices[faces[:, 0]],
+    )
     length = np.linalg.norm(p, axis=1)
     area = np.linalg.norm(np.cross(p, q), axis=1)
     rest = np.zeros((len(faces), 2, 2))
@@ -419,7 +422,9 @@ def row(name: str, all_of: list[Outcome]) -> str:
     text += above([o.beside_unwrap for o in improved])
     for pinned in (False, True):
         compared = [o for o in improved if o.pinned == pinned]
-        text.append(f"{sum(o.islands_above for o in compared)} of {sum(o.islands for o in compared)}")
+        text.append(
+            f"{sum(o.islands_above for o in compared)} of {sum(o.islands for o in compared)}"
+        )
     text.append(str(sum(o.forced for o in improved)))
     text.append(f"{sum(o.seconds for o in improved):.1f}")
     return "| " + " | ".join(text) + " |"

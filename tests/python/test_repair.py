@@ -184,7 +184,10 @@ def test_a_stretched_island_stays_and_is_counted_unless_it_is_to_be_improved() -
     assert own < 1.1 * ff.certify(vertices, faces[right], anew.uv[right]).energy
     middles = better.uv[right].mean((0, 1)), uv[right].mean((0, 1))
     assert np.linalg.norm(middles[0] - middles[1]) < 0.05
-    sizes = np.ptp(better.uv[right].reshape(-1, 2), axis=0), np.ptp(uv[right].reshape(-1, 2), axis=0)
+    sizes = (
+        np.ptp(better.uv[right].reshape(-1, 2), axis=0),
+        np.ptp(uv[right].reshape(-1, 2), axis=0),
+    )
     assert np.prod(sizes[0]) == pytest.approx(np.prod(sizes[1]), rel=0.2)
 
 

@@ -94,6 +94,7 @@ TEST(StretchedIslands, they_are_made_better_where_they_are_and_at_their_size) {
 struct Ring : Only {
   Ring() : Only(2, 1.0) {
     chart.surface = test::cylinder(24, 6);
+    chart.surface.vertices.col(2) *= 5.0;
     const Points3& points = chart.surface.vertices;
     const Triangles& faces = chart.surface.faces;
     places.resize(points.rows(), 2);
