@@ -17,8 +17,8 @@ inline constexpr Index kMostJudged = 50'000;
 // scale, and counts those that are stretched (options.stretched), in mended.stretched. With
 // kImprove they are made better: where they are, all vertices but the pinned free, or by that
 // unwrap where this is not enough. Both keep the island's size, direction and middle, and are
-// flip-free. Its size is the median density of its faces, or given.density where a quarter of them
-// has less and a quarter more. What is unwrapped already is not stretched. Throws Cancelled,
+// flip-free. Its size is the median density of its faces, or given.density where a twentieth of
+// them has less and a twentieth more. What is unwrapped already is not stretched. Throws Cancelled,
 // TimeIsOver (kImprove only). Cost: O(#F), and for islands of an energy above 1.1 an unwrap of
 // them.
 void judge_stretched(const ChartToMend& given, const RepairOptions& options, MendedChart& mended,
