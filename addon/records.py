@@ -16,6 +16,12 @@ _COUNTS = (
     "seam_edges",
     "seams_exact32",
 )
+# Of Repair Flips: islands that are stretched more than they have to be, and what became of such.
+_REPAIRED = {
+    "stretched_islands": "stretched_charts",
+    "improved_islands": "charts_improved",
+    "islands_unwrapped_again": "charts_stretched_anew",
+}
 
 
 def of_task(task, line: str, advice: str) -> dict:
@@ -37,6 +43,9 @@ def of_task(task, line: str, advice: str) -> dict:
         record[name] = _worst([getattr(c, name) for c in certificates])
     stats = getattr(getattr(task, "result", None), "stats", {})
     record["fill"] = float(stats["fill"]) if "fill" in stats else None
+    for field, stat in _REPAIRED.items():
+        if stat in stats:
+            record[field] = int(stats[stat])
     record["poor"] = any(c.poor for c in certificates)
     record["poor_islands"] = common.poor_islands([task])
     record["separated"] = common.mends(certificates)

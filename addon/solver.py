@@ -149,7 +149,7 @@ def improve(snapshot, *, pins, bijective, iterations):
     )
 
 
-def repair(snapshot, *, pins, overlaps, disjoint, margin):
+def repair(snapshot, *, pins, overlaps, stretched, disjoint, margin):
     """Starts mending the snapshot's own map."""
     return jobs.repair(
         snapshot.vertices,
@@ -159,6 +159,7 @@ def repair(snapshot, *, pins, overlaps, disjoint, margin):
         uncuttable=snapshot.diagonals,
         pins=pins or None,
         overlaps=overlaps,
+        stretched=stretched,
         disjoint=disjoint,
         margin=margin,
         threads=threads(),

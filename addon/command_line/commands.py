@@ -89,6 +89,12 @@ def _repair_arguments(parser):
         default="cut",
         help="what becomes of islands that lie on themselves (default %(default)s)",
     )
+    parser.add_argument(
+        "--stretched",
+        choices=[name for name, _, _ in repair.STRETCHED],
+        default="keep",
+        help="what becomes of islands drawn out much more than an unwrap of them is (default %(default)s)",
+    )
     _flags(
         parser,
         move_apart="islands that lie on larger ones are put where there is room",
@@ -237,6 +243,7 @@ def _repair_options(given):
         repair.summary,
         {
             "overlaps": given.overlaps,
+            "stretched": given.stretched,
             "disjoint": given.move_apart,
             "use_pins": not given.ignore_pins,
             "mark_seams": given.mark_seams,

@@ -189,6 +189,7 @@ def pinned_blend(tmp_path):
         ["match", "--unwrap-rest", "--cut-open", "--max-seconds", "100"],
         ["improve", "--pack", "--ignore-pins", "--iterations", "20"],
         ["repair", "--overlaps", "open", "--move-apart", "--mark-seams"],
+        ["repair", "--stretched", "improve", "--ignore-pins"],
         ["conformal", "--boundary", "circle"],
     ],
 )

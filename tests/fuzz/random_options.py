@@ -224,6 +224,7 @@ PARAMETERS: dict[str, tuple[float, Callable[[Mesh, Random], Any]]] = {
     "may_add_cuts": (0.3, flag),
     "disjoint": (0.3, flag),
     "overlaps": (0.5, one_of("cut", "open", "keep")),
+    "stretched": (0.5, one_of("keep", "improve")),
     "repair": (0.3, flag),
     "optimise": (0.4, flag),
     "low_distortion": (0.3, flag),

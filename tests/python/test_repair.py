@@ -159,6 +159,68 @@ def test_pins_that_fold_the_map_are_an_error_that_names_them() -> None:
         ff.repair(vertices, faces, uv, pins=pins)
 
 
+def stretched_half() -> tuple[Floats, npt.NDArray[np.int32], Floats, npt.NDArray[np.bool_]]:
+    """Two islands, of which that on the right is drawn out."""
+    vertices, faces = bumpy_grid(16, 16)
+    vertices[:, 2] *= 0.2
+    uv = planar_map(vertices, faces)
+    right = vertices[faces][:, :, 0].mean(axis=1) > 0.5
+    uv[right, :, 0] += 1.0
+    uv[right, :, 1] *= 2.5
+    return vertices, faces, uv, right
+
+
+def test_a_stretched_island_stays_and_is_counted_unless_it_is_to_be_improved() -> None:
+    vertices, faces, uv, right = stretched_half()
+    kept = ff.repair(vertices, faces, uv)
+    assert np.array_equal(kept.uv, uv)
+    assert kept.stats["stretched_charts"] == 1
+    better = ff.repair(vertices, faces, uv, stretched="improve")
+    assert np.array_equal(better.uv[~right], uv[~right])
+    assert better.stats["charts_improved"] == 1 and better.stats["stretched_charts"] == 0
+    assert sound(better)
+    anew = ff.unwrap(vertices, faces, cuts=kept.cut_edges)
+    own = ff.certify(vertices, faces[right], better.uv[right]).energy
+    assert own < 1.1 * ff.certify(vertices, faces[right], anew.uv[right]).energy
+    middles = better.uv[right].mean((0, 1)), uv[right].mean((0, 1))
+    assert np.linalg.norm(middles[0] - middles[1]) < 0.05
+    sizes = (
+        np.ptp(better.uv[right].reshape(-1, 2), axis=0),
+        np.ptp(uv[right].reshape(-1, 2), axis=0),
+    )
+    assert np.prod(sizes[0]) == pytest.approx(np.prod(sizes[1]), rel=0.2)
+
+
+def test_pins_hold_while_a_stretched_island_is_improved() -> None:
+    vertices, faces, uv, right = stretched_half()
+    own = np.unique(faces[right][vertices[faces[right]][:, :, 0].min(axis=1) > 0.6])[[3, 40]]
+    pins = {int(v): tuple(uv[faces == v][0].tolist()) for v in own}
+    better = ff.repair(vertices, faces, uv, stretched="improve", pins=pins)
+    assert better.certificate.ok and better.certificate.pin_failures == 0
+    for vertex, target in pins.items():
+        assert np.all(better.uv[faces == vertex] == target)
+    assert better.stats["charts_improved"] + better.stats["charts_stretched_anew"] == 1
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_island_is_stretched_after_it_was_improved(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FLIPFREE_DATA", "")  # generated meshes only
+    outcome = repaired(Task(seed))
+    assert outcome is not None and outcome.said == ""
+    better = outcome.improved
+    assert better is not None or outcome.missed
+    if better is not None and not better.pinned:
+        assert better.islands_above == 0 and better.forced == 0
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_stretched_islands_of_broken_meshes_are_improved(seed: int) -> None:
+    outcome = repaired(Task(seed, "broken", "nudge_points"))
+    assert outcome is not None and outcome.said == ""
+
+
 def test_a_stacked_island_moves_only_on_demand() -> None:
     vertices, faces = bumpy_grid()
     uv = planar_map(vertices, faces)

@@ -18,6 +18,15 @@ OVERLAPS = (
     ("open", "Open", "It is unwrapped again without further cuts, at its old place and size"),
     ("keep", "Keep", "It stays as it is"),
 )
+STRETCHED = (
+    ("keep", "Keep", "They stay exactly as they are; the report counts them"),
+    (
+        "improve",
+        "Improve",
+        "Their distortion is lowered where they are and at their size; where that is not enough, they are unwrapped again "
+        "along their seams",
+    ),
+)
 
 
 class RepairTask(MapTask):
@@ -28,6 +37,7 @@ class RepairTask(MapTask):
         snapshot,
         *,
         overlaps="cut",
+        stretched="keep",
         disjoint=False,
         use_pins=True,
         mark_seams=False,
@@ -35,6 +45,7 @@ class RepairTask(MapTask):
     ):
         super().__init__(snapshot)
         self.overlaps = overlaps
+        self.stretched = stretched
         self.disjoint = disjoint
         self.use_pins = use_pins
         self.mark_seams = mark_seams
@@ -45,6 +56,7 @@ class RepairTask(MapTask):
             self.snapshot,
             pins=self.pins(),
             overlaps=self.overlaps,
+            stretched=self.stretched,
             disjoint=self.disjoint,
             margin=self.margin,
         )
@@ -88,6 +100,8 @@ def summary(tasks: list[RepairTask]) -> str:
             ("charts_unfolded", "unfolded"),
             ("charts_anew", "unwrapped again"),
             ("charts_cut", "cut"),
+            ("charts_improved", "less stretched"),
+            ("charts_stretched_anew", "unwrapped again, as too stretched"),
             ("charts_moved", "moved"),
         )
         if total(tasks, name)
@@ -95,10 +109,20 @@ def summary(tasks: list[RepairTask]) -> str:
     corners = sum(3 * len(t.snapshot.triangles) for t in tasks)
     kept = 100.0 * total(tasks, "corners_kept") / max(corners, 1)
     text = common.figures([t.certificate for t in tasks], sum(t.islands for t in tasks))
+    stretched = total(tasks, "stretched_charts")
+    if stretched:
+        why = " by their pins" if tasks[0].stretched == "improve" else ""
+        text += f", {common.plural(stretched, 'island')} stretched{why}"
     if not became:
         return f"nothing to repair: {text}"
     # Rounded down: 100 % are all of them.
     return f"{text}; before: {', '.join(before)}; {', '.join(became)}, {int(kept)} % of the UVs as before"
+
+
+def hint(tasks: list[RepairTask]) -> str:
+    if tasks[0].stretched == "improve" or not total(tasks, "stretched_charts"):
+        return ""
+    return "*Stretched Islands: Improve* lowers their distortion"
 
 
 class UV_OT_flipfree_repair(
@@ -119,6 +143,7 @@ class UV_OT_flipfree_repair(
     needs_uv = True
     option_names = (
         "overlaps",
+        "stretched",
         "disjoint",
         "use_pins",
         "mark_seams",
@@ -131,6 +156,15 @@ class UV_OT_flipfree_repair(
         description="What becomes of an island that lies on itself though none of its faces is flipped",
         items=OVERLAPS,
         default="cut",
+    )
+    stretched: bpy.props.EnumProperty(
+        name="Stretched Islands",
+        description=(
+            "What becomes of islands without a flip whose mean distortion is more than a tenth above that of an unwrap of "
+            "them"
+        ),
+        items=STRETCHED,
+        default="keep",
     )
     disjoint: bpy.props.BoolProperty(
         name="Move Islands Apart",
@@ -151,6 +185,9 @@ class UV_OT_flipfree_repair(
 
     def summary(self, tasks):
         return summary(tasks)
+
+    def hint(self, tasks):
+        return hint(tasks)
 
 
 CLASSES = (UV_OT_flipfree_repair,)

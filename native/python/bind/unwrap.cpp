@@ -73,6 +73,11 @@ void bind_options(py::module_& module) {
                                          : name == "open" ? unwrap::SelfOverlaps::kOpen
                                                           : unwrap::SelfOverlaps::kCut;
                     })
+      .def_property("stretched", nullptr,
+                    [](RepairOptions& options, const std::string& name) {
+                      options.stretched = name == "improve" ? unwrap::StretchedIslands::kImprove
+                                                            : unwrap::StretchedIslands::kCount;
+                    })
       .def_readwrite("disjoint", &RepairOptions::disjoint)
       .def_readwrite("margin", &RepairOptions::margin)
       .def_readwrite("iterations", &RepairOptions::max_iterations)

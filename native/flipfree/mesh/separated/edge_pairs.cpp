@@ -141,7 +141,9 @@ class Pairer {
     for (std::size_t i = 0; i < count; ++i) {
       for (std::size_t k = i + 1; k < count; ++k) worths[i][k] = worth(i, k);
     }
-    // best[set]: the best sum over the faces in the set; its lowest face is left out or paired.
+    // best[set]: the best sum over the faces in the set; its lowest face is left out or paired. Of
+    // equal sums that in which lower faces are paired: of duplicates the first one at every edge,
+    // or each would keep some of their neighbours.
     constexpr std::size_t kSets = std::size_t{1} << kMostMatchedAtBest;
     std::array<double, kSets> best{};
     std::array<std::size_t, kSets> partner{};  // of the lowest face; itself: left out
@@ -154,7 +156,7 @@ class Pairer {
       for (std::size_t k = low + 1; k < count; ++k) {
         if ((set >> k & 1) == 0 || worths[low][k] <= 0.0) continue;
         const double sum = worths[low][k] + best[rest & ~(std::size_t{1} << k)];
-        if (sum > best[set]) {
+        if (sum > best[set] || (sum == best[set] && partner[set] == low)) {
           best[set] = sum;
           partner[set] = k;
         }

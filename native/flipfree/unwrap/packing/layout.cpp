@@ -99,4 +99,21 @@ Similarity fit_similarity(const Points2& from, const Points2& to) {
   return similarity;
 }
 
+Similarity fit_motion(const Points2& from, const Points2& to) {
+  Similarity motion = fit_similarity(from, to);
+  const double length = motion.linear.norm();
+  motion.linear = std::isnormal(length) ? Vector2(motion.linear / length) : Vector2(1.0, 0.0);
+  motion.translation = Vector2::Zero();
+  const Vector2 middle = from.colwise().mean().transpose();
+  motion.translation = to.colwise().mean().transpose() - motion(middle);
+  return motion;
+}
+
+Points2 moved(const Similarity& similarity, const Points2& uv) {
+  Points2 result(uv.rows(), 2);
+  for (Eigen::Index v = 0; v < uv.rows(); ++v)
+    result.row(v) = similarity(uv.row(v).transpose()).transpose();
+  return result;
+}
+
 }  // namespace flipfree::unwrap

@@ -21,5 +21,10 @@ struct Similarity {
   }
 };
 Similarity fit_similarity(const Points2& from, const Points2& to);
+// The best of those that scale nothing.
+Similarity fit_motion(const Points2& from, const Points2& to);
+
+// Every point carried.
+Points2 moved(const Similarity& similarity, const Points2& uv);
 
 }  // namespace flipfree::unwrap

@@ -20,6 +20,7 @@ certify::Parametrization improve_any(const mesh::Surface& surface, const Points2
   RepairOptions mending;
   mending.pins = options.pins;
   mending.overlaps = SelfOverlaps::kKeep;
+  mending.stretched = StretchedIslands::kIgnore;
   mending.max_seconds = options.max_seconds;
   const certify::Parametrization mended = [&] {
     const ProgressRange range(context, 0.0, 0.5);

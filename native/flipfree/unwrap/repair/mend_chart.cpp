@@ -213,15 +213,7 @@ class ChartMender {
       from.row(row) = uv.row(static_cast<Eigen::Index>(v));
       to.row(row++) = before.row(origin(static_cast<VertexId>(v)));
     }
-    Similarity back = fit_similarity(from, to);
-    const double length = back.linear.norm();
-    back.linear = std::isnormal(length) ? Vector2(back.linear / length) : Vector2(1.0, 0.0);
-    back.translation = Vector2::Zero();
-    const Vector2 middle = from.colwise().mean().transpose();
-    back.translation = to.colwise().mean().transpose() - back(middle);
-    Points2 placed(uv.rows(), 2);
-    for (Eigen::Index v = 0; v < uv.rows(); ++v)
-      placed.row(v) = back(uv.row(v).transpose()).transpose();
+    Points2 placed = moved(fit_motion(from, to), uv);
     // A direction that costs a flip by rounding is given up.
     if (!distortion::is_flip_free(piece.surface.faces, placed, context_)) return Place::kNone;
     uv = std::move(placed);

@@ -1,6 +1,7 @@
 // One chart of a map, mended.
 #pragma once
 
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -27,6 +28,13 @@ struct ChartToMend {
   double density = 0.0;        // of the other charts, see DamagedChart; 0: not known
 };
 
+// How many pieces of a chart are stretched, or were (stretched_islands.h).
+struct StretchedPieces {
+  std::int64_t improved = 0;  // where they are
+  std::int64_t anew = 0;      // unwrapped again
+  std::int64_t left = 0;      // stretched in the result
+};
+
 struct MendedChart {
   Points2 uv;                // 3 #F x 2, positive faces
   mesh::EdgeFlags cut;       // further cuts; empty: none
@@ -34,6 +42,8 @@ struct MendedChart {
   Change change = Change::kNone;
   bool was_cut = false;     // because it lay on itself
   bool has_density = true;  // false: its size means nothing
+  StretchedPieces stretched;
+  Points2 before;  // `uv` before stretched pieces were made better; empty: none was
 };
 
 // Mirrors the chart if most of its faces are flipped, unfolds what is bad in place

@@ -1,7 +1,8 @@
 // A map with flipped, collapsed or overlapping faces, mended with as little change as possible.
 //
-//   read_map()       its charts; corners without a value, pins             given_map.h
+//   read_map()       its charts; corners without a value, pins             given/given_map.h
 //   mend_chart()     one chart: mirrored, unfolded in place, or made anew  mend_chart.h
+//   judge_stretched()     drawn out more than it has to be, and made better stretched_islands.h
 //   mend_in_place()  few vertices, then more and more around them          patches/patches.h
 //   settle()         what has no place is packed, all is stored            settle.h
 #pragma once
@@ -21,10 +22,12 @@ namespace flipfree::unwrap {
 // "flips_before", "winding_failures_before", "overlaps_before", "island_overlaps_before" (-1: not
 // measured), "energy_before" (infinite with flips), "corners_without_place", "corners_rejoined"
 // (rejoin.h); of the result "charts", "charts_mirrored", "charts_unfolded", "charts_anew",
-// "charts_cut", "charts_moved", "added_cuts", "corners_kept" (of 3 #F), "energy", "max_energy",
-// "seconds". Any triangles: what is no oriented manifold surface is separated first, along the map.
-// Throws InvalidInput (a mesh without meaning, options, kBadPins), NotConverged (pins that no map
-// on these triangles was found for; kTimeLimit; rounding; certificate), Cancelled.
+// "charts_cut", "charts_moved", "charts_improved" and "charts_stretched_anew" (stretched ones, made
+// better where they are and unwrapped again), "stretched_charts" (those that still are),
+// "added_cuts", "corners_kept" (of 3 #F), "energy", "max_energy", "seconds". Any triangles: what is
+// no oriented manifold surface is separated first, along the map. Throws InvalidInput (a mesh
+// without meaning, options, kBadPins), NotConverged (pins that no map on these triangles was found
+// for; kTimeLimit; rounding; certificate), Cancelled.
 certify::Parametrization repair(const mesh::Surface& surface, const Points2& corner_uv,
                                 const RepairOptions& options, ExecutionContext& context);
 

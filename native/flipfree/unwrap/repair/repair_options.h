@@ -14,12 +14,20 @@ enum class SelfOverlaps {
   kCut,   // it falls into pieces that are put side by side
 };
 
+// What becomes of islands that are drawn out more than an unwrap of them is (stretched_islands.h).
+enum class StretchedIslands {
+  kIgnore,   // they stay
+  kCount,    // they stay, and are counted
+  kImprove,  // they are made better
+};
+
 struct RepairOptions {
   IndexPairs cuts;        // seams: the map is cut there where it has to be made anew
   IndexPairs uncuttable;  // edges that automatic cuts avoid: diagonals of polygons
   std::vector<certify::CornerPin>
       pins;  // met bit for bit; corners that share a place share its pin
   SelfOverlaps overlaps = SelfOverlaps::kCut;
+  StretchedIslands stretched = StretchedIslands::kCount;
   bool disjoint = false;     // charts that lie on others are moved to where there is room
   double margin = 0.005;     // around charts that are moved
   int max_iterations = 200;  // of the optimiser, per chart that is made anew

@@ -75,6 +75,12 @@ void make_way(const std::vector<mesh::Chart>& charts, const std::vector<ChartToS
   const auto may_move = [&](std::size_t c) {
     return mended[c].pinned.empty() && (disjoint || near_its_place(mended[c]));
   };
+  const auto did_before = [&](std::size_t a, std::size_t b) {
+    const auto then = [&](std::size_t c) -> const Points2& {
+      return mended[c].before.rows() > 0 ? mended[c].before : mended[c].uv;
+    };
+    return mended[a].before.rows() > 0 && share_area(charts[a], then(a), charts[b], then(b));
+  };
   std::vector<std::size_t> order(charts.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
@@ -91,7 +97,8 @@ void make_way(const std::vector<mesh::Chart>& charts, const std::vector<ChartToS
     const bool in_the_way =
         may_move(c) && std::any_of(staying.begin(), staying.end(), [&](std::size_t other) {
           return boxes[c].meets(boxes[other]) &&
-                 share_area(charts[c], mended[c].uv, charts[other], mended[other].uv);
+                 share_area(charts[c], mended[c].uv, charts[other], mended[other].uv) &&
+                 (disjoint || !did_before(c, other));
         });
     moved[c] = in_the_way;
     if (!in_the_way) staying.push_back(c);

@@ -15,6 +15,7 @@ struct ChartToSettle {
   Place place = Place::kStays;
   bool bijective = false;  // does not overlap itself, and may not as stored
   std::vector<VertexId> pinned;
+  Points2 before;  // #V x 2, or empty: as `uv`. What it lay on there, it may lie on.
 };
 
 struct SettledCharts {

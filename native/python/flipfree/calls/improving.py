@@ -102,6 +102,7 @@ def repair(
     uncuttable: Any = None,
     pins: Pins | None = None,
     overlaps: str = "cut",
+    stretched: str = "keep",
     disjoint: bool = False,
     margin: float = 0.005,
     iterations: int = 200,
@@ -127,6 +128,10 @@ def repair(
         pins: {vertex or (face, corner): (u, v)}, met bit for bit.
         overlaps: what becomes of a chart that lies on itself: "cut" into pieces, of which the largest stays and the others
             are moved to where there is room; "open": unwrapped without further cuts; "keep".
+        stretched: what becomes of charts whose energy is more than 1.1 times that of an unwrap of them: "keep" bit for bit (and
+            count them, up to 50 000 faces each: "stretched_charts"), or "improve": where they are and at their size, or unwrapped
+            again along their seams where that is not enough ("charts_improved", "charts_stretched_anew"); then
+            "stretched_charts" counts those whose pins do not allow it.
         disjoint: charts that lie on larger ones are moved to where there is room, but for those with pins.
         margin: space around charts that are moved, in units of the unit square.
         iterations: most optimiser iterations per chart that is unwrapped. tolerance: share of the energy a step must promise.
@@ -147,6 +152,7 @@ def repair(
         uncuttable=as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
         pins=(pin_corners, pin_uv),
         overlaps=as_choice(overlaps, "overlaps", ("cut", "open", "keep")),
+        stretched=as_choice(stretched, "stretched", ("keep", "improve")),
         disjoint=as_flag(disjoint, "disjoint"),
         margin=as_margin(margin),
         iterations=as_count(iterations, "iterations"),

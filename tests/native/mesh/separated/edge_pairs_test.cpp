@@ -86,6 +86,34 @@ TEST(EdgePairs, DuplicatesAreNoMatesAndAreNamed) {
   EXPECT_EQ(pairs.loose.size(), 3U);
 }
 
+TEST(EdgePairs, OfDuplicatesTheFirstHasAllNeighbours) {
+  // A triangle amid three others, and its duplicate, in every order.
+  const std::vector<std::vector<Index>> triangles = {
+      {0, 1, 2}, {0, 1, 2}, {1, 0, 3}, {2, 1, 4}, {0, 2, 5}};
+  Points3 positions(6, 3);
+  positions << 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0;
+  std::vector<Index> order{0, 1, 2, 3, 4};
+  do {
+    Triangles faces(5, 3);
+    for (Index f = 0; f < 5; ++f) {
+      for (Index k = 0; k < 3; ++k)
+        faces(f, k) = triangles[static_cast<std::size_t>(order[static_cast<std::size_t>(f)])]
+                               [static_cast<std::size_t>(k)];
+    }
+    const std::vector<char> at_seam(15, 0);
+    const PairingInput input{positions, faces, at_seam};
+    EdgePairs pairs = pair_edges(input, ExecutionContext());
+    pair_crowds(input, {}, pairs, ExecutionContext());
+    const auto first = std::find_if(order.begin(), order.end(), [](Index i) { return i < 2; });
+    const auto f = static_cast<HalfedgeId>(first - order.begin());
+    for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h)
+      EXPECT_NE(pairs.mate[static_cast<std::size_t>(h)], kInvalid) << "half-edge " << h;
+    ASSERT_EQ(pairs.duplicate.size(), 1u);
+    for (HalfedgeId h = 3 * pairs.duplicate[0]; h < 3 * pairs.duplicate[0] + 3; ++h)
+      EXPECT_EQ(pairs.mate[static_cast<std::size_t>(h)], kInvalid) << "half-edge " << h;
+  } while (std::next_permutation(order.begin(), order.end()));
+}
+
 TEST(EdgePairs, ManyFacesArePairedInLinearTime) {
   std::vector<double> degrees;
   for (int i = 0; i < 20000; ++i) degrees.push_back(0.018 * i);

@@ -49,5 +49,20 @@ TEST(Layout, a_similarity_is_found_again_from_its_points) {
   EXPECT_LT((found.translation - known.translation).norm(), kRounding);
 }
 
+TEST(Layout, a_motion_turns_and_moves_but_scales_nothing) {
+  Points2 from(3, 2);
+  from << 0, 0, 2, 0, 0, 1;
+  Similarity larger;
+  larger.linear = Vector2(0.0, 3.0);  // a quarter turn
+  larger.translation = Vector2(5.0, -1.0);
+  const Points2 to = moved(larger, from);
+  const Points2 found = moved(fit_motion(from, to), from);
+  EXPECT_NEAR((found.colwise().mean() - to.colwise().mean()).norm(), 0.0, kRounding);
+  EXPECT_NEAR((found.row(1) - found.row(0) - Eigen::RowVector2d(0.0, 2.0)).norm(), 0.0, kRounding);
+  EXPECT_EQ(moved(fit_motion(from, Points2::Zero(3, 2)), from).row(1) -
+                moved(fit_motion(from, Points2::Zero(3, 2)), from).row(0),
+            Eigen::RowVector2d(2.0, 0.0));
+}
+
 }  // namespace
 }  // namespace flipfree::unwrap

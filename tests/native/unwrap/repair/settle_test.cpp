@@ -91,6 +91,16 @@ TEST(Settle, a_chart_near_its_place_moves_only_if_it_lies_on_others) {
   EXPECT_EQ(squares.overlaps(settled), 0);
 }
 
+TEST(Settle, a_chart_that_was_made_better_may_lie_on_what_it_lay_on) {
+  Squares squares;
+  squares.add(0, 0, 0.3, Place::kStays);
+  squares.add(0.2, 0.2, 0.3, Place::kWhereItWas);
+  squares.mended[1].before = squares.mended[1].uv;
+  EXPECT_EQ(squares.settled().moved, (std::vector<char>{0, 0}));
+  squares.mended[1].before.array() += 1.0;
+  EXPECT_EQ(squares.settled().moved, (std::vector<char>{0, 1}));
+}
+
 TEST(Settle, disjoint_moves_what_lies_on_others_but_no_pins) {
   Squares squares;
   squares.options.disjoint = true;

@@ -81,6 +81,12 @@ def repair_arguments(parser: argparse.ArgumentParser) -> None:
         help="what becomes of islands on themselves",
     )
     parser.add_argument(
+        "--stretched",
+        choices=("keep", "improve"),
+        default="keep",
+        help="what becomes of islands drawn out much more than an unwrap of them is",
+    )
+    parser.add_argument(
         "--margin", type=numbers.margin, default=0.005, help="around islands that move"
     )
     flags(parser, move_apart="islands that lie on larger ones are put where there is room")
@@ -93,11 +99,18 @@ def repair(model: Model, options: dict[str, Any]) -> Solved:
         model.uv(whole=False),
         uncuttable=model.diagonals,
         overlaps=options["overlaps"],
+        stretched=options["stretched"],
         disjoint=options["move_apart"],
         margin=options["margin"],
         **model.limits,
     )
-    return Solved(found.certificate, found, figures={"islands": int(found.stats["charts"])})
+    figures = {
+        "islands": int(found.stats["charts"]),
+        "stretched_islands": int(found.stats["stretched_charts"]),
+        "improved_islands": int(found.stats["charts_improved"]),
+        "islands_unwrapped_again": int(found.stats["charts_stretched_anew"]),
+    }
+    return Solved(found.certificate, found, figures=figures)
 
 
 def pack_arguments(parser: argparse.ArgumentParser) -> None:

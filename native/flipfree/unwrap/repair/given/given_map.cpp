@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/repair/given_map.h"
+#include "flipfree/unwrap/repair/given/given_map.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/certify/measures/flips.h"
-#include "flipfree/unwrap/repair/rejoin.h"
+#include "flipfree/unwrap/repair/given/rejoin.h"
 
 namespace flipfree::unwrap {
 namespace {
@@ -21,10 +21,18 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 // Corners around vertices, and what is known about their places.
 class Corners {
  public:
-  Corners(const mesh::Adjacency& adjacency, const mesh::EdgeFlags& seams, Points2& uv)
-      : adjacency_(adjacency), seams_(seams), uv_(uv), given_(at(static_cast<Index>(uv.rows()))) {
-    for (CornerId c = 0; c < static_cast<CornerId>(uv.rows()); ++c)
+  Corners(const Triangles& faces, const mesh::Adjacency& adjacency, const mesh::EdgeFlags& seams,
+          Points2& uv)
+      : faces_(faces),
+        adjacency_(adjacency),
+        seams_(seams),
+        uv_(uv),
+        given_(at(static_cast<Index>(uv.rows()))),
+        placed_(adjacency.vertex_halfedge.size(), 0) {
+    for (CornerId c = 0; c < static_cast<CornerId>(uv.rows()); ++c) {
       given_[at(c)] = is_storable(uv.row(c).transpose());
+      placed_[at(faces.data()[c])] |= given_[at(c)];
+    }
   }
 
   // Flags of the corners whose value is only a guess.
@@ -34,9 +42,10 @@ class Corners {
     for (const HalfedgeId start : adjacency_.vertex_halfedge) {
       if (start == kInvalid) continue;
       for (const std::vector<CornerId>& sector : sectors(start)) {
-        if (spread(sector)) continue;
-        guess(sector);
-        for (const CornerId c : sector) guessed[at(c)] = 1;
+        for (const std::vector<CornerId>& rest : spread(sector)) {
+          guess(rest);
+          for (const CornerId c : rest) guessed[at(c)] = 1;
+        }
       }
     }
     return guessed;
@@ -72,17 +81,35 @@ class Corners {
     return result;
   }
 
-  // Values to the corners beside them; false if there are none.
-  bool spread(const std::vector<CornerId>& sector) {
-    const auto first =
-        std::find_if(sector.begin(), sector.end(), [&](CornerId c) { return given_[at(c)] != 0; });
-    if (first == sector.end()) return false;
-    const auto known = static_cast<std::size_t>(first - sector.begin());
-    for (std::size_t i = known; i-- > 0;) uv_.row(sector[i]) = uv_.row(sector[known]);
-    for (std::size_t i = known + 1; i < sector.size(); ++i) {
-      if (given_[at(sector[i])] == 0) uv_.row(sector[i]) = uv_.row(sector[i - 1]);
+  // Is it known from the other end of the edge between two corners that follow each other around
+  // a vertex whether the map goes on there? Where that end has no place at all, nothing denies it.
+  bool goes_on(CornerId corner, CornerId next) const {
+    const CornerId here = previous_corner(corner);
+    const CornerId there = next_corner(next);
+    return (given_[at(here)] != 0 && given_[at(there)] != 0) ||
+           placed_[at(faces_.data()[here])] == 0;
+  }
+
+  // Values to the corners beside them where the map goes on; the runs of those that got none.
+  std::vector<std::vector<CornerId>> spread(const std::vector<CornerId>& sector) {
+    const std::size_t count = sector.size();
+    std::vector<char> known;
+    for (const CornerId c : sector) known.push_back(given_[at(c)]);
+    const auto take = [&](std::size_t to, std::size_t from) {
+      const bool goes = goes_on(sector[std::min(to, from)], sector[std::max(to, from)]);
+      if (known[to] != 0 || known[from] == 0 || !goes) return;
+      uv_.row(sector[to]) = uv_.row(sector[from]);
+      known[to] = 1;
+    };
+    for (std::size_t i = 1; i < count; ++i) take(i, i - 1);
+    for (std::size_t i = count; i-- > 1;) take(i - 1, i);
+    std::vector<std::vector<CornerId>> rest;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (known[i] != 0) continue;
+      if (i == 0 || known[i - 1] != 0) rest.emplace_back();
+      rest.back().push_back(sector[i]);
     }
-    return true;
+    return rest;
   }
 
   void guess(const std::vector<CornerId>& sector) {
@@ -99,10 +126,12 @@ class Corners {
     for (const CornerId c : sector) uv_.row(c) = sum;
   }
 
+  const Triangles& faces_;
   const mesh::Adjacency& adjacency_;
   const mesh::EdgeFlags& seams_;
   Points2& uv_;
-  std::vector<char> given_;  // per corner: it came with a value
+  std::vector<char> given_;   // per corner: it came with a value
+  std::vector<char> placed_;  // per vertex: some corner of it did
 };
 
 // Pins at the charts' vertices.
@@ -147,14 +176,18 @@ GivenMap read_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency
                   const std::vector<certify::CornerPin>& pins) {
   GivenMap map;
   map.uv = corner_uv;
-  const std::vector<char> guessed = Corners(adjacency, seams, map.uv).complete();
+  std::vector<char> guessed = Corners(surface.faces, adjacency, seams, map.uv).complete();
   std::vector<char> fixed;
   if (!pins.empty()) {
     certify::require_corners(pins, static_cast<Index>(surface.faces.size()));
     fixed.assign(guessed.size(), 0);
     for (const certify::CornerPin& pin : pins) fixed[at(pin.corner)] = 1;
   }
+  const Points2 completed = map.uv;
   map.rejoined = rejoin_torn(surface, adjacency, seams, fixed, map.uv);
+  for (CornerId c = 0; c < static_cast<CornerId>(guessed.size()); ++c) {
+    if (map.uv.row(c) != completed.row(c)) guessed[at(c)] = 0;  // it has a neighbour's now
+  }
   map.cuts = mesh::uv_cuts(adjacency, map.uv);
   mesh::CutMesh cut = mesh::cut_along(surface.faces, adjacency, map.cuts);
   map.charts = mesh::split_into_charts(surface.vertices, cut);

@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/repair/given_map.h"
+#include "flipfree/unwrap/repair/given/given_map.h"
 
 #include <gtest/gtest.h>
 
@@ -42,6 +42,31 @@ TEST(GivenMap, a_corner_without_a_value_takes_its_neighbours) {
   EXPECT_EQ(map.uv, sound);
   EXPECT_EQ(map.charts.size(), 1U);
   EXPECT_EQ(std::count(map.unknown[0].begin(), map.unknown[0].end(), 1), 0);
+}
+
+TEST(GivenMap, a_face_that_lost_both_ends_of_an_edge_is_not_joined_across_it) {
+  Given given;
+  // All faces are apart: nothing says that the map goes on across the edge whose ends it lost.
+  for (FaceId g = 0; g < given.surface.faces.rows(); ++g)
+    given.uv.middleRows<3>(3 * g).col(0).array() += 5.0 * g;
+  const FaceId f = 30;
+  given.uv.row(3 * f).setConstant(kNothing);
+  given.uv.row(3 * f + 1).setConstant(kNothing);
+  const GivenMap map = given.read();
+  EXPECT_EQ(map.charts.size(), static_cast<std::size_t>(given.surface.faces.rows()));
+  for (std::size_t c = 0; c < map.charts.size(); ++c) {
+    const bool own = map.charts[c].faces.front() == f;
+    EXPECT_EQ(std::count(map.unknown[c].begin(), map.unknown[c].end(), 1), own ? 2 : 0);
+  }
+}
+
+TEST(GivenMap, lost_corners_of_a_face_within_a_chart_are_its_neighbours) {
+  Given given;
+  const Points2 sound = given.uv;
+  for (const Index k : {0, 1}) given.uv.row(3 * 30 + k).setConstant(kNothing);
+  const GivenMap map = given.read();
+  EXPECT_EQ(map.uv, sound);
+  EXPECT_EQ(map.charts.size(), 1U);
 }
 
 TEST(GivenMap, a_vertex_without_any_gets_the_mean_of_its_neighbours_as_a_guess) {

@@ -25,10 +25,11 @@ struct GivenMap {
 };
 
 // corner_uv: 3 #F x 2, any values. A corner without a value takes that of the next corner around
-// its vertex, but not across an edge of `seams` (flags, may be empty); where a vertex has none at
-// all, the mean of its neighbours. A pin moves all corners that share its corner's place. Throws
-// InvalidInput (kBadPins): one of a corner that does not exist or at a place that UVs cannot store,
-// two places for one vertex of a chart. Precondition: a validated surface. Cost: O(#F).
+// its vertex, but not across an edge of `seams` (flags, may be empty), nor across one of which the
+// other end does not tell whether the map goes on; the mean of its neighbours where there is none.
+// A pin moves all corners that share its corner's place. Throws InvalidInput (kBadPins): one of a
+// corner that does not exist or at a place that UVs cannot store, two places for one vertex of a
+// chart. Precondition: a validated surface. Cost: O(#F).
 GivenMap read_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                   const Points2& corner_uv, const mesh::EdgeFlags& seams,
                   const std::vector<certify::CornerPin>& pins);

@@ -1,4 +1,4 @@
-#include "flipfree/unwrap/repair/rejoin.h"
+#include "flipfree/unwrap/repair/given/rejoin.h"
 
 #include <algorithm>
 #include <array>
