@@ -32,22 +32,26 @@ class RepairTask(MapTask):
         use_pins=True,
         mark_seams=False,
         margin=0.005,
+        aspect=1.0,
     ):
         super().__init__(snapshot)
+        self.aspect = aspect
         self.overlaps = overlaps
         self.disjoint = disjoint
         self.use_pins = use_pins
         self.mark_seams = mark_seams
         self.margin = margin
 
-    def start(self):
-        return solver.repair(
+    def stages(self):
+        result = yield solver.repair(
             self.snapshot,
             pins=self.pins(),
             overlaps=self.overlaps,
             disjoint=self.disjoint,
             margin=self.margin,
+            aspect=self.aspect,
         )
+        yield from self.take(result)
 
     def new_seams(self):
         if not self.mark_seams or not self.result.stats["added_cuts"]:
@@ -60,9 +64,9 @@ class RepairTask(MapTask):
         old = self.snapshot.corner_uv
         return bool((self.result.uv32() == old).all()) and bool(np.isfinite(old).all())
 
-    def write(self, ob):
+    def writing(self, ob):
         if not self.stays():
-            super().write(ob)
+            yield from super().writing(ob)
 
 
 def total(tasks: list[RepairTask], name: str) -> int:
@@ -95,6 +99,7 @@ def summary(tasks: list[RepairTask]) -> str:
     corners = sum(3 * len(t.snapshot.triangles) for t in tasks)
     kept = 100.0 * total(tasks, "corners_kept") / max(corners, 1)
     text = common.figures([t.certificate for t in tasks], sum(t.islands for t in tasks))
+    text += common.texture_text(tasks[0].aspect)
     if not became:
         return f"nothing to repair: {text}"
     # Rounded down: 100 % are all of them.
@@ -104,6 +109,7 @@ def summary(tasks: list[RepairTask]) -> str:
 class UV_OT_flipfree_repair(
     options.KeepPins,
     options.Margin,
+    options.CorrectAspect,
     options.UseModifiers,
     options.MapOperator,
     bpy.types.Operator,
@@ -123,6 +129,7 @@ class UV_OT_flipfree_repair(
         "use_pins",
         "mark_seams",
         "margin",
+        "correct_aspect",
         "use_modifiers",
     )
 

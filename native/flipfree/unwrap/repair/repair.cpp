@@ -12,6 +12,7 @@
 #include "flipfree/base/plane.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/separated_map.h"
+#include "flipfree/certify/texture.h"
 #include "flipfree/distortion/minimize/boundary_grid.h"
 #include "flipfree/distortion/valid_map.h"
 #include "flipfree/unwrap/repair/given_map.h"
@@ -23,13 +24,6 @@ namespace flipfree::unwrap {
 namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-mesh::EdgeFlags own_flags(const mesh::EdgeFlags& flags, const mesh::Chart& chart) {
-  if (flags.empty()) return {};
-  mesh::EdgeFlags own(3 * chart.faces.size());
-  for (std::size_t h = 0; h < own.size(); ++h) own[h] = flags[3 * at(chart.faces[h / 3]) + h % 3];
-  return own;
-}
 
 class Repair {
  public:
@@ -45,10 +39,11 @@ class Repair {
                         ? mesh::EdgeFlags{}
                         : mesh::flag_edges(surface.faces, adjacency_, options.uncuttable)),
         given_(read_map(surface, adjacency_, corner_uv, seams_, options.pins)),
-        density_(common_density(given_.charts, given_.places)),
+        seen_(on_texture(given_, options.aspect)),
+        density_(common_density(given_.charts, seen_.places)),
         mended_(given_.charts.size()),
         anew_(given_.charts.size(), 0) {
-    measure_before(surface, given_, corner_uv, stats_, context);
+    measure_before(surface, given_, corner_uv, options.aspect, stats_, context);
     corner_uv_ = &corner_uv;
   }
 
@@ -75,6 +70,13 @@ class Repair {
     unwrapping.max_iterations = options_.max_iterations;
     unwrapping.tolerance = options_.tolerance;
     certify::Parametrization map = unwrap(surface_, unwrapping, context_);
+    const StatValue added = map.stats["added_cuts"];
+    if (options_.aspect != 1.0) {
+      // Narrower, or lower, in the unit square; stored and judged as any given map.
+      map.uv.col(0) /= options_.aspect;
+      map.uv *= std::min(options_.aspect, 1.0);
+      map = Repair(surface_, Points2(map.uv), options_, context_).mended_map();
+    }
     std::erase_if(map.stats, [](const auto& entry) {
       return !std::set<std::string>{"charts", "added_cuts", "energy", "max_energy"}.contains(
           entry.first);
@@ -85,6 +87,7 @@ class Repair {
     for (const char* name : {"charts_mirrored", "charts_unfolded", "charts_cut", "corners_kept"})
       map.stats[name] = std::int64_t{0};
     map.stats["added_vertices"] = std::int64_t{0};
+    map.stats["added_cuts"] = added;
     return map;
   }
 
@@ -131,9 +134,9 @@ class Repair {
   void mend_one(std::size_t c, ExecutionContext& context) {
     const ChartToMend chart{given_.charts[c],
                             given_.vertex_origin,
-                            given_.places[c],
+                            seen_.places[c],
                             given_.unknown[c],
-                            given_.pins[c],
+                            seen_.pins[c],
                             own_flags(seams_, given_.charts[c]),
                             own_flags(uncuttable_, given_.charts[c]),
                             density_};
@@ -186,8 +189,9 @@ class Repair {
       sized_ = sized_ && mended_[c].has_density;
       for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h) {
         const std::size_t corner = 3 * at(chart.faces[h / 3]) + h % 3;
-        uv_.row(static_cast<Eigen::Index>(corner)) =
-            mended_[c].uv.row(static_cast<Eigen::Index>(h));
+        uv_.row(static_cast<Eigen::Index>(corner)) = certify::row_from_texture(
+            mended_[c].uv.row(static_cast<Eigen::Index>(h)), options_.aspect,
+            given_.places[c].row(chart.surface.faces.data()[h]));
         if (!mended_[c].cut.empty()) cuts[corner] |= mended_[c].cut[h];
         place[corner / 3] = mended_[c].place[h / 3];
         given_chart[corner / 3] = c;
@@ -252,6 +256,7 @@ class Repair {
     request.pins = options_.pins;
     request.require_bijective = options_.overlaps != SelfOverlaps::kKeep;
     request.require_disjoint = options_.disjoint && options_.pins.empty();
+    request.aspect = options_.aspect;
     certify::certify_map(map, surface_, request, context_);
     count(map);
     return map;
@@ -291,6 +296,7 @@ class Repair {
   const mesh::EdgeFlags seams_;
   const mesh::EdgeFlags uncuttable_;
   const GivenMap given_;
+  const SeenMap seen_;
   const double density_;
   const Points2* corner_uv_ = nullptr;
   Stats stats_;
@@ -326,7 +332,9 @@ certify::Parametrization repair_separated(const mesh::Surface& surface, const Po
   const Points2 own_uv = separated.corners(corner_uv);
   const certify::Parametrization solved =
       separated.solve([&] { return Repair(separated.surface(), own_uv, own, context).run(); });
-  return separated.on_input(solved, {}, context);
+  certify::CertifyRequest request;
+  request.aspect = options.aspect;
+  return separated.on_input(solved, request, context);
 }
 
 // Which faces are one island, and which side of it is up, is read from the map. The repaired one
@@ -346,6 +354,7 @@ certify::Parametrization repair_any(const mesh::Surface& surface, const Points2&
       request.pins = options.pins;
       request.require_bijective = options.overlaps != SelfOverlaps::kKeep;
       request.require_disjoint = options.disjoint && options.pins.empty();
+      request.aspect = options.aspect;
       map.certificate = certify::certify_any(request, context);
     }
     if (map.certificate.ok || round == kRounds) break;
