@@ -9,9 +9,17 @@ _MOST = 16.0
 
 def active(context) -> float:
     """Width over height, 1 without an image."""
-    image = _in_editor(context) or _in_material(context.view_layer.objects.active)
+    return _of(_in_editor(context) or _in_material(context.view_layer.objects.active)) or 1.0
+
+
+def of_material(ob) -> float | None:
+    """That of the image in an object's active material, if there is one."""
+    return _of(_in_material(ob))
+
+
+def _of(image) -> float | None:
     if image is None:
-        return 1.0
+        return None
     (width, height), (x, y) = image.size, image.display_aspect
     ratio = width * x / (height * y)
     return ratio if 1.0 / _MOST <= ratio <= _MOST else 1.0

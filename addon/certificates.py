@@ -9,6 +9,7 @@ import zlib
 from dataclasses import dataclass
 
 import bmesh
+import bpy
 import numpy as np
 
 from . import compat, records, watch
@@ -33,26 +34,33 @@ class Kept:
     checksum: int
 
 
-def remember(tasks, verb: str) -> None:
-    """Keeps what these tasks, already written, found; those without a certificate leave things as they are."""
+def remember(tasks, verb: str):
+    """Keeps what these tasks, already written, found; those without a certificate leave things as they are. A generator: of
+    steps between which a window goes on."""
     there = watch.objects_by_name()
     found = []
     for task in tasks:
         ob = there.get(task.snapshot.object_name)
         if ob is None or not task.judged or ob.data.uv_layers.active is None:
             continue
-        found.append((task, ob, _key(ob)))
-        _kept.pop(found[-1][2], None)
-    for task, ob, key in found[-_MOST_KEPT:]:
+        found.append((task, _key(ob)))
+        _kept.pop(found[-1][1], None)
+    for task, key in found[-_MOST_KEPT:]:
         _kept.pop(key, None)
-        faces = np.unique(np.concatenate([judged.faces for judged in task.judged]))
+        seen = np.zeros(task.snapshot.counts[3], bool)
+        for judged in task.judged:
+            seen[judged.faces] = True
         figures = records.of_task(task, "", "")
-        snapshot = task.snapshot
+        yield
+        ob = bpy.data.objects.get(task.snapshot.object_name)
+        if ob is None or ob.data.uv_layers.active is None or _key(ob) != key:
+            continue
         with fields.whole_mesh(ob) as mesh:
             checksum = _sum_of(*_arrays(mesh))
-        _kept[key] = Kept(verb, figures, len(faces), snapshot.counts[3], checksum)
+        _kept[key] = Kept(verb, figures, int(np.count_nonzero(seen)), len(seen), checksum)
         while len(_kept) > _MOST_KEPT:
             del _kept[next(iter(_kept))]
+        yield
 
 
 def of(ob) -> Kept | None:

@@ -4,10 +4,11 @@
                  invoke (window)                             execute (redo panel, scripts, background)
                     |  timer, 10 per second                      |  waits
                     v                                            v
-    make_tasks -> Run.advance() ... -> Run.finish() -> report, undo step
+    make_tasks -> Run.advance() ... -> Run.writing() ... -> report, undo step
 
 Meshes are written only after the last solver has ended, so Esc leaves every one of them as it was. Return takes each map as
-it is then, or as soon as there is one.
+it is then, or as soon as there is one. Writing itself takes several ticks where a mesh is large; it cannot be cancelled, and
+whatever else ends it leaves no mesh half written.
 """
 
 import time
@@ -16,9 +17,20 @@ import bpy
 
 from . import certificates, errors, mends
 from .meshes import mesh_io
-from .runs.run import Run, StagedTask, Task, close_all, live_runs
+from .runs.run import MOMENT, Pause, Run, StagedTask, Task, close_all, live_runs
 
-__all__ = ["Run", "SolverOperator", "StagedTask", "Task", "close_all", "live_runs"]
+__all__ = ["Pause", "Run", "SolverOperator", "StagedTask", "Task", "close_all", "live_runs"]
+
+
+def paused(steps):
+    """A generator's steps as stages of a task, each of which may be a tick's; its result."""
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return end.value
+        yield Pause()
+
 
 _INTERVAL = 0.1  # seconds between looks at the solver
 # Navigating stays possible while solving; everything else waits, so the mesh cannot change
@@ -43,6 +55,8 @@ class SolverOperator:
 
     # Name in the status bar, e.g. "Unwrap".
     verb = "Solve"
+    # Of a run that has ended: what is left to write and to report (_conclude).
+    _conclusion = None
 
     def make_run(self, context) -> Run:
         """One task per object; raises MeshProblem if the selection cannot be worked on."""
@@ -80,7 +94,7 @@ class SolverOperator:
         finally:
             if not quiet:
                 manager.progress_end()
-        return self._conclude(context, run)
+        return self._concluded(run)
 
     # -- modal: menus
     # --------------------------------------------------------------------------------------
@@ -92,41 +106,64 @@ class SolverOperator:
             return {"CANCELLED"}
         # Small meshes are done at once, without a flicker in the status bar.
         if self._run.advance(0.15):
-            return self._conclude(context, self._run)
+            self._conclusion = self._conclude(self._run)
+            status = self._go_on()
+            if status is not None:
+                return status
         self._timer = context.window_manager.event_timer_add(_INTERVAL, window=context.window)
         context.window_manager.modal_handler_add(self)
         self._show_progress(context)
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
-        if event.type == "ESC" and event.value == "PRESS":
-            self._run.cancel()
-        if event.type in _ACCEPT and event.value == "PRESS":
-            self._run.accept()
+        if event.value == "PRESS" and self._conclusion is None:
+            if event.type == "ESC":
+                self._run.cancel()
+            if event.type in _ACCEPT:
+                self._run.accept()
         if event.type in _NAVIGATION:
             return {"PASS_THROUGH"}
         if event.type != "TIMER":
             return {"RUNNING_MODAL"}
         try:
-            ended = self._run.advance(0.0)
+            if self._conclusion is None and self._run.advance(0.0):
+                self._conclusion = self._conclude(self._run)
+            status = self._go_on()
         except BaseException:  # a mistake of ours: Blender would go on calling the timer
             self.cancel(context)
             raise
-        if not ended:
+        if status is None:
             self._show_progress(context)
             return {"RUNNING_MODAL"}
         self._stop_showing(context)
-        return self._conclude(context, self._run)
+        return status
+
+    def _go_on(self) -> set[str] | None:
+        """A moment's work of writing and reporting; what the operator returns, once all is done."""
+        if self._conclusion is None:
+            return None
+        begin = time.perf_counter()
+        try:
+            next(self._conclusion)
+            while time.perf_counter() - begin < MOMENT:
+                next(self._conclusion)
+        except StopIteration as end:
+            return end.value
+        return None
 
     def cancel(self, context):
         """Blender ends the operator: a file is loaded, or Blender quits."""
+        if self._conclusion is not None:
+            self._conclusion.close()  # what is half written goes back
         self._run.close()
         self._stop_showing(context)
 
     def _show_progress(self, context):
         text, fraction = self._run.progress()
         hint = "[Esc] cancel  [Return] take it as it is"
-        if self._run.cancelled:
+        if self._conclusion is not None:
+            text, hint = "", "writing ..."
+        elif self._run.cancelled:
             hint = "stopping ..."
         elif self._run.accepted:
             hint = "[Esc] cancel  taking the map as it is ..."
@@ -147,19 +184,30 @@ class SolverOperator:
             errors.complain(self, str(problem))
             return None
 
-    def _conclude(self, context, run: Run):
+    def _concluded(self, run: Run) -> set[str]:
+        conclusion = self._conclude(run)
+        while True:
+            try:
+                next(conclusion)
+            except StopIteration as end:
+                return end.value
+
+    def _conclude(self, run: Run):
+        """Writes the results and reports, in steps as Run.writing(); returns what the operator does."""
         if run.cancelled:
             self.report({"INFO"}, "Cancelled. Nothing was changed")
             return {"CANCELLED"}
-        run.finish()
+        yield from run.writing()
         seconds = time.perf_counter() - run.started
         if run.failures:
             self._report_failures(run.failures, written=bool(run.done))
         if not run.done:
             return self._refused(run.failures)
         mends.remember(run.done)
-        certificates.remember(run.done, self.verb)
+        yield
+        yield from certificates.remember(run.done, self.verb)
         text = f"{self.summary(run.done)}, {seconds:.2f} s"
+        yield
         if run.ended_early:
             text += ", accepted early"
         if run.solved_here:

@@ -32,8 +32,9 @@ def check_version() -> None:
         )
 
 
-def certify(snapshot, uv, *, pins=None, bijective=False, disjoint=False):
-    """Starts the certificate of uv (m, 3, 2) on the snapshot's triangles; returns the job."""
+def certify(snapshot, uv, *, pins=None, bijective=False, disjoint=False, aspect=1.0):
+    """Starts the certificate of uv (m, 3, 2) on the snapshot's triangles; returns the job. aspect: of the texture on which
+    distortion is measured, here and below."""
     return jobs.certify(
         snapshot.vertices,
         snapshot.triangles,
@@ -41,6 +42,7 @@ def certify(snapshot, uv, *, pins=None, bijective=False, disjoint=False):
         pins=pins,
         bijective=bijective,
         disjoint=disjoint,
+        aspect=aspect,
         threads=threads(),
     )
 
@@ -115,7 +117,7 @@ def unwrap_island(island, *, bijective):
     )
 
 
-def settle(island, uv, pins, *, bijective):
+def settle(island, uv, pins, *, bijective, aspect):
     """Starts rounding and certifying a map of one island that meets its pins {(face, corner): (u, v)} already."""
     return jobs.improve(
         (island.vertices, island.faces, uv),
@@ -123,6 +125,23 @@ def settle(island, uv, pins, *, bijective):
         keep_bijective=bijective,
         repair=False,
         iterations=0,
+        aspect=aspect,
+        threads=threads(),
+    )
+
+
+def improve_refined(result, *, held, bijective, aspect, max_seconds):
+    """Starts lowering the distortion of a result on its own triangles; vertices of the mask `held` stay where they are."""
+    uv = np.empty((len(result.vertices), 2))
+    uv[result.faces] = result.uv32()
+    vertices = np.flatnonzero(held).tolist()
+    return jobs.improve(
+        (result.vertices, result.faces, result.uv),
+        pins=dict(zip(vertices, map(tuple, uv[vertices].tolist()), strict=True)),
+        keep_bijective=bijective,
+        repair=False,
+        aspect=aspect,
+        max_seconds=_shorter(max_seconds, preferences.max_seconds()),
         threads=threads(),
     )
 
@@ -138,18 +157,19 @@ def pull(part, uv, pins, *, iterations, seconds):
     )
 
 
-def improve(snapshot, *, pins, bijective, iterations):
-    """Starts lowering the distortion of the snapshot's own map."""
+def improve(snapshot, *, pins, bijective, iterations, aspect=1.0, uv=None):
+    """Starts lowering the distortion of the snapshot's own map, or of another one."""
     return jobs.improve(
-        (snapshot.vertices, snapshot.triangles, snapshot.corner_uv),
+        (snapshot.vertices, snapshot.triangles, snapshot.corner_uv if uv is None else uv),
         pins=pins or None,
         keep_bijective=bijective,
         iterations=iterations,
+        aspect=aspect,
         **_limits(),
     )
 
 
-def repair(snapshot, *, pins, overlaps, stretched, disjoint, margin):
+def repair(snapshot, *, pins, overlaps, stretched, disjoint, margin, aspect):
     """Starts mending the snapshot's own map."""
     return jobs.repair(
         snapshot.vertices,
@@ -162,6 +182,7 @@ def repair(snapshot, *, pins, overlaps, stretched, disjoint, margin):
         stretched=stretched,
         disjoint=disjoint,
         margin=margin,
+        aspect=aspect,
         threads=threads(),
     )
 

@@ -24,6 +24,14 @@ def uid(datablock) -> int:
     return getattr(datablock, "session_uid", 0) or datablock.as_pointer()
 
 
+def is_there(datablock) -> bool:
+    """Whether it still exists: a script may have removed it since."""
+    try:
+        return bool(datablock.name or True)
+    except ReferenceError:
+        return False
+
+
 def objects_by_name() -> dict[str, bpy.types.Object]:
     """As bpy.data.objects.get finds them, which searches them all for each: too long where a scene has thousands."""
     return {ob.name: ob for ob in reversed(bpy.data.objects.values())}

@@ -1,39 +1,27 @@
-# SPDX-License-Identifier: GPL-3.0-or-later
-"""What the ticks of a run take of Blender's own thread while a large mesh is unwrapped: CPU seconds, on a machine however busy.
+"""What the ticks of a run take of Blender's own thread on a large mesh: CPU seconds, on a machine however busy.
 
-    blender -b --python benchmarks/blender_tick_cpu.py -- [FACES TO A SIDE [never | always]]
+    blender -b --python benchmarks/blender_tick_cpu.py -- [FACES TO A SIDE [never | always [OPERATOR ...]]]
 
-The extension must be enabled. Beside it blender_tick.py, which asks a window's clock and so counts drawing as well.
+OPERATOR: unwrap, check, pack or improve; all four by default, one after the other on the same mesh, so that each has the map of
+the one before. The extension must be enabled. Beside it blender_tick.py, which asks a window's clock and so counts drawing and
+Blender's own undo step as well.
 """
 
-import importlib
 import os
 import sys
 import time
+from pathlib import Path
 
 import bpy
-import numpy as np
 
-EXTENSION = "bl_ext.user_default.flipfree_uv"
-arguments = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []
-SIDE = int(arguments[0]) if arguments else 1000
-SEPARATE = arguments[1] if len(arguments) > 1 else "never"
+sys.path.insert(0, str(Path(__file__).resolve().parent))
 
+from blender_sheet import EXTENSION, TASKS, arguments, part, sheet  # noqa: E402
 
-def part(name):
-    return importlib.import_module(f"{EXTENSION}.{name}")
-
-
-def sheet():
-    bpy.data.batch_remove(list(bpy.data.objects))
-    bpy.ops.mesh.primitive_grid_add(x_subdivisions=SIDE, y_subdivisions=SIDE)
-    mesh = bpy.context.object.data
-    places = np.empty((len(mesh.vertices), 3), np.float32)
-    mesh.vertices.foreach_get("co", places.ravel())
-    places[:, 2] = 0.1 * np.sin(9 * places[:, 0]) * np.cos(7 * places[:, 1])
-    mesh.vertices.foreach_set("co", places.ravel())
-    mesh.update()
-    return bpy.context.object
+GIVEN = arguments()
+SIDE = int(GIVEN[0]) if GIVEN else 1000
+SEPARATE = GIVEN[1] if len(GIVEN) > 1 else "never"
+NAMES = GIVEN[2:] or list(TASKS)
 
 
 def of_thread(call):
@@ -43,24 +31,58 @@ def of_thread(call):
     return found, time.thread_time() - begin
 
 
+def ticks_of(name, ob):
+    """(reading and starting, CPU seconds of each tick that solves, of each that writes and reports)."""
+    module, task_name, options = TASKS[name]
+    modal, module = part("modal"), part(module)
+
+    class Quiet(modal.SolverOperator):
+        verb = name
+
+        def report(self, _, text):
+            print(f"  {text}", flush=True)
+
+        def summary(self, tasks):
+            return module.summary(tasks)
+
+    def start():
+        snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
+        layout = part("operators.layout").joint_of(bpy.context, [snapshot])
+        task = getattr(module, task_name)(snapshot, **options)
+        run = modal.Run([task], [], layout=None if name == "check" else layout)
+        return run, run.advance(0.0)
+
+    (run, ended), starting = of_thread(start)
+    operator = Quiet()
+    operator._run = run
+    solving, writing = [], []
+    while not ended:
+        ended, seconds = of_thread(lambda: run.advance(0.0))
+        solving.append(seconds)
+        time.sleep(0.02)
+    operator._conclusion = operator._conclude(run)
+    status = None
+    while status is None:
+        status, seconds = of_thread(operator._go_on)
+        writing.append(seconds)
+    assert status == {"FINISHED"}, status
+    return starting, solving, writing
+
+
+def longest(ticks):
+    return ", ".join(f"{seconds:.3f}" for seconds in sorted(ticks, reverse=True)[:4])
+
+
 bpy.context.preferences.addons[EXTENSION].preferences.separate = SEPARATE
-ob = sheet()
-snapshot, reading = of_thread(lambda: part("meshes.mesh_io").read(ob, only_selected=False))
-layout = part("operators.layout").joint_of(bpy.context, [snapshot])
-run = part("modal").Run([part("operators.unwrap").UnwrapTask(snapshot)], [], layout=layout)
-ticks = []
-while True:
-    ended, seconds = of_thread(lambda: run.advance(0.0))
-    ticks.append(seconds)
-    if ended:
-        break
-    time.sleep(0.1)
-_, writing = of_thread(run.finish)
-assert run.done and not run.failures, [str(failure) for failure in run.failures]
+ob = sheet(SIDE)
 print(
-    f"{len(ob.data.polygons)} faces, separate process {SEPARATE}: reading {reading:.2f}, first tick {ticks[0]:.2f}, longest of "
-    f"{len(ticks) - 2} others {max(ticks[1:-1]):.4f}, last {ticks[-1]:.2f}, writing {writing:.2f} CPU s, "
-    f"Blender {bpy.app.version_string}",
-    flush=True,
+    f"{len(ob.data.polygons)} faces, separate process: {SEPARATE}, Blender {bpy.app.version_string}"
 )
+for name in NAMES:
+    starting, solving, writing = ticks_of(name, ob)
+    print(
+        f"{name}: reading and starting {starting:.2f} CPU s; longest of {len(solving)} ticks that solve: {longest(solving)}; of "
+        f"{len(writing)} that write and report: {longest(writing)}",
+        flush=True,
+    )
 os._exit(0)

@@ -190,6 +190,7 @@ def calls(maps: Maps) -> dict[str, tuple[Call, Callable[[Case], bool]]]:
         ),
         # Linear, without a limit: within any.
         "split_fans": (lambda c, _: ff.split_fans(c[2]), every),
+        "islands": (lambda c, _: ff.islands(c[2]), every),
         "boundary_angles, circle": (
             lambda c, s: ff.boundary_angles(c[1], c[2], "circle", max_seconds=s),
             every,

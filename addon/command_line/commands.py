@@ -30,6 +30,9 @@ def _flags(parser, **texts):
         parser.add_argument(f"--{name.replace('_', '-')}", action="store_true", help=text)
 
 
+# For --aspect.
+IMAGE = "image"
+
 _OVERLAPS = "islands may overlap themselves"
 
 
@@ -50,6 +53,7 @@ def _unwrap_arguments(parser):
         mark_seams="mark automatic cuts as seams",
     )
     _margin(parser)
+    _aspect(parser)
 
 
 def _match_arguments(parser):
@@ -67,6 +71,7 @@ def _match_arguments(parser):
         default=MAX_SECONDS,
         help="most per island, 0 for no limit (default %(default)g)",
     )
+    _aspect(parser)
 
 
 def _improve_arguments(parser):
@@ -80,6 +85,7 @@ def _improve_arguments(parser):
         "--iterations", type=numbers.iterations, default=200, help="most steps per island"
     )
     _margin(parser)
+    _aspect(parser)
 
 
 def _repair_arguments(parser):
@@ -102,6 +108,7 @@ def _repair_arguments(parser):
         mark_seams="mark the map's cuts as seams where islands had to be cut",
     )
     _margin(parser)
+    _aspect(parser)
 
 
 def _pack_arguments(parser):
@@ -127,6 +134,7 @@ def _pack_arguments(parser):
         stack_similar="islands of equal outline lie on top of each other",
         ignore_pins="treat pinned UVs as any other",
     )
+    _aspect(parser)
 
 
 def _conformal_arguments(parser):
@@ -182,6 +190,17 @@ def _check_arguments(parser):
     parser.add_argument(
         "--allow-stacked", action="store_true", help="islands may lie on each other"
     )
+    _aspect(parser)
+
+
+def _aspect(parser):
+    parser.add_argument(
+        "--aspect",
+        type=lambda text: text if text == IMAGE else numbers.aspect(text),
+        default=1.0,
+        metavar="W:H",
+        help="of the texture, if it is no square: 2, 16:9, 2048x1024; image: that of the first object's material",
+    )
 
 
 def _margin(parser):
@@ -204,6 +223,7 @@ def _unwrap_options(given):
             "mark_seams": given.mark_seams,
             "keep_placement": given.keep_placement,
             "margin": given.margin,
+            "aspect": given.aspect,
         },
     )
 
@@ -219,6 +239,7 @@ def _match_options(given):
             "rest": "unwrap" if given.unwrap_rest else "keep",
             "may_add": not given.no_new_vertices,
             "max_seconds": given.max_seconds,
+            "aspect": given.aspect,
         },
     )
 
@@ -233,6 +254,7 @@ def _improve_options(given):
             "iterations": given.iterations,
             "pack": given.pack,
             "margin": given.margin,
+            "aspect": given.aspect,
         },
     )
 
@@ -248,6 +270,7 @@ def _repair_options(given):
             "use_pins": not given.ignore_pins,
             "mark_seams": given.mark_seams,
             "margin": given.margin,
+            "aspect": given.aspect,
         },
     )
 
@@ -266,6 +289,7 @@ def _pack_options(given):
             "tile": given.tile,
             "tiles": given.tiles,
             "effort": given.effort,
+            "aspect": given.aspect,
         },
     )
 
@@ -303,7 +327,8 @@ def _seamless_options(given):
 
 
 def _check_options(given):
-    return check.CheckTask, check.summary, {"stacked_ok": given.allow_stacked}
+    options = {"stacked_ok": given.allow_stacked, "aspect": given.aspect}
+    return check.CheckTask, check.summary, options
 
 
 _FIELD = Command(

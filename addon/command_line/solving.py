@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """All objects of a loaded file through one command, as the operator would."""
 
+import argparse
 from dataclasses import dataclass
 
 from flipfree.batch.messages import in_command_line_terms
 
-from .. import errors, modal, records
+from .. import aspect, errors, modal, records
 from ..meshes import mesh_io
 from ..operators import layout
+from . import commands
 from .commands import Command
 
 
@@ -23,6 +25,9 @@ class Ended:
 
 def solve(objects, command: Command, given) -> list[Ended]:
     """One for each object; those that got a map have it in their mesh. given: parsed options of the command."""
+    if getattr(given, "aspect", 1.0) == commands.IMAGE:
+        seen = next(filter(None, map(aspect.of_material, objects)), 1.0)
+        given = argparse.Namespace(**{**vars(given), "aspect": seen})
     make_task, summary, options = command.options(given)
     tasks, failures = [], []
     for ob in objects:

@@ -18,6 +18,7 @@ import flipfree
 
 from .. import compat
 from . import labels, modifiers, selection
+from .writing import edit_mode, per_loop
 
 
 class MeshProblem(Exception):
@@ -273,21 +274,11 @@ def split_fans(
     return flipfree.split_fans(corners, cuts=cuts)
 
 
-def _per_loop(snapshot: Snapshot, corner_uv: np.ndarray):
-    """(loops, float32 value (k, 2) of each, rows of the flat corner_uv whose loop has another value elsewhere)."""
-    values = np.asarray(corner_uv, dtype=np.float32).reshape(-1, 2)
-    at = snapshot.triangle_loops.ravel()
-    stored = np.zeros((len(snapshot.uv), 2), np.float32)
-    stored[at] = values
-    used = np.zeros(len(stored), bool)
-    used[at] = True
-    loops = np.flatnonzero(used)
-    return loops, stored[loops], np.flatnonzero((values != stored[at]).any(axis=1))
-
-
 def torn_faces(snapshot: Snapshot, corner_uv: np.ndarray) -> np.ndarray:
     """Faces of which a corner would need different UVs in different triangles."""
-    return np.unique(snapshot.triangle_face[_per_loop(snapshot, corner_uv)[2] // 3])
+    return np.unique(
+        snapshot.triangle_face[per_loop.result_of(per_loop.steps(snapshot, corner_uv))[2] // 3]
+    )
 
 
 def loop_values(snapshot: Snapshot, corner_uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -296,7 +287,12 @@ def loop_values(snapshot: Snapshot, corner_uv: np.ndarray) -> tuple[np.ndarray, 
     A face's corner shared by several of its triangles must have one value in all of them, bit for bit; otherwise the
     map is torn inside a face and MeshProblem names it.
     """
-    loops, values, torn = _per_loop(snapshot, corner_uv)
+    return per_loop.result_of(storing(snapshot, corner_uv))
+
+
+def storing(snapshot: Snapshot, corner_uv: np.ndarray):
+    """loop_values() as a generator."""
+    loops, values, torn = yield from per_loop.steps(snapshot, corner_uv)
     if len(torn):
         faces = np.unique(snapshot.triangle_face[torn // 3])
         raise MeshProblem(
@@ -320,16 +316,28 @@ def write_uv(
     values (k, 2) float32 are stored bit for bit. new_seams: ids of edges. Raises MeshProblem, with nothing changed, if the
     mesh is no longer the one that was read.
     """
+    for _ in writing_uv(ob, snapshot, loops, values, new_seams):
+        pass
+
+
+def writing_uv(ob, snapshot, loops, values, new_seams=None):
+    """write_uv() as a generator: the same in steps, between which a window goes on. Closed before its end, it leaves the mesh
+    as it was read."""
+    changed = MeshProblem(
+        f"{ob.name}: the mesh was changed while its map was computed. Run the operator again"
+    )
     if ob.mode == "EDIT":
-        return _write_edit_mode(ob, snapshot, loops, values, new_seams)
+        yield from edit_mode.writing(ob, snapshot, loops, values, new_seams, changed)
+        return
     mesh = ob.data
     if _counts(mesh) != snapshot.counts:
-        raise MeshProblem(
-            f"{ob.name}: the mesh was changed while its map was computed. Run the operator again"
-        )
+        raise changed
     name = snapshot.layer_name or mesh.uv_layers.new(name="UVMap").name
     stored = compat.uv_values(mesh, name)
-    stored[loops] = values
+    if len(loops) == len(stored):
+        stored = values
+    else:
+        stored[loops] = values
     compat.set_uv_values(mesh, name, stored)
     if new_seams is not None and len(new_seams):
         seams = compat.seam_edges(mesh)
@@ -338,35 +346,10 @@ def write_uv(
     mesh.update()
 
 
-def _write_edit_mode(ob, snapshot, loops, values, new_seams) -> None:
-    mesh = ob.data
-    bm = bmesh.from_edit_mesh(mesh)
-    if counts(ob) != snapshot.counts:
-        raise MeshProblem(
-            f"{ob.name}: the mesh was changed while its map was computed. Run the operator again"
-        )
-    layers = bm.loops.layers.uv
-    layer = layers[snapshot.layer_name] if snapshot.layer_name else layers.new("UVMap")
-    new = np.full(snapshot.counts[2], -1, dtype=np.int64)
-    new[loops] = np.arange(len(loops))
-    new = new.tolist()  # lists of Python numbers are read several times faster than numpy rows
-    uv = np.asarray(values, dtype=np.float64).tolist()
-    index = 0
-    for face in bm.faces:
-        for loop in face.loops:
-            row = new[index]
-            if row >= 0:
-                loop[layer].uv = uv[row]
-            index += 1
-    if new_seams is not None and len(new_seams):
-        bm.edges.ensure_lookup_table()
-        for edge in new_seams.tolist():
-            bm.edges[edge].seam = True
-    bmesh.update_edit_mesh(mesh, loop_triangles=False, destructive=False)
-
-
 def edge_ids(snapshot: Snapshot, submesh_pairs: np.ndarray) -> np.ndarray:
     """Ids of the mesh's edges between these submesh vertices; pairs that are no edge (diagonals) are left out."""
+    if not len(submesh_pairs):
+        return np.zeros(0, np.int64)
     pairs = snapshot.vertex_ids[np.asarray(submesh_pairs, dtype=np.int64).reshape(-1, 2)]
     return np.flatnonzero(labels.members(labels.edge_keys(snapshot.edges), labels.edge_keys(pairs)))
 

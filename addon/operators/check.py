@@ -12,9 +12,10 @@ _MOST_NAMED = 3  # islands in a report
 
 
 class CheckTask(modal.Task):
-    def __init__(self, snapshot, *, stacked_ok=False):
+    def __init__(self, snapshot, *, stacked_ok=False, aspect=1.0):
         super().__init__(snapshot)
         self.stacked_ok = stacked_ok
+        self.aspect = aspect
         self.certificate = None
         self._label = None  # island of each triangle
 
@@ -33,7 +34,13 @@ class CheckTask(modal.Task):
         common.refuse_nonfinite_uvs(self.snapshot)
         uv = self.snapshot.corner_uv
         self._label = labels.island_labels(self.snapshot.triangles, uv)
-        return solver.certify(self.snapshot, uv, bijective=True, disjoint=not self.stacked_ok)
+        return solver.certify(
+            self.snapshot,
+            uv,
+            bijective=True,
+            disjoint=not self.stacked_ok,
+            aspect=self.aspect,
+        )
 
     def collect(self, result):
         self.certificate = result
@@ -78,7 +85,7 @@ def summary(tasks: list[CheckTask]) -> str:
             f"; on {common.plural(torn, 'edge')} the UVs of the two sides differ in the last bits only, which counts as a cut: "
             "join them with UV > Merge > By Distance"
         )
-    return f"{verdict}: {text}"
+    return f"{verdict}: {text}{common.texture_text(tasks[0].aspect)}"
 
 
 def advice(tasks: list[CheckTask]) -> str:
@@ -95,7 +102,9 @@ def advice(tasks: list[CheckTask]) -> str:
     return ". ".join([*texts, *filter(None, [common.advice(tasks)])])
 
 
-class UV_OT_flipfree_check(options.UseModifiers, options.MapOperator, bpy.types.Operator):
+class UV_OT_flipfree_check(
+    options.MeasureAspect, options.UseModifiers, options.MapOperator, bpy.types.Operator
+):
     bl_idname = "uv.flipfree_check"
     bl_label = "Check Flips and Overlaps"
     bl_description = (
@@ -107,6 +116,7 @@ class UV_OT_flipfree_check(options.UseModifiers, options.MapOperator, bpy.types.
     needs_uv = True
     option_names = (
         "stacked_ok",
+        "correct_aspect",
         "use_modifiers",
     )
 

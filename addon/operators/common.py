@@ -98,6 +98,8 @@ def read_meshes(
 
 def pins_of(snapshot: mesh_io.Snapshot) -> dict:
     """Pinned UVs as {(triangle, corner): (u, v)}. Raises MeshProblem if one is no number."""
+    if not snapshot.pinned.any():
+        return {}
     pinned = snapshot.pinned[snapshot.triangle_loops]
     rows, corners = np.nonzero(pinned)
     values = snapshot.corner_uv[rows, corners].astype(np.float64)
@@ -178,6 +180,11 @@ def mends(certificates) -> dict[str, int]:
         for mend in certificate.mends:
             found[mend.what] = found.get(mend.what, 0) + mend.count
     return found
+
+
+def texture_text(aspect: float) -> str:
+    """For which texture a map was made or measured, as the end of a report's figures; "" for a square."""
+    return "" if aspect == 1.0 else f", for a texture {aspect:.4g} times as wide as high"
 
 
 def overlaps_text(own: int, between: int) -> str:

@@ -7,7 +7,6 @@ All islands get one scale, measured on the surfaces as they stand in the scene: 
 with their areas there. Faces of edited meshes that are not worked on are obstacles.
 """
 
-import dataclasses
 import functools
 
 import bpy
@@ -61,21 +60,26 @@ def _laid_out(triangles: np.ndarray) -> np.ndarray:
     return triangles[(low != high).any(axis=1) & (~whole | one_quad)]
 
 
-def pack_beside(snapshot, triangles: np.ndarray, result, pieces: list):
+def pack_beside(snapshot, triangles: np.ndarray, result, pieces: list, *, aspect=1.0):
     """Starts moving a map of some of the snapshot's triangles to where they were or, if it does not fit there, to where there
-    is room beside these pieces (islands.Piece), which stay; returns the job. In the pieces' density if it can be."""
+    is room beside these pieces (islands.Piece), which stay; returns the job. In the pieces' density if it can be. aspect: of
+    the texture for which the pieces are made."""
     ob = bpy.data.objects.get(snapshot.object_name)
+    density = _density([piece.result for piece in pieces], ob)
+    if density is not None:  # of the texture, whose longer side is 1
+        density *= np.sqrt(min(aspect, 1.0 / aspect))
     return solver.pack(
         scene.placed(result.vertices, ob),
         result.faces,
-        result.uv,
+        result.uv / [aspect, 1.0],
         margin=0.005,
         scale_true=True,
+        aspect=aspect,
         obstacles=np.concatenate(
             [_laid_out(snapshot.uv[snapshot.other_loops].astype(np.float64))]
             + [piece.result.uv32().astype(np.float64) for piece in pieces]
         ),
-        density=_density([piece.result for piece in pieces], ob),
+        density=density,
         place_like=snapshot.corner_uv[triangles],
     )
 
@@ -113,18 +117,30 @@ class JointLayout(modal.StagedTask):
         snapshots = [task.snapshot for task in tasks]
         keep = tasks[0].keep_placement and all(s.layer_name for s in snapshots)
         there = watch.objects_by_name()
+        placed = []
+        for s in snapshots:
+            placed.append(scene.placed_vertices(s, there.get(s.object_name)))
+            yield modal.Pause()
+        triangles = np.concatenate(
+            [s.triangles + n for s, n in zip(snapshots, self.first_vertex, strict=False)]
+        ).astype(np.int32)
+        yield modal.Pause()
+        uv = np.concatenate([task.uv_on_texture() for task in tasks])
+        yield modal.Pause()
+        unmoved = self._pinned_corners()
+        places = np.concatenate([s.corner_uv for s in snapshots]) if keep else None
+        yield modal.Pause()
         packed = yield solver.pack(
-            np.concatenate([scene.placed_vertices(s, there.get(s.object_name)) for s in snapshots]),
-            np.concatenate(
-                [s.triangles + n for s, n in zip(snapshots, self.first_vertex, strict=False)]
-            ),
-            np.concatenate([task.uv_on_texture() for task in tasks]),
-            unmoved=self._pinned_corners(),
+            np.concatenate(placed),
+            triangles,
+            uv,
+            unmoved=unmoved,
             obstacles=self.obstacles,
-            place_like=np.concatenate([s.corner_uv for s in snapshots]) if keep else None,
+            place_like=places,
             **self._options(),
         )
         stored = packed.uv32()
+        yield modal.Pause()
         stats = {
             name: packed.stats[name]
             for name in ("kept_places", "tile", "fill", "stacked", "margin_met")
@@ -137,22 +153,10 @@ class JointLayout(modal.StagedTask):
                 stored[own].astype(np.float64),
                 pins=task.pins(),
                 bijective=task.bijective and task.certificate.overlaps == 0,
+                aspect=task.aspect,
             )
-            if task.aspect != 1.0 and certificate.ok:
-                certificate = yield from self._on_texture(task, stored[own], certificate)
-            task.lay_out(packed.uv[own], stored[own], certificate, stats)
-
-    def _on_texture(self, task, stored, certificate):
-        """The certificate with the distortion that there is on the texture, in its pixels."""
-        seen = yield solver.certify(task.snapshot, stored * np.array([task.aspect, 1.0]))
-        return dataclasses.replace(
-            certificate,
-            energy=seen.energy,
-            max_energy=seen.max_energy,
-            energy_p99=seen.energy_p99,
-            poor=seen.poor,
-            poor_islands=seen.poor_islands,
-        )
+            yield modal.Pause()
+            yield from task.lay_out(packed.uv[own], stored[own], certificate, stats)
 
     def _options(self) -> dict:
         """How the first task wants it packed; quickly, unless it says otherwise."""

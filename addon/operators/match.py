@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Match Pins: pinned UVs met bit for bit without a fold, subdividing where that is needed (thesis 3.3, docs/match-pins.md)."""
 
+from dataclasses import replace
+
 import bpy
 import numpy as np
+
+from flipfree.shaped import held_by_pins
 
 from .. import solver
 from ..meshes import islands, labels, mesh_io, refine, separated
@@ -34,8 +38,10 @@ class MatchTask(parts.PartsTask):
         rest="keep",
         may_add=True,
         max_seconds=options.MAX_SECONDS,
+        aspect=1.0,
     ):
         super().__init__(snapshot)
+        self.aspect = aspect
         self.may_add = may_add  # vertices
         self.group_vertices = group_vertices  # mesh vertices of the group `Pins`
         self.bijective = bijective
@@ -60,12 +66,16 @@ class MatchTask(parts.PartsTask):
             self.solving = island.submesh, island.triangles
             self._outline_vertices = island.submesh[outline]
             result = yield solver.match(island, max_seconds=self.max_seconds, **request)
+            if self.aspect != 1.0:
+                result = yield from self._on_texture(island, request["bijective"], result)
             self.hurried += int(result.stats.get("time_limit_reached", 0))
             pieces.append(islands.Piece(island.triangles, island.submesh, self._counted(result)))
         if self.rest == "unwrap" and free:
             triangles = np.sort(np.concatenate([island.triangles for island in free]))
             result, used = yield from self._unwrap(triangles)
-            result = yield layout.pack_beside(self.snapshot, triangles, result, pieces)
+            result = yield layout.pack_beside(
+                self.snapshot, triangles, result, pieces, aspect=self.aspect
+            )
             pieces.append(islands.Piece(triangles, used, self._counted(result)))
         self.result = islands.combine(self.snapshot, pieces, self._cuts)
         if len(self.result.seam_triangles):
@@ -73,6 +83,24 @@ class MatchTask(parts.PartsTask):
         if not self.may_add:
             self._refuse_new_faces()
         yield from self.look_at_islands()
+
+    def _on_texture(self, island, bijective, result):
+        """The same with its shape on the texture, as far as pins, and lines between two of them, leave it open."""
+        pinned = np.zeros(len(island.vertices), bool)
+        pinned[list(island.pins)] = True
+        found = yield solver.improve_refined(
+            result,
+            held=held_by_pins(result, island.faces, pinned),
+            bijective=bijective,
+            aspect=self.aspect,
+            max_seconds=self.max_seconds,
+        )
+        certificate = replace(
+            found.certificate, provenance_failures=result.certificate.provenance_failures
+        )
+        return replace(
+            result, uv=found.uv, uv64=found.uv64, _uv32=found.uv32(), certificate=certificate
+        )
 
     def _refuse_new_faces(self):
         """Raises MeshProblem if the map needs more than the mesh's own faces, and says how much."""
@@ -140,12 +168,17 @@ class MatchTask(parts.PartsTask):
         result = yield solver.unwrap_island(island, bijective=self.bijective)
         ((vertex, target),) = island.pins.items()
         pinned = island.faces == vertex
+        seen = np.array([self.aspect, 1.0])
         uv = result.uv - result.uv[pinned][0]
-        uv = islands.turned_like(uv, self.snapshot.corner_uv[island.triangles], ~pinned)
-        uv += np.array(target)
+        uv = islands.turned_like(uv, self.snapshot.corner_uv[island.triangles] * seen, ~pinned)
+        uv = uv / seen + np.array(target)
         corners = np.argwhere(pinned).tolist()
         result = yield solver.settle(
-            island, uv, {(f, k): target for f, k in corners}, bijective=self.bijective
+            island,
+            uv,
+            {(f, k): target for f, k in corners},
+            bijective=self.bijective,
+            aspect=self.aspect,
         )
         return islands.Piece(island.triangles, island.submesh, self._counted(result))
 
@@ -275,7 +308,7 @@ def summary(tasks: list[MatchTask]) -> str:
     hurried = sum(task.hurried for task in tasks)
     if hurried:
         text += f", {common.plural(hurried, 'island')} stopped at the time limit"
-    return f"{text}, {parts.added(tasks)}"
+    return f"{text}, {parts.added(tasks)}{common.texture_text(tasks[0].aspect)}"
 
 
 def make_task(snapshot, **options) -> MatchTask:
@@ -286,6 +319,7 @@ def make_task(snapshot, **options) -> MatchTask:
 class UV_OT_flipfree_match(
     options.NoOverlaps,
     options.TimeLimit,
+    options.CorrectAspect,
     options.UseModifiers,
     options.MapOperator,
     bpy.types.Operator,
@@ -305,6 +339,7 @@ class UV_OT_flipfree_match(
         "straight_lines",
         "cut_open",
         "rest",
+        "correct_aspect",
         "max_seconds",
         "use_modifiers",
     )

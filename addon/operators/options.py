@@ -80,6 +80,17 @@ class CorrectAspect:
     )
 
 
+class MeasureAspect:
+    correct_aspect: bpy.props.BoolProperty(
+        name="Correct Aspect",
+        description=(
+            "Distortion is measured on the active image, which may be wider than high: that of the UV editor the operator is "
+            "called from, or else of the active material. Off: in the unit square"
+        ),
+        default=True,
+    )
+
+
 class Placement(Margin):
     keep_placement: bpy.props.BoolProperty(
         name="Keep Placement",
@@ -195,11 +206,16 @@ class MapOperator(modal.SolverOperator):
             for name in self.advanced:
                 body.prop(self, name)
 
-    def make_run(self, context):
+    def values(self, context) -> dict:
+        """The options by the names that tasks have for them."""
         values = {name: getattr(self, name) for name in self.option_names}
-        use_modifiers = values.pop("use_modifiers", False)
         if values.pop("correct_aspect", False):
             values["aspect"] = aspect.active(context)
+        return values
+
+    def make_run(self, context):
+        values = self.values(context)
+        use_modifiers = values.pop("use_modifiers", False)
         snapshots, failures = common.read_meshes(context, use_modifiers=use_modifiers)
         if self.needs_uv:
             snapshots = [s for s in snapshots if s.layer_name]

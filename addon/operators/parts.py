@@ -64,14 +64,15 @@ class PartsTask(modal.StagedTask):
         elif len(triangles) < len(self.snapshot.triangles):
             error.kind, error.elements = "face", triangles.tolist()
 
-    def write(self, ob):
+    def writing(self, ob):
         snapshot, result = separated.on_whole(self.snapshot, self.result)
         if refine.needs_new_faces(snapshot, result):
             self.new_vertices = refine.write(ob, snapshot, result, mark_cuts=self.mark_cuts)
             return
         loops, values = mesh_io.loop_values(snapshot, result.uv32())
         seams = mesh_io.edge_ids(snapshot, result.cut_edges) if self.mark_cuts else None
-        mesh_io.write_uv(ob, snapshot, loops, values, seams)
+        yield
+        yield from mesh_io.writing_uv(ob, snapshot, loops, values, seams)
 
 
 def added(tasks: list[PartsTask]) -> str:

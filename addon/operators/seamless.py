@@ -214,7 +214,7 @@ class SeamlessTask(parts.PartsTask):
             curvature = {int(self.snapshot.vertex_ids[v]): 4 - k for v, k in self.suggested.items()}
             cones.add(ob, curvature)
 
-    def write(self, ob):
+    def writing(self, ob):
         if mesh_io.counts(ob) == self.snapshot.counts:
             self.mark(ob)  # before the mesh is refined: ids hold still
         wanted = self.turns if self.mark_cuts else None
@@ -224,7 +224,7 @@ class SeamlessTask(parts.PartsTask):
                 ob, snapshot, result, mark_cuts=self.mark_cuts, cut_turns=wanted
             )
             return
-        super().write(ob)
+        yield from super().writing(ob)
         if wanted is not None:
             turns.write(ob, snapshot, result.cut_edges, wanted)
 

@@ -15,7 +15,7 @@ from . import common, options
 _MEAN, _NEARLY_ALL, _WORST = 1.25, 4.0, 25.0
 
 
-class MapTask(modal.Task):
+class MapTask(modal.StagedTask):
     """A task whose result is a map on the mesh's own triangles. Subclasses have `bijective`, `use_pins` and `margin`.
 
     Islands that the solver names as the place of an error keep their UVs; the task is done again without them.
@@ -55,21 +55,20 @@ class MapTask(modal.Task):
         rest.leaves_out = "Its island keeps its UVs, the others were mapped"
         return rest
 
-    def collect(self, result):
-        self.take(result)
-
     def take(self, result):
+        """Stages that keep a result, and what will be stored of it."""
         common.refuse_uncertified(self.snapshot, result.certificate)
+        storing = mesh_io.storing(self.snapshot, result.uv32())
+        self._loops, self._values = yield from modal.paused(storing)
         self.result = result
-        self._loops, self._values = mesh_io.loop_values(self.snapshot, result.uv32())
 
     def uv_on_texture(self) -> np.ndarray:
         """(#St, 3, 2) the map as a layout of all objects takes it."""
         return self.result.uv
 
     def lay_out(self, uv, stored, certificate, stats):
-        """Another layout of the same map: uv (m, 3, 2) float64, what is stored of it, and what was certified."""
-        self.take(
+        """Stages that take another layout of the same map: uv (m, 3, 2) float64, what is stored of it, and what was certified."""
+        return self.take(
             dataclasses.replace(
                 self.result,
                 uv=uv,
@@ -94,8 +93,10 @@ class MapTask(modal.Task):
     def island_count(self) -> int:
         return self.islands
 
-    def write(self, ob):
-        mesh_io.write_uv(ob, self.snapshot, self._loops, self._values, self.new_seams())
+    def writing(self, ob):
+        seams = self.new_seams()
+        yield
+        yield from mesh_io.writing_uv(ob, self.snapshot, self._loops, self._values, seams)
 
     def new_seams(self) -> np.ndarray | None:
         """Edges to be marked as seams."""
@@ -104,6 +105,7 @@ class MapTask(modal.Task):
 
 class UnwrapTask(MapTask):
     flattens = True
+    _laid_out = None  # where islands with pins have their shape on the texture
 
     def __init__(
         self,
@@ -135,10 +137,12 @@ class UnwrapTask(MapTask):
         self.mark_seams = mark_seams
         self.select_cuts = select_cuts
 
-    def start(self):
-        return solver.unwrap(
+    def stages(self):
+        self._laid_out = None
+        pins = self.pins()
+        result = yield solver.unwrap(
             self.snapshot,
-            pins=self.pins(),
+            pins=pins,
             seams=self.seams,
             stretch=self.stretch,
             bijective=self.bijective,
@@ -147,16 +151,35 @@ class UnwrapTask(MapTask):
             margin=self.margin,
             keep_places=self.keep_placement,
         )
+        yield from self.take(result)
+        if self.aspect != 1.0 and pins:
+            yield from self._pinned_on_texture(pins)
+
+    def _pinned_on_texture(self, pins):
+        """Islands with pins were made in the unit square, where these are; what lies between them gets its shape on the texture.
+        The others wait for the layout."""
+        uv = self.result.uv
+        label = labels.island_labels(self.snapshot.triangles, self.result.uv32())
+        pinned = np.flatnonzero(np.isin(label, label[[triangle for triangle, _ in pins]]))
+        part, _ = self.snapshot.part(pinned)
+        number = np.full(len(label), -1)
+        number[pinned] = np.arange(len(pinned))
+        found = yield solver.improve(
+            part,
+            uv=uv[pinned],
+            pins={(int(number[t]), k): place for (t, k), place in pins.items()},
+            bijective=self.bijective,
+            iterations=200,
+            aspect=self.aspect,
+        )
+        self._laid_out = uv / [self.aspect, 1.0]
+        self._laid_out[pinned] = found.uv
 
     def uv_on_texture(self):
-        """Its islands as if they had been laid out on the texture; those with pins have been."""
-        uv = self.result.uv
-        if self.aspect == 1.0:
-            return uv
-        label = labels.island_labels(self.snapshot.triangles, self.result.uv32())
-        pinned = np.unique(label[[triangle for triangle, _ in self.pins()]])
-        free = ~np.isin(label, pinned)
-        return np.where(free[:, None, None], uv / [self.aspect, 1.0], uv)
+        """Its islands as if they had been laid out on the texture."""
+        if self._laid_out is not None:
+            return self._laid_out
+        return self.result.uv if self.aspect == 1.0 else self.result.uv / [self.aspect, 1.0]
 
     def automatic_cuts(self) -> np.ndarray:
         """Edges that the solver cut although they are no seams."""
@@ -166,8 +189,8 @@ class UnwrapTask(MapTask):
     def new_seams(self):
         return self.automatic_cuts() if self.mark_seams else None
 
-    def write(self, ob):
-        super().write(ob)
+    def writing(self, ob):
+        yield from super().writing(ob)
         if self.select_cuts:
             selection.select_only(ob, "edge", self.automatic_cuts())
 
@@ -198,8 +221,7 @@ def layout_notes(tasks: list[MapTask]) -> str:
     """What a user might wonder about where the islands went."""
     stats = tasks[0].result.stats
     text = f", {100.0 * stats['fill']:.0f} % filled" if stats.get("fill", 0.0) > 0.0 else ""
-    if tasks[0].aspect != 1.0:
-        text += f", for a texture {tasks[0].aspect:.4g} times as wide as high"
+    text += common.texture_text(tasks[0].aspect)
     if not stats.get("margin_met", 1) and not stats.get("kept_places", 0):
         text += ", some gaps below the margin"
     if tasks[0].keep_placement and not stats["kept_places"]:

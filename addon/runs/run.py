@@ -18,6 +18,9 @@ from . import processes
 
 live_runs: "weakref.WeakSet[Run]" = weakref.WeakSet()
 
+# Seconds of Blender's own thread after which a window shall be able to go on: what is left waits for the next tick.
+MOMENT = 0.03
+
 
 class Task:
     """The work for one object. Subclasses hold plain arrays and names, never Blender data."""
@@ -60,6 +63,31 @@ class Task:
     def write(self, ob: bpy.types.Object):
         """Puts the result into the mesh. Called once, after every task has ended."""
         raise NotImplementedError
+
+    def writing(self, ob: bpy.types.Object):
+        """The same as a generator, for what takes longer than a window should stand still: it goes on from each yield a tick
+        later. Closed before its end, it leaves the mesh as it was."""
+        self.write(ob)
+        yield
+
+
+class Pause:
+    """A job that has ended as it began: a staged task yields one where a tick may end before it goes on."""
+
+    def wait(self, seconds) -> bool:
+        return True
+
+    def result(self) -> None:
+        return None
+
+    def progress(self) -> tuple[str, float]:
+        return "", 0.0
+
+    def cancel(self) -> None:
+        """There is nothing to end."""
+
+    def accept(self) -> None:
+        """There is no map."""
 
 
 class StagedTask(Task):
@@ -106,12 +134,14 @@ class Run:
         self._total = len(tasks) + len(failures or [])
         self._task = None
         self._job = None
+        self._step = None  # what there is to do with what the last job has found
         self._cancelled = False
         self._accepted = False
         self.ended_early = False  # some job ended because its map was taken as it was
         self.done: list[Task] = []
         self.failures: list[errors.Failure] = list(failures or [])
         self.started = time.perf_counter()
+        self._stage = ""
         self._shown = 0.0  # largest fraction so far: a task's next job starts at zero again
         # By the names at the start: objects may be renamed meanwhile, or deleted and others get their names.
         there = watch.objects_by_name()
@@ -123,23 +153,31 @@ class Run:
         live_runs.add(self)
 
     def advance(self, seconds: float) -> bool:
-        """Waits up to `seconds` for the solver; True once nothing is left to solve."""
+        """Waits up to `seconds` for the solver; True once nothing is left to solve. Between two jobs there is work for
+        Blender's own thread: of that no more than one step is done beyond a moment."""
+        begin = time.perf_counter()
         while True:
-            if self._job is None:
-                if self._cancelled or not (self._waiting or self._add_layout()):
-                    self._end_process()
-                    return True
-                self._task = self._waiting.pop(0)
-                self._guard(lambda: self._set_job(self._task.start()))
-            elif not self._job.wait(seconds):
-                return False
-            else:
+            if self._step is not None:
+                step, self._step = self._step, None
+                self._guard(step)
+            elif self._job is not None:
+                if not self._job.wait(seconds):
+                    return False
                 job, self._job = self._job, None
-                self._guard(lambda job=job: self._set_job(self._next(job)))
-            if self._job is None and self._task is not None:
+                self._guard(lambda job=job: self._take(job))
+            elif self._cancelled or not (self._waiting or self._add_layout()):
+                self._end_process()
+                return True
+            else:
+                self._task = self._waiting.pop(0)
+                self._stage = ""
+                self._guard(lambda: self._set_job(self._task.start()))
+            if self._job is None and self._step is None and self._task is not None:
                 if self._task.writes:
                     self.done.append(self._task)
                 self._task = None
+            if time.perf_counter() - begin > max(seconds, MOMENT):
+                return False
 
     def _add_layout(self) -> bool:
         """Lets the layout follow when all tasks have ended; whether there is one."""
@@ -154,14 +192,17 @@ class Run:
         if job is not None and self._accepted:
             job.accept()
 
-    def _next(self, job):
+    def _take(self, job):
+        """Takes the job's result, or its error; what the task makes of it is the next step."""
+        task = self._task
         try:
             result = self._result(job)
         except flipfree.Cancelled:
             raise
         except flipfree.FlipfreeError as error:
-            return self._task.recover(error)
-        return self._task.collect(result)
+            self._step = lambda error=error: self._set_job(task.recover(error))
+        else:
+            self._step = lambda: self._set_job(task.collect(result))
 
     def _result(self, job):
         result = job.result()
@@ -184,7 +225,7 @@ class Run:
         except mesh_io.MeshProblem as problem:
             self.failures.append(errors.from_problem(task.snapshot.object_name, problem))
         self._task = None
-        self._job = None
+        self._job = self._step = None
         other = None if self._cancelled else task.instead()
         if other is not None:
             if other.leaves_out:
@@ -209,6 +250,8 @@ class Run:
         self._cancelled = True
         if self._job is not None:
             self._job.cancel()
+        elif self._step is not None:
+            self._step = self._task = None
 
     def accept(self):
         """Takes every map as it is, as soon as there is one. Nothing fails because of it."""
@@ -227,17 +270,23 @@ class Run:
     def progress(self) -> tuple[str, float]:
         """(text, fraction over all tasks); the fraction never falls."""
         stage, fraction = self._job.progress() if self._job is not None else ("", 0.0)
+        self._stage = stage = stage or self._stage  # between two jobs it is that of the first
         if self._task is not None:
             begin, end = self._task.span
             fraction = begin + fraction * (end - begin)
         ended = len(self.done) + len(self.failures)
         name = self._task.snapshot.object_name if self._task is not None else ""
-        text = f"{name}: {stage}" if stage else name
+        text = f"{name}: {stage}" if name and stage else name
         self._shown = max(self._shown, min((ended + fraction) / max(self._total, 1), 1.0))
         return text, self._shown
 
     def finish(self):
         """Writes every result, unless cancelled. A task that cannot be written joins the failures."""
+        for _ in self.writing():
+            pass
+
+    def writing(self):
+        """finish() as a generator, see Task.writing."""
         if self._cancelled:
             self.done = []
             return
@@ -247,14 +296,15 @@ class Run:
         for task in self.done:
             try:
                 ob = there.get(self._uids.get(task.snapshot.object_name))
-                if ob is None:
+                if ob is None or not watch.is_there(ob):
                     raise mesh_io.MeshProblem(
                         f"{task.snapshot.object_name}: the object was deleted meanwhile"
                     )
-                task.write(ob)
+                yield from task.writing(ob)
                 written.append(task)
             except mesh_io.MeshProblem as problem:
                 self.failures.append(errors.from_problem(task.snapshot.object_name, problem))
+            yield
         self.done = written
 
     def close(self):

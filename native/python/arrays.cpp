@@ -92,18 +92,19 @@ py::dict to_dict(const Stats& stats) {
   return d;
 }
 
-py::dict to_dict(const certify::Parametrization& map) {
+py::dict to_dict(certify::Parametrization&& map) {
   py::dict d;
-  d["vertices"] = from_matrix(map.surface.vertices);
-  d["faces"] = from_matrix(map.surface.faces);
-  d["uv64"] = from_matrix(map.uv).attr("reshape")(-1, 3, 2);
   const bool agreed = map.agreed.rows() == map.uv.rows();
-  d["uv"] = agreed ? from_matrix(map.agreed).attr("reshape")(-1, 3, 2) : py::object(d["uv64"]);
-  d["uv32"] = from_matrix(map.uv32).attr("reshape")(-1, 3, 2);
-  d["parent_face"] = from_vector(map.parent_face);
-  d["vertex_parent"] = from_vector(map.vertex_parent);
-  d["vertex_barycentric"] = from_matrix(map.vertex_barycentric);
-  d["cut_edges"] = from_matrix(map.cut_edges);
+  d["vertices"] = taken_matrix(std::move(map.surface.vertices));
+  d["faces"] = taken_matrix(std::move(map.surface.faces));
+  d["uv64"] = taken_matrix(std::move(map.uv)).attr("reshape")(-1, 3, 2);
+  d["uv"] = agreed ? taken_matrix(std::move(map.agreed)).attr("reshape")(-1, 3, 2)
+                   : py::object(d["uv64"]);
+  d["uv32"] = taken_matrix(std::move(map.uv32)).attr("reshape")(-1, 3, 2);
+  d["parent_face"] = taken_vector(std::move(map.parent_face));
+  d["vertex_parent"] = taken_vector(std::move(map.vertex_parent));
+  d["vertex_barycentric"] = taken_matrix(std::move(map.vertex_barycentric));
+  d["cut_edges"] = taken_matrix(std::move(map.cut_edges));
   add_transitions(d, map.transitions);
   d["certificate"] = to_dict(map.certificate);
   d["stats"] = to_dict(map.stats);

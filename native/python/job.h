@@ -49,7 +49,8 @@ class Job {
   std::thread thread_;
 };
 
-// Runs `solve(context) -> R` as a job whose result is `convert(R) -> py::object`.
+// Runs `solve(context) -> R` as a job whose result is `convert(R&) -> py::object`, which may take
+// what it needs out of it.
 template <typename Solve, typename Convert>
 std::unique_ptr<Job> start_job(Solve solve, Convert convert, int threads, std::uint64_t seed = 0) {
   return std::make_unique<Job>(

@@ -7,6 +7,8 @@ import pytest
 import shapes
 from test_layout import assert_usable, cube_with_seams
 
+import flipfree as ff
+
 
 def with_image(ob, width, height):
     """A material with that texture, as an artist has it: through a node that is the active one."""
@@ -107,3 +109,85 @@ def test_the_active_node_decides_and_images_without_pixels_do_not(part):
     assert active(bpy.context) == 2.0
     ob.data.materials.clear()
     assert active(bpy.context) == 1.0
+
+
+def energy_on(ob, aspect):
+    """(on that texture, in the unit square)."""
+    ob.data.calc_loop_triangles()
+    loops = np.array([t.loops[:] for t in ob.data.loop_triangles])
+    corners = np.array([loop.vertex_index for loop in ob.data.loops])[loops]
+    vertices = np.array([v.co for v in ob.data.vertices], np.float64)
+    uv = shapes.uv_of(ob).astype(np.float64)[loops]
+    return [
+        ff.certify(vertices, corners.astype(np.int32), uv, aspect=a).energy for a in (aspect, 1.0)
+    ]
+
+
+@pytest.mark.parametrize(("width", "height"), [(2048, 1024), (1080, 1920)])
+def test_improve_and_check_are_for_the_texture(width, height, capfd):
+    ob = with_image(shapes.grid(8, uv=True), width, height)
+    assert bpy.ops.uv.flipfree_unwrap(correct_aspect=False) == {"FINISHED"}
+    _, square = energy_on(ob, 1.0)
+    assert bpy.ops.uv.flipfree_improve() == {"FINISHED"}
+    seen, stretched = energy_on(ob, width / height)
+    assert seen == pytest.approx(square, rel=2e-3) and stretched > 1.02 * seen
+    capfd.readouterr()
+    assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
+    said = capfd.readouterr().out
+    assert f"distortion mean {seen:.3f}" in said and "times as wide as high" in said
+    assert bpy.ops.uv.flipfree_check(correct_aspect=False) == {"FINISHED"}
+    said = capfd.readouterr().out
+    assert f"distortion mean {stretched:.3f}" in said and "times as wide" not in said
+
+
+def test_improve_packs_for_the_texture_too():
+    ob = with_image(cube_with_seams(), 2048, 1024)
+    assert bpy.ops.uv.flipfree_unwrap(correct_aspect=False) == {"FINISHED"}
+    assert bpy.ops.uv.flipfree_improve(pack=True) == {"FINISHED"}
+    assert np.allclose(shape_of(ob), 2.0, rtol=1e-3)
+    assert_usable(ob)
+
+
+def test_repair_leaves_what_is_right_on_the_texture():
+    ob = with_image(shapes.grid(6, uv=True), 2048, 1024)
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    before = shapes.uv_of(ob)
+    broken = before.copy()
+    broken[:8] = broken[:8][::-1]
+    shapes.set_uv(ob, broken)
+    assert bpy.ops.uv.flipfree_repair() == {"FINISHED"}
+    assert shapes.exact_flips(ob) == 0
+    after = shapes.uv_of(ob)
+    same = (after == before).all(axis=1)
+    assert np.count_nonzero(same) > len(same) // 2
+    assert energy_on(ob, 2.0)[0] < 1.5
+
+
+def test_what_lies_between_pins_has_its_shape_on_the_texture():
+    ob = with_image(shapes.grid(8, uv=True), 2048, 1024)
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    before = shapes.uv_of(ob)
+    pins = np.array([0, 60, 140])
+    shapes.set_pins(ob, pins)
+    for call, options in (("match", {}), ("unwrap", {})):
+        results = []
+        for correct in (False, True):
+            shapes.set_uv(ob, before)
+            assert getattr(bpy.ops.uv, f"flipfree_{call}")(correct_aspect=correct, **options) == {
+                "FINISHED"
+            }
+            assert np.array_equal(shapes.uv_of(ob)[pins], before[pins]), call
+            assert shapes.exact_flips(ob) == 0
+            results.append(energy_on(ob, 2.0)[0])
+        assert results[1] < results[0], call
+
+
+def test_the_command_line_takes_the_shape_of_a_texture(part, tmp_path):
+    ob = with_image(cube_with_seams(), 2048, 1024)
+    line = part("command_line")
+    for shape in ("2:1", "image"):
+        given = line._parser().parse_args(["unwrap", "in.blend", "out.blend", "--aspect", shape])
+        solve = part("command_line.solving").solve
+        (ended,) = solve([ob], part("command_line.commands").COMMANDS["unwrap"], given)
+        assert ended.failure is None and "times as wide as high" in ended.text
+        assert np.allclose(shape_of(ob), 2.0, rtol=1e-3)

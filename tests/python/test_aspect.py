@@ -1,4 +1,4 @@
-"""ff.pack(aspect=...): into textures that are no squares."""
+"""aspect=...: textures that are no squares."""
 
 from __future__ import annotations
 
@@ -121,3 +121,82 @@ def test_as_a_job_it_can_be_waited_for_and_cancelled() -> None:
     calls: list[float] = []
     packed = ff.pack(vertices, faces, uv, aspect=2.0, progress=lambda _, f: calls.append(f) or True)
     assert packed.certificate.ok and calls == sorted(calls)
+
+
+def stretched_sheet() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A bumpy sheet with its own unwrap: right on a square texture."""
+    vertices, faces = bumpy_grid(8, 8)
+    return vertices, faces, ff.unwrap(vertices, faces).uv
+
+
+@pytest.mark.parametrize("aspect", [2.0, 0.5, 16 / 9])
+def test_certify_measures_distortion_in_pixels_and_judges_the_values_themselves(
+    aspect: float,
+) -> None:
+    vertices, faces, uv = stretched_sheet()
+    seen = ff.certify(vertices, faces, uv / [aspect, 1.0], aspect=aspect)
+    square = ff.certify(vertices, faces, uv)
+    assert seen.energy == pytest.approx(square.energy, rel=1e-5)
+    assert seen.max_energy == pytest.approx(square.max_energy, rel=1e-4)
+    assert ff.certify(vertices, faces, uv / [aspect, 1.0]).energy > square.energy * 1.05
+    assert seen.ok and seen.flips32 == 0 and seen.overlaps == 0
+
+
+@pytest.mark.parametrize("aspect", [2.0, 16 / 9, 1 / 3])
+def test_improve_ends_where_the_texture_shows_the_best_map(aspect: float) -> None:
+    vertices, faces, uv = stretched_sheet()
+    best = ff.improve((vertices, faces, uv)).certificate.energy
+    found = ff.improve((vertices, faces, uv), aspect=aspect)
+    assert found.certificate.ok
+    assert found.certificate.energy == pytest.approx(best, rel=1e-3)
+    again = ff.certify(vertices, faces, found.uv32().astype(np.float64), aspect=aspect)
+    assert again.energy == pytest.approx(best, rel=1e-3)
+    # It stays about its centre, and is no larger or smaller on the texture than it was.
+    assert np.allclose(
+        found.uv.reshape(-1, 2).mean(axis=0), uv.reshape(-1, 2).mean(axis=0), atol=0.05
+    )
+    assert areas(found.uv).sum() == pytest.approx(areas(uv).sum(), rel=0.1)
+
+
+def test_improve_meets_pins_bit_for_bit_on_any_texture() -> None:
+    vertices, faces, uv = stretched_sheet()
+    stored = uv.astype(np.float32).astype(np.float64)
+    corners = [(int(f), 0) for f in (0, 40, 90)]
+    pins = {corner: tuple(stored[corner]) for corner in corners}
+    found = ff.improve((vertices, faces, stored), pins=pins, aspect=1920 / 1080)
+    assert all((found.uv32()[corner] == np.float32(pins[corner])).all() for corner in corners)
+    without = ff.certify(vertices, faces, stored, aspect=1920 / 1080)
+    assert found.certificate.ok and found.certificate.energy < without.energy
+
+
+@pytest.mark.parametrize("aspect", [2.0, 16 / 9])
+def test_repair_leaves_what_is_right_and_shapes_what_it_makes_anew_for_the_texture(
+    aspect: float,
+) -> None:
+    vertices, faces, uv = stretched_sheet()
+    n, m = len(vertices), len(faces)
+    both = np.concatenate([vertices, vertices + [5.0, 0.0, 0.0]])
+    triangles = np.concatenate([faces, faces + n]).astype(np.int32)
+    right = (uv / [aspect, 1.0]).astype(np.float32).astype(np.float64) / 4.0
+    lost = np.full_like(right, np.nan)  # the second sheet has no places at all
+    given = np.concatenate([right, lost])
+    found = ff.repair(both, triangles, given, aspect=aspect)
+    assert found.certificate.ok
+    assert np.array_equal(found.uv[:m], right)
+    assert found.stats["charts_anew"] == 1
+    assert found.stats["corners_kept"] == 3 * m
+    for part in (slice(0, m), slice(m, 2 * m)):
+        alone = ff.certify(vertices, faces, found.uv32()[part].astype(np.float64), aspect=aspect)
+        assert alone.energy < 1.1
+    assert ff.repair(both, triangles, given).certificate.energy > 1.02
+
+
+def test_all_that_take_the_shape_of_a_texture_refuse_what_is_none() -> None:
+    vertices, faces, uv = stretched_sheet()
+    for aspect in (0.0, -1.0, 17.0, float("nan"), "2"):
+        with pytest.raises(ff.InvalidInput, match="aspect"):
+            ff.certify(vertices, faces, uv, aspect=aspect)
+        with pytest.raises(ff.InvalidInput, match="aspect"):
+            ff.improve((vertices, faces, uv), aspect=aspect)
+        with pytest.raises(ff.InvalidInput, match="aspect"):
+            ff.repair(vertices, faces, uv, aspect=aspect)

@@ -315,3 +315,48 @@ def test_unknown_commands_and_options_say_so():
     write("torus.obj", surfaces.torus())
     refused = command("unwrap", "torus.obj", "--out", "uv", "--json", "-")
     assert refused.returncode == 2 and "Name one" in refused.stderr
+
+
+@pytest.mark.parametrize("shape", ["2", "16:9", "512x1024"])
+def test_maps_keep_their_shape_on_textures_that_are_no_squares(shape):
+    width, _, height = shape.replace("x", ":").partition(":")
+    aspect = float(width) / float(height or 1)
+    write("sheet.obj", surfaces.bumpy_grid(6, 6))
+    square = run("unwrap", "sheet.obj", "--out", "square")
+    for name in ("unwrap", "improve", "repair", "pack", "check"):
+        source = "sheet.obj" if name == "unwrap" else "unwrap/sheet.obj"
+        out = [] if name == "check" else ["--out", name]
+        record = run(name, source, *out, "--aspect", shape)
+        assert record["status"] == "certified"
+        assert record["energy"] == pytest.approx(square["energy"], rel=0.01), name
+        if out:
+            mesh = judged(f"{name}/sheet.obj")
+            seen = ff.certify(mesh.vertices, mesh.faces, mesh.uv, aspect=aspect)
+            assert seen.energy == pytest.approx(square["energy"], rel=0.01)
+    assert run("check", "unwrap/sheet.obj")["energy"] > square["energy"] * 1.02
+
+
+def test_pins_are_met_on_textures_that_are_no_squares():
+    vertices, faces = surfaces.bumpy_grid(6, 6)
+    ff.write("sheet.obj", (vertices, faces))
+    corner = {0: [0.0, 0.0], 6: [0.9, 0.1], len(vertices) - 1: [0.8, 0.7]}
+    Path("sheet.obj.pins.json").write_text(
+        json.dumps({"points": {str(v): uv for v, uv in corner.items()}})
+    )
+    plain = run("match", "sheet.obj", "--out", "square")
+    record = run("match", "sheet.obj", "--out", "wide", "--aspect", "16:9")
+    assert record["status"] == "certified" and record["certificate"]["pin_failures"] == 0
+    mesh = judged("wide/sheet.obj", pins={v: tuple(uv) for v, uv in corner.items()})
+    other = ff.read("square/sheet.obj")
+    seen = [ff.certify(m.vertices, m.faces, m.uv, aspect=16 / 9).energy for m in (mesh, other)]
+    assert plain["status"] == "certified" and seen[0] < seen[1]
+    assert record["energy"] == pytest.approx(seen[0], rel=1e-6)
+
+
+def test_the_shape_of_a_texture_is_asked_for_in_words_that_it_understands():
+    write("sheet.obj", surfaces.bumpy_grid(3, 3))
+    for shape in ("0", "wide", "1:0", "40", "nan"):
+        found = command("unwrap", "sheet.obj", "--out", "out", "--aspect", shape)
+        assert found.returncode == 2 and "16:9" in found.stderr
+    found = command("pack", "sheet.obj", "--out", "out", "--aspect", "2", "--tiles", "2")
+    assert found.returncode == 2 and "--tiles" in found.stderr

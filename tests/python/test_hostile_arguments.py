@@ -77,6 +77,15 @@ def test_split_fans_takes_or_refuses_unexpected_arguments(parameter: str) -> Non
             assert len(str(error)) > 20, (described, error)
 
 
+@pytest.mark.parametrize("parameter", ["faces", "uv"])
+def test_islands_takes_or_refuses_unexpected_arguments(parameter: str) -> None:
+    for described, make in VALUES.items():
+        try:
+            ff.islands(**{"faces": [[0, 1, 2]], parameter: make()})
+        except ff.InvalidInput as error:
+            assert len(str(error)) > 20, (described, error)
+
+
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_arrays_of_any_layout_give_the_same_result(name: str) -> None:
     def read_only(a: np.ndarray) -> np.ndarray:

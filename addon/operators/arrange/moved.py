@@ -67,8 +67,8 @@ class MovedTask(modal.StagedTask):
                 self.moved += 1
         return new
 
-    def write(self, ob):
-        mesh_io.write_uv(ob, self.snapshot, self._loops, self._values)
+    def writing(self, ob):
+        return mesh_io.writing_uv(ob, self.snapshot, self._loops, self._values)
 
 
 def notes(tasks: list[MovedTask]) -> str:

@@ -106,16 +106,21 @@ class StraightenTask(match.MatchTask):
         if self.direction == "ends":
             return start, end
         middle, way = (start + end) / 2, end - start
-        axis = int(abs(way[1]) > abs(way[0]))
+        seen = np.array([self.aspect, 1.0])  # as long on the texture as it was
+        axis = int(abs(way[1]) > abs(way[0] * self.aspect))
         half = np.zeros(2)
-        half[axis] = math.copysign(math.hypot(*way) / 2, way[axis])
+        half[axis] = math.copysign(math.hypot(*(way * seen)) / 2, way[axis]) / seen[axis]
         # The same 32-bit number along the whole chain, so that it lies on the axis bit for bit.
         middle = middle.astype(np.float32).astype(np.float64)
         return middle - half, middle + half
 
 
 class UV_OT_flipfree_straighten(
-    options.NoOverlaps, options.TimeLimit, options.MapOperator, bpy.types.Operator
+    options.NoOverlaps,
+    options.TimeLimit,
+    options.CorrectAspect,
+    options.MapOperator,
+    bpy.types.Operator,
 ):
     bl_idname = "uv.flipfree_straighten"
     bl_label = "Straighten Chain"
@@ -126,7 +131,7 @@ class UV_OT_flipfree_straighten(
     bl_options = {"REGISTER", "UNDO"}
     verb = "Straighten Chain"
     needs_uv = True
-    option_names = ("direction", "bijective", "may_add", "max_seconds")
+    option_names = ("direction", "bijective", "may_add", "correct_aspect", "max_seconds")
 
     direction: bpy.props.EnumProperty(
         name="Line", description="Where the line lies", items=DIRECTIONS, default="ends"
@@ -145,7 +150,7 @@ class UV_OT_flipfree_straighten(
         return super().poll(context)
 
     def make_run(self, context):
-        values = {name: getattr(self, name) for name in self.option_names}
+        values = self.values(context)
         return orient.whole_objects_with_edges(
             context,
             lambda snapshot, chosen: StraightenTask(

@@ -3,13 +3,13 @@
 
 import bpy
 
-from ... import modal, solver
+from ... import solver
 from ...meshes import labels
 from .. import common, options
 from ..unwrap import MapTask, layout_notes
 
 
-class ImproveTask(modal.StagedTask, MapTask):
+class ImproveTask(MapTask):
     flattens = True
     packs_alone = False
 
@@ -22,8 +22,10 @@ class ImproveTask(modal.StagedTask, MapTask):
         iterations=200,
         pack=False,
         margin=0.005,
+        aspect=1.0,
     ):
         super().__init__(snapshot)
+        self.aspect = aspect
         self.bijective = bijective
         self.use_pins = use_pins
         self.iterations = iterations
@@ -36,9 +38,13 @@ class ImproveTask(modal.StagedTask, MapTask):
     def stages(self):
         snapshot = self.snapshot
         result = yield solver.improve(
-            snapshot, pins=self.pins(), bijective=self.bijective, iterations=self.iterations
+            snapshot,
+            pins=self.pins(),
+            bijective=self.bijective,
+            iterations=self.iterations,
+            aspect=self.aspect,
         )
-        self.take(result)
+        yield from self.take(result)
 
     @property
     def islands(self) -> int:
@@ -65,6 +71,7 @@ class UV_OT_flipfree_improve(
     options.NoOverlaps,
     options.KeepPins,
     options.Packing,
+    options.CorrectAspect,
     options.UseModifiers,
     options.MapOperator,
     bpy.types.Operator,
@@ -85,6 +92,7 @@ class UV_OT_flipfree_improve(
         "iterations",
         "pack",
         "margin",
+        "correct_aspect",
         "use_modifiers",
     )
 

@@ -42,8 +42,10 @@ class RepairTask(MapTask):
         use_pins=True,
         mark_seams=False,
         margin=0.005,
+        aspect=1.0,
     ):
         super().__init__(snapshot)
+        self.aspect = aspect
         self.overlaps = overlaps
         self.stretched = stretched
         self.disjoint = disjoint
@@ -51,15 +53,17 @@ class RepairTask(MapTask):
         self.mark_seams = mark_seams
         self.margin = margin
 
-    def start(self):
-        return solver.repair(
+    def stages(self):
+        result = yield solver.repair(
             self.snapshot,
             pins=self.pins(),
             overlaps=self.overlaps,
             stretched=self.stretched,
             disjoint=self.disjoint,
             margin=self.margin,
+            aspect=self.aspect,
         )
+        yield from self.take(result)
 
     def new_seams(self):
         if not self.mark_seams or not self.result.stats["added_cuts"]:
@@ -72,9 +76,9 @@ class RepairTask(MapTask):
         old = self.snapshot.corner_uv
         return bool((self.result.uv32() == old).all()) and bool(np.isfinite(old).all())
 
-    def write(self, ob):
+    def writing(self, ob):
         if not self.stays():
-            super().write(ob)
+            yield from super().writing(ob)
 
 
 def total(tasks: list[RepairTask], name: str) -> int:
@@ -113,6 +117,7 @@ def summary(tasks: list[RepairTask]) -> str:
     if stretched:
         why = " by their pins" if tasks[0].stretched == "improve" else ""
         text += f", {common.plural(stretched, 'island')} stretched{why}"
+    text += common.texture_text(tasks[0].aspect)
     if not became:
         return f"nothing to repair: {text}"
     # Rounded down: 100 % are all of them.
@@ -128,6 +133,7 @@ def hint(tasks: list[RepairTask]) -> str:
 class UV_OT_flipfree_repair(
     options.KeepPins,
     options.Margin,
+    options.CorrectAspect,
     options.UseModifiers,
     options.MapOperator,
     bpy.types.Operator,
@@ -148,6 +154,7 @@ class UV_OT_flipfree_repair(
         "use_pins",
         "mark_seams",
         "margin",
+        "correct_aspect",
         "use_modifiers",
     )
 

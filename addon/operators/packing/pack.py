@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 
-from ... import modal, solver
+from ... import solver
 from .. import common, options
 from ..unwrap import MapTask, layout_notes
 
@@ -20,7 +20,7 @@ ROTATIONS = (
 )
 
 
-class PackTask(modal.StagedTask, MapTask):
+class PackTask(MapTask):
     packs_alone = False
     bijective = False  # islands that overlap themselves are packed as they are
 
@@ -64,7 +64,7 @@ class PackTask(modal.StagedTask, MapTask):
             unmoved=[3 * t + k for t, k in self.pins()],
             **{**self.pack_options, "effort": 0.0},
         )
-        self.take(result)
+        yield from self.take(result)
 
 
 def summary(tasks: list[PackTask]) -> str:

@@ -63,9 +63,9 @@ struct Certifier {
         flips32 = flipped_faces(uv32);
         stored = uv32.cast<double>();
       } else if (task == 3) {
-        energy64 = symmetric_dirichlet(surface, uv);
+        energy64 = symmetric_dirichlet(surface, uv, request.aspect);
       } else if (task == 4) {
-        energy32 = symmetric_dirichlet(surface, uv32.cast<double>());
+        energy32 = symmetric_dirichlet(surface, uv32.cast<double>(), request.aspect);
       } else if (request.parent != nullptr) {
         provenance = check_provenance(surface, {request.parent, request.parent_face,
                                                 request.vertex_parent, request.vertex_barycentric});
@@ -318,8 +318,8 @@ struct Certifier {
     certificate.poor = energy.mean > kPoorEnergy || energy.percentile99 > kPoorPercentile;
     if (!(energy.maximum > kPoorEnergy)) return;
     constexpr std::size_t kMostIslands = 100;
-    certificate.poor_islands =
-        charts_above(surface, stored, charts_of(adjacency, cuts32), energy32.scale, kPoorEnergy);
+    certificate.poor_islands = charts_above(surface, stored, charts_of(adjacency, cuts32),
+                                            energy32.scale, kPoorEnergy, request.aspect);
     if (certificate.poor_islands.size() > kMostIslands)
       certificate.poor_islands.resize(kMostIslands);
   }

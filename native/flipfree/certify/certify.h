@@ -29,6 +29,10 @@ struct CertifyRequest {
   // distortion, which is measured against them, is -1 unless it is finite.
   bool require_distortion = true;
 
+  // Width over height of the texture for which the map is made: distortion is measured in its
+  // pixels, everything else on the values themselves.
+  double aspect = 1.0;
+
   // G5: prescribed total UV angle at vertices (radians); vertices not listed: 2 pi inside, free on
   // the boundary of the surface. Empty: cones are judged only as "corners around an uncut interior
   // vertex wind once".

@@ -1,6 +1,7 @@
 #include "flipfree/distortion/improve.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/separated_map.h"
+#include "flipfree/certify/texture.h"
 
 #include <algorithm>
 #include <cmath>
@@ -125,12 +126,24 @@ Error in_chart(const Error& error, const mesh::Chart& chart) {
   return named;
 }
 
-// scale: UV length of a surface length 1, over the whole map.
+// From the texture to UVs, with every pin at its place. What rounding on the way would fold stays
+// as it was given; with pins, storing it will say so.
+void bring_back(const Triangles& faces, const Points2& given, double aspect, ChartMap& map,
+                const ExecutionContext& context) {
+  if (aspect == 1.0) return;
+  Points2 uv = certify::from_texture(map.uv, aspect, given);
+  for (const auto& [v, target] : map.pins) uv.row(v) = target.transpose();
+  map.uv = !map.pins.empty() || is_flip_free(faces, uv, context) ? std::move(uv) : given;
+}
+
+// scale: length on the texture of a surface length 1, over the whole map.
 void improve_chart(const mesh::Chart& chart, const ImproveOptions& options, double scale,
                    ChartMap& map, ExecutionContext& context) {
   const mesh::InOwnUnit own(chart.surface);
   scale *= own.unit();
-  const Points2 before = map.uv;
+  const Points2 given = map.uv;
+  const Points2 before = certify::on_texture(given, options.aspect);
+  map.uv = before;
   const Triangles& faces = chart.surface.faces;
   MinimizeOptions minimize;
   minimize.max_iterations = options.max_iterations;
@@ -156,15 +169,16 @@ void improve_chart(const mesh::Chart& chart, const ImproveOptions& options, doub
       place_like(faces, before, scale, map.bijective, map.uv, context);
     } else {
       minimize.acceptable = true;
+      Targets targets = map.pins;
+      for (auto& [v, target] : targets) target = certify::on_texture(target, options.aspect);
       TargetsResult result = with_own_map([&] {
-        return minimize_with_targets(own.surface(), before, map.pins, minimize, context, map.stats);
+        return minimize_with_targets(own.surface(), before, targets, minimize, context, map.stats);
       });
       if (!result.missed.empty()) {
         const VertexId v = result.missed.front();
         throw_not_converged(ErrorCode::kLineSearchStalled,
-                            "The pin at (" + std::to_string(point(before, v).real()) + ", " +
-                                std::to_string(point(before, v).imag()) +
-                                ") in the map came only " +
+                            "The pin at (" + std::to_string(point(given, v).real()) + ", " +
+                                std::to_string(point(given, v).imag()) + ") in the map came only " +
                                 std::to_string(static_cast<int>(100 * result.fraction)) +
                                 " % of its way without flipping a triangle. Match pins instead, "
                                 "which refines the mesh.");
@@ -173,6 +187,7 @@ void improve_chart(const mesh::Chart& chart, const ImproveOptions& options, doub
       for (const auto& [v, target] : map.pins) rounding.fixed.push_back(v);
     }
     const Overtime storing(context);
+    bring_back(faces, given, options.aspect, map, context);
     map.uv32 = round_to_storage(faces, map.uv, rounding, context, map.stats);
   } catch (const TimeIsOver&) {
     if (!(options.max_seconds > 0)) throw;  // the limit is the caller's
@@ -262,6 +277,7 @@ certify::Parametrization improve_clean(const mesh::Surface& surface, const Point
   request.surface = &surface;
   request.uv = &corner_uv;
   request.measure_overlaps = false;
+  request.aspect = options.aspect;
   const double energy_before = certify::certify(request, context).energy;
   bool hurried = false;
   {
@@ -269,7 +285,9 @@ certify::Parametrization improve_clean(const mesh::Surface& surface, const Point
     const double left = limit_of(options.max_seconds) - watch.seconds();
     const TimeLimit limit(context,
                           seconds_to_search(left, static_cast<Index>(surface.faces.rows())));
-    improve_all(charts, options, common_scale(surface, corner_uv), maps, context);
+    improve_all(charts, options,
+                common_scale(surface, certify::on_texture(corner_uv, options.aspect)), maps,
+                context);
     hurried = context.time_is_over() || context.accepted();
   }
   const Untimed finishing(context);
@@ -284,6 +302,7 @@ certify::Parametrization improve_clean(const mesh::Surface& surface, const Point
   map.stats = maps[static_cast<std::size_t>(largest - charts.begin())].stats;
   certify::CertifyRequest final_request;
   final_request.pins = options.pins;
+  final_request.aspect = options.aspect;
   certify::certify_map(map, surface, final_request, context);
   const bool keeps_input =
       options.pins.empty() && map.certificate.ok && map.certificate.energy > energy_before;
@@ -322,6 +341,7 @@ certify::Parametrization improve_separated(const mesh::Surface& surface, const P
   const Untimed finishing(context);
   certify::CertifyRequest request;
   request.pins = options.pins;
+  request.aspect = options.aspect;
   certify::Parametrization map = separated.on_input(solved, request, context);
   certify::require_certificate(map, "The improved map");
   return map;

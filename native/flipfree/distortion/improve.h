@@ -16,6 +16,7 @@ struct ImproveOptions {
   int max_iterations = 200;    // per chart
   double tolerance = 1e-4;     // share of the energy that a step must still promise
   double max_seconds = 0;      // of the clock; 0: no limit. What was gained by then is kept
+  double aspect = 1.0;         // CertifyRequest::aspect: distortion is that on such a texture
 };
 
 // corner_uv: 3 #F x 2, every triangle positively oriented. The map is cut where the UVs on the two

@@ -28,7 +28,7 @@ template <typename Solve>
 std::unique_ptr<Job> start_map_job(Solve solve, int threads) {
   return start_job(
       std::move(solve),
-      [](const certify::Parametrization& map) -> pybind11::object { return to_dict(map); },
+      [](certify::Parametrization& map) -> pybind11::object { return to_dict(std::move(map)); },
       threads);
 }
 

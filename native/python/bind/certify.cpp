@@ -18,7 +18,8 @@ void bind_certify(py::module_& module) {
          const Array<Index>& pin_corners, const Array<double>& pin_uv,
          const Array<Index>& cone_vertices, const Array<double>& cone_angles,
          const py::object& loops, const py::object& parent, bool require_bijective,
-         bool require_disjoint, bool require_seamless, double max_seconds, int threads) {
+         bool require_disjoint, bool require_seamless, double aspect, double max_seconds,
+         int threads) {
         certify::Parametrization map;
         map.surface = to_surface(vertices, faces);
         map.uv = to_matrix<Points2>(uv, "uv");
@@ -26,6 +27,7 @@ void bind_certify(py::module_& module) {
         request.require_bijective = require_bijective;
         request.require_disjoint = require_disjoint;
         request.require_seamless = require_seamless;
+        request.aspect = aspect;
         request.pins = to_corner_pins(pin_corners, pin_uv);
         for (py::ssize_t i = 0; i < cone_vertices.size(); ++i) {
           request.cone_angles.emplace_back(cone_vertices.data()[i], cone_angles.data()[i]);
@@ -71,7 +73,7 @@ void bind_certify(py::module_& module) {
       py::arg("vertices"), py::arg("faces"), py::arg("uv"), py::kw_only(), py::arg("pin_corners"),
       py::arg("pin_uv"), py::arg("cone_vertices"), py::arg("cone_angles"), py::arg("loops"),
       py::arg("parent"), py::arg("require_bijective"), py::arg("require_disjoint"),
-      py::arg("require_seamless"), py::arg("max_seconds"), py::arg("threads"));
+      py::arg("require_seamless"), py::arg("aspect"), py::arg("max_seconds"), py::arg("threads"));
 }
 
 }  // namespace flipfree::python

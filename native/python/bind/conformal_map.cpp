@@ -25,9 +25,9 @@ const char* kind_name(ElementKind kind) { return kind == ElementKind::kFace ? "f
 
 // {map, figures, error, metric}: error is None or {message, code, kind, elements}, with the metric;
 // the map is valid only without one.
-py::object to_object(const conformal::ConformalMapResult& result) {
+py::object to_object(conformal::ConformalMapResult&& result) {
   py::dict d;
-  d["map"] = to_dict(result.map);
+  d["map"] = to_dict(std::move(result.map));
   py::dict figures;
   figures["angle_error"] = result.metric.angle_error;
   figures["scale_range"] = result.metric.scale_range;
@@ -88,8 +88,8 @@ void bind_conformal_map(py::module_& module) {
                                               own_lengths ? &request.lengths : nullptr,
                                               request.target_angles, request.options, context);
             },
-            [](const conformal::ConformalMapResult& result) -> py::object {
-              return to_object(result);
+            [](conformal::ConformalMapResult& result) -> py::object {
+              return to_object(std::move(result));
             },
             threads);
       },

@@ -56,7 +56,8 @@ void bind_distortion(py::module_& module) {
       .def_readwrite("keep_bijective", &ImproveOptions::keep_bijective)
       .def_readwrite("iterations", &ImproveOptions::max_iterations)
       .def_readwrite("tolerance", &ImproveOptions::tolerance)
-      .def_readwrite("max_seconds", &ImproveOptions::max_seconds);
+      .def_readwrite("max_seconds", &ImproveOptions::max_seconds)
+      .def_readwrite("aspect", &ImproveOptions::aspect);
   module.def(
       "improve",
       [](const Array<double>& vertices, const Array<Index>& faces, const Array<double>& uv,

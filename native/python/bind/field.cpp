@@ -111,7 +111,7 @@ void bind_aligned(py::module_& module) {
                     return holonomy::compute_field_aligned_map(surface, own, options, context);
                   });
             },
-            [](const certify::Parametrization& map) -> py::object { return to_dict(map); },
+            [](certify::Parametrization& map) -> py::object { return to_dict(std::move(map)); },
             threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("field"), py::arg("made"), py::arg("options"),

@@ -1,8 +1,10 @@
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "arrays.h"
 #include "bind/bindings.h"
+#include "flipfree/mesh/islands/islands.h"
 #include "flipfree/mesh/separated/fans.h"
 #include "flipfree/mesh/separated/rest_positions.h"
 #include "flipfree/mesh/separated/separated.h"
@@ -22,9 +24,24 @@ void bind_mesh(py::module_& module) {
           const py::gil_scoped_release release;
           fans = mesh::split_fans(triangles, pairs);
         }
-        return py::make_tuple(from_matrix(fans.faces), from_vector(fans.origin));
+        return py::make_tuple(taken_matrix(std::move(fans.faces)),
+                              taken_vector(std::move(fans.origin)));
       },
       py::arg("faces"), py::arg("cuts"));
+  module.def(
+      "islands",
+      [](const Array<Index>& faces, const py::object& corner_uv) {
+        const auto triangles = to_matrix<Triangles>(faces, "faces");
+        Points2f uv;
+        if (!corner_uv.is_none()) uv = to_matrix<Points2f>(corner_uv.cast<Array<float>>(), "uv");
+        mesh::Islands found;
+        {
+          const py::gil_scoped_release release;
+          found = mesh::islands_of(triangles, corner_uv.is_none() ? nullptr : &uv);
+        }
+        return py::make_tuple(taken_vector(std::move(found.first)), found.nearly_joined);
+      },
+      py::arg("faces"), py::arg("uv"));
   module.def(
       "separate",
       [](const Array<double>& vertices, const Array<Index>& faces, const Array<Index>& seams,

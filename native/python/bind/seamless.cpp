@@ -20,9 +20,9 @@ std::vector<Index> to_cones(const Array<Index>& given) {
   return {given.data(), given.data() + given.size()};
 }
 
-py::object to_object(const PennerMap& result) {
+py::object to_object(PennerMap&& result) {
   py::dict d;
-  d["map"] = to_dict(result.map);
+  d["map"] = to_dict(std::move(result.map));
   py::list branches;
   for (const seamless::SeamBranch& branch : result.branches) {
     const certify::Transition& t = branch.transition;
@@ -80,7 +80,7 @@ void bind_seamless(py::module_& module) {
               return turns ? seamless::compute_seamless_map(surface, *turns, options, context)
                            : seamless::map_with_suggested_cones(surface, options, context);
             },
-            [](const certify::Parametrization& map) -> py::object { return to_dict(map); },
+            [](certify::Parametrization& map) -> py::object { return to_dict(std::move(map)); },
             threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("cones"), py::arg("options"),
@@ -110,7 +110,7 @@ void bind_seamless(py::module_& module) {
               return seamless::compute_penner_map(request.surface, request.cones, request.loops,
                                                   request.options, context);
             },
-            [](const PennerMap& result) -> py::object { return to_object(result); }, threads);
+            [](PennerMap& result) -> py::object { return to_object(std::move(result)); }, threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("cones"), py::arg("loops"),
       py::arg("uncuttable"), py::arg("tolerance"), py::arg("max_iterations"), py::arg("relaxation"),

@@ -82,7 +82,8 @@ void bind_options(py::module_& module) {
       .def_readwrite("margin", &RepairOptions::margin)
       .def_readwrite("iterations", &RepairOptions::max_iterations)
       .def_readwrite("tolerance", &RepairOptions::tolerance)
-      .def_readwrite("max_seconds", &RepairOptions::max_seconds);
+      .def_readwrite("max_seconds", &RepairOptions::max_seconds)
+      .def_readwrite("aspect", &RepairOptions::aspect);
   py::class_<PackOptions>(module, "PackOptions")
       .def(py::init<>())
       .def_readwrite("margin", &PackOptions::margin)

@@ -12,7 +12,7 @@ from .calls.certification import certify
 from .calls.conformal import conformal_metric
 from .calls.conformal_map import conformal
 from .calls.embedding import embed
-from .calls.fans import split_fans
+from .calls.fans import islands, split_fans
 from .calls.improving import improve, repair
 from .calls.matching import match
 from .calls.mesh_files import MeshFile, read, write
@@ -51,6 +51,7 @@ __all__ = [
     "embed",
     "field_aligned",
     "improve",
+    "islands",
     "jobs",
     "match",
     "pack",

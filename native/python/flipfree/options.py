@@ -17,6 +17,9 @@ LARGEST_COUNT = 2**31 - 1
 #: More threads than any machine has, fewer than would exhaust it.
 MOST_THREADS = 1024
 
+#: Wider or taller textures are refused.
+MOST_ASPECT = 16.0
+
 _LONGEST_SHOWN = 80
 
 
@@ -102,6 +105,17 @@ def as_seconds(value: Any, name: str) -> float:
     if number < 0.0:
         raise InvalidInput(f"{name} must not be negative, not {shown(value)}.", code="bad option")
     return number
+
+
+def as_aspect(value: Any) -> float:
+    """``value`` as the width of a texture over its height."""
+    aspect = as_number(value, "aspect")
+    if not 1.0 / MOST_ASPECT <= aspect <= MOST_ASPECT:
+        raise InvalidInput(
+            f"aspect is the texture's width over its height, in [1/{MOST_ASPECT:g}, {MOST_ASPECT:g}], not {shown(value)}.",
+            code="bad option",
+        )
+    return aspect
 
 
 def as_margin(value: Any) -> float:

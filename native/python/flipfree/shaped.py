@@ -9,18 +9,14 @@ from __future__ import annotations
 import dataclasses
 import time
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from .arrays import FloatArray
+from .arrays import FloatArray, IntArray
 from .errors import FlipfreeError, InvalidInput, NotConverged
 from .job import Job
-from .options import as_number, shown
 from .results import Certificate, Parametrization
-
-#: Wider or taller ones are refused.
-MOST = 16.0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -53,14 +49,15 @@ class Texture:
         return np.array([[a, b, c], [a, c, d]])
 
 
-def as_aspect(value: Any) -> float:
-    aspect = as_number(value, "aspect")
-    if not 1.0 / MOST <= aspect <= MOST:
-        raise InvalidInput(
-            f"aspect is the texture's width over its height, in [1/{MOST:g}, {MOST:g}], not {shown(value)}.",
-            code="bad option",
-        )
-    return aspect
+def held_by_pins(
+    found: Parametrization, faces: IntArray, pinned: npt.NDArray[np.bool_]
+) -> npt.NDArray[np.bool_]:
+    """Of a map that met pins: its vertices that may not move any more, as a mask. They are the pinned ones of the input, whose
+    faces these are, and new ones on edges between two of them, which may be a line or a part of the boundary."""
+    n = len(pinned)
+    weights, corners = found.vertex_barycentric[n:], pinned[faces[found.vertex_parent[n:]]]
+    between = ((weights == 0.0) | corners).all(axis=1) & (weights == 0.0).any(axis=1)
+    return np.concatenate([pinned, between])
 
 
 def refuse_tiles(aspect: float, tiles: int) -> None:

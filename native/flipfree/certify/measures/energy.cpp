@@ -64,19 +64,22 @@ void leave_out_shapeless(const mesh::Surface& surface, Points3& parts) {
 
 }  // namespace
 
-Points3 symmetric_dirichlet_parts(const mesh::Surface& surface, const Points2& corner_uv) {
+Points3 symmetric_dirichlet_parts(const mesh::Surface& surface, const Points2& corner_uv,
+                                  double aspect) {
   Points3 parts(surface.faces.rows(), 3);
   for (FaceId f = 0; f < surface.faces.rows(); ++f) {
     const Vector3 p = surface.vertices.row(surface.faces(f, 0));
     const Vector3 e1 = surface.vertices.row(surface.faces(f, 1)).transpose() - p;
     const Vector3 e2 = surface.vertices.row(surface.faces(f, 2)).transpose() - p;
     const Vector2 q = corner_uv.row(3 * f);
-    const Vector2 d1 = corner_uv.row(3 * f + 1).transpose() - q;
-    const Vector2 d2 = corner_uv.row(3 * f + 2).transpose() - q;
+    Vector2 d1 = corner_uv.row(3 * f + 1).transpose() - q;
+    Vector2 d2 = corner_uv.row(3 * f + 2).transpose() - q;
+    const double area2 = aspect * cross(d1, d2);
+    d1.x() *= aspect;
+    d2.x() *= aspect;
     // |J|^2 is a ratio of dot products and areas (Pinkall and Polthier 1993), |J^-1|^2 the same
     // with the roles swapped; for 2 x 2 matrices |J^-1| = |J| / det J.
     const double area3 = e1.cross(e2).norm();
-    const double area2 = cross(d1, d2);
     const double numerator = d1.squaredNorm() * e2.squaredNorm() - 2.0 * d1.dot(d2) * e1.dot(e2) +
                              d2.squaredNorm() * e1.squaredNorm();
     const double norm = numerator / (area3 * area3);
@@ -84,8 +87,8 @@ Points3 symmetric_dirichlet_parts(const mesh::Surface& surface, const Points2& c
     if (area2 > 0.0) {
       parts(f, 1) = numerator / (area2 * area2);
     } else {
-      const double area =
-          thin_area(q, corner_uv.row(3 * f + 1).transpose(), corner_uv.row(3 * f + 2).transpose());
+      const double area = aspect * thin_area(q, corner_uv.row(3 * f + 1).transpose(),
+                                             corner_uv.row(3 * f + 2).transpose());
       parts(f, 1) = area > 0.0 ? numerator / area / area : std::numeric_limits<double>::infinity();
     }
     parts(f, 2) = 0.5 * area3;
@@ -94,8 +97,9 @@ Points3 symmetric_dirichlet_parts(const mesh::Surface& surface, const Points2& c
   return parts;
 }
 
-EnergyFigures symmetric_dirichlet(const mesh::Surface& surface, const Points2& corner_uv) {
-  const Points3 parts = symmetric_dirichlet_parts(surface, corner_uv);
+EnergyFigures symmetric_dirichlet(const mesh::Surface& surface, const Points2& corner_uv,
+                                  double aspect) {
+  const Points3 parts = symmetric_dirichlet_parts(surface, corner_uv, aspect);
   double direct = 0.0;
   double inverse = 0.0;
   double area = 0.0;
@@ -129,7 +133,8 @@ EnergyFigures worse_of(const EnergyFigures& a, const EnergyFigures& b) {
 }
 
 std::vector<FaceId> charts_above(const mesh::Surface& surface, const Points2& corner_uv,
-                                 const mesh::Components& charts, double scale, double bound) {
+                                 const mesh::Components& charts, double scale, double bound,
+                                 double aspect) {
   struct Sum {
     double energy = 0.0;
     double area = 0.0;
@@ -137,7 +142,7 @@ std::vector<FaceId> charts_above(const mesh::Surface& surface, const Points2& co
     double mean() const { return energy / area; }
   };
   std::vector<Sum> sums(static_cast<std::size_t>(charts.count));
-  const Points3 parts = symmetric_dirichlet_parts(surface, corner_uv);
+  const Points3 parts = symmetric_dirichlet_parts(surface, corner_uv, aspect);
   const double s2 = scale * scale;
   for (Eigen::Index f = 0; f < parts.rows(); ++f) {
     Sum& sum = sums[static_cast<std::size_t>(charts.of_face[static_cast<std::size_t>(f)])];

@@ -17,8 +17,10 @@ struct EnergyFigures {
 };
 
 // Infinite if a face is flipped or degenerate in UV; faces of zero area in 3D are left out, and
-// faces without a shape (mesh/face_area.h) unless no face has one. Cost: O(#F log #F).
-EnergyFigures symmetric_dirichlet(const mesh::Surface& surface, const Points2& corner_uv);
+// faces without a shape (mesh/face_area.h) unless no face has one. aspect: see CertifyRequest.
+// Cost: O(#F log #F).
+EnergyFigures symmetric_dirichlet(const mesh::Surface& surface, const Points2& corner_uv,
+                                  double aspect = 1.0);
 
 // Each figure the worse one of two maps of a surface; the scale is that of the worse mean.
 EnergyFigures worse_of(const EnergyFigures& a, const EnergyFigures& b);
@@ -26,9 +28,11 @@ EnergyFigures worse_of(const EnergyFigures& a, const EnergyFigures& b);
 // One face of every chart whose own mean at the map's scale (EnergyFigures::scale) is above
 // `bound`, worst first. Cost: O(#F).
 std::vector<FaceId> charts_above(const mesh::Surface& surface, const Points2& corner_uv,
-                                 const mesh::Components& charts, double scale, double bound);
+                                 const mesh::Components& charts, double scale, double bound,
+                                 double aspect = 1.0);
 
 // Per face (|J|^2, |J^-1|^2, 3D area): the parts from which the figures come. #F x 3.
-Points3 symmetric_dirichlet_parts(const mesh::Surface& surface, const Points2& corner_uv);
+Points3 symmetric_dirichlet_parts(const mesh::Surface& surface, const Points2& corner_uv,
+                                  double aspect = 1.0);
 
 }  // namespace flipfree::certify

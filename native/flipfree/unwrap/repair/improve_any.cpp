@@ -22,6 +22,7 @@ certify::Parametrization improve_any(const mesh::Surface& surface, const Points2
   mending.overlaps = SelfOverlaps::kKeep;
   mending.stretched = StretchedIslands::kIgnore;
   mending.max_seconds = options.max_seconds;
+  mending.aspect = options.aspect;
   const certify::Parametrization mended = [&] {
     const ProgressRange range(context, 0.0, 0.5);
     return repair(surface, corner_uv, mending, context);

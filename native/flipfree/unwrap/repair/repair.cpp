@@ -41,7 +41,9 @@ certify::Parametrization repair_separated(const mesh::Surface& surface, const Po
   const Points2 own_uv = separated.corners(corner_uv);
   const certify::Parametrization solved =
       separated.solve([&] { return repair_clean(separated.surface(), own_uv, own, context); });
-  return separated.on_input(solved, {}, context);
+  certify::CertifyRequest request;
+  request.aspect = options.aspect;
+  return separated.on_input(solved, request, context);
 }
 
 // Which faces are one island, and which side of it is up, is read from the map. The repaired one
@@ -61,6 +63,7 @@ certify::Parametrization repair_any(const mesh::Surface& surface, const Points2&
       request.pins = options.pins;
       request.require_bijective = options.overlaps != SelfOverlaps::kKeep;
       request.require_disjoint = options.disjoint && options.pins.empty();
+      request.aspect = options.aspect;
       map.certificate = certify::certify_any(request, context);
     }
     if (map.certificate.ok || round == kRounds) break;

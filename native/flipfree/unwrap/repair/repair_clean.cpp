@@ -10,6 +10,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/certify/certified_map.h"
+#include "flipfree/certify/texture.h"
 #include "flipfree/distortion/minimize/boundary_grid.h"
 #include "flipfree/unwrap/repair/given/given_map.h"
 #include "flipfree/unwrap/repair/mend_chart.h"
@@ -21,13 +22,6 @@ namespace flipfree::unwrap {
 namespace {
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-mesh::EdgeFlags own_flags(const mesh::EdgeFlags& flags, const mesh::Chart& chart) {
-  if (flags.empty()) return {};
-  mesh::EdgeFlags own(3 * chart.faces.size());
-  for (std::size_t h = 0; h < own.size(); ++h) own[h] = flags[3 * at(chart.faces[h / 3]) + h % 3];
-  return own;
-}
 
 class Repair {
  public:
@@ -43,10 +37,11 @@ class Repair {
                         ? mesh::EdgeFlags{}
                         : mesh::flag_edges(surface.faces, adjacency_, options.uncuttable)),
         given_(read_map(surface, adjacency_, corner_uv, seams_, options.pins)),
-        density_(common_density(given_.charts, given_.places)),
+        seen_(on_texture(given_, options.aspect)),
+        density_(common_density(given_.charts, seen_.places)),
         mended_(given_.charts.size()),
         anew_(given_.charts.size(), 0) {
-    measure_before(surface, given_, corner_uv, stats_, context);
+    measure_before(surface, given_, corner_uv, options.aspect, stats_, context);
     corner_uv_ = &corner_uv;
   }
 
@@ -73,6 +68,13 @@ class Repair {
     unwrapping.max_iterations = options_.max_iterations;
     unwrapping.tolerance = options_.tolerance;
     certify::Parametrization map = unwrap(surface_, unwrapping, context_);
+    const StatValue added = map.stats["added_cuts"];
+    if (options_.aspect != 1.0) {
+      // Narrower, or lower, in the unit square; stored and judged as any given map.
+      map.uv.col(0) /= options_.aspect;
+      map.uv *= std::min(options_.aspect, 1.0);
+      map = Repair(surface_, Points2(map.uv), options_, context_).mended_map();
+    }
     std::erase_if(map.stats, [](const auto& entry) {
       return !std::set<std::string>{"charts", "added_cuts", "energy", "max_energy"}.contains(
           entry.first);
@@ -84,6 +86,7 @@ class Repair {
                              "charts_stretched_anew", "stretched_charts", "corners_kept"})
       map.stats[name] = std::int64_t{0};
     map.stats["added_vertices"] = std::int64_t{0};
+    map.stats["added_cuts"] = added;
     return map;
   }
 
@@ -130,9 +133,9 @@ class Repair {
   void mend_one(std::size_t c, ExecutionContext& context) {
     const ChartToMend chart{given_.charts[c],
                             given_.vertex_origin,
-                            given_.places[c],
+                            seen_.places[c],
                             given_.unknown[c],
-                            given_.pins[c],
+                            seen_.pins[c],
                             own_flags(seams_, given_.charts[c]),
                             own_flags(uncuttable_, given_.charts[c]),
                             density_};
@@ -191,11 +194,13 @@ class Repair {
       sized_ = sized_ && mended_[c].has_density;
       for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h) {
         const std::size_t corner = 3 * at(chart.faces[h / 3]) + h % 3;
-        uv_.row(static_cast<Eigen::Index>(corner)) =
-            mended_[c].uv.row(static_cast<Eigen::Index>(h));
+        const auto stored_place = [&](const Points2& uv) {
+          return certify::row_from_texture(uv.row(static_cast<Eigen::Index>(h)), options_.aspect,
+                                           given_.places[c].row(chart.surface.faces.data()[h]));
+        };
+        uv_.row(static_cast<Eigen::Index>(corner)) = stored_place(mended_[c].uv);
         if (before.rows() > 0)
-          before.row(static_cast<Eigen::Index>(corner)) =
-              own_before.row(static_cast<Eigen::Index>(h));
+          before.row(static_cast<Eigen::Index>(corner)) = stored_place(own_before);
         if (!mended_[c].cut.empty()) cuts[corner] |= mended_[c].cut[h];
         place[corner / 3] = mended_[c].place[h / 3];
         given_chart[corner / 3] = c;
@@ -264,6 +269,7 @@ class Repair {
     request.pins = options_.pins;
     request.require_bijective = options_.overlaps != SelfOverlaps::kKeep;
     request.require_disjoint = options_.disjoint && options_.pins.empty();
+    request.aspect = options_.aspect;
     certify::certify_map(map, surface_, request, context_);
     count(map);
     return map;
@@ -311,6 +317,7 @@ class Repair {
   const mesh::EdgeFlags seams_;
   const mesh::EdgeFlags uncuttable_;
   const GivenMap given_;
+  const SeenMap seen_;
   const double density_;
   const Points2* corner_uv_ = nullptr;
   Stats stats_;

@@ -33,6 +33,7 @@ struct RepairOptions {
   int max_iterations = 200;  // of the optimiser, per chart that is made anew
   double tolerance = 1e-4;
   double max_seconds = 0;  // of the clock; 0: no limit
+  double aspect = 1.0;     // CertifyRequest::aspect: what is made anew has its shape on the texture
 };
 
 }  // namespace flipfree::unwrap

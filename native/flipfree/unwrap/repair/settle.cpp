@@ -220,7 +220,9 @@ SettledCharts settle(const std::vector<mesh::Chart>& charts, std::vector<ChartTo
     PlacingOptions placing;
     placing.margin = options.margin;
     placing.effort = sized ? 0.0 : kEffort;
-    placing.rotation = sized ? Rotation::kNone : Rotation::kStraight;
+    // On a texture that is no square they would be bent by turning.
+    const bool stays_upright = sized || options.aspect != 1.0;
+    placing.rotation = stays_upright ? Rotation::kNone : Rotation::kStraight;
     placing.scale_true = !sized;
     const double density = density_of(charts, settled.uv, settled.moved);
     if (sized) placing.density = density;

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable
 from typing import Any
 
-from ..options import LARGEST_COUNT
+from ..options import LARGEST_COUNT, MOST_ASPECT
 from .plan import PlanError
 
 
@@ -74,10 +74,29 @@ tiles = whole(1, 100)
 iterations = whole(0)
 
 
+def aspect(text: str) -> float:
+    """For argparse: the shape of a texture, as one number or as two."""
+    width, _, height = text.replace("x", ":").partition(":")
+    try:
+        value = float(width) / float(height or 1.0)
+    except (ValueError, ZeroDivisionError):
+        value = float("nan")
+    if not 1.0 / MOST_ASPECT <= value <= MOST_ASPECT:
+        raise argparse.ArgumentTypeError(
+            f"must be a texture's width over its height, such as 2, 16:9 or 2048x1024, within {MOST_ASPECT:g} either way, "
+            f"not {text!r}"
+        )
+    return value
+
+
 def refuse_together(options: dict[str, Any]) -> None:
     """What only several numbers are at fault for. Raises PlanError."""
     if "margin_pixels" in options and not options["margin_pixels"] < options["texture_size"] / 2:
         raise PlanError(
             f"--margin-pixels {options['margin_pixels']:g}: it must be below half of the {options['texture_size']} pixels "
             "of --texture-size. Give fewer pixels, or a larger texture."
+        )
+    if options.get("tiles", 1) > 1 and options.get("aspect", 1.0) != 1.0:
+        raise PlanError(
+            "--aspect: islands are spread over several --tiles only where these are squares. Leave one of them out."
         )

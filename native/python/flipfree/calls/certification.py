@@ -22,7 +22,7 @@ from ..conversions import certificate_from
 from ..errors import InvalidInput
 from ..fields.cross_fields import Signature, as_signature
 from ..job import Job, Progress, solver_call
-from ..options import as_flag, as_number, as_seconds, as_threads, shown, whole_number
+from ..options import as_aspect, as_flag, as_number, as_seconds, as_threads, shown, whole_number
 from ..results import Certificate
 
 Pins = Mapping[Any, tuple[float, float]]
@@ -91,6 +91,7 @@ def certify(
     parent: tuple[Any, ...] | None = None,
     bijective: bool = False,
     disjoint: bool = False,
+    aspect: float = 1.0,
     max_seconds: float | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -109,6 +110,7 @@ def certify(
             turns along its loops as it says, counted exactly.
         bijective: overlaps of a chart with itself are a failure, not only a figure.
         disjoint: so are overlaps between charts.
+        aspect: width over height of the texture that the unit square shows; distortion is measured in its pixels.
         max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
         threads: None is all cores; the result has the same bits for every number.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
@@ -165,6 +167,7 @@ def certify(
         require_bijective=as_flag(bijective, "bijective"),
         require_disjoint=as_flag(disjoint, "disjoint"),
         require_seamless=must_be_seamless,
+        aspect=as_aspect(aspect),
         max_seconds=as_seconds(max_seconds, "max_seconds"),
         threads=as_threads(threads),
     )

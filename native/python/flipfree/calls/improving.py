@@ -11,6 +11,7 @@ from ..conversions import parametrization_from
 from ..errors import InvalidInput
 from ..job import Job, Progress, solver_call
 from ..options import (
+    as_aspect,
     as_choice,
     as_count,
     as_flag,
@@ -33,6 +34,7 @@ def improve(
     repair: bool = True,
     iterations: int = 200,
     tolerance: float = 1e-4,
+    aspect: float = 1.0,
     max_seconds: float | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -49,6 +51,7 @@ def improve(
         repair: a map with flipped or collapsed triangles, or with corners that are not finite, is mended first, as
             ``repair`` does; ``stats["flips_before"]`` counts them. Off: it is refused.
         iterations: most optimiser iterations per chart. tolerance: share of the energy that a step must promise.
+        aspect: width over height of the texture that the unit square shows; distortion is that in its pixels.
         max_seconds: of the clock; None or 0 is no limit. What was gained by then is kept, and
             ``stats["time_limit_reached"]`` is 1; NotConverged (code "time limit reached") if there is no map yet.
         threads: None is all cores; the result has the same bits for every number, unless a limit of time is reached.
@@ -79,6 +82,7 @@ def improve(
         keep_bijective=as_flag(keep_bijective, "keep_bijective"),
         iterations=as_count(iterations, "iterations"),
         tolerance=as_positive(tolerance, "tolerance"),
+        aspect=as_aspect(aspect),
         max_seconds=as_seconds(max_seconds, "max_seconds"),
     )
     native = _native.improve(
@@ -107,6 +111,7 @@ def repair(
     margin: float = 0.005,
     iterations: int = 200,
     tolerance: float = 1e-4,
+    aspect: float = 1.0,
     max_seconds: float | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -135,6 +140,7 @@ def repair(
         disjoint: charts that lie on larger ones are moved to where there is room, but for those with pins.
         margin: space around charts that are moved, in units of the unit square.
         iterations: most optimiser iterations per chart that is unwrapped. tolerance: share of the energy a step must promise.
+        aspect: width over height of the texture that the unit square shows; what is made anew has its shape in its pixels.
         max_seconds: of the clock; None or 0 is no limit. NotConverged (code "time limit reached") when they are over.
         threads: None is all cores; the result has the same bits for every number.
         progress: called with (stage, fraction) about 20 times per second; returning False cancels.
@@ -157,6 +163,7 @@ def repair(
         margin=as_margin(margin),
         iterations=as_count(iterations, "iterations"),
         tolerance=as_positive(tolerance, "tolerance"),
+        aspect=as_aspect(aspect),
         max_seconds=as_seconds(max_seconds, "max_seconds"),
     )
     native = _native.repair(positions.scaled, face_array, corner_uv, options, as_threads(threads))

@@ -14,6 +14,7 @@ from ..conversions import parametrization_from
 from ..errors import InvalidInput, NotConverged
 from ..job import Job, Progress, job_of, solver_call
 from ..options import (
+    as_aspect,
     as_choice,
     as_count,
     as_flag,
@@ -26,7 +27,7 @@ from ..options import (
     shown,
 )
 from ..results import Parametrization
-from ..shaped import ShapedJob, Texture, as_aspect, refuse_tiles
+from ..shaped import ShapedJob, Texture, refuse_tiles
 from .certification import certify
 
 

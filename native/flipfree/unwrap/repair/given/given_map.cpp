@@ -11,6 +11,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/certify/measures/flips.h"
+#include "flipfree/certify/texture.h"
 #include "flipfree/unwrap/repair/given/rejoin.h"
 
 namespace flipfree::unwrap {
@@ -207,13 +208,31 @@ GivenMap read_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency
   return map;
 }
 
+mesh::EdgeFlags own_flags(const mesh::EdgeFlags& flags, const mesh::Chart& chart) {
+  if (flags.empty()) return {};
+  mesh::EdgeFlags own(3 * chart.faces.size());
+  for (std::size_t h = 0; h < own.size(); ++h) own[h] = flags[3 * at(chart.faces[h / 3]) + h % 3];
+  return own;
+}
+
+SeenMap on_texture(const GivenMap& map, double aspect) {
+  SeenMap seen{map.places, map.pins};
+  if (aspect == 1.0) return seen;
+  for (Points2& places : seen.places) places = certify::on_texture(places, aspect);
+  for (auto& pins : seen.pins) {
+    for (auto& [v, place] : pins) place = certify::on_texture(place, aspect);
+  }
+  return seen;
+}
+
 void measure_before(const mesh::Surface& surface, const GivenMap& map, const Points2& corner_uv,
-                    Stats& stats, const ExecutionContext& context) {
+                    double aspect, Stats& stats, const ExecutionContext& context) {
   // A face without a place counts as flipped; nothing else can be said about it.
   const Points2 finite = corner_uv.unaryExpr([](double x) { return std::isfinite(x) ? x : 0.0; });
   certify::CertifyRequest request;
   request.surface = &surface;
   request.uv = &finite;
+  request.aspect = aspect;
   const certify::Certificate before = certify::certify(request, context);
   std::int64_t lost = 0;
   for (Eigen::Index c = 0; c < corner_uv.rows(); ++c)

@@ -34,9 +34,19 @@ GivenMap read_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency
                   const Points2& corner_uv, const mesh::EdgeFlags& seams,
                   const std::vector<certify::CornerPin>& pins);
 
+// Of flags of all half-edges (empty: none) those of a chart's.
+mesh::EdgeFlags own_flags(const mesh::EdgeFlags& flags, const mesh::Chart& chart);
+
+// Where the texture shows the map: its charts' places and pins, see CertifyRequest::aspect.
+struct SeenMap {
+  std::vector<Points2> places;
+  std::vector<std::vector<std::pair<VertexId, Vector2>>> pins;
+};
+SeenMap on_texture(const GivenMap& map, double aspect);
+
 // What repair() says of the map as it was: "flips_before" and their like, see repair.h.
 // `corner_uv`: as it was given to read_map().
 void measure_before(const mesh::Surface& surface, const GivenMap& map, const Points2& corner_uv,
-                    Stats& stats, const ExecutionContext& context);
+                    double aspect, Stats& stats, const ExecutionContext& context);
 
 }  // namespace flipfree::unwrap

@@ -11,6 +11,7 @@ from ...calls.improving import repair as repair_map
 from ...calls.packing import pack as pack_map
 from ...calls.unwrapping import unwrap as unwrap_mesh
 from .. import numbers
+from . import texture
 from .model import Model, Solved
 
 
@@ -36,6 +37,7 @@ def unwrap_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--margin", type=numbers.margin, default=0.005, help="between packed islands"
     )
+    texture.argument(parser)
 
 
 def unwrap(model: Model, options: dict[str, Any]) -> Solved:
@@ -53,6 +55,8 @@ def unwrap(model: Model, options: dict[str, Any]) -> Solved:
         margin=options["margin"],
         **model.limits,
     )
+    if options["aspect"] != 1.0:
+        found = texture.packed(model, found, options)
     return Solved(found.certificate, found, figures={"islands": int(found.stats["charts"])})
 
 
@@ -61,6 +65,7 @@ def improve_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--iterations", type=numbers.iterations, default=200, help="most steps per island"
     )
+    texture.argument(parser)
 
 
 def improve(model: Model, options: dict[str, Any]) -> Solved:
@@ -68,6 +73,7 @@ def improve(model: Model, options: dict[str, Any]) -> Solved:
         (model.vertices, model.faces, model.uv()),
         keep_bijective=not options["allow_overlaps"],
         iterations=options["iterations"],
+        aspect=options["aspect"],
         **model.limits,
     )
     return Solved(found.certificate, found)
@@ -90,6 +96,7 @@ def repair_arguments(parser: argparse.ArgumentParser) -> None:
         "--margin", type=numbers.margin, default=0.005, help="around islands that move"
     )
     flags(parser, move_apart="islands that lie on larger ones are put where there is room")
+    texture.argument(parser)
 
 
 def repair(model: Model, options: dict[str, Any]) -> Solved:
@@ -102,6 +109,7 @@ def repair(model: Model, options: dict[str, Any]) -> Solved:
         stretched=options["stretched"],
         disjoint=options["move_apart"],
         margin=options["margin"],
+        aspect=options["aspect"],
         **model.limits,
     )
     figures = {
@@ -133,6 +141,7 @@ def pack_arguments(parser: argparse.ArgumentParser) -> None:
         keep_sizes="islands keep their sizes relative to each other, not one texel density",
         stack_similar="islands of equal outline lie on top of each other",
     )
+    texture.argument(parser)
 
 
 def pack(model: Model, options: dict[str, Any]) -> Solved:
@@ -148,6 +157,7 @@ def pack(model: Model, options: dict[str, Any]) -> Solved:
         effort=options["effort"],
         scale_true=not options["keep_sizes"],
         stack_similar=options["stack_similar"],
+        aspect=options["aspect"],
         **model.limits,
     )
     warnings = []
@@ -160,6 +170,7 @@ def pack(model: Model, options: dict[str, Any]) -> Solved:
 
 def check_arguments(parser: argparse.ArgumentParser) -> None:
     flags(parser, allow_stacked="islands may lie on each other")
+    texture.argument(parser)
 
 
 def check(model: Model, options: dict[str, Any]) -> Solved:
@@ -169,6 +180,7 @@ def check(model: Model, options: dict[str, Any]) -> Solved:
         model.uv(),
         bijective=True,
         disjoint=not options["allow_stacked"],
+        aspect=options["aspect"],
         **model.limits,
     )
     return Solved(certificate)

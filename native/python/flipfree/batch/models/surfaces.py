@@ -21,7 +21,9 @@ from ...fields.aligned import field_aligned
 from ...fields.cross_fields import cross_field
 from ...results import Parametrization
 from ...separated import SeparatedSurface
+from ...shaped import held_by_pins
 from .. import numbers
+from . import texture
 from .any_mesh import flags
 from .model import Model, Solved
 from .parts import IntArray, each_part
@@ -33,6 +35,7 @@ _FREE = "a boundary is free, as no map was found with one along the axes"
 
 def match_arguments(parser: argparse.ArgumentParser) -> None:
     flags(parser, allow_overlaps="islands may overlap themselves")
+    texture.argument(parser)
 
 
 def match(model: Model, options: dict[str, Any]) -> Solved:
@@ -55,7 +58,7 @@ def match(model: Model, options: dict[str, Any]) -> Solved:
             raise InvalidInput(
                 f"The part with vertex {where} has no pins. Give it some.", code="bad pins"
             )
-        return match_pins(
+        met = match_pins(
             vertices,
             faces,
             points=own,
@@ -63,6 +66,11 @@ def match(model: Model, options: dict[str, Any]) -> Solved:
             bijective=not options["allow_overlaps"],
             **model.limits,
         )
+        if options["aspect"] == 1.0:
+            return met
+        pinned = np.zeros(len(vertices), bool)
+        pinned[[*own, *(v for vs, _ in own_lines for v in vs)]] = True
+        return texture.of_pins(model, met, held_by_pins(met, faces, pinned), options)
 
     found = each_part(clean, solve)
     whole = clean.on_input(found)
@@ -72,6 +80,7 @@ def match(model: Model, options: dict[str, Any]) -> Solved:
         found.uv,
         pins=points,
         bijective=not options["allow_overlaps"],
+        aspect=options["aspect"],
         threads=model.limits["threads"],
     )
     return Solved(replace(judged, mends=clean.mends), whole)

@@ -54,7 +54,7 @@ def unit_of(settings: Mapping[str, Any]) -> Unit:
             threads=settings["threads"],
         )
         solved = command.solve(model, options)
-        record = record_of(solved)
+        record = record_of(solved, options)
         if target is None or solved.map is None:
             return record
         try:
@@ -73,7 +73,7 @@ def added(model: Model, solved: Solved) -> int:
     return 0 if solved.map is None else len(solved.map.vertices) - len(model.vertices)
 
 
-def record_of(solved: Solved) -> Record:
+def record_of(solved: Solved, options: Mapping[str, Any]) -> Record:
     certificate, found = solved.certificate, solved.map
     warnings = list(solved.warnings)
     if certificate.poor:
@@ -95,5 +95,6 @@ def record_of(solved: Solved) -> Record:
         **solved.figures,
     }
     if found is not None:
-        record["percentiles"] = percentiles(found.vertices, found.faces, found.uv)
+        seen = found.uv * [options.get("aspect", 1.0), 1.0]
+        record["percentiles"] = percentiles(found.vertices, found.faces, seen)
     return record

@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a run does on Blender's own thread comes in ticks: between jobs, and while it writes."""
+
+from types import SimpleNamespace
+
+import bmesh
+import bpy
+import numpy as np
+import pytest
+import shapes
+
+
+class Done:
+    """A job that has ended."""
+
+    def __init__(self, result):
+        self._result = result
+
+    def wait(self, seconds):
+        return True
+
+    def result(self):
+        return self._result
+
+    def cancel(self):
+        pass
+
+
+@pytest.fixture
+def in_steps(part, monkeypatch):
+    """No tick does more than one step, and no slice of an edited mesh has more than three faces."""
+    monkeypatch.setattr(part("runs.run"), "MOMENT", 0.0)
+    monkeypatch.setattr(part("modal"), "MOMENT", 1e-9)
+    monkeypatch.setattr(part("meshes.writing.edit_mode"), "_SLICE", 3)
+
+
+def staged(part, ob, log, stages=4):
+    class Staged(part("modal").StagedTask):
+        def stages(self):
+            for k in range(stages):
+                log.append((yield Done(k)))
+
+        def write(self, ob):
+            log.append("written")
+
+    return Staged(part("meshes.mesh_io").read(ob, only_selected=False))
+
+
+def test_a_tick_takes_one_step_between_jobs(part, in_steps):
+    log = []
+    run = part("modal").Run([staged(part, shapes.grid(2, uv=True), log)])
+    ticks = 0
+    while not run.advance(0.0):
+        ticks += 1
+        assert len(log) <= ticks
+    assert log == [0, 1, 2, 3] and ticks >= 8
+    assert len(run.done) == 1
+
+
+def test_cancelling_between_two_jobs_leaves_what_they_found(part, in_steps):
+    log = []
+    run = part("modal").Run([staged(part, shapes.grid(2, uv=True), log)])
+    while not log:
+        assert not run.advance(0.0)
+    run.cancel()
+    while not run.advance(0.0):
+        pass
+    run.finish()
+    assert run.cancelled and not run.done and log[0] == 0 and "written" not in log
+
+
+def edited(uv=True):
+    ob = shapes.grid(6, uv=uv)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    return ob
+
+
+def new_values(part, ob):
+    """(snapshot, loops, other UVs for all of them)."""
+    snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
+    loops = np.arange(len(snapshot.uv))
+    return snapshot, loops, (snapshot.uv + np.float32(0.25)).astype(np.float32)
+
+
+def _edited_uv(ob):
+    bm = bmesh.from_edit_mesh(ob.data)
+    layer = bm.loops.layers.uv.active
+    return np.array([loop[layer].uv for face in bm.faces for loop in face.loops], np.float32)
+
+
+def test_an_edited_mesh_is_written_slice_by_slice_and_all_of_it_in_the_end(part, in_steps):
+    ob = edited()
+    snapshot, loops, values = new_values(part, ob)
+    steps = 0
+    for _ in part("meshes.mesh_io").writing_uv(ob, snapshot, loops, values):
+        steps += 1
+    assert steps > len(ob.data.polygons) // 3
+    assert np.array_equal(_edited_uv(ob), values)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert np.array_equal(shapes.uv_of(ob), values)
+
+
+@pytest.mark.parametrize("uv", [True, False])
+def test_writing_that_is_given_up_leaves_no_mesh_half_written(part, in_steps, uv):
+    ob = edited(uv)
+    snapshot, loops, values = new_values(part, ob)
+    before = snapshot.uv.copy()
+    writing = part("meshes.mesh_io").writing_uv(ob, snapshot, loops, values)
+    for _ in range(9):
+        next(writing)
+    assert not np.array_equal(_edited_uv(ob), before), "nothing was written yet"
+    writing.close()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert bool(ob.data.uv_layers) == uv
+    if uv:
+        assert np.array_equal(shapes.uv_of(ob), before)
+
+
+def test_a_mesh_that_leaves_edit_mode_meanwhile_gets_its_map_back(part, in_steps):
+    ob = edited()
+    snapshot, loops, values = new_values(part, ob)
+    before = snapshot.uv.copy()
+    writing = part("meshes.mesh_io").writing_uv(ob, snapshot, loops, values)
+    for _ in range(9):
+        next(writing)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    with pytest.raises(part("meshes.mesh_io").MeshProblem, match="changed while"):
+        for _ in writing:
+            pass
+    assert np.array_equal(shapes.uv_of(ob), before)
+
+
+def test_a_mesh_that_changes_meanwhile_is_said_and_not_written_further(part, in_steps):
+    ob = edited()
+    snapshot, loops, values = new_values(part, ob)
+    writing = part("meshes.mesh_io").writing_uv(ob, snapshot, loops, values)
+    for _ in range(9):
+        next(writing)
+    bm = bmesh.from_edit_mesh(ob.data)
+    bm.faces.ensure_lookup_table()
+    bmesh.ops.delete(bm, geom=[bm.faces[0]], context="FACES")
+    bmesh.update_edit_mesh(ob.data)
+    with pytest.raises(part("meshes.mesh_io").MeshProblem, match="changed while"):
+        for _ in writing:
+            pass
+    bpy.ops.object.mode_set(mode="OBJECT")
+
+
+def test_an_object_that_is_removed_while_others_are_written_is_a_failure_not_a_crash(
+    part, in_steps
+):
+    first, second = shapes.grid(3, "First", uv=True), shapes.grid(3, "Second", uv=True)
+    read, task = part("meshes.mesh_io").read, part("operators.unwrap").UnwrapTask
+    run = part("modal").Run([task(read(ob, only_selected=False)) for ob in (first, second)])
+    while not run.advance(0.05):
+        pass
+    writing = run.writing()
+    next(writing)
+    bpy.data.objects.remove(second)
+    for _ in writing:
+        pass
+    assert len(run.done) == 1 and "deleted" in str(run.failures[0])
+
+
+class Operator:
+    """What Blender calls at each tick, with a window's parts that only count."""
+
+    def __init__(self, part, run):
+        self.said = []
+        driver = part("modal").SolverOperator()
+        driver._run, driver._timer = run, "timer"
+        driver.summary = lambda tasks: "all is well"
+        driver.report = lambda kind, text: self.said.append((kind, text))
+        self.driver = driver
+        self.context = SimpleNamespace(
+            window_manager=SimpleNamespace(event_timer_remove=lambda timer: None),
+            workspace=SimpleNamespace(status_text_set=lambda text: self.said.append(text)),
+        )
+
+    def event(self, kind="TIMER", value="NOTHING"):
+        return self.driver.modal(self.context, SimpleNamespace(type=kind, value=value))
+
+
+def test_writing_goes_on_tick_by_tick_and_escape_is_too_late_then(part, in_steps):
+    ob = edited()
+    snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
+    run = part("modal").Run([part("operators.unwrap").UnwrapTask(snapshot)])
+    operator = Operator(part, run)
+    ticks = 0
+    while (status := operator.event()) == {"RUNNING_MODAL"}:
+        if operator.driver._conclusion is not None:
+            ticks += 1
+            operator.event("ESC", "PRESS")
+    assert status == {"FINISHED"} and ticks > 10
+    assert any(isinstance(text, str) and "writing" in text for text in operator.said)
+    assert any("all is well" in text[1] for text in operator.said if isinstance(text, tuple))
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert not run.cancelled and shapes.exact_flips(ob) == 0
+
+
+def test_a_file_that_is_closed_while_it_is_written_keeps_its_map(part, in_steps):
+    ob = edited()
+    before = _edited_uv(ob)
+    snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
+    run = part("modal").Run([part("operators.unwrap").UnwrapTask(snapshot)])
+    operator = Operator(part, run)
+    for _ in range(10_000):
+        operator.event()
+        if not np.array_equal(_edited_uv(ob), before):
+            break
+    assert operator.driver._conclusion is not None
+    operator.driver.cancel(operator.context)
+    assert np.array_equal(_edited_uv(ob), before)
+    bpy.ops.object.mode_set(mode="OBJECT")
