@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "flipfree/certify/measures/energy.h"
-#include "flipfree/unwrap/islands/stretch.h"
+#include "flipfree/unwrap/chart/stretch.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 

@@ -8,10 +8,9 @@
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/mesh/decimated/decimated.h"
 #include "flipfree/mesh/decimated/prolong.h"
-#include "flipfree/unwrap/chart/ease.h"
 #include "flipfree/unwrap/chart/overlapping_faces.h"
 #include "flipfree/unwrap/chart/separate.h"
-#include "flipfree/unwrap/islands/stretch.h"
+#include "flipfree/unwrap/chart/stretch.h"
 #include "flipfree/unwrap/seams/slits/search/trial_map.h"
 
 namespace flipfree::unwrap {

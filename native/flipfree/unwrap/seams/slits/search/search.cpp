@@ -7,7 +7,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/mesh/topology.h"
-#include "flipfree/unwrap/islands/stretch.h"
+#include "flipfree/unwrap/chart/stretch.h"
 #include "flipfree/unwrap/seams/slits/search/shortened.h"
 
 namespace flipfree::unwrap {

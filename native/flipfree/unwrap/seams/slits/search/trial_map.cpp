@@ -6,8 +6,7 @@
 #include "flipfree/distortion/minimize/boundary_grid.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/unwrap/chart/chart.h"
-#include "flipfree/unwrap/chart/ease.h"
-#include "flipfree/unwrap/islands/stretch.h"
+#include "flipfree/unwrap/chart/stretch.h"
 
 namespace flipfree::unwrap {
 namespace {

@@ -22,7 +22,7 @@ class TrialMap {
   Stretch relax(const mesh::Adjacency& adjacency, const mesh::EdgeFlags& cut, double tolerance,
                 ExecutionContext& context);
 
-  // The last map, eased (chart/ease.h) where that keeps `most`.
+  // The last map, eased (chart/stretch.h) where that keeps `most`.
   Stretch ease(const Stretch& most, ExecutionContext& context);
 
   const Points2& corner_uv() const { return corner_uv_; }  // empty before the first map

@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "flipfree/certify/measures/energy.h"
+#include "flipfree/unwrap/chart/stretch.h"
 #include "flipfree/unwrap/islands/edge_costs.h"
-#include "flipfree/unwrap/islands/stretch.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 

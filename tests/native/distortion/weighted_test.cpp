@@ -1,4 +1,4 @@
-#include "flipfree/distortion/minimize/weighted.h"
+#include "flipfree/distortion/weighted.h"
 
 #include <gtest/gtest.h>
 
