@@ -13,6 +13,8 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from auto_seams import Array, judge
@@ -26,7 +28,7 @@ from surfaces import bumpy_grid, cylinder, torus
 STRETCHES = (1.1, 1.25, 1.5)
 
 
-def ball(sectors: int, rings: int) -> tuple[Array, Array]:
+def ball(sectors: int, rings: int) -> tuple[Array, Any]:
     """Closed, two poles."""
     height, turn = np.meshgrid(
         np.pi * np.arange(1, rings) / rings, 2 * np.pi * np.arange(sectors) / sectors, indexing="ij"
@@ -45,13 +47,13 @@ def ball(sectors: int, rings: int) -> tuple[Array, Array]:
     return np.vstack([points, [0, 0, 1], [0, 0, -1]]), np.concatenate(faces).astype(np.int32)
 
 
-def rough(random: Generator, triangles: int) -> tuple[str, Array, Array]:
+def rough(random: Generator, triangles: int) -> tuple[str, Array, Any]:
     """What it is, vertices, faces."""
     aspect = float(np.exp(random.uniform(-1.2, 1.2)))
     columns = max(int(np.sqrt(triangles / 2 * aspect)), 4)
     rows = max(triangles // 2 // columns, 4)
     kind = str(random.choice(["ball", "torus", "grid", "tube"]))
-    makers = {
+    makers: dict[str, Callable[[int, int], tuple[Array, Any]]] = {
         "ball": ball,
         "torus": torus,
         "grid": lambda c, r: bumpy_grid(c, r, float(random.uniform(0, 2))),
