@@ -181,8 +181,8 @@ certify::Parametrization unwrap_in_time(const mesh::Surface& surface, const Unwr
       const ProgressRange range(context, 0.05, 0.92);
       const TimeLimit limit(context, seconds_to_search(context.seconds_left(),
                                                        static_cast<Index>(surface.faces.rows())));
-      AutoIslands found =
-          find_islands(working, adjacency, seams, uncuttable, options, acceptable, context, stats);
+      AutoIslands found = find_islands(working, surface.vertices, adjacency, seams, uncuttable,
+                                       options, acceptable, context, stats);
       uv = std::move(found.uv);
       return std::move(found.islands);
     }

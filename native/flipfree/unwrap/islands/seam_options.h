@@ -9,8 +9,7 @@ namespace flipfree::unwrap {
 
 struct SeamOptions {
   bool find = false;  // seams are found where those given leave too much distortion
-  // Lengths may change by this factor, about: the mean energy of a surface's islands is at most the
-  // mean of the factor and its inverse. Above 1.
+  // Lengths may change by this factor, about: every island keeps stretch_bound(). Above 1.
   double stretch = 1.25;
   // Edges as vertex pairs, and for each by how much a seam there costs more than its length: below
   // 1 is sought, above 1 avoided, infinite never taken.
@@ -21,7 +20,19 @@ struct SeamOptions {
   bool edges_only = false;  // maps are not wanted: seams found by the end of the time will do
 };
 
-// The largest mean energy that a stretch allows.
-constexpr double energy_bound(double stretch) { return 0.5 * (stretch + 1.0 / stretch); }
+// How much a map is stretched, or may be.
+struct Stretch {
+  double energy = 1.0;  // its mean, at the map's best scale
+  // Of the triangles that a hundredth of the area is stretched more than: the factor by which their
+  // lengths or areas change, up or down, whichever is most.
+  double ratio = 1.0;
+
+  bool within(const Stretch& most) const { return energy <= most.energy && ratio <= most.ratio; }
+};
+
+// The most that SeamOptions::stretch allows an island.
+constexpr Stretch stretch_bound(double stretch) {
+  return {0.5 * (stretch + 1.0 / stretch), stretch * stretch};
+}
 
 }  // namespace flipfree::unwrap

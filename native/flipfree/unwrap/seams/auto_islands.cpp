@@ -1,16 +1,21 @@
 #include "flipfree/unwrap/seams/auto_islands.h"
 
 #include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdint>
 #include <utility>
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
-#include "flipfree/certify/measures/energy.h"
 #include "flipfree/mesh/cut_graph/shortest_paths.h"
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/unwrap/chart/flattening.h"
+#include "flipfree/unwrap/chart/stretch.h"
 #include "flipfree/unwrap/islands/edge_costs.h"
 #include "flipfree/unwrap/seams/creases.h"
+#include "flipfree/unwrap/seams/exposure.h"
+#include "flipfree/unwrap/seams/halves.h"
 #include "flipfree/unwrap/seams/slits/slits.h"
 
 namespace flipfree::unwrap {
@@ -35,9 +40,25 @@ std::vector<double> positive(const mesh::Surface& surface, std::vector<double> c
   return cost;
 }
 
+// What a seam costs grows with the root of how much is seen there, between these.
+constexpr double kHidden = 0.5;
+constexpr double kSeen = 2.0;
+
+void prefer_hidden(std::vector<double>& cost, const Triangles& faces,
+                   const std::vector<double>& exposure) {
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cost.size()); ++h) {
+    const double seen =
+        0.5 * (exposure[at(mesh::source(faces, h))] + exposure[at(mesh::target(faces, h))]);
+    cost[at(h)] *= std::clamp(std::sqrt(seen), kHidden, kSeen);
+  }
+}
+
 // Charts are searched again, for what they have become since, with a bound that is tighter by this.
 constexpr int kRounds = 4;
 constexpr double kTighter = 0.8;
+// What is above the bound by then is cut in two, up to so often: a single triangle is not
+// stretched.
+constexpr int kMostHalvings = 24;
 
 class Finder {
  public:
@@ -55,13 +76,13 @@ class Finder {
                                  KnownMaps::kNothing)} {}
 
   AutoIslands run(bool acceptable, ExecutionContext& context, Stats& stats) {
-    const double bound = energy_bound(options_.seams.stretch);
-    double aim = bound;
+    const Stretch bound = stretch_bound(options_.seams.stretch);
+    Stretch aim = bound;
     std::vector<Points2> uv;
     double begin = 0.0;
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < kRounds + kMostHalvings; ++round) {
       const double end = begin + 0.5 * (1.0 - begin);
-      {
+      if (round < kRounds) {
         const ProgressRange range(context, begin, begin + 0.7 * (end - begin));
         search(aim, context);
       }
@@ -74,15 +95,17 @@ class Finder {
         if (options_.seams.edges_only) break;
         throw;
       }
-      if (!any_above(bound, uv) || context.time_is_over()) break;
-      aim = 1.0 + kTighter * (aim - 1.0);
+      if (!any_above(bound, uv, context) || context.time_is_over()) break;
+      if (round + 1 >= kRounds && !halve(context)) break;
+      aim.energy = 1.0 + kTighter * (aim.energy - 1.0);
     }
+    stats["symmetric_charts"] = symmetric_.load();
     return {std::move(islands_), std::move(uv)};
   }
 
  private:
   // Slits for the charts without a map that is known, and maps for those that can have one.
-  void search(double aim, ExecutionContext& context) {
+  void search(const Stretch& aim, ExecutionContext& context) {
     mesh::EdgeFlags further(adjacency_.opposite.size(), 0);
     const std::size_t count = islands_.charts.size();
     SharedProgress progress(context, 0.0);
@@ -97,7 +120,7 @@ class Finder {
     cut_further(islands_, surface_, adjacency_, further);
   }
 
-  void search_chart(const mesh::Chart& chart, double aim, mesh::EdgeFlags& further,
+  void search_chart(const mesh::Chart& chart, const Stretch& aim, mesh::EdgeFlags& further,
                     ExecutionContext& context) {
     const mesh::InOwnUnit own(chart.surface);
     const mesh::Adjacency local = mesh::build_adjacency(
@@ -107,6 +130,7 @@ class Finder {
       cost[h] = cost_[in_surface(chart, h)] / own.unit();
     const SlitOptions options{aim, options_.bijective, options_.may_add_cuts};
     const Slits slits = find_slits(own.surface(), local, cost, options, context);
+    if (slits.symmetric) ++symmetric_;
     for (std::size_t h = 0; h < cost.size(); ++h) {
       const std::size_t corner = in_surface(chart, h);
       further[corner] = slits.cut[h];
@@ -123,15 +147,55 @@ class Finder {
     }
   }
 
+  // Cuts the charts in two of which no map is known, in the sense of any_above(). False if none can
+  // be.
+  bool halve(ExecutionContext& context) {
+    if (!options_.may_add_cuts) return false;
+    mesh::EdgeFlags further(adjacency_.opposite.size(), 0);
+    bool any = false;
+    for (const mesh::Chart& chart : islands_.charts) {
+      if (known_.of_face[at(chart.faces.front())] != KnownMaps::kNothing) continue;
+      const std::size_t count = 3 * chart.faces.size();
+      Points2 corners(static_cast<Eigen::Index>(count), 2);
+      mesh::EdgeFlags never(count);
+      for (std::size_t h = 0; h < count; ++h) {
+        const std::size_t corner = in_surface(chart, h);
+        corners.row(static_cast<Eigen::Index>(h)) =
+            known_.corner_uv.row(static_cast<Eigen::Index>(corner));
+        never[h] = cost_[corner] == mesh::ShortestPaths::kUnreached ? 1 : 0;
+      }
+      const mesh::Adjacency local = mesh::build_adjacency(
+          static_cast<Index>(chart.surface.vertices.rows()), chart.surface.faces);
+      const mesh::EdgeFlags cut = halving_cut(chart.surface, local, corners, never, context);
+      const bool is_cut = std::find(cut.begin(), cut.end(), 1) != cut.end();
+      any = any || is_cut;
+      for (std::size_t h = 0; h < count; ++h) {
+        const std::size_t corner = in_surface(chart, h);
+        further[corner] = cut[h];
+        known_.of_face[corner / 3] = is_cut ? KnownMaps::kPiece : KnownMaps::kFlat;
+        known_.apart.row(static_cast<Eigen::Index>(corner)) =
+            known_.corner_uv.row(static_cast<Eigen::Index>(corner));
+      }
+    }
+    cut_further(islands_, surface_, adjacency_, further);
+    return any;
+  }
+
   // Takes down the maps, but of charts above the bound. True if there are such.
-  bool any_above(double bound, const std::vector<Points2>& uv) {
+  bool any_above(const Stretch& bound, std::vector<Points2>& uv, ExecutionContext& context) {
     bool any = false;
     for (std::size_t c = 0; c < islands_.charts.size(); ++c) {
       const mesh::Chart& chart = islands_.charts[c];
       Points2 corners(chart.surface.faces.size(), 2);
       for (CornerId k = 0; k < corners.rows(); ++k)
         corners.row(k) = uv[c].row(chart.surface.faces.data()[k]);
-      const bool above = certify::symmetric_dirichlet(chart.surface, corners).mean > bound;
+      bool above = !stretch_of(chart.surface, corners).within(bound);
+      if (above && !context.time_is_over()) {
+        uv[c] = eased(chart.surface, uv[c], bound, options_.bijective, context);
+        for (CornerId k = 0; k < corners.rows(); ++k)
+          corners.row(k) = uv[c].row(chart.surface.faces.data()[k]);
+        above = !stretch_of(chart.surface, corners).within(bound);
+      }
       any = any || above;
       for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h) {
         const std::size_t corner = in_surface(chart, h);
@@ -150,15 +214,17 @@ class Finder {
   std::vector<double> cost_;  // per half-edge
   Islands islands_;
   KnownMaps known_;
+  std::atomic<std::int64_t> symmetric_{0};
 };
 
 }  // namespace
 
-AutoIslands find_islands(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                         const mesh::EdgeFlags& seams, const mesh::EdgeFlags& uncuttable,
-                         const UnwrapOptions& options, bool acceptable, ExecutionContext& context,
-                         Stats& stats) {
+AutoIslands find_islands(const mesh::Surface& surface, const Points3& placed,
+                         const mesh::Adjacency& adjacency, const mesh::EdgeFlags& seams,
+                         const mesh::EdgeFlags& uncuttable, const UnwrapOptions& options,
+                         bool acceptable, ExecutionContext& context, Stats& stats) {
   std::vector<double> cost = edge_costs(surface, adjacency, uncuttable, options.seams);
+  prefer_hidden(cost, surface.faces, exposure(placed, surface.faces, adjacency, context));
   mesh::EdgeFlags never(cost.size(), 0);
   for (std::size_t h = 0; h < cost.size(); ++h)
     never[h] = cost[h] == mesh::ShortestPaths::kUnreached ? 1 : 0;

@@ -16,13 +16,14 @@ struct AutoIslands {
 };
 
 // The surface cut along `seams` and along what was found beyond them, every chart flat: no flip,
-// and no chart on itself with options.bijective. Seams do not run along `uncuttable` edges where
-// there is another way. Precondition: a validated surface at ordinary coordinates, no pins. Throws
-// what flatten_islands() throws. Stats: those of flatten_islands() and "seams_energy". Cost: some
-// ten Newton systems and some tens of scalar ones per chart.
-AutoIslands find_islands(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                         const mesh::EdgeFlags& seams, const mesh::EdgeFlags& uncuttable,
-                         const UnwrapOptions& options, bool acceptable, ExecutionContext& context,
-                         Stats& stats);
+// and no chart on itself with options.bijective. placed: the user's positions, for what is seen.
+// Seams do not run along `uncuttable` edges where there is another way. Precondition: a validated
+// surface at ordinary coordinates, no pins. Throws what flatten_islands() throws. Stats: those of
+// flatten_islands() and "seams_energy". Cost: some ten Newton systems and some tens of scalar ones
+// per chart.
+AutoIslands find_islands(const mesh::Surface& surface, const Points3& placed,
+                         const mesh::Adjacency& adjacency, const mesh::EdgeFlags& seams,
+                         const mesh::EdgeFlags& uncuttable, const UnwrapOptions& options,
+                         bool acceptable, ExecutionContext& context, Stats& stats);
 
 }  // namespace flipfree::unwrap

@@ -23,8 +23,9 @@ IndexPairs find_on_clean(const mesh::Surface& surface, const UnwrapOptions& opti
   UnwrapOptions own = options;
   own.seams.edges_only = true;
   Stats ignored;
-  const mesh::EdgeFlags cut =
-      find_islands(working, adjacency, seams, uncuttable, own, false, context, ignored).islands.cut;
+  const mesh::EdgeFlags cut = find_islands(working, surface.vertices, adjacency, seams, uncuttable,
+                                           own, false, context, ignored)
+                                  .islands.cut;
   return mesh::flagged_edges(surface.faces, adjacency, cut);
 }
 

@@ -19,6 +19,10 @@ constexpr int kRounds = 4;
 constexpr double kTighter = 0.9;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
+double tighter(double aim, double reached, double most) {
+  return reached > most ? 1.0 + kTighter * (aim - 1.0) * (most - 1.0) / (reached - 1.0) : aim;
+}
+
 using Ways = std::vector<std::vector<VertexId>>;
 
 // What an edge between the few costs: its length, times the harmonic mean of what the edges around
@@ -93,8 +97,8 @@ class Carrier {
       const mesh::Adjacency adjacency =
           mesh::build_adjacency(static_cast<Index>(few.surface.vertices.rows()), few.surface.faces);
       const std::vector<double> cost = costs_of_few(chart_, few, adjacency, cost_);
-      SlitSearch search(few.surface, adjacency, cost, options_, context_);
-      double aim = options_.bound;
+      SlitSearch search(few.surface, adjacency, cost, kNoMirror, options_, context_);
+      Stretch aim = options_.bound;
       double done = 0.2;
       for (int round = 0; round < kRounds; ++round) {
         const Slits found = search.run(aim);
@@ -111,8 +115,9 @@ class Carrier {
             options_.may_add_cuts && (found.apart.rows() > 0 || round + 1 == kRounds);
         LevelMap map = map_by_levels(chart_, adjacency_, cut, uncuttable_, own, context_);
         best = std::move(map.slits);
-        if (map.energy <= options_.bound || search.exhausted()) break;
-        aim = 1.0 + kTighter * (aim - 1.0) * (options_.bound - 1.0) / (map.energy - 1.0);
+        if (map.stretch.within(options_.bound) || search.exhausted()) break;
+        aim.energy = tighter(aim.energy, map.stretch.energy, options_.bound.energy);
+        aim.ratio = tighter(aim.ratio, map.stretch.ratio, options_.bound.ratio);
       }
     } catch (const TimeIsOver&) {
       // What is slit by then is slit.

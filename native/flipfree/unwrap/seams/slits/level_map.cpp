@@ -4,13 +4,13 @@
 #include <utility>
 
 #include "flipfree/base/stats.h"
-#include "flipfree/certify/measures/energy.h"
 #include "flipfree/distortion/minimize/boundary_grid.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/mesh/decimated/decimated.h"
 #include "flipfree/mesh/decimated/prolong.h"
 #include "flipfree/unwrap/chart/overlapping_faces.h"
 #include "flipfree/unwrap/chart/separate.h"
+#include "flipfree/unwrap/chart/stretch.h"
 #include "flipfree/unwrap/seams/slits/search/trial_map.h"
 
 namespace flipfree::unwrap {
@@ -58,14 +58,14 @@ class Levels {
         if (overlaps(uv)) return without_levels();
         free = settle_apart(uv);
       }
-      return result(free);
+      return result(eased(slit_, free, options_.bound, options_.bijective, context_));
     }
     const TrialMap::Apart apart =
         coarse.hold_apart(options_.bound, options_.may_add_cuts, {}, context_);
     if (apart.cut.empty()) {
       const Points2 held = back(apart.corner_uv);
       if (held.rows() == 0 || overlaps(held)) return without_levels();
-      return result(settle_apart(held));
+      return result(eased(slit_, settle_apart(held), options_.bound, true, context_));
     }
     const Points2 held = back(apart.apart);
     if (held.rows() == 0) return without_levels();
@@ -81,7 +81,7 @@ class Levels {
     options.fixed = distortion::find_boundary(static_cast<Index>(uv.rows()), slit_.faces).vertices;
     Stats ignored;
     const Points2 inside = distortion::minimize_distortion(slit_, uv, options, context_, ignored);
-    return result(inside).energy <= options_.bound ? inside : settle(inside, true);
+    return result(inside).stretch.within(options_.bound) ? inside : settle(inside, true);
   }
 
   Points2 settle(const Points2& uv, bool apart) {
@@ -107,7 +107,7 @@ class Levels {
   LevelMap result(const Points2& uv) const {
     LevelMap map;
     map.slits = {cut_, by_corner(uv), {}};
-    map.energy = certify::symmetric_dirichlet(chart_, map.slits.corner_uv).mean;
+    map.stretch = stretch_of(chart_, map.slits.corner_uv);
     return map;
   }
 
@@ -130,13 +130,13 @@ class Levels {
   LevelMap without_levels() {
     TrialMap trial(chart_);
     LevelMap map;
-    map.energy = trial.relax(adjacency_, cut_, kTolerance, context_);
+    map.stretch = trial.relax(adjacency_, cut_, kTolerance, context_);
     map.slits = {cut_, trial.corner_uv(), {}};
     if (!options_.bijective || !trial.overlaps_itself(context_)) return map;
     TrialMap::Apart apart =
         trial.hold_apart(options_.bound, options_.may_add_cuts, uncuttable_, context_);
     map.slits.corner_uv = std::move(apart.corner_uv);
-    map.energy = apart.energy;
+    map.stretch = apart.stretch;
     if (apart.cut.empty()) return map;
     for (std::size_t h = 0; h < apart.cut.size(); ++h) map.slits.cut[h] |= apart.cut[h];
     map.slits.apart = std::move(apart.apart);

@@ -12,7 +12,7 @@ inline constexpr Index kFewTriangles = 12000;
 
 struct LevelMap {
   Slits slits;  // as find_slits() returns them
-  double energy = 0.0;
+  Stretch stretch;
 };
 
 // The least distorted map of the chart cut along `cut`, which does not divide it, without flip: its

@@ -17,7 +17,11 @@ Slits find_slits(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
     Slits slits = carried_slits(chart, adjacency, cost, options, context);
     if (!slits.cut.empty()) return slits;
   }
-  return SlitSearch(chart, adjacency, cost, options, context).run(options.bound);
+  const Mirror mirror = find_mirror(chart, adjacency, cost);
+  const std::vector<double> own = mirror.empty() ? cost : mirrored_costs(chart.faces, mirror, cost);
+  Slits slits = SlitSearch(chart, adjacency, own, mirror, options, context).run(options.bound);
+  slits.symmetric = !mirror.empty();
+  return slits;
 }
 
 }  // namespace flipfree::unwrap

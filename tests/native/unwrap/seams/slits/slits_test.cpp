@@ -44,7 +44,7 @@ TEST(Slits, closed_surfaces_are_opened_and_stay_within_the_bound) {
   for (const double bound : {1.01, 1.025, 1.1}) {
     const mesh::Surface ball = test::sphere(24, 12);
     SlitOptions options;
-    options.bound = bound;
+    options.bound = {bound, std::numeric_limits<double>::infinity()};
     const Slits slits = slits_of(ball, options);
     EXPECT_TRUE(shape_of(ball, slits).is_disk());
     ASSERT_EQ(slits.corner_uv.rows(), 3 * ball.faces.rows());

@@ -7,6 +7,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/mesh/topology.h"
+#include "flipfree/unwrap/chart/stretch.h"
 #include "flipfree/unwrap/seams/slits/search/shortened.h"
 
 namespace flipfree::unwrap {
@@ -26,12 +27,18 @@ constexpr double kTighter = 0.8;
 constexpr double kPriceOfPiece = 0.03;
 // Maps of slits that were made shorter; of the bound, what they aim at; and the share of the cost
 // below which they are worth a map.
-constexpr int kMostShortened = 3;
+constexpr int kMostShortened = 4;
 constexpr double kAim = 0.97;
 constexpr double kWorth = 0.98;
 // Before, slits are made down to this share of what the scale field may promise, in so many rounds.
 constexpr double kMoreSlits = 0.6;
 constexpr int kMostFurther = 4;
+
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+Stretch tightened(const Stretch& bound) {
+  return {1.0 + kTighter * (bound.energy - 1.0), bound.ratio};
+}
 
 double cost_of(const mesh::EdgeFlags& cut, const std::vector<double>& cost) {
   double sum = 0.0;
@@ -53,20 +60,21 @@ Index pieces_of(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
 }  // namespace
 
 SlitSearch::SlitSearch(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
-                       const std::vector<double>& cost, const SlitOptions& options,
-                       ExecutionContext& context)
+                       const std::vector<double>& cost, const Mirror& mirror,
+                       const SlitOptions& options, ExecutionContext& context)
     : chart_(chart),
       adjacency_(adjacency),
       cost_(cost),
+      mirror_(mirror),
       options_(options),
       context_(context),
-      sheet_(chart, adjacency, cost),
+      sheet_(chart, adjacency, cost, mirror),
       map_(chart),
       share_(kFirstShare) {
   for (const double c : cost) uncuttable_.push_back(c == mesh::ShortestPaths::kUnreached ? 1 : 0);
 }
 
-Slits SlitSearch::run(double bound) {
+Slits SlitSearch::run(const Stretch& bound) {
   options_.bound = bound_ = bound;
   holding_ = 1.0;
   best_ = {};
@@ -76,14 +84,15 @@ Slits SlitSearch::run(double bound) {
     for (int round = 0; round < kMostRounds; ++round) {
       const std::vector<double> u = sheet_.scale(context_);
       const double excess = sheet_.excess(u);
-      if (share_ * excess <= bound_ - 1.0 && is_done(excess)) {
+      if (share_ * excess <= bound_.energy - 1.0 && is_done(excess)) {
         if (!opened_anyhow_ && best_.corner_uv.rows() > 0 && best_.apart.rows() == 0) shorten();
         break;
       }
       // Near the bound one after another, so as not to do too much.
-      const bool near = share_ * excess < 2.0 * (bound_ - 1.0);
+      if (at_tips_ && slit_tips()) continue;
+      const bool near = share_ * excess < 2.0 * (bound_.energy - 1.0);
       if (sheet_.slit_best(u, near ? 1 : kMostAtOnce, context_)) continue;
-      bound_ = std::numeric_limits<double>::infinity();  // there is no better
+      bound_ = {kInfinite, kInfinite};  // there is no better
       exhausted_ = true;
       is_done(excess);
       break;
@@ -109,7 +118,7 @@ SlitSearch::Shorter SlitSearch::shorter(double most) {
   };
   const Shortened own = shortened(sheet_, most, context_);
   Shorter best = taken(sheet_, own);
-  Sheet anew(chart_, adjacency_, cost_);
+  Sheet anew(chart_, adjacency_, cost_, mirror_);
   if (!anew.connect(own.ends, context_)) return best;
   const Shortened other = shortened(anew, most, context_);
   if (other.excess > most) return best;
@@ -121,7 +130,8 @@ SlitSearch::Shorter SlitSearch::shorter(double most) {
 // there. Some more than needed are made first, so that there is a choice.
 void SlitSearch::shorten() {
   double share = share_;
-  double aim = kAim * (bound_ - 1.0) / holding_;
+  double aim = kAim * (bound_.energy - 1.0) / holding_;
+  const double least = stretch_of(chart_, best_.corner_uv).energy - 1.0;
   for (int map = 0; map < kMostShortened; ++map) {
     const double most = aim / share;
     Shorter slits = shorter(most);
@@ -131,14 +141,19 @@ void SlitSearch::shorten() {
     }
     if (slits.cost > kWorth * best_cost_) return;
     TrialMap trial(chart_);
-    const double energy = trial.relax(adjacency_, slits.cut, kTolerance, context_);
-    share = (energy - 1.0) / std::max(slits.excess, 1e-300);
-    if (energy > bound_) continue;
+    Stretch stretch = trial.relax(adjacency_, slits.cut, kTolerance, context_);
+    share = (stretch.energy - 1.0) / std::max(slits.excess, 1e-300);
+    if (!stretch.within(bound_)) stretch = trial.ease(bound_, context_);
+    if (!stretch.within(bound_)) {
+      // Halfway back to what keeps the bound.
+      if (stretch.energy <= bound_.energy) aim = 0.5 * (aim + least);
+      continue;
+    }
     Points2 uv = trial.corner_uv();
     if (options_.bijective && trial.overlaps_itself(context_)) {
       TrialMap::Apart held =
           trial.hold_apart(options_.bound, options_.may_add_cuts, uncuttable_, context_);
-      if (!held.cut.empty() || held.energy > options_.bound) {
+      if (!held.cut.empty() || !held.stretch.within(options_.bound)) {
         aim *= kTighter;
         continue;
       }
@@ -149,6 +164,11 @@ void SlitSearch::shorten() {
     made_ = std::move(slits.made);
     return;
   }
+}
+
+bool SlitSearch::slit_tips() {
+  const std::vector<double> ratios = ratios_of(chart_, map_.corner_uv());
+  return sheet_.slit_best(sheet_.tips(ratios, bound_.ratio), kMostAtOnce, context_);
 }
 
 bool SlitSearch::slit_further(double most) {
@@ -163,9 +183,11 @@ bool SlitSearch::slit_further(double most) {
 
 // True if nothing better than the best candidate is to be expected.
 bool SlitSearch::is_done(double excess) {
-  const double energy = map_.relax(adjacency_, sheet_.cut(), kTolerance, context_);
-  if (excess > 0.0) share_ = (energy - 1.0) / excess;
-  if (energy > bound_) return false;
+  Stretch stretch = map_.relax(adjacency_, sheet_.cut(), kTolerance, context_);
+  if (excess > 0.0) share_ = (stretch.energy - 1.0) / excess;
+  if (!stretch.within(bound_)) stretch = map_.ease(bound_, context_);
+  at_tips_ = stretch.energy <= bound_.energy && stretch.ratio > bound_.ratio;
+  if (!stretch.within(bound_)) return false;
   const double slit = cost_of(sheet_.cut(), cost_);
   const auto take = [&](Slits slits, double cost) {
     best_ = std::move(slits);
@@ -178,15 +200,18 @@ bool SlitSearch::is_done(double excess) {
     return true;
   }
   // Above the bound already, it is not what holding apart is measured by.
-  const double most =
-      energy <= options_.bound ? options_.bound : std::numeric_limits<double>::infinity();
+  const Stretch most = {stretch.energy <= options_.bound.energy ? options_.bound.energy : kInfinite,
+                        options_.bound.ratio};
   TrialMap::Apart held = map_.hold_apart(most, options_.may_add_cuts, uncuttable_, context_);
   if (held.cut.empty()) {
-    take({sheet_.cut(), std::move(held.corner_uv), {}}, slit);
-    if (held.energy <= options_.bound) {
-      holding_ = (held.energy - 1.0) / std::max(energy - 1.0, 1e-300);
+    if (held.stretch.within(options_.bound)) {
+      take({sheet_.cut(), std::move(held.corner_uv), {}}, slit);
+      holding_ = (held.stretch.energy - 1.0) / std::max(stretch.energy - 1.0, 1e-300);
       return true;
     }
+    // Anything that keeps the bound is better.
+    if (best_.cut.empty() || best_cost_ == kInfinite)
+      take({sheet_.cut(), std::move(held.corner_uv), {}}, kInfinite);
   } else {
     const Index pieces = pieces_of(chart_, adjacency_, held.cut);
     const double cost =
@@ -196,7 +221,7 @@ bool SlitSearch::is_done(double excess) {
       take({std::move(held.cut), std::move(held.corner_uv), std::move(held.apart)}, cost);
     }
   }
-  bound_ = 1.0 + kTighter * (bound_ - 1.0);
+  bound_ = tightened(bound_);
   return ++held_ > kMostHeld;
 }
 

@@ -16,10 +16,11 @@ struct Slits {
   // Empty, or the chart lies on itself and has to be divided, which `cut` does: the last map that
   // did not.
   Points2 apart;
+  bool symmetric = false;  // the chart is its own mirror image
 };
 
 struct SlitOptions {
-  double bound = 1.025;      // of the mean energy
+  Stretch bound = stretch_bound(1.25);
   bool bijective = true;     // the map may not overlap itself
   bool may_add_cuts = true;  // a chart that would lie on itself may be divided
 };
@@ -28,11 +29,11 @@ class SlitSearch {
  public:
   // As find_slits(); all must outlive this.
   SlitSearch(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
-             const std::vector<double>& cost, const SlitOptions& options,
+             const std::vector<double>& cost, const Mirror& mirror, const SlitOptions& options,
              ExecutionContext& context);
 
   // Slits for this bound: beyond those of the last call, with a lower one.
-  Slits run(double bound);
+  Slits run(const Stretch& bound);
   // The slits of the last call's result, in the order in which they were made (Sheet::made()).
   const std::vector<std::vector<VertexId>>& made() const { return made_; }
   // Is there nothing left to be slit, or no time?
@@ -51,19 +52,22 @@ class SlitSearch {
 
   bool is_done(double excess);
   void shorten();
+  bool slit_tips();
   bool slit_further(double most);
   Shorter shorter(double most);
 
   const mesh::Surface& chart_;
   const mesh::Adjacency& adjacency_;
   const std::vector<double>& cost_;
+  const Mirror& mirror_;
   SlitOptions options_;
   ExecutionContext& context_;
   Sheet sheet_;
   TrialMap map_;
   mesh::EdgeFlags uncuttable_;
   double share_;
-  double bound_ = 0.0;    // of maps that may overlap
+  Stretch bound_;         // of maps that may overlap
+  bool at_tips_ = false;  // the last map is within the bound, but for its most stretched places
   double holding_ = 1.0;  // what the best one's energy exceeds 1 by, over the free map's
   int held_ = 0;
   bool exhausted_ = false;

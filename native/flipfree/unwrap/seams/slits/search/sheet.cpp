@@ -18,12 +18,15 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 // Hills with at least this share of the best one's gain for its length are slit in the same round.
 constexpr double kNearlyBest = 0.5;
 constexpr double kLeastCost = 1e-12;
+// Of the bound, on a scale of logarithms, from which on a place is a tip.
+constexpr double kOfTips = 0.7;
 
 }  // namespace
 
 Sheet::Sheet(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
-             const std::vector<double>& cost)
+             const std::vector<double>& cost, const Mirror& mirror)
     : chart_(chart),
+      mirror_(mirror),
       loops_(outer_loop_last(chart, mesh::boundary_halfedge_loops(chart.faces, adjacency))),
       real_(static_cast<HalfedgeId>(adjacency.opposite.size())),
       surface_(loops_.empty()
@@ -66,14 +69,16 @@ bool Sheet::open_closed(ExecutionContext& context) {
                    [](HalfedgeId h) { return h != kInvalid; });
   const auto first = static_cast<std::size_t>(used - adjacency_.vertex_halfedge.begin());
   open_[first] = 1;
-  const VertexId root = steepest(scale(context), static_cast<VertexId>(first));
+  const VertexId peak = steepest(scale(context), static_cast<VertexId>(first));
   open_[first] = 0;
+  // A slit between a hill and its image crosses the plane.
+  const VertexId root = nearest_on_plane(peak, context);
   open_vertex(root);
   ways_.push_back({{root}, {}});
   const std::vector<double> u = scale(context);
   paths_.grow(context);
-  const VertexId end = steepest(u, root);
-  if (edges_to(end) >= 2) {
+  const VertexId end = root == peak ? steepest(u, root) : peak;
+  if (edges_to(end) >= (root == peak ? 2 : 1)) {
     slit_to(end);
     return false;
   }
@@ -104,6 +109,16 @@ double Sheet::excess(const std::vector<double>& u) const {
     shrinking += area_[v] * std::exp(-2.0 * u[v]);
   }
   return std::sqrt(growing * shrinking) - 1.0;
+}
+
+std::vector<double> Sheet::tips(const std::vector<double>& ratios, double most) const {
+  std::vector<double> result(open_.size(), 0.0);
+  for (std::size_t c = 0; c < 3 * ratios.size(); ++c) {
+    const VertexId v = chart_.faces(static_cast<Eigen::Index>(c / 3), static_cast<Index>(c % 3));
+    if (open_[at(v)] != 0) continue;
+    result[at(v)] = std::max(result[at(v)], std::log(ratios[c / 3]) - kOfTips * std::log(most));
+  }
+  return result;
 }
 
 bool Sheet::slit_best(const std::vector<double>& u, std::size_t most, ExecutionContext& context) {
@@ -207,8 +222,42 @@ void Sheet::slit_to(VertexId end) {
   if (way.edges.empty()) return;
   for (const VertexId v : way.vertices) open_vertex(v);
   way.vertices.push_back(begin);
+  mark(way, cut_);
   ways_.push_back(std::move(way));
-  mark(ways_.back(), cut_);
+  if (!mirror_.empty()) slit_image(ways_.back());
+}
+
+// Up to where it meets what is open: the slit itself where both cross the plane.
+void Sheet::slit_image(const Way& way) {
+  Way image;
+  image.image = true;
+  for (std::size_t i = 0; i < way.vertices.size(); ++i) {
+    if (way.vertices[i] >= chart_.vertices.rows()) return;  // across a hole
+    const VertexId v = mirror_.image[at(way.vertices[i])];
+    image.vertices.push_back(v);
+    if (open_[at(v)] != 0) break;
+    if (i == way.edges.size() || mirror_.edge[at(way.edges[i])] == kInvalid) return;
+    image.edges.push_back(mirror_.edge[at(way.edges[i])]);
+  }
+  if (image.edges.empty()) return;
+  for (const VertexId v : image.vertices) open_vertex(v);
+  mark(image, cut_);
+  ways_.push_back(std::move(image));
+}
+
+VertexId Sheet::nearest_on_plane(VertexId v, const ExecutionContext& context) const {
+  if (mirror_.empty() || mirror_.image[at(v)] == v) return v;
+  mesh::ShortestPaths from(surface_.faces, adjacency_, cost_);
+  from.add_source(v);
+  from.grow(context);
+  VertexId nearest = v;
+  double least = mesh::ShortestPaths::kUnreached;
+  for (VertexId w = 0; w < static_cast<VertexId>(mirror_.image.size()); ++w) {
+    if (mirror_.image[at(w)] != w || from.distance(w) >= least) continue;
+    least = from.distance(w);
+    nearest = w;
+  }
+  return nearest;
 }
 
 void Sheet::mark(const Way& way, mesh::EdgeFlags& flags) const {
@@ -280,8 +329,9 @@ double Sheet::distance(VertexId end) const {
 bool Sheet::connect(std::vector<VertexId> ends, ExecutionContext& context) {
   if (closed() && ways_.empty()) {
     if (ends.empty()) return false;
-    open_vertex(ends.front());
-    ways_.push_back({{ends.front()}, {}});
+    const VertexId root = nearest_on_plane(ends.front(), context);
+    open_vertex(root);
+    ways_.push_back({{root}, {}});
   }
   for (;;) {
     std::erase_if(ends, [&](VertexId v) { return open_[at(v)] != 0; });

@@ -8,6 +8,7 @@
 #include "flipfree/mesh/cut_graph/cut.h"
 #include "flipfree/mesh/cut_graph/shortest_paths.h"
 #include "flipfree/unwrap/islands/scale_field.h"
+#include "flipfree/unwrap/seams/slits/search/mirror.h"
 
 namespace flipfree::unwrap {
 
@@ -19,9 +20,10 @@ inline constexpr double kForbidden = 1e6;
 class Sheet {
  public:
   // chart: connected, planar; must outlive this. cost: per half-edge, both sides the same, infinite
-  // where no slit may run.
+  // where no slit may run. mirror: of the chart, may be empty; otherwise every slit comes with its
+  // image, as far as that leads to what is open.
   Sheet(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
-        const std::vector<double>& cost);
+        const std::vector<double>& cost, const Mirror& mirror = kNoMirror);
 
   // A closed chart is slit between two hills: no slit ends in the middle of nowhere. True if it had
   // to be opened anyhow.
@@ -33,6 +35,9 @@ class Sheet {
   std::vector<double> scale(ExecutionContext& context);
   // What the energy of the conformal map with this scale exceeds 1 by, at the best unit.
   double excess(const std::vector<double>& u) const;
+  // Where a map with these ratios (ratios_of()) has its tips, to be slit as the peaks of a scale
+  // field are: those places that are stretched about as much as `most`, and more.
+  std::vector<double> tips(const std::vector<double>& ratios, double most) const;
   // Slits to the hills that are worth most for their length. False if there is none.
   bool slit_best(const std::vector<double>& u, std::size_t most, ExecutionContext& context);
   // A shortest slit between two vertices, one of which is open. The same vertex twice: where a
@@ -46,6 +51,7 @@ class Sheet {
   struct Way {
     std::vector<VertexId> vertices;  // of the filled chart
     std::vector<HalfedgeId> edges;   // between them
+    bool image = false;              // of the way before it, which it follows from its end on
   };
   // In the order in which they were made.
   const std::vector<Way>& ways() const { return ways_; }
@@ -86,10 +92,13 @@ class Sheet {
   void open_vertex(VertexId v);
   void open_loop(Index loop);
   void slit_to(VertexId end);
+  void slit_image(const Way& way);
+  VertexId nearest_on_plane(VertexId v, const ExecutionContext& context) const;
   double distance(VertexId end) const;
   void mark(const Way& way, mesh::EdgeFlags& flags) const;
 
   const mesh::Surface& chart_;
+  const Mirror& mirror_;
   Loops loops_;  // of the chart, the outer one last
   HalfedgeId real_;
   mesh::Surface surface_;

@@ -105,7 +105,7 @@ class Shortener {
   }
   bool is_end(VertexId v) const { return state_.degree[at(v)] == 1 && !sheet_.on_border(v); }
 
-  void price(End& end, const std::vector<double>& closing) const {
+  void price_of(End& end, const std::vector<double>& closing) const {
     const std::size_t edge = edge_at(end);
     const double step = length(way_of(end), edge);
     const double worth = std::max(sheet_.cost(way_of(end).edges[edge]), 1e-300);
@@ -126,17 +126,29 @@ class Shortener {
     return sum;
   }
 
+  // A way and its image after it are taken back together as long as they are the same.
+  bool has_image(const End& end) const {
+    const std::size_t next = end.way + 1;
+    if (!end.front || next == state_.rests.size() || !sheet_.ways()[next].image) return false;
+    const Rest& rest = state_.rests[next];
+    return rest.first == state_.rests[end.way].first && rest.first != rest.last &&
+           is_end(tip({next}));
+  }
+  bool is_image(const End& end) const {
+    return end.front && end.way > 0 && sheet_.ways()[end.way].image && has_image({end.way - 1});
+  }
+
   void add_end(std::vector<End>& ends, std::size_t way, bool front,
                const std::vector<double>& closing) const {
     const Rest& rest = state_.rests[way];
     if (rest.first == rest.last) return;
     End end{way, front};
-    if (!is_end(tip(end))) return;
+    if (!is_end(tip(end)) || is_image(end)) return;
     const bool untouched = front ? rest.first == 0 : rest.last + 1 == way_of(end).vertices.size();
     if (untouched && std::abs(sheet_.defect(tip(end))) > kTip) return;
     const double own = branch(end);
     end.reach = own < kStub * total_ ? own : kRetreat * own;
-    price(end, closing);
+    price_of(end, closing);
     ends.push_back(end);
   }
 
@@ -156,15 +168,18 @@ class Shortener {
       ends.erase(best);
       const std::size_t edge = edge_at(end);
       const double step = length(way_of(end), edge);
-      if (spent + end.rate * step > spend) continue;
-      spent += end.rate * step;
+      const bool both = has_image(end);
+      const double price = end.rate * step * (both ? 2.0 : 1.0);
+      if (spent + price > spend) continue;
+      spent += price;
+      if (both) take_back({end.way + 1});
       const VertexId inner = take_back(end);
       end.gone += step;
       ++end.steps;
       Rest& rest = state_.rests[end.way];
       if (rest.first != rest.last && is_end(inner)) {
         if (end.gone >= end.reach && end.steps >= kFewEdges) continue;
-        price(end, closing);
+        price_of(end, closing);
         ends.push_back(end);
       }
     }
@@ -196,7 +211,8 @@ class Shortener {
       const auto begin = static_cast<std::ptrdiff_t>(rest.first);
       const auto end = static_cast<std::ptrdiff_t>(rest.last);
       result.ways.push_back({{vertices.begin() + begin, vertices.begin() + end + 1},
-                             {ways[w].edges.begin() + begin, ways[w].edges.begin() + end}});
+                             {ways[w].edges.begin() + begin, ways[w].edges.begin() + end},
+                             ways[w].image});
       if (root == kInvalid && vertices.size() > 1) root = vertices[rest.last];
       for (const VertexId v : result.ways.back().vertices) {
         if (is_end(v) || sheet_.in_hole(v)) result.ends.push_back(v);

@@ -3,10 +3,10 @@
 #include <utility>
 
 #include "flipfree/base/stats.h"
-#include "flipfree/certify/measures/energy.h"
 #include "flipfree/distortion/minimize/boundary_grid.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/unwrap/chart/chart.h"
+#include "flipfree/unwrap/chart/stretch.h"
 
 namespace flipfree::unwrap {
 namespace {
@@ -29,8 +29,8 @@ mesh::Surface slit_surface(const mesh::Surface& chart, const mesh::Adjacency& ad
   return slit;
 }
 
-double TrialMap::relax(const mesh::Adjacency& adjacency, const mesh::EdgeFlags& cut,
-                       double tolerance, ExecutionContext& context) {
+Stretch TrialMap::relax(const mesh::Adjacency& adjacency, const mesh::EdgeFlags& cut,
+                        double tolerance, ExecutionContext& context) {
   slit_ = slit_surface(chart_, adjacency, cut);
   Stats ignored;
   if (corner_uv_.rows() == 0) {
@@ -50,7 +50,13 @@ double TrialMap::relax(const mesh::Adjacency& adjacency, const mesh::EdgeFlags& 
     uv_ = distortion::minimize_distortion(slit_, start, options, context, ignored);
   }
   corner_uv_ = by_corner(uv_);
-  return certify::symmetric_dirichlet(chart_, corner_uv_).mean;
+  return stretch_of(chart_, corner_uv_);
+}
+
+Stretch TrialMap::ease(const Stretch& most, ExecutionContext& context) {
+  uv_ = eased(slit_, uv_, most, false, context);
+  corner_uv_ = by_corner(uv_);
+  return stretch_of(chart_, corner_uv_);
 }
 
 Points2 TrialMap::by_corner(const Points2& uv) const {
@@ -59,20 +65,21 @@ Points2 TrialMap::by_corner(const Points2& uv) const {
   return corners;
 }
 
-TrialMap::Apart TrialMap::hold_apart(double most, bool may_add_cuts,
+TrialMap::Apart TrialMap::hold_apart(const Stretch& most, bool may_add_cuts,
                                      const mesh::EdgeFlags& uncuttable,
                                      ExecutionContext& context) const {
   FlattenOptions options;
   options.may_add_cuts = may_add_cuts;
-  options.most_energy = most;
+  options.most_energy = most.energy;
   options.held_steps = kHeldSteps;
   options.uncuttable = uncuttable;
   options.acceptable = false;
   Stats ignored;
   FlatChart flat = flatten_chart(slit_, options, context, ignored);
+  if (flat.cut.empty()) flat.uv = eased(slit_, flat.uv, most, true, context);
   Apart apart;
   apart.corner_uv = by_corner(flat.uv);
-  apart.energy = certify::symmetric_dirichlet(chart_, apart.corner_uv).mean;
+  apart.stretch = stretch_of(chart_, apart.corner_uv);
   apart.cut = std::move(flat.cut);
   if (!apart.cut.empty()) apart.apart = by_corner(flat.apart);
   return apart;

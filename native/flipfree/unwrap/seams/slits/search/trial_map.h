@@ -3,6 +3,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/unwrap/islands/seam_options.h"
 
 namespace flipfree::unwrap {
 
@@ -15,26 +16,30 @@ class TrialMap {
   // The chart must outlive this: connected, planar, with a boundary.
   explicit TrialMap(const mesh::Surface& chart) : chart_(chart) {}
 
-  // The mean energy (1 is isometric) of the chart cut along `cut`, which does not divide it and
+  // The stretch of the chart cut along `cut`, which does not divide it and
   // includes what it was cut along before: relaxed, from the last map where there is one. The map
   // has no flip; it may overlap itself. Throws NotConverged, Cancelled, TimeIsOver.
-  double relax(const mesh::Adjacency& adjacency, const mesh::EdgeFlags& cut, double tolerance,
-               ExecutionContext& context);
+  Stretch relax(const mesh::Adjacency& adjacency, const mesh::EdgeFlags& cut, double tolerance,
+                ExecutionContext& context);
+
+  // The last map, eased (chart/stretch.h) where that keeps `most`.
+  Stretch ease(const Stretch& most, ExecutionContext& context);
 
   const Points2& corner_uv() const { return corner_uv_; }  // empty before the first map
   // Exact, of the last map.
   bool overlaps_itself(const ExecutionContext& context) const;
 
-  // The same chart, not on itself at an energy of at most `most`; otherwise what it is cut along
+  // The same chart, not on itself within `most`, if that can be; with an energy of at most that
+  // of `most`; otherwise what it is cut along
   // to be divided, with the map that overlaps and the last one that does not.
   struct Apart {
     Points2 corner_uv;
-    double energy = 0.0;
+    Stretch stretch;
     mesh::EdgeFlags cut;  // empty where it is not divided
     Points2 apart;
   };
   // Precondition: there is a map.
-  Apart hold_apart(double most, bool may_add_cuts, const mesh::EdgeFlags& uncuttable,
+  Apart hold_apart(const Stretch& most, bool may_add_cuts, const mesh::EdgeFlags& uncuttable,
                    ExecutionContext& context) const;
 
  private:

@@ -15,14 +15,14 @@ TEST(TrialMap, goes_on_from_the_last_map_where_a_slit_is_added) {
   ExecutionContext context;
   TrialMap map(dome);
   mesh::EdgeFlags cut(adjacency.opposite.size(), 0);
-  const double whole = map.relax(adjacency, cut, 1e-4, context);
+  const double whole = map.relax(adjacency, cut, 1e-4, context).energy;
   IndexPairs slit(8, 2);
   for (Index i = 0; i < 8; ++i) slit.row(i) << 17 * 8 + i, 17 * 8 + i + 1;
   cut = mesh::flag_edges(dome.faces, adjacency, slit);
-  const double relieved = map.relax(adjacency, cut, 1e-4, context);
+  const double relieved = map.relax(adjacency, cut, 1e-4, context).energy;
   EXPECT_LT(relieved - 1.0, 0.8 * (whole - 1.0));
   TrialMap at_once(dome);
-  EXPECT_NEAR(relieved, at_once.relax(adjacency, cut, 1e-4, context), 1e-3);
+  EXPECT_NEAR(relieved, at_once.relax(adjacency, cut, 1e-4, context).energy, 1e-3);
   EXPECT_FALSE(map.overlaps_itself(context));
   EXPECT_EQ(map.corner_uv().rows(), 3 * dome.faces.rows());
 }
@@ -41,15 +41,15 @@ TEST(TrialMap, is_held_apart_or_divided_where_it_overlaps) {
   const mesh::EdgeFlags cut = mesh::flag_edges(saddle.faces, adjacency, slit);
   ExecutionContext context;
   TrialMap map(saddle);
-  const double free = map.relax(adjacency, cut, 1e-4, context);
+  const double free = map.relax(adjacency, cut, 1e-4, context).energy;
   ASSERT_TRUE(map.overlaps_itself(context));
-  const TrialMap::Apart held = map.hold_apart(10.0, true, {}, context);
+  const TrialMap::Apart held = map.hold_apart({10.0, 100.0}, true, {}, context);
   EXPECT_TRUE(held.cut.empty());
-  EXPECT_GT(held.energy, free);
-  const TrialMap::Apart divided = map.hold_apart(1.0, true, {}, context);
+  EXPECT_GT(held.stretch.energy, free);
+  const TrialMap::Apart divided = map.hold_apart({1.0, 100.0}, true, {}, context);
   EXPECT_FALSE(divided.cut.empty());
   EXPECT_EQ(divided.apart.rows(), 3 * saddle.faces.rows());
-  EXPECT_TRUE(map.hold_apart(1.0, false, {}, context).cut.empty());
+  EXPECT_TRUE(map.hold_apart({1.0, 100.0}, false, {}, context).cut.empty());
 }
 
 }  // namespace
