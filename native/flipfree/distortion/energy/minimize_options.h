@@ -13,6 +13,9 @@ struct MinimizeOptions {
   // Stop when a full Newton step promises to lower the energy by less than this share of it. The
   // step is still taken.
   double tolerance = 1e-4;
+  // Stop as well after a full step if all further ones, each promising less than the one before by
+  // what the last did, would lower the energy by less than this share of it together; 0: never.
+  double rest = 0;
   // Vertices that keep their initial UV bit for bit.
   std::vector<VertexId> fixed;
   // The chart's boundary may not touch itself. Precondition: it does not in the initial map.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "flipfree/base/error.h"
 
@@ -220,7 +221,10 @@ Minimizer::Step Minimizer::iterate(bool progressive) {
     if (promise < kSettled) reach_factor_ = std::max(1.0, 0.5 * reach_factor_);
     return Step::kTaken;
   }
-  return promise <= options_.tolerance && step >= 1.0 ? Step::kConverged : Step::kTaken;
+  const double pace = promise / std::exchange(last_promise_, promise);
+  const bool done = promise <= options_.tolerance ||
+                    (pace < 1.0 && promise * pace <= options_.rest * (1.0 - pace));
+  return done && step >= 1.0 ? Step::kConverged : Step::kTaken;
 }
 
 // A figure on its way from its largest value to its goal, by orders of magnitude, moves the

@@ -7,7 +7,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/numeric/cholesky/multifrontal.h"
 #include "flipfree/numeric/cholesky/symbolic_cholesky.h"
-#include "flipfree/numeric/ordering/nested_dissection.h"
+#include "flipfree/numeric/ordering/hub_dissection.h"
 
 namespace flipfree::numeric {
 namespace {
@@ -125,8 +125,8 @@ void SparseCholesky::analyze(const SparseMatrix& matrix, ExecutionContext& conte
     }
   }
   state_->set_order(
-      nested_dissection(graph, place.empty() ? nullptr : place.data(), context, &state_->tree),
-      graph, block, matrix, context);
+      hub_dissection(graph, place.empty() ? nullptr : place.data(), context, state_->tree), graph,
+      block, matrix, context);
 }
 
 void SparseCholesky::analyze(const SparseMatrix& matrix, ExecutionContext& context,

@@ -54,6 +54,19 @@ TEST(Minimizer, ends_where_the_gradient_vanishes) {
   }
 }
 
+TEST(Minimizer, ends_earlier_where_all_further_steps_would_gain_less_than_the_rest) {
+  Case whole, part;
+  whole.options.tolerance = part.options.tolerance = 1e-12;
+  part.options.rest = 1e-3;
+  const double least = whole.energy(whole.minimizer().run(whole.stats));
+  const double near = part.energy(part.minimizer().run(part.stats));
+  EXPECT_EQ(std::get<std::string>(part.stats.at("distortion.stop")), "converged");
+  EXPECT_LT(std::get<std::int64_t>(part.stats.at("distortion.iterations")),
+            std::get<std::int64_t>(whole.stats.at("distortion.iterations")));
+  EXPECT_GT(near, least);
+  EXPECT_LT(near, (1 + 2e-3) * least);
+}
+
 TEST(Minimizer, pulls_targets_to_their_bits_and_keeps_them_there) {
   Case c;
   const std::vector<std::pair<VertexId, Vector2>> targets = {{9, Vector2(0.3, 0.2)},
