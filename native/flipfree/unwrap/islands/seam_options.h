@@ -32,7 +32,7 @@ struct Stretch {
 
 // The most that SeamOptions::stretch allows an island.
 constexpr Stretch stretch_bound(double stretch) {
-  return {0.5 * (stretch + 1.0 / stretch), stretch * stretch};
+  return {0.5 * (stretch + 1.0 / stretch), 1.0 + 3.0 * (stretch - 1.0)};
 }
 
 }  // namespace flipfree::unwrap
