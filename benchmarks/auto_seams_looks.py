@@ -1,9 +1,10 @@
 """Draws models with their automatic seams beside Smart UV Project's: seams and checker on the model, and the islands.
 
-    PYTHONPATH=build/python python3 benchmarks/auto_seams_looks.py FOLDER [--blender build/blender-5.2/blender] [NAME ...]
+    PYTHONPATH=build/python python3 benchmarks/auto_seams_looks.py FOLDER [NAME ...] [--blender build/blender-5.2/blender]
+        [--sheet FILE.png]
 
 Writes FOLDER/NAME.png: above ours, below Smart UV Project (left out without --blender); from two sides, seams that are seen
-black, then the islands. Needs the shared data folder (FLIPFREE_DATA) and Pillow. Names: of its folder seams.
+black, then the islands. FILE: all of them in two columns. Needs the shared data folder (FLIPFREE_DATA) and Pillow. Names: of its folder seams.
 """
 
 from __future__ import annotations
@@ -73,11 +74,8 @@ def smart(program: str, models: dict[str, tuple[Any, Any]]) -> dict[str, Any]:
 def from_side(vertices: Any, faces: Any, uv: Any, seams: Any, colour: Any, view: View) -> Any:
     screen = camera(vertices, view)
     face, weights, depth = rasterise(screen, faces)
-    a, b = (vertices[faces[:, k]] - vertices[faces[:, 0]] for k in (1, 2))
-    area = 0.5 * np.linalg.norm(np.cross(a, b), axis=1).sum()
     d1, d2 = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
     drawn = 0.5 * np.abs(d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]).sum()
-    del area
     squares = np.floor(np.einsum("yxk,yxkc->yxc", weights, uv[face]) * SQUARES / np.sqrt(drawn))
     dark = np.where(squares.sum(-1) % 2 == 0, 1.0, 0.78)[..., None]
     image = np.where(
@@ -111,11 +109,22 @@ def row(vertices: Any, faces: Any, uv: Any, up: str) -> Any:
     return np.hstack([*sides, islands_of(faces, uv, colour)])
 
 
+def sheet_of(pictures: list[Image.Image]) -> Image.Image:
+    """In two columns, half as large."""
+    width, height = (size // 2 for size in pictures[0].size)
+    sheet = Image.new("RGB", (2 * width, (len(pictures) + 1) // 2 * height), "white")
+    for i, picture in enumerate(pictures):
+        cell = picture.resize((width, height), Image.Resampling.LANCZOS)
+        sheet.paste(cell, (i % 2 * width, i // 2 * height))
+    return sheet.quantize(128)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("names", nargs="*", default=MODELS)
     parser.add_argument("--blender")
+    parser.add_argument("--sheet", type=Path)
     arguments = parser.parse_args()
     data = data_folder()
     if data is None:
@@ -126,6 +135,7 @@ def main() -> None:
         mesh = read_mesh(data / "seams" / f"{name}.obj")
         models[name] = mesh.vertices, mesh.faces
     peers = smart(arguments.blender, models) if arguments.blender else {}
+    pictures = []
     for name, (vertices, faces) in models.items():
         maps = [np.asarray(ff.unwrap(vertices, faces, seams="auto").uv)]
         if name in peers:
@@ -135,7 +145,10 @@ def main() -> None:
         pixels = Image.fromarray((255 * np.clip(image, 0, 1)).astype(np.uint8))
         small = pixels.resize((pixels.width // 2, pixels.height // 2), Image.Resampling.LANCZOS)
         small.save(arguments.folder / f"{name}.png", optimize=True)
+        pictures.append(small)
         print(name, flush=True)
+    if arguments.sheet:
+        sheet_of(pictures).save(arguments.sheet, optimize=True)
 
 
 if __name__ == "__main__":
