@@ -143,7 +143,7 @@ class JointLayout(modal.StagedTask):
         yield modal.Pause()
         stats = {
             name: packed.stats[name]
-            for name in ("kept_places", "tile", "fill", "stacked", "margin_met")
+            for name in ("kept_places", "tile", "fill", "stacked", "margin_met", "enlarged_islands")
         }
         for i, task in enumerate(tasks):
             own = slice(self.first_face[i], self.first_face[i + 1])
