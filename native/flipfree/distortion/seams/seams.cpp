@@ -18,10 +18,6 @@
 namespace flipfree::distortion {
 namespace {
 
-// Of the energy, what steps that are not taken would have lowered it by (MinimizeOptions). Every
-// step of a large map costs a factorization, and the last ones gain what nobody sees.
-constexpr double kRest = 3e-4;
-
 // Largest distance between the map and the nearest nodes' map, as a share of its extent.
 double misfit(const CutMap& map, const SeamConstraints& constraints) {
   const Points2 nearest =
@@ -74,7 +70,6 @@ Points2 less_distorted(const CutMap& map, int max_iterations, ExecutionContext& 
   check_input(map);
   MinimizeOptions minimize;
   minimize.max_iterations = max_iterations;
-  minimize.rest = kRest;
   minimize.acceptable = true;
   check_start(map.surface, map.uv, minimize, context);
   return optimised(map, constraints_of(map, context), minimize, context, stats);
@@ -110,7 +105,6 @@ ExactMap make_exact(const CutMap& map, const ExactOptions& options, ExecutionCon
   MinimizeOptions minimize;
   minimize.max_iterations = options.max_iterations;
   minimize.tolerance = options.tolerance;
-  minimize.rest = kRest;
   minimize.acceptable = true;
   Points2 uv = map.uv;
   std::int64_t hurried = 0;

@@ -17,13 +17,8 @@ namespace {
 constexpr double kArmijo = 1e-4;
 constexpr double kSmallestStep = 1e-4;
 // Below the tolerance iterations go on while each gains this much: the last step of a quadratically
-// converging iteration brings the angles to rounding; from this share of the tolerance on they are
-// there.
+// converging iteration costs little and brings the angles to rounding.
 constexpr double kWorthwhile = 0.1;
-constexpr double kWellBelow = 0.25;
-// Where cones had to be met again before, a step that leaves less than this needs no such help: the
-// end converges quadratically.
-constexpr double kMuchLess = 0.1;
 // A line search that cuts its step to this share fights the cones, not the loops: from then on
 // every step meets the cones again before it is judged.
 constexpr double kShortStep = 0.25;
@@ -66,7 +61,7 @@ class PennerNewton {
     double before = std::numeric_limits<double>::infinity();
     run_.end = PennerEnd::kConverged;
     while (angles_.max_error > options_.tolerance || angles_.max_error < kWorthwhile * before) {
-      if (angles_.max_error < kWellBelow * options_.tolerance) break;
+      if (angles_.max_error == 0.0) break;
       run_.end = PennerEnd::kIterations;
       if (run_.iterations >= options_.max_iterations) break;
       context_.check();
@@ -74,7 +69,7 @@ class PennerNewton {
       run_.end = PennerEnd::kPrecision;
       if (!system_.solve(engine_->mesh(), loops_, angles_, direction_, context_)) break;
       if (angles_.max_error > kRounding) run_.end = PennerEnd::kStalled;
-      if (no_progress() || !(restoring_ ? full_step() || restored_step() : plain_step())) break;
+      if (no_progress() || !(restoring_ ? restored_step() : plain_step())) break;
       ++run_.iterations;
       run_.error_history.push_back(angles_.max_error);
       run_.end = PennerEnd::kConverged;
@@ -152,25 +147,6 @@ class PennerNewton {
     engine_ = std::move(trial);
     measure(*engine_, loops_, targets_, angles_, context_);
     return system_.solve(engine_->mesh(), loops_, angles_, direction_, context_);
-  }
-
-  // The whole step at once, if it leaves little of the norm of all errors.
-  bool full_step() {
-    if (first_step() < 1.0) return false;
-    const intrinsic::LoopCarrier saved = loops_;
-    const std::size_t flips = engine_->flips().size();
-    engine_->remember();
-    if (move(*engine_, 1.0)) {
-      carry(*engine_, flips, loops_, context_);
-      measure(*engine_, loops_, targets_, trial_, context_);
-      if (trial_.norm < kMuchLess * angles_.norm) {
-        std::swap(angles_, trial_);
-        return true;
-      }
-    }
-    engine_->go_back();
-    loops_ = saved;
-    return false;
   }
 
   // Halves the step until the loops' error falls where the cones are met again.
