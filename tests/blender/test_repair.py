@@ -83,6 +83,28 @@ def test_uvs_that_are_no_numbers_get_a_place(capfd):
     assert "without a place" in said(capfd)
 
 
+def test_corners_that_only_come_back_are_no_map_without_repairs(capfd):
+    """Neither is an island unfolded then, nor one made anew."""
+    ob, uv = flat_grid()
+    corners = ob.data.polygons[27].loop_indices
+    for place, what in (
+        (np.nan, "4 corners without a place"),  # two of the quad's triangles each
+        (-3.0, "2 flips"),
+    ):
+        torn = uv.copy()
+        if np.isnan(place):
+            torn[list(corners)[:2]] = np.nan
+        else:
+            torn[list(corners), 0] *= np.float32(-1)
+        shapes.set_uv(ob, torn)
+        assert bpy.ops.uv.flipfree_repair() == {"FINISHED"}
+        assert (shapes.uv_of(ob) == uv).all()
+        text = said(capfd)
+        assert "nothing to repair" not in text and "% of the UVs as before" in text
+        assert what.split(" ", 1)[1] in text, text
+        assert ("joined to others again" in text) == (place == -3.0)
+
+
 def test_islands_at_one_point_are_unwrapped_along_the_seams():
     ob = shapes.cube()
     for edge in ob.data.edges:

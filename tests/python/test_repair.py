@@ -72,6 +72,42 @@ def test_faces_of_contradictory_windings_that_come_to_share_an_edge_do_not_fold(
     assert outcome is not None and outcome.said == ""
 
 
+def with_faces_that_use_a_vertex_twice() -> tuple[Floats, npt.NDArray[np.int64], Floats]:
+    """A sheet in two islands; three such faces, one of them at no place of the others."""
+    vertices, faces = bumpy_grid(8, 8)
+    uv = planar_map(vertices, faces)
+    uv[vertices[faces][:, :, 0].mean(axis=1) > 0.5, :, 0] += 1.0
+    thin = np.array([[3, 3, 4], [51, 52, 52], [7, 7, 8]])
+    own = vertices[thin][:, :, :2].copy()
+    own[1, :, 0] += 1.0
+    own[2] = 0.25
+    return vertices, np.vstack([faces, thin]), np.concatenate([uv, own])
+
+
+def test_faces_that_use_a_vertex_twice_go_with_their_neighbours() -> None:
+    vertices, faces, uv = with_faces_that_use_a_vertex_twice()
+    sound = ff.repair(vertices, faces, uv)
+    assert np.array_equal(sound.uv, uv) and np.array_equal(sound.uv32(), uv.astype(np.float32))
+    assert sound.stats["corners_kept"] == uv.shape[0] * 3
+    thrown = uv.copy()
+    thrown[faces == 51] = (5.0, 5.0)
+    result = ff.repair(vertices, faces, thrown)
+    assert result.stats["corners_kept"] == (result.uv == thrown).all(axis=2).sum()
+    moved = result.uv[:-3][faces[:-3] == 51]
+    assert (moved != 5.0).all() and np.array_equal(result.uv[-2, 0], moved[0])
+    assert np.array_equal(result.uv[-1], uv[-1])
+
+
+def test_pins_hold_at_faces_that_use_a_vertex_twice() -> None:
+    vertices, faces, uv = with_faces_that_use_a_vertex_twice()
+    uv[faces == 20] = (5.0, 5.0)
+    pins = {3: tuple(uv[faces == 3][0].tolist()), (len(faces) - 1, 0): (0.75, 0.5)}
+    result = ff.repair(vertices, faces, uv, pins=pins)
+    assert result.certificate.ok and result.certificate.pin_failures == 0
+    assert (result.uv[faces == 3] == pins[3]).all()
+    assert tuple(result.uv[-1, 0].tolist()) == (0.75, 0.5)
+
+
 def test_islands_wrong_side_up_and_out_of_shape_cost_no_more_than_what_was_open(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

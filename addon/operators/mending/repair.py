@@ -97,7 +97,9 @@ def summary(tasks: list[RepairTask]) -> str:
     lost = total(tasks, "corners_without_place")
     if lost:
         before.append(f"{common.plural(lost, 'corner')} without a place")
-    became = [
+    joined = total(tasks, "corners_rejoined")
+    became = [f"{common.plural(joined, 'corner')} joined to others again"] if joined else []
+    became += [
         f"{common.plural(total(tasks, name), 'island')} {what}"
         for name, what in (
             ("charts_mirrored", "mirrored"),
@@ -118,10 +120,11 @@ def summary(tasks: list[RepairTask]) -> str:
         why = " by their pins" if tasks[0].stretched == "improve" else ""
         text += f", {common.plural(stretched, 'island')} stretched{why}"
     text += common.texture_text(tasks[0].aspect)
-    if not became:
+    if not became and all(t.stays() for t in tasks):
         return f"nothing to repair: {text}"
     # Rounded down: 100 % are all of them.
-    return f"{text}; before: {', '.join(before)}; {', '.join(became)}, {int(kept)} % of the UVs as before"
+    became.append(f"{int(kept)} % of the UVs as before")
+    return f"{text}; before: {', '.join(before)}; {', '.join(became)}"
 
 
 def hint(tasks: list[RepairTask]) -> str:

@@ -374,6 +374,7 @@ PlacedCharts place_charts(const std::vector<mesh::Chart>& charts, std::vector<Po
           placed.uv = std::move(*former);
           placed.stored = std::move(stored);
           placed.kept = true;
+          placed.enlarged = enlarged;
           for (std::size_t c = 0; c < charts.size(); ++c)
             if (moved[c]) placed.fill += areas(charts[c].surface, placed.uv[c]).plane;
           return placed;

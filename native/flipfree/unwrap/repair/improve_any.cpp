@@ -37,6 +37,7 @@ certify::Parametrization improve_any(const mesh::Surface& surface, const Points2
       distortion::improve(surface, mended.uv32.cast<double>(), rest, context);
   map.stats["energy_before"] = std::numeric_limits<double>::infinity();
   map.stats.insert(mended.stats.begin(), mended.stats.end());
+  map.stats["seconds"] = watch.seconds();
   return map;
 }
 

@@ -1,8 +1,7 @@
 #include "flipfree/unwrap/repair/mend_chart.h"
 
 #include <algorithm>
-#include <cmath>
-#include <string>
+#include <utility>
 
 #include "flipfree/base/failure/renumber.h"
 #include "flipfree/base/failure/translate_errors.h"
@@ -361,20 +360,11 @@ ChartDensity own_density(const mesh::Chart& chart, const Points2& places) {
 
 double common_density(const std::vector<mesh::Chart>& charts, const std::vector<Points2>& places) {
   std::vector<std::pair<double, double>> known;
-  double total = 0.0;
   for (std::size_t c = 0; c < charts.size(); ++c) {
     const ChartDensity own = own_density(charts[c], places[c]);
-    if (!(own.value > 0.0) || !(own.area > 0.0)) continue;
-    known.emplace_back(own.value, own.area);
-    total += own.area;
+    if (own.value > 0.0 && own.area > 0.0) known.emplace_back(own.value, own.area);
   }
-  std::sort(known.begin(), known.end());
-  double sum = 0.0;
-  for (const auto& [value, area] : known) {
-    sum += area;
-    if (2.0 * sum >= total) return value;
-  }
-  return 0.0;
+  return weighted_median(std::move(known));
 }
 
 MendedChart mend_chart(const ChartToMend& given, const RepairOptions& options, bool anew,

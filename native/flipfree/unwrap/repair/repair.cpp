@@ -1,7 +1,12 @@
 #include "flipfree/unwrap/repair/repair.h"
 
+#include <algorithm>
 #include <cstdint>
+#include <map>
+#include <tuple>
+#include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
@@ -20,6 +25,52 @@ void add(const StatValue& more, StatValue& count) {
     return number == nullptr ? std::int64_t{0} : *number;
   };
   count = value(count) + value(more);
+}
+
+// Corners of faces that use a vertex twice, which no chart has: where another corner at their
+// vertex was at the same place they go on to be where that is, else they stay. But for pinned ones.
+void follow_neighbours(const std::vector<FaceId>& collapsed, const mesh::Surface& surface,
+                       const Points2& corner_uv, const std::vector<certify::CornerPin>& pins,
+                       certify::Parametrization& map) {
+  if (collapsed.empty()) return;
+  using Place = std::tuple<VertexId, double, double>;
+  const auto place_of = [&](CornerId c) {
+    return Place{surface.faces.data()[c], corner_uv(c, 0), corner_uv(c, 1)};
+  };
+  std::map<Place, CornerId> at_place;  // of the faces that have a triangle
+  std::vector<CornerId> following;
+  const auto corners = static_cast<CornerId>(surface.faces.size());
+  std::vector<char> held(static_cast<std::size_t>(corners), 0);
+  for (const certify::CornerPin& pin : pins) held[static_cast<std::size_t>(pin.corner)] = 1;
+  for (const FaceId f : collapsed) {
+    for (CornerId c = 3 * f; c < 3 * f + 3; ++c) {
+      if (held[static_cast<std::size_t>(c)] != 0 || !is_storable(corner_uv.row(c).transpose()))
+        continue;
+      following.push_back(c);
+      at_place.try_emplace(place_of(c), kInvalid);
+    }
+  }
+  for (CornerId c = 0; c < corners; ++c) {
+    if (!is_storable(corner_uv.row(c).transpose()) ||
+        std::binary_search(collapsed.begin(), collapsed.end(), c / 3))
+      continue;
+    const auto found = at_place.find(place_of(c));
+    if (found != at_place.end() && found->second == kInvalid) found->second = c;
+  }
+  const auto follow = [&](auto& values) {
+    using Scalar = typename std::decay_t<decltype(values)>::Scalar;
+    for (const CornerId c : following) {
+      const CornerId leader = at_place.at(place_of(c));
+      if (leader == kInvalid) {
+        values.row(c) = corner_uv.row(c).template cast<Scalar>();
+      } else {
+        values.row(c) = values.row(leader);
+      }
+    }
+  };
+  follow(map.uv);
+  follow(map.uv32);
+  if (map.agreed.rows() > 0) follow(map.agreed);
 }
 
 // A mesh that is no clean surface: by way of one (mesh/separated), with corner_uv as its map.
@@ -42,8 +93,11 @@ certify::Parametrization repair_separated(const mesh::Surface& surface, const Po
   const certify::Parametrization solved =
       separated.solve([&] { return repair_clean(separated.surface(), own_uv, own, context); });
   certify::CertifyRequest request;
+  request.pins = options.pins;
   request.aspect = options.aspect;
-  return separated.on_input(solved, request, context);
+  certify::Parametrization map = separated.on_input(solved, request, context);
+  follow_neighbours(separated.separated().collapsed, surface, corner_uv, options.pins, map);
+  return map;
 }
 
 // Which faces are one island, and which side of it is up, is read from the map. The repaired one
@@ -73,8 +127,8 @@ certify::Parametrization repair_any(const mesh::Surface& surface, const Points2&
       if (name.starts_with("charts_") || name == "added_cuts") add(value, map.stats[name]);
       if (name.ends_with("_before") || name.starts_with("corners_")) map.stats[name] = value;
     }
-    map.stats["corners_kept"] = (map.uv.array() == corner_uv.array()).rowwise().all().count();
   }
+  map.stats["corners_kept"] = (map.uv.array() == corner_uv.array()).rowwise().all().count();
   map.stats["energy"] = map.certificate.energy;
   map.stats["max_energy"] = map.certificate.max_energy;
   certify::require_certificate(map, "The repaired map");

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -11,6 +10,7 @@
 #include "flipfree/certify/overlap/island_overlap.h"
 #include "flipfree/distortion/rounding.h"
 #include "flipfree/unwrap/packing/place.h"
+#include "flipfree/unwrap/repair/places/make_way.h"
 
 namespace flipfree::unwrap {
 namespace {
@@ -23,9 +23,6 @@ constexpr double kShrunk = 0.999;
 struct Box {
   Eigen::RowVector2d low, high;
   explicit Box(const Points2& uv) : low(uv.colwise().minCoeff()), high(uv.colwise().maxCoeff()) {}
-  bool meets(const Box& other) const {
-    return (low.array() < other.high.array()).all() && (other.low.array() < high.array()).all();
-  }
 };
 
 Points2 corners_of(const mesh::Chart& chart, const Points2& uv) {
@@ -33,17 +30,6 @@ Points2 corners_of(const mesh::Chart& chart, const Points2& uv) {
   for (Eigen::Index c = 0; c < corners.rows(); ++c)
     corners.row(c) = uv.row(chart.surface.faces.data()[c]);
   return corners;
-}
-
-bool share_area(const mesh::Chart& a, const Points2& uv_a, const mesh::Chart& b,
-                const Points2& uv_b) {
-  Points2 corners(a.surface.faces.size() + b.surface.faces.size(), 2);
-  corners << corners_of(a, uv_a), corners_of(b, uv_b);
-  mesh::Components two;
-  two.count = 2;
-  two.of_face.assign(a.faces.size(), 0);
-  two.of_face.resize(a.faces.size() + b.faces.size(), 1);
-  return certify::island_overlaps(two, corners).pairs > 0;
 }
 
 bool any_overlap(const std::vector<mesh::Chart>& charts, const std::vector<ChartToSettle>& mended,
@@ -63,46 +49,27 @@ bool any_overlap(const std::vector<mesh::Chart>& charts, const std::vector<Chart
   return certify::island_overlaps(staying, corners).pairs > 0;
 }
 
-// Charts that have to make way: largest first, each stays that lies on none that stays.
-void make_way(const std::vector<mesh::Chart>& charts, const std::vector<ChartToSettle>& mended,
-              bool disjoint, std::vector<char>& moved, const ExecutionContext& context) {
+// Charts that lie on others, near to their place or with `disjoint` all, are moved.
+void move_apart(const std::vector<mesh::Chart>& charts, const std::vector<ChartToSettle>& mended,
+                bool disjoint, std::vector<char>& moved, const ExecutionContext& context) {
   const auto near_its_place = [](const ChartToSettle& chart) {
     return chart.place == Place::kWhereItWas;
   };
   if (std::none_of(mended.begin(), mended.end(), near_its_place) &&
       !(disjoint && any_overlap(charts, mended, moved)))
     return;
-  const auto may_move = [&](std::size_t c) {
-    return mended[c].pinned.empty() && (disjoint || near_its_place(mended[c]));
-  };
-  const auto did_before = [&](std::size_t a, std::size_t b) {
-    const auto then = [&](std::size_t c) -> const Points2& {
-      return mended[c].before.rows() > 0 ? mended[c].before : mended[c].uv;
-    };
-    return mended[a].before.rows() > 0 && share_area(charts[a], then(a), charts[b], then(b));
-  };
-  std::vector<std::size_t> order(charts.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return std::pair(!may_move(a), charts[a].faces.size()) >
-           std::pair(!may_move(b), charts[b].faces.size());
-  });
-  std::vector<Box> boxes;
-  boxes.reserve(charts.size());
-  for (const ChartToSettle& chart : mended) boxes.emplace_back(chart.uv);
-  std::vector<std::size_t> staying;
-  for (const std::size_t c : order) {
+  std::vector<StandingChart> standing;
+  std::vector<std::size_t> number;
+  for (std::size_t c = 0; c < charts.size(); ++c) {
+    const ChartToSettle& chart = mended[c];
     if (moved[c] != 0) continue;
-    context.check();
-    const bool in_the_way =
-        may_move(c) && std::any_of(staying.begin(), staying.end(), [&](std::size_t other) {
-          return boxes[c].meets(boxes[other]) &&
-                 share_area(charts[c], mended[c].uv, charts[other], mended[other].uv) &&
-                 (disjoint || !did_before(c, other));
-        });
-    moved[c] = in_the_way;
-    if (!in_the_way) staying.push_back(c);
+    number.push_back(c);
+    standing.push_back({&charts[c].surface.faces, &chart.uv,
+                        chart.before.rows() > 0 ? &chart.before : nullptr,
+                        chart.pinned.empty() && (disjoint || near_its_place(chart))});
   }
+  const std::vector<char> moves = make_way(standing, disjoint, context);
+  for (std::size_t i = 0; i < number.size(); ++i) moved[number[i]] = moves[i];
 }
 
 // Stores charts; those that stay only once, however often it is asked.
@@ -209,7 +176,7 @@ SettledCharts settle(const std::vector<mesh::Chart>& charts, std::vector<ChartTo
   settled.moved.resize(charts.size());
   for (std::size_t c = 0; c < charts.size(); ++c)
     settled.moved[c] = mended[c].place == Place::kNone;
-  make_way(charts, mended, options.disjoint, settled.moved, context);
+  move_apart(charts, mended, options.disjoint, settled.moved, context);
   for (ChartToSettle& chart : mended) settled.uv.push_back(std::move(chart.uv));
   Storing store(charts, mended, settled.moved, context);
   try {

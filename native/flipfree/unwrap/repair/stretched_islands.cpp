@@ -15,6 +15,7 @@
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/unwrap/packing/layout.h"
+#include "flipfree/unwrap/repair/given/given_map.h"
 #include "flipfree/unwrap/repair/patches/damage.h"
 
 namespace flipfree::unwrap {
@@ -162,13 +163,6 @@ class Judgement {
     return pins;
   }
 
-  mesh::EdgeFlags own_flags(const mesh::EdgeFlags& flags, const Piece& piece) const {
-    mesh::EdgeFlags own;
-    for (std::size_t h = 0; h < 3 * piece.chart.faces.size() && !flags.empty(); ++h)
-      own.push_back(flags[3 * at(piece.chart.faces[h / 3]) + h % 3]);
-    return own;
-  }
-
   Outcome<MendedChart> unwrapped(const Piece& piece, const Pins& pins) const {
     const std::vector<char> known(piece.vertex_origin.size(), 0);
     const ChartToMend whole{piece.chart,
@@ -176,8 +170,8 @@ class Judgement {
                             piece.uv,
                             known,
                             pins,
-                            own_flags(given_.seams, piece),
-                            own_flags(given_.uncuttable, piece),
+                            own_flags(given_.seams, piece.chart),
+                            own_flags(given_.uncuttable, piece.chart),
                             given_.density};
     return attempt([&] { return mend_chart(whole, options_, true, context_); });
   }

@@ -122,7 +122,8 @@ def repair(
     faces are mostly flipped is mirrored; else few vertices of what is bad are placed anew between those around, or
     more and more of them; a chart of which not enough is left is unwrapped, and put where it was at the scale that it had.
     ``stats`` tells what the map had ("flips_before", "winding_failures_before", "overlaps_before",
-    "island_overlaps_before", "corners_without_place") and what became of its charts ("charts_mirrored",
+    "island_overlaps_before", "corners_without_place"), how many corners were torn off and are joined to others again
+    ("corners_rejoined"), and what became of its charts ("charts_mirrored",
     "charts_unfolded", "charts_anew", "charts_cut", "charts_moved"); "corners_kept" of 3 m corners have their old bits.
 
     Args:

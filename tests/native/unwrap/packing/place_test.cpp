@@ -120,6 +120,20 @@ TEST(Place, former_places_are_kept_at_one_scale) {
     EXPECT_LT((placed.uv[c].colwise().mean() - former[c].colwise().mean()).norm(), 1e-12);
 }
 
+TEST(Place, what_is_enlarged_is_counted_at_former_places_too) {
+  ExecutionContext context;
+  std::vector<mesh::Chart> charts = squares(2);
+  charts[1].surface.vertices *= 1e-9;
+  const Points2 corners = corners_of(charts, maps({{{0.1, 0.1}, 0.2}, {{0.5, 0.5}, 0.2}}));
+  PlacingOptions options;
+  options.scale_true = true;
+  options.place_like = &corners;
+  const PlacedCharts placed =
+      place_charts(charts, maps({{{0, 0}, 1.0}, {{0, 0}, 1.0}}), {1, 1}, options, nearest, context);
+  EXPECT_TRUE(placed.kept);
+  EXPECT_EQ(placed.enlarged, 1);
+}
+
 TEST(Place, former_places_that_only_touch_are_free) {
   ExecutionContext context;
   const std::vector<mesh::Chart> charts = squares(1);

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <string>
 #include <utility>
 
 #include "flipfree/base/error.h"
@@ -42,7 +41,7 @@ class Corners {
     if (std::find(given_.begin(), given_.end(), 0) == given_.end()) return guessed;
     for (const HalfedgeId start : adjacency_.vertex_halfedge) {
       if (start == kInvalid) continue;
-      for (const std::vector<CornerId>& sector : sectors(start)) {
+      for (const Sector& sector : sectors(start)) {
         for (const std::vector<CornerId>& rest : spread(sector)) {
           guess(rest);
           for (const CornerId c : rest) guessed[at(c)] = 1;
@@ -53,6 +52,12 @@ class Corners {
   }
 
  private:
+  // Corners around a vertex counter-clockwise.
+  struct Sector {
+    std::vector<CornerId> corners;
+    bool closed = false;  // the first follows the last
+  };
+
   // A seam, or an edge into the vertex whose other end is known to have two places.
   bool parted_across(HalfedgeId h) const {
     const HalfedgeId opposite = adjacency_.opposite[at(h)];
@@ -63,19 +68,24 @@ class Corners {
     return given_[at(here)] != 0 && given_[at(there)] != 0 && uv_.row(here) != uv_.row(there);
   }
 
-  // The corners around a vertex counter-clockwise, parted where it may have two places.
-  std::vector<std::vector<CornerId>> sectors(HalfedgeId start) const {
-    std::vector<std::vector<CornerId>> result(1);
+  // The corners around a vertex, parted where it may have two places.
+  std::vector<Sector> sectors(HalfedgeId start) const {
+    std::vector<Sector> result(1);
     HalfedgeId h = start;
     bool closed = false;
     do {
-      result.back().push_back(h);
+      result.back().corners.push_back(h);
       const bool seam = parted_across(previous_corner(h));
       h = mesh::rotate_ccw(adjacency_, h);
       closed = h == start;
       if (seam && h != kInvalid && !closed) result.emplace_back();
-      if (closed && !seam && result.size() > 1) {
-        result.front().insert(result.front().begin(), result.back().begin(), result.back().end());
+      if (!closed || seam) continue;
+      if (result.size() == 1) {
+        result.front().closed = true;
+      } else {
+        std::vector<CornerId>& first = result.front().corners;
+        const std::vector<CornerId>& last = result.back().corners;
+        first.insert(first.begin(), last.begin(), last.end());
         result.pop_back();
       }
     } while (h != kInvalid && !closed);
@@ -92,14 +102,23 @@ class Corners {
   }
 
   // Values to the corners beside them where the map goes on; the runs of those that got none.
-  std::vector<std::vector<CornerId>> spread(const std::vector<CornerId>& sector) {
-    const std::size_t count = sector.size();
+  std::vector<std::vector<CornerId>> spread(const Sector& sector) {
+    std::vector<CornerId> corners = sector.corners;
+    if (sector.closed) {
+      // From a known one all around and to it again.
+      const auto known = std::find_if(corners.begin(), corners.end(),
+                                      [&](CornerId c) { return given_[at(c)] != 0; });
+      if (known == corners.end()) return {corners};
+      std::rotate(corners.begin(), known, corners.end());
+      corners.push_back(corners.front());
+    }
+    const std::size_t count = corners.size();
     std::vector<char> known;
-    for (const CornerId c : sector) known.push_back(given_[at(c)]);
+    for (const CornerId c : corners) known.push_back(given_[at(c)]);
     const auto take = [&](std::size_t to, std::size_t from) {
-      const bool goes = goes_on(sector[std::min(to, from)], sector[std::max(to, from)]);
+      const bool goes = goes_on(corners[std::min(to, from)], corners[std::max(to, from)]);
       if (known[to] != 0 || known[from] == 0 || !goes) return;
-      uv_.row(sector[to]) = uv_.row(sector[from]);
+      uv_.row(corners[to]) = uv_.row(corners[from]);
       known[to] = 1;
     };
     for (std::size_t i = 1; i < count; ++i) take(i, i - 1);
@@ -108,7 +127,7 @@ class Corners {
     for (std::size_t i = 0; i < count; ++i) {
       if (known[i] != 0) continue;
       if (i == 0 || known[i - 1] != 0) rest.emplace_back();
-      rest.back().push_back(sector[i]);
+      rest.back().push_back(corners[i]);
     }
     return rest;
   }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "flipfree/certify/measures/energy.h"
@@ -58,28 +59,41 @@ class Rejoining {
   }
 
  private:
-  // Places whose faces are not good now either go back, which may spoil others.
+  // Places whose faces are not good now either go back, which may spoil others: round by round
+  // those of the faces that changed in the one before.
   Index taken_back(const std::vector<CornerId>& corners, std::vector<CornerId>& beside,
                    const mesh::CutMesh& cut, const Points2& before) {
-    while (true) {
-      bool any = false;
-      std::vector<VertexId> back;
-      for (const CornerId c : corners) {
-        const VertexId place = cut.faces.data()[c];
-        if (beside[at(place)] != kInvalid && energy_now(c / 3) > limit_) back.push_back(place);
-      }
-      for (const VertexId place : back) beside[at(place)] = kInvalid;
-      any = !back.empty();
-      Index joined = 0;
-      for (const CornerId c : corners) {
-        if (beside[at(cut.faces.data()[c])] == kInvalid) {
-          uv_.row(c) = before.row(c);
-        } else {
-          ++joined;
+    const auto place_of = [&](CornerId c) { return at(cut.faces.data()[c]); };
+    std::vector<std::size_t> first(beside.size() + 1, 0);  // of each place in own_corners
+    for (const CornerId c : corners) ++first[place_of(c) + 1];
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    std::vector<CornerId> own_corners(corners.size());
+    std::vector<std::size_t> next(first.begin(), first.end() - 1);
+    for (const CornerId c : corners) own_corners[next[place_of(c)]++] = c;
+    std::vector<FaceId> changed;
+    for (const CornerId c : corners) {
+      if (changed.empty() || changed.back() != c / 3) changed.push_back(c / 3);
+    }
+    while (!changed.empty()) {
+      std::vector<std::size_t> back;
+      for (const FaceId f : changed) {
+        if (!(energy_now(f) > limit_)) continue;
+        for (CornerId c = 3 * f; c < 3 * f + 3; ++c) {
+          if (beside[place_of(c)] != kInvalid) back.push_back(place_of(c));
         }
       }
-      if (!any) return joined;
+      changed.clear();
+      for (const std::size_t place : back) {
+        if (std::exchange(beside[place], kInvalid) == kInvalid) continue;
+        for (std::size_t i = first[place]; i < first[place + 1]; ++i) {
+          uv_.row(own_corners[i]) = before.row(own_corners[i]);
+          changed.push_back(own_corners[i] / 3);
+        }
+      }
     }
+    return static_cast<Index>(std::count_if(corners.begin(), corners.end(), [&](CornerId c) {
+      return beside[place_of(c)] != kInvalid;
+    }));
   }
 
   void find_limit() {

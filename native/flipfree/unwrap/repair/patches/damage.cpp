@@ -177,10 +177,12 @@ Damage find_damage(const DamagedChart& chart, const Points2& uv,
   for (VertexId v = 0; v < static_cast<VertexId>(touched.size()); ++v) {
     if (touched[at(v)] == 0 && !winds_once(chart, uv, v)) around(v, add);
   }
+  std::vector<char> looked_around(touched.size(), 0);
   while (!front.empty()) {
     const FaceId f = front.back();
     front.pop_back();
     for (Index k = 0; k < 3; ++k) {
+      if (std::exchange(looked_around[at(faces(f, k))], 1) != 0) continue;
       around(faces(f, k), [&](FaceId g) {
         if (energies[at(g)] > kDrawnOutBeside * healthy.median) add(g);
       });

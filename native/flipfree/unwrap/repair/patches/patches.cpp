@@ -1,7 +1,6 @@
 #include "flipfree/unwrap/repair/patches/patches.h"
 
 #include <algorithm>
-#include <cmath>
 #include <queue>
 #include <utility>
 
@@ -36,6 +35,22 @@ void for_faces_around(const mesh::Adjacency& adjacency, VertexId v, Visit visit)
     h = mesh::rotate_ccw(adjacency, h);
     if (h == start) break;
   }
+}
+
+// The vertices but pinned ones of the faces of a set, and of so many rings around it.
+std::vector<char> free_around(const DamagedChart& chart, std::vector<char> set, Index rings) {
+  const Triangles& faces = chart.surface.faces;
+  std::vector<char> free(chart.pinned.size(), 0);
+  for (Index ring = 0; ring <= rings; ++ring) {
+    for (FaceId f = 0; f < faces.rows(); ++f) {
+      for (Index k = 0; k < 3 && set[at(f)] != 0; ++k) free[at(faces(f, k))] = 1;
+    }
+    for (FaceId f = 0; f < faces.rows(); ++f) {
+      for (Index k = 0; k < 3; ++k) set[at(f)] |= free[at(faces(f, k))];
+    }
+  }
+  for (std::size_t v = 0; v < free.size(); ++v) free[v] = free[v] && !chart.pinned[v];
+  return free;
 }
 
 struct Patch {
@@ -191,7 +206,7 @@ class Mender {
       if (damage.count == 0) return true;
       if (round == std::size(kRings)) return false;
       const std::vector<char> free =
-          round == 0 ? cover(damage.bad) : grown(damage.bad, kRings[round]);
+          round == 0 ? cover(damage.bad) : free_around(chart_, damage.bad, kRings[round]);
       std::vector<Patch> patches = patches_of(chart_, free, uv_);
       // Parts that are as large as the chart come to nothing more than unwrapping it does.
       std::erase_if(patches, [&](const Patch& patch) { return !worth_it(patch, round); });
@@ -254,23 +269,6 @@ class Mender {
       });
     }
     return chosen;
-  }
-
-  std::vector<char> grown(const std::vector<char>& bad, Index rings) const {
-    const Triangles& faces = chart_.surface.faces;
-    std::vector<char> free(chart_.pinned.size(), 0);
-    std::vector<char> in = bad;
-    for (Index ring = 0; ring <= rings; ++ring) {
-      for (FaceId f = 0; f < faces.rows(); ++f) {
-        if (in[at(f)] == 0) continue;
-        for (Index k = 0; k < 3; ++k) free[at(faces(f, k))] = 1;
-      }
-      for (FaceId f = 0; f < faces.rows(); ++f) {
-        for (Index k = 0; k < 3; ++k) in[at(f)] |= free[at(faces(f, k))];
-      }
-    }
-    for (std::size_t v = 0; v < free.size(); ++v) free[v] = free[v] && !chart_.pinned[v];
-    return free;
   }
 
   void solve(std::vector<Patch>& patches) {
@@ -341,18 +339,7 @@ bool mend_in_place(const DamagedChart& chart, Points2& uv, ExecutionContext& con
 
 Points2 relaxed_around(const DamagedChart& chart, const std::vector<char>& over, Index rings,
                        const Points2& uv, ExecutionContext& context) {
-  const Triangles& faces = chart.surface.faces;
-  std::vector<char> free(chart.pinned.size(), 0);
-  std::vector<char> in = over;
-  for (Index ring = 0; ring <= rings; ++ring) {
-    for (FaceId f = 0; f < faces.rows(); ++f) {
-      for (Index k = 0; k < 3 && in[at(f)] != 0; ++k) free[at(faces(f, k))] = 1;
-    }
-    for (FaceId f = 0; f < faces.rows(); ++f) {
-      for (Index k = 0; k < 3; ++k) in[at(f)] |= free[at(faces(f, k))];
-    }
-  }
-  for (std::size_t v = 0; v < free.size(); ++v) free[v] = free[v] && !chart.pinned[v];
+  const std::vector<char> free = free_around(chart, over, rings);
   Points2 result = uv;
   for (Patch& patch : patches_of(chart, free, uv)) {
     if (std::find(patch.fixed.begin(), patch.fixed.end(), 1) == patch.fixed.end()) continue;

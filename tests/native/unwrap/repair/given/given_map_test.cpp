@@ -69,6 +69,24 @@ TEST(GivenMap, lost_corners_of_a_face_within_a_chart_are_its_neighbours) {
   EXPECT_EQ(map.charts.size(), 1U);
 }
 
+// Around a vertex there is no first corner.
+TEST(GivenMap, a_value_comes_from_either_side_wherever_the_ring_begins) {
+  const Given sound;
+  const std::vector<CornerId> ring = sound.corners(24);
+  for (const CornerId lost : ring) {
+    for (const bool next : {false, true}) {
+      Given given;
+      given.uv.row(lost).setConstant(kNothing);
+      // One of the two edges beside it does not tell whether the map goes on: its other end is
+      // lost.
+      given.uv.row(next ? next_corner(lost) : previous_corner(lost)).setConstant(kNothing);
+      const GivenMap map = given.read();
+      EXPECT_EQ(map.uv, sound.uv) << lost;
+      EXPECT_EQ(map.rejoined, 0) << lost;
+    }
+  }
+}
+
 TEST(GivenMap, a_vertex_without_any_gets_the_mean_of_its_neighbours_as_a_guess) {
   Given given;
   for (const CornerId c : given.corners(24)) given.uv.row(c).setConstant(kNothing);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "flipfree/base/stats.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
@@ -65,6 +66,37 @@ TEST(Rejoin, what_would_not_fit_goes_back) {
   const Points2 before = torn.uv;
   EXPECT_EQ(torn.rejoin(), 0);
   EXPECT_EQ(torn.uv, before);
+}
+
+// A long row between two others, turned over; nothing is beside its first two places, so that its
+// first face stays what it is. Every place that goes back spoils the next one.
+TEST(Rejoin, a_chain_of_places_goes_back_in_time_that_grows_with_its_length) {
+  const Index length = 20'000;
+  mesh::Surface surface = test::grid(length, 3);
+  surface.vertices.col(0) *= static_cast<double>(length);
+  surface.vertices.col(1) *= 3.0;
+  const Points2 all = test::flat(surface);
+  std::vector<FaceId> kept;
+  for (FaceId f = 0; f < surface.faces.rows(); ++f) {
+    const Eigen::RowVector2d middle = all.middleRows<3>(3 * f).colwise().mean();
+    if (middle.x() > 1.0 || (middle.y() > 1.0 && middle.y() < 2.0)) kept.push_back(f);
+  }
+  Triangles faces(static_cast<Eigen::Index>(kept.size()), 3);
+  for (std::size_t i = 0; i < kept.size(); ++i)
+    faces.row(static_cast<Eigen::Index>(i)) = surface.faces.row(kept[i]);
+  surface.faces = faces;
+  Points2 uv = test::flat(surface);
+  for (FaceId f = 0; f < faces.rows(); ++f) {
+    auto own = uv.middleRows<3>(3 * f);
+    if (own.col(1).mean() > 1.0 && own.col(1).mean() < 2.0) own.col(0) = -10.0 - own.col(0).array();
+  }
+  const Points2 before = uv;
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const Stopwatch watch;
+  EXPECT_EQ(rejoin_torn(surface, adjacency, {}, {}, uv), 0);
+  EXPECT_LT(watch.seconds(), 20.0);  // a fiftieth of what their square takes
+  EXPECT_EQ(uv, before);
 }
 
 TEST(Rejoin, seams_and_fixed_corners_are_respected) {

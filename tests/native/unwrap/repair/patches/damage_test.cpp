@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "flipfree/base/stats.h"
 #include "unwrap/repair/charts.h"
 
 namespace flipfree::unwrap {
@@ -57,6 +58,30 @@ TEST(Damage, what_is_drawn_out_counts_beside_damage_or_in_a_spoilt_chart) {
   sheet.uv.row(60) << 0.5, 0.5 + 0.0999;  // as good as collapsed, positive
   ASSERT_EQ(sheet.damage(false).count, 0);
   EXPECT_GT(sheet.damage(true).count, 0);
+}
+
+TEST(Damage, a_vertex_of_many_bad_faces_is_looked_around_once) {
+  const Index count = 100'000;
+  mesh::Surface surface;
+  surface.vertices = Points3::Zero(count + 1, 3);
+  surface.faces.resize(count, 3);
+  Points2 uv = Points2::Zero(count + 1, 2);
+  for (Index i = 0; i < count; ++i) {
+    const double angle = 2.0 * M_PI * i / count;
+    surface.vertices.row(i + 1) << std::cos(angle), std::sin(angle), 0.0;
+    uv.row(i + 1) << std::cos(angle), -std::sin(angle);
+    surface.faces.row(i) << 0, i + 1, (i + 1) % count + 1;
+  }
+  const mesh::Adjacency adjacency = mesh::build_adjacency(count + 1, surface.faces);
+  const std::vector<char> none(static_cast<std::size_t>(count) + 1, 0);
+  const DamagedChart chart{surface, adjacency, face_areas(surface), none, none, 1.0};
+  const std::vector<double> energies = face_energies(surface, uv, 1.0);
+  const Stopwatch watch;
+  EXPECT_EQ(find_damage(chart, uv, energies, healthy_energy(chart.area, energies), false,
+                        ExecutionContext())
+                .count,
+            count);
+  EXPECT_LT(watch.seconds(), 5.0);  // the square of the number: 10^10 looks
 }
 
 TEST(Damage, density_is_that_of_most_faces) {
