@@ -3,16 +3,16 @@
     PYTHONPATH=build/python:tests python3 benchmarks/field_aligned.py [--only TEXT] [--own] [--random N] [--reach 1] [--halves]
                                                                      [--open aligned] [--engine padding] [--cuts] [--seconds 120] [--markdown]
 
-Cases: fields/ with its fields; `--open aligned` or `free`: the models of general/ with a boundary, which the field follows if it is aligned (`G6` is
+Cases: fields/ with its fields, the two cones on a torus that no map has (torus_twosings) among them; `--open aligned` or `free`: the models of general/ with a boundary, which the field follows if it is aligned (`G6` is
 then the certificate's own); `--own`: the closed models of general/ and embedding/, and those of fields/, with the smoothest field. `--random N`:
-N signatures on each of five surfaces of genus 1 to 6: cones of 2 to 8 quarter turns (of 2 and 6 with `--halves`) at random vertices, and loops that turn by up to
+N signatures on each of six surfaces of genus 1 to 6: cones of 2 to 8 quarter turns (of 2 and 6 with `--halves`) at random vertices, and loops that turn by up to
 `--reach` quarters more or less, at random, than needs the least rotation.
 `G6` is the second judge's: on a homology basis that nobody has seen, does the map turn as the field does (judges/)? Angles are
-between isolines and field, degrees, by area; `engine` before the alignment. CPU seconds are those of all threads. The exit status is 1
+between isolines and field, degrees, by area; `engine` before the alignment. CPU seconds are those of all threads.
 `--cuts`: no maps, but the cuts of the engine "padding" for all cases of genus 1 and more: how many of the loops of a homology basis turned otherwise than
 the field, by how many quarter turns together, and how many branches took the shortest detour (guided) or went around cones one by one (fallback), as in
 thesis table 6.1. A cut whose loops would not turn as the field does is an error; what the cuts are like else, tests judge.
-if a case is neither certified nor refused as Infeasible, or if the judge disagrees.
+The exit status is 1 if a case is neither certified nor refused as Infeasible, or if the judge disagrees.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ import argparse
 import sys
 import time
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +33,7 @@ from flipfree.arrays import as_indices, as_vertices
 from flipfree.fields.cross_fields import arrays_of
 
 from judges import fields, holonomy
+from judges.unfoldings import Unfolding, unfolding
 from mesh_files import data_folder, read_mesh
 
 COLUMNS = "case | F | cones | certified | G6 | engine angle | mean angle | 95 % | energy | added V | engine s | CPU s"
@@ -59,6 +61,15 @@ def given(folder: Path) -> Iterator[tuple[Mesh, ff.CrossField]]:
         yield (name, mesh.vertices, mesh.faces), field
 
 
+def given_raw(folder: Path) -> Iterator[tuple[Mesh, ff.CrossField]]:
+    """Fields without a matching; that of the torus with cones 3 and 5 has no map."""
+    for path in sorted((folder / "fields").glob("*.rawfield")):
+        own = path.with_suffix(".off")
+        mesh = read_mesh(own if own.exists() else path.with_name("torus.obj"))
+        field = ff.CrossField.read(path, mesh.vertices, mesh.faces)
+        yield (path.name, mesh.vertices, mesh.faces), field
+
+
 def closed(folder: Path) -> Iterator[Mesh]:
     paths = [
         *folder.glob("fields/*.obj"),
@@ -69,6 +80,12 @@ def closed(folder: Path) -> Iterator[Mesh]:
         mesh = read_mesh(path)
         if (holonomy.opposite_halfedges(mesh.faces) >= 0).all():
             yield path.stem, mesh.vertices, mesh.faces
+
+
+def perforated_plate(holes: int) -> Unfolding:
+    """Cubes, three rows of them, with square holes in the middle one."""
+    cells = [(x, y, 0) for x in range(2 * holes + 1) for y in range(3) if y != 1 or x % 2 == 0]
+    return unfolding(cells, 4, 0)
 
 
 def genus_of(mesh: Mesh) -> int:
@@ -111,10 +128,10 @@ def random_signature(
 def at_random(
     folder: Path, count: int, reach: int, halves: bool
 ) -> Iterator[tuple[Mesh, ff.CrossField]]:
-    for name in RANDOM_MODELS:
-        mesh = read_mesh(folder / name)
+    meshes = [(Path(name).stem, read_mesh(folder / name)) for name in RANDOM_MODELS]
+    for name, mesh in [*meshes, ("plate of genus 5", perforated_plate(5))]:
         for seed in range(count):
-            case = (f"{Path(name).stem} #{seed}", mesh.vertices, mesh.faces)
+            case = (f"{name} #{seed}", mesh.vertices, mesh.faces)
             signature = random_signature(case, np.random.default_rng(seed), reach, halves)
             yield case, ff.cross_field(mesh.vertices, mesh.faces, signature=signature)
 
@@ -139,7 +156,8 @@ def cut_row(mesh: Mesh, field: ff.CrossField) -> tuple[str, bool]:
         positions = as_vertices(vertices, face_array).scaled
         s, _ = _native.field_cut(positions, face_array, *arrays, True, 1).result()
     except ff.FlipfreeError as error:
-        return f"| {name} | {genus_of(mesh)} | {len(faces)} | {error.code}: {error} |", False
+        refused = isinstance(error, ff.Infeasible)
+        return f"| {name} | {genus_of(mesh)} | {len(faces)} | {error.code}: {error} |", refused
     cpu = time.process_time() - start
     count = len(ff.signature(vertices, faces, field).cones)
     rerouted = s["guided"] + s["fallback"]
@@ -205,7 +223,7 @@ def main() -> int:
     elif arguments.own:
         cases = ((mesh, None) for mesh in closed(folder))
     else:
-        cases = iter(given(folder))
+        cases = chain(given(folder), given_raw(folder))
     good = total = 0
     for mesh, field in cases:
         if arguments.only not in mesh[0] or (arguments.cuts and genus_of(mesh) < 1):

@@ -8,6 +8,7 @@ import pytest
 import flipfree as ff
 
 from judges import fields, holonomy
+from judges.seams import seam_count
 from mesh_files import data_folder, read_mesh
 from surfaces import bumpy_grid, cylinder, octahedron_sphere, torus
 
@@ -193,6 +194,37 @@ def test_open_surfaces_follow_their_fields(place: int, boundary: str) -> None:
     assert map.stats["loops_checked"] >= 1
     assert map.stats["angle_mean"] < np.radians(10)
     assert boundary == "free" or slanted(map) == 0
+
+
+def random_polygon(seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """A convex polygon without a vertex inside, divided into triangles at random."""
+    random = np.random.default_rng(seed)
+    n = int(random.integers(6, 40))
+    angle = 2 * np.pi * (np.arange(n) + 0.3 * random.random(n)) / n
+    ring, faces = list(range(n)), []
+    while len(ring) > 2:
+        i = int(random.integers(len(ring)))
+        faces.append([ring[i - 1], ring[i], ring[(i + 1) % len(ring)]])
+        del ring[i]
+    return np.stack([np.cos(angle), np.sin(angle), 0 * angle], 1), np.array(faces, np.int32)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_edges_that_a_straight_boundary_flattens_are_divided(seed: int) -> None:
+    """Without a vertex on them no map has positive area behind them: it was refused."""
+    vertices, faces = random_polygon(seed)
+    map = ff.field_aligned(vertices, faces)
+    assert map.certificate.ok
+    assert map.stats["divided_chords"] >= 1
+    assert map.stats["added_vertices"] == len(map.vertices) - len(vertices)
+    for uv in (map.uv64, map.uv32()):
+        judged = seam_count(map.faces, uv)
+        assert judged.flipped == judged.slanted == 0 and judged.exact == judged.edges
+        corners = sum(2 - k for k in judged.corners.values())
+        assert corners + sum(4 - k for k in judged.cones.values()) == 4
+    # Where the boundary is free, nothing is flat.
+    free = ff.field_aligned(vertices, faces, boundary="free")
+    assert "divided_chords" not in free.stats
 
 
 @pytest.mark.parametrize("alignment", [0.0, 0.5])

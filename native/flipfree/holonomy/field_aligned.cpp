@@ -15,11 +15,13 @@
 #include "flipfree/field/guidance/sized_frames.h"
 #include "flipfree/field/topology/tree_cotree.h"
 #include "flipfree/field/topology/turning.h"
+#include "flipfree/holonomy/carried_loops.h"
 #include "flipfree/holonomy/combed.h"
 #include "flipfree/holonomy/engines.h"
 #include "flipfree/holonomy/needed_topology.h"
 #include "flipfree/holonomy/projected_loops.h"
 #include "flipfree/seamless/error_places.h"
+#include "flipfree/seamless/exact/divided/divided_sides.h"
 #include "flipfree/seamless/exact/take_back.h"
 #include "flipfree/seamless/request.h"
 
@@ -157,6 +159,72 @@ certify::Parametrization aligned_map(seamless::PennerMap found, const mesh::Surf
   return result;
 }
 
+// An engine's map, and the same with less refinement if it has some and is to be optimised.
+struct EngineMaps {
+  seamless::PennerMap found;
+  std::optional<seamless::PennerMap> fewer;
+};
+
+EngineMaps engine_maps(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                       const field::CrossField& field, const NeededTopology& needed,
+                       const AlignedOptions& options, ExecutionContext& context) {
+  EngineMaps maps;
+  {
+    const ProgressRange range(context, 0.0, kEngineShare);
+    seamless::PennerMapOptions engine = options.engine;
+    engine.metric.max_seconds = 0.0;
+    engine.metric.boundary = options.boundary;
+    maps.found = engine_map(surface, adjacency, field, needed, options.which, options.reroute,
+                            engine, context);
+  }
+  const bool added = maps.found.map.surface.vertices.rows() > surface.vertices.rows();
+  if (!options.optimise || !added) return maps;
+  const ProgressRange range(context, kEngineShare, kTakenBackShare);
+  maps.fewer = maps.found;
+  const bool aligned = options.boundary == seamless::Boundary::kAligned;
+  const std::vector<char> faces(static_cast<std::size_t>(surface.faces.rows()), aligned ? 1 : 0);
+  seamless::take_back(surface, faces, options.engine.uncuttable, kCoarseSteps, maps.fewer->map,
+                      context);
+  return maps;
+}
+
+// The same; what an aligned boundary would flatten is divided first. Padding alone looks at the
+// field, and it knows closed surfaces only.
+EngineMaps maps_without_side_chords(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                                    const field::CrossField& field, const NeededTopology& needed,
+                                    const AlignedOptions& options, ExecutionContext& context) {
+  std::optional<seamless::DividedSides> divided;
+  if (options.boundary == seamless::Boundary::kAligned) {
+    divided = seamless::divided_sides(surface, adjacency, needed.cones, options.engine.uncuttable,
+                                      context);
+  }
+  if (!divided) return engine_maps(surface, adjacency, field, needed, options, context);
+  const seamless::RefinedPieces& pieces = divided->pieces;
+  const mesh::Adjacency own = mesh::build_adjacency(
+      static_cast<Index>(pieces.surface.vertices.rows()), pieces.surface.faces);
+  AlignedOptions of_pieces = options;
+  of_pieces.engine.uncuttable = divided->uncuttable;
+  EngineMaps maps;
+  try {
+    maps = engine_maps(pieces.surface, own, field,
+                       {pieces.cones, carried_loops(surface, pieces.surface, own, pieces.provenance,
+                                                    needed.loops)},
+                       of_pieces, context);
+  } catch (...) {
+    seamless::rethrow_placed(pieces.provenance.face, divided->place);
+  }
+  const auto name = [&](seamless::PennerMap& found) {
+    seamless::name_input_places(surface, pieces, found.map);
+    found.map.stats["divided_chords"] =
+        static_cast<std::int64_t>(pieces.surface.vertices.rows() - surface.vertices.rows());
+    found.cones = needed.cones;
+    found.loops.clear();  // they are of the divided faces
+  };
+  name(maps.found);
+  if (maps.fewer) name(*maps.fewer);
+  return maps;
+}
+
 certify::Parametrization map_in_time(const mesh::Surface& surface, const field::CrossField& field,
                                      const AlignedOptions& given, ExecutionContext& context) {
   AlignedOptions options = given;
@@ -168,36 +236,23 @@ certify::Parametrization map_in_time(const mesh::Surface& surface, const field::
       mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
   const NeededTopology needed = needed_topology(surface, adjacency, field, aligned, context);
   check_cones(needed.cones, surface, adjacency, aligned, context);
-  seamless::PennerMap found;
-  {
-    const ProgressRange range(context, 0.0, kEngineShare);
-    seamless::PennerMapOptions engine = options.engine;
-    engine.metric.max_seconds = 0.0;
-    engine.metric.boundary = options.boundary;
-    found = engine_map(surface, adjacency, field, needed, options.which, options.reroute, engine,
-                       context);
-  }
-  const auto added = found.map.surface.vertices.rows() - surface.vertices.rows();
-  const double engine_energy = found.map.certificate.energy;
-  std::optional<seamless::PennerMap> fewer;
-  if (options.optimise && added > 0) {
-    const ProgressRange range(context, kEngineShare, kTakenBackShare);
-    fewer = found;
-    const std::vector<char> faces(static_cast<std::size_t>(surface.faces.rows()), aligned ? 1 : 0);
-    seamless::take_back(surface, faces, options.engine.uncuttable, kCoarseSteps, fewer->map,
-                        context);
-  }
+  EngineMaps maps = maps_without_side_chords(surface, adjacency, field, needed, options, context);
+  const auto added = maps.found.map.surface.vertices.rows() - surface.vertices.rows();
+  const double engine_energy = maps.found.map.certificate.energy;
   const ProgressRange range(context, kTakenBackShare, 1.0);
   certify::Parametrization map;
-  if (!fewer) {
-    map = aligned_map(std::move(found), surface, adjacency, field, options, context);
+  if (!maps.fewer) {
+    map = aligned_map(std::move(maps.found), surface, adjacency, field, options, context);
   } else if (auto first = attempt([&] {
-               return aligned_map(std::move(*fewer), surface, adjacency, field, options, context);
+               return aligned_map(std::move(*maps.fewer), surface, adjacency, field, options,
+                                  context);
              })) {
     map = std::move(*first);
   } else {
-    map = aligned_map(std::move(found), surface, adjacency, field, options, context);
+    map = aligned_map(std::move(maps.found), surface, adjacency, field, options, context);
   }
+  map.stats["added_vertices"] =
+      static_cast<std::int64_t>(map.surface.vertices.rows() - surface.vertices.rows());
   map.stats["engine.added_vertices"] = static_cast<std::int64_t>(added);
   map.stats["energy.engine"] = engine_energy;
   return map;

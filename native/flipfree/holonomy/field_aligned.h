@@ -2,6 +2,7 @@
 // (thesis 6; design: G1, G2, G4, G5, G6, G7).
 //
 //   needed_topology()      needed_topology.h               what the map must have
+//   divided_sides()        seamless/exact/divided/         no edge that the boundary flattens
 //   engine_map()           engines.h                       a map that has it
 //   take_back()            seamless/exact/take_back.h      on fewer triangles
 //   align()                distortion/alignment/align.h    brought to follow the field
@@ -38,7 +39,8 @@ struct AlignedOptions {
 
 // Any number of components, with or without boundary. Result: certified; G6 on a homology basis of
 // the refined surface, and along its boundaries, with the turning numbers that the field has there.
-// Refinement is taken back before the alignment (seamless/exact/take_back.h). Stats: those of
+// What an aligned boundary would flatten is divided (divided_sides.h), counted in "divided_chords";
+// other refinement is taken back before the alignment (seamless/exact/take_back.h). Stats: those of
 // engine_map() and of align(), "angle_mean" and "angle_p95" (distortion::angles_off() by area,
 // radians), "loops_checked". Throws InvalidInput (defects; cones of no angle; sizing), Infeasible
 // (signatures that no map has), NotConverged, Cancelled.

@@ -90,6 +90,56 @@ TEST(FieldAligned, SurfacesWithABoundaryTurnAsTheirFieldDoes) {
   }
 }
 
+// Shallow triangles on every second edge of the boundary, whose tips its map has on straight sides.
+mesh::Surface with_ears(const mesh::Surface& surface) {
+  mesh::Surface out = surface;
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  int count = 0;
+  for (HalfedgeId h = 0; static_cast<std::size_t>(h) < adjacency.opposite.size(); ++h) {
+    if (adjacency.opposite[static_cast<std::size_t>(h)] != kInvalid || count++ % 2 == 1) continue;
+    const VertexId a = mesh::source(surface.faces, h), b = mesh::target(surface.faces, h);
+    const Eigen::RowVector3d middle = 0.5 * (surface.vertices.row(a) + surface.vertices.row(b));
+    Eigen::RowVector3d inside = Eigen::RowVector3d::Zero();
+    for (int k = 0; k < 3; ++k) inside += surface.vertices.row(surface.faces(h / 3, k)) / 3.0;
+    const auto v = static_cast<VertexId>(out.vertices.rows());
+    out.vertices.conservativeResize(v + 1, 3);
+    out.vertices.row(v) = middle + 0.2 * (middle - inside);
+    out.faces.conservativeResize(out.faces.rows() + 1, 3);
+    out.faces.row(out.faces.rows() - 1) << b, a, v;
+  }
+  return out;
+}
+
+// A disk without inner vertices: a square one of whose sides is fanned from its corner.
+mesh::Surface fanned_side() {
+  mesh::Surface s{Points3::Zero(7, 3), Triangles(5, 3)};
+  s.vertices << 0, 0, 0, 4, 0, 0, 4, 4, 0, 0, 4, 0, 1, -0.5, 0, 2, -0.7, 0, 3, -0.5, 0;
+  s.faces << 0, 4, 5, 0, 5, 6, 0, 6, 1, 0, 1, 2, 0, 2, 3;
+  return s;
+}
+
+TEST(FieldAligned, EdgesThatAnAlignedBoundaryFlattensAreDivided) {
+  for (const mesh::Surface& surface :
+       {fanned_side(), with_ears(test::grid(6, 4)), with_ears(test::cylinder(12, 3))}) {
+    ExecutionContext context;
+    const auto map = compute_field_aligned_map(surface, smooth(surface), {}, context);
+    EXPECT_TRUE(map.certificate.ok);
+    EXPECT_LE(map.certificate.holonomy_failures, 0);  // -1: there is nothing to go around
+    EXPECT_EQ(slanted(map), 0);
+    const auto divided = std::get<std::int64_t>(map.stats.at("divided_chords"));
+    EXPECT_GE(divided, 1);
+    EXPECT_EQ(std::get<std::int64_t>(map.stats.at("added_vertices")),
+              map.surface.vertices.rows() - surface.vertices.rows());
+    EXPECT_GE(std::get<std::int64_t>(map.stats.at("added_vertices")), divided);
+    // A free boundary flattens nothing.
+    AlignedOptions free;
+    free.boundary = seamless::Boundary::kFree;
+    const auto loose = compute_field_aligned_map(surface, smooth(surface), free, context);
+    EXPECT_EQ(loose.stats.count("divided_chords"), 0U);
+  }
+}
+
 TEST(FieldAligned, TimeEndsIt) {
   const mesh::Surface surface = test::torus(24, 12);
   ExecutionContext context;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <map>
 #include <numeric>
 #include <optional>
 #include <string>
@@ -16,14 +15,13 @@
 #include "flipfree/distortion/seams/seams.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/topology.h"
-#include "flipfree/seamless/bordered/side_chords.h"
 #include "flipfree/seamless/error_places.h"
 #include "flipfree/seamless/exact/boundaries.h"
 #include "flipfree/seamless/exact/chart_places.h"
+#include "flipfree/seamless/exact/divided/divided_sides.h"
 #include "flipfree/seamless/exact/edge_directions.h"
 #include "flipfree/seamless/exact/take_back.h"
 #include "flipfree/seamless/padding/engine/padding.h"
-#include "flipfree/seamless/padding/engine/refined_pieces.h"
 #include "flipfree/seamless/padding/topology/topology.h"
 #include "flipfree/seamless/request.h"
 #include "flipfree/seamless/seams.h"
@@ -126,57 +124,6 @@ void judge(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
   certify::require_certificate(map, "The seamless map");
 }
 
-// Every vertex of a surface that was refined: its own number, or that of an end of its edge.
-std::vector<VertexId> vertices_of(const mesh::Surface& surface, const RefinedPieces& pieces) {
-  std::vector<VertexId> vertices;
-  for (const mesh::SurfacePoint& point : pieces.provenance.vertex) {
-    Index k = 0;
-    point.weight.maxCoeff(&k);
-    vertices.push_back(surface.faces(point.face, k));
-  }
-  return vertices;
-}
-
-// What is no edge of the user's polygons: edges inside faces, and what `diagonals` were divided
-// into.
-IndexPairs diagonals_of(const mesh::Surface& surface, const RefinedPieces& pieces,
-                        const IndexPairs& diagonals) {
-  const auto count = static_cast<Index>(surface.vertices.rows());
-  std::map<std::pair<VertexId, VertexId>, VertexId> middle;
-  for (VertexId v = count; v < static_cast<VertexId>(pieces.surface.vertices.rows()); ++v) {
-    const mesh::SurfacePoint& point = pieces.provenance.vertex[static_cast<std::size_t>(v)];
-    std::vector<VertexId> ends;
-    for (Index k = 0; k < 3; ++k) {
-      if (point.weight[k] != 0.0) ends.push_back(surface.faces(point.face, k));
-    }
-    middle[std::minmax(ends[0], ends[1])] = v;
-  }
-  std::vector<std::pair<VertexId, VertexId>> pairs;
-  for (Eigen::Index e = 0; e < diagonals.rows(); ++e) {
-    const VertexId a = diagonals(e, 0), b = diagonals(e, 1);
-    const auto divided = middle.find(std::minmax(a, b));
-    if (divided == middle.end()) {
-      pairs.emplace_back(a, b);
-    } else {
-      pairs.emplace_back(a, divided->second);
-      pairs.emplace_back(divided->second, b);
-    }
-  }
-  const Triangles& faces = pieces.surface.faces;
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(pieces.surface.vertices.rows()), faces);
-  const std::vector<FaceId>& parent = pieces.provenance.face;
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
-    const HalfedgeId o = adjacency.opposite[static_cast<std::size_t>(h)];
-    if (o > h && parent[static_cast<std::size_t>(h / 3)] == parent[static_cast<std::size_t>(o / 3)])
-      pairs.emplace_back(mesh::source(faces, h), mesh::target(faces, h));
-  }
-  IndexPairs out(static_cast<Eigen::Index>(pairs.size()), 2);
-  for (std::size_t i = 0; i < pairs.size(); ++i)
-    out.row(static_cast<Eigen::Index>(i)) << pairs[i].first, pairs[i].second;
-  return out;
-}
-
 PennerMap engine_map(const mesh::Surface& surface, const std::vector<Index>& cones,
                      const SeamlessOptions& options, ExecutionContext& context) {
   const ProgressRange range(context, 0.0, kEngineShare);
@@ -204,23 +151,23 @@ certify::Parametrization map_with_corners(const mesh::Surface& surface,
                                           ExecutionContext& context) {
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
-  const std::vector<HalfedgeId> chords = side_chords(surface.faces, adjacency, cones, context);
   SeamlessOptions own = options;
   own.boundary = Boundary::kGiven;
-  if (chords.empty()) return map_at_once(surface, cones, own, context);
-  DividedSurface divided = split_in_the_middle(surface, adjacency, chords, cones);
-  const RefinedPieces pieces{
-      std::move(divided.surface), std::move(divided.provenance), std::move(divided.cones), {}};
-  own.engine.uncuttable = diagonals_of(surface, pieces, options.engine.uncuttable);
+  const std::optional<DividedSides> divided =
+      divided_sides(surface, adjacency, cones, options.engine.uncuttable, context);
+  if (!divided) return map_at_once(surface, cones, own, context);
+  const RefinedPieces& pieces = divided->pieces;
+  own.engine.uncuttable = divided->uncuttable;
   certify::Parametrization map;
   try {
     map = map_at_once(pieces.surface, pieces.cones, own, context);
   } catch (...) {
-    rethrow_placed(pieces.provenance.face, vertices_of(surface, pieces));
+    rethrow_placed(pieces.provenance.face, divided->place);
   }
   name_input_places(surface, pieces, map);
   judge(surface, adjacency, cones, {}, own, map, context);
-  map.stats["divided_chords"] = static_cast<std::int64_t>(chords.size());
+  map.stats["divided_chords"] =
+      static_cast<std::int64_t>(pieces.surface.vertices.rows() - surface.vertices.rows());
   map.stats["added_vertices"] =
       static_cast<std::int64_t>(map.surface.vertices.rows() - surface.vertices.rows());
   return map;

@@ -47,9 +47,9 @@ struct SeamlessOptions {
 // aligned, exactly along the axes, with corners in quarter turns that are chosen if none is given
 // (boundary_cones.h), or free; kAlignedOrFree: free on connected parts that find no map with an
 // aligned one and have no corners given, counted in "freed_boundaries". What an aligned boundary
-// would flatten is divided (side_chords.h), counted in "divided_chords". Result: certified with G4,
-// cut_edges along the seams' branches with their exact transitions; refined where the layout of the
-// metric needs it. Connected parts are one chart each, all at the scale of the surface, in rows
+// would flatten is divided (divided_sides.h), counted in "divided_chords". Result: certified with
+// G4, cut_edges along the seams' branches with their exact transitions; refined where the layout of
+// the metric needs it. Connected parts are one chart each, all at the scale of the surface, in rows
 // around the origin. Stats: those of the engine and of make_exact(), "engine",
 // "engine.added_vertices", and "energy.engine" and "energy.optimised". Throws InvalidInput and
 // Infeasible (request.h, signature.h, boundary_cones.h), NotConverged, Cancelled.

@@ -1,0 +1,285 @@
+"""Random field-aligned maps, in processes that may crash, judged in rational numbers and by other loops than the solver's.
+
+    export PYTHONPATH=build/python:tests/python:benchmarks:tests
+    random_aligned.py [--calls 1000] [--seed 0] [--jobs 2] [--slack 2.0] [--report FILE.json]
+    random_aligned.py --repeat SEED
+
+The closed surfaces of random_seamless.py and the open ones of random_bordered.py, along the smoothest field or one that follows
+curvature, with cones merged or not, sizes or none, by all engines, with aligned and with free boundaries. A map that comes back
+has no flip, no seam edge that is not exact and, where the boundary is aligned, no edge of it that is off its axis, in 64 and in
+32 bits (tests/judges/seams.py). Its inner cones are the field's, and the corners of every curve of its boundary turn together as
+the field does along it. Along random strips of faces it turns as the field does (judges/fields.py, judges/holonomy.py). It
+subdivides the input.
+"""
+
+from __future__ import annotations
+
+import sys
+import traceback
+from collections import defaultdict
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import Any
+
+import numpy as np
+from random_bordered import opened, polygon, sheet, tube
+from random_calls import arguments_for, known_call, run, timed_call
+from random_seamless import check_subdivision, degenerated
+from random_seamless import surface as closed_surface
+
+import flipfree as ff
+
+from judges import fields, holonomy
+from judges.disjoint_sets import DisjointSets
+from judges.seams import SeamCount, seam_count
+from random_meshes import Mesh
+from verdict import Finding, check_error
+
+NAME = "field_aligned"
+LOOPS = 6
+Random = np.random.Generator
+
+
+@dataclass
+class Case:
+    mesh: Mesh
+    sound: bool  # no triangle is nearly degenerate
+    boundary: str
+
+
+def closed(random: Random) -> tuple[Any, Any]:
+    vertices, faces, _, _ = closed_surface(random)
+    return np.array(vertices, float), np.asarray(faces)
+
+
+def random_case(random: Random) -> Case:
+    parts = 1 if random.random() < 0.8 else int(random.integers(2, 4))
+    boundary = str(random.choice(["aligned", "free"], p=[0.8, 0.2]))
+    vertices, faces, what, sound, start = [], [], [], True, 0
+    for _ in range(parts):
+        shape = [sheet, polygon, opened, tube, closed][random.integers(5)]
+        v, f = shape(random)
+        what.append(shape.__name__)
+        sound = degenerated(v, f, random, what) and sound
+        vertices.append(v * (1.0 if parts == 1 else 10.0 ** random.uniform(-3, 3)))
+        faces.append(f + start)
+        start += len(v)
+    points = np.concatenate(vertices)
+    if random.random() < 0.2:
+        points *= 10.0 ** random.uniform(-30, 30)
+        what.append("another unit")
+    what.append(boundary)
+    return Case(Mesh(points, np.concatenate(faces).astype(np.int32), what), sound, boundary)
+
+
+def random_options(case: Case, random: Random) -> dict[str, Any]:
+    options: dict[str, Any] = {}
+    if random.random() < 0.2:
+        options["optimise"] = False
+    if random.random() < 0.1:
+        options["exact"] = False
+    if random.random() < 0.2:
+        options["engine"] = str(random.choice(["penner", "padding"]))
+    if random.random() < 0.3:
+        options["max_seconds"] = float(10.0 ** random.uniform(-4, 1))
+    if random.random() < 0.3:
+        options["uncuttable"] = case.mesh.faces[random.integers(len(case.mesh.faces), size=5)][
+            :, :2
+        ]
+    if random.random() < 0.2:
+        options["sizing"] = np.exp(random.normal(size=len(case.mesh.vertices)) * 0.5)
+    if random.random() < 0.3:
+        options["threads"] = int(random.integers(1, 4))
+    return options
+
+
+def random_field(case: Case, random: Random) -> ff.CrossField:
+    return ff.cross_field(
+        case.mesh.vertices,
+        case.mesh.faces,
+        alignment=float(random.choice([0.0, 0.0, 0.3, 0.9])),
+        simplify=bool(random.random() < 0.3),
+        boundary=case.boundary == "aligned" or random.random() < 0.3,
+        max_seconds=20.0,
+    )
+
+
+def random_loops(faces: Any, random: Random) -> list[list[int]]:
+    """Closed strips of faces through a random tree of these: loops around any vertices, holes and handles."""
+    opposite = holonomy.opposite_halfedges(faces)
+    edges = np.flatnonzero(np.arange(len(opposite)) < opposite)
+    random.shuffle(edges)
+    trees = DisjointSets(len(faces))
+    neighbours: dict[int, list[int]] = defaultdict(list)
+    rest = []
+    for h in edges.tolist():
+        o = int(opposite[h])
+        if trees.join(h // 3, o // 3):
+            neighbours[h // 3].append(h)
+            neighbours[o // 3].append(o)
+        else:
+            rest.append(h)
+    loops = []
+    for h in rest[:LOOPS]:
+        first, last = int(opposite[h]) // 3, h // 3
+        came, queue = {first: -1}, [first]
+        for f in queue:
+            for g in neighbours[f]:
+                beyond = int(opposite[g]) // 3
+                if beyond not in came:
+                    came[beyond] = g
+                    queue.append(beyond)
+        loop = [h]
+        f = last
+        while f != first:
+            loop.append(came[f])
+            f = came[f] // 3
+        loops.append(loop[::-1])
+    return loops
+
+
+def curves_of(faces: Any) -> list[list[int]]:
+    """The vertices of each curve of the boundary."""
+    sides = {(int(f[k]), int(f[(k + 1) % 3])) for f in faces for k in range(3)}
+    after = dict(side for side in sides if side[::-1] not in sides)
+    curves = []
+    while after:
+        start = next(iter(after))
+        curve = [start]
+        while (v := after.pop(curve[-1])) != start:
+            curve.append(v)
+        curves.append(curve)
+    return curves
+
+
+def shares_two_sides(faces: Any) -> bool:
+    opposite = holonomy.opposite_halfedges(faces)
+    own = np.arange(len(opposite)) // 3
+    pairs = np.stack([own, opposite // 3], 1)[opposite >= 0]
+    return len(np.unique(pairs, axis=0)) < len(pairs)
+
+
+def check_turns(map: ff.Parametrization, case: Case, field: ff.CrossField, random: Random) -> None:
+    faces = case.mesh.faces
+    if shares_two_sides(faces):
+        return
+    loops = random_loops(map.faces, random)
+    strips = [fields.projected(faces, map.faces, map.parent_face, loop) for loop in loops]
+    wanted = fields.judge(case.mesh.vertices, faces, field.rotation, [s for s in strips if s])
+    if not case.sound and wanted.error > 1e-6:
+        return  # the second judge adds up angles of the triangles as they are
+    for bits, uv in ((64, map.uv64), (32, map.uv32())):
+        opposite, corner = holonomy.opposite_halfedges(map.faces), holonomy.corner_angles(uv)
+        turns = [
+            float(holonomy.loop_angle(opposite, corner, loop) / holonomy.QUARTER)
+            for loop, strip in zip(loops, strips, strict=True)
+            if strip
+        ]
+        for turn, right in zip(turns, wanted.turns, strict=True):
+            if abs(turn - right) > 1e-3:
+                raise Finding(
+                    f"in {bits} bits a loop turns by {turn} quarters, the field by {right}"
+                )
+
+
+def check_cones(judged: SeamCount, case: Case, field: ff.CrossField, bits: int) -> None:
+    of_field = ff.signature(case.mesh.vertices, case.mesh.faces, field).cones
+    curves = curves_of(case.mesh.faces)
+    rim = {v for curve in curves for v in curve}
+    inner = {v: k for v, k in of_field.items() if v not in rim and k != 4}
+    if judged.cones != inner:
+        raise Finding(f"in {bits} bits the cones are {judged.cones}, not {inner}")
+    if case.boundary != "aligned":
+        return
+    for curve in curves:
+        turned = sum(2 - judged.corners[v] for v in curve)
+        wanted = sum(2 - of_field.get(v, 2) for v in curve)
+        if turned != wanted:
+            raise Finding(f"in {bits} bits a curve turns by {turned} quarters, not {wanted}")
+
+
+def check_map(
+    map: ff.Parametrization,
+    case: Case,
+    field: ff.CrossField,
+    options: dict[str, Any],
+    random: Random,
+) -> None:
+    if not map.certificate.ok:
+        raise Finding(f"a map came back that failed: {map.certificate.failures}")
+    check_subdivision(map, case.mesh)
+    exact = options.get("exact", True)
+    for bits, uv in ((64, map.uv64), (32, map.uv32())):
+        judged = seam_count(map.faces, uv)
+        if judged.flipped:
+            raise Finding(f"{judged.flipped} flips in {bits} bits")
+        if not exact:
+            continue
+        if judged.exact < judged.edges or judged.torn:
+            raise Finding(
+                f"{judged.edges - judged.exact} of {judged.edges} seam edges wrong in {bits} bits, {judged.torn} torn"
+            )
+        if case.boundary == "aligned" and judged.slanted:
+            raise Finding(
+                f"{judged.slanted} edges of the boundary are off their axis in {bits} bits"
+            )
+        check_cones(judged, case, field, bits)
+    if exact:
+        check_turns(map, case, field, random)
+
+
+def kind_of(map: ff.Parametrization) -> str:
+    return "map, divided" if map.stats.get("divided_chords") else "map"
+
+
+def one(seed: int, slack: float, bits: bytes) -> tuple[str, str]:
+    """(what happened, details of a finding) for the case of this seed."""
+    random = np.random.default_rng(seed)
+    case = random_case(random)
+    options = random_options(case, random)
+    arguments = {
+        "vertices": case.mesh.vertices,
+        "faces": case.mesh.faces,
+        "boundary": case.boundary,
+        **options,
+    }
+    note = f"[{', '.join(case.mesh.what)}; {options}]"
+    try:
+        try:
+            field = random_field(case, random)
+            map = timed_call(NAME, {**arguments, "field": field}, random, slack)
+            check_map(map, case, field, options, random)
+            outcome = kind_of(map)
+        except ff.FlipfreeError as error:
+            check_error(error, case.mesh, arguments)
+            outcome = f"{type(error).__name__}: {error.code}"
+        if random.random() < 0.02 and known_call() != bits:
+            raise Finding("the known call has other bits than before")
+        return f"{'sound' if case.sound else 'degenerate'}, {case.boundary}: {outcome}", ""
+    except Finding as finding:
+        return "finding", f"{finding} {note}"
+    except Exception as error:
+        where = traceback.extract_tb(error.__traceback__)[-1]
+        text = f"{type(error).__name__}: {error} at {where.name}:{where.lineno}"
+        return "foreign exception", f"{text} {note}"
+
+
+def work(pipe: Connection, seeds: range, _names: list[str], slack: float) -> None:
+    bits = known_call()
+    for seed in seeds:
+        pipe.send((seed, NAME, None))
+        pipe.send((seed, *one(seed, slack, bits)))
+    pipe.close()
+
+
+def main() -> int:
+    options = arguments_for(__doc__.splitlines()[0]).parse_args()
+    if options.repeat is None:
+        return run(options, [NAME], work)
+    outcome, details = one(options.repeat, options.slack, known_call())
+    print(outcome, details)
+    return 1 if details else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
