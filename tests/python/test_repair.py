@@ -220,11 +220,21 @@ def test_a_stretched_island_stays_and_is_counted_unless_it_is_to_be_improved() -
     assert own < 1.1 * ff.certify(vertices, faces[right], anew.uv[right]).energy
     middles = better.uv[right].mean((0, 1)), uv[right].mean((0, 1))
     assert np.linalg.norm(middles[0] - middles[1]) < 0.05
-    sizes = (
-        np.ptp(better.uv[right].reshape(-1, 2), axis=0),
-        np.ptp(uv[right].reshape(-1, 2), axis=0),
-    )
-    assert np.prod(sizes[0]) == pytest.approx(np.prod(sizes[1]), rel=0.2)
+    # One scale with the other island, which has half of the surface.
+    size = np.ptp(better.uv[right].reshape(-1, 2), axis=0)
+    assert np.prod(size) == pytest.approx(0.5, rel=0.1)
+
+
+def test_islands_of_many_sizes_keep_theirs_when_they_are_improved() -> None:
+    vertices, faces, uv, right = stretched_half()
+    part = (vertices[faces][:, :, 1].mean(axis=1) * 3).astype(int)
+    for i, scale in enumerate((1.0, 2.0, 3.0)):  # of what is not stretched
+        uv[~right & (part == i)] *= scale
+    uv[right, :, 0] += 5.0
+    better = ff.repair(vertices, faces, uv, stretched="improve")
+    assert better.stats["charts_improved"] == 1 and np.array_equal(better.uv[~right], uv[~right])
+    size = np.ptp(better.uv[right].reshape(-1, 2), axis=0)
+    assert np.prod(size) == pytest.approx(0.5 * 2.5, rel=0.2)
 
 
 def test_pins_hold_while_a_stretched_island_is_improved() -> None:

@@ -23,8 +23,8 @@ STRETCHED = (
     (
         "improve",
         "Improve",
-        "Their distortion is lowered where they are and at their size; where that is not enough, they are unwrapped again "
-        "along their seams",
+        "Their distortion is lowered where they are, at the scale of the other islands if most have one; where that is not "
+        "enough, they are unwrapped again along their seams",
     ),
 )
 

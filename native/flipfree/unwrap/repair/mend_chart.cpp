@@ -136,6 +136,7 @@ class ChartMender {
     for (CornerId c = 0; c < static_cast<CornerId>(faces_.size()); ++c)
       result_.uv.row(c) = uv.row(faces_.data()[c]);
     result_.place.assign(at(static_cast<Index>(faces_.rows())), Place::kStays);
+    result_.remade.assign(result_.place.size(), 0);
   }
 
   // The whole chart, as an unwrap maps it, at its former size, direction and place.
@@ -162,14 +163,16 @@ class ChartMender {
     result_.cut = islands.cut;
     result_.uv.resize(faces_.size(), 2);
     result_.place.assign(at(static_cast<Index>(faces_.rows())), Place::kStays);
+    result_.remade.assign(result_.place.size(), 0);
     const ChartPins of_pieces = pins_by_chart(islands, pins);
     for (std::size_t c = 0; c < islands.charts.size(); ++c) {
       const mesh::Chart& piece = islands.charts[c];
-      const Place place =
-          of_pieces.of_chart[c].empty() ? put_back(islands, c, before, flat[c]) : Place::kStays;
+      const bool free = of_pieces.of_chart[c].empty();
+      const Place place = free ? put_back(islands, c, before, flat[c]) : Place::kStays;
       for (std::size_t h = 0; h < 3 * piece.faces.size(); ++h) {
         const FaceId f = piece.faces[h / 3];
         result_.place[at(f)] = place;
+        result_.remade[at(f)] = free;
         result_.uv.row(3 * f + static_cast<Index>(h % 3)) =
             flat[c].row(piece.surface.faces.data()[h]);
       }

@@ -39,6 +39,8 @@ struct MendedChart {
   Points2 uv;                // 3 #F x 2, positive faces
   mesh::EdgeFlags cut;       // further cuts; empty: none
   std::vector<Place> place;  // #F. kWhereItWas: near to it, if there is room. kNone: anywhere
+  std::vector<char>
+      remade;  // #F: as an unwrap or a descent left it, without pins: any size will do
   Change change = Change::kNone;
   bool was_cut = false;     // because it lay on itself
   bool has_density = true;  // false: its size means nothing

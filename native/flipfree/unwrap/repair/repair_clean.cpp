@@ -10,9 +10,11 @@
 #include "flipfree/base/parallel.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/texture.h"
+#include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/minimize/boundary_grid.h"
 #include "flipfree/unwrap/repair/given/given_map.h"
 #include "flipfree/unwrap/repair/mend_chart.h"
+#include "flipfree/unwrap/repair/places/one_scale.h"
 #include "flipfree/unwrap/repair/settle.h"
 #include "flipfree/unwrap/repair/stretched_islands.h"
 #include "flipfree/unwrap/unwrap.h"
@@ -181,6 +183,7 @@ class Repair {
     uv_.resize(static_cast<Eigen::Index>(corners), 2);
     mesh::EdgeFlags cuts = given_.cuts;
     std::vector<Place> place(corners / 3, Place::kStays);
+    std::vector<char> remade(corners / 3);
     std::vector<std::size_t> given_chart(corners / 3);
     sized_ = true;
     Points2 before;  // that stretched islands were made better
@@ -202,6 +205,7 @@ class Repair {
           before.row(static_cast<Eigen::Index>(corner)) = stored_place(own_before);
         if (!mended_[c].cut.empty()) cuts[corner] |= mended_[c].cut[h];
         place[corner / 3] = mended_[c].place[h / 3];
+        remade[corner / 3] = mended_[c].remade[h / 3];
         given_chart[corner / 3] = c;
       }
     }
@@ -217,7 +221,7 @@ class Repair {
       source_.push_back(given_chart[at(chart.faces.front())]);
       own.place = place[at(chart.faces.front())];
       own.uv.resize(chart.surface.vertices.rows(), 2);
-      const bool improved = before.rows() > 0;
+      const bool improved = mended_[source_.back()].before.rows() > 0;
       if (improved) own.before.resize(own.uv.rows(), 2);
       for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h) {
         const std::size_t corner = 3 * at(chart.faces[h / 3]) + h % 3;
@@ -234,6 +238,7 @@ class Repair {
                      chart.faces.begin();
       to_settle_[c].pinned.push_back(chart.surface.faces(f, pin.corner % 3));
     }
+    if (options_.stretched == StretchedIslands::kImprove && sized_) take_one_scale(remade);
     parallel_for(context_, charts_.size(), 16,
                  [&](std::size_t begin, std::size_t end, std::size_t) {
                    const ExecutionContext part(&context_, 1);
@@ -244,6 +249,27 @@ class Repair {
                          distortion::find_boundary(static_cast<Index>(uv.rows()), faces), uv, part);
                    }
                  });
+  }
+
+  // Where most of what stands has one scale. remade: per face.
+  void take_one_scale(const std::vector<char>& remade) {
+    std::vector<Points2> seen;
+    seen.reserve(charts_.size());
+    std::vector<ScaledChart> scaled;
+    for (std::size_t c = 0; c < charts_.size(); ++c) {
+      const mesh::Chart& chart = charts_[c];
+      seen.push_back(certify::on_texture(to_settle_[c].uv, options_.aspect));
+      scaled.push_back({&chart.surface, &seen.back(), remade[at(chart.faces.front())] != 0});
+    }
+    const std::vector<double> factors = to_one_scale(scaled);
+    for (std::size_t c = 0; c < charts_.size(); ++c) {
+      if (factors[c] == 1.0) continue;
+      const Points2& uv = to_settle_[c].uv;
+      const Eigen::RowVector2d middle = uv.colwise().mean();
+      Points2 other = (factors[c] * (uv.rowwise() - middle)).rowwise() + middle;
+      if (distortion::is_flip_free(charts_[c].surface.faces, other, context_))
+        to_settle_[c].uv = std::move(other);
+    }
   }
 
   certify::Parametrization finished() {

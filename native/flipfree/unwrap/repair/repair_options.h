@@ -18,7 +18,7 @@ enum class SelfOverlaps {
 enum class StretchedIslands {
   kIgnore,   // they stay
   kCount,    // they stay, and are counted
-  kImprove,  // they are made better
+  kImprove,  // they are made better, at the scale that most others have (places/one_scale.h)
 };
 
 struct RepairOptions {

@@ -66,11 +66,6 @@ double energy_of(const mesh::Surface& surface, const Points2& uv) {
   return certify::symmetric_dirichlet(own.surface(), corners).mean;
 }
 
-double median_density(const mesh::Surface& surface, const Points2& uv) {
-  const mesh::InOwnUnit own(surface);
-  return density_of(own.surface(), face_areas(own.surface()), uv).value / own.unit();
-}
-
 // UV length per surface length that a map was meant to have: the median of its faces by area, or
 // `usual` where a twentieth of them has less and a twentieth more: drawn out as they are, they do
 // not tell it well.
@@ -235,6 +230,7 @@ class Judgement {
     const std::vector<FaceId>& faces = part.chart.faces;
     for (std::size_t h = 0; h < 3 * faces.size(); ++h) {
       mended_.place[at(faces[h / 3])] = place;
+      if (pins.empty()) mended_.remade[at(faces[h / 3])] = 1;
       mended_.uv.row(3 * faces[h / 3] + static_cast<Index>(h % 3)) =
           uv.row(part.chart.surface.faces.data()[h]);
     }

@@ -135,9 +135,9 @@ def repair(
         overlaps: what becomes of a chart that lies on itself: "cut" into pieces, of which the largest stays and the others
             are moved to where there is room; "open": unwrapped without further cuts; "keep".
         stretched: what becomes of charts whose energy is more than 1.1 times that of an unwrap of them: "keep" bit for bit (and
-            count them, up to 50 000 faces each: "stretched_charts"), or "improve": where they are and at their size, or unwrapped
-            again along their seams where that is not enough ("charts_improved", "charts_stretched_anew"); then
-            "stretched_charts" counts those whose pins do not allow it.
+            count them, up to 50 000 faces each: "stretched_charts"), or "improve": where they are, or unwrapped again along
+            their seams where that is not enough ("charts_improved", "charts_stretched_anew"), and without pins at the scale that
+            most other charts have, or else at their own; then "stretched_charts" counts those whose pins do not allow it.
         disjoint: charts that lie on larger ones are moved to where there is room, but for those with pins.
         margin: space around charts that are moved, in units of the unit square.
         iterations: most optimiser iterations per chart that is unwrapped. tolerance: share of the energy a step must promise.

@@ -40,6 +40,7 @@ struct Only {
     for (Eigen::Index c = 0; c < mended.uv.rows(); ++c)
       mended.uv.row(c) = places.row(chart.surface.faces.data()[c]);
     mended.place.assign(chart.faces.size(), Place::kStays);
+    mended.remade.assign(chart.faces.size(), 0);
   }
 
   void judge(StretchedIslands what) {
@@ -79,6 +80,7 @@ TEST(StretchedIslands, they_are_made_better_where_they_are_and_at_their_size) {
   EXPECT_EQ(only.mended.stretched.improved, 1);
   EXPECT_EQ(only.mended.stretched.left, 0);
   EXPECT_EQ(only.mended.place.front(), Place::kWhereItWas);
+  EXPECT_EQ(only.mended.remade, std::vector<char>(only.mended.remade.size(), 1));
   EXPECT_EQ(only.mended.before, before);
   EXPECT_LT(only.energy(), 1.05);
   EXPECT_TRUE(certify::flipped_faces(only.mended.uv).empty());
@@ -114,6 +116,7 @@ struct Ring : Only {
     origin = chart.vertices;
     unknown.assign(origin.size(), 0);
     mended.place.assign(chart.faces.size(), Place::kStays);
+    mended.remade.assign(chart.faces.size(), 0);
     seams.assign(3 * chart.faces.size(), 0);
   }
   void mark_seam() {

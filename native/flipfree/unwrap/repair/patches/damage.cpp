@@ -10,6 +10,7 @@
 #include "flipfree/base/plane.h"
 #include "flipfree/certify/measures/energy.h"
 #include "flipfree/distortion/energy/energy.h"
+#include "flipfree/mesh/own_unit.h"
 
 namespace flipfree::unwrap {
 namespace {
@@ -107,6 +108,11 @@ Density density_of(const mesh::Surface& surface, const std::vector<double>& area
     if (energies[at(f)] <= kOrdinary && usable(f)) healthy += areas[at(f)];
   }
   return {value, healthy / total};
+}
+
+double median_density(const mesh::Surface& surface, const Points2& uv) {
+  const mesh::InOwnUnit own(surface);
+  return density_of(own.surface(), face_areas(own.surface()), uv).value / own.unit();
 }
 
 std::vector<double> face_energies(const mesh::Surface& surface, const Points2& uv, double density) {

@@ -40,6 +40,9 @@ struct Density {
 Density density_of(const mesh::Surface& surface, const std::vector<double>& areas,
                    const Points2& uv, const std::vector<char>& unknown = {});
 
+// The value alone, of a surface and a map in any units.
+double median_density(const mesh::Surface& surface, const Points2& uv);
+
 // Per face (|J|^2 + |J^-1|^2) / 4 at the density; infinite where it is not positive.
 std::vector<double> face_energies(const mesh::Surface& surface, const Points2& uv, double density);
 
