@@ -214,7 +214,8 @@ MORE_SEAMS = "Mark more seams there"
 def advice(tasks) -> str:
     """What to do about poor maps among `tasks`, about boundaries that are not as they were asked for, and about objects whose
     scale the maps know nothing of; "" if all is well."""
-    return ". ".join(filter(None, [_about_poor(tasks), _about_freed(tasks), _about_scale(tasks)]))
+    about = (_about_poor, _about_freed, _about_enlarged, _about_scale)
+    return ". ".join(filter(None, (say(tasks) for say in about)))
 
 
 def _about_freed(tasks) -> str:
@@ -226,6 +227,14 @@ def _about_freed(tasks) -> str:
         f"{plural(freed, 'part')} {have} a free boundary: no map was found with one along the axes. Where that "
         "matters, mark its corners with Mark Cone"
     )
+
+
+def _about_enlarged(tasks) -> str:
+    enlarged = sum(getattr(task, "enlarged_islands", 0) for task in tasks)
+    if not enlarged:
+        return ""
+    was, now = ("was", "is") if enlarged == 1 else ("were", "are")
+    return f"{plural(enlarged, 'part')} {was} too small beside the others for 32 bits, and {now} larger than in scale"
 
 
 def _about_scale(tasks) -> str:

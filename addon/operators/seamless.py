@@ -97,6 +97,7 @@ class SeamlessTask(parts.PartsTask):
         self.suggested = {}  # those of them that were not marked
         self.turns = np.zeros(0, np.int32)  # per cut edge of the result
         self.freed_boundaries = 0  # parts that found no map with an aligned boundary
+        self.enlarged_islands = 0  # parts that 32 bits would not hold in scale
 
     @property
     def cures(self):
@@ -154,6 +155,7 @@ class SeamlessTask(parts.PartsTask):
         )
         self.turns = found.transitions.quarter_turns
         self.freed_boundaries = found.stats.get("freed_boundaries", 0)
+        self.enlarged_islands = found.stats.get("enlarged_islands", 0)
         # What is written was moved: judged again, as it will be stored.
         self.span = (0.9, 1.0)
         judged = yield solver.certify_seamless(self.result, self.quarters)

@@ -212,6 +212,19 @@ def test_several_parts_lie_beside_each_other_at_one_scale():
     assert (a.max(0) < b.min(0)).any() or (b.max(0) < a.min(0)).any()
 
 
+def test_a_speck_beside_a_large_part_is_enlarged_and_said(capfd):
+    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=2, radius=1e-7)
+    speck = bpy.context.object
+    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=3, radius=2.0, location=(6, 0, 0))
+    ball = bpy.context.object
+    speck.select_set(True)
+    bpy.context.view_layer.objects.active = ball
+    bpy.ops.object.join()
+    assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
+    assert shapes.exact_flips(bpy.context.object) == 0
+    assert "1 part was too small beside the others for 32 bits, and is larger" in capfd.readouterr().out
+
+
 def test_quads_stay_where_the_cut_can_go_around_them():
     ob = holed(2, 1)
     polygons = [tuple(p.vertices) for p in ob.data.polygons]

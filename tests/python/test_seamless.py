@@ -10,6 +10,7 @@ from flipfree.calls.seamless import SeamlessMap, start_penner
 from flipfree.job import run
 
 from judges import holonomy
+from judges.exact import turns
 from judges.seams import seam_count
 from judges.unfoldings import RING, unfolding
 from surfaces import octahedron_sphere, prism, shuffled, torus
@@ -308,3 +309,29 @@ def test_parts_without_room_for_corners_are_free_wherever_they_stand_among_the_o
     assert result.stats["freed_boundaries"] == triangles
     with pytest.raises(ff.Infeasible):
         ff.seamless(np.concatenate(vertices), np.concatenate(faces), boundary="aligned")
+
+
+@pytest.mark.parametrize("size", [1e-8, 1e-30, 1e-100])
+def test_a_speck_beside_a_large_part_is_enlarged_until_32_bits_hold_it(size: float) -> None:
+    vertices, faces = octahedron_sphere(2)
+    sheet = np.array([(0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0), (1, 1, 0), (2, 1, 0)], float)
+    squares = np.array([(0, 1, 4), (0, 4, 3), (1, 2, 5), (1, 5, 4)])
+    n = len(vertices)
+    places = np.vstack([vertices, size * vertices, size * sheet])
+    result = ff.seamless(places, np.vstack([faces, faces + n, squares + 2 * n]))
+    assert result.certificate.ok and result.stats["enlarged_islands"] == 2
+    assert (result.vertices[: len(places)] == places).all()
+    judged = seam_count(result.faces, result.uv)
+    assert (turns(*result.uv32().astype(float).transpose(1, 0, 2)) > 0).all()
+    assert judged.exact == judged.edges > 0
+    assert judged.cones == dict(result.certificate.quarter_cones.tolist())
+    assert result.certificate.energy < 1.2
+
+
+def test_parts_that_32_bits_hold_keep_their_scale() -> None:
+    vertices, faces = octahedron_sphere(2)
+    result = ff.seamless(
+        np.vstack([vertices, 1e-4 * vertices]), np.vstack([faces, faces + len(vertices)])
+    )
+    assert "enlarged_islands" not in result.stats
+    assert result.certificate.max_energy < 10

@@ -17,9 +17,10 @@
 #include "flipfree/mesh/topology.h"
 #include "flipfree/seamless/error_places.h"
 #include "flipfree/seamless/exact/boundaries.h"
-#include "flipfree/seamless/exact/chart_places.h"
 #include "flipfree/seamless/exact/divided/divided_sides.h"
 #include "flipfree/seamless/exact/edge_directions.h"
+#include "flipfree/seamless/exact/parts/chart_places.h"
+#include "flipfree/seamless/exact/parts/enlarged_parts.h"
 #include "flipfree/seamless/exact/take_back.h"
 #include "flipfree/seamless/padding/engine/padding.h"
 #include "flipfree/seamless/padding/topology/topology.h"
@@ -39,6 +40,9 @@ constexpr double kFirstShare = 0.4, kPartsShare = 0.7;
 constexpr double kTakenBackShare = 0.6;
 // Newton steps of the optimiser between two rounds of taking refinement back.
 constexpr int kCoarseSteps = 15;
+// Typical edges of a part over the extent of the largest one (enlarged_parts.h): no grid of 32-bit
+// values holds shorter ones; those up to the second it holds if they have room to move.
+constexpr double kLostEdge = 0x1p-21, kCrampedEdge = 0x1p-12;
 
 bool has_boundary(const mesh::Surface& surface) {
   const auto adjacency =
@@ -239,14 +243,42 @@ certify::Parametrization map_of_open(const mesh::Surface& surface, const std::ve
   return map;
 }
 
-certify::Parametrization map_in_time(const mesh::Surface& surface, const std::vector<Index>& cones,
-                                     const SeamlessOptions& options, ExecutionContext& context) {
-  check_request(surface, cones, context);
-  if (options.boundary == Boundary::kFree) check_free(surface, cones);
+certify::Parametrization map_in_scale(const mesh::Surface& surface, const std::vector<Index>& cones,
+                                      const SeamlessOptions& options, ExecutionContext& context) {
   const bool aligned = options.boundary != Boundary::kFree && has_boundary(surface);
   // Loops that are given are those of these faces.
   return aligned && !options.loops ? map_of_open(surface, cones, options, context)
                                    : map_at_once(surface, cones, options, context);
+}
+
+certify::Parametrization map_enlarged(const mesh::Surface& surface,
+                                      const mesh::Adjacency& adjacency,
+                                      const EnlargedParts& enlarged,
+                                      const std::vector<Index>& cones,
+                                      const SeamlessOptions& options, ExecutionContext& context) {
+  certify::Parametrization map = map_in_scale(enlarged.surface, cones, options, context);
+  place_on(surface, map);
+  judge(surface, adjacency, flat_inside(cones, adjacency), {}, options, map, context);
+  map.stats["enlarged_islands"] = static_cast<std::int64_t>(enlarged.count);
+  map.stats["energy"] = map.certificate.energy;
+  return map;
+}
+
+certify::Parametrization map_in_time(const mesh::Surface& surface, const std::vector<Index>& cones,
+                                     const SeamlessOptions& options, ExecutionContext& context) {
+  check_request(surface, cones, context);
+  if (options.boundary == Boundary::kFree) check_free(surface, cones);
+  const mesh::Adjacency adjacency =
+      mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  const auto lost = enlarge_parts(surface, adjacency, kLostEdge);
+  try {
+    return lost ? map_enlarged(surface, adjacency, *lost, cones, options, context)
+                : map_in_scale(surface, cones, options, context);
+  } catch (const NotConverged&) {
+    const auto cramped = enlarge_parts(surface, adjacency, kCrampedEdge);
+    if (!cramped || (lost && lost->count == cramped->count)) throw;
+    return map_enlarged(surface, adjacency, *cramped, cones, options, context);
+  }
 }
 
 }  // namespace

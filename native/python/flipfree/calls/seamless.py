@@ -152,8 +152,9 @@ def seamless(
     """A seamless map of a surface with these cones: its seams match exactly, in 64 and in 32 bits.
 
     Across every cut edge the map turns by whole quarters and moves, so that a grid, a checker or any texture with fourfold
-    symmetry runs on. Every connected part is a surface and a chart of its own; all are at the scale of the surface, each turned
-    so that the mesh's edges run along the axes as well as they can.
+    symmetry runs on. Every connected part is a surface and a chart of its own; all are at the scale of the surface, but for
+    parts so small beside the others that 32 bits would lose them, which are larger and counted in
+    ``stats["enlarged_islands"]``; each is turned so that the mesh's edges run along the axes as well as they can.
 
     Args:
         vertices: (n, 3) float64. faces: (m, 3), manifold, consistently oriented, without unused vertices.

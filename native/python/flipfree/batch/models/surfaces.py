@@ -31,6 +31,7 @@ from .parts import IntArray, each_part
 FloatArray = npt.NDArray[np.float64]
 
 _FREE = "a boundary is free, as no map was found with one along the axes"
+_ENLARGED = "parts too small beside the others for 32 bits are larger than in scale"
 
 
 def match_arguments(parser: argparse.ArgumentParser) -> None:
@@ -251,6 +252,8 @@ def seamless(model: Model, options: dict[str, Any]) -> Solved:
     solved = _placed(model, clean, found, options)
     if found.stats.get("freed_boundaries", 0):
         solved.warnings.append(_FREE)
+    if found.stats.get("enlarged_islands", 0):
+        solved.warnings.append(_ENLARGED)
     return solved
 
 
@@ -316,6 +319,8 @@ def field(model: Model, options: dict[str, Any]) -> Solved:
     solved.figures["degrees_off_field"] = math.degrees(found.stats["angle_mean"])
     if freed:
         solved.warnings.append(_FREE)
+    if found.stats.get("enlarged_islands", 0):
+        solved.warnings.append(_ENLARGED)
     return solved
 
 

@@ -1,4 +1,4 @@
-#include "flipfree/seamless/exact/chart_places.h"
+#include "flipfree/seamless/exact/parts/chart_places.h"
 
 #include <gtest/gtest.h>
 
