@@ -35,7 +35,7 @@ bool meets_itself(const std::vector<std::array<VertexId, 2>>& border, const Poin
   for (std::size_t i = 0; i < border.size(); ++i) {
     for (std::size_t j = i + 1; j < border.size(); ++j) {
       const auto& [a, b] = border[i];
-      const auto& [c, d] = border[j];
+      const VertexId c = border[j][0], d = border[j][1];
       const Meeting m = meeting(point(a), point(b), point(c), point(d));
       if (!m.meet) continue;
       if (m.along) return true;
