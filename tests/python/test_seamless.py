@@ -335,3 +335,20 @@ def test_parts_that_32_bits_hold_keep_their_scale() -> None:
     )
     assert "enlarged_islands" not in result.stats
     assert result.certificate.max_energy < 10
+
+
+def test_a_sliver_that_cannot_be_optimised_leaves_the_map_as_it_was() -> None:
+    n = 4
+    x, y = np.meshgrid(np.arange(float(n)), np.arange(float(n)))
+    vertices = np.stack([x, y, 0 * x], -1).reshape(-1, 3)
+    lower = np.array([j * n + i for j in range(n - 1) for i in range(n - 1)])
+    faces = np.vstack(
+        [
+            np.stack([lower, lower + 1, lower + n + 1], -1),
+            np.stack([lower, lower + n + 1, lower + n], -1),
+        ]
+    )
+    vertices[0] = vertices[1] - (1e-10, 0, 0)
+    result = ff.seamless(vertices, faces)
+    assert result.certificate.ok and result.certificate.energy < 1.1
+    assert result.stats["distortion.stop"] == "not factorized"

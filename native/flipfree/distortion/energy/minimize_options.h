@@ -13,9 +13,6 @@ struct MinimizeOptions {
   // Stop when a full Newton step promises to lower the energy by less than this share of it. The
   // step is still taken.
   double tolerance = 1e-4;
-  // Stop as well after a full step if all further ones, each promising less than the one before by
-  // what the last did, would lower the energy by less than this share of it together; 0: never.
-  double rest = 0;
   // Vertices that keep their initial UV bit for bit.
   std::vector<VertexId> fixed;
   // The chart's boundary may not touch itself. Precondition: it does not in the initial map.
@@ -42,6 +39,9 @@ struct MinimizeOptions {
   // The result is the caller's: accept() ends the descent once the energy is bearable, with a stop
   // "time limit" (not the way to targets before it).
   bool acceptable = false;
+  // A step whose system has no factorization ends the descent with the last map, with a stop "not
+  // factorized", instead of an exception.
+  bool keep_last = false;
 };
 
 }  // namespace flipfree::distortion

@@ -26,10 +26,10 @@ namespace flipfree::distortion {
 //
 // stats: "distortion.*": iterations, progressive_iterations, factorizations, energy_start, energy,
 // seconds, barrier (1 if the boundary had to be held apart), stop ("converged", "iteration limit",
-// "stalled", "time limit", "overlap": MinimizeOptions::overlapping).
+// "stalled", "time limit", "overlap": MinimizeOptions::overlapping, "not factorized": keep_last).
 // Cost: about 10 iterations, each one factorization of a planar-like system with 2 #V unknowns;
 // with `bijective`, twice that for maps whose boundary would meet itself. Throws Cancelled,
-// NotConverged (kFactorizationFailed). When the context's time is over the steps end and the last
+// NotConverged (kFactorizationFailed, unless keep_last). When the context's time is over the steps end and the last
 // map is returned; TimeIsOver only where it is before the first.
 Points2 minimize_distortion(const mesh::Surface& chart, const Points2& initial_uv,
                             const MinimizeOptions& options, ExecutionContext& context,

@@ -221,10 +221,7 @@ Minimizer::Step Minimizer::iterate(bool progressive) {
     if (promise < kSettled) reach_factor_ = std::max(1.0, 0.5 * reach_factor_);
     return Step::kTaken;
   }
-  const double pace = promise / std::exchange(last_promise_, promise);
-  const bool done = promise <= options_.tolerance ||
-                    (pace < 1.0 && promise * pace <= options_.rest * (1.0 - pace));
-  return done && step >= 1.0 ? Step::kConverged : Step::kTaken;
+  return promise <= options_.tolerance && step >= 1.0 ? Step::kConverged : Step::kTaken;
 }
 
 // A figure on its way from its largest value to its goal, by orders of magnitude, moves the
@@ -249,7 +246,14 @@ const char* Minimizer::descend() try {
     const ProgressRange range(context_, progress_, progress_ + kLeastProgress * (1 - progress_));
     context_.report("reducing distortion", 0.0);
     progressive = progressive && worst(sums_) > 10 * kProgressiveBound;
-    const Step step = iterate(progressive);
+    Step step = Step::kStalled;
+    try {
+      step = iterate(progressive);
+    } catch (const NotConverged& failure) {
+      if (!options_.keep_last || failure.error().code != ErrorCode::kFactorizationFailed) throw;
+      if (!progressive) return "not factorized";
+      system_.reset();  // true rest shapes may do
+    }
     ++iterations_;
     progressive_iterations_ += progressive ? 1 : 0;
     if (step == Step::kTaken) {

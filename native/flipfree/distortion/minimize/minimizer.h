@@ -98,7 +98,6 @@ class Minimizer {
   double progress_ = 0;
   double first_worst_ = 0;  // largest figures of the descent, for the progress
   double first_promise_ = 0;
-  double last_promise_ = 0;
 };
 
 // Throws InvalidInput if the arguments of minimize_distortion() do not fit each other, the map is

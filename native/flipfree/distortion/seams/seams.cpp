@@ -71,6 +71,7 @@ Points2 less_distorted(const CutMap& map, int max_iterations, ExecutionContext& 
   MinimizeOptions minimize;
   minimize.max_iterations = max_iterations;
   minimize.acceptable = true;
+  minimize.keep_last = true;
   check_start(map.surface, map.uv, minimize, context);
   return optimised(map, constraints_of(map, context), minimize, context, stats);
 }
@@ -106,6 +107,7 @@ ExactMap make_exact(const CutMap& map, const ExactOptions& options, ExecutionCon
   minimize.max_iterations = options.max_iterations;
   minimize.tolerance = options.tolerance;
   minimize.acceptable = true;
+  minimize.keep_last = true;  // without a step more it is a map all the same
   Points2 uv = map.uv;
   std::int64_t hurried = 0;
   check_start(map.surface, uv, minimize, context);
