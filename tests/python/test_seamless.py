@@ -311,7 +311,7 @@ def test_parts_without_room_for_corners_are_free_wherever_they_stand_among_the_o
         ff.seamless(np.concatenate(vertices), np.concatenate(faces), boundary="aligned")
 
 
-@pytest.mark.parametrize("size", [1e-8, 1e-30, 1e-100])
+@pytest.mark.parametrize("size", [1e-8, 1e-30, 1e-200])
 def test_a_speck_beside_a_large_part_is_enlarged_until_32_bits_hold_it(size: float) -> None:
     vertices, faces = octahedron_sphere(2)
     sheet = np.array([(0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0), (1, 1, 0), (2, 1, 0)], float)
