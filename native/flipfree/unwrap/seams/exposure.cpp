@@ -65,9 +65,23 @@ Points3 in_own_unit(const Points3& positions, const Triangles& faces) {
   return places;
 }
 
+// Narrows an interval to where slope x + rest >= 0, but for a pixel: whether one is inside is asked
+// of each. Without it a needle's whole box is walked, and a fan has as many as it has spokes.
+void narrow(double slope, double rest, double& low, double& high) {
+  constexpr double kLevel = 1e-6;  // below, it decides nothing along a row
+  if (std::abs(slope) < kLevel) return;
+  const double x = -rest / slope;
+  if (slope > 0.0) {
+    low = std::max(low, x - 1.0);
+  } else {
+    high = std::min(high, x + 1.0);
+  }
+}
+
 // Which face is in front at each pixel of a picture.
 std::vector<FaceId> picture_of(const Points3& places, const Triangles& faces, const Frame& frame,
-                               int side) {
+                               int side, const ExecutionContext& context) {
+  constexpr FaceId kFacesPerCheck = 1 << 14;
   std::vector<double> depth(at(side * side), std::numeric_limits<double>::infinity());
   std::vector<FaceId> nearest(depth.size(), kInvalid);
   // The cube of side two around the origin fits whatever the direction.
@@ -82,6 +96,7 @@ std::vector<FaceId> picture_of(const Points3& places, const Triangles& faces, co
     return std::min(static_cast<int>(std::floor(high - 0.5)), side - 1);
   };
   for (FaceId f = 0; f < faces.rows(); ++f) {
+    if (f % kFacesPerCheck == 0) context.check();
     const Vector3 a = drawn.row(faces(f, 0));
     Vector3 b = drawn.row(faces(f, 1));
     Vector3 c = drawn.row(faces(f, 2));
@@ -91,12 +106,20 @@ std::vector<FaceId> picture_of(const Points3& places, const Triangles& faces, co
       area = -area;
     }
     if (!(area > 0.0)) continue;
-    const int right = last(std::max({a.x(), b.x(), c.x()}));
+    const double leftmost = std::min({a.x(), b.x(), c.x()}) - a.x();
+    const double rightmost = std::max({a.x(), b.x(), c.x()}) - a.x();
     const int top = last(std::max({a.y(), b.y(), c.y()}));
     for (int y = first(std::min({a.y(), b.y(), c.y()})); y <= top; ++y) {
-      for (int x = first(std::min({a.x(), b.x(), c.x()})); x <= right; ++x) {
+      const double py = y + 0.5 - a.y();
+      double low = leftmost;
+      double high = rightmost;
+      narrow(c.y() - a.y(), (a.x() - c.x()) * py, low, high);
+      narrow(a.y() - b.y(), (b.x() - a.x()) * py, low, high);
+      narrow(b.y() - c.y(), area + (c.x() - b.x()) * py, low, high);
+      if (!(low <= high)) continue;
+      const int right = last(a.x() + high);
+      for (int x = first(a.x() + low); x <= right; ++x) {
         const double px = x + 0.5 - a.x();
-        const double py = y + 0.5 - a.y();
         const double of_b = px * (c.y() - a.y()) - (c.x() - a.x()) * py;
         const double of_c = (b.x() - a.x()) * py - px * (b.y() - a.y());
         if (of_b < 0.0 || of_c < 0.0 || of_b + of_c > area) continue;
@@ -152,8 +175,7 @@ std::vector<double> exposure(const Points3& positions, const Triangles& faces,
   std::vector<std::vector<FaceId>> pictures(kDirections);
   std::vector<double> shows(kDirections, 0.0);
   parallel_for(context, kDirections, 1, [&](std::size_t d, std::size_t, std::size_t) {
-    context.check();
-    pictures[d] = picture_of(places, faces, frame_of(static_cast<int>(d)), side);
+    pictures[d] = picture_of(places, faces, frame_of(static_cast<int>(d)), side, context);
     for (const FaceId f : pictures[d]) {
       if (f != kInvalid) shows[d] += shape.bend[at(f)];
     }

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "flipfree/base/threads/work_meter.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
@@ -78,6 +79,19 @@ TEST(Exposure, does_not_depend_on_the_unit_the_place_or_the_number_of_threads) {
   EXPECT_EQ(exposure_of(head, 4), seen);
   head.vertices *= 0x1p-1000;
   EXPECT_EQ(exposure_of(head), seen);
+}
+
+// Spokes are needles across the whole picture: their boxes overlap, and are not walked.
+TEST(Exposure, of_spokes_takes_little_more_than_of_a_ball) {
+  const auto seconds = [](const mesh::Surface& surface) {
+    ExecutionContext context;
+    context.threads = 1;
+    const mesh::Adjacency adjacency = test::adjacency_of(surface);
+    const double begin = thread_seconds();
+    exposure(surface.vertices, surface.faces, adjacency, context);
+    return thread_seconds() - begin;
+  };
+  EXPECT_LT(seconds(test::sphere(10000, 2)), 12.0 * seconds(test::sphere(100, 100)));
 }
 
 TEST(Exposure, of_what_has_no_area_is_one) {

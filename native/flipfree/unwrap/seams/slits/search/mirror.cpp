@@ -57,6 +57,10 @@ class Matcher {
 
  private:
   using Cell = std::array<std::int64_t, 3>;
+  struct Spoke {
+    HalfedgeId halfedge;
+    VertexId end;  // that it is to have
+  };
 
   Vector3 place(VertexId v) const { return chart_.vertices.row(v).transpose(); }
 
@@ -94,16 +98,21 @@ class Matcher {
     return mesh::rotate_cw(adjacency_, adjacency_.vertex_halfedge[at(v)]) == kInvalid;
   }
 
+  // In either direction. Around both ends in turn: one of them may be a hub.
   HalfedgeId edge_between(VertexId a, VertexId b) const {
-    const HalfedgeId first = adjacency_.vertex_halfedge[at(a)];
-    HalfedgeId h = first;
-    do {
-      if (mesh::target(chart_.faces, h) == b) return h;
-      const HalfedgeId before = previous_corner(h);
-      if (mesh::source(chart_.faces, before) == b) return before;
-      h = mesh::rotate_ccw(adjacency_, h);
-    } while (h != kInvalid && h != first);
-    return kInvalid;
+    std::array<Spoke, 2> spokes = {Spoke{adjacency_.vertex_halfedge[at(a)], b},
+                                   Spoke{adjacency_.vertex_halfedge[at(b)], a}};
+    const std::array<HalfedgeId, 2> first = {spokes[0].halfedge, spokes[1].halfedge};
+    for (;;) {
+      for (std::size_t i = 0; i < 2; ++i) {
+        auto& [h, end] = spokes[i];
+        if (mesh::target(chart_.faces, h) == end) return h;
+        const HalfedgeId before = previous_corner(h);
+        if (mesh::source(chart_.faces, before) == end) return before;
+        h = mesh::rotate_ccw(adjacency_, h);
+        if (h == kInvalid || h == first[i]) return kInvalid;
+      }
+    }
   }
 
   bool may_be_seam(HalfedgeId h) const {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "flipfree/base/threads/work_meter.h"
 #include "flipfree/unwrap/islands/edge_costs.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"
@@ -71,6 +72,21 @@ TEST(Mirror, is_found_wherever_the_chart_lies) {
   sample.surface.vertices = 40.0 * sample.surface.vertices * (tilt * turn).transpose();
   sample.surface.vertices.rowwise() += Eigen::RowVector3d(3.0, -20.0, 7.0);
   EXPECT_FALSE(find_mirror(sample.surface, sample.adjacency, sample.cost).empty());
+}
+
+// Whoever looks for an edge at its hub walks past all spokes, for each of them.
+TEST(Mirror, of_spokes_takes_little_more_than_of_a_sheet) {
+  const auto seconds = [](const Sample& sample) {
+    const double begin = thread_seconds();
+    const Mirror mirror = find_mirror(sample.surface, sample.adjacency, sample.cost);
+    const double end = thread_seconds();
+    EXPECT_FALSE(mirror.empty());
+    return end - begin;
+  };
+  Sample spokes{test::sphere(12000, 2), {}, {}};
+  spokes.adjacency = test::adjacency_of(spokes.surface);
+  spokes.cost.assign(spokes.adjacency.opposite.size(), 1.0);
+  EXPECT_LT(seconds(spokes), 10.0 * seconds(bent_sheet(2400)));
 }
 
 TEST(Mirror, is_none_where_a_place_an_edge_or_a_cost_differs) {
