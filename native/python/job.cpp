@@ -3,6 +3,7 @@
 #include <chrono>
 #include <new>
 #include <system_error>
+#include <utility>
 
 #include "flipfree/base/error.h"
 
@@ -11,7 +12,7 @@ namespace flipfree::python {
 Job::Job(std::function<ResultMaker(ExecutionContext&)> work, int threads, std::uint64_t seed) {
   context_.threads = threads;
   context_.seed = seed;
-  const auto run = [this, work = std::move(work)] {
+  auto run = [this, work = std::move(work)] {
     ResultMaker maker;
     std::exception_ptr failure;
     try {
@@ -27,7 +28,8 @@ Job::Job(std::function<ResultMaker(ExecutionContext&)> work, int threads, std::u
     ended_signal_.notify_all();
   };
   try {
-    thread_ = std::thread(run);
+    // Moved: a copy would be one of the caller's arrays, too.
+    thread_ = std::thread(std::move(run));
   } catch (const std::system_error&) {  // no memory for its stack
     throw std::bad_alloc();
   }

@@ -177,11 +177,13 @@ def as_vertices(
     """``values`` as the vertices of ``faces``; their own unit, unless ``exponent`` tells one."""
     given = as_floats(values, name, 3)
     used = np.zeros(len(given), bool)
-    used[faces[(faces >= 0) & (faces < len(given))]] = True
-    exponent = _unit_of(given[used]) if exponent is None else exponent
+    in_range = not faces.size or (faces.min() >= 0 and faces.max() < len(given))
+    used[faces if in_range else faces[(faces >= 0) & (faces < len(given))]] = True
+    all_used = bool(used.all())
+    exponent = _unit_of(given if all_used else given[used]) if exponent is None else exponent
     scaled = in_unit(given, exponent)
-    loose = ~used & np.isfinite(given).all(axis=1)  # others are refused by name
-    if loose.any():
+    if not all_used:
+        loose = ~used & np.isfinite(given).all(axis=1)  # others are refused by name
         scaled = scaled.copy()
         scaled[loose] = 0.0
     return Positions(given, scaled, exponent)
@@ -224,6 +226,8 @@ def as_place(values: Any, name: str) -> FloatArray:
 
 def refuse_beyond_storage(array: FloatArray, name: str) -> None:
     """Infinite and undefined coordinates pass: the solvers name their vertices."""
+    if not array.size or (array.min() >= -LARGEST_UV and array.max() <= LARGEST_UV):
+        return  # of a million faces what follows would be felt
     beyond = np.isfinite(array) & (np.abs(array) > LARGEST_UV)
     if beyond.any():
         raise InvalidInput(
