@@ -9,7 +9,6 @@ import zlib
 from dataclasses import dataclass
 
 import bmesh
-import bpy
 import numpy as np
 
 from . import compat, records, watch
@@ -37,10 +36,10 @@ class Kept:
 def remember(tasks, verb: str):
     """Keeps what these tasks, already written, found; those without a certificate leave things as they are. A generator: of
     steps between which a window goes on."""
-    there = watch.objects_by_name()
+    there = watch.objects_by_uid()
     found = []
     for task in tasks:
-        ob = there.get(task.snapshot.object_name)
+        ob = there.get(task.object_uid)
         if ob is None or not task.judged or ob.data.uv_layers.active is None:
             continue
         found.append((task, _key(ob)))
@@ -52,8 +51,8 @@ def remember(tasks, verb: str):
             seen[judged.faces] = True
         figures = records.of_task(task, "", "")
         yield
-        ob = bpy.data.objects.get(task.snapshot.object_name)
-        if ob is None or ob.data.uv_layers.active is None or _key(ob) != key:
+        ob = there[task.object_uid]
+        if not watch.is_there(ob) or ob.data.uv_layers.active is None or _key(ob) != key:
             continue
         with fields.whole_mesh(ob) as mesh:
             checksum = _sum_of(*_arrays(mesh))

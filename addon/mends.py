@@ -38,13 +38,14 @@ def of_task(task) -> list[Mended]:
 def remember(tasks: list) -> None:
     """Keeps what these tasks, already written, were mended for, until the next run. New vertices have new ids."""
     _remembered.clear()
-    there = watch.objects_by_name()
+    there = watch.objects_by_uid()
     for task in tasks:
-        ob = there.get(task.snapshot.object_name)
+        ob = there.get(task.object_uid)
         if ob is None or getattr(task, "new_vertices", 0):
             continue
         for mended in of_task(task):
-            mended.counts = mesh_io.counts(ob)
+            mended.object_name = ob.name
+            mended.counts = task.snapshot.counts  # where faces were split, their ids are others now
             _remembered.append(mended)
 
 

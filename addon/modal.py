@@ -4,19 +4,21 @@
                  invoke (window)                             execute (redo panel, scripts, background)
                     |  timer, 10 per second                      |  waits
                     v                                            v
-    make_tasks -> Run.advance() ... -> Run.writing() ... -> report, undo step
+    make_run ... -> Run.advance() ... -> Run.writing() ... -> report, undo step
 
-Meshes are written only after the last solver has ended, so Esc leaves every one of them as it was. Return takes each map as
-it is then, or as soon as there is one. Writing itself takes several ticks where a mesh is large; it cannot be cancelled, and
-whatever else ends it leaves no mesh half written.
+Reading a large mesh takes several ticks, too. Meshes are written only after the last solver has ended, so Esc leaves every one
+of them as it was. Return takes each map as it is then, or as soon as there is one. Writing takes several ticks where a mesh is
+large; it cannot be cancelled, and whatever else ends it leaves no mesh half written.
 """
 
+import inspect
 import time
 
 import bpy
 
 from . import certificates, errors, mends
 from .meshes import mesh_io
+from .runs import steps
 from .runs.run import MOMENT, Pause, Run, StagedTask, Task, close_all, live_runs
 
 __all__ = ["Pause", "Run", "SolverOperator", "StagedTask", "Task", "close_all", "live_runs"]
@@ -33,6 +35,7 @@ def paused(steps):
 
 
 _INTERVAL = 0.1  # seconds between looks at the solver
+_AT_ONCE = 0.15  # seconds in which small meshes are done, without a flicker in the status bar
 # Navigating stays possible while solving; everything else waits, so the mesh cannot change
 # meanwhile.
 _NAVIGATION = {
@@ -50,16 +53,33 @@ _NAVIGATION = {
 _ACCEPT = {"RET", "NUMPAD_ENTER"}
 
 
+def _moment(work, seconds: float) -> tuple[bool, object]:
+    """One step of a generator, and more in so many seconds; whether it has ended, and what it returns then."""
+    begin = time.perf_counter()
+    try:
+        next(work)
+        while time.perf_counter() - begin < seconds:
+            next(work)
+    except StopIteration as end:
+        return True, end.value
+    return False, None
+
+
 class SolverOperator:
     """Mixin for bpy.types.Operator: subclasses give `make_run(context)` and `summary(tasks)`."""
 
     # Name in the status bar, e.g. "Unwrap".
     verb = "Solve"
+    # What is left to read before there is a run (_start); None once it is read.
+    _beginning = None
+    _run = None
+    _accepted = False  # Return was pressed, perhaps before there was a run
     # Of a run that has ended: what is left to write and to report (_conclude).
     _conclusion = None
 
     def make_run(self, context) -> Run:
-        """One task per object; raises MeshProblem if the selection cannot be worked on."""
+        """One task per object; raises MeshProblem if the selection cannot be worked on. May be a generator that returns the run,
+        for what takes longer than a window should stand still."""
         raise NotImplementedError
 
     def summary(self, tasks: list[Task]) -> str:
@@ -77,7 +97,7 @@ class SolverOperator:
     # -- blocking: scripts, redo panel, background
     # ---------------------------------------------------------
     def execute(self, context):
-        run = self._start(context)
+        run = steps.result_of(self._start(context))
         if run is None:
             return {"CANCELLED"}
         manager = context.window_manager
@@ -101,15 +121,10 @@ class SolverOperator:
     def invoke(self, context, event):
         if bpy.app.background:
             return self.execute(context)
-        self._run = self._start(context)
-        if self._run is None:
-            return {"CANCELLED"}
-        # Small meshes are done at once, without a flicker in the status bar.
-        if self._run.advance(0.15):
-            self._conclusion = self._conclude(self._run)
-            status = self._go_on()
-            if status is not None:
-                return status
+        self._beginning = self._start(context)
+        status = self._tick(_AT_ONCE)
+        if status is not None:
+            return status
         self._timer = context.window_manager.event_timer_add(_INTERVAL, window=context.window)
         context.window_manager.modal_handler_add(self)
         self._show_progress(context)
@@ -118,17 +133,21 @@ class SolverOperator:
     def modal(self, context, event):
         if event.value == "PRESS" and self._conclusion is None:
             if event.type == "ESC":
+                if self._run is None:
+                    self._beginning.close()
+                    self._stop_showing(context)
+                    return self._cancelled()
                 self._run.cancel()
             if event.type in _ACCEPT:
-                self._run.accept()
+                self._accepted = True
+                if self._run is not None:
+                    self._run.accept()
         if event.type in _NAVIGATION:
             return {"PASS_THROUGH"}
         if event.type != "TIMER":
             return {"RUNNING_MODAL"}
         try:
-            if self._conclusion is None and self._run.advance(0.0):
-                self._conclusion = self._conclude(self._run)
-            status = self._go_on()
+            status = self._tick(0.0)
         except BaseException:  # a mistake of ours: Blender would go on calling the timer
             self.cancel(context)
             raise
@@ -138,30 +157,43 @@ class SolverOperator:
         self._stop_showing(context)
         return status
 
+    def _tick(self, seconds: float) -> set[str] | None:
+        """What there is to do in `seconds`, or in a moment; what the operator returns, once all is done."""
+        enough = time.perf_counter() + max(seconds, MOMENT)
+        if self._run is None:
+            ended, self._run = _moment(self._beginning, max(seconds, MOMENT))
+            if ended and self._run is None:
+                return {"CANCELLED"}
+            if ended and self._accepted:
+                self._run.accept()
+            if not ended or time.perf_counter() > enough:
+                return None
+        if self._conclusion is None and self._run.advance(seconds):
+            self._conclusion = self._conclude(self._run)
+            if time.perf_counter() > enough:
+                return None
+        return self._go_on()
+
     def _go_on(self) -> set[str] | None:
         """A moment's work of writing and reporting; what the operator returns, once all is done."""
-        if self._conclusion is None:
-            return None
-        begin = time.perf_counter()
-        try:
-            next(self._conclusion)
-            while time.perf_counter() - begin < MOMENT:
-                next(self._conclusion)
-        except StopIteration as end:
-            return end.value
-        return None
+        return None if self._conclusion is None else _moment(self._conclusion, MOMENT)[1]
 
     def cancel(self, context):
         """Blender ends the operator: a file is loaded, or Blender quits."""
         if self._conclusion is not None:
             self._conclusion.close()  # what is half written goes back
-        self._run.close()
+        if self._run is None:
+            self._beginning.close()
+        else:
+            self._run.close()
         self._stop_showing(context)
 
     def _show_progress(self, context):
-        text, fraction = self._run.progress()
+        text, fraction = ("", 0.0) if self._run is None else self._run.progress()
         hint = "[Esc] cancel  [Return] take it as it is"
-        if self._conclusion is not None:
+        if self._run is None:
+            hint = "[Esc] cancel  reading ..."
+        elif self._conclusion is not None:
             text, hint = "", "writing ..."
         elif self._run.cancelled:
             hint = "stopping ..."
@@ -175,28 +207,24 @@ class SolverOperator:
 
     # -- both
     # ----------------------------------------------------------------------------------------------
-    def _start(self, context) -> Run | None:
+    def _start(self, context):
+        """Steps that make the run; None, with the reason reported, if there is nothing to run."""
         errors.remember([])
         mends.forget()
         try:
-            return self.make_run(context)
+            run = self.make_run(context)
+            return (yield from run) if inspect.isgenerator(run) else run
         except mesh_io.MeshProblem as problem:
             errors.complain(self, str(problem))
             return None
 
     def _concluded(self, run: Run) -> set[str]:
-        conclusion = self._conclude(run)
-        while True:
-            try:
-                next(conclusion)
-            except StopIteration as end:
-                return end.value
+        return steps.result_of(self._conclude(run))
 
     def _conclude(self, run: Run):
         """Writes the results and reports, in steps as Run.writing(); returns what the operator does."""
         if run.cancelled:
-            self.report({"INFO"}, "Cancelled. Nothing was changed")
-            return {"CANCELLED"}
+            return self._cancelled()
         yield from run.writing()
         seconds = time.perf_counter() - run.started
         if run.failures:
@@ -216,6 +244,10 @@ class SolverOperator:
         text = ". ".join(filter(None, [text, advice, self.hint(run.done)]))
         self.report({"WARNING"} if advice else {"INFO"}, text)
         return {"FINISHED"}
+
+    def _cancelled(self) -> set[str]:
+        self.report({"INFO"}, "Cancelled. Nothing was changed")
+        return {"CANCELLED"}
 
     def _refused(self, failures) -> set[str]:
         """Where an option of ours would help, the redo panel has to show it, and Blender shows that of finished operators only:

@@ -30,6 +30,8 @@ def uneven(ob: bpy.types.Object | None) -> bool:
 def placed_vertices(snapshot, ob: bpy.types.Object | None) -> np.ndarray:
     """(#Sv, 3) of a snapshot of the object, turned and scaled into the scene; as they are, if no face has an area there."""
     points = placed(snapshot.vertices, ob)
+    if np.linalg.det(matrix(ob)) != 0.0 and np.isfinite(points).all():
+        return points  # what has an area has one there
     corners = points[snapshot.triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     return points if np.isfinite(normals).all() and normals.any() else snapshot.vertices

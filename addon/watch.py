@@ -37,6 +37,11 @@ def objects_by_name() -> dict[str, bpy.types.Object]:
     return {ob.name: ob for ob in reversed(bpy.data.objects.values())}
 
 
+def objects_by_uid() -> dict[int, bpy.types.Object]:
+    """By what stays when they are renamed."""
+    return {uid(ob): ob for ob in bpy.data.objects}
+
+
 def busy() -> bool:
     """Whether an operator is at work in some window: a transform that may still be cancelled, a solver."""
     for window in bpy.context.window_manager.windows:

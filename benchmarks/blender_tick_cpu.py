@@ -32,7 +32,7 @@ def of_thread(call):
 
 
 def ticks_of(name, ob):
-    """(reading and starting, CPU seconds of each tick that solves, of each that writes and reports)."""
+    """CPU seconds of each step that reads, of each tick that solves, of each that writes and reports."""
     module, task_name, options = TASKS[name]
     modal, module = part("modal"), part(module)
 
@@ -46,16 +46,19 @@ def ticks_of(name, ob):
             return module.summary(tasks)
 
     def start():
-        snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
+        snapshot = yield from part("meshes.mesh_io").reading(ob, only_selected=False)
+        yield
         layout = part("operators.layout").joint_of(bpy.context, [snapshot])
         task = getattr(module, task_name)(snapshot, **options)
-        run = modal.Run([task], [], layout=None if name == "check" else layout)
-        return run, run.advance(0.0)
+        return modal.Run([task], [], layout=None if name == "check" else layout)
 
-    (run, ended), starting = of_thread(start)
     operator = Quiet()
-    operator._run = run
-    solving, writing = [], []
+    operator._beginning = start()
+    reading, solving, writing = [], [], []
+    while operator._run is None:
+        (_, operator._run), seconds = of_thread(lambda: modal._moment(operator._beginning, 0.0))
+        reading.append(seconds)
+    run, ended = operator._run, False
     while not ended:
         ended, seconds = of_thread(lambda: run.advance(0.0))
         solving.append(seconds)
@@ -66,7 +69,7 @@ def ticks_of(name, ob):
         status, seconds = of_thread(operator._go_on)
         writing.append(seconds)
     assert status == {"FINISHED"}, status
-    return starting, solving, writing
+    return reading, solving, writing
 
 
 def longest(ticks):
@@ -79,10 +82,10 @@ print(
     f"{len(ob.data.polygons)} faces, separate process: {SEPARATE}, Blender {bpy.app.version_string}"
 )
 for name in NAMES:
-    starting, solving, writing = ticks_of(name, ob)
+    reading, solving, writing = ticks_of(name, ob)
     print(
-        f"{name}: reading and starting {starting:.2f} CPU s; longest of {len(solving)} ticks that solve: {longest(solving)}; of "
-        f"{len(writing)} that write and report: {longest(writing)}",
+        f"{name}: longest of {len(reading)} ticks that read: {longest(reading)} CPU s; of {len(solving)} that solve: {longest(solving)}; "
+        f"of {len(writing)} that write and report: {longest(writing)}",
         flush=True,
     )
 os._exit(0)

@@ -9,6 +9,7 @@ nothing is lost, and "selected faces only" often leaves such points.
 """
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import bmesh
 import bpy
@@ -17,7 +18,9 @@ import numpy as np
 import flipfree
 
 from .. import compat
+from ..runs import steps
 from . import labels, modifiers, selection
+from .reading import arrays
 from .writing import edit_mode, per_loop
 
 
@@ -66,7 +69,7 @@ class Snapshot:
         """(#St, 3, 2) float32: the UVs as they were."""
         return self.uv[self.triangle_loops]
 
-    @property
+    @cached_property
     def diagonals(self) -> np.ndarray:
         """(d, 2) submesh vertex pairs: edges of triangles inside faces. A map cannot be cut there, as a face's corner has
         one UV."""
@@ -108,53 +111,51 @@ class Snapshot:
         return replace(rest, other_loops=kept)
 
 
-def _get(collection, name: str, count: int, dtype, width: int = 1) -> np.ndarray:
-    values = np.empty(count * width, dtype=dtype)
-    collection.foreach_get(name, values)
-    return values.reshape(count, width) if width > 1 else values
-
-
-def _counts(mesh) -> tuple:
-    return len(mesh.vertices), len(mesh.edges), len(mesh.loops), len(mesh.polygons)
-
-
 def counts(ob: bpy.types.Object) -> tuple:
     """Numbers of vertices, edges, loops and faces, in either mode."""
     if ob.mode != "EDIT":
-        return _counts(ob.data)
+        return arrays.counts(ob.data)
     bm = bmesh.from_edit_mesh(ob.data)
     return len(bm.verts), len(bm.edges), sum(len(f.loops) for f in bm.faces), len(bm.faces)
 
 
-def read(
+def read(ob: bpy.types.Object, **options) -> Snapshot:
+    """Reads the faces of `ob` that are to be unwrapped; options as of reading()."""
+    return steps.result_of(reading(ob, **options))
+
+
+def reading(
     ob: bpy.types.Object,
     *,
     only_selected: bool,
     uv_selection: bool = False,
     only_visible: bool = False,
     use_modifiers: bool = False,
-) -> Snapshot:
-    """Reads the faces of `ob` that are to be unwrapped.
+):
+    """read() as a generator, of which only the first step looks at Blender's data.
 
     only_selected: in edit mode, the visible selected ones; of those, with uv_selection, only faces that are selected in the UV
     editor as well. only_visible: in object mode, those that are not hidden in edit mode. use_modifiers: with the positions that
     modifiers and shape keys give them.
     Raises MeshProblem if there is nothing to work on or coordinates are not finite.
     """
+    none_chosen = "all faces are hidden. Alt H in Edit Mode reveals them"
     if ob.mode == "EDIT":
+        none_chosen = "no faces are selected. Select some"
         ob.update_from_editmode()  # attribute arrays are empty during editing, those of a copy are not
         mesh = ob.data.copy()
         try:
             chosen = selection.selected_faces(mesh, uv_selection) if only_selected else None
             shape = _modified(ob, mesh) if use_modifiers else None
-            return of_mesh(ob.name, mesh, chosen, "no faces are selected. Select some", shape)
+            taken = _taken(ob.name, mesh, chosen, shape)
         finally:
             bpy.data.meshes.remove(mesh)
-    chosen = ~selection.hidden_faces(ob.data) if only_visible else None
-    shape = _modified(ob, ob.data) if use_modifiers else None
-    return of_mesh(
-        ob.name, ob.data, chosen, "all faces are hidden. Alt H in Edit Mode reveals them", shape
-    )
+    else:
+        chosen = ~selection.hidden_faces(ob.data) if only_visible else None
+        shape = _modified(ob, ob.data) if use_modifiers else None
+        taken = _taken(ob.name, ob.data, chosen, shape)
+    yield
+    return (yield from _assembled(taken, none_chosen))
 
 
 def _modified(ob, mesh) -> np.ndarray:
@@ -164,103 +165,64 @@ def _modified(ob, mesh) -> np.ndarray:
     return found
 
 
-def of_mesh(
-    name: str, mesh, chosen: np.ndarray | None = None, none_chosen="", shape=None
-) -> Snapshot:
-    """Of a mesh that is not in edit mode. chosen: (#faces,) bool, None for all; none_chosen: the error if these are none; shape:
-    (#vertices, 3), other positions than its own."""
-    active = mesh.uv_layers.active
-    layer_name = active.name if active else ""
+def of_mesh(name: str, mesh, chosen: np.ndarray | None = None, none_chosen="") -> Snapshot:
+    """Of a mesh that is not in edit mode. chosen: (#faces,) bool, None for all; none_chosen: the error if these are none."""
+    return steps.result_of(_assembled(_taken(name, mesh, chosen), none_chosen))
+
+
+def _taken(name: str, mesh, chosen=None, shape=None) -> arrays.Taken:
     if len(mesh.polygons) == 0:
         raise MeshProblem(f"{name}: the mesh has no faces. Nothing to unwrap")
+    return arrays.take(name, mesh, chosen, shape)
 
-    positions = compat.positions(mesh) if shape is None else shape
-    mesh.calc_loop_triangles()
-    loops = _get(mesh.loop_triangles, "loops", len(mesh.loop_triangles), np.int32, 3)
-    faces = compat.triangle_faces(mesh)
-    corners = compat.corner_vertices(mesh)[loops]
-    inner = _inner_sides(mesh, loops, faces)
 
+def _assembled(taken: arrays.Taken, none_chosen: str):
+    """Steps that make the snapshot."""
+    name, chosen = taken.name, taken.chosen
+    loops, faces = taken.loops, taken.faces
+    corners = taken.corner_vertices[loops]
+    inner = arrays.inner_sides(taken)
+    yield
     other_loops = loops[:0]
-    if chosen is not None:
+    if chosen is not None and not chosen.all():
         if not chosen.any():
             raise NothingSelected(f"{name}: {none_chosen}")
         keep = chosen[faces]
         other_loops = loops[~keep]
         corners, loops, faces, inner = corners[keep], loops[keep], faces[keep], inner[keep]
-
-    finite = np.isfinite(positions).all(axis=1)
-    if not finite.all():
-        bad = np.setdiff1d(np.flatnonzero(~finite), _unused(corners, len(positions)))
-        if len(bad):
-            raise MeshProblem(
-                f"{name}: vertex {bad[0]}{more(bad)} has a coordinate that is no number. Delete it",
-                "vertex",
-                bad,
-            )
-
-    edges = compat.edge_vertices(mesh)
-    seams = compat.seam_edges(mesh)
+        yield
+    bad = arrays.not_finite(taken.positions, corners)
+    if len(bad):
+        raise MeshProblem(
+            f"{name}: vertex {bad[0]}{more(bad)} has a coordinate that is no number. Delete it",
+            "vertex",
+            bad,
+        )
     triangles, vertex_ids = split_fans(corners)
+    yield
     return Snapshot(
         object_name=name,
-        layer_name=layer_name,
-        vertices=positions[vertex_ids].astype(np.float64),
+        layer_name=taken.layer_name,
+        vertices=taken.positions[vertex_ids].astype(np.float64),
         triangles=triangles,
-        cuts=_cuts(corners, triangles, edges[seams]),
+        cuts=arrays.cuts(corners, triangles, taken.edges[taken.seams]),
         vertex_ids=vertex_ids,
         triangle_loops=loops,
         triangle_face=faces,
-        materials=compat.face_materials(mesh)[faces],
+        materials=taken.materials[faces],
         inner_sides=inner,
-        uv=compat.uv_values(mesh, layer_name)
-        if layer_name
-        else np.zeros((len(mesh.loops), 2), np.float32),
-        pinned=compat.pinned_loops(mesh, layer_name)
-        if layer_name
-        else np.zeros(len(mesh.loops), bool),
-        seams=seams,
-        edges=edges,
+        uv=taken.uv,
+        pinned=taken.pinned,
+        seams=taken.seams,
+        edges=taken.edges,
         other_loops=other_loops,
-        unmodified=None if shape is None else compat.positions(mesh),
-        counts=_counts(mesh),
+        unmodified=taken.unmodified,
+        counts=taken.counts,
     )
 
 
 def more(elements) -> str:
     return f" (and {len(elements) - 1} more)" if len(elements) > 1 else ""
-
-
-def _cuts(corners: np.ndarray, triangles: np.ndarray, seam_vertices: np.ndarray) -> np.ndarray:
-    """Seams inside the submesh as (s, 2) submesh vertex pairs."""
-    if not len(seam_vertices):
-        return np.zeros((0, 2), np.int32)
-    near = np.zeros(max(int(corners.max()), int(seam_vertices.max())) + 1, bool)
-    near[seam_vertices] = True
-    flags = near[corners]
-    rows, sides = np.nonzero(flags & np.roll(flags, -1, axis=1))
-    following = (sides + 1) % 3
-    in_mesh = np.column_stack([corners[rows, sides], corners[rows, following]])
-    in_submesh = np.column_stack([triangles[rows, sides], triangles[rows, following]])
-    on_seam = labels.members(labels.edge_keys(in_mesh), labels.edge_keys(seam_vertices))
-    pairs = np.sort(in_submesh[on_seam], axis=1)
-    return np.unique(pairs, axis=0).astype(np.int32)
-
-
-def _unused(corners: np.ndarray, count: int) -> np.ndarray:
-    used = np.zeros(count, bool)
-    used[corners] = True
-    return np.flatnonzero(~used)
-
-
-def _inner_sides(mesh, loops: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """(#triangles, 3) bool: sides that are diagonals of their face. A face's loops follow each other."""
-    if len(loops) == len(mesh.polygons):
-        return np.zeros(loops.shape, bool)  # triangles only
-    first = _get(mesh.polygons, "loop_start", len(mesh.polygons), np.int32)
-    last = first + _get(mesh.polygons, "loop_total", len(mesh.polygons), np.int32) - 1
-    following = np.where(loops == last[faces][:, None], first[faces][:, None], loops + 1)
-    return following != np.roll(loops, -1, axis=1)
 
 
 def split_fans(
@@ -277,7 +239,7 @@ def split_fans(
 def torn_faces(snapshot: Snapshot, corner_uv: np.ndarray) -> np.ndarray:
     """Faces of which a corner would need different UVs in different triangles."""
     return np.unique(
-        snapshot.triangle_face[per_loop.result_of(per_loop.steps(snapshot, corner_uv))[2] // 3]
+        snapshot.triangle_face[steps.result_of(per_loop.steps(snapshot, corner_uv))[2] // 3]
     )
 
 
@@ -287,7 +249,7 @@ def loop_values(snapshot: Snapshot, corner_uv: np.ndarray) -> tuple[np.ndarray, 
     A face's corner shared by several of its triangles must have one value in all of them, bit for bit; otherwise the
     map is torn inside a face and MeshProblem names it.
     """
-    return per_loop.result_of(storing(snapshot, corner_uv))
+    return steps.result_of(storing(snapshot, corner_uv))
 
 
 def storing(snapshot: Snapshot, corner_uv: np.ndarray):
@@ -330,7 +292,7 @@ def writing_uv(ob, snapshot, loops, values, new_seams=None):
         yield from edit_mode.writing(ob, snapshot, loops, values, new_seams, changed)
         return
     mesh = ob.data
-    if _counts(mesh) != snapshot.counts:
+    if arrays.counts(mesh) != snapshot.counts or not has_layer(mesh.uv_layers, snapshot):
         raise changed
     name = snapshot.layer_name or mesh.uv_layers.new(name="UVMap").name
     stored = compat.uv_values(mesh, name)
@@ -344,6 +306,11 @@ def writing_uv(ob, snapshot, loops, values, new_seams=None):
         seams[new_seams] = True
         compat.set_seam_edges(mesh, seams)
     mesh.update()
+
+
+def has_layer(layers, snapshot: Snapshot) -> bool:
+    """Whether the UV map that was read still has its name among these, of a mesh or of one in Edit Mode."""
+    return not snapshot.layer_name or layers.get(snapshot.layer_name) is not None
 
 
 def edge_ids(snapshot: Snapshot, submesh_pairs: np.ndarray) -> np.ndarray:

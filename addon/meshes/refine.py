@@ -103,7 +103,8 @@ def write(
         bm.from_mesh(ob.data)
     try:
         loops = sum(len(face.loops) for face in bm.faces)
-        if (len(bm.verts), len(bm.edges), loops, len(bm.faces)) != snapshot.counts:
+        same = (len(bm.verts), len(bm.edges), loops, len(bm.faces)) == snapshot.counts
+        if not (same and mesh_io.has_layer(bm.loops.layers.uv, snapshot)):
             raise mesh_io.MeshProblem(
                 f"{ob.name}: the mesh was changed while its map was computed. Run the operator again"
             )

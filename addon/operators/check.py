@@ -11,7 +11,7 @@ from . import common, options
 _MOST_NAMED = 3  # islands in a report
 
 
-class CheckTask(modal.Task):
+class CheckTask(modal.StagedTask):
     def __init__(self, snapshot, *, stacked_ok=False, aspect=1.0):
         super().__init__(snapshot)
         self.stacked_ok = stacked_ok
@@ -30,20 +30,22 @@ class CheckTask(modal.Task):
     def island_count(self) -> int:
         return self.islands
 
-    def start(self):
+    def stages(self):
         common.refuse_nonfinite_uvs(self.snapshot)
+        yield modal.Pause()
         uv = self.snapshot.corner_uv
+        yield modal.Pause()
         self._label = labels.island_labels(self.snapshot.triangles, uv)
-        return solver.certify(
+        yield modal.Pause()
+        uv = uv.astype(np.float64)
+        yield modal.Pause()
+        self.certificate = yield solver.certify(
             self.snapshot,
             uv,
             bijective=True,
             disjoint=not self.stacked_ok,
             aspect=self.aspect,
         )
-
-    def collect(self, result):
-        self.certificate = result
 
     def torn_edges(self) -> int:
         return labels.nearly_joined(self.snapshot.triangles, self.snapshot.corner_uv)

@@ -10,6 +10,7 @@ from flipfree import texts
 
 from .. import errors, scene, watch
 from ..meshes import mesh_io
+from ..runs import steps
 
 
 @dataclass
@@ -65,32 +66,37 @@ def poll(cls, context, *, needs_uv: bool = False) -> bool:
     return True
 
 
-def read_meshes(
-    context, *, use_modifiers=False
-) -> tuple[list[mesh_io.Snapshot], list[errors.Failure]]:
-    """Snapshots of the faces to work on, and failures of objects that cannot be read: in edit mode the selected faces, in
-    object mode all but hidden ones. Objects without such faces are passed over as long as one other has some. Raises
-    MeshProblem if nothing is left at all."""
+def read_meshes(context, *, use_modifiers=False):
+    """reading_meshes(), all at once."""
+    return steps.result_of(reading_meshes(context, use_modifiers=use_modifiers))
+
+
+def reading_meshes(context, *, use_modifiers=False):
+    """Snapshots of the faces to work on, and failures (errors.Failure) of objects that cannot be read: in edit mode the selected
+    faces, in object mode all but hidden ones. Objects without such faces are passed over as long as one other has some. Raises
+    MeshProblem if nothing is left at all. A generator, in steps between which a window goes on."""
     editing = context.mode == "EDIT_MESH"
     in_uv_editor = context.area is not None and context.area.type == "IMAGE_EDITOR"
     uv_selection = editing and in_uv_editor and not context.tool_settings.use_uv_select_sync
     snapshots, unselected = [], None
     failures = refused(context)
     for ob in meshes(context):
+        if not watch.is_there(ob):  # since the step before
+            continue
         try:
-            snapshots.append(
-                mesh_io.read(
-                    ob,
-                    only_selected=editing,
-                    uv_selection=uv_selection,
-                    only_visible=not editing,
-                    use_modifiers=use_modifiers,
-                )
+            snapshot = yield from mesh_io.reading(
+                ob,
+                only_selected=editing,
+                uv_selection=uv_selection,
+                only_visible=not editing,
+                use_modifiers=use_modifiers,
             )
+            snapshots.append(snapshot)
         except mesh_io.NothingSelected as problem:
             unselected = unselected or problem
         except mesh_io.MeshProblem as problem:
             failures.append(errors.from_problem(ob.name, problem))
+        yield
     if not snapshots and not failures:
         raise unselected or mesh_io.MeshProblem("Select a mesh object")
     return snapshots, failures

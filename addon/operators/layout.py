@@ -148,9 +148,11 @@ class JointLayout(modal.StagedTask):
         for i, task in enumerate(tasks):
             own = slice(self.first_face[i], self.first_face[i + 1])
             self._blame(i)
+            values = stored[own].astype(np.float64)
+            yield modal.Pause()
             certificate = yield solver.certify(
                 task.snapshot,
-                stored[own].astype(np.float64),
+                values,
                 pins=task.pins(),
                 bijective=task.bijective and task.certificate.overlaps == 0,
                 aspect=task.aspect,

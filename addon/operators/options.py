@@ -84,8 +84,8 @@ class MeasureAspect:
     correct_aspect: bpy.props.BoolProperty(
         name="Correct Aspect",
         description=(
-            "Distortion is measured on the active image, which may be wider than high: that of the UV editor the operator is "
-            "called from, or else of the active material. Off: in the unit square"
+            "Measured on the active image, which may be wider than high: that of the UV editor the operator is called from, or "
+            "else of the active material. Off: in the unit square"
         ),
         default=True,
     )
@@ -216,11 +216,14 @@ class MapOperator(modal.SolverOperator):
     def make_run(self, context):
         values = self.values(context)
         use_modifiers = values.pop("use_modifiers", False)
-        snapshots, failures = common.read_meshes(context, use_modifiers=use_modifiers)
+        snapshots, failures = yield from common.reading_meshes(context, use_modifiers=use_modifiers)
         if self.needs_uv:
             snapshots = [s for s in snapshots if s.layer_name]
             if not snapshots and not failures:
                 raise mesh_io.MeshProblem("The mesh has no UV map yet. Unwrap it first")
-        tasks = [self.make_task(s, **values) for s in snapshots]
+        tasks = []
+        for snapshot in snapshots:
+            tasks.append(self.make_task(snapshot, **values))
+            yield
         joint = layout.joint_of(context, snapshots) if self.joint_layout else None
         return modal.Run(tasks, failures, layout=joint)

@@ -140,6 +140,9 @@ class UnwrapTask(MapTask):
     def stages(self):
         self._laid_out = None
         pins = self.pins()
+        yield modal.Pause()
+        self.snapshot.diagonals  # noqa: B018, found once: a step of its own
+        yield modal.Pause()
         result = yield solver.unwrap(
             self.snapshot,
             pins=pins,

@@ -29,6 +29,8 @@ class Task:
     writes = True
     # Whether it maps surfaces as they are in object space, without the object's scale.
     flattens = False
+    # watch.uid of the object that its result was written to.
+    object_uid: int | None = None
     # Certificates of what it made, with the mesh faces they speak of (operators.common.Judged).
     judged = ()
     # Of the task's progress, what its present job makes.
@@ -248,10 +250,10 @@ class Run:
 
     def cancel(self):
         self._cancelled = True
-        if self._job is not None:
+        if self._job is not None and not isinstance(self._job, Pause):
             self._job.cancel()
-        elif self._step is not None:
-            self._step = self._task = None
+        elif self._job is not None or self._step is not None:
+            self._job = self._step = self._task = None  # nothing further is started
 
     def accept(self):
         """Takes every map as it is, as soon as there is one. Nothing fails because of it."""
@@ -292,18 +294,23 @@ class Run:
             return
         written = []
         # Once: to look for each of thousands among all takes longer than to map them.
-        there = {watch.uid(ob): ob for ob in bpy.data.objects}
+        there = watch.objects_by_uid()
         for task in self.done:
+            name = task.snapshot.object_name
+            task.object_uid = self._uids.get(name)
+            deleted = mesh_io.MeshProblem(f"{name}: the object was deleted meanwhile")
+            ob = there.get(task.object_uid)
             try:
-                ob = there.get(self._uids.get(task.snapshot.object_name))
                 if ob is None or not watch.is_there(ob):
-                    raise mesh_io.MeshProblem(
-                        f"{task.snapshot.object_name}: the object was deleted meanwhile"
-                    )
+                    raise deleted
                 yield from task.writing(ob)
                 written.append(task)
             except mesh_io.MeshProblem as problem:
-                self.failures.append(errors.from_problem(task.snapshot.object_name, problem))
+                self.failures.append(errors.from_problem(name, problem))
+            except ReferenceError:  # between two steps
+                if watch.is_there(ob):
+                    raise
+                self.failures.append(errors.from_problem(name, deleted))
             yield
         self.done = written
 

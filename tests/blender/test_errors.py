@@ -220,6 +220,8 @@ def test_a_map_that_fails_its_certificate_is_not_written(part, monkeypatch):
     original = part("operators.unwrap").UnwrapTask.collect
 
     def broken(self, result):
+        if result is None:  # of a pause
+            return original(self, result)
         certificate = replace(result.certificate, ok=False, failures=["3 triangles are flipped."])
         return original(self, replace(result, certificate=certificate))
 

@@ -69,6 +69,17 @@ def test_cancelling_between_two_jobs_leaves_what_they_found(part, in_steps):
     assert run.cancelled and not run.done and log[0] == 0 and "written" not in log
 
 
+def test_cancelling_between_two_jobs_starts_none_any_more(part, in_steps, monkeypatch):
+    started = []
+    monkeypatch.setattr(part("solver"), "unwrap", lambda *_, **__: started.append(1))
+    snapshot = part("meshes.mesh_io").read(shapes.grid(4, uv=True), only_selected=False)
+    run = part("modal").Run([part("operators.unwrap").UnwrapTask(snapshot)])
+    while not isinstance(run._job, part("modal").Pause):
+        assert not run.advance(0.0)
+    run.cancel()
+    assert run.advance(0.0) and run.cancelled and not run.done and not started
+
+
 def edited(uv=True):
     ob = shapes.grid(6, uv=uv)
     bpy.ops.object.mode_set(mode="EDIT")
@@ -213,3 +224,138 @@ def test_a_file_that_is_closed_while_it_is_written_keeps_its_map(part, in_steps)
     operator.driver.cancel(operator.context)
     assert np.array_equal(_edited_uv(ob), before)
     bpy.ops.object.mode_set(mode="OBJECT")
+
+
+@pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
+def test_a_uv_map_that_was_renamed_meanwhile_is_said_and_nothing_is_written(part, in_steps, mode):
+    ob = edited() if mode == "EDIT" else shapes.grid(6, uv=True)
+    snapshot, loops, values = new_values(part, ob)
+    ob.data.uv_layers[0].name = "Another"
+    before = shapes.uv_of(ob, "Another")
+    with pytest.raises(part("meshes.mesh_io").MeshProblem, match="changed while"):
+        part("meshes.mesh_io").write_uv(ob, snapshot, loops, values)
+    assert np.array_equal(shapes.uv_of(ob, "Another"), before)
+
+
+def test_other_uv_maps_may_come_and_go_while_one_is_written(part, in_steps):
+    ob = edited()
+    ob.data.uv_layers.new(name="Second")
+    ob.data.uv_layers.active_index = 1
+    snapshot, loops, values = new_values(part, ob)
+    writing = part("meshes.mesh_io").writing_uv(ob, snapshot, loops, values)
+    for _ in range(9):
+        next(writing)
+    ob.data.uv_layers.remove(ob.data.uv_layers[0])
+    for _ in writing:
+        pass
+    assert np.array_equal(shapes.uv_of(ob, "Second"), values)
+
+
+def test_an_object_that_is_removed_while_it_is_written_is_a_failure(part, in_steps):
+    for ob in (shapes.grid(6, uv=True), edited()):
+        snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
+        run = part("modal").Run([part("operators.unwrap").UnwrapTask(snapshot)])
+        while not run.advance(0.05):
+            pass
+        writing = run.writing()
+        next(writing)
+        bpy.data.objects.remove(ob)
+        for _ in writing:
+            pass
+        assert not run.done and "deleted" in str(run.failures[0])
+
+
+class Reading(Operator):
+    """Begins with what an operator of ours reads."""
+
+    def __init__(self, part):
+        super().__init__(part, None)
+        values = SimpleNamespace(
+            needs_uv=False,
+            joint_layout=True,
+            values=lambda context: {},
+            make_task=lambda snapshot: part("operators.unwrap").UnwrapTask(snapshot),
+        )
+        read = part("operators.options").MapOperator.make_run
+        self.driver.make_run = lambda context: read(values, context)
+        self.driver._beginning = self.driver._start(bpy.context)
+
+
+def test_reading_comes_in_ticks(part, in_steps):
+    objects = [shapes.grid(6, name, uv=True) for name in ("First", "Second")]
+    before = [shapes.uv_of(ob) for ob in objects]
+    for ob in objects:
+        ob.select_set(True)
+    operator = Reading(part)
+    ticks = 0
+    while operator.driver._run is None:
+        assert operator.event() == {"RUNNING_MODAL"}
+        ticks += 1
+    assert ticks > 5 and any("reading" in text for text in operator.said)
+    while operator.event() == {"RUNNING_MODAL"}:
+        pass
+    for ob, uv in zip(objects, before, strict=True):
+        assert not np.array_equal(shapes.uv_of(ob), uv) and shapes.exact_flips(ob) == 0
+
+
+def test_escape_while_it_is_read_leaves_everything_as_it_was(part, in_steps):
+    ob = edited()
+    before, meshes = _edited_uv(ob), len(bpy.data.meshes)
+    operator = Reading(part)
+    for _ in range(2):
+        operator.event()
+    assert operator.event("ESC", "PRESS") == {"CANCELLED"}
+    assert operator.said[-1][1].startswith("Cancelled") and operator.said[-2] is None
+    assert np.array_equal(_edited_uv(ob), before) and len(bpy.data.meshes) == meshes
+
+
+def test_what_is_removed_before_it_is_read_is_passed_over(part, in_steps):
+    for name in ("First", "Second"):
+        shapes.grid(3, name, uv=True).select_set(True)
+    bpy.data.objects["First"].select_set(True)
+    operator = Reading(part)
+    operator.event()
+    gone = next(ob for ob in bpy.context.selected_objects if ob.name == "Second")
+    bpy.data.objects.remove(gone)
+    while (status := operator.event()) == {"RUNNING_MODAL"}:
+        pass
+    assert status == {"FINISHED"}
+
+
+def test_nothing_to_read_is_said_once_and_ends_it(part, in_steps):
+    ob = edited()
+    bpy.ops.mesh.select_all(action="DESELECT")
+    operator = Reading(part)
+    while (status := operator.event()) == {"RUNNING_MODAL"}:
+        pass
+    assert status == {"CANCELLED"} and "selected" in operator.said[-2][1]
+    assert ob.mode == "EDIT"
+
+
+def test_the_certificate_is_kept_for_the_object_that_was_renamed_not_for_another(part):
+    certificates = part("certificates")
+    certificates.forget()
+    first, second = shapes.grid(3, "First", uv=True), shapes.grid(3, "Second", uv=True)
+    read, task = part("meshes.mesh_io").read, part("operators.unwrap").UnwrapTask
+    run = part("modal").Run([task(read(first, only_selected=False))])
+    while not run.advance(0.05):
+        pass
+    first.name, second.name = "Third", "First"
+    run.finish()
+    for _ in certificates.remember(run.done, "Unwrap"):
+        pass
+    assert certificates.of(first) is not None and certificates.of(second) is None
+
+
+def test_islands_are_moved_one_after_another_in_ticks(part, in_steps):
+    labels = part("meshes.labels")
+    label = np.array([4, 0, 4, 7, 0], np.int64)
+    assert [list(members) for members in labels.groups(label)] == [[1, 4], [0, 2], [3]]
+    assert labels.groups(label[:0]) == []
+    ob = shapes.grid(40, uv=True)  # every face an island of its own
+    shapes.set_uv(ob, np.random.default_rng(1).random((len(ob.data.loops), 2), np.float32))
+    task = part("operators.arrange.density").DensityTask(
+        part("meshes.mesh_io").read(ob, only_selected=False), density=10.0
+    )
+    pauses = sum(1 for _ in task._placed(task.snapshot.corner_uv.astype(np.float64)))
+    assert pauses > 1000 and task.moved > 1000

@@ -20,19 +20,18 @@ def writing(ob, snapshot, loops, values, new_seams, changed: Exception):
     """mesh_io.writing_uv() of a mesh in Edit Mode. changed: raised if it is no longer the one that was read."""
     bm = bmesh.from_edit_mesh(ob.data)
     starts = yield from _starts(ob, bm, snapshot, changed)
-    layers = bm.loops.layers.uv
-    layer = layers[snapshot.layer_name] if snapshot.layer_name else layers.new("UVMap")
+    name = snapshot.layer_name or bm.loops.layers.uv.new("UVMap").name
     row = np.full(snapshot.counts[2], -1, dtype=np.int64)
     row[loops] = np.arange(len(loops))
     try:
         for first in range(0, len(starts) - 1, _SLICE):
-            _store(bm, layer, starts, row, values, first)
+            _store(bm, name, starts, row, values, first)
             yield
-            if not _unchanged(ob, bm, snapshot):
+            if not _unchanged(ob, bm, snapshot, name):
                 raise changed
     except BaseException:  # closed by its user among them
         with contextlib.suppress(ReferenceError):  # the object is no longer there
-            _take_back(ob, bm, layer, starts, row, snapshot, loops)
+            _take_back(ob, bm, name, starts, row, snapshot, loops)
         raise
     if new_seams is not None and len(new_seams):
         bm.edges.ensure_lookup_table()
@@ -41,32 +40,38 @@ def writing(ob, snapshot, loops, values, new_seams, changed: Exception):
     bmesh.update_edit_mesh(ob.data, loop_triangles=False, destructive=False)
 
 
-def _take_back(ob, bm, layer, starts, row, snapshot, loops) -> None:
+def _take_back(ob, bm, name, starts, row, snapshot, loops) -> None:
     """To what was read, if it still is the same mesh."""
     old = snapshot.uv[loops]
-    if _unchanged(ob, bm, snapshot):
+    if _unchanged(ob, bm, snapshot, name):
         for first in range(0, len(starts) - 1, _SLICE):
-            _store(bm, layer, starts, row, old, first)
+            _store(bm, name, starts, row, old, first)
         if not snapshot.layer_name:
-            bm.loops.layers.uv.remove(layer)
+            bm.loops.layers.uv.remove(bm.loops.layers.uv[name])
         bmesh.update_edit_mesh(ob.data, loop_triangles=False, destructive=False)
     elif ob.mode != "EDIT" and len(ob.data.loops) == len(snapshot.uv):
-        stored = compat.uv_values(ob.data, snapshot.layer_name or "UVMap")
+        layer = ob.data.uv_layers.get(name)
+        if layer is None:
+            return
+        if not snapshot.layer_name:
+            ob.data.uv_layers.remove(layer)
+            return
+        stored = compat.uv_values(ob.data, name)
         stored[loops] = old
-        compat.set_uv_values(ob.data, snapshot.layer_name or "UVMap", stored)
+        compat.set_uv_values(ob.data, name, stored)
         ob.data.update()
 
 
 def _starts(ob, bm, snapshot, changed):
     """(#faces + 1,) the first loop of each face."""
-    if not _unchanged(ob, bm, snapshot):
+    if not _unchanged(ob, bm, snapshot, snapshot.layer_name):
         raise changed
     sizes = []
     bm.faces.ensure_lookup_table()
     for first in range(0, len(bm.faces), 4 * _SLICE):
         sizes += [len(face.loops) for face in bm.faces[first : first + 4 * _SLICE]]
         yield
-        if not _unchanged(ob, bm, snapshot):
+        if not _unchanged(ob, bm, snapshot, snapshot.layer_name):
             raise changed
     starts = np.append(0, np.cumsum(np.array(sizes, np.int64)))
     if int(starts[-1]) != snapshot.counts[2]:
@@ -74,15 +79,19 @@ def _starts(ob, bm, snapshot, changed):
     return starts
 
 
-def _unchanged(ob, bm, snapshot) -> bool:
+def _unchanged(ob, bm, snapshot, name: str) -> bool:
+    """Whether it still is the mesh that was read, with a UV map of this name ("" for any)."""
     vertices, edges, _, faces = snapshot.counts
     if ob.mode != "EDIT" or not bm.is_valid:
+        return False
+    if name and bm.loops.layers.uv.get(name) is None:
         return False
     return (len(bm.verts), len(bm.edges), len(bm.faces)) == (vertices, edges, faces)
 
 
-def _store(bm, layer, starts, row, values, first) -> None:
+def _store(bm, name, starts, row, values, first) -> None:
     """The UVs of one slice of faces."""
+    layer = bm.loops.layers.uv[name]  # each time: others may come and go between two slices
     bm.faces.ensure_lookup_table()
     last = min(first + _SLICE, len(starts) - 1)
     # Lists of Python numbers are read several times faster than numpy rows.

@@ -22,12 +22,3 @@ def steps(snapshot, corner_uv: np.ndarray):
     other = np.flatnonzero(bits != stored[at])
     torn = other[(values[other] != uv[at[other]]).any(axis=1)]  # zeros of either sign are one place
     return loops, uv if len(loops) == len(uv) else uv[loops], torn
-
-
-def result_of(generator):
-    """What it returns, all of its steps at once."""
-    while True:
-        try:
-            next(generator)
-        except StopIteration as end:
-            return end.value

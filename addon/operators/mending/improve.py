@@ -2,8 +2,9 @@
 """Improve: less distortion for a map, without a flip on the way (docs/improve-check.md)."""
 
 import bpy
+import numpy as np
 
-from ... import solver
+from ... import modal, solver
 from ...meshes import labels
 from .. import common, options
 from ..unwrap import MapTask, layout_notes
@@ -37,9 +38,16 @@ class ImproveTask(MapTask):
 
     def stages(self):
         snapshot = self.snapshot
+        pins = self.pins()
+        yield modal.Pause()
+        uv = snapshot.corner_uv
+        yield modal.Pause()
+        uv = uv.astype(np.float64)
+        yield modal.Pause()
         result = yield solver.improve(
             snapshot,
-            pins=self.pins(),
+            uv=uv,
+            pins=pins,
             bijective=self.bijective,
             iterations=self.iterations,
             aspect=self.aspect,

@@ -4,7 +4,7 @@
 import bpy
 import numpy as np
 
-from ... import solver
+from ... import modal, solver
 from .. import common, options
 from ..unwrap import MapTask, layout_notes
 
@@ -57,11 +57,18 @@ class PackTask(MapTask):
     def stages(self):
         snapshot = self.snapshot
         common.refuse_nonfinite_uvs(snapshot)
+        yield modal.Pause()
+        unmoved = [3 * t + k for t, k in self.pins()]
+        yield modal.Pause()
+        uv = snapshot.corner_uv
+        yield modal.Pause()
+        uv = uv.astype(np.float64)
+        yield modal.Pause()
         result = yield solver.pack(
             snapshot.vertices,
             snapshot.triangles,
-            snapshot.corner_uv.astype(np.float64),
-            unmoved=[3 * t + k for t, k in self.pins()],
+            uv,
+            unmoved=unmoved,
             **{**self.pack_options, "effort": 0.0},
         )
         yield from self.take(result)

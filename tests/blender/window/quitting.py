@@ -26,11 +26,20 @@ def start():
         with context():
             assert bpy.ops.uv.flipfree_unwrap("INVOKE_DEFAULT") == {"RUNNING_MODAL"}
         modal = importlib.import_module("bl_ext.user_default.flipfree_uv.modal")
-        (run,) = [run for run in modal.live_runs if run.process_id is not None]
-        print("RUNNING\nSOLVER", run.process_id, "", flush=True)
-    if sys.argv[-1] == "stay":
+        bpy.app.timers.register(lambda: wait_for_solver(modal))
         return
     bpy.app.timers.register(stop, first_interval=1.0)
+
+
+def wait_for_solver(modal):
+    """It starts once the mesh is read."""
+    found = [run for run in modal.live_runs if run.process_id is not None]
+    if not found:
+        return 0.1
+    print("RUNNING\nSOLVER", found[0].process_id, "", flush=True)
+    if sys.argv[-1] != "stay":
+        bpy.app.timers.register(stop, first_interval=1.0)
+    return None
 
 
 def stop():

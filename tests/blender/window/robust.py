@@ -36,7 +36,9 @@ class held:
 
         def with_job(run, *arguments, **options):
             make(run, *arguments, **options)
-            self._advance(run, 0.0)
+            while run._job is None or isinstance(run._job, modal.Pause):
+                if self._advance(run, 0.0):
+                    break
 
         self._make, modal.Run.__init__ = make, with_job
         return self
@@ -58,6 +60,15 @@ def started():
     yield 0.3
     assert running()
     return ob
+
+
+def with_process():
+    """The run that is solved in a process of its own; it starts once the mesh is read."""
+    yield from until(
+        lambda: any(run.process_id is not None for run in modal.live_runs), "no process is started"
+    )
+    (run,) = [run for run in modal.live_runs if run.process_id is not None]
+    return run
 
 
 def test_saving_during_a_run_stores_the_old_map_and_the_run_goes_on():
@@ -145,7 +156,7 @@ def test_a_killed_solver_leaves_the_session_and_the_mesh():
     ob = shapes.slow()
     before, chosen = shapes.everything(ob), shapes.selection(ob)
     assert invoke() == {"RUNNING_MODAL"}
-    (run,) = [run for run in modal.live_runs if run.process_id is not None]
+    run = yield from with_process()
     yield from until(lambda: run.progress()[1] > 0.0, "it does not begin")
     os.kill(run.process_id, signal.SIGKILL)
     yield from wait_for_end(30.0)
@@ -166,7 +177,7 @@ def test_escape_ends_the_process_that_solves():
     yield 0.5
     shapes.slow()
     assert invoke() == {"RUNNING_MODAL"}
-    (run,) = [run for run in modal.live_runs if run.process_id is not None]
+    run = yield from with_process()
     process = run._process._process
     yield 0.4
     simulate("ESC")

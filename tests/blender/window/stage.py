@@ -15,7 +15,7 @@ def part(name):
     return importlib.import_module(f"bl_ext.user_default.flipfree_uv.{name}")
 
 
-modal = part("modal")
+modal, watch = part("modal"), part("watch")
 arguments = sys.argv[sys.argv.index("--") + 1 :]
 REPORT = arguments[0]
 SHOTS = Path(arguments[1]) if len(arguments) > 1 else None
@@ -82,7 +82,15 @@ def click(x, y):
 
 
 def running():
-    return any(run._job is not None for run in modal.live_runs)
+    """Whether an operator of ours is at work; Live Pins goes on beside all others."""
+    working = [
+        operator.bl_idname
+        for window in bpy.context.window_manager.windows
+        for operator in window.modal_operators
+        if operator is not None
+    ]
+    ours = any(name.startswith("UV_OT_flipfree") and name != watch.LIVE for name in working)
+    return ours or any(run._job is not None for run in modal.live_runs)
 
 
 def wait_for_end(seconds=120.0):
