@@ -2,6 +2,7 @@
 """The shape of the texture that UVs are made for: of the image in the UV editor, or else of the active object's material."""
 
 import bpy
+import numpy as np
 
 # Beyond, an image is a strip, and nobody unwraps for it.
 _MOST = 16.0
@@ -15,6 +16,16 @@ def active(context) -> float:
 def of_material(ob) -> float | None:
     """That of the image in an object's active material, if there is one."""
     return _of(_in_material(ob))
+
+
+def shown(ob) -> float:
+    """For what is drawn over an object: of the image in its active material, or else in the first UV editor that has one."""
+    return _of(_in_material(ob) or _in_any_editor()) or 1.0
+
+
+def sides(ratio: float) -> np.ndarray:
+    """(2,): how long u and v are on a texture of this shape, whose longer side is 1."""
+    return np.array([min(ratio, 1.0), min(1.0 / ratio, 1.0)])
 
 
 def _of(image) -> float | None:
@@ -32,6 +43,15 @@ def _usable(image) -> bool:
         and image.type not in {"RENDER_RESULT", "COMPOSITING"}
         and min(image.size) > 0
     )
+
+
+def _in_any_editor() -> bpy.types.Image | None:
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            image = area.spaces.active.image if area.type == "IMAGE_EDITOR" else None
+            if _usable(image):
+                return image
+    return None
 
 
 def _in_editor(context) -> bpy.types.Image | None:

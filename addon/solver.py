@@ -146,13 +146,14 @@ def improve_refined(result, *, held, bijective, aspect, max_seconds):
     )
 
 
-def pull(part, uv, pins, *, iterations, seconds):
+def pull(part, uv, pins, *, iterations, seconds, aspect):
     """Starts pulling pins {(face, corner): (u, v)} to their places in a map (m, 3, 2) that has them elsewhere."""
     return jobs.improve(
         (part.vertices, part.triangles, uv),
         pins=pins,
         iterations=iterations,
         max_seconds=seconds,
+        aspect=aspect,
         threads=threads(),
     )
 

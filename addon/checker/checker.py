@@ -5,7 +5,7 @@ slots and faces are never touched; taking it away takes the modifier, and what n
 
 import bpy
 
-from .. import compat
+from .. import aspect, compat
 from ..operators import common
 from . import patterns
 
@@ -19,13 +19,14 @@ def is_checked(ob: bpy.types.Object) -> bool:
 
 
 def add(ob: bpy.types.Object, pattern: str) -> None:
-    """On the active UV map; another pattern replaces the one that is there. No-op without a UV map."""
+    """On the active UV map, with squares on the texture that the object has; another pattern replaces the one that is there.
+    No-op without a UV map."""
     layer = ob.data.uv_layers.active
     if layer is None:
         return
     remove(ob)
     modifier = ob.modifiers.new(NAME, "NODES")
-    modifier.node_group = _group(_material(pattern, layer.name))
+    modifier.node_group = _group(_material(_image(pattern, aspect.shown(ob)), layer.name))
     modifier.show_in_editmode = modifier.show_on_cage = True
 
 
@@ -42,25 +43,25 @@ def forget_unused() -> None:
             collection.remove(block)
 
 
-def _image(pattern: str) -> bpy.types.Image:
-    name = f"{NAME} {pattern}"
+def _image(pattern: str, ratio: float) -> bpy.types.Image:
+    width, height = patterns.size(ratio)
+    name = f"{NAME} {pattern}" + ("" if ratio == 1.0 else f" {width}x{height}")
     image = bpy.data.images.get(name)
     if image is not None:
         return image
-    size = patterns.SIZE
-    image = bpy.data.images.new(name, size, size)
+    image = bpy.data.images.new(name, width, height)
     if pattern == "grid":
         image.generated_type = "COLOR_GRID"
     else:
-        image.pixels.foreach_set(patterns.pixels(pattern).ravel())
+        image.pixels.foreach_set(patterns.pixels(pattern, ratio).ravel())
         image.update()
         image.pack()
     return image
 
 
-def _material(pattern: str, layer: str) -> bpy.types.Material:
+def _material(image: bpy.types.Image, layer: str) -> bpy.types.Material:
     """Shows the image in the colours that it has, on this UV map, in solid shading too."""
-    name = f"{NAME} {pattern} {layer}"
+    name = f"{image.name} {layer}"
     material = bpy.data.materials.get(name)
     if material is not None:
         return material
@@ -73,7 +74,7 @@ def _material(pattern: str, layer: str) -> bpy.types.Material:
     texture = nodes.new("ShaderNodeTexImage")
     place = nodes.new("ShaderNodeUVMap")
     place.uv_map = layer
-    texture.image = _image(pattern)
+    texture.image = image
     links.new(place.outputs["UV"], texture.inputs["Vector"])
     links.new(texture.outputs["Color"], surface.inputs["Color"])
     links.new(surface.outputs["BSDF"], output.inputs["Surface"])

@@ -3,7 +3,9 @@
 
 import numpy as np
 
-SIZE = 1024
+from .. import aspect
+
+SIZE = 1024  # of the longer side
 # (identifier, name, description)
 PATTERNS = (
     (
@@ -20,12 +22,20 @@ PATTERNS = (
 )
 
 
-def pixels(name: str) -> np.ndarray:
-    """(SIZE, SIZE, 4) float32 of "brick" or "symmetric"; the grid is one of Blender's own generated images."""
-    at = (np.arange(SIZE) + 0.5) / SIZE
-    v, u = np.meshgrid(at, at, indexing="ij")
+def size(ratio: float) -> tuple[int, int]:
+    """(width, height) for textures so many times as wide as high."""
+    width, height = (int(round(SIZE * side)) for side in aspect.sides(ratio))
+    return width, height
+
+
+def pixels(name: str, ratio: float = 1.0) -> np.ndarray:
+    """(height, width, 4) float32 of "brick" or "symmetric"; the grid is one of Blender's own generated images."""
+    width, height = size(ratio)
+    v, u = np.meshgrid(
+        (np.arange(height) + 0.5) / SIZE, (np.arange(width) + 0.5) / SIZE, indexing="ij"
+    )
     grey = {"brick": _brick, "symmetric": _symmetric}[name](u, v)
-    return np.concatenate([grey, np.ones((SIZE, SIZE, 1))], axis=2).astype(np.float32)
+    return np.concatenate([grey, np.ones((height, width, 1))], axis=2).astype(np.float32)
 
 
 def _brick(u: np.ndarray, v: np.ndarray) -> np.ndarray:

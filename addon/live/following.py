@@ -25,10 +25,12 @@ _STALE = 1.0
 
 
 class Followed:
-    def __init__(self, ob, process=None):
-        """Raises MeshProblem if the mesh cannot be read. process: where its jobs are solved, None: in Blender's own."""
+    def __init__(self, ob, process=None, *, aspect=1.0):
+        """Raises MeshProblem if the mesh cannot be read. process: where its jobs are solved, None: in Blender's own. aspect:
+        width over height of the texture on which islands keep their shape."""
         self.name, self.uid = ob.name, watch.uid(ob)
         self.process = process
+        self.aspect = aspect
         self.updates = 0
         self.unmet: dict[int, str] = {}  # island -> why its pins cannot be met where they are
         self._job = None  # (job, island, part, key, when it began)
@@ -146,7 +148,12 @@ class Followed:
         with processes.within(self.process):
             try:
                 job = solver.pull(
-                    part, start, pins, iterations=0 if len(places) == 1 else 200, seconds=SECONDS
+                    part,
+                    start,
+                    pins,
+                    iterations=0 if len(places) == 1 else 200,
+                    seconds=SECONDS,
+                    aspect=self.aspect,
                 )
             except flipfree.FlipfreeError as error:
                 self._failed(island, part, error)

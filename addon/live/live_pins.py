@@ -8,7 +8,7 @@ The first goes on while a transform has the window's events, the second does not
 
 import bpy
 
-from .. import errors, watch
+from .. import aspect, errors, watch
 from ..meshes import mesh_io
 from ..operators import common
 from ..runs import processes
@@ -24,8 +24,8 @@ _current: list["Session"] = []  # at most one
 class Session:
     """What Live Pins follows, from its start to its end."""
 
-    def __init__(self, objects: list):
-        """Raises MeshProblem: nothing to follow, or too much of it."""
+    def __init__(self, objects: list, *, texture=1.0):
+        """texture: its width over its height. Raises MeshProblem: nothing to follow, or too much of it."""
         self.followed: list[following.Followed] = []
         self.ended = False
         self.ending = False
@@ -34,7 +34,7 @@ class Session:
         self._shown = ""
         with_map = [ob for ob in objects if ob.data.uv_layers.active is not None]
         for ob in with_map:
-            self.followed.append(following.Followed(ob))
+            self.followed.append(following.Followed(ob, aspect=texture))
         triangles = sum(len(one.snapshot.triangles) for one in self.followed)
         if triangles > MOST_TRIANGLES:
             raise mesh_io.MeshProblem(
@@ -166,7 +166,7 @@ class UV_OT_flipfree_live_pins(bpy.types.Operator):
             errors.complain(self, "Without a window nobody moves pins. Use Match Pins")
             return {"CANCELLED"}
         try:
-            self._session = Session(common.meshes(context))
+            self._session = Session(common.meshes(context), texture=aspect.active(context))
         except mesh_io.MeshProblem as problem:
             errors.complain(self, str(problem))
             return {"CANCELLED"}

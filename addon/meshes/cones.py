@@ -125,9 +125,9 @@ def _parts(mesh: bpy.types.Mesh) -> list[tuple[np.ndarray, int, int]]:
     mesh.loops.foreach_get("vertex_index", corners)
     faces = np.bincount(label[corners[first]], minlength=len(label))
     edges = np.bincount(label[ends[:, 0]], minlength=len(label))
+    found = ((vertices, label[vertices[0]]) for vertices in labels.groups(label))
     return [
-        (np.flatnonzero(label == root), int(edges[root]), int(faces[root]))
-        for root in np.flatnonzero(faces).tolist()
+        (vertices, int(edges[root]), int(faces[root])) for vertices, root in found if faces[root]
     ]
 
 

@@ -19,9 +19,12 @@ _SIDES = ((0, 1), (1, 2), (2, 0))
 class Island:
     """One seam island as a mesh of its own. Its vertices differ from the submesh's where it lies on both sides of a seam."""
 
-    def __init__(self, snapshot, triangles: np.ndarray, cuts: np.ndarray):
+    def __init__(self, snapshot, triangles: np.ndarray, split: np.ndarray, origin: np.ndarray):
+        """split (#St, 3), origin (n,): the snapshot's triangles cut apart along its seams (mesh_io.split_fans)."""
         self.triangles = triangles  # ids of the snapshot's triangles
-        self.faces, self.submesh = mesh_io.split_fans(snapshot.triangles[triangles], cuts)
+        used, compact = np.unique(split[triangles], return_inverse=True)
+        self.faces = compact.reshape(-1, 3).astype(np.int32)
+        self.submesh = origin[used]
         self.vertices = snapshot.vertices[self.submesh]
         self.pins: dict[int, tuple[float, float]] = {}
 
@@ -66,10 +69,9 @@ def seam_islands(snapshot) -> np.ndarray:
 def islands_of(snapshot, cuts: np.ndarray | None = None) -> list[Island]:
     """Islands by their first triangle. cuts: (s, 2) submesh vertex pairs; default the snapshot's seams."""
     cuts = snapshot.cuts if cuts is None else cuts
-    triangles = snapshot.triangles
-    split, _ = mesh_io.split_fans(triangles, cuts)
-    label = labels.face_components(split)
-    return [Island(snapshot, np.flatnonzero(label == root), cuts) for root in np.unique(label)]
+    split, origin = mesh_io.split_fans(snapshot.triangles, cuts)
+    found = labels.groups(labels.face_components(split))
+    return [Island(snapshot, triangles, split, origin) for triangles in found]
 
 
 @dataclass

@@ -30,6 +30,14 @@ def connected_components(n: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return label
 
 
+def groups(label: np.ndarray) -> list[np.ndarray]:
+    """What has each label, ascending, in the order of the labels. In one sweep, however many they are."""
+    if not len(label):
+        return []
+    order = np.argsort(label, kind="stable")
+    return np.split(order, 1 + np.flatnonzero(np.diff(label[order])))
+
+
 def face_components(triangles: np.ndarray) -> np.ndarray:
     """(m,) smallest triangle of each triangle's component; triangles are joined by common edges."""
     return flipfree.islands(triangles)[0]

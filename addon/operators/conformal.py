@@ -89,8 +89,7 @@ class ConformalTask(parts.PartsTask):
 
     def stages(self):
         self._refuse_bad_angles()
-        label = labels.face_components(self.snapshot.triangles)
-        components = [np.flatnonzero(label == root) for root in np.unique(label)]
+        components = labels.groups(labels.face_components(self.snapshot.triangles))
         requests = [self._request(triangles) for triangles in components]
         cone_sums.refuse_unbalanced(
             self.snapshot,
@@ -281,9 +280,8 @@ class SuggestTask(modal.StagedTask):
         self.bound_holds = True
 
     def stages(self):
-        label = labels.face_components(self.snapshot.triangles)
-        for root in np.unique(label):
-            part, used = self.snapshot.part(np.flatnonzero(label == root))
+        for triangles in labels.groups(labels.face_components(self.snapshot.triangles)):
+            part, used = self.snapshot.part(triangles)
             found = yield solver.suggest_cones(
                 part, bound=self.bound, quarter_turns=self.quarter_turns
             )

@@ -137,8 +137,7 @@ class SeamlessTask(parts.PartsTask):
 
     def components(self) -> list[np.ndarray]:
         """Triangles of each connected part."""
-        label = labels.face_components(self.snapshot.triangles)
-        return [np.flatnonzero(label == root) for root in np.unique(label)]
+        return labels.groups(labels.face_components(self.snapshot.triangles))
 
     def take(self, found):
         """Last stage: the solver's map, placed as it will be stored, judged there with the cones of `quarters`."""

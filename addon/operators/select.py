@@ -5,6 +5,7 @@ import bpy
 import numpy as np
 
 from .. import compat, errors, mends, modal, solver
+from ..aspect import sides
 from ..meshes import labels, mesh_io, selection
 from ..views import faults, measures
 from . import common, options
@@ -111,14 +112,15 @@ _MANY = {"vertex": "vertices", "edge": "edges", "face": "faces"}
 class DistortedTask(modal.Task):
     """The active map of a whole object: which islands are distorted beyond the bound."""
 
-    def __init__(self, snapshot):
+    def __init__(self, snapshot, *, aspect=1.0):
         super().__init__(snapshot)
+        self.aspect = aspect
         self.faces = np.zeros(0, np.int64)
         self.islands = 0
 
     def start(self):
         common.refuse_nonfinite_uvs(self.snapshot)
-        return solver.certify(self.snapshot, self.snapshot.corner_uv)
+        return solver.certify(self.snapshot, self.snapshot.corner_uv, aspect=self.aspect)
 
     def collect(self, result):
         label = labels.island_labels(self.snapshot.triangles, self.snapshot.corner_uv)
@@ -152,7 +154,7 @@ def _show_faces(tasks) -> int:
     return sum(len(task.faces) for task in tasks)
 
 
-class UV_OT_flipfree_select_poor(options.MapOperator, bpy.types.Operator):
+class UV_OT_flipfree_select_poor(options.MeasureAspect, options.MapOperator, bpy.types.Operator):
     bl_idname = "uv.flipfree_select_poor"
     bl_label = "Select Distorted Islands"
     bl_description = (
@@ -162,9 +164,11 @@ class UV_OT_flipfree_select_poor(options.MapOperator, bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
     verb = "Select Distorted Islands"
     needs_uv = True
+    option_names = ("correct_aspect",)
 
     def make_run(self, context):
-        return modal.Run(*_whole_objects(context, DistortedTask))
+        values = self.values(context)
+        return modal.Run(*_whole_objects(context, lambda s: DistortedTask(s, **values)))
 
     def summary(self, tasks):
         if not _show_faces(tasks):
@@ -195,8 +199,9 @@ _BY_MEASURE = ("worst", "sheared", "small")
 class FacesTask(modal.Task):
     """Faces of a whole object by what the map does to them."""
 
-    def __init__(self, snapshot, *, what="flipped", share=5.0, islands=False):
+    def __init__(self, snapshot, *, what="flipped", share=5.0, islands=False, aspect=1.0):
         super().__init__(snapshot)
+        self.aspect = aspect
         self.what = what
         self.share = share / 100.0
         self.islands = islands
@@ -220,7 +225,8 @@ class FacesTask(modal.Task):
     def _worst(self) -> np.ndarray:
         """Faces, the worst first, that make up the wanted share of the surface."""
         snapshot = self.snapshot
-        found = measures.stretch(snapshot.vertices[snapshot.triangles], snapshot.corner_uv)
+        seen = snapshot.corner_uv * sides(self.aspect)
+        found = measures.stretch(snapshot.vertices[snapshot.triangles], seen)
         values = {
             "worst": measures.dirichlet,
             "sheared": measures.angle,
@@ -245,14 +251,14 @@ class FacesTask(modal.Task):
         """Leaves the object alone; the operator selects in all of them together."""
 
 
-class UV_OT_flipfree_select_faces(options.MapOperator, bpy.types.Operator):
+class UV_OT_flipfree_select_faces(options.MeasureAspect, options.MapOperator, bpy.types.Operator):
     bl_idname = "uv.flipfree_select_faces"
     bl_label = "Select Faces by Map"
     bl_description = "Select faces that are flipped, without area, overlapping or most distorted in the UV map, or their islands"
     bl_options = {"REGISTER", "UNDO"}
     verb = "Select Faces"
     needs_uv = True
-    option_names = ("what", "share", "islands")
+    option_names = ("what", "share", "islands", "correct_aspect")
 
     what: bpy.props.EnumProperty(
         name="Faces", description="Which faces are selected", items=WHAT, default="flipped"
@@ -272,10 +278,10 @@ class UV_OT_flipfree_select_faces(options.MapOperator, bpy.types.Operator):
     )
 
     def has_effect(self, name):
-        return name != "share" or self.what in _BY_MEASURE
+        return name not in ("share", "correct_aspect") or self.what in _BY_MEASURE
 
     def make_run(self, context):
-        values = {name: getattr(self, name) for name in self.option_names}
+        values = self.values(context)
         return modal.Run(*_whole_objects(context, lambda s: FacesTask(s, **values)))
 
     def summary(self, tasks):

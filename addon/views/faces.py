@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .. import scene
+from .. import aspect, scene
 from . import measures, shapes, state
 
 ALPHA = 0.85
@@ -67,9 +67,10 @@ def draw(read, drawing: shapes.Drawing) -> None:
     if not read.layer or not len(read.loops):
         return
     uv = read.uv[read.loops]
-    in_scene = measures.stretch(scene.placed(read.corner_points, read.ob), uv)
+    seen = uv * aspect.sides(aspect.shown(read.ob))
+    in_scene = measures.stretch(scene.placed(read.corner_points, read.ob), seen)
     what = state.current.faces
-    found = in_scene if what == "density" else measures.stretch(read.corner_points, uv)
+    found = in_scene if what == "density" else measures.stretch(read.corner_points, seen)
     drawing.values = measure(what, found, state.current.pixels)
     drawing.face_values = measures.of_faces(drawing.values, found.area, read.faces)
     # Of one object as in its certificate, of several by their sizes in the scene.

@@ -9,7 +9,7 @@ import bpy
 
 import flipfree
 
-from .. import scene, watch
+from .. import aspect, scene, watch
 from ..meshes import mesh_io
 from . import faces, faults, field, legend, marks, reading, shapes, state
 
@@ -89,7 +89,7 @@ def look(*, at_once: bool = False) -> None:
         _end(entries.pop(uid))
         changed = True
     for uid, ob in shown.items():
-        stamp = (*watch.stamp(ob), _map_name(ob), scene.matrix(ob).tobytes(), state.current.version)
+        stamp = (*watch.stamp(ob), *_looks(ob), state.current.version)
         rests, _seen[uid] = _seen.get(uid) == stamp, stamp
         entry = entries.get(uid)
         if (entry is None or entry.stamp != stamp) and (rests or at_once or entry is None):
@@ -105,9 +105,11 @@ def look(*, at_once: bool = False) -> None:
         redraw()
 
 
-def _map_name(ob) -> str:
+def _looks(ob) -> tuple:
+    """What else than the mesh decides how it is drawn."""
     layer = ob.data.uv_layers.active
-    return layer.name if layer else ""
+    texture = aspect.shown(ob) if state.current.faces in faces.SCALES else 1.0
+    return layer.name if layer else "", scene.matrix(ob).tobytes(), texture
 
 
 def _read(ob, stamp) -> Entry:

@@ -191,3 +191,76 @@ def test_the_command_line_takes_the_shape_of_a_texture(part, tmp_path):
         (ended,) = solve([ob], part("command_line.commands").COMMANDS["unwrap"], given)
         assert ended.failure is None and "times as wide as high" in ended.text
         assert np.allclose(shape_of(ob), 2.0, rtol=1e-3)
+
+
+def measured(part, ob, what):
+    """(values, weights) of what is drawn over an object."""
+    state, refresh = part("views.state"), part("views.refresh")
+    state.switch(what, True)
+    try:
+        drawing = refresh._read(ob, ()).drawing
+        return drawing.values, drawing.weights
+    finally:
+        state.switch_all_off()
+
+
+def test_what_is_drawn_over_an_object_is_what_its_certificate_says(part):
+    ob = with_image(cube_with_seams(), 2048, 1024)
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    looks = part("views.refresh")._looks
+    for what in ("distortion", "angle"):
+        values, weights = measured(part, ob, what)
+        assert np.average(values, weights=weights) == pytest.approx(1.0, abs=1e-3)
+    # Of 2048 x 1024 pixels on a cube of 24 units of area.
+    density, weights = measured(part, ob, "density")
+    uv = shapes.uv_of(ob).astype(float)
+    x, y = (uv[[list(face.loop_indices) for face in ob.data.polygons]] * [1024, 512]).T
+    pixels = abs((x * np.roll(y, -1, axis=0) - y * np.roll(x, -1, axis=0)).sum()) / 2
+    assert density == pytest.approx(np.sqrt(pixels / 24), rel=1e-3)
+    part("views.state").switch("distortion", True)
+    before = looks(ob)
+    ob.active_material.node_tree.nodes.active.image.scale(1024, 1024)
+    assert looks(ob) != before
+    part("views.state").switch_all_off()
+
+
+def test_faces_are_selected_by_their_distortion_on_the_texture():
+    right = with_image(cube_with_seams(), 2048, 1024)
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    uv = shapes.uv_of(right)
+    face = right.data.polygons[3]
+    loops = slice(face.loop_start, face.loop_start + 4)
+    uv[loops, 0] = uv[loops, 0].mean() + (uv[loops, 0] - uv[loops, 0].mean()) * 0.5
+    shapes.set_uv(right, uv)
+    assert bpy.ops.uv.flipfree_select_faces(what="sheared", share=10.0) == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert [face.index for face in right.data.polygons if face.select] == [3]
+
+
+def test_islands_keep_their_shape_while_they_are_oriented():
+    ob = with_image(cube_with_seams(), 2048, 1024)
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    c, s = np.cos(0.4), np.sin(0.4)
+    seen = (shapes.uv_of(ob) * [2.0, 1.0]) @ np.array([[c, s], [-s, c]])
+    shapes.set_uv(ob, seen / [2.0, 1.0] * 0.5)
+    before = shape_of(ob)
+    assert np.allclose(before, 2.0, rtol=1e-3)
+    assert bpy.ops.uv.flipfree_orient() == {"FINISHED"}
+    seen = shapes.uv_of(ob).astype(float) * [2.0, 1.0]
+    for face in ob.data.polygons:  # squares, and level ones
+        sides = np.diff(seen[[*face.loop_indices, face.loop_start]], axis=0)
+        lengths = np.linalg.norm(sides, axis=1)
+        assert np.allclose(lengths, lengths[0], rtol=1e-3)
+        assert np.allclose(abs(sides).min(axis=1), 0.0, atol=1e-4 * lengths[0])
+
+
+def test_densities_are_in_pixels_of_the_texture(part, capfd):
+    ob = with_image(cube_with_seams(), 2048, 1024)
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    assert bpy.ops.uv.flipfree_set_density(density=100.0, texture_size=2048) == {"FINISHED"}
+    for face in ob.data.polygons:  # of 2 x 2 units: 200 pixels to a side
+        pixels = shapes.uv_of(ob)[list(face.loop_indices)].astype(float) * [2048, 1024]
+        sides = np.linalg.norm(pixels - np.roll(pixels, 1, axis=0), axis=1)
+        assert np.allclose(sides, 200.0, rtol=1e-3)
+    assert bpy.ops.uv.flipfree_get_density(texture_size=2048) == {"FINISHED"}
+    assert "100 px per unit" in capfd.readouterr().out

@@ -5,6 +5,7 @@ import bpy
 import numpy as np
 import pytest
 import shapes
+from test_aspect import with_image
 
 PATTERNS = ("grid", "brick", "symmetric")
 KINDS = ("materials", "images", "node_groups", "textures")
@@ -141,3 +142,18 @@ def test_maps_are_computed_on_the_mesh_below_the_checker():
     assert bpy.ops.uv.flipfree_checker() == {"FINISHED"}
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
     assert shapes.exact_flips(ob) == 0
+
+
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_squares_are_squares_on_the_texture_that_the_object_has(part, pattern):
+    ob = with_image(shapes.cube(), 2048, 1024)
+    assert bpy.ops.uv.flipfree_checker(pattern=pattern) == {"FINISHED"}
+    assert shown(ob) == f"Flipfree Checker {pattern} 1024x512 UVMap"
+    (image,) = [i for i in bpy.data.images if i.name.startswith("Flipfree")]
+    assert tuple(image.size) == (1024, 512)
+    assert bpy.ops.uv.flipfree_remove_checker() == {"FINISHED"}
+    assert shown(ob) == "Material"
+    # The same pixels on fewer rows: nothing is squeezed.
+    pixels = part("checker.patterns").pixels
+    assert np.array_equal(pixels("symmetric", 2.0), pixels("symmetric")[:512])
+    assert np.array_equal(pixels("brick", 0.5), pixels("brick")[:, :512])

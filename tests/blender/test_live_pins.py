@@ -216,3 +216,20 @@ def test_without_a_window_it_says_so():
     pinned_grid(4)
     with pytest.raises(RuntimeError, match="Use Match Pins"):
         bpy.ops.uv.flipfree_live_pins()
+
+
+def test_islands_keep_their_shape_on_a_texture_that_is_no_square(live):
+    ob = shapes.grid(8, bump=0.0, uv=True)
+    at = np.array([v.co[:2] for v in ob.data.vertices])
+    at = at[[loop.vertex_index for loop in ob.data.loops]]
+    before = (at * [0.1, 0.2] + 0.5).astype(np.float32)
+    shapes.set_uv(ob, before)
+    low = at[:, 1] == -1.0
+    left, right = (low & (at[:, 0] == x) for x in (-1.0, 1.0))
+    shapes.set_pins(ob, left | right)
+    edited(ob)
+    session = live.Session([ob], texture=2.0)
+    move(ob, np.flatnonzero(right), np.float32([0.6001, 0.3]))
+    settle(session)
+    after = ended(ob, session)
+    assert session.updates == 1 and abs(after - before).max() < 1e-3

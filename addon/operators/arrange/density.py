@@ -4,8 +4,8 @@
 import bpy
 import numpy as np
 
-from ... import errors, scene
-from ...meshes import mesh_io
+from ... import aspect, errors, scene
+from ...meshes import labels, mesh_io
 from ...views import measures
 from .. import common, options
 from . import moved
@@ -17,7 +17,7 @@ _last = {"density": 0.0, "texture_size": 1024}
 class TextureSize:
     texture_size: bpy.props.IntProperty(
         name="Texture Size",
-        description="Pixels of the texture to a side",
+        description="Pixels of the texture's longer side",
         default=1024,
         min=1,
         max=65536,
@@ -31,14 +31,19 @@ def areas_in_scene(snapshot) -> np.ndarray:
     return measures.stretch(corners, snapshot.corner_uv).area
 
 
-def of_areas(surface: np.ndarray, uv: np.ndarray, pixels: int) -> float:
+def pixels_of(size: int, ratio: float) -> float:
+    """The root of how many pixels a texture of this shape has, `size` of them along its longer side."""
+    return size * float(aspect.sides(ratio).prod()) ** 0.5
+
+
+def of_areas(surface: np.ndarray, uv: np.ndarray, pixels: float) -> float:
     """Pixels per unit of the scene, over triangles of these areas there with these UVs (k, 3, 2); 0 without area."""
     total = float(surface.sum())
     plane = float(np.abs(moved.areas(uv)).sum())
     return pixels * (plane / total) ** 0.5 if total > 0 else 0.0
 
 
-class UV_OT_flipfree_get_density(TextureSize, bpy.types.Operator):
+class UV_OT_flipfree_get_density(TextureSize, options.MeasureAspect, bpy.types.Operator):
     bl_idname = "uv.flipfree_get_density"
     bl_label = "Get Texel Density"
     bl_description = (
@@ -57,7 +62,9 @@ class UV_OT_flipfree_get_density(TextureSize, bpy.types.Operator):
         except mesh_io.MeshProblem as problem:
             errors.complain(self, str(problem))
             return {"CANCELLED"}
-        found = self._islands([s for s in snapshots if s.layer_name])
+        ratio = aspect.active(context) if self.correct_aspect else 1.0
+        pixels = pixels_of(self.texture_size, ratio)
+        found = self._islands([s for s in snapshots if s.layer_name], pixels)
         if not found:
             text = str(failures[0]) if failures else "There is no face with an area and a UV map"
             errors.complain(self, text)
@@ -74,41 +81,45 @@ class UV_OT_flipfree_get_density(TextureSize, bpy.types.Operator):
         )
         return {"FINISHED"}
 
-    def _islands(self, snapshots) -> list[tuple[float, float]]:
+    def _islands(self, snapshots, pixels: float) -> list[tuple[float, float]]:
         """(area in the scene, density) of each island with an area."""
         found = []
         for snapshot in snapshots:
-            surface = areas_in_scene(snapshot)
-            uv = snapshot.corner_uv.astype(np.float64)
-            label = moved.labels.island_labels(snapshot.triangles, snapshot.corner_uv)
-            for island in np.unique(label):
-                chosen = label == island
-                area = float(surface[chosen].sum())
-                density = of_areas(surface[chosen], uv[chosen], self.texture_size)
-                if area > 0 and np.isfinite(density):
-                    found.append((area, density))
+            label = labels.island_labels(snapshot.triangles, snapshot.corner_uv)
+            plane = np.abs(moved.areas(snapshot.corner_uv.astype(np.float64)))
+            _, island = np.unique(label, return_inverse=True)
+            surface = np.bincount(island, areas_in_scene(snapshot))
+            with np.errstate(divide="ignore", invalid="ignore"):
+                density = pixels * np.sqrt(np.bincount(island, plane) / surface)
+            known = (surface > 0) & np.isfinite(density)
+            found += zip(surface[known].tolist(), density[known].tolist(), strict=True)
         return found
 
 
 class DensityTask(moved.MovedTask):
     def __init__(
-        self, snapshot, *, density=512.0, texture_size=1024, together=False, use_pins=True
+        self,
+        snapshot,
+        *,
+        density=512.0,
+        texture_size=1024,
+        together=False,
+        use_pins=True,
+        aspect=1.0,
     ):
         super().__init__(snapshot, use_pins=use_pins)
         self.density = density
-        self.texture_size = texture_size
-        self.together = together
+        self.pixels = pixels_of(texture_size, aspect)
         self.surface = areas_in_scene(snapshot)
-
-    def _now(self, triangles, uv) -> float:
-        return of_areas(self.surface[triangles], uv, self.texture_size)
+        self._of_all = None  # the density of all islands together
+        if together:
+            uv = snapshot.corner_uv.astype(np.float64)
+            self._of_all = of_areas(self.surface, uv, self.pixels)
 
     def place(self, triangles, uv):
-        if self.together:
-            everything = np.arange(len(self.snapshot.triangles))
-            now = self._now(everything, self.snapshot.corner_uv.astype(np.float64))
-        else:
-            now = self._now(triangles, uv)
+        now = self._of_all
+        if now is None:
+            now = of_areas(self.surface[triangles], uv, self.pixels)
         if not (now > 0 and np.isfinite(now)):
             return None
         middle = moved.centre(uv)
@@ -116,7 +127,11 @@ class DensityTask(moved.MovedTask):
 
 
 class UV_OT_flipfree_set_density(
-    options.KeepPins, TextureSize, options.MapOperator, bpy.types.Operator
+    options.KeepPins,
+    TextureSize,
+    options.MeasureAspect,
+    options.MapOperator,
+    bpy.types.Operator,
 ):
     bl_idname = "uv.flipfree_set_density"
     bl_label = "Set Texel Density"
@@ -127,7 +142,7 @@ class UV_OT_flipfree_set_density(
     bl_options = {"REGISTER", "UNDO"}
     verb = "Set Texel Density"
     needs_uv = True
-    option_names = ("density", "texture_size", "together", "use_pins")
+    option_names = ("density", "texture_size", "together", "use_pins", "correct_aspect")
 
     density: bpy.props.FloatProperty(
         name="Density",

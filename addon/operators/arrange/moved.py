@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Islands that are moved, turned and scaled as they are; written only if rounding to 32 bits folded nothing."""
 
+import time
+
 import numpy as np
 
 from ... import modal, solver
@@ -35,7 +37,7 @@ class MovedTask(modal.StagedTask):
         snapshot = self.snapshot
         common.refuse_nonfinite_uvs(snapshot)
         old = snapshot.corner_uv.astype(np.float64)
-        new = self._placed(old)
+        new = yield from self._placed(old)
         before = yield solver.certify(snapshot, old, bijective=True)
         stored = new.astype(np.float32)
         after = yield solver.certify(snapshot, stored.astype(np.float64), bijective=True)
@@ -50,13 +52,17 @@ class MovedTask(modal.StagedTask):
         self.certificate = after
         self._loops, self._values = mesh_io.loop_values(snapshot, stored)
 
-    def _placed(self, old: np.ndarray) -> np.ndarray:
+    def _placed(self, old: np.ndarray):
+        """Stages that find the new UVs: there may be hundreds of thousands of islands."""
         snapshot = self.snapshot
         label = labels.island_labels(snapshot.triangles, snapshot.corner_uv)
         pinned = snapshot.pinned[snapshot.triangle_loops].any(axis=1)
         new = old.copy()
-        for island in np.unique(label):
-            triangles = np.flatnonzero(label == island)
+        begin = time.perf_counter()
+        for triangles in labels.groups(label):
+            if time.perf_counter() - begin > modal.MOMENT:
+                yield modal.Pause()
+                begin = time.perf_counter()
             self._count += 1
             if self.use_pins and pinned[triangles].any():
                 self.stayed += 1

@@ -33,17 +33,25 @@ AXES = (("u", "U", "To the right"), ("v", "V", "Upwards"))
 
 
 class OrientTask(moved.MovedTask):
-    def __init__(self, snapshot, selected=None, *, by="box", axis="v", use_pins=True):
+    def __init__(self, snapshot, selected=None, *, by="box", axis="v", use_pins=True, aspect=1.0):
         """selected: (k, 2) mesh vertices of the selected edges."""
         super().__init__(snapshot, use_pins=use_pins)
         self.by = by
         self.axis = axis
-        self.selected = np.zeros((0, 2), np.int64) if selected is None else selected
+        self.aspect = aspect
+        # Sides of triangles, from corner k to the next.
+        self._chosen = np.zeros((len(snapshot.triangles), 3), bool)
+        if selected is not None:
+            corners = snapshot.vertex_ids[snapshot.triangles]
+            for k in range(3):
+                keys = labels.edge_keys(corners[:, [k, (k + 1) % 3]])
+                self._chosen[:, k] = labels.members(keys, labels.edge_keys(selected))
 
     def place(self, triangles, uv):
         find = {"box": self._box, "edge": self._edges, "up": self._up}[self.by]
-        angle = find(triangles, uv)
-        return None if angle is None else turned(uv, angle)
+        seen = uv * [self.aspect, 1.0]
+        angle = find(triangles, seen)
+        return None if angle is None else turned(seen, angle) / [self.aspect, 1.0]
 
     def _box(self, triangles, uv) -> float | None:
         """Turns the smallest box's longer side onto the axis."""
@@ -53,12 +61,9 @@ class OrientTask(moved.MovedTask):
 
     def _edges(self, triangles, uv) -> float | None:
         """Turns the mean of the selected edges, by length and up to quarter turns, onto the nearest axis."""
-        corners = self.snapshot.vertex_ids[self.snapshot.triangles[triangles]]
-        chosen = np.sort(labels.edge_keys(self.selected))
         total = 0j
         for k in range(3):
-            pairs = corners[:, [k, (k + 1) % 3]]
-            on = np.isin(labels.edge_keys(pairs), chosen)
+            on = self._chosen[triangles, k]
             way = uv[on, (k + 1) % 3] - uv[on, k]
             along = way[:, 0] + 1j * way[:, 1]
             length = np.abs(along)
@@ -154,14 +159,16 @@ def whole_objects_with_edges(context, make_task) -> modal.Run:
     return modal.Run(tasks, failures)
 
 
-class UV_OT_flipfree_orient(options.KeepPins, options.MapOperator, bpy.types.Operator):
+class UV_OT_flipfree_orient(
+    options.KeepPins, options.CorrectAspect, options.MapOperator, bpy.types.Operator
+):
     bl_idname = "uv.flipfree_orient"
     bl_label = "Orient Islands"
     bl_description = "Turn islands about their centres so that they lie along u and v"
     bl_options = {"REGISTER", "UNDO"}
     verb = "Orient Islands"
     needs_uv = True
-    option_names = ("by", "axis", "use_pins")
+    option_names = ("by", "axis", "use_pins", "correct_aspect")
 
     by: bpy.props.EnumProperty(
         name="By", description="What lies along the axis", items=BY, default="box"
@@ -175,8 +182,9 @@ class UV_OT_flipfree_orient(options.KeepPins, options.MapOperator, bpy.types.Ope
 
     def make_run(self, context):
         if self.by == "edge":
+            values = self.values(context)
             return whole_objects_with_edges(
-                context, lambda s, chosen: OrientTask(s, chosen, by="edge", use_pins=self.use_pins)
+                context, lambda s, chosen: OrientTask(s, chosen, **values)
             )
         return super().make_run(context)
 
