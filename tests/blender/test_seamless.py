@@ -222,7 +222,10 @@ def test_a_speck_beside_a_large_part_is_enlarged_and_said(capfd):
     bpy.ops.object.join()
     assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
     assert shapes.exact_flips(bpy.context.object) == 0
-    assert "1 part was too small beside the others for 32 bits, and is larger" in capfd.readouterr().out
+    assert (
+        "1 part was too small beside the others for 32 bits, and is larger"
+        in capfd.readouterr().out
+    )
 
 
 def test_quads_stay_where_the_cut_can_go_around_them():
