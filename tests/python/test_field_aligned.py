@@ -310,3 +310,16 @@ def test_what_cannot_be_is_refused_with_a_reason() -> None:
         ff.field_aligned(vertices, faces, boundary="straight")
     with pytest.raises(ff.Cancelled):
         ff.field_aligned(vertices, faces, progress=lambda _s, _f: False)
+
+
+@pytest.mark.parametrize("size", [1e-8, 1e-30])
+def test_a_speck_beside_a_large_part_is_enlarged_and_turns_as_the_field_does(size: float) -> None:
+    vertices, faces = torus()
+    both = np.vstack([vertices, size * vertices])
+    result = ff.field_aligned(both, np.vstack([faces, faces + len(vertices)]))
+    assert result.certificate.ok and result.stats["enlarged_islands"] == 1
+    assert result.certificate.holonomy_failures == 0
+    assert (result.vertices[: len(both)] == both).all()
+    judged = seam_count(result.faces, result.uv)
+    assert judged.exact == judged.edges > 0
+    assert judged.cones == dict(result.certificate.quarter_cones.tolist())

@@ -22,6 +22,7 @@
 #include "flipfree/holonomy/projected_loops.h"
 #include "flipfree/seamless/error_places.h"
 #include "flipfree/seamless/exact/divided/divided_sides.h"
+#include "flipfree/seamless/exact/parts/enlarged_parts.h"
 #include "flipfree/seamless/exact/take_back.h"
 #include "flipfree/seamless/request.h"
 
@@ -108,9 +109,10 @@ void add_angles(const distortion::CutMap& cut, const std::vector<double>& direct
   stats["angle_p95"] = sorted[i].first;
 }
 
-// The second half: an engine's map that is to follow the field.
+// The second half: an engine's map that is to follow the field, as a map of `given`: the surface,
+// or what it was before parts of it were enlarged.
 certify::Parametrization aligned_map(seamless::PennerMap found, const mesh::Surface& surface,
-                                     const mesh::Adjacency& adjacency,
+                                     const mesh::Surface& given, const mesh::Adjacency& adjacency,
                                      const field::CrossField& field, const AlignedOptions& options,
                                      ExecutionContext& context) {
   const bool aligned = options.boundary == seamless::Boundary::kAligned;
@@ -148,8 +150,9 @@ certify::Parametrization aligned_map(seamless::PennerMap found, const mesh::Surf
   finish.optimise = false;
   finish.exact = options.exact;
   finish.boundary = options.boundary;
+  if (&given != &surface) seamless::place_on(given, map);
   certify::Parametrization result =
-      seamless::finish_map(std::move(found), surface, strips, finish, context);
+      seamless::finish_map(std::move(found), given, strips, finish, context);
   Points2 uv(cut.uv.rows(), 2);
   for (CornerId c = 0; c < static_cast<CornerId>(result.uv.rows()); ++c)
     uv.row(cut.surface.faces(c / 3, c % 3)) = result.uv.row(c);
@@ -225,6 +228,32 @@ EngineMaps maps_without_side_chords(const mesh::Surface& surface, const mesh::Ad
   return maps;
 }
 
+certify::Parametrization map_in_scale(const mesh::Surface& surface, const mesh::Surface& given,
+                                      const mesh::Adjacency& adjacency,
+                                      const field::CrossField& field, const NeededTopology& needed,
+                                      const AlignedOptions& options, ExecutionContext& context) {
+  EngineMaps maps = maps_without_side_chords(surface, adjacency, field, needed, options, context);
+  const auto added = maps.found.map.surface.vertices.rows() - surface.vertices.rows();
+  const double engine_energy = maps.found.map.certificate.energy;
+  const ProgressRange range(context, kTakenBackShare, 1.0);
+  const auto follow = [&](seamless::PennerMap& found) {
+    return aligned_map(std::move(found), surface, given, adjacency, field, options, context);
+  };
+  certify::Parametrization map;
+  if (!maps.fewer) {
+    map = follow(maps.found);
+  } else if (auto first = attempt([&] { return follow(*maps.fewer); })) {
+    map = std::move(*first);
+  } else {
+    map = follow(maps.found);
+  }
+  map.stats["added_vertices"] =
+      static_cast<std::int64_t>(map.surface.vertices.rows() - surface.vertices.rows());
+  map.stats["engine.added_vertices"] = static_cast<std::int64_t>(added);
+  map.stats["energy.engine"] = engine_energy;
+  return map;
+}
+
 certify::Parametrization map_in_time(const mesh::Surface& surface, const field::CrossField& field,
                                      const AlignedOptions& given, ExecutionContext& context) {
   AlignedOptions options = given;
@@ -236,26 +265,10 @@ certify::Parametrization map_in_time(const mesh::Surface& surface, const field::
       mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
   const NeededTopology needed = needed_topology(surface, adjacency, field, aligned, context);
   check_cones(needed.cones, surface, adjacency, aligned, context);
-  EngineMaps maps = maps_without_side_chords(surface, adjacency, field, needed, options, context);
-  const auto added = maps.found.map.surface.vertices.rows() - surface.vertices.rows();
-  const double engine_energy = maps.found.map.certificate.energy;
-  const ProgressRange range(context, kTakenBackShare, 1.0);
-  certify::Parametrization map;
-  if (!maps.fewer) {
-    map = aligned_map(std::move(maps.found), surface, adjacency, field, options, context);
-  } else if (auto first = attempt([&] {
-               return aligned_map(std::move(*maps.fewer), surface, adjacency, field, options,
-                                  context);
-             })) {
-    map = std::move(*first);
-  } else {
-    map = aligned_map(std::move(maps.found), surface, adjacency, field, options, context);
-  }
-  map.stats["added_vertices"] =
-      static_cast<std::int64_t>(map.surface.vertices.rows() - surface.vertices.rows());
-  map.stats["engine.added_vertices"] = static_cast<std::int64_t>(added);
-  map.stats["energy.engine"] = engine_energy;
-  return map;
+  return seamless::solve_in_scale(surface, adjacency, [&](const seamless::EnlargedParts* parts) {
+    return map_in_scale(parts == nullptr ? surface : parts->surface, surface, adjacency, field,
+                        needed, options, context);
+  });
 }
 
 }  // namespace

@@ -42,8 +42,9 @@ struct AlignedOptions {
 // What an aligned boundary would flatten is divided (divided_sides.h), counted in "divided_chords";
 // other refinement is taken back before the alignment (seamless/exact/take_back.h). Stats: those of
 // engine_map() and of align(), "angle_mean" and "angle_p95" (distortion::angles_off() by area,
-// radians), "loops_checked". Throws InvalidInput (defects; cones of no angle; sizing), Infeasible
-// (signatures that no map has), NotConverged, Cancelled.
+// radians), "loops_checked", "enlarged_islands" (seamless/exact/parts/enlarged_parts.h). Throws
+// InvalidInput (defects; cones of no angle; sizing), Infeasible (signatures that no map has),
+// NotConverged, Cancelled.
 certify::Parametrization compute_field_aligned_map(const mesh::Surface& surface,
                                                    const field::CrossField& field,
                                                    const AlignedOptions& options,

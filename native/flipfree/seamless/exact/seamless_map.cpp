@@ -40,9 +40,6 @@ constexpr double kFirstShare = 0.4, kPartsShare = 0.7;
 constexpr double kTakenBackShare = 0.6;
 // Newton steps of the optimiser between two rounds of taking refinement back.
 constexpr int kCoarseSteps = 15;
-// Typical edges of a part over the extent of the largest one (enlarged_parts.h): no grid of 32-bit
-// values holds shorter ones; those up to the second it holds if they have room to move.
-constexpr double kLostEdge = 0x1p-21, kCrampedEdge = 0x1p-12;
 
 bool has_boundary(const mesh::Surface& surface) {
   const auto adjacency =
@@ -251,34 +248,20 @@ certify::Parametrization map_in_scale(const mesh::Surface& surface, const std::v
                                    : map_at_once(surface, cones, options, context);
 }
 
-certify::Parametrization map_enlarged(const mesh::Surface& surface,
-                                      const mesh::Adjacency& adjacency,
-                                      const EnlargedParts& enlarged,
-                                      const std::vector<Index>& cones,
-                                      const SeamlessOptions& options, ExecutionContext& context) {
-  certify::Parametrization map = map_in_scale(enlarged.surface, cones, options, context);
-  place_on(surface, map);
-  judge(surface, adjacency, flat_inside(cones, adjacency), {}, options, map, context);
-  map.stats["enlarged_islands"] = static_cast<std::int64_t>(enlarged.count);
-  map.stats["energy"] = map.certificate.energy;
-  return map;
-}
-
 certify::Parametrization map_in_time(const mesh::Surface& surface, const std::vector<Index>& cones,
                                      const SeamlessOptions& options, ExecutionContext& context) {
   check_request(surface, cones, context);
   if (options.boundary == Boundary::kFree) check_free(surface, cones);
   const mesh::Adjacency adjacency =
       mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
-  const auto lost = enlarge_parts(surface, adjacency, kLostEdge);
-  try {
-    return lost ? map_enlarged(surface, adjacency, *lost, cones, options, context)
-                : map_in_scale(surface, cones, options, context);
-  } catch (const NotConverged&) {
-    const auto cramped = enlarge_parts(surface, adjacency, kCrampedEdge);
-    if (!cramped || (lost && lost->count == cramped->count)) throw;
-    return map_enlarged(surface, adjacency, *cramped, cones, options, context);
-  }
+  return solve_in_scale(surface, adjacency, [&](const EnlargedParts* parts) {
+    if (parts == nullptr) return map_in_scale(surface, cones, options, context);
+    certify::Parametrization map = map_in_scale(parts->surface, cones, options, context);
+    place_on(surface, map);
+    judge(surface, adjacency, flat_inside(cones, adjacency), {}, options, map, context);
+    map.stats["energy"] = map.certificate.energy;
+    return map;
+  });
 }
 
 }  // namespace
