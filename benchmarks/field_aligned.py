@@ -3,15 +3,18 @@
     PYTHONPATH=build/python:tests python3 benchmarks/field_aligned.py [--only TEXT] [--own] [--random N] [--reach 1] [--halves]
                                                                      [--open aligned] [--engine padding] [--cuts] [--seconds 120] [--markdown]
 
-Cases: fields/ with its fields, the two cones on a torus that no map has (torus_twosings) among them; `--open aligned` or `free`: the models of general/ with a boundary, which the field follows if it is aligned (`G6` is
-then the certificate's own); `--own`: the closed models of general/ and embedding/, and those of fields/, with the smoothest field. `--random N`:
-N signatures on each of six surfaces of genus 1 to 6: cones of 2 to 8 quarter turns (of 2 and 6 with `--halves`) at random vertices, and loops that turn by up to
-`--reach` quarters more or less, at random, than needs the least rotation.
-`G6` is the second judge's: on a homology basis that nobody has seen, does the map turn as the field does (judges/)? Angles are
-between isolines and field, degrees, by area; `engine` before the alignment. CPU seconds are those of all threads.
-`--cuts`: no maps, but the cuts of the engine "padding" for all cases of genus 1 and more: how many of the loops of a homology basis turned otherwise than
-the field, by how many quarter turns together, and how many branches took the shortest detour (guided) or went around cones one by one (fallback), as in
-thesis table 6.1. A cut whose loops would not turn as the field does is an error; what the cuts are like else, tests judge.
+Cases: fields/ with its fields, the two cones on a torus that no map has (torus_twosings) among them; `--open aligned` or `free`: the
+models of general/ with a boundary, which the field follows if it is aligned (`G6` is then the certificate's own); `--own`: the closed
+models of general/ and embedding/, and those of fields/, with the smoothest field, near cones merged with `--simplify`. `--random N`: N signatures on each of six surfaces of
+genus 1 to 6: cones of 2 to 8 quarter turns (of 2 and 6 with `--halves`) at random vertices, and loops that turn by up to `--reach`
+quarters more or less, at random, than needs the least rotation.
+`G6` is the second judge's: on a homology basis that nobody has seen, does the map turn as the field does (judges/)? Angles are between
+isolines and field, degrees, by area; `engine` before the alignment. CPU seconds are those of all threads.
+`--cuts`: no maps, but the cuts of the engine "padding" for all cases of genus 1 and more: how many of the loops of a homology basis
+turned otherwise than the field, by how many quarter turns together, and how many branches took the shortest detour (guided) or went
+around cones one by one (fallback), as in thesis table 6.1; `as it is`: vertices that the cut adds whose loops turn as they happen to
+(thesis 5), `length`: of the cut over that one's. A cut whose loops would not turn as the field does is an error; what the cuts are like
+else, tests judge.
 The exit status is 1 if a case is neither certified nor refused as Infeasible, or if the judge disagrees.
 """
 
@@ -38,7 +41,7 @@ from mesh_files import data_folder, read_mesh
 
 COLUMNS = "case | F | cones | certified | G6 | engine angle | mean angle | 95 % | energy | added V | engine s | CPU s"
 
-CUT_COLUMNS = "case | genus | F | cones | loops | quarters off | rerouted | guided | fallback | added V | CPU s"
+CUT_COLUMNS = "case | genus | F | cones | loops | quarters off | rerouted | guided | fallback | added V | as it is | length | CPU s"
 
 RANDOM_MODELS = (
     "fields/rocker-arm2500.obj",
@@ -126,12 +129,14 @@ def random_signature(
 
 
 def at_random(
-    folder: Path, count: int, reach: int, halves: bool
+    folder: Path, count: int, reach: int, halves: bool, only: str
 ) -> Iterator[tuple[Mesh, ff.CrossField]]:
     meshes = [(Path(name).stem, read_mesh(folder / name)) for name in RANDOM_MODELS]
     for name, mesh in [*meshes, ("plate of genus 5", perforated_plate(5))]:
         for seed in range(count):
             case = (f"{name} #{seed}", mesh.vertices, mesh.faces)
+            if only not in case[0]:
+                continue
             signature = random_signature(case, np.random.default_rng(seed), reach, halves)
             yield case, ff.cross_field(mesh.vertices, mesh.faces, signature=signature)
 
@@ -147,23 +152,32 @@ def agrees(mesh: Mesh, field: ff.CrossField, map: ff.Parametrization) -> bool:
     return exact and judged.turns == wanted.turns
 
 
+def drawn_cut(mesh: Mesh, field: ff.CrossField, reroute: bool) -> tuple[dict[str, int], float]:
+    """What was done to padding's cut, and how long it is."""
+    _, vertices, faces = mesh
+    face_array = as_indices(faces, "faces", 3)
+    positions = as_vertices(vertices, face_array).scaled
+    arrays = arrays_of(field, face_array)
+    stats, lines = _native.field_cut(positions, face_array, *arrays, reroute, 1).result()
+    return stats, sum(np.linalg.norm(np.diff(line, axis=0), axis=1).sum() for line in lines)
+
+
 def cut_row(mesh: Mesh, field: ff.CrossField) -> tuple[str, bool]:
     name, vertices, faces = mesh
-    face_array = as_indices(faces, "faces", 3)
     start = time.process_time()
-    arrays = arrays_of(field, face_array)
     try:
-        positions = as_vertices(vertices, face_array).scaled
-        s, _ = _native.field_cut(positions, face_array, *arrays, True, 1).result()
+        s, length = drawn_cut(mesh, field, True)
     except ff.FlipfreeError as error:
         refused = isinstance(error, ff.Infeasible)
         return f"| {name} | {genus_of(mesh)} | {len(faces)} | {error.code}: {error} |", refused
     cpu = time.process_time() - start
+    bare, bare_length = drawn_cut(mesh, field, False)
     count = len(ff.signature(vertices, faces, field).cones)
     rerouted = s["guided"] + s["fallback"]
     return (
         f"| {name} | {genus_of(mesh)} | {len(faces)} | {count} | {s['loops']} | {s['quarters']} | {rerouted} | "
-        f"{s['guided']} | {s['fallback']} | {s['added_vertices']} | {cpu:.2f} |",
+        f"{s['guided']} | {s['fallback']} | {s['added_vertices']} | {bare['added_vertices']} | "
+        f"{length / bare_length:.2f} | {cpu:.2f} |",
         True,
     )
 
@@ -199,6 +213,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--only", default="", help="cases whose name contains this")
     parser.add_argument("--own", action="store_true", help="our smoothest fields")
+    parser.add_argument("--simplify", action="store_true", help="our fields: merge near cones")
     parser.add_argument("--open", choices=("aligned", "free"), help="open models")
     parser.add_argument("--random", type=int, default=0, help="signatures per surface")
     parser.add_argument("--reach", type=int, default=1, help="of random turns, quarters")
@@ -217,7 +232,8 @@ def main() -> int:
         print("|" + "---|" * (columns.count("|") + 1))
     cases: Iterator[tuple[Mesh, ff.CrossField | None]]
     if arguments.random > 0:
-        cases = iter(at_random(folder, arguments.random, arguments.reach, arguments.halves))
+        a = arguments
+        cases = iter(at_random(folder, a.random, a.reach, a.halves, a.only))
     elif arguments.open:
         cases = ((mesh, None) for mesh in opened(folder))
     elif arguments.own:
@@ -232,7 +248,9 @@ def main() -> int:
         try:
             boundary = arguments.open or "aligned"
             follows = boundary == "aligned"
-            own = field or ff.cross_field(mesh[1], mesh[2], boundary=follows)
+            own = field or ff.cross_field(
+                mesh[1], mesh[2], boundary=follows, simplify=arguments.simplify
+            )
             if arguments.cuts:
                 text, fine = cut_row(mesh, own)
             else:

@@ -4,8 +4,8 @@
 
 Cases: fields/ with its fields. A row per model: after the same alignment, E_A, the mean of |J - T|² / 2 by area, E, which is E_A + 1e-3 times
 the symmetric Dirichlet energy, and the mean angle to the field in degrees, of the engine "padding" with branches rerouted until loops turn as the field does, of the same
-without, and of the engine "penner". `rerouted`: branches, and the quarter turns that the loops were off. The exit status is 1 if a map with rerouting has a larger E than the one
-without where something was rerouted.
+without, and of the engine "penner". `rerouted`: branches, and the quarter turns that the loops were off. The exit status is 1 if there is no map with rerouting, or one that has a
+larger E than that without where something was rerouted.
 `--pictures`: no table, but docs/images/field_aligned_cut_*.png, as thesis figure 6.9: the cut, without and with rerouting, and a checker on the maps.
 """
 
@@ -70,7 +70,7 @@ def row(mesh: Mesh, field: ff.CrossField, seconds: float) -> tuple[str, bool]:
             done = f"{rerouted}, {s['reroutings.quarters']}"
         part, total[way] = energies(map)
         cells.append(f"{total[way]:.4f} | {part:.4f} | {np.degrees(map.stats['angle_mean']):.1f}")
-    lower = rerouted == 0 or total.get(WAYS[0], 0.0) < total.get(WAYS[1], np.inf)
+    lower = WAYS[0] in total and (rerouted == 0 or total[WAYS[0]] < total.get(WAYS[1], np.inf))
     return f"| {mesh[0]} | {genus_of(mesh)} | {done} | " + " | ".join(cells) + " |", lower
 
 
