@@ -81,13 +81,13 @@ def test_transitions_join_the_sides_of_every_cut_edge_exactly(stored: bool) -> N
         for k in range(3)
     }
     assert len(map.cut_edges) == len(map.transitions.quarter_turns) > 0
-    for (a, b), turns, shift in zip(
+    for (a, b), quarters, shift in zip(
         map.cut_edges.tolist(),
         map.transitions.quarter_turns,
         map.transitions.translation,
         strict=True,
     ):
-        turned = np.linalg.matrix_power(np.array([[0, -1], [1, 0]]), int(turns))
+        turned = np.linalg.matrix_power(np.array([[0, -1], [1, 0]]), int(quarters))
         first, second = corner[a, b], corner[b, a]
         assert (turned @ first[0] + shift == second[1]).all()
         assert (turned @ first[1] + shift == second[0]).all()

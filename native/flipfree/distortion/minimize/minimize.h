@@ -29,8 +29,8 @@ namespace flipfree::distortion {
 // "stalled", "time limit", "overlap": MinimizeOptions::overlapping, "not factorized": keep_last).
 // Cost: about 10 iterations, each one factorization of a planar-like system with 2 #V unknowns;
 // with `bijective`, twice that for maps whose boundary would meet itself. Throws Cancelled,
-// NotConverged (kFactorizationFailed, unless keep_last). When the context's time is over the steps end and the last
-// map is returned; TimeIsOver only where it is before the first.
+// NotConverged (kFactorizationFailed, unless keep_last). When the context's time is over the
+// steps end and the last map is returned; TimeIsOver only where it is before the first.
 Points2 minimize_distortion(const mesh::Surface& chart, const Points2& initial_uv,
                             const MinimizeOptions& options, ExecutionContext& context,
                             Stats& stats);
