@@ -74,7 +74,8 @@ def to_object_mode():
 
 
 def change_mode():
-    if bpy.context.object is not None:
+    # Undo may go back to the scene that Blender starts with, where a camera can be the active one.
+    if bpy.context.object is not None and bpy.context.object.type == "MESH":
         bpy.ops.object.mode_set(mode="EDIT" if bpy.context.mode == "OBJECT" else "OBJECT")
 
 
