@@ -352,3 +352,25 @@ def test_a_sliver_that_cannot_be_optimised_leaves_the_map_as_it_was() -> None:
     result = ff.seamless(vertices, faces)
     assert result.certificate.ok and result.certificate.energy < 1.1
     assert result.stats["distortion.stop"] == "not factorized"
+
+
+def test_needles_that_padding_cannot_cut_are_not_blamed_on_edges_that_it_made() -> None:
+    # A torus of nine vertices, flattened to 1e-50 of its width, with a cone of two full turns.
+    x = [1.4, -0.6999999999999996, -0.7000000000000006, -0.39999999999999986, -0.39999999999999986]
+    x += [-0.40000000000000036, 0.7999999999999998, -0.39999999999999974, -0.40000000000000024]
+    y = [0.0, 1.2124355652982142e-50, -1.2124355652982138e-50, 6.928203230275512e-51]
+    y += [6.92820323027551e-51, -6.928203230275507e-51, 0.0, 6.928203230275508e-51]
+    y += [-6.928203230275506e-51]
+    z = [0.0] * 3 + [0.34641016151377546, 0.3464101615137755, 0.3464101615137755]
+    z += [-0.34641016151377535] * 3
+    faces = [(0, 1, 4), (0, 4, 3), (1, 2, 5), (1, 5, 4), (2, 0, 3), (2, 3, 5), (3, 4, 7), (3, 7, 6)]
+    faces += [(4, 5, 8), (4, 8, 7), (5, 3, 6), (5, 6, 8), (6, 7, 1), (6, 1, 0), (7, 8, 2)]
+    faces += [(7, 2, 1), (8, 6, 0), (8, 0, 2)]
+    with pytest.raises(ff.NotConverged, match="too thin"):
+        ff.seamless(
+            np.array([x, y, z]).T,
+            np.array(faces),
+            {2: 3, 0: 3, 5: 2, 4: 8},
+            engine="padding",
+            max_seconds=60,
+        )

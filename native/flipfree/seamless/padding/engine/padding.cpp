@@ -87,6 +87,17 @@ IndexPairs edges_left(const IndexPairs& pairs, const mesh::Surface& surface) {
   return left;
 }
 
+// Drawing on needles can end in edges of no length, of which no caller knows.
+void require_sound(const mesh::Surface& cut, const ExecutionContext& context) {
+  mesh::ValidateOptions rules;
+  rules.allow_isolated_vertices = false;
+  if (mesh::find_defects(cut, rules, context).empty()) return;
+  throw_not_converged(ErrorCode::kIterationLimit,
+                      "The cuts of the engine \"padding\" divide triangles that are too thin for "
+                      "them. Merge vertices that nearly coincide (Merge by Distance), or take the "
+                      "engine \"penner\".");
+}
+
 // Where a surface much farther from the origin than it is large is worked on: there, what is drawn
 // on it would fall on its vertices. Moving it there is exact.
 Eigen::RowVector3d place_of(const mesh::Surface& surface) {
@@ -109,6 +120,7 @@ PennerMap map_in_time(const mesh::Surface& given, const std::vector<Index>& cone
   {
     const ProgressRange range(context, 0.0, 0.1);
     pieces = cut_components(surface, cones, make_cut, context);
+    require_sound(pieces.surface, context);
   }
   stats["seconds_cut"] = watch.seconds();
   stats["cut_vertices"] =
