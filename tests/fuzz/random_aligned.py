@@ -15,7 +15,6 @@ subdivides the input.
 from __future__ import annotations
 
 import sys
-import traceback
 from collections import defaultdict
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -23,7 +22,8 @@ from typing import Any
 
 import numpy as np
 from random_bordered import opened, polygon, sheet, tube
-from random_calls import arguments_for, known_call, run, timed_call
+from random_calls import timed_call
+from random_maps import main_of, outcome_of, work_through
 from random_seamless import check_subdivision, degenerated
 from random_seamless import surface as closed_surface
 
@@ -243,8 +243,8 @@ def one(seed: int, slack: float, bits: bytes) -> tuple[str, str]:
         "boundary": case.boundary,
         **options,
     }
-    note = f"[{', '.join(case.mesh.what)}; {options}]"
-    try:
+
+    def attempt() -> str:
         try:
             field = random_field(case, random)
             map = timed_call(NAME, {**arguments, "field": field}, random, slack)
@@ -253,33 +253,14 @@ def one(seed: int, slack: float, bits: bytes) -> tuple[str, str]:
         except ff.FlipfreeError as error:
             check_error(error, case.mesh, arguments)
             outcome = f"{type(error).__name__}: {error.code}"
-        if random.random() < 0.02 and known_call() != bits:
-            raise Finding("the known call has other bits than before")
-        return f"{'sound' if case.sound else 'degenerate'}, {case.boundary}: {outcome}", ""
-    except Finding as finding:
-        return "finding", f"{finding} {note}"
-    except Exception as error:
-        where = traceback.extract_tb(error.__traceback__)[-1]
-        text = f"{type(error).__name__}: {error} at {where.name}:{where.lineno}"
-        return "foreign exception", f"{text} {note}"
+        return f"{'sound' if case.sound else 'degenerate'}, {case.boundary}: {outcome}"
+
+    return outcome_of(attempt, random, bits, f"[{', '.join(case.mesh.what)}; {options}]")
 
 
 def work(pipe: Connection, seeds: range, _names: list[str], slack: float) -> None:
-    bits = known_call()
-    for seed in seeds:
-        pipe.send((seed, NAME, None))
-        pipe.send((seed, *one(seed, slack, bits)))
-    pipe.close()
-
-
-def main() -> int:
-    options = arguments_for(__doc__.splitlines()[0]).parse_args()
-    if options.repeat is None:
-        return run(options, [NAME], work)
-    outcome, details = one(options.repeat, options.slack, known_call())
-    print(outcome, details)
-    return 1 if details else 0
+    work_through(pipe, seeds, NAME, one, slack)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main_of(__doc__.splitlines()[0], NAME, one, work))

@@ -14,13 +14,13 @@ every part they sum up (tests/judges/seams.py, which shares no code with the sol
 from __future__ import annotations
 
 import sys
-import traceback
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
-from random_calls import arguments_for, known_call, run, timed_call
+from random_calls import timed_call
+from random_maps import main_of, outcome_of, work_through
 from random_seamless import check_subdivision, degenerated, random_options
 from random_seamless import surface as closed_surface
 
@@ -264,8 +264,8 @@ def one(seed: int, slack: float, bits: bytes) -> tuple[str, str]:
         "boundary": case.boundary,
         **options,
     }
-    note = f"[{', '.join(case.mesh.what)}; {options}]"
-    try:
+
+    def attempt() -> str:
         try:
             map = timed_call(NAME, arguments, random, slack)
             check_map(map, case, options)
@@ -275,34 +275,15 @@ def one(seed: int, slack: float, bits: bytes) -> tuple[str, str]:
             outcome = f"{type(error).__name__}: {error.code}"
             if case.sound and not case.wrong and isinstance(error, ff.InvalidInput):
                 raise Finding(f"refused, though it is sound: {error}") from None
-        if random.random() < 0.02 and known_call() != bits:
-            raise Finding("the known call has other bits than before")
         kind = "sound" if case.sound else "degenerate"
-        return f"{kind}, {case.boundary}{', wrong sum' if case.wrong else ''}: {outcome}", ""
-    except Finding as finding:
-        return "finding", f"{finding} {note}"
-    except Exception as error:
-        where = traceback.extract_tb(error.__traceback__)[-1]
-        text = f"{type(error).__name__}: {error} at {where.name}:{where.lineno}"
-        return "foreign exception", f"{text} {note}"
+        return f"{kind}, {case.boundary}{', wrong sum' if case.wrong else ''}: {outcome}"
+
+    return outcome_of(attempt, random, bits, f"[{', '.join(case.mesh.what)}; {options}]")
 
 
 def work(pipe: Connection, seeds: range, _names: list[str], slack: float) -> None:
-    bits = known_call()
-    for seed in seeds:
-        pipe.send((seed, NAME, None))
-        pipe.send((seed, *one(seed, slack, bits)))
-    pipe.close()
-
-
-def main() -> int:
-    options = arguments_for(__doc__.splitlines()[0]).parse_args()
-    if options.repeat is None:
-        return run(options, [NAME], work)
-    outcome, details = one(options.repeat, options.slack, known_call())
-    print(outcome, details)
-    return 1 if details else 0
+    work_through(pipe, seeds, NAME, one, slack)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main_of(__doc__.splitlines()[0], NAME, one, work))

@@ -13,13 +13,13 @@ code with the solver); it subdivides the input. What cannot be is refused as Inv
 from __future__ import annotations
 
 import sys
-import traceback
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
-from random_calls import arguments_for, known_call, run, timed_call
+from random_calls import timed_call
+from random_maps import main_of, outcome_of, work_through
 
 import flipfree as ff
 
@@ -224,8 +224,8 @@ def one(seed: int, slack: float, bits: bytes) -> tuple[str, str]:
         "cones": case.cones,
         **options,
     }
-    note = f"[{', '.join(case.mesh.what)}; {options}]"
-    try:
+
+    def attempt() -> str:
         try:
             check_map(timed_call(NAME, arguments, random, slack), case, options)
             outcome = "map"
@@ -238,34 +238,15 @@ def one(seed: int, slack: float, bits: bytes) -> tuple[str, str]:
                 and isinstance(error, (ff.InvalidInput, ff.Infeasible))
             ):
                 raise Finding(f"refused, though it is sound: {error}") from None
-        if random.random() < 0.02 and known_call() != bits:
-            raise Finding("the known call has other bits than before")
         kind = "sound" if case.sound else "degenerate"
-        return f"{kind}, {'' if case.admissible else 'in'}admissible: {outcome}", ""
-    except Finding as finding:
-        return "finding", f"{finding} {note}"
-    except Exception as error:
-        where = traceback.extract_tb(error.__traceback__)[-1]
-        text = f"{type(error).__name__}: {error} at {where.name}:{where.lineno}"
-        return "foreign exception", f"{text} {note}"
+        return f"{kind}, {'' if case.admissible else 'in'}admissible: {outcome}"
+
+    return outcome_of(attempt, random, bits, f"[{', '.join(case.mesh.what)}; {options}]")
 
 
 def work(pipe: Connection, seeds: range, _names: list[str], slack: float) -> None:
-    bits = known_call()
-    for seed in seeds:
-        pipe.send((seed, NAME, None))
-        pipe.send((seed, *one(seed, slack, bits)))
-    pipe.close()
-
-
-def main() -> int:
-    options = arguments_for(__doc__.splitlines()[0]).parse_args()
-    if options.repeat is None:
-        return run(options, [NAME], work)
-    outcome, details = one(options.repeat, options.slack, known_call())
-    print(outcome, details)
-    return 1 if details else 0
+    work_through(pipe, seeds, NAME, one, slack)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main_of(__doc__.splitlines()[0], NAME, one, work))

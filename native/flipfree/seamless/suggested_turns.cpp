@@ -6,6 +6,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/mesh/own_unit.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
 #include "flipfree/seamless/bordered/boundary_cones.h"
@@ -50,7 +51,7 @@ std::vector<Index> suggested_turns(const mesh::Surface& surface,
     for (const VertexId v : parts[i].vertices) vertices.push_back(whole.vertex_origin[at(v)]);
     conformal::SuggestedCones found;
     try {
-      found = conformal::suggest_cones(parts[i].surface, own, context);
+      found = conformal::suggest_cones(mesh::InOwnUnit(parts[i].surface).surface(), own, context);
     } catch (...) {
       rethrow_placed(parts[i].faces, vertices);
     }

@@ -352,11 +352,7 @@ certify::Parametrization map_with_suggested_cones(const mesh::Surface& surface,
               std::max(suggestion.max_cones, 4 * std::abs(euler_characteristic(surface)));
           // The best cones that half of the time finds, where it is limited.
           if (options.max_seconds > 0.0) suggestion.max_seconds = 0.5 * context.seconds_left();
-          const auto enlarged = enlarge_parts(
-              surface,
-              mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces),
-              kLostEdge);
-          cones = suggested_turns(enlarged ? enlarged->surface : surface, suggestion, context);
+          cones = suggested_turns(surface, suggestion, context);
         }
         const ProgressRange range(context, kSuggestionShare, 1.0);
         return map_in_time(surface, cones, options, context);

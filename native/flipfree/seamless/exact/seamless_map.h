@@ -7,7 +7,7 @@
 //   turn_along_edges()     edge_directions.h         which way up
 //   take_back()            exact/take_back.h         fewer added vertices, or none
 //   make_exact()           distortion/seams/seams.h  less distortion, then exact seams
-//   spread_charts()        parts/chart_places.h     connected parts beside each other
+//   spread_charts()        parts/chart_places.h      connected parts beside each other
 //   certify_map()          certify/certified_map.h   decides on the stored values
 #pragma once
 
@@ -52,9 +52,9 @@ struct SeamlessOptions {
 // the metric needs it. Connected parts are one chart each, all at the scale of the surface, in rows
 // around the origin; but parts that no grid of 32-bit values holds at that scale, or where it finds
 // no map, are enlarged (enlarged_parts.h), counted in "enlarged_islands". Stats: those of the
-// engine and of make_exact(), "engine",
-// "engine.added_vertices", and "energy.engine" and "energy.optimised". Throws InvalidInput and
-// Infeasible (request.h, signature.h, boundary_cones.h), NotConverged, Cancelled.
+// engine and of make_exact(), "engine", "engine.added_vertices", and "energy.engine" and
+// "energy.optimised". Throws InvalidInput and Infeasible (request.h, signature.h,
+// boundary_cones.h), NotConverged, Cancelled.
 certify::Parametrization compute_seamless_map(const mesh::Surface& surface,
                                               const std::vector<Index>& cones,
                                               const SeamlessOptions& options,

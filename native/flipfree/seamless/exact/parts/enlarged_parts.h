@@ -32,8 +32,9 @@ std::optional<EnlargedParts> enlarge_parts(const mesh::Surface& surface,
 void place_on(const mesh::Surface& surface, certify::Parametrization& map);
 
 // solve(parts), of `surface` itself where parts is null, else of parts->surface, whose map it
-// returns as one of `surface`: with lost parts enlarged, and where that ends in NotConverged with
-// cramped ones too. Stats: "enlarged_islands", where some were.
+// returns as one of `surface`: with lost parts enlarged, and with cramped ones too where the map
+// that was found could not be stored, which more room may mend. Stats: "enlarged_islands", where
+// some were.
 template <typename Solve>
 certify::Parametrization solve_in_scale(const mesh::Surface& surface,
                                         const mesh::Adjacency& adjacency, const Solve& solve) {
@@ -45,7 +46,9 @@ certify::Parametrization solve_in_scale(const mesh::Surface& surface,
   const std::optional<EnlargedParts> lost = enlarge_parts(surface, adjacency, kLostEdge);
   try {
     return solved(lost);
-  } catch (const NotConverged&) {
+  } catch (const NotConverged& failure) {
+    const ErrorCode code = failure.error().code;
+    if (code != ErrorCode::kRoundingFlips && code != ErrorCode::kCertificateFailed) throw;
     const std::optional<EnlargedParts> cramped = enlarge_parts(surface, adjacency, kCrampedEdge);
     if (!cramped || (lost && lost->count == cramped->count)) throw;
     return solved(cramped);
