@@ -73,12 +73,22 @@ class Snapshot:
     def diagonals(self) -> np.ndarray:
         """(d, 2) submesh vertex pairs: edges of triangles inside faces. A map cannot be cut there, as a face's corner has
         one UV."""
+        return steps.result_of(self._finding_diagonals())
+
+    def finding_diagonals(self):
+        """The same for later, in steps."""
+        self.diagonals = yield from self._finding_diagonals()
+
+    def _finding_diagonals(self):
         start, end = self.triangles, np.roll(self.triangles, -1, axis=1)
         once = self.inner_sides & (start < end)  # a face has its diagonals in both directions
         pairs = np.column_stack([start[once], end[once]])
-        pairs = pairs[
-            ~labels.members(labels.edge_keys(self.vertex_ids[pairs]), labels.edge_keys(self.edges))
-        ]
+        yield
+        keys = labels.edge_keys(self.vertex_ids[pairs])
+        edges = labels.edge_keys(self.edges)
+        yield
+        pairs = pairs[~labels.members(keys, edges)]
+        yield
         keys = np.sort(labels.edge_keys(pairs))
         keys = keys[np.append(True, keys[1:] != keys[:-1])[: len(keys)]]
         return np.column_stack([keys >> 32, keys & 0xFFFFFFFF]).astype(np.int32)

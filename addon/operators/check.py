@@ -6,6 +6,7 @@ import numpy as np
 
 from .. import modal, solver
 from ..meshes import labels, selection
+from ..runs import steps
 from . import common, options
 
 _MOST_NAMED = 3  # islands in a report
@@ -37,8 +38,7 @@ class CheckTask(modal.StagedTask):
         yield modal.Pause()
         self._label = labels.island_labels(self.snapshot.triangles, uv)
         yield modal.Pause()
-        uv = uv.astype(np.float64)
-        yield modal.Pause()
+        uv = yield from modal.paused(steps.doubles(uv))
         self.certificate = yield solver.certify(
             self.snapshot,
             uv,

@@ -14,6 +14,7 @@ import numpy as np
 
 from .. import modal, scene, solver, watch
 from ..meshes import mesh_io
+from ..runs import steps
 from . import common
 
 
@@ -97,6 +98,11 @@ def _density(maps: list, ob) -> float | None:
     return float(density) if np.isfinite(density) and density > 0.0 else None
 
 
+def _joined(arrays: list) -> np.ndarray:
+    """One below the other. Of a single mesh nothing is copied: a window stands still meanwhile."""
+    return arrays[0] if len(arrays) == 1 else np.concatenate(arrays)
+
+
 class JointLayout(modal.StagedTask):
     """Packs the islands of several tasks. Without those that cannot be laid out, if there are such."""
 
@@ -121,17 +127,20 @@ class JointLayout(modal.StagedTask):
         for s in snapshots:
             placed.append(scene.placed_vertices(s, there.get(s.object_name)))
             yield modal.Pause()
-        triangles = np.concatenate(
-            [s.triangles + n for s, n in zip(snapshots, self.first_vertex, strict=False)]
-        ).astype(np.int32)
+        triangles = _joined(
+            [
+                s.triangles + np.int32(n) if n else s.triangles
+                for s, n in zip(snapshots, self.first_vertex.tolist(), strict=False)
+            ]
+        )
         yield modal.Pause()
-        uv = np.concatenate([task.uv_on_texture() for task in tasks])
+        uv = _joined([task.uv_on_texture() for task in tasks])
         yield modal.Pause()
         unmoved = self._pinned_corners()
-        places = np.concatenate([s.corner_uv for s in snapshots]) if keep else None
+        places = _joined([s.corner_uv for s in snapshots]) if keep else None
         yield modal.Pause()
         packed = yield solver.pack(
-            np.concatenate(placed),
+            _joined(placed),
             triangles,
             uv,
             unmoved=unmoved,
@@ -148,8 +157,7 @@ class JointLayout(modal.StagedTask):
         for i, task in enumerate(tasks):
             own = slice(self.first_face[i], self.first_face[i + 1])
             self._blame(i)
-            values = stored[own].astype(np.float64)
-            yield modal.Pause()
+            values = yield from modal.paused(steps.doubles(stored[own]))
             certificate = yield solver.certify(
                 task.snapshot,
                 values,

@@ -141,8 +141,7 @@ class UnwrapTask(MapTask):
         self._laid_out = None
         pins = self.pins()
         yield modal.Pause()
-        self.snapshot.diagonals  # noqa: B018, found once: a step of its own
-        yield modal.Pause()
+        yield from modal.paused(self.snapshot.finding_diagonals())
         result = yield solver.unwrap(
             self.snapshot,
             pins=pins,

@@ -57,6 +57,16 @@ def test_a_tick_takes_one_step_between_jobs(part, in_steps):
     assert len(run.done) == 1
 
 
+def test_large_arrays_are_filled_in_steps(part, monkeypatch):
+    steps = part("runs.steps")
+    monkeypatch.setattr(steps, "_ROWS", 3)
+    values = np.random.default_rng(1).random((8, 3, 2)).astype(np.float32)
+    found = steps.doubles(values)
+    assert [next(found) for _ in range(3)] == [None] * 3
+    assert np.array_equal(steps.result_of(found), values.astype(np.float64))
+    assert steps.result_of(steps.doubles(values[:0])).shape == (0, 3, 2)
+
+
 def test_cancelling_between_two_jobs_leaves_what_they_found(part, in_steps):
     log = []
     run = part("modal").Run([staged(part, shapes.grid(2, uv=True), log)])

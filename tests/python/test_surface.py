@@ -14,6 +14,7 @@ import pytest
 import flipfree as ff
 from flipfree.job import Job
 
+import deadlines
 from hostile_values import FUNCTIONS
 from random_options import PARAMETERS
 
@@ -80,6 +81,10 @@ def test_every_option_is_described_and_called_at_random(name: str) -> None:
 def test_options_of_the_random_calls_exist() -> None:
     known = {p for f in FUNCTIONS.values() for p in inspect.signature(f).parameters}
     assert set(PARAMETERS) <= known
+
+
+def test_lateness_is_measured_of_every_call_with_a_limit() -> None:
+    assert deadlines.without_a_row() == set()
 
 
 def test_one_idea_has_one_name() -> None:

@@ -9,6 +9,10 @@ import numpy as np
 from ... import compat
 from .. import labels
 
+# Of large arrays, at once: what is made on the way stays in memory that the process has. New memory costs more than what is
+# done in it.
+_ROWS = 1 << 16
+
 
 @dataclass
 class Taken:
@@ -70,9 +74,14 @@ def inner_sides(taken: Taken) -> np.ndarray:
     loops, faces = taken.loops, taken.faces
     if len(loops) == len(taken.face_loops):
         return np.zeros(loops.shape, bool)  # triangles only
-    first, last = (taken.face_loops[faces, k][:, None] for k in range(2))
-    following = np.where(loops == last, first, loops + 1)
-    return following != np.roll(loops, -1, axis=1)
+    inner = np.empty(loops.shape, bool)
+    for begin in range(0, len(loops), _ROWS):
+        rows = slice(begin, begin + _ROWS)
+        at = loops[rows]
+        first, last = (taken.face_loops[faces[rows], k][:, None] for k in range(2))
+        following = np.where(at == last, first, at + 1)
+        inner[rows] = following != np.roll(at, -1, axis=1)
+    return inner
 
 
 def cuts(corners: np.ndarray, triangles: np.ndarray, seam_vertices: np.ndarray) -> np.ndarray:

@@ -2,10 +2,10 @@
 """Improve: less distortion for a map, without a flip on the way (docs/improve-check.md)."""
 
 import bpy
-import numpy as np
 
 from ... import modal, solver
 from ...meshes import labels
+from ...runs import steps
 from .. import common, options
 from ..unwrap import MapTask, layout_notes
 
@@ -42,8 +42,7 @@ class ImproveTask(MapTask):
         yield modal.Pause()
         uv = snapshot.corner_uv
         yield modal.Pause()
-        uv = uv.astype(np.float64)
-        yield modal.Pause()
+        uv = yield from modal.paused(steps.doubles(uv))
         result = yield solver.improve(
             snapshot,
             uv=uv,

@@ -2,9 +2,9 @@
 """Pack Islands: the islands of existing maps, nested into one tile, a certified gap between any two (docs/pack.md)."""
 
 import bpy
-import numpy as np
 
 from ... import modal, solver
+from ...runs import steps
 from .. import common, options
 from ..unwrap import MapTask, layout_notes
 
@@ -62,8 +62,7 @@ class PackTask(MapTask):
         yield modal.Pause()
         uv = snapshot.corner_uv
         yield modal.Pause()
-        uv = uv.astype(np.float64)
-        yield modal.Pause()
+        uv = yield from modal.paused(steps.doubles(uv))
         result = yield solver.pack(
             snapshot.vertices,
             snapshot.triangles,
