@@ -122,6 +122,7 @@ class Aligner {
 
   void add_alignment() {
     for (std::size_t f = 0; f < rest_.size(); ++f) {
+      context_.check();
       const RestTriangle& r = rest_[f];
       const Jacobian j = jacobian_of(f, uv_);
       const Target& t = target_[f];

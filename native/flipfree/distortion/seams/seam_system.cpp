@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
+#include <vector>
 
 #include "flipfree/base/error.h"
 #include "flipfree/distortion/seams/eliminate/nodes.h"
@@ -55,6 +57,53 @@ std::array<double, 4> between(const Dependence& a, const std::array<double, 4>& 
           a.re * p[3] - a.im * p[1]};
 }
 
+// Pairs of nodes that some face has both of, once each, ascending; a node with itself where a face
+// has no other. One row of the matrix after the other: where translations are long sums most pairs
+// are those of many faces.
+std::vector<std::array<VertexId, 2>> couplings_of(const SeamConstraints& constraints,
+                                                  const Triangles& faces,
+                                                  const std::vector<FaceId>& chosen,
+                                                  ExecutionContext& context) {
+  std::vector<std::size_t> begin{0};
+  std::vector<Index> nodes;  // of each face, ascending
+  std::vector<Dependence> found;
+  for (const FaceId f : chosen) {
+    context.check();
+    dependences(constraints, faces, f, found);
+    const auto first = static_cast<std::ptrdiff_t>(nodes.size());
+    for (const Dependence& d : found) nodes.push_back(d.node);
+    std::sort(nodes.begin() + first, nodes.end());
+    nodes.erase(std::unique(nodes.begin() + first, nodes.end()), nodes.end());
+    begin.push_back(nodes.size());
+  }
+  std::vector<std::size_t> faces_begin(size(constraints.node_count()) + 1, 0);
+  for (const Index node : nodes) ++faces_begin[size(node) + 1];
+  std::partial_sum(faces_begin.begin(), faces_begin.end(), faces_begin.begin());
+  std::vector<std::size_t> faces_of(nodes.size());
+  std::vector<std::size_t> next(faces_begin.begin(), faces_begin.end() - 1);
+  for (std::size_t i = 0; i + 1 < begin.size(); ++i) {
+    for (std::size_t k = begin[i]; k < begin[i + 1]; ++k) faces_of[next[size(nodes[k])]++] = i;
+  }
+  std::vector<Index> seen(size(constraints.node_count()), kInvalid);
+  std::vector<std::array<VertexId, 2>> couplings;
+  for (Index node = 0; node < constraints.node_count(); ++node) {
+    context.check();
+    const auto row = static_cast<std::ptrdiff_t>(couplings.size());
+    for (std::size_t at = faces_begin[size(node)]; at < faces_begin[size(node) + 1]; ++at) {
+      const std::size_t i = faces_of[at];
+      const bool alone = begin[i + 1] - begin[i] == 1;
+      for (std::size_t k = begin[i + 1]; k > begin[i] && (nodes[k - 1] > node || alone); --k) {
+        const Index other = nodes[k - 1];
+        if (seen[size(other)] == node) continue;
+        seen[size(other)] = node;
+        couplings.push_back({node, other});
+      }
+    }
+    std::sort(couplings.begin() + row, couplings.end());
+  }
+  return couplings;
+}
+
 }  // namespace
 
 SeamSystem::SeamSystem(const SeamConstraints& constraints, const Triangles& faces,
@@ -74,24 +123,6 @@ SeamSystem::SeamSystem(const SeamConstraints& constraints, const Triangles& face
     }
   }
   plain_rest_.resize(plain_.size());
-  std::vector<std::array<VertexId, 2>> couplings;
-  std::vector<Dependence> found;
-  std::vector<Index> nodes;
-  for (const FaceId f : seam_) {
-    dependences(constraints, faces, f, found);
-    nodes.clear();
-    for (const Dependence& d : found) nodes.push_back(d.node);
-    std::sort(nodes.begin(), nodes.end());
-    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-    for (std::size_t i = 0; i < nodes.size(); ++i) {
-      for (std::size_t j = i; j < nodes.size(); ++j) {
-        // A node alone (both entries the same) needs no block but must be known.
-        if (i != j || nodes.size() == 1) couplings.push_back({nodes[i], nodes[j]});
-      }
-    }
-  }
-  std::sort(couplings.begin(), couplings.end());
-  couplings.erase(std::unique(couplings.begin(), couplings.end()), couplings.end());
   std::vector<char> fixed_node(size(constraints.node_count()), 0);
   bool any = false;
   for (std::size_t v = 0; v < fixed.size(); ++v) {
@@ -105,7 +136,8 @@ SeamSystem::SeamSystem(const SeamConstraints& constraints, const Triangles& face
   }
   nodes_ = Points2::Zero(constraints.node_count(), 2);
   // The drawing is many sheets over each other, which guides nothing.
-  system_.emplace(plain_faces_, fixed_node, Points2(0, 2), couplings, context);
+  system_.emplace(plain_faces_, fixed_node, Points2(0, 2),
+                  couplings_of(constraints, faces, seam_, context), context);
 }
 
 double SeamSystem::assemble(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft,
@@ -114,13 +146,14 @@ double SeamSystem::assemble(const std::vector<RestTriangle>& rest, const Points2
   for (Index n = 0; n < constraints_.position_count(); ++n)
     nodes_.row(n) = uv.row(constraints_.position[size(n)]);
   const double energy = system_->assemble(plain_rest_, nodes_, soft, context);
-  return energy + add_seam_faces(rest, uv, soft);
+  return energy + add_seam_faces(rest, uv, soft, context);
 }
 
 double SeamSystem::add_seam_faces(const std::vector<RestTriangle>& rest, const Points2& uv,
-                                  bool soft) {
+                                  bool soft, ExecutionContext& context) {
   double energy = 0;
   for (const FaceId f : seam_) {
+    context.check();
     double gradient[6];
     double hessian[kHessianEntries];
     const auto point = [&](int k) {

@@ -29,7 +29,8 @@ class SeamSystem : public StepSystem {
   void add_face(FaceId f, const double gradient[6], const double hessian[kHessianEntries]);
 
  private:
-  double add_seam_faces(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft);
+  double add_seam_faces(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft,
+                        ExecutionContext& context);
 
   const SeamConstraints& constraints_;
   const Triangles& faces_;

@@ -164,6 +164,29 @@ TEST(SeamSystem, one_fixed_vertex_holds_its_copies_and_all_translations) {
   }
 }
 
+// Where translations are long sums a row of the pattern may have all nodes, and a face all
+// translations: time is looked at in between.
+TEST(SeamSystem, looks_at_the_clock_at_every_seam_face_and_every_row) {
+  const Case c = polycube(1);
+  const Triangles& faces = c.map.surface.faces;
+  long seam_faces = 0;
+  for (FaceId f = 0; f < faces.rows(); ++f) {
+    bool own = true;
+    for (int k = 0; k < 3; ++k) own = own && c.constraints.is_own_node(faces(f, k));
+    seam_faces += own ? 0 : 1;
+  }
+  ASSERT_GT(seam_faces, 10);
+  long asked = 0;
+  ExecutionContext context;
+  context.clock = [&] { return static_cast<double>(++asked) * 0.0; };
+  const TimeLimit limit(context, 1.0);
+  SeamSystem system(c.constraints, faces, none_fixed(c), context);
+  EXPECT_GE(asked, seam_faces + c.constraints.node_count());
+  asked = 0;
+  system.assemble(c.rest.triangles, c.map.uv, false, context);
+  EXPECT_GE(asked, seam_faces);
+}
+
 // Adding a face's own part again is the same as giving it twice the weight.
 TEST(SeamSystem, what_is_added_to_a_face_counts_as_its_energy_does) {
   const Case c = polycube(1);
