@@ -113,7 +113,7 @@ class Solver {
   Elimination solve() {
     std::vector<std::pair<Index, Index>> pivots;  // row, unknown
     while (!waiting_.empty()) {
-      if (pivots.size() % 64 == 0) context_.check();
+      context_.check();
       const Index row = (*waiting_.begin())[2];
       const Index unknown = pivot_of(rows_[size(row)]);
       leave(row);
@@ -127,8 +127,10 @@ class Solver {
     for (std::size_t u = 0; u < rows_of_.size(); ++u)
       out.value[u].form = {{static_cast<Index>(u), {1, 0}}};
     // A pivot's row has no earlier pivots.
-    for (auto p = pivots.rbegin(); p != pivots.rend(); ++p)
+    for (auto p = pivots.rbegin(); p != pivots.rend(); ++p) {
+      context_.check();
       out.value[size(p->second)] = value_of(rows_[size(p->first)], p->second, out.value);
+    }
     return out;
   }
 

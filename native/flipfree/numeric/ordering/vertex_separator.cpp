@@ -148,8 +148,8 @@ Sweep best_sweep(const Subgraph& part, const std::vector<Buckets<kKeys>>& bucket
 // helps; climbs over small hills and goes back to the best state seen.
 class Refinement {
  public:
-  Refinement(const Subgraph& part, std::vector<char>& side)
-      : part_(part), side_(side), locked_(size(part.count()), 0) {
+  Refinement(const Subgraph& part, std::vector<char>& side, const ExecutionContext& context)
+      : part_(part), side_(side), context_(context), locked_(size(part.count()), 0) {
     for (const char s : side) ++weight_[static_cast<std::size_t>(s)];
   }
 
@@ -226,11 +226,13 @@ class Refinement {
       if (side_[size(v)] != kSeparator || locked_[size(v)] || gain(v, move.to) != expected)
         continue;
       if (weight_[static_cast<std::size_t>(move.to)] >= most) continue;
+      context_.check();
       locked_[size(v)] = 1;
       touched.push_back(v);
       put(v, move.to);
       for_neighbours(part_, v, [&](Index u) {
         if (side_[size(u)] == 1 - move.to) {
+          context_.check();  // of a dense row even one move is much work
           put(u, kSeparator);
           if (!locked_[size(u)]) push(u);
           for_neighbours(part_, u, [&](Index w) {
@@ -262,6 +264,7 @@ class Refinement {
 
   const Subgraph& part_;
   std::vector<char>& side_;
+  const ExecutionContext& context_;
   std::vector<char> locked_;
   std::array<Index, 3> weight_{0, 0, 0};
   std::array<std::vector<Move>, kMostLoss> moves_;  // by loss
@@ -338,7 +341,7 @@ std::vector<char> split(const Subgraph& part, std::vector<Index>& sorted,
     if (touches) separator.push_back(v);
   }
   for (const Index v : separator) side[size(v)] = kSeparator;
-  Refinement(part, side).run();
+  Refinement(part, side, context).run();
   return side;
 }
 

@@ -125,6 +125,7 @@ class Builder {
     for (std::size_t i = 0; i < queue.size(); ++i) {
       const VertexId v = queue[i];
       for (Index k = offset_[size(v)]; k < offset_[size(v) + 1]; ++k) {
+        context_.check();
         const DirectedArc& arc = at_[size(k)];
         const auto [root, unit] = branches_.root(arc.edge);
         const LinearForm own{{root, arc.unit * unit}};
@@ -244,6 +245,7 @@ class Builder {
     if (common > kMostSteps) too_large();
     numeric::Elimination::Value out;
     for (const numeric::Term& t : form) {
+      context_.check();  // either may have as many terms as there are branches
       const auto& v = solved.value[size(t.unknown)];
       const GaussianInteger times{t.factor.re * (common / v.divisor),
                                   t.factor.im * (common / v.divisor)};
