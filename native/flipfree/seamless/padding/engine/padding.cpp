@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/validate.h"
+#include "flipfree/seamless/error_places.h"
 #include "flipfree/seamless/padding/geometry/padded_metric.h"
 
 namespace flipfree::seamless {
@@ -109,6 +111,18 @@ Eigen::RowVector3d place_of(const mesh::Surface& surface) {
   return surface.vertices.row(0);
 }
 
+// The map of all pieces. What fails names the places of the surface that was given.
+PennerMap map_of_pieces(const RefinedPieces& pieces, Eigen::Index given_vertices,
+                        const PennerMapOptions& options, ExecutionContext& context) {
+  try {
+    return compute_penner_map(pieces.surface, pieces.cones, std::nullopt, options, context);
+  } catch (const NotConverged&) {
+    std::vector<VertexId> own(static_cast<std::size_t>(given_vertices));
+    std::iota(own.begin(), own.end(), VertexId{0});
+    rethrow_placed(pieces.provenance.face, own);
+  }
+}
+
 PennerMap map_in_time(const mesh::Surface& given, const std::vector<Index>& cones,
                       const CutMaker& make_cut, const PennerMapOptions& options,
                       ExecutionContext& context) {
@@ -133,7 +147,7 @@ PennerMap map_in_time(const mesh::Surface& given, const std::vector<Index>& cone
                    const std::optional<std::vector<LoopTurn>>&, const PennerOptions& metric,
                    ExecutionContext& inner) { return solver(component, own_cones, metric, inner); };
   const ProgressRange range(context, 0.1, 1.0);
-  PennerMap result = compute_penner_map(pieces.surface, pieces.cones, std::nullopt, own, context);
+  PennerMap result = map_of_pieces(pieces, given.vertices.rows(), own, context);
   certify::Parametrization& map = result.map;
   result.cones = cones;
   result.loops.clear();  // they are of the refined faces

@@ -94,5 +94,18 @@ TEST(PaddingMap, ImpossibleConesAreRefused) {
   EXPECT_THROW(solve(surface, cones), InvalidInput);
 }
 
+// What is drawn on needles may be too thin to be laid out; the faces that fail are those of the
+// surface, which has fewer than the refined one.
+TEST(PaddingMap, WhatFailsOnTheRefinedSurfaceNamesFacesOfTheGivenOne) {
+  mesh::Surface surface = test::torus(3, 3);
+  surface.vertices.row(8) *= 1e150;
+  try {
+    expect_map(solve(surface, std::vector<Index>(9, 4)));
+  } catch (const NotConverged& failed) {
+    for (const Index f : failed.error().elements) EXPECT_LT(f, surface.faces.rows());
+    EXPECT_EQ(failed.error().kind == ElementKind::kNone, failed.error().elements.empty());
+  }
+}
+
 }  // namespace
 }  // namespace flipfree::seamless
