@@ -185,6 +185,28 @@ def test_cones_seams_and_turns_are_shown_in_both_editors():
     controls.switch_off()
 
 
+def test_cleared_cones_vanish_from_both_editors_and_undo_brings_them_back():
+    show("UV Editing")
+    yield 0.5
+    name = ring(1).name
+    assert bpy.ops.uv.flipfree_seamless(bound=1.5) == {"FINISHED"}
+    bpy.ops.ed.undo_push(message="Before")
+    frame_all()
+    bpy.context.window_manager.flipfree_cones = True
+    yield from until_drawn(name)
+    (counted,) = (text for text in legend() if text.startswith(f"{name}: "))
+    assert counted.endswith(" cones") and counted != f"{name}: 0 cones"
+    shot("cones_marked")
+    with bpy.context.temp_override(**area_of("IMAGE_EDITOR")):
+        assert bpy.ops.uv.flipfree_clear_cones("INVOKE_DEFAULT", True) == {"FINISHED"}
+    yield from until(lambda: f"{name}: 0 cones" in legend(), legend)
+    shot("cones_cleared")
+    with bpy.context.temp_override(**area_of("VIEW_3D")):
+        assert bpy.ops.ed.undo() == {"FINISHED"}
+    yield from until(lambda: counted in legend(), legend)
+    controls.switch_off()
+
+
 def test_pins_that_contradict_each_other_are_red():
     show("UV Editing")
     yield 0.5
