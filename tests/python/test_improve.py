@@ -126,3 +126,16 @@ def test_pins_that_are_not_reached_in_time_are_an_error() -> None:
     with pytest.raises(ff.NotConverged, match=r"max_seconds = 1e-05.*Allow more time") as error:
         ff.improve(start, pins={1800: (0.3, 0.3), 900: (0.1, 0.1)}, max_seconds=1e-5)
     assert error.value.code == "time limit reached"
+
+
+def test_pins_that_fold_two_islands_together_are_refused() -> None:
+    """Both faces go around the edge in the same direction, so the mesh is no clean surface, and each is an island. Pins at the
+    ends of the edge lay them onto each other: as stored they are one island, folded."""
+    vertices = np.array([[0, 0, 0], [1, 0, 0], [0.5, 1, 0], [0.5, -1, 0]], np.float64)
+    faces = np.array([[0, 1, 2], [0, 1, 3]], np.int32)
+    uv = np.array([[[0, 0], [1, 0], [0.5, 1]], [[3, 0], [4, 0], [3.5, 1]]], np.float64)
+    apart = ff.improve((vertices, faces, uv), pins={2: (0.5, 1.0)})
+    assert ff.certify(apart.vertices, apart.faces, apart.uv32()).ok
+    with pytest.raises(ff.NotConverged, match="unpin one of its ends") as refused:
+        ff.improve((vertices, faces, uv), pins={0: (0.0, 0.0), 1: (1.0, 0.0)})
+    assert refused.value.kind == "face" and set(refused.value.elements) <= {0, 1}

@@ -319,6 +319,16 @@ Parametrization SeparatedMap::on_input(const Parametrization& solved, const Cert
   own.uv = &map.uv;
   own.uv32 = &map.uv32;
   map.certificate = judge(separated_, own, context);
+  if (map.certificate.ok && !request.pins.empty()) {
+    // Who reads the map finds sides joined that pins have put onto each other.
+    own.surface = &map.surface;
+    Certificate read = certify_any(own, context);
+    if (!read.ok) {
+      read.failures.emplace_back(
+          "(Pins join two islands along an edge, on the same side of it: unpin one of its ends)");
+      map.certificate = std::move(read);
+    }
+  }
   return map;
 }
 
