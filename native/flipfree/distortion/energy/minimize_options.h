@@ -23,6 +23,8 @@ struct MinimizeOptions {
   // With `bijective`, where the descent without holding apart ends in an overlap: not null, and its
   // map is put here; the last map of the descent that did not overlap is the result, as it is.
   Points2* overlapping = nullptr;
+  // With `overlapping`: the descent goes no further than to the first map that overlaps.
+  bool ends_at_overlap = false;
   // Also try steps beyond the full Newton step, doubled while the energy falls, up to 8 times. The
   // convexified Hessian is too stiff where maps are drawn out far; there this takes a third of the
   // steps. Not while parts of the boundary are held apart.

@@ -258,8 +258,13 @@ const char* Minimizer::descend() try {
     progressive_iterations_ += progressive ? 1 : 0;
     if (step == Step::kTaken) {
       if (!progressive && creeping_ >= kMostCreeping) return "stalled";
-      if (barrier_ && !barrier_on_ && !overlaps_itself(barrier_->boundary(), uv_, context_))
-        one_to_one_ = uv_;
+      if (barrier_ && !barrier_on_) {
+        if (!overlaps_itself(barrier_->boundary(), uv_, context_)) {
+          one_to_one_ = uv_;
+        } else if (options_.ends_at_overlap) {
+          return "overlap";
+        }
+      }
       continue;
     }
     if (!progressive && reach_factor_ > 1) {

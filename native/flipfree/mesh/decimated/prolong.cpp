@@ -42,8 +42,8 @@ struct Expansion {
 
 class Prolongation {
  public:
-  Prolongation(const Surface& whole, const Decimated& few, Points2& uv)
-      : whole_(whole), few_(few), uv_(uv) {}
+  Prolongation(const Surface& whole, const Decimated& few, bool keep_boundary, Points2& uv)
+      : whole_(whole), few_(few), keep_boundary_(keep_boundary), uv_(uv) {}
 
   bool put_back(const Decimated::Gone& gone, std::size_t ring_end) {
     ring_ = few_.rings.data() + gone.ring;
@@ -54,7 +54,8 @@ class Prolongation {
     Vector2 place =
         gone.share[0] * w + gone.share[1] * uv(second) + gone.share[2] * uv((second + 1) % size_);
     if (!stands(place) && !stands_near(gone, w, place)) return false;
-    relax(gone.vertex, gone.boundary ? kBadStar : kGoodStar, place);
+    if (!gone.boundary || !keep_boundary_)
+      relax(gone.vertex, gone.boundary ? kBadStar : kGoodStar, place);
     uv_.row(gone.vertex) = place.transpose();
     return true;
   }
@@ -183,6 +184,7 @@ class Prolongation {
 
   const Surface& whole_;
   const Decimated& few_;
+  bool keep_boundary_;
   Points2& uv_;
   const VertexId* ring_ = nullptr;
   std::size_t size_ = 0;
@@ -192,12 +194,12 @@ class Prolongation {
 
 }  // namespace
 
-Points2 prolong(const Surface& whole, const Decimated& few, const Points2& uv,
+Points2 prolong(const Surface& whole, const Decimated& few, const Points2& uv, bool keep_boundary,
                 const ExecutionContext& context) {
   Points2 all(static_cast<Eigen::Index>(few.into.size()), 2);
   for (std::size_t i = 0; i < few.origin.size(); ++i)
     all.row(few.origin[i]) = uv.row(static_cast<Eigen::Index>(i));
-  Prolongation prolongation(whole, few, all);
+  Prolongation prolongation(whole, few, keep_boundary, all);
   std::size_t end = few.rings.size();
   for (std::size_t i = few.gone.size(); i-- > 0;) {
     if (i % 4096 == 0) context.check();

@@ -327,6 +327,7 @@ FlatChart flatten_piece(const mesh::Surface& piece, Points2 uv, Points2 apart,
   Points2 free;
   distortion::MinimizeOptions minimize = minimize_options(options);
   minimize.overlapping = &free;  // the piece is near its optimum: the last map before is good
+  minimize.ends_at_overlap = true;
   try {
     flat.uv = distortion::minimize_distortion(piece, flat.uv, minimize, context, stats);
     if (context.time_is_over() || ended_early(stats)) stats["time_limit_reached"] = std::int64_t{1};

@@ -125,6 +125,30 @@ TEST(Minimize, BijectiveMapsDoNotMeetThemselvesWhereFreeOnesDo) {
   EXPECT_LT(number(held, "distortion.energy"), 1.5);
 }
 
+TEST(Minimize, EndsWithTheFirstMapThatOverlapsIfItShall) {
+  const mesh::Surface surface = ramp(120, 6, 1.6);
+  Points2 start = plan(test::grid(120, 6));
+  start.col(1) *= 0.05;
+  const auto boundary = find_boundary(static_cast<Index>(surface.vertices.rows()), surface.faces);
+  ExecutionContext context;
+  MinimizeOptions options;
+  options.bijective = true;
+  Points2 whole;
+  options.overlapping = &whole;
+  Stats to_the_end;
+  minimize_distortion(surface, start, options, context, to_the_end);
+  Points2 first;
+  options.overlapping = &first;
+  options.ends_at_overlap = true;
+  Stats ended;
+  const Points2 uv = minimize_distortion(surface, start, options, context, ended);
+  EXPECT_FALSE(overlaps_itself(boundary, uv, context));
+  EXPECT_TRUE(overlaps_itself(boundary, first, context));
+  EXPECT_EQ(std::get<std::string>(ended.at("distortion.stop")), "overlap");
+  EXPECT_LT(std::get<std::int64_t>(ended.at("distortion.iterations")),
+            std::get<std::int64_t>(to_the_end.at("distortion.iterations")));
+}
+
 TEST(Minimize, NumberOfThreadsDoesNotChangeABit) {
   const mesh::Surface surface = test::bumpy_grid(120, 120, 0.4, 5);
   Points2 results[3];

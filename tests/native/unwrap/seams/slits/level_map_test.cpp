@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "flipfree/certify/measures/energy.h"
+#include "flipfree/distortion/energy/energy.h"
+#include "flipfree/distortion/minimize/boundary_grid.h"
 #include "flipfree/unwrap/seams/slits/search/trial_map.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"
@@ -54,7 +56,21 @@ TEST(LevelMap, is_held_apart_or_divided_where_it_would_lie_on_itself) {
   options.bound = {1.0, 100.0};
   const LevelMap divided = map_by_levels(surface, adjacency, cut, none, options, context);
   EXPECT_NE(divided.slits.cut, cut);
-  EXPECT_EQ(divided.slits.apart.rows(), divided.slits.corner_uv.rows());
+  EXPECT_EQ(divided.slits.apart.rows(), 0);
+  const std::vector<mesh::Chart> pieces = mesh::split_into_charts(
+      surface.vertices, mesh::cut_along(surface.faces, adjacency, divided.slits.cut));
+  EXPECT_GT(pieces.size(), 1u);
+  for (const mesh::Chart& piece : pieces) {
+    const auto count = static_cast<Index>(piece.vertices.size());
+    Points2 uv(count, 2);
+    for (std::size_t h = 0; h < 3 * piece.faces.size(); ++h) {
+      const auto corner = 3 * piece.faces[h / 3] + static_cast<Index>(h % 3);
+      uv.row(piece.surface.faces.data()[h]) = divided.slits.corner_uv.row(corner);
+    }
+    EXPECT_TRUE(distortion::is_flip_free(piece.surface.faces, uv, context));
+    EXPECT_FALSE(distortion::overlaps_itself(distortion::find_boundary(count, piece.surface.faces),
+                                             uv, context));
+  }
 }
 
 }  // namespace
