@@ -410,6 +410,32 @@ def test_a_flat_sheet_without_height_in_the_scene_has_a_density():
     assert 1024 * in_scene(ob, np.arange(32)) == pytest.approx(64.0, rel=1e-4)
 
 
+@pytest.mark.parametrize(
+    "scale",
+    [(0.0, 0.0, 0.0), (0.0, 1.0, 1.0), (-1.0, 1.0, 1.0), (1e-20, 1e-20, 1e-20), (1e20, 1.0, 1.0)],
+)
+def test_an_object_that_the_scene_scales_away_is_mapped_as_its_mesh_is(scale):
+    ob = scaled_cube("Cube", scale)
+    unwrap()
+    for operator in ("check", "pack", "improve", "orient", "get_density"):
+        assert getattr(bpy.ops.uv, f"flipfree_{operator}")() == {"FINISHED"}, operator
+    assert shapes.exact_flips(ob) == 0
+
+
+def test_with_eight_uv_maps_the_active_one_is_written_and_no_other():
+    ob = shapes.grid(4, uv=True)
+    layers = ob.data.uv_layers
+    while len(layers) < 8:
+        layers.new(name=f"Map {len(layers)}")
+    layers.active = layers[5]
+    before = {name: shapes.uv_of(ob, name).tobytes() for name in layers.keys()}
+    unwrap()
+    bpy.ops.uv.flipfree_pack()
+    after = {name: shapes.uv_of(ob, name).tobytes() for name in ob.data.uv_layers.keys()}
+    assert [name for name in before if before[name] != after[name]] == [ob.data.uv_layers[5].name]
+    assert shapes.exact_flips(ob) == 0
+
+
 @pytest.mark.parametrize("scale, warned", [(UNEVEN, True), ((2.0, 2.0, 2.0), False)])
 @pytest.mark.parametrize("operator", ["unwrap", "conformal", "seamless"])
 def test_an_uneven_scale_is_warned_of(capfd, operator, scale, warned):

@@ -9,12 +9,12 @@ import re
 from collections import Counter
 from pathlib import Path
 
+import deadlines
 import pytest
 
 import flipfree as ff
 from flipfree.job import Job
 
-import deadlines
 from hostile_values import FUNCTIONS
 from random_options import PARAMETERS
 
