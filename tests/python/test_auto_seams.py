@@ -273,3 +273,79 @@ def test_rough_patches_that_lie_on_themselves_are_divided_rather_than_stretched(
     ):
         assert found.certificate.ok
         assert found.certificate.energy <= bound * (1 + 1e-6)
+
+
+def rough_with_lines(seed: int) -> tuple[np.ndarray, np.ndarray, float]:
+    """A rough sheet; some triangles are divided at the middle of a side, which their neighbours do not know: triangles
+    without area lie between. And a stretch."""
+    random = np.random.default_rng(seed)
+    columns, rows = int(random.integers(2, 6)), int(random.integers(2, 5))
+    sheet, faces = bumpy_grid(columns, rows, 0.0)
+    heights = random.normal(size=len(sheet)) * random.choice([0.1, 0.3, 0.6])
+    vertices = [[x, y, z] for (x, y, _), z in zip(sheet, heights, strict=True)]
+    left = int(random.integers(1, 4))
+    sides = {(int(t[k]), int(t[(k + 1) % 3])) for t in faces for k in range(3)}
+    result: list[list[int]] = []
+    for face in faces.tolist():
+        k = next((k for k in range(3) if (face[(k + 1) % 3], face[k]) in sides), None)
+        if left and k is not None and random.random() < 0.3:
+            left -= 1
+            a, b, c = face[k], face[(k + 1) % 3], face[(k + 2) % 3]
+            middle = len(vertices)
+            vertices.append(list(0.5 * (np.array(vertices[a]) + np.array(vertices[b]))))
+            result += [[a, middle, c], [middle, b, c], [a, b, middle]]
+        else:
+            result.append(face)
+    return (
+        np.array(vertices),
+        np.array(result, dtype=np.int32),
+        float(random.choice([1.02, 1.1, 1.25])),
+    )
+
+
+def island_energies(vertices: Any, faces: Any, uv: Any) -> list[float]:
+    """Of every island at its own scale, triangles without area left out."""
+    corners = np.asarray(uv, dtype=float).reshape(-1, 3, 2)
+    parent = list(range(len(faces)))
+
+    def root(f: int) -> int:
+        while parent[f] != f:
+            f = parent[f]
+        return f
+
+    sides = {
+        (int(t[k]), int(t[(k + 1) % 3])): (f, k) for f, t in enumerate(faces) for k in range(3)
+    }
+    for (a, b), (f, k) in sides.items():
+        if (b, a) not in sides:
+            continue
+        g, m = sides[b, a]
+        if (corners[f, k] == corners[g, (m + 1) % 3]).all() and (
+            corners[f, (k + 1) % 3] == corners[g, m]
+        ).all():
+            parent[root(f)] = root(g)
+    parts: dict[int, list[tuple[float, float, float]]] = {}
+    for f, (a, b, c) in enumerate(faces):
+        e, g = vertices[b] - vertices[a], vertices[c] - vertices[a]
+        area, length = float(np.linalg.norm(np.cross(e, g))), float(np.linalg.norm(e))
+        if area < 1e-9:
+            continue
+        rest = np.array([[length, e @ g / length], [0.0, area / length]])
+        j = np.stack([corners[f, 1] - corners[f, 0], corners[f, 2] - corners[f, 0]], 1)
+        j = j @ np.linalg.inv(rest)
+        parts.setdefault(root(f), []).append(
+            (area, float((j**2).sum()), float((np.linalg.inv(j) ** 2).sum()))
+        )
+    energies = []
+    for part in parts.values():
+        area, direct, inverse = np.array(part).T
+        energies.append(0.5 * float(np.sqrt((area @ direct) * (area @ inverse)) / area.sum()))
+    return energies
+
+
+@pytest.mark.parametrize("seed", [7, 195, 288])
+def test_triangles_without_area_do_not_keep_an_island_above_the_bound(seed: int) -> None:
+    vertices, faces, stretch = rough_with_lines(seed)
+    result = ff.unwrap(vertices, faces, seams="auto", stretch=stretch)
+    energies = island_energies(vertices, faces, result.uv32())
+    assert max(energies) <= 0.5 * (stretch + 1.0 / stretch) + 1e-5

@@ -56,9 +56,7 @@ void prefer_hidden(std::vector<double>& cost, const Triangles& faces,
 // Charts are searched again, for what they have become since, with a bound that is tighter by this.
 constexpr int kRounds = 4;
 constexpr double kTighter = 0.8;
-// What is above the bound by then is cut in two, up to so often: a single triangle is not
-// stretched.
-constexpr int kMostHalvings = 24;
+// What is above the bound by then is cut in two, and again: a single triangle is not stretched.
 
 class Finder {
  public:
@@ -80,7 +78,7 @@ class Finder {
     Stretch aim = bound;
     std::vector<Points2> uv;
     double begin = 0.0;
-    for (int round = 0; round < kRounds + kMostHalvings; ++round) {
+    for (int round = 0;; ++round) {
       const double end = begin + 0.5 * (1.0 - begin);
       if (round < kRounds) {
         const ProgressRange range(context, begin, begin + 0.7 * (end - begin));
