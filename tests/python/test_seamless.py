@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import pytest
 
@@ -374,3 +376,23 @@ def test_needles_that_padding_cannot_cut_are_not_blamed_on_edges_that_it_made() 
             engine="padding",
             max_seconds=60,
         )
+
+
+def test_a_torus_pressed_flat_to_nothing_is_given_up_by_padding_without_a_limit() -> None:
+    # Six of its nine vertices coincide in pairs but for 1e-50 of its width: thousands of bits, one
+    # attempt after the other, made minutes of it.
+    turn = 2 * np.pi / 3
+    i, j = (k.ravel() for k in np.indices((3, 3)))
+    ring = 2 + np.cos(turn * j)
+    vertices = np.stack(
+        [ring * np.cos(turn * i), ring * np.sin(turn * i), 1e-50 * np.sin(turn * j)], -1
+    )
+    east, north = 3 * ((i + 1) % 3) + j, 3 * i + (j + 1) % 3
+    both = 3 * ((i + 1) % 3) + (j + 1) % 3
+    own = 3 * i + j
+    faces = np.stack([own, east, both, own, both, north], -1).reshape(-1, 3)
+    before = time.process_time()
+    with pytest.raises(ff.NotConverged, match="Merge vertices") as failed:
+        ff.seamless(vertices, faces, {7: 3, 0: 3, 2: 2, 1: 8}, engine="padding", max_seconds=200)
+    assert failed.value.code != "time limit reached"
+    assert time.process_time() - before < 20

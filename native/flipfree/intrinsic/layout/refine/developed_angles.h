@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "flipfree/intrinsic/layout/refine/edge_point_map.h"
-#include "flipfree/intrinsic/layout/refine/polygon_triangulation.h"
+#include "flipfree/intrinsic/layout/refine/polygon/polygon_triangulation.h"
 
 namespace flipfree::intrinsic {
 

@@ -75,6 +75,30 @@ void FaceTriangulations::build_polygon(FaceId f, std::vector<PolygonVertex>& pol
   }
 }
 
+std::array<Index, 3> FaceTriangulations::point_counts(FaceId f) const {
+  std::array<Index, 3> count{};
+  for (Index k = 0; k < 3; ++k) {
+    const std::size_t e = at(map_.edge_of[at(3 * f + k)]);
+    count[at(k)] = static_cast<Index>(map_.begin[e + 1] - map_.begin[e]);
+  }
+  return count;
+}
+
+std::vector<SidePlace> FaceTriangulations::places(FaceId f) const {
+  std::vector<SidePlace> places;
+  for (Index k = 0; k < 3; ++k) {
+    const Index e = map_.edge_of[at(3 * f + k)];
+    const bool left = map_.edge_halfedge[at(e)] == 3 * f + k;
+    const std::int64_t begin = map_.begin[at(e)], end = map_.begin[at(e) + 1];
+    places.push_back({k, 0});
+    for (std::int64_t i = 0; i < end - begin; ++i) {
+      if (active_[at(left ? begin + i : end - 1 - i)])
+        places.push_back({k, static_cast<Index>(i) + 1});
+    }
+  }
+  return places;
+}
+
 std::vector<FaceTriangulations::Triangle>& FaceTriangulations::triangles(FaceId f) {
   if (slot_[at(f)] == kInvalid) {
     slot_[at(f)] = static_cast<Index>(triangulations_.size());

@@ -7,7 +7,8 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/intrinsic/layout/refine/edge_point_map.h"
-#include "flipfree/intrinsic/layout/refine/polygon_triangulation.h"
+#include "flipfree/intrinsic/layout/refine/polygon/face_cells.h"
+#include "flipfree/intrinsic/layout/refine/polygon/polygon_triangulation.h"
 #include "flipfree/intrinsic/layout/refine/refined_layout.h"
 #include "flipfree/mesh/surface.h"
 
@@ -31,6 +32,10 @@ class FaceTriangulations {
   // The face's image as a polygon of its corners and the points in use, in a frame isometric to the
   // surface.
   void build_polygon(FaceId f, std::vector<PolygonVertex>& polygon) const;
+  // Points on each side of the face, in use or not, and where those in use and the corners lie: one
+  // place per vertex of the polygon.
+  std::array<Index, 3> point_counts(FaceId f) const;
+  std::vector<SidePlace> places(FaceId f) const;
   // The face's own triangles, to be changed.
   std::vector<Triangle>& triangles(FaceId f);
 

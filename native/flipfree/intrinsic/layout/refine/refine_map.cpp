@@ -7,7 +7,8 @@
 #include "flipfree/base/parallel.h"
 #include "flipfree/intrinsic/layout/refine/developed_angles.h"
 #include "flipfree/intrinsic/layout/refine/face_triangulations.h"
-#include "flipfree/intrinsic/layout/refine/polygon_triangulation.h"
+#include "flipfree/intrinsic/layout/refine/polygon/face_cells.h"
+#include "flipfree/intrinsic/layout/refine/polygon/polygon_triangulation.h"
 
 namespace flipfree::intrinsic {
 namespace {
@@ -97,13 +98,28 @@ class Refiner {
     const std::vector<double> angles =
         faces_.has_points(f) ? developed_angles(map_, faces_.vertex_count(), f, polygon_)
                              : std::vector<double>();
-    if (!triangulate_polygon(polygon_, angles, storage_, local_, context_)) return false;
     std::vector<Triangle> found;
-    for (const PolygonTriangle& t : local_) {
-      found.push_back({polygon_[at(t[0])].id, polygon_[at(t[1])].id, polygon_[at(t[2])].id});
-    }
+    if (!find_triangles(f, angles, found)) return false;
     faces_.triangles(f) = std::move(found);
     return true;
+  }
+
+  // The triangles of polygon_, the image of face f.
+  bool find_triangles(FaceId f, const std::vector<double>& angles, std::vector<Triangle>& found) {
+    const auto named = [&] {
+      found.clear();
+      for (const PolygonTriangle& t : local_)
+        found.push_back({polygon_[at(t[0])].id, polygon_[at(t[1])].id, polygon_[at(t[2])].id});
+      return true;
+    };
+    if (triangulate_small_or_by_ears(polygon_, angles, storage_, local_, context_)) return named();
+    if (polygon_.size() <= kExactPolygon) return false;
+    if (triangulate_cells(polygon_, face_chords(faces_.point_counts(f), faces_.places(f)), storage_,
+                          local_, context_) &&
+        named() && angles_are_developed(angles, polygon_, found)) {
+      return true;
+    }
+    return triangulate_exactly(polygon_, angles, storage_, local_, context_) && named();
   }
   // Makes the points of h's edge active that can be told apart from each other; true if any was not
   // before.

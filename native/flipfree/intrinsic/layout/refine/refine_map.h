@@ -14,7 +14,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/intrinsic/layout/refine/edge_point_map.h"
-#include "flipfree/intrinsic/layout/refine/polygon_triangulation.h"
+#include "flipfree/intrinsic/layout/refine/polygon/polygon_triangulation.h"
 #include "flipfree/intrinsic/layout/refine/refined_layout.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/surface.h"

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure/outcome.h"
 #include "flipfree/base/in_time.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/certify/certified_map.h"
@@ -45,18 +46,31 @@ class Solver {
     if (component_ != &component) {
       component_ = &component;
       padded_.reset();
+      failure_.reset();
       ++piece_;
     }
     AdmissibleCut& cut = pieces_.cuts[static_cast<std::size_t>(piece_)];
     if (cut.branches.empty()) return compute_penner_metric(component, cones, {}, options, context);
+    if (failure_) throw NotConverged(*failure_);
     const bool again = padded_.has_value();
     if (!again) {
       cut.surface = component;  // the same faces, numbered as the vertices are there
-      padded_ = compute_padded_metric(cut, cones, context);
+      auto padded = attempt([&] { return compute_padded_metric(cut, cones, context); });
+      if (!padded) {
+        failure_ = padded.error();
+        throw NotConverged(*failure_);
+      }
+      padded_ = std::move(*padded);
     }
     // A layout that failed asks for a metric that is nearer still.
+    const int before = padded_->steps;
     come_near(cut, cones, again ? kNearSteps : kFirstNearSteps, kNearEnough, *padded_, context);
     add_figures(*padded_, stats_);
+    if (again && padded_->steps == before) {
+      throw_not_converged(ErrorCode::kIterationLimit,
+                          "The padded metric cannot be brought nearer to the surface's own. Spread "
+                          "the cones further apart, or use the engine \"penner\".");
+    }
     PennerOptions finishing = options;
     finishing.relaxation = 0;
     finishing.first_attempt = 0;
@@ -69,6 +83,7 @@ class Solver {
   const mesh::Surface* component_ = nullptr;
   Index piece_ = -1;
   std::optional<PaddedMetric> padded_;
+  std::optional<Error> failure_;  // why there is none; the next attempt would end alike
 };
 
 // The pairs that are still edges of the refined surface.

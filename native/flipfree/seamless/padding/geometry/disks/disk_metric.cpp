@@ -4,6 +4,8 @@
 #include <optional>
 #include <utility>
 
+#include "flipfree/base/error.h"
+#include "flipfree/base/failure/outcome.h"
 #include "flipfree/conformal/engine/engine.h"
 #include "flipfree/conformal/metric/metric.h"
 #include "flipfree/conformal/metric/newton.h"
@@ -28,6 +30,9 @@ constexpr double kNearEnough = 10.0;
 constexpr int kConformalSteps = 40;
 constexpr double kFirstShare = 0.25;
 constexpr double kLeastShare = 1.0 / 256.0;
+// Of the conformal metric, in all precisions together. Where vertices nearly coincide every step
+// takes seconds in the end, and there is none in sight.
+constexpr int kMostIterations = 150;
 
 conformal::EngineInput input_of(const mesh::Surface& disk, const std::vector<double>& angle) {
   conformal::EngineInput input;
@@ -155,8 +160,18 @@ std::optional<ConformalMetric> stepwise(const conformal::EngineInput& input,
 // The conformal metric, brought nearer.
 ConformalMetric from_conformal(const mesh::Surface& disk, const PennerTargets& targets,
                                ExecutionContext& context) {
-  ConformalMetric metric =
-      conformal::compute_conformal_metric(disk, targets.vertex_angle, {}, context);
+  conformal::MetricOptions options;
+  options.max_iterations = kMostIterations;
+  auto found = attempt([&] {
+    return conformal::compute_conformal_metric(disk, targets.vertex_angle, options, context);
+  });
+  if (!found) {
+    throw_not_converged(found.error().code,
+                        "The metric of a piece of the surface was not reached. Merge vertices that "
+                        "nearly coincide (Merge by Distance), spread the cones further apart, or "
+                        "use the engine \"penner\".");
+  }
+  ConformalMetric metric = std::move(*found);
   if (metric.bits > 53) return metric;
   const conformal::EngineInput further = further_input(metric, targets.vertex_angle);
   CarriedMetric carried = carried_from(further, metric, context);

@@ -54,5 +54,14 @@ inline constexpr std::size_t kExactPolygon = 48;
 bool triangulate_polygon(const std::vector<PolygonVertex>& polygon,
                          const std::vector<double>& angles, Storage storage,
                          std::vector<PolygonTriangle>& triangles, const ExecutionContext& context);
+// Its two halves, for callers who know another way in between: the exact way up to kExactPolygon
+// vertices and ears above; the exact way up to kLargestExactPolygon.
+bool triangulate_small_or_by_ears(const std::vector<PolygonVertex>& polygon,
+                                  const std::vector<double>& angles, Storage storage,
+                                  std::vector<PolygonTriangle>& triangles,
+                                  const ExecutionContext& context);
+bool triangulate_exactly(const std::vector<PolygonVertex>& polygon,
+                         const std::vector<double>& angles, Storage storage,
+                         std::vector<PolygonTriangle>& triangles, const ExecutionContext& context);
 
 }  // namespace flipfree::intrinsic

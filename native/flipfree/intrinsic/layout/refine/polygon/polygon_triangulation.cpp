@@ -1,4 +1,4 @@
-#include "flipfree/intrinsic/layout/refine/polygon_triangulation.h"
+#include "flipfree/intrinsic/layout/refine/polygon/polygon_triangulation.h"
 
 #include <cmath>
 #include <limits>
@@ -164,30 +164,42 @@ double corner_angle(const PolygonVertex& a, const PolygonVertex& b, const Polygo
   return std::atan2(ux * vy - uy * vx, ux * vx + uy * vy);
 }
 
-bool triangulate_polygon(const std::vector<PolygonVertex>& polygon,
+bool triangulate_small_or_by_ears(const std::vector<PolygonVertex>& polygon,
+                                  const std::vector<double>& angles, Storage storage,
+                                  std::vector<PolygonTriangle>& triangles,
+                                  const ExecutionContext& context) {
+  triangles.clear();
+  if (polygon.size() <= kExactPolygon)
+    return triangulate_exactly(polygon, angles, storage, triangles, context);
+  if (!triangulate_by_ears(polygon, storage, triangles, context)) return false;
+  std::vector<double> sums(polygon.size(), 0.0);
+  for (const PolygonTriangle& t : triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto place = [&](std::size_t i) { return static_cast<std::size_t>(t[i % 3]); };
+      sums[place(k)] +=
+          corner_angle(polygon[place(k)], polygon[place(k + 1)], polygon[place(k + 2)]);
+    }
+  }
+  bool right = true;
+  for (std::size_t i = 0; i < angles.size(); ++i)
+    right = right && std::abs(sums[i] - angles[i]) < kAngleSlack;
+  return right;
+}
+
+bool triangulate_exactly(const std::vector<PolygonVertex>& polygon,
                          const std::vector<double>& angles, Storage storage,
                          std::vector<PolygonTriangle>& triangles, const ExecutionContext& context) {
   triangles.clear();
-  if (polygon.size() < 3) return false;
-  if (polygon.size() <= kExactPolygon)
-    return ExactTriangulation(polygon, angles, storage).run(triangles, context);
-  if (triangulate_by_ears(polygon, storage, triangles, context)) {
-    std::vector<double> sums(polygon.size(), 0.0);
-    for (const PolygonTriangle& t : triangles) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        const auto place = [&](std::size_t i) { return static_cast<std::size_t>(t[i % 3]); };
-        sums[place(k)] +=
-            corner_angle(polygon[place(k)], polygon[place(k + 1)], polygon[place(k + 2)]);
-      }
-    }
-    bool right = true;
-    for (std::size_t i = 0; i < angles.size(); ++i)
-      right = right && std::abs(sums[i] - angles[i]) < kAngleSlack;
-    if (right) return true;
-  }
-  triangles.clear();
-  return polygon.size() <= kLargestExactPolygon &&
+  return polygon.size() >= 3 && polygon.size() <= kLargestExactPolygon &&
          ExactTriangulation(polygon, angles, storage).run(triangles, context);
+}
+
+bool triangulate_polygon(const std::vector<PolygonVertex>& polygon,
+                         const std::vector<double>& angles, Storage storage,
+                         std::vector<PolygonTriangle>& triangles, const ExecutionContext& context) {
+  if (triangulate_small_or_by_ears(polygon, angles, storage, triangles, context)) return true;
+  return polygon.size() > kExactPolygon &&
+         triangulate_exactly(polygon, angles, storage, triangles, context);
 }
 
 }  // namespace flipfree::intrinsic
