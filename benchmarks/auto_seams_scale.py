@@ -20,8 +20,17 @@ import flipfree as ff
 from cost import timed
 from mesh_files import data_folder, read_mesh
 
-#: About 25 000, 100 000, 160 000, 400 000 and 950 000 triangles.
-MODELS = ("bunny:0", "bunny:1", "bunny:2", "horse_f10000:2", "bunny:3", "cat_noUV:3")
+#: Up to 1.28 million triangles.
+MODELS = (
+    "bunny:0",
+    "bunny:1",
+    "bunny:2",
+    "horse_f10000:2",
+    "bunny:3",
+    "face_f10000:3",
+    "cat_noUV:3",
+    "kingkong_f20000:3",
+)
 BOUND = 1.025
 MOST_RATIO = 1.25**2
 
