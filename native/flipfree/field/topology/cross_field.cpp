@@ -20,6 +20,14 @@ constexpr double kQuarterTurn = 0.5 * kPi;
 // What is less than this of a unit vector is rounding.
 constexpr double kUpright = 1e-9;
 
+// Of length one, or zero. A power of two first: in a part that is 1e-308 as large as another one
+// lengths have lost most of their digits.
+Vector3 unit(const Vector3& v) {
+  constexpr double kSmall = 0x1p-900;
+  const bool small = v.cwiseAbs().maxCoeff() < kSmall;
+  return (small ? Vector3(v / kSmall) : v).stableNormalized();
+}
+
 // The two axes of a face: along its first edge, and to the left of it.
 struct Axes {
   Vector3 x, y;
@@ -28,9 +36,9 @@ Axes axes_of(const mesh::Surface& surface, FaceId f) {
   const Vector3 a = surface.vertices.row(surface.faces(f, 0));
   const Vector3 b = surface.vertices.row(surface.faces(f, 1));
   const Vector3 c = surface.vertices.row(surface.faces(f, 2));
-  const Vector3 x = (b - a).stableNormalized();
+  const Vector3 x = unit(b - a);
   // The longer of the other sides, and twice, so that needles keep a normal.
-  Vector3 y = ((c - a).squaredNorm() > (c - b).squaredNorm() ? c - a : c - b).stableNormalized();
+  Vector3 y = unit((c - a).squaredNorm() > (c - b).squaredNorm() ? c - a : c - b);
   for (int again = 0; again < 2; ++again) y = (y - x * x.dot(y)).stableNormalized();
   if (!(std::abs(x.dot(y)) < kUpright && y.norm() > 0.5)) y = x.unitOrthogonal();
   return {x, y};

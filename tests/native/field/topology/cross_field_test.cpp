@@ -76,6 +76,16 @@ TEST(CrossFieldTest, DirectionsAreUnitVectorsInTheFacesAndComeBack) {
   }
 }
 
+TEST(CrossFieldTest, DirectionsAreUnitVectorsWhereLengthsHaveFewDigitsLeft) {
+  mesh::Surface surface;
+  surface.vertices.resize(3, 3);
+  surface.vertices << 0, 0, 0, 3e-320, 1e-320, 0, 1e-320, 5e-320, 2e-320;
+  surface.faces.resize(1, 3);
+  surface.faces << 0, 1, 2;
+  for (const double angle : {0.0, 0.4, 1.1, 2.3})
+    EXPECT_NEAR(directions_of(surface, {angle}).row(0).norm(), 1.0, 1e-15) << angle;
+}
+
 TEST(CrossFieldTest, DirectionsAcrossTheFaceAreRefused) {
   const Place p(test::grid(2, 1));
   Points3 directions = Points3::Zero(4, 3);
