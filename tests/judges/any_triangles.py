@@ -36,13 +36,19 @@ def judge_any(faces: npt.ArrayLike, uv: npt.ArrayLike, *, disjoint: bool = True)
             forward = a < b
             key = (min(a, b), max(a, b), *(p + q if forward else q + p))
             # On which side of the edge, from its lower vertex to the higher one, the face lies in the map.
-            sides[key].append(orientation[f] if forward else -orientation[f])
-    # Where sheets may lie on each other, of three faces at an edge any two may be on one side.
+            sides[key].append((orientation[f] if forward else -orientation[f], f))
+    # Where sheets may lie on each other, of three faces at an edge any two may be on one side, and so may two faces of the same
+    # vertices.
     at_edge = Counter(key[:2] for key, side in sides.items() for _ in side)
+
+    def may_be_stacked(key: tuple, side: list[tuple[int, int]]) -> bool:
+        same = len({frozenset(corners[f].tolist()) for _, f in side}) == 1
+        return not disjoint and (at_edge[key[:2]] > 2 or same)
+
     folded = sum(
         1
         for key, side in sides.items()
-        if len(set(side)) < len(side) and (disjoint or at_edge[key[:2]] == 2)
+        if len({s for s, _ in side}) < len(side) and not may_be_stacked(key, side)
     )
     if folded:
         wrong.append(f"{folded} edges with two faces of one island on the same side")
