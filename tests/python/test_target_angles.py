@@ -148,3 +148,10 @@ def test_straight_boundaries_take_corners_and_cones() -> None:
 def test_bad_wishes_are_named(arguments: dict[str, object], match: str) -> None:
     with pytest.raises(ff.InvalidInput, match=match):
         ff.boundary_angles(*bumpy_grid(20, 15), **arguments)
+
+
+@pytest.mark.parametrize("arguments", [{"corners": [997]}, {"cones": {997: 1.0}}])
+def test_vertices_that_do_not_exist_are_said_but_not_listed(arguments: dict[str, object]) -> None:
+    with pytest.raises(ff.InvalidInput, match="997") as refused:
+        ff.boundary_angles(*bumpy_grid(20, 15), "straight", **arguments)
+    assert (refused.value.kind, list(refused.value.elements)) == ("none", [])

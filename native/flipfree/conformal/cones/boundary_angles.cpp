@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/in_time.h"
@@ -48,25 +50,32 @@ Shape shape_of(const mesh::Surface& surface, const ExecutionContext& context) {
   return shape;
 }
 
+// Names the vertex if there is one of this number.
+[[noreturn]] void refuse_vertex(ErrorCode code, std::string message, VertexId v, Index count) {
+  const bool there = v >= 0 && v < count;
+  throw_invalid(code, std::move(message), there ? ElementKind::kVertex : ElementKind::kNone,
+                there ? std::vector<Index>{v} : std::vector<Index>{});
+}
+
 void check_places(const Shape& shape, const BoundaryAnglesOptions& options) {
   const auto count = static_cast<Index>(shape.on_boundary.size());
   for (const auto& [v, angle] : options.cones) {
     if (v < 0 || v >= count || shape.on_boundary[at(v)] || !(angle > 0.0) ||
         !std::isfinite(angle)) {
-      throw_invalid(ErrorCode::kBadAngles,
+      refuse_vertex(ErrorCode::kBadAngles,
                     "The cone at vertex " + std::to_string(v) +
                         " is not an interior vertex with a positive angle. Give interior vertices "
                         "and angles in "
                         "radians.",
-                    ElementKind::kVertex, {v});
+                    v, count);
     }
   }
   for (const VertexId v : options.corners) {
     if (v < 0 || v >= count || !shape.on_boundary[at(v)]) {
-      throw_invalid(ErrorCode::kBadBoundary,
+      refuse_vertex(ErrorCode::kBadBoundary,
                     "Corner " + std::to_string(v) +
                         " is not a boundary vertex. Give boundary vertices as corners.",
-                    ElementKind::kVertex, {v});
+                    v, count);
     }
   }
 }

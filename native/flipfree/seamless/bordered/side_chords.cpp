@@ -155,6 +155,14 @@ class ChordFinder {
                       ElementKind::kEdge, {from, to});
 }
 
+[[noreturn]] void throw_too_thin(FaceId f) {
+  throw_not_converged(ErrorCode::kIterationLimit,
+                      "A straight boundary flattens what an edge of face " + std::to_string(f) +
+                          " cuts off, and the face is too thin to be divided. Merge vertices that "
+                          "nearly coincide, or take the free boundary.",
+                      ElementKind::kFace, {f});
+}
+
 using Triangle = std::array<VertexId, 3>;
 
 // A triangle with vertices on the middles of some sides: middle[k] on that from corner k on, or
@@ -218,6 +226,11 @@ DividedSurface split_in_the_middle(const mesh::Surface& surface, const mesh::Adj
     const Triangle corner{surface.faces(f, 0), surface.faces(f, 1), surface.faces(f, 2)};
     for (const Triangle& piece :
          pieces_of(corner, {middle[at(3 * f)], middle[at(3 * f + 1)], middle[at(3 * f + 2)]})) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const VertexId v = piece[k], w = piece[(k + 1) % 3];
+        if (std::max(v, w) >= count && out.surface.vertices.row(v) == out.surface.vertices.row(w))
+          throw_too_thin(f);
+      }
       faces.push_back(piece);
       out.provenance.face.push_back(f);
     }

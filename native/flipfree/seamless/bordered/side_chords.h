@@ -30,7 +30,8 @@ struct DividedSurface {
 
 // A vertex on the middle of each of these inner edges, the i-th one's after the surface's own
 // vertices and the i before; flat. Faces without such an edge stay as they are. Throws NotConverged
-// naming an edge that is so short that there is no number between its ends.
+// naming an edge that is so short that there is no number between its ends, or a face so thin that
+// the middles of two sides fall together.
 DividedSurface split_in_the_middle(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                                    const std::vector<HalfedgeId>& edges,
                                    const std::vector<Index>& cones);

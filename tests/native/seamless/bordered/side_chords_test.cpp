@@ -188,6 +188,26 @@ TEST(SideChords, AreThoseOfASearchOneByOneOnRandomPolygons) {
   EXPECT_GT(found, 1000U);
 }
 
+// Between the middles of two sides that end far away there is no number.
+TEST(SideChords, FacesTooThinToBeDividedAreNamed) {
+  mesh::Surface fan;
+  fan.vertices.resize(5, 3);
+  fan.vertices << 1e20, 5e19, 0, 0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 2, 0;
+  fan.faces.resize(3, 3);
+  fan.faces << 0, 1, 2, 0, 2, 3, 0, 3, 4;
+  const mesh::Adjacency adjacency = adjacency_of(fan);
+  const std::vector<HalfedgeId> both = {3, 6};  // 0-2 and 0-3
+  try {
+    split_in_the_middle(fan, adjacency, both, std::vector<Index>(5, 4));
+    FAIL();
+  } catch (const NotConverged& e) {
+    EXPECT_EQ(e.error().kind, ElementKind::kFace);
+    EXPECT_EQ(e.error().elements, std::vector<Index>{1});
+  }
+  fan.vertices.row(0) << 4, 2, 0;
+  EXPECT_EQ(split_in_the_middle(fan, adjacency, both, std::vector<Index>(5, 4)).cones.size(), 7U);
+}
+
 // A hundred thousand disks, each of which holds all smaller ones.
 TEST(SideChords, OfALongFanAreFoundInTime) {
   const Index sides = 100000;
