@@ -78,6 +78,13 @@ EdgeFlags uv_cuts(const Adjacency& adjacency, const Points2& corner_uv) {
   return flags;
 }
 
+Components components_between(Adjacency adjacency, const EdgeFlags& cut) {
+  for (std::size_t h = 0; h < cut.size(); ++h) {
+    if (cut[h] != 0) adjacency.opposite[h] = kInvalid;
+  }
+  return face_components(adjacency);
+}
+
 CutMesh cut_along(const Triangles& faces, const Adjacency& adjacency, const EdgeFlags& cut) {
   CutMesh result;
   result.faces = Triangles::Constant(faces.rows(), 3, kInvalid);

@@ -7,6 +7,7 @@
 
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/surface.h"
+#include "flipfree/mesh/topology.h"
 
 namespace flipfree::mesh {
 
@@ -29,6 +30,9 @@ IndexPairs flagged_edges(const Triangles& faces, const Adjacency& adjacency,
 
 // Edges across which the corner UVs (3 #F x 2) differ in at least one end point.
 EdgeFlags uv_cuts(const Adjacency& adjacency, const Points2& corner_uv);
+
+// Faces joined across edges that are not cut; numbered by their smallest face.
+Components components_between(Adjacency adjacency, const EdgeFlags& cut);
 
 // The surface with corners separated: every fan of faces between two cut (or boundary) edges around
 // a vertex gets a vertex of its own. Vertices are numbered by their first corner.

@@ -108,13 +108,7 @@ class Separator {
     for (double& cost : cost_) cost += 1e-3 * longest;
   }
 
-  mesh::Components components() const {
-    mesh::Adjacency separated = adjacency_;
-    for (std::size_t h = 0; h < cut_.size(); ++h) {
-      if (cut_[h]) separated.opposite[h] = kInvalid;
-    }
-    return mesh::face_components(separated);
-  }
+  mesh::Components components() const { return mesh::components_between(adjacency_, cut_); }
 
   HalfedgeId across(HalfedgeId h) const {
     return cut_[size(h)] ? kInvalid : adjacency_.opposite[size(h)];

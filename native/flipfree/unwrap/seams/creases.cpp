@@ -30,13 +30,6 @@ constexpr Index kFew = 4;
 // Distance of its ends over length of a chain of edges that is straight.
 constexpr double kStraight = 0.9999;
 
-mesh::Components between(mesh::Adjacency adjacency, const mesh::EdgeFlags& cut) {
-  for (std::size_t h = 0; h < cut.size(); ++h) {
-    if (cut[h] != 0) adjacency.opposite[h] = kInvalid;
-  }
-  return mesh::face_components(adjacency);
-}
-
 class Creases {
  public:
   Creases(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
@@ -46,8 +39,8 @@ class Creases {
     for (std::size_t h = 0; h < cost.size(); ++h)
       forbidden[h] = cost[h] == mesh::ShortestPaths::kUnreached ? 1 : 0;
     creases_ = with_sharp_edges(surface, adjacency, seams, forbidden, kCrease);
-    faces_ = between(adjacency, creases_);
-    parts_ = between(adjacency, seams);
+    faces_ = mesh::components_between(adjacency, creases_);
+    parts_ = mesh::components_between(adjacency, seams);
   }
 
   mesh::EdgeFlags seams() {

@@ -7,7 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "flipfree/mesh/topology.h"
+#include "flipfree/base/disjoint_sets.h"
+#include "flipfree/mesh/cut_graph/cut.h"
 #include "flipfree/unwrap/chart/separate.h"
 
 namespace flipfree::unwrap {
@@ -36,8 +37,8 @@ class Blocks {
  public:
   Blocks(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
          const mesh::EdgeFlags& uncuttable)
-      : parent_(static_cast<std::size_t>(chart.faces.rows())), stands_(parent_.size(), 1) {
-    std::iota(parent_.begin(), parent_.end(), FaceId{0});
+      : sets_(static_cast<Index>(chart.faces.rows())),
+        stands_(static_cast<std::size_t>(chart.faces.rows()), 1) {
     for (FaceId f = 0; f < chart.faces.rows(); ++f) stands_[at(f)] = is_thin(chart, f) ? 0 : 1;
     const auto count = static_cast<HalfedgeId>(adjacency.opposite.size());
     for (HalfedgeId h = 0; h < count && !uncuttable.empty(); ++h) {
@@ -52,31 +53,29 @@ class Blocks {
     }
     std::sort(edges.begin(), edges.end());
     for (const auto& [length, h] : edges) {
-      const FaceId a = of(h / 3);
-      const FaceId b = of(adjacency.opposite[at(h)] / 3);
+      const FaceId a = sets_.find(h / 3);
+      const FaceId b = sets_.find(adjacency.opposite[at(h)] / 3);
       if (stands_[at(a)] == 0 || stands_[at(b)] == 0) join(a, b);
     }
+    for (FaceId f = 0; f < chart.faces.rows(); ++f) first_.push_back(sets_.find(f));
   }
 
-  FaceId of(FaceId f) const {
-    while (parent_[at(f)] != f) f = parent_[at(f)];
-    return f;
-  }
+  // The first face of f's block.
+  FaceId of(FaceId f) const { return first_[at(f)]; }
 
  private:
   static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
   void join(FaceId f, FaceId g) {
-    const FaceId a = std::min(of(f), of(g));
-    const FaceId b = std::max(of(f), of(g));
-    parent_[at(b)] = a;
-    stands_[at(a)] = stands_[at(a)] != 0 || stands_[at(b)] != 0 ? 1 : 0;
-    while (parent_[at(f)] != a) f = std::exchange(parent_[at(f)], a);
-    while (parent_[at(g)] != a) g = std::exchange(parent_[at(g)], a);
+    const auto [first, other] = std::minmax({sets_.find(f), sets_.find(g)});
+    const bool stand = stands_[at(first)] != 0 || stands_[at(other)] != 0;
+    sets_.join(other, first);
+    stands_[at(first)] = stand ? 1 : 0;
   }
 
-  std::vector<FaceId> parent_;
-  std::vector<char> stands_;  // of a root: can its block be an island?
+  DisjointSets sets_;
+  std::vector<char> stands_;  // of a first face: can its block be an island?
+  std::vector<FaceId> first_;
 };
 
 mesh::EdgeFlags between(const mesh::Adjacency& adjacency, const std::vector<Index>& side) {
@@ -93,11 +92,7 @@ bool any(const mesh::EdgeFlags& cut) { return std::find(cut.begin(), cut.end(), 
 // Every block goes where its first face is.
 mesh::EdgeFlags along_blocks(const mesh::Adjacency& adjacency, const mesh::EdgeFlags& cut,
                              const Blocks& blocks) {
-  mesh::Adjacency parted = adjacency;
-  for (std::size_t h = 0; h < cut.size(); ++h) {
-    if (cut[h] != 0) parted.opposite[h] = kInvalid;
-  }
-  std::vector<Index> side = mesh::face_components(parted).of_face;
+  std::vector<Index> side = mesh::components_between(adjacency, cut).of_face;
   for (std::size_t f = 0; f < side.size(); ++f)
     side[f] = side[static_cast<std::size_t>(blocks.of(static_cast<FaceId>(f)))];
   return between(adjacency, side);

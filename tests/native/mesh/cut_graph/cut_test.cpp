@@ -56,6 +56,33 @@ TEST(CutAlong, agrees_with_joining_the_corners_at_every_uncut_edge) {
   }
 }
 
+TEST(ComponentsBetween, are_what_uncut_edges_join_numbered_by_their_smallest_face) {
+  std::mt19937 random(5);
+  for (int i = 0; i < 200; ++i) {
+    const Surface surface = i % 2 == 0 ? test::grid(5, 4) : test::torus(5, 4);
+    const Adjacency adjacency = adjacency_of(surface);
+    const EdgeFlags flags = random_cut(adjacency, 1 + static_cast<unsigned>(i) % 5, random);
+    DisjointSets sets(static_cast<Index>(surface.faces.rows()));
+    for (std::size_t h = 0; h < flags.size(); ++h) {
+      const HalfedgeId o = adjacency.opposite[h];
+      if (o != kInvalid && flags[h] == 0) sets.join(static_cast<Index>(h / 3), o / 3);
+    }
+    const Components found = components_between(adjacency, flags);
+    Index count = 0;
+    for (FaceId f = 0; f < surface.faces.rows(); ++f) {
+      const auto of = [&](FaceId g) { return found.of_face[static_cast<std::size_t>(g)]; };
+      FaceId first = 0;
+      while (sets.find(first) != sets.find(f)) ++first;
+      if (first == f) {
+        EXPECT_EQ(of(f), count++);
+      } else {
+        EXPECT_EQ(of(f), of(first));
+      }
+    }
+    EXPECT_EQ(found.count, count);
+  }
+}
+
 TEST(SplitIntoCharts, gives_the_pieces_of_the_cut_mesh_in_the_order_of_their_faces) {
   std::mt19937 random(2);
   std::size_t most = 0;

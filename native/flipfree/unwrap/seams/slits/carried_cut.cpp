@@ -15,13 +15,6 @@ constexpr double kNever = mesh::ShortestPaths::kUnreached;
 
 using Chain = std::vector<VertexId>;
 
-Index pieces(mesh::Adjacency adjacency, const mesh::EdgeFlags& cut) {
-  for (std::size_t h = 0; h < cut.size(); ++h) {
-    if (cut[h] != 0) adjacency.opposite[h] = kInvalid;
-  }
-  return mesh::face_components(adjacency).count;
-}
-
 std::vector<char> on_boundary(const Triangles& faces, const mesh::Adjacency& adjacency,
                               std::size_t vertices) {
   std::vector<char> flags(vertices, 0);
@@ -158,6 +151,9 @@ mesh::EdgeFlags carried_cut(const mesh::Surface& whole, const mesh::Adjacency& a
   const std::vector<Chain> chains = chains_of(few, own, cut);
   if (chains.empty()) return {};
   mesh::EdgeFlags carried = Carrier(whole, adjacency, levels, uncuttable, context).run(chains);
+  const auto pieces = [](const mesh::Adjacency& sides, const mesh::EdgeFlags& flags) {
+    return mesh::components_between(sides, flags).count;
+  };
   if (!carried.empty() && pieces(adjacency, carried) != pieces(own, cut)) carried.clear();
   return carried;
 }

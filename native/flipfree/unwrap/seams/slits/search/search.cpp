@@ -50,11 +50,7 @@ double cost_of(const mesh::EdgeFlags& cut, const std::vector<double>& cost) {
 
 Index pieces_of(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
                 const mesh::EdgeFlags& cut) {
-  mesh::Adjacency parted = adjacency;
-  for (std::size_t h = 0; h < cut.size(); ++h) {
-    if (cut[h] != 0) parted.opposite[h] = kInvalid;
-  }
-  return chart.faces.rows() == 0 ? 0 : mesh::face_components(parted).count;
+  return chart.faces.rows() == 0 ? 0 : mesh::components_between(adjacency, cut).count;
 }
 
 }  // namespace
