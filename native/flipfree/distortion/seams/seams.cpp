@@ -113,7 +113,9 @@ ExactMap make_exact(const CutMap& map, const ExactOptions& options, ExecutionCon
   check_start(map.surface, uv, minimize, context);
   if (options.optimise) {
     const ProgressRange range(context, 0.0, 0.9);
-    const TimeLimit limit(context, limit_of(options.max_seconds));
+    const TimeLimit limit(context, std::min(limit_of(options.max_seconds),
+                                            seconds_to_search(context.seconds_left(),
+                                                              static_cast<Index>(faces.rows()))));
     try {
       uv = optimised(map, constraints, minimize, context, out.stats);
     } catch (const TimeIsOver&) {
@@ -121,7 +123,7 @@ ExactMap make_exact(const CutMap& map, const ExactOptions& options, ExecutionCon
     }
     if (context.time_is_over() || context.accepted()) hurried = 1;
   }
-  const Untimed storing(context);
+  const Overtime storing(context);
   context.report("rounding", 0.95);
   out.stats["time_limit_reached"] = hurried;
   if (!options.exact) {

@@ -22,7 +22,8 @@ struct ExactOptions {
   bool optimise = true;
   int max_iterations = 200;
   double tolerance = 1e-4;  // see MinimizeOptions
-  // Seconds that the optimisation may take; 0: no limit of its own. Rounding is done in any case.
+  // Seconds that the optimisation may take; 0: no limit of its own. It leaves some of what the
+  // context has for rounding (context.h), which comes after it in any case.
   double max_seconds = 0;
   bool exact = true;  // false: no grid; seams match up to rounding, as they did before
 };
@@ -45,7 +46,8 @@ struct ExactMap {
 // "seams.nodes", "seams.translations", "seams.step" (grid of the translations in steps of the
 // other's), "seams.misfit" (largest distance of the initial map from its seams, as a share of its
 // extent), "time_limit_reached". Throws InvalidInput, NotConverged (kRoundingFlips,
-// kFactorizationFailed), Cancelled. Cost: that of the optimisation.
+// kFactorizationFailed), TimeIsOver if the context's time ends before or while the map is rounded,
+// Cancelled. Cost: that of the optimisation.
 ExactMap make_exact(const CutMap& map, const ExactOptions& options, ExecutionContext& context);
 
 // The optimisation alone: so many steps. Precondition and "distortion.*" as make_exact(). Throws

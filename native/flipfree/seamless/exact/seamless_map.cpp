@@ -114,6 +114,7 @@ bool is_aligned(Boundary boundary) {
 void judge(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
            const std::vector<Index>& cones, const Strips& strips, const SeamlessOptions& options,
            certify::Parametrization& map, ExecutionContext& context) {
+  const Overtime judging(context);
   certify::CertifyRequest request;
   request.require_seamless = options.exact;
   request.measure_overlaps = false;
@@ -294,6 +295,8 @@ certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surfac
   bool settled = false;
   if (taken) {
     const ProgressRange range(context, 0.0, kTakenBackShare);
+    const TimeLimit limit(context, seconds_to_search(context.seconds_left(),
+                                                     static_cast<Index>(map.surface.faces.rows())));
     settled = take_back(surface, aligned, options.engine.uncuttable,
                         std::min(kCoarseSteps, options.max_iterations), map, context);
   }

@@ -125,19 +125,9 @@ TEST(RoundToGrid, triangles_that_rounding_folds_are_opened_under_the_constraints
   EXPECT_GT(folded, 0);
 }
 
-// All of a square's inner vertices in one spot that is far narrower than the grid: no single point
-// finds room, so that regions are opened in 64 bits.
+// No single point finds room, so that regions are opened in 64 bits.
 TEST(RoundToGrid, crowds_are_opened_in_64_bits) {
-  CutMap map = test::cut_map_of(test::unfold(test::polycubes()[2], 5, 3));
-  const SeamConstraints c = eliminated(map);
-  Points2 nodes = nodes_of(c, map.surface.faces, map.seams, map.uv);
-  for (Index n = 0; n < c.position_count(); ++n) {
-    // Squares of 5 x 5 cells at multiples of 5: shrink what lies strictly inside the first one.
-    const Vector2 p = nodes.row(n);
-    if (p.x() > 0 && p.x() < 5 && p.y() > 0 && p.y() < 5)
-      nodes.row(n) = (Vector2(2.5, 2.5) + 1e-9 * (p - Vector2(2.5, 2.5))).transpose();
-  }
-  map.uv = map_of(c, nodes);
+  const CutMap map = test::crowded();
   ASSERT_TRUE(is_flip_free(map.surface.faces, map.uv, ExecutionContext()));
   EXPECT_GT(std::get<std::int64_t>(expect_rounded(map).at("rounding.folded")), 0);
 }

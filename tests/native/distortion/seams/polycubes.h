@@ -151,6 +151,23 @@ inline distortion::CutMap cut_map_of(const Unfolded& u) {
   return distortion::cut_map(u.surface, u.adjacency, u.cuts, u.uv);
 }
 
+// All of a square's inner vertices in one spot that is far narrower than the grid of 24 bits.
+inline distortion::CutMap crowded() {
+  distortion::CutMap map = cut_map_of(unfold(polycubes()[2], 5, 3));
+  const distortion::SeamConstraints c =
+      distortion::eliminate_seams(static_cast<Index>(map.surface.vertices.rows()),
+                                  map.surface.faces, map.seams, ExecutionContext());
+  Points2 nodes = distortion::nodes_of(c, map.surface.faces, map.seams, map.uv);
+  for (Index n = 0; n < c.position_count(); ++n) {
+    // Squares of 5 x 5 cells at multiples of 5: shrink what lies strictly inside the first one.
+    const Vector2 p = nodes.row(n);
+    if (p.x() > 0 && p.x() < 5 && p.y() > 0 && p.y() < 5)
+      nodes.row(n) = (Vector2(2.5, 2.5) + 1e-9 * (p - Vector2(2.5, 2.5))).transpose();
+  }
+  map.uv = distortion::map_of(c, nodes);
+  return map;
+}
+
 // The map with all nodes moved at random by at most `amount`, as long as nothing folds.
 inline distortion::CutMap perturbed(distortion::CutMap map, double amount, unsigned seed) {
   const ExecutionContext context;

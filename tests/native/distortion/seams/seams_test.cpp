@@ -137,5 +137,47 @@ TEST(MakeExact, cancelling_and_limits_of_time_end_it) {
   EXPECT_TRUE(certified(u, map, out).ok);
 }
 
+// Where points are crowded, rounding takes long; what was set aside for it is not enough.
+TEST(MakeExact, rounding_ends_soon_after_the_limit_of_time) {
+  constexpr double kLimit = 10.0;
+  constexpr double kTick = 0.01;
+  ExecutionContext context;
+  context.threads = 1;
+  double now = 0.0;
+  context.clock = [&] { return now += kTick; };
+  const CutMap map = test::crowded();
+  const auto rounded_within = [&](double seconds) {
+    const TimeLimit limit(context, seconds);
+    (void)make_exact(map, {.optimise = false}, context);
+  };
+  rounded_within(1e9);
+  const double needed = now;
+  ASSERT_GT(needed, 2 * kTick);
+  now = kLimit;
+  EXPECT_THROW(rounded_within(0.25 * needed), TimeIsOver);
+  EXPECT_LE(now, kLimit + 0.25 * needed + 2 * Overtime::kSeconds);
+}
+
+// Optimising stops while there is time to round.
+TEST(MakeExact, a_map_that_is_optimised_until_time_is_over_is_exact_all_the_same) {
+  const test::Unfolded u = test::unfold(test::polycubes()[2], 8, 2);
+  const CutMap map = perturbed(test::cut_map_of(u), 0.3, 3);
+  ExecutionContext context;
+  context.threads = 1;
+  double now = 0.0;
+  context.clock = [&] { return now += 1e-4; };
+  const auto outcome = [&](double seconds) {
+    const TimeLimit limit(context, seconds);
+    return make_exact(map, {}, context);
+  };
+  (void)outcome(1e9);
+  const double needed = now;
+  for (const double share : {0.3, 0.5, 0.7, 0.9}) {
+    const ExactMap out = outcome(share * needed);
+    EXPECT_EQ(std::get<std::int64_t>(out.stats.at("time_limit_reached")), 1) << share;
+    EXPECT_TRUE(certified(u, map, out).ok) << share;
+  }
+}
+
 }  // namespace
 }  // namespace flipfree::distortion
