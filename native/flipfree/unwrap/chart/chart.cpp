@@ -1,7 +1,9 @@
 #include "flipfree/unwrap/chart/chart.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
+#include <utility>
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
@@ -171,6 +173,11 @@ constexpr double kMildOverlap = 0.2;
 // benchmarks/unwrap_sharp.py measures both.
 constexpr double kEnergyFactor = 1.1;
 constexpr double kEnergyExcess = 0.02;
+// Of the chart's area; what overlaps by no more than this touches itself but for rounding.
+constexpr double kTouching = 1e-9;
+// Of the map's extent; boundary vertices that are no further apart lie on each other but for
+// rounding.
+constexpr double kCoincident = 1e-9;
 
 double overlapping_share(const std::vector<FacePair>& pairs, const mesh::Surface& chart,
                          const Points2& uv) {
@@ -193,27 +200,33 @@ FlatChart without_overlap(const mesh::Surface& chart, const FlattenOptions& opti
   if (!options.may_add_cuts)
     return {distortion::minimize_distortion(chart, apart, minimize, context, stats), {}, {}};
   const std::vector<FacePair> pairs = overlapping_faces(chart.faces, free, context);
-  if (overlapping_share(pairs, chart, free) <= kMildOverlap) {
+  const double share = overlapping_share(pairs, chart, free);
+  if (share <= kMildOverlap) {
     minimize.max_iterations = std::min(options.held_steps, options.max_iterations);
     apart = distortion::minimize_distortion(chart, apart, minimize, context, stats);
     const double most =
         std::min(options.most_energy, kEnergyFactor * energy_of(chart, free) + kEnergyExcess);
     if (energy_of(chart, apart) <= most) return {std::move(apart), {}, {}};
   }
-  const mesh::Adjacency adjacency =
-      mesh::build_adjacency(static_cast<Index>(chart.vertices.rows()), chart.faces);
-  mesh::EdgeFlags cut = separating_cut(chart, adjacency, free, pairs, options.tolerated_overlap,
-                                       options.uncuttable, context);
-  // What is tolerated may need no cut at all; where holding apart has not helped, a cut has to.
-  if (std::find(cut.begin(), cut.end(), 1) == cut.end())
-    cut = separating_cut(chart, adjacency, free, pairs, 0.0, options.uncuttable, context);
+  const auto cuts = [](const mesh::EdgeFlags& cut) {
+    return std::find(cut.begin(), cut.end(), 1) != cut.end();
+  };
+  mesh::EdgeFlags cut;
   // A map that only touches itself has nothing to be cut between.
-  if (std::find(cut.begin(), cut.end(), 1) == cut.end()) {
-    const bool better =
-        draw_apart(chart.faces, free, context) && energy_of(chart, free) < energy_of(chart, apart);
-    return {better ? std::move(free) : std::move(apart), {}, {}};
+  Points2 drawn = free;
+  const bool is_drawn = share <= kTouching && draw_apart(chart.faces, drawn, context);
+  if (!is_drawn) {
+    const mesh::Adjacency adjacency =
+        mesh::build_adjacency(static_cast<Index>(chart.vertices.rows()), chart.faces);
+    cut = separating_cut(chart, adjacency, free, pairs, options.tolerated_overlap,
+                         options.uncuttable, context);
+    // What is tolerated may need no cut at all; where holding apart has not helped, a cut has to.
+    if (!cuts(cut))
+      cut = separating_cut(chart, adjacency, free, pairs, 0.0, options.uncuttable, context);
   }
-  return {std::move(free), std::move(cut), std::move(apart)};
+  if (cuts(cut)) return {std::move(free), std::move(cut), std::move(apart)};
+  const bool better = is_drawn && energy_of(chart, drawn) < energy_of(chart, apart);
+  return {better ? std::move(drawn) : std::move(apart), {}, {}};
 }
 
 // Did the last descent end before its goal, by the clock or because its map was accepted?
@@ -273,21 +286,35 @@ void start_better(const mesh::Surface& chart, Points2& uv, ExecutionContext& con
   stats["time_limit_reached"] = std::int64_t{1};
 }
 
+// Marks those of the vertices (#V in all) that another one lies on, but for rounding: they share a
+// cell of one of four grids. Cost: O(n log n).
+std::vector<char> coincident(std::vector<VertexId> vertices, const Points2& uv) {
+  std::vector<char> marks(static_cast<std::size_t>(uv.rows()), 0);
+  const double width = kCoincident * (uv.colwise().maxCoeff() - uv.colwise().minCoeff()).maxCoeff();
+  for (const double right : {0.0, 0.5}) {
+    for (const double up : {0.0, 0.5}) {
+      const auto cell = [&](VertexId v) {
+        return std::pair(std::floor(uv(v, 0) / width + right), std::floor(uv(v, 1) / width + up));
+      };
+      std::sort(vertices.begin(), vertices.end(),
+                [&](VertexId a, VertexId b) { return cell(a) < cell(b); });
+      for (std::size_t i = 1; i < vertices.size(); ++i) {
+        if (cell(vertices[i - 1]) != cell(vertices[i])) continue;
+        marks[static_cast<std::size_t>(vertices[i - 1])] =
+            marks[static_cast<std::size_t>(vertices[i])] = 1;
+      }
+    }
+  }
+  return marks;
+}
+
 }  // namespace
 
 bool draw_apart(const Triangles& faces, Points2& uv, const ExecutionContext& context) {
   const distortion::Boundary boundary =
       distortion::find_boundary(static_cast<Index>(uv.rows()), faces);
   if (!distortion::overlaps_itself(boundary, uv, context)) return true;
-  std::vector<VertexId> sorted = boundary.vertices;
-  std::sort(sorted.begin(), sorted.end(), [&](VertexId a, VertexId b) {
-    return uv(a, 0) != uv(b, 0) ? uv(a, 0) < uv(b, 0) : uv(a, 1) < uv(b, 1);
-  });
-  std::vector<char> moves(static_cast<std::size_t>(uv.rows()), 0);
-  for (std::size_t i = 1; i < sorted.size(); ++i) {
-    if (uv.row(sorted[i - 1]) != uv.row(sorted[i])) continue;
-    moves[static_cast<std::size_t>(sorted[i - 1])] = moves[static_cast<std::size_t>(sorted[i])] = 1;
-  }
+  const std::vector<char> moves = coincident(boundary.vertices, uv);
   Points2 inner = Points2::Zero(uv.rows(), 2);
   Eigen::VectorXd weight = Eigen::VectorXd::Zero(uv.rows());
   for (FaceId f = 0; f < faces.rows(); ++f) {
