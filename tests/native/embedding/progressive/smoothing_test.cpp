@@ -35,6 +35,19 @@ test::Disk bumpy() {
   return test::make_disk(test::bumpy_grid(12, 11, 0.2, 2.0), BoundaryShape::kSquare);
 }
 
+// A map that is far from its optimum, which the uniform one of a grid is not.
+PlanarMap shaken() {
+  PlanarMap map = test::valid_map(bumpy(), true);
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> move(-0.02, 0.02);
+  for (const VertexId v : inner(map)) {
+    const Vector2 old = map.at(v);
+    map.move(v, map.snap(Vector2(old + Vector2(move(random), move(random)))));
+    if (!all_positive(map)) map.move(v, old);
+  }
+  return map;
+}
+
 TEST(Smoothing, steps_lower_the_energy_of_the_star_and_keep_it_positive) {
   for (const bool float32 : {false, true}) {
     PlanarMap map = test::valid_map(bumpy(), float32);
@@ -86,12 +99,12 @@ TEST(Smoothing, a_ring_without_kernel_leaves_the_vertex_alone) {
 TEST(Smoothing, sweeps_lower_the_energy_with_the_same_bits_for_any_number_of_threads) {
   std::vector<Points2> results;
   for (const int threads : {1, 3}) {
-    PlanarMap map = test::valid_map(bumpy(), true);
+    PlanarMap map = shaken();
     const double before = total_energy(map);
     ExecutionContext context;
     context.threads = threads;
     smooth_sweeps(map, inner(map), 5, 1e-3, context);
-    EXPECT_LT(total_energy(map), before);
+    EXPECT_LT(total_energy(map), 0.99 * before);
     EXPECT_TRUE(all_positive(map));
     results.push_back(map.uv);
   }
