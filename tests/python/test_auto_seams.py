@@ -53,6 +53,35 @@ def length_of(vertices: np.ndarray, edges: np.ndarray) -> float:
     return float(np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1).sum())
 
 
+def letter(seed: int, noise: float) -> tuple[np.ndarray, np.ndarray]:
+    """A prism over a T with corners on its straight edges; all polygons are fans of their first corner: they fold, and have
+    triangles without area, or as thin as the noise."""
+    random = np.random.default_rng(seed)
+    corners = np.array([(0, 0), (1, 0), (1, 3), (2, 3), (2, 4), (-1, 4), (-1, 3), (0, 3)], float)
+    outline = []
+    for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        shares = np.sort(random.integers(1, 8, random.integers(0, 4))) / 8
+        outline += [a + share * (b - a) for share in np.unique([0.0, *shares])]
+    count = len(outline)
+    vertices = np.vstack([np.column_stack([outline, np.full(count, z)]) for z in (0.0, 0.5)])
+    vertices += random.uniform(-noise, noise, vertices.shape)
+    lower, upper = np.arange(count), count + np.arange(count)
+    walls = np.column_stack([lower, np.roll(lower, -1), np.roll(upper, -1), upper]).tolist()
+    polygons = [np.roll(lower[::-1], seed).tolist(), np.roll(upper, seed).tolist(), *walls]
+    return vertices, np.array(
+        [(p[0], *p[i : i + 2]) for p in polygons for i in range(1, len(p) - 1)]
+    )
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-8, 1e-6])
+def test_what_is_thin_or_has_no_area_leaves_the_rest_within_the_bound(noise: float) -> None:
+    for seed in range(12):
+        vertices, faces = letter(seed, noise)
+        result = ff.unwrap(vertices, faces, seams="auto")
+        assert result.certificate.ok
+        assert result.certificate.energy <= BOUND, (seed, result.certificate.energy)
+
+
 @pytest.mark.parametrize("name", SURFACES)
 def test_seams_keep_the_distortion_within_the_bound(name: str) -> None:
     vertices, faces = SURFACES[name]()

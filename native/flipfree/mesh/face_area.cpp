@@ -27,6 +27,25 @@ bool is_thin(const Points3& positions, const Triangles& faces, FaceId f) {
   return !(ab.cross(ac).norm() > kThinnest * longest);
 }
 
+// Of the whole surface, in a unit in which squares do not overflow.
+bool have_little_area(const Points3& positions, const Triangles& faces,
+                      const std::vector<FaceId>& some) {
+  const double extent = positions.cwiseAbs().maxCoeff();
+  if (!(extent > 0.0) || !std::isfinite(extent)) return false;
+  const double unit = std::ldexp(1.0, -std::ilogb(extent));
+  const auto area = [&](FaceId f) {
+    const Vector3 a = unit * positions.row(faces(f, 0));
+    const Vector3 ab = unit * positions.row(faces(f, 1)).transpose() - a;
+    const Vector3 ac = unit * positions.row(faces(f, 2)).transpose() - a;
+    return ab.cross(ac).norm();
+  };
+  double own = 0.0;
+  for (const FaceId f : some) own += area(f);
+  double all = 0.0;
+  for (FaceId f = 0; f < faces.rows(); ++f) all += area(f);
+  return own < kLittleArea * all;
+}
+
 }  // namespace
 
 bool has_area(const Points3& positions, const Triangles& faces, FaceId f) {
@@ -57,7 +76,7 @@ std::vector<FaceId> shapeless_faces(const Points3& positions, const Triangles& f
   }
   const bool few =
       static_cast<double>(thin_or_flat.size()) <= kFewFaces * static_cast<double>(faces.rows());
-  return few ? thin_or_flat : flat;
+  return few || have_little_area(positions, faces, thin_or_flat) ? thin_or_flat : flat;
 }
 
 }  // namespace flipfree::mesh

@@ -14,11 +14,13 @@ bool has_area(const Points3& positions, const Triangles& faces, FaceId f);
 // Height over length below which a triangle among others has no shape that a map could keep: far
 // below what 32-bit coordinates can tell.
 inline constexpr double kThinnest = 1e-8;
-// Share of the faces up to which thin ones are said to have no shape. A surface that is squeezed as
-// a whole keeps its metric.
+// Share of the faces, or of the area, up to which thin ones are said to have no shape. A surface
+// that is squeezed as a whole keeps its metric.
 inline constexpr double kFewFaces = 0.1;
+inline constexpr double kLittleArea = 1e-6;
 
-// Faces without an area, and faces thinner than kThinnest if these are few; ascending. They get
+// Faces without an area, and faces thinner than kThinnest if these are few, or hardly any of the
+// surface; ascending. They get
 // shapes of their own (mesh/separated/rest_positions.h), and have no share in figures of
 // distortion. Cost: O(#F).
 std::vector<FaceId> shapeless_faces(const Points3& positions, const Triangles& faces);

@@ -27,7 +27,7 @@ class SeparatedSurface:
 
     Attributes:
         vertices, faces: (n', 3), (m', 3), for any solver. Corners of faces without area are moved by a thousandth of the
-            edges around; all others are where they were.
+            edges around, or less; all others are where they were.
         vertex_origin, face_origin: (n',), (m',), vertex and face of the input.
         turned: (m',) True: the face's corners run 0, 2, 1 of the input's.
         collapsed: input faces that use a vertex twice and so are in no map.

@@ -1,8 +1,11 @@
 #include "flipfree/mesh/separated/rest_positions.h"
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "flipfree/mesh/face_area.h"
@@ -43,6 +46,36 @@ struct MeanLength {
   double mean() const { return count == 0 ? 0.0 : sum / count; }
 };
 
+// Over the longest edge. Precondition: the face has a shape.
+double height_of(const Surface& surface, FaceId f) {
+  const Vector3 p = surface.vertices.row(surface.faces(f, 0));
+  Vector3 a = surface.vertices.row(surface.faces(f, 1)).transpose() - p;
+  Vector3 b = surface.vertices.row(surface.faces(f, 2)).transpose() - p;
+  const double longest = std::max({a.stableNorm(), b.stableNorm(), (b - a).stableNorm()});
+  a /= longest;  // a product of lengths may be no number
+  b /= longest;
+  return a.cross(b).norm() * longest;
+}
+
+// Per vertex, of the faces with a shape; infinite where there is none.
+std::vector<double> least_heights(const Surface& surface, const std::vector<FaceId>& shapeless) {
+  std::vector<double> least(at(static_cast<Index>(surface.vertices.rows())),
+                            std::numeric_limits<double>::infinity());
+  for (FaceId f = 0; f < surface.faces.rows(); ++f) {
+    if (std::binary_search(shapeless.begin(), shapeless.end(), f)) continue;
+    const double height = height_of(surface, f);
+    for (Index k = 0; k < 3; ++k)
+      least[at(surface.faces(f, k))] = std::min(least[at(surface.faces(f, k))], height);
+  }
+  return least;
+}
+
+// By how much a vertex is moved in the first round.
+double shift_of(double length, double least_height) {
+  return std::clamp(kRestShiftOfHeight * least_height, kLeastRestShift * length,
+                    kRestShift * length);
+}
+
 }  // namespace
 
 Points3 rest_positions(const Surface& surface) {
@@ -64,6 +97,7 @@ Points3 rest_positions(const Surface& surface) {
     around[at(b)].add(length);
     all.add(length);
   }
+  const std::vector<double> height = least_heights(surface, flat);
   // The second round is for corners that share a direction by chance, or shifts that are lost
   // beside large coordinates.
   constexpr std::uint64_t kRounds = 8;
@@ -74,8 +108,9 @@ Points3 rest_positions(const Surface& surface) {
       if (!(length > 0.0)) length = 1.0 / kRestShift;
       const auto row = static_cast<VertexId>(v);
       const double magnitude = surface.vertices.row(row).cwiseAbs().maxCoeff();
-      const double shift = std::max(std::ldexp(kRestShift * length, 2 * static_cast<int>(round)),
-                                    0x1p-40 * magnitude);
+      const double shift =
+          std::max(std::ldexp(shift_of(length, height[v]), 2 * static_cast<int>(round)),
+                   0x1p-40 * magnitude);
       result.row(row) = surface.vertices.row(row) + shift * direction_of(row, round).transpose();
     }
     flat = shapeless_faces(result, surface.faces);

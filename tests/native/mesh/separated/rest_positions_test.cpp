@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <set>
+#include <vector>
 
+#include "flipfree/mesh/face_area.h"
 #include "flipfree/mesh/validate.h"
 #include "support/shapes.h"
 
@@ -33,6 +35,21 @@ TEST(RestPositions, MoveOnlyCornersOfFacesWithoutArea) {
   EXPECT_TRUE(touched.contains(8) && touched.contains(9));
   EXPECT_LE(touched.size(), 4U);
   EXPECT_TRUE(find_defects({moved, s.faces}).empty());
+}
+
+// A face without area beside one that is a ten-millionth of its length high.
+TEST(RestPositions, LeaveThinFacesTheirShape) {
+  Surface s;
+  s.vertices.resize(5, 3);
+  s.vertices << 0, 0, 0, 1, 0, 0, 2, 0, 0, 1, -1e-7, 0, 0, -1, 0;
+  s.faces.resize(3, 3);
+  s.faces << 0, 1, 2, 0, 2, 3, 0, 3, 4;
+  ASSERT_EQ(shapeless_faces(s.vertices, s.faces), std::vector<FaceId>{0});
+  const Points3 moved = rest_positions(s);
+  EXPECT_TRUE(shapeless_faces(moved, s.faces).empty());
+  for (const VertexId v : {0, 2}) EXPECT_LT((moved.row(v) - s.vertices.row(v)).norm(), 1e-5) << v;
+  EXPECT_EQ(moved.row(3), s.vertices.row(3));
+  EXPECT_EQ(moved.row(4), s.vertices.row(4));
 }
 
 TEST(RestPositions, HoldAtAnyScaleAndPlace) {
