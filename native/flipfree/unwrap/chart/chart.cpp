@@ -1,7 +1,6 @@
 #include "flipfree/unwrap/chart/chart.h"
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <utility>
 
@@ -19,6 +18,7 @@
 #include "flipfree/embedding/embed.h"
 #include "flipfree/mesh/cut_graph/fill.h"
 #include "flipfree/mesh/topology.h"
+#include "flipfree/unwrap/chart/apart/draw_apart.h"
 #include "flipfree/unwrap/chart/overlapping_faces.h"
 #include "flipfree/unwrap/chart/separate.h"
 #include "flipfree/unwrap/packing/layout.h"
@@ -175,9 +175,6 @@ constexpr double kEnergyFactor = 1.1;
 constexpr double kEnergyExcess = 0.02;
 // Of the chart's area; what overlaps by no more than this touches itself but for rounding.
 constexpr double kTouching = 1e-9;
-// Of the map's extent; boundary vertices that are no further apart lie on each other but for
-// rounding.
-constexpr double kCoincident = 1e-9;
 
 double overlapping_share(const std::vector<FacePair>& pairs, const mesh::Surface& chart,
                          const Points2& uv) {
@@ -286,58 +283,7 @@ void start_better(const mesh::Surface& chart, Points2& uv, ExecutionContext& con
   stats["time_limit_reached"] = std::int64_t{1};
 }
 
-// Marks those of the vertices (#V in all) that another one lies on, but for rounding: they share a
-// cell of one of four grids. Cost: O(n log n).
-std::vector<char> coincident(std::vector<VertexId> vertices, const Points2& uv) {
-  std::vector<char> marks(static_cast<std::size_t>(uv.rows()), 0);
-  const double width = kCoincident * (uv.colwise().maxCoeff() - uv.colwise().minCoeff()).maxCoeff();
-  for (const double right : {0.0, 0.5}) {
-    for (const double up : {0.0, 0.5}) {
-      const auto cell = [&](VertexId v) {
-        return std::pair(std::floor(uv(v, 0) / width + right), std::floor(uv(v, 1) / width + up));
-      };
-      std::sort(vertices.begin(), vertices.end(),
-                [&](VertexId a, VertexId b) { return cell(a) < cell(b); });
-      for (std::size_t i = 1; i < vertices.size(); ++i) {
-        if (cell(vertices[i - 1]) != cell(vertices[i])) continue;
-        marks[static_cast<std::size_t>(vertices[i - 1])] =
-            marks[static_cast<std::size_t>(vertices[i])] = 1;
-      }
-    }
-  }
-  return marks;
-}
-
 }  // namespace
-
-bool draw_apart(const Triangles& faces, Points2& uv, const ExecutionContext& context) {
-  const distortion::Boundary boundary =
-      distortion::find_boundary(static_cast<Index>(uv.rows()), faces);
-  if (!distortion::overlaps_itself(boundary, uv, context)) return true;
-  const std::vector<char> moves = coincident(boundary.vertices, uv);
-  Points2 inner = Points2::Zero(uv.rows(), 2);
-  Eigen::VectorXd weight = Eigen::VectorXd::Zero(uv.rows());
-  for (FaceId f = 0; f < faces.rows(); ++f) {
-    for (Index k = 0; k < 3; ++k) {
-      inner.row(faces(f, k)) += uv.row(faces(f, (k + 1) % 3)) + uv.row(faces(f, (k + 2) % 3));
-      weight[faces(f, k)] += 2.0;
-    }
-  }
-  for (double share = 0.25; share > 1e-3; share *= 0.5) {
-    Points2 apart = uv;
-    for (const VertexId v : boundary.vertices) {
-      if (moves[static_cast<std::size_t>(v)] != 0)
-        apart.row(v) += share * (inner.row(v) / weight[v] - uv.row(v));
-    }
-    if (!distortion::is_flip_free(faces, apart, context) ||
-        distortion::overlaps_itself(boundary, apart, context)) {
-      continue;
-    }
-    uv = std::move(apart);
-    return true;
-  }
-  return false;
-}
 
 FlatChart flatten_piece(const mesh::Surface& piece, Points2 uv, Points2 apart,
                         const FlattenOptions& options, ExecutionContext& context, Stats& stats) {

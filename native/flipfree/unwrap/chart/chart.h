@@ -49,9 +49,4 @@ FlatChart flatten_chart(const mesh::Surface& chart, const FlattenOptions& option
 FlatChart flatten_piece(const mesh::Surface& piece, Points2 uv, Points2 apart,
                         const FlattenOptions& options, ExecutionContext& context, Stats& stats);
 
-// Copies of a vertex that lie in the same place, but for rounding, are drawn into the corners of
-// their own faces, until the piece does not touch itself; uv: #V x 2, flip-free. False if it still
-// does, and nothing is changed.
-bool draw_apart(const Triangles& faces, Points2& uv, const ExecutionContext& context);
-
 }  // namespace flipfree::unwrap

@@ -11,6 +11,7 @@
 #include "flipfree/distortion/minimize/boundary_grid.h"
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/numeric/predicates.h"
+#include "flipfree/unwrap/chart/apart/draw_apart.h"
 #include "flipfree/unwrap/chart/chart.h"
 #include "flipfree/unwrap/chart/flattening.h"
 #include "flipfree/unwrap/chart/overlapping_faces.h"
