@@ -6,11 +6,12 @@
 #include <cstdint>
 #include <map>
 #include <string>
-#include <variant>
+
+#include "flipfree/base/variant.h"
 
 namespace flipfree {
 
-using StatValue = std::variant<double, std::int64_t, std::string>;
+using StatValue = Variant<double, std::int64_t, std::string>;
 using Stats = std::map<std::string, StatValue>;
 
 // Wall-clock seconds since construction or the last restart.

@@ -4,10 +4,10 @@
 
 #include <cstddef>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/base/variant.h"
 #include "flipfree/intrinsic/intrinsic_mesh.h"
 #include "flipfree/intrinsic/symmetric_flips.h"
 #include "flipfree/mesh/refined/provenance.h"
@@ -17,9 +17,8 @@ namespace flipfree::intrinsic {
 
 // Numbers in the precision of a run: plain doubles, or MPFR numbers of up to 256, 1024 or 4096
 // bits. Use std::visit.
-using Scalars =
-    std::variant<std::vector<double>, std::vector<numeric::BigFloat<4>>,
-                 std::vector<numeric::BigFloat<16>>, std::vector<numeric::BigFloat<64>>>;
+using Scalars = Variant<std::vector<double>, std::vector<numeric::BigFloat<4>>,
+                        std::vector<numeric::BigFloat<16>>, std::vector<numeric::BigFloat<64>>>;
 
 // Rounded to double, and to 80-bit numbers, which have the range that lengths may need.
 std::vector<double> to_doubles(const Scalars& values);
