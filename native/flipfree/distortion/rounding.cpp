@@ -9,6 +9,7 @@
 #include "flipfree/base/failure/elements.h"
 #include "flipfree/distortion/minimize/boundary_grid.h"
 #include "flipfree/distortion/minimize/minimizer.h"
+#include "flipfree/mesh/islands/part.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::distortion {
@@ -42,18 +43,7 @@ void open_region(const Triangles& faces, const std::vector<VertexId>& region,
     for (int k = 0; k < 3; ++k) held[size(faces(f, k))] = 1;
   }
   std::vector<Index> local(inside.size(), kInvalid);
-  std::vector<VertexId> vertices;
-  Triangles part(static_cast<Eigen::Index>(chosen.size()), 3);
-  for (std::size_t i = 0; i < chosen.size(); ++i) {
-    for (int k = 0; k < 3; ++k) {
-      const VertexId v = faces(chosen[i], k);
-      if (local[size(v)] == kInvalid) {
-        local[size(v)] = static_cast<Index>(vertices.size());
-        vertices.push_back(v);
-      }
-      part(static_cast<Eigen::Index>(i), k) = local[size(v)];
-    }
-  }
+  const auto [part, vertices] = mesh::part_of(faces, chosen, local);
   if (vertices.empty()) return;
   MinimizeOptions minimize;
   minimize.max_iterations = 60;

@@ -7,8 +7,8 @@
 #include <variant>
 
 #include "flipfree/base/failure/give_up.h"
+#include "flipfree/base/failure/in_time.h"
 #include "flipfree/base/failure/translate_errors.h"
-#include "flipfree/base/in_time.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/certify/measures/energy.h"

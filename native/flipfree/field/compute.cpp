@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/in_time.h"
+#include "flipfree/base/failure/in_time.h"
 #include "flipfree/field/guidance/guidance.h"
 #include "flipfree/field/guidance/sized_frames.h"
 #include "flipfree/field/prescribed/prescribed.h"

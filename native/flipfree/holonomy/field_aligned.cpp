@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure/in_time.h"
 #include "flipfree/base/failure/outcome.h"
-#include "flipfree/base/in_time.h"
 #include "flipfree/certify/measures/flips.h"
 #include "flipfree/distortion/alignment/align.h"
 #include "flipfree/distortion/seams/seams.h"

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure/in_time.h"
 #include "flipfree/base/failure/outcome.h"
-#include "flipfree/base/in_time.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/matchmaker/finish/store_map.h"

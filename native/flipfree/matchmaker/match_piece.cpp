@@ -12,9 +12,9 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure/in_time.h"
 #include "flipfree/base/failure/outcome.h"
 #include "flipfree/base/failure/translate_errors.h"
-#include "flipfree/base/in_time.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/distortion/energy/own_map.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/in_time.h"
+#include "flipfree/base/failure/in_time.h"
 #include "flipfree/conformal/metric/metric.h"
 #include "flipfree/conformal/metric/pinned_metric.h"
 #include "flipfree/mesh/adjacency.h"

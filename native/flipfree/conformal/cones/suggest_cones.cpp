@@ -9,7 +9,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure/give_up.h"
-#include "flipfree/base/in_time.h"
+#include "flipfree/base/failure/in_time.h"
 #include "flipfree/conformal/cones/boundary_angles.h"
 #include "flipfree/conformal/cones/cone_placement.h"
 #include "flipfree/conformal/cones/cone_rounding.h"

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "flipfree/base/failure/give_up.h"
-#include "flipfree/base/in_time.h"
+#include "flipfree/base/failure/in_time.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/base/tolerances.h"
 #include "flipfree/certify/certified_map.h"

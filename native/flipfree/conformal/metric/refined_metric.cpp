@@ -7,7 +7,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure/give_up.h"
-#include "flipfree/base/in_time.h"
+#include "flipfree/base/failure/in_time.h"
 #include "flipfree/conformal/metric/precision_ladder.h"
 
 namespace flipfree::conformal {

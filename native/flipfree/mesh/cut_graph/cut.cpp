@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/mesh/islands/part.h"
 #include "flipfree/mesh/topology.h"
 
 namespace flipfree::mesh {
@@ -124,18 +126,9 @@ std::vector<Chart> split_into_charts(const Points3& positions, const CutMesh& me
   }
   std::vector<VertexId> local(static_cast<std::size_t>(vertex_count), kInvalid);
   for (Chart& chart : charts) {
-    chart.surface.faces.resize(static_cast<Eigen::Index>(chart.faces.size()), 3);
-    for (std::size_t i = 0; i < chart.faces.size(); ++i) {
-      for (Index k = 0; k < 3; ++k) {
-        const VertexId v = mesh.faces(chart.faces[i], k);
-        VertexId& slot = local[static_cast<std::size_t>(v)];
-        if (slot == kInvalid) {
-          slot = static_cast<VertexId>(chart.vertices.size());
-          chart.vertices.push_back(v);
-        }
-        chart.surface.faces(static_cast<Eigen::Index>(i), k) = slot;
-      }
-    }
+    Part part = part_of(mesh.faces, chart.faces, local);
+    chart.surface.faces = std::move(part.faces);
+    chart.vertices = std::move(part.vertices);
     chart.surface.vertices.resize(static_cast<Eigen::Index>(chart.vertices.size()), 3);
     for (std::size_t i = 0; i < chart.vertices.size(); ++i) {
       chart.surface.vertices.row(static_cast<Eigen::Index>(i)) =

@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "flipfree/base/in_time.h"
+#include "flipfree/base/failure/in_time.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/conformal/map/map.h"

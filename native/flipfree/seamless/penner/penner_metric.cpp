@@ -11,7 +11,7 @@
 #include <tuple>
 #include <utility>
 
-#include "flipfree/base/in_time.h"
+#include "flipfree/base/failure/in_time.h"
 #include "flipfree/conformal/engine/engine.h"
 #include "flipfree/intrinsic/loops/loop_carrier.h"
 #include "flipfree/mesh/topology.h"

@@ -198,21 +198,21 @@ FlatChart without_overlap(const mesh::Surface& chart, const FlattenOptions& opti
     return {distortion::minimize_distortion(chart, apart, minimize, context, stats), {}, {}};
   const std::vector<FacePair> pairs = overlapping_faces(chart.faces, free, context);
   const double share = overlapping_share(pairs, chart, free);
+  const double most =
+      std::min(options.most_energy, kEnergyFactor * energy_of(chart, free) + kEnergyExcess);
   if (share <= kMildOverlap) {
     minimize.max_iterations = std::min(options.held_steps, options.max_iterations);
     apart = distortion::minimize_distortion(chart, apart, minimize, context, stats);
-    const double most =
-        std::min(options.most_energy, kEnergyFactor * energy_of(chart, free) + kEnergyExcess);
     if (energy_of(chart, apart) <= most) return {std::move(apart), {}, {}};
   }
   const auto cuts = [](const mesh::EdgeFlags& cut) {
     return std::find(cut.begin(), cut.end(), 1) != cut.end();
   };
   mesh::EdgeFlags cut;
-  // A map that only touches itself has nothing to be cut between.
+  // A map that only touches itself needs no cut, but where drawing it apart costs as much as one.
   Points2 drawn = free;
   const bool is_drawn = share <= kTouching && draw_apart(chart.faces, drawn, context);
-  if (!is_drawn) {
+  if (!is_drawn || energy_of(chart, drawn) > most) {
     const mesh::Adjacency adjacency =
         mesh::build_adjacency(static_cast<Index>(chart.vertices.rows()), chart.faces);
     cut = separating_cut(chart, adjacency, free, pairs, options.tolerated_overlap,

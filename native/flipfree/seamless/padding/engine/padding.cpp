@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure/in_time.h"
 #include "flipfree/base/failure/outcome.h"
-#include "flipfree/base/in_time.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/mesh/adjacency.h"

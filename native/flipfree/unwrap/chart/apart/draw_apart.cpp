@@ -1,7 +1,9 @@
 #include "flipfree/unwrap/chart/apart/draw_apart.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -14,6 +16,14 @@ namespace {
 // Of the map's extent; boundary vertices that are no further apart lie on each other but for
 // rounding.
 constexpr double kCoincident = 1e-9;
+
+// Of the map's extent; what moves less may lie on itself again in 32 bits.
+constexpr double kSeenApart = 1e-5;
+// Of the way to the middle of the other corners: as little as is seen; then, where so much folds a
+// face over, less.
+constexpr std::array kShares = {1.0 / 64, 1.0 / 32,  1.0 / 16,  1.0 / 8,
+                                1.0 / 4,  1.0 / 128, 1.0 / 256, 1.0 / 512};
+constexpr std::size_t kLargest = 4;
 
 // Marks those of the vertices (#V in all) that another one lies on, but for rounding: they share a
 // cell of one of four grids. Cost: O(n log n).
@@ -52,12 +62,16 @@ bool draw_apart(const Triangles& faces, Points2& uv, const ExecutionContext& con
       weight[faces(f, k)] += 2.0;
     }
   }
-  for (double share = 0.25; share > 1e-3; share *= 0.5) {
+  const double seen = kSeenApart * (uv.colwise().maxCoeff() - uv.colwise().minCoeff()).maxCoeff();
+  for (std::size_t i = 0; i < kShares.size(); ++i) {
     Points2 apart = uv;
+    double least = std::numeric_limits<double>::infinity();
     for (const VertexId v : boundary.vertices) {
-      if (moves[static_cast<std::size_t>(v)] != 0)
-        apart.row(v) += share * (inner.row(v) / weight[v] - uv.row(v));
+      if (moves[static_cast<std::size_t>(v)] == 0) continue;
+      apart.row(v) += kShares[i] * (inner.row(v) / weight[v] - uv.row(v));
+      least = std::min(least, (apart.row(v) - uv.row(v)).norm());
     }
+    if (i < kLargest && least < seen) continue;
     if (!distortion::is_flip_free(faces, apart, context) ||
         distortion::overlaps_itself(boundary, apart, context)) {
       continue;

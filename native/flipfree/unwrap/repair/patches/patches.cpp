@@ -10,6 +10,7 @@
 #include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/untangle.h"
+#include "flipfree/mesh/islands/part.h"
 
 namespace flipfree::unwrap {
 namespace {
@@ -91,17 +92,9 @@ std::vector<Patch> patches_of(const DamagedChart& chart, const std::vector<char>
       });
     }
     std::sort(patch.faces.begin(), patch.faces.end());
-    patch.surface.faces.resize(static_cast<Eigen::Index>(patch.faces.size()), 3);
-    for (std::size_t i = 0; i < patch.faces.size(); ++i) {
-      for (Index k = 0; k < 3; ++k) {
-        const VertexId v = faces(patch.faces[i], k);
-        if (local[at(v)] == kInvalid) {
-          local[at(v)] = static_cast<Index>(patch.vertices.size());
-          patch.vertices.push_back(v);
-        }
-        patch.surface.faces(static_cast<Eigen::Index>(i), k) = local[at(v)];
-      }
-    }
+    mesh::Part part = mesh::part_of(faces, patch.faces, local);
+    patch.surface.faces = std::move(part.faces);
+    patch.vertices = std::move(part.vertices);
     const auto count = static_cast<Eigen::Index>(patch.vertices.size());
     patch.surface.vertices.resize(count, 3);
     patch.uv.resize(count, 2);
@@ -110,7 +103,6 @@ std::vector<Patch> patches_of(const DamagedChart& chart, const std::vector<char>
       patch.surface.vertices.row(i) = chart.surface.vertices.row(v);
       patch.uv.row(i) = uv.row(v);
       patch.fixed.push_back(free[at(v)] == 0);
-      local[at(v)] = kInvalid;
     }
   }
   return patches;

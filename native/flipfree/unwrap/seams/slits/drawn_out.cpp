@@ -1,7 +1,7 @@
 #include "flipfree/unwrap/seams/slits/drawn_out.h"
 
-#include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "flipfree/base/error.h"
@@ -11,6 +11,7 @@
 #include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/minimize/boundary_grid.h"
 #include "flipfree/distortion/minimize/minimize.h"
+#include "flipfree/mesh/islands/part.h"
 #include "flipfree/mesh/topology.h"
 
 namespace flipfree::unwrap {
@@ -87,34 +88,18 @@ std::vector<Place> places_of(const mesh::Surface& surface, const Points2& uv,
       chosen.push_back(f);
   }
   std::vector<Index> local(moves.size(), kInvalid);
-  Triangles faces(static_cast<Eigen::Index>(chosen.size()), 3);
-  Index count = 0;
-  for (std::size_t i = 0; i < chosen.size(); ++i) {
-    for (Index k = 0; k < 3; ++k) {
-      Index& own = local[at(surface.faces(chosen[i], k))];
-      if (own == kInvalid) own = count++;
-      faces(static_cast<Eigen::Index>(i), k) = own;
-    }
-  }
-  const mesh::Components parts = mesh::face_components(mesh::build_adjacency(count, faces));
+  const mesh::Part whole = mesh::part_of(surface.faces, chosen, local);
+  const mesh::Components parts = mesh::face_components(
+      mesh::build_adjacency(static_cast<Index>(whole.vertices.size()), whole.faces));
   std::vector<Place> places(at(parts.count));
   std::vector<std::vector<FaceId>> faces_of(places.size());
   for (std::size_t i = 0; i < chosen.size(); ++i)
     faces_of[at(parts.of_face[i])].push_back(chosen[i]);
-  std::fill(local.begin(), local.end(), kInvalid);
   for (std::size_t p = 0; p < places.size(); ++p) {
     Place& place = places[p];
-    place.surface.faces.resize(static_cast<Eigen::Index>(faces_of[p].size()), 3);
-    for (std::size_t i = 0; i < faces_of[p].size(); ++i) {
-      for (Index k = 0; k < 3; ++k) {
-        const VertexId v = surface.faces(faces_of[p][i], k);
-        if (local[at(v)] == kInvalid) {
-          local[at(v)] = static_cast<Index>(place.vertices.size());
-          place.vertices.push_back(v);
-        }
-        place.surface.faces(static_cast<Eigen::Index>(i), k) = local[at(v)];
-      }
-    }
+    mesh::Part part = mesh::part_of(surface.faces, faces_of[p], local);
+    place.surface.faces = std::move(part.faces);
+    place.vertices = std::move(part.vertices);
     const auto size = static_cast<Eigen::Index>(place.vertices.size());
     place.surface.vertices.resize(size, 3);
     place.uv.resize(size, 2);
@@ -123,7 +108,6 @@ std::vector<Place> places_of(const mesh::Surface& surface, const Points2& uv,
       place.surface.vertices.row(i) = surface.vertices.row(v);
       place.uv.row(i) = uv.row(v);
       if (moves[at(v)] == 0) place.fixed.push_back(static_cast<VertexId>(i));
-      local[at(v)] = kInvalid;
     }
   }
   return places;

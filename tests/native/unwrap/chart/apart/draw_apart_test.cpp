@@ -26,6 +26,10 @@ TEST(DrawApart, opens_corners_that_lie_on_each_other_but_for_rounding) {
       for (VertexId v = 0; v < static_cast<VertexId>(uv.rows()); ++v) {
         if (v != 3 && v != 10 && v != 19 && v != 20) {
           EXPECT_EQ(uv.row(v), before.row(v));
+        } else {
+          const double moved = (uv.row(v) - before.row(v)).norm();
+          EXPECT_GT(moved, 1e-5);
+          EXPECT_LT(moved, 0.01);
         }
       }
     }
