@@ -220,10 +220,11 @@ struct Certifier {
       if (quarter_turns_along(adjacency, uv, loop) == turns &&
           quarter_turns_along(adjacency, stored, loop) == turns)
         continue;
-      if (certificate.holonomy_failures++ > 0 || loop.empty()) continue;
-      fail("G6: the map does not turn by " + std::to_string(turns) +
-               " quarter turns along the loop through face " + std::to_string(loop[0] / 3),
-           {loop[0] / 3});
+      if (certificate.holonomy_failures++ > 0) continue;
+      const bool exists = !loop.empty() && loop[0] >= 0 && loop[0] / 3 < surface.faces.rows();
+      fail("G6: the map does not turn by " + std::to_string(turns) + " quarter turns along " +
+               (exists ? "the loop through face " + std::to_string(loop[0] / 3) : "a loop"),
+           std::vector<FaceId>(exists ? 1 : 0, exists ? loop[0] / 3 : 0));
     }
   }
 

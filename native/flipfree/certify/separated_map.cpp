@@ -88,6 +88,36 @@ std::vector<std::pair<VertexId, double>> moved_cones(
   return result;
 }
 
+struct SortedLoops {
+  std::vector<std::pair<std::vector<HalfedgeId>, Index>> moved;  // of the separated surface
+  std::vector<FaceId> collapsed;  // the first face of each that faces without a triangle are in
+};
+
+// What turns to the left on faces that were turned over turns to the right on the surface.
+SortedLoops sorted_loops(const mesh::SeparatedSurface& separated, std::size_t input_corners,
+                         const std::vector<std::pair<std::vector<HalfedgeId>, Index>>& of_input) {
+  SortedLoops result;
+  if (of_input.empty()) return result;
+  const std::vector<CornerId> corner = corners_from_input(separated, input_corners);
+  for (const auto& [loop, turns] : of_input) {
+    std::vector<HalfedgeId> moved;
+    for (const HalfedgeId h : loop) {
+      const bool exists = h >= 0 && at(h) < input_corners;
+      const CornerId from = exists ? corner[at(h)] : kInvalid;
+      if (from == kInvalid) break;
+      const CornerId to = corner[at(next_corner(h))];
+      moved.push_back(next_corner(from) == to ? from : to);
+    }
+    if (moved.size() == loop.size() && !loop.empty()) {
+      const bool turned = separated.turned[at(moved.front() / 3)] != 0;
+      result.moved.emplace_back(std::move(moved), turned ? -turns : turns);
+    } else {
+      result.collapsed.push_back(loop.empty() ? kInvalid : loop.front() / 3);
+    }
+  }
+  return result;
+}
+
 bool any_shape(const mesh::Surface& surface) {
   return mesh::shapeless_faces(surface.vertices, surface.faces).size() <
          static_cast<std::size_t>(surface.faces.rows());
@@ -165,6 +195,16 @@ void judge_collapsed_pins(const std::vector<CornerPin>& pins, const CertifyReque
   }
 }
 
+// G6 of loops through such faces: they are no strips.
+void judge_collapsed_loops(const std::vector<FaceId>& first_faces, Certificate& certificate) {
+  if (first_faces.empty()) return;
+  certificate.holonomy_failures = std::max<std::int64_t>(certificate.holonomy_failures, 0) +
+                                  static_cast<std::int64_t>(first_faces.size());
+  certificate.ok = false;
+  certificate.failures.push_back("G6: " + std::to_string(first_faces.size()) +
+                                 " of the loops pass faces that use a vertex twice");
+}
+
 // On the user's positions; `request` in terms of the input, uv of its corners.
 Certificate judge(const mesh::SeparatedSurface& separated, const CertifyRequest& request,
                   const ExecutionContext& context) {
@@ -180,9 +220,12 @@ Certificate judge(const mesh::SeparatedSurface& separated, const CertifyRequest&
   own.pins = pins.moved;
   own.cone_angles = moved_cones(separated, request.cone_angles);
   own.require_distortion = request.require_distortion && any_shape(separated.surface);
+  SortedLoops loops = sorted_loops(separated, corners, request.loops);
+  own.loops = std::move(loops.moved);
   own.parent = nullptr;
   Certificate result = in_input_terms(separated, certify(own, context));
   judge_collapsed_pins(pins.collapsed, request, result);
+  judge_collapsed_loops(loops.collapsed, result);
   result.mends = separated.mends;
   return result;
 }

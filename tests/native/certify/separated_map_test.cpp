@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -183,6 +184,73 @@ TEST(SeparatedMap, RefusesAMeshWithoutATriangle) {
   mesh::Surface s = t_wall();
   s.faces.col(1) = s.faces.col(0);
   EXPECT_THROW(SeparatedMap(s, {}, ExecutionContext()), InvalidInput);
+}
+
+// A flat fan around vertex 0 behind a face that uses a vertex twice, so that ids are shifted; face
+// `turned`, if any, is wound the other way.
+mesh::Surface fan_behind_a_collapsed_face(FaceId turned) {
+  mesh::Surface s;
+  s.vertices.resize(7, 3);
+  s.vertices.row(0).setZero();
+  s.faces.resize(7, 3);
+  s.faces.row(0) << 0, 1, 0;
+  for (Index i = 0; i < 6; ++i) {
+    const double angle = i * std::numbers::pi / 3.0;
+    s.vertices.row(i + 1) << std::cos(angle), std::sin(angle), 0.0;
+    s.faces.row(i + 1) << 0, i + 1, (i + 1) % 6 + 1;
+  }
+  if (turned != kInvalid) std::swap(s.faces(turned, 1), s.faces(turned, 2));
+  return s;
+}
+
+// Across the spokes, around vertex 0, against the clock; per face of the fan the half-edge that
+// ends or, where it is turned over, begins at the centre.
+std::vector<HalfedgeId> around(FaceId turned) {
+  std::vector<HalfedgeId> strip;
+  for (FaceId f = 1; f < 7; ++f) strip.push_back(3 * f + (f == turned ? 0 : 2));
+  return strip;
+}
+
+Certificate judged_along(const mesh::Surface& s, const std::vector<HalfedgeId>& strip,
+                         Index turns) {
+  Points2 uv(s.faces.size(), 2);
+  for (CornerId c = 0; c < static_cast<CornerId>(uv.rows()); ++c)
+    uv.row(c) = s.vertices.row(s.faces(c / 3, c % 3)).head<2>();
+  CertifyRequest request;
+  request.surface = &s;
+  request.uv = &uv;
+  request.require_seamless = true;
+  request.loops = {{strip, turns}};
+  return certify_any(request, ExecutionContext());
+}
+
+TEST(SeparatedMap, JudgesLoopsOfTheInputWhereTheirFacesHaveGone) {
+  for (const FaceId turned : {kInvalid, FaceId{3}, FaceId{1}}) {
+    const mesh::Surface s = fan_behind_a_collapsed_face(turned);
+    // Which way is left is said by the first face of a strip.
+    const Index turns = turned == 1 ? -4 : 4;
+    const Certificate good = judged_along(s, around(turned), turns);
+    EXPECT_TRUE(good.ok) << (good.ok ? "" : good.failures.front());
+    EXPECT_EQ(good.holonomy_failures, 0);
+    const Certificate bad = judged_along(s, around(turned), turns - 1);
+    EXPECT_FALSE(bad.ok);
+    EXPECT_EQ(bad.holonomy_failures, 1);
+    EXPECT_EQ(bad.failed_faces, std::vector<FaceId>{1});
+    EXPECT_NE(bad.failures.front().find("through face 1"), std::string::npos);
+  }
+}
+
+TEST(SeparatedMap, LoopsThroughFacesThatUseAVertexTwiceAreNoStrips) {
+  const mesh::Surface s = fan_behind_a_collapsed_face(kInvalid);
+  for (const std::vector<HalfedgeId>& strip :
+       {std::vector<HalfedgeId>{0, 0}, {}, {3 * 7}, {-1}, {3, 0, 5}}) {
+    const Certificate found = judged_along(s, strip, 0);
+    EXPECT_FALSE(found.ok);
+    EXPECT_EQ(found.holonomy_failures, 1);
+  }
+  mesh::Surface nothing = s;
+  nothing.faces.conservativeResize(1, 3);
+  EXPECT_FALSE(judged_along(nothing, {0, 0, 0}, -1).ok);
 }
 
 }  // namespace
