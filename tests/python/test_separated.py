@@ -233,3 +233,25 @@ def test_faces_that_were_turned_over_by_mistake_still_go_with_their_neighbours()
     strip = clean.faces[clean.face_origin < 6]
     assert len(np.unique(strip)) == 8  # in one piece
     assert len(np.unique(clean.faces)) == 11
+
+
+def test_a_signature_is_judged_by_the_ids_of_the_mesh_as_given() -> None:
+    angles = np.arange(6) * (np.pi / 3.0)
+    vertices = np.zeros((7, 3))
+    vertices[1:, 0], vertices[1:, 1] = np.cos(angles), np.sin(angles)
+    # The first face uses a vertex twice, so that the surface which is judged has other ids.
+    faces = np.array([[0, 1, 0]] + [[0, i + 1, (i + 1) % 6 + 1] for i in range(6)])
+    uv = vertices[faces][:, :, :2]
+
+    def judged(strip: list[int], turns: int) -> ff.Certificate:
+        return ff.certify(vertices, faces, uv, signature=ff.Signature({}, [(strip, turns)]))
+
+    assert judged([1, 2, 3, 4, 5, 6], 4).ok
+    wrong = judged([1, 2, 3, 4, 5, 6], 3)
+    assert not wrong.ok and wrong.failures[0].endswith("through face 1")
+    assert list(wrong.failed_faces) == [1]
+    assert not judged([0, 0, 0], -1).ok
+    alone = ff.certify(
+        vertices, faces[:1], uv[:1], signature=ff.Signature({}, [([0, 0, 0], -1)])
+    )
+    assert not alone.ok
