@@ -7,7 +7,7 @@ std::span<const Target> targets() {
       {"validate", fuzz_validate}, {"cut", fuzz_cut},       {"embed", fuzz_embed},
       {"flips", fuzz_flips},       {"metric", fuzz_metric}, {"self_overlap", fuzz_self_overlap},
       {"pins", fuzz_pins},         {"unwrap", fuzz_unwrap}, {"certify", fuzz_certify},
-      {"rounding", fuzz_rounding}, {"files", fuzz_files},
+      {"rounding", fuzz_rounding}, {"files", fuzz_files},   {"certify_any", fuzz_certify_any},
   };
   return kTargets;
 }

@@ -27,6 +27,9 @@ void fuzz_pins(Bytes bytes);
 void fuzz_unwrap(Bytes bytes);
 // certify says the same as rational arithmetic on all pairs of triangles.
 void fuzz_certify(Bytes bytes);
+// certify_any says of a mesh with faces that use a vertex twice, unused vertices and a face wound
+// the other way what certify says of the mesh without them.
+void fuzz_certify_any(Bytes bytes);
 // round_to_storage: positive in 32 bits, fixed vertices at their nearest value.
 void fuzz_rounding(Bytes bytes);
 // read_mesh: a mesh or InvalidInput, and what was read comes back from what write_mesh writes.

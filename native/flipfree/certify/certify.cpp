@@ -267,11 +267,12 @@ struct Certifier {
     }
     certificate.cone_failures = wrong;
     if (wrong > 0) {
+      const HalfedgeId there = adjacency.vertex_halfedge[static_cast<std::size_t>(first)];
       fail("G5: " + counted(static_cast<std::size_t>(wrong), "vertex has", "vertices have") +
                " another total angle than prescribed, first vertex " + std::to_string(first) +
                " with " + std::to_string(sum[static_cast<std::size_t>(first)]) + " instead of " +
                std::to_string(target_angle[static_cast<std::size_t>(first)]),
-           {adjacency.vertex_halfedge[static_cast<std::size_t>(first)] / 3});
+           std::vector<FaceId>(there == kInvalid ? 0 : 1, there / 3));
     }
   }
 

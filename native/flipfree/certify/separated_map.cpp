@@ -73,17 +73,20 @@ void require_one_place(std::vector<CornerPin> pins) {
   }
 }
 
-// Every copy of a vertex is to have its angle.
-std::vector<std::pair<VertexId, double>> moved_cones(
-    const mesh::SeparatedSurface& separated,
-    const std::vector<std::pair<VertexId, double>>& of_input) {
-  std::vector<std::pair<VertexId, double>> result;
+struct SortedCones {
+  std::vector<std::pair<VertexId, double>> moved;  // every copy of a vertex is to have its angle
+  std::vector<VertexId> unused;                    // of the input: no face with a triangle is there
+};
+
+SortedCones sorted_cones(const mesh::SeparatedSurface& separated,
+                         const std::vector<std::pair<VertexId, double>>& of_input) {
+  SortedCones result;
   const auto& origin = separated.vertex_origin;
   for (const auto& [v, angle] : of_input) {
-    for (auto copy = std::lower_bound(origin.begin(), origin.end(), v);
-         copy != origin.end() && *copy == v; ++copy) {
-      result.emplace_back(static_cast<VertexId>(copy - origin.begin()), angle);
-    }
+    auto copy = std::lower_bound(origin.begin(), origin.end(), v);
+    if (copy == origin.end() || *copy != v) result.unused.push_back(v);
+    for (; copy != origin.end() && *copy == v; ++copy)
+      result.moved.emplace_back(static_cast<VertexId>(copy - origin.begin()), angle);
   }
   return result;
 }
@@ -195,9 +198,25 @@ void judge_collapsed_pins(const std::vector<CornerPin>& pins, const CertifyReque
   }
 }
 
-// G6 of loops through such faces: they are no strips.
+// G5 where there is no face to have an angle.
+void judge_unused_cones(std::vector<VertexId> unused, Certificate& certificate) {
+  if (unused.empty()) return;
+  std::sort(unused.begin(), unused.end());
+  unused.erase(std::unique(unused.begin(), unused.end()), unused.end());
+  certificate.cone_failures = std::max<std::int64_t>(certificate.cone_failures, 0) +
+                              static_cast<std::int64_t>(unused.size());
+  certificate.ok = false;
+  certificate.failures.push_back("G5: " + std::to_string(unused.size()) +
+                                 " of the vertices with a prescribed angle are used by no face "
+                                 "with a triangle, first vertex " +
+                                 std::to_string(unused.front()));
+}
+
+// G6 of loops through such faces: they are no strips. As others they are judged where G4 holds.
 void judge_collapsed_loops(const std::vector<FaceId>& first_faces, Certificate& certificate) {
-  if (first_faces.empty()) return;
+  const bool judged =
+      certificate.seam_failures == 0 && certificate.flips64 == 0 && certificate.flips32 == 0;
+  if (first_faces.empty() || !judged) return;
   certificate.holonomy_failures = std::max<std::int64_t>(certificate.holonomy_failures, 0) +
                                   static_cast<std::int64_t>(first_faces.size());
   certificate.ok = false;
@@ -218,13 +237,15 @@ Certificate judge(const mesh::SeparatedSurface& separated, const CertifyRequest&
   if (request.uv32 != nullptr) own.uv32 = &uv32;
   const SortedPins pins = sorted_pins(separated, corners, request.pins);
   own.pins = pins.moved;
-  own.cone_angles = moved_cones(separated, request.cone_angles);
+  SortedCones cones = sorted_cones(separated, request.cone_angles);
+  own.cone_angles = std::move(cones.moved);
   own.require_distortion = request.require_distortion && any_shape(separated.surface);
   SortedLoops loops = sorted_loops(separated, corners, request.loops);
   own.loops = std::move(loops.moved);
   own.parent = nullptr;
   Certificate result = in_input_terms(separated, certify(own, context));
   judge_collapsed_pins(pins.collapsed, request, result);
+  judge_unused_cones(std::move(cones.unused), result);
   judge_collapsed_loops(loops.collapsed, result);
   result.mends = separated.mends;
   return result;

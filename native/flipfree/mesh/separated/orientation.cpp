@@ -1,12 +1,15 @@
 #include "flipfree/mesh/separated/orientation.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/numeric/predicates.h"
 
 namespace flipfree::mesh {
 namespace {
@@ -86,11 +89,13 @@ class Orienter {
     contradicted_.assign(side_.size(), 0);
     for (FaceId f = 0; f < faces_.rows(); ++f) contradicted_[at(f)] = twisted[at(joined.find(f))];
   }
+  // With the exact sign, so that a part of slivers that are all positive is.
   double map_area(FaceId f) const {
     const Vector2 a = corner_uv_->row(3 * f);
     const Vector2 b = corner_uv_->row(3 * f + 1);
     const Vector2 c = corner_uv_->row(3 * f + 2);
-    return cross(b - a, c - a);
+    return numeric::orientation(a, b, c) *
+           std::max(std::abs(cross(b - a, c - a)), std::numeric_limits<double>::min());
   }
 
   // The side of o's face that goes with that of h's.
