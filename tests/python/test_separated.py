@@ -251,7 +251,5 @@ def test_a_signature_is_judged_by_the_ids_of_the_mesh_as_given() -> None:
     assert not wrong.ok and wrong.failures[0].endswith("through face 1")
     assert list(wrong.failed_faces) == [1]
     assert not judged([0, 0, 0], -1).ok
-    alone = ff.certify(
-        vertices, faces[:1], uv[:1], signature=ff.Signature({}, [([0, 0, 0], -1)])
-    )
+    alone = ff.certify(vertices, faces[:1], uv[:1], signature=ff.Signature({}, [([0, 0, 0], -1)]))
     assert not alone.ok
