@@ -177,7 +177,7 @@ STEP("_ZN8flipfree9embedding25solve_convex_combinationsERKNS0_18ConvexCombinatio
   return x;
 }
 
-STEP("_ZN8flipfree10distortion16round_to_storageERKN5Eigen6MatrixIiLin1ELi3ELi1ELin1ELi3EEERKNS2_IdLin1ELi2ELi1ELin1ELi2EEERKNS0_15RoundingOptionsERNS_16ExecutionContextERSt3mapINSt7__cxx1112basic_stringIcSt11char_traitsIcESaIcEEESt7variantIJdlSK_EESt4lessISK_ESaISt4pairIKSK_SM_EEE",
+STEP("_ZN8flipfree10distortion16round_to_storageERKN5Eigen6MatrixIiLin1ELi3ELi1ELin1ELi3EEERKNS2_IdLin1ELi2ELi1ELin1ELi2EEERKNS0_15RoundingOptionsERNS_16ExecutionContextERSt3mapINSt7__cxx1112basic_stringIcSt11char_traitsIcESaIcEEENS_7VariantIdJlSK_EEESt4lessISK_ESaISt4pairIKSK_SM_EEE",
      Points2f, rounding, const Triangles& faces, const Points2& uv, const distortion::RoundingOptions& options,
      ExecutionContext& context, Stats& stats) {
   Points2f stored = real_rounding(faces, uv, options, context, stats);
