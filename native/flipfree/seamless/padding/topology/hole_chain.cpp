@@ -2,9 +2,9 @@
 
 #include <cstddef>
 #include <functional>
+#include <utility>
 
 #include "flipfree/base/error.h"
-#include "flipfree/seamless/padding/topology/holes.h"
 #include "flipfree/seamless/padding/topology/paths/free_path.h"
 
 namespace flipfree::seamless {
@@ -20,16 +20,20 @@ struct Ends {
 // Draws connectors between holes.
 class Connector {
  public:
-  Connector(Canvas& canvas, const Holes& holes, const ExecutionContext& context)
-      : canvas_(canvas), holes_(holes), context_(context) {}
+  Connector(Canvas& canvas, const Holes& holes, const ExecutionContext& context,
+            ConnectorFinder finder = nullptr)
+      : canvas_(canvas), holes_(holes), context_(context), finder_(std::move(finder)) {}
 
-  // The shortest way from one of the sectors to `hole`, to a vertex that is allowed.
+  // The finder's way, or the shortest one, from one of the sectors to `hole`, to a vertex that is
+  // allowed.
   std::vector<HalfedgeId> find(const std::vector<HalfedgeId>& from, Index hole,
                                const std::function<bool(VertexId)>& allowed) const {
     const auto is_end = [&](HalfedgeId sector) {
       return allowed(canvas_.mesh().source(sector)) && holes_.has(hole, sector);
     };
-    std::vector<HalfedgeId> path = free_path(canvas_, {from, {}}, {is_end, nullptr}, context_);
+    std::vector<HalfedgeId> path;
+    if (finder_) path = finder_(from, hole, allowed);
+    if (path.empty()) path = free_path(canvas_, {from, {}}, {is_end, nullptr}, context_);
     if (path.empty()) {
       throw_not_converged(ErrorCode::kIterationLimit,
                           "The cut found no connector to hole " + std::to_string(hole) +
@@ -54,6 +58,7 @@ class Connector {
   Canvas& canvas_;
   const Holes& holes_;
   const ExecutionContext& context_;
+  const ConnectorFinder finder_;
 };
 
 // Where the chain comes to a loop and goes on from it, on the hole that it visits first.
@@ -124,9 +129,15 @@ std::array<VertexId, 2> string_up(Connector& connector, const Holes& holes,
 void draw_hole_chain(Canvas& canvas, Index genus, const ExecutionContext& context,
                      const CycleTurns& wished) {
   const Holes holes(canvas, draw_short_loops(canvas, genus, {}, wished, context));
-  Connector connector(canvas, holes, context);
-  string_up(connector, holes,
-            hole_order(holes.count(), hole_neighbours(canvas, holes, context), genus > 2), false);
+  draw_connectors(canvas, holes,
+                  hole_order(holes.count(), hole_neighbours(canvas, holes, context), genus > 2),
+                  nullptr, context);
+}
+
+void draw_connectors(Canvas& canvas, const Holes& holes, const std::vector<Index>& order,
+                     const ConnectorFinder& finder, const ExecutionContext& context) {
+  Connector connector(canvas, holes, context, finder);
+  string_up(connector, holes, order, false);
 }
 
 std::array<VertexId, 2> draw_twisted_chain(Canvas& canvas, const std::vector<VertexId>& first,

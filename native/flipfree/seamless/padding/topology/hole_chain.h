@@ -3,9 +3,11 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/seamless/padding/topology/holes.h"
 #include "flipfree/seamless/padding/topology/paths/canvas.h"
 #include "flipfree/seamless/padding/topology/short_loops.h"
 
@@ -24,6 +26,16 @@ namespace flipfree::seamless {
 // Precondition: nothing is drawn. `wished`: as for draw_short_loops(). Cost: O(#F log #F) a curve.
 void draw_hole_chain(Canvas& canvas, Index genus, const ExecutionContext& context,
                      const CycleTurns& wished = nullptr);
+
+// The path of a connector from one of the sectors, which are of one hole, to another hole, to a
+// vertex that is allowed, through free vertices; empty if there is none.
+using ConnectorFinder = std::function<std::vector<HalfedgeId>(
+    const std::vector<HalfedgeId>& from, Index hole, const std::function<bool(VertexId)>& allowed)>;
+
+// The chain alone: `holes` of loops that are drawn, in an order as hole_order() gives one. null:
+// the shortest connectors.
+void draw_connectors(Canvas& canvas, const Holes& holes, const std::vector<Index>& order,
+                     const ConnectorFinder& finder, const ExecutionContext& context);
 
 // The same with two T-nodes, which a further path can join: the first connector leaves the hole on
 // the left of `first`, and the last one reaches its partner elsewhere. `first`: a loop that is

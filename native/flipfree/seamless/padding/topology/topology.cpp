@@ -2,31 +2,41 @@
 
 #include <array>
 #include <cstddef>
+#include <utility>
 
+#include "flipfree/base/failure/outcome.h"
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/seamless/padding/topology/extra_path.h"
 #include "flipfree/seamless/padding/topology/hole_chain.h"
 #include "flipfree/seamless/padding/topology/reroute/branch_graph.h"
 #include "flipfree/seamless/padding/topology/reroute/odd_loop.h"
+#include "flipfree/seamless/padding/topology/straight/linear_scale.h"
+#include "flipfree/seamless/padding/topology/straight/straight_chain.h"
 #include "flipfree/seamless/signature.h"
 
 namespace flipfree::seamless {
 namespace {
+
+// A cut is drawn again, straighter, from this range of scales on (straight/linear_scale.h).
+constexpr double kFarOff = 100.0;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 // Draws the cut for one pattern after the other.
 class Drawer {
  public:
+  // `crossings`: of flat_crossings(), if the chain shall be straight; or null.
   Drawer(Canvas& canvas, const mesh::Surface& input, const std::vector<Index>& cones,
-         const WishedTurns* wished, const ExecutionContext& context)
+         const WishedTurns* wished, const std::vector<double>* crossings,
+         const ExecutionContext& context)
       : canvas_(canvas),
         input_(input),
         input_adjacency_(
             mesh::build_adjacency(static_cast<Index>(input.vertices.rows()), input.faces)),
         cones_(cones),
         wished_(wished),
+        crossings_(crossings),
         context_(context) {}
 
   void draw(Pattern pattern, Index genus) {
@@ -46,7 +56,11 @@ class Drawer {
       join(draw_chain_with_t_nodes(canvas_, genus, context_, turns()));
       return;
     }
-    draw_hole_chain(canvas_, genus, context_, turns());
+    if (crossings_ != nullptr) {
+      draw_straight_chain(canvas_, genus, *crossings_, context_);
+    } else {
+      draw_hole_chain(canvas_, genus, context_, turns());
+    }
     divide();
     if (pattern == Pattern::kLoop) {
       close_loop();
@@ -109,6 +123,7 @@ class Drawer {
   const mesh::Adjacency input_adjacency_;
   const std::vector<Index>& cones_;
   const WishedTurns* wished_;
+  const std::vector<double>* crossings_;
   const ExecutionContext& context_;
   BranchGraph graph_;
 };
@@ -133,21 +148,25 @@ void read_branches(const Canvas& canvas, AdmissibleCut& cut) {
   }
 }
 
-AdmissibleCut make_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
-                       const WishedTurns* wished, ExecutionContext& context) {
-  const Index genus =
-      mesh::topology(surface.faces, mesh::build_adjacency(
-                                        static_cast<Index>(surface.vertices.rows()), surface.faces))
-          .genus();
-  check_cones(cones, genus);
+Index genus_of(const mesh::Surface& surface) {
+  const auto vertex_count = static_cast<Index>(surface.vertices.rows());
+  return mesh::topology(surface.faces, mesh::build_adjacency(vertex_count, surface.faces)).genus();
+}
+
+AdmissibleCut draw_cut(const mesh::Surface& surface, const std::vector<Index>& cones, Index genus,
+                       const WishedTurns* wished, bool straight, ExecutionContext& context) {
   const mesh::InOwnUnit scaled(surface);
   const Pattern pattern = pattern_for(cones, genus);
   // A sphere is not cut: its cones may be neighbours.
   Canvas canvas(scaled.surface(),
                 pattern == Pattern::kNone ? std::vector<Index>(cones.size(), 4) : cones);
   AdmissibleCut cut;
-  if (pattern != Pattern::kNone)
-    Drawer(canvas, scaled.surface(), cones, wished, context).draw(pattern, genus);
+  std::vector<double> crossings;
+  if (straight) crossings = flat_crossings(scaled.surface(), cones, context);
+  if (pattern != Pattern::kNone) {
+    Drawer(canvas, scaled.surface(), cones, wished, straight ? &crossings : nullptr, context)
+        .draw(pattern, genus);
+  }
   cut.surface = canvas.surface();
   cut.surface.vertices *= scaled.unit();
   cut.surface.vertices.topRows(surface.vertices.rows()) = surface.vertices;
@@ -156,16 +175,35 @@ AdmissibleCut make_cut(const mesh::Surface& surface, const std::vector<Index>& c
   return cut;
 }
 
+bool has_connectors(const std::vector<Index>& cones, Index genus) {
+  const Pattern pattern = pattern_for(cones, genus);
+  return genus > 1 && pattern != Pattern::kTwoTNodes;
+}
+
 }  // namespace
 
 AdmissibleCut make_admissible_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
                                   ExecutionContext& context) {
-  return make_cut(surface, cones, nullptr, context);
+  const Index genus = genus_of(surface);
+  check_cones(cones, genus);
+  AdmissibleCut cut = draw_cut(surface, cones, genus, nullptr, false, context);
+  if (!has_connectors(cones, genus)) return cut;
+  const auto range = [&](const AdmissibleCut& of) {
+    return attempt([&] { return scale_range(of, cones, context); });
+  };
+  const auto now = range(cut);
+  if (now && *now < kFarOff) return cut;
+  auto straight = attempt([&] { return draw_cut(surface, cones, genus, nullptr, true, context); });
+  if (!straight) return cut;
+  const auto then = range(*straight);
+  return then && !(now && *now <= *then) ? std::move(*straight) : std::move(cut);
 }
 
 AdmissibleCut make_turning_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
                                const WishedTurns& wished, ExecutionContext& context) {
-  return make_cut(surface, cones, &wished, context);
+  const Index genus = genus_of(surface);
+  check_cones(cones, genus);
+  return draw_cut(surface, cones, genus, &wished, false, context);
 }
 
 }  // namespace flipfree::seamless

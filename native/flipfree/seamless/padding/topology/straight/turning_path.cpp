@@ -1,0 +1,91 @@
+#include "flipfree/seamless/padding/topology/straight/turning_path.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace flipfree::seamless {
+namespace {
+
+constexpr int kStepsPerCheck = 512;
+// Sheets in a quarter turn, and how many on either side.
+constexpr double kSheetsPerQuarter = 2.0;
+constexpr std::int64_t kSheets = 16;
+constexpr std::int64_t kAllSheets = 2 * kSheets + 1;
+constexpr std::size_t kMostPerVertex = 24;
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+void TurningSearch::start(HalfedgeId departure, double turned) {
+  cross(departure, departure, kInvalid, turned, 0.0);
+}
+
+bool TurningSearch::meets_itself(Index way, VertexId v) const {
+  for (; way != kInvalid; way = ways_[at(way)].before) {
+    if (meter_.canvas().mesh().target(ways_[at(way)].arrival) == v) return true;
+  }
+  return false;
+}
+
+void TurningSearch::cross(HalfedgeId h, HalfedgeId first, Index before, double turned,
+                          double length) {
+  const Canvas& canvas = meter_.canvas();
+  const VertexId v = canvas.mesh().target(h);
+  length += canvas.length(h);
+  if (canvas.on_curve(v)) arrivals_.push_back({before, h, first, turned, length});
+  if (!canvas.is_free(v)) return;
+  const double sheet = std::round(turned / TurnMeter::kQuarter * kSheetsPerQuarter);
+  if (!(std::abs(sheet) <= static_cast<double>(kSheets))) return;
+  const std::int64_t key =
+      static_cast<std::int64_t>(v) * kAllSheets + static_cast<std::int64_t>(sheet) + kSheets;
+  const auto [known, is_new] = shortest_.try_emplace(key, length);
+  if (!is_new && known->second <= length) return;
+  if (meets_itself(before, v)) {
+    if (is_new) shortest_.erase(known);
+    return;
+  }
+  known->second = length;
+  queue_.emplace_back(length, static_cast<Index>(ways_.size()));
+  std::push_heap(queue_.begin(), queue_.end(), std::greater<>());
+  ways_.push_back({h, first, before, turned, length});
+}
+
+void TurningSearch::run(const std::function<void(const Arrival&)>& arrive,
+                        const std::function<double()>& limit, const ExecutionContext& context) {
+  const Canvas& canvas = meter_.canvas();
+  const std::size_t most = kMostPerVertex * at(canvas.vertex_count());
+  const auto call = [&] {
+    for (const Arrival& arrival : arrivals_) arrive(arrival);
+    arrivals_.clear();
+  };
+  call();
+  for (int step = 1; !queue_.empty() && queue_.front().first < limit(); ++step) {
+    if (step % kStepsPerCheck == 0) context.check();
+    if (ways_.size() > most) break;
+    std::pop_heap(queue_.begin(), queue_.end(), std::greater<>());
+    const Index index = queue_.back().second;
+    queue_.pop_back();
+    const Way way = ways_[at(index)];
+    const double sheet = std::round(way.turned / TurnMeter::kQuarter * kSheetsPerQuarter);
+    const std::int64_t key =
+        static_cast<std::int64_t>(canvas.mesh().target(way.arrival)) * kAllSheets +
+        static_cast<std::int64_t>(sheet) + kSheets;
+    if (shortest_.at(key) < way.length) continue;  // a shorter one came
+    meter_.for_each_turn(way.arrival, [&](HalfedgeId h, double turn) {
+      cross(h, way.first, index, way.turned + turn, way.length);
+    });
+    call();
+  }
+}
+
+std::vector<HalfedgeId> TurningSearch::path(const Arrival& arrival) const {
+  std::vector<HalfedgeId> path = {arrival.halfedge};
+  for (Index way = arrival.way; way != kInvalid; way = ways_[at(way)].before)
+    path.push_back(ways_[at(way)].arrival);
+  std::reverse(path.begin(), path.end());
+  return path;
+}
+
+}  // namespace flipfree::seamless

@@ -1,0 +1,64 @@
+// Paths through free vertices that are judged by their length and by how much they turn: Dijkstra's
+// algorithm on sheets, one per vertex and eighth of a turn that the path has turned so far.
+#pragma once
+
+#include <functional>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/seamless/padding/topology/straight/flat_angles.h"
+
+namespace flipfree::seamless {
+
+// What a curve costs: its length, and the square of the quarter turns by which it misses what it
+// should turn by, times `quarter`.
+struct TurningPrice {
+  double quarter = 0.0;
+  double cost(double length, double missed) const {
+    const double quarters = missed / TurnMeter::kQuarter;
+    return length + quarter * quarters * quarters;
+  }
+};
+
+// One search from some half-edges on. No path meets itself.
+class TurningSearch {
+ public:
+  struct Way {
+    HalfedgeId arrival;  // its last half-edge, to a free vertex
+    HalfedgeId first;
+    Index before;   // the way that it continues, or kInvalid
+    double turned;  // radians to the left, from where straight ahead is zero
+    double length;
+  };
+  // A half-edge by which a way arrives on a curve.
+  struct Arrival {
+    Index way;  // that it continues
+    HalfedgeId halfedge, first;
+    double turned, length;
+  };
+
+  explicit TurningSearch(const TurnMeter& meter) : meter_(meter) {}
+
+  // `turned`: where this half-edge heads, to the left of straight ahead. It leaves a curve.
+  void start(HalfedgeId departure, double turned);
+  // Calls arrive(Arrival) for all ways onto curves, and goes on as long as `limit()` is more than
+  // the shortest way that has not been gone on from; at most a fixed multiple of #V ways. Cost:
+  // O(n log n) for n of them.
+  void run(const std::function<void(const Arrival&)>& arrive, const std::function<double()>& limit,
+           const ExecutionContext& context);
+  std::vector<HalfedgeId> path(const Arrival& arrival) const;
+
+ private:
+  void cross(HalfedgeId h, HalfedgeId first, Index before, double turned, double length);
+  bool meets_itself(Index way, VertexId v) const;
+
+  const TurnMeter& meter_;
+  std::vector<Way> ways_;
+  std::unordered_map<std::int64_t, double> shortest_;  // per vertex and sheet
+  std::vector<std::pair<double, Index>> queue_;        // a heap, shortest first
+  std::vector<Arrival> arrivals_;                      // not called yet
+};
+
+}  // namespace flipfree::seamless
