@@ -12,7 +12,7 @@
 #include "flipfree/seamless/padding/topology/reroute/branch_graph.h"
 #include "flipfree/seamless/padding/topology/reroute/odd_loop.h"
 #include "flipfree/seamless/padding/topology/straight/linear_scale.h"
-#include "flipfree/seamless/padding/topology/straight/straight_chain.h"
+#include "flipfree/seamless/padding/topology/straight_chain.h"
 #include "flipfree/seamless/signature.h"
 
 namespace flipfree::seamless {

@@ -6,8 +6,6 @@
 #include <limits>
 #include <utility>
 
-#include "flipfree/seamless/padding/topology/holes.h"
-
 namespace flipfree::seamless {
 namespace {
 
@@ -20,6 +18,8 @@ constexpr double kNoGain = 1e-12;
 using Costs = std::vector<std::vector<double>>;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+Index partner_of(Index hole) { return hole ^ 1; }
 
 bool has_odd_couple(const std::vector<Index>& order) {
   std::vector<std::size_t> place(order.size());

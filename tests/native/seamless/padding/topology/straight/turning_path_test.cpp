@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "flipfree/base/error.h"
 #include "flipfree/seamless/padding/topology/holes.h"
 #include "flipfree/seamless/padding/topology/paths/free_path.h"
 #include "flipfree/seamless/padding/topology/short_loops.h"

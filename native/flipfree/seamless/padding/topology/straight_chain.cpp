@@ -1,4 +1,4 @@
-#include "flipfree/seamless/padding/topology/straight/straight_chain.h"
+#include "flipfree/seamless/padding/topology/straight_chain.h"
 
 #include <algorithm>
 #include <cstddef>

@@ -1,5 +1,5 @@
 // Chains that turn little: nodes, disk, and how far the disk's metric is.
-#include "flipfree/seamless/padding/topology/straight/straight_chain.h"
+#include "flipfree/seamless/padding/topology/straight_chain.h"
 
 #include <cmath>
 #include <map>
