@@ -144,23 +144,39 @@ std::array<VertexId, 2> draw_twisted_chain(Canvas& canvas, const std::vector<Ver
                                            Index genus, const ExecutionContext& context,
                                            const CycleTurns& wished) {
   const Holes holes(canvas, draw_short_loops(canvas, genus, {first}, wished, context));
-  Connector connector(canvas, holes, context);
-  if (genus == 1) return draw_askew_connector(connector, holes);
-  return string_up(connector, holes,
-                   hole_order(holes.count(), hole_neighbours(canvas, holes, context), false), true);
+  std::vector<Index> order = {0, 1};
+  if (genus > 1) order = hole_order(holes.count(), hole_neighbours(canvas, holes, context), false);
+  return draw_twisted_connectors(canvas, holes, order, nullptr, context);
+}
+
+std::array<VertexId, 2> draw_twisted_connectors(Canvas& canvas, const Holes& holes,
+                                                const std::vector<Index>& order,
+                                                const ConnectorFinder& finder,
+                                                const ExecutionContext& context) {
+  Connector connector(canvas, holes, context, finder);
+  if (order.size() == 2) return draw_askew_connector(connector, holes);
+  return string_up(connector, holes, order, true);
 }
 
 std::array<VertexId, 2> draw_chain_with_t_nodes(Canvas& canvas, Index genus,
                                                 const ExecutionContext& context,
                                                 const CycleTurns& wished) {
   const Holes holes(canvas, draw_short_loops(canvas, genus, {}, wished, context));
-  Connector connector(canvas, holes, context);
-  if (genus == 1) return draw_askew_connector(connector, holes);
+  const std::vector<Index> order = genus == 1 ? std::vector<Index>{0, 1} : std::vector{0, 2, 3, 1};
+  return draw_connectors_with_t_nodes(canvas, holes, order, nullptr, context);
+}
+
+std::array<VertexId, 2> draw_connectors_with_t_nodes(Canvas& canvas, const Holes& holes,
+                                                     const std::vector<Index>& order,
+                                                     const ConnectorFinder& finder,
+                                                     const ExecutionContext& context) {
+  Connector connector(canvas, holes, context, finder);
+  if (order.size() == 2) return draw_askew_connector(connector, holes);
   const auto is_open = [&](VertexId v) { return holes.is_open(v); };
-  const Ends first = connector.draw(holes.open_sectors(0), 2, is_open);
-  const Ends second = connector.draw(holes.sectors_at(2, first.to), 3, is_open);
-  const Ends third =
-      connector.draw(holes.open_sectors(3), 1, [&](VertexId v) { return v == first.from; });
+  const Ends first = connector.draw(holes.open_sectors(order[0]), order[1], is_open);
+  const Ends second = connector.draw(holes.sectors_at(order[1], first.to), order[2], is_open);
+  const Ends third = connector.draw(holes.open_sectors(order[2]), order[3],
+                                    [&](VertexId v) { return v == first.from; });
   return {second.to, third.from};
 }
 

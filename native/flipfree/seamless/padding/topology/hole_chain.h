@@ -32,8 +32,9 @@ void draw_hole_chain(Canvas& canvas, Index genus, const ExecutionContext& contex
 using ConnectorFinder = std::function<std::vector<HalfedgeId>(
     const std::vector<HalfedgeId>& from, Index hole, const std::function<bool(VertexId)>& allowed)>;
 
-// The chain alone: `holes` of loops that are drawn, in an order as hole_order() gives one. null:
-// the shortest connectors.
+// The chains' connectors alone: `holes` of loops that are drawn, in an order as hole_order() gives
+// one; null: the shortest connectors. The twisted chain's order begins with hole 0, that on the
+// left of its first loop.
 void draw_connectors(Canvas& canvas, const Holes& holes, const std::vector<Index>& order,
                      const ConnectorFinder& finder, const ExecutionContext& context);
 
@@ -48,6 +49,10 @@ void draw_connectors(Canvas& canvas, const Holes& holes, const std::vector<Index
 std::array<VertexId, 2> draw_twisted_chain(Canvas& canvas, const std::vector<VertexId>& first,
                                            Index genus, const ExecutionContext& context,
                                            const CycleTurns& wished = nullptr);
+std::array<VertexId, 2> draw_twisted_connectors(Canvas& canvas, const Holes& holes,
+                                                const std::vector<Index>& order,
+                                                const ConnectorFinder& finder,
+                                                const ExecutionContext& context);
 
 // For genus 1 and 2: the same with two T-nodes, which a further path can join.
 //
@@ -61,5 +66,9 @@ std::array<VertexId, 2> draw_twisted_chain(Canvas& canvas, const std::vector<Ver
 std::array<VertexId, 2> draw_chain_with_t_nodes(Canvas& canvas, Index genus,
                                                 const ExecutionContext& context,
                                                 const CycleTurns& wished = nullptr);
+std::array<VertexId, 2> draw_connectors_with_t_nodes(Canvas& canvas, const Holes& holes,
+                                                     const std::vector<Index>& order,
+                                                     const ConnectorFinder& finder,
+                                                     const ExecutionContext& context);
 
 }  // namespace flipfree::seamless

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <functional>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include "flipfree/base/error.h"
@@ -146,42 +147,114 @@ std::vector<std::vector<double>> connector_costs(const TurnMeter& meter, const H
   return cost;
 }
 
-void draw_straight_chain(Canvas& canvas, Index genus, const std::vector<double>& crossings,
-                         const ExecutionContext& context) {
-  const TurnMeter meter(canvas, crossings);
-  std::vector<std::vector<VertexId>> loops = draw_short_loops(canvas, genus, {}, nullptr, context);
-  const TurningPrice price{kQuarterPrice * mean_length(canvas, loops)};
-  straighten_loops(canvas, meter, price, loops, context);
-  const Holes holes(canvas, loops);
-  const HoleFrames frames(meter, holes, loops);
-  const std::vector<Index> order =
-      hole_tour(connector_costs(meter, holes, frames, price, context), genus > 2, context);
-  const ConnectorFinder finder = [&](const std::vector<HalfedgeId>& from, Index hole,
-                                     const std::function<bool(VertexId)>& allowed) {
-    TurningSearch search(meter);
+namespace {
+
+// Loops, drawn; their holes, in an order, and how to find ways between them.
+class StraightChain {
+ public:
+  // `first`: the loop whose holes the chain begins and ends with, which is drawn already; or empty.
+  StraightChain(Canvas& canvas, std::vector<VertexId> first, Index genus,
+                const std::vector<double>& crossings, const ExecutionContext& context)
+      : canvas_(canvas),
+        context_(context),
+        meter_(canvas, crossings),
+        loops_(draw_loops(canvas, first, genus, context)),
+        price_{kQuarterPrice * mean_length(canvas, loops_)},
+        holes_(canvas, straightened(first.empty() ? 0 : 1)),
+        frames_(meter_, holes_, loops_) {}
+
+  const Holes& holes() const { return holes_; }
+
+  // A short tour, with an odd couple where that is asked for.
+  std::vector<Index> tour(bool odd_couple) const {
+    if (holes_.count() == 2) return {0, 1};
+    return hole_tour(connector_costs(meter_, holes_, frames_, price_, context_), odd_couple,
+                     context_);
+  }
+
+  ConnectorFinder finder() const {
+    return
+        [this](const std::vector<HalfedgeId>& from, Index hole,
+               const std::function<bool(VertexId)>& allowed) { return way(from, hole, allowed); };
+  }
+
+ private:
+  static std::vector<std::vector<VertexId>> draw_loops(Canvas& canvas,
+                                                       const std::vector<VertexId>& first,
+                                                       Index genus,
+                                                       const ExecutionContext& context) {
+    std::vector<std::vector<VertexId>> drawn;
+    if (!first.empty()) drawn.push_back(first);
+    return draw_short_loops(canvas, genus, std::move(drawn), nullptr, context);
+  }
+
+  const std::vector<std::vector<VertexId>>& straightened(std::size_t kept) {
+    straighten_loops(canvas_, meter_, price_, std::span(loops_).subspan(kept), context_);
+    return loops_;
+  }
+
+  std::vector<HalfedgeId> way(const std::vector<HalfedgeId>& from, Index hole,
+                              const std::function<bool(VertexId)>& allowed) const {
+    TurningSearch search(meter_);
     for (const HalfedgeId sector : from) {
-      const Index here = holes.hole_of(sector);
-      canvas.for_each_inside(sector,
-                             [&](HalfedgeId h) { search.start(h, frames.deviation(here, h)); });
+      const Index here = holes_.hole_of(sector);
+      canvas_.for_each_inside(sector,
+                              [&](HalfedgeId h) { search.start(h, frames_.deviation(here, h)); });
     }
     double least = kInfinity;
     std::vector<HalfedgeId> path;
     search.run(
         [&](const TurningSearch::Arrival& arrival) {
-          const HalfedgeId back = canvas.mesh().opposite(arrival.halfedge);
-          if (holes.loop_of(canvas.mesh().source(back)) != hole / 2 ||
-              !allowed(canvas.mesh().source(back)) || !holes.has(hole, canvas.sector_of(back)))
+          const HalfedgeId back = canvas_.mesh().opposite(arrival.halfedge);
+          if (holes_.loop_of(canvas_.mesh().source(back)) != hole / 2 ||
+              !allowed(canvas_.mesh().source(back)) || !holes_.has(hole, canvas_.sector_of(back)))
             return;
           const double cost =
-              price.cost(arrival.length, arrival.turned - frames.deviation(hole, back));
+              price_.cost(arrival.length, arrival.turned - frames_.deviation(hole, back));
           if (cost >= least) return;
           least = cost;
           path = search.path(arrival);
         },
-        [&] { return least; }, context);
+        [&] { return least; }, context_);
     return path;
-  };
-  draw_connectors(canvas, holes, order, finder, context);
+  }
+
+  Canvas& canvas_;
+  const ExecutionContext& context_;
+  const TurnMeter meter_;
+  std::vector<std::vector<VertexId>> loops_;
+  const TurningPrice price_;
+  const Holes holes_;
+  const HoleFrames frames_;
+};
+
+}  // namespace
+
+void draw_straight_chain(Canvas& canvas, Index genus, const std::vector<double>& crossings,
+                         const ExecutionContext& context) {
+  const StraightChain chain(canvas, {}, genus, crossings, context);
+  draw_connectors(canvas, chain.holes(), chain.tour(genus > 2), chain.finder(), context);
+}
+
+std::array<VertexId, 2> draw_straight_chain_with_t_nodes(Canvas& canvas, Index genus,
+                                                         const std::vector<double>& crossings,
+                                                         const ExecutionContext& context) {
+  const StraightChain chain(canvas, {}, genus, crossings, context);
+  return draw_connectors_with_t_nodes(canvas, chain.holes(), chain.tour(false), chain.finder(),
+                                      context);
+}
+
+std::array<VertexId, 2> draw_straight_twisted_chain(Canvas& canvas,
+                                                    const std::vector<VertexId>& first, Index genus,
+                                                    const std::vector<double>& crossings,
+                                                    const ExecutionContext& context) {
+  const StraightChain chain(canvas, first, genus, crossings, context);
+  std::vector<Index> order = {0, 1};
+  if (genus > 1) {
+    order =
+        hole_order(chain.holes().count(), hole_neighbours(canvas, chain.holes(), context), false);
+  }
+  return draw_twisted_connectors(canvas, chain.holes(), order, chain.finder(), context);
 }
 
 }  // namespace flipfree::seamless

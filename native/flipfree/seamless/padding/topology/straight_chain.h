@@ -7,6 +7,7 @@
 // these would cost (hole_tour.h).
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -45,9 +46,17 @@ std::vector<std::vector<double>> connector_costs(const TurnMeter& meter, const H
                                                  const TurningPrice& price,
                                                  const ExecutionContext& context);
 
-// As draw_hole_chain(). `crossings`: flat_crossings() of the canvas' surface. Genus 2 and more.
-// Precondition: nothing is drawn.
+// As draw_hole_chain(), genus 2 and more; draw_chain_with_t_nodes(); draw_twisted_chain()
+// (hole_chain.h). `crossings`: flat_crossings() of the canvas' surface, or others in which it is
+// flat but for its cones.
 void draw_straight_chain(Canvas& canvas, Index genus, const std::vector<double>& crossings,
                          const ExecutionContext& context);
+std::array<VertexId, 2> draw_straight_chain_with_t_nodes(Canvas& canvas, Index genus,
+                                                         const std::vector<double>& crossings,
+                                                         const ExecutionContext& context);
+std::array<VertexId, 2> draw_straight_twisted_chain(Canvas& canvas,
+                                                    const std::vector<VertexId>& first, Index genus,
+                                                    const std::vector<double>& crossings,
+                                                    const ExecutionContext& context);
 
 }  // namespace flipfree::seamless

@@ -2,6 +2,8 @@
 
 #include <array>
 #include <cstddef>
+#include <functional>
+#include <limits>
 #include <utility>
 
 #include "flipfree/base/failure/outcome.h"
@@ -11,6 +13,7 @@
 #include "flipfree/seamless/padding/topology/hole_chain.h"
 #include "flipfree/seamless/padding/topology/reroute/branch_graph.h"
 #include "flipfree/seamless/padding/topology/reroute/odd_loop.h"
+#include "flipfree/seamless/padding/topology/straight/flat_angles.h"
 #include "flipfree/seamless/padding/topology/straight/linear_scale.h"
 #include "flipfree/seamless/padding/topology/straight_chain.h"
 #include "flipfree/seamless/signature.h"
@@ -47,13 +50,17 @@ class Drawer {
           odd_branches(canvas_, input_adjacency_, graph_, wished_->turning);
       if (!odd.empty()) {
         const std::vector<VertexId> first = draw_loop_across(canvas_, graph_, odd, context_);
-        join(draw_twisted_chain(canvas_, first, genus, context_, turns()));
+        join(crossings_ == nullptr
+                 ? draw_twisted_chain(canvas_, first, genus, context_, turns())
+                 : draw_straight_twisted_chain(canvas_, first, genus, *crossings_, context_));
         return;
       }
       canvas_.erase_all();
     }
     if (pattern == Pattern::kTwoTNodes) {
-      join(draw_chain_with_t_nodes(canvas_, genus, context_, turns()));
+      join(crossings_ == nullptr
+               ? draw_chain_with_t_nodes(canvas_, genus, context_, turns())
+               : draw_straight_chain_with_t_nodes(canvas_, genus, *crossings_, context_));
       return;
     }
     if (crossings_ != nullptr) {
@@ -153,20 +160,18 @@ Index genus_of(const mesh::Surface& surface) {
   return mesh::topology(surface.faces, mesh::build_adjacency(vertex_count, surface.faces)).genus();
 }
 
+// `crossings`: straight/flat_angles.h, for a straight chain; or null.
 AdmissibleCut draw_cut(const mesh::Surface& surface, const std::vector<Index>& cones, Index genus,
-                       const WishedTurns* wished, bool straight, ExecutionContext& context) {
+                       const WishedTurns* wished, const std::vector<double>* crossings,
+                       const ExecutionContext& context) {
   const mesh::InOwnUnit scaled(surface);
   const Pattern pattern = pattern_for(cones, genus);
   // A sphere is not cut: its cones may be neighbours.
   Canvas canvas(scaled.surface(),
                 pattern == Pattern::kNone ? std::vector<Index>(cones.size(), 4) : cones);
   AdmissibleCut cut;
-  std::vector<double> crossings;
-  if (straight) crossings = flat_crossings(scaled.surface(), cones, context);
-  if (pattern != Pattern::kNone) {
-    Drawer(canvas, scaled.surface(), cones, wished, straight ? &crossings : nullptr, context)
-        .draw(pattern, genus);
-  }
+  if (pattern != Pattern::kNone)
+    Drawer(canvas, scaled.surface(), cones, wished, crossings, context).draw(pattern, genus);
   cut.surface = canvas.surface();
   cut.surface.vertices *= scaled.unit();
   cut.surface.vertices.topRows(surface.vertices.rows()) = surface.vertices;
@@ -175,9 +180,27 @@ AdmissibleCut draw_cut(const mesh::Surface& surface, const std::vector<Index>& c
   return cut;
 }
 
-bool has_connectors(const std::vector<Index>& cones, Index genus) {
-  const Pattern pattern = pattern_for(cones, genus);
-  return genus > 1 && pattern != Pattern::kTwoTNodes;
+struct DrawnCut {
+  AdmissibleCut cut;
+  Reroutings done;
+};
+
+// Of two ways to draw a cut, the one whose pieces are nearer to what they shall be; the second is
+// tried only if the first is far off, or not there.
+DrawnCut nearer_cut(const std::vector<Index>& cones, const std::function<DrawnCut()>& draw_first,
+                    const std::function<DrawnCut()>& draw_second, ExecutionContext& context) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const auto range = [&](const Outcome<DrawnCut>& drawn) {
+    if (!drawn) return kInfinity;
+    const auto found = attempt([&] { return scale_range((*drawn).cut, cones, context); });
+    return found ? *found : kInfinity;
+  };
+  auto first = attempt(draw_first);
+  const double reached = range(first);
+  if (reached < kFarOff) return std::move(*first);
+  auto second = attempt(draw_second);
+  if (!first && !second) throw NotConverged(first.error());
+  return !first || range(second) < reached ? std::move(*second) : std::move(*first);
 }
 
 }  // namespace
@@ -186,24 +209,35 @@ AdmissibleCut make_admissible_cut(const mesh::Surface& surface, const std::vecto
                                   ExecutionContext& context) {
   const Index genus = genus_of(surface);
   check_cones(cones, genus);
-  AdmissibleCut cut = draw_cut(surface, cones, genus, nullptr, false, context);
-  if (!has_connectors(cones, genus)) return cut;
-  const auto range = [&](const AdmissibleCut& of) {
-    return attempt([&] { return scale_range(of, cones, context); });
+  const auto draw = [&](const std::vector<double>* crossings) {
+    return DrawnCut{draw_cut(surface, cones, genus, nullptr, crossings, context), {}};
   };
-  const auto now = range(cut);
-  if (now && *now < kFarOff) return cut;
-  auto straight = attempt([&] { return draw_cut(surface, cones, genus, nullptr, true, context); });
-  if (!straight) return cut;
-  const auto then = range(*straight);
-  return then && !(now && *now <= *then) ? std::move(*straight) : std::move(cut);
+  if (genus == 0) return draw(nullptr).cut;
+  const auto draw_straight = [&] {
+    const std::vector<double> crossings = flat_crossings(surface, cones, context);
+    return draw(&crossings);
+  };
+  return nearer_cut(
+             cones, [&] { return draw(nullptr); }, draw_straight, context)
+      .cut;
 }
 
 AdmissibleCut make_turning_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
                                const WishedTurns& wished, ExecutionContext& context) {
   const Index genus = genus_of(surface);
   check_cones(cones, genus);
-  return draw_cut(surface, cones, genus, &wished, false, context);
+  const auto draw = [&](const std::vector<double>* crossings) {
+    DrawnCut drawn;
+    WishedTurns own = wished;
+    own.done = &drawn.done;
+    drawn.cut = draw_cut(surface, cones, genus, &own, crossings, context);
+    return drawn;
+  };
+  if (genus == 0) return draw(nullptr).cut;
+  DrawnCut drawn = nearer_cut(
+      cones, [&] { return draw(&wished.crossings); }, [&] { return draw(nullptr); }, context);
+  if (wished.done != nullptr) *wished.done += drawn.done;
+  return std::move(drawn.cut);
 }
 
 }  // namespace flipfree::seamless

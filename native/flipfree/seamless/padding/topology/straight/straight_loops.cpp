@@ -59,7 +59,7 @@ double loop_cost(const TurnMeter& meter, const std::vector<VertexId>& loop,
 }
 
 void straighten_loops(Canvas& canvas, const TurnMeter& meter, const TurningPrice& price,
-                      std::vector<std::vector<VertexId>>& loops, const ExecutionContext& context) {
+                      std::span<std::vector<VertexId>> loops, const ExecutionContext& context) {
   for (int round = 0; round < kRounds; ++round) {
     bool changed = false;
     for (std::vector<VertexId>& loop : loops) {

@@ -4,6 +4,7 @@
 // angles of the surface asks the metric of the cut disk for as much along its sides.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -25,9 +26,9 @@ double loop_cost(const TurnMeter& meter, const std::vector<VertexId>& loop,
 
 // Exchanges each loop that turns by an eighth and more for the cheapest cycle that crosses it, if
 // that one costs less. The loops stay disjoint, and no sum of them bounds: no other one crosses
-// what the new one does. Preconditions: the loops are drawn on `canvas`, which is the meter's, and
-// nothing else is. Cost: some searches per vertex of such a loop.
+// what the new one does. Preconditions: the loops are drawn on `canvas`, which is the meter's; so
+// may others be. Cost: some searches per vertex of such a loop.
 void straighten_loops(Canvas& canvas, const TurnMeter& meter, const TurningPrice& price,
-                      std::vector<std::vector<VertexId>>& loops, const ExecutionContext& context);
+                      std::span<std::vector<VertexId>> loops, const ExecutionContext& context);
 
 }  // namespace flipfree::seamless

@@ -26,7 +26,8 @@ bool check(const mesh::Surface& surface, const std::vector<Index>& cones, Index 
   ExecutionContext context;
   AdmissibleCut cut;
   try {
-    cut = make_turning_cut(surface, cones, test::turns_of(adjacency, field, done), context);
+    cut =
+        make_turning_cut(surface, cones, test::turns_of(surface, adjacency, field, done), context);
   } catch (const NotConverged& error) {
     EXPECT_NE(least_change(cones), 1) << error.what();
     return false;
@@ -131,8 +132,9 @@ TEST(Reroute, TurnsThatNoSumOfConesMakesAreRefused) {
     const mesh::Adjacency adjacency =
         mesh::build_adjacency(static_cast<Index>(torus.vertices.rows()), torus.faces);
     ExecutionContext context;
-    EXPECT_THROW(make_turning_cut(torus, cones, test::turns_of(adjacency, field, done), context),
-                 NotConverged);
+    EXPECT_THROW(
+        make_turning_cut(torus, cones, test::turns_of(torus, adjacency, field, done), context),
+        NotConverged);
   }
   EXPECT_EQ(done.loops, 0);
 }
@@ -147,7 +149,7 @@ TEST(Reroute, ACutThatTakesMoreVerticesThanItMayIsRefused) {
   const field::CrossField field = test::wished_field(torus, cones, 3, random);
   ExecutionContext context;
   Reroutings done;
-  WishedTurns wished = test::turns_of(adjacency, field, done);
+  WishedTurns wished = test::turns_of(torus, adjacency, field, done);
   const AdmissibleCut cut = make_turning_cut(torus, cones, wished, context);
   ASSERT_GT(done.quarters, 1);
   const Index added = static_cast<Index>(cut.surface.vertices.rows() - torus.vertices.rows());
