@@ -8,6 +8,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/seamless/padding/topology/hole_chain.h"
+#include "flipfree/seamless/padding/topology/paths/free_distances.h"
 #include "flipfree/seamless/padding/topology/short_loops.h"
 #include "flipfree/seamless/padding/topology/straight/hole_tour.h"
 #include "flipfree/seamless/padding/topology/straight/straight_loops.h"
@@ -17,7 +18,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // A quarter turn that a curve misses is worth so many loops' lengths.
-constexpr double kQuarterPrice = 1.0;
+constexpr double kQuarterPrice = 3.0;
 // Searches end when so many other holes were reached, and cannot be reached for less.
 constexpr std::size_t kMostReached = 10;
 // Of ways over other holes.
@@ -158,27 +159,37 @@ void draw_straight_chain(Canvas& canvas, Index genus, const std::vector<double>&
       hole_tour(connector_costs(meter, holes, frames, price, context), genus > 2, context);
   const ConnectorFinder finder = [&](const std::vector<HalfedgeId>& from, Index hole,
                                      const std::function<bool(VertexId)>& allowed) {
-    TurningSearch search(meter);
-    for (const HalfedgeId sector : from) {
-      const Index here = holes.hole_of(sector);
-      canvas.for_each_inside(sector,
-                             [&](HalfedgeId h) { search.start(h, frames.deviation(here, h)); });
+    std::vector<HalfedgeId> last;
+    for (const VertexId v : loops[at(hole / 2)]) {
+      if (!allowed(v)) continue;
+      for (const HalfedgeId sector : holes.sectors_at(hole, v))
+        canvas.for_each_inside(sector, [&](HalfedgeId h) { last.push_back(h); });
     }
+    const std::vector<double> left = free_distances(canvas, last, kInvalid, context).distance;
     double least = kInfinity;
     std::vector<HalfedgeId> path;
-    search.run(
-        [&](const TurningSearch::Arrival& arrival) {
-          const HalfedgeId back = canvas.mesh().opposite(arrival.halfedge);
-          if (holes.loop_of(canvas.mesh().source(back)) != hole / 2 ||
-              !allowed(canvas.mesh().source(back)) || !holes.has(hole, canvas.sector_of(back)))
-            return;
-          const double cost =
-              price.cost(arrival.length, arrival.turned - frames.deviation(hole, back));
-          if (cost >= least) return;
-          least = cost;
-          path = search.path(arrival);
-        },
-        [&] { return least; }, context);
+    for (const std::int64_t sheets : {TurningSearch::kSheets, 4 * TurningSearch::kSheets}) {
+      TurningSearch search(meter, left, sheets);
+      for (const HalfedgeId sector : from) {
+        const Index here = holes.hole_of(sector);
+        canvas.for_each_inside(sector,
+                               [&](HalfedgeId h) { search.start(h, frames.deviation(here, h)); });
+      }
+      search.run(
+          [&](const TurningSearch::Arrival& arrival) {
+            const HalfedgeId back = canvas.mesh().opposite(arrival.halfedge);
+            if (holes.loop_of(canvas.mesh().source(back)) != hole / 2 ||
+                !allowed(canvas.mesh().source(back)) || !holes.has(hole, canvas.sector_of(back)))
+              return;
+            const double cost =
+                price.cost(arrival.length, arrival.turned - frames.deviation(hole, back));
+            if (cost >= least) return;
+            least = cost;
+            path = search.path(arrival);
+          },
+          [&] { return least; }, context);
+      if (!path.empty()) break;
+    }
     return path;
   };
   draw_connectors(canvas, holes, order, finder, context);
