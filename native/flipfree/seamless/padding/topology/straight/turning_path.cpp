@@ -38,7 +38,7 @@ void TurningSearch::cross(HalfedgeId h, HalfedgeId first, Index before, double t
                           double length) {
   const Canvas& canvas = meter_.canvas();
   const VertexId v = canvas.mesh().target(h);
-  length += canvas.length(h);
+  length += meter_.length(h);
   if (canvas.on_curve(v)) arrivals_.push_back({before, h, first, turned, length});
   if (!canvas.is_free(v)) return;
   const double left = left_.empty() ? 0.0 : left_[at(v)];
