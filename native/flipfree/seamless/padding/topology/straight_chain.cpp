@@ -9,6 +9,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/seamless/padding/topology/hole_chain.h"
+#include "flipfree/seamless/padding/topology/paths/free_distances.h"
 #include "flipfree/seamless/padding/topology/short_loops.h"
 #include "flipfree/seamless/padding/topology/straight/hole_tour.h"
 #include "flipfree/seamless/padding/topology/straight/straight_loops.h"
@@ -18,7 +19,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // A quarter turn that a curve misses is worth so many loops' lengths.
-constexpr double kQuarterPrice = 1.0;
+constexpr double kQuarterPrice = 3.0;
 // Searches end when so many other holes were reached, and cannot be reached for less.
 constexpr std::size_t kMostReached = 10;
 // Of ways over other holes.
@@ -195,27 +196,37 @@ class StraightChain {
 
   std::vector<HalfedgeId> way(const std::vector<HalfedgeId>& from, Index hole,
                               const std::function<bool(VertexId)>& allowed) const {
-    TurningSearch search(meter_);
-    for (const HalfedgeId sector : from) {
-      const Index here = holes_.hole_of(sector);
-      canvas_.for_each_inside(sector,
-                              [&](HalfedgeId h) { search.start(h, frames_.deviation(here, h)); });
+    std::vector<HalfedgeId> last;
+    for (const VertexId v : loops_[at(hole / 2)]) {
+      if (!allowed(v)) continue;
+      for (const HalfedgeId sector : holes_.sectors_at(hole, v))
+        canvas_.for_each_inside(sector, [&](HalfedgeId h) { last.push_back(h); });
     }
+    const std::vector<double> left = free_distances(canvas_, last, kInvalid, context_).distance;
     double least = kInfinity;
     std::vector<HalfedgeId> path;
-    search.run(
-        [&](const TurningSearch::Arrival& arrival) {
-          const HalfedgeId back = canvas_.mesh().opposite(arrival.halfedge);
-          if (holes_.loop_of(canvas_.mesh().source(back)) != hole / 2 ||
-              !allowed(canvas_.mesh().source(back)) || !holes_.has(hole, canvas_.sector_of(back)))
-            return;
-          const double cost =
-              price_.cost(arrival.length, arrival.turned - frames_.deviation(hole, back));
-          if (cost >= least) return;
-          least = cost;
-          path = search.path(arrival);
-        },
-        [&] { return least; }, context_);
+    for (const std::int64_t sheets : {TurningSearch::kSheets, 4 * TurningSearch::kSheets}) {
+      TurningSearch search(meter_, left, sheets);
+      for (const HalfedgeId sector : from) {
+        const Index here = holes_.hole_of(sector);
+        canvas_.for_each_inside(sector,
+                                [&](HalfedgeId h) { search.start(h, frames_.deviation(here, h)); });
+      }
+      search.run(
+          [&](const TurningSearch::Arrival& arrival) {
+            const HalfedgeId back = canvas_.mesh().opposite(arrival.halfedge);
+            if (holes_.loop_of(canvas_.mesh().source(back)) != hole / 2 ||
+                !allowed(canvas_.mesh().source(back)) || !holes_.has(hole, canvas_.sector_of(back)))
+              return;
+            const double cost =
+                price_.cost(arrival.length, arrival.turned - frames_.deviation(hole, back));
+            if (cost >= least) return;
+            least = cost;
+            path = search.path(arrival);
+          },
+          [&] { return least; }, context_);
+      if (!path.empty()) break;
+    }
     return path;
   }
 

@@ -164,19 +164,22 @@ Index genus_of(const mesh::Surface& surface) {
 AdmissibleCut draw_cut(const mesh::Surface& surface, const std::vector<Index>& cones, Index genus,
                        const WishedTurns* wished, const std::vector<double>* crossings,
                        const ExecutionContext& context) {
-  const mesh::InOwnUnit scaled(surface);
   const Pattern pattern = pattern_for(cones, genus);
   // A sphere is not cut: its cones may be neighbours.
-  Canvas canvas(scaled.surface(),
-                pattern == Pattern::kNone ? std::vector<Index>(cones.size(), 4) : cones);
+  Canvas canvas(surface, pattern == Pattern::kNone ? std::vector<Index>(cones.size(), 4) : cones);
   AdmissibleCut cut;
   if (pattern != Pattern::kNone)
-    Drawer(canvas, scaled.surface(), cones, wished, crossings, context).draw(pattern, genus);
+    Drawer(canvas, surface, cones, wished, crossings, context).draw(pattern, genus);
   cut.surface = canvas.surface();
-  cut.surface.vertices *= scaled.unit();
-  cut.surface.vertices.topRows(surface.vertices.rows()) = surface.vertices;
   cut.provenance = canvas.provenance();
   if (pattern != Pattern::kNone) read_branches(canvas, cut);
+  return cut;
+}
+
+// A cut of the surface in its own unit, on the surface itself.
+AdmissibleCut in_given_unit(AdmissibleCut cut, const mesh::Surface& surface, double unit) {
+  cut.surface.vertices *= unit;
+  cut.surface.vertices.topRows(surface.vertices.rows()) = surface.vertices;
   return cut;
 }
 
@@ -209,35 +212,39 @@ AdmissibleCut make_admissible_cut(const mesh::Surface& surface, const std::vecto
                                   ExecutionContext& context) {
   const Index genus = genus_of(surface);
   check_cones(cones, genus);
+  const mesh::InOwnUnit scaled(surface);
   const auto draw = [&](const std::vector<double>* crossings) {
-    return DrawnCut{draw_cut(surface, cones, genus, nullptr, crossings, context), {}};
+    return DrawnCut{draw_cut(scaled.surface(), cones, genus, nullptr, crossings, context), {}};
   };
-  if (genus == 0) return draw(nullptr).cut;
   const auto draw_straight = [&] {
-    const std::vector<double> crossings = flat_crossings(surface, cones, context);
+    const std::vector<double> crossings = flat_crossings(scaled.surface(), cones, context);
     return draw(&crossings);
   };
-  return nearer_cut(
-             cones, [&] { return draw(nullptr); }, draw_straight, context)
-      .cut;
+  DrawnCut drawn = genus == 0 ? draw(nullptr)
+                              : nearer_cut(
+                                    cones, [&] { return draw(nullptr); }, draw_straight, context);
+  return in_given_unit(std::move(drawn.cut), surface, scaled.unit());
 }
 
 AdmissibleCut make_turning_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
                                const WishedTurns& wished, ExecutionContext& context) {
   const Index genus = genus_of(surface);
   check_cones(cones, genus);
+  const mesh::InOwnUnit scaled(surface);
   const auto draw = [&](const std::vector<double>* crossings) {
     DrawnCut drawn;
     WishedTurns own = wished;
     own.done = &drawn.done;
-    drawn.cut = draw_cut(surface, cones, genus, &own, crossings, context);
+    drawn.cut = draw_cut(scaled.surface(), cones, genus, &own, crossings, context);
     return drawn;
   };
-  if (genus == 0) return draw(nullptr).cut;
-  DrawnCut drawn = nearer_cut(
-      cones, [&] { return draw(&wished.crossings); }, [&] { return draw(nullptr); }, context);
+  const auto draw_short = [&] { return draw(nullptr); };
+  DrawnCut drawn = genus == 0 || wished.crossings.empty()
+                       ? draw_short()
+                       : nearer_cut(
+                             cones, [&] { return draw(&wished.crossings); }, draw_short, context);
   if (wished.done != nullptr) *wished.done += drawn.done;
-  return std::move(drawn.cut);
+  return in_given_unit(std::move(drawn.cut), surface, scaled.unit());
 }
 
 }  // namespace flipfree::seamless

@@ -27,7 +27,8 @@ struct Reroutings {
 struct WishedTurns {
   LoopTurning turning;
   // What crossing each half-edge adds to the angles around its source (straight/flat_angles.h) in
-  // angles in which loops turn as `turning` says: less the rotation of a field across it.
+  // angles in which loops turn as `turning` says: less the rotation of a field across it. The
+  // chain is drawn straight along it; empty: its curves are as short as they can be.
   std::vector<double> crossings;
   Reroutings* done = nullptr;  // added to, if there is one
   // Vertices that a cut may have more than the input. Branches that wind around few cones again and

@@ -30,18 +30,20 @@ std::vector<double> flat_crossings(const mesh::Surface& surface, const std::vect
   return crossings;
 }
 
-double TurnMeter::corner(HalfedgeId h) const {
+void TurnMeter::forget() const {
+  vertex_count_ = canvas_.vertex_count();
+  known_.assign(at(canvas_.mesh().halfedge_slots()), {});
+}
+
+void TurnMeter::measure(HalfedgeId h, Known& entry) const {
   const double a = canvas_.length(h), b = canvas_.length(previous_corner(h)),
                c = canvas_.length(next_corner(h));
   // Half of it, which needles do not spoil (Kahan).
   const double s = 0.5 * (a + b + c);
-  return 2.0 * std::atan2(std::sqrt(std::max(0.0, (s - a) * (s - b))),
-                          std::sqrt(std::max(0.0, s * (s - c))));
-}
-
-double TurnMeter::crossing(HalfedgeId h) const {
+  const double corner = 2.0 * std::atan2(std::sqrt(std::max(0.0, (s - a) * (s - b))),
+                                         std::sqrt(std::max(0.0, s * (s - c))));
   const HalfedgeId side = canvas_.input_side(h);
-  return side == kInvalid ? 0.0 : crossings_[at(side)];
+  entry = {corner, side == kInvalid ? 0.0 : crossings_[at(side)], a};
 }
 
 double TurnMeter::turn(HalfedgeId arrival, HalfedgeId departure) const {

@@ -8,6 +8,7 @@
 // refinement changes nothing.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -22,7 +23,8 @@ namespace flipfree::seamless {
 std::vector<double> flat_crossings(const mesh::Surface& surface, const std::vector<Index>& cones,
                                    ExecutionContext& context);
 
-// By how much curves on a canvas turn in these angles.
+// By how much curves on a canvas turn in these angles. Remembers what it measured until the canvas
+// is refined; not to be shared by threads.
 class TurnMeter {
  public:
   // `crossings`: flat_crossings() of the surface that the canvas was made of. Both must outlive
@@ -32,9 +34,10 @@ class TurnMeter {
 
   const Canvas& canvas() const { return canvas_; }
   // The angle at the source of h in the face of h, radians.
-  double corner(HalfedgeId h) const;
+  double corner(HalfedgeId h) const { return known(h).corner; }
   // What crossing h adds to the angles around its source.
-  double crossing(HalfedgeId h) const;
+  double crossing(HalfedgeId h) const { return known(h).crossing; }
+  double length(HalfedgeId h) const { return known(h).length; }
 
   // Calls visit(departure, turn) for every half-edge that leaves the target of `arrival`, but back
   // along it, from the left: by how much a curve turns to the left, its left side measured.
@@ -59,8 +62,23 @@ class TurnMeter {
   static constexpr double kQuarter = 0.5 * kHalfTurn;
 
  private:
+  // Of a half-edge, once it was asked for.
+  struct Known {
+    double corner = 0.0, crossing = 0.0, length = -1.0;
+  };
+  const Known& known(HalfedgeId h) const {
+    if (canvas_.vertex_count() != vertex_count_) forget();
+    Known& entry = known_[static_cast<std::size_t>(h)];
+    if (entry.length < 0.0) measure(h, entry);
+    return entry;
+  }
+  void forget() const;
+  void measure(HalfedgeId h, Known& entry) const;
+
   const Canvas& canvas_;
   const std::vector<double>& crossings_;
+  mutable Index vertex_count_ = 0;  // when these were measured: no edge changes but by splits
+  mutable std::vector<Known> known_;
 };
 
 }  // namespace flipfree::seamless

@@ -1,14 +1,20 @@
 #include "flipfree/seamless/padding/topology/straight/straight_loops.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+
+#include "flipfree/seamless/padding/topology/paths/free_distances.h"
 
 namespace flipfree::seamless {
 namespace {
 
 // A loop that turns by less than this is straight.
 constexpr double kStraight = 0.5 * TurnMeter::kQuarter;
-constexpr int kRounds = 3;
+constexpr int kRounds = 4;
+// Of a loop's cost: what the first search for another one may cost, and how much more each next.
+constexpr double kFirstShare = 1.0 / 32.0;
+constexpr double kMoreShare = 2.0;
 
 std::vector<HalfedgeId> edges_of(const Canvas& canvas, const std::vector<VertexId>& cycle) {
   std::vector<HalfedgeId> edges;
@@ -26,11 +32,17 @@ std::vector<VertexId> crossing_cycle(const TurnMeter& meter, const std::vector<V
   const std::size_t n = loop.size();
   double least = most;
   std::vector<VertexId> cycle;
+  std::vector<HalfedgeId> last;
+  for (std::size_t i = 0; i < n; ++i) {
+    canvas.for_each_inside(canvas.mesh().find(loop[i], loop[(i + n - 1) % n]),
+                           [&](HalfedgeId h) { last.push_back(h); });
+  }
+  const std::vector<double> left_over = free_distances(canvas, last, kInvalid, context).distance;
   for (std::size_t i = 0; i < n; ++i) {
     context.check();
     const HalfedgeId left = canvas.mesh().find(loop[i], loop[(i + 1) % n]);
     const HalfedgeId right = canvas.mesh().find(loop[i], loop[(i + n - 1) % n]);
-    TurningSearch search(meter);
+    TurningSearch search(meter, left_over);
     canvas.for_each_inside(left, [&](HalfedgeId h) { search.start(h, 0.0); });
     std::vector<HalfedgeId> path;
     search.run(
@@ -60,16 +72,25 @@ double loop_cost(const TurnMeter& meter, const std::vector<VertexId>& loop,
 
 void straighten_loops(Canvas& canvas, const TurnMeter& meter, const TurningPrice& price,
                       std::span<std::vector<VertexId>> loops, const ExecutionContext& context) {
+  // What crosses a new loop runs beside the old one: perhaps on the other side of a cone.
+  std::vector<char> is_new(loops.size(), 0);
   for (int round = 0; round < kRounds; ++round) {
     bool changed = false;
-    for (std::vector<VertexId>& loop : loops) {
-      if (std::abs(meter.turn(loop)) < kStraight) continue;
+    for (std::size_t i = 0; i < loops.size(); ++i) {
+      std::vector<VertexId>& loop = loops[i];
+      if (is_new[i] == 0 && std::abs(meter.turn(loop)) < kStraight) continue;
+      is_new[i] = 0;
       const double now = loop_cost(meter, loop, price);
-      std::vector<VertexId> cycle = crossing_cycle(meter, loop, price, now, context);
+      // What is found for little needs no search far around.
+      std::vector<VertexId> cycle;
+      for (double most = kFirstShare * now; cycle.empty() && most < kMoreShare * now;
+           most *= kMoreShare)
+        cycle = crossing_cycle(meter, loop, price, std::min(most, now), context);
       if (cycle.empty()) continue;
       canvas.erase(edges_of(canvas, loop));
       canvas.draw(edges_of(canvas, cycle), Curve::kLoop);
       loop = std::move(cycle);
+      is_new[i] = 1;
       changed = true;
     }
     if (!changed) return;

@@ -8,11 +8,9 @@ namespace flipfree::seamless {
 namespace {
 
 constexpr int kStepsPerCheck = 512;
-// Sheets in a quarter turn, and how many on either side.
 constexpr double kSheetsPerQuarter = 2.0;
-constexpr std::int64_t kSheets = 16;
-constexpr std::int64_t kAllSheets = 2 * kSheets + 1;
-constexpr std::size_t kMostPerVertex = 24;
+constexpr std::int64_t kNoSheet = -1;
+constexpr std::size_t kMostPerSheet = 2;  // ways, times vertices
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
@@ -20,6 +18,13 @@ std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 void TurningSearch::start(HalfedgeId departure, double turned) {
   cross(departure, departure, kInvalid, turned, 0.0);
+}
+
+std::int64_t TurningSearch::key(HalfedgeId arrival, double turned) const {
+  const double sheet = std::round(turned / TurnMeter::kQuarter * kSheetsPerQuarter);
+  if (!(std::abs(sheet) <= static_cast<double>(sheets_))) return kNoSheet;
+  const auto v = static_cast<std::int64_t>(meter_.canvas().mesh().target(arrival));
+  return v * (2 * sheets_ + 1) + static_cast<std::int64_t>(sheet) + sheets_;
 }
 
 bool TurningSearch::meets_itself(Index way, VertexId v) const {
@@ -33,21 +38,21 @@ void TurningSearch::cross(HalfedgeId h, HalfedgeId first, Index before, double t
                           double length) {
   const Canvas& canvas = meter_.canvas();
   const VertexId v = canvas.mesh().target(h);
-  length += canvas.length(h);
+  length += meter_.length(h);
   if (canvas.on_curve(v)) arrivals_.push_back({before, h, first, turned, length});
   if (!canvas.is_free(v)) return;
-  const double sheet = std::round(turned / TurnMeter::kQuarter * kSheetsPerQuarter);
-  if (!(std::abs(sheet) <= static_cast<double>(kSheets))) return;
-  const std::int64_t key =
-      static_cast<std::int64_t>(v) * kAllSheets + static_cast<std::int64_t>(sheet) + kSheets;
-  const auto [known, is_new] = shortest_.try_emplace(key, length);
+  const double left = left_.empty() ? 0.0 : left_[at(v)];
+  if (std::isinf(left)) return;
+  const std::int64_t place = key(h, turned);
+  if (place == kNoSheet) return;
+  const auto [known, is_new] = shortest_.try_emplace(place, length);
   if (!is_new && known->second <= length) return;
   if (meets_itself(before, v)) {
     if (is_new) shortest_.erase(known);
     return;
   }
   known->second = length;
-  queue_.emplace_back(length, static_cast<Index>(ways_.size()));
+  queue_.emplace_back(length + left, static_cast<Index>(ways_.size()));
   std::push_heap(queue_.begin(), queue_.end(), std::greater<>());
   ways_.push_back({h, first, before, turned, length});
 }
@@ -55,7 +60,8 @@ void TurningSearch::cross(HalfedgeId h, HalfedgeId first, Index before, double t
 void TurningSearch::run(const std::function<void(const Arrival&)>& arrive,
                         const std::function<double()>& limit, const ExecutionContext& context) {
   const Canvas& canvas = meter_.canvas();
-  const std::size_t most = kMostPerVertex * at(canvas.vertex_count());
+  const std::size_t most =
+      kMostPerSheet * static_cast<std::size_t>(sheets_) * at(canvas.vertex_count());
   const auto call = [&] {
     for (const Arrival& arrival : arrivals_) arrive(arrival);
     arrivals_.clear();
@@ -68,11 +74,7 @@ void TurningSearch::run(const std::function<void(const Arrival&)>& arrive,
     const Index index = queue_.back().second;
     queue_.pop_back();
     const Way way = ways_[at(index)];
-    const double sheet = std::round(way.turned / TurnMeter::kQuarter * kSheetsPerQuarter);
-    const std::int64_t key =
-        static_cast<std::int64_t>(canvas.mesh().target(way.arrival)) * kAllSheets +
-        static_cast<std::int64_t>(sheet) + kSheets;
-    if (shortest_.at(key) < way.length) continue;  // a shorter one came
+    if (shortest_.at(key(way.arrival, way.turned)) < way.length) continue;  // a shorter one came
     meter_.for_each_turn(way.arrival, [&](HalfedgeId h, double turn) {
       cross(h, way.first, index, way.turned + turn, way.length);
     });

@@ -39,25 +39,36 @@ class TurningSearch {
     double turned, length;
   };
 
-  explicit TurningSearch(const TurnMeter& meter) : meter_(meter) {}
+  // `sheets`: on either side. `left`: per vertex, what a way is longer yet at least, which leads
+  // the search (A*; Hart, Nilsson, Raphael 1968); infinite where no way leads on. Empty: nothing is
+  // known.
+  explicit TurningSearch(const TurnMeter& meter, std::vector<double> left = {},
+                         std::int64_t sheets = kSheets)
+      : meter_(meter), left_(std::move(left)), sheets_(sheets) {}
 
   // `turned`: where this half-edge heads, to the left of straight ahead. It leaves a curve.
   void start(HalfedgeId departure, double turned);
   // Calls arrive(Arrival) for all ways onto curves, and goes on as long as `limit()` is more than
-  // the shortest way that has not been gone on from; at most a fixed multiple of #V ways. Cost:
-  // O(n log n) for n of them.
+  // the shortest way that has not been gone on from will be; at most a fixed multiple of #V ways.
+  // Cost: O(n log n) for n of them.
   void run(const std::function<void(const Arrival&)>& arrive, const std::function<double()>& limit,
            const ExecutionContext& context);
   std::vector<HalfedgeId> path(const Arrival& arrival) const;
 
+  // Two turns either way.
+  static constexpr std::int64_t kSheets = 16;
+
  private:
+  std::int64_t key(HalfedgeId arrival, double turned) const;
   void cross(HalfedgeId h, HalfedgeId first, Index before, double turned, double length);
   bool meets_itself(Index way, VertexId v) const;
 
   const TurnMeter& meter_;
+  std::vector<double> left_;
+  std::int64_t sheets_;
   std::vector<Way> ways_;
   std::unordered_map<std::int64_t, double> shortest_;  // per vertex and sheet
-  std::vector<std::pair<double, Index>> queue_;        // a heap, shortest first
+  std::vector<std::pair<double, Index>> queue_;        // a heap by length and what is left
   std::vector<Arrival> arrivals_;                      // not called yet
 };
 

@@ -68,8 +68,9 @@ TEST(FlatAngles, CurvesAroundAVertexTurnByItsAngle) {
       if (!flat_beside) continue;
       ++seen;
       EXPECT_NEAR(meter.turn(link), (4 + canvas.excess(v)) * kQuarter, 1e-7);
-      // The other way round the cone is not on the left.
-      EXPECT_NEAR(meter.turn({link.rbegin(), link.rend()}), -4 * kQuarter, 1e-7);
+      // The other way round its other side is measured.
+      EXPECT_NEAR(meter.turn({link.rbegin(), link.rend()}), -(4 + canvas.excess(v)) * kQuarter,
+                  1e-7);
     }
     EXPECT_GT(seen, canvas.vertex_count() / 3);
   };
