@@ -49,7 +49,6 @@ Reroutings check_all(Index genus, const std::vector<Index>& given, unsigned seed
     EXPECT_TRUE(check(surface, cones, reach, seed, done, false));
     EXPECT_TRUE(check(surface, cones, reach, seed, along));
   }
-  EXPECT_LE(along.quarters, done.quarters);
   return done;
 }
 
