@@ -21,6 +21,10 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kQuarterPrice = 3.0;
 // Searches end when so many other holes were reached, and cannot be reached for less.
 constexpr std::size_t kMostReached = 10;
+// Ways that all searches together look at: several times what surfaces take whose cones lie beside
+// their handles. Where no cone is near, no way around one makes a curve turn less.
+constexpr std::int64_t kMostWays = 20'000'000;
+constexpr std::int64_t kWaysPerVertex = 2000;
 // Of ways over other holes.
 constexpr double kDetour = 1.5;
 // Above, closing the costs over other holes takes longer than the cut itself.
@@ -117,7 +121,7 @@ std::vector<std::vector<double>> connector_costs(const TurnMeter& meter, const H
                            sorted.end());
           limit = sorted[last];
         },
-        [&] { return limit; }, context);
+        [&] { return limit; }, price.ways_left, context);
     for (std::size_t to = 0; to < count; ++to) {
       cost[hole][to] = std::min(cost[hole][to], found[to]);
       cost[to][hole] = cost[hole][to];
@@ -151,7 +155,8 @@ void draw_straight_chain(Canvas& canvas, Index genus, const std::vector<double>&
                          const ExecutionContext& context) {
   const TurnMeter meter(canvas, crossings);
   std::vector<std::vector<VertexId>> loops = draw_short_loops(canvas, genus, {}, nullptr, context);
-  const TurningPrice price{kQuarterPrice * mean_length(canvas, loops)};
+  std::int64_t ways = std::min(kMostWays, kWaysPerVertex * canvas.vertex_count());
+  const TurningPrice price{kQuarterPrice * mean_length(canvas, loops), &ways};
   straighten_loops(canvas, meter, price, loops, context);
   const Holes holes(canvas, loops);
   const HoleFrames frames(meter, holes, loops);
@@ -187,7 +192,7 @@ void draw_straight_chain(Canvas& canvas, Index genus, const std::vector<double>&
             least = cost;
             path = search.path(arrival);
           },
-          [&] { return least; }, context);
+          [&] { return least; }, price.ways_left, context);
       if (!path.empty()) break;
     }
     return path;
