@@ -21,8 +21,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kQuarterPrice = 3.0;
 // Searches end when so many other holes were reached, and cannot be reached for less.
 constexpr std::size_t kMostReached = 10;
-// Ways that all searches together look at: several times what surfaces take whose cones lie beside
-// their handles. Where no cone is near, no way around one makes a curve turn less.
+// Ways that all searches together look at: twice what surfaces take whose cones lie beside their
+// handles. Where no cone is near, no way around one makes a curve turn less.
 constexpr std::int64_t kMostWays = 20'000'000;
 constexpr std::int64_t kWaysPerVertex = 2000;
 // Of ways over other holes.
