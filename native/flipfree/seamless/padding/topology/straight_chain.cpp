@@ -22,6 +22,10 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kQuarterPrice = 3.0;
 // Searches end when so many other holes were reached, and cannot be reached for less.
 constexpr std::size_t kMostReached = 10;
+// Ways that all searches together look at: twice what surfaces take whose cones lie beside their
+// handles. Where no cone is near, no way around one makes a curve turn less.
+constexpr std::int64_t kMostWays = 20'000'000;
+constexpr std::int64_t kWaysPerVertex = 2000;
 // Of ways over other holes.
 constexpr double kDetour = 1.5;
 // Above, closing the costs over other holes takes longer than the cut itself.
@@ -118,7 +122,7 @@ std::vector<std::vector<double>> connector_costs(const TurnMeter& meter, const H
                            sorted.end());
           limit = sorted[last];
         },
-        [&] { return limit; }, context);
+        [&] { return limit; }, price.ways_left, context);
     for (std::size_t to = 0; to < count; ++to) {
       cost[hole][to] = std::min(cost[hole][to], found[to]);
       cost[to][hole] = cost[hole][to];
@@ -153,14 +157,19 @@ namespace {
 // Loops, drawn; their holes, in an order, and how to find ways between them.
 class StraightChain {
  public:
+  StraightChain(const StraightChain&) = delete;  // the price knows where its ways are counted
+  StraightChain& operator=(const StraightChain&) = delete;
+
   // `first`: the loop whose holes the chain begins and ends with, which is drawn already; or empty.
   StraightChain(Canvas& canvas, std::vector<VertexId> first, Index genus,
-                const std::vector<double>& crossings, const ExecutionContext& context)
+                const std::vector<double>& crossings, double quarter_price,
+                const ExecutionContext& context)
       : canvas_(canvas),
         context_(context),
         meter_(canvas, crossings),
         loops_(draw_loops(canvas, first, genus, context)),
-        price_{kQuarterPrice * mean_length(canvas, loops_)},
+        ways_left_(std::min(kMostWays, kWaysPerVertex * canvas.vertex_count())),
+        price_{quarter_price * mean_length(canvas, loops_), &ways_left_},
         holes_(canvas, straightened(first.empty() ? 0 : 1)),
         frames_(meter_, holes_, loops_) {}
 
@@ -224,7 +233,7 @@ class StraightChain {
             least = cost;
             path = search.path(arrival);
           },
-          [&] { return least; }, context_);
+          [&] { return least; }, price_.ways_left, context_);
       if (!path.empty()) break;
     }
     return path;
@@ -234,6 +243,7 @@ class StraightChain {
   const ExecutionContext& context_;
   const TurnMeter meter_;
   std::vector<std::vector<VertexId>> loops_;
+  std::int64_t ways_left_;
   const TurningPrice price_;
   const Holes holes_;
   const HoleFrames frames_;

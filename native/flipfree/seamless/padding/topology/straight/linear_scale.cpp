@@ -7,6 +7,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/own_unit.h"
 #include "flipfree/numeric/cholesky/laplacian_factor.h"
 #include "flipfree/seamless/padding/open_cut.h"
 
@@ -90,8 +91,9 @@ double scale_range(const AdmissibleCut& cut, const std::vector<Index>& cones,
   std::vector<Index> all = cones;
   all.resize(at(count), 4);
   const OpenCut open = open_cut(cut, adjacency, cut_segments(cut, adjacency), all);
+  const mesh::InOwnUnit scaled(cut.surface);
   double range = 0.0;
-  for (const mesh::Chart& chart : mesh::split_into_charts(cut.surface.vertices, open.mesh)) {
+  for (const mesh::Chart& chart : mesh::split_into_charts(scaled.surface().vertices, open.mesh)) {
     std::vector<double> wish;
     for (const VertexId v : chart.vertices) wish.push_back(open.angle[at(v)]);
     range = std::max(

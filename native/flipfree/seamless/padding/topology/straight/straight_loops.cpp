@@ -55,7 +55,7 @@ std::vector<VertexId> crossing_cycle(const TurnMeter& meter, const std::vector<V
           least = cost;
           path = search.path(arrival);
         },
-        [&] { return least; }, context);
+        [&] { return least; }, price.ways_left, context);
     if (path.empty()) continue;
     cycle.clear();
     for (const HalfedgeId h : path) cycle.push_back(canvas.mesh().source(h));

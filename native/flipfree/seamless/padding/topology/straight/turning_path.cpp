@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "flipfree/base/error.h"
+
 namespace flipfree::seamless {
 namespace {
 
@@ -58,7 +60,8 @@ void TurningSearch::cross(HalfedgeId h, HalfedgeId first, Index before, double t
 }
 
 void TurningSearch::run(const std::function<void(const Arrival&)>& arrive,
-                        const std::function<double()>& limit, const ExecutionContext& context) {
+                        const std::function<double()>& limit, std::int64_t* ways_left,
+                        const ExecutionContext& context) {
   const Canvas& canvas = meter_.canvas();
   const std::size_t most =
       kMostPerSheet * static_cast<std::size_t>(sheets_) * at(canvas.vertex_count());
@@ -70,6 +73,10 @@ void TurningSearch::run(const std::function<void(const Arrival&)>& arrive,
   for (int step = 1; !queue_.empty() && queue_.front().first < limit(); ++step) {
     if (step % kStepsPerCheck == 0) context.check();
     if (ways_.size() > most) break;
+    if (ways_left != nullptr && --*ways_left < 0) {
+      throw_not_converged(ErrorCode::kIterationLimit,
+                          "Curves of the cut that turn little were not found in so many trials.");
+    }
     std::pop_heap(queue_.begin(), queue_.end(), std::greater<>());
     const Index index = queue_.back().second;
     queue_.pop_back();

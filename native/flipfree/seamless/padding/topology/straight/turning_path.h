@@ -2,6 +2,7 @@
 // algorithm on sheets, one per vertex and eighth of a turn that the path has turned so far.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <unordered_map>
 #include <utility>
@@ -13,9 +14,10 @@
 namespace flipfree::seamless {
 
 // What a curve costs: its length, and the square of the quarter turns by which it misses what it
-// should turn by, times `quarter`.
+// should turn by, times `quarter`. And what finding it may cost.
 struct TurningPrice {
   double quarter = 0.0;
+  std::int64_t* ways_left = nullptr;  // that searches look at, all together; null: no end
   double cost(double length, double missed) const {
     const double quarters = missed / TurnMeter::kQuarter;
     return length + quarter * quarters * quarters;
@@ -50,9 +52,10 @@ class TurningSearch {
   void start(HalfedgeId departure, double turned);
   // Calls arrive(Arrival) for all ways onto curves, and goes on as long as `limit()` is more than
   // the shortest way that has not been gone on from will be; at most a fixed multiple of #V ways.
-  // Cost: O(n log n) for n of them.
+  // Cost: O(n log n) for n of them. Throws
+  // NotConverged (kIterationLimit) when none of `ways_left` is left.
   void run(const std::function<void(const Arrival&)>& arrive, const std::function<double()>& limit,
-           const ExecutionContext& context);
+           std::int64_t* ways_left, const ExecutionContext& context);
   std::vector<HalfedgeId> path(const Arrival& arrival) const;
 
   // Two turns either way.

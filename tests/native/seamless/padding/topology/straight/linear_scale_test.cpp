@@ -78,9 +78,11 @@ TEST(LinearScale, RangeOfACutDoesNotDependOnTheUnitAndIsNothingWithoutACut) {
   const AdmissibleCut cut = make_admissible_cut(surface, cones, context);
   const double range = scale_range(cut, cones, context);
   EXPECT_GT(range, 1.0);
-  AdmissibleCut large = cut;
-  large.surface.vertices *= 1024.0;
-  EXPECT_NEAR(scale_range(large, cones, context), range, 1e-9 * range);
+  for (const double unit : {1024.0, 0x1p500, 0x1p-500}) {
+    AdmissibleCut other = cut;
+    other.surface.vertices *= unit;
+    EXPECT_NEAR(scale_range(other, cones, context), range, 1e-9 * range);
+  }
   const mesh::Surface sphere = test::of_genus(0, 2);
   const std::vector<Index> eight = test::scattered(sphere, std::vector<Index>(8, 3), 2);
   EXPECT_EQ(scale_range(make_admissible_cut(sphere, eight, context), eight, context), 0.0);

@@ -50,7 +50,7 @@ Found cheapest(const TurnMeter& meter, const Holes& holes, Index from, Index to,
         found = {search.path(arrival), arrival.turned, arrival.length};
         EXPECT_EQ(found.path.front(), arrival.first);
       },
-      [&] { return least; }, context);
+      [&] { return least; }, nullptr, context);
   return found;
 }
 
@@ -98,7 +98,7 @@ TEST(TurningPath, IsTheShortestOneWhereTurnsAreFreeAndTurnsLessWhereTheyAreNot) 
   EXPECT_GE(straighter, 3);
 }
 
-TEST(TurningPath, CanBeCancelled) {
+TEST(TurningPath, CanBeCancelledAndEndsWithItsBudget) {
   const mesh::Surface surface = test::of_genus(3, 8);
   const std::vector<Index> cones = test::scattered(surface, std::vector<Index>(16, 5), 1);
   ExecutionContext context;
@@ -109,9 +109,14 @@ TEST(TurningPath, CanBeCancelled) {
   TurningSearch search(meter);
   canvas.for_each_inside(holes.open_sectors(0).front(),
                          [&](HalfedgeId h) { search.start(h, 0.0); });
+  std::int64_t ways_left = 1000;
+  EXPECT_THROW(
+      search.run([](const TurningSearch::Arrival&) {},
+                 [] { return std::numeric_limits<double>::infinity(); }, &ways_left, context),
+      NotConverged);
   context.cancel();
   EXPECT_THROW(search.run([](const TurningSearch::Arrival&) {},
-                          [] { return std::numeric_limits<double>::infinity(); }, context),
+                          [] { return std::numeric_limits<double>::infinity(); }, nullptr, context),
                Cancelled);
 }
 
