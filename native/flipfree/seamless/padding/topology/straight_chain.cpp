@@ -18,8 +18,6 @@ namespace flipfree::seamless {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-// A quarter turn that a curve misses is worth so many loops' lengths.
-constexpr double kQuarterPrice = 3.0;
 // Searches end when so many other holes were reached, and cannot be reached for less.
 constexpr std::size_t kMostReached = 10;
 // Ways that all searches together look at: twice what surfaces take whose cones lie beside their
@@ -162,14 +160,13 @@ class StraightChain {
 
   // `first`: the loop whose holes the chain begins and ends with, which is drawn already; or empty.
   StraightChain(Canvas& canvas, std::vector<VertexId> first, Index genus,
-                const std::vector<double>& crossings, double quarter_price,
-                const ExecutionContext& context)
+                const Straightness& straight, const ExecutionContext& context)
       : canvas_(canvas),
         context_(context),
-        meter_(canvas, crossings),
+        meter_(canvas, straight.crossings),
         loops_(draw_loops(canvas, first, genus, context)),
         ways_left_(std::min(kMostWays, kWaysPerVertex * canvas.vertex_count())),
-        price_{quarter_price * mean_length(canvas, loops_), &ways_left_},
+        price_{straight.quarter_price * mean_length(canvas, loops_), &ways_left_},
         holes_(canvas, straightened(first.empty() ? 0 : 1)),
         frames_(meter_, holes_, loops_) {}
 
@@ -251,25 +248,25 @@ class StraightChain {
 
 }  // namespace
 
-void draw_straight_chain(Canvas& canvas, Index genus, const std::vector<double>& crossings,
+void draw_straight_chain(Canvas& canvas, Index genus, const Straightness& straight,
                          const ExecutionContext& context) {
-  const StraightChain chain(canvas, {}, genus, crossings, context);
+  const StraightChain chain(canvas, {}, genus, straight, context);
   draw_connectors(canvas, chain.holes(), chain.tour(genus > 2), chain.finder(), context);
 }
 
 std::array<VertexId, 2> draw_straight_chain_with_t_nodes(Canvas& canvas, Index genus,
-                                                         const std::vector<double>& crossings,
+                                                         const Straightness& straight,
                                                          const ExecutionContext& context) {
-  const StraightChain chain(canvas, {}, genus, crossings, context);
+  const StraightChain chain(canvas, {}, genus, straight, context);
   return draw_connectors_with_t_nodes(canvas, chain.holes(), chain.tour(false), chain.finder(),
                                       context);
 }
 
 std::array<VertexId, 2> draw_straight_twisted_chain(Canvas& canvas,
                                                     const std::vector<VertexId>& first, Index genus,
-                                                    const std::vector<double>& crossings,
+                                                    const Straightness& straight,
                                                     const ExecutionContext& context) {
-  const StraightChain chain(canvas, first, genus, crossings, context);
+  const StraightChain chain(canvas, first, genus, straight, context);
   std::vector<Index> order = {0, 1};
   if (genus > 1) {
     order =

@@ -46,17 +46,24 @@ std::vector<std::vector<double>> connector_costs(const TurnMeter& meter, const H
                                                  const TurningPrice& price,
                                                  const ExecutionContext& context);
 
+// What a chain is to be straight in, and what that is worth.
+struct Straightness {
+  // flat_crossings() of the canvas' surface, or others in which it is flat but for its cones.
+  const std::vector<double>& crossings;
+  // Of a quarter turn that a curve misses, in mean lengths of the loops.
+  double quarter_price;
+};
+
 // As draw_hole_chain(), genus 2 and more; draw_chain_with_t_nodes(); draw_twisted_chain()
-// (hole_chain.h). `crossings`: flat_crossings() of the canvas' surface, or others in which it is
-// flat but for its cones.
-void draw_straight_chain(Canvas& canvas, Index genus, const std::vector<double>& crossings,
+// (hole_chain.h).
+void draw_straight_chain(Canvas& canvas, Index genus, const Straightness& straight,
                          const ExecutionContext& context);
 std::array<VertexId, 2> draw_straight_chain_with_t_nodes(Canvas& canvas, Index genus,
-                                                         const std::vector<double>& crossings,
+                                                         const Straightness& straight,
                                                          const ExecutionContext& context);
 std::array<VertexId, 2> draw_straight_twisted_chain(Canvas& canvas,
                                                     const std::vector<VertexId>& first, Index genus,
-                                                    const std::vector<double>& crossings,
+                                                    const Straightness& straight,
                                                     const ExecutionContext& context);
 
 }  // namespace flipfree::seamless

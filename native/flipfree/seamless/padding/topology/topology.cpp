@@ -23,23 +23,26 @@ namespace {
 
 // A cut is drawn again, straighter, from this range of scales on (straight/linear_scale.h).
 constexpr double kFarOff = 100.0;
+// Straightness::quarter_price: in the cones' own flat angles, of which drifts grow from handle to
+// handle, and along a field, whose loops turn by whole quarters.
+constexpr double kConesPrice = 3.0;
+constexpr double kFieldPrice = 2.0;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 // Draws the cut for one pattern after the other.
 class Drawer {
  public:
-  // `crossings`: of flat_crossings(), if the chain shall be straight; or null.
+  // `straight`: if the chain shall be; or null.
   Drawer(Canvas& canvas, const mesh::Surface& input, const std::vector<Index>& cones,
-         const WishedTurns* wished, const std::vector<double>* crossings,
-         const ExecutionContext& context)
+         const WishedTurns* wished, const Straightness* straight, const ExecutionContext& context)
       : canvas_(canvas),
         input_(input),
         input_adjacency_(
             mesh::build_adjacency(static_cast<Index>(input.vertices.rows()), input.faces)),
         cones_(cones),
         wished_(wished),
-        crossings_(crossings),
+        straight_(straight),
         context_(context) {}
 
   void draw(Pattern pattern, Index genus) {
@@ -50,21 +53,21 @@ class Drawer {
           odd_branches(canvas_, input_adjacency_, graph_, wished_->turning);
       if (!odd.empty()) {
         const std::vector<VertexId> first = draw_loop_across(canvas_, graph_, odd, context_);
-        join(crossings_ == nullptr
+        join(straight_ == nullptr
                  ? draw_twisted_chain(canvas_, first, genus, context_, turns())
-                 : draw_straight_twisted_chain(canvas_, first, genus, *crossings_, context_));
+                 : draw_straight_twisted_chain(canvas_, first, genus, *straight_, context_));
         return;
       }
       canvas_.erase_all();
     }
     if (pattern == Pattern::kTwoTNodes) {
-      join(crossings_ == nullptr
+      join(straight_ == nullptr
                ? draw_chain_with_t_nodes(canvas_, genus, context_, turns())
-               : draw_straight_chain_with_t_nodes(canvas_, genus, *crossings_, context_));
+               : draw_straight_chain_with_t_nodes(canvas_, genus, *straight_, context_));
       return;
     }
-    if (crossings_ != nullptr) {
-      draw_straight_chain(canvas_, genus, *crossings_, context_);
+    if (straight_ != nullptr) {
+      draw_straight_chain(canvas_, genus, *straight_, context_);
     } else {
       draw_hole_chain(canvas_, genus, context_, turns());
     }
@@ -130,7 +133,7 @@ class Drawer {
   const mesh::Adjacency input_adjacency_;
   const std::vector<Index>& cones_;
   const WishedTurns* wished_;
-  const std::vector<double>* crossings_;
+  const Straightness* straight_;
   const ExecutionContext& context_;
   BranchGraph graph_;
 };
@@ -160,16 +163,16 @@ Index genus_of(const mesh::Surface& surface) {
   return mesh::topology(surface.faces, mesh::build_adjacency(vertex_count, surface.faces)).genus();
 }
 
-// `crossings`: straight/flat_angles.h, for a straight chain; or null.
+// `straight`: for a straight chain; or null.
 AdmissibleCut draw_cut(const mesh::Surface& surface, const std::vector<Index>& cones, Index genus,
-                       const WishedTurns* wished, const std::vector<double>* crossings,
+                       const WishedTurns* wished, const Straightness* straight,
                        const ExecutionContext& context) {
   const Pattern pattern = pattern_for(cones, genus);
   // A sphere is not cut: its cones may be neighbours.
   Canvas canvas(surface, pattern == Pattern::kNone ? std::vector<Index>(cones.size(), 4) : cones);
   AdmissibleCut cut;
   if (pattern != Pattern::kNone)
-    Drawer(canvas, surface, cones, wished, crossings, context).draw(pattern, genus);
+    Drawer(canvas, surface, cones, wished, straight, context).draw(pattern, genus);
   cut.surface = canvas.surface();
   cut.provenance = canvas.provenance();
   if (pattern != Pattern::kNone) read_branches(canvas, cut);
@@ -213,12 +216,13 @@ AdmissibleCut make_admissible_cut(const mesh::Surface& surface, const std::vecto
   const Index genus = genus_of(surface);
   check_cones(cones, genus);
   const mesh::InOwnUnit scaled(surface);
-  const auto draw = [&](const std::vector<double>* crossings) {
-    return DrawnCut{draw_cut(scaled.surface(), cones, genus, nullptr, crossings, context), {}};
+  const auto draw = [&](const Straightness* straight) {
+    return DrawnCut{draw_cut(scaled.surface(), cones, genus, nullptr, straight, context), {}};
   };
   const auto draw_straight = [&] {
     const std::vector<double> crossings = flat_crossings(scaled.surface(), cones, context);
-    return draw(&crossings);
+    const Straightness straight{crossings, kConesPrice};
+    return draw(&straight);
   };
   DrawnCut drawn = genus == 0 ? draw(nullptr)
                               : nearer_cut(
@@ -231,18 +235,19 @@ AdmissibleCut make_turning_cut(const mesh::Surface& surface, const std::vector<I
   const Index genus = genus_of(surface);
   check_cones(cones, genus);
   const mesh::InOwnUnit scaled(surface);
-  const auto draw = [&](const std::vector<double>* crossings) {
+  const auto draw = [&](const Straightness* straight) {
     DrawnCut drawn;
     WishedTurns own = wished;
     own.done = &drawn.done;
-    drawn.cut = draw_cut(scaled.surface(), cones, genus, &own, crossings, context);
+    drawn.cut = draw_cut(scaled.surface(), cones, genus, &own, straight, context);
     return drawn;
   };
   const auto draw_short = [&] { return draw(nullptr); };
+  const Straightness along{wished.crossings, kFieldPrice};
   DrawnCut drawn = genus == 0 || wished.crossings.empty()
                        ? draw_short()
                        : nearer_cut(
-                             cones, [&] { return draw(&wished.crossings); }, draw_short, context);
+                             cones, [&] { return draw(&along); }, draw_short, context);
   if (wished.done != nullptr) *wished.done += drawn.done;
   return in_given_unit(std::move(drawn.cut), surface, scaled.unit());
 }

@@ -1,6 +1,7 @@
 // Chains that turn little: nodes, disk, and how far the disk's metric is.
 #include "flipfree/seamless/padding/topology/straight_chain.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -21,7 +22,7 @@ TEST(StraightChain, HasNodesOfDegreeFourAndOneDisk) {
       ExecutionContext context;
       const std::vector<double> crossings = flat_crossings(surface, cones, context);
       Canvas canvas(surface, cones);
-      draw_straight_chain(canvas, genus, crossings, context);
+      draw_straight_chain(canvas, genus, {crossings, 3.0}, context);
       std::map<std::size_t, Index> degrees;
       for (VertexId v = 0; v < canvas.vertex_count(); ++v) {
         if (canvas.on_curve(v) && canvas.drawn_around(v).size() > 2)
@@ -29,6 +30,46 @@ TEST(StraightChain, HasNodesOfDegreeFourAndOneDisk) {
       }
       EXPECT_EQ(degrees, (std::map<std::size_t, Index>{{4, 2 * genus - 1}}));
       EXPECT_EQ(disk_boundary(canvas).corners_below.back(), 8 * genus - 4);
+    }
+  }
+}
+
+// As of short chains (hole_chain_test.cpp).
+TEST(StraightChain, HasTNodesWhereAPathIsToJoinThem) {
+  for (const Index genus : {1, 2}) {
+    for (unsigned seed = 0; seed < 4; ++seed) {
+      const mesh::Surface surface = test::of_genus(genus, 2);
+      const std::vector<Index> cones = test::scattered(
+          surface, genus == 1 ? std::vector<Index>{3, 3, 5, 5} : std::vector<Index>(8, 5), seed);
+      ExecutionContext context;
+      const std::vector<double> crossings = flat_crossings(surface, cones, context);
+      Canvas canvas(surface, cones);
+      const auto [a, b] =
+          draw_straight_chain_with_t_nodes(canvas, genus, {crossings, 3.0}, context);
+      EXPECT_NE(a, b);
+      for (const VertexId t : {a, b}) EXPECT_EQ(canvas.drawn_around(t).size(), 3U);
+      EXPECT_EQ(disk_boundary(canvas).corners_below.back(), 8 * genus - 2);
+    }
+  }
+}
+
+TEST(StraightChain, KeepsTheLoopThatATwistedOneBeginsWith) {
+  for (const Index genus : {1, 2, 4}) {
+    for (unsigned seed = 0; seed < 3; ++seed) {
+      const mesh::Surface surface = test::of_genus(genus, 2);
+      std::vector<Index> given(static_cast<std::size_t>(4 * genus - 2), 6);
+      given.insert(given.end(), 2, 2);
+      const std::vector<Index> cones = test::scattered(surface, given, seed);
+      ExecutionContext context;
+      Canvas canvas(surface, cones);
+      const std::vector<VertexId> first = draw_short_loops(canvas, 1, {}, nullptr, context).front();
+      const std::vector<double> crossings = flat_crossings(surface, cones, context);
+      const auto [a, b] =
+          draw_straight_twisted_chain(canvas, first, genus, {crossings, 3.0}, context);
+      EXPECT_NE(a, b);
+      for (const VertexId t : {a, b})
+        EXPECT_NE(std::find(first.begin(), first.end(), t), first.end());
+      EXPECT_EQ(disk_boundary(canvas).corners_below.back(), 8 * genus - 2);
     }
   }
 }

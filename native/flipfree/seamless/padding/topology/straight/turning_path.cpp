@@ -30,7 +30,10 @@ std::int64_t TurningSearch::key(HalfedgeId arrival, double turned) const {
 }
 
 bool TurningSearch::meets_itself(Index way, VertexId v) const {
-  for (; way != kInvalid; way = ways_[at(way)].before) {
+  const auto nearest = nearest_.find(v);
+  if (nearest == nearest_.end()) return false;
+  // The parts of the way that are shorter than any to v do not end there.
+  for (; way != kInvalid && ways_[at(way)].length >= nearest->second; way = ways_[at(way)].before) {
     if (meter_.canvas().mesh().target(ways_[at(way)].arrival) == v) return true;
   }
   return false;
@@ -54,6 +57,8 @@ void TurningSearch::cross(HalfedgeId h, HalfedgeId first, Index before, double t
     return;
   }
   known->second = length;
+  const auto [nearest, is_first] = nearest_.try_emplace(v, length);
+  if (!is_first) nearest->second = std::min(nearest->second, length);
   queue_.emplace_back(length + left, static_cast<Index>(ways_.size()));
   std::push_heap(queue_.begin(), queue_.end(), std::greater<>());
   ways_.push_back({h, first, before, turned, length});

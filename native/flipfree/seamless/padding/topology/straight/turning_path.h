@@ -71,6 +71,7 @@ class TurningSearch {
   std::int64_t sheets_;
   std::vector<Way> ways_;
   std::unordered_map<std::int64_t, double> shortest_;  // per vertex and sheet
+  std::unordered_map<VertexId, double> nearest_;       // per vertex, the shortest way to it
   std::vector<std::pair<double, Index>> queue_;        // a heap by length and what is left
   std::vector<Arrival> arrivals_;                      // not called yet
 };
