@@ -25,6 +25,8 @@ constexpr std::size_t kMostReached = 10;
 // handles. Where no cone is near, no way around one makes a curve turn less.
 constexpr std::int64_t kMostWays = 20'000'000;
 constexpr std::int64_t kWaysPerVertex = 2000;
+// Times what the loops leave, in vertices. Connectors that refine further wind around each other.
+constexpr Index kMostRefined = 3;
 // Of ways over other holes.
 constexpr double kDetour = 1.5;
 // Above, closing the costs over other holes takes longer than the cut itself.
@@ -162,8 +164,13 @@ void draw_straight_chain(Canvas& canvas, Index genus, const std::vector<double>&
   const HoleFrames frames(meter, holes, loops);
   const std::vector<Index> order =
       hole_tour(connector_costs(meter, holes, frames, price, context), genus > 2, context);
+  const Index most_vertices = kMostRefined * canvas.vertex_count();
   const ConnectorFinder finder = [&](const std::vector<HalfedgeId>& from, Index hole,
                                      const std::function<bool(VertexId)>& allowed) {
+    if (canvas.vertex_count() > most_vertices) {
+      throw_not_converged(ErrorCode::kIterationLimit,
+                          "Connectors that turn little wind around each other.");
+    }
     std::vector<HalfedgeId> last;
     for (const VertexId v : loops[at(hole / 2)]) {
       if (!allowed(v)) continue;
