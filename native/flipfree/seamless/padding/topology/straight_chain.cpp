@@ -24,6 +24,8 @@ constexpr std::size_t kMostReached = 10;
 // handles. Where no cone is near, no way around one makes a curve turn less.
 constexpr std::int64_t kMostWays = 20'000'000;
 constexpr std::int64_t kWaysPerVertex = 2000;
+// Times what the loops leave, in vertices. Connectors that refine further wind around each other.
+constexpr Index kMostRefined = 3;
 // Of ways over other holes.
 constexpr double kDetour = 1.5;
 // Above, closing the costs over other holes takes longer than the cut itself.
@@ -168,7 +170,8 @@ class StraightChain {
         ways_left_(std::min(kMostWays, kWaysPerVertex * canvas.vertex_count())),
         price_{straight.quarter_price * mean_length(canvas, loops_), &ways_left_},
         holes_(canvas, straightened(first.empty() ? 0 : 1)),
-        frames_(meter_, holes_, loops_) {}
+        frames_(meter_, holes_, loops_),
+        most_vertices_(kMostRefined * canvas.vertex_count()) {}
 
   const Holes& holes() const { return holes_; }
 
@@ -202,6 +205,10 @@ class StraightChain {
 
   std::vector<HalfedgeId> way(const std::vector<HalfedgeId>& from, Index hole,
                               const std::function<bool(VertexId)>& allowed) const {
+    if (canvas_.vertex_count() > most_vertices_) {
+      throw_not_converged(ErrorCode::kIterationLimit,
+                          "Connectors that turn little wind around each other.");
+    }
     std::vector<HalfedgeId> last;
     for (const VertexId v : loops_[at(hole / 2)]) {
       if (!allowed(v)) continue;
@@ -244,6 +251,7 @@ class StraightChain {
   const TurningPrice price_;
   const Holes holes_;
   const HoleFrames frames_;
+  const Index most_vertices_;
 };
 
 }  // namespace

@@ -12,6 +12,8 @@ namespace {
 // A loop that turns by less than this is straight.
 constexpr double kStraight = 0.5 * TurnMeter::kQuarter;
 constexpr int kRounds = 4;
+// Distances to all vertices take as long as one way for so many of them.
+constexpr Index kWaysPerDistance = 4;
 // Of a loop's cost: what the first search for another one may cost, and how much more each next.
 constexpr double kFirstShare = 1.0 / 32.0;
 constexpr double kMoreShare = 2.0;
@@ -37,6 +39,7 @@ std::vector<VertexId> crossing_cycle(const TurnMeter& meter, const std::vector<V
     canvas.for_each_inside(canvas.mesh().find(loop[i], loop[(i + n - 1) % n]),
                            [&](HalfedgeId h) { last.push_back(h); });
   }
+  if (price.ways_left != nullptr) *price.ways_left -= canvas.vertex_count() / kWaysPerDistance;
   const std::vector<double> left_over = free_distances(canvas, last, kInvalid, context).distance;
   for (std::size_t i = 0; i < n; ++i) {
     context.check();

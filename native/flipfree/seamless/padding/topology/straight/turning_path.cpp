@@ -12,7 +12,7 @@ namespace {
 constexpr int kStepsPerCheck = 512;
 constexpr double kSheetsPerQuarter = 2.0;
 constexpr std::int64_t kNoSheet = -1;
-constexpr std::size_t kMostPerSheet = 1;  // ways, times vertices
+constexpr std::size_t kMostPerSheet = 2;  // ways, times vertices
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
