@@ -19,7 +19,7 @@ seamless::CutMaker turning_cutter(const mesh::Surface& surface, const mesh::Adja
   const std::vector<double> rotation =
       field::rotation_form(adjacency, field::measure_frames(surface), field);
   return [&, rotation](const mesh::Surface& component, const std::vector<Index>& cones,
-             const std::vector<FaceId>& faces, ExecutionContext& context) {
+                       const std::vector<FaceId>& faces, ExecutionContext& context) {
     const auto turning = [&](const intrinsic::DualLoop& strip) {
       field::DualLoop on_surface;
       for (const HalfedgeId h : strip)
@@ -43,7 +43,8 @@ seamless::AdmissibleCut bare_cut(const mesh::Surface& component, const std::vect
 }
 
 seamless::CutMaker cutter(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
-                          const field::CrossField& field, bool reroute, seamless::Reroutings& done) {
+                          const field::CrossField& field, bool reroute,
+                          seamless::Reroutings& done) {
   if (!reroute) return bare_cut;
   return turning_cutter(surface, adjacency, field, done);
 }
@@ -75,7 +76,8 @@ seamless::RefinedPieces field_cut(const mesh::Surface& surface, const mesh::Adja
                                   const field::CrossField& field, const std::vector<Index>& cones,
                                   bool reroute, seamless::Reroutings& done,
                                   ExecutionContext& context) {
-  return seamless::cut_components(surface, cones, cutter(surface, adjacency, field, reroute, done), context);
+  return seamless::cut_components(surface, cones, cutter(surface, adjacency, field, reroute, done),
+                                  context);
 }
 
 seamless::PennerMap engine_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
