@@ -14,17 +14,25 @@ namespace flipfree::holonomy {
 namespace {
 
 // Cuts one component, whose face f is the surface's faces[f].
-seamless::CutMaker turning_cutter(const mesh::Adjacency& adjacency, const field::CrossField& field,
-                                  seamless::Reroutings& done) {
-  return [&](const mesh::Surface& component, const std::vector<Index>& cones,
-             const std::vector<FaceId>& faces, ExecutionContext& context) {
+seamless::CutMaker turning_cutter(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                                  const field::CrossField& field, seamless::Reroutings& done) {
+  const std::vector<double> rotation =
+      field::rotation_form(adjacency, field::measure_frames(surface), field);
+  return [&, rotation](const mesh::Surface& component, const std::vector<Index>& cones,
+                       const std::vector<FaceId>& faces, ExecutionContext& context) {
     const auto turning = [&](const intrinsic::DualLoop& strip) {
       field::DualLoop on_surface;
       for (const HalfedgeId h : strip)
         on_surface.push_back(3 * faces[static_cast<std::size_t>(h / 3)] + h % 3);
       return field::turning_number(adjacency, field, on_surface);
     };
-    return seamless::make_turning_cut(component, cones, {turning, &done}, context);
+    std::vector<double> crossings;
+    for (const FaceId f : faces) {
+      for (Index k = 0; k < 3; ++k)
+        crossings.push_back(-rotation[static_cast<std::size_t>(3 * f + k)]);
+    }
+    return seamless::make_turning_cut(component, cones, {turning, std::move(crossings), &done},
+                                      context);
   };
 }
 
@@ -34,10 +42,11 @@ seamless::AdmissibleCut bare_cut(const mesh::Surface& component, const std::vect
   return seamless::make_admissible_cut(component, cones, context);
 }
 
-seamless::CutMaker cutter(const mesh::Adjacency& adjacency, const field::CrossField& field,
-                          bool reroute, seamless::Reroutings& done) {
+seamless::CutMaker cutter(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                          const field::CrossField& field, bool reroute,
+                          seamless::Reroutings& done) {
   if (!reroute) return bare_cut;
-  return turning_cutter(adjacency, field, done);
+  return turning_cutter(surface, adjacency, field, done);
 }
 
 seamless::PennerMap without_flips(seamless::PennerMap found) {
@@ -51,7 +60,7 @@ seamless::PennerMap padded(const mesh::Surface& surface, const mesh::Adjacency& 
                            ExecutionContext& context) {
   seamless::Reroutings done;
   seamless::PennerMap found = without_flips(seamless::compute_padding_map(
-      surface, needed.cones, cutter(adjacency, field, reroute, done), options, context));
+      surface, needed.cones, cutter(surface, adjacency, field, reroute, done), options, context));
   Stats& stats = found.map.stats;
   stats["engine"] = std::string("padding");
   stats["reroutings.loops"] = static_cast<std::int64_t>(done.loops);
@@ -67,7 +76,8 @@ seamless::RefinedPieces field_cut(const mesh::Surface& surface, const mesh::Adja
                                   const field::CrossField& field, const std::vector<Index>& cones,
                                   bool reroute, seamless::Reroutings& done,
                                   ExecutionContext& context) {
-  return seamless::cut_components(surface, cones, cutter(adjacency, field, reroute, done), context);
+  return seamless::cut_components(surface, cones, cutter(surface, adjacency, field, reroute, done),
+                                  context);
 }
 
 seamless::PennerMap engine_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency,

@@ -2,9 +2,9 @@
 
 #include <cstddef>
 #include <functional>
+#include <utility>
 
 #include "flipfree/base/error.h"
-#include "flipfree/seamless/padding/topology/holes.h"
 #include "flipfree/seamless/padding/topology/paths/free_path.h"
 
 namespace flipfree::seamless {
@@ -20,16 +20,20 @@ struct Ends {
 // Draws connectors between holes.
 class Connector {
  public:
-  Connector(Canvas& canvas, const Holes& holes, const ExecutionContext& context)
-      : canvas_(canvas), holes_(holes), context_(context) {}
+  Connector(Canvas& canvas, const Holes& holes, const ExecutionContext& context,
+            ConnectorFinder finder = nullptr)
+      : canvas_(canvas), holes_(holes), context_(context), finder_(std::move(finder)) {}
 
-  // The shortest way from one of the sectors to `hole`, to a vertex that is allowed.
+  // The finder's way, or the shortest one, from one of the sectors to `hole`, to a vertex that is
+  // allowed.
   std::vector<HalfedgeId> find(const std::vector<HalfedgeId>& from, Index hole,
                                const std::function<bool(VertexId)>& allowed) const {
     const auto is_end = [&](HalfedgeId sector) {
       return allowed(canvas_.mesh().source(sector)) && holes_.has(hole, sector);
     };
-    std::vector<HalfedgeId> path = free_path(canvas_, {from, {}}, {is_end, nullptr}, context_);
+    std::vector<HalfedgeId> path;
+    if (finder_) path = finder_(from, hole, allowed);
+    if (path.empty()) path = free_path(canvas_, {from, {}}, {is_end, nullptr}, context_);
     if (path.empty()) {
       throw_not_converged(ErrorCode::kIterationLimit,
                           "The cut found no connector to hole " + std::to_string(hole) +
@@ -54,6 +58,7 @@ class Connector {
   Canvas& canvas_;
   const Holes& holes_;
   const ExecutionContext& context_;
+  const ConnectorFinder finder_;
 };
 
 // Where the chain comes to a loop and goes on from it, on the hole that it visits first.
@@ -124,32 +129,54 @@ std::array<VertexId, 2> string_up(Connector& connector, const Holes& holes,
 void draw_hole_chain(Canvas& canvas, Index genus, const ExecutionContext& context,
                      const CycleTurns& wished) {
   const Holes holes(canvas, draw_short_loops(canvas, genus, {}, wished, context));
-  Connector connector(canvas, holes, context);
-  string_up(connector, holes,
-            hole_order(holes.count(), hole_neighbours(canvas, holes, context), genus > 2), false);
+  draw_connectors(canvas, holes,
+                  hole_order(holes.count(), hole_neighbours(canvas, holes, context), genus > 2),
+                  nullptr, context);
+}
+
+void draw_connectors(Canvas& canvas, const Holes& holes, const std::vector<Index>& order,
+                     const ConnectorFinder& finder, const ExecutionContext& context) {
+  Connector connector(canvas, holes, context, finder);
+  string_up(connector, holes, order, false);
 }
 
 std::array<VertexId, 2> draw_twisted_chain(Canvas& canvas, const std::vector<VertexId>& first,
                                            Index genus, const ExecutionContext& context,
                                            const CycleTurns& wished) {
   const Holes holes(canvas, draw_short_loops(canvas, genus, {first}, wished, context));
-  Connector connector(canvas, holes, context);
-  if (genus == 1) return draw_askew_connector(connector, holes);
-  return string_up(connector, holes,
-                   hole_order(holes.count(), hole_neighbours(canvas, holes, context), false), true);
+  std::vector<Index> order = {0, 1};
+  if (genus > 1) order = hole_order(holes.count(), hole_neighbours(canvas, holes, context), false);
+  return draw_twisted_connectors(canvas, holes, order, nullptr, context);
+}
+
+std::array<VertexId, 2> draw_twisted_connectors(Canvas& canvas, const Holes& holes,
+                                                const std::vector<Index>& order,
+                                                const ConnectorFinder& finder,
+                                                const ExecutionContext& context) {
+  Connector connector(canvas, holes, context, finder);
+  if (order.size() == 2) return draw_askew_connector(connector, holes);
+  return string_up(connector, holes, order, true);
 }
 
 std::array<VertexId, 2> draw_chain_with_t_nodes(Canvas& canvas, Index genus,
                                                 const ExecutionContext& context,
                                                 const CycleTurns& wished) {
   const Holes holes(canvas, draw_short_loops(canvas, genus, {}, wished, context));
-  Connector connector(canvas, holes, context);
-  if (genus == 1) return draw_askew_connector(connector, holes);
+  const std::vector<Index> order = genus == 1 ? std::vector<Index>{0, 1} : std::vector{0, 2, 3, 1};
+  return draw_connectors_with_t_nodes(canvas, holes, order, nullptr, context);
+}
+
+std::array<VertexId, 2> draw_connectors_with_t_nodes(Canvas& canvas, const Holes& holes,
+                                                     const std::vector<Index>& order,
+                                                     const ConnectorFinder& finder,
+                                                     const ExecutionContext& context) {
+  Connector connector(canvas, holes, context, finder);
+  if (order.size() == 2) return draw_askew_connector(connector, holes);
   const auto is_open = [&](VertexId v) { return holes.is_open(v); };
-  const Ends first = connector.draw(holes.open_sectors(0), 2, is_open);
-  const Ends second = connector.draw(holes.sectors_at(2, first.to), 3, is_open);
-  const Ends third =
-      connector.draw(holes.open_sectors(3), 1, [&](VertexId v) { return v == first.from; });
+  const Ends first = connector.draw(holes.open_sectors(order[0]), order[1], is_open);
+  const Ends second = connector.draw(holes.sectors_at(order[1], first.to), order[2], is_open);
+  const Ends third = connector.draw(holes.open_sectors(order[2]), order[3],
+                                    [&](VertexId v) { return v == first.from; });
   return {second.to, third.from};
 }
 

@@ -3,9 +3,11 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/seamless/padding/topology/holes.h"
 #include "flipfree/seamless/padding/topology/paths/canvas.h"
 #include "flipfree/seamless/padding/topology/short_loops.h"
 
@@ -25,6 +27,17 @@ namespace flipfree::seamless {
 void draw_hole_chain(Canvas& canvas, Index genus, const ExecutionContext& context,
                      const CycleTurns& wished = nullptr);
 
+// The path of a connector from one of the sectors, which are of one hole, to another hole, to a
+// vertex that is allowed, through free vertices; empty if there is none.
+using ConnectorFinder = std::function<std::vector<HalfedgeId>(
+    const std::vector<HalfedgeId>& from, Index hole, const std::function<bool(VertexId)>& allowed)>;
+
+// The chains' connectors alone: `holes` of loops that are drawn, in an order as hole_order() gives
+// one; null: the shortest connectors. The twisted chain's order begins with hole 0, that on the
+// left of its first loop.
+void draw_connectors(Canvas& canvas, const Holes& holes, const std::vector<Index>& order,
+                     const ConnectorFinder& finder, const ExecutionContext& context);
+
 // The same with two T-nodes, which a further path can join: the first connector leaves the hole on
 // the left of `first`, and the last one reaches its partner elsewhere. `first`: a loop that is
 // drawn already, its vertices in order, and nothing else is; it does not separate. Returns the
@@ -36,6 +49,10 @@ void draw_hole_chain(Canvas& canvas, Index genus, const ExecutionContext& contex
 std::array<VertexId, 2> draw_twisted_chain(Canvas& canvas, const std::vector<VertexId>& first,
                                            Index genus, const ExecutionContext& context,
                                            const CycleTurns& wished = nullptr);
+std::array<VertexId, 2> draw_twisted_connectors(Canvas& canvas, const Holes& holes,
+                                                const std::vector<Index>& order,
+                                                const ConnectorFinder& finder,
+                                                const ExecutionContext& context);
 
 // For genus 1 and 2: the same with two T-nodes, which a further path can join.
 //
@@ -49,5 +66,9 @@ std::array<VertexId, 2> draw_twisted_chain(Canvas& canvas, const std::vector<Ver
 std::array<VertexId, 2> draw_chain_with_t_nodes(Canvas& canvas, Index genus,
                                                 const ExecutionContext& context,
                                                 const CycleTurns& wished = nullptr);
+std::array<VertexId, 2> draw_connectors_with_t_nodes(Canvas& canvas, const Holes& holes,
+                                                     const std::vector<Index>& order,
+                                                     const ConnectorFinder& finder,
+                                                     const ExecutionContext& context);
 
 }  // namespace flipfree::seamless

@@ -2,31 +2,47 @@
 
 #include <array>
 #include <cstddef>
+#include <functional>
+#include <limits>
+#include <utility>
 
+#include "flipfree/base/failure/outcome.h"
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/seamless/padding/topology/extra_path.h"
 #include "flipfree/seamless/padding/topology/hole_chain.h"
 #include "flipfree/seamless/padding/topology/reroute/branch_graph.h"
 #include "flipfree/seamless/padding/topology/reroute/odd_loop.h"
+#include "flipfree/seamless/padding/topology/straight/flat_angles.h"
+#include "flipfree/seamless/padding/topology/straight/linear_scale.h"
+#include "flipfree/seamless/padding/topology/straight_chain.h"
 #include "flipfree/seamless/signature.h"
 
 namespace flipfree::seamless {
 namespace {
+
+// A cut is drawn again, straighter, from this range of scales on (straight/linear_scale.h).
+constexpr double kFarOff = 100.0;
+// Straightness::quarter_price: in the cones' own flat angles, of which drifts grow from handle to
+// handle, and along a field, whose loops turn by whole quarters.
+constexpr double kConesPrice = 3.0;
+constexpr double kFieldPrice = 2.0;
 
 std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 // Draws the cut for one pattern after the other.
 class Drawer {
  public:
+  // `straight`: if the chain shall be; or null.
   Drawer(Canvas& canvas, const mesh::Surface& input, const std::vector<Index>& cones,
-         const WishedTurns* wished, const ExecutionContext& context)
+         const WishedTurns* wished, const Straightness* straight, const ExecutionContext& context)
       : canvas_(canvas),
         input_(input),
         input_adjacency_(
             mesh::build_adjacency(static_cast<Index>(input.vertices.rows()), input.faces)),
         cones_(cones),
         wished_(wished),
+        straight_(straight),
         context_(context) {}
 
   void draw(Pattern pattern, Index genus) {
@@ -37,16 +53,24 @@ class Drawer {
           odd_branches(canvas_, input_adjacency_, graph_, wished_->turning);
       if (!odd.empty()) {
         const std::vector<VertexId> first = draw_loop_across(canvas_, graph_, odd, context_);
-        join(draw_twisted_chain(canvas_, first, genus, context_, turns()));
+        join(straight_ == nullptr
+                 ? draw_twisted_chain(canvas_, first, genus, context_, turns())
+                 : draw_straight_twisted_chain(canvas_, first, genus, *straight_, context_));
         return;
       }
       canvas_.erase_all();
     }
     if (pattern == Pattern::kTwoTNodes) {
-      join(draw_chain_with_t_nodes(canvas_, genus, context_, turns()));
+      join(straight_ == nullptr
+               ? draw_chain_with_t_nodes(canvas_, genus, context_, turns())
+               : draw_straight_chain_with_t_nodes(canvas_, genus, *straight_, context_));
       return;
     }
-    draw_hole_chain(canvas_, genus, context_, turns());
+    if (straight_ != nullptr) {
+      draw_straight_chain(canvas_, genus, *straight_, context_);
+    } else {
+      draw_hole_chain(canvas_, genus, context_, turns());
+    }
     divide();
     if (pattern == Pattern::kLoop) {
       close_loop();
@@ -109,6 +133,7 @@ class Drawer {
   const mesh::Adjacency input_adjacency_;
   const std::vector<Index>& cones_;
   const WishedTurns* wished_;
+  const Straightness* straight_;
   const ExecutionContext& context_;
   BranchGraph graph_;
 };
@@ -133,39 +158,98 @@ void read_branches(const Canvas& canvas, AdmissibleCut& cut) {
   }
 }
 
-AdmissibleCut make_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
-                       const WishedTurns* wished, ExecutionContext& context) {
-  const Index genus =
-      mesh::topology(surface.faces, mesh::build_adjacency(
-                                        static_cast<Index>(surface.vertices.rows()), surface.faces))
-          .genus();
-  check_cones(cones, genus);
-  const mesh::InOwnUnit scaled(surface);
+Index genus_of(const mesh::Surface& surface) {
+  const auto vertex_count = static_cast<Index>(surface.vertices.rows());
+  return mesh::topology(surface.faces, mesh::build_adjacency(vertex_count, surface.faces)).genus();
+}
+
+// `straight`: for a straight chain; or null.
+AdmissibleCut draw_cut(const mesh::Surface& surface, const std::vector<Index>& cones, Index genus,
+                       const WishedTurns* wished, const Straightness* straight,
+                       const ExecutionContext& context) {
   const Pattern pattern = pattern_for(cones, genus);
   // A sphere is not cut: its cones may be neighbours.
-  Canvas canvas(scaled.surface(),
-                pattern == Pattern::kNone ? std::vector<Index>(cones.size(), 4) : cones);
+  Canvas canvas(surface, pattern == Pattern::kNone ? std::vector<Index>(cones.size(), 4) : cones);
   AdmissibleCut cut;
   if (pattern != Pattern::kNone)
-    Drawer(canvas, scaled.surface(), cones, wished, context).draw(pattern, genus);
+    Drawer(canvas, surface, cones, wished, straight, context).draw(pattern, genus);
   cut.surface = canvas.surface();
-  cut.surface.vertices *= scaled.unit();
-  cut.surface.vertices.topRows(surface.vertices.rows()) = surface.vertices;
   cut.provenance = canvas.provenance();
   if (pattern != Pattern::kNone) read_branches(canvas, cut);
   return cut;
+}
+
+// A cut of the surface in its own unit, on the surface itself.
+AdmissibleCut in_given_unit(AdmissibleCut cut, const mesh::Surface& surface, double unit) {
+  cut.surface.vertices *= unit;
+  cut.surface.vertices.topRows(surface.vertices.rows()) = surface.vertices;
+  return cut;
+}
+
+struct DrawnCut {
+  AdmissibleCut cut;
+  Reroutings done;
+};
+
+// Of two ways to draw a cut, the one whose pieces are nearer to what they shall be; the second is
+// tried only if the first is far off, or not there.
+DrawnCut nearer_cut(const std::vector<Index>& cones, const std::function<DrawnCut()>& draw_first,
+                    const std::function<DrawnCut()>& draw_second, ExecutionContext& context) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  const auto range = [&](const Outcome<DrawnCut>& drawn) {
+    if (!drawn) return kInfinity;
+    const auto found = attempt([&] { return scale_range((*drawn).cut, cones, context); });
+    return found ? *found : kInfinity;
+  };
+  auto first = attempt(draw_first);
+  const double reached = range(first);
+  if (reached < kFarOff) return std::move(*first);
+  auto second = attempt(draw_second);
+  if (!first && !second) throw NotConverged(first.error());
+  return !first || range(second) < reached ? std::move(*second) : std::move(*first);
 }
 
 }  // namespace
 
 AdmissibleCut make_admissible_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
                                   ExecutionContext& context) {
-  return make_cut(surface, cones, nullptr, context);
+  const Index genus = genus_of(surface);
+  check_cones(cones, genus);
+  const mesh::InOwnUnit scaled(surface);
+  const auto draw = [&](const Straightness* straight) {
+    return DrawnCut{draw_cut(scaled.surface(), cones, genus, nullptr, straight, context), {}};
+  };
+  const auto draw_straight = [&] {
+    const std::vector<double> crossings = flat_crossings(scaled.surface(), cones, context);
+    const Straightness straight{crossings, kConesPrice};
+    return draw(&straight);
+  };
+  DrawnCut drawn = genus == 0 ? draw(nullptr)
+                              : nearer_cut(
+                                    cones, [&] { return draw(nullptr); }, draw_straight, context);
+  return in_given_unit(std::move(drawn.cut), surface, scaled.unit());
 }
 
 AdmissibleCut make_turning_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
                                const WishedTurns& wished, ExecutionContext& context) {
-  return make_cut(surface, cones, &wished, context);
+  const Index genus = genus_of(surface);
+  check_cones(cones, genus);
+  const mesh::InOwnUnit scaled(surface);
+  const auto draw = [&](const Straightness* straight) {
+    DrawnCut drawn;
+    WishedTurns own = wished;
+    own.done = &drawn.done;
+    drawn.cut = draw_cut(scaled.surface(), cones, genus, &own, straight, context);
+    return drawn;
+  };
+  const auto draw_short = [&] { return draw(nullptr); };
+  const Straightness along{wished.crossings, kFieldPrice};
+  DrawnCut drawn = genus == 0 || wished.crossings.empty()
+                       ? draw_short()
+                       : nearer_cut(
+                             cones, [&] { return draw(&along); }, draw_short, context);
+  if (wished.done != nullptr) *wished.done += drawn.done;
+  return in_given_unit(std::move(drawn.cut), surface, scaled.unit());
 }
 
 }  // namespace flipfree::seamless

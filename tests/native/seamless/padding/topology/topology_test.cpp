@@ -2,6 +2,7 @@
 #include "flipfree/seamless/padding/topology/topology.h"
 
 #include "flipfree/base/error.h"
+#include "flipfree/seamless/padding/topology/straight/linear_scale.h"
 #include "seamless/padding/topology/made_cuts.h"
 
 namespace flipfree::seamless {
@@ -177,6 +178,21 @@ TEST(Topology, HugeAndMinuteSurfacesAreCutLikeOthers) {
     const AdmissibleCut same = make_admissible_cut(scaled, cones, context);
     EXPECT_EQ(same.branches, cut.branches);
     EXPECT_EQ(same.surface.vertices, (cut.surface.vertices * unit).eval());
+  }
+}
+
+// As they come, short loops and connectors ask for scales that span three times as much and more.
+TEST(Topology, CutsOfManyHandlesTurnLittle) {
+  const Index genus = 14;
+  const mesh::Surface surface = test::of_genus(genus, 2);
+  ExecutionContext context;
+  for (const unsigned seed : {0u, 2u}) {
+    std::vector<Index> cones(static_cast<std::size_t>(8 * genus - 8 + 30), 5);
+    cones.insert(cones.end(), 30, 3);
+    cones = test::scattered(surface, cones, seed);
+    const AdmissibleCut cut = make_admissible_cut(surface, cones, context);
+    test::expect_good_cut(cut, surface, cones);
+    EXPECT_LT(scale_range(cut, cones, context), 150.0);
   }
 }
 

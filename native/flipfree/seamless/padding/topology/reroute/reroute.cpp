@@ -69,6 +69,14 @@ bool reroute_branch(Canvas& canvas, const std::vector<Index>& cones, Index chang
 
 }  // namespace
 
+Reroutings& Reroutings::operator+=(const Reroutings& other) {
+  loops += other.loops;
+  shortest += other.shortest;
+  fallback += other.fallback;
+  quarters += other.quarters;
+  return *this;
+}
+
 std::size_t reroute(Canvas& canvas, const mesh::Surface& input, const std::vector<Index>& cones,
                     const std::vector<Ending>& endings, const WishedTurns& wished,
                     BranchGraph& graph, const ExecutionContext& context) {
@@ -111,12 +119,7 @@ std::size_t reroute(Canvas& canvas, const mesh::Surface& input, const std::vecto
   for (const Index off : changes(graph, loops, now, endings[best])) {
     if (off != 0) throw InternalError("a rerouted cut that does not turn as it was wished");
   }
-  if (wished.done != nullptr) {
-    wished.done->loops += done.loops;
-    wished.done->shortest += done.shortest;
-    wished.done->fallback += done.fallback;
-    wished.done->quarters += done.quarters;
-  }
+  if (wished.done != nullptr) *wished.done += done;
   return best;
 }
 

@@ -20,11 +20,16 @@ struct Reroutings {
   Index quarters = 0;  // by how many quarter turns the loops were off, all together
 
   Index rerouted() const { return shortest + fallback; }
+  Reroutings& operator+=(const Reroutings& other);
 };
 
 // What a cut shall turn like, and the notes about it.
 struct WishedTurns {
   LoopTurning turning;
+  // What crossing each half-edge adds to the angles around its source (straight/flat_angles.h) in
+  // angles in which loops turn as `turning` says: less the rotation of a field across it. The
+  // chain is drawn straight along it; empty: its curves are as short as they can be.
+  std::vector<double> crossings;
   Reroutings* done = nullptr;  // added to, if there is one
   // Vertices that a cut may have more than the input. Branches that wind around few cones again and
   // again double the refinement each time.

@@ -92,7 +92,7 @@ TEST(OddLoop, BranchesAreOddWhereTheFieldTurnsByAnOddNumber) {
   std::set<std::size_t> counts;
   for (int round = 0; round < 8; ++round) {
     const field::CrossField field = test::wished_field(surface, cones, 1, random);
-    const WishedTurns wished = test::turns_of(adjacency, field, done);
+    const WishedTurns wished = test::turns_of(surface, adjacency, field, done);
     const std::vector<Index> odd = odd_branches(canvas, adjacency, graph, wished.turning);
     counts.insert(odd.size());
     for (const BranchLoop& loop : homology_loops(graph)) {

@@ -12,11 +12,11 @@
 namespace flipfree::seamless {
 namespace {
 
-// A cut for cones and a random field; false if it is refused, which it must not be if the cones
-// have no common divisor.
+// A cut for cones and a random field, straight along it or of short curves; false if it is refused,
+// which it must not be if the cones have no common divisor.
 bool check(const mesh::Surface& surface, const std::vector<Index>& cones, Index reach,
-           unsigned seed, Reroutings& done) {
-  SCOPED_TRACE("seed " + std::to_string(seed));
+           unsigned seed, Reroutings& done, bool straight = true) {
+  SCOPED_TRACE("seed " + std::to_string(seed) + (straight ? " straight" : " short"));
   std::mt19937 random(seed);
   const field::CrossField field = test::wished_field(surface, cones, reach, random);
   const mesh::Adjacency adjacency =
@@ -25,8 +25,10 @@ bool check(const mesh::Surface& surface, const std::vector<Index>& cones, Index 
             cones);
   ExecutionContext context;
   AdmissibleCut cut;
+  WishedTurns wished = test::turns_of(surface, adjacency, field, done);
+  if (!straight) wished.crossings.clear();
   try {
-    cut = make_turning_cut(surface, cones, test::turns_of(adjacency, field, done), context);
+    cut = make_turning_cut(surface, cones, wished, context);
   } catch (const NotConverged& error) {
     EXPECT_NE(least_change(cones), 1) << error.what();
     return false;
@@ -38,11 +40,15 @@ bool check(const mesh::Surface& surface, const std::vector<Index>& cones, Index 
   return true;
 }
 
+// Both ways; what was done to the short ones.
 Reroutings check_all(Index genus, const std::vector<Index>& given, unsigned seeds, Index reach) {
   const mesh::Surface surface = test::of_genus(genus, 1);
-  Reroutings done;
-  for (unsigned seed = 0; seed < seeds; ++seed)
-    EXPECT_TRUE(check(surface, test::scattered(surface, given, seed), reach, seed, done));
+  Reroutings done, along;
+  for (unsigned seed = 0; seed < seeds; ++seed) {
+    const std::vector<Index> cones = test::scattered(surface, given, seed);
+    EXPECT_TRUE(check(surface, cones, reach, seed, done, false));
+    EXPECT_TRUE(check(surface, cones, reach, seed, along));
+  }
   return done;
 }
 
@@ -131,8 +137,9 @@ TEST(Reroute, TurnsThatNoSumOfConesMakesAreRefused) {
     const mesh::Adjacency adjacency =
         mesh::build_adjacency(static_cast<Index>(torus.vertices.rows()), torus.faces);
     ExecutionContext context;
-    EXPECT_THROW(make_turning_cut(torus, cones, test::turns_of(adjacency, field, done), context),
-                 NotConverged);
+    EXPECT_THROW(
+        make_turning_cut(torus, cones, test::turns_of(torus, adjacency, field, done), context),
+        NotConverged);
   }
   EXPECT_EQ(done.loops, 0);
 }
@@ -147,7 +154,7 @@ TEST(Reroute, ACutThatTakesMoreVerticesThanItMayIsRefused) {
   const field::CrossField field = test::wished_field(torus, cones, 3, random);
   ExecutionContext context;
   Reroutings done;
-  WishedTurns wished = test::turns_of(adjacency, field, done);
+  WishedTurns wished = test::turns_of(torus, adjacency, field, done);
   const AdmissibleCut cut = make_turning_cut(torus, cones, wished, context);
   ASSERT_GT(done.quarters, 1);
   const Index added = static_cast<Index>(cut.surface.vertices.rows() - torus.vertices.rows());

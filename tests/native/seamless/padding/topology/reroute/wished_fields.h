@@ -2,6 +2,7 @@
 #pragma once
 
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "flipfree/field/topology/tree_cotree.h"
@@ -46,12 +47,16 @@ inline field::CrossField wished_field(const mesh::Surface& surface, const std::v
   return field;
 }
 
-inline seamless::WishedTurns turns_of(const mesh::Adjacency& adjacency,
+inline seamless::WishedTurns turns_of(const mesh::Surface& surface,
+                                      const mesh::Adjacency& adjacency,
                                       const field::CrossField& field, seamless::Reroutings& done) {
+  std::vector<double> crossings =
+      field::rotation_form(adjacency, field::measure_frames(surface), field);
+  for (double& crossing : crossings) crossing = -crossing;
   return {[&](const intrinsic::DualLoop& strip) {
             return field::turning_number(adjacency, field, strip);
           },
-          &done};
+          std::move(crossings), &done};
 }
 
 }  // namespace flipfree::test
