@@ -239,6 +239,7 @@ AdmissibleCut make_turning_cut(const mesh::Surface& surface, const std::vector<I
     DrawnCut drawn;
     WishedTurns own = wished;
     own.done = &drawn.done;
+    drawn.done.straight = straight == nullptr ? 0 : 1;
     drawn.cut = draw_cut(scaled.surface(), cones, genus, &own, straight, context);
     return drawn;
   };
