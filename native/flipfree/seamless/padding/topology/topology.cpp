@@ -192,11 +192,15 @@ AdmissibleCut make_admissible_cut(const mesh::Surface& surface, const std::vecto
     return attempt([&] { return scale_range(of, cones, context); });
   };
   const auto now = range(cut);
+  if (now) cut.range = cut.first_range = *now;
   if (now && *now < kFarOff) return cut;
   auto straight = attempt([&] { return draw_cut(surface, cones, genus, nullptr, true, context); });
   if (!straight) return cut;
   const auto then = range(*straight);
-  return then && !(now && *now <= *then) ? std::move(*straight) : std::move(cut);
+  if (!then || (now && *now <= *then)) return cut;
+  straight->range = *then;
+  straight->first_range = cut.first_range;
+  return std::move(*straight);
 }
 
 AdmissibleCut make_turning_cut(const mesh::Surface& surface, const std::vector<Index>& cones,
