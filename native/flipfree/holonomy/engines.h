@@ -27,9 +27,10 @@ seamless::RefinedPieces field_cut(const mesh::Surface& surface, const mesh::Adja
 // A map with the topology `needed`, which is the field's, and without flips. Stats: the engine's,
 // "engine"; of padding "reroutings.loops" (of homology bases), "reroutings.guided" (branches that
 // took the shortest detour between the cones), "reroutings.fallback" (led around cones one by one),
-// "reroutings.quarters" (by which loops were off). `reroute` false: padding's loops turn as they
-// happen to, so that the topology is that of the cones alone. Throws InvalidInput (kBadOption) if
-// padding is asked for on an open surface; else as the engines.
+// "reroutings.quarters" (by which loops were off), "reroutings.straight" (components whose cut is
+// straight along the field; others have curves as short as they can be). `reroute` false: padding's
+// loops turn as they happen to, so that the topology is that of the cones alone. Throws
+// InvalidInput (kBadOption) if padding is asked for on an open surface; else as the engines.
 seamless::PennerMap engine_map(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
                                const field::CrossField& field, const NeededTopology& needed,
                                seamless::Engine which, bool reroute,

@@ -152,6 +152,13 @@ PennerMap map_in_time(const mesh::Surface& given, const std::vector<Index>& cone
     require_sound(pieces.surface, context);
   }
   stats["seconds_cut"] = watch.seconds();
+  double cut_range = 0.0, first_range = 0.0;
+  for (const AdmissibleCut& cut : pieces.cuts) {
+    cut_range = std::max(cut_range, cut.range);
+    first_range = std::max(first_range, cut.first_range);
+  }
+  stats["cut_range"] = cut_range;
+  stats["cut_first_range"] = first_range;
   stats["cut_vertices"] =
       static_cast<std::int64_t>(pieces.surface.vertices.rows() - surface.vertices.rows());
   PennerMapOptions own = options;

@@ -22,8 +22,9 @@ namespace flipfree::seamless {
 // of genus 0 have their conformal metric. Stats: those of compute_penner_map(),
 // "padding_components" (pieces of the cut), "padding_segments", "padding_bits" and
 // "padding_scale_range" (of the pieces' metrics), "padding_width" (largest, over the longest
-// segment), "padding_flips", "cut_vertices" (that the cut added). Errors: as compute_penner_map(),
-// NotConverged where the cut or a piece's metric is not reached.
+// segment), "padding_flips", "cut_vertices" (that the cut added), "cut_range" and
+// "cut_first_range" (of its scales and of the first cut's, 0 where not measured). Errors: as
+// compute_penner_map(), NotConverged where the cut or a piece's metric is not reached.
 PennerMap compute_padding_map(const mesh::Surface& surface, const std::vector<Index>& cones,
                               const CutMaker& make_cut, const PennerMapOptions& options,
                               ExecutionContext& context);

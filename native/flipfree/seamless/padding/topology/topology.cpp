@@ -196,17 +196,20 @@ struct DrawnCut {
 DrawnCut nearer_cut(const std::vector<Index>& cones, const std::function<DrawnCut()>& draw_first,
                     const std::function<DrawnCut()>& draw_second, ExecutionContext& context) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  const auto range = [&](const Outcome<DrawnCut>& drawn) {
+  const auto measure = [&](Outcome<DrawnCut>& drawn, double first) {
     if (!drawn) return kInfinity;
-    const auto found = attempt([&] { return scale_range((*drawn).cut, cones, context); });
-    return found ? *found : kInfinity;
+    const auto found = attempt([&] { return scale_range(drawn->cut, cones, context); });
+    if (!found) return kInfinity;
+    drawn->cut.range = *found;
+    drawn->cut.first_range = first < kInfinity ? first : *found;
+    return *found;
   };
   auto first = attempt(draw_first);
-  const double reached = range(first);
+  const double reached = measure(first, kInfinity);
   if (reached < kFarOff) return std::move(*first);
   auto second = attempt(draw_second);
   if (!first && !second) throw NotConverged(first.error());
-  return !first || range(second) < reached ? std::move(*second) : std::move(*first);
+  return !first || measure(second, reached) < reached ? std::move(*second) : std::move(*first);
 }
 
 }  // namespace
@@ -239,6 +242,7 @@ AdmissibleCut make_turning_cut(const mesh::Surface& surface, const std::vector<I
     DrawnCut drawn;
     WishedTurns own = wished;
     own.done = &drawn.done;
+    drawn.done.straight = straight == nullptr ? 0 : 1;
     drawn.cut = draw_cut(scaled.surface(), cones, genus, &own, straight, context);
     return drawn;
   };

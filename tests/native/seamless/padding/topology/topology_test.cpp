@@ -193,6 +193,8 @@ TEST(Topology, CutsOfManyHandlesTurnLittle) {
     const AdmissibleCut cut = make_admissible_cut(surface, cones, context);
     test::expect_good_cut(cut, surface, cones);
     EXPECT_LT(scale_range(cut, cones, context), 150.0);
+    EXPECT_NEAR(scale_range(cut, cones, context), cut.range, 1e-9 * cut.range);
+    EXPECT_GT(cut.first_range, 3.0 * cut.range);
   }
 }
 

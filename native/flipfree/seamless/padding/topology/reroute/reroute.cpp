@@ -74,6 +74,7 @@ Reroutings& Reroutings::operator+=(const Reroutings& other) {
   shortest += other.shortest;
   fallback += other.fallback;
   quarters += other.quarters;
+  straight += other.straight;
   return *this;
 }
 

@@ -18,6 +18,7 @@ struct Reroutings {
   Index shortest = 0;  // branches that took the shortest detour (thesis 6.5.3.1)
   Index fallback = 0;  // branches that were led around cones one by one (6.5.3.2)
   Index quarters = 0;  // by how many quarter turns the loops were off, all together
+  Index straight = 0;  // cuts whose chain was drawn straight along the field
 
   Index rerouted() const { return shortest + fallback; }
   Reroutings& operator+=(const Reroutings& other);
