@@ -52,8 +52,8 @@ class TurningSearch {
   void start(HalfedgeId departure, double turned);
   // Calls arrive(Arrival) for all ways onto curves, and goes on as long as `limit()` is more than
   // the shortest way that has not been gone on from will be; at most a fixed multiple of #V ways.
-  // Cost: O(n log n) for n of them. Throws
-  // NotConverged (kIterationLimit) when none of `ways_left` is left.
+  // Cost: O(n log n) for n of them. Throws NotConverged (kIterationLimit) when none of `ways_left`
+  // is left; null: no end.
   void run(const std::function<void(const Arrival&)>& arrive, const std::function<double()>& limit,
            std::int64_t* ways_left, const ExecutionContext& context);
   std::vector<HalfedgeId> path(const Arrival& arrival) const;
