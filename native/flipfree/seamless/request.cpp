@@ -7,6 +7,7 @@
 #include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
 #include "flipfree/seamless/bordered/boundary_cones.h"
+#include "flipfree/seamless/near_turns.h"
 #include "flipfree/seamless/signature.h"
 
 namespace flipfree::seamless {
@@ -96,7 +97,7 @@ void check_request(const mesh::Surface& surface, const std::vector<Index>& cones
     try {
       check_cones(part.cones, part.genus());
       // Loops may turn as they need to: only what no loops help is refused here.
-      if (part.genus() == 1) near_turns(part.cones, 1, {0.0, 0.0}, 1);
+      if (part.genus() == 1) near_turns(part.cones, 1, {0.0, 0.0}, Eigen::Matrix2d::Identity(), 1);
     } catch (const Infeasible& refused) {
       throw_of_part(refused.error(), part, parts.size() == 1);
     }

@@ -1,18 +1,18 @@
 #include "flipfree/seamless/signature.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
-#include <random>
 
 namespace flipfree::seamless {
 namespace {
 
 constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
-// Turns with one loop the other way that are offered first, and the chance that a loop is turned
-// the other way in those offered then, even if it is at whole quarter turns already.
-constexpr std::size_t kSingleChanges = 4;
-constexpr double kLeastChance = 0.2;
+
+bool all_divided_by(Index m, const std::vector<Index>& turns) {
+  return std::all_of(turns.begin(), turns.end(), [&](Index t) { return t % m == 0; });
+}
+
+}  // namespace
 
 std::vector<Index> cone_list(const std::vector<Index>& cones) {
   std::vector<Index> list;
@@ -22,12 +22,6 @@ std::vector<Index> cone_list(const std::vector<Index>& cones) {
   std::sort(list.begin(), list.end());
   return list;
 }
-
-bool all_divided_by(Index m, const std::vector<Index>& turns) {
-  return std::all_of(turns.begin(), turns.end(), [&](Index t) { return t % m == 0; });
-}
-
-}  // namespace
 
 void check_cones(const std::vector<Index>& cones, Index genus) {
   std::int64_t sum = 0;
@@ -80,65 +74,6 @@ std::string why_impossible(const std::vector<Index>& cones, Index genus,
            "turns.";
   }
   return "";
-}
-
-std::vector<std::vector<Index>> near_turns(
-    const std::vector<double>& loop_angles, std::size_t most,
-    const std::function<std::string(const std::vector<Index>&)>& why) {
-  std::vector<Index> nearest;
-  struct Change {
-    double distance;  // of the loop from its other neighbour, quarter turns
-    std::size_t loop;
-    Index turn;
-  };
-  std::vector<Change> changes;
-  for (std::size_t i = 0; i < loop_angles.size(); ++i) {
-    nearest.push_back(static_cast<Index>(std::lround(loop_angles[i] / kQuarterTurn)));
-    const double left = loop_angles[i] / kQuarterTurn - nearest.back();
-    changes.push_back({1.0 - std::abs(left), i, left < 0.0 ? -1 : 1});
-  }
-  std::stable_sort(changes.begin(), changes.end(),
-                   [](const Change& a, const Change& b) { return a.distance < b.distance; });
-  std::vector<std::vector<Index>> found;
-  if (why(nearest).empty()) found.push_back(nearest);
-  const auto add = [&](std::vector<Index> turns) {
-    if (found.size() >= most || !why(turns).empty()) return;
-    if (std::find(found.begin(), found.end(), turns) == found.end())
-      found.push_back(std::move(turns));
-  };
-  for (std::size_t i = 0; i < changes.size() && (i < kSingleChanges || found.empty()); ++i) {
-    std::vector<Index> turns = nearest;
-    turns[changes[i].loop] += changes[i].turn;
-    add(std::move(turns));
-  }
-  std::mt19937 random;
-  for (std::size_t tries = 0; tries < 4 * most && !changes.empty(); ++tries) {
-    std::vector<Index> turns = nearest;
-    for (const Change& change : changes) {
-      const double chance = kLeastChance + 0.5 * (1.0 - change.distance);
-      if (static_cast<double>(random()) < chance * 0x1p32) turns[change.loop] += change.turn;
-    }
-    add(std::move(turns));
-  }
-  return found;
-}
-
-std::vector<std::vector<Index>> near_turns(const std::vector<Index>& cones, Index genus,
-                                           const std::vector<double>& loop_angles,
-                                           std::size_t most) {
-  std::vector<Index> any;
-  auto found = near_turns(loop_angles, most, [&](const std::vector<Index>& turns) {
-    if (any.empty()) any = turns;
-    return why_impossible(cones, genus, turns);
-  });
-  if (found.empty()) {
-    const std::string why = why_impossible(cones, genus, any);
-    Witness witness{"empty stratum", {{"genus", {static_cast<double>(genus)}}, {"cones", {}}}};
-    for (const Index k : cone_list(cones)) witness.numbers[1].second.push_back(k);
-    throw_infeasible(ErrorCode::kBadAngles, why + " Move one of the cones' angles to a third one.",
-                     std::move(witness));
-  }
-  return found;
 }
 
 }  // namespace flipfree::seamless

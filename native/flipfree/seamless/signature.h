@@ -13,7 +13,6 @@
 //            unless (12 only) all turn by whole ones.
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -21,6 +20,9 @@
 #include "flipfree/base/types.h"
 
 namespace flipfree::seamless {
+
+// Quarter turns of the vertices that are not flat, sorted.
+std::vector<Index> cone_list(const std::vector<Index>& cones);
 
 // Genus of a closed connected surface whose cone quarter turns fit, by Gauss-Bonnet.
 // `cones`: quarter turns k of every vertex, 4 where the surface is flat. Throws InvalidInput
@@ -32,19 +34,5 @@ void check_cones(const std::vector<Index>& cones, Index genus);
 // if there is one. Precondition: check_cones() passed.
 std::string why_impossible(const std::vector<Index>& cones, Index genus,
                            const std::vector<Index>& loop_turns);
-
-// Turns that some metric has, near to the loop angles (radians) of a given metric with these cones:
-// the nearest ones first, then some with one loop turned the other way, by rising distance, then
-// some with several, at random but always the same; `most` at most. Throws Infeasible (kBadAngles)
-// if there are none: cones 3 and 5 on a torus.
-std::vector<std::vector<Index>> near_turns(const std::vector<Index>& cones, Index genus,
-                                           const std::vector<double>& loop_angles,
-                                           std::size_t most);
-
-// The same for any rule: `why` says why there is no metric with some turns, empty if there is one.
-// Empty if it forbids all.
-std::vector<std::vector<Index>> near_turns(
-    const std::vector<double>& loop_angles, std::size_t most,
-    const std::function<std::string(const std::vector<Index>&)>& why);
 
 }  // namespace flipfree::seamless

@@ -1,9 +1,8 @@
-// Which cones and loop turns are refused, and which are chosen.
+// Which cones and loop turns are refused.
 #include "flipfree/seamless/signature.h"
 
 #include <gtest/gtest.h>
 
-#include <numbers>
 #include <vector>
 
 namespace flipfree::seamless {
@@ -14,8 +13,6 @@ std::vector<Index> with(std::vector<Index> cones) {
   cones.insert(cones.end(), 5, 4);
   return cones;
 }
-
-constexpr double kQuarterTurn = std::numbers::pi / 2;
 
 TEST(Signature, GaussBonnetNamesWhatIsMissing) {
   EXPECT_NO_THROW(check_cones(with({3, 3, 3, 3, 3, 3, 3, 3}), 0));
@@ -62,27 +59,6 @@ TEST(Signature, EmptyStrataOfGenusTwo) {
   EXPECT_NE(why_impossible(with({6, 10}), 2, {0, 0, 2, 0}), "");
   EXPECT_EQ(why_impossible(with({6, 10}), 2, {0, 0, 1, 0}), "");
   EXPECT_EQ(why_impossible(with({8, 8}), 2, {0, 0, 0, 0}), "");
-}
-
-TEST(Signature, TakesTheNearestTurnsThatExist) {
-  const auto nearest = [](const std::vector<Index>& cones, std::vector<double> quarters) {
-    for (double& q : quarters) q *= kQuarterTurn;
-    return near_turns(cones, 1, quarters, 1).front();
-  };
-  EXPECT_EQ(nearest(with({3, 5, 3, 5}), {0.4, -1.7}), (std::vector<Index>{0, -2}));
-  // Both even: the second loop, which is nearest to another number, gives way.
-  EXPECT_EQ(nearest(with({2, 6}), {0.1, 1.7}), (std::vector<Index>{0, 1}));
-  EXPECT_THROW(nearest(with({3, 5}), {0.0, 0.0}), Infeasible);
-}
-
-TEST(Signature, OffersOtherTurnsByRisingDistance) {
-  const auto turns =
-      near_turns(with({3, 5, 3, 5}), 1, {0.1 * kQuarterTurn, -1.7 * kQuarterTurn}, 5);
-  ASSERT_EQ(turns.size(), 4u);
-  EXPECT_EQ(turns[0], (std::vector<Index>{0, -2}));
-  EXPECT_EQ(turns[1], (std::vector<Index>{0, -1}));
-  EXPECT_EQ(turns[2], (std::vector<Index>{1, -2}));
-  EXPECT_EQ(turns[3], (std::vector<Index>{1, -1}));
 }
 
 }  // namespace

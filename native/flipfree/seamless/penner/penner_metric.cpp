@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -16,6 +17,7 @@
 #include "flipfree/intrinsic/loops/loop_carrier.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
+#include "flipfree/seamless/near_turns.h"
 #include "flipfree/seamless/penner/penner_newton.h"
 #include "flipfree/seamless/penner/relaxation.h"
 #include "flipfree/seamless/penner/shortest_newton.h"
@@ -171,12 +173,18 @@ class Solver {
   }
 
   // `loops`: on the metric's triangulation, which doubles may see as not quite Delaunay.
-  PennerAngles measured(const ConformalMetric& metric, intrinsic::LoopCarrier loops) {
+  // `prepared`: null, or what Newton's first step from there needs; empty if it has none.
+  PennerAngles measured(const ConformalMetric& metric, intrinsic::LoopCarrier loops,
+                        std::optional<PennerSystem>* prepared) {
     const EngineInput input = start_of(metric, targets_.vertex_angle);
     const auto engine = make_engine(input, metric.bits, context_);
     carry(engine->flips(), loops, context_);
     PennerAngles angles;
     measure(*engine, loops, targets_, angles, context_);
+    if (prepared != nullptr && loops.size() > 0) {
+      prepared->emplace();
+      if (!(*prepared)->prepare(engine->mesh(), loops, angles, context_)) prepared->reset();
+    }
     return angles;
   }
 
@@ -193,23 +201,38 @@ class Solver {
     result.conformal_flips = result.metric.flips.size();
     carry(result.metric.flips, loops, context_);
     targets_.loop_angle.assign(loops.size(), 0.0);
-    const PennerAngles angles = measured(result.metric, loops);
+    const PennerAngles angles = measured(result.metric, loops, turns_given ? nullptr : &prepared_);
     for (std::size_t i = 0; i < result.loops.size(); ++i)
       result.start_angles.push_back(-angles.loops[i] / whole_turns(result.loops[i], 1));
     if (turns_given) {
       turns_.emplace_back();
       for (const LoopTurn& loop : result.loops) turns_.front().push_back(loop.quarter_turns);
     } else {
-      turns_ = turns_near(result);
+      turns_ = turns_near(result, norm_of_turns(result.loops));
       if (finishing_) turns_.resize(1);
     }
     aim_at(turns_.front(), result);
     result.metric.stats["seconds_conformal"] = watch.seconds();
   }
 
-  std::vector<std::vector<Index>> turns_near(const PennerMetric& result) const {
+  // What it costs to turn loops by other quarters; strips between boundaries turn twice on the
+  // double cover.
+  Eigen::MatrixXd norm_of_turns(const std::vector<LoopTurn>& loops) const {
+    const auto count = static_cast<Eigen::Index>(loops.size());
+    if (!prepared_) return Eigen::MatrixXd::Identity(count, count);
+    Eigen::MatrixXd norm = prepared_->norm_of_turns();
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const double turns = whole_turns(loops[static_cast<std::size_t>(i)], 1);
+      norm.row(i) *= turns;
+      norm.col(i) *= turns;
+    }
+    return norm;
+  }
+
+  std::vector<std::vector<Index>> turns_near(const PennerMetric& result,
+                                             const Eigen::MatrixXd& norm) const {
     if (!setup_.mesh.symmetric())
-      return near_turns(cones_, genus_, result.start_angles, kMostTries);
+      return near_turns(cones_, genus_, result.start_angles, norm, kMostTries);
     std::string said;
     const auto why = [&](const std::vector<Index>& tried) {
       if (!free_) {
@@ -218,7 +241,7 @@ class Solver {
       }
       return said;
     };
-    auto turns = near_turns(result.start_angles, kMostTries, why);
+    auto turns = near_turns(result.start_angles, norm, kMostTries, why);
     if (turns.empty()) {
       throw_infeasible(
           ErrorCode::kBadAngles,
@@ -255,6 +278,7 @@ class Solver {
       result.iterations = iterations;
       result.attempt = i;
       aim_at(turns_[at(i / ways())], result);
+      if (i > 0) prepared_.reset();
       if (i % ways() == 0) {
         climb(result, loops, i + ways() < attempts);
       } else if (i % ways() == 1) {
@@ -355,7 +379,10 @@ class Solver {
       auto engine = make_engine(input, bits, context_);
       carry(engine->flips(), loops, context_);
       newton.max_iterations = options_.max_iterations - (result.iterations - before);
-      const PennerRun run = run_penner(engine, loops, targets_, newton, context_);
+      auto prepared = std::exchange(prepared_, std::nullopt);
+      const PennerRun run = prepared ? run_prepared_penner(engine, loops, targets_, newton,
+                                                           std::move(*prepared), context_)
+                                     : run_penner(engine, loops, targets_, newton, context_);
       result.iterations += run.iterations;
       result.metric.error_history.insert(result.metric.error_history.end(),
                                          run.error_history.begin(), run.error_history.end());
@@ -422,7 +449,7 @@ class Solver {
 
   // The errors of the final lengths, rounded to double as they are for the layout at worst.
   void finish(PennerMetric& result, const intrinsic::LoopCarrier& loops) {
-    const PennerAngles angles = measured(result.metric, loops);
+    const PennerAngles angles = measured(result.metric, loops, nullptr);
     result.loop_error = angles.loops;
     result.metric.angle_error = angles.max_error;
     for (std::size_t v = 0; v < targets_.vertex_angle.size(); ++v)
@@ -440,6 +467,7 @@ class Solver {
   bool given_ = false;      // are the turns of loops
   PennerTargets targets_;
   std::vector<std::vector<Index>> turns_;  // to be tried
+  std::optional<PennerSystem> prepared_;   // where the first attempt starts
   PennerRun last_;
 };
 

@@ -52,8 +52,14 @@ class PennerNewton {
  public:
   PennerNewton(std::unique_ptr<MetricEngine>& engine, intrinsic::LoopCarrier& loops,
                const PennerTargets& targets, const PennerNewtonOptions& options,
-               ExecutionContext& context)
-      : engine_(engine), loops_(loops), targets_(targets), options_(options), context_(context) {}
+               PennerSystem system, bool prepared, ExecutionContext& context)
+      : engine_(engine),
+        loops_(loops),
+        targets_(targets),
+        options_(options),
+        context_(context),
+        system_(std::move(system)),
+        prepared_(prepared) {}
 
   PennerRun run() {
     measure(*engine_, loops_, targets_, angles_, context_);
@@ -67,7 +73,7 @@ class PennerNewton {
       context_.check();
       before = angles_.max_error;
       run_.end = PennerEnd::kPrecision;
-      if (!system_.solve(engine_->mesh(), loops_, angles_, direction_, context_)) break;
+      if (!solve()) break;
       if (angles_.max_error > kRounding) run_.end = PennerEnd::kStalled;
       if (no_progress() || !(restoring_ ? restored_step() : plain_step())) break;
       ++run_.iterations;
@@ -80,6 +86,12 @@ class PennerNewton {
   }
 
  private:
+  bool solve() {
+    if (std::exchange(prepared_, false))
+      return system_.solve_prepared(engine_->mesh(), angles_, direction_, context_);
+    return system_.solve(engine_->mesh(), loops_, angles_, direction_, context_);
+  }
+
   bool no_progress() const {
     const std::size_t now = run_.error_history.size();
     return run_.restored > static_cast<int>(kPatience) &&
@@ -146,7 +158,7 @@ class PennerNewton {
     carry(*trial, engine_->flips().size(), loops_, context_);
     engine_ = std::move(trial);
     measure(*engine_, loops_, targets_, angles_, context_);
-    return system_.solve(engine_->mesh(), loops_, angles_, direction_, context_);
+    return solve();
   }
 
   // Halves the step until the loops' error falls where the cones are met again.
@@ -175,6 +187,7 @@ class PennerNewton {
   const PennerNewtonOptions& options_;
   ExecutionContext& context_;
   PennerSystem system_;
+  bool prepared_;  // is the system, for the next direction
   conformal::NewtonSystem conformal_;
   PennerAngles angles_, trial_;
   PennerDirection direction_;
@@ -188,7 +201,14 @@ PennerRun run_penner(std::unique_ptr<MetricEngine>& engine, intrinsic::LoopCarri
                      const PennerTargets& targets, const PennerNewtonOptions& options,
                      ExecutionContext& context) {
   require_same_mesh(*engine, loops);
-  return PennerNewton(engine, loops, targets, options, context).run();
+  return PennerNewton(engine, loops, targets, options, {}, false, context).run();
+}
+
+PennerRun run_prepared_penner(std::unique_ptr<MetricEngine>& engine, intrinsic::LoopCarrier& loops,
+                              const PennerTargets& targets, const PennerNewtonOptions& options,
+                              PennerSystem prepared, ExecutionContext& context) {
+  require_same_mesh(*engine, loops);
+  return PennerNewton(engine, loops, targets, options, std::move(prepared), true, context).run();
 }
 
 }  // namespace flipfree::seamless

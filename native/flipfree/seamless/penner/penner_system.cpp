@@ -158,33 +158,44 @@ void measure(const conformal::MetricEngine& engine, const intrinsic::LoopCarrier
   out.norm = std::sqrt(squares);
 }
 
+bool PennerSystem::prepare(const IntrinsicMesh& mesh, const intrinsic::LoopCarrier& loops,
+                           const PennerAngles& angles, ExecutionContext& context) {
+  if (!std::isfinite(angles.max_error)) return false;
+  if (!laplacian_.factorize(mesh, angles.vertices, context)) return false;
+  if (loops.size() == 0) return true;
+  const auto vertex_count = static_cast<Eigen::Index>(angles.vertices.value.size());
+  const numeric::SparseMatrix r = loop_derivatives(mesh, loops, angles.cotangent);
+  Eigen::MatrixXd a = by_vertices(mesh, vertex_count, r);
+  remove_means(a);
+  x_ = -laplacian_.solve_columns(a, context);
+  q_ = r;
+  subtract_vertex_part(mesh, angles.cotangent, x_, q_, context);
+  if (mesh.symmetric()) {
+    symmetric_ = symmetric_changes(mesh, angles.cotangent);
+    q_ = symmetric_.transpose() * q_.eval();
+  }
+  gram_.setZero(q_.cols(), q_.cols());
+  gram_.selfadjointView<Eigen::Lower>().rankUpdate(q_.transpose());
+  return true;
+}
+
 bool PennerSystem::solve(const IntrinsicMesh& mesh, const intrinsic::LoopCarrier& loops,
                          const PennerAngles& angles, PennerDirection& direction,
                          ExecutionContext& context) {
-  if (!std::isfinite(angles.max_error)) return false;
-  if (!laplacian_.factorize(mesh, angles.vertices, context)) return false;
+  return prepare(mesh, loops, angles, context) && solve_prepared(mesh, angles, direction, context);
+}
+
+bool PennerSystem::solve_prepared(const IntrinsicMesh& mesh, const PennerAngles& angles,
+                                  PennerDirection& direction, ExecutionContext& context) const {
   const auto vertex_count = static_cast<Eigen::Index>(angles.vertices.value.size());
   const Eigen::Map<const Eigen::VectorXd> g(angles.vertices.value.data(), vertex_count);
   Eigen::MatrixXd right = -g;
   Eigen::VectorXd s = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(mesh.edge_count()));
-  if (loops.size() > 0) {
-    const numeric::SparseMatrix r = loop_derivatives(mesh, loops, angles.cotangent);
-    Eigen::MatrixXd a = by_vertices(mesh, vertex_count, r);
-    remove_means(a);
-    const Eigen::MatrixXd x = -laplacian_.solve_columns(a, context);
-    q_ = r;
-    subtract_vertex_part(mesh, angles.cotangent, x, q_, context);
+  if (!angles.loops.empty()) {
     const Eigen::Map<const Eigen::VectorXd> f(angles.loops.data(),
-                                              static_cast<Eigen::Index>(loops.size()));
-    numeric::SparseMatrix symmetric;
-    if (mesh.symmetric()) {
-      symmetric = symmetric_changes(mesh, angles.cotangent);
-      q_ = symmetric.transpose() * q_.eval();
-    }
-    Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(q_.cols(), q_.cols());
-    gram.selfadjointView<Eigen::Lower>().rankUpdate(q_.transpose());
-    s = q_ * Eigen::LDLT<Eigen::MatrixXd, Eigen::Lower>(gram).solve(f - x.transpose() * g);
-    if (mesh.symmetric()) s = symmetric * s.eval();
+                                              static_cast<Eigen::Index>(angles.loops.size()));
+    s = q_ * Eigen::LDLT<Eigen::MatrixXd, Eigen::Lower>(gram_).solve(f - x_.transpose() * g);
+    if (mesh.symmetric()) s = symmetric_ * s.eval();
     right += vertex_change(mesh, vertex_count, angles.cotangent, s);
   }
   remove_means(right);
@@ -196,6 +207,11 @@ bool PennerSystem::solve(const IntrinsicMesh& mesh, const intrinsic::LoopCarrier
   const double middle = 0.5 * (u.maxCoeff() + u.minCoeff());
   for (double& value : direction.scale) value -= middle;
   return std::isfinite(direction.scale_range) && std::isfinite(direction.most_stretch);
+}
+
+Eigen::MatrixXd PennerSystem::norm_of_turns() const {
+  return Eigen::LDLT<Eigen::MatrixXd, Eigen::Lower>(gram_).solve(
+      Eigen::MatrixXd::Identity(gram_.rows(), gram_.cols()));
 }
 
 }  // namespace flipfree::seamless

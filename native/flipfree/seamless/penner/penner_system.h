@@ -69,9 +69,21 @@ class PennerSystem {
   bool solve(const intrinsic::IntrinsicMesh& mesh, const intrinsic::LoopCarrier& loops,
              const PennerAngles& angles, PennerDirection& direction, ExecutionContext& context);
 
+  // The two halves of solve(): what depends on the metric alone, and on the targets too.
+  bool prepare(const intrinsic::IntrinsicMesh& mesh, const intrinsic::LoopCarrier& loops,
+               const PennerAngles& angles, ExecutionContext& context);
+  bool solve_prepared(const intrinsic::IntrinsicMesh& mesh, const PennerAngles& angles,
+                      PennerDirection& direction, ExecutionContext& context) const;
+
+  // What it costs to turn loops by e more, e' N e: the square of the length of the shortest stretch
+  // that does it. N, #loops x #loops. Precondition: prepare() returned true, for one loop or more.
+  Eigen::MatrixXd norm_of_turns() const;
+
  private:
   conformal::NewtonSystem laplacian_;
-  Eigen::MatrixXd q_;  // kept from step to step for its memory
+  // Kept from step to step for their memory; of gram_ only the lower half is set.
+  Eigen::MatrixXd x_, q_, gram_;
+  numeric::SparseMatrix symmetric_;
 };
 
 }  // namespace flipfree::seamless

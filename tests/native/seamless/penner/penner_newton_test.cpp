@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
+
 #include "flipfree/base/error.h"
 #include "seamless/penner/newton_promises.h"
 #include "seamless/penner/penner_state.h"
@@ -55,6 +57,19 @@ TEST_P(NewtonInPennerCoordinates, CanBeCancelled) {
   state.context.cancel();
   EXPECT_THROW((void)GetParam()(state.engine, *state.loops, state.targets, {}, state.context),
                Cancelled);
+}
+
+TEST(PennerNewton, APreparedSystemChangesNothing) {
+  test::PennerState state(3), other(3);
+  state.round_loops();
+  other.round_loops();
+  const PennerRun run = run_penner(state.engine, *state.loops, state.targets, {}, state.context);
+  PennerSystem system;
+  ASSERT_TRUE(system.prepare(other.engine->mesh(), *other.loops, other.measured(), other.context));
+  const PennerRun same = run_prepared_penner(other.engine, *other.loops, other.targets, {},
+                                             std::move(system), other.context);
+  EXPECT_EQ(run.error_history, same.error_history);
+  EXPECT_EQ(state.engine->lengths(), other.engine->lengths());
 }
 
 INSTANTIATE_TEST_SUITE_P(Newton, NewtonInPennerCoordinates, testing::Values(&run_penner));

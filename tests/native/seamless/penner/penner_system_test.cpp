@@ -88,6 +88,29 @@ TEST(PennerSystem, WithoutLoopsTheStepIsConformal) {
   EXPECT_NEAR(*high - *low, direction.scale_range, 1e-12);
 }
 
+// Where the cones are met, the step that turns loops by e has the length that the norm says.
+TEST(PennerSystem, TheNormOfTurnsIsTheLengthOfTheStep) {
+  test::PennerState state;
+  state.targets.loop_angle.assign(state.loops->size(), 0.3);
+  PennerAngles angles = state.measured();
+  std::fill(angles.vertices.value.begin(), angles.vertices.value.end(), 0.0);
+  PennerSystem system;
+  ASSERT_TRUE(system.prepare(state.engine->mesh(), *state.loops, angles, state.context));
+  const Eigen::MatrixXd norm = system.norm_of_turns();
+  ASSERT_EQ(norm.rows(), static_cast<Eigen::Index>(state.loops->size()));
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  for (int i = 0; i < 10; ++i) {
+    for (double& e : angles.loops) e = uniform(random);
+    PennerDirection direction;
+    ASSERT_TRUE(system.solve_prepared(state.engine->mesh(), angles, direction, state.context));
+    double length = 0.0;
+    for (const double s : direction.stretch) length += s * s;
+    const Eigen::Map<const Eigen::VectorXd> e(angles.loops.data(), norm.rows());
+    EXPECT_NEAR(length, e.dot(norm * e), 1e-9 * length);
+  }
+}
+
 TEST(PennerSystem, AnglesThatAreNoNumbersHaveNoStep) {
   test::PennerState state;
   PennerAngles angles = state.measured();
