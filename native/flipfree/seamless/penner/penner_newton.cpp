@@ -19,11 +19,11 @@ constexpr double kSmallestStep = 1e-4;
 // Below the tolerance iterations go on while each gains this much: the last step of a quadratically
 // converging iteration costs little and brings the angles to rounding.
 constexpr double kWorthwhile = 0.1;
-// A line search that cuts its step to this share fights the cones, not the loops: from then on
-// every step meets the cones again before it is judged.
+// A line search that cuts its step to this share fights the cones, not the loops: from then on, until
+// a whole step is taken, every step meets the cones again before it is judged.
 constexpr double kShortStep = 0.25;
 // How well cones are met then: share of the loops' error.
-constexpr double kCones = 1e-3;
+constexpr double kCones = 1e-2;
 constexpr int kConeIterations = 50;
 // Steps after each of which the cones were met again that leave more than half of the error are a
 // stall.
@@ -153,6 +153,7 @@ class PennerNewton {
   }
 
   bool restore_here() {
+    if (norm_of(angles_.vertices.value) <= kCones * norm_of(angles_.loops)) return true;
     std::unique_ptr<MetricEngine> trial = engine_->copy();
     if (!meet_cones(*trial, norm_of(angles_.loops))) return false;
     carry(*trial, engine_->flips().size(), loops_, context_);
@@ -176,6 +177,7 @@ class PennerNewton {
       loops_ = std::move(carried);
       std::swap(angles_, trial_);
       ++run_.restored;
+      restoring_ = step < 1.0;
       return true;
     }
     return false;
