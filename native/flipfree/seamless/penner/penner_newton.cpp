@@ -19,8 +19,8 @@ constexpr double kSmallestStep = 1e-4;
 // Below the tolerance iterations go on while each gains this much: the last step of a quadratically
 // converging iteration costs little and brings the angles to rounding.
 constexpr double kWorthwhile = 0.1;
-// A line search that cuts its step to this share fights the cones, not the loops: from then on, until
-// a whole step is taken, every step meets the cones again before it is judged.
+// A line search that cuts its step to this share fights the cones, not the loops: from then on,
+// until a whole step is taken, every step meets the cones again before it is judged.
 constexpr double kShortStep = 0.25;
 // How well cones are met then: share of the loops' error.
 constexpr double kCones = 1e-2;
@@ -148,7 +148,7 @@ class PennerNewton {
     newton.max_iterations = kConeIterations;
     newton.more_bits = engine.bits() == 53;
     conformal::Descent descent = conformal::Descent::kLineSearch;
-    return run_newton(engine, conformal_, newton, descent, context_).end ==
+    return run_newton(engine, system_.laplacian(), newton, descent, context_).end ==
            conformal::NewtonEnd::kConverged;
   }
 
@@ -190,7 +190,6 @@ class PennerNewton {
   ExecutionContext& context_;
   PennerSystem system_;
   bool prepared_;  // is the system, for the next direction
-  conformal::NewtonSystem conformal_;
   PennerAngles angles_, trial_;
   PennerDirection direction_;
   bool restoring_ = false;

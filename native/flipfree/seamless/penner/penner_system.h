@@ -79,6 +79,9 @@ class PennerSystem {
   // that does it. N, #loops x #loops. Precondition: prepare() returned true, for one loop or more.
   Eigen::MatrixXd norm_of_turns() const;
 
+  // Lent for conformal changes of the metric, with its order and memory; prepare() comes next.
+  conformal::NewtonSystem& laplacian() { return laplacian_; }
+
  private:
   conformal::NewtonSystem laplacian_;
   // Kept from step to step for their memory; of gram_ only the lower half is set.
