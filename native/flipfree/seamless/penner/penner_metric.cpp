@@ -175,14 +175,14 @@ class Solver {
   // `loops`: on the metric's triangulation, which doubles may see as not quite Delaunay.
   // `prepared`: null, or what Newton's first step from there needs; empty if it has none.
   PennerAngles measured(const ConformalMetric& metric, intrinsic::LoopCarrier loops,
-                        std::optional<PennerSystem>* prepared) {
+                        std::unique_ptr<PennerSystem>* prepared) {
     const EngineInput input = start_of(metric, targets_.vertex_angle);
     const auto engine = make_engine(input, metric.bits, context_);
     carry(engine->flips(), loops, context_);
     PennerAngles angles;
     measure(*engine, loops, targets_, angles, context_);
     if (prepared != nullptr && loops.size() > 0) {
-      prepared->emplace();
+      *prepared = std::make_unique<PennerSystem>();
       if (!(*prepared)->prepare(engine->mesh(), loops, angles, context_)) prepared->reset();
     }
     return angles;
@@ -379,9 +379,9 @@ class Solver {
       auto engine = make_engine(input, bits, context_);
       carry(engine->flips(), loops, context_);
       newton.max_iterations = options_.max_iterations - (result.iterations - before);
-      auto prepared = std::exchange(prepared_, std::nullopt);
+      auto prepared = std::move(prepared_);
       const PennerRun run = prepared ? run_prepared_penner(engine, loops, targets_, newton,
-                                                           std::move(*prepared), context_)
+                                                           std::move(prepared), context_)
                                      : run_penner(engine, loops, targets_, newton, context_);
       result.iterations += run.iterations;
       result.metric.error_history.insert(result.metric.error_history.end(),
@@ -466,8 +466,8 @@ class Solver {
   bool finishing_ = false;  // a metric that was given
   bool given_ = false;      // are the turns of loops
   PennerTargets targets_;
-  std::vector<std::vector<Index>> turns_;  // to be tried
-  std::optional<PennerSystem> prepared_;   // where the first attempt starts
+  std::vector<std::vector<Index>> turns_;   // to be tried
+  std::unique_ptr<PennerSystem> prepared_;  // where the first attempt starts
   PennerRun last_;
 };
 

@@ -52,7 +52,7 @@ class PennerNewton {
  public:
   PennerNewton(std::unique_ptr<MetricEngine>& engine, intrinsic::LoopCarrier& loops,
                const PennerTargets& targets, const PennerNewtonOptions& options,
-               PennerSystem system, bool prepared, ExecutionContext& context)
+               std::unique_ptr<PennerSystem> system, bool prepared, ExecutionContext& context)
       : engine_(engine),
         loops_(loops),
         targets_(targets),
@@ -88,8 +88,8 @@ class PennerNewton {
  private:
   bool solve() {
     if (std::exchange(prepared_, false))
-      return system_.solve_prepared(engine_->mesh(), angles_, direction_, context_);
-    return system_.solve(engine_->mesh(), loops_, angles_, direction_, context_);
+      return system_->solve_prepared(engine_->mesh(), angles_, direction_, context_);
+    return system_->solve(engine_->mesh(), loops_, angles_, direction_, context_);
   }
 
   bool no_progress() const {
@@ -148,7 +148,7 @@ class PennerNewton {
     newton.max_iterations = kConeIterations;
     newton.more_bits = engine.bits() == 53;
     conformal::Descent descent = conformal::Descent::kLineSearch;
-    return run_newton(engine, system_.laplacian(), newton, descent, context_).end ==
+    return run_newton(engine, system_->laplacian(), newton, descent, context_).end ==
            conformal::NewtonEnd::kConverged;
   }
 
@@ -188,8 +188,8 @@ class PennerNewton {
   const PennerTargets& targets_;
   const PennerNewtonOptions& options_;
   ExecutionContext& context_;
-  PennerSystem system_;
-  bool prepared_;  // is the system, for the next direction
+  std::unique_ptr<PennerSystem> system_;  // moving one would copy its matrices
+  bool prepared_;                         // is the system, for the next direction
   PennerAngles angles_, trial_;
   PennerDirection direction_;
   bool restoring_ = false;
@@ -202,12 +202,14 @@ PennerRun run_penner(std::unique_ptr<MetricEngine>& engine, intrinsic::LoopCarri
                      const PennerTargets& targets, const PennerNewtonOptions& options,
                      ExecutionContext& context) {
   require_same_mesh(*engine, loops);
-  return PennerNewton(engine, loops, targets, options, {}, false, context).run();
+  return PennerNewton(engine, loops, targets, options, std::make_unique<PennerSystem>(), false,
+                      context)
+      .run();
 }
 
 PennerRun run_prepared_penner(std::unique_ptr<MetricEngine>& engine, intrinsic::LoopCarrier& loops,
                               const PennerTargets& targets, const PennerNewtonOptions& options,
-                              PennerSystem prepared, ExecutionContext& context) {
+                              std::unique_ptr<PennerSystem> prepared, ExecutionContext& context) {
   require_same_mesh(*engine, loops);
   return PennerNewton(engine, loops, targets, options, std::move(prepared), true, context).run();
 }

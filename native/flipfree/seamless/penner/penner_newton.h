@@ -48,10 +48,10 @@ PennerRun run_penner(std::unique_ptr<conformal::MetricEngine>& engine,
                      const PennerNewtonOptions& options, ExecutionContext& context);
 
 // The same, to the bit, where the first step's system is prepared already (penner_system.h): for
-// these loops in the engine's present state.
+// these loops in the engine's present state. Not null.
 PennerRun run_prepared_penner(std::unique_ptr<conformal::MetricEngine>& engine,
                               intrinsic::LoopCarrier& loops, const PennerTargets& targets,
-                              const PennerNewtonOptions& options, PennerSystem prepared,
-                              ExecutionContext& context);
+                              const PennerNewtonOptions& options,
+                              std::unique_ptr<PennerSystem> prepared, ExecutionContext& context);
 
 }  // namespace flipfree::seamless

@@ -171,7 +171,8 @@ bool PennerSystem::prepare(const IntrinsicMesh& mesh, const intrinsic::LoopCarri
   q_ = r;
   subtract_vertex_part(mesh, angles.cotangent, x_, q_, context);
   if (mesh.symmetric()) {
-    symmetric_ = symmetric_changes(mesh, angles.cotangent);
+    numeric::SparseMatrix symmetric = symmetric_changes(mesh, angles.cotangent);
+    symmetric_.swap(symmetric);
     q_ = symmetric_.transpose() * q_.eval();
   }
   gram_.setZero(q_.cols(), q_.cols());

@@ -64,8 +64,8 @@ TEST(PennerNewton, APreparedSystemChangesNothing) {
   state.round_loops();
   other.round_loops();
   const PennerRun run = run_penner(state.engine, *state.loops, state.targets, {}, state.context);
-  PennerSystem system;
-  ASSERT_TRUE(system.prepare(other.engine->mesh(), *other.loops, other.measured(), other.context));
+  auto system = std::make_unique<PennerSystem>();
+  ASSERT_TRUE(system->prepare(other.engine->mesh(), *other.loops, other.measured(), other.context));
   const PennerRun same = run_prepared_penner(other.engine, *other.loops, other.targets, {},
                                              std::move(system), other.context);
   EXPECT_EQ(run.error_history, same.error_history);
