@@ -46,9 +46,10 @@ def test_turns_by_quarters_on_loops_that_the_solver_has_not_seen(genus: int, see
     assert judged.loop_error < 1e-9
 
 
-def test_reported_loops_turn_as_reported() -> None:
+@pytest.mark.parametrize("seed", range(4))
+def test_reported_loops_turn_as_reported(seed: int) -> None:
     vertices, faces = torus()
-    cones = random_cones(faces, 1, 12, 5)
+    cones = random_cones(faces, 1, 12, seed)
     result = solve(vertices, faces, cones)
     assert len(result.map.faces) == len(faces)
     judged = holonomy.judge(faces, result.map.uv64, cones, [h.tolist() for h, _ in result.loops])

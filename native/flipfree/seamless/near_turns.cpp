@@ -21,12 +21,15 @@ constexpr double kLeastChance = 0.2;
 constexpr double kSaved = 1e-9;
 constexpr int kMostChanges = 10'000;
 constexpr int kMostSweeps = 100;
+// Multiples in a reduced basis, at most: others come from rounding of a norm that is hardly one.
+constexpr double kMostTaken = 1e6;
 
 // Another basis of the same lattice, and what is given in it.
 struct Basis {
   Eigen::MatrixXd norm;
   Eigen::VectorXd given;
-  Eigen::MatrixXd whole;  // its members, a row each, in whole multiples of the first ones
+  Eigen::VectorXd one_by_one;  // the nearest to each of what was given in the first basis
+  Eigen::MatrixXd whole;       // its members, a row each, in whole multiples of the first ones
 
   // b_i - r b_k in place of b_i.
   void take_away(Eigen::Index i, Eigen::Index k, double r) {
@@ -34,6 +37,7 @@ struct Basis {
     norm.col(i) -= r * norm.col(k);
     whole.row(i) -= r * whole.row(k);
     given[k] += r * given[i];
+    one_by_one[k] += r * one_by_one[i];
   }
 
   // Takes away from each what makes it shorter, as long as there is such.
@@ -98,8 +102,7 @@ class Lattice {
         a = direction(i);
       }
       for (Eigen::Index j = 0; j < i; ++j) {
-        // Of the four ways to change both, those against one's own slope can be the cheapest only
-        // where the other's makes up for it.
+        // Either way for the one, and what is then better for the other.
         const double product = 2.0 * norm_(i, j);
         for (const int s : {-1, 1}) {
           const double alone = norm_(i, i) + s * slope_[i] + norm_(j, j);
@@ -129,10 +132,6 @@ class Lattice {
   double cost_ = 0.0;
 };
 
-Eigen::VectorXd rounded(const Eigen::VectorXd& given) {
-  return given.unaryExpr([](double x) { return std::round(x); });
-}
-
 // One number after the other, each the nearest to what is left to the others.
 Eigen::VectorXd nearest_plane(const Eigen::VectorXd& given,
                               const Eigen::LLT<Eigen::MatrixXd>& factor) {
@@ -159,12 +158,13 @@ Basis reduced(const std::vector<double>& angles, const Eigen::MatrixXd& norm,
   const auto count = static_cast<Eigen::Index>(angles.size());
   Basis first;
   first.given = Eigen::Map<const Eigen::VectorXd>(angles.data(), count) / kQuarterTurn;
+  first.one_by_one = first.given.unaryExpr([](double x) { return std::round(x); });
   first.whole.setIdentity(count, count);
   first.norm = norm.selfadjointView<Eigen::Lower>();
   if (is_norm(first.norm, factor)) {
     Basis basis = first;
     basis.reduce();
-    if (is_norm(basis.norm, factor)) return basis;
+    if (is_norm(basis.norm, factor) && (basis.whole.array().abs() < kMostTaken).all()) return basis;
   }
   first.norm.setIdentity(count, count);
   factor.compute(first.norm);
@@ -179,7 +179,7 @@ std::vector<std::vector<Index>> near_turns(
   Eigen::LLT<Eigen::MatrixXd> factor;
   const Basis basis = reduced(angles, norm, factor);
   Lattice lattice(basis.given, basis.norm), other(basis.given, basis.norm);
-  lattice.set(rounded(basis.given));
+  lattice.set(basis.one_by_one);
   lattice.descend();
   other.set(nearest_plane(basis.given, factor));
   other.descend();

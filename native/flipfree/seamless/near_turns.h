@@ -6,8 +6,9 @@
 // loops that turn a third of a quarter too far, and whose difference is a short one, are nearer to
 // numbers that neither of them rounds to. The nearest whole numbers in a norm are a closest vector
 // of a lattice. It is looked for in a basis in which no loop becomes shorter in the norm by taking
-// another one away (Lagrange's reduction, of all pairs): from the nearest number of each loop and
-// from Babai's nearest plane (Babai 1986), until no change of one or two loops improves it.
+// another one away (Lagrange's reduction, of all pairs): from the nearest number of each given
+// loop, and from Babai's nearest plane (Babai 1986), until no change of one or two loops improves
+// it.
 #pragma once
 
 #include <Eigen/Core>
