@@ -132,6 +132,10 @@ class Lattice {
   double cost_ = 0.0;
 };
 
+Eigen::VectorXd rounded(const Eigen::VectorXd& given) {
+  return given.unaryExpr([](double x) { return std::round(x); });
+}
+
 // One number after the other, each the nearest to what is left to the others.
 Eigen::VectorXd nearest_plane(const Eigen::VectorXd& given,
                               const Eigen::LLT<Eigen::MatrixXd>& factor) {
@@ -158,7 +162,7 @@ Basis reduced(const std::vector<double>& angles, const Eigen::MatrixXd& norm,
   const auto count = static_cast<Eigen::Index>(angles.size());
   Basis first;
   first.given = Eigen::Map<const Eigen::VectorXd>(angles.data(), count) / kQuarterTurn;
-  first.one_by_one = first.given.unaryExpr([](double x) { return std::round(x); });
+  first.one_by_one = rounded(first.given);
   first.whole.setIdentity(count, count);
   first.norm = norm.selfadjointView<Eigen::Lower>();
   if (is_norm(first.norm, factor)) {
@@ -178,12 +182,15 @@ std::vector<std::vector<Index>> near_turns(
     const std::function<std::string(const std::vector<Index>&)>& why) {
   Eigen::LLT<Eigen::MatrixXd> factor;
   const Basis basis = reduced(angles, norm, factor);
-  Lattice lattice(basis.given, basis.norm), other(basis.given, basis.norm);
+  Lattice lattice(basis.given, basis.norm);
   lattice.set(basis.one_by_one);
   lattice.descend();
-  other.set(nearest_plane(basis.given, factor));
-  other.descend();
-  if (other.cost() < (1.0 - kSaved) * lattice.cost()) lattice.set(other.numbers());
+  for (const Eigen::VectorXd& start : {rounded(basis.given), nearest_plane(basis.given, factor)}) {
+    Lattice other(basis.given, basis.norm);
+    other.set(start);
+    other.descend();
+    if (other.cost() < (1.0 - kSaved) * lattice.cost()) lattice.set(other.numbers());
+  }
   const Eigen::VectorXd nearest = lattice.numbers();
   std::vector<Eigen::Index> order;
   for (Eigen::Index i = 0; i < nearest.size(); ++i) order.push_back(i);
