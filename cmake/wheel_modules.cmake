@@ -17,9 +17,10 @@ foreach(entry IN LISTS FLIPFREE_WHEEL_PYTHONS)
   target_include_directories(_native_${tag} SYSTEM PRIVATE ${headers} ${headers}/python3.${CMAKE_MATCH_1} ${pybind11_INCLUDE_DIR})
   target_link_libraries(_native_${tag} PRIVATE flipfree_core)
   target_include_directories(_native_${tag} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
+  target_compile_options(_native_${tag} PRIVATE -O1)
   target_compile_definitions(_native_${tag} PRIVATE FLIPFREE_VERSION="${PROJECT_VERSION}")
   target_link_options(_native_${tag} PRIVATE -static-libstdc++ -static-libgcc
     -Wl,--version-script=${CMAKE_CURRENT_SOURCE_DIR}/module.map)
-  set_target_properties(_native_${tag} PROPERTIES PREFIX "" SUFFIX ".so" OUTPUT_NAME _native.${abi}
+  set_target_properties(_native_${tag} PROPERTIES UNITY_BUILD ${FLIPFREE_UNITY} UNITY_BUILD_BATCH_SIZE 0 PREFIX "" SUFFIX ".so" OUTPUT_NAME _native.${abi}
     LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/wheel_modules/${tag})
 endforeach()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The house's rules as a test: floors, circles, the size of rooms and files. check_house.py [FOLDER]
+"""The house's rules as a test: floors, circles, depth of rooms, length of files, names. check_house.py [FOLDER]
 
 A room is a folder, a module is a header with its source (or one Python file). docs/architecture.md says why.
 """
@@ -18,11 +18,8 @@ STAGES = (
 )
 # What decides whether a map is correct shares nothing with what makes maps.
 JUDGE = {"certify": {"base", "numeric", "mesh", "certify"}}
-MOST_FILES = 12  # beside each other, the door (named as the room) aside
-MOST_LINES = 400
-# A longer file says in its head why it is one.
-REASON = re.compile(r"^(?://|#|\"\"\"|)\s*Long(?: file)?:", re.MULTILINE)
-HEAD = 40  # lines
+MOST_LINES = 800
+DEEPEST = 2  # rooms below a stage
 
 Graph = Mapping[str, Iterable[str]]
 
@@ -89,19 +86,52 @@ def complaints_about_native(root: Path) -> list[str]:
                 rooms[room_of(module)].add(room_of(other))
     complaints += [f"rooms that include each other: {' '.join(c)}" for c in circles(rooms)]
     house = root / "native" / "flipfree"
-    complaints += sizes(house, (".h", ".cpp")) + wrong_namespaces(house)
-    return complaints + one_name_two_types(house)
+    complaints += too_long(house, (".h", ".cpp")) + too_deep(house) + wrong_namespaces(house)
+    return complaints + one_name_two_types(house) + names_that_meet(house)
 
 
-def untested(root: Path) -> list[str]:
-    """tests/native mirrors native/flipfree: a failure shall name the module that is wrong."""
-    house = root / "native" / "flipfree"
+def too_deep(house: Path) -> list[str]:
+    return [
+        f"{folder}: more than {DEEPEST} rooms deep"
+        for folder in sorted(p for p in house.rglob("*") if p.is_dir())
+        if len(folder.relative_to(house).parts) > 1 + DEEPEST
+    ]
+
+
+# What a file keeps to itself, in `namespace {` and `}  // namespace`.
+HIDDEN = re.compile(r"^namespace \{$(.*?)^\}  // namespace$", re.MULTILINE | re.DOTALL)
+TYPE = re.compile(r"^(?:struct|class|enum(?: class)?) (\w+)", re.MULTILINE)
+CONSTANT = re.compile(r"^(?:inline )?const(?:expr)? [\w:<>, ]+? (\w+)(?: =|\[|\{|;)", re.MULTILINE)
+FUNCTION = re.compile(
+    r"^\w[\w:<>,&*\[\] ]*?[ &*](\w+)\(([^;{}]*?)\)(?: const)?(?: \{|;)", re.MULTILINE
+)
+
+
+def declared(text: str) -> set[str]:
+    """Types, constants, and functions with their parameters' types, at the margin of `text`."""
+    names = {*TYPE.findall(text), *CONSTANT.findall(text)}
+    for name, parameters in FUNCTION.findall(text):
+        types = re.sub(r"\s*\w+\s*(?=,|$)", "", " ".join(parameters.split()))
+        names.add(f"{name}({types})")
+    return names
+
+
+def names_that_meet(house: Path) -> list[str]:
+    """A unity build puts sources of a stage into one unit (cmake/unity.cmake): what they hide must not meet there, nor hide
+    what the stage's headers or base/ declare."""
     complaints = []
+    public: dict[str, dict[str, Path]] = defaultdict(dict)
+    for path in sorted(house.rglob("*.h")):
+        for name in declared(path.read_text()):
+            public[path.relative_to(house).parts[0]][name] = path
+    hidden: dict[tuple[str, str], Path] = {}
     for path in sorted(house.rglob("*.cpp")):
-        module = path.relative_to(house).with_suffix("")
-        test = root / "tests" / "native" / module.parent / f"{module.name}_test.cpp"
-        if not test.exists():
-            complaints.append(f"{module}: no test of its own, {test.relative_to(root)}")
+        stage = path.relative_to(house).parts[0]
+        for name in sorted(declared("\n".join(HIDDEN.findall(path.read_text())))):
+            other = hidden.setdefault((stage, name), path)
+            other = next((p[name] for p in (public[stage], public["base"]) if name in p), other)
+            if other != path:
+                complaints.append(f"{path}: {name} is also declared in {other}")
     return complaints
 
 
@@ -135,18 +165,12 @@ def one_name_two_types(house: Path) -> list[str]:
     return complaints
 
 
-def sizes(folder: Path, suffixes: tuple[str, ...]) -> list[str]:
+def too_long(folder: Path, suffixes: tuple[str, ...]) -> list[str]:
     complaints = []
-    rooms: dict[Path, int] = defaultdict(int)
     for path in sorted(p for p in folder.rglob("*") if p.suffix in suffixes):
-        if path.stem not in (path.parent.name, "__init__"):
-            rooms[path.parent] += 1
-        lines = path.read_text().splitlines()
-        if len(lines) > MOST_LINES and not REASON.search("\n".join(lines[:HEAD])):
-            complaints.append(f"{path}: {len(lines)} lines, and no 'Long:' in its head says why")
-    for room, count in rooms.items():
-        if count > MOST_FILES:
-            complaints.append(f"{room}: {count} files beside each other")
+        lines = path.read_text().count("\n")
+        if lines > MOST_LINES:
+            complaints.append(f"{path}: {lines} lines")
     return complaints
 
 
@@ -180,14 +204,13 @@ def complaints_about_python(package: Path) -> list[str]:
     complaints = [
         f"{package}: import circle {' '.join(c)}" for c in circles(python_modules(package))
     ]
-    return complaints + sizes(package, (".py",))
+    return complaints + too_long(package, (".py",))
 
 
 def complaints(root: Path) -> list[str]:
     return [
         *complaints_about_native(root),
-        *untested(root),
-        *sizes(root / "native" / "python", (".h", ".cpp")),
+        *too_long(root / "native" / "python", (".h", ".cpp")),
         *complaints_about_python(root / "native" / "python" / "flipfree"),
         *complaints_about_python(root / "addon"),
     ]

@@ -16,8 +16,6 @@ namespace {
 
 using Loop = std::pair<std::vector<HalfedgeId>, Index>;
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Strips around a vertex, and half-edges at random that seldom are a strip.
 Loop read_loop(Bytes& bytes, const mesh::Surface& surface, const mesh::Adjacency& adjacency) {
   const auto count = static_cast<Index>(surface.faces.size());

@@ -14,8 +14,6 @@
 namespace flipfree::fuzz {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 mesh::EdgeFlags read_flags(Bytes& bytes, const mesh::Adjacency& adjacency) {
   mesh::EdgeFlags flags(adjacency.opposite.size(), 0);
   for (Index n = bytes.below(16); n > 0; --n) {

@@ -18,8 +18,6 @@ using intrinsic::FlipStencil;
 using intrinsic::FlipType;
 using intrinsic::IntrinsicMesh;
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Edges as what does not depend on their numbers: ends and length.
 std::vector<std::array<double, 3>> described(const intrinsic::IntrinsicMesh& mesh,
                                              const std::vector<double>& length) {

@@ -20,8 +20,6 @@ using intrinsic::EdgeLabel;
 using intrinsic::IntrinsicMesh;
 using Number = numeric::BigFloat<64>;  // up to 4096 bits, as many as metrics have
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // As many bits as products of the metric's numbers, or at least as those numbers have.
 int bits_for(const ConformalMetric& metric) { return std::clamp(2 * metric.bits, 1024, 4096); }
 

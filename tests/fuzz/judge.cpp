@@ -8,7 +8,6 @@
 namespace flipfree::fuzz {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 Index next(Index c) { return c % 3 == 2 ? c - 2 : c + 1; }
 
 }  // namespace

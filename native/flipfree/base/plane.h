@@ -5,11 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include "flipfree/base/types.h"
 
 namespace flipfree {
+
+inline constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
 
 // |a| |b| times the sine of the angle from a to b: twice the area of their triangle, positive if b
 // lies to the left of a.

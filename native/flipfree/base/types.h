@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -28,6 +29,9 @@ using Points3 = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 using Points2f = Eigen::Matrix<float, Eigen::Dynamic, 2, Eigen::RowMajor>;
 using Triangles = Eigen::Matrix<Index, Eigen::Dynamic, 3, Eigen::RowMajor>;
 using IndexPairs = Eigen::Matrix<Index, Eigen::Dynamic, 2, Eigen::RowMajor>;
+
+// An index or a count, as containers of the standard library take it. Precondition: not negative.
+constexpr std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 // Successor and predecessor of corner k within its triangle.
 constexpr Index next_corner(Index corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }

@@ -19,8 +19,6 @@
 namespace flipfree::certify {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Per corner of the input, the corner of the separated surface; kInvalid of faces without triangle.
 std::vector<CornerId> corners_from_input(const mesh::SeparatedSurface& separated,
                                          std::size_t input_corners) {

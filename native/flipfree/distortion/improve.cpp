@@ -28,8 +28,6 @@ namespace {
 using Complex = std::complex<double>;
 using Targets = std::vector<std::pair<VertexId, Vector2>>;
 
-std::size_t size(Index i) { return static_cast<std::size_t>(i); }
-
 Complex point(const Points2& uv, Eigen::Index v) { return {uv(v, 0), uv(v, 1)}; }
 
 struct ChartMap {
@@ -44,17 +42,17 @@ struct ChartMap {
 void assign_pins(const mesh::Surface& surface, const std::vector<mesh::Chart>& charts,
                  const ImproveOptions& options, std::vector<ChartMap>& maps) {
   if (options.pins.empty()) return;
-  std::vector<std::pair<Index, Index>> place(size(static_cast<Index>(surface.faces.rows())));
+  std::vector<std::pair<Index, Index>> place(at(static_cast<Index>(surface.faces.rows())));
   for (std::size_t c = 0; c < charts.size(); ++c) {
     for (std::size_t f = 0; f < charts[c].faces.size(); ++f) {
-      place[size(charts[c].faces[f])] = {static_cast<Index>(c), static_cast<Index>(f)};
+      place[at(charts[c].faces[f])] = {static_cast<Index>(c), static_cast<Index>(f)};
     }
   }
   certify::require_storable_pins(options.pins, static_cast<Index>(surface.faces.size()));
   for (const certify::CornerPin& pin : options.pins) {
-    const auto [c, f] = place[size(pin.corner / 3)];
-    Targets& pins = maps[size(c)].pins;
-    pins.emplace_back(charts[size(c)].surface.faces(f, pin.corner % 3), pin.uv);
+    const auto [c, f] = place[at(pin.corner / 3)];
+    Targets& pins = maps[at(c)].pins;
+    pins.emplace_back(charts[at(c)].surface.faces(f, pin.corner % 3), pin.uv);
   }
   for (ChartMap& map : maps) {
     Targets& pins = map.pins;

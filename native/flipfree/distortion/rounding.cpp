@@ -18,8 +18,6 @@ namespace {
 constexpr int kMostSweeps = 6;  // over single points, before the region is opened as a whole
 constexpr int kFirstRings = 2;  // around the vertices at fault
 
-std::size_t size(Index i) { return static_cast<std::size_t>(i); }
-
 double rounded(double x) { return static_cast<double>(static_cast<float>(x)); }
 
 // Opens crowded triangles in 64 bits: minimises the distortion of the region with respect to
@@ -28,19 +26,19 @@ double rounded(double x) { return static_cast<double>(static_cast<float>(x)); }
 // at them take part.
 void open_region(const Triangles& faces, const std::vector<VertexId>& region,
                  const RoundingOptions& options, Points2& uv, ExecutionContext& context) {
-  std::vector<char> inside(size(static_cast<Index>(uv.rows())), 0);
-  for (const VertexId v : region) inside[size(v)] = 1;
+  std::vector<char> inside(at(static_cast<Index>(uv.rows())), 0);
+  for (const VertexId v : region) inside[at(v)] = 1;
   std::vector<FaceId> chosen;
   std::vector<char> held(inside.size(), 0);
-  for (const VertexId v : options.fixed) held[size(v)] = 1;
+  for (const VertexId v : options.fixed) held[at(v)] = 1;
   for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
     const bool takes_part =
-        inside[size(faces(f, 0))] && inside[size(faces(f, 1))] && inside[size(faces(f, 2))];
+        inside[at(faces(f, 0))] && inside[at(faces(f, 1))] && inside[at(faces(f, 2))];
     if (takes_part) {
       chosen.push_back(f);
       continue;
     }
-    for (int k = 0; k < 3; ++k) held[size(faces(f, k))] = 1;
+    for (int k = 0; k < 3; ++k) held[at(faces(f, k))] = 1;
   }
   std::vector<Index> local(inside.size(), kInvalid);
   const auto [part, vertices] = mesh::part_of(faces, chosen, local);
@@ -51,7 +49,7 @@ void open_region(const Triangles& faces, const std::vector<VertexId>& region,
   Points2 start(static_cast<Eigen::Index>(vertices.size()), 2);
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     start.row(static_cast<Eigen::Index>(i)) = uv.row(vertices[i]);
-    if (held[size(vertices[i])]) minimize.fixed.push_back(static_cast<VertexId>(i));
+    if (held[at(vertices[i])]) minimize.fixed.push_back(static_cast<VertexId>(i));
   }
   if (minimize.fixed.empty()) minimize.fixed.push_back(0);  // keeps the place and the unit
   Stats ignored;
@@ -73,22 +71,22 @@ class Repair {
         options_(options),
         points_(points),
         context_(context),
-        movable_(size(static_cast<Index>(points.rows())), 1) {
-    for (const VertexId v : options.fixed) movable_[size(v)] = 0;
+        movable_(at(static_cast<Index>(points.rows())), 1) {
+    for (const VertexId v : options.fixed) movable_[at(v)] = 0;
     offset_.assign(movable_.size() + 1, 0);
-    for (const Index v : faces.reshaped()) ++offset_[size(v) + 1];
+    for (const Index v : faces.reshaped()) ++offset_[at(v) + 1];
     for (std::size_t v = 0; v < movable_.size(); ++v) offset_[v + 1] += offset_[v];
-    corners_.resize(size(offset_.back()));
+    corners_.resize(at(offset_.back()));
     std::vector<Index> next(offset_.begin(), offset_.end() - 1);
     for (Index c = 0; c < static_cast<Index>(faces.size()); ++c) {
-      corners_[size(next[size(faces.data()[c])]++)] = c;
+      corners_[at(next[at(faces.data()[c])]++)] = c;
     }
     if (options.bijective) {
       boundary_ = find_boundary(static_cast<Index>(points.rows()), faces);
       edges_at_.resize(movable_.size());
       for (std::size_t e = 0; e < boundary_.edges.size(); ++e) {
         for (const VertexId v : boundary_.edges[e])
-          edges_at_[size(v)].push_back(static_cast<Index>(e));
+          edges_at_[at(v)].push_back(static_cast<Index>(e));
       }
     }
   }
@@ -104,7 +102,7 @@ class Repair {
       const auto pair = BoundaryGrid(boundary_, points_).first_conflict(context_);
       for (const Index e : pair) {
         if (e == kInvalid) continue;
-        found.insert(found.end(), boundary_.edges[size(e)].begin(), boundary_.edges[size(e)].end());
+        found.insert(found.end(), boundary_.edges[at(e)].begin(), boundary_.edges[at(e)].end());
       }
       if (pair[0] == kInvalid) {
         for (const std::size_t l : turned_loops(boundary_, points_))
@@ -120,8 +118,8 @@ class Repair {
   std::vector<VertexId> grow(const std::vector<VertexId>& region) const {
     std::vector<VertexId> wider = region;
     for (const VertexId v : region) {
-      for (Index i = offset_[size(v)]; i < offset_[size(v) + 1]; ++i) {
-        for (int k = 0; k < 3; ++k) wider.push_back(faces_(corners_[size(i)] / 3, k));
+      for (Index i = offset_[at(v)]; i < offset_[at(v) + 1]; ++i) {
+        for (int k = 0; k < 3; ++k) wider.push_back(faces_(corners_[at(i)] / 3, k));
       }
     }
     std::sort(wider.begin(), wider.end());
@@ -154,7 +152,7 @@ class Repair {
  private:
   // Tries other 32-bit points for v; true if it moved.
   bool improve(VertexId v) {
-    if (!movable_[size(v)]) return false;
+    if (!movable_[at(v)]) return false;
     const Vector2 start = points_.row(v).transpose();
     const double grain =
         std::max(std::abs(start.x()), std::abs(start.y())) * std::numeric_limits<float>::epsilon();
@@ -203,9 +201,8 @@ class Repair {
     Vector2 sum = Vector2::Zero();
     double radius = 0;
     int count = 0;
-    for (Index i = offset_[size(v)]; i < offset_[size(v) + 1]; ++i) {
-      for (const CornerId c :
-           {next_corner(corners_[size(i)]), previous_corner(corners_[size(i)])}) {
+    for (Index i = offset_[at(v)]; i < offset_[at(v) + 1]; ++i) {
+      for (const CornerId c : {next_corner(corners_[at(i)]), previous_corner(corners_[at(i)])}) {
         const Vector2 p = points_.row(faces_.data()[c]).transpose();
         sum += p;
         radius = std::max(radius, (p - points_.row(v).transpose()).norm());
@@ -221,8 +218,8 @@ class Repair {
   double score(VertexId v, double enough) const {
     double lowest = std::numeric_limits<double>::infinity();
     double penalty = 0;
-    for (Index i = offset_[size(v)]; i < offset_[size(v) + 1]; ++i) {
-      const FaceId f = corners_[size(i)] / 3;
+    for (Index i = offset_[at(v)]; i < offset_[at(v) + 1]; ++i) {
+      const FaceId f = corners_[at(i)] / 3;
       const Vector2 a = points_.row(faces_(f, 0)).transpose();
       const Vector2 b = points_.row(faces_(f, 1)).transpose();
       const Vector2 c = points_.row(faces_(f, 2)).transpose();
@@ -237,11 +234,11 @@ class Repair {
   }
 
   double conflicts(VertexId v) const {
-    if (!options_.bijective || edges_at_[size(v)].empty()) return 0;
+    if (!options_.bijective || edges_at_[at(v)].empty()) return 0;
     double count = 0;
     const auto point = [&](VertexId w) -> Vector2 { return points_.row(w).transpose(); };
-    for (const Index e : edges_at_[size(v)]) {
-      const auto& [a, b] = boundary_.edges[size(e)];
+    for (const Index e : edges_at_[at(v)]) {
+      const auto& [a, b] = boundary_.edges[at(e)];
       for (std::size_t f = 0; f < boundary_.edges.size(); ++f) {
         const auto& [c, d] = boundary_.edges[f];
         if (static_cast<Index>(f) == e) continue;

@@ -23,9 +23,9 @@ using foldover_free::jacobian;
 using foldover_free::Matrix4;
 using foldover_free::Vector4;
 
-constexpr std::size_t kGrain = 2048;
+constexpr std::size_t kUntangleGrain = 2048;
 // Share of the mean weight that no triangle falls below: small triangles must unfold as well.
-constexpr double kLeastWeight = 0.1;
+constexpr double kLeastAreaWeight = 0.1;
 constexpr double kArmijo = 1e-4;
 // A full Newton step that promises less than this share of the energy ends the minimisation for one
 // eps.
@@ -33,23 +33,24 @@ constexpr double kConverged = 0.02;
 // Least share by which eps may fall otherwise (their section 3).
 constexpr double kSlowPace = 0.1;
 
-constexpr int kLocal = 27;
+constexpr int kLocalHessian = 27;
 
 }  // namespace
 
 std::vector<FaceId> find_flips(const Triangles& faces, const Points2& uv,
                                const ExecutionContext& context) {
   const auto count = static_cast<std::size_t>(faces.rows());
-  std::vector<std::vector<FaceId>> found(chunk_count(count, kGrain));
-  parallel_for(context, count, kGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-    for (std::size_t f = begin; f < end; ++f) {
-      const auto corner = [&](Index k) {
-        return uv.row(faces(static_cast<Eigen::Index>(f), k)).data();
-      };
-      if (numeric::orientation(corner(0), corner(1), corner(2)) <= 0)
-        found[chunk].push_back(static_cast<FaceId>(f));
-    }
-  });
+  std::vector<std::vector<FaceId>> found(chunk_count(count, kUntangleGrain));
+  parallel_for(context, count, kUntangleGrain,
+               [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                 for (std::size_t f = begin; f < end; ++f) {
+                   const auto corner = [&](Index k) {
+                     return uv.row(faces(static_cast<Eigen::Index>(f), k)).data();
+                   };
+                   if (numeric::orientation(corner(0), corner(1), corner(2)) <= 0)
+                     found[chunk].push_back(static_cast<FaceId>(f));
+                 }
+               });
   std::vector<FaceId> all;
   for (const auto& part : found) all.insert(all.end(), part.begin(), part.end());
   return all;
@@ -103,7 +104,7 @@ Untangler::Untangler(const mesh::Surface& surface, const std::vector<char>& fixe
     }
   }
   rest_.resize(face_count);
-  local_.resize(kLocal * face_count);
+  local_.resize(kLocalHessian * face_count);
   gradient_.resize(unknowns_);
   diagonal_.resize(static_cast<std::size_t>(unknowns_));
   context.check();
@@ -118,31 +119,33 @@ void Untangler::build_rest(const UntangleOptions& options, double target_area,
     Vector2 p1, p2;
   };
   std::vector<Flat> flat(count);
-  parallel_for(context, count, kGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
-    for (std::size_t f = begin; f < end; ++f) {
-      Vector3 p[3];
-      for (Index k = 0; k < 3; ++k) {
-        p[k] = surface_.vertices.row(surface_.faces(static_cast<Eigen::Index>(f), k)).transpose();
-        if (options.shapes != nullptr)
-          p[k] << (*options.shapes)[f][static_cast<std::size_t>(k)], 0.0;
-      }
-      int base = 0;
-      for (int k = 1; k < 3; ++k) {
-        if ((p[(k + 1) % 3] - p[k]).squaredNorm() > (p[(base + 1) % 3] - p[base]).squaredNorm())
-          base = k;
-      }
-      const Vector3 e = p[(base + 1) % 3] - p[base];
-      const Vector3 s = p[(base + 2) % 3] - p[base];
-      const double length = std::max(e.norm(), 1e-300);
-      const double height = std::max(e.cross(s).norm() / length, options.least_height * length);
-      Vector2 q[3];
-      q[base] = Vector2::Zero();
-      q[(base + 1) % 3] = Vector2(length, 0);
-      q[(base + 2) % 3] = Vector2(std::clamp(e.dot(s) / length, 0.0, length), height);
-      flat[f] = {q[1] - q[0], q[2] - q[0]};
-      area[f] = 0.5 * length * height;
-    }
-  });
+  parallel_for(
+      context, count, kUntangleGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
+        for (std::size_t f = begin; f < end; ++f) {
+          Vector3 p[3];
+          for (Index k = 0; k < 3; ++k) {
+            p[k] =
+                surface_.vertices.row(surface_.faces(static_cast<Eigen::Index>(f), k)).transpose();
+            if (options.shapes != nullptr)
+              p[k] << (*options.shapes)[f][static_cast<std::size_t>(k)], 0.0;
+          }
+          int base = 0;
+          for (int k = 1; k < 3; ++k) {
+            if ((p[(k + 1) % 3] - p[k]).squaredNorm() > (p[(base + 1) % 3] - p[base]).squaredNorm())
+              base = k;
+          }
+          const Vector3 e = p[(base + 1) % 3] - p[base];
+          const Vector3 s = p[(base + 2) % 3] - p[base];
+          const double length = std::max(e.norm(), 1e-300);
+          const double height = std::max(e.cross(s).norm() / length, options.least_height * length);
+          Vector2 q[3];
+          q[base] = Vector2::Zero();
+          q[(base + 1) % 3] = Vector2(length, 0);
+          q[(base + 2) % 3] = Vector2(std::clamp(e.dot(s) / length, 0.0, length), height);
+          flat[f] = {q[1] - q[0], q[2] - q[0]};
+          area[f] = 0.5 * length * height;
+        }
+      });
   double total = 0;
   for (const double a : area) total += a;
   const double mean = total / static_cast<double>(count);
@@ -157,7 +160,7 @@ void Untangler::build_rest(const UntangleOptions& options, double target_area,
     rest.gradient[2][0] = -a.y() / det;
     rest.gradient[2][1] = a.x() / det;
     for (int i = 0; i < 2; ++i) rest.gradient[0][i] = -rest.gradient[1][i] - rest.gradient[2][i];
-    rest.weight = std::max(area[f] / mean, kLeastWeight) / static_cast<double>(count);
+    rest.weight = std::max(area[f] / mean, kLeastAreaWeight) / static_cast<double>(count);
     if (options.weights != nullptr) rest.weight *= (*options.weights)[f];
   }
 }
@@ -165,25 +168,26 @@ void Untangler::build_rest(const UntangleOptions& options, double target_area,
 double Untangler::energy(const Points2& uv, double lambda, double epsilon,
                          double& least_determinant, const ExecutionContext& context) const {
   const std::size_t count = rest_.size();
-  std::vector<double> sums(chunk_count(count, kGrain), 0.0);
+  std::vector<double> sums(chunk_count(count, kUntangleGrain), 0.0);
   std::vector<double> least(sums.size(), std::numeric_limits<double>::infinity());
-  parallel_for(context, count, kGrain, [&](std::size_t begin, std::size_t end, std::size_t chunk) {
-    for (std::size_t f = begin; f < end; ++f) {
-      const auto corner = [&](Index k) {
-        return uv.row(surface_.faces(static_cast<Eigen::Index>(f), k)).data();
-      };
-      const Vector4 j = jacobian(rest_[f].gradient, corner(0), corner(1), corner(2));
-      const double d = determinant(j);
-      const bool guard = f < guards_;
-      if (guard && !(d > 0)) {
-        sums[chunk] = std::numeric_limits<double>::infinity();
-        return;
-      }
-      sums[chunk] += rest_[f].weight * (j.squaredNorm() + lambda * (d * d + 1.0)) /
-                     chi(d, guard ? 0.0 : epsilon);
-      if (!guard) least[chunk] = std::min(least[chunk], d);
-    }
-  });
+  parallel_for(context, count, kUntangleGrain,
+               [&](std::size_t begin, std::size_t end, std::size_t chunk) {
+                 for (std::size_t f = begin; f < end; ++f) {
+                   const auto corner = [&](Index k) {
+                     return uv.row(surface_.faces(static_cast<Eigen::Index>(f), k)).data();
+                   };
+                   const Vector4 j = jacobian(rest_[f].gradient, corner(0), corner(1), corner(2));
+                   const double d = determinant(j);
+                   const bool guard = f < guards_;
+                   if (guard && !(d > 0)) {
+                     sums[chunk] = std::numeric_limits<double>::infinity();
+                     return;
+                   }
+                   sums[chunk] += rest_[f].weight * (j.squaredNorm() + lambda * (d * d + 1.0)) /
+                                  chi(d, guard ? 0.0 : epsilon);
+                   if (!guard) least[chunk] = std::min(least[chunk], d);
+                 }
+               });
   double sum = 0;
   least_determinant = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < sums.size(); ++i) {
@@ -196,41 +200,43 @@ double Untangler::energy(const Points2& uv, double lambda, double epsilon,
 void Untangler::assemble(const Points2& uv, double lambda, double epsilon,
                          const ExecutionContext& context) {
   const std::size_t count = rest_.size();
-  parallel_for(context, count, kGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
-    Vector4 gradient;
-    Matrix4 hessian;
-    for (std::size_t f = begin; f < end; ++f) {
-      const auto corner = [&](Index k) {
-        return uv.row(surface_.faces(static_cast<Eigen::Index>(f), k)).data();
-      };
-      const Rest& rest = rest_[f];
-      derivatives(jacobian(rest.gradient, corner(0), corner(1), corner(2)), lambda,
-                  f < guards_ ? 0.0 : epsilon, gradient, hessian);
-      double* out = &local_[kLocal * f];
-      for (int i = 0; i < 6; ++i) {
-        const double* g = rest.gradient[i / 2];
-        const int row = 2 * (i % 2);
-        out[i] = rest.weight * (gradient[row] * g[0] + gradient[row + 1] * g[1]);
-      }
-      double* entry = out + 6;
-      for (int i = 0; i < 6; ++i) {
-        const double* g = rest.gradient[i / 2];
-        const int row = 2 * (i % 2);
-        for (int j = 0; j <= i; ++j, ++entry) {
-          const double* h = rest.gradient[j / 2];
-          const int column = 2 * (j % 2);
-          *entry = rest.weight *
-                   (g[0] * (hessian(row, column) * h[0] + hessian(row, column + 1) * h[1]) +
-                    g[1] * (hessian(row + 1, column) * h[0] + hessian(row + 1, column + 1) * h[1]));
+  parallel_for(
+      context, count, kUntangleGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
+        Vector4 gradient;
+        Matrix4 hessian;
+        for (std::size_t f = begin; f < end; ++f) {
+          const auto corner = [&](Index k) {
+            return uv.row(surface_.faces(static_cast<Eigen::Index>(f), k)).data();
+          };
+          const Rest& rest = rest_[f];
+          derivatives(jacobian(rest.gradient, corner(0), corner(1), corner(2)), lambda,
+                      f < guards_ ? 0.0 : epsilon, gradient, hessian);
+          double* out = &local_[kLocalHessian * f];
+          for (int i = 0; i < 6; ++i) {
+            const double* g = rest.gradient[i / 2];
+            const int row = 2 * (i % 2);
+            out[i] = rest.weight * (gradient[row] * g[0] + gradient[row + 1] * g[1]);
+          }
+          double* entry = out + 6;
+          for (int i = 0; i < 6; ++i) {
+            const double* g = rest.gradient[i / 2];
+            const int row = 2 * (i % 2);
+            for (int j = 0; j <= i; ++j, ++entry) {
+              const double* h = rest.gradient[j / 2];
+              const int column = 2 * (j % 2);
+              *entry =
+                  rest.weight *
+                  (g[0] * (hessian(row, column) * h[0] + hessian(row, column + 1) * h[1]) +
+                   g[1] * (hessian(row + 1, column) * h[0] + hessian(row + 1, column + 1) * h[1]));
+            }
+          }
         }
-      }
-    }
-  });
+      });
   gradient_.setZero();
   double* values = matrix_.valuePtr();
   std::fill(values, values + matrix_.nonZeros(), 0.0);
   for (std::size_t f = 0; f < count; ++f) {
-    const double* in = &local_[kLocal * f];
+    const double* in = &local_[kLocalHessian * f];
     for (int i = 0; i < 6; ++i) {
       const Index first =
           number_[static_cast<std::size_t>(surface_.faces(static_cast<Eigen::Index>(f), i / 2))];
@@ -245,15 +251,16 @@ void Untangler::assemble(const Points2& uv, double lambda, double epsilon,
 
 bool Untangler::guards_hold(const Points2& uv, const ExecutionContext& context) const {
   std::atomic<bool> hold{true};
-  parallel_for(context, guards_, kGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
-    for (std::size_t f = begin; f < end && hold.load(std::memory_order_relaxed); ++f) {
-      const auto corner = [&](Index k) {
-        return uv.row(surface_.faces(static_cast<Eigen::Index>(f), k)).data();
-      };
-      if (numeric::orientation(corner(0), corner(1), corner(2)) <= 0)
-        hold.store(false, std::memory_order_relaxed);
-    }
-  });
+  parallel_for(context, guards_, kUntangleGrain,
+               [&](std::size_t begin, std::size_t end, std::size_t) {
+                 for (std::size_t f = begin; f < end && hold.load(std::memory_order_relaxed); ++f) {
+                   const auto corner = [&](Index k) {
+                     return uv.row(surface_.faces(static_cast<Eigen::Index>(f), k)).data();
+                   };
+                   if (numeric::orientation(corner(0), corner(1), corner(2)) <= 0)
+                     hold.store(false, std::memory_order_relaxed);
+                 }
+               });
   return hold;
 }
 

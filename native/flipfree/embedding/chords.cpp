@@ -15,7 +15,7 @@ namespace {
 using Size = std::size_t;
 
 // Does the polygon's point k lie beyond the chord from i to j by more than `resolution`?
-bool beyond(const Points2& p, Index i, Index k, Index j, double resolution) {
+bool beyond_chord(const Points2& p, Index i, Index k, Index j, double resolution) {
   const Vector2 a = p.row(i);
   const Vector2 b = p.row(k);
   const Vector2 c = p.row(j);
@@ -29,8 +29,9 @@ bool beyond(const Points2& p, Index i, Index k, Index j, double resolution) {
 bool has_room(const Points2& p, Index i, Index j, double resolution) {
   const Index n = static_cast<Index>(p.rows());
   const Index gap = (j - i + n) % n;
-  return beyond(p, i, (i + 1) % n, j, resolution) && beyond(p, i, (j + n - 1) % n, j, resolution) &&
-         beyond(p, i, (i + gap / 2) % n, j, resolution);
+  return beyond_chord(p, i, (i + 1) % n, j, resolution) &&
+         beyond_chord(p, i, (j + n - 1) % n, j, resolution) &&
+         beyond_chord(p, i, (i + gap / 2) % n, j, resolution);
 }
 
 std::uint64_t key(VertexId a, VertexId b) {

@@ -52,8 +52,8 @@ bool orient_loop(std::vector<VertexId>& loop, const std::vector<VertexId>& own) 
   return true;
 }
 
-Boundary place(const mesh::Surface& surface, const EmbedSurfaceOptions& options,
-               const ExecutionContext& context) {
+Boundary placed_boundary(const mesh::Surface& surface, const EmbedSurfaceOptions& options,
+                         const ExecutionContext& context) {
   Boundary boundary;
   const std::vector<VertexId> own = own_loop(surface);
   boundary.loop = options.loop.empty() ? own : options.loop;
@@ -257,7 +257,7 @@ certify::Parametrization embed_within(const mesh::Surface& surface,
   rules.require_disk = true;
   mesh::validate(surface, rules, context);
   context.check();
-  const Boundary boundary = place(surface, options, context);
+  const Boundary boundary = placed_boundary(surface, options, context);
   context.check();
   certify::Parametrization map;
   map.stats["time_limit_reached"] = std::int64_t{0};

@@ -3,8 +3,6 @@
 namespace flipfree::holonomy {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 class Carrier {
  public:
   Carrier(const mesh::Surface& surface, const mesh::Surface& divided,

@@ -10,8 +10,6 @@
 namespace flipfree::holonomy {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Per face of the refinement: quarter turns from its parent's direction to the one that is chosen.
 std::vector<Index> choose(const Refined& refined, const mesh::EdgeFlags& cuts,
                           const mesh::Surface& input, const mesh::Adjacency& input_adjacency,

@@ -29,8 +29,6 @@
 namespace flipfree::holonomy {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Of the progress.
 constexpr double kEngineShare = 0.5;
 constexpr double kTakenBackShare = 0.65;

@@ -14,8 +14,6 @@
 namespace flipfree::holonomy {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Which of the field's directions each boundary edge runs along, counted from that of its face, in
 // quarter turns (d(h) of cross_field.h, rounded): the cones of the boundary, and the turns of
 // strips between boundaries, follow from these and the matching.

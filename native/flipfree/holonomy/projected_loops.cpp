@@ -5,8 +5,6 @@
 namespace flipfree::holonomy {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Squared distance of a point from the line through a side.
 double off_side(const mesh::Surface& s, HalfedgeId side, const Vector3& p) {
   const Vector3 a = s.vertices.row(mesh::source(s.faces, side));

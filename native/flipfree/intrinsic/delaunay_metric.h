@@ -133,8 +133,6 @@ class DelaunayMetric {
   // Flips per edge, and anyway, after which rounding must be what goes round in circles.
   static constexpr std::size_t kMostFlips = 100;
   static constexpr std::size_t kFlipsAnyway = 10'000;
-  static constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
   bool violates_delaunay(EdgeId e);
   void update_shadow(EdgeId e);
   static bool in_safe_range(double x) { return x > kLeastRounded && x < kMostRounded; }

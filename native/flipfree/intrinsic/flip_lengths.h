@@ -22,9 +22,7 @@ template <typename T>
 std::vector<T> euclidean_lengths(const IntrinsicMesh& mesh, const Points3& positions, int bits) {
   using std::sqrt;
   using Traits = numeric::ScalarTraits<T>;
-  const auto end = [&](std::size_t h) {
-    return positions.row(mesh.unknown[IntrinsicMesh::at(mesh.origin[h])]);
-  };
+  const auto end = [&](std::size_t h) { return positions.row(mesh.unknown[at(mesh.origin[h])]); };
   std::vector<T> length(mesh.edge_count());
   for (std::size_t e = 0; e < length.size(); ++e) {
     const auto a = end(2 * e);

@@ -5,15 +5,9 @@
 #include "flipfree/base/check/debug_check.h"
 
 namespace flipfree::intrinsic {
-namespace {
-
-constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 std::string at_halfedge(const char* what, HalfedgeId h) {
   return std::string(what) + " at half-edge " + std::to_string(h);
 }
-
-}  // namespace
 
 void flip_edge(FlipMesh& m, EdgeId e) {
   debug_require("flip_edge", "the edge has two faces", [&] { return !is_glued_to_itself(m, e); });

@@ -49,8 +49,6 @@ struct FlipMesh {
   VertexId target(HalfedgeId h) const { return origin[at(h ^ 1)]; }
   // The outgoing half-edge after h, counter-clockwise around the origin of h.
   HalfedgeId rotate_ccw(HalfedgeId h) const { return opposite(previous(h)); }
-
-  static constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 };
 
 // Turns the edge counter-clockwise:
@@ -67,5 +65,7 @@ Index count_vertices(const FlipMesh& mesh);
 
 // Empty if next and origin are what they should be; otherwise what is broken. Cost: O(#H).
 std::string find_broken_invariant(const FlipMesh& mesh);
+// Where an invariant is broken, for such messages.
+std::string at_halfedge(const char* what, HalfedgeId h);
 
 }  // namespace flipfree::intrinsic

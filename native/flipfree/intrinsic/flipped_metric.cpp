@@ -62,10 +62,8 @@ std::string find_broken_invariant(const FlippedMetric& metric) {
   if (metric.euclidean_flips > metric.flips.size()) return "more Euclidean flips than flips";
   for (std::size_t c = 0; c < metric.input_halfedge.size(); ++c) {
     const HalfedgeId h = metric.input_halfedge[c];
-    const HalfedgeId next =
-        metric.input_halfedge[IntrinsicMesh::at(next_corner(static_cast<CornerId>(c)))];
-    if (h < 0 || IntrinsicMesh::at(h) >= metric.initial.halfedge_count() ||
-        metric.initial.next_of(h) != next)
+    const HalfedgeId next = metric.input_halfedge[at(next_corner(static_cast<CornerId>(c)))];
+    if (h < 0 || at(h) >= metric.initial.halfedge_count() || metric.initial.next_of(h) != next)
       return "corner " + std::to_string(c) + " of the input has no half-edge of its own";
   }
   FlipMesh mesh = metric.initial;

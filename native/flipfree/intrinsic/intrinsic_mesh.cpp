@@ -11,8 +11,6 @@
 namespace flipfree::intrinsic {
 namespace {
 
-constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 void glue(IntrinsicMesh& m, HalfedgeId a, HalfedgeId b, HalfedgeId c, FaceId f) {
   m.next[at(a)] = b;
   m.next[at(b)] = c;
@@ -84,10 +82,6 @@ void add_mirror_image(const Triangles& faces, const mesh::Adjacency& adjacency, 
     glue(m, r[0], r[2], r[1], face_count + f);
     m.face_label[at(face_count + f)] = FaceLabel::kTwo;
   }
-}
-
-std::string at_halfedge(const char* what, HalfedgeId h) {
-  return std::string(what) + " at half-edge " + std::to_string(h);
 }
 
 // What is wrong with reflection and labels at a half-edge (Proposition 2); empty if nothing is.

@@ -19,8 +19,6 @@
 namespace flipfree::intrinsic {
 namespace {
 
-constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 bool is_perpendicular(const IntrinsicMesh& m, HalfedgeId h) {
   return m.label_of_edge(h >> 1) == EdgeLabel::kPerpendicular;
 }

@@ -35,7 +35,7 @@ using Edge = std::pair<VertexId, VertexId>;
 
 Edge edge(VertexId a, VertexId b) { return {std::min(a, b), std::max(a, b)}; }
 
-double length(const mesh::Surface& surface, const Loop& loop) {
+double loop_length(const mesh::Surface& surface, const Loop& loop) {
   double sum = 0.0;
   for (const HalfedgeId h : loop) {
     sum += (surface.vertices.row(mesh::target(surface.faces, h)) -
@@ -62,7 +62,7 @@ std::size_t outer_loop(const mesh::Surface& surface, const std::vector<Loop>& lo
   }
   std::size_t longest = 0;
   for (std::size_t i = 1; i < loops.size(); ++i) {
-    if (length(surface, loops[i]) > length(surface, loops[longest])) longest = i;
+    if (loop_length(surface, loops[i]) > loop_length(surface, loops[longest])) longest = i;
   }
   return longest;
 }
@@ -166,8 +166,8 @@ certify::Parametrization without_fans(const certify::Parametrization& filled,
 }
 
 // Vertices whose place the request prescribes, new ones on its lines and boundary included.
-std::vector<char> held_vertices(const certify::Parametrization& map, const mesh::Surface& input,
-                                const MatchRequest& request) {
+std::vector<char> prescribed_vertices(const certify::Parametrization& map,
+                                      const mesh::Surface& input, const MatchRequest& request) {
   std::vector<char> held(static_cast<std::size_t>(map.surface.vertices.rows()), 0);
   for (const PinnedVertex& p : request.points) held[static_cast<std::size_t>(p.vertex)] = 1;
   std::set<Edge> edges;
@@ -321,7 +321,7 @@ certify::Parametrization match_valid_piece(const mesh::Surface& surface,
     const ProgressRange range(context, 0.0, 0.7);
     map = without_fans(match_disk(disk, surface, request, untimed, context), disk, surface);
   }
-  const std::vector<char> held = held_vertices(map, surface, request);
+  const std::vector<char> held = prescribed_vertices(map, surface, request);
   certify::CertifyRequest extra;
   extra.require_bijective = options.bijective && request.boundary_uv.empty();
   for (CornerId c = 0; c < map.surface.faces.size(); ++c) {

@@ -11,8 +11,6 @@ namespace {
 
 using Integer = std::int64_t;
 
-std::size_t size(Index i) { return static_cast<std::size_t>(i); }
-
 // Thrown inside this file only.
 struct Overflow {};
 
@@ -102,7 +100,7 @@ const Term* find(const LinearForm& row, Index unknown) {
 class Solver {
  public:
   Solver(Index unknowns, const std::vector<LinearForm>& rows, const ExecutionContext& context)
-      : context_(context), rows_(rows), rows_of_(size(unknowns)) {
+      : context_(context), rows_(rows), rows_of_(at(unknowns)) {
     for (std::size_t r = 0; r < rows_.size(); ++r) {
       normalise(rows_[r]);
       reduce(rows_[r]);
@@ -115,7 +113,7 @@ class Solver {
     while (!waiting_.empty()) {
       context_.check();
       const Index row = (*waiting_.begin())[2];
-      const Index unknown = pivot_of(rows_[size(row)]);
+      const Index unknown = pivot_of(rows_[at(row)]);
       leave(row);
       clear(row, unknown);
       pivots.emplace_back(row, unknown);
@@ -123,13 +121,13 @@ class Solver {
     Elimination out;
     out.value.resize(rows_of_.size());
     out.free.assign(rows_of_.size(), 1);
-    for (const auto& [row, unknown] : pivots) out.free[size(unknown)] = 0;
+    for (const auto& [row, unknown] : pivots) out.free[at(unknown)] = 0;
     for (std::size_t u = 0; u < rows_of_.size(); ++u)
       out.value[u].form = {{static_cast<Index>(u), {1, 0}}};
     // A pivot's row has no earlier pivots.
     for (auto p = pivots.rbegin(); p != pivots.rend(); ++p) {
       context_.check();
-      out.value[size(p->second)] = value_of(rows_[size(p->first)], p->second, out.value);
+      out.value[at(p->second)] = value_of(rows_[at(p->first)], p->second, out.value);
     }
     return out;
   }
@@ -137,19 +135,19 @@ class Solver {
  private:
   // Rows in the order in which they are taken: with a unit first, then short ones.
   std::array<Index, 3> rank(Index row) const {
-    const LinearForm& form = rows_[size(row)];
+    const LinearForm& form = rows_[at(row)];
     const bool unit =
         std::any_of(form.begin(), form.end(), [](const Term& t) { return t.factor.is_unit(); });
     return {unit ? 0 : 1, static_cast<Index>(form.size()), row};
   }
   void enter(Index row) {
-    if (rows_[size(row)].empty()) return;
+    if (rows_[at(row)].empty()) return;
     waiting_.insert(rank(row));
-    for (const Term& t : rows_[size(row)]) rows_of_[size(t.unknown)].insert(row);
+    for (const Term& t : rows_[at(row)]) rows_of_[at(t.unknown)].insert(row);
   }
   void leave(Index row) {
     waiting_.erase(rank(row));
-    for (const Term& t : rows_[size(row)]) rows_of_[size(t.unknown)].erase(row);
+    for (const Term& t : rows_[at(row)]) rows_of_[at(t.unknown)].erase(row);
   }
 
   // A unit if there is one, else the least factor; then the unknown in the fewest rows.
@@ -157,7 +155,7 @@ class Solver {
     Index best = kInvalid;
     std::pair<Integer, std::size_t> least;
     for (const Term& t : row) {
-      const std::pair<Integer, std::size_t> cost{norm(t.factor), rows_of_[size(t.unknown)].size()};
+      const std::pair<Integer, std::size_t> cost{norm(t.factor), rows_of_[at(t.unknown)].size()};
       if (best == kInvalid || cost < least) {
         best = t.unknown;
         least = cost;
@@ -168,12 +166,12 @@ class Solver {
 
   // Takes `unknown` out of all rows that wait, by means of `row`.
   void clear(Index row, Index unknown) {
-    const LinearForm& pivot = rows_[size(row)];
+    const LinearForm& pivot = rows_[at(row)];
     const GaussianInteger a = find(pivot, unknown)->factor;
-    const std::vector<Index> others(rows_of_[size(unknown)].begin(), rows_of_[size(unknown)].end());
+    const std::vector<Index> others(rows_of_[at(unknown)].begin(), rows_of_[at(unknown)].end());
     for (const Index other : others) {
       leave(other);
-      LinearForm& form = rows_[size(other)];
+      LinearForm& form = rows_[at(other)];
       const GaussianInteger b = find(form, unknown)->factor;
       const GaussianInteger g = divisor(a, b);
       form = checked_sum(quotient(a, g), form, negative(quotient(b, g)), pivot);
@@ -191,14 +189,14 @@ class Solver {
       if (t.unknown == unknown) {
         own = t.factor;
       } else {
-        const Integer d = values[size(t.unknown)].divisor;
+        const Integer d = values[at(t.unknown)].divisor;
         common = times(common / std::gcd(common, d), d);
       }
     }
     Elimination::Value out;
     for (const Term& t : row) {
       if (t.unknown == unknown) continue;
-      const Elimination::Value& v = values[size(t.unknown)];
+      const Elimination::Value& v = values[at(t.unknown)];
       out.form = checked_sum({1, 0}, out.form, times(t.factor, {common / v.divisor, 0}), v.form);
     }
     // Divided by `own` times `common`: the conjugate makes the divisor an ordinary integer.

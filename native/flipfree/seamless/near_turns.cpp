@@ -3,15 +3,14 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <random>
 
+#include "flipfree/base/plane.h"
 #include "flipfree/seamless/signature.h"
 
 namespace flipfree::seamless {
 namespace {
 
-constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
 // Turns with one loop the other way that are offered first, and the chance that a loop is turned
 // the other way in those offered then, even if it is at whole quarter turns already.
 constexpr std::size_t kSingleChanges = 4;

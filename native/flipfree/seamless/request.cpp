@@ -15,10 +15,7 @@ namespace {
 
 constexpr std::size_t kMostNamed = 1000;
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-// A connected part.
-struct Part {
+struct ConnectedPart {
   bool closed = true;
   std::vector<FaceId> faces;
   std::vector<VertexId> vertices;
@@ -35,14 +32,15 @@ bool is_border(const mesh::Adjacency& adjacency, std::size_t v) {
   return adjacency.opposite[at(adjacency.vertex_halfedge[v])] == kInvalid;
 }
 
-std::vector<Part> parts_of(const std::vector<Index>& cones, const mesh::Adjacency& adjacency) {
+std::vector<ConnectedPart> parts_of(const std::vector<Index>& cones,
+                                    const mesh::Adjacency& adjacency) {
   const mesh::Components components = mesh::face_components(adjacency);
-  std::vector<Part> parts(at(components.count));
+  std::vector<ConnectedPart> parts(at(components.count));
   for (std::size_t f = 0; f < components.of_face.size(); ++f)
     parts[at(components.of_face[f])].faces.push_back(static_cast<FaceId>(f));
   for (std::size_t v = 0; v < cones.size(); ++v) {
     const FaceId f = adjacency.vertex_halfedge[v] / 3;
-    Part& part = parts[at(components.of_face[at(f)])];
+    ConnectedPart& part = parts[at(components.of_face[at(f)])];
     part.vertices.push_back(static_cast<VertexId>(v));
     part.closed = part.closed && !is_border(adjacency, v);
     part.cones.push_back(cones[v]);
@@ -51,7 +49,7 @@ std::vector<Part> parts_of(const std::vector<Index>& cones, const mesh::Adjacenc
 }
 
 // The same error with the place of the part.
-[[noreturn]] void throw_of_part(const Error& error, const Part& part, bool only_one) {
+[[noreturn]] void throw_of_part(const Error& error, const ConnectedPart& part, bool only_one) {
   std::vector<Index> places;
   for (std::size_t i = 0; i < part.vertices.size() && places.size() < kMostNamed; ++i) {
     if (part.cones[i] != 4) places.push_back(part.vertices[i]);
@@ -90,8 +88,8 @@ void check_request(const mesh::Surface& surface, const std::vector<Index>& cones
                       " quarter turns. Give every cone at least 1 (4 is flat).",
                   ElementKind::kVertex, {static_cast<Index>(v)});
   }
-  const std::vector<Part> parts = parts_of(flat_inside(cones, adjacency), adjacency);
-  for (const Part& part : parts) {
+  const std::vector<ConnectedPart> parts = parts_of(flat_inside(cones, adjacency), adjacency);
+  for (const ConnectedPart& part : parts) {
     context.check();
     if (!part.closed) continue;
     try {

@@ -9,8 +9,6 @@
 namespace flipfree::seamless {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // The two ends of a cut edge on both sides, as seen along half-edge h.
 struct TwoSides {
   Vector2 source, target;                // first side

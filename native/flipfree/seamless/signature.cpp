@@ -1,12 +1,11 @@
 #include "flipfree/seamless/signature.h"
 
 #include <algorithm>
-#include <numbers>
+
+#include "flipfree/base/plane.h"
 
 namespace flipfree::seamless {
 namespace {
-
-constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
 
 bool all_divided_by(Index m, const std::vector<Index>& turns) {
   return std::all_of(turns.begin(), turns.end(), [&](Index t) { return t % m == 0; });

@@ -21,6 +21,9 @@
 
 namespace flipfree::seamless {
 
+// Quarter turns around a vertex where the surface is flat.
+inline constexpr Index kFlat = 4;
+
 // Quarter turns of the vertices that are not flat, sorted.
 std::vector<Index> cone_list(const std::vector<Index>& cones);
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/mesh/cut_graph/cut.h"
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/mesh/topology.h"
@@ -15,10 +15,6 @@
 
 namespace flipfree::seamless {
 namespace {
-
-constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 // A torus has no metric with the cones 3 and 5, but one without cones.
 bool is_empty_stratum(const std::vector<Index>& turns) {

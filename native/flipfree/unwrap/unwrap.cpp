@@ -35,9 +35,9 @@ constexpr int kMostTimesTorn = 3;
 using Unstorable = std::vector<std::pair<std::size_t, Error>>;
 
 // The values to be stored, chart by chart.
-std::vector<Points2f> round_all(const Islands& islands, const ChartPins& pins, bool bijective,
-                                const std::vector<Points2>& uv, Unstorable& unstorable,
-                                ExecutionContext& context, Stats& stats) {
+std::vector<Points2f> round_islands(const Islands& islands, const ChartPins& pins, bool bijective,
+                                    const std::vector<Points2>& uv, Unstorable& unstorable,
+                                    ExecutionContext& context, Stats& stats) {
   const std::size_t count = islands.charts.size();
   std::vector<Points2f> stored(count);
   std::vector<Stats> chart_stats(count);
@@ -78,7 +78,7 @@ PlacedCharts place_and_round(const Islands& islands, const ChartPins& pins,
   placing.scale_true = true;
   placing.place_like = options.place_like;
   const auto round = [&](const std::vector<Points2>& placed) {
-    return round_all(islands, pins, options.bijective, placed, unstorable, context, stats);
+    return round_islands(islands, pins, options.bijective, placed, unstorable, context, stats);
   };
   placing.effort = options.effort;
   const ProgressRange range(context, 0.92, 0.95);

@@ -21,8 +21,6 @@ intrinsic::Refinement to_refinement(const std::string& name) {
   return intrinsic::Refinement::kAuto;
 }
 
-const char* kind_name(ElementKind kind) { return kind == ElementKind::kFace ? "face" : "none"; }
-
 // {map, figures, error, metric}: error is None or {message, code, kind, elements}, with the metric;
 // the map is valid only without one.
 py::object to_object(conformal::ConformalMapResult&& result) {

@@ -42,7 +42,7 @@ struct Described {
   Stats stats;
 };
 
-void bind_options(py::module_& module) {
+void bind_field_options(py::module_& module) {
   py::class_<FieldOptions>(module, "FieldOptions")
       .def(py::init<>())
       .def_readwrite("alignment", &FieldOptions::alignment)
@@ -179,7 +179,7 @@ void bind_cut(py::module_& module) {
 }  // namespace
 
 void bind_field(py::module_& module) {
-  bind_options(module);
+  bind_field_options(module);
   bind_aligned(module);
   bind_cut(module);
   module.def(

@@ -78,7 +78,7 @@ void bind_request(py::module_& module) {
       .def_property("movable", nullptr, ids_setter(&MatchRequest::movable));
 }
 
-void bind_options(py::module_& module) {
+void bind_match_options(py::module_& module) {
   using matchmaker::MatchOptions;
   py::class_<MatchOptions>(module, "MatchOptions")
       .def(py::init<>())
@@ -103,7 +103,7 @@ void bind_options(py::module_& module) {
 
 void bind_matchmaker(py::module_& module) {
   bind_request(module);
-  bind_options(module);
+  bind_match_options(module);
   module.def(
       "match",
       [](const Array<double>& vertices, const Array<Index>& faces,

@@ -29,7 +29,7 @@ struct KeptPlaces {
   Points2 uv;
 };
 
-void bind_options(py::module_& module) {
+void bind_unwrap_options(py::module_& module) {
   using unwrap::PackOptions;
   using unwrap::UnwrapOptions;
   py::class_<UnwrapOptions>(module, "UnwrapOptions")
@@ -110,7 +110,7 @@ void bind_options(py::module_& module) {
 }  // namespace
 
 void bind_unwrap(py::module_& module) {
-  bind_options(module);
+  bind_unwrap_options(module);
   module.def(
       "unwrap",
       [](const Array<double>& vertices, const Array<Index>& faces,

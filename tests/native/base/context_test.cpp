@@ -9,7 +9,7 @@
 
 #include "flipfree/base/error.h"
 
-namespace flipfree {
+namespace flipfree::context_test {
 namespace {
 
 TEST(ExecutionContext, has_a_thread_for_each_core_that_the_process_may_use) {
@@ -208,4 +208,4 @@ TEST(SharedProgress, adds_up_what_parts_have_done_in_the_range_of_the_whole) {
 }
 
 }  // namespace
-}  // namespace flipfree
+}  // namespace flipfree::context_test

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace flipfree {
+namespace flipfree::error_test {
 namespace {
 
 // What `call` throws, which must be exactly an E.
@@ -90,4 +90,4 @@ TEST(OutOfTime, names_the_limit_only_to_those_who_set_one) {
 }
 
 }  // namespace
-}  // namespace flipfree
+}  // namespace flipfree::error_test

@@ -12,7 +12,7 @@
 
 #include "flipfree/base/error.h"
 
-namespace flipfree {
+namespace flipfree::parallel_test {
 namespace {
 
 TEST(ParallelFor, chunks_are_those_of_the_grain_whatever_the_number_of_threads) {
@@ -136,4 +136,4 @@ TEST(ParallelFor, stops_when_cancelled_and_the_context_of_another_call_still_wor
 }
 
 }  // namespace
-}  // namespace flipfree
+}  // namespace flipfree::parallel_test

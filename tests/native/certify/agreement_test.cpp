@@ -8,7 +8,7 @@
 #include "flipfree/certify/certified_map.h"
 #include "support/shapes.h"
 
-namespace flipfree::certify {
+namespace flipfree::certify::agreement_test {
 namespace {
 
 Parametrization stored_map() {
@@ -84,4 +84,4 @@ TEST(Agreement, stored_values_that_do_not_pass_alone_are_said_to_fail) {
 }
 
 }  // namespace
-}  // namespace flipfree::certify
+}  // namespace flipfree::certify::agreement_test

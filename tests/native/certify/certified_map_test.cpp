@@ -7,7 +7,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::certify {
+namespace flipfree::certify::certified_map_test {
 namespace {
 
 using test::flat;
@@ -87,4 +87,4 @@ TEST(RequireCertificate, what_failed_is_said_when_a_certificate_is_required) {
 }
 
 }  // namespace
-}  // namespace flipfree::certify
+}  // namespace flipfree::certify::certified_map_test

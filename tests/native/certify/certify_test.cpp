@@ -10,7 +10,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::certify {
+namespace flipfree::certify::certify_test {
 namespace {
 
 using test::corners;
@@ -331,4 +331,4 @@ TEST(Certify, g7_sees_moved_vertices_missing_faces_and_wrong_parents) {
 }
 
 }  // namespace
-}  // namespace flipfree::certify
+}  // namespace flipfree::certify::certify_test

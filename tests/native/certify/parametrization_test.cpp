@@ -5,7 +5,7 @@
 #include "flipfree/certify/measures/provenance.h"
 #include "support/shapes.h"
 
-namespace flipfree::certify {
+namespace flipfree::certify::parametrization_test {
 namespace {
 
 TEST(IdentityProvenance, places_every_vertex_at_itself) {
@@ -46,4 +46,4 @@ TEST(IdentityProvenance, isolated_vertices_lie_in_no_face) {
 }
 
 }  // namespace
-}  // namespace flipfree::certify
+}  // namespace flipfree::certify::parametrization_test

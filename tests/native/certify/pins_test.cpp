@@ -6,7 +6,7 @@
 
 #include "flipfree/base/error.h"
 
-namespace flipfree::certify {
+namespace flipfree::certify::pins_test {
 namespace {
 
 // What is said of pins of a mesh of two triangles; no words: nothing.
@@ -52,4 +52,4 @@ TEST(Pins, must_be_where_32_bits_reach) {
 }
 
 }  // namespace
-}  // namespace flipfree::certify
+}  // namespace flipfree::certify::pins_test

@@ -10,7 +10,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::certify {
+namespace flipfree::certify::request_test {
 namespace {
 
 using test::corners;
@@ -251,4 +251,4 @@ TEST(CertifyRequest, a_map_is_poor_by_a_hundredth_of_its_area_alone) {
 }
 
 }  // namespace
-}  // namespace flipfree::certify
+}  // namespace flipfree::certify::request_test

@@ -10,7 +10,7 @@
 #include "flipfree/base/error.h"
 #include "support/shapes.h"
 
-namespace flipfree::certify {
+namespace flipfree::certify::separated_map_test {
 namespace {
 
 // Two squares of a plane, a third one upright on the edge that they share; faces 4 and 5 are the
@@ -254,4 +254,4 @@ TEST(SeparatedMap, LoopsThroughFacesThatUseAVertexTwiceAreNoStrips) {
 }
 
 }  // namespace
-}  // namespace flipfree::certify
+}  // namespace flipfree::certify::separated_map_test

@@ -4,7 +4,7 @@
 
 #include <random>
 
-namespace flipfree::certify {
+namespace flipfree::certify::texture_test {
 namespace {
 
 Points2 random_places(Eigen::Index count) {
@@ -37,4 +37,4 @@ TEST(Texture, OnePlaceIsSeenWhereARowOfManyIs) {
 }
 
 }  // namespace
-}  // namespace flipfree::certify
+}  // namespace flipfree::certify::texture_test

@@ -14,7 +14,7 @@
 #include "flipfree/conformal/map/map.h"
 #include "support/shapes.h"
 
-namespace flipfree::conformal {
+namespace flipfree::conformal::time_limit_test {
 namespace {
 
 constexpr double kLimit = 1e6;  // seconds of the tests' clock
@@ -184,4 +184,4 @@ TEST(TimeLimit, of_the_caller_goes_through_a_call_without_one) {
 }
 
 }  // namespace
-}  // namespace flipfree::conformal
+}  // namespace flipfree::conformal::time_limit_test

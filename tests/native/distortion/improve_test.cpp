@@ -11,7 +11,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::improve_test {
 namespace {
 
 double number(const Stats& stats, const char* key) { return std::get<double>(stats.at(key)); }
@@ -88,4 +88,4 @@ TEST(Improve, perfect_maps_that_rounding_folds_are_certified) {
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::improve_test

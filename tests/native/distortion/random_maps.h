@@ -6,7 +6,7 @@
 #include "flipfree/distortion/energy/energy.h"
 #include "support/shapes.h"
 
-namespace flipfree::distortion::test {
+namespace flipfree::test {
 
 // A bumpy grid's projection with every vertex moved at random, by less where that would flip.
 inline Points2 random_map(const mesh::Surface& surface, double by, std::mt19937& random) {
@@ -16,9 +16,9 @@ inline Points2 random_map(const mesh::Surface& surface, double by, std::mt19937&
   for (Eigen::Index v = 0; v < uv.rows(); ++v) {
     const Vector2 before = uv.row(v);
     uv.row(v) += Eigen::RowVector2d(motion(random), motion(random));
-    if (!is_flip_free(surface.faces, uv, context)) uv.row(v) = before;
+    if (!distortion::is_flip_free(surface.faces, uv, context)) uv.row(v) = before;
   }
   return uv;
 }
 
-}  // namespace flipfree::distortion::test
+}  // namespace flipfree::test

@@ -10,7 +10,7 @@
 #include "flipfree/distortion/minimize/boundary_grid.h"
 #include "support/shapes.h"
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::rounding_test {
 namespace {
 
 Points2 plan(const mesh::Surface& surface) { return surface.vertices.leftCols<2>(); }
@@ -202,4 +202,4 @@ TEST(Rounding, WhatCannotBeStoredEndsTheSearchInItsOwnPiece) {
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::rounding_test

@@ -9,7 +9,7 @@
 #include "fuzz/rational.h"
 #include "support/shapes.h"
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::untangle_test {
 namespace {
 
 // A grid whose boundary is held where it is in the plane, its inside anywhere.
@@ -101,4 +101,4 @@ TEST(FindFlips, agrees_with_rational_numbers) {
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::untangle_test

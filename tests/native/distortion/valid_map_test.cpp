@@ -9,7 +9,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::valid_map_test {
 namespace {
 
 Error refusal(const mesh::Surface& surface, const Points2& uv) {
@@ -57,4 +57,4 @@ TEST(ValidMap, defects_of_the_surface_and_of_the_shape_come_first) {
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::valid_map_test

@@ -8,7 +8,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::weighted_test {
 namespace {
 
 Points2 corners_of(const mesh::Surface& surface, const Points2& uv) {
@@ -47,4 +47,4 @@ TEST(MinimizeWeighted, what_counts_more_is_stretched_less) {
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::weighted_test

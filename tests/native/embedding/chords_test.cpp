@@ -9,7 +9,7 @@
 #include "embedding/disks.h"
 #include "fuzz/rational.h"
 
-namespace flipfree::embedding {
+namespace flipfree::embedding::chords_test {
 namespace {
 
 // A polygon without inner vertices, triangulated at random.
@@ -111,4 +111,4 @@ TEST(SplitEdges, subdivides_the_faces_beside_any_set_of_edges) {
 }
 
 }  // namespace
-}  // namespace flipfree::embedding
+}  // namespace flipfree::embedding::chords_test

@@ -8,7 +8,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/embedding/tutte/tutte.h"
 
-namespace flipfree::embedding {
+namespace flipfree::embedding::embed_surface_test {
 namespace {
 
 TEST(EmbedSurface, puts_the_boundary_where_it_was_asked_for_bit_for_bit) {
@@ -90,4 +90,4 @@ TEST(MakeStorable, repairs_what_rounding_would_flip_and_leaves_the_boundary) {
 }
 
 }  // namespace
-}  // namespace flipfree::embedding
+}  // namespace flipfree::embedding::embed_surface_test

@@ -8,7 +8,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/embedding/tutte/tutte.h"
 
-namespace flipfree::embedding {
+namespace flipfree::embedding::embed_test {
 namespace {
 
 Embedding embed(const test::Disk& disk, const EmbedOptions& options, Stats& stats) {
@@ -196,4 +196,4 @@ TEST(Embed, ScaleAndPlaceOfThePolygonDecideNothingButRoom) {
 }
 
 }  // namespace
-}  // namespace flipfree::embedding
+}  // namespace flipfree::embedding::embed_test

@@ -13,7 +13,7 @@
 #include "flipfree/mesh/topology.h"
 #include "support/shapes.h"
 
-namespace flipfree::embedding {
+namespace flipfree::embedding::roomy_boundary_test {
 namespace {
 
 struct Rim {
@@ -83,4 +83,4 @@ TEST(RoomyBoundary, a_polygon_without_room_for_a_strip_is_refused_with_a_cure_th
 }
 
 }  // namespace
-}  // namespace flipfree::embedding
+}  // namespace flipfree::embedding::roomy_boundary_test

@@ -7,7 +7,7 @@
 #include "field/fields.h"
 #include "flipfree/base/error.h"
 
-namespace flipfree::field {
+namespace flipfree::field::compute_test {
 namespace {
 
 TEST(ComputeFieldTest, EveryComponentHasAFieldThatFitsIt) {
@@ -138,4 +138,4 @@ TEST(ComputeFieldTest, AGivenFieldIsReadAsItIsDescribed) {
 }
 
 }  // namespace
-}  // namespace flipfree::field
+}  // namespace flipfree::field::compute_test

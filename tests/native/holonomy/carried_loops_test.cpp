@@ -12,10 +12,8 @@
 #include "flipfree/seamless/bordered/side_chords.h"
 #include "support/shapes.h"
 
-namespace flipfree::holonomy {
+namespace flipfree::holonomy::carried_loops_test {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 mesh::Adjacency adjacency_of(const mesh::Surface& s) {
   return mesh::build_adjacency(static_cast<Index>(s.vertices.rows()), s.faces);
@@ -120,4 +118,4 @@ TEST(CarriedLoops, StripsBetweenBoundariesKeepTheirEnds) {
 }
 
 }  // namespace
-}  // namespace flipfree::holonomy
+}  // namespace flipfree::holonomy::carried_loops_test

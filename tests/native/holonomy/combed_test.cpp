@@ -10,7 +10,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::holonomy {
+namespace flipfree::holonomy::combed_test {
 namespace {
 
 struct Plane {
@@ -76,4 +76,4 @@ TEST(Combed, AMapAlongTheAxesIsTurnedByQuarters) {
 }
 
 }  // namespace
-}  // namespace flipfree::holonomy
+}  // namespace flipfree::holonomy::combed_test

@@ -7,12 +7,12 @@
 #include "flipfree/field/topology/turning.h"
 #include "flipfree/holonomy/field_aligned.h"
 #include "seamless/padding/engine/side_by_side.h"
+#include "seamless/padding/reroute/wished_fields.h"
 #include "seamless/padding/topology/made_cuts.h"
-#include "seamless/padding/topology/reroute/wished_fields.h"
 #include "seamless/padding/turning_judge.h"
 #include "support/shapes.h"
 
-namespace flipfree::holonomy {
+namespace flipfree::holonomy::engines_test {
 namespace {
 
 mesh::Adjacency adjacency_of(const mesh::Surface& surface) {
@@ -90,4 +90,4 @@ TEST(Engines, PaddingRefusesOpenSurfaces) {
 }
 
 }  // namespace
-}  // namespace flipfree::holonomy
+}  // namespace flipfree::holonomy::engines_test

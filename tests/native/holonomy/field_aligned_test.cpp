@@ -7,7 +7,7 @@
 #include "flipfree/mesh/adjacency.h"
 #include "support/shapes.h"
 
-namespace flipfree::holonomy {
+namespace flipfree::holonomy::field_aligned_test {
 namespace {
 
 field::CrossField smooth(const mesh::Surface& surface) {
@@ -149,4 +149,4 @@ TEST(FieldAligned, TimeEndsIt) {
 }
 
 }  // namespace
-}  // namespace flipfree::holonomy
+}  // namespace flipfree::holonomy::field_aligned_test

@@ -8,7 +8,7 @@
 #include "flipfree/field/topology/turning.h"
 #include "support/shapes.h"
 
-namespace flipfree::holonomy {
+namespace flipfree::holonomy::needed_topology_test {
 namespace {
 
 NeededTopology needed(const mesh::Surface& surface, bool aligned) {
@@ -56,4 +56,4 @@ TEST(NeededTopology, CornersOfNoAngleAreEvenedOut) {
 }
 
 }  // namespace
-}  // namespace flipfree::holonomy
+}  // namespace flipfree::holonomy::needed_topology_test

@@ -7,7 +7,7 @@
 #include "flipfree/field/topology/tree_cotree.h"
 #include "support/shapes.h"
 
-namespace flipfree::holonomy {
+namespace flipfree::holonomy::projected_loops_test {
 namespace {
 
 mesh::Adjacency adjacency_of(const mesh::Surface& s) {
@@ -79,4 +79,4 @@ TEST(ProjectedLoops, ALoopInsideAFaceShrinksToNothing) {
 }
 
 }  // namespace
-}  // namespace flipfree::holonomy
+}  // namespace flipfree::holonomy::projected_loops_test

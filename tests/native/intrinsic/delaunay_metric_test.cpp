@@ -10,12 +10,10 @@
 #include "support/flipped_metrics.h"
 #include "support/shapes.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::delaunay_metric_test {
 namespace {
 
 using numeric::BigFloat;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 std::vector<double> random_scale(const mesh::Surface& surface, double spread) {
   std::mt19937 random(11);
@@ -150,4 +148,4 @@ TEST(DelaunayTest, SaysOnWhichSideOfTheCircleAVertexLies) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::delaunay_metric_test

@@ -6,7 +6,7 @@
 
 #include "flipfree/numeric/big_float.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::delaunay_test_test {
 namespace {
 
 using numeric::BigFloat;
@@ -35,4 +35,4 @@ TEST(DelaunayTest, ARoundingIsNoViolationWithAnyNumberOfBits) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::delaunay_test_test

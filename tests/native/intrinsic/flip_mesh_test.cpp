@@ -7,13 +7,13 @@
 #include "support/flip_meshes.h"
 #include "support/shapes.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::flip_mesh_test {
 namespace {
 
 TEST(FlipMesh, TwoFlipsReverseAnEdgeAndFourGiveItBack) {
   const FlipMesh before = test::closed_mesh(test::sphere(6, 4));
   FlipMesh mesh = before;
-  for (EdgeId e = 0; FlipMesh::at(e) < mesh.edge_count(); ++e) {
+  for (EdgeId e = 0; at(e) < mesh.edge_count(); ++e) {
     flip_edge(mesh, e);
     EXPECT_EQ(find_broken_invariant(mesh), "");
     flip_edge(mesh, e);
@@ -61,4 +61,4 @@ TEST(FlipMesh, BrokenArraysAreFound) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::flip_mesh_test

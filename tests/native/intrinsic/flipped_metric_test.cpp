@@ -9,7 +9,7 @@
 #include "support/flipped_metrics.h"
 #include "support/shapes.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::flipped_metric_test {
 namespace {
 
 FlippedMetric some_metric() {
@@ -57,4 +57,4 @@ TEST(FlippedMetric, FlipsAreReplayedInOrderAndInPart) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::flipped_metric_test

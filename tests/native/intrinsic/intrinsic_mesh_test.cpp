@@ -7,7 +7,7 @@
 
 #include "support/shapes.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::intrinsic_mesh_test {
 namespace {
 
 IntrinsicSetup setup_of(const mesh::Surface& surface) {
@@ -43,12 +43,11 @@ TEST(IntrinsicMesh, FlipsKeepFacesAndWhatNamesThem) {
   IntrinsicMesh mesh = setup_of(test::sphere(7, 5)).mesh;
   for (EdgeId e = 0; static_cast<std::size_t>(e) < mesh.edge_count(); e += 3) {
     if (is_glued_to_itself(mesh, e)) continue;
-    const std::pair faces{mesh.face[IntrinsicMesh::at(2 * e)],
-                          mesh.face[IntrinsicMesh::at(2 * e + 1)]};
+    const std::pair faces{mesh.face[at(2 * e)], mesh.face[at(2 * e + 1)]};
     flip_edge(mesh, e);
     EXPECT_EQ(find_broken_invariant(mesh), "");
-    EXPECT_EQ(mesh.face_halfedge[IntrinsicMesh::at(faces.first)], 2 * e);
-    EXPECT_EQ(mesh.face_halfedge[IntrinsicMesh::at(faces.second)], 2 * e + 1);
+    EXPECT_EQ(mesh.face_halfedge[at(faces.first)], 2 * e);
+    EXPECT_EQ(mesh.face_halfedge[at(faces.second)], 2 * e + 1);
   }
 }
 
@@ -69,4 +68,4 @@ TEST(IntrinsicMesh, ABrokenReflectionLabelOrFaceIsFound) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::intrinsic_mesh_test

@@ -13,10 +13,8 @@
 #include "flipfree/intrinsic/symmetric_flips.h"
 #include "support/shapes.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::symmetric_flips_test {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 // Random lengths that are symmetric and, being log-uniform, mostly violate the triangle inequality.
 std::vector<double> random_lengths(const IntrinsicMesh& mesh, std::mt19937& random, double spread) {
@@ -180,4 +178,4 @@ TEST(SymmetricFlips, a_single_triangle_with_boundary_can_flip_into_faces_glued_t
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::symmetric_flips_test

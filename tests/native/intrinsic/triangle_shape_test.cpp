@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::triangle_shape_test {
 namespace {
 
 using numeric::BigFloat;
@@ -62,4 +62,4 @@ TEST(TriangleShape, RoundedLengthsServeWhereNoDifferenceIsSmall) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::triangle_shape_test

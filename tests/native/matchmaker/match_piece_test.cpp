@@ -10,7 +10,7 @@
 #include "matchmaker/expect_met.h"
 #include "support/shapes.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::match_piece_test {
 namespace {
 
 // A bumpy sheet of 12 x 12 squares with two holes of 2 x 2 and 1 x 2 squares.
@@ -145,4 +145,4 @@ TEST(MatchPiece, LinesBetweenPinsAreMetWithoutOverlaps) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::match_piece_test

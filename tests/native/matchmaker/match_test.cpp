@@ -13,7 +13,7 @@
 #include "matchmaker/expect_met.h"
 #include "support/shapes.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::match_test {
 namespace {
 
 MatchRequest random_pins(const mesh::Surface& surface, int count, unsigned seed) {
@@ -241,4 +241,4 @@ TEST(Match, CancelsWithoutAResult) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::match_test

@@ -12,7 +12,7 @@
 #include "flipfree/mesh/topology.h"
 #include "support/shapes.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::match_time_test {
 namespace {
 
 constexpr double kTick = 1e-4;  // seconds per look, about as often as the work looks at it
@@ -152,4 +152,4 @@ TEST(MatchTime, AWayThatRunsOutOfItsShareLeavesTimeForTheNext) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::match_time_test

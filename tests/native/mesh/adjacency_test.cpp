@@ -9,7 +9,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::adjacency_test {
 namespace {
 
 using test::adjacency_of;
@@ -109,4 +109,4 @@ TEST(Adjacency, rotation_from_the_stored_halfedge_visits_the_whole_fan) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::adjacency_test

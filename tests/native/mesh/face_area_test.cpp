@@ -4,7 +4,7 @@
 
 #include <vector>
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::face_area_test {
 namespace {
 
 bool area_of(double x, double y, double scale) {
@@ -41,4 +41,4 @@ TEST(FaceArea, ThinFacesHaveNoShapeWhereTheyAreFewOrLittleOfTheSurface) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::face_area_test

@@ -7,7 +7,7 @@
 
 #include "support/shapes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::own_unit_test {
 namespace {
 
 double extent(const Surface& surface) {
@@ -67,4 +67,4 @@ TEST(InOwnUnit, what_has_no_extent_or_none_that_is_finite_stays_as_it_is) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::own_unit_test

@@ -5,7 +5,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::topology_test {
 namespace {
 
 using test::adjacency_of;
@@ -51,4 +51,4 @@ TEST(FaceComponents, are_numbered_by_their_smallest_face) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::topology_test

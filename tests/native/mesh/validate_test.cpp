@@ -6,7 +6,7 @@
 
 #include "support/shapes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::validate_test {
 namespace {
 
 // The first defect of a mesh, which must have one.
@@ -112,4 +112,4 @@ TEST(Validate, every_message_says_where_and_what_to_do) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::validate_test

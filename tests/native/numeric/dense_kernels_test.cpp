@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-namespace flipfree::numeric::dense {
+namespace flipfree::numeric::dense::dense_kernels_test {
 namespace {
 
 using Matrix = Eigen::MatrixXd;
@@ -156,4 +156,4 @@ TEST(DenseKernels, trapezoids_are_solved_as_by_the_library) {
 }
 
 }  // namespace
-}  // namespace flipfree::numeric::dense
+}  // namespace flipfree::numeric::dense::dense_kernels_test

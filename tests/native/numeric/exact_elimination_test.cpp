@@ -7,10 +7,8 @@
 
 #include "flipfree/base/error.h"
 
-namespace flipfree::numeric {
+namespace flipfree::numeric::exact_elimination_test {
 namespace {
-
-std::size_t size(Index i) { return static_cast<std::size_t>(i); }
 
 using Rational = mpq_class;
 struct Complex {
@@ -32,21 +30,21 @@ Complex operator/(const Complex& a, const Complex& b) {
 Index rank(Index unknowns, const std::vector<LinearForm>& rows) {
   std::vector<std::vector<Complex>> matrix;
   for (const LinearForm& row : rows) {
-    matrix.emplace_back(size(unknowns));
+    matrix.emplace_back(at(unknowns));
     for (const Term& t : row) {
-      matrix.back()[size(t.unknown)].re += static_cast<long>(t.factor.re);
-      matrix.back()[size(t.unknown)].im += static_cast<long>(t.factor.im);
+      matrix.back()[at(t.unknown)].re += static_cast<long>(t.factor.re);
+      matrix.back()[at(t.unknown)].im += static_cast<long>(t.factor.im);
     }
   }
   std::size_t found = 0;
-  for (std::size_t c = 0; c < size(unknowns) && found < matrix.size(); ++c) {
+  for (std::size_t c = 0; c < at(unknowns) && found < matrix.size(); ++c) {
     std::size_t p = found;
     while (p < matrix.size() && matrix[p][c].is_zero()) ++p;
     if (p == matrix.size()) continue;
     std::swap(matrix[p], matrix[found]);
     for (std::size_t r = found + 1; r < matrix.size(); ++r) {
       const Complex f = matrix[r][c] / matrix[found][c];
-      for (std::size_t k = c; k < size(unknowns); ++k)
+      for (std::size_t k = c; k < at(unknowns); ++k)
         matrix[r][k] = matrix[r][k] - f * matrix[found][k];
     }
     ++found;
@@ -59,12 +57,12 @@ bool solves(const Elimination& e, const std::vector<LinearForm>& rows) {
   for (const LinearForm& row : rows) {
     std::vector<Complex> total(e.value.size());
     for (const Term& t : row) {
-      const Elimination::Value& v = e.value[size(t.unknown)];
+      const Elimination::Value& v = e.value[at(t.unknown)];
       for (const Term& f : v.form) {
         const GaussianInteger product = t.factor * f.factor;
-        total[size(f.unknown)].re +=
+        total[at(f.unknown)].re +=
             Rational(static_cast<long>(product.re), static_cast<unsigned long>(v.divisor));
-        total[size(f.unknown)].im +=
+        total[at(f.unknown)].im +=
             Rational(static_cast<long>(product.im), static_cast<unsigned long>(v.divisor));
       }
     }
@@ -86,14 +84,14 @@ Index free_count(const Elimination& e) {
 void expect_solution(Index unknowns, const std::vector<LinearForm>& rows) {
   const auto e = eliminate(unknowns, rows, ExecutionContext());
   ASSERT_TRUE(e.has_value());
-  ASSERT_EQ(e->value.size(), size(unknowns));
+  ASSERT_EQ(e->value.size(), at(unknowns));
   EXPECT_TRUE(solves(*e, rows));
   EXPECT_EQ(free_count(*e), unknowns - rank(unknowns, rows));
   for (Index u = 0; u < unknowns; ++u) {
-    const Elimination::Value& v = e->value[size(u)];
+    const Elimination::Value& v = e->value[at(u)];
     EXPECT_GT(v.divisor, 0);
-    for (const Term& t : v.form) EXPECT_TRUE(e->free[size(t.unknown)]);
-    if (e->free[size(u)]) {
+    for (const Term& t : v.form) EXPECT_TRUE(e->free[at(t.unknown)]);
+    if (e->free[at(u)]) {
       ASSERT_EQ(v.form.size(), 1U);
       EXPECT_EQ(v.form[0].unknown, u);
       EXPECT_EQ(v.form[0].factor, (GaussianInteger{1, 0}));
@@ -135,12 +133,12 @@ TEST(ExactElimination, systems_of_units_on_trees_have_values_without_divisors) {
   std::mt19937 random(9);
   for (int trial = 0; trial < 50; ++trial) {
     const Index nodes = 30;
-    std::vector<LinearForm> rows(size(nodes));
+    std::vector<LinearForm> rows(at(nodes));
     for (Index v = 1; v < nodes; ++v) {
       const Index parent = std::uniform_int_distribution<Index>(0, v - 1)(random);
       const Index turns = std::uniform_int_distribution<Index>(0, 3)(random);
-      rows[size(v)].push_back({v - 1, {1, 0}});
-      rows[size(parent)].push_back({v - 1, quarter_turn(turns)});
+      rows[at(v)].push_back({v - 1, {1, 0}});
+      rows[at(parent)].push_back({v - 1, quarter_turn(turns)});
     }
     std::erase_if(rows, [](const LinearForm& row) { return row.size() < 2; });  // leaves are cones
     const auto e = eliminate(nodes - 1, rows, ExecutionContext());
@@ -177,4 +175,4 @@ TEST(ExactElimination, cancelling_ends_it) {
 }
 
 }  // namespace
-}  // namespace flipfree::numeric
+}  // namespace flipfree::numeric::exact_elimination_test

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <random>
 
-namespace flipfree::numeric {
+namespace flipfree::numeric::predicates_test {
 namespace {
 
 using Rational = boost::multiprecision::mpq_rational;
@@ -93,4 +93,4 @@ TEST(Predicates, SayNothingOfWhatIsNotFinite) {
 }
 
 }  // namespace
-}  // namespace flipfree::numeric
+}  // namespace flipfree::numeric::predicates_test

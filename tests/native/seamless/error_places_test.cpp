@@ -4,7 +4,7 @@
 
 #include "flipfree/certify/certified_map.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::error_places_test {
 namespace {
 
 const std::vector<FaceId> kFaces{10, 11, 11, 12};
@@ -66,4 +66,4 @@ TEST(ErrorPlaces, anExceptionIsThrownAgainWithThem) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::error_places_test

@@ -12,7 +12,7 @@
 
 #include "flipfree/base/error.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::near_turns_test {
 namespace {
 
 constexpr double kQuarterTurn = std::numbers::pi / 2;
@@ -171,4 +171,4 @@ TEST(NearTurns, NoLoopsHaveOneWay) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::near_turns_test

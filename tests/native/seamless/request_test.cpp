@@ -7,7 +7,7 @@
 #include "flipfree/base/error.h"
 #include "support/shapes.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::request_test {
 namespace {
 
 mesh::Surface beside(const mesh::Surface& a, const mesh::Surface& b) {
@@ -88,4 +88,4 @@ TEST(Request, refusesConesWithoutAngleAndMissingNumbers) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::request_test

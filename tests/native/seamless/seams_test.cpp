@@ -9,10 +9,8 @@
 #include "distortion/seams/polycubes.h"
 #include "support/shapes.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::seams_test {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 // Corners of cubes: vertices with other than four right angles.
 std::vector<VertexId> cones_of(const test::Unfolded& u) {
@@ -139,4 +137,4 @@ TEST(WriteTransitions, ListsEveryCutEdgeWithItsBranchs) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::seams_test

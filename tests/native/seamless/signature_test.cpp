@@ -5,7 +5,7 @@
 
 #include <vector>
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::signature_test {
 namespace {
 
 // Cones among flat vertices.
@@ -62,4 +62,4 @@ TEST(Signature, EmptyStrataOfGenusTwo) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::signature_test

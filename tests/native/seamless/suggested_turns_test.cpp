@@ -8,7 +8,7 @@
 #include "flipfree/seamless/request.h"
 #include "support/shapes.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::suggested_turns_test {
 namespace {
 
 TEST(SuggestedTurns, areAdmissibleOnEveryPart) {
@@ -37,4 +37,4 @@ TEST(SuggestedTurns, leaveBoundariesOpen) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::suggested_turns_test

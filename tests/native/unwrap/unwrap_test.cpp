@@ -10,7 +10,7 @@
 #include "flipfree/base/error.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::unwrap_test {
 namespace {
 
 TEST(Unwrap, the_progress_bar_is_full_only_at_the_end) {
@@ -109,4 +109,4 @@ TEST(Unwrap, accepted_maps_meet_their_pins) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::unwrap_test

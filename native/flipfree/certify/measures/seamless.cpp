@@ -17,7 +17,7 @@ struct Difference {
   Difference operator-() const { return {-head, -tail}; }
 };
 
-Difference difference(double a, double b) {
+Difference exact_difference(double a, double b) {
   const double head = a - b;
   const double b_part = head - a;
   const double a_part = head - b_part;
@@ -31,7 +31,7 @@ struct Vector {
   bool operator==(const Vector&) const = default;
 };
 Vector vector(const Points2& uv, CornerId from, CornerId to) {
-  return {difference(uv(to, 0), uv(from, 0)), difference(uv(to, 1), uv(from, 1))};
+  return {exact_difference(uv(to, 0), uv(from, 0)), exact_difference(uv(to, 1), uv(from, 1))};
 }
 Vector turned(const Vector& a) { return {-a.y, a.x}; }
 

@@ -20,9 +20,7 @@ namespace {
 
 using std::numbers::pi;
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-constexpr double kPinnedTolerance = 1e-11;
+constexpr double kBoundaryTolerance = 1e-11;
 constexpr int kCircleRounds = 60;
 constexpr double kCircleTolerance = 1e-9;  // relative change of boundary lengths
 
@@ -247,7 +245,7 @@ void make_free(const mesh::Surface& surface, const Shape& shape, std::vector<dou
   std::vector<char> pinned(angles.size(), 0);
   for (std::size_t v = 0; v < pinned.size(); ++v) pinned[v] = shape.on_boundary[v];
   const PinnedMetric metric =
-      compute_pinned_metric(surface, angles, pinned, kPinnedTolerance, context);
+      compute_pinned_metric(surface, angles, pinned, kBoundaryTolerance, context);
   for (std::size_t v = 0; v < pinned.size(); ++v) {
     if (metric.angles[v] > 0.0 && metric.error <= 1e-6) continue;
     throw_not_converged(ErrorCode::kIterationLimit,

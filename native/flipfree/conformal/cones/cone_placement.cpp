@@ -8,12 +8,6 @@
 #include "flipfree/base/error.h"
 
 namespace flipfree::conformal {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 LinearPlacement::LinearPlacement(const intrinsic::IntrinsicMesh& mesh, const Gradient& gradient,
                                  std::vector<char> base, ExecutionContext& context)
     : base_(std::move(base)), laplacian_(mesh, gradient, base_, context) {

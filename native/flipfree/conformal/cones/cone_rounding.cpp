@@ -29,9 +29,7 @@ constexpr double kAim = 0.95;
 constexpr std::array<int, 7> kRings{1, 2, 4, 8, 16, 32, 64};
 constexpr std::size_t kMostNumbers = 32'000'000;  // of responses kept: 256 MB
 constexpr double kLeastGain = 1e-3;               // of the cost, relative
-constexpr double kMostSteps = 1e6;                // of negative curvature at one cone
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+constexpr double kMostConeSteps = 1e6;            // of negative curvature at one cone
 
 struct Extremes {
   VertexId low = 0, high = 0;
@@ -272,10 +270,11 @@ ConeSteps round_cones(const mesh::Surface& surface, const std::vector<double>& a
   for (std::size_t k = cones.size(); k-- > 0;) {
     const std::size_t i = tree.order[k];
     // Curvatures of a surface too degenerate to have any are no numbers of steps.
-    const double steps = std::isfinite(wanted[i])
-                             ? std::clamp(std::round(wanted[i]), -kMostSteps,
-                                          std::max(-kMostSteps, static_cast<double>(most_steps)))
-                             : 0.0;
+    const double steps =
+        std::isfinite(wanted[i])
+            ? std::clamp(std::round(wanted[i]), -kMostConeSteps,
+                         std::max(-kMostConeSteps, static_cast<double>(most_steps)))
+            : 0.0;
     if (k > 0) wanted[tree.parent[i]] += wanted[i] - steps;
     if (steps != 0.0) out[cones[i]] = static_cast<int>(steps);
   }

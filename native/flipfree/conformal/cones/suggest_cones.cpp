@@ -24,8 +24,6 @@ namespace {
 
 using std::numbers::pi;
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 constexpr double kPinnedTolerance = 1e-10;
 // Metrics until the true scale factors, not only the linear ones, stay within the bound.
 constexpr int kTrueRounds = 40;

@@ -210,7 +210,6 @@ class ScalarEngine final : public MetricEngine {
   static constexpr double kCancelled = 1e-3;
   // Half-cotangents below which they are: doubles know them to 1e-16.
   static constexpr double kRight = 1e-10;
-  static constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
   std::size_t unknown_at(HalfedgeId h) const {
     return at(mesh().unknown[at(mesh().origin[at(h)])]);
   }

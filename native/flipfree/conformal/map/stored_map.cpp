@@ -10,12 +10,6 @@
 #include "flipfree/mesh/cut_graph/cut.h"
 
 namespace flipfree::conformal {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 void take_map(intrinsic::MetricLayout& layout, certify::Parametrization& map) {
   intrinsic::RefinedLayout& refined = layout.map;
   map.cut_edges = std::move(layout.cut_edges);

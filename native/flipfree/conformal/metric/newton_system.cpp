@@ -9,9 +9,7 @@
 namespace flipfree::conformal {
 namespace {
 
-constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-constexpr int kRounds = 3;            // of refinement, Cholesky
+constexpr int kRefinementRounds = 3;  // of refinement, Cholesky
 constexpr double kNegligible = 1e-6;  // of the gradient: what dropping low parts may change
 constexpr int kAccurateRounds = 8;    // with the accurate factorization
 constexpr int kLeastBits = 256;       // of its direction
@@ -285,7 +283,7 @@ double NewtonSystem::by_new_factor(const std::vector<double>& g, double goal, Fi
   std::vector<double> r(g.size());
   Eigen::VectorXd rhs(last);
   double before = residual(g, d, r);
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kRefinementRounds; ++round) {
     std::copy(r.begin(), r.end() - 1, rhs.data());
     const Eigen::VectorXd x = cholesky_.solve(rhs, context);
     for (Eigen::Index i = 0; i < last; ++i) add(d, static_cast<std::size_t>(i), x[i]);

@@ -7,11 +7,9 @@
 namespace flipfree::conformal {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 constexpr int kMaxIterations = 100;
 constexpr double kMaxStepRange = 20.0;
-constexpr double kSmallestStep = 1e-8;
+constexpr double kSmallestPinnedStep = 1e-8;
 
 double masked_dot(const std::vector<double>& a, const std::vector<double>& b,
                   const std::vector<char>& pinned) {
@@ -109,7 +107,7 @@ PinnedMetric compute_pinned_metric(const mesh::Surface& surface, const std::vect
     const double first = range > kMaxStepRange ? kMaxStepRange / range : 1.0;
     double step = 0.0;
     bool found = false;
-    for (double next = first; next >= kSmallestStep * first; next *= 0.5) {
+    for (double next = first; next >= kSmallestPinnedStep * first; next *= 0.5) {
       for (std::size_t v = 0; v < d.size(); ++v) part.high[v] = 0.5 * (next - step) * d[v];
       engine->scale(part, context);
       step = next;

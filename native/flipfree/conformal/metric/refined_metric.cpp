@@ -16,7 +16,7 @@ namespace {
 using std::numbers::pi;
 
 // Newton steps of the refined start where the plain one failed: if it helps, it helps soon.
-constexpr int kMostSteps = 150;
+constexpr int kMostRefinedSteps = 150;
 constexpr double kLeastSeconds = 1e-3;  // what a run that has no time left is given
 constexpr double kFirstShare = 0.6;     // of the seconds, for the first of two ways
 constexpr char kNotReached[] = "The conformal metric was not reached";
@@ -114,7 +114,7 @@ RefinedMetric refined_first(const mesh::Surface& surface, const Points3* lengths
   if (start.split != nullptr) {
     MetricOptions share = options;
     share.max_seconds = kFirstShare * options.max_seconds;
-    share.max_iterations = std::min(options.max_iterations, kMostSteps);
+    share.max_iterations = std::min(options.max_iterations, kMostRefinedSteps);
     share.require_convergence = false;
     // Where not even its start is possible the plain way is left.
     Outcome<RefinedMetric> refined =
@@ -158,7 +158,7 @@ RefinedMetric plain_first(const mesh::Surface& surface, const Points3* lengths,
       if (!start) start = find_refined_start(surface, lengths, context);
       if (start->split == nullptr) return;
       MetricOptions rest = remaining(options, watch);
-      rest.max_iterations = std::min(options.max_iterations, kMostSteps);
+      rest.max_iterations = std::min(options.max_iterations, kMostRefinedSteps);
       rest.require_convergence = false;
       refined = metric_of(std::move(*start), target_angles, rest, context);
     });

@@ -17,9 +17,6 @@
 namespace flipfree::distortion {
 namespace {
 
-constexpr double kShareOfFlip = 0.9;
-constexpr double kSufficientDecrease = 1e-4;
-
 // T of a face, in the frame of its rest shape: (a, b; c, d).
 struct Target {
   double a, b, c, d;

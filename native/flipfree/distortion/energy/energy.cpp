@@ -12,7 +12,7 @@
 namespace flipfree::distortion {
 namespace {
 
-const double* at(const Points2& points, Index v) {
+const double* coordinates(const Points2& points, Index v) {
   return points.data() + 2 * static_cast<std::ptrdiff_t>(v);
 }
 
@@ -20,7 +20,8 @@ const Index* corners(const Triangles& faces, std::size_t f) { return faces.data(
 
 bool positive(const Triangles& faces, const Points2& uv, std::size_t f) {
   const Index* v = corners(faces, f);
-  return numeric::orientation(at(uv, v[0]), at(uv, v[1]), at(uv, v[2])) > 0;
+  return numeric::orientation(coordinates(uv, v[0]), coordinates(uv, v[1]), coordinates(uv, v[2])) >
+         0;
 }
 
 }  // namespace
@@ -42,7 +43,8 @@ EnergySums sum_energy(const Triangles& faces, const std::vector<RestTriangle>& r
     EnergySums sums;
     for (std::size_t f = begin; f < end; ++f) {
       const Index* v = corners(faces, f);
-      const Jacobian j = jacobian(rest[f], at(uv, v[0]), at(uv, v[1]), at(uv, v[2]));
+      const Jacobian j =
+          jacobian(rest[f], coordinates(uv, v[0]), coordinates(uv, v[1]), coordinates(uv, v[2]));
       const double stretch = 0.25 * (j.a * j.a + j.b * j.b + j.c * j.c + j.d * j.d);
       const double shrink = stretch / (j.determinant * j.determinant);
       sums.stretch += rest[f].weight * stretch;
@@ -73,11 +75,12 @@ double directional_derivative(const Triangles& faces, const std::vector<RestTria
     double sum = 0;
     for (std::size_t f = begin; f < end; ++f) {
       const Index* v = corners(faces, f);
-      const Jacobian j = jacobian(rest[f], at(uv, v[0]), at(uv, v[1]), at(uv, v[2]));
+      const Jacobian j =
+          jacobian(rest[f], coordinates(uv, v[0]), coordinates(uv, v[1]), coordinates(uv, v[2]));
       double gradient[6];
       symmetric_dirichlet_gradient(rest[f], j, gradient);
       for (int k = 0; k < 3; ++k) {
-        const double* d = at(direction, v[k]);
+        const double* d = coordinates(direction, v[k]);
         sum += gradient[2 * k] * d[0] + gradient[2 * k + 1] * d[1];
       }
     }
@@ -100,8 +103,9 @@ double step_to_first_flip(const Triangles& faces, const Points2& uv, const Point
       double motion[2][2];
       for (int k = 0; k < 2; ++k) {
         for (int axis = 0; axis < 2; ++axis) {
-          edge[k][axis] = at(uv, v[k + 1])[axis] - at(uv, v[0])[axis];
-          motion[k][axis] = at(direction, v[k + 1])[axis] - at(direction, v[0])[axis];
+          edge[k][axis] = coordinates(uv, v[k + 1])[axis] - coordinates(uv, v[0])[axis];
+          motion[k][axis] =
+              coordinates(direction, v[k + 1])[axis] - coordinates(direction, v[0])[axis];
         }
       }
       // det(edge + t motion) = c + b t + a t^2 with c > 0; its first positive root is 2 c /

@@ -11,8 +11,6 @@
 namespace flipfree::distortion {
 namespace {
 
-std::size_t size(Index i) { return static_cast<std::size_t>(i); }
-
 // Exact: do two boundary edges have a point in common other than a vertex that both end in?
 bool conflict(const std::array<VertexId, 2>& e, const std::array<VertexId, 2>& f,
               const Points2& uv) {
@@ -32,7 +30,7 @@ Boundary find_boundary(Index vertex_count, const Triangles& faces) {
   Boundary boundary;
   boundary.loops = mesh::boundary_loops(faces, adjacency);
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
-    if (adjacency.opposite[size(h)] != kInvalid) continue;
+    if (adjacency.opposite[at(h)] != kInvalid) continue;
     boundary.edges.push_back({mesh::source(faces, h), mesh::target(faces, h)});
     boundary.vertices.push_back(mesh::source(faces, h));
   }
@@ -67,7 +65,7 @@ BoundaryGrid::BoundaryGrid(const Boundary& boundary, const Points2& uv)
   if (!std::isfinite(cell_) || !extent.allFinite()) cell_ = std::numeric_limits<double>::infinity();
   columns_ = static_cast<Index>(extent.allFinite() ? extent.x() / cell_ : 0.0) + 1;
   rows_ = static_cast<Index>(extent.allFinite() ? extent.y() / cell_ : 0.0) + 1;
-  begin_.assign(size(columns_) * size(rows_) + 1, 0);
+  begin_.assign(at(columns_) * at(rows_) + 1, 0);
   const auto for_edges = [&](auto visit) {
     for (std::size_t e = 0; e < boundary.edges.size(); ++e) {
       for_cells(uv.row(boundary.edges[e][0]).transpose(), uv.row(boundary.edges[e][1]).transpose(),
@@ -76,9 +74,9 @@ BoundaryGrid::BoundaryGrid(const Boundary& boundary, const Points2& uv)
   };
   for_edges([&](std::size_t cell, Index) { ++begin_[cell + 1]; });
   for (std::size_t cell = 0; cell + 1 < begin_.size(); ++cell) begin_[cell + 1] += begin_[cell];
-  edges_.resize(size(begin_.back()));
+  edges_.resize(at(begin_.back()));
   std::vector<Index> next(begin_.begin(), begin_.end() - 1);
-  for_edges([&](std::size_t cell, Index e) { edges_[size(next[cell]++)] = e; });
+  for_edges([&](std::size_t cell, Index e) { edges_[at(next[cell]++)] = e; });
 }
 
 // The cell of a coordinate that many cells from the first, of so many; NaN is in the first.
@@ -114,7 +112,7 @@ void BoundaryGrid::for_cells(const Vector2& a, const Vector2& b, Visit visit) co
     }
     const Index left = column(std::min(from, to) - slack);
     const Index right = column(std::max(from, to) + slack);
-    for (Index c = left; c <= right; ++c) visit(size(r) * size(columns_) + size(c));
+    for (Index c = left; c <= right; ++c) visit(at(r) * at(columns_) + at(c));
   }
 }
 
@@ -123,9 +121,9 @@ std::array<Index, 2> BoundaryGrid::first_conflict(const ExecutionContext& contex
     if (cell % 4096 == 0) context.check();
     for (Index i = begin_[cell]; i < begin_[cell + 1]; ++i) {
       for (Index j = i + 1; j < begin_[cell + 1]; ++j) {
-        const Index e = edges_[size(i)];
-        const Index f = edges_[size(j)];
-        if (conflict(boundary_.edges[size(e)], boundary_.edges[size(f)], uv_)) return {e, f};
+        const Index e = edges_[at(i)];
+        const Index f = edges_[at(j)];
+        if (conflict(boundary_.edges[at(e)], boundary_.edges[at(f)], uv_)) return {e, f};
       }
     }
   }
@@ -139,7 +137,7 @@ void BoundaryGrid::near(const Vector2& point, double radius, std::vector<Index>&
   const Index top = row(point.y() + radius);
   for (Index r = row(point.y() - radius); r <= top; ++r) {
     for (Index c = left; c <= right; ++c) {
-      const std::size_t cell = size(r) * size(columns_) + size(c);
+      const std::size_t cell = at(r) * at(columns_) + at(c);
       edges.insert(edges.end(), edges_.begin() + begin_[cell], edges_.begin() + begin_[cell + 1]);
     }
   }

@@ -16,13 +16,13 @@ namespace {
 // developable surfaces, the similarities) without moving the smallest other eigenvectors visibly.
 constexpr double kShift = 1e-11;
 constexpr int kInverseIterations = 5;
-constexpr std::size_t kGrain = 16384;
+constexpr std::size_t kWeightGrain = 16384;
 
 // Half the cotangent of the angle opposite to each half-edge.
 std::vector<double> cotangents(const mesh::Surface& chart, const ExecutionContext& context) {
   std::vector<double> weights(static_cast<std::size_t>(3 * chart.faces.rows()));
   parallel_for(
-      context, weights.size(), kGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
+      context, weights.size(), kWeightGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
         for (std::size_t i = begin; i < end; ++i) {
           const auto h = static_cast<HalfedgeId>(i);
           const CornerId apex = previous_corner(h);

@@ -14,10 +14,6 @@ namespace {
 // A map with a larger mean is not taken for somebody who accepts it as it is: nothing can be done
 // with it, and 32 bits may not hold it.
 constexpr double kBearableEnergy = 100.0;
-// The step goes this far towards the first flip; closer would leave a triangle whose barrier
-// dominates the next step. benchmarks/minimize_benchmark.cpp measures it.
-constexpr double kShareOfFlip = 0.9;
-constexpr double kSufficientDecrease = 1e-4;
 // Longest one, in full steps, with MinimizeOptions::lengthen.
 constexpr double kLongestStep = 8;
 // Below this relative size a difference of two energies is rounding (sums of 1e6 terms); slopes

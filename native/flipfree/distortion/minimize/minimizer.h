@@ -19,6 +19,11 @@
 
 namespace flipfree::distortion {
 
+// The step goes this far towards the first flip; closer would leave a triangle whose barrier
+// dominates the next step. benchmarks/minimize_benchmark.cpp measures it.
+inline constexpr double kShareOfFlip = 0.9;
+inline constexpr double kSufficientDecrease = 1e-4;  // Armijo's constant
+
 // Shorter shares of a step lead nowhere.
 inline constexpr double kShortestStep = 1e-12;
 

@@ -18,8 +18,6 @@ constexpr std::size_t kVertexGrain = 4096;
 constexpr double kLeastDamping = 1e-10;
 constexpr double kMostDamping = 1e-2;
 
-std::size_t size(Index i) { return static_cast<std::size_t>(i); }
-
 }  // namespace
 
 NewtonSystem::NewtonSystem(const Triangles& faces, const std::vector<char>& fixed,
@@ -29,8 +27,8 @@ NewtonSystem::NewtonSystem(const Triangles& faces, const std::vector<char>& fixe
                            const std::vector<Index>* labels)
     : faces_(faces), number_of_(fixed.size(), kInvalid) {
   std::vector<char> used(fixed.size(), 0);
-  for (Eigen::Index i = 0; i < faces.size(); ++i) used[size(faces.data()[i])] = 1;
-  for (const auto& [v, w] : couplings) used[size(v)] = used[size(w)] = 1;
+  for (Eigen::Index i = 0; i < faces.size(); ++i) used[at(faces.data()[i])] = 1;
+  for (const auto& [v, w] : couplings) used[at(v)] = used[at(w)] = 1;
   for (std::size_t v = 0; v < fixed.size(); ++v) {
     if (fixed[v] || !used[v]) continue;
     number_of_[v] = static_cast<Index>(vertex_of_.size());
@@ -51,7 +49,7 @@ NewtonSystem::NewtonSystem(const Triangles& faces, const std::vector<char>& fixe
   if (memory != nullptr) {
     std::vector<Index> label = vertex_of_;
     if (labels != nullptr) {
-      for (Index& l : label) l = (*labels)[size(l)];
+      for (Index& l : label) l = (*labels)[at(l)];
     }
     cholesky_.analyze(matrix_, context, drawing, *memory, label);
   } else {
@@ -65,20 +63,20 @@ void NewtonSystem::build_pattern(const Triangles& faces,
   const std::size_t count = vertex_of_.size();
   corner_offset_.assign(count + 1, 0);
   for (Eigen::Index c = 0; c < faces.size(); ++c) {
-    const Index i = number_of_[size(faces.data()[c])];
-    if (i != kInvalid) ++corner_offset_[size(i) + 1];
+    const Index i = number_of_[at(faces.data()[c])];
+    if (i != kInvalid) ++corner_offset_[at(i) + 1];
   }
   for (std::size_t i = 0; i < count; ++i) corner_offset_[i + 1] += corner_offset_[i];
-  corners_.resize(size(corner_offset_[count]));
+  corners_.resize(at(corner_offset_[count]));
   std::vector<Index> next(corner_offset_.begin(), corner_offset_.end() - 1);
   for (Index c = 0; c < static_cast<Index>(faces.size()); ++c) {
-    const Index i = number_of_[size(faces.data()[c])];
-    if (i != kInvalid) corners_[size(next[size(i)]++)] = c;
+    const Index i = number_of_[at(faces.data()[c])];
+    if (i != kInvalid) corners_[at(next[at(i)]++)] = c;
   }
 
   std::vector<std::array<Index, 2>> extra;  // couplings as free numbers, lower first
   for (const auto& [v, w] : couplings) {
-    const auto [low, high] = std::minmax(number_of_[size(v)], number_of_[size(w)]);
+    const auto [low, high] = std::minmax(number_of_[at(v)], number_of_[at(w)]);
     if (low != kInvalid && low != high) extra.push_back({low, high});
   }
   std::sort(extra.begin(), extra.end());
@@ -95,9 +93,9 @@ void NewtonSystem::build_pattern(const Triangles& faces,
     if (i % 8192 == 0) context.check();
     below.clear();
     const auto number = static_cast<Index>(i);
-    const auto other = [&](CornerId c) { return number_of_[size(faces.data()[c])]; };
-    for (Index at = corner_offset_[i]; at < corner_offset_[i + 1]; ++at) {
-      const CornerId c = corners_[size(at)];
+    const auto other = [&](CornerId c) { return number_of_[at(faces.data()[c])]; };
+    for (Index entry = corner_offset_[i]; entry < corner_offset_[i + 1]; ++entry) {
+      const CornerId c = corners_[at(entry)];
       for (const CornerId neighbour : {next_corner(c), previous_corner(c)}) {
         if (other(neighbour) > number) below.push_back(other(neighbour));
       }
@@ -110,11 +108,11 @@ void NewtonSystem::build_pattern(const Triangles& faces,
     const auto place = [&](Index j) {
       return static_cast<Index>(std::lower_bound(below.begin(), below.end(), j) - below.begin());
     };
-    for (Index at = corner_offset_[i]; at < corner_offset_[i + 1]; ++at) {
-      const CornerId c = corners_[size(at)];
-      if (other(next_corner(c)) > number) slot_[size(c)] = place(other(next_corner(c)));
+    for (Index entry = corner_offset_[i]; entry < corner_offset_[i + 1]; ++entry) {
+      const CornerId c = corners_[at(entry)];
+      if (other(next_corner(c)) > number) slot_[at(c)] = place(other(next_corner(c)));
       if (other(previous_corner(c)) > number)
-        slot_[size(previous_corner(c))] = place(other(previous_corner(c)));
+        slot_[at(previous_corner(c))] = place(other(previous_corner(c)));
     }
     for (int axis = 0; axis < 2; ++axis) {
       for (int a = axis; a < 2; ++a) rows.push_back(2 * number + a);
@@ -127,7 +125,7 @@ void NewtonSystem::build_pattern(const Triangles& faces,
   }
   matrix_.resizeNonZeros(static_cast<Index>(rows.size()));
   std::copy(rows.begin(), rows.end(), matrix_.innerIndexPtr());
-  diagonal_.resize(size(unknowns));
+  diagonal_.resize(at(unknowns));
 }
 
 double NewtonSystem::assemble(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft,
@@ -158,10 +156,10 @@ double NewtonSystem::assemble(const std::vector<RestTriangle>& rest, const Point
                    double* first = values + column[2 * i];
                    double* second = values + column[2 * i + 1];
                    double gradient[2] = {0, 0};
-                   for (Index at = corner_offset_[i]; at < corner_offset_[i + 1]; ++at) {
-                     const CornerId c = corners_[size(at)];
-                     const std::size_t f = size(c) / 3;
-                     const std::size_t k = size(c) % 3;
+                   for (Index entry = corner_offset_[i]; entry < corner_offset_[i + 1]; ++entry) {
+                     const CornerId c = corners_[at(entry)];
+                     const std::size_t f = at(c) / 3;
+                     const std::size_t k = at(c) % 3;
                      const double* h = &face_hessian_[kHessianEntries * f];
                      gradient[0] += face_gradient_[6 * f + 2 * k];
                      gradient[1] += face_gradient_[6 * f + 2 * k + 1];
@@ -172,17 +170,17 @@ double NewtonSystem::assemble(const std::vector<RestTriangle>& rest, const Point
                      // the one that enters has it second.
                      const CornerId next = next_corner(c);
                      const CornerId previous = previous_corner(c);
-                     if (number_of_[size(faces_.data()[next])] > static_cast<Index>(i)) {
+                     if (number_of_[at(faces_.data()[next])] > static_cast<Index>(i)) {
                        const double* block = h + 9 + 4 * k;
-                       const std::size_t s = 2 * size(slot_[size(c)]);
+                       const std::size_t s = 2 * at(slot_[at(c)]);
                        first[2 + s] += block[0];
                        first[3 + s] += block[1];
                        second[1 + s] += block[2];
                        second[2 + s] += block[3];
                      }
-                     if (number_of_[size(faces_.data()[previous])] > static_cast<Index>(i)) {
-                       const double* block = h + 9 + 4 * (size(previous) % 3);
-                       const std::size_t s = 2 * size(slot_[size(previous)]);
+                     if (number_of_[at(faces_.data()[previous])] > static_cast<Index>(i)) {
+                       const double* block = h + 9 + 4 * (at(previous) % 3);
+                       const std::size_t s = 2 * at(slot_[at(previous)]);
                        first[2 + s] += block[0];
                        first[3 + s] += block[2];
                        second[1 + s] += block[1];
@@ -199,7 +197,7 @@ double NewtonSystem::assemble(const std::vector<RestTriangle>& rest, const Point
 }
 
 void NewtonSystem::add_prescribed(const Points2& motion) {
-  for (std::size_t f = 0; f < size(static_cast<Index>(faces_.rows())); ++f) {
+  for (std::size_t f = 0; f < at(static_cast<Index>(faces_.rows())); ++f) {
     const Index* v = faces_.data() + 3 * f;
     const double* h = &face_hessian_[kHessianEntries * f];
     for (std::size_t k = 0; k < 3; ++k) {
@@ -207,10 +205,10 @@ void NewtonSystem::add_prescribed(const Points2& motion) {
       const double* block = h + 9 + 4 * k;
       const auto add_to = [&](VertexId to, VertexId from, double uu, double uv, double vu,
                               double vv) {
-        const Index i = number_of_[size(to)];
-        if (i == kInvalid || number_of_[size(from)] != kInvalid) return;
-        gradient_[2 * size(i)] += uu * motion(from, 0) + uv * motion(from, 1);
-        gradient_[2 * size(i) + 1] += vu * motion(from, 0) + vv * motion(from, 1);
+        const Index i = number_of_[at(to)];
+        if (i == kInvalid || number_of_[at(from)] != kInvalid) return;
+        gradient_[2 * at(i)] += uu * motion(from, 0) + uv * motion(from, 1);
+        gradient_[2 * at(i) + 1] += vu * motion(from, 0) + vv * motion(from, 1);
       };
       add_to(v[k], v[l], block[0], block[1], block[2], block[3]);
       add_to(v[l], v[k], block[0], block[2], block[1], block[3]);
@@ -219,8 +217,8 @@ void NewtonSystem::add_prescribed(const Points2& motion) {
 }
 
 void NewtonSystem::add(VertexId v, const double gradient[2], const double block[3]) {
-  if (number_of_[size(v)] == kInvalid) return;
-  const std::size_t i = size(number_of_[size(v)]);
+  if (number_of_[at(v)] == kInvalid) return;
+  const std::size_t i = at(number_of_[at(v)]);
   gradient_[2 * i] += gradient[0];
   gradient_[2 * i + 1] += gradient[1];
   const Index* column = matrix_.outerIndexPtr();
@@ -236,7 +234,7 @@ bool NewtonSystem::add_pair(VertexId v, VertexId w, const double block[3]) {
 }
 
 bool NewtonSystem::add_block(VertexId v, VertexId w, const double block[4]) {
-  const auto [low, high] = std::minmax(number_of_[size(v)], number_of_[size(w)]);
+  const auto [low, high] = std::minmax(number_of_[at(v)], number_of_[at(w)]);
   if (low == kInvalid) return true;
   const Index* column = matrix_.outerIndexPtr() + 2 * low;
   const Index* begin = matrix_.innerIndexPtr() + column[0];
@@ -245,7 +243,7 @@ bool NewtonSystem::add_block(VertexId v, VertexId w, const double block[4]) {
   if (found == end || *found != 2 * high) return false;
   double* first = matrix_.valuePtr() + column[0] + (found - begin);
   double* second = matrix_.valuePtr() + column[1] + (found - begin - 1);
-  const bool ordered = number_of_[size(v)] == low;
+  const bool ordered = number_of_[at(v)] == low;
   first[0] += block[0];
   first[1] += block[ordered ? 1 : 2];
   second[0] += block[ordered ? 2 : 1];

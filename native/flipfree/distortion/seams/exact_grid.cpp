@@ -18,11 +18,9 @@ namespace {
 
 using numeric::GaussianInteger;
 
-constexpr int kFirstRings = 2;  // around the vertices at fault
+constexpr int kFirstGridRings = 2;  // around the vertices at fault
 // Room for what rounding and repairs move points by, in steps.
 constexpr double kSlack = 256;
-
-std::size_t size(Index i) { return static_cast<std::size_t>(i); }
 
 // The largest size of a coordinate.
 double half_extent(const Points2& uv) { return uv.cwiseAbs().maxCoeff(); }
@@ -43,19 +41,19 @@ double step_for(double extent) {
 
 // Nodes rounded, vertices computed from them: no error anywhere.
 GridPoints rounded_map(const SeamConstraints& constraints, const Points2& nodes, double step) {
-  std::vector<GaussianInteger> whole(size(constraints.node_count()));
+  std::vector<GaussianInteger> whole(at(constraints.node_count()));
   for (Index n = 0; n < constraints.node_count(); ++n) {
     const std::int64_t unit = n < constraints.position_count() ? 1 : constraints.translation_step;
     const double scale = step * static_cast<double>(unit);
-    whole[size(n)] = {unit * std::llround(nodes(n, 0) / scale),
-                      unit * std::llround(nodes(n, 1) / scale)};
+    whole[at(n)] = {unit * std::llround(nodes(n, 0) / scale),
+                    unit * std::llround(nodes(n, 1) / scale)};
   }
   GridPoints points(static_cast<Eigen::Index>(constraints.divisor.size()), 2);
   for (std::size_t v = 0; v < constraints.divisor.size(); ++v) {
     GaussianInteger sum;
     for (Index t = constraints.begin[v]; t < constraints.begin[v + 1]; ++t) {
-      const NodeTerm& term = constraints.terms[size(t)];
-      sum = sum + term.factor * whole[size(term.node)];
+      const NodeTerm& term = constraints.terms[at(t)];
+      sum = sum + term.factor * whole[at(term.node)];
     }
     const std::int64_t d = constraints.divisor[v];
     if (sum.re % d != 0 || sum.im % d != 0)
@@ -69,16 +67,16 @@ GridPoints rounded_map(const SeamConstraints& constraints, const Points2& nodes,
 // with respect to equilateral triangles of one size, its rim and all translations held.
 void open_region(const SeamConstraints& constraints, const Triangles& faces,
                  const std::vector<VertexId>& region, Points2& uv, ExecutionContext& context) {
-  std::vector<char> inside(size(static_cast<Index>(uv.rows())), 0);
-  for (const VertexId v : region) inside[size(v)] = 1;
+  std::vector<char> inside(at(static_cast<Index>(uv.rows())), 0);
+  for (const VertexId v : region) inside[at(v)] = 1;
   std::vector<FaceId> chosen;
   std::vector<char> held(inside.size(), 0);
   for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
-    if (inside[size(faces(f, 0))] && inside[size(faces(f, 1))] && inside[size(faces(f, 2))]) {
+    if (inside[at(faces(f, 0))] && inside[at(faces(f, 1))] && inside[at(faces(f, 2))]) {
       chosen.push_back(f);
       continue;
     }
-    for (int k = 0; k < 3; ++k) held[size(faces(f, k))] = 1;
+    for (int k = 0; k < 3; ++k) held[at(faces(f, k))] = 1;
   }
   if (chosen.empty()) return;
   Triangles part(static_cast<Eigen::Index>(chosen.size()), 3);
@@ -129,7 +127,7 @@ GridMap finish(const SeamConstraints& constraints, const Triangles& faces,
     const GaussianInteger t = corner(next_corner(o)) + -(turn * corner(h));
     const GaussianInteger again = corner(o) + -(turn * corner(next_corner(h)));
     // The lowest edge of a branch stands for it, so that its translation is known here.
-    const std::size_t branch = size(constraints.branch[e]);
+    const std::size_t branch = at(constraints.branch[e]);
     if (branch == e) of_branch[e] = t;
     if (!(t == again) || !(t == constraints.branch_unit[e] * of_branch[branch]))
       throw InternalError("seams: the sides of a seam edge do not match on the grid");
@@ -164,7 +162,7 @@ GridMap round_to_grid(const SeamConstraints& constraints, const Triangles& faces
     GridRepair repair(constraints, faces, points, context);
     std::vector<VertexId> region;
     folded = repair.sweep(folded);
-    for (int rings = kFirstRings; !folded.empty(); rings *= 2) {
+    for (int rings = kFirstGridRings; !folded.empty(); rings *= 2) {
       for (const FaceId f : folded) {
         for (int k = 0; k < 3; ++k) region.push_back(faces(f, k));
       }

@@ -10,10 +10,8 @@
 namespace flipfree::distortion {
 namespace {
 
-constexpr int kMostSweeps = 8;  // over single points, before the region is opened as a whole
+constexpr int kMostGridSweeps = 8;  // over single points, before the region is opened as a whole
 constexpr std::size_t kFaceGrain = 16384;
-
-std::size_t size(Index i) { return static_cast<std::size_t>(i); }
 
 void make_unique(std::vector<Index>& values) {
   std::sort(values.begin(), values.end());
@@ -55,35 +53,35 @@ GridRepair::GridRepair(const SeamConstraints& constraints, const Triangles& face
   std::vector<Index> turns(vertices, 0);
   for (std::size_t v = 0; v < vertices; ++v) {
     for (Index t = constraints.begin[v]; t < constraints.begin[v + 1]; ++t) {
-      const NodeTerm& term = constraints.terms[size(t)];
+      const NodeTerm& term = constraints.terms[at(t)];
       if (term.node >= constraints.position_count()) continue;
       node_of_[v] = term.node;
-      ++copy_begin_[size(term.node) + 1];
+      ++copy_begin_[at(term.node) + 1];
       // The factor is a unit times the divisor.
       turns[v] = term.factor.re > 0 ? 0 : term.factor.im > 0 ? 1 : term.factor.re < 0 ? 2 : 3;
     }
   }
   for (std::size_t n = 0; n + 1 < copy_begin_.size(); ++n) copy_begin_[n + 1] += copy_begin_[n];
-  copies_.resize(size(copy_begin_.back()));
+  copies_.resize(at(copy_begin_.back()));
   std::vector<Index> next(copy_begin_.begin(), copy_begin_.end() - 1);
   for (std::size_t v = 0; v < vertices; ++v) {
     if (node_of_[v] == kInvalid) continue;
-    copies_[size(next[size(node_of_[v])]++)] = {static_cast<VertexId>(v), turns[v]};
+    copies_[at(next[at(node_of_[v])]++)] = {static_cast<VertexId>(v), turns[v]};
   }
   corner_begin_.assign(vertices + 1, 0);
-  for (const Index v : faces.reshaped()) ++corner_begin_[size(v) + 1];
+  for (const Index v : faces.reshaped()) ++corner_begin_[at(v) + 1];
   for (std::size_t v = 0; v < vertices; ++v) corner_begin_[v + 1] += corner_begin_[v];
-  corners_.resize(size(corner_begin_.back()));
-  std::vector<Index> at(corner_begin_.begin(), corner_begin_.end() - 1);
+  corners_.resize(at(corner_begin_.back()));
+  std::vector<Index> free(corner_begin_.begin(), corner_begin_.end() - 1);
   for (Index c = 0; c < static_cast<Index>(faces.size()); ++c)
-    corners_[size(at[size(faces.data()[c])]++)] = c;
+    corners_[at(free[at(faces.data()[c])]++)] = c;
 }
 
 std::vector<Index> GridRepair::nodes_of_faces(const std::vector<FaceId>& chosen) const {
   std::vector<Index> nodes;
   for (const FaceId f : chosen) {
     for (int k = 0; k < 3; ++k) {
-      const Index node = node_of_[size(faces_(f, k))];
+      const Index node = node_of_[at(faces_(f, k))];
       if (node != kInvalid) nodes.push_back(node);
     }
   }
@@ -94,10 +92,10 @@ std::vector<Index> GridRepair::nodes_of_faces(const std::vector<FaceId>& chosen)
 std::vector<Index> GridRepair::grown(const std::vector<Index>& nodes) const {
   std::vector<FaceId> around;
   for (const Index n : nodes) {
-    for (Index i = copy_begin_[size(n)]; i < copy_begin_[size(n) + 1]; ++i) {
-      const std::size_t v = size(copies_[size(i)].vertex);
+    for (Index i = copy_begin_[at(n)]; i < copy_begin_[at(n) + 1]; ++i) {
+      const std::size_t v = at(copies_[at(i)].vertex);
       for (Index c = corner_begin_[v]; c < corner_begin_[v + 1]; ++c)
-        around.push_back(corners_[size(c)] / 3);
+        around.push_back(corners_[at(c)] / 3);
     }
   }
   std::vector<Index> wider = nodes_of_faces(around);
@@ -109,17 +107,17 @@ std::vector<Index> GridRepair::grown(const std::vector<Index>& nodes) const {
 std::vector<VertexId> GridRepair::grow(const std::vector<VertexId>& region) const {
   std::vector<VertexId> wider = region;
   for (const VertexId v : region) {
-    for (Index c = corner_begin_[size(v)]; c < corner_begin_[size(v) + 1]; ++c) {
-      for (int k = 0; k < 3; ++k) wider.push_back(faces_(corners_[size(c)] / 3, k));
+    for (Index c = corner_begin_[at(v)]; c < corner_begin_[at(v) + 1]; ++c) {
+      for (int k = 0; k < 3; ++k) wider.push_back(faces_(corners_[at(c)] / 3, k));
     }
   }
   make_unique(wider);
   const std::size_t reached = wider.size();
   for (std::size_t i = 0; i < reached; ++i) {
-    const Index node = node_of_[size(wider[i])];
+    const Index node = node_of_[at(wider[i])];
     if (node == kInvalid) continue;
-    for (Index c = copy_begin_[size(node)]; c < copy_begin_[size(node) + 1]; ++c)
-      wider.push_back(copies_[size(c)].vertex);
+    for (Index c = copy_begin_[at(node)]; c < copy_begin_[at(node) + 1]; ++c)
+      wider.push_back(copies_[at(c)].vertex);
   }
   make_unique(wider);
   return wider;
@@ -127,7 +125,7 @@ std::vector<VertexId> GridRepair::grow(const std::vector<VertexId>& region) cons
 
 std::vector<FaceId> GridRepair::sweep(std::vector<FaceId> folded) {
   std::vector<Index> region = nodes_of_faces(folded);
-  for (int round = 0; !folded.empty() && round < kMostSweeps; ++round) {
+  for (int round = 0; !folded.empty() && round < kMostGridSweeps; ++round) {
     enough_ = std::ldexp(1.0, round);
     bool any = false;
     for (std::size_t i = 0; i < region.size(); ++i) {
@@ -146,17 +144,17 @@ std::vector<FaceId> GridRepair::sweep(std::vector<FaceId> folded) {
 }
 
 void GridRepair::shift(Index node, std::int64_t x, std::int64_t y) {
-  for (Index i = copy_begin_[size(node)]; i < copy_begin_[size(node) + 1]; ++i) {
+  for (Index i = copy_begin_[at(node)]; i < copy_begin_[at(node) + 1]; ++i) {
     const numeric::GaussianInteger by =
-        numeric::quarter_turn(copies_[size(i)].turns) * numeric::GaussianInteger{x, y};
-    points_(copies_[size(i)].vertex, 0) += by.re;
-    points_(copies_[size(i)].vertex, 1) += by.im;
+        numeric::quarter_turn(copies_[at(i)].turns) * numeric::GaussianInteger{x, y};
+    points_(copies_[at(i)].vertex, 0) += by.re;
+    points_(copies_[at(i)].vertex, 1) += by.im;
   }
 }
 
 bool GridRepair::within(Index node) const {
-  for (Index i = copy_begin_[size(node)]; i < copy_begin_[size(node) + 1]; ++i) {
-    const auto p = points_.row(copies_[size(i)].vertex);
+  for (Index i = copy_begin_[at(node)]; i < copy_begin_[at(node) + 1]; ++i) {
+    const auto p = points_.row(copies_[at(i)].vertex);
     if (p.cwiseAbs().maxCoeff() > kLargestGridNumber) return false;
   }
   return true;
@@ -168,11 +166,11 @@ bool GridRepair::improve(Index node) {
   Vector2 sum = Vector2::Zero();
   double radius = 0;
   int count = 0;
-  for (Index i = copy_begin_[size(node)]; i < copy_begin_[size(node) + 1]; ++i) {
-    const auto& [v, turns] = copies_[size(i)];
-    for (Index c = corner_begin_[size(v)]; c < corner_begin_[size(v) + 1]; ++c) {
+  for (Index i = copy_begin_[at(node)]; i < copy_begin_[at(node) + 1]; ++i) {
+    const auto& [v, turns] = copies_[at(i)];
+    for (Index c = corner_begin_[at(v)]; c < corner_begin_[at(v) + 1]; ++c) {
       for (const CornerId other :
-           {next_corner(corners_[size(c)]), previous_corner(corners_[size(c)])}) {
+           {next_corner(corners_[at(c)]), previous_corner(corners_[at(c)])}) {
         const VertexId w = faces_.data()[other];
         const auto by =
             numeric::quarter_turn(-turns) *
@@ -187,7 +185,7 @@ bool GridRepair::improve(Index node) {
   if (count == 0) return false;
   double best = score(node);
   if (best >= enough_) return false;
-  const bool real = real_[size(node)] != 0;
+  const bool real = real_[at(node)] != 0;
   std::int64_t moved[2] = {0, 0};
   const auto attempt = [&](double x, double y) {
     const std::int64_t to[2] = {std::llround(x), real ? 0 : std::llround(y)};
@@ -222,10 +220,10 @@ bool GridRepair::improve(Index node) {
 double GridRepair::score(Index node) const {
   double lowest = std::numeric_limits<double>::infinity();
   double folded = 0;
-  for (Index i = copy_begin_[size(node)]; i < copy_begin_[size(node) + 1]; ++i) {
-    const std::size_t v = size(copies_[size(i)].vertex);
+  for (Index i = copy_begin_[at(node)]; i < copy_begin_[at(node) + 1]; ++i) {
+    const std::size_t v = at(copies_[at(i)].vertex);
     for (Index c = corner_begin_[v]; c < corner_begin_[v + 1]; ++c) {
-      const FaceId f = corners_[size(c)] / 3;
+      const FaceId f = corners_[at(c)] / 3;
       const std::int64_t area = twice_grid_area(faces_, points_, f);
       double longest = 1;
       for (int k = 0; k < 3; ++k) {

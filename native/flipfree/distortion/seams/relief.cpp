@@ -17,14 +17,12 @@ namespace {
 // A triangle of more than this energy is bad. Below, steps of the whole map see true rest shapes:
 // two triangles together make for the bound by which the minimiser decides (minimizer.cpp).
 constexpr double kBad = 4 * kProgressiveBound;
-constexpr Index kFirstRings = 4;
+constexpr Index kFirstReliefRings = 4;
 constexpr Index kMostRings = 16;
 // Share of the triangles that the rings may have together: beyond, the whole map is as quick.
-constexpr double kLocal = 0.05;
-constexpr int kMostSteps = 50;
+constexpr double kLocalShare = 0.05;
+constexpr int kMostReliefSteps = 50;
 constexpr double kTolerance = 1e-2;
-
-std::size_t size(Index i) { return static_cast<std::size_t>(i); }
 
 // Faces of `uv` beyond the bound at `scale`, marked among the vertices.
 Index mark_bad(const Triangles& faces, const RestShapes& rest, double scale, const Points2& uv,
@@ -34,9 +32,9 @@ Index mark_bad(const Triangles& faces, const RestShapes& rest, double scale, con
   for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
     Vector2 p[3];
     for (int k = 0; k < 3; ++k) p[k] = scale * uv.row(faces(f, k)).transpose();
-    const Jacobian j = jacobian(rest.triangles[size(f)], p[0].data(), p[1].data(), p[2].data());
+    const Jacobian j = jacobian(rest.triangles[at(f)], p[0].data(), p[1].data(), p[2].data());
     if (symmetric_dirichlet(j) <= kBad) continue;
-    for (int k = 0; k < 3; ++k) marked[size(faces(f, k))] = 1;
+    for (int k = 0; k < 3; ++k) marked[at(faces(f, k))] = 1;
     ++count;
   }
   return count;
@@ -47,7 +45,7 @@ std::vector<Index> position_nodes(const SeamConstraints& constraints) {
   std::vector<Index> node_of(constraints.divisor.size(), kInvalid);
   for (std::size_t v = 0; v < node_of.size(); ++v) {
     for (Index t = constraints.begin[v]; t < constraints.begin[v + 1]; ++t) {
-      const Index node = constraints.terms[size(t)].node;
+      const Index node = constraints.terms[at(t)].node;
       if (node < constraints.position_count()) node_of[v] = node;
     }
   }
@@ -60,15 +58,15 @@ void grow(const Triangles& faces, const std::vector<Index>& node_of, std::size_t
   std::vector<char> wider = marked;
   for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
     bool any = false;
-    for (int k = 0; k < 3; ++k) any = any || marked[size(faces(f, k))] != 0;
-    for (int k = 0; any && k < 3; ++k) wider[size(faces(f, k))] = 1;
+    for (int k = 0; k < 3; ++k) any = any || marked[at(faces(f, k))] != 0;
+    for (int k = 0; any && k < 3; ++k) wider[at(faces(f, k))] = 1;
   }
   std::vector<char> node(node_count, 0);
   for (std::size_t v = 0; v < wider.size(); ++v) {
-    if (wider[v] != 0 && node_of[v] != kInvalid) node[size(node_of[v])] = 1;
+    if (wider[v] != 0 && node_of[v] != kInvalid) node[at(node_of[v])] = 1;
   }
   for (std::size_t v = 0; v < wider.size(); ++v) {
-    if (node_of[v] != kInvalid && node[size(node_of[v])] != 0) wider[v] = 1;
+    if (node_of[v] != kInvalid && node[at(node_of[v])] != 0) wider[v] = 1;
   }
   marked.swap(wider);
 }
@@ -82,21 +80,21 @@ SeamConstraints held_constraints(const SeamConstraints& whole,
   SeamConstraints part;
   std::vector<Index> node_number(whole.position.size(), kInvalid);
   for (std::size_t n = 0; n < whole.position.size(); ++n) {
-    if (number[size(whole.position[n])] == kInvalid) continue;
+    if (number[at(whole.position[n])] == kInvalid) continue;
     node_number[n] = part.position_count();
-    part.position.push_back(number[size(whole.position[n])]);
+    part.position.push_back(number[at(whole.position[n])]);
     part.direction.push_back(whole.direction[n]);
     part.real.push_back(whole.real[n]);
   }
   part.begin.push_back(0);
   for (const VertexId v : vertices) {
-    for (Index t = whole.begin[size(v)]; t < whole.begin[size(v) + 1]; ++t) {
-      const NodeTerm& term = whole.terms[size(t)];
-      if (term.node < whole.position_count() && node_number[size(term.node)] != kInvalid)
-        part.terms.push_back({node_number[size(term.node)], term.factor});
+    for (Index t = whole.begin[at(v)]; t < whole.begin[at(v) + 1]; ++t) {
+      const NodeTerm& term = whole.terms[at(t)];
+      if (term.node < whole.position_count() && node_number[at(term.node)] != kInvalid)
+        part.terms.push_back({node_number[at(term.node)], term.factor});
     }
     part.begin.push_back(static_cast<Index>(part.terms.size()));
-    part.divisor.push_back(whole.divisor[size(v)]);
+    part.divisor.push_back(whole.divisor[at(v)]);
   }
   return part;
 }
@@ -106,7 +104,7 @@ std::vector<FaceId> marked_faces(const Triangles& faces, const std::vector<char>
   std::vector<FaceId> chosen;
   for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
     bool all = true;
-    for (int k = 0; k < 3; ++k) all = all && marked[size(faces(f, k))] != 0;
+    for (int k = 0; k < 3; ++k) all = all && marked[at(faces(f, k))] != 0;
     if (all) chosen.push_back(f);
   }
   return chosen;
@@ -119,38 +117,38 @@ void open_rings(const SeamConstraints& constraints, const Triangles& faces, cons
   std::vector<VertexId> vertices;
   std::vector<Index> number(node_of.size(), kInvalid);
   const auto take = [&](VertexId v) {
-    if (number[size(v)] != kInvalid) return;
-    number[size(v)] = static_cast<Index>(vertices.size());
+    if (number[at(v)] != kInvalid) return;
+    number[at(v)] = static_cast<Index>(vertices.size());
     vertices.push_back(v);
   };
   Triangles part(static_cast<Eigen::Index>(chosen.size()), 3);
   RestShapes shapes;
   shapes.length = rest.length;
   for (std::size_t i = 0; i < chosen.size(); ++i) {
-    shapes.triangles.push_back(rest.triangles[size(chosen[i])]);
+    shapes.triangles.push_back(rest.triangles[at(chosen[i])]);
     for (int k = 0; k < 3; ++k) {
       take(faces(chosen[i], k));
-      part(static_cast<Eigen::Index>(i), k) = number[size(faces(chosen[i], k))];
+      part(static_cast<Eigen::Index>(i), k) = number[at(faces(chosen[i], k))];
     }
   }
   // A copy elsewhere holds all others.
   std::vector<char> held_node(constraints.position.size(), 0);
   std::vector<char> is_chosen(static_cast<std::size_t>(faces.rows()), 0);
-  for (const FaceId f : chosen) is_chosen[size(f)] = 1;
+  for (const FaceId f : chosen) is_chosen[at(f)] = 1;
   for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
-    for (int k = 0; is_chosen[size(f)] == 0 && k < 3; ++k) {
-      const Index node = node_of[size(faces(f, k))];
-      if (node != kInvalid) held_node[size(node)] = 1;
+    for (int k = 0; is_chosen[at(f)] == 0 && k < 3; ++k) {
+      const Index node = node_of[at(faces(f, k))];
+      if (node != kInvalid) held_node[at(node)] = 1;
     }
   }
   MinimizeOptions minimize;
-  minimize.max_iterations = kMostSteps;
+  minimize.max_iterations = kMostReliefSteps;
   minimize.tolerance = kTolerance;
   minimize.unit = 1.0 / (rest.length * scale);
   std::vector<char> held(vertices.size(), 0);
   for (std::size_t i = 0; i < vertices.size(); ++i) {
-    const Index node = node_of[size(vertices[i])];
-    if (node != kInvalid && held_node[size(node)] == 0) continue;
+    const Index node = node_of[at(vertices[i])];
+    if (node != kInvalid && held_node[at(node)] == 0) continue;
     held[i] = 1;
     minimize.fixed.push_back(static_cast<VertexId>(i));
   }
@@ -176,7 +174,7 @@ std::optional<Index> relieve(const SeamConstraints& constraints, const Triangles
   marked.resize(static_cast<std::size_t>(uv.rows()), 0);
   const bool asked = std::find(marked.begin(), marked.end(), char{1}) != marked.end();
   std::optional<Index> first;
-  for (Index rings = kFirstRings; rings <= kMostRings; rings *= 2) {
+  for (Index rings = kFirstReliefRings; rings <= kMostRings; rings *= 2) {
     // The scale at which the logarithms of areas average to zero: few triangles do not move it.
     const EnergySums sums = sum_energy(faces, rest.triangles, uv, context);
     const double scale = std::exp(-0.5 * sums.log_area);
@@ -184,7 +182,7 @@ std::optional<Index> relieve(const SeamConstraints& constraints, const Triangles
     if (bad == 0 && (first || !asked)) return first ? first : bad;
     for (Index r = 0; r < rings; ++r) grow(faces, node_of, constraints.position.size(), marked);
     const std::vector<FaceId> chosen = marked_faces(faces, marked);
-    if (static_cast<double>(chosen.size()) > kLocal * static_cast<double>(faces.rows())) break;
+    if (static_cast<double>(chosen.size()) > kLocalShare * static_cast<double>(faces.rows())) break;
     try {
       open_rings(constraints, faces, rest, node_of, scale, chosen, uv, context);
     } catch (const NotConverged& failure) {

@@ -11,8 +11,6 @@
 namespace flipfree::distortion {
 namespace {
 
-std::size_t size(Index i) { return static_cast<std::size_t>(i); }
-
 // One corner's dependence on one node: the 2 x 2 matrix (re, -im; im, re).
 struct Dependence {
   int corner = 0;
@@ -25,10 +23,10 @@ void dependences(const SeamConstraints& constraints, const Triangles& faces, Fac
                  std::vector<Dependence>& out) {
   out.clear();
   for (int k = 0; k < 3; ++k) {
-    const std::size_t v = size(faces(f, k));
+    const std::size_t v = at(faces(f, k));
     const auto divisor = static_cast<double>(constraints.divisor[v]);
     for (Index t = constraints.begin[v]; t < constraints.begin[v + 1]; ++t) {
-      const NodeTerm& term = constraints.terms[size(t)];
+      const NodeTerm& term = constraints.terms[at(t)];
       out.push_back({k, term.node, static_cast<double>(term.factor.re) / divisor,
                      static_cast<double>(term.factor.im) / divisor});
     }
@@ -76,26 +74,26 @@ std::vector<std::array<VertexId, 2>> couplings_of(const SeamConstraints& constra
     nodes.erase(std::unique(nodes.begin() + first, nodes.end()), nodes.end());
     begin.push_back(nodes.size());
   }
-  std::vector<std::size_t> faces_begin(size(constraints.node_count()) + 1, 0);
-  for (const Index node : nodes) ++faces_begin[size(node) + 1];
+  std::vector<std::size_t> faces_begin(at(constraints.node_count()) + 1, 0);
+  for (const Index node : nodes) ++faces_begin[at(node) + 1];
   std::partial_sum(faces_begin.begin(), faces_begin.end(), faces_begin.begin());
   std::vector<std::size_t> faces_of(nodes.size());
   std::vector<std::size_t> next(faces_begin.begin(), faces_begin.end() - 1);
   for (std::size_t i = 0; i + 1 < begin.size(); ++i) {
-    for (std::size_t k = begin[i]; k < begin[i + 1]; ++k) faces_of[next[size(nodes[k])]++] = i;
+    for (std::size_t k = begin[i]; k < begin[i + 1]; ++k) faces_of[next[at(nodes[k])]++] = i;
   }
-  std::vector<Index> seen(size(constraints.node_count()), kInvalid);
+  std::vector<Index> seen(at(constraints.node_count()), kInvalid);
   std::vector<std::array<VertexId, 2>> couplings;
   for (Index node = 0; node < constraints.node_count(); ++node) {
     context.check();
     const auto row = static_cast<std::ptrdiff_t>(couplings.size());
-    for (std::size_t at = faces_begin[size(node)]; at < faces_begin[size(node) + 1]; ++at) {
-      const std::size_t i = faces_of[at];
+    for (std::size_t entry = faces_begin[at(node)]; entry < faces_begin[at(node) + 1]; ++entry) {
+      const std::size_t i = faces_of[entry];
       const bool alone = begin[i + 1] - begin[i] == 1;
       for (std::size_t k = begin[i + 1]; k > begin[i] && (nodes[k - 1] > node || alone); --k) {
         const Index other = nodes[k - 1];
-        if (seen[size(other)] == node) continue;
-        seen[size(other)] = node;
+        if (seen[at(other)] == node) continue;
+        seen[at(other)] = node;
         couplings.push_back({node, other});
       }
     }
@@ -117,19 +115,19 @@ SeamSystem::SeamSystem(const SeamConstraints& constraints, const Triangles& face
   plain_faces_.resize(static_cast<Eigen::Index>(plain_.size()), 3);
   for (std::size_t i = 0; i < plain_.size(); ++i) {
     for (int k = 0; k < 3; ++k) {
-      const std::size_t v = size(faces(plain_[i], k));
+      const std::size_t v = at(faces(plain_[i], k));
       plain_faces_(static_cast<Eigen::Index>(i), k) =
-          constraints.terms[size(constraints.begin[v])].node;
+          constraints.terms[at(constraints.begin[v])].node;
     }
   }
   plain_rest_.resize(plain_.size());
-  std::vector<char> fixed_node(size(constraints.node_count()), 0);
+  std::vector<char> fixed_node(at(constraints.node_count()), 0);
   bool any = false;
   for (std::size_t v = 0; v < fixed.size(); ++v) {
     if (!fixed[v]) continue;
     any = true;
     for (Index t = constraints.begin[v]; t < constraints.begin[v + 1]; ++t)
-      fixed_node[size(constraints.terms[size(t)].node)] = 1;
+      fixed_node[at(constraints.terms[at(t)].node)] = 1;
   }
   if (any) {
     std::fill(fixed_node.begin() + constraints.position_count(), fixed_node.end(), char{1});
@@ -142,9 +140,9 @@ SeamSystem::SeamSystem(const SeamConstraints& constraints, const Triangles& face
 
 double SeamSystem::assemble(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft,
                             ExecutionContext& context) {
-  for (std::size_t i = 0; i < plain_.size(); ++i) plain_rest_[i] = rest[size(plain_[i])];
+  for (std::size_t i = 0; i < plain_.size(); ++i) plain_rest_[i] = rest[at(plain_[i])];
   for (Index n = 0; n < constraints_.position_count(); ++n)
-    nodes_.row(n) = uv.row(constraints_.position[size(n)]);
+    nodes_.row(n) = uv.row(constraints_.position[at(n)]);
   const double energy = system_->assemble(plain_rest_, nodes_, soft, context);
   return energy + add_seam_faces(rest, uv, soft, context);
 }
@@ -159,7 +157,7 @@ double SeamSystem::add_seam_faces(const std::vector<RestTriangle>& rest, const P
     const auto point = [&](int k) {
       return uv.data() + 2 * static_cast<std::ptrdiff_t>(faces_(f, k));
     };
-    const RestTriangle& r = rest[size(f)];
+    const RestTriangle& r = rest[at(f)];
     energy += r.weight * symmetric_dirichlet_hessian(r, jacobian(r, point(0), point(1), point(2)),
                                                      gradient, hessian, soft);
     add_face(f, gradient, hessian);
@@ -178,14 +176,14 @@ void SeamSystem::add_face(FaceId f, const double gradient[6],
     double own_gradient[2] = {a.re * gu + a.im * gv, a.re * gv - a.im * gu};
     const auto own = between(a, block_of(hessian, a.corner, a.corner), a);
     double diagonal[3] = {own[0], own[1], own[3]};
-    const bool real = constraints_.real[size(a.node)] != 0;
+    const bool real = constraints_.real[at(a.node)] != 0;
     for (std::size_t j = 0; j < found.size(); ++j) {
       const Dependence& b = found[j];
       if (j == i) continue;
       auto block = between(a, block_of(hessian, a.corner, b.corner), b);
       // The second coordinate of a real node stays zero.
       if (a.node != b.node && real) block[2] = block[3] = 0;
-      if (a.node != b.node && constraints_.real[size(b.node)]) block[1] = block[3] = 0;
+      if (a.node != b.node && constraints_.real[at(b.node)]) block[1] = block[3] = 0;
       if (a.node == b.node) {
         diagonal[0] += block[0];
         diagonal[1] += 0.5 * (block[1] + block[2]);

@@ -33,7 +33,7 @@ double worst_energy(const Star& star, const Vector2& p) {
 
 // Places `mover`, one end of the edge of the half-edge g = (mover -> stayer), whose ends both lie
 // at p0 = the stayer's position.
-bool place(PlanarMap& map, HalfedgeId g, InsertScratch& scratch) {
+bool place_mover(PlanarMap& map, HalfedgeId g, InsertScratch& scratch) {
   const VertexId mover = map.mesh.source(g);
   const VertexId stayer = map.mesh.target(g);
   const Vector2 p0 = map.at(stayer);
@@ -115,8 +115,8 @@ bool insert_vertex(PlanarMap& map, HalfedgeId h, InsertScratch& scratch) {
   map.move(m, p0);
   // m's fan runs from a counter-clockwise to b.
   const bool m_moves = angle < M_PI;
-  if (place(map, m_moves ? h : g, scratch)) return true;
-  if (place(map, m_moves ? g : h, scratch)) return true;
+  if (place_mover(map, m_moves ? h : g, scratch)) return true;
+  if (place_mover(map, m_moves ? g : h, scratch)) return true;
   map.move(v0, p0);
   map.move(m, before);
   collapse_vertex(map, h);

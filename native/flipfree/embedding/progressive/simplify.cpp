@@ -26,17 +26,17 @@ constexpr Size kCheckSearch = 1'000'000;
 double& share(PlanarMap& map, HalfedgeId h) { return map.share[static_cast<Size>(h / 3)]; }
 
 // What the star of m looks like once it is merged into its neighbour.
-struct Outcome {
+struct CollapsedStar {
   int invalid = std::numeric_limits<int>::max();
   double energy = HUGE_VAL;
   HalfedgeId halfedge = kInvalid;
-  bool better_than(const Outcome& other) const {
+  bool better_than(const CollapsedStar& other) const {
     return invalid != other.invalid ? invalid < other.invalid : energy < other.energy;
   }
 };
 
-Outcome outcome_of(const PlanarMap& map, HalfedgeId h) {
-  Outcome outcome{0, 0.0, h};
+CollapsedStar collapsed_star(const PlanarMap& map, HalfedgeId h) {
+  CollapsedStar outcome{0, 0.0, h};
   const VertexId v0 = map.mesh.target(h);
   const Vector2 p0 = map.at(v0);
   // Faces of m from a counter-clockwise to b, without the two beside h.
@@ -230,7 +230,7 @@ class Simplifier {
   }
 
   bool collapse_face(FaceId f) {
-    Outcome best;
+    CollapsedStar best;
     for (const bool hubs : {false, true}) {
       for (HalfedgeId k = 3 * f; k < 3 * f + 3; ++k) {
         const HalfedgeId o = map_.mesh.opposite(k);
@@ -239,7 +239,7 @@ class Simplifier {
           // Removing a hub costs its degree: only where nothing else can be removed.
           if ((map_.mesh.degree(map_.mesh.source(h)) > kMaxQueuedDegree) != hubs) continue;
           if (!map_.mesh.can_collapse(h)) continue;
-          const Outcome outcome = outcome_of(map_, h);
+          const CollapsedStar outcome = collapsed_star(map_, h);
           if (outcome.better_than(best)) best = outcome;
         }
       }

@@ -7,8 +7,6 @@
 namespace flipfree::field {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 using Matrix3 = Eigen::Matrix3d;
 
 // Weight per share of area of an alignment of 0.5: smoothness over a length l weighs 1 / l^2, in

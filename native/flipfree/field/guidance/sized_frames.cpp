@@ -14,8 +14,6 @@ namespace {
 // By so much a direction changes at most: more is a jump of sizes that no triangle there can take.
 constexpr double kMost = 0.125 * std::numbers::pi;
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 }  // namespace
 
 void check_sizing(const std::vector<double>& sizing, const mesh::Surface& surface) {

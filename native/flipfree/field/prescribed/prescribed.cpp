@@ -6,14 +6,11 @@
 #include <string>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/field/topology/tree_cotree.h"
 
 namespace flipfree::field {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
 
 [[noreturn]] void refuse_sum(Index root, std::int64_t missing) {
   const std::string amount = std::to_string(std::abs(missing));

@@ -13,8 +13,6 @@
 namespace flipfree::field {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Pulls of a smaller share of the weights of a component's edges do not hold it against rounding.
 constexpr double kHolds = 1e-9;
 

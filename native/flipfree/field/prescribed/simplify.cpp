@@ -15,8 +15,6 @@
 namespace flipfree::field {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Share of the square root of the area at which a vertex takes a part of a sharp cone, and how many
 // times farther one is looked for that has too many quarter turns.
 constexpr double kSpread = 0.05;

@@ -6,8 +6,6 @@
 namespace flipfree::field {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Per node the edges that it has, as ranges of one array.
 struct Incidence {
   std::vector<std::size_t> begin;

@@ -10,8 +10,6 @@
 namespace flipfree::field {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Column-compressed matrix written column by column.
 struct Columns {
   explicit Columns(Index size) : start{0} { start.reserve(at(size) + 1); }

@@ -10,8 +10,6 @@
 namespace flipfree::field {
 namespace {
 
-std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
-
 // The flow's step: share of the component's area that it smooths over. Its inverse is added to E
 // per area, for the eigenvector too: then one factorization does for both. Eigenvalues are some
 // tens.

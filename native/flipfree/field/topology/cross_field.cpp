@@ -8,14 +8,12 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
 
 namespace flipfree::field {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 constexpr double kPi = std::numbers::pi;
-constexpr double kQuarterTurn = 0.5 * kPi;
 
 // What is less than this of a unit vector is rounding.
 constexpr double kUpright = 1e-9;

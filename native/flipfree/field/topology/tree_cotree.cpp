@@ -11,8 +11,6 @@
 namespace flipfree::field {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // From centre to centre across each edge, over its middle: per half-edge.
 std::vector<double> steps_across(const mesh::Surface& surface, const mesh::Adjacency& adjacency) {
   std::vector<double> half(adjacency.opposite.size());

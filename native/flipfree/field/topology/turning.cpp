@@ -10,8 +10,6 @@
 namespace flipfree::field {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // direction(the side out of a corner) - direction(the side into it) + corner, in quarter turns: pi,
 // less a full turn at corner 0, where directions begin anew.
 Index around_corner(CornerId c) { return c % 3 == 0 ? -2 : 2; }

@@ -7,8 +7,6 @@
 namespace flipfree::field {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 constexpr double kHeaviest = 1e5;
 constexpr double kLightest = 1e-5;
 

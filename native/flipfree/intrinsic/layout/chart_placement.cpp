@@ -8,12 +8,6 @@
 #include "flipfree/base/parallel.h"
 
 namespace flipfree::intrinsic {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 ChartPlacement place_charts(const Development& development, const mesh::Adjacency& adjacency,
                             const ExecutionContext& context) {
   ChartPlacement placement;

@@ -159,8 +159,6 @@ class CurveDeveloper {
   }
 
  private:
-  static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
   // Angle from the half-edge of T at which half-edge g of M0 starts to g's first piece.
   double offset(HalfedgeId g) const {
     const CurveStart& s = start(g);

@@ -11,8 +11,6 @@
 namespace flipfree::intrinsic {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Longest edge over shortest up to which double is enough: a thousand roundings of the largest
 // place are then 1e-7 of the shortest edge. And fourth powers of lengths must be representable.
 constexpr double kMildRatio = 1 << 20;

@@ -7,8 +7,6 @@
 namespace flipfree::intrinsic {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // The developed angle at a corner; in faces without crossings it is that of their three places.
 double corner_angle(const Development& development, CornerId c) {
   if (development.corner_angle[at(c)] != 0.0) return development.corner_angle[at(c)];

@@ -12,8 +12,6 @@
 namespace flipfree::intrinsic {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // The cuts on the triangulation that the metric was computed on.
 mesh::EdgeFlags on_pieces(const mesh::EdgeFlags& cuts, const SplitSurface& split) {
   mesh::EdgeFlags flags(static_cast<std::size_t>(3 * split.faces.rows()), false);

@@ -11,8 +11,6 @@
 namespace flipfree::intrinsic {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Faces are named by numbers of their own, in the order of their first half-edge.
 struct Faces {
   std::vector<Index> of;        // per half-edge

@@ -3,12 +3,6 @@
 #include <utility>
 
 namespace flipfree::intrinsic {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 LoopCarrier::LoopCarrier(FlipMesh mesh, const std::vector<DualLoop>& loops)
     : mesh_(std::move(mesh)), on_edge_(mesh_.next.size() / 2, kInvalid) {
   for (std::size_t i = 0; i < loops.size(); ++i) {

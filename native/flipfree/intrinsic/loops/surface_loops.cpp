@@ -7,12 +7,6 @@
 #include "flipfree/base/error.h"
 
 namespace flipfree::intrinsic {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 // Distance between the centres of two triangles across each edge: two thirds of the height of the
 // edge over them, as far as doubles tell.
 std::vector<double> steps_across(const mesh::Surface& surface, const IntrinsicSetup& setup) {

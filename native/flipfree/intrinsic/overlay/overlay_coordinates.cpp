@@ -11,8 +11,6 @@ namespace {
 
 constexpr std::int64_t kMostCrossings = std::int64_t{1} << 60;
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 }  // namespace
 
 OverlayCoordinates::OverlayCoordinates(FlipMesh mesh)

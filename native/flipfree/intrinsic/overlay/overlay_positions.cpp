@@ -8,8 +8,6 @@
 namespace flipfree::intrinsic {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Penner lengths from one end of a curve to the two ends of the half-edge it crosses.
 struct Reach {
   long double source = 0;

@@ -13,17 +13,15 @@
 namespace flipfree::intrinsic {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Areas before and after a replayed flip may differ by so much (relative): else the lengths are not
 // trusted.
 constexpr long double kAreaTolerance = 1e-9L;
 
 struct Spot {
   long double x = 0, y = 0;
+  long double cross(const Spot& b) const { return x * b.y - y * b.x; }
+  long double dot(const Spot& b) const { return x * b.x + y * b.y; }
 };
-long double cross(const Spot& a, const Spot& b) { return a.x * b.y - a.y * b.x; }
-long double dot(const Spot& a, const Spot& b) { return a.x * b.x + a.y * b.y; }
 
 // Apex over a side c along the x axis: `a` beside its far end, `b` beside the origin.
 Spot apex_over(long double c, long double a, long double b) {
@@ -55,7 +53,7 @@ class StartLengths {
     const Spot d{k.x - (of(h) - m.x), k.y + m.y};
     const long double before = of(h) * (k.y + m.y);
     flip_edge(mesh, e);
-    length_[at(e)] = std::sqrt(dot(d, d));
+    length_[at(e)] = std::sqrt(d.dot(d));
     const long double after = of(h) * (apex(mesh, h).y + apex(mesh, h ^ 1).y);
     trusted_ = trusted_ && std::abs(after - before) <= kAreaTolerance * before;
   }
@@ -85,17 +83,17 @@ class StraightLines {
       if (i + 1 == crossings.size()) break;
       (crossings[i + 1].through == mesh_.next_of(o) ? q : p) = apex;
     }
-    const long double whole = dot(apex, apex);
+    const long double whole = apex.dot(apex);
     for (std::size_t i = 0; i < crossings.size(); ++i) {
       const auto& [a, b] = ends_[i];
-      const long double right = -cross(apex, a), left = cross(apex, b);
+      const long double right = -apex.cross(a), left = apex.cross(b);
       StraightCrossing& s = out[i];
       s.through = crossings[i].through;
       s.on_edge.source = -1.0;
       if (right > 0 && left > 0) {
         const long double sum = right + left;
         const Spot hit{(a.x * left + b.x * right) / sum, (a.y * left + b.y * right) / sum};
-        const long double along = dot(hit, apex) / whole;
+        const long double along = hit.dot(apex) / whole;
         if (along > 0 && along < 1) {
           s.on_edge = {static_cast<double>(left / sum), static_cast<double>(right / sum)};
           s.on_curve = {static_cast<double>(1 - along), static_cast<double>(along)};

@@ -8,8 +8,6 @@
 namespace flipfree::intrinsic {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 [[noreturn]] void broken(HalfedgeId g, const char* what) {
   throw InternalError("overlay: input half-edge " + std::to_string(g) + " " + what);
 }

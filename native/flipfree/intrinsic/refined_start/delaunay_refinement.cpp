@@ -16,12 +16,10 @@ using std::numbers::pi;
 
 constexpr double kNeedleVertex = pi / 3;  // total angle below which nothing helps
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-class Refiner {
+class DelaunayRefiner {
  public:
-  Refiner(const FlatSurface& surface, const RefinementOptions& options,
-          const ExecutionContext& context)
+  DelaunayRefiner(const FlatSurface& surface, const RefinementOptions& options,
+                  const ExecutionContext& context)
       : options_(options),
         context_(context),
         mesh_(surface),
@@ -177,7 +175,7 @@ class Refiner {
 RefinementPoints find_refinement_points(const FlatSurface& surface,
                                         const RefinementOptions& options,
                                         const ExecutionContext& context) {
-  return Refiner(surface, options, context).run();
+  return DelaunayRefiner(surface, options, context).run();
 }
 
 }  // namespace flipfree::intrinsic

@@ -35,7 +35,6 @@ class FaceTriangulation {
   const Point& point(Index v) const { return points_[at(v)]; }
 
  private:
-  static constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
   int side_of(Index halfedge, const Vector2& affine) const;
   void link(Index a, Index b);
   void set(Index triangle, Index a, Index b, Index c);

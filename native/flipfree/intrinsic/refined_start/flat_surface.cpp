@@ -10,8 +10,6 @@ namespace {
 // fans of the vertices that it passes.
 constexpr int kMostFaces = 100000;
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 }  // namespace
 
 Vector2 apex_of(double c, double a, double b) {

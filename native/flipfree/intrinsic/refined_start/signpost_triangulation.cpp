@@ -14,7 +14,7 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr std::size_t kCheckEvery = 4096;  // flips per check for cancellation
+constexpr std::size_t kFlipsPerCheck = 4096;  // flips per check for cancellation
 // Faces that a walk to a circumcentre crosses at most, and faces around a place that are looked at
 // for encroached edges: a Delaunay triangulation needs a handful.
 constexpr int kLongestWalk = 10000;
@@ -156,7 +156,7 @@ void SignpostTriangulation::restore_delaunay(const ExecutionContext& context) {
     queued_[at(e)] = 0;
     if (!violates_delaunay(e)) continue;
     flip(e);
-    if (++flips % kCheckEvery == 0) context.check();
+    if (++flips % kFlipsPerCheck == 0) context.check();
     // In double a degenerate input may go round in circles. Any triangulation will do.
     if (flips > 1000 * length_.size()) stack_.clear();
   }

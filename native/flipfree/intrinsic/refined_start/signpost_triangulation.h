@@ -64,7 +64,6 @@ class SignpostTriangulation {
   void split_boundary(HalfedgeId h);
 
  private:
-  static constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
   using Plane = std::array<Vector2, 3>;  // corners of a face in the plane of Place
   // A place on the input, and the rotation from the plane of the triangle to that of the input's
   // face as a complex number.

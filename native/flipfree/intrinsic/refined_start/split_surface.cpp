@@ -11,10 +11,8 @@
 namespace flipfree::intrinsic {
 namespace {
 
-constexpr FaceId kCheckEvery = 4096;
+constexpr FaceId kFacesPerCheck = 4096;
 constexpr int kWeightBits = 52;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 double quantised(double weight) {
   return std::ldexp(std::nearbyint(std::ldexp(weight, kWeightBits)), -kWeightBits);
@@ -38,7 +36,7 @@ class Splitter {
     out_.piece_begin.assign(1, 0);
     out_.corner_begin.assign(1, 0);
     for (FaceId f = 0; f < faces; ++f) {
-      if (f % kCheckEvery == 0) context.check();
+      if (f % kFacesPerCheck == 0) context.check();
       fill(f);
     }
     const auto count = static_cast<Eigen::Index>(faces_.size());

@@ -36,8 +36,8 @@ constexpr std::size_t kLifted = 8;
 constexpr std::size_t kTried = 4;
 // Rounds of taking refinement back for the one that is taken, and Newton steps of each. They end
 // when one frees less than this share (in per cent).
-constexpr int kRounds = 16;
-constexpr int kStepsPerRound = 10;
+constexpr int kCoarseningRounds = 16;
+constexpr int kStepsPerCoarseningRound = 10;
 // Then whole faces are unfolded, so often, after so many Newton steps each.
 constexpr int kUnfoldings = 2;
 constexpr int kStepsPerUnfolding = 30;
@@ -151,12 +151,12 @@ std::vector<Candidate> best_stars(const mesh::RefinedMap& disk, const Constraint
 }
 
 // Takes refinement back and lowers the distortion, in so many rounds.
-void settle(mesh::RefinedMap& map, const Constraints& constraints, Index keep, int rounds,
-            ExecutionContext& context) {
+void coarsen_and_relax(mesh::RefinedMap& map, const Constraints& constraints, Index keep,
+                       int rounds, ExecutionContext& context) {
   const std::vector<VertexId> held = held_vertices(map.surface, constraints);
   numeric::EliminationMemory order(keep);
   coarsen_in_rounds(map, held, keep, {.rounds = rounds}, context, [&] {
-    return relax(map, held, {kStepsPerRound, true, &order}, context);
+    return relax(map, held, {kStepsPerCoarseningRound, true, &order}, context);
   });
 }
 
@@ -183,7 +183,7 @@ std::optional<mesh::RefinedMap> best_map(const mesh::RefinedMap& disk, std::vect
     for (std::size_t i = 0; i < stars.size(); ++i) {
       const ProgressRange range(context, done + share * part_of(i, stars.size()),
                                 done + share * part_of(i + 1, stars.size()));
-      settle(stars[i].map, constraints, keep, 1, context);
+      coarsen_and_relax(stars[i].map, constraints, keep, 1, context);
       stars[i].cost = energy_of(stars[i].map, context);
     }
     keep_best(stars, (stars.size() + 1) / 2);
@@ -224,7 +224,7 @@ bool move_with_arms(mesh::RefinedMap& map, const Constraints& constraints,
   while_time_lasts(*best, [&] {
     {
       const ProgressRange range(context, 0.5, 0.7);
-      settle(*best, constraints, keep, kRounds, context);
+      coarsen_and_relax(*best, constraints, keep, kCoarseningRounds, context);
     }
     for (int round = 0; round < kUnfoldings && added() > 0; ++round) {
       const ProgressRange range(context, 0.7 + 0.2 * part_of(round, kUnfoldings),

@@ -10,23 +10,24 @@
 #include <optional>
 #include <utility>
 
+#include "flipfree/base/plane.h"
 #include "flipfree/distortion/untangle.h"
 #include "flipfree/matchmaker/coarsening/remove_added.h"
 #include "flipfree/matchmaker/finish/simplify_plane_map.h"
 #include "flipfree/matchmaker/overlay/mesh_overlay.h"
 #include "flipfree/matchmaker/plan/plan_motion.h"
+#include "flipfree/matchmaker/request/polygon.h"
 #include "flipfree/matchmaker/smooth/relax.h"
 #include "flipfree/matchmaker/start/equal_area_metric.h"
 #include "flipfree/matchmaker/start/first_try.h"
 #include "flipfree/mesh/refined/curve_overlay.h"
-#include "flipfree/numeric/predicates.h"
 
 namespace flipfree::matchmaker {
 namespace {
 
 // Corners of the ring, at first, and at most, where pins lie near the boundary.
-constexpr std::size_t kCorners = 16;
-constexpr std::size_t kMostCorners = 64;
+constexpr std::size_t kRingCorners = 16;
+constexpr std::size_t kMostRingCorners = 64;
 // Pins lie this far inside the ring at least, as a share of its size.
 constexpr double kFarthestPin = 0.995;
 // Newton steps that bring the coarse map to rest before the surface is carried along.
@@ -34,24 +35,12 @@ constexpr int kStepsOfOverlay = 40;
 // Before, crossings are thinned out so often, with so many steps each time.
 constexpr int kThinnings = 10;
 constexpr int kStepsOfThinning = 10;
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-double cross(const Vector2& a, const Vector2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 // A polygon around all pins inside a convex outline, and where it is joined to it.
 struct Ring {
   Polygon polygon;
   std::vector<std::size_t> place;  // of each corner's partner in the outline
 };
-
-bool is_convex(const Polygon& outline) {
-  const std::size_t n = outline.size();
-  for (std::size_t i = 0; i < n; ++i) {
-    if (numeric::orientation(outline[i], outline[(i + 1) % n], outline[(i + 2) % n]) < 0)
-      return false;
-  }
-  return true;
-}
 
 // The largest share of the way from `centre` to the polygon at which one of these points lies.
 double reach_of(const std::vector<Vector2>& points, const Polygon& polygon, const Vector2& centre) {
@@ -74,7 +63,7 @@ Ring ring_around(const Polygon& outline, const std::vector<Vector2>& pins) {
   std::vector<double> length(n + 1, 0.0);
   for (std::size_t i = 0; i < n; ++i)
     length[i + 1] = length[i] + (outline[(i + 1) % n] - outline[i]).norm();
-  for (std::size_t corners = kCorners; corners <= std::min(n, kMostCorners); corners *= 2) {
+  for (std::size_t corners = kRingCorners; corners <= std::min(n, kMostRingCorners); corners *= 2) {
     Ring ring;
     for (std::size_t i = 0; i < corners; ++i) {
       const double along = length[n] * static_cast<double>(i) / static_cast<double>(corners);
@@ -310,7 +299,7 @@ std::optional<PlaneMap> coarse_map(mesh::RefinedMap map, Index held, bool simpli
 bool place_pins(mesh::RefinedMap& map, const Constraints& constraints, ExecutionContext& context,
                 Stats& stats) {
   if (constraints.pins.empty() || constraints.free_boundary() || !constraints.edges.empty() ||
-      !is_convex(constraints.outline))
+      !is_locally_convex(constraints.outline))
     return false;
   std::vector<Vector2> from;
   std::vector<Vector2> to;

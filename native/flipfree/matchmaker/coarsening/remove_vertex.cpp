@@ -20,7 +20,7 @@ using Mesh = mesh::EditableTriangulation;
 // times the mean energy.
 constexpr double kMostTimesMean = 4.0;
 // A star with more corners than this is left alone.
-constexpr std::size_t kMostCorners = 40;
+constexpr std::size_t kMostRemovedCorners = 40;
 // What a triangle costs that is turned over in the map.
 constexpr double kTurnedOver = 1e300;
 // Boundary vertices with a wider angle stay. Beyond 2 pi the triangles that fill the corner may
@@ -117,7 +117,7 @@ bool VertexRemover::triangulate(const Side& side, bool turned_over,
                                 std::vector<Mesh::Triangle>& triangles) {
   const std::vector<VertexId>& c = side.corners;
   const std::size_t n = c.size();
-  if (n < 3 || n > kMostCorners) return false;
+  if (n < 3 || n > kMostRemovedCorners) return false;
   Polygon polygon;
   for (const VertexId v : c) polygon.push_back(uv(v));
   if (!turned_over) {

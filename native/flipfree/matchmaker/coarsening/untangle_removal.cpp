@@ -15,7 +15,7 @@ namespace {
 
 using Mesh = mesh::EditableTriangulation;
 
-constexpr int kPatience = 10;
+constexpr int kRemovalPatience = 10;
 // So many neighbourhoods that have no face in common are untangled side by side, of so many
 // vertices that are looked at.
 constexpr std::size_t kTogether = 12;
@@ -34,7 +34,8 @@ struct Attempt {
 
 // Tells neighbourhoods apart: where their vertices are on the surface, and how they are joined.
 // (After Steele, Lea, Flood 2014, as in plan_motion.cpp.)
-std::uint64_t name_of(const mesh::RefinedSurface& surface, const Patch& patch, int rings) {
+std::uint64_t neighbourhood_hash(const mesh::RefinedSurface& surface, const Patch& patch,
+                                 int rings) {
   auto name = static_cast<std::uint64_t>(rings);
   const auto mix = [&](std::uint64_t value) {
     name = (name ^ value) * 0x9e3779b97f4a7c15u;
@@ -138,7 +139,7 @@ class UntanglingRemover {
     }
     attempt.patch = make_patch(map_, triangles);
     if (options_.vain != nullptr) {
-      attempt.name = name_of(map_.surface, attempt.patch, options_.rings);
+      attempt.name = neighbourhood_hash(map_.surface, attempt.patch, options_.rings);
       if (options_.vain->contains(attempt.name)) return false;
     }
     for (const VertexId w : attempt.patch.vertices) {
@@ -152,7 +153,7 @@ class UntanglingRemover {
   void untangle(Attempt& attempt, ExecutionContext& context) const {
     distortion::UntangleOptions options;
     options.max_iterations = options_.iterations;
-    options.patience = kPatience;
+    options.patience = kRemovalPatience;
     options.extra_iterations = 1;
     Patch& patch = attempt.patch;
     distortion::Untangler untangler(patch.surface, attempt.fixed, context);

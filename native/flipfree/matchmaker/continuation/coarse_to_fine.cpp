@@ -17,11 +17,11 @@ namespace flipfree::matchmaker {
 namespace {
 
 // Surfaces with more vertices than kSmall have coarse levels. The coarsest has about kCoarsest
-// vertices: on fewer, pins are in each other's way; every other one at most kMostShare times those
-// of the next coarser, evenly.
+// vertices: on fewer, pins are in each other's way; every other one at most kMostLevelRatio times
+// those of the next coarser, evenly.
 constexpr Index kSmall = 4000;
 constexpr Index kCoarsest = 2000;
-constexpr double kMostShare = 8.0;
+constexpr double kMostLevelRatio = 8.0;
 
 // Newton steps that bring a coarse map to rest before it is carried over.
 constexpr int kStepsToTheEnd = 30;
@@ -29,7 +29,7 @@ constexpr int kStepsToTheEnd = 30;
 // Vertices of the level below one of so many.
 Index coarser(Index count) {
   const double ratio = static_cast<double>(count) / kCoarsest;
-  const double levels = std::ceil(std::log(ratio) / std::log(kMostShare));
+  const double levels = std::ceil(std::log(ratio) / std::log(kMostLevelRatio));
   return static_cast<Index>(static_cast<double>(count) / std::pow(ratio, 1.0 / levels));
 }
 

@@ -16,10 +16,10 @@ using Mesh = mesh::EditableTriangulation;
 
 // Stars with more corners are left alone, and so are those that only triangles below this shape
 // fill (1: equilateral, 0: flat).
-constexpr std::size_t kMostCorners = 14;
+constexpr std::size_t kMostDecimatedCorners = 14;
 constexpr double kLeastShape = 0.02;
 // A round that removes a smaller share (in per cent) of the vertices is the last one.
-constexpr Index kWorthwhile = 1;
+constexpr Index kWorthwhileDecimation = 1;
 
 class Decimator {
  public:
@@ -51,7 +51,7 @@ class Decimator {
         for (const VertexId w : corners_) blocked[index(w)] = 1;
         --left_;
       }
-      if (100 * (before - left_) < kWorthwhile * before) break;
+      if (100 * (before - left_) < kWorthwhileDecimation * before) break;
     }
   }
 
@@ -103,7 +103,7 @@ class Decimator {
 
   bool remove(VertexId v) {
     const std::vector<FaceId> star = mesh_.star(v);
-    if (star.size() > kMostCorners) return false;
+    if (star.size() > kMostDecimatedCorners) return false;
     corners_.clear();
     mesh_.for_each_outgoing(v, [&](HalfedgeId h) { corners_.push_back(mesh_.target(h)); });
     if (!triangulate()) return false;

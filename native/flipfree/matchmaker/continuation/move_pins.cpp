@@ -128,7 +128,7 @@ MovedPins moved(mesh::RefinedMap& map, const Constraints& constraints, bool refi
   return {true, MoveMode::kArms};
 }
 
-const char* name_of(MoveMode mode) {
+const char* mode_name(MoveMode mode) {
   switch (mode) {
     case MoveMode::kNone:
       break;
@@ -149,7 +149,7 @@ const char* name_of(MoveMode mode) {
 MovedPins move_pins(mesh::RefinedMap& map, const Constraints& constraints, bool refine,
                     ExecutionContext& context, Stats& stats) {
   const MovedPins move = moved(map, constraints, refine, context, stats);
-  if (move.mode != MoveMode::kNone) stats["continuation.mode"] = std::string(name_of(move.mode));
+  if (move.mode != MoveMode::kNone) stats["continuation.mode"] = std::string(mode_name(move.mode));
   return move;
 }
 

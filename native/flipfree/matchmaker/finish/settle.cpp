@@ -17,15 +17,15 @@ namespace {
 // Faces of more than so many times the map's energy are bad; they and those of added vertices are
 // relaxed with so many rings of vertices around them.
 constexpr double kBad = 8.0;
-constexpr int kRings = 3;
+constexpr int kRingsAroundBad = 3;
 // Newton steps near bad faces: at first, and after each round of taking refinement back.
 constexpr int kStepsAtFirst = 15;
-constexpr int kStepsPerRound = 5;
+constexpr int kStepsAfterRound = 5;
 // Newton steps of the whole map in the middle.
 constexpr int kStepsOfAll = 5;
 constexpr int kMostRounds = 5;
 // Rounds end early when one frees less than this share (in per cent).
-constexpr Index kWorthwhile = 10;
+constexpr Index kWorthwhileRound = 10;
 
 class Settler {
  public:
@@ -50,16 +50,17 @@ class Settler {
   Index added() const { return map_.surface.mesh.vertex_count() - keep_; }
 
   void coarsen_in_rounds() {
-    matchmaker::coarsen_in_rounds(map_, held_, keep_, {kMostRounds, kWorthwhile, 1}, context_, [&] {
-      relax_bad(kStepsPerRound);
-      return true;
-    });
+    matchmaker::coarsen_in_rounds(map_, held_, keep_, {kMostRounds, kWorthwhileRound, 1}, context_,
+                                  [&] {
+                                    relax_bad(kStepsAfterRound);
+                                    return true;
+                                  });
   }
 
   void untangle() {
     if (added() == 0 || remove_by_untangling(map_, held_, keep_, context_) == 0) return;
     map_ = mesh::compacted_map(map_);
-    relax_bad(kStepsPerRound);
+    relax_bad(kStepsAfterRound);
   }
 
   void relax_bad(int steps) {
@@ -67,7 +68,7 @@ class Settler {
     options.steps = steps;
     options.lengthen = true;
     options.memory = &order_;
-    relax_near(map_, bad_vertices(), kRings, held_, options, context_);
+    relax_near(map_, bad_vertices(), kRingsAroundBad, held_, options, context_);
   }
 
   // Corners of bad faces, and added vertices.

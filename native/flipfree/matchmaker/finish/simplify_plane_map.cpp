@@ -18,7 +18,7 @@ namespace {
 
 // Turns, both planes in each, and Newton steps after each pass.
 constexpr int kTurns = 3;
-constexpr int kSteps = 10;
+constexpr int kStepsAfterPass = 10;
 // The frame's corners come first in the numbering.
 constexpr Index kFrame = 3;
 
@@ -75,12 +75,12 @@ void simplify_one_way(Triangles& faces, Points2& from, Points2& to, Index held,
   std::vector<VertexId> fixed(static_cast<std::size_t>(keep));
   std::iota(fixed.begin(), fixed.end(), 0);
   thin_out(map, fixed, keep, context);
-  relax(map, fixed, {kSteps, true, nullptr}, context);
+  relax(map, fixed, {kStepsAfterPass, true, nullptr}, context);
   UntangleRemovalOptions untangling;
   untangling.iterations = kThoroughIterations;
   if (remove_by_untangling(map, fixed, keep, context, untangling) > 0)
     map = mesh::compacted_map(map);
-  relax(map, fixed, {kSteps, true, nullptr}, context);
+  relax(map, fixed, {kStepsAfterPass, true, nullptr}, context);
   const Eigen::Index count = map.uv.rows() - kFrame;
   faces = map.surface.mesh.faces().array() - kFrame;
   to = map.uv.bottomRows(count);

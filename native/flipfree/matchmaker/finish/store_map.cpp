@@ -19,8 +19,8 @@ namespace {
 // Attempts: near the triangles that are too thin, then everywhere. Newton steps of each, and rings
 // around the triangles.
 constexpr int kAttempts = 2;
-constexpr int kSteps = 60;
-constexpr int kRings = 10;
+constexpr int kStepsPerAttempt = 60;
+constexpr int kRingsAroundThin = 10;
 // See seconds_to_store().
 constexpr double kSecondsAtLeast = 0.02;
 constexpr double kSecondsPerFace = 1e-5;
@@ -37,9 +37,9 @@ std::vector<FaceId> slots_of(const mesh::RefinedMap& map, const std::vector<Inde
 
 // Takes added vertices away, as nothing fits between held vertices that are neighbours among the
 // 32-bit points, and relaxes the map.
-void make_room(mesh::RefinedMap& map, const std::vector<Index>& thin,
-               const std::vector<VertexId>& held, Index keep, int attempt,
-               ExecutionContext& context) {
+void make_room_for_thin(mesh::RefinedMap& map, const std::vector<Index>& thin,
+                        const std::vector<VertexId>& held, Index keep, int attempt,
+                        ExecutionContext& context) {
   std::vector<VertexId> seeds;
   for (const FaceId f : slots_of(map, thin)) {
     for (const VertexId v : map.surface.mesh.corners(f)) {
@@ -53,10 +53,10 @@ void make_room(mesh::RefinedMap& map, const std::vector<Index>& thin,
     thin_out(map, held, keep, context);
   }
   RelaxOptions options;
-  options.steps = kSteps;
+  options.steps = kStepsPerAttempt;
   options.lengthen = true;
   if (attempt == 0 && !seeds.empty()) {
-    relax_near(map, seeds, kRings, held, options, context);
+    relax_near(map, seeds, kRingsAroundThin, held, options, context);
   } else {
     relax(map, held, options, context);
   }
@@ -116,7 +116,7 @@ Points2f store_map(mesh::RefinedMap& map, const std::vector<VertexId>& held, Ind
     // Of a boundary that meets itself, vertices are named.
     if (stored.error().kind != ElementKind::kFace) refuse_touching();
     if (attempt == kAttempts) give_up(map, thin);
-    make_room(map, thin, still, keep, attempt, context);
+    make_room_for_thin(map, thin, still, keep, attempt, context);
   }
 }
 

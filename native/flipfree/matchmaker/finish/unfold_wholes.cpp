@@ -12,13 +12,13 @@
 namespace flipfree::matchmaker {
 namespace {
 
-constexpr int kRounds = 6;
+constexpr int kUnfoldingRounds = 6;
 // Newton steps of a round, and without progress; and of the energy after it.
-constexpr int kIterations = 30;
-constexpr int kPatience = 10;
-constexpr int kRelaxSteps = 5;
+constexpr int kUnfoldingSteps = 30;
+constexpr int kUnfoldingPatience = 10;
+constexpr int kStepsAfterUnfolding = 5;
 // Vertices move within so many rings around split faces.
-constexpr int kRings = 6;
+constexpr int kRingsAroundSplits = 6;
 // Lower values force more faces to be whole, but squeeze what is around those that can't be.
 constexpr double kLeastEpsilon = 1e-3;
 // Of the faces that are to be taken back: they hold the map, but not its shape.
@@ -42,7 +42,7 @@ Neighbourhood around_splits(const mesh::RefinedMap& map, const std::vector<Verte
   for (const FaceId f : faces_at(mesh, seeds)) split.push_back(mesh.parent(f));
   std::sort(split.begin(), split.end());
   split.erase(std::unique(split.begin(), split.end()), split.end());
-  const std::vector<VertexId> near = vertices_near(mesh, std::move(seeds), kRings + 1);
+  const std::vector<VertexId> near = vertices_near(mesh, std::move(seeds), kRingsAroundSplits + 1);
   Neighbourhood all;
   all.faces = faces_at(mesh, near);
   std::vector<mesh::EditableTriangulation::Triangle> triangles;
@@ -68,13 +68,13 @@ Neighbourhood around_splits(const mesh::RefinedMap& map, const std::vector<Verte
 }
 
 // Makes room for the split faces; false if there is none, and the map is as before.
-bool make_room(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
-               ExecutionContext& context) {
+bool make_room_for_wholes(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
+                          ExecutionContext& context) {
   const Neighbourhood all = around_splits(map, held, keep);
   const Patch& patch = all.patch;
   distortion::UntangleOptions options;
-  options.max_iterations = kIterations;
-  options.patience = kPatience;
+  options.max_iterations = kUnfoldingSteps;
+  options.patience = kUnfoldingPatience;
   options.least_epsilon = kLeastEpsilon;
   options.guards = static_cast<Index>(all.faces.size());
   options.weights = &all.weights;
@@ -94,20 +94,21 @@ Index unfold_wholes(mesh::RefinedMap& map, const std::vector<VertexId>& held, In
                     ExecutionContext& context, numeric::EliminationMemory* order) {
   const Index before = map.surface.mesh.vertex_count();
   RelaxOptions relaxing;
-  relaxing.steps = kRelaxSteps;
+  relaxing.steps = kStepsAfterUnfolding;
   relaxing.memory = order;
-  for (int round = 0; round < kRounds && map.surface.mesh.vertex_count() > keep; ++round) {
+  for (int round = 0; round < kUnfoldingRounds && map.surface.mesh.vertex_count() > keep; ++round) {
     const Points2 valid = map.uv;
     const Index there = map.surface.mesh.vertex_count();
     std::vector<VertexId> seeds = around_added(map.surface.mesh, keep);
     std::erase_if(seeds, [&](VertexId v) { return v >= keep; });
-    if (!make_room(map, held, keep, context) || thin_out(map, held, keep, context) == 0) {
+    if (!make_room_for_wholes(map, held, keep, context) ||
+        thin_out(map, held, keep, context) == 0) {
       // What had to give way for nothing goes back.
       if (map.surface.mesh.vertex_count() == there) map.uv = valid;
       break;
     }
     for (VertexId v = keep; v < map.surface.mesh.vertex_count(); ++v) seeds.push_back(v);
-    if (!relax_near(map, seeds, kRings, held, relaxing, context)) break;
+    if (!relax_near(map, seeds, kRingsAroundSplits, held, relaxing, context)) break;
   }
   return before - map.surface.mesh.vertex_count();
 }

@@ -45,10 +45,10 @@ constexpr double kLong = 0.9;
 constexpr int kShares = 16;
 // Refinement is thinned out when the mesh has grown by this factor.
 constexpr double kThinOutAt = 1.5;
-constexpr int kRelaxSteps = 8;
+constexpr int kStepsAfterRefining = 8;
 constexpr std::int64_t kMostFrames = 1000;
 // The way left must shrink by this factor in so many frames.
-constexpr std::int64_t kPatience = 50;
+constexpr std::int64_t kFramesToGain = 50;
 constexpr double kLeastGain = 0.95;
 // Newton steps for the first frame.
 constexpr int kFirstSteps = 100;
@@ -78,7 +78,7 @@ class OutlineMover {
     while (time_ < 1) {
       context_.report("moving to the outline", time_);
       if (++frames_ > kMostFrames) return false;
-      if (frames_ % kPatience == 0) {
+      if (frames_ % kFramesToGain == 0) {
         if (1 - time_ + kRest > kLeastGain * way_left) return false;
         way_left = 1 - time_ + kRest;
       }
@@ -138,7 +138,8 @@ class OutlineMover {
   // Lowers the energy with outline and pins held; false if the map is too squeezed for that.
   bool relax() {
     const ProgressRange quiet(context_, time_, time_);
-    if (!matchmaker::relax(map_, held_, {kRelaxSteps, false, &order_}, context_)) return false;
+    if (!matchmaker::relax(map_, held_, {kStepsAfterRefining, false, &order_}, context_))
+      return false;
     energy_ = energy_of(map_, context_);
     return true;
   }

@@ -17,8 +17,6 @@ namespace {
 
 using Mesh = mesh::EditableTriangulation;
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 class Overlay {
  public:
   Overlay(mesh::RefinedMap& map, const PlaneMap& plane)

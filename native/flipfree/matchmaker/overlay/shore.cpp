@@ -10,8 +10,6 @@ namespace {
 // between two pins.
 constexpr double kMiddle = 0.6;
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 }  // namespace
 
 Shore::Shore(mesh::RefinedMap& map, const Vector2& centre) : map_(map), centre_(centre) {

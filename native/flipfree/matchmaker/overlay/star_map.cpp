@@ -34,11 +34,9 @@ constexpr double kRingShare = 0.75;
 constexpr double kRingReach = 0.4;
 // The hub's distance from the targets, in units of their extent, and its least height.
 constexpr double kDistance = 0.25;
-constexpr double kLeastHeight = 0.5;
+constexpr double kLeastHubHeight = 0.5;
 // How far an arm reaches beyond its pin, in units of its width at the hub.
 constexpr double kTip = 0.5;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 StarView view_from(const Vector2& centre, const std::vector<Vector2>& pins) {
   StarView view;
@@ -109,7 +107,7 @@ class Star {
       high = high.cwiseMax(turned(p.uv));
     }
     const double extent = (high - low).maxCoeff();
-    const double height = std::max(high.y() - low.y(), kLeastHeight * extent);
+    const double height = std::max(high.y() - low.y(), kLeastHubHeight * extent);
     const double middle = 0.5 * (low.y() + high.y());
     const double hub = low.x() - kDistance * extent;
     step_ = height / static_cast<double>(n);

@@ -18,7 +18,7 @@ namespace {
 
 using Mesh = mesh::EditableTriangulation;
 
-struct Patch {
+struct SurfacePatch {
   std::vector<VertexId> loop;  // boundary, patch on the left
   std::vector<Index> side;     // per loop edge (from loop[i]): number of its straight side
   std::vector<FaceId> faces;
@@ -68,7 +68,7 @@ class PatchEmbedder {
         drawing_(drawing) {}
 
   Points2 run(ExecutionContext& context, Stats& stats) {
-    std::vector<Patch> patches;
+    std::vector<SurfacePatch> patches;
     for (const auto& polygon : partition_.polygons) {
       context.check();
       patches.push_back(outline(polygon));
@@ -92,8 +92,8 @@ class PatchEmbedder {
 
   // Loop of the patch left of the polygon's paths; sides are numbered by runs without a strict
   // corner.
-  Patch outline(const std::vector<ConvexPartition::Side>& polygon) const {
-    Patch patch;
+  SurfacePatch outline(const std::vector<ConvexPartition::Side>& polygon) const {
+    SurfacePatch patch;
     const std::size_t n = polygon.size();
     const auto start = [&](std::size_t i) {
       const auto& edge = partition_.edges[static_cast<std::size_t>(polygon[i % n].edge)];
@@ -129,7 +129,7 @@ class PatchEmbedder {
     return patch;
   }
 
-  HalfedgeId loop_halfedge(const Patch& patch, std::size_t i) const {
+  HalfedgeId loop_halfedge(const SurfacePatch& patch, std::size_t i) const {
     const HalfedgeId h = mesh_.find(patch.loop[i], patch.loop[(i + 1) % patch.loop.size()]);
     if (h == kInvalid || mesh_.source(h) != patch.loop[i])
       throw InternalError("a patch is not closed");
@@ -137,7 +137,7 @@ class PatchEmbedder {
   }
 
   // Splits inner edges whose two ends lie on one side (its corners included).
-  void split_chords(const Patch& patch) {
+  void split_chords(const SurfacePatch& patch) {
     const std::size_t n = patch.loop.size();
     const Index sides = patch.side.back() + 1;
     std::vector<std::pair<VertexId, std::size_t>> place;
@@ -203,7 +203,7 @@ class PatchEmbedder {
     }
   }
 
-  void flood(Patch& patch) {
+  void flood(SurfacePatch& patch) {
     visited_.resize(static_cast<std::size_t>(mesh_.face_slots()), false);
     patch.faces = {loop_halfedge(patch, 0) / 3};
     visited_[static_cast<std::size_t>(patch.faces.front())] = true;
@@ -230,7 +230,7 @@ class PatchEmbedder {
     return embedding::tutte_mean_value(disk.faces, shape, disk.loop, boundary, context);
   }
 
-  void embed(const Patch& patch, ExecutionContext& context, Stats& stats) {
+  void embed(const SurfacePatch& patch, ExecutionContext& context, Stats& stats) {
     std::vector<VertexId> vertices;
     Triangles faces(static_cast<Eigen::Index>(patch.faces.size()), 3);
     for (std::size_t f = 0; f < patch.faces.size(); ++f) {

@@ -9,7 +9,7 @@
 namespace flipfree::matchmaker {
 namespace {
 
-double length(const TargetDomain& domain, const ConvexPartition::Edge& edge) {
+double edge_length(const TargetDomain& domain, const ConvexPartition::Edge& edge) {
   return (domain.point[static_cast<std::size_t>(edge.a)] -
           domain.point[static_cast<std::size_t>(edge.b)])
       .norm();
@@ -20,7 +20,7 @@ std::vector<Index> spanning_tree(const TargetDomain& domain, const ConvexPartiti
                                  const std::vector<bool>& settled) {
   std::vector<Index> tree;
   const auto length_of = [&](Index e) {
-    return length(domain, partition.edges[static_cast<std::size_t>(e)]);
+    return edge_length(domain, partition.edges[static_cast<std::size_t>(e)]);
   };
   join_to_outline(domain, partition, settled, length_of, length_of,
                   [&](Index e, double /*share*/) { tree.push_back(e); });

@@ -55,7 +55,6 @@ class MovingPins {
   bool move(VertexId pin, const Vector2& to);
 
  private:
-  static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
   bool insert(VertexId v);
   void link(HalfedgeId a, HalfedgeId b);
   void set(HalfedgeId h, std::int64_t crossings, char along);

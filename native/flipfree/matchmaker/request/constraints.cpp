@@ -14,8 +14,6 @@
 namespace flipfree::matchmaker {
 namespace {
 
-std::string name(VertexId v) { return "vertex " + std::to_string(v); }
-
 class Reader {
  public:
   Reader(mesh::RefinedSurface& surface, const MatchRequest& request, SelfOverlaps overlaps)
@@ -35,13 +33,13 @@ class Reader {
  private:
   void check_vertex(VertexId v) const {
     if (v < 0 || v >= surface_.input_vertices()) {
-      throw_invalid(
-          ErrorCode::kIndexOutOfRange,
-          "A constraint names " + name(v) + ", which does not exist. Name vertices of the mesh.");
+      throw_invalid(ErrorCode::kIndexOutOfRange,
+                    "A constraint names " + vertex_name(v) +
+                        ", which does not exist. Name vertices of the mesh.");
     }
     if (surface_.mesh.outgoing(v) == kInvalid) {
       throw_invalid(ErrorCode::kIndexOutOfRange,
-                    "A constraint names " + name(v) +
+                    "A constraint names " + vertex_name(v) +
                         ", which belongs to no face. Name vertices of the mesh.",
                     ElementKind::kVertex, {v});
     }
@@ -53,7 +51,7 @@ class Reader {
     if (is_storable(uv)) return;
     const bool own = v < surface_.input_vertices();
     throw_invalid(ErrorCode::kNotFinite,
-                  "The target of " + where + (own ? name(v) : "a vertex that a line adds") +
+                  "The target of " + where + (own ? vertex_name(v) : "a vertex that a line adds") +
                       " is not finite, or beyond 3.4e38, the largest number that UVs can store. "
                       "Correct it, or scale all targets down.",
                   ElementKind::kVertex, own ? std::vector<VertexId>{v} : std::vector<VertexId>{});
@@ -62,7 +60,7 @@ class Reader {
   void check_edge(const std::string& what, VertexId a, VertexId b) const {
     if (surface_.mesh.find(a, b) != kInvalid) return;
     throw_invalid(ErrorCode::kNotAnEdge,
-                  what + " runs from " + name(a) + " to " + name(b) +
+                  what + " runs from " + vertex_name(a) + " to " + vertex_name(b) +
                       ", which no edge joins. List vertices along edges.",
                   ElementKind::kVertex, {a, b});
   }
@@ -132,10 +130,10 @@ class Reader {
       if (!fresh) known = &it->second;
     }
     if (known != nullptr && *known != uv) {
-      throw_infeasible(ErrorCode::kContradictoryPins,
-                       "Two different targets are given for " + name(v) + ". Keep one of them.",
-                       {"two places", {{"places", numbers_of({*known, uv})}}}, ElementKind::kVertex,
-                       {v});
+      throw_infeasible(
+          ErrorCode::kContradictoryPins,
+          "Two different targets are given for " + vertex_name(v) + ". Keep one of them.",
+          {"two places", {{"places", numbers_of({*known, uv})}}}, ElementKind::kVertex, {v});
     }
   }
 
@@ -229,7 +227,7 @@ class Reader {
       check_vertex(v);
       if (on_boundary_.count(v) == 0) {
         throw_invalid(ErrorCode::kBadPins,
-                      "Movable " + name(v) +
+                      "Movable " + vertex_name(v) +
                           " has no target on the boundary. Name boundary vertices, and give "
                           "boundary_uv, where they begin.",
                       ElementKind::kVertex, {v});

@@ -13,8 +13,6 @@
 namespace flipfree::matchmaker {
 namespace {
 
-std::string name(VertexId v) { return "vertex " + std::to_string(v); }
-
 class Checker {
  public:
   Checker(const mesh::RefinedSurface& surface, SelfOverlaps overlaps, Constraints& constraints)
@@ -187,6 +185,8 @@ class Checker {
 
 }  // namespace
 
+std::string vertex_name(VertexId v) { return "vertex " + std::to_string(v); }
+
 void refuse_contradictions(const mesh::RefinedSurface& surface, SelfOverlaps overlaps,
                            Constraints& constraints) {
   Checker(surface, overlaps, constraints).run();
@@ -226,7 +226,7 @@ void refuse_reversed_line(const mesh::EditableTriangulation& mesh,
   if (enclosed == (turns == 1)) return;
   throw_infeasible(
       ErrorCode::kContradictoryPins,
-      "The closed line through " + name(chain[0]) + " and " + name(chain[1]) +
+      "The closed line through " + vertex_name(chain[0]) + " and " + vertex_name(chain[1]) +
           " runs the other way round in the map than on the mesh: every map that "
           "meets it is turned over. Reverse its points, or its vertices.",
       {"closed line", {{"polygon", numbers_of(corners)}, {"encloses", {enclosed ? 1.0 : 0.0}}}},

@@ -1,12 +1,16 @@
 // Demands that contradict each other, each with a proof that others can check (docs/errors.md).
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "flipfree/matchmaker/request/request.h"
 #include "flipfree/mesh/refined/refined_surface.h"
 
 namespace flipfree::matchmaker {
+
+// A vertex, as messages name it.
+std::string vertex_name(VertexId v);
 
 // Fills in turning_number and simple_outline. Throws Infeasible where no map meets `constraints`:
 // an outline that runs clockwise or winds wrongly, two vertices at one point, lines that cross, a

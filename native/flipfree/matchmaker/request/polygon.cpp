@@ -37,6 +37,15 @@ int turning_number(const Polygon& polygon) {
   return turns;
 }
 
+bool is_locally_convex(const Polygon& polygon) {
+  const std::size_t n = polygon.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    if (numeric::orientation(polygon[i], polygon[(i + 1) % n], polygon[(i + 2) % n]) < 0)
+      return false;
+  }
+  return true;
+}
+
 std::optional<std::pair<Index, Index>> first_conflict(const Polygon& polygon) {
   const std::size_t n = polygon.size();
   const auto begin = [&](std::size_t e) -> const Vector2& { return polygon[e]; };

@@ -20,6 +20,10 @@ using Polygon = std::vector<Vector2>;
 // Precondition: consecutive corners differ. Cost: O(n).
 int turning_number(const Polygon& polygon);
 
+// Does it nowhere turn right? Convex polygons are so, and some that wind more than once. Cost:
+// O(n).
+bool is_locally_convex(const Polygon& polygon);
+
 // Two edges (numbered by their first corner) that meet where they must not, if there are any: the
 // polygon is simple exactly if there are none. Cost: O(n log n + pairs of edges whose x-ranges
 // overlap).

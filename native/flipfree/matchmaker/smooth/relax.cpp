@@ -19,7 +19,7 @@ namespace flipfree::matchmaker {
 namespace {
 
 // A neighbourhood with a larger share of the map's vertices is the map.
-constexpr double kMostShare = 0.5;
+constexpr double kMostNeighbourhoodShare = 0.5;
 
 // UV length of a surface length 1 at which the map's distortion is least; while the worst
 // triangles are so bad that they would decide this, at which areas are right in the mean (of their
@@ -67,7 +67,8 @@ bool relax_near(mesh::RefinedMap& map, const std::vector<VertexId>& seeds, int r
                 ExecutionContext& context) {
   const mesh::EditableTriangulation& mesh = map.surface.mesh;
   const std::vector<VertexId> free = vertices_near(mesh, seeds, rings);
-  if (static_cast<double>(free.size()) >= kMostShare * static_cast<double>(mesh.vertex_count()))
+  if (static_cast<double>(free.size()) >=
+      kMostNeighbourhoodShare * static_cast<double>(mesh.vertex_count()))
     return relax(map, fixed, options, context);
   std::vector<mesh::EditableTriangulation::Triangle> triangles;
   for (const FaceId f : faces_at(mesh, free)) triangles.push_back(mesh.corners(f));

@@ -15,19 +15,15 @@ namespace {
 
 // Rounds in which triangles come to rest at the shapes that they have, all of one area; the first
 // one aims at equilateral triangles.
-constexpr int kRounds = 9;
-constexpr int kStepsPerRound = 4;
+constexpr int kMetricRounds = 9;
+constexpr int kStepsPerMetricRound = 4;
 // Weight of areas against angles.
 constexpr double kAreas = 1.0;
-constexpr double kLeastHeight = 0.01;
+constexpr double kLeastTriangleHeight = 0.01;
 
 using Shape = std::array<Vector2, 3>;
 
-double twice_area(const Shape& t) {
-  const Vector2 a = t[1] - t[0];
-  const Vector2 b = t[2] - t[0];
-  return cross(a, b);
-}
+double twice_area_of(const Shape& t) { return twice_area(t[0], t[1], t[2]); }
 
 }  // namespace
 
@@ -43,26 +39,26 @@ mesh::Surface equal_area_metric(const mesh::RefinedSurface& surface, const Point
                  here.row(flat.faces(row, 2)).transpose()};
   };
   double total = 0;
-  for (std::size_t f = 0; f < count; ++f) total += 0.5 * twice_area(shape(f));
+  for (std::size_t f = 0; f < count; ++f) total += 0.5 * twice_area_of(shape(f));
   std::vector<char> fixed(surface.position.size(), 0);
   for (const VertexId v : surface.boundary) fixed[static_cast<std::size_t>(v)] = 1;
   for (const VertexId v : also_fixed) fixed[static_cast<std::size_t>(v)] = 1;
   std::vector<Shape> shapes(count, {Vector2(0, 0), Vector2(1, 0), Vector2(0.5, 0.75)});
   distortion::Untangler untangler(flat, fixed, context);
   distortion::UntangleOptions options;
-  options.max_iterations = kStepsPerRound;
-  options.extra_iterations = kStepsPerRound;
+  options.max_iterations = kStepsPerMetricRound;
+  options.extra_iterations = kStepsPerMetricRound;
   options.lambda = kAreas;
   options.target_area = total;
-  options.least_height = kLeastHeight;
+  options.least_height = kLeastTriangleHeight;
   options.shapes = &shapes;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kMetricRounds; ++round) {
     distortion::UntangleResult result = untangler.run(here, options, context);
     if (result.flips != 0) break;
     here = std::move(result.uv);
     for (std::size_t f = 0; f < count; ++f) {
       shapes[f] = shape(f);
-      const double scale = 1.0 / std::sqrt(twice_area(shapes[f]));
+      const double scale = 1.0 / std::sqrt(twice_area_of(shapes[f]));
       for (Vector2& p : shapes[f]) p *= scale;
     }
   }

@@ -65,7 +65,7 @@ SlitOutline cut_slits(const mesh::RefinedSurface& surface, const Constraints& co
   return slit;
 }
 
-[[noreturn]] void refuse(const Constraints& constraints) {
+[[noreturn]] void refuse_outline(const Constraints& constraints) {
   const std::string what = "The boundary's targets are not weakly self-overlapping: ";
   if (!constraints.paths.empty()) {
     // Only slits that are straight were tried: no proof.
@@ -130,7 +130,7 @@ Target immersed_outline(const mesh::RefinedSurface& surface, const Constraints& 
                         const ExecutionContext& context) {
   const SlitOutline slit = cut_slits(surface, constraints);
   const SelfOverlap overlap = find_self_overlap(slit.corners, context);
-  if (!overlap.exists) refuse(constraints);
+  if (!overlap.exists) refuse_outline(constraints);
   Target target;
   target.domain = triangulate_immersed(
       slit.corners, slit.vertex, static_cast<Index>(slit.mesh_vertex.size()), overlap.triangles);

@@ -13,12 +13,12 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/matchmaker/finish/usable_map.h"
+#include "flipfree/matchmaker/request/polygon.h"
 #include "flipfree/matchmaker/request/time_share.h"
 #include "flipfree/matchmaker/ways/continued.h"
 #include "flipfree/matchmaker/ways/guaranteed.h"
 #include "flipfree/matchmaker/ways/outlined.h"
 #include "flipfree/mesh/refined/invariants.h"
-#include "flipfree/numeric/predicates.h"
 
 namespace flipfree::matchmaker {
 namespace {
@@ -44,14 +44,8 @@ double sharp_turning(const Polygon& outline) {
 }
 
 // Is the homotopy of this outline without action? Then it is no help for the pins.
-bool is_convex(const Constraints& constraints) {
-  const std::size_t n = constraints.outline.size();
-  for (std::size_t i = 0; i < n; ++i) {
-    if (numeric::orientation(constraints.outline[i], constraints.outline[(i + 1) % n],
-                             constraints.outline[(i + 2) % n]) < 0)
-      return false;
-  }
-  return constraints.turning_number == 1;
+bool has_convex_outline(const Constraints& constraints) {
+  return is_locally_convex(constraints.outline) && constraints.turning_number == 1;
 }
 
 bool asked_by_name(const Problem& problem, MatchEngine engine) {
@@ -60,7 +54,7 @@ bool asked_by_name(const Problem& problem, MatchEngine engine) {
 
 bool homotopy_helps(const Problem& problem) {
   return !problem.constraints.free_boundary() &&
-         (problem.options.engine != MatchEngine::kAuto || !is_convex(problem.constraints));
+         (problem.options.engine != MatchEngine::kAuto || !has_convex_outline(problem.constraints));
 }
 
 bool continuation_applies(const Problem& problem) {
@@ -144,7 +138,7 @@ std::vector<Way> ways_for(const Problem& problem) {
   return ways;
 }
 
-[[noreturn]] void refuse(const Problem& problem) {
+[[noreturn]] void refuse_problem(const Problem& problem) {
   const char* what = "The homotopy to the outline was blocked, refinement included.";
   switch (problem.options.engine) {
     case MatchEngine::kFirstTry:
@@ -196,7 +190,7 @@ Solution solve(const Problem& problem, ExecutionContext& context, Stats& stats) 
     }
     done += way.progress;
   }
-  refuse(problem);
+  refuse_problem(problem);
 }
 
 }  // namespace flipfree::matchmaker

@@ -11,8 +11,6 @@
 namespace flipfree::mesh {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Per half-edge; those that shall be avoided are longer than any path along others.
 std::vector<double> path_lengths(const Surface& surface, const Adjacency& adjacency,
                                  const EdgeFlags& avoided) {

@@ -14,8 +14,6 @@
 namespace flipfree::mesh {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Stars with more corners are left alone.
 constexpr std::size_t kMostCorners = 20;
 // Triangles that come are at least of this shape in the plane of the star (1: equilateral, 0:

@@ -13,8 +13,6 @@
 namespace flipfree::mesh {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // A vertex that cannot stand where it belongs goes nearer to the one that it came from, by halves.
 constexpr int kMostHalves = 40;
 // Stars with less mean energy than this are left as they come, others improved; at the boundary,
@@ -27,7 +25,7 @@ constexpr double kSettled = 1e-2;
 
 // A triangle around the vertex: its corners in the plane, and the inverse of the two edges from the
 // vertex on the surface, laid flat.
-struct Corner {
+struct StarTriangle {
   Vector2 a;
   Vector2 b;
   Eigen::Matrix2d rest;
@@ -112,7 +110,7 @@ class Prolongation {
 
   // Newton steps on the symmetric Dirichlet energy of the star alone, down to `enough`.
   void relax(VertexId v, double enough, Vector2& place) {
-    corners_.clear();
+    around_.clear();
     const Vector3 p = whole_.vertices.row(v).transpose();
     double whole = 0.0;
     for (std::size_t i = 0; i < steps_; ++i) {
@@ -123,10 +121,10 @@ class Prolongation {
       if (!(height > 1e-6 * length)) continue;
       Eigen::Matrix2d edges;
       edges << length, e.dot(f) / length, 0.0, height;
-      corners_.push_back({uv(i), uv((i + 1) % size_), edges.inverse(), 0.5 * length * height});
-      whole += corners_.back().area;
+      around_.push_back({uv(i), uv((i + 1) % size_), edges.inverse(), 0.5 * length * height});
+      whole += around_.back().area;
     }
-    for (Corner& corner : corners_) corner.area /= whole;
+    for (StarTriangle& t : around_) t.area /= whole;
     Expansion now = expand(place);
     for (int step = 0; step < kMostSteps && now.value > enough; ++step) {
       const Vector2 way = -now.hessian.inverse() * now.gradient;
@@ -149,20 +147,20 @@ class Prolongation {
   Expansion expand(const Vector2& p) const {
     Expansion sum;
     double value = 0.0;
-    for (const Corner& corner : corners_) {
+    for (const StarTriangle& t : around_) {
       Eigen::Matrix2d edges;
-      edges.col(0) = corner.a - p;
-      edges.col(1) = corner.b - p;
-      const Eigen::Matrix2d jacobian = edges * corner.rest;
-      const double unit = corner.rest.determinant();
+      edges.col(0) = t.a - p;
+      edges.col(1) = t.b - p;
+      const Eigen::Matrix2d jacobian = edges * t.rest;
+      const double unit = t.rest.determinant();
       const double d = edges.determinant() * unit;
       if (!(d > 0.0)) return {};
-      const Vector2 r = corner.rest.transpose() * Vector2::Ones();
+      const Vector2 r = t.rest.transpose() * Vector2::Ones();
       const double squares = jacobian.squaredNorm();
       const Vector2 of_squares = -2.0 * jacobian * r;
-      const Vector2 of_d = unit * Vector2(corner.a.y() - corner.b.y(), corner.b.x() - corner.a.x());
+      const Vector2 of_d = unit * Vector2(t.a.y() - t.b.y(), t.b.x() - t.a.x());
       const double inverse = 1.0 / (d * d);
-      const double weight = 0.25 * corner.area;
+      const double weight = 0.25 * t.area;
       value += weight * squares * (1.0 + inverse);
       sum.gradient += weight * ((1.0 + inverse) * of_squares - 2.0 * squares * inverse / d * of_d);
       const Eigen::Matrix2d mixed = of_squares * of_d.transpose();
@@ -189,7 +187,7 @@ class Prolongation {
   const VertexId* ring_ = nullptr;
   std::size_t size_ = 0;
   std::size_t steps_ = 0;
-  std::vector<Corner> corners_;
+  std::vector<StarTriangle> around_;
 };
 
 }  // namespace

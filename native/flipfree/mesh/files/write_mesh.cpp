@@ -31,7 +31,7 @@ bool continues_fan(const MeshFile& mesh, FaceId f) {
 }
 
 // The corners of every polygon.
-std::vector<Corners> polygons_of(const MeshFile& mesh) {
+std::vector<Corners> polygon_corners(const MeshFile& mesh) {
   std::vector<Corners> polygons;
   for (FaceId f = 0; f < mesh.faces.rows(); ++f) {
     if (continues_fan(mesh, f)) {
@@ -109,7 +109,7 @@ std::string write_obj(const MeshFile& mesh) {
   for (Index v = 0; v < mesh.vertices.rows(); ++v)
     append_row(text, "v ", mesh.vertices.row(v).data());
   TextureNumbers numbers(mesh);
-  for (const Corners& polygon : polygons_of(mesh)) {
+  for (const Corners& polygon : polygon_corners(mesh)) {
     const bool textured = has_uv(mesh, polygon);
     faces += 'f';
     for (const CornerId c : polygon) {
@@ -125,7 +125,7 @@ std::string write_obj(const MeshFile& mesh) {
 }
 
 std::string write_off(const MeshFile& mesh) {
-  const std::vector<Corners> polygons = polygons_of(mesh);
+  const std::vector<Corners> polygons = polygon_corners(mesh);
   std::string text = "OFF\n" + std::to_string(mesh.vertices.rows()) + " " +
                      std::to_string(polygons.size()) + " 0\n";
   for (Index v = 0; v < mesh.vertices.rows(); ++v)
@@ -142,7 +142,7 @@ std::string write_off(const MeshFile& mesh) {
 }
 
 std::string write_ply(const MeshFile& mesh) {
-  const std::vector<Corners> polygons = polygons_of(mesh);
+  const std::vector<Corners> polygons = polygon_corners(mesh);
   const bool textured = mesh.uv.rows() > 0;
   // Every program knows lengths of one byte; longer lists need more.
   const bool small = std::all_of(polygons.begin(), polygons.end(),

@@ -17,8 +17,6 @@ namespace {
 // Units in the last place by which values differ that were meant to be the same.
 constexpr double kLastBits = 4.0;
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 FaceId root(std::vector<FaceId>& first, FaceId face) {
   while (first[at(face)] != face) face = first[at(face)] = first[at(first[at(face)])];
   return face;

@@ -44,8 +44,6 @@ std::string broken_face(const RefinedSurface& surface, FaceId f) {
              : "does not turn as its parent does";
 }
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Weights that were computed, not chosen, sum to one up to a few roundings.
 constexpr double kRounded = 4 * std::numeric_limits<double>::epsilon();
 

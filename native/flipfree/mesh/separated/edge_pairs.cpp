@@ -14,8 +14,6 @@
 namespace flipfree::mesh {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // What a pair is worth: any is better than a border, but for a twisted and folded one.
 constexpr double kAnyPair = 1.0;
 constexpr double kSameWinding = 1.5;  // more than flatness can be worth: -1 to 1

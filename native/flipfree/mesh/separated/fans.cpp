@@ -10,8 +10,6 @@
 namespace flipfree::mesh {
 namespace {
 
-std::size_t size(Index i) { return static_cast<std::size_t>(i); }
-
 // Lists of one entry per corner or cut end, by vertex: those of v lie at [begin[v], begin[v + 1]).
 struct ByVertex {
   std::vector<std::size_t> begin;
@@ -89,7 +87,7 @@ Fans split_sparse(const Triangles& faces, const IndexPairs& cuts) {
   IndexPairs pairs(cuts.rows(), 2);
   std::transform(cuts.data(), cuts.data() + cuts.size(), pairs.data(), rank);
   Fans result = split_fans(ranked, pairs);
-  for (VertexId& v : result.origin) v = ids[size(v)];
+  for (VertexId& v : result.origin) v = ids[at(v)];
   return result;
 }
 
@@ -101,16 +99,16 @@ Fans split_fans(const Triangles& faces, const IndexPairs& cuts) {
   if (faces.size() == 0) return result;
   if (faces.minCoeff() < 0)
     throw_invalid(ErrorCode::kIndexOutOfRange, "A triangle has a negative vertex. Correct it.");
-  const std::size_t vertices = size(faces.maxCoeff()) + 1;
+  const std::size_t vertices = at(faces.maxCoeff()) + 1;
   if (vertices > 2 * static_cast<std::size_t>(faces.size())) return split_sparse(faces, cuts);
   const ByVertex corners = by_vertex(
       vertices, static_cast<std::size_t>(faces.size()),
-      [&](std::size_t c) { return size(faces.data()[c]); },
+      [&](std::size_t c) { return at(faces.data()[c]); },
       [](std::size_t c) { return static_cast<Index>(c); });
   // A negative id becomes one beyond all vertices.
   const ByVertex cut_ends = by_vertex(
       vertices, static_cast<std::size_t>(cuts.size()),
-      [&](std::size_t i) { return size(cuts.data()[i]); },
+      [&](std::size_t i) { return at(cuts.data()[i]); },
       [&](std::size_t i) { return cuts.data()[i ^ 1]; });
   Umbrella umbrella;
   std::vector<std::size_t> fan;

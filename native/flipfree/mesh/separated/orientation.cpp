@@ -14,8 +14,6 @@
 namespace flipfree::mesh {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 class Orienter {
  public:
   Orienter(const PairingInput& input, EdgePairs& pairs)

@@ -12,8 +12,6 @@
 namespace flipfree::mesh {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 std::pair<VertexId, VertexId> ends(const Triangles& faces, HalfedgeId h) {
   return std::minmax({source(faces, h), target(faces, h)});
 }

@@ -15,8 +15,6 @@
 namespace flipfree::mesh {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 constexpr std::size_t kMostListed = 1000;
 
 void check_meaning(const Surface& input, const SeparateOptions& options) {

@@ -10,8 +10,6 @@
 namespace flipfree::mesh {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 class SheetMaker {
  public:
   SheetMaker(const Triangles& faces, std::vector<HalfedgeId>& opposite,

@@ -12,8 +12,6 @@
 namespace flipfree::numeric {
 namespace {
 
-std::size_t size(Index i) { return static_cast<std::size_t>(i); }
-
 // Lower triangle as sorted ranges, whatever else the matrix stores.
 struct Column {
   const Index* begin;
@@ -50,7 +48,7 @@ bool has_pairs(const SparseMatrix& matrix) {
 Graph graph_of(const SparseMatrix& matrix, Index block) {
   const Index count = static_cast<Index>(matrix.cols()) / block;
   Graph graph;
-  graph.offset.assign(size(count) + 1, 0);
+  graph.offset.assign(at(count) + 1, 0);
   const auto for_edges = [&](auto visit) {
     for (Index v = 0; v < count; ++v) {
       const Column column = lower_column(matrix, block * v);
@@ -60,15 +58,15 @@ Graph graph_of(const SparseMatrix& matrix, Index block) {
     }
   };
   for_edges([&](Index v, Index u) {
-    ++graph.offset[size(v) + 1];
-    ++graph.offset[size(u) + 1];
+    ++graph.offset[at(v) + 1];
+    ++graph.offset[at(u) + 1];
   });
-  for (Index v = 0; v < count; ++v) graph.offset[size(v) + 1] += graph.offset[size(v)];
-  graph.neighbour.resize(size(graph.offset.back()));
+  for (Index v = 0; v < count; ++v) graph.offset[at(v) + 1] += graph.offset[at(v)];
+  graph.neighbour.resize(at(graph.offset.back()));
   std::vector<Index> next(graph.offset.begin(), graph.offset.end() - 1);
   for_edges([&](Index v, Index u) {
-    graph.neighbour[size(next[size(v)]++)] = u;
-    graph.neighbour[size(next[size(u)]++)] = v;
+    graph.neighbour[at(next[at(v)]++)] = u;
+    graph.neighbour[at(next[at(u)]++)] = v;
   });
   return graph;
 }
@@ -118,10 +116,10 @@ void SparseCholesky::analyze(const SparseMatrix& matrix, ExecutionContext& conte
   if (places != nullptr && places->rows() > 0) {
     // One place per vertex of the graph: the first of each pair, if they came per unknown.
     const Eigen::Index stride = places->rows() == graph.count() ? 1 : block;
-    place.resize(2 * size(graph.count()));
+    place.resize(2 * at(graph.count()));
     for (Index v = 0; v < graph.count(); ++v) {
-      place[2 * size(v)] = (*places)(stride * v, 0);
-      place[2 * size(v) + 1] = (*places)(stride * v, 1);
+      place[2 * at(v)] = (*places)(stride * v, 0);
+      place[2 * at(v) + 1] = (*places)(stride * v, 1);
     }
   }
   state_->set_order(
@@ -133,7 +131,7 @@ void SparseCholesky::analyze(const SparseMatrix& matrix, ExecutionContext& conte
                              const Points2* places, EliminationMemory& memory,
                              const std::vector<Index>& label) {
   const Index block = has_pairs(matrix) ? 2 : 1;
-  if (label.size() * size(block) != size(static_cast<Index>(matrix.cols()))) {
+  if (label.size() * at(block) != at(static_cast<Index>(matrix.cols()))) {
     analyze(matrix, context, places);
     return;
   }
@@ -156,7 +154,7 @@ void SparseCholesky::analyze(const SparseMatrix& matrix, ExecutionContext& conte
 
 void SparseCholesky::analyze_again(const SparseMatrix& matrix, ExecutionContext& context) {
   const Index block = has_pairs(matrix) ? 2 : 1;
-  if (state_->order.size() * size(block) != size(static_cast<Index>(matrix.cols()))) {
+  if (state_->order.size() * at(block) != at(static_cast<Index>(matrix.cols()))) {
     analyze(matrix, context);
     return;
   }

@@ -12,21 +12,19 @@ namespace {
 // A repaired order may cost so many times what a planar graph of its size is expected to.
 constexpr double kDear = 1.5;
 
-std::size_t size(Index i) { return static_cast<std::size_t>(i); }
-
 }  // namespace
 
 bool EliminationMemory::recall(const Graph& graph, const std::vector<Index>& label,
                                std::vector<Index>& before, DissectionTree& tree) const {
   const Index count = graph.count();
-  std::vector<Index> rank(size(count), kInvalid);
+  std::vector<Index> rank(at(count), kInvalid);
   Index known = 0;
-  tree.assign(size(count), TreeNode());
+  tree.assign(at(count), TreeNode());
   for (Index v = 0; v < count; ++v) {
-    const std::size_t l = size(label[size(v)]);
+    const std::size_t l = at(label[at(v)]);
     if (l >= rank_.size() || rank_[l] == kInvalid) continue;
-    rank[size(v)] = rank_[l];
-    tree[size(v)] = node_[l];
+    rank[at(v)] = rank_[l];
+    tree[at(v)] = node_[l];
     ++known;
   }
   if (2 * known < count || count == 0) return false;
@@ -34,33 +32,33 @@ bool EliminationMemory::recall(const Graph& graph, const std::vector<Index>& lab
   const Index last = static_cast<Index>(rank_.size());  // behind all ranks
   std::vector<Index> queue;
   const auto for_neighbours = [&](Index v, auto visit) {
-    for (Index i = graph.offset[size(v)]; i < graph.offset[size(v) + 1]; ++i)
-      visit(graph.neighbour[size(i)]);
+    for (Index i = graph.offset[at(v)]; i < graph.offset[at(v) + 1]; ++i)
+      visit(graph.neighbour[at(i)]);
   };
   const auto place = [&](Index v) {
-    if (rank[size(v)] != kInvalid) return;
+    if (rank[at(v)] != kInvalid) return;
     bool found = false;
     TreeNode deepest;
     for_neighbours(v, [&](Index u) {
-      if (rank[size(u)] == kInvalid) return;
-      if (!found || tree[size(u)].depth() > deepest.depth()) deepest = tree[size(u)];
+      if (rank[at(u)] == kInvalid) return;
+      if (!found || tree[at(u)].depth() > deepest.depth()) deepest = tree[at(u)];
       found = true;
     });
     if (!found) return;
-    tree[size(v)] = deepest;
-    rank[size(v)] = last + v;
+    tree[at(v)] = deepest;
+    rank[at(v)] = last + v;
     queue.push_back(v);
   };
   for (Index v = 0; v < count; ++v) place(v);
   for (std::size_t head = 0; head < queue.size(); ++head)
     for_neighbours(queue[head], [&](Index u) { place(u); });
   for (Index v = 0; v < count; ++v) {
-    if (rank[size(v)] == kInvalid) rank[size(v)] = last + v;  // a component of its own
+    if (rank[at(v)] == kInvalid) rank[at(v)] = last + v;  // a component of its own
   }
-  before.resize(size(count));
+  before.resize(at(count));
   std::iota(before.begin(), before.end(), Index{0});
   std::sort(before.begin(), before.end(),
-            [&](Index a, Index b) { return rank[size(a)] < rank[size(b)]; });
+            [&](Index a, Index b) { return rank[at(a)] < rank[at(b)]; });
   return true;
 }
 
@@ -68,19 +66,19 @@ void EliminationMemory::keep(const std::vector<Index>& order, const DissectionTr
                              const std::vector<Index>& label, double flops, bool anew) {
   const Index most = label.empty() ? 0 : std::min(stable_, label.back() + 1);
   if (anew) {
-    rank_.assign(size(most), kInvalid);
-    node_.assign(size(most), TreeNode());
+    rank_.assign(at(most), kInvalid);
+    node_.assign(at(most), TreeNode());
     flops_ = flops;
     count_ = static_cast<Index>(order.size());
-  } else if (size(most) > rank_.size()) {
-    rank_.resize(size(most), kInvalid);
-    node_.resize(size(most), TreeNode());
+  } else if (at(most) > rank_.size()) {
+    rank_.resize(at(most), kInvalid);
+    node_.resize(at(most), TreeNode());
   }
   for (std::size_t i = 0; i < order.size(); ++i) {
-    const Index l = label[size(order[i])];
+    const Index l = label[at(order[i])];
     if (l >= most) continue;
-    rank_[size(l)] = static_cast<Index>(i);
-    node_[size(l)] = tree[size(order[i])];
+    rank_[at(l)] = static_cast<Index>(i);
+    node_[at(l)] = tree[at(order[i])];
   }
 }
 

@@ -10,8 +10,6 @@
 namespace flipfree::numeric {
 namespace {
 
-constexpr std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 constexpr std::size_t kCheckEvery = 1024;  // columns
 
 }  // namespace

@@ -17,16 +17,12 @@ constexpr Index kPanelWidth = 128;  // columns eliminated at once in a front
 constexpr Index kTile = 256;        // rows, and columns of updates, handled at once
 constexpr double kTileFlops = 4e6;  // fronts cheaper than this are not shared between threads
 
-constexpr std::size_t size(Index i) { return static_cast<std::size_t>(i); }
-constexpr std::size_t size(std::int64_t i) { return static_cast<std::size_t>(i); }
-constexpr std::int64_t wide(Index i) { return i; }
-
 // Calls body(begin, end) for [0, count) in steps of `grain`; on the context's threads if there is
 // one.
 template <typename Body>
 void tiles(const ExecutionContext* parallel, Index count, Index grain, Body body) {
   if (parallel != nullptr && count > grain) {
-    parallel_for(*parallel, size(count), size(grain),
+    parallel_for(*parallel, at(count), at(grain),
                  [&](std::size_t begin, std::size_t end, std::size_t) {
                    body(static_cast<Index>(begin), static_cast<Index>(end));
                  });
@@ -56,9 +52,9 @@ struct Multifrontal::Stack {
 };
 
 void Multifrontal::assemble_panel(Index s, const double* values, double* panel) const {
-  std::fill(panel, panel + (panel_[size(s) + 1] - panel_[size(s)]), 0.0);
-  for (std::int64_t e = entry_begin_[size(s)]; e < entry_begin_[size(s) + 1]; ++e) {
-    panel[entry_target_[size(e)]] += values[entry_source_[size(e)]];
+  std::fill(panel, panel + (panel_[at(s) + 1] - panel_[at(s)]), 0.0);
+  for (std::int64_t e = entry_begin_[at(s)]; e < entry_begin_[at(s) + 1]; ++e) {
+    panel[entry_target_[at(e)]] += values[entry_source_[at(e)]];
   }
 }
 
@@ -89,10 +85,10 @@ inline void add_column(const double* source, const Index* relative, Index begin,
 // their sum.
 void Multifrontal::add_to_panel(Index child, const double* update, double* panel,
                                 const ExecutionContext* parallel) const {
-  const Index parent = s_.parent[size(child)];
+  const Index parent = s_.parent[at(child)];
   const std::int64_t ld_child = below(child);
   const std::int64_t ld = width(parent) + below(parent);
-  const Index* relative = s_.relative.data() + s_.rows_begin[size(child)];
+  const Index* relative = s_.relative.data() + s_.rows_begin[at(child)];
   const Index rows = s_.rows_below(child);
   const auto in_panel = static_cast<Index>(
       std::lower_bound(relative, relative + rows, s_.columns(parent)) - relative);
@@ -108,10 +104,10 @@ void Multifrontal::add_to_panel(Index child, const double* update, double* panel
 
 void Multifrontal::add_to_update(Index child, const double* update, double* target,
                                  const ExecutionContext* parallel) const {
-  const Index parent = s_.parent[size(child)];
+  const Index parent = s_.parent[at(child)];
   const std::int64_t ld_child = below(child);
   const std::int64_t ld = below(parent);
-  const Index* relative = s_.relative.data() + s_.rows_begin[size(child)];
+  const Index* relative = s_.relative.data() + s_.rows_begin[at(child)];
   const Index rows = s_.rows_below(child);
   const Index columns = s_.columns(parent);
   const auto in_panel =
@@ -180,24 +176,24 @@ void Multifrontal::form_update(Index s, const double* panel, double* update,
 bool Multifrontal::eliminate(Index s, const double* values, Stack& stack,
                              const ExecutionContext* parallel) {
   if (parallel != nullptr && front_flops(s) < kTileFlops) parallel = nullptr;
-  double* panel = factor_ + panel_[size(s)];
+  double* panel = factor_ + panel_[at(s)];
   assemble_panel(s, values, panel);
-  const Index children_begin = child_begin_[size(s)];
-  const Index children_end = child_begin_[size(s) + 1];
+  const Index children_begin = child_begin_[at(s)];
+  const Index children_end = child_begin_[at(s) + 1];
   Index on_stack = 0;
   for (Index c = children_begin; c < children_end; ++c) {
-    if (task_of_[size(child_[size(c)])] == kInvalid) ++on_stack;
+    if (task_of_[at(child_[at(c)])] == kInvalid) ++on_stack;
   }
-  std::size_t next = stack.updates.size() - size(on_stack);
+  std::size_t next = stack.updates.size() - at(on_stack);
   const std::size_t first = next;
   const auto update_of = [&](Index child) {
-    const Index task = task_of_[size(child)];
+    const Index task = task_of_[at(child)];
     if (task != kInvalid)
-      return static_cast<const double*>(memory_.handed.get() + tasks_[size(task)].update);
+      return static_cast<const double*>(memory_.handed.get() + tasks_[at(task)].update);
     return static_cast<const double*>(stack.base + stack.updates[next++].second);
   };
   for (Index c = children_begin; c < children_end; ++c) {
-    const Index child = child_[size(c)];
+    const Index child = child_[at(c)];
     add_to_panel(child, update_of(child), panel, parallel);
   }
   if (!factor_panel(s, panel, parallel)) return false;
@@ -208,7 +204,7 @@ bool Multifrontal::eliminate(Index s, const double* values, Stack& stack,
     form_update(s, panel, update, parallel);
     next = first;
     for (Index c = children_begin; c < children_end; ++c) {
-      const Index child = child_[size(c)];
+      const Index child = child_[at(c)];
       add_to_update(child, update_of(child), update, parallel);
     }
   }

@@ -21,6 +21,9 @@
 
 namespace flipfree::numeric {
 
+// Products of indices are taken in 64 bits.
+constexpr std::int64_t wide(Index i) { return i; }
+
 // Memory that one factorization hands to the next: fresh pages cost as much as filling them.
 class DoubleBuffer {
  public:

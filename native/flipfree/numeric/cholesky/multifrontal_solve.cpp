@@ -7,13 +7,7 @@
 #include "flipfree/numeric/dense_kernels.h"
 
 namespace flipfree::numeric {
-namespace {
-
-constexpr std::size_t size(Index i) { return static_cast<std::size_t>(i); }
-constexpr std::size_t size(std::int64_t i) { return static_cast<std::size_t>(i); }
-constexpr std::int64_t wide(Index i) { return i; }
-
-}  // namespace
+namespace {}  // namespace
 
 // x of the supernode's columns is solved; its rows below are updated, inside a task those past the
 // task in `outside`.
@@ -21,8 +15,8 @@ void Multifrontal::forward(Index s, double* x, Index count, double* work, const 
                            double* outside) const {
   const Index c = width(s);
   const Index r = below(s);
-  const double* panel = factor_ + panel_[size(s)];
-  double* own = x + wide(block_) * s_.first[size(s)];
+  const double* panel = factor_ + panel_[at(s)];
+  double* own = x + wide(block_) * s_.first[at(s)];
   if (count == 1 && c <= dense::kNarrow) {
     dense::solve_trapezoid(c, r, panel, own, work);
   } else {
@@ -30,9 +24,9 @@ void Multifrontal::forward(Index s, double* x, Index count, double* work, const 
     if (r > 0) dense::product(r, c, count, panel + c, c + r, own, size_, work, r);
   }
   if (r == 0) return;
-  const Index* target = target_.data() + s_.rows_begin[size(s)];
+  const Index* target = target_.data() + s_.rows_begin[at(s)];
   const Index rows = s_.rows_below(s);
-  const Index inside = inside_[size(s)];
+  const Index inside = inside_[at(s)];
   const auto subtract = [&](const double* from, double* to, Index begin, Index end) {
     if (block_ == 1) {
       for (Index i = begin; i < end; ++i) to[target[i]] -= from[i];
@@ -53,9 +47,9 @@ void Multifrontal::forward(Index s, double* x, Index count, double* work, const 
 void Multifrontal::backward(Index s, double* x, Index count, double* work) const {
   const Index c = width(s);
   const Index r = below(s);
-  const double* panel = factor_ + panel_[size(s)];
-  double* own = x + wide(block_) * s_.first[size(s)];
-  const Index* rows = s_.rows.data() + s_.rows_begin[size(s)];
+  const double* panel = factor_ + panel_[at(s)];
+  double* own = x + wide(block_) * s_.first[at(s)];
+  const Index* rows = s_.rows.data() + s_.rows_begin[at(s)];
   for (Index k = 0; k < count; ++k) {
     const double* from = x + wide(k) * size_;
     double* to = work + wide(k) * r;
@@ -77,7 +71,7 @@ void Multifrontal::permute(double* rhs, double* x, Index count, bool back) const
   for (Index k = 0; k < count; ++k) {
     for (std::size_t v = 0; v < s_.order.size(); ++v) {
       for (Index b = 0; b < block_; ++b) {
-        double& ordered = x[size(k) * size(size_) + size(block_) * v + size(b)];
+        double& ordered = x[at(k) * at(size_) + at(block_) * v + at(b)];
         double& given = rhs[wide(k) * size_ + wide(block_) * s_.order[v] + b];
         (back ? given : ordered) = back ? ordered : given;
       }
@@ -87,10 +81,10 @@ void Multifrontal::permute(double* rhs, double* x, Index count, bool back) const
 
 void Multifrontal::solve(double* rhs, Index count, const ExecutionContext& context) const {
   const dense::Calls calls(context.threads);
-  std::vector<double> x(size(size_) * size(count));
+  std::vector<double> x(at(size_) * at(count));
   permute(rhs, x.data(), count, false);
-  std::vector<double> outside(size(outside_size_) * size(count), 0.0);
-  const std::size_t work_size = size(widest_below_) * size(count);
+  std::vector<double> outside(at(outside_size_) * at(count), 0.0);
+  const std::size_t work_size = at(widest_below_) * at(count);
   parallel_for(context, tasks_.size(), 1, [&](std::size_t t, std::size_t, std::size_t) {
     std::vector<double> work(work_size);
     const Task& task = tasks_[t];
@@ -100,7 +94,7 @@ void Multifrontal::solve(double* rhs, Index count, const ExecutionContext& conte
     }
   });
   for (const Task& task : tasks_) {
-    const Index* rows = s_.rows.data() + s_.rows_begin[size(task.root)];
+    const Index* rows = s_.rows.data() + s_.rows_begin[at(task.root)];
     for (Index k = 0; k < count; ++k) {
       const double* from = outside.data() + task.outside * count + wide(k) * below(task.root);
       double* to = x.data() + wide(k) * size_;

@@ -7,11 +7,9 @@
 namespace flipfree::numeric {
 namespace {
 
-std::size_t size(Index i) { return static_cast<std::size_t>(i); }
-
 std::vector<Index> inverse(const std::vector<Index>& order) {
   std::vector<Index> position(order.size());
-  for (std::size_t i = 0; i < order.size(); ++i) position[size(order[i])] = static_cast<Index>(i);
+  for (std::size_t i = 0; i < order.size(); ++i) position[at(order[i])] = static_cast<Index>(i);
   return position;
 }
 
@@ -19,9 +17,9 @@ std::vector<Index> inverse(const std::vector<Index>& order) {
 template <typename Visit>
 void for_adjacent(const Graph& graph, const std::vector<Index>& order,
                   const std::vector<Index>& position, Index i, Visit visit) {
-  const Index v = order[size(i)];
-  for (Index at = graph.offset[size(v)]; at < graph.offset[size(v) + 1]; ++at) {
-    visit(position[size(graph.neighbour[size(at)])]);
+  const Index v = order[at(i)];
+  for (Index entry = graph.offset[at(v)]; entry < graph.offset[at(v) + 1]; ++entry) {
+    visit(position[at(graph.neighbour[at(entry)])]);
   }
 }
 
@@ -30,16 +28,16 @@ void for_adjacent(const Graph& graph, const std::vector<Index>& order,
 std::vector<Index> elimination_tree(const Graph& graph, const std::vector<Index>& order,
                                     const std::vector<Index>& position) {
   const Index count = graph.count();
-  std::vector<Index> parent(size(count), kInvalid);
-  std::vector<Index> ancestor(size(count), kInvalid);
+  std::vector<Index> parent(at(count), kInvalid);
+  std::vector<Index> ancestor(at(count), kInvalid);
   for (Index i = 0; i < count; ++i) {
     for_adjacent(graph, order, position, i, [&](Index j) {
       if (j > i) return;
-      while (ancestor[size(j)] != i) {
-        const Index up = ancestor[size(j)];
-        ancestor[size(j)] = i;
+      while (ancestor[at(j)] != i) {
+        const Index up = ancestor[at(j)];
+        ancestor[at(j)] = i;
         if (up == kInvalid) {
-          parent[size(j)] = i;
+          parent[at(j)] = i;
           return;
         }
         j = up;
@@ -57,23 +55,23 @@ std::vector<Index> postorder(const std::vector<Index>& parent) {
   std::vector<Index> sibling(parent.size(), kInvalid);
   std::vector<Index> stack;
   for (Index j = count - 1; j >= 0; --j) {
-    if (parent[size(j)] == kInvalid) continue;
-    sibling[size(j)] = child[size(parent[size(j)])];
-    child[size(parent[size(j)])] = j;
+    if (parent[at(j)] == kInvalid) continue;
+    sibling[at(j)] = child[at(parent[at(j)])];
+    child[at(parent[at(j)])] = j;
   }
   std::vector<Index> post;
   post.reserve(parent.size());
   for (Index root = 0; root < count; ++root) {
-    if (parent[size(root)] != kInvalid) continue;
+    if (parent[at(root)] != kInvalid) continue;
     stack.push_back(root);
     while (!stack.empty()) {
       const Index j = stack.back();
-      const Index next = child[size(j)];
+      const Index next = child[at(j)];
       if (next == kInvalid) {
         post.push_back(j);
         stack.pop_back();
       } else {
-        child[size(j)] = sibling[size(next)];
+        child[at(j)] = sibling[at(next)];
         stack.push_back(next);
       }
     }
@@ -88,39 +86,39 @@ std::vector<Index> column_counts(const Graph& graph, const std::vector<Index>& o
                                  const std::vector<Index>& position,
                                  const std::vector<Index>& parent) {
   const Index count = graph.count();
-  std::vector<Index> first(size(count));  // first descendant
-  for (Index j = 0; j < count; ++j) first[size(j)] = j;
+  std::vector<Index> first(at(count));  // first descendant
+  for (Index j = 0; j < count; ++j) first[at(j)] = j;
   for (Index j = 0; j < count; ++j) {
-    if (parent[size(j)] != kInvalid) {
-      Index& up = first[size(parent[size(j)])];
-      up = std::min(up, first[size(j)]);
+    if (parent[at(j)] != kInvalid) {
+      Index& up = first[at(parent[at(j)])];
+      up = std::min(up, first[at(j)]);
     }
   }
-  std::vector<Index> counts(size(count), 0);
-  std::vector<Index> last_first(size(count), kInvalid);
-  std::vector<Index> last_leaf(size(count), kInvalid);
-  std::vector<Index> set(size(count));
+  std::vector<Index> counts(at(count), 0);
+  std::vector<Index> last_first(at(count), kInvalid);
+  std::vector<Index> last_leaf(at(count), kInvalid);
+  std::vector<Index> set(at(count));
   std::iota(set.begin(), set.end(), 0);
   const auto representative = [&](Index j) {
     Index root = j;
-    while (set[size(root)] != root) root = set[size(root)];
-    while (set[size(j)] != root) j = std::exchange(set[size(j)], root);
+    while (set[at(root)] != root) root = set[at(root)];
+    while (set[at(j)] != root) j = std::exchange(set[at(j)], root);
     return root;
   };
   for (Index j = 0; j < count; ++j) {
-    if (first[size(j)] == j) ++counts[size(j)];
-    if (parent[size(j)] != kInvalid) --counts[size(parent[size(j)])];
+    if (first[at(j)] == j) ++counts[at(j)];
+    if (parent[at(j)] != kInvalid) --counts[at(parent[at(j)])];
     for_adjacent(graph, order, position, j, [&](Index i) {
-      if (i < j || first[size(j)] <= last_first[size(i)]) return;
-      last_first[size(i)] = first[size(j)];
-      ++counts[size(j)];
-      if (last_leaf[size(i)] != kInvalid) --counts[size(representative(last_leaf[size(i)]))];
-      last_leaf[size(i)] = j;
+      if (i < j || first[at(j)] <= last_first[at(i)]) return;
+      last_first[at(i)] = first[at(j)];
+      ++counts[at(j)];
+      if (last_leaf[at(i)] != kInvalid) --counts[at(representative(last_leaf[at(i)]))];
+      last_leaf[at(i)] = j;
     });
-    if (parent[size(j)] != kInvalid) set[size(j)] = parent[size(j)];
+    if (parent[at(j)] != kInvalid) set[at(j)] = parent[at(j)];
   }
   for (Index j = 0; j < count; ++j) {
-    if (parent[size(j)] != kInvalid) counts[size(parent[size(j)])] += counts[size(j)];
+    if (parent[at(j)] != kInvalid) counts[at(parent[at(j)])] += counts[at(j)];
   }
   return counts;
 }
@@ -155,15 +153,14 @@ std::vector<Index> find_supernodes(const std::vector<Index>& parent,
   Index begin = 0;
   while (begin < count) {
     Index end = begin + 1;
-    while (end < count && parent[size(end) - 1] == end &&
-           counts[size(end)] == counts[size(end) - 1] - 1)
+    while (end < count && parent[at(end) - 1] == end && counts[at(end)] == counts[at(end) - 1] - 1)
       ++end;
-    Block block{begin, end - begin, counts[size(begin)], 0};
+    Block block{begin, end - begin, counts[at(begin)], 0};
     begin = end;
     // The block just before is the last child if its parent column lies here.
     while (!blocks.empty()) {
       const Block& child = blocks.back();
-      const Index up = parent[size(child.first + child.columns) - 1];
+      const Index up = parent[at(child.first + child.columns) - 1];
       if (up == kInvalid || up >= end) break;
       Block merged{child.first, child.columns + block.columns, child.columns + block.front, 0};
       const std::int64_t entries = Block::entries(merged.columns, merged.front);
@@ -187,23 +184,23 @@ std::vector<Index> find_supernodes(const std::vector<Index>& parent,
 void find_rows(const Graph& graph, Supernodes& s, const ExecutionContext& context) {
   const Index count = s.count();
   s.rows_begin.assign(1, 0);
-  s.parent.assign(size(count), kInvalid);
-  std::vector<Index> mark(size(graph.count()), kInvalid);
-  std::vector<Index> child(size(count), kInvalid);
-  std::vector<Index> sibling(size(count), kInvalid);
+  s.parent.assign(at(count), kInvalid);
+  std::vector<Index> mark(at(graph.count()), kInvalid);
+  std::vector<Index> child(at(count), kInvalid);
+  std::vector<Index> sibling(at(count), kInvalid);
   std::vector<Index> rows;
   for (Index n = 0; n < count; ++n) {
     if (n % 4096 == 0) context.check();
     rows.clear();
-    const Index end = s.first[size(n) + 1];
+    const Index end = s.first[at(n) + 1];
     const auto add = [&](Index row) {
-      if (row < end || mark[size(row)] == n) return;
-      mark[size(row)] = n;
+      if (row < end || mark[at(row)] == n) return;
+      mark[at(row)] = n;
       rows.push_back(row);
     };
-    for (Index j = s.first[size(n)]; j < end; ++j) for_adjacent(graph, s.order, s.position, j, add);
-    for (Index c = child[size(n)]; c != kInvalid; c = sibling[size(c)]) {
-      for (std::int64_t i = s.rows_begin[size(c)]; i < s.rows_begin[size(c) + 1]; ++i) {
+    for (Index j = s.first[at(n)]; j < end; ++j) for_adjacent(graph, s.order, s.position, j, add);
+    for (Index c = child[at(n)]; c != kInvalid; c = sibling[at(c)]) {
+      for (std::int64_t i = s.rows_begin[at(c)]; i < s.rows_begin[at(c) + 1]; ++i) {
         add(s.rows[static_cast<std::size_t>(i)]);
       }
     }
@@ -211,10 +208,10 @@ void find_rows(const Graph& graph, Supernodes& s, const ExecutionContext& contex
     s.rows.insert(s.rows.end(), rows.begin(), rows.end());
     s.rows_begin.push_back(static_cast<std::int64_t>(s.rows.size()));
     if (!rows.empty()) {
-      const Index up = s.of_column[size(rows.front())];
-      s.parent[size(n)] = up;
-      sibling[size(n)] = child[size(up)];
-      child[size(up)] = n;
+      const Index up = s.of_column[at(rows.front())];
+      s.parent[at(n)] = up;
+      sibling[at(n)] = child[at(up)];
+      child[at(up)] = n;
     }
   }
 }
@@ -222,19 +219,19 @@ void find_rows(const Graph& graph, Supernodes& s, const ExecutionContext& contex
 void find_relative(Supernodes& s) {
   s.relative.resize(s.rows.size());
   for (Index n = 0; n < s.count(); ++n) {
-    const Index p = s.parent[size(n)];
+    const Index p = s.parent[at(n)];
     if (p == kInvalid) continue;
-    const Index end = s.first[size(p) + 1];
-    auto in_parent = s.rows_begin[size(p)];
-    for (auto i = s.rows_begin[size(n)]; i < s.rows_begin[size(n) + 1]; ++i) {
+    const Index end = s.first[at(p) + 1];
+    auto in_parent = s.rows_begin[at(p)];
+    for (auto i = s.rows_begin[at(n)]; i < s.rows_begin[at(n) + 1]; ++i) {
       const Index row = s.rows[static_cast<std::size_t>(i)];
       if (row < end) {
-        s.relative[static_cast<std::size_t>(i)] = row - s.first[size(p)];
+        s.relative[static_cast<std::size_t>(i)] = row - s.first[at(p)];
         continue;
       }
       while (s.rows[static_cast<std::size_t>(in_parent)] != row) ++in_parent;
       s.relative[static_cast<std::size_t>(i)] =
-          s.columns(p) + static_cast<Index>(in_parent - s.rows_begin[size(p)]);
+          s.columns(p) + static_cast<Index>(in_parent - s.rows_begin[at(p)]);
     }
   }
 }
@@ -251,9 +248,9 @@ Supernodes analyze_supernodes(const Graph& graph, const std::vector<Index>& orde
   s.order.resize(order.size());
   std::vector<Index> parent(order.size());
   for (std::size_t i = 0; i < post.size(); ++i) {
-    s.order[i] = order[size(post[i])];
-    const Index up = tree[size(post[i])];
-    parent[i] = up == kInvalid ? kInvalid : place[size(up)];
+    s.order[i] = order[at(post[i])];
+    const Index up = tree[at(post[i])];
+    parent[i] = up == kInvalid ? kInvalid : place[at(up)];
   }
   s.position = inverse(s.order);
   context.check();
@@ -262,8 +259,7 @@ Supernodes analyze_supernodes(const Graph& graph, const std::vector<Index>& orde
   s.first = find_supernodes(parent, counts);
   s.of_column.resize(order.size());
   for (Index n = 0; n < s.count(); ++n) {
-    std::fill(s.of_column.begin() + s.first[size(n)], s.of_column.begin() + s.first[size(n) + 1],
-              n);
+    std::fill(s.of_column.begin() + s.first[at(n)], s.of_column.begin() + s.first[at(n) + 1], n);
   }
   find_rows(graph, s, context);
   context.check();

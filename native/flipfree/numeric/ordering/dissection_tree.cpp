@@ -6,8 +6,6 @@
 namespace flipfree::numeric {
 namespace {
 
-std::size_t size(Index i) { return static_cast<std::size_t>(i); }
-
 // The lowest node at or below the one of v's ancestors at depth `from` that lies on one branch with
 // all neighbours of v and above none of them needlessly: the walk down stops where neighbours lie
 // on both sides, or on none.
@@ -16,7 +14,7 @@ TreeNode lowest_node(const Graph& graph, const DissectionTree& tree, Index v, Tr
     if (from.depth() >= TreeNode::kDeepest) return from;
     bool below[2] = {false, false};
     for_neighbours(graph, v, [&](Index u) {
-      const TreeNode n = tree[size(u)];
+      const TreeNode n = tree[at(u)];
       if (n.depth() > from.depth() && common_depth(n, from) == from.depth()) {
         below[n.side_at(from.depth())] = true;
       }
@@ -29,10 +27,10 @@ TreeNode lowest_node(const Graph& graph, const DissectionTree& tree, Index v, Tr
 // The deepest of the ancestors of v's node that is on one branch with all neighbours, and from
 // there down.
 TreeNode repaired_node(const Graph& graph, const DissectionTree& tree, Index v) {
-  const TreeNode own = tree[size(v)];
+  const TreeNode own = tree[at(v)];
   int depth = own.depth();
   for_neighbours(graph, v, [&](Index u) {
-    const TreeNode n = tree[size(u)];
+    const TreeNode n = tree[at(u)];
     if (!on_one_branch(own, n)) depth = std::min(depth, common_depth(own, n));
   });
   return lowest_node(graph, tree, v, own.ancestor(depth));
@@ -44,27 +42,27 @@ void dissect_leaf(const Graph& graph, std::vector<Index>& members, TreeNode leaf
                   std::vector<Index>& local, DissectionTree& tree,
                   const ExecutionContext& context) {
   std::sort(members.begin(), members.end());
-  for (std::size_t i = 0; i < members.size(); ++i) local[size(members[i])] = static_cast<Index>(i);
+  for (std::size_t i = 0; i < members.size(); ++i) local[at(members[i])] = static_cast<Index>(i);
   Graph part;
   part.offset.push_back(0);
   for (const Index v : members) {
     for_neighbours(graph, v, [&](Index u) {
-      if (local[size(u)] != kInvalid) part.neighbour.push_back(local[size(u)]);
+      if (local[at(u)] != kInvalid) part.neighbour.push_back(local[at(u)]);
     });
     part.offset.push_back(static_cast<Index>(part.neighbour.size()));
   }
-  for (const Index v : members) local[size(v)] = kInvalid;
+  for (const Index v : members) local[at(v)] = kInvalid;
   DissectionTree below;
   const std::vector<Index> order = nested_dissection(part, nullptr, context, &below);
   std::vector<Index> ordered;
   ordered.reserve(order.size());
   for (const Index i : order) {
     TreeNode node = leaf;
-    const TreeNode path = below[size(i)];
+    const TreeNode path = below[at(i)];
     for (int d = 0; d < path.depth() && node.depth() < TreeNode::kDeepest; ++d)
       node = node.child(path.side_at(d));
-    tree[size(members[size(i)])] = node;
-    ordered.push_back(members[size(i)]);
+    tree[at(members[at(i)])] = node;
+    ordered.push_back(members[at(i)]);
   }
   members.swap(ordered);
 }
@@ -78,30 +76,30 @@ std::vector<Index> repair_dissection(const Graph& graph, const std::vector<Index
   // Up: of the two ends of a bad edge the one that ends lower, which widens a shorter separator.
   for (Index v = 0; v < count; ++v) {
     for_neighbours(graph, v, [&](Index u) {
-      if (u < v || on_one_branch(tree[size(v)], tree[size(u)])) return;
+      if (u < v || on_one_branch(tree[at(v)], tree[at(u)])) return;
       const TreeNode for_v = repaired_node(graph, tree, v);
       const TreeNode for_u = repaired_node(graph, tree, u);
       const Index mover = for_v.depth() >= for_u.depth() ? v : u;
-      tree[size(mover)] = mover == v ? for_v : for_u;
+      tree[at(mover)] = mover == v ? for_v : for_u;
     });
   }
   context.check();
   // Down: what a move made needless in a separator. Every step lowers a vertex; no cycle.
-  std::vector<char> queued(size(count), 0);
+  std::vector<char> queued(at(count), 0);
   std::vector<Index> stack;
   const auto push = [&](Index v) {
-    if (queued[size(v)]) return;
-    queued[size(v)] = 1;
+    if (queued[at(v)]) return;
+    queued[at(v)] = 1;
     stack.push_back(v);
   };
   for (Index v = count - 1; v >= 0; --v) push(v);
   while (!stack.empty()) {
     const Index v = stack.back();
     stack.pop_back();
-    queued[size(v)] = 0;
-    const TreeNode lower = lowest_node(graph, tree, v, tree[size(v)]);
-    if (lower == tree[size(v)]) continue;
-    tree[size(v)] = lower;
+    queued[at(v)] = 0;
+    const TreeNode lower = lowest_node(graph, tree, v, tree[at(v)]);
+    if (lower == tree[at(v)]) continue;
+    tree[at(v)] = lower;
     for_neighbours(graph, v, push);
   }
   context.check();
@@ -112,24 +110,24 @@ std::vector<Index> repair_dissection(const Graph& graph, const std::vector<Index
     Index rank;
     bool operator<(const Entry& o) const { return key != o.key ? key < o.key : rank < o.rank; }
   };
-  std::vector<Entry> entries(size(count));
-  for (Index i = 0; i < count; ++i) entries[size(i)] = {tree[size(before[size(i)])].key(), i};
+  std::vector<Entry> entries(at(count));
+  for (Index i = 0; i < count; ++i) entries[at(i)] = {tree[at(before[at(i)])].key(), i};
   std::sort(entries.begin(), entries.end());
   context.check();
-  std::vector<Index> order(size(count));
-  for (Index i = 0; i < count; ++i) order[size(i)] = before[size(entries[size(i)].rank)];
+  std::vector<Index> order(at(count));
+  for (Index i = 0; i < count; ++i) order[at(i)] = before[at(entries[at(i)].rank)];
 
   // Leaves: nodes with nothing below them.
-  std::vector<Index> local(size(count), kInvalid);
+  std::vector<Index> local(at(count), kInvalid);
   std::vector<std::uint64_t> near;
   std::vector<Index> outside;
   std::vector<Index> members;
   for (Index begin = 0, end = 0; begin < count; begin = end) {
-    const TreeNode node = tree[size(order[size(begin)])];
-    for (end = begin + 1; end < count && tree[size(order[size(end)])] == node;) ++end;
+    const TreeNode node = tree[at(order[at(begin)])];
+    for (end = begin + 1; end < count && tree[at(order[at(end)])] == node;) ++end;
     const Index width = end - begin;
-    const bool leaf = begin == 0 || !on_one_branch(tree[size(order[size(begin) - 1])], node) ||
-                      tree[size(order[size(begin) - 1])].depth() < node.depth();
+    const bool leaf = begin == 0 || !on_one_branch(tree[at(order[at(begin) - 1])], node) ||
+                      tree[at(order[at(begin) - 1])].depth() < node.depth();
     if (!leaf || width < 2) continue;
     members.assign(order.begin() + begin, order.begin() + end);
     if (width > kMinimumDegreeLimit) {
@@ -137,22 +135,22 @@ std::vector<Index> repair_dissection(const Graph& graph, const std::vector<Index
       std::copy(members.begin(), members.end(), order.begin() + begin);
       continue;
     }
-    near.assign(size(width), 0);
-    outside.assign(size(width), 0);
-    for (Index i = 0; i < width; ++i) local[size(members[size(i)])] = i;
+    near.assign(at(width), 0);
+    outside.assign(at(width), 0);
+    for (Index i = 0; i < width; ++i) local[at(members[at(i)])] = i;
     for (Index i = 0; i < width; ++i) {
-      for_neighbours(graph, members[size(i)], [&](Index u) {
-        if (local[size(u)] == kInvalid) {
-          ++outside[size(i)];
+      for_neighbours(graph, members[at(i)], [&](Index u) {
+        if (local[at(u)] == kInvalid) {
+          ++outside[at(i)];
         } else {
-          near[size(i)] |= std::uint64_t{1} << local[size(u)];
+          near[at(i)] |= std::uint64_t{1} << local[at(u)];
         }
       });
     }
     const std::vector<Index> inner = minimum_degree(near, outside);
     for (Index i = 0; i < width; ++i) {
-      order[size(begin + i)] = members[size(inner[size(i)])];
-      local[size(members[size(i)])] = kInvalid;
+      order[at(begin + i)] = members[at(inner[at(i)])];
+      local[at(members[at(i)])] = kInvalid;
     }
   }
   return order;

@@ -14,15 +14,13 @@ constexpr Index kLeastHub = 40;
 constexpr double kHub = 8.0;
 constexpr Index kGraphWithHubs = 1024;
 
-std::size_t size(Index i) { return static_cast<std::size_t>(i); }
-
 std::vector<Index> hubs_of(const Graph& graph) {
   std::vector<Index> hubs;
   if (graph.count() < kGraphWithHubs) return hubs;
   const double mean = static_cast<double>(graph.neighbour.size()) / graph.count();
   const Index least = std::max(kLeastHub, static_cast<Index>(kHub * mean));
   for (Index v = 0; v < graph.count(); ++v) {
-    if (graph.offset[size(v) + 1] - graph.offset[size(v)] >= least) hubs.push_back(v);
+    if (graph.offset[at(v) + 1] - graph.offset[at(v)] >= least) hubs.push_back(v);
   }
   return hubs;
 }
@@ -33,11 +31,11 @@ std::vector<Index> hubs_of(const Graph& graph) {
 std::vector<Index> dissect_without(const std::vector<Index>& hubs, const Graph& graph,
                                    const double* places, const ExecutionContext& context,
                                    DissectionTree& nodes) {
-  std::vector<Index> local(size(graph.count()), 0), others;
-  for (const Index v : hubs) local[size(v)] = kInvalid;
+  std::vector<Index> local(at(graph.count()), 0), others;
+  for (const Index v : hubs) local[at(v)] = kInvalid;
   for (Index v = 0; v < graph.count(); ++v) {
-    if (local[size(v)] == kInvalid) continue;
-    local[size(v)] = static_cast<Index>(others.size());
+    if (local[at(v)] == kInvalid) continue;
+    local[at(v)] = static_cast<Index>(others.size());
     others.push_back(v);
   }
   Graph rest;
@@ -46,18 +44,18 @@ std::vector<Index> dissect_without(const std::vector<Index>& hubs, const Graph& 
   std::vector<double> own_places;
   for (const Index v : others) {
     for_neighbours(graph, v, [&](Index u) {
-      if (local[size(u)] != kInvalid) rest.neighbour.push_back(local[size(u)]);
+      if (local[at(u)] != kInvalid) rest.neighbour.push_back(local[at(u)]);
     });
     rest.offset.push_back(static_cast<Index>(rest.neighbour.size()));
     for (std::size_t axis = 0; places != nullptr && axis < 2; ++axis)
-      own_places.push_back(places[2 * size(v) + axis]);
+      own_places.push_back(places[2 * at(v) + axis]);
   }
   DissectionTree own;
   std::vector<Index> order =
       nested_dissection(rest, places == nullptr ? nullptr : own_places.data(), context, &own);
-  nodes.assign(size(graph.count()), TreeNode());
-  for (std::size_t i = 0; i < others.size(); ++i) nodes[size(others[i])] = own[i];
-  for (Index& v : order) v = others[size(v)];
+  nodes.assign(at(graph.count()), TreeNode());
+  for (std::size_t i = 0; i < others.size(); ++i) nodes[at(others[i])] = own[i];
+  for (Index& v : order) v = others[at(v)];
   order.insert(order.end(), hubs.begin(), hubs.end());
   return repair_dissection(graph, order, nodes, context);
 }

@@ -3,12 +3,6 @@
 #include <bit>
 
 namespace flipfree::numeric {
-namespace {
-
-std::size_t size(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 std::vector<Index> minimum_degree(std::vector<std::uint64_t>& near,
                                   const std::vector<Index>& outside) {
   const auto count = static_cast<Index>(near.size());
@@ -20,7 +14,7 @@ std::vector<Index> minimum_degree(std::vector<std::uint64_t>& near,
     Index best_degree = 0;
     for (std::uint64_t set = left; set != 0; set &= set - 1) {
       const Index v = std::countr_zero(set);
-      const Index degree = std::popcount(near[size(v)]) + outside[size(v)];
+      const Index degree = std::popcount(near[at(v)]) + outside[at(v)];
       if (best == kInvalid || degree < best_degree) {
         best = v;
         best_degree = degree;
@@ -28,11 +22,11 @@ std::vector<Index> minimum_degree(std::vector<std::uint64_t>& near,
     }
     order.push_back(best);
     left &= ~(std::uint64_t{1} << best);
-    const std::uint64_t clique = near[size(best)];
+    const std::uint64_t clique = near[at(best)];
     for (std::uint64_t set = clique; set != 0; set &= set - 1) {
       const Index u = std::countr_zero(set);
-      near[size(u)] |= clique;
-      near[size(u)] &= ~((std::uint64_t{1} << u) | (std::uint64_t{1} << best));
+      near[at(u)] |= clique;
+      near[at(u)] &= ~((std::uint64_t{1} << u) | (std::uint64_t{1} << best));
     }
   }
   return order;

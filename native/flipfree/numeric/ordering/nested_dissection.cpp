@@ -14,8 +14,6 @@ namespace {
 
 constexpr Index kLeaf = kMinimumDegreeLimit;
 
-std::size_t size(Index i) { return static_cast<std::size_t>(i); }
-
 // A subgraph with local numbers, and where its vertices go in the order.
 struct Part : Subgraph {
   std::vector<Index> vertices;  // local -> vertex of the whole graph
@@ -25,9 +23,9 @@ struct Part : Subgraph {
 };
 
 std::vector<Index> leaf_order(const Part& part) {
-  std::vector<std::uint64_t> near(size(part.count()), 0);
+  std::vector<std::uint64_t> near(at(part.count()), 0);
   for (Index v = 0; v < part.count(); ++v) {
-    for_neighbours(part, v, [&](Index u) { near[size(v)] |= std::uint64_t{1} << u; });
+    for_neighbours(part, v, [&](Index u) { near[at(v)] |= std::uint64_t{1} << u; });
   }
   return minimum_degree(near, part.outside);
 }
@@ -36,20 +34,20 @@ std::vector<Index> leaf_order(const Part& part) {
 Part extract(const Part& part, const std::vector<char>& side, char which,
              const std::vector<Index>& sorted, const std::vector<Index>& local, Index count) {
   Part child;
-  child.neighbour.reserve(part.neighbour.size() * size(count) / size(part.count()) + 64);
-  child.vertices.reserve(size(count));
-  child.outside.reserve(size(count));
-  child.offset.reserve(size(count) + 1);
+  child.neighbour.reserve(part.neighbour.size() * at(count) / at(part.count()) + 64);
+  child.vertices.reserve(at(count));
+  child.outside.reserve(at(count));
+  child.offset.reserve(at(count) + 1);
   child.offset.push_back(0);
-  if (!part.rank.empty()) child.rank.reserve(size(count));
+  if (!part.rank.empty()) child.rank.reserve(at(count));
   for (const Index v : sorted) {
-    if (side[size(v)] != which) continue;
-    child.vertices.push_back(part.vertices[size(v)]);
-    if (!part.rank.empty()) child.rank.push_back(part.rank[size(v)]);
-    Index outside = part.outside[size(v)];
+    if (side[at(v)] != which) continue;
+    child.vertices.push_back(part.vertices[at(v)]);
+    if (!part.rank.empty()) child.rank.push_back(part.rank[at(v)]);
+    Index outside = part.outside[at(v)];
     for_neighbours(part, v, [&](Index u) {
-      if (side[size(u)] == which) {
-        child.neighbour.push_back(local[size(u)]);
+      if (side[at(u)] == which) {
+        child.neighbour.push_back(local[at(u)]);
       } else {
         ++outside;
       }
@@ -64,9 +62,9 @@ Part extract(const Part& part, const std::vector<char>& side, char which,
 void dissect(Part& part, std::vector<Index>& order, DissectionTree& tree,
              std::vector<Part>& children, const ExecutionContext& context) {
   if (part.count() <= kLeaf) {
-    Index at = part.begin;
-    for (const Index v : leaf_order(part)) order[size(at++)] = part.vertices[size(v)];
-    for (const Index v : part.vertices) tree[size(v)] = part.node;
+    Index next = part.begin;
+    for (const Index v : leaf_order(part)) order[at(next++)] = part.vertices[at(v)];
+    for (const Index v : part.vertices) tree[at(v)] = part.node;
     return;
   }
   std::vector<Index> sorted;
@@ -74,17 +72,17 @@ void dissect(Part& part, std::vector<Index>& order, DissectionTree& tree,
   context.check();
   const bool ends_first = !sorted.empty();
   if (!ends_first) {
-    sorted.resize(size(part.count()));
+    sorted.resize(at(part.count()));
     std::iota(sorted.begin(), sorted.end(), 0);
   }
-  std::vector<Index> local(size(part.count()));
+  std::vector<Index> local(at(part.count()));
   std::array<Index, 3> count{0, 0, 0};
-  for (const Index v : sorted) local[size(v)] = count[static_cast<std::size_t>(side[size(v)])]++;
-  Index at = part.begin + count[kLeft] + count[kRight];
+  for (const Index v : sorted) local[at(v)] = count[static_cast<std::size_t>(side[at(v)])]++;
+  Index next = part.begin + count[kLeft] + count[kRight];
   for (const Index v : sorted) {
-    if (side[size(v)] != kSeparator) continue;
-    order[size(at++)] = part.vertices[size(v)];
-    tree[size(part.vertices[size(v)])] = part.node;
+    if (side[at(v)] != kSeparator) continue;
+    order[at(next++)] = part.vertices[at(v)];
+    tree[at(part.vertices[at(v)])] = part.node;
   }
   Index begin = part.begin;
   for (const char which : {kLeft, kRight}) {
@@ -103,16 +101,16 @@ void dissect(Part& part, std::vector<Index>& order, DissectionTree& tree,
 
 std::vector<std::array<Index, 2>> ranks(Index count, const double* places,
                                         const ExecutionContext& context) {
-  std::vector<std::array<Index, 2>> rank(size(count));
+  std::vector<std::array<Index, 2>> rank(at(count));
   parallel_for(context, 2, 1, [&](std::size_t axis, std::size_t, std::size_t) {
-    std::vector<Index> order(size(count));
+    std::vector<Index> order(at(count));
     std::iota(order.begin(), order.end(), 0);
     std::sort(order.begin(), order.end(), [&](Index a, Index b) {
-      const double x = places[2 * size(a) + axis];
-      const double y = places[2 * size(b) + axis];
+      const double x = places[2 * at(a) + axis];
+      const double y = places[2 * at(b) + axis];
       return x != y ? x < y : a < b;
     });
-    for (Index i = 0; i < count; ++i) rank[size(order[size(i)])][axis] = i;
+    for (Index i = 0; i < count; ++i) rank[at(order[at(i)])][axis] = i;
   });
   return rank;
 }
@@ -121,18 +119,18 @@ std::vector<std::array<Index, 2>> ranks(Index count, const double* places,
 
 std::vector<Index> nested_dissection(const Graph& graph, const double* places,
                                      const ExecutionContext& context, DissectionTree* tree) {
-  std::vector<Index> order(size(graph.count()));
+  std::vector<Index> order(at(graph.count()));
   DissectionTree own;
   DissectionTree& nodes = tree != nullptr ? *tree : own;
-  nodes.assign(size(graph.count()), TreeNode());
+  nodes.assign(at(graph.count()), TreeNode());
   if (graph.count() == 0) return order;
   std::vector<Part> parts(1);
   Part& root = parts.front();
-  root.vertices.resize(size(graph.count()));
+  root.vertices.resize(at(graph.count()));
   std::iota(root.vertices.begin(), root.vertices.end(), 0);
   root.offset = graph.offset;
   root.neighbour = graph.neighbour;
-  root.outside.assign(size(graph.count()), 0);
+  root.outside.assign(at(graph.count()), 0);
   if (places != nullptr) root.rank = ranks(graph.count(), places, context);
 
   // All parts of a level at once. Parts below kSubtree are taken to their leaves by one task.

@@ -17,21 +17,19 @@ constexpr double kLeastSide = 0.30;  // smaller side of a sweep, share of the pa
 constexpr double kMostSide = 0.62;   // larger side during refinement
 constexpr int kRefinePasses = 4;
 
-std::size_t size(Index i) { return static_cast<std::size_t>(i); }
-
 // Breadth-first distances from `start`; kInvalid where it does not reach. Returns the vertices in
 // visiting order.
 std::vector<Index> distances(const Subgraph& part, Index start, std::vector<Index>& distance) {
-  distance.assign(size(part.count()), kInvalid);
+  distance.assign(at(part.count()), kInvalid);
   std::vector<Index> queue;
-  queue.reserve(size(part.count()));
+  queue.reserve(at(part.count()));
   queue.push_back(start);
-  distance[size(start)] = 0;
+  distance[at(start)] = 0;
   for (std::size_t head = 0; head < queue.size(); ++head) {
-    const Index next = distance[size(queue[head])] + 1;
+    const Index next = distance[at(queue[head])] + 1;
     for_neighbours(part, queue[head], [&](Index u) {
-      if (distance[size(u)] != kInvalid) return;
-      distance[size(u)] = next;
+      if (distance[at(u)] != kInvalid) return;
+      distance[at(u)] = next;
       queue.push_back(u);
     });
   }
@@ -40,21 +38,21 @@ std::vector<Index> distances(const Subgraph& part, Index start, std::vector<Inde
 
 // Sides when the part is not connected: components go to the lighter side, no separator.
 std::vector<char> split_components(const Subgraph& part) {
-  std::vector<char> side(size(part.count()), kSeparator);
+  std::vector<char> side(at(part.count()), kSeparator);
   std::vector<Index> stack;
   Index weight[2] = {0, 0};
   for (Index seed = 0; seed < part.count(); ++seed) {
-    if (side[size(seed)] != kSeparator) continue;
+    if (side[at(seed)] != kSeparator) continue;
     const char to = weight[1] < weight[0] ? kRight : kLeft;
     stack.push_back(seed);
-    side[size(seed)] = to;
+    side[at(seed)] = to;
     while (!stack.empty()) {
       const Index v = stack.back();
       stack.pop_back();
       ++weight[static_cast<int>(to)];
       for_neighbours(part, v, [&](Index u) {
-        if (side[size(u)] != kSeparator) return;
-        side[size(u)] = to;
+        if (side[at(u)] != kSeparator) return;
+        side[at(u)] = to;
         stack.push_back(u);
       });
     }
@@ -77,9 +75,9 @@ bool fill_buckets(const Subgraph& part, int key, std::vector<Buckets<kKeys>>& bu
   }
   const std::int64_t width = high - low + 1;
   for (Index v = 0; v < part.count(); ++v) {
-    const std::int64_t at =
+    const std::int64_t bucket =
         width <= kBuckets ? value(v) - low : (value(v) - low) * kBuckets / width;
-    buckets[size(v)][size(key)] = static_cast<std::uint16_t>(at);
+    buckets[at(v)][at(key)] = static_cast<std::uint16_t>(bucket);
   }
   return high > low;
 }
@@ -103,16 +101,16 @@ Sweep best_sweep(const Subgraph& part, const std::vector<Buckets<kKeys>>& bucket
   };
   std::vector<std::array<Counts, kKeys>> counts(kBuckets + 1);
   for (Index v = 0; v < part.count(); ++v) {
-    Buckets<kKeys> low = buckets[size(v)];
+    Buckets<kKeys> low = buckets[at(v)];
     Buckets<kKeys> high = low;
     for_neighbours(part, v, [&](Index u) {
-      const Buckets<kKeys>& other = buckets[size(u)];
+      const Buckets<kKeys>& other = buckets[at(u)];
       for (std::size_t k = 0; k < kKeys; ++k) {
         low[k] = std::min(low[k], other[k]);
         high[k] = std::max(high[k], other[k]);
       }
     });
-    const Buckets<kKeys>& own = buckets[size(v)];
+    const Buckets<kKeys>& own = buckets[at(v)];
     for (std::size_t k = 0; k < kKeys; ++k) {
       ++counts[own[k]][k].mass;
       ++counts[own[k] + 1u][k].left;  // in the left separator for own < cut <= high
@@ -149,7 +147,7 @@ Sweep best_sweep(const Subgraph& part, const std::vector<Buckets<kKeys>>& bucket
 class Refinement {
  public:
   Refinement(const Subgraph& part, std::vector<char>& side, const ExecutionContext& context)
-      : part_(part), side_(side), context_(context), locked_(size(part.count()), 0) {
+      : part_(part), side_(side), context_(context), locked_(at(part.count()), 0) {
     for (const char s : side) ++weight_[static_cast<std::size_t>(s)];
   }
 
@@ -169,35 +167,35 @@ class Refinement {
   // Change of the separator's size, negated, when v leaves it for side `to`.
   Index gain(Index v, char to) const {
     Index pulled = 0;
-    for_neighbours(part_, v, [&](Index u) { pulled += side_[size(u)] == 1 - to ? 1 : 0; });
+    for_neighbours(part_, v, [&](Index u) { pulled += side_[at(u)] == 1 - to ? 1 : 0; });
     return 1 - pulled;
   }
 
   void push(Index v) {
     Index beside[3] = {0, 0, 0};
-    for_neighbours(part_, v, [&](Index u) { ++beside[static_cast<int>(side_[size(u)])]; });
+    for_neighbours(part_, v, [&](Index u) { ++beside[static_cast<int>(side_[at(u)])]; });
     for (const char to : {kLeft, kRight}) {
       const Index loss = beside[1 - to];
       if (loss >= kMostLoss) continue;
-      moves_[size(loss)].push_back({v, to});
+      moves_[at(loss)].push_back({v, to});
       least_loss_ = std::min(least_loss_, loss);
     }
   }
 
   // Takes the move with the largest gain, the last one pushed of several. False if none is left.
   bool pop(Move& move, Index& gain) {
-    while (least_loss_ < kMostLoss && moves_[size(least_loss_)].empty()) ++least_loss_;
+    while (least_loss_ < kMostLoss && moves_[at(least_loss_)].empty()) ++least_loss_;
     if (least_loss_ == kMostLoss) return false;
-    move = moves_[size(least_loss_)].back();
-    moves_[size(least_loss_)].pop_back();
+    move = moves_[at(least_loss_)].back();
+    moves_[at(least_loss_)].pop_back();
     gain = 1 - least_loss_;
     return true;
   }
 
   void put(Index v, char to) {
-    log_.push_back({v, side_[size(v)]});
-    --weight_[static_cast<std::size_t>(side_[size(v)])];
-    side_[size(v)] = to;
+    log_.push_back({v, side_[at(v)]});
+    --weight_[static_cast<std::size_t>(side_[at(v)])];
+    side_[at(v)] = to;
     ++weight_[static_cast<std::size_t>(to)];
   }
 
@@ -209,7 +207,7 @@ class Refinement {
     log_.clear();
     std::vector<Index> touched;
     for (Index v = 0; v < part_.count(); ++v) {
-      if (side_[size(v)] == kSeparator) push(v);
+      if (side_[at(v)] == kSeparator) push(v);
     }
     const Index start = weight_[kSeparator];
     const Index start_imbalance = imbalance();
@@ -223,22 +221,21 @@ class Refinement {
     Index expected = 0;
     while (idle < patience && pop(move, expected)) {
       const Index v = move.vertex;
-      if (side_[size(v)] != kSeparator || locked_[size(v)] || gain(v, move.to) != expected)
-        continue;
+      if (side_[at(v)] != kSeparator || locked_[at(v)] || gain(v, move.to) != expected) continue;
       if (weight_[static_cast<std::size_t>(move.to)] >= most) continue;
       context_.check();
-      locked_[size(v)] = 1;
+      locked_[at(v)] = 1;
       touched.push_back(v);
       put(v, move.to);
       for_neighbours(part_, v, [&](Index u) {
-        if (side_[size(u)] == 1 - move.to) {
+        if (side_[at(u)] == 1 - move.to) {
           context_.check();  // of a dense row even one move is much work
           put(u, kSeparator);
-          if (!locked_[size(u)]) push(u);
+          if (!locked_[at(u)]) push(u);
           for_neighbours(part_, u, [&](Index w) {
-            if (side_[size(w)] == kSeparator && !locked_[size(w)] && w != u) push(w);
+            if (side_[at(w)] == kSeparator && !locked_[at(w)] && w != u) push(w);
           });
-        } else if (side_[size(u)] == kSeparator && !locked_[size(u)]) {
+        } else if (side_[at(u)] == kSeparator && !locked_[at(u)]) {
           push(u);
         }
       });
@@ -254,11 +251,11 @@ class Refinement {
     while (log_.size() > best_log) {
       const auto [v, from] = log_.back();
       log_.pop_back();
-      --weight_[static_cast<std::size_t>(side_[size(v)])];
-      side_[size(v)] = from;
+      --weight_[static_cast<std::size_t>(side_[at(v)])];
+      side_[at(v)] = from;
       ++weight_[static_cast<std::size_t>(from)];
     }
-    for (const Index v : touched) locked_[size(v)] = 0;
+    for (const Index v : touched) locked_[at(v)] = 0;
     return best < start || best_imbalance < start_imbalance;
   }
 
@@ -280,7 +277,7 @@ std::vector<Index> sorted_by(const std::vector<Buckets<kKeys>>& buckets, std::si
   for (std::size_t i = 1; i < begin.size(); ++i) begin[i] += begin[i - 1];
   std::vector<Index> sorted(buckets.size());
   for (Index v = 0; v < static_cast<Index>(buckets.size()); ++v)
-    sorted[size(begin[buckets[size(v)][key]]++)] = v;
+    sorted[at(begin[buckets[at(v)][key]]++)] = v;
   return sorted;
 }
 
@@ -300,12 +297,10 @@ std::vector<char> split(const Subgraph& part, std::vector<Index>& sorted,
   distances(part, seen.back(), from_other);
   context.check();
 
-  std::vector<Buckets<kKeys>> buckets(size(part.count()));
+  std::vector<Buckets<kKeys>> buckets(at(part.count()));
   std::array<bool, kKeys> usable{};
   if constexpr (kKeys == kAllKeys) {
-    const auto rank = [&](Index v, int axis) -> std::int64_t {
-      return part.rank[size(v)][size(axis)];
-    };
+    const auto rank = [&](Index v, int axis) -> std::int64_t { return part.rank[at(v)][at(axis)]; };
     usable[0] = fill_buckets(part, 0, buckets, [&](Index v) { return rank(v, 0); });
     usable[1] = fill_buckets(part, 1, buckets, [&](Index v) { return rank(v, 1); });
     usable[2] = fill_buckets(part, 2, buckets, [&](Index v) { return rank(v, 0) + rank(v, 1); });
@@ -313,34 +308,34 @@ std::vector<char> split(const Subgraph& part, std::vector<Index>& sorted,
     context.check();
   }
   constexpr int kFirst = kKeys - kDistanceKeys;
-  usable[kFirst] = fill_buckets(part, kFirst, buckets,
-                                [&](Index v) -> std::int64_t { return from_one[size(v)]; });
+  usable[kFirst] =
+      fill_buckets(part, kFirst, buckets, [&](Index v) -> std::int64_t { return from_one[at(v)]; });
   usable[kFirst + 1] = fill_buckets(part, kFirst + 1, buckets, [&](Index v) -> std::int64_t {
-    return from_one[size(v)] - from_other[size(v)];
+    return from_one[at(v)] - from_other[at(v)];
   });
   context.check();
   const Sweep sweep = best_sweep(part, buckets, usable);
   context.check();
 
-  std::vector<char> side(size(part.count()));
+  std::vector<char> side(at(part.count()));
   if (sweep.key == kInvalid) {
     // No cut is balanced (a star, a clique): half of the vertices by number.
-    for (Index v = 0; v < part.count(); ++v) side[size(v)] = v < part.count() / 2 ? kLeft : kRight;
+    for (Index v = 0; v < part.count(); ++v) side[at(v)] = v < part.count() / 2 ? kLeft : kRight;
   } else {
     for (Index v = 0; v < part.count(); ++v) {
-      side[size(v)] = buckets[size(v)][size(sweep.key)] < sweep.cut ? kLeft : kRight;
+      side[at(v)] = buckets[at(v)][at(sweep.key)] < sweep.cut ? kLeft : kRight;
     }
-    sorted = sorted_by(buckets, size(sweep.key));
+    sorted = sorted_by(buckets, at(sweep.key));
   }
   const char donor = sweep.from_left ? kLeft : kRight;
   std::vector<Index> separator;
   for (Index v = 0; v < part.count(); ++v) {
-    if (side[size(v)] != donor) continue;
+    if (side[at(v)] != donor) continue;
     bool touches = false;
-    for_neighbours(part, v, [&](Index u) { touches = touches || side[size(u)] == 1 - donor; });
+    for_neighbours(part, v, [&](Index u) { touches = touches || side[at(u)] == 1 - donor; });
     if (touches) separator.push_back(v);
   }
-  for (const Index v : separator) side[size(v)] = kSeparator;
+  for (const Index v : separator) side[at(v)] = kSeparator;
   Refinement(part, side, context).run();
   return side;
 }

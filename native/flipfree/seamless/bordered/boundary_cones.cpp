@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <numeric>
 #include <string>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/conformal/cones/boundary_angles.h"
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/mesh/topology.h"
@@ -17,9 +17,6 @@
 namespace flipfree::seamless {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
 // Sum of the curvatures inside a surface that is as good as flat, quarter turns.
 constexpr double kNearlyFlat = 0.2;
 

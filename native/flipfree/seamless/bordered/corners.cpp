@@ -10,8 +10,6 @@
 namespace flipfree::seamless {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 // Directions of the axes that are tried, per quarter turn.
 constexpr Index kAxes = 16;

@@ -8,8 +8,6 @@
 namespace flipfree::seamless {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Per half-edge of the mesh: the input's, 3 f + k.
 std::vector<HalfedgeId> input_corners(const intrinsic::IntrinsicSetup& setup) {
   std::vector<HalfedgeId> corner_of(setup.mesh.halfedge_count(), kInvalid);

@@ -11,8 +11,6 @@
 namespace flipfree::seamless {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // The largest disk that is looked for: so many faces, and so many more per edge of the side.
 constexpr Index kLeastFaces = 1000;
 constexpr Index kFacesPerEdge = 16;

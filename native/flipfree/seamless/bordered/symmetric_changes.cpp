@@ -10,8 +10,6 @@ using intrinsic::IntrinsicMesh;
 
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Per edge its column, and with what factor; none for diagonals.
 struct Columns {
   std::vector<Index> of;

@@ -8,11 +8,6 @@
 #include "flipfree/seamless/bordered/boundary_cones.h"
 
 namespace flipfree::seamless {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
 
 std::vector<SurfacePart> parts_with_boundaries(const mesh::Surface& surface,
                                                const mesh::Adjacency& adjacency,

@@ -11,8 +11,6 @@
 namespace flipfree::seamless {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // p -> p turned by quarters + shift.
 struct Motion {
   Index turns = 0;

@@ -35,7 +35,7 @@ namespace {
 constexpr double kSuggestionShare = 0.4;
 constexpr double kEngineShare = 0.5;
 // Where boundaries may be free: the attempt without, then that to find out which must be.
-constexpr double kFirstShare = 0.4, kPartsShare = 0.7;
+constexpr double kFirstAttemptShare = 0.4, kPartsShare = 0.7;
 // Of that of finish_map().
 constexpr double kTakenBackShare = 0.6;
 // Newton steps of the optimiser between two rounds of taking refinement back.
@@ -225,12 +225,12 @@ certify::Parametrization map_of_open(const mesh::Surface& surface, const std::ve
     return map_with_corners(surface, with_corners(parts, freed, cones, context), options, context);
   std::optional<Outcome<certify::Parametrization>> first;
   {
-    const ProgressRange range(context, 0.0, kFirstShare);
+    const ProgressRange range(context, 0.0, kFirstAttemptShare);
     first = aligned_map(surface, parts, cones, options, context);
   }
   if (*first) return std::move(**first);
   {
-    const ProgressRange range(context, kFirstShare, kPartsShare);
+    const ProgressRange range(context, kFirstAttemptShare, kPartsShare);
     freed = parts_to_free(parts, options, context);
   }
   const ProgressRange range(context, kPartsShare, 1.0);
@@ -249,8 +249,10 @@ certify::Parametrization map_in_scale(const mesh::Surface& surface, const std::v
                                    : map_at_once(surface, cones, options, context);
 }
 
-certify::Parametrization map_in_time(const mesh::Surface& surface, const std::vector<Index>& cones,
-                                     const SeamlessOptions& options, ExecutionContext& context) {
+certify::Parametrization seamless_map_in_time(const mesh::Surface& surface,
+                                              const std::vector<Index>& cones,
+                                              const SeamlessOptions& options,
+                                              ExecutionContext& context) {
   check_request(surface, cones, context);
   if (options.boundary == Boundary::kFree) check_free(surface, cones);
   const mesh::Adjacency adjacency =
@@ -273,7 +275,7 @@ certify::Parametrization compute_seamless_map(const mesh::Surface& surface,
                                               ExecutionContext& context) {
   return in_time(context, options.max_seconds, "The seamless map was not reached",
                  "or spread the curvature over more vertices",
-                 [&] { return map_in_time(surface, cones, options, context); });
+                 [&] { return seamless_map_in_time(surface, cones, options, context); });
 }
 
 certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surface,
@@ -358,7 +360,7 @@ certify::Parametrization map_with_suggested_cones(const mesh::Surface& surface,
           cones = suggested_turns(surface, suggestion, context);
         }
         const ProgressRange range(context, kSuggestionShare, 1.0);
-        return map_in_time(surface, cones, options, context);
+        return seamless_map_in_time(surface, cones, options, context);
       });
 }
 

@@ -23,12 +23,9 @@
 namespace flipfree::seamless {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
-
-constexpr int kRounds = 6;
+constexpr int kTakeBackRounds = 6;
 // A round that takes back a smaller share of the added vertices is the last.
-constexpr double kWorthwhile = 0.05;
+constexpr double kWorthwhileRound = 0.05;
 // The user's own triangulation is tried if it flips fewer faces than this share.
 constexpr double kFewFlips = 0.02;
 
@@ -208,11 +205,13 @@ class TakingBack {
     for (const Scope scope : {Scope::kNear, Scope::kWhole}) {
       if (added(map) == 0 || !improve(map, scope)) break;
       bool worthwhile = true;
-      for (; worthwhile && round < kRounds && added(map) > 0; ++round) {
-        const ProgressRange range(context_, round / double{kRounds}, (round + 1) / double{kRounds});
+      for (; worthwhile && round < kTakeBackRounds && added(map) > 0; ++round) {
+        const ProgressRange range(context_, round / double{kTakeBackRounds},
+                                  (round + 1) / double{kTakeBackRounds});
         const Index before = added(map);
-        worthwhile = take(own_triangles(map), map) || (take(fewer_triangles(map), map) &&
-                                                       added(map) <= (1.0 - kWorthwhile) * before);
+        worthwhile =
+            take(own_triangles(map), map) ||
+            (take(fewer_triangles(map), map) && added(map) <= (1.0 - kWorthwhileRound) * before);
       }
       if (whole_) break;
     }
@@ -256,8 +255,9 @@ class TakingBack {
             ? mesh::EdgeFlags{}
             : mesh::flag_edges(input_.surface.faces, input_.adjacency, uncuttable_);
     int round = 0;
-    while (round < kRounds) {
-      const ProgressRange range(context_, round / double{kRounds}, (round + 1) / double{kRounds});
+    while (round < kTakeBackRounds) {
+      const ProgressRange range(context_, round / double{kTakeBackRounds},
+                                (round + 1) / double{kTakeBackRounds});
       ++round;
       if (take(opened(on_own_triangles(input_.surface, input_.adjacency, cones, avoided, map,
                                        context_)),
@@ -265,7 +265,7 @@ class TakingBack {
         break;
       const double before = whole_ ? energy() : 0.0;
       if (!improve(map, Scope::kWhole)) break;
-      if (before > 0.0 && energy() > (1.0 - kWorthwhile) * before) break;
+      if (before > 0.0 && energy() > (1.0 - kWorthwhileRound) * before) break;
     }
     return round;
   }

@@ -1,16 +1,10 @@
 #include "flipfree/seamless/padding/open_cut.h"
 
 #include <cstddef>
-#include <numbers>
+
+#include "flipfree/base/plane.h"
 
 namespace flipfree::seamless {
-namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
-
-}  // namespace
 
 OpenCut open_cut(const AdmissibleCut& cut, const mesh::Adjacency& adjacency,
                  const CutSegments& segments, const std::vector<Index>& cones) {

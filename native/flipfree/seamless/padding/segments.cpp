@@ -10,12 +10,10 @@
 namespace flipfree::seamless {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // The sides of a cut as a permutation.
-class Sides {
+class BoundarySides {
  public:
-  Sides(const AdmissibleCut& cut, const mesh::Adjacency& adjacency)
+  BoundarySides(const AdmissibleCut& cut, const mesh::Adjacency& adjacency)
       : adjacency_(adjacency), cut_(cut), side_(adjacency.opposite.size(), kInvalid) {
     for (std::size_t b = 0; b < cut.branches.size(); ++b) {
       if (cut.branches[b].empty()) throw InternalError("a branch without edges");
@@ -58,7 +56,7 @@ class Sides {
   std::vector<Index> side_;  // per half-edge
 };
 
-std::vector<Index> components(const Sides& sides, const mesh::Adjacency& adjacency,
+std::vector<Index> components(const BoundarySides& sides, const mesh::Adjacency& adjacency,
                               Index& component_count) {
   const auto face_count = static_cast<Index>(adjacency.opposite.size() / 3);
   DisjointSets sets(face_count);
@@ -108,7 +106,7 @@ std::vector<HalfedgeId> side_halfedges(const AdmissibleCut& cut, const mesh::Adj
 }
 
 CutSegments cut_segments(const AdmissibleCut& cut, const mesh::Adjacency& adjacency) {
-  const Sides sides(cut, adjacency);
+  const BoundarySides sides(cut, adjacency);
   CutSegments result;
   Index component_count = 0;
   result.component_of_face = components(sides, adjacency, component_count);

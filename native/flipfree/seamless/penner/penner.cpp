@@ -5,11 +5,11 @@
 #include <cmath>
 #include <complex>
 #include <exception>
-#include <numbers>
 #include <string>
 #include <utility>
 
 #include "flipfree/base/failure/in_time.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
 #include "flipfree/conformal/map/map.h"
@@ -20,9 +20,6 @@
 namespace flipfree::seamless {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
 // Crossings where 64 bits do not hold the map; what is optimised afterwards need not be near.
 constexpr double kSpread = 0.5;
 
@@ -37,7 +34,7 @@ void find_seams(const std::vector<VertexId>& cones, PennerMap& result) {
   write_transitions(result.branches, map);
 }
 
-void add_figures(const PennerMetric& metric, Stats& stats) {
+void add_penner_figures(const PennerMetric& metric, Stats& stats) {
   const auto& of_metric = metric.metric.stats;
   stats["seconds_conformal"] = of_metric.at("seconds_conformal");
   const auto newton = of_metric.find("seconds_newton");
@@ -109,7 +106,7 @@ PennerMap attempt_component(const mesh::Surface& surface, const std::vector<Inde
   conformal::RefinedMetric metric;
   result.loops = solved.loops;
   Stats stats;
-  add_figures(solved, stats);
+  add_penner_figures(solved, stats);
   metric.metric = std::move(solved.metric);
   conformal::ConformalMapResult mapped;
   {

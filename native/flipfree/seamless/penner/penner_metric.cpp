@@ -6,13 +6,13 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <tuple>
 #include <utility>
 
 #include "flipfree/base/failure/in_time.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/conformal/engine/engine.h"
 #include "flipfree/intrinsic/loops/loop_carrier.h"
 #include "flipfree/mesh/topology.h"
@@ -32,17 +32,12 @@ using intrinsic::IntrinsicMesh;
 
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
 constexpr int kLargestBits = 1024;
 constexpr std::size_t kMostTries = 24;  // of turns that nobody asked for
 // Relaxation by itself: while the scale alone makes for more energy than this, and so many steps at
 // most.
 constexpr double kSmallEnergy = 100.0;
 constexpr int kMostRelaxation = 8;
-// Errors of angles between these steps, radians.
-constexpr double kNearlyMet = 1e-4;
 // Loops that are turned gradually turn by so much between relaxations, and so many steps of these
 // follow.
 constexpr double kGradually = 0.5 * kQuarterTurn;
@@ -54,8 +49,8 @@ std::string scientific(double value) {
   return text;
 }
 
-void carry(const std::vector<intrinsic::FlipRecord>& flips, intrinsic::LoopCarrier& loops,
-           const ExecutionContext& context) {
+void carry_through(const std::vector<intrinsic::FlipRecord>& flips, intrinsic::LoopCarrier& loops,
+                   const ExecutionContext& context) {
   intrinsic::replay_flips(flips, 0, flips.size(), context, [&](EdgeId e) { loops.flip(e); });
 }
 
@@ -99,10 +94,10 @@ std::vector<double> vertex_areas(const mesh::Surface& surface) {
   return area;
 }
 
-class Solver {
+class PennerSolver {
  public:
-  Solver(const mesh::Surface& surface, const std::vector<Index>& cones,
-         const PennerOptions& options, ExecutionContext& context)
+  PennerSolver(const mesh::Surface& surface, const std::vector<Index>& cones,
+               const PennerOptions& options, ExecutionContext& context)
       : surface_(surface), cones_(cones), options_(options), context_(context) {
     const auto vertex_count = static_cast<Index>(surface.vertices.rows());
     setup_ = intrinsic::build_intrinsic_mesh(vertex_count, surface.faces);
@@ -178,7 +173,7 @@ class Solver {
                         std::unique_ptr<PennerSystem>* prepared) {
     const EngineInput input = start_of(metric, targets_.vertex_angle);
     const auto engine = make_engine(input, metric.bits, context_);
-    carry(engine->flips(), loops, context_);
+    carry_through(engine->flips(), loops, context_);
     PennerAngles angles;
     measure(*engine, loops, targets_, angles, context_);
     if (prepared != nullptr && loops.size() > 0) {
@@ -199,7 +194,7 @@ class Solver {
     }
     result.conformal_iterations = result.metric.iterations;
     result.conformal_flips = result.metric.flips.size();
-    carry(result.metric.flips, loops, context_);
+    carry_through(result.metric.flips, loops, context_);
     targets_.loop_angle.assign(loops.size(), 0.0);
     const PennerAngles angles = measured(result.metric, loops, turns_given ? nullptr : &prepared_);
     for (std::size_t i = 0; i < result.loops.size(); ++i)
@@ -303,7 +298,7 @@ class Solver {
     if (!engine->started()) return;
     intrinsic::LoopCarrier carried(setup_.mesh,
                                    loops_on_setup(result.loops, surface_.faces, setup_));
-    carry(engine->flips(), carried, context_);
+    carry_through(engine->flips(), carried, context_);
     PennerNewtonOptions newton;
     newton.tolerance = kNearlyMet;
     newton.max_iterations = options_.max_iterations;
@@ -342,7 +337,7 @@ class Solver {
       intrinsic::replay_flips(engine->flips(), first, engine->flips().size(), context_,
                               [&](EdgeId e) { reference.flip(e); });
     };
-    carry(engine->flips(), loops, context_);
+    carry_through(engine->flips(), loops, context_);
     follow(0);
     Relaxation relaxation(targets_, kNearlyMet, context_);
     PennerNewtonOptions newton;
@@ -377,7 +372,7 @@ class Solver {
     for (int bits = result.metric.bits;; bits = bits == 53 ? 128 : 2 * bits) {
       const EngineInput input = start_of(result.metric, targets_.vertex_angle);
       auto engine = make_engine(input, bits, context_);
-      carry(engine->flips(), loops, context_);
+      carry_through(engine->flips(), loops, context_);
       newton.max_iterations = options_.max_iterations - (result.iterations - before);
       auto prepared = std::move(prepared_);
       const PennerRun run = prepared ? run_prepared_penner(engine, loops, targets_, newton,
@@ -415,7 +410,7 @@ class Solver {
     ReferenceMetric reference(metric);
     const EngineInput input = start_of(metric, targets_.vertex_angle);
     auto engine = make_engine(input, metric.bits, context_);
-    carry(engine->flips(), loops, context_);
+    carry_through(engine->flips(), loops, context_);
     intrinsic::replay_flips(engine->flips(), 0, engine->flips().size(), context_,
                             [&](EdgeId e) { reference.flip(e); });
     Relaxation relaxation(targets_, std::max(options_.tolerance, kNearlyMet), context_);
@@ -477,8 +472,9 @@ PennerMetric compute_penner_metric(const mesh::Surface& surface, const std::vect
                                    const std::optional<std::vector<LoopTurn>>& loops,
                                    const PennerOptions& options, ExecutionContext& context) {
   return in_time(context, options.max_seconds, "The seamless metric was not reached",
-                 "or spread the curvature over more vertices",
-                 [&] { return Solver(surface, cones, options, context).run(loops, nullptr); });
+                 "or spread the curvature over more vertices", [&] {
+                   return PennerSolver(surface, cones, options, context).run(loops, nullptr);
+                 });
 }
 
 PennerMetric finish_penner_metric(const mesh::Surface& surface, const std::vector<Index>& cones,
@@ -486,7 +482,7 @@ PennerMetric finish_penner_metric(const mesh::Surface& surface, const std::vecto
                                   ExecutionContext& context) {
   return in_time(context, options.max_seconds, "The seamless metric was not reached",
                  "or spread the curvature over more vertices", [&] {
-                   return Solver(surface, cones, options, context).run(std::nullopt, &start);
+                   return PennerSolver(surface, cones, options, context).run(std::nullopt, &start);
                  });
 }
 

@@ -14,11 +14,10 @@ using intrinsic::FlipRecord;
 
 namespace {
 
-constexpr double kArmijo = 1e-4;
-constexpr double kSmallestStep = 1e-4;
+constexpr double kSmallestRestoredStep = 1e-4;
 // Below the tolerance iterations go on while each gains this much: the last step of a quadratically
 // converging iteration costs little and brings the angles to rounding.
-constexpr double kWorthwhile = 0.1;
+constexpr double kWorthwhileGain = 0.1;
 // A line search that cuts its step to this share fights the cones, not the loops: from then on,
 // until a whole step is taken, every step meets the cones again before it is judged.
 constexpr double kShortStep = 0.25;
@@ -32,8 +31,8 @@ constexpr std::size_t kPatience = 5;
 constexpr double kRounding = 1e-7;
 
 // A flip costs as much as it has crossings with the loops, which grow with every flip.
-void carry(const MetricEngine& engine, std::size_t from, intrinsic::LoopCarrier& loops,
-           const ExecutionContext& context) {
+void carry_further(const MetricEngine& engine, std::size_t from, intrinsic::LoopCarrier& loops,
+                   const ExecutionContext& context) {
   const std::vector<FlipRecord>& flips = engine.flips();
   for (std::size_t i = from; i < flips.size(); ++i) {
     context.check();
@@ -66,7 +65,7 @@ class PennerNewton {
     run_.error_history.push_back(angles_.max_error);
     double before = std::numeric_limits<double>::infinity();
     run_.end = PennerEnd::kConverged;
-    while (angles_.max_error > options_.tolerance || angles_.max_error < kWorthwhile * before) {
+    while (angles_.max_error > options_.tolerance || angles_.max_error < kWorthwhileGain * before) {
       if (angles_.max_error == 0.0) break;
       run_.end = PennerEnd::kIterations;
       if (run_.iterations >= options_.max_iterations) break;
@@ -130,7 +129,7 @@ class PennerNewton {
       }
       if (step < kShortStep * first) return false;
       if (move(*engine_, step)) {
-        carry(*engine_, flips, loops_, context_);
+        carry_further(*engine_, flips, loops_, context_);
         measure(*engine_, loops_, targets_, trial_, context_);
         if (trial_.norm < (1.0 - kArmijo * step) * angles_.norm) break;
       }
@@ -156,7 +155,7 @@ class PennerNewton {
     if (norm_of(angles_.vertices.value) <= kCones * norm_of(angles_.loops)) return true;
     std::unique_ptr<MetricEngine> trial = engine_->copy();
     if (!meet_cones(*trial, norm_of(angles_.loops))) return false;
-    carry(*trial, engine_->flips().size(), loops_, context_);
+    carry_further(*trial, engine_->flips().size(), loops_, context_);
     engine_ = std::move(trial);
     measure(*engine_, loops_, targets_, angles_, context_);
     return solve();
@@ -166,11 +165,11 @@ class PennerNewton {
   bool restored_step() {
     const double first = first_step();
     const double before = norm_of(angles_.loops);
-    for (double step = first; step >= kSmallestStep * first; step *= 0.5) {
+    for (double step = first; step >= kSmallestRestoredStep * first; step *= 0.5) {
       std::unique_ptr<MetricEngine> trial = engine_->copy();
       if (!move(*trial, step) || !meet_cones(*trial, before)) continue;
       intrinsic::LoopCarrier carried = loops_;
-      carry(*trial, engine_->flips().size(), carried, context_);
+      carry_further(*trial, engine_->flips().size(), carried, context_);
       measure(*trial, carried, targets_, trial_, context_);
       if (!(norm_of(trial_.loops) < (1.0 - kArmijo * step) * before)) continue;
       engine_ = std::move(trial);

@@ -16,6 +16,12 @@
 
 namespace flipfree::seamless {
 
+// Sufficient decrease (Armijo): the share of what a step promises to first order that it must
+// reach.
+inline constexpr double kArmijo = 1e-4;
+// Radians from which errors of angles fall quadratically, so that the rest costs little.
+inline constexpr double kNearlyMet = 1e-4;
+
 enum class PennerEnd {
   kConverged,
   kPrecision,  // rounding decides from here on: go on with more bits

@@ -16,15 +16,13 @@ using intrinsic::IntrinsicMesh;
 
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 constexpr std::size_t kFacesPerChunk = 4096;
 
 // The sides after a half-edge in its face.
-struct Sides {
+struct OtherSides {
   std::size_t next, previous;
 };
-Sides sides(const IntrinsicMesh& mesh, std::size_t h) {
+OtherSides other_sides(const IntrinsicMesh& mesh, std::size_t h) {
   const HalfedgeId n = mesh.next[h];
   return {at(n), at(mesh.next[at(n)])};
 }
@@ -59,7 +57,7 @@ void subtract_vertex_part(const IntrinsicMesh& mesh, const std::vector<double>& 
                    const double* v = x.col(column).data();
                    double* out = r.col(column).data();
                    for (std::size_t h = 0; h < cotangent.size(); ++h) {
-                     const auto [n, p] = sides(mesh, h);
+                     const auto [n, p] = other_sides(mesh, h);
                      const double source = v[unknown_at(mesh, h)], target = v[unknown_at(mesh, n)],
                                   apex = v[unknown_at(mesh, p)];
                      out[h / 2] -=
@@ -75,7 +73,7 @@ Eigen::VectorXd vertex_change(const IntrinsicMesh& mesh, Eigen::Index vertex_cou
   Eigen::VectorXd change = Eigen::VectorXd::Zero(vertex_count);
   const auto of = [&](std::size_t h) { return s[static_cast<Eigen::Index>(h / 2)]; };
   for (std::size_t h = 0; h < cotangent.size(); ++h) {
-    const auto [n, p] = sides(mesh, h);
+    const auto [n, p] = other_sides(mesh, h);
     change[unknown_at(mesh, p)] += cotangent[n] * (of(h) - of(p)) + cotangent[p] * (of(h) - of(n));
   }
   return face_share(mesh) * change;
@@ -97,7 +95,7 @@ numeric::SparseMatrix loop_derivatives(const IntrinsicMesh& mesh,
     const auto column = static_cast<Index>(i);
     loops.visit_corners(i, [&](const intrinsic::PassedCorner& corner) {
       const auto h = at(corner.opposite);
-      const auto [n, p] = sides(mesh, h);
+      const auto [n, p] = other_sides(mesh, h);
       const auto add = [&](std::size_t g, double value) {
         entries.emplace_back(static_cast<Index>(g / 2), column, corner.sign * value);
       };
@@ -137,7 +135,7 @@ void measure(const conformal::MetricEngine& engine, const intrinsic::LoopCarrier
                });
   out.vertices.value = targets.vertex_angle;
   for (std::size_t h = 0; h < count; ++h)
-    out.vertices.value[at(unknown_at(mesh, sides(mesh, h).previous))] -= share * angle[h];
+    out.vertices.value[at(unknown_at(mesh, other_sides(mesh, h).previous))] -= share * angle[h];
   out.loops = targets.loop_angle;
   for (std::size_t i = 0; i < out.loops.size(); ++i) {
     loops.visit_corners(i, [&](const intrinsic::PassedCorner& corner) {

@@ -15,12 +15,9 @@ using intrinsic::IntrinsicMesh;
 
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-// A step changes no logarithm by more than this; it is halved so many times.
-constexpr double kMostChange = 3.0;
-constexpr int kHalvings = 6;
-constexpr int kNewtonSteps = 20;
+// A step is halved so many times.
+constexpr int kRelaxationHalvings = 6;
+constexpr int kRelaxationNewtonSteps = 20;
 
 // log(exp(a) + exp(b)).
 double log_sum(double a, double b) {
@@ -88,9 +85,9 @@ bool Relaxation::step(std::unique_ptr<MetricEngine>& engine, intrinsic::LoopCarr
   for (const double d : direction) most = std::max(most, std::abs(d));
   PennerNewtonOptions newton;
   newton.tolerance = tolerance_;
-  newton.max_iterations = kNewtonSteps;
-  double step = std::min(1.0, kMostChange / std::max(most, 1e-300));
-  for (int halving = 0; halving < kHalvings; ++halving, step *= 0.5) {
+  newton.max_iterations = kRelaxationNewtonSteps;
+  double step = std::min(1.0, kMostRelaxationChange / std::max(most, 1e-300));
+  for (int halving = 0; halving < kRelaxationHalvings; ++halving, step *= 0.5) {
     context_.check();
     std::vector<double> part = direction;
     for (double& d : part) d *= step;

@@ -33,6 +33,9 @@ class ReferenceMetric {
   std::vector<double> logarithm_;
 };
 
+// A step changes no logarithm of a length by more than this.
+inline constexpr double kMostRelaxationChange = 3.0;
+
 class Relaxation {
  public:
   // `tolerance`: of all angles after a step. `engine` stands on the triangulation of `loops` and

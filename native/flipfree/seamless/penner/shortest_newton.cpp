@@ -10,9 +10,8 @@
 namespace flipfree::seamless {
 namespace {
 
-constexpr double kMostChange = 1.0;  // of a logarithm of a length in one step
-constexpr double kArmijo = 1e-4;
-constexpr double kSmallestStep = 1e-3;
+constexpr double kMostNewtonChange = 1.0;  // of a logarithm of a length in one step
+constexpr double kLeastShareOfStep = 1e-3;
 
 }  // namespace
 
@@ -38,8 +37,9 @@ PennerRun run_shortest(std::unique_ptr<conformal::MetricEngine>& engine,
     const std::size_t first = engine->flips().size();
     engine->remember();
     bool found = false;
-    for (double step = std::min(1.0, kMostChange / std::max(most, 1e-300));
-         !found && step * most > kSmallestStep * std::min(most, kMostChange); step *= 0.5) {
+    for (double step = std::min(1.0, kMostNewtonChange / std::max(most, 1e-300));
+         !found && step * most > kLeastShareOfStep * std::min(most, kMostNewtonChange);
+         step *= 0.5) {
       ++run.evaluations;
       std::vector<double> part = direction;
       for (double& d : part) d *= step;

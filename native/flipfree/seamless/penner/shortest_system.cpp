@@ -11,8 +11,6 @@ using intrinsic::IntrinsicMesh;
 
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 using SparseRows = Eigen::SparseMatrix<double, Eigen::RowMajor, Index>;
 
 // Jv', #E x #V.

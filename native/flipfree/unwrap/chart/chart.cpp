@@ -26,9 +26,9 @@
 namespace flipfree::unwrap {
 namespace {
 
-using Loop = std::vector<HalfedgeId>;
+using HalfedgeLoop = std::vector<HalfedgeId>;
 
-std::vector<double> edge_lengths(const mesh::Surface& chart, const Loop& loop) {
+std::vector<double> edge_lengths(const mesh::Surface& chart, const HalfedgeLoop& loop) {
   std::vector<double> lengths;
   lengths.reserve(loop.size());
   for (const HalfedgeId h : loop) {
@@ -40,7 +40,8 @@ std::vector<double> edge_lengths(const mesh::Surface& chart, const Loop& loop) {
 }
 
 // The longest loop becomes the outer boundary; it is moved to the front.
-std::vector<Loop> outer_loop_first(const mesh::Surface& chart, std::vector<Loop> loops) {
+std::vector<HalfedgeLoop> outer_loop_first(const mesh::Surface& chart,
+                                           std::vector<HalfedgeLoop> loops) {
   std::size_t outer = 0;
   double longest = -1.0;
   for (std::size_t i = 0; i < loops.size(); ++i) {
@@ -59,7 +60,7 @@ std::vector<Loop> outer_loop_first(const mesh::Surface& chart, std::vector<Loop>
 Points2 embed_on_circle(const mesh::Surface& chart, ExecutionContext& context, Stats& stats) {
   const auto vertex_count = static_cast<Index>(chart.vertices.rows());
   const mesh::Adjacency adjacency = mesh::build_adjacency(vertex_count, chart.faces);
-  const std::vector<Loop> loops =
+  const std::vector<HalfedgeLoop> loops =
       outer_loop_first(chart, mesh::boundary_halfedge_loops(chart.faces, adjacency));
   const mesh::FilledSurface filled = mesh::fill_holes(chart, {loops.begin() + 1, loops.end()});
   std::vector<VertexId> rim;
@@ -88,9 +89,7 @@ Points2 embed_on_circle(const mesh::Surface& chart, ExecutionContext& context, S
 }
 
 double energy_of(const mesh::Surface& chart, const Points2& uv) {
-  Points2 corners(3 * chart.faces.rows(), 2);
-  for (CornerId c = 0; c < corners.rows(); ++c) corners.row(c) = uv.row(chart.faces.data()[c]);
-  return certify::symmetric_dirichlet(chart, corners).mean;
+  return certify::symmetric_dirichlet(chart, by_corner(chart.faces, uv)).mean;
 }
 
 // The conformal map if it is flip-free and one-to-one, by exact test, and less distorted than the

@@ -29,14 +29,14 @@ bool beside(const Triangles& faces, const Points2& uv, FaceId f, FaceId g) {
 
 // Area of the intersection, by clipping f at the sides of g (Sutherland, Hodgman 1974).
 double common_area(const Triangles& faces, const Points2& uv, FaceId f, FaceId g) {
-  const auto at = [&](FaceId face, Index k) -> Vector2 {
+  const auto corner = [&](FaceId face, Index k) -> Vector2 {
     return uv.row(faces(face, k)).transpose();
   };
-  std::vector<Vector2> polygon{at(f, 0), at(f, 1), at(f, 2)};
+  std::vector<Vector2> polygon{corner(f, 0), corner(f, 1), corner(f, 2)};
   std::vector<Vector2> clipped;
   for (Index k = 0; k < 3; ++k) {
-    const Vector2 a = at(g, k);
-    const Vector2 side = at(g, (k + 1) % 3) - a;
+    const Vector2 a = corner(g, k);
+    const Vector2 side = corner(g, (k + 1) % 3) - a;
     clipped.clear();
     for (std::size_t i = 0; i < polygon.size(); ++i) {
       const Vector2& p = polygon[i];

@@ -17,8 +17,6 @@
 namespace flipfree::unwrap {
 namespace {
 
-std::size_t size(Index i) { return static_cast<std::size_t>(i); }
-
 // A cut along a crease of a right angle or more costs a quarter of one through a flat place.
 constexpr double kCreaseShare = 0.25;
 // A cut through a polygon, where the user sees no edge, costs so many times its length.
@@ -46,7 +44,7 @@ class Separator {
       context_.check();
       const mesh::Components pieces = components();
       std::erase_if(pairs, [&](const FacePair& pair) {
-        return pieces.of_face[size(pair.first)] != pieces.of_face[size(pair.second)];
+        return pieces.of_face[at(pair.first)] != pieces.of_face[at(pair.second)];
       });
       struct Piece {
         std::vector<FacePair> pairs;
@@ -54,20 +52,20 @@ class Separator {
         double area = 0;
         double overlap = 0;
       };
-      std::vector<Piece> found(size(pieces.count));
+      std::vector<Piece> found(at(pieces.count));
       for (const FacePair& pair : pairs) {
-        Piece& piece = found[size(pieces.of_face[size(pair.first)])];
+        Piece& piece = found[at(pieces.of_face[at(pair.first)])];
         piece.pairs.push_back(pair);
         piece.overlap += pair.area;
       }
       for (std::size_t f = 0; f < pieces.of_face.size(); ++f) {
-        Piece& piece = found[size(pieces.of_face[f])];
+        Piece& piece = found[at(pieces.of_face[f])];
         if (piece.pairs.empty()) continue;
         piece.faces.push_back(static_cast<FaceId>(f));
         piece.area += area_[f];
       }
       std::erase_if(pairs, [&](const FacePair& pair) {
-        const Piece& piece = found[size(pieces.of_face[size(pair.first)])];
+        const Piece& piece = found[at(pieces.of_face[at(pair.first)])];
         return piece.overlap <= tolerated_ * piece.area;
       });
       for (const Piece& piece : found) {
@@ -93,15 +91,15 @@ class Separator {
     cost_.assign(cut_.size(), 0.0);
     double longest = 0.0;
     for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cost_.size()); ++h) {
-      const HalfedgeId o = adjacency_.opposite[size(h)];
+      const HalfedgeId o = adjacency_.opposite[at(h)];
       if (o == kInvalid) continue;
       const double length = (chart_.vertices.row(mesh::target(chart_.faces, h)) -
                              chart_.vertices.row(mesh::source(chart_.faces, h)))
                                 .norm();
       const double cosine = std::clamp(normals.row(h / 3).dot(normals.row(o / 3)), 0.0, 1.0);
       const double share = kCreaseShare + (1.0 - kCreaseShare) * cosine;
-      cost_[size(h)] = length * (std::isfinite(share) ? share : 1.0) *
-                       (uncuttable.empty() || !uncuttable[size(h)] ? 1.0 : kUncuttableCost);
+      cost_[at(h)] = length * (std::isfinite(share) ? share : 1.0) *
+                     (uncuttable.empty() || !uncuttable[at(h)] ? 1.0 : kUncuttableCost);
       longest = std::max(longest, length);
     }
     // No edge is free: of two cuts of the same length the one with fewer edges is the smoother.
@@ -111,15 +109,15 @@ class Separator {
   mesh::Components components() const { return mesh::components_between(adjacency_, cut_); }
 
   HalfedgeId across(HalfedgeId h) const {
-    return cut_[size(h)] ? kInvalid : adjacency_.opposite[size(h)];
+    return cut_[at(h)] ? kInvalid : adjacency_.opposite[at(h)];
   }
 
   // Cuts one piece between triangles that lie on top of each other; at least one pair is separated.
   void divide(const std::vector<FaceId>& faces, const std::vector<FacePair>& pairs) {
     std::vector<Side> side = sides_by_regions(pairs);
     const auto separated = [&](const FacePair& pair) {
-      return side[size(pair.first)] != Side::kNone && side[size(pair.second)] != Side::kNone &&
-             side[size(pair.first)] != side[size(pair.second)];
+      return side[at(pair.first)] != Side::kNone && side[at(pair.second)] != Side::kNone &&
+             side[at(pair.first)] != side[at(pair.second)];
     };
     if (std::none_of(pairs.begin(), pairs.end(), separated)) side = sides_by_distance(pairs);
     const std::vector<char> first = minimum_cut(faces, side);
@@ -127,8 +125,8 @@ class Separator {
       for (Index k = 0; k < 3; ++k) {
         const HalfedgeId h = 3 * f + k;
         const HalfedgeId o = across(h);
-        if (o == kInvalid || first[size(f)] == first[size(o / 3)]) continue;
-        cut_[size(h)] = cut_[size(o)] = 1;
+        if (o == kInvalid || first[at(f)] == first[at(o / 3)]) continue;
+        cut_[at(h)] = cut_[at(o)] = 1;
       }
     }
   }
@@ -136,28 +134,27 @@ class Separator {
   // Connected regions of faces that lie on or under others get one side each, such that regions on
   // top of each other differ as far as that is possible; largest conflict first.
   std::vector<Side> sides_by_regions(const std::vector<FacePair>& pairs) const {
-    std::vector<Side> side(size(static_cast<Index>(chart_.faces.rows())), Side::kNone);
+    std::vector<Side> side(at(static_cast<Index>(chart_.faces.rows())), Side::kNone);
     std::vector<Index> region(side.size(), kInvalid);
     std::vector<FaceId> involved;
     for (const FacePair& pair : pairs) involved.insert(involved.end(), {pair.first, pair.second});
     std::sort(involved.begin(), involved.end());
     involved.erase(std::unique(involved.begin(), involved.end()), involved.end());
     std::vector<char> is_involved(side.size(), 0);
-    for (const FaceId f : involved) is_involved[size(f)] = 1;
+    for (const FaceId f : involved) is_involved[at(f)] = 1;
     Index count = 0;
     std::vector<FaceId> stack;
     for (const FaceId seed : involved) {
-      if (region[size(seed)] != kInvalid) continue;
-      region[size(seed)] = count;
+      if (region[at(seed)] != kInvalid) continue;
+      region[at(seed)] = count;
       stack.push_back(seed);
       while (!stack.empty()) {
         const FaceId f = stack.back();
         stack.pop_back();
         for (Index k = 0; k < 3; ++k) {
           const HalfedgeId o = across(3 * f + k);
-          if (o == kInvalid || !is_involved[size(o / 3)] || region[size(o / 3)] != kInvalid)
-            continue;
-          region[size(o / 3)] = count;
+          if (o == kInvalid || !is_involved[at(o / 3)] || region[at(o / 3)] != kInvalid) continue;
+          region[at(o / 3)] = count;
           stack.push_back(o / 3);
         }
       }
@@ -165,38 +162,38 @@ class Separator {
     }
     std::vector<std::array<Index, 2>> conflicts;
     for (const FacePair& pair : pairs) {
-      const Index a = region[size(pair.first)];
-      const Index b = region[size(pair.second)];
+      const Index a = region[at(pair.first)];
+      const Index b = region[at(pair.second)];
       if (a != b) conflicts.push_back({std::min(a, b), std::max(a, b)});
     }
     std::sort(conflicts.begin(), conflicts.end());
     conflicts.erase(std::unique(conflicts.begin(), conflicts.end()), conflicts.end());
-    std::vector<std::vector<Index>> against(size(count));
+    std::vector<std::vector<Index>> against(at(count));
     for (const auto& [a, b] : conflicts) {
-      against[size(a)].push_back(b);
-      against[size(b)].push_back(a);
+      against[at(a)].push_back(b);
+      against[at(b)].push_back(a);
     }
-    std::vector<Side> of_region(size(count), Side::kNone);
+    std::vector<Side> of_region(at(count), Side::kNone);
     for (Index seed = 0; seed < count; ++seed) {
-      if (of_region[size(seed)] != Side::kNone || against[size(seed)].empty()) continue;
-      of_region[size(seed)] = Side::kFirst;
+      if (of_region[at(seed)] != Side::kNone || against[at(seed)].empty()) continue;
+      of_region[at(seed)] = Side::kFirst;
       std::vector<Index> queue{seed};
-      for (std::size_t at = 0; at < queue.size(); ++at) {
-        for (const Index b : against[size(queue[at])]) {
-          if (of_region[size(b)] != Side::kNone) continue;
-          of_region[size(b)] =
-              of_region[size(queue[at])] == Side::kFirst ? Side::kSecond : Side::kFirst;
+      for (std::size_t head = 0; head < queue.size(); ++head) {
+        for (const Index b : against[at(queue[head])]) {
+          if (of_region[at(b)] != Side::kNone) continue;
+          of_region[at(b)] =
+              of_region[at(queue[head])] == Side::kFirst ? Side::kSecond : Side::kFirst;
           queue.push_back(b);
         }
       }
     }
     // Only faces of pairs that this separates are held to their side.
     for (const FacePair& pair : pairs) {
-      const Side a = of_region[size(region[size(pair.first)])];
-      const Side b = of_region[size(region[size(pair.second)])];
+      const Side a = of_region[at(region[at(pair.first)])];
+      const Side b = of_region[at(region[at(pair.second)])];
       if (a == Side::kNone || b == Side::kNone || a == b) continue;
-      side[size(pair.first)] = a;
-      side[size(pair.second)] = b;
+      side[at(pair.first)] = a;
+      side[at(pair.second)] = b;
     }
     return side;
   }
@@ -208,7 +205,7 @@ class Separator {
     FacePair ends = pairs.front();
     for (const FacePair& pair : pairs) {
       const auto apart = [&](const FacePair& p) {
-        return std::abs(from_first[size(p.first)] - from_first[size(p.second)]);
+        return std::abs(from_first[at(p.first)] - from_first[at(p.second)]);
       };
       if (apart(pair) > apart(ends)) ends = pair;
     }
@@ -216,36 +213,36 @@ class Separator {
     const std::vector<double> b = distances(ends.second);
     std::vector<Side> side(a.size(), Side::kNone);
     for (const FacePair& pair : pairs) {
-      const bool first = a[size(pair.first)] < b[size(pair.first)];
-      const bool second = a[size(pair.second)] < b[size(pair.second)];
+      const bool first = a[at(pair.first)] < b[at(pair.first)];
+      const bool second = a[at(pair.second)] < b[at(pair.second)];
       if (first == second) continue;
-      side[size(pair.first)] = first ? Side::kFirst : Side::kSecond;
-      side[size(pair.second)] = second ? Side::kFirst : Side::kSecond;
+      side[at(pair.first)] = first ? Side::kFirst : Side::kSecond;
+      side[at(pair.second)] = second ? Side::kFirst : Side::kSecond;
     }
     // The two ends differ in any case, even where all distances are the same.
-    side[size(ends.first)] = Side::kFirst;
-    side[size(ends.second)] = Side::kSecond;
+    side[at(ends.first)] = Side::kFirst;
+    side[at(ends.second)] = Side::kSecond;
     return side;
   }
 
   // Over the faces' centres.
   std::vector<double> distances(FaceId from) const {
-    std::vector<double> distance(size(static_cast<Index>(chart_.faces.rows())),
+    std::vector<double> distance(at(static_cast<Index>(chart_.faces.rows())),
                                  std::numeric_limits<double>::infinity());
     using Entry = std::pair<double, FaceId>;
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-    distance[size(from)] = 0.0;
+    distance[at(from)] = 0.0;
     queue.emplace(0.0, from);
     while (!queue.empty()) {
       const auto [d, f] = queue.top();
       queue.pop();
-      if (d > distance[size(f)]) continue;
+      if (d > distance[at(f)]) continue;
       for (Index k = 0; k < 3; ++k) {
         const HalfedgeId o = across(3 * f + k);
         if (o == kInvalid) continue;
         const double next = d + (centre_.row(f) - centre_.row(o / 3)).norm();
-        if (!(next < distance[size(o / 3)])) continue;
-        distance[size(o / 3)] = next;
+        if (!(next < distance[at(o / 3)])) continue;
+        distance[at(o / 3)] = next;
         queue.emplace(next, o / 3);
       }
     }
@@ -258,7 +255,7 @@ class Separator {
     using Graph = boost::compressed_sparse_row_graph<boost::directedS, boost::no_property,
                                                      boost::no_property, Index, Index>;
     std::vector<Index> node(side.size(), kInvalid);
-    for (std::size_t i = 0; i < faces.size(); ++i) node[size(faces[i])] = static_cast<Index>(i);
+    for (std::size_t i = 0; i < faces.size(); ++i) node[at(faces[i])] = static_cast<Index>(i);
     const auto source_node = static_cast<Index>(faces.size());
     const Index sink_node = source_node + 1;
     struct Arc {
@@ -267,22 +264,21 @@ class Separator {
     };
     double total = 1.0;
     for (const FaceId f : faces) {
-      for (Index k = 0; k < 3; ++k) total += cost_[size(3 * f + k)];
+      for (Index k = 0; k < 3; ++k) total += cost_[at(3 * f + k)];
     }
     std::vector<Arc> arcs;
     arcs.reserve(3 * faces.size());
     for (const FaceId f : faces) {
       for (Index k = 0; k < 3; ++k) {
         const HalfedgeId o = across(3 * f + k);
-        if (o != kInvalid)
-          arcs.push_back({node[size(f)], node[size(o / 3)], cost_[size(3 * f + k)]});
+        if (o != kInvalid) arcs.push_back({node[at(f)], node[at(o / 3)], cost_[at(3 * f + k)]});
       }
-      if (side[size(f)] == Side::kFirst) {
-        arcs.push_back({source_node, node[size(f)], total});
-        arcs.push_back({node[size(f)], source_node, 0.0});
-      } else if (side[size(f)] == Side::kSecond) {
-        arcs.push_back({node[size(f)], sink_node, total});
-        arcs.push_back({sink_node, node[size(f)], 0.0});
+      if (side[at(f)] == Side::kFirst) {
+        arcs.push_back({source_node, node[at(f)], total});
+        arcs.push_back({node[at(f)], source_node, 0.0});
+      } else if (side[at(f)] == Side::kSecond) {
+        arcs.push_back({node[at(f)], sink_node, total});
+        arcs.push_back({sink_node, node[at(f)], 0.0});
       }
     }
     std::sort(arcs.begin(), arcs.end(), [](const Arc& a, const Arc& b) {
@@ -313,9 +309,9 @@ class Separator {
       for (; i < same; ++i, ++back) reverse[i] = edge_of[back];
     }
     std::vector<double> residual(arcs.size());
-    std::vector<boost::graph_traits<Graph>::edge_descriptor> predecessor(size(sink_node + 1));
-    std::vector<boost::default_color_type> color(size(sink_node + 1));
-    std::vector<Index> distance(size(sink_node + 1));
+    std::vector<boost::graph_traits<Graph>::edge_descriptor> predecessor(at(sink_node + 1));
+    std::vector<boost::default_color_type> color(at(sink_node + 1));
+    std::vector<Index> distance(at(sink_node + 1));
     const auto by_edge = boost::get(boost::edge_index, graph);
     const auto by_node = boost::get(boost::vertex_index, graph);
     boost::boykov_kolmogorov_max_flow(
@@ -326,11 +322,11 @@ class Separator {
         boost::make_iterator_property_map(color.begin(), by_node),
         boost::make_iterator_property_map(distance.begin(), by_node), by_node, source_node,
         sink_node);
-    const auto source_color = color[size(source_node)];
+    const auto source_color = color[at(source_node)];
     std::vector<char> first(side.size(), 0);
     for (const FaceId f : faces) {
-      const bool reached = color[size(node[size(f)])] == source_color;
-      first[size(f)] = side[size(f)] == Side::kFirst || (reached && side[size(f)] != Side::kSecond);
+      const bool reached = color[at(node[at(f)])] == source_color;
+      first[at(f)] = side[at(f)] == Side::kFirst || (reached && side[at(f)] != Side::kSecond);
     }
     return first;
   }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 #include <vector>
 
@@ -10,29 +9,23 @@
 #include "flipfree/certify/measures/energy.h"
 #include "flipfree/distortion/minimize/boundary_grid.h"
 #include "flipfree/distortion/weighted.h"
+#include "flipfree/unwrap/packing/layout.h"
 
 namespace flipfree::unwrap {
 namespace {
 
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
 // The most stretched that a bound leaves out.
 constexpr double kShare = 0.01;
 
 // Of eased().
-constexpr int kRounds = 4;
-constexpr int kSteps = 4;
-constexpr double kTolerance = 1e-3;
+constexpr int kEasingRounds = 4;
+constexpr int kEasingSteps = 4;
+constexpr double kEasingTolerance = 1e-3;
 // Logarithms of ratios, over that of the bound: from here on a triangle counts more, by this for
 // every unit, in every round; and what is too far to be tried.
 constexpr double kEasy = 0.8;
 constexpr double kMore = 10.0;
 constexpr double kTooFar = 1.35;
-
-Points2 by_corner(const mesh::Surface& chart, const Points2& uv) {
-  Points2 corners(chart.faces.size(), 2);
-  for (CornerId c = 0; c < corners.rows(); ++c) corners.row(c) = uv.row(chart.faces.data()[c]);
-  return corners;
-}
 
 double mean_and_unit(const Points3& parts, double& area, double& unit) {
   double direct = 0.0;
@@ -108,7 +101,7 @@ Stretch stretch_of(const mesh::Surface& surface, const Points2& corner_uv) {
 
 Points2 eased(const mesh::Surface& chart, const Points2& uv, const Stretch& most, bool apart,
               ExecutionContext& context) {
-  Points2 corners = by_corner(chart, uv);
+  Points2 corners = by_corner(chart.faces, uv);
   Stretch stretch = stretch_of(chart, corners);
   const double unit = std::log(most.ratio);
   if (!(stretch.energy <= most.energy) || stretch.ratio <= most.ratio ||
@@ -120,17 +113,17 @@ Points2 eased(const mesh::Surface& chart, const Points2& uv, const Stretch& most
     return uv;
   std::vector<double> factors(static_cast<std::size_t>(chart.faces.rows()), 1.0);
   distortion::MinimizeOptions options;
-  options.max_iterations = kSteps;
-  options.tolerance = kTolerance;
+  options.max_iterations = kEasingSteps;
+  options.tolerance = kEasingTolerance;
   options.bijective = options.held_apart = apart;
   Points2 map = uv;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kEasingRounds; ++round) {
     const std::vector<double> ratios = ratios_of(chart, corners);
     for (std::size_t f = 0; f < factors.size(); ++f)
       factors[f] *= 1.0 + kMore * std::max(std::log(ratios[f]) / unit - kEasy, 0.0);
     Stats ignored;
     map = distortion::minimize_weighted(chart, factors, map, options, context, ignored);
-    corners = by_corner(chart, map);
+    corners = by_corner(chart.faces, map);
     stretch = stretch_of(chart, corners);
     if (stretch.within(most)) return certify::symmetric_dirichlet(chart, corners).scale * map;
   }

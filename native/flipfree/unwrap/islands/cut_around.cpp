@@ -5,8 +5,6 @@
 namespace flipfree::unwrap {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 class Region {
  public:
   Region(const mesh::Chart& chart, const mesh::Surface& surface, const mesh::Adjacency& adjacency,

@@ -12,16 +12,14 @@
 namespace flipfree::unwrap {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // A right angle or more outward, and inward, where seams are hidden, too; between them and the
 // plane the cost changes evenly.
-constexpr double kCrease = 0.7;
-constexpr double kHollow = 0.55;
+constexpr double kCreaseCost = 0.7;
+constexpr double kHollowCost = 0.55;
 // Seams of no length at all would wander.
-constexpr double kLeastWeight = 1e-3;
+constexpr double kLeastSeamWeight = 1e-3;
 // Height over length of faces whose normal is but rounding.
-constexpr double kThinnest = 1e-8;
+constexpr double kThinnestWithNormal = 1e-8;
 
 // Zero where the face has no shape that would tell.
 Vector3 normal_of(const mesh::Surface& surface, FaceId f) {
@@ -31,7 +29,8 @@ Vector3 normal_of(const mesh::Surface& surface, FaceId f) {
   const Vector3 normal = a.cross(b);
   const double length = normal.norm();
   const double longest = std::max({a.squaredNorm(), b.squaredNorm(), (b - a).squaredNorm()});
-  return length > kThinnest * longest ? Vector3(normal / length) : Vector3(Vector3::Zero());
+  return length > kThinnestWithNormal * longest ? Vector3(normal / length)
+                                                : Vector3(Vector3::Zero());
 }
 
 bool tell_their_bend(const Vector3& a, const Vector3& b) {
@@ -59,7 +58,7 @@ class Weights {
                           "infinity for none.",
                       ElementKind::kEdge, {edge.first, edge.second});
       }
-      sorted_.emplace_back(edge, std::max(options.weights[i], kLeastWeight));
+      sorted_.emplace_back(edge, std::max(options.weights[i], kLeastSeamWeight));
     }
     std::sort(sorted_.begin(), sorted_.end());
   }
@@ -91,7 +90,7 @@ double bend_factor(const mesh::Surface& surface, HalfedgeId h, HalfedgeId o) {
       (surface.vertices.row(apex) - surface.vertices.row(mesh::source(surface.faces, h)))
           .transpose();
   const double sharpness = std::clamp(1.0 - a.dot(b), 0.0, 1.0);
-  return 1.0 - sharpness * (1.0 - (a.dot(over) > 0.0 ? kHollow : kCrease));
+  return 1.0 - sharpness * (1.0 - (a.dot(over) > 0.0 ? kHollowCost : kCreaseCost));
 }
 
 std::vector<double> edge_costs(const mesh::Surface& surface, const mesh::Adjacency& adjacency,

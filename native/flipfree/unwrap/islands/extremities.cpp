@@ -11,15 +11,14 @@
 namespace flipfree::unwrap {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // A peak is high where lengths would shrink or grow by e^2, about 7; it stands out by e^1.5. On the
 // shared corpus this brings the energy of closed models from 1.1 - 4.6 to 1.02 - 1.15
 // (benchmarks/unwrap_corpus.py); lower values add seams for a per cent of energy.
 constexpr double kHigh = 2.0;
 constexpr double kProminence = 1.5;
 // Slits lower the peaks beside them; what is left after so many rounds is small.
-constexpr int kRounds = 4;
+constexpr int kSlitRounds = 4;
+
 // Peaks of `height` (>= 0) above kHigh that stand out by kProminence, highest first: vertices are
 // taken from the highest down, and where two hills meet, the lower one ends (persistence;
 // Edelsbrunner, Letscher, Zomorodian 2002).
@@ -87,7 +86,7 @@ mesh::EdgeFlags cut_to_extremities(const mesh::Surface& chart, const mesh::Adjac
   for (VertexId v = 0; v < static_cast<VertexId>(vertices); ++v) {
     if (open[at(v)]) paths.add_source(v);
   }
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kSlitRounds; ++round) {
     std::vector<double> height = scale.solve(open, context);
     for (double& u : height) u = std::abs(u);
     const std::vector<VertexId> ends = peaks(chart.faces, adjacency, height);

@@ -11,10 +11,8 @@
 namespace flipfree::unwrap {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-constexpr double kLeastWeight = 1e-3;
-constexpr double kMostWeight = 1e3;
+constexpr double kLeastCotangent = 1e-3;
+constexpr double kMostCotangent = 1e3;
 
 }  // namespace
 
@@ -31,8 +29,9 @@ ScaleField::ScaleField(const mesh::Surface& surface, const mesh::Adjacency& adja
     const Vector3 b = surface.vertices.row(mesh::target(surface.faces, h)).transpose() - p;
     const double sine = a.cross(b).norm();
     const double cosine = a.dot(b);
-    half_cotangent_[at(h)] =
-        sine > 0.0 ? std::clamp(0.5 * cosine / sine, kLeastWeight, kMostWeight) : kMostWeight;
+    half_cotangent_[at(h)] = sine > 0.0
+                                 ? std::clamp(0.5 * cosine / sine, kLeastCotangent, kMostCotangent)
+                                 : kMostCotangent;
     defect_[at(v)] -= std::atan2(sine, cosine);
   }
 }

@@ -22,15 +22,15 @@ constexpr std::size_t kMostNestedQuickly = 300;
 constexpr double kSmooth = 0.01;
 constexpr double kLeastSmooth = 2e-5;
 // Nested islands lie askew: only if it is worth it.
-constexpr double kWorth = 1.004;
+constexpr double kWorthNesting = 1.004;
 
-struct Box {
+struct ItemBox {
   Vector2 low = Vector2::Constant(std::numeric_limits<double>::infinity());
   Vector2 high = Vector2::Constant(-std::numeric_limits<double>::infinity());
 };
 
-Box box_of(const std::vector<std::size_t>& item, const std::vector<Points2>& uv) {
-  Box box;
+ItemBox box_of(const std::vector<std::size_t>& item, const std::vector<Points2>& uv) {
+  ItemBox box;
   for (const std::size_t c : item) {
     box.low = box.low.cwiseMin(uv[c].colwise().minCoeff().transpose());
     box.high = box.high.cwiseMax(uv[c].colwise().maxCoeff().transpose());
@@ -75,7 +75,7 @@ std::vector<Loop> outlines_of(const std::vector<mesh::Chart>& charts,
 
 Index arrange(const std::vector<mesh::Chart>& charts, const Items& items,
               const ArrangeOptions& options, std::vector<Points2>& uv, ExecutionContext& context) {
-  std::vector<Box> boxes;
+  std::vector<ItemBox> boxes;
   std::vector<Vector2> sizes;
   double area = 0.0;
   for (const std::vector<std::size_t>& item : items) {
@@ -124,7 +124,7 @@ Index arrange(const std::vector<mesh::Chart>& charts, const Items& items,
       shapes.push_back(make_shape(loops, smooth, middles[i]));
     }
     const Layout layout = nested_in_time(shapes, nesting, context);
-    if (layout.scale > kWorth) {
+    if (layout.scale > kWorthNesting) {
       for (std::size_t i = 0; i < items.size(); ++i) {
         put(i, [&](const Vector2& p) -> Vector2 {
           return layout.poses[i]((p - boxes[i].low) / unit - middles[i], layout.scale) + tile;

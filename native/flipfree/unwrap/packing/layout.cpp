@@ -30,26 +30,26 @@ std::vector<Vector2> convex_hull(const Points2& points) {
 // supporting corners advance monotonically with the side, so the whole turn is linear.
 Vector2 smallest_rectangle_direction(const std::vector<Vector2>& hull) {
   const std::size_t n = hull.size();
-  const auto at = [&](std::size_t i) { return hull[i % n]; };
+  const auto corner = [&](std::size_t i) { return hull[i % n]; };
   std::size_t right = 1;
   std::size_t top = 1;
   std::size_t left = 1;
   double best_area = std::numeric_limits<double>::infinity();
   Vector2 best(1.0, 0.0);
   for (std::size_t i = 0; i < n; ++i) {
-    const Vector2 side = at(i + 1) - at(i);
+    const Vector2 side = corner(i + 1) - corner(i);
     const double length = side.norm();
     if (!(length > 0.0)) continue;
     const Vector2 x = side / length;
     const Vector2 y(-x.y(), x.x());
     // At most one turn each: a guard against rounding on nearly equal corners.
     right = std::max(right, i);
-    for (std::size_t k = 0; k < n && (at(right + 1) - at(right)).dot(x) > 0.0; ++k) ++right;
+    for (std::size_t k = 0; k < n && (corner(right + 1) - corner(right)).dot(x) > 0.0; ++k) ++right;
     top = std::max(top, right);
-    for (std::size_t k = 0; k < n && (at(top + 1) - at(top)).dot(y) > 0.0; ++k) ++top;
+    for (std::size_t k = 0; k < n && (corner(top + 1) - corner(top)).dot(y) > 0.0; ++k) ++top;
     left = std::max(left, top);
-    for (std::size_t k = 0; k < n && (at(left + 1) - at(left)).dot(x) < 0.0; ++k) ++left;
-    const double area = (at(right) - at(left)).dot(x) * (at(top) - at(i)).dot(y);
+    for (std::size_t k = 0; k < n && (corner(left + 1) - corner(left)).dot(x) < 0.0; ++k) ++left;
+    const double area = (corner(right) - corner(left)).dot(x) * (corner(top) - corner(i)).dot(y);
     if (area < best_area) {
       best_area = area;
       best = x;
@@ -114,6 +114,12 @@ Points2 moved(const Similarity& similarity, const Points2& uv) {
   for (Eigen::Index v = 0; v < uv.rows(); ++v)
     result.row(v) = similarity(uv.row(v).transpose()).transpose();
   return result;
+}
+
+Points2 by_corner(const Triangles& faces, const Points2& uv) {
+  Points2 corners(faces.size(), 2);
+  for (Eigen::Index c = 0; c < corners.rows(); ++c) corners.row(c) = uv.row(faces.data()[c]);
+  return corners;
 }
 
 }  // namespace flipfree::unwrap

@@ -27,4 +27,7 @@ Similarity fit_motion(const Points2& from, const Points2& to);
 // Every point carried.
 Points2 moved(const Similarity& similarity, const Points2& uv);
 
+// The map (#V x 2) corner by corner, 3 #F x 2.
+Points2 by_corner(const Triangles& faces, const Points2& uv);
+
 }  // namespace flipfree::unwrap

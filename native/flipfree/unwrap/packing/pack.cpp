@@ -15,12 +15,11 @@
 #include "flipfree/distortion/valid_map.h"
 #include "flipfree/mesh/cut_graph/cut.h"
 #include "flipfree/mesh/topology.h"
+#include "flipfree/unwrap/packing/boxes/pack_rectangles.h"
 #include "flipfree/unwrap/packing/place.h"
 
 namespace flipfree::unwrap {
 namespace {
-
-std::size_t size(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
 struct PackedCharts {
   std::vector<Points2> uv;
@@ -29,8 +28,6 @@ struct PackedCharts {
   std::vector<char> bijective;
   std::vector<std::vector<VertexId>> fixed;  // chart vertices with a corner that stays
 };
-
-constexpr Index kTiles = 100;
 
 void check_options(const Points2& corner_uv, const PackOptions& options) {
   if (options.first_tile < 0 || options.first_tile >= kTiles) {
@@ -79,8 +76,8 @@ bool all_disjoint(const PackOptions& options) {
 PackedCharts read_charts(const std::vector<mesh::Chart>& charts, const Points2& corner_uv,
                          const mesh::Components& components, const PackOptions& options,
                          const ExecutionContext& context) {
-  std::vector<char> stays(size(corner_uv.rows()), 0);
-  for (const CornerId c : options.unmoved) stays[size(c)] = 1;
+  std::vector<char> stays(at(corner_uv.rows()), 0);
+  for (const CornerId c : options.unmoved) stays[at(c)] = 1;
   PackedCharts result;
   for (const mesh::Chart& chart : charts) {
     const Triangles& faces = chart.surface.faces;
@@ -88,15 +85,15 @@ PackedCharts read_charts(const std::vector<mesh::Chart>& charts, const Points2& 
     std::vector<VertexId> fixed;
     for (Eigen::Index f = 0; f < faces.rows(); ++f) {
       for (Index k = 0; k < 3; ++k) {
-        const CornerId corner = 3 * chart.faces[size(f)] + k;
+        const CornerId corner = 3 * chart.faces[at(f)] + k;
         uv.row(faces(f, k)) = corner_uv.row(corner);
-        if (stays[size(corner)] != 0) fixed.push_back(faces(f, k));
+        if (stays[at(corner)] != 0) fixed.push_back(faces(f, k));
       }
     }
-    if (options.together) result.group.push_back(components.of_face[size(chart.faces.front())]);
+    if (options.together) result.group.push_back(components.of_face[at(chart.faces.front())]);
     if (!options.groups.empty()) {
       Index group = kInvalid;
-      for (const FaceId f : chart.faces) group = std::max(group, options.groups[size(f)]);
+      for (const FaceId f : chart.faces) group = std::max(group, options.groups[at(f)]);
       result.group.push_back(group);
     }
     result.moved.push_back(fixed.empty());
@@ -110,8 +107,9 @@ PackedCharts read_charts(const std::vector<mesh::Chart>& charts, const Points2& 
   return result;
 }
 
-std::vector<Points2f> round_all(const std::vector<mesh::Chart>& charts, const PackedCharts& packed,
-                                const std::vector<Points2>& uv, const ExecutionContext& context) {
+std::vector<Points2f> round_packed(const std::vector<mesh::Chart>& charts,
+                                   const PackedCharts& packed, const std::vector<Points2>& uv,
+                                   const ExecutionContext& context) {
   std::vector<Points2f> stored(charts.size());
   parallel_for(context, charts.size(), 1, [&](std::size_t c, std::size_t, std::size_t) {
     ExecutionContext part(&context, 1);
@@ -126,7 +124,7 @@ std::vector<Points2f> round_all(const std::vector<mesh::Chart>& charts, const Pa
       Error error = e.error();
       error.elements = first_elements(faces_at(error, charts[c].surface.faces));
       error.kind = ElementKind::kFace;
-      for (Index& f : error.elements) f = charts[c].faces[size(f)];
+      for (Index& f : error.elements) f = charts[c].faces[at(f)];
       throw NotConverged(std::move(error));
     }
   });
@@ -162,7 +160,7 @@ certify::Parametrization pack_clean(const mesh::Surface& surface, const Points2&
     const ProgressRange range(context, 0.1, 0.7);
     return place_charts(
         charts, packed.uv, packed.moved, placing,
-        [&](const std::vector<Points2>& uv) { return round_all(charts, packed, uv, context); },
+        [&](const std::vector<Points2>& uv) { return round_packed(charts, packed, uv, context); },
         context);
   }();
 
@@ -213,7 +211,7 @@ certify::Parametrization pack_separated(const mesh::Surface& surface, const Poin
   if (!options.groups.empty()) {
     own.groups.clear();
     for (const FaceId f : separated.separated().face_origin)
-      own.groups.push_back(options.groups[size(f)]);
+      own.groups.push_back(options.groups[at(f)]);
   }
   Points2 places;
   if (options.place_like != nullptr) {

@@ -24,7 +24,7 @@ namespace flipfree::unwrap {
 namespace {
 
 // What rounding to 32 bits takes from gaps, per tile.
-constexpr double kCare = 1e-6;
+constexpr double kRoundingCare = 1e-6;
 // Length of a typical edge over that of all charts together below which a chart is enlarged: some
 // 16 of the steps in which floats are stored, and a thousandth of a pixel.
 constexpr double kLeastEdge = 0x1p-20;
@@ -45,11 +45,11 @@ struct Areas {
 Areas areas(const mesh::Surface& surface, const Points2& uv) {
   Areas sum;
   for (Eigen::Index f = 0; f < surface.faces.rows(); ++f) {
-    const auto at = [&](Index k) -> Vector3 {
+    const auto corner = [&](Index k) -> Vector3 {
       return surface.vertices.row(surface.faces(f, k)).transpose();
     };
     const auto map = [&](Index k) -> Vector2 { return uv.row(surface.faces(f, k)).transpose(); };
-    sum.surface += 0.5 * (at(1) - at(0)).cross(at(2) - at(0)).norm();
+    sum.surface += 0.5 * (corner(1) - corner(0)).cross(corner(2) - corner(0)).norm();
     sum.plane += 0.5 * std::abs(twice_area(map(0), map(1), map(2)));
   }
   return sum;
@@ -108,14 +108,6 @@ std::optional<std::vector<Points2>> at_former_places(const std::vector<mesh::Cha
   return result;
 }
 
-Points2 corners_of(const Triangles& faces, const Points2& uv) {
-  Points2 corners(3 * faces.rows(), 2);
-  for (Eigen::Index f = 0; f < faces.rows(); ++f) {
-    for (Index k = 0; k < 3; ++k) corners.row(3 * f + k) = uv.row(faces(f, k));
-  }
-  return corners;
-}
-
 // Corners of the triangles that nothing may be put on: charts that stay, and obstacles.
 Points2 everything_that_stays(const std::vector<mesh::Chart>& charts,
                               const std::vector<Points2>& uv, const std::vector<char>& moved,
@@ -131,7 +123,7 @@ Points2 everything_that_stays(const std::vector<mesh::Chart>& charts,
   };
   if (obstacles != nullptr) append(*obstacles);
   for (std::size_t c = 0; c < charts.size(); ++c)
-    if (!moved[c]) append(corners_of(charts[c].surface.faces, uv[c]));
+    if (!moved[c]) append(by_corner(charts[c].surface.faces, uv[c]));
   return corners;
 }
 
@@ -149,7 +141,7 @@ bool disjoint(const std::vector<mesh::Chart>& charts, const Items& items,
   Eigen::Index row = stays.rows();
   for (const std::vector<std::size_t>& item : items) {
     for (const std::size_t c : item) {
-      const Points2 own = corners_of(charts[c].surface.faces, stored[c].cast<double>());
+      const Points2 own = by_corner(charts[c].surface.faces, stored[c].cast<double>());
       corners.middleRows(row, own.rows()) = own;
       row += own.rows();
       islands.of_face.insert(islands.of_face.end(), static_cast<std::size_t>(own.rows() / 3),
@@ -315,7 +307,7 @@ PlacedCharts packed(const std::vector<mesh::Chart>& charts, const std::vector<ch
   if (stays.rows() > 0) arranging.stays = &stays;
   const double own = density_of(charts, aligned, moved);
   if (density > 0.0 && own > 0.0) arranging.scale = density / own;
-  const double care = kCare * (1.0 + 0.1 * (options.first_tile + options.tiles - 1));
+  const double care = kRoundingCare * (1.0 + 0.1 * (options.first_tile + options.tiles - 1));
   // Of one that is lowered for want of room nothing is left to round with.
   const double margin = std::min(
       options.margin, fitting_margin(options.margin + 2.0 * care, items.size()) - 2.0 * care);

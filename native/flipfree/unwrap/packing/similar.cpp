@@ -11,7 +11,7 @@
 namespace flipfree::unwrap {
 namespace {
 
-constexpr double kSame = 1e-3;
+constexpr double kSameOutline = 1e-3;
 
 Points2 outline_of(const mesh::Chart& chart, const Points2& uv) {
   const distortion::Boundary boundary =
@@ -24,7 +24,7 @@ Points2 outline_of(const mesh::Chart& chart, const Points2& uv) {
   return outline;
 }
 
-double area_of(const Points2& outline) {
+double outline_area(const Points2& outline) {
   double area = 0.0;
   for (Eigen::Index i = 0; i < outline.rows(); ++i)
     area += 0.5 * cross(outline.row(i), outline.row((i + 1) % outline.rows()));
@@ -38,8 +38,8 @@ Points2 from_corner(const Points2& outline, Eigen::Index first) {
   return result;
 }
 
-// Turn and shift only.
-Similarity fit_motion(const Points2& from, const Points2& to, double scale) {
+// Turn and shift only, at a scale that is given.
+Similarity fit_motion_at_scale(const Points2& from, const Points2& to, double scale) {
   Similarity fitted = fit_similarity(from, to);
   const double size = fitted.linear.norm();
   fitted.linear = size > 0.0 ? Vector2(fitted.linear * (scale / size)) : Vector2(scale, 0.0);
@@ -50,7 +50,7 @@ Similarity fit_motion(const Points2& from, const Points2& to, double scale) {
 }
 
 bool same(const Points2& from, const Points2& to, double tolerance) {
-  const Similarity motion = fit_motion(from, to, 1.0);
+  const Similarity motion = fit_motion_at_scale(from, to, 1.0);
   for (Eigen::Index i = 0; i < from.rows(); ++i) {
     if (!((motion(from.row(i).transpose()) - to.row(i).transpose()).norm() <= tolerance))
       return false;
@@ -74,14 +74,14 @@ std::vector<Stacked> similar_charts(const std::vector<mesh::Chart>& charts,
     if (!moved[c]) continue;
     Points2 outline = outline_of(charts[c], uv[c]);
     if (outline.rows() < 3) continue;
-    const double area = area_of(outline);
+    const double area = outline_area(outline);
     const double size = (outline.colwise().maxCoeff() - outline.colwise().minCoeff()).maxCoeff();
     std::vector<Kind>& own = kinds[outline.rows()];
     const std::size_t before = found.size();
     for (const Kind& kind : own) {
-      if (!(std::abs(kind.area - area) <= 4.0 * kSame * std::abs(area))) continue;
+      if (!(std::abs(kind.area - area) <= 4.0 * kSameOutline * std::abs(area))) continue;
       for (Eigen::Index first = 0; first < outline.rows() && found.size() == before; ++first) {
-        if (same(from_corner(outline, first), kind.outline, kSame * size))
+        if (same(from_corner(outline, first), kind.outline, kSameOutline * size))
           found.push_back({c, kind.chart, static_cast<std::size_t>(first)});
       }
       if (found.size() > before) break;
@@ -97,7 +97,7 @@ void put_on(const std::vector<mesh::Chart>& charts, const Stacked& stacked,
                                   static_cast<Eigen::Index>(stacked.first));
   const Points2 then = outline_of(charts[stacked.on], before[stacked.on]);
   const Points2 now = outline_of(charts[stacked.on], uv[stacked.on]);
-  const Similarity motion = fit_motion(own, now, fit_similarity(then, now).linear.norm());
+  const Similarity motion = fit_motion_at_scale(own, now, fit_similarity(then, now).linear.norm());
   const Points2& from = before[stacked.chart];
   Points2& into = uv[stacked.chart];
   for (Eigen::Index v = 0; v < from.rows(); ++v)

@@ -11,9 +11,9 @@ namespace flipfree::unwrap {
 namespace {
 
 // Tiles that a search at the common scale did not fill lower it, so often at most.
-constexpr int kRounds = 4;
+constexpr int kSpreadingRounds = 4;
 // Scales that are one.
-constexpr double kSame = 1e-9;
+constexpr double kSameScale = 1e-9;
 
 double item_area(const std::vector<mesh::Chart>& charts, const std::vector<std::size_t>& item,
                  const std::vector<Points2>& uv) {
@@ -21,8 +21,8 @@ double item_area(const std::vector<mesh::Chart>& charts, const std::vector<std::
   for (const std::size_t c : item) {
     const Triangles& faces = charts[c].surface.faces;
     for (FaceId f = 0; f < faces.rows(); ++f) {
-      const auto at = [&](Index k) -> Vector2 { return uv[c].row(faces(f, k)).transpose(); };
-      area += 0.5 * std::abs(twice_area(at(0), at(1), at(2)));
+      const auto corner = [&](Index k) -> Vector2 { return uv[c].row(faces(f, k)).transpose(); };
+      area += 0.5 * std::abs(twice_area(corner(0), corner(1), corner(2)));
     }
   }
   return area;
@@ -95,16 +95,16 @@ std::vector<Index> spread(const std::vector<mesh::Chart>& charts, const Items& i
     return scale;
   };
   const ProgressRange range(context, 0.5, 1.0);
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kSpreadingRounds; ++round) {
     common = smallest();
     for (std::size_t p = 0; p < count; ++p)
-      if (parts[p].scale > common * (1.0 + kSame)) place(p, parts[p].tile);
+      if (parts[p].scale > common * (1.0 + kSameScale)) place(p, parts[p].tile);
   }
   // What is larger still shrinks as a whole, which costs a little of its gaps.
   common = smallest();
   for (const Part& part : parts) {
     const double factor = common / part.scale;
-    if (factor > 1.0 - kSame) continue;
+    if (factor > 1.0 - kSameScale) continue;
     const Eigen::RowVector2d corner = tile_corner(part.tile).transpose();
     for (const auto& item : part.items)
       for (const std::size_t c : item)

@@ -30,8 +30,6 @@ constexpr double kLittleOverlap = 0.1;
 // A flipped or mirrored chart so much larger or smaller than the others has no size to keep.
 constexpr double kOddSize = 5.0;
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 class ChartMender {
  public:
   ChartMender(const ChartToMend& given, const RepairOptions& options, ExecutionContext& context)

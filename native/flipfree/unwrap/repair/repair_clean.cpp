@@ -22,8 +22,6 @@
 namespace flipfree::unwrap {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 class Repair {
  public:
   Repair(const mesh::Surface& surface, const Points2& corner_uv, const RepairOptions& options,

@@ -9,6 +9,7 @@
 #include "flipfree/base/parallel.h"
 #include "flipfree/certify/overlap/island_overlap.h"
 #include "flipfree/distortion/rounding.h"
+#include "flipfree/unwrap/packing/layout.h"
 #include "flipfree/unwrap/packing/place.h"
 #include "flipfree/unwrap/repair/places/make_way.h"
 
@@ -20,18 +21,6 @@ constexpr double kEffort = 0.2;
 // Share of its density below which a layout has no room for charts.
 constexpr double kShrunk = 0.999;
 
-struct Box {
-  Eigen::RowVector2d low, high;
-  explicit Box(const Points2& uv) : low(uv.colwise().minCoeff()), high(uv.colwise().maxCoeff()) {}
-};
-
-Points2 corners_of(const mesh::Chart& chart, const Points2& uv) {
-  Points2 corners(chart.surface.faces.size(), 2);
-  for (Eigen::Index c = 0; c < corners.rows(); ++c)
-    corners.row(c) = uv.row(chart.surface.faces.data()[c]);
-  return corners;
-}
-
 bool any_overlap(const std::vector<mesh::Chart>& charts, const std::vector<ChartToSettle>& mended,
                  const std::vector<char>& moved) {
   mesh::Components staying;
@@ -42,7 +31,8 @@ bool any_overlap(const std::vector<mesh::Chart>& charts, const std::vector<Chart
   Eigen::Index row = 0;
   for (std::size_t c = 0; c < charts.size(); ++c) {
     if (moved[c] != 0) continue;
-    corners.middleRows(row, charts[c].surface.faces.size()) = corners_of(charts[c], mended[c].uv);
+    corners.middleRows(row, charts[c].surface.faces.size()) =
+        by_corner(charts[c].surface.faces, mended[c].uv);
     row += charts[c].surface.faces.size();
     staying.of_face.insert(staying.of_face.end(), charts[c].faces.size(), staying.count++);
   }
@@ -125,7 +115,7 @@ void put_beside(const std::vector<char>& moved, double margin, std::vector<Point
   double widest = 1.0;
   std::vector<std::size_t> order;
   for (std::size_t c = 0; c < uv.size(); ++c) {
-    const Box box(uv[c]);
+    const BoundingBox box(uv[c]);
     const Eigen::RowVector2d size = box.high - box.low;
     if (moved[c] == 0) {
       right = std::max(right, box.high.x());
@@ -145,7 +135,7 @@ void put_beside(const std::vector<char>& moved, double margin, std::vector<Point
   Eigen::RowVector2d corner(left, margin);
   double row = 0.0;
   for (const std::size_t c : order) {
-    const Box box(uv[c]);
+    const BoundingBox box(uv[c]);
     const Eigen::RowVector2d size = box.high - box.low;
     if (corner.x() > left && corner.x() + size.x() > left + width) {
       corner = {left, corner.y() + row + margin};

@@ -23,8 +23,6 @@ namespace {
 
 using Pins = std::vector<std::pair<VertexId, Vector2>>;
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // A part of a chart with the map that it has there.
 struct Piece {
   mesh::Chart chart;                    // faces of the whole; vertices of its own
@@ -52,18 +50,15 @@ std::vector<Piece> pieces_of(const mesh::Surface& whole, const mesh::Adjacency& 
   return pieces;
 }
 
-double area_of(const std::vector<double>& areas) {
+double sum_of_areas(const std::vector<double>& areas) {
   double sum = 0.0;
   for (const double a : areas) sum += a;
   return sum;
 }
 
-double energy_of(const mesh::Surface& surface, const Points2& uv) {
+double energy_in_own_unit(const mesh::Surface& surface, const Points2& uv) {
   const mesh::InOwnUnit own(surface);
-  Points2 corners(surface.faces.size(), 2);
-  for (Eigen::Index c = 0; c < corners.rows(); ++c)
-    corners.row(c) = uv.row(surface.faces.data()[c]);
-  return certify::symmetric_dirichlet(own.surface(), corners).mean;
+  return certify::symmetric_dirichlet(own.surface(), by_corner(surface.faces, uv)).mean;
 }
 
 // UV length per surface length that a map was meant to have: the median of its faces by area, or
@@ -109,7 +104,7 @@ class Judgement {
  private:
   void judge(const Piece& piece) {
     const mesh::Surface& surface = piece.chart.surface;
-    const double energy = energy_of(surface, piece.uv);
+    const double energy = energy_in_own_unit(surface, piece.uv);
     // No map's energy is below 1.
     if (!(energy > kStretchedRatio)) return;
     const bool count_only = options_.stretched != StretchedIslands::kImprove;
@@ -133,7 +128,7 @@ class Judgement {
     }
     if (mended_.before.rows() == 0) mended_.before = mended_.uv;
     Points2 improved = improved_in_place(piece, pins);
-    const double now = energy_of(surface, improved);
+    const double now = energy_in_own_unit(surface, improved);
     if (now > bound && holds_pins) {
       take_anew(piece, parts, anew->cut);
       ++mended_.stretched.anew;
@@ -176,9 +171,9 @@ class Judgement {
     double sum = 0.0;
     double total = 0.0;
     for (const Piece& part : parts) {
-      const double area = area_of(face_areas(part.chart.surface));
+      const double area = sum_of_areas(face_areas(part.chart.surface));
       if (!(area > 0.0)) continue;
-      sum += area * energy_of(part.chart.surface, part.uv);
+      sum += area * energy_in_own_unit(part.chart.surface, part.uv);
       total += area;
     }
     return total > 0.0 ? sum / total : std::numeric_limits<double>::infinity();

@@ -21,8 +21,6 @@
 namespace flipfree::unwrap {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 std::size_t in_surface(const mesh::Chart& chart, std::size_t halfedge) {
   return 3 * at(chart.faces[halfedge / 3]) + halfedge % 3;
 }
@@ -54,8 +52,8 @@ void prefer_hidden(std::vector<double>& cost, const Triangles& faces,
 }
 
 // Charts are searched again, for what they have become since, with a bound that is tighter by this.
-constexpr int kRounds = 4;
-constexpr double kTighter = 0.8;
+constexpr int kSearchRounds = 4;
+constexpr double kTighterEachRound = 0.8;
 // What is above the bound by then is cut in two, and again: a single triangle is not stretched.
 
 class Finder {
@@ -80,7 +78,7 @@ class Finder {
     double begin = 0.0;
     for (int round = 0;; ++round) {
       const double end = begin + 0.5 * (1.0 - begin);
-      if (round < kRounds) {
+      if (round < kSearchRounds) {
         const ProgressRange range(context, begin, begin + 0.7 * (end - begin));
         search(aim, context);
       }
@@ -94,8 +92,8 @@ class Finder {
         throw;
       }
       if (!any_above(bound, uv, context) || context.time_is_over()) break;
-      if (round + 1 >= kRounds && !halve(context)) break;
-      aim.energy = 1.0 + kTighter * (aim.energy - 1.0);
+      if (round + 1 >= kSearchRounds && !halve(context)) break;
+      aim.energy = 1.0 + kTighterEachRound * (aim.energy - 1.0);
     }
     stats["symmetric_charts"] = symmetric_.load();
     return {std::move(islands_), std::move(uv)};

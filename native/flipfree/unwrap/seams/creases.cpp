@@ -15,18 +15,16 @@
 namespace flipfree::unwrap {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-constexpr double kCrease = 40.0 * std::numbers::pi / 180.0;
+constexpr double kCreaseAngle = 40.0 * std::numbers::pi / 180.0;
 // Angle defects beside the creases: of a vertex that is a tip, such as that of a cone; how many
 // tips a part may have, as a share of its vertices; and the sum of all others.
-constexpr double kTip = 0.3;
+constexpr double kCreaseTipDefect = 0.3;
 constexpr double kMostTips = 0.02;
 constexpr double kMostCurved = 0.5;
 // Triangles that are faces by themselves, as a share of all: more is a coarse mesh of something
 // round.
 constexpr double kMostAlone = 0.1;
-constexpr Index kFew = 4;
+constexpr Index kAlwaysAllowed = 4;
 // Distance of its ends over length of a chain of edges that is straight.
 constexpr double kStraight = 0.9999;
 
@@ -38,7 +36,7 @@ class Creases {
     mesh::EdgeFlags forbidden(cost.size());
     for (std::size_t h = 0; h < cost.size(); ++h)
       forbidden[h] = cost[h] == mesh::ShortestPaths::kUnreached ? 1 : 0;
-    creases_ = with_sharp_edges(surface, adjacency, seams, forbidden, kCrease);
+    creases_ = with_sharp_edges(surface, adjacency, seams, forbidden, kCreaseAngle);
     faces_ = mesh::components_between(adjacency, creases_);
     parts_ = mesh::components_between(adjacency, seams);
   }
@@ -117,7 +115,7 @@ class Creases {
       Part& own = parts[at(part[v])];
       ++own.vertices;
       if (at_crease[v] != 0) continue;
-      if (std::abs(defect[v]) > kTip) {
+      if (std::abs(defect[v]) > kCreaseTipDefect) {
         ++own.tips;
       } else {
         own.curved += std::abs(defect[v]);
@@ -134,8 +132,8 @@ class Creases {
     }
     std::vector<char> made;
     for (const Part& own : parts) {
-      const double most_tips = kMostTips * static_cast<double>(own.vertices) + kFew;
-      const double most_alone = kMostAlone * static_cast<double>(own.triangles) + kFew;
+      const double most_tips = kMostTips * static_cast<double>(own.vertices) + kAlwaysAllowed;
+      const double most_alone = kMostAlone * static_cast<double>(own.triangles) + kAlwaysAllowed;
       made.push_back(own.has_others && own.tips <= most_tips && own.curved <= kMostCurved &&
                              own.alone <= most_alone
                          ? 1

@@ -12,15 +12,13 @@
 namespace flipfree::unwrap {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 constexpr int kDirections = 48;
 // Pixels along a side of a picture: as many pixels as twice the faces, within these.
 constexpr int kLeastSide = 96;
 constexpr int kMostSide = 320;
 constexpr Index kPixels = 6;
 // Neighbours are averaged so often: single faces cover few pixels.
-constexpr int kRounds = 3;
+constexpr int kAveragingRounds = 3;
 // What a direction counts grows with the power of what it shows.
 constexpr double kSharpness = 4.0;
 
@@ -135,12 +133,13 @@ std::vector<FaceId> picture_of(const Points3& places, const Triangles& faces, co
 }
 
 // Per face, its area, and how much it bends towards its neighbours for its size.
-struct Shape {
+struct FaceShapes {
   std::vector<double> area;
   std::vector<double> bend;
 };
 
-Shape shape_of(const Points3& places, const Triangles& faces, const mesh::Adjacency& adjacency) {
+FaceShapes face_shapes_of(const Points3& places, const Triangles& faces,
+                          const mesh::Adjacency& adjacency) {
   const auto count = at(static_cast<Index>(faces.rows()));
   std::vector<Vector3> normal(count);
   std::vector<double> area(count);
@@ -169,7 +168,7 @@ Shape shape_of(const Points3& places, const Triangles& faces, const mesh::Adjace
 std::vector<double> exposure(const Points3& positions, const Triangles& faces,
                              const mesh::Adjacency& adjacency, ExecutionContext& context) {
   const Points3 places = in_own_unit(positions, faces);
-  const Shape shape = shape_of(places, faces, adjacency);
+  const FaceShapes shape = face_shapes_of(places, faces, adjacency);
   const auto pixels = static_cast<double>(kPixels * faces.rows());
   const int side = std::clamp(static_cast<int>(std::sqrt(pixels)), kLeastSide, kMostSide);
   std::vector<std::vector<FaceId>> pictures(kDirections);
@@ -198,7 +197,7 @@ std::vector<double> exposure(const Points3& positions, const Triangles& faces,
     for (Index k = 0; k < 3; ++k)
       sums.row(faces(f, k)) += Eigen::Array2d(light[at(f)], full * shape.area[at(f)]).transpose();
   }
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kAveragingRounds; ++round) {
     const Eigen::ArrayX2d own = sums;
     for (FaceId f = 0; f < faces.rows(); ++f) {
       for (Index k = 0; k < 3; ++k) sums.row(faces(f, k)) += own.row(faces(f, next_corner(k)));

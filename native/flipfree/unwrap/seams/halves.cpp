@@ -15,14 +15,14 @@ namespace flipfree::unwrap {
 namespace {
 
 // Height over length of faces that could not be stored as islands of their own.
-constexpr double kThinnest = 1e-5;
+constexpr double kThinnestStored = 1e-5;
 
 bool is_thin(const mesh::Surface& chart, FaceId f) {
   const Vector3 p = chart.vertices.row(chart.faces(f, 0));
   const Vector3 a = chart.vertices.row(chart.faces(f, 1)).transpose() - p;
   const Vector3 b = chart.vertices.row(chart.faces(f, 2)).transpose() - p;
   const double longest = std::max({a.squaredNorm(), b.squaredNorm(), (b - a).squaredNorm()});
-  return !(a.cross(b).norm() > kThinnest * longest);
+  return !(a.cross(b).norm() > kThinnestStored * longest);
 }
 
 double length_of(const mesh::Surface& chart, HalfedgeId h) {
@@ -64,8 +64,6 @@ class Blocks {
   FaceId of(FaceId f) const { return first_[at(f)]; }
 
  private:
-  static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
   void join(FaceId f, FaceId g) {
     const auto [first, other] = std::minmax({sets_.find(f), sets_.find(g)});
     const bool stand = stands_[at(first)] != 0 || stands_[at(other)] != 0;

@@ -6,7 +6,7 @@
 
 #include "flipfree/base/error.h"
 
-namespace flipfree {
+namespace flipfree::debug_check_test {
 namespace {
 
 TEST(DebugCheck, BrokenInvariantIsAnInternalErrorThatNamesThePlace) {
@@ -42,4 +42,4 @@ TEST(DebugCheck, IsAskedInBuildsWithChecksOnly) {
 }
 
 }  // namespace
-}  // namespace flipfree
+}  // namespace flipfree::debug_check_test

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-namespace flipfree {
+namespace flipfree::elements_test {
 namespace {
 
 TEST(Elements, FacesOfAnErrorAreThoseThatItNamesOrThoseAtItsVertices) {
@@ -28,4 +28,4 @@ TEST(Elements, AreAThousandAtMost) {
 }
 
 }  // namespace
-}  // namespace flipfree
+}  // namespace flipfree::elements_test

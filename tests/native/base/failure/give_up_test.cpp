@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace flipfree {
+namespace flipfree::give_up_test {
 namespace {
 
 // A clock that goes on by one second at every look at it.
@@ -54,4 +54,4 @@ TEST(GiveUp, OfAStepWithoutAValueIsItsFailure) {
 }
 
 }  // namespace
-}  // namespace flipfree
+}  // namespace flipfree::give_up_test

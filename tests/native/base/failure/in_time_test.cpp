@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace flipfree {
+namespace flipfree::in_time_test {
 namespace {
 
 // A clock that goes on by one second at every look at it.
@@ -30,4 +30,4 @@ TEST(InTime, ALimitOfItsOwnIsNamedAndOneAroundItGoesOn) {
 }
 
 }  // namespace
-}  // namespace flipfree
+}  // namespace flipfree::in_time_test

@@ -6,7 +6,7 @@
 
 #include "flipfree/base/failure/translate_errors.h"
 
-namespace flipfree {
+namespace flipfree::outcome_test {
 namespace {
 
 TEST(Outcome, HoldsTheValueOfAStepThatSucceeds) {
@@ -71,4 +71,4 @@ TEST(TranslateErrors, LeavesErrorsThatCarryMoreAsTheyAre) {
 }
 
 }  // namespace
-}  // namespace flipfree
+}  // namespace flipfree::outcome_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace flipfree {
+namespace flipfree::renumber_test {
 namespace {
 
 Renumbering shifted() {
@@ -32,4 +32,4 @@ TEST(Renumber, LeavesWhatIsNoId) {
 }
 
 }  // namespace
-}  // namespace flipfree
+}  // namespace flipfree::renumber_test

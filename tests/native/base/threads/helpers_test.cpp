@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-namespace flipfree {
+namespace flipfree::helpers_test {
 namespace {
 
 // Threads that were inside one call at once; the caller waits until so many are there.
@@ -123,4 +123,4 @@ TEST(WorkTogether, never_more_than_the_blas_has_room_for) {
 }
 
 }  // namespace
-}  // namespace flipfree
+}  // namespace flipfree::helpers_test

@@ -10,7 +10,7 @@
 #include "flipfree/base/context.h"
 #include "flipfree/base/parallel.h"
 
-namespace flipfree {
+namespace flipfree::work_meter_test {
 namespace {
 
 // A context with a meter whose clock goes on only where the test says so.
@@ -121,4 +121,4 @@ TEST(WorkMeter, the_clock_counts_what_this_thread_computes) {
 }
 
 }  // namespace
-}  // namespace flipfree
+}  // namespace flipfree::work_meter_test

@@ -12,7 +12,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::certify {
+namespace flipfree::certify::energy_test {
 namespace {
 
 using test::adjacency_of;
@@ -198,4 +198,4 @@ TEST(Energy, of_triangles_thinner_than_doubles_resolve_is_finite) {
 }
 
 }  // namespace
-}  // namespace flipfree::certify
+}  // namespace flipfree::certify::energy_test

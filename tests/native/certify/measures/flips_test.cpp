@@ -8,7 +8,7 @@
 
 #include "fuzz/rational.h"
 
-namespace flipfree::certify {
+namespace flipfree::certify::flips_test {
 namespace {
 
 // What rational numbers say.
@@ -70,4 +70,4 @@ TEST(Flips, what_is_not_finite_is_flipped) {
 TEST(Flips, of_nothing_are_none) { EXPECT_TRUE(flipped_faces(Points2(0, 2)).empty()); }
 
 }  // namespace
-}  // namespace flipfree::certify
+}  // namespace flipfree::certify::flips_test

@@ -9,7 +9,7 @@
 #include "flipfree/certify/certify.h"
 #include "support/shapes.h"
 
-namespace flipfree::certify {
+namespace flipfree::certify::provenance_test {
 namespace {
 
 // A grid whose first face is split at its centroid, with what says where everything lies.
@@ -160,4 +160,4 @@ TEST(Provenance, a_half_that_is_covered_twice_does_not_stand_for_the_other) {
 }
 
 }  // namespace
-}  // namespace flipfree::certify
+}  // namespace flipfree::certify::provenance_test

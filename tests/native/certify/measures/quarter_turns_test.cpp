@@ -7,7 +7,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::certify {
+namespace flipfree::certify::quarter_turns_test {
 namespace {
 
 using test::adjacency_of;
@@ -113,4 +113,4 @@ TEST(QuarterTurns, along_strips_are_none_around_a_row_and_four_around_a_vertex) 
 }
 
 }  // namespace
-}  // namespace flipfree::certify
+}  // namespace flipfree::certify::quarter_turns_test

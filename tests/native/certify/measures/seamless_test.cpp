@@ -9,7 +9,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::certify {
+namespace flipfree::certify::seamless_test {
 namespace {
 
 using test::adjacency_of;
@@ -145,4 +145,4 @@ TEST(Seams, both_coordinates_count_for_each_quarter_turn) {
 }
 
 }  // namespace
-}  // namespace flipfree::certify
+}  // namespace flipfree::certify::seamless_test

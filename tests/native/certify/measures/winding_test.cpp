@@ -10,7 +10,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::certify {
+namespace flipfree::certify::winding_test {
 namespace {
 
 using test::adjacency_of;
@@ -101,4 +101,4 @@ TEST(Winding, of_closed_surfaces_is_judged_at_every_uncut_vertex) {
 }
 
 }  // namespace
-}  // namespace flipfree::certify
+}  // namespace flipfree::certify::winding_test

@@ -13,7 +13,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::certify {
+namespace flipfree::certify::island_overlap_test {
 namespace {
 
 using test::adjacency_of;
@@ -276,4 +276,4 @@ TEST(IslandOverlap, a_single_triangle_is_sought_on_both_sides_of_a_tree) {
 }
 
 }  // namespace
-}  // namespace flipfree::certify
+}  // namespace flipfree::certify::island_overlap_test

@@ -9,7 +9,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::certify {
+namespace flipfree::certify::overlap_test {
 namespace {
 
 using test::adjacency_of;
@@ -137,4 +137,4 @@ TEST(Overlap, names_at_most_a_thousand_faces_of_loops_turned_inside_out) {
 }
 
 }  // namespace
-}  // namespace flipfree::certify
+}  // namespace flipfree::certify::overlap_test

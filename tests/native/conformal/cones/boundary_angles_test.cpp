@@ -9,7 +9,7 @@
 #include "flipfree/base/error.h"
 #include "support/shapes.h"
 
-namespace flipfree::conformal {
+namespace flipfree::conformal::boundary_angles_test {
 namespace {
 
 using std::numbers::pi;
@@ -73,4 +73,4 @@ TEST(CloseGaussBonnet, MovesAnglesByRoundingOnly) {
 }
 
 }  // namespace
-}  // namespace flipfree::conformal
+}  // namespace flipfree::conformal::boundary_angles_test

@@ -10,7 +10,7 @@
 
 #include "conformal/engine_inputs.h"
 
-namespace flipfree::conformal {
+namespace flipfree::conformal::cone_placement_test {
 namespace {
 
 // A closed surface with vertex 0 as the base.
@@ -82,4 +82,4 @@ TEST(LinearPlacement, WithoutPotentialThereIsNoExtreme) {
 }
 
 }  // namespace
-}  // namespace flipfree::conformal
+}  // namespace flipfree::conformal::cone_placement_test

@@ -11,7 +11,7 @@
 
 #include "conformal/engine_inputs.h"
 
-namespace flipfree::conformal {
+namespace flipfree::conformal::cone_rounding_test {
 namespace {
 
 constexpr double kQuarter = std::numbers::pi / 2;
@@ -140,4 +140,4 @@ TEST_F(SearchCones, LeavesVerticesAloneThatAreFixed) {
 }
 
 }  // namespace
-}  // namespace flipfree::conformal
+}  // namespace flipfree::conformal::cone_rounding_test

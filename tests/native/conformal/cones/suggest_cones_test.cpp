@@ -10,7 +10,7 @@
 #include "flipfree/conformal/metric/metric.h"
 #include "support/shapes.h"
 
-namespace flipfree::conformal {
+namespace flipfree::conformal::suggest_cones_test {
 namespace {
 
 using std::numbers::pi;
@@ -51,4 +51,4 @@ TEST(SuggestCones, CurvaturesAreMultiplesOfTheQuantum) {
 }
 
 }  // namespace
-}  // namespace flipfree::conformal
+}  // namespace flipfree::conformal::suggest_cones_test

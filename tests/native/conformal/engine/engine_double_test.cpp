@@ -7,7 +7,7 @@
 
 #include "conformal/engine_inputs.h"
 
-namespace flipfree::conformal {
+namespace flipfree::conformal::engine_double_test {
 namespace {
 
 TEST(DoubleEngine, IsTheEngineOfUpTo53Bits) {
@@ -54,4 +54,4 @@ TEST(DoubleEngine, ScalingMultipliesLengthsByTheFactorsOfTheirEnds) {
 }
 
 }  // namespace
-}  // namespace flipfree::conformal
+}  // namespace flipfree::conformal::engine_double_test

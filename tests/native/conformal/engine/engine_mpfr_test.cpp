@@ -7,7 +7,7 @@
 
 #include "conformal/engine_inputs.h"
 
-namespace flipfree::conformal {
+namespace flipfree::conformal::engine_mpfr_test {
 namespace {
 
 TEST(MpfrEngine, HasTheBitsThatAreAskedForUpToTheMost) {
@@ -61,4 +61,4 @@ TEST(MpfrEngine, FollowsWhereLengthsLeaveTheRangeOfDoubles) {
 }
 
 }  // namespace
-}  // namespace flipfree::conformal
+}  // namespace flipfree::conformal::engine_mpfr_test

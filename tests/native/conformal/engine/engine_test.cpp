@@ -6,7 +6,7 @@
 
 #include "conformal/engine_inputs.h"
 
-namespace flipfree::conformal {
+namespace flipfree::conformal::engine_test {
 namespace {
 
 double dot(const std::vector<double>& a, const std::vector<double>& b) {
@@ -176,4 +176,4 @@ TEST(MetricEngine, WeightsOfNearlyCocircularNeedlesKeepTheirPlaces) {
 }
 
 }  // namespace
-}  // namespace flipfree::conformal
+}  // namespace flipfree::conformal::engine_test

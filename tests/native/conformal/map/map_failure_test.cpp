@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace flipfree::conformal {
+namespace flipfree::conformal::map_failure_test {
 namespace {
 
 ConformalMetric some_metric() {
@@ -61,4 +61,4 @@ TEST(MapFailure, OutOfTimeTheMetricIsStillOffered) {
 }
 
 }  // namespace
-}  // namespace flipfree::conformal
+}  // namespace flipfree::conformal::map_failure_test

@@ -8,7 +8,7 @@
 
 #include "support/shapes.h"
 
-namespace flipfree::conformal {
+namespace flipfree::conformal::map_test {
 namespace {
 
 using std::numbers::pi;
@@ -77,4 +77,4 @@ TEST(ConformalMap, CutsThatAreNoEdgesAreRefusedBeforeTheWork) {
 }
 
 }  // namespace
-}  // namespace flipfree::conformal
+}  // namespace flipfree::conformal::map_test

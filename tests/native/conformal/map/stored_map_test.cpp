@@ -7,7 +7,7 @@
 #include "flipfree/numeric/predicates.h"
 #include "support/shapes.h"
 
-namespace flipfree::conformal {
+namespace flipfree::conformal::stored_map_test {
 namespace {
 
 using std::numbers::pi;
@@ -75,4 +75,4 @@ TEST(StoredMap, ATriangleThatTheNearest32BitValuesMakeFlatIsRoundedOtherwise) {
 }
 
 }  // namespace
-}  // namespace flipfree::conformal
+}  // namespace flipfree::conformal::stored_map_test

@@ -10,7 +10,7 @@
 #include "flipfree/base/error.h"
 #include "support/shapes.h"
 
-namespace flipfree::conformal {
+namespace flipfree::conformal::metric_input_test {
 namespace {
 
 using std::numbers::pi;
@@ -113,4 +113,4 @@ TEST(MetricInput, CurvatureThatDoesNotAddUpIsInfeasibleWithItsSums) {
 }
 
 }  // namespace
-}  // namespace flipfree::conformal
+}  // namespace flipfree::conformal::metric_input_test

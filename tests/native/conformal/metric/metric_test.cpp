@@ -19,12 +19,10 @@
 #include "flipfree/intrinsic/flip_lengths.h"
 #include "support/shapes.h"
 
-namespace flipfree::conformal {
+namespace flipfree::conformal::metric_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 ConformalMetric solve(const mesh::Surface& surface, const std::vector<double>& target, int bits = 0,
                       double tolerance = 1e-10) {
@@ -547,4 +545,4 @@ TEST(ConformalMetric, names_the_flattest_triangle_where_bits_do_not_suffice) {
 }
 
 }  // namespace
-}  // namespace flipfree::conformal
+}  // namespace flipfree::conformal::metric_test

@@ -10,7 +10,7 @@
 
 #include "support/shapes.h"
 
-namespace flipfree::conformal {
+namespace flipfree::conformal::newton_system_test {
 namespace {
 
 // Largest entry of H d + g, from the gradient's own cotangents; g without its mean.
@@ -21,8 +21,8 @@ double residual(const MetricEngine& engine, const Gradient& gradient, const Fine
   for (const double x : r) mean += x / static_cast<double>(r.size());
   for (double& x : r) x -= mean;
   for (std::size_t h = 0; h < mesh.halfedge_count(); h += 2) {
-    const auto a = static_cast<std::size_t>(mesh.unknown[mesh.at(mesh.origin[h])]);
-    const auto b = static_cast<std::size_t>(mesh.unknown[mesh.at(mesh.origin[h + 1])]);
+    const auto a = static_cast<std::size_t>(mesh.unknown[at(mesh.origin[h])]);
+    const auto b = static_cast<std::size_t>(mesh.unknown[at(mesh.origin[h + 1])]);
     const double weight = gradient.half_cotangent[h] + gradient.half_cotangent[h + 1];
     const double low_a = d.low.empty() ? 0.0 : d.low[a], low_b = d.low.empty() ? 0.0 : d.low[b];
     const double flow = weight * ((d.high[a] - d.high[b]) + (low_a - low_b));
@@ -124,4 +124,4 @@ TEST(NewtonSystem, refuses_cotangents_and_angles_that_are_no_numbers_or_join_not
 }
 
 }  // namespace
-}  // namespace flipfree::conformal
+}  // namespace flipfree::conformal::newton_system_test

@@ -7,7 +7,7 @@
 
 #include "conformal/engine_inputs.h"
 
-namespace flipfree::conformal {
+namespace flipfree::conformal::newton_test {
 namespace {
 
 struct Newton {
@@ -95,4 +95,4 @@ TEST(RunNewton, OutOfTimeItIsWhereTheStepBegan) {
 }
 
 }  // namespace
-}  // namespace flipfree::conformal
+}  // namespace flipfree::conformal::newton_test

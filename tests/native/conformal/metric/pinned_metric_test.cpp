@@ -7,7 +7,7 @@
 
 #include "support/shapes.h"
 
-namespace flipfree::conformal {
+namespace flipfree::conformal::pinned_metric_test {
 namespace {
 
 using std::numbers::pi;
@@ -82,4 +82,4 @@ TEST(PinnedLaplacian, SolvesWithAZeroAtPins) {
 }
 
 }  // namespace
-}  // namespace flipfree::conformal
+}  // namespace flipfree::conformal::pinned_metric_test

@@ -7,7 +7,7 @@
 #include "conformal/engine_inputs.h"
 #include "flipfree/base/error.h"
 
-namespace flipfree::conformal {
+namespace flipfree::conformal::precision_ladder_test {
 namespace {
 
 TEST(PrecisionLadder, StaysInDoubleWhereThatSuffices) {
@@ -96,4 +96,4 @@ TEST(PrecisionLadder, SaysWhatWouldHelp) {
 }
 
 }  // namespace
-}  // namespace flipfree::conformal
+}  // namespace flipfree::conformal::precision_ladder_test

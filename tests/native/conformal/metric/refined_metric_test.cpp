@@ -10,7 +10,7 @@
 #include "flipfree/base/error.h"
 #include "support/shapes.h"
 
-namespace flipfree::conformal {
+namespace flipfree::conformal::refined_metric_test {
 namespace {
 
 // A sphere, one of whose triangles is divided by a vertex very near one of its edges: a needle.
@@ -97,4 +97,4 @@ TEST(RefinedMetric, BothWaysFailingTheErrorIsThatOfThePlainOne) {
 }
 
 }  // namespace
-}  // namespace flipfree::conformal
+}  // namespace flipfree::conformal::refined_metric_test

@@ -9,7 +9,7 @@
 #include "flipfree/distortion/energy/energy.h"
 #include "support/shapes.h"
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::align_test {
 namespace {
 
 // Per face of a map the direction that it takes to +u, from the half-edge 3 f, if it is an
@@ -115,4 +115,4 @@ TEST(Align, can_be_cancelled) {
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::align_test

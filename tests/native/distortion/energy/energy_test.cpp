@@ -9,7 +9,7 @@
 #include "flipfree/distortion/energy/rest_shapes.h"
 #include "fuzz/rational.h"
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::energy_test {
 namespace {
 
 using test::random_map;
@@ -134,4 +134,4 @@ TEST(FlipFree, agrees_with_rational_numbers_for_any_number_of_threads) {
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::energy_test

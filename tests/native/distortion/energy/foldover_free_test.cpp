@@ -5,7 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <random>
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::foldover_free_test {
 namespace {
 
 using foldover_free::Matrix4;
@@ -126,4 +126,4 @@ TEST(FoldoverFree, the_hessian_is_that_of_differences_with_its_negative_part_tak
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::foldover_free_test

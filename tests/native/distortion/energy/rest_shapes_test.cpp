@@ -8,7 +8,7 @@
 
 #include "support/shapes.h"
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::rest_shapes_test {
 namespace {
 
 // Rest edges from corner 0, as columns.
@@ -64,4 +64,4 @@ TEST(RestShapes, needles_are_raised_and_faces_without_area_keep_a_say) {
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::rest_shapes_test

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::symmetric_dirichlet_test {
 namespace {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
@@ -149,4 +149,4 @@ TEST(SymmetricDirichlet, DeterminantOfSliversKeepsItsSmallPositiveValue) {
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::symmetric_dirichlet_test

@@ -8,7 +8,7 @@
 #include "distortion/random_maps.h"
 #include "flipfree/distortion/energy/rest_shapes.h"
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::working_rest_test {
 namespace {
 
 struct Case {
@@ -82,4 +82,4 @@ TEST(ProgressiveRest, bounds_every_triangle_by_powers_of_its_singular_values) {
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::working_rest_test

@@ -9,7 +9,7 @@
 
 #include "support/shapes.h"
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::boundary_barrier_test {
 namespace {
 
 // A strip bent into a C whose ends come near each other, its boundary a little ragged.
@@ -129,4 +129,4 @@ TEST(BoundaryBarrier, an_isometric_chart_with_room_has_no_contacts) {
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::boundary_barrier_test

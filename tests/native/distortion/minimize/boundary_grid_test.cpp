@@ -9,7 +9,7 @@
 #include "fuzz/rational.h"
 #include "support/shapes.h"
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::boundary_grid_test {
 namespace {
 
 // A closed polygon of its own: edges i -> i + 1.
@@ -139,4 +139,4 @@ TEST(TurnedLoops, holes_run_clockwise_and_one_that_does_not_is_turned) {
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::boundary_grid_test

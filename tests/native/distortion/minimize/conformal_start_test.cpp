@@ -6,7 +6,7 @@
 
 #include "support/shapes.h"
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::conformal_start_test {
 namespace {
 
 TEST(SpectralConformalMap, of_a_flat_grid_is_a_similarity) {
@@ -40,4 +40,4 @@ TEST(SpectralConformalMap, of_a_rolled_sheet_unrolls_it) {
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::conformal_start_test

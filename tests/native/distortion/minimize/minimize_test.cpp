@@ -11,7 +11,7 @@
 #include "flipfree/distortion/minimize/boundary_grid.h"
 #include "support/shapes.h"
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::minimize_test {
 namespace {
 
 // The projection to the plane: flip-free for height fields.
@@ -251,4 +251,4 @@ TEST(Minimize, CancelledContextThrows) {
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::minimize_test

@@ -5,7 +5,7 @@
 #include "distortion/random_maps.h"
 #include "flipfree/base/error.h"
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::minimizer_test {
 namespace {
 
 struct Case {
@@ -146,4 +146,4 @@ TEST(CheckStart, names_what_does_not_fit) {
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::minimizer_test

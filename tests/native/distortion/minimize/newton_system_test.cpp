@@ -7,7 +7,7 @@
 #include "distortion/random_maps.h"
 #include "flipfree/distortion/energy/rest_shapes.h"
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::newton_system_test {
 namespace {
 
 struct Case {
@@ -164,4 +164,4 @@ TEST(DistortionNewtonSystem, threads_do_not_change_a_bit_and_nothing_free_is_not
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::newton_system_test

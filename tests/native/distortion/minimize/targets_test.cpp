@@ -9,7 +9,7 @@
 #include "flipfree/distortion/minimize/boundary_grid.h"
 #include "support/shapes.h"
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::targets_test {
 namespace {
 
 using Targets = std::vector<std::pair<VertexId, Vector2>>;
@@ -96,4 +96,4 @@ TEST(Targets, BadTargetsAreRefused) {
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::targets_test

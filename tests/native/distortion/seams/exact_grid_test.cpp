@@ -8,7 +8,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/distortion/seams/grid_repair.h"
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::exact_grid_test {
 namespace {
 
 SeamConstraints eliminated(const CutMap& map) {
@@ -180,4 +180,4 @@ TEST(UnfoldOnGrid, has_nothing_to_say_about_more_flips_than_allowed) {
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::exact_grid_test

@@ -10,7 +10,7 @@
 #include "distortion/seams/polycubes.h"
 #include "flipfree/base/error.h"
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::grid_repair_test {
 namespace {
 
 // A map of integers on a grid so fine that points have room to move.
@@ -185,4 +185,4 @@ TEST(GridRepair, a_region_grows_over_faces_and_seams) {
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::grid_repair_test

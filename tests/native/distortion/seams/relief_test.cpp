@@ -9,7 +9,7 @@
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/seams/seam_system.h"
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::relief_test {
 namespace {
 
 struct Crowded {
@@ -122,4 +122,4 @@ TEST(Relief, LeavesAMapAloneThatIsBadAllOver) {
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::relief_test

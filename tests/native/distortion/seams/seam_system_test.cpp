@@ -10,7 +10,7 @@
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/energy/rest_shapes.h"
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::seam_system_test {
 namespace {
 
 struct Case {
@@ -224,4 +224,4 @@ TEST(SeamSystem, what_is_added_to_a_face_counts_as_its_energy_does) {
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::seam_system_test

@@ -10,7 +10,7 @@
 #include "flipfree/certify/certify.h"
 #include "flipfree/distortion/energy/energy.h"
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::seams_test {
 namespace {
 
 using test::perturbed;
@@ -180,4 +180,4 @@ TEST(MakeExact, a_map_that_is_optimised_until_time_is_over_is_exact_all_the_same
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::seams_test

@@ -9,7 +9,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/numeric/predicates.h"
 
-namespace flipfree::embedding {
+namespace flipfree::embedding::boundary_test {
 namespace {
 
 std::vector<VertexId> iota_loop(Index count) {
@@ -111,4 +111,4 @@ TEST(Boundary, WrongPolygonsAreNamed) {
 }
 
 }  // namespace
-}  // namespace flipfree::embedding
+}  // namespace flipfree::embedding::boundary_test

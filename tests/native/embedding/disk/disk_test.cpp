@@ -6,7 +6,7 @@
 
 #include "embedding/disks.h"
 
-namespace flipfree::embedding {
+namespace flipfree::embedding::disk_test {
 namespace {
 
 TEST(NumberDisk, boundary_vertices_count_along_the_loop_and_inner_ones_by_id) {
@@ -58,4 +58,4 @@ TEST(InnerStars, name_every_neighbour_of_an_inner_vertex_once) {
 }
 
 }  // namespace
-}  // namespace flipfree::embedding
+}  // namespace flipfree::embedding::disk_test

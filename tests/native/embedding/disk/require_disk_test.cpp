@@ -8,7 +8,7 @@
 #include "embedding/disks.h"
 #include "flipfree/base/error.h"
 
-namespace flipfree::embedding {
+namespace flipfree::embedding::require_disk_test {
 namespace {
 
 Error refusal(const Triangles& faces, Index vertices, const std::vector<VertexId>& loop,
@@ -24,7 +24,7 @@ Error refusal(const Triangles& faces, Index vertices, const std::vector<VertexId
 struct Case {
   test::Disk disk = test::make_disk(test::grid(4, 3), BoundaryShape::kCircle);
   Error refusal() const {
-    return embedding::refusal(disk.surface.faces, disk.vertex_count(), disk.loop, disk.boundary);
+    return require_disk_test::refusal(disk.surface.faces, disk.vertex_count(), disk.loop, disk.boundary);
   }
 };
 
@@ -81,4 +81,4 @@ TEST(RequireDisk, a_disk_beside_a_torus_is_none) {
 }
 
 }  // namespace
-}  // namespace flipfree::embedding
+}  // namespace flipfree::embedding::require_disk_test

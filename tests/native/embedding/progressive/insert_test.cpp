@@ -8,7 +8,7 @@
 #include "embedding/progressive/valid_maps.h"
 #include "flipfree/embedding/progressive/simplify.h"
 
-namespace flipfree::embedding {
+namespace flipfree::embedding::insert_test {
 namespace {
 
 TEST(InsertVertex, puts_collapsed_vertices_back_with_positive_stars) {
@@ -98,4 +98,4 @@ TEST(InsertVertex, changes_nothing_where_there_is_no_room) {
 }
 
 }  // namespace
-}  // namespace flipfree::embedding
+}  // namespace flipfree::embedding::insert_test

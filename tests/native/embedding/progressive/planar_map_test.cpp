@@ -10,7 +10,7 @@
 #include "embedding/disks.h"
 #include "flipfree/embedding/tutte/tutte.h"
 
-namespace flipfree::embedding {
+namespace flipfree::embedding::planar_map_test {
 namespace {
 
 TEST(PlanarMap, energy_is_that_of_the_map_from_an_equilateral_triangle_of_the_target_area) {
@@ -86,4 +86,4 @@ TEST(PolygonArea, has_the_sign_of_the_turn) {
 }
 
 }  // namespace
-}  // namespace flipfree::embedding
+}  // namespace flipfree::embedding::planar_map_test

@@ -8,7 +8,7 @@
 
 #include "embedding/disks.h"
 
-namespace flipfree::embedding {
+namespace flipfree::embedding::planar_mesh_test {
 namespace {
 
 PlanarMesh mesh_of(const test::Disk& disk) {
@@ -138,4 +138,4 @@ TEST(PlanarMesh, LinkConditionForbidsExactlyWhatWouldGlueEdgesTogether) {
 }
 
 }  // namespace
-}  // namespace flipfree::embedding
+}  // namespace flipfree::embedding::planar_mesh_test

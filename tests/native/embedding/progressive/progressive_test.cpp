@@ -9,7 +9,7 @@
 #include "flipfree/embedding/progressive/simplify.h"
 #include "flipfree/embedding/tutte/tutte.h"
 
-namespace flipfree::embedding {
+namespace flipfree::embedding::progressive_test {
 namespace {
 
 Points2 with_boundary(const test::Disk& disk, Points2 uv) {
@@ -142,4 +142,4 @@ TEST(Progressive, CancelStopsIt) {
 }
 
 }  // namespace
-}  // namespace flipfree::embedding
+}  // namespace flipfree::embedding::progressive_test

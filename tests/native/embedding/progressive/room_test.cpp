@@ -9,7 +9,7 @@
 #include "embedding/disks.h"
 #include "fuzz/rational.h"
 
-namespace flipfree::embedding {
+namespace flipfree::embedding::room_test {
 namespace {
 
 // A fan of n triangles around vertex n, its ring at the given places.
@@ -94,4 +94,4 @@ TEST(NarrowestExtent, names_the_edge_and_the_vertex_farthest_from_it) {
 }
 
 }  // namespace
-}  // namespace flipfree::embedding
+}  // namespace flipfree::embedding::room_test

@@ -8,7 +8,7 @@
 #include "embedding/progressive/valid_maps.h"
 #include "flipfree/base/error.h"
 
-namespace flipfree::embedding {
+namespace flipfree::embedding::simplify_test {
 namespace {
 
 Points2 with_boundary(const test::Disk& disk) {
@@ -106,4 +106,4 @@ TEST(Simplify, collapsing_everything_leaves_one_vertex_in_its_kernel) {
 }
 
 }  // namespace
-}  // namespace flipfree::embedding
+}  // namespace flipfree::embedding::simplify_test

@@ -7,7 +7,7 @@
 
 #include "embedding/progressive/valid_maps.h"
 
-namespace flipfree::embedding {
+namespace flipfree::embedding::smoothing_test {
 namespace {
 
 double total_energy(const PlanarMap& map) {
@@ -133,4 +133,4 @@ TEST(SmoothingQueue, moves_only_what_was_pushed_or_woken_and_drops_what_is_left)
 }
 
 }  // namespace
-}  // namespace flipfree::embedding
+}  // namespace flipfree::embedding::smoothing_test

@@ -10,7 +10,7 @@
 
 #include "flipfree/base/error.h"
 
-namespace flipfree::embedding {
+namespace flipfree::embedding::convex_combination_test {
 namespace {
 
 using Rational = boost::multiprecision::mpq_rational;
@@ -140,4 +140,4 @@ TEST(ConvexCombination, WeightsThatSpanThreeHundredOrdersKeepTheirRelativeAccura
 }
 
 }  // namespace
-}  // namespace flipfree::embedding
+}  // namespace flipfree::embedding::convex_combination_test

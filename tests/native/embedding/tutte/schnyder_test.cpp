@@ -5,7 +5,7 @@
 #include "embedding/disks.h"
 #include "flipfree/embedding/tutte/tutte.h"
 
-namespace flipfree::embedding {
+namespace flipfree::embedding::schnyder_test {
 namespace {
 
 // All faces but the outer one, drawn with the integer coordinates, are positive by exact
@@ -70,4 +70,4 @@ TEST(Schnyder, TriangleBoundaryUsesTheDrawingItself) {
 }
 
 }  // namespace
-}  // namespace flipfree::embedding
+}  // namespace flipfree::embedding::schnyder_test

@@ -7,7 +7,7 @@
 #include "flipfree/mesh/topology.h"
 #include "support/shapes.h"
 
-namespace flipfree::embedding {
+namespace flipfree::embedding::tutte_test {
 namespace {
 
 struct Disk {
@@ -76,4 +76,4 @@ TEST(Tutte, MeanValueMapOfASurfaceHasNoFlips) {
 }
 
 }  // namespace
-}  // namespace flipfree::embedding
+}  // namespace flipfree::embedding::tutte_test

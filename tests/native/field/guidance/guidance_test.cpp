@@ -4,7 +4,7 @@
 
 #include "field/fields.h"
 
-namespace flipfree::field {
+namespace flipfree::field::guidance_test {
 namespace {
 
 double off_direction(const Place& p, const Wishes& wishes, FaceId f, const Vector3& along) {
@@ -77,4 +77,4 @@ TEST(GuidanceTest, TheBoundaryIsFollowedIfAsked) {
 }
 
 }  // namespace
-}  // namespace flipfree::field
+}  // namespace flipfree::field::guidance_test

@@ -10,10 +10,8 @@
 #include "field/fields.h"
 #include "flipfree/base/error.h"
 
-namespace flipfree::field {
+namespace flipfree::field::sized_frames_test {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 std::vector<double> random_sizes(const Place& p, double reach) {
   std::mt19937 random(4);
@@ -87,4 +85,4 @@ TEST(SizedFrames, SizesThatAreNoneAreRefusedByVertex) {
 }
 
 }  // namespace
-}  // namespace flipfree::field
+}  // namespace flipfree::field::sized_frames_test

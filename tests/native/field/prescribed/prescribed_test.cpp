@@ -7,7 +7,7 @@
 #include "flipfree/field/topology/tree_cotree.h"
 #include "flipfree/mesh/topology.h"
 
-namespace flipfree::field {
+namespace flipfree::field::prescribed_test {
 namespace {
 
 // Cones of 3 and 5 quarter turns at random vertices.
@@ -106,4 +106,4 @@ TEST(PrescribedTest, LoopsThatAreNoBasisAreRefused) {
 }
 
 }  // namespace
-}  // namespace flipfree::field
+}  // namespace flipfree::field::prescribed_test

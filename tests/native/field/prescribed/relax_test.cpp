@@ -4,7 +4,7 @@
 
 #include "field/fields.h"
 
-namespace flipfree::field {
+namespace flipfree::field::relax_test {
 namespace {
 
 double energy(const AngleSystem& system, const std::vector<double>& rotation) {
@@ -64,4 +64,4 @@ TEST(RelaxTest, HeavyWishesAreMetByOneOfTheFourDirections) {
 }
 
 }  // namespace
-}  // namespace flipfree::field
+}  // namespace flipfree::field::relax_test

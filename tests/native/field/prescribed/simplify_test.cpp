@@ -6,7 +6,7 @@
 #include "flipfree/field/prescribed/prescribed.h"
 #include "flipfree/field/topology/turning.h"
 
-namespace flipfree::field {
+namespace flipfree::field::simplify_test {
 namespace {
 
 CrossField with_cones(const Place& p, const std::vector<Index>& cones) {
@@ -102,4 +102,4 @@ TEST(SimplifyTest, NothingMovesOverTheBoundaryOrWithinHeldFaces) {
 }
 
 }  // namespace
-}  // namespace flipfree::field
+}  // namespace flipfree::field::simplify_test

@@ -4,7 +4,7 @@
 
 #include "field/fields.h"
 
-namespace flipfree::field {
+namespace flipfree::field::coarsen_test {
 namespace {
 
 double energy(const CrossGraph& graph, const Crosses& u) {
@@ -52,4 +52,4 @@ TEST(CoarsenTest, LeavesNodesAloneThatAreToBe) {
 }
 
 }  // namespace
-}  // namespace flipfree::field
+}  // namespace flipfree::field::coarsen_test

@@ -4,7 +4,7 @@
 
 #include "field/fields.h"
 
-namespace flipfree::field {
+namespace flipfree::field::field_system_test {
 namespace {
 
 double energy(const CrossGraph& graph, const Crosses& u) {
@@ -77,4 +77,4 @@ TEST(FieldSystemTest, ComponentsHaveGraphsOfTheirOwn) {
 }
 
 }  // namespace
-}  // namespace flipfree::field
+}  // namespace flipfree::field::field_system_test

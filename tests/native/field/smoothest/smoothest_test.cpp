@@ -7,7 +7,7 @@
 #include "flipfree/field/guidance/guidance.h"
 #include "flipfree/field/topology/turning.h"
 
-namespace flipfree::field {
+namespace flipfree::field::smoothest_test {
 namespace {
 
 Crosses solve(const Place& p, const Wishes& wishes, ExecutionContext& context) {
@@ -62,4 +62,4 @@ TEST(SmoothestTest, CanBeCancelled) {
 }
 
 }  // namespace
-}  // namespace flipfree::field
+}  // namespace flipfree::field::smoothest_test

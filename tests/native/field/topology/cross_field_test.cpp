@@ -5,7 +5,7 @@
 #include "field/fields.h"
 #include "flipfree/base/error.h"
 
-namespace flipfree::field {
+namespace flipfree::field::cross_field_test {
 namespace {
 
 double off_quarters(double a) { return std::abs(std::remainder(a, kTestQuarter)); }
@@ -129,4 +129,4 @@ TEST(CrossFieldTest, QuartersThatDisagreeAreRefused) {
 }
 
 }  // namespace
-}  // namespace flipfree::field
+}  // namespace flipfree::field::cross_field_test

@@ -5,7 +5,7 @@
 #include "field/fields.h"
 #include "flipfree/mesh/topology.h"
 
-namespace flipfree::field {
+namespace flipfree::field::tree_cotree_test {
 namespace {
 
 TEST(TreeCotreeTest, LoopsAreClosedStripsWithoutAFaceTwice) {
@@ -69,4 +69,4 @@ TEST(TreeCotreeTest, TheTreeReachesEveryVertexOverItsParent) {
 }
 
 }  // namespace
-}  // namespace flipfree::field
+}  // namespace flipfree::field::tree_cotree_test

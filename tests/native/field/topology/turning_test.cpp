@@ -6,7 +6,7 @@
 #include "flipfree/field/topology/tree_cotree.h"
 #include "flipfree/mesh/topology.h"
 
-namespace flipfree::field {
+namespace flipfree::field::turning_test {
 namespace {
 
 // Left corners less right ones, and the rotations across, as they are.
@@ -120,4 +120,4 @@ TEST(TurningTest, ASignatureHasTwoLoopsPerHandleAndOnePerBoundary) {
 }
 
 }  // namespace
-}  // namespace flipfree::field
+}  // namespace flipfree::field::turning_test

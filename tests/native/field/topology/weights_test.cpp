@@ -4,7 +4,7 @@
 
 #include "field/fields.h"
 
-namespace flipfree::field {
+namespace flipfree::field::weights_test {
 namespace {
 
 TEST(WeightsTest, AreasOfAUnitGridAddUpToOne) {
@@ -41,4 +41,4 @@ TEST(WeightsTest, NeedlesAndVanishingTrianglesAreBounded) {
 }
 
 }  // namespace
-}  // namespace flipfree::field
+}  // namespace flipfree::field::weights_test

@@ -9,7 +9,7 @@
 
 #include "flipfree/base/plane.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::chart_placement_test {
 namespace {
 
 // Two right triangles, charts of their own, turned and far away.
@@ -75,4 +75,4 @@ TEST(ChartPlacement, TheFinestPlaceIsWhereTheLeastFaceIs) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::chart_placement_test

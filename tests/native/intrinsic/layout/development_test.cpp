@@ -10,13 +10,11 @@
 #include "flipfree/numeric/big_float.h"
 #include "intrinsic/layout/traced.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::development_test {
 namespace {
 
 using test::to_plane;
 using test::Traced;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 double angle_at(const mesh::Surface& s, CornerId c) {
   const auto vertex = [&](CornerId k) -> Vector3 {
@@ -143,4 +141,4 @@ TEST(Development, can_be_cancelled) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::development_test

@@ -10,13 +10,11 @@
 #include "intrinsic/layout/traced.h"
 #include "intrinsic/refined_start/flat_surfaces.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::input_development_test {
 namespace {
 
 using test::to_plane;
 using test::Traced;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 TEST(NumberEdges, gives_both_sides_of_an_edge_one_number) {
   const mesh::Surface s = test::bumpy_grid(5, 4, 0.2, 2);
@@ -149,4 +147,4 @@ TEST(OwnDevelopment, keeps_what_was_traced) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::input_development_test

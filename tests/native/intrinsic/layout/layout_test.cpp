@@ -11,7 +11,7 @@
 #include "support/flipped_metrics.h"
 #include "support/shapes.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::layout_test {
 namespace {
 
 MetricLayout lay_out(const mesh::Surface& surface, const FlippedMetric& metric,
@@ -98,4 +98,4 @@ TEST(LayOutMetric, ATetrahedronIsCutOpenAtItsCones) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::layout_test

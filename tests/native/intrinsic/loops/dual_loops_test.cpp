@@ -14,10 +14,8 @@
 #include "intrinsic/loops/loops.h"
 #include "support/shapes.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::dual_loops_test {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 // Lowest half-edge of every face that the loop visits, in order.
 std::vector<HalfedgeId> visited_faces(const FlipMesh& mesh, const DualLoop& loop) {
@@ -69,4 +67,4 @@ TEST(HomologyBasis, PrefersShortLoops) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::dual_loops_test

@@ -9,7 +9,7 @@
 #include "intrinsic/loops/loops.h"
 #include "support/shapes.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::loop_carrier_test {
 namespace {
 
 TEST(LoopCarrier, KeepsIntersectionsAndStripsThroughRandomFlips) {
@@ -76,4 +76,4 @@ TEST(LoopCarrier, NamesTheCornerOfEveryFaceThatALoopPasses) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::loop_carrier_test

@@ -5,7 +5,7 @@
 #include "flipfree/base/error.h"
 #include "support/shapes.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::surface_loops_test {
 namespace {
 
 struct Torus {
@@ -73,4 +73,4 @@ TEST(OnSetup, namesTheLoopThatIsNoClosedStrip) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::surface_loops_test

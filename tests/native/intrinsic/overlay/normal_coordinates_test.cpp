@@ -4,7 +4,7 @@
 
 #include <random>
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::normal_coordinates_test {
 namespace {
 
 TEST(NormalCoordinates, StrandsOfATriangleAddUpToItsCrossings) {
@@ -49,4 +49,4 @@ TEST(NormalCoordinates, ParallelCurvesAcrossTheQuadrilateral) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::normal_coordinates_test

@@ -12,10 +12,8 @@
 #include "support/flip_meshes.h"
 #include "support/shapes.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::overlay_coordinates_test {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 bool flippable(const FlipMesh& mesh, HalfedgeId h) { return !is_glued_to_itself(mesh, h >> 1); }
 
@@ -134,4 +132,4 @@ TEST(Overlay, CrossingsAreThoseOfStraightSegmentsInThePlane) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::overlay_coordinates_test

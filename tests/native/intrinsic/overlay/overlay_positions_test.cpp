@@ -10,10 +10,8 @@
 #include "intrinsic/overlay/inscribed_polygon.h"
 #include "support/flip_meshes.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::overlay_positions_test {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 TEST(OverlayPositions, ChordsOfOneCircleCrossWhereTheyCross) {
   for (unsigned seed = 0; seed < 5; ++seed) {
@@ -162,4 +160,4 @@ TEST(OverlayPositions, HugeScaleRangesKeepRelativePrecision) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::overlay_positions_test

@@ -11,7 +11,7 @@
 #include "flipfree/intrinsic/overlay/overlay.h"
 #include "intrinsic/layout/traced.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::overlay_spread_test {
 namespace {
 
 Overlay sheared_overlay() {
@@ -105,4 +105,4 @@ TEST(SpreadCrossings, ByNothingLeavesThemWhereTheyWere) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::overlay_spread_test

@@ -7,10 +7,8 @@
 
 #include "intrinsic/layout/traced.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::overlay_straight_test {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 std::vector<HalfedgeId> input_edges(const FlippedMetric& metric) {
   std::vector<HalfedgeId> curves;
@@ -148,4 +146,4 @@ TEST(Straighten, lengths_that_flips_do_not_preserve_change_nothing) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::overlay_straight_test

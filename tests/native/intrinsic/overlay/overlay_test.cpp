@@ -10,10 +10,8 @@
 #include "support/flipped_metrics.h"
 #include "support/shapes.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::overlay_test {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 // A planar disk whose inner edges are mostly not Delaunay.
 mesh::Surface sheared_grid() {
@@ -84,4 +82,4 @@ TEST(Overlay, CrossesNothingWhereNothingWasFlipped) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::overlay_test

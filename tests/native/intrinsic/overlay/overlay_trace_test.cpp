@@ -10,12 +10,10 @@
 #include "flipfree/base/plane.h"
 #include "intrinsic/overlay/inscribed_polygon.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::overlay_trace_test {
 namespace {
 
 constexpr Index kCorners = 20;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 struct Chord {
   Index from, to;
@@ -142,4 +140,4 @@ TEST(OverlayTrace, more_crossings_than_allowed_are_refused) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::overlay_trace_test

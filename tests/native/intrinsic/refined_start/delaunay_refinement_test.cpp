@@ -16,12 +16,10 @@
 #include "flipfree/intrinsic/refined_start/split_surface.h"
 #include "intrinsic/refined_start/flat_surfaces.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::delaunay_refinement_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 // A prism over a regular polygon as CAD programs write it: long needles around, caps fanned from
 // one vertex.
@@ -221,4 +219,4 @@ TEST(RefinedMetric, FailsAsThePlainOneWhereThereIsNothingToRefine) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::delaunay_refinement_test

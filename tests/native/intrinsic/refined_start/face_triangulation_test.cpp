@@ -7,7 +7,7 @@
 
 #include "flipfree/numeric/predicates.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::face_triangulation_test {
 namespace {
 
 // A needle with corners at (0,0), (1,0), (0.9, 0.001).
@@ -63,4 +63,4 @@ TEST(FaceTriangulation, KnowsAPointThatItHasAlready) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::face_triangulation_test

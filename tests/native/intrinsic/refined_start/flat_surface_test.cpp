@@ -7,7 +7,7 @@
 
 #include "intrinsic/refined_start/flat_surfaces.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::flat_surface_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -78,4 +78,4 @@ TEST(FlatSurface, NeedlesKeepTheirHeight) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::flat_surface_test

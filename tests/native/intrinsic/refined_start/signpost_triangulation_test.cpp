@@ -10,7 +10,7 @@
 
 #include "intrinsic/refined_start/flat_surfaces.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::signpost_triangulation_test {
 namespace {
 
 // Circumference of all angles around vertices, by the lengths of the triangulation.
@@ -125,4 +125,4 @@ TEST(SignpostTriangulation, ABoundaryEdgeIsSplitAtItsMiddle) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::signpost_triangulation_test

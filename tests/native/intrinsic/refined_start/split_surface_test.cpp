@@ -8,7 +8,7 @@
 #include "flipfree/base/plane.h"
 #include "intrinsic/refined_start/flat_surfaces.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::split_surface_test {
 namespace {
 
 AddedPoint inside(FaceId f, const FlatSurface& surface, const Vector3& weights) {
@@ -120,4 +120,4 @@ TEST(SplitSurface, PointsInOnePlaceAreOne) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::split_surface_test

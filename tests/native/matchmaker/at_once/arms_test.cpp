@@ -6,7 +6,7 @@
 #include "matchmaker/refined_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::arms_test {
 namespace {
 
 constexpr Index kSide = 24;
@@ -98,4 +98,4 @@ TEST(Arms, CanBeCancelled) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::arms_test

@@ -5,7 +5,7 @@
 #include "matchmaker/refined_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::class_overlay_test {
 namespace {
 
 constexpr Index kSide = 30;
@@ -52,4 +52,4 @@ TEST(ClassOverlay, OutlinesThatAreNotConvexAreLeftToOthers) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::class_overlay_test

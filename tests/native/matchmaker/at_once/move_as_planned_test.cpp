@@ -4,7 +4,7 @@
 
 #include "matchmaker/refined_maps.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::move_as_planned_test {
 namespace {
 
 TEST(MoveAsPlanned, IsNotForAFreeBoundaryAndLeavesTheMapAsItIs) {
@@ -34,4 +34,4 @@ TEST(MoveAsPlanned, BringsPinsThatChangePlacesHome) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::move_as_planned_test

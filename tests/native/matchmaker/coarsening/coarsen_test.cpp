@@ -4,7 +4,7 @@
 
 #include "matchmaker/refined_maps.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::coarsen_test {
 namespace {
 
 TEST(Coarsen, LeavesNoVertexThatNothingNeedsAndKeepsThePins) {
@@ -47,4 +47,4 @@ TEST(Coarsen, OutOfTimeItEndsWithWhatItHas) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::coarsen_test

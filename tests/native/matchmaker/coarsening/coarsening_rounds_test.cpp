@@ -4,7 +4,7 @@
 
 #include "matchmaker/refined_maps.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::coarsening_rounds_test {
 namespace {
 
 constexpr Index kColumns = 12;
@@ -35,4 +35,4 @@ TEST(CoarsenInRounds, EndsWhereTheMapCannotBeRelaxed) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::coarsening_rounds_test

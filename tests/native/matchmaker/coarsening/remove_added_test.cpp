@@ -4,7 +4,7 @@
 
 #include "matchmaker/refined_maps.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::remove_added_test {
 namespace {
 
 constexpr Index kColumns = 12;
@@ -24,4 +24,4 @@ TEST(ThinOut, TakesBackAllThatIsStraightButWhatIsHeld) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::remove_added_test

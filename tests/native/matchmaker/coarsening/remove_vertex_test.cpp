@@ -4,7 +4,7 @@
 
 #include "matchmaker/refined_maps.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::remove_vertex_test {
 namespace {
 
 TEST(RemoveVertex, FillsTheStarOfAVertexThatLiesOnAnEdge) {
@@ -50,4 +50,4 @@ TEST(RemoveVertex, LeavesAVertexThatHoldsATrianglePositive) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::remove_vertex_test

@@ -6,7 +6,7 @@
 #include "flipfree/matchmaker/coarsening/remove_added.h"
 #include "matchmaker/refined_maps.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::untangle_removal_test {
 namespace {
 
 TEST(RemoveByUntangling, RemovesWhatThinningLeavesAndStaysValid) {
@@ -60,4 +60,4 @@ TEST(RemoveByUntangling, WhatFailedIsNotTriedAgainUntilItsNeighbourhoodHasChange
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::untangle_removal_test

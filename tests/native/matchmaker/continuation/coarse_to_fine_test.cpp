@@ -4,7 +4,7 @@
 
 #include "matchmaker/refined_maps.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::coarse_to_fine_test {
 namespace {
 
 TEST(CoarseToFine, IsForLargeSurfacesWithPinsAndWithoutLines) {
@@ -33,4 +33,4 @@ TEST(CoarseToFine, CarriesTheFineMapAlong) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::coarse_to_fine_test

@@ -5,7 +5,7 @@
 #include "flipfree/base/plane.h"
 #include "matchmaker/refined_maps.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::creases_test {
 namespace {
 
 using Place = Creases::Place;
@@ -118,4 +118,4 @@ TEST_F(Affine, AFaceThatIsTurnedOverIsNoticed) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::creases_test

@@ -5,7 +5,7 @@
 #include "flipfree/numeric/predicates.h"
 #include "support/shapes.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::decimate_test {
 namespace {
 
 constexpr Index kSide = 40;
@@ -41,4 +41,4 @@ TEST(Decimate, KeepsWhatItMustAndPutsEveryVertexIntoACoarseFace) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::decimate_test

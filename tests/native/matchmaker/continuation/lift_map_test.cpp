@@ -8,7 +8,7 @@
 #include "matchmaker/refined_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::lift_map_test {
 namespace {
 
 constexpr Index kSide = 40;
@@ -70,4 +70,4 @@ TEST(LiftMap, FollowsAFarMoveOfTheCoarseMapByAFewSplits) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::lift_map_test

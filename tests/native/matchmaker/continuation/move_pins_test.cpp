@@ -4,7 +4,7 @@
 
 #include "matchmaker/refined_maps.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::move_pins_test {
 namespace {
 
 TEST(MovePins, NearPinsComeTogetherAndAddNothing) {
@@ -49,4 +49,4 @@ TEST(MovePins, WithoutRefinementAMoveThatIsBlockedEndsWithAValidMap) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::move_pins_test

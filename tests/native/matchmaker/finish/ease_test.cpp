@@ -4,7 +4,7 @@
 
 #include "matchmaker/refined_maps.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::ease_test {
 namespace {
 
 Index eased(const test::DrawnOutSquare& square, Index enough) {
@@ -47,4 +47,4 @@ TEST(Ease, EndsSoonerWhereFewEnoughAreLeft) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::ease_test

@@ -5,7 +5,7 @@
 #include "flipfree/matchmaker/smooth/relax.h"
 #include "matchmaker/refined_maps.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::settle_test {
 namespace {
 
 TEST(Settle, LowersTheEnergyAndTheNumberOfVerticesAndHoldsWhatIsHeld) {
@@ -36,4 +36,4 @@ TEST(Settle, WithoutTimeLeavesAValidMap) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::settle_test

@@ -9,7 +9,7 @@
 #include "matchmaker/refined_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::simplify_plane_map_test {
 namespace {
 
 // A square grid, its rim first in the numbering, then five inner vertices, which are held; the
@@ -99,4 +99,4 @@ TEST(SimplifyPlaneMap, IsTheSameForAnyNumberOfThreads) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::simplify_plane_map_test

@@ -7,7 +7,7 @@
 #include "matchmaker/refined_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::store_map_test {
 namespace {
 
 constexpr Index kSide = 24;
@@ -98,4 +98,4 @@ TEST(StoreMap, NamesInputFacesWhereHeldVerticesLeaveNoRoom) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::store_map_test

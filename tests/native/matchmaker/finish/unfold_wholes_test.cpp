@@ -4,7 +4,7 @@
 
 #include "matchmaker/refined_maps.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::unfold_wholes_test {
 namespace {
 
 TEST(UnfoldWholes, MakesRoomForTheFacesThatAPushHasSplit) {
@@ -31,4 +31,4 @@ TEST(UnfoldWholes, LeavesAMapAloneInWhichNothingMayMove) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::unfold_wholes_test

@@ -6,7 +6,7 @@
 #include "flipfree/matchmaker/smooth/relax.h"
 #include "matchmaker/refined_maps.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::usable_map_test {
 namespace {
 
 const VertexId kPin = 21 * 10 + 4;
@@ -82,4 +82,4 @@ TEST(Ease, FreesVerticesAndStaysValid) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::usable_map_test

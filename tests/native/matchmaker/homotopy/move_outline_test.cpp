@@ -10,7 +10,7 @@
 #include "flipfree/mesh/topology.h"
 #include "support/shapes.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::move_outline_test {
 namespace {
 
 std::vector<VertexId> boundary_of(const mesh::Surface& surface) {
@@ -182,4 +182,4 @@ TEST(MoveOutline, MovableBoundaryVerticesLowerTheEnergyAndOthersStay) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::move_outline_test

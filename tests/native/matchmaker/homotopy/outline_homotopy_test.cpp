@@ -10,7 +10,7 @@
 #include "flipfree/matchmaker/homotopy/sheet_target.h"
 #include "flipfree/numeric/predicates.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::outline_homotopy_test {
 namespace {
 
 constexpr Index kSpokes = 40;
@@ -127,4 +127,4 @@ TEST(OutlineHomotopy, PathsChooseBetweenTheTwoDisksOfADoodle) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::outline_homotopy_test

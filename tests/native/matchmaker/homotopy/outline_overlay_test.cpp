@@ -10,7 +10,7 @@
 #include "flipfree/matchmaker/paths/tracing_order.h"
 #include "support/shapes.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::outline_overlay_test {
 namespace {
 
 // Centres of the cells in the order in which Hilbert's curve visits them.
@@ -172,4 +172,4 @@ TEST(TracingOrder, EveryInnerEdgeOnceAndTheFirstOneHalvesTheSnake) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::outline_overlay_test

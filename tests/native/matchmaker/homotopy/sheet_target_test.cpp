@@ -8,7 +8,7 @@
 #include "flipfree/base/error.h"
 #include "support/shapes.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::sheet_target_test {
 namespace {
 
 // A ribbon that winds one and a half times and lies on itself in the first and the last third.
@@ -69,4 +69,4 @@ TEST(SheetTarget, LinesThatCrossOnDifferentSheetsAreNot) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::sheet_target_test

@@ -8,7 +8,7 @@
 #include "matchmaker/refined_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::mesh_overlay_test {
 namespace {
 
 // The boundary of the grid joined to four inner points, which are turned about the centre.
@@ -123,4 +123,4 @@ TEST(LocatePoints, NoPointsAreNowhere) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::mesh_overlay_test

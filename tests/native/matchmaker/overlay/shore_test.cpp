@@ -4,7 +4,7 @@
 
 #include "matchmaker/refined_maps.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::shore_test {
 namespace {
 
 const Vector2 kCentre(0.47, 0.52);
@@ -81,4 +81,4 @@ TEST(Shore, HalvesEdgesUntilEnoughVerticesLieBetweenTwo) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::shore_test

@@ -12,7 +12,7 @@
 #include "matchmaker/refined_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::star_map_test {
 namespace {
 
 // A square grid as a disk around the origin.
@@ -135,4 +135,4 @@ TEST(StarMap, LeavesOutViewsInWhichTwoPinsLieInOneDirection) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::star_map_test

@@ -8,10 +8,8 @@
 #include "matchmaker/permuted_pins.h"
 #include "support/shapes.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::build_target_test {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 class Grid : public testing::Test {
  protected:
@@ -82,4 +80,4 @@ TEST_F(Grid, LinesInATargetThatOverlapsItselfAreRefused) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::build_target_test

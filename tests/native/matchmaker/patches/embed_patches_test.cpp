@@ -8,10 +8,8 @@
 #include "matchmaker/permuted_pins.h"
 #include "support/shapes.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::embed_patches_test {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 TEST(EmbedPatches, EveryPathIsStraightEveryFacePositiveAndPinsAreMet) {
   const mesh::Surface surface = test::grid(9, 9);
@@ -69,4 +67,4 @@ TEST(EmbedPatches, ADrawingThatIsTheTargetComesOutAsItIs) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::embed_patches_test

@@ -7,7 +7,7 @@
 #include "matchmaker/refined_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::matchmaker_pp_test {
 namespace {
 
 void expect_pins(const mesh::RefinedMap& map, const Constraints& constraints) {
@@ -58,4 +58,4 @@ TEST(RunMatchmaker, ATargetThatIsThereAlreadyGivesTheSameBits) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::matchmaker_pp_test

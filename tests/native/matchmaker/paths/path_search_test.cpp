@@ -5,7 +5,7 @@
 #include "flipfree/base/error.h"
 #include "support/shapes.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::path_search_test {
 namespace {
 
 constexpr Index kColumns = 6;
@@ -84,4 +84,4 @@ TEST_F(Search, SaysSoWhereThereIsNoRoom) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::path_search_test

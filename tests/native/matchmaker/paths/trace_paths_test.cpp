@@ -13,7 +13,7 @@
 #include "matchmaker/permuted_pins.h"
 #include "support/shapes.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::trace_paths_test {
 namespace {
 
 TEST(TracePaths, PathsBetweenPermutedPinsMeetAtTheirEndsOnly) {
@@ -114,4 +114,4 @@ TEST(TracePaths, PinsInOneLineLeaveRoomForTheirPatches) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::trace_paths_test

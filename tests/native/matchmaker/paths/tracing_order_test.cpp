@@ -8,7 +8,7 @@
 
 #include "flipfree/matchmaker/paths/outline_tree.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::tracing_order_test {
 namespace {
 
 // A square with so many points inside.
@@ -67,4 +67,4 @@ TEST(OutlineTree, TakesTheShortestEdgeAsItIsNow) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::tracing_order_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::moving_pins_test {
 namespace {
 
 const Polygon kRim = {{0, 0}, {4, 0.1}, {4.2, 4}, {0.1, 4.1}};
@@ -63,4 +63,4 @@ TEST(MovingPins, AMoveThroughAnotherPinIsRefused) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::moving_pins_test

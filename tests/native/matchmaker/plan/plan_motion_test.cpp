@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::plan_motion_test {
 namespace {
 
 struct Task {
@@ -61,4 +61,4 @@ TEST(PlanMotion, IsTheSameForAnyNumberOfThreads) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::plan_motion_test

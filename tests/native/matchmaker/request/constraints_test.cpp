@@ -10,7 +10,7 @@
 #include "flipfree/base/error.h"
 #include "support/shapes.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::constraints_test {
 namespace {
 
 // A grid of 7 x 7 vertices; the boundary, where it is asked for, on a circle around it.
@@ -166,4 +166,4 @@ TEST_F(Request, MovableVerticesLieOnThePrescribedBoundaryAndAreNotPinned) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::constraints_test

@@ -9,7 +9,7 @@
 #include "flipfree/base/error.h"
 #include "support/shapes.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::contradictions_test {
 namespace {
 
 // A grid with its boundary on a circle, the vertices inside where the grid has them.
@@ -90,4 +90,4 @@ TEST_F(Circle, AClosedLineKeepsItsSense) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::contradictions_test

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::polygon_test {
 namespace {
 
 const Polygon kSquare = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
@@ -49,4 +49,4 @@ TEST(Polygon, LocatesPointsExactly) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::polygon_test

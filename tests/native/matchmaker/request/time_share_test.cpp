@@ -4,7 +4,7 @@
 
 #include "matchmaker/refined_maps.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::time_share_test {
 namespace {
 
 TEST(TimeShare, WhatIsHalfDoneIsCompacted) {
@@ -23,4 +23,4 @@ TEST(TimeShare, WhatIsHalfDoneIsCompacted) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::time_share_test

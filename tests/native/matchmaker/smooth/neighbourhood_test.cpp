@@ -6,7 +6,7 @@
 
 #include "matchmaker/refined_maps.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::neighbourhood_test {
 namespace {
 
 TEST(Neighbourhood, GrowsByRings) {
@@ -65,4 +65,4 @@ TEST(Neighbourhood, SeesAVertexThatWindsTwice) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::neighbourhood_test

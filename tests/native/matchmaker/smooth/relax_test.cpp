@@ -12,7 +12,7 @@
 #include "matchmaker/refined_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::relax_test {
 namespace {
 
 double energy(const mesh::RefinedMap& map, ExecutionContext& context) {
@@ -84,4 +84,4 @@ TEST(Relax, NearAPushLowersTheEnergyAndMovesNothingElse) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::relax_test

@@ -10,7 +10,7 @@
 #include "matchmaker/start/star_outline.h"
 #include "support/shapes.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::compose_test {
 namespace {
 
 TEST(Compose, PutsTheBoundaryAtItsTargetsAndFoldsLittle) {
@@ -46,4 +46,4 @@ TEST(Compose, OntoACircleIsTheMapOntoTheDisk) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::compose_test

@@ -10,7 +10,7 @@
 #include "flipfree/distortion/untangle.h"
 #include "support/shapes.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::equal_area_metric_test {
 namespace {
 
 double least_area(const Triangles& faces, const Points2& uv) {
@@ -44,4 +44,4 @@ TEST(EqualAreaMetric, GivesSqueezedTrianglesRoomAndHoldsTheBoundary) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::equal_area_metric_test

@@ -6,7 +6,7 @@
 #include "matchmaker/start/star_outline.h"
 #include "support/shapes.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::first_try_test {
 namespace {
 
 TEST(FirstTry, WithAFreeBoundaryLiesOverThePins) {
@@ -64,4 +64,4 @@ TEST(FirstTry, SplitsChordsThatTheTargetCannotHave) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::first_try_test

@@ -8,7 +8,7 @@
 #include "flipfree/matchmaker/target/outline_target.h"
 #include "matchmaker/refined_maps.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::carry_test {
 namespace {
 
 // A warped grid in the plane, on the domain that its own outline spans.
@@ -98,4 +98,4 @@ TEST_F(Riding, TheTriangleAtTheEndOfASegmentIsFoundFromAnyStart) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::carry_test

@@ -6,7 +6,7 @@
 #include "flipfree/matchmaker/target/target_domain.h"
 #include "matchmaker/target/squares.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::embedded_domain_test {
 namespace {
 
 TEST(TriangulateEmbedded, CoversTheTargetAndHasItsFixedEdges) {
@@ -63,4 +63,4 @@ TEST(TriangulateEmbedded, PointsThatCoincideAreTheCallersMistake) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::embedded_domain_test

@@ -11,7 +11,7 @@
 #include "flipfree/matchmaker/target/carry.h"
 #include "support/shapes.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::outline_target_test {
 namespace {
 
 constexpr Index kColumns = 30;
@@ -100,4 +100,4 @@ TEST_F(Ribbon, CarriesAMapAlong) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::outline_target_test

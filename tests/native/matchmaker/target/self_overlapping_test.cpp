@@ -9,7 +9,7 @@
 
 #include "flipfree/numeric/predicates.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::self_overlapping_test {
 namespace {
 
 // A ribbon of the given width whose middle line winds `turns` times around a circle, drifting
@@ -117,4 +117,4 @@ TEST(SelfOverlapping, SlitMustLieInside) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::self_overlapping_test

@@ -7,7 +7,7 @@
 #include "flipfree/numeric/predicates.h"
 #include "matchmaker/target/squares.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::target_domain_test {
 namespace {
 
 TEST(TargetDomain, PolygonsAreConvexAndKeepFixedEdges) {
@@ -46,4 +46,4 @@ TEST(TargetDomain, APointHasItsSheetAndIsInsertedThere) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::target_domain_test

@@ -7,7 +7,7 @@
 #include "flipfree/base/error.h"
 #include "matchmaker/ways/ways_fixture.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::continued_test {
 namespace {
 
 class ByContinuation : public test::WaysFixture {
@@ -66,4 +66,4 @@ TEST_F(ByContinuation, IsGivenUpWhenItsShareOfTheTimeIsOver) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::continued_test

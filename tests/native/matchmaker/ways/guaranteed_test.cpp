@@ -5,7 +5,7 @@
 #include "flipfree/base/error.h"
 #include "matchmaker/ways/ways_fixture.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::guaranteed_test {
 namespace {
 
 class Guaranteed : public test::WaysFixture {};
@@ -34,4 +34,4 @@ TEST_F(Guaranteed, AFreeBoundaryNeedsNoTarget) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::guaranteed_test

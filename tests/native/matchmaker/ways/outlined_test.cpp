@@ -8,7 +8,7 @@
 #include "flipfree/base/error.h"
 #include "matchmaker/ways/ways_fixture.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::outlined_test {
 namespace {
 
 class Outlined : public test::WaysFixture {};
@@ -40,4 +40,4 @@ TEST_F(Outlined, BothAreGivenUpWhenTheirShareOfTheTimeIsOver) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::outlined_test

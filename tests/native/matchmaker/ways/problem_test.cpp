@@ -5,7 +5,7 @@
 #include "flipfree/base/error.h"
 #include "matchmaker/ways/ways_fixture.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::problem_test {
 namespace {
 
 class ProblemOfWays : public test::WaysFixture {};
@@ -36,4 +36,4 @@ TEST_F(ProblemOfWays, LinesAreWholeUntilOneOfTheirEdgesIsSplit) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::problem_test

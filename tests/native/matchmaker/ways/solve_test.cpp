@@ -7,7 +7,7 @@
 #include "flipfree/base/error.h"
 #include "matchmaker/ways/ways_fixture.h"
 
-namespace flipfree::matchmaker {
+namespace flipfree::matchmaker::solve_test {
 namespace {
 
 class Ways : public test::WaysFixture {
@@ -53,4 +53,4 @@ TEST_F(Ways, WhatNoDiskHasIsRefusedBeforeAnyWork) {
 }
 
 }  // namespace
-}  // namespace flipfree::matchmaker
+}  // namespace flipfree::matchmaker::solve_test

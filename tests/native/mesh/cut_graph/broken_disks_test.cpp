@@ -3,7 +3,7 @@
 #include "flipfree/mesh/cut_graph/map_cut.h"
 #include "support/shapes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::broken_disks_test {
 namespace {
 
 TEST(FindBrokenDisks, NamesConesOffTheCutAndPiecesThatAreNoDisks) {
@@ -18,4 +18,4 @@ TEST(FindBrokenDisks, NamesConesOffTheCutAndPiecesThatAreNoDisks) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::broken_disks_test

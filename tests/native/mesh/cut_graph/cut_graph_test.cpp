@@ -9,7 +9,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::cut_graph_test {
 namespace {
 
 using test::adjacency_of;
@@ -153,4 +153,4 @@ TEST(PlanarCut, lengths_beyond_doubles_and_lengths_that_vanish_leave_one_planar_
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::cut_graph_test

@@ -11,7 +11,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::cut_test {
 namespace {
 
 using test::adjacency_of;
@@ -225,4 +225,4 @@ TEST(UvCuts, welding_back_finds_exactly_the_cut) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::cut_test

@@ -6,7 +6,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::fill_test {
 namespace {
 
 using test::adjacency_of;
@@ -65,4 +65,4 @@ TEST(FillHoles, fans_turn_as_the_surface_does) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::fill_test

@@ -9,7 +9,7 @@
 #include "flipfree/mesh/topology.h"
 #include "support/shapes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::map_cut_test {
 namespace {
 
 struct Case {
@@ -111,4 +111,4 @@ TEST(MapCut, AvoidedEdgesAreCutOnlyWhereThereIsNoOtherWay) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::map_cut_test

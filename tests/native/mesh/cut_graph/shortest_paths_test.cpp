@@ -5,7 +5,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::shortest_paths_test {
 namespace {
 
 std::vector<double> lengths(const Surface& surface) {
@@ -86,4 +86,4 @@ TEST(ShortestPaths, infinitely_long_edges_are_never_used) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::shortest_paths_test

@@ -8,7 +8,7 @@
 #include "flipfree/mesh/topology.h"
 #include "support/shapes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::decimated_test {
 namespace {
 
 Topology shape_of(const Surface& surface) {
@@ -80,4 +80,4 @@ TEST(Decimated, is_the_same_for_any_number_of_threads) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::decimated_test

@@ -10,7 +10,7 @@
 #include "flipfree/numeric/predicates.h"
 #include "support/shapes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::prolong_test {
 namespace {
 
 bool is_flip_free(const Surface& surface, const Points2& uv) {
@@ -114,4 +114,4 @@ TEST(Prolong, the_few_keep_their_places) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::prolong_test

@@ -6,7 +6,7 @@
 
 #include "mesh/files/file_meshes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::mesh_file_test {
 namespace {
 
 using namespace test;
@@ -67,4 +67,4 @@ TEST(MeshFile, ManyFacesWithoutTextureCoordinatesComeBack) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::mesh_file_test

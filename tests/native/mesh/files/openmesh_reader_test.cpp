@@ -7,7 +7,7 @@
 
 #include "mesh/files/file_meshes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::openmesh_reader_test {
 namespace {
 
 using namespace test;
@@ -38,4 +38,4 @@ TEST(OpenMeshReader, APlainFormThatIsNotWhatItSaysIsABugOfOurs) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::openmesh_reader_test

@@ -6,7 +6,7 @@
 
 #include "mesh/files/file_meshes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::plain_obj_test {
 namespace {
 
 using namespace test;
@@ -79,4 +79,4 @@ TEST(PlainObj, RefusalsNameTheLineAndTheCure) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::plain_obj_test

@@ -4,7 +4,7 @@
 
 #include "mesh/files/file_meshes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::plain_off_test {
 namespace {
 
 using namespace test;
@@ -37,4 +37,4 @@ TEST(PlainOff, RefusalsNameThePlaceAndTheCure) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::plain_off_test

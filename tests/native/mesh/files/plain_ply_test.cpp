@@ -9,7 +9,7 @@
 
 #include "mesh/files/file_meshes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::plain_ply_test {
 namespace {
 
 using namespace test;
@@ -85,4 +85,4 @@ TEST(PlainPly, RefusalsNameThePlaceAndTheCure) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::plain_ply_test

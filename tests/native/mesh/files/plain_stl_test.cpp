@@ -7,7 +7,7 @@
 
 #include "mesh/files/file_meshes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::plain_stl_test {
 namespace {
 
 using namespace test;
@@ -39,4 +39,4 @@ TEST(PlainStl, HasAsManyTrianglesAsThereAreBytesFor) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::plain_stl_test

@@ -4,7 +4,7 @@
 
 #include "mesh/files/file_meshes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::read_mesh_test {
 namespace {
 
 using namespace test;
@@ -30,4 +30,4 @@ TEST(ReadMesh, EndingsDecideTheFormat) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::read_mesh_test

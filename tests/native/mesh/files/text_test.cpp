@@ -7,7 +7,7 @@
 
 #include "mesh/files/file_meshes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::text_test {
 namespace {
 
 using namespace test;
@@ -84,4 +84,4 @@ TEST(Text, NumbersAreWrittenWithAllTheirDigits) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::text_test

@@ -10,7 +10,7 @@
 
 #include "mesh/files/file_meshes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::write_mesh_test {
 namespace {
 
 using namespace test;
@@ -80,4 +80,4 @@ TEST(WriteMesh, RefusesWhatAFormatCannotHold) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::write_mesh_test

@@ -11,7 +11,7 @@
 
 #include "flipfree/base/error.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::islands_test {
 namespace {
 
 // Two triangles at the edge (0, 1), the second one running the other way or, `turned`, the same.
@@ -149,4 +149,4 @@ TEST(Islands, AgreeWithSlowCodeOnRandomFaces) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::islands_test

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::part_test {
 namespace {
 
 TEST(PartOf, has_the_chosen_faces_in_order_with_vertices_numbered_as_they_are_used) {
@@ -33,4 +33,4 @@ TEST(PartOf, parts_that_share_vertices_are_numbered_each_by_itself) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::part_test

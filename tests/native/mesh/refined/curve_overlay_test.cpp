@@ -4,7 +4,7 @@
 
 #include "support/shapes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::curve_overlay_test {
 namespace {
 
 // Vertex of grid(columns, rows) in column i, row j.
@@ -58,4 +58,4 @@ TEST(CurveOverlay, AnEdgeThatACurveRunsAlongIsNotCrossed) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::curve_overlay_test

@@ -9,7 +9,7 @@
 #include "support/openmesh_triangulation.h"
 #include "support/shapes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::editable_oracle_test {
 namespace {
 
 using test::Corners;
@@ -171,4 +171,4 @@ TEST(EditableOracle, OperationsBetweenTwoBoundariesAreThoseOfOpenMesh) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::editable_oracle_test

@@ -6,7 +6,7 @@
 
 #include "support/shapes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::editable_triangulation_test {
 namespace {
 
 EditableTriangulation grid(Index columns, Index rows) {
@@ -73,4 +73,4 @@ TEST(EditableTriangulation, SplittingAFaceAndReplacingItsStarRestoresTheFace) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::editable_triangulation_test

@@ -5,7 +5,7 @@
 #include "flipfree/mesh/refined/refined_map.h"
 #include "support/shapes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::invariants_test {
 namespace {
 
 TEST(RefinedSurfaceInvariants, HoldThroughSplitsAndFailWhereAWeightOrAParentIsWrong) {
@@ -75,4 +75,4 @@ TEST(ProvenanceInvariants, EveryFaceLiesInItsParent) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::invariants_test

@@ -6,7 +6,7 @@
 
 #include "support/shapes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::refined_map_test {
 namespace {
 
 TEST(CompactedMap, values_stay_with_their_vertices) {
@@ -39,4 +39,4 @@ TEST(CompactedMap, values_stay_with_their_vertices) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::refined_map_test

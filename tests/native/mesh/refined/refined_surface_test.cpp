@@ -12,7 +12,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::refined_surface_test {
 namespace {
 
 using fuzz::Rational;
@@ -238,4 +238,4 @@ TEST(Compacted, keeps_the_inputs_isolated_vertices_and_no_other) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::refined_surface_test

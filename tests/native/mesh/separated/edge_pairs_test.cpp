@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::edge_pairs_test {
 namespace {
 
 // Triangles on the edge from vertex 0 to 1, the z axis, at these angles; face i has the apex i + 2.
@@ -133,4 +133,4 @@ TEST(EdgePairs, AtASeamACrowdHasBordersOnly) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::edge_pairs_test

@@ -13,7 +13,7 @@
 
 #include "flipfree/base/error.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::fans_test {
 namespace {
 
 // Corners joined step by step, as the contract says it and as slowly: two corners of one vertex
@@ -110,4 +110,4 @@ TEST(SplitFans, refuses_negative_vertices_and_takes_no_triangles) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::fans_test

@@ -8,7 +8,7 @@
 #include "flipfree/mesh/adjacency.h"
 #include "support/shapes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::orientation_test {
 namespace {
 
 // A grid whose faces are turned over where `turned` says so, with its mates.
@@ -98,4 +98,4 @@ TEST(Orientation, IsEachPartsOwnBetweenSeams) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::orientation_test

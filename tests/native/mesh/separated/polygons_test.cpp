@@ -6,7 +6,7 @@
 
 #include "support/shapes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::polygons_test {
 namespace {
 
 // Two quads side by side, 0 1 4 3 and 1 2 5 4, whose diagonals are 0 4 and 1 5.
@@ -48,4 +48,4 @@ TEST(Polygons, ThatAMapIsCutThroughAreNamedByTheirSides) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::polygons_test

@@ -9,7 +9,7 @@
 #include "flipfree/mesh/validate.h"
 #include "support/shapes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::rest_positions_test {
 namespace {
 
 Surface fan(double scale) {
@@ -65,4 +65,4 @@ TEST(RestPositions, HoldAtAnyScaleAndPlace) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::rest_positions_test

@@ -16,7 +16,7 @@
 #include "flipfree/mesh/validate.h"
 #include "support/shapes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::separated_test {
 namespace {
 
 Surface make(const std::vector<std::array<double, 3>>& points,
@@ -288,4 +288,4 @@ TEST(Separate, MakesAnyTrianglesManifold) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::separated_test

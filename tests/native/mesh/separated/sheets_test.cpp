@@ -7,7 +7,7 @@
 #include "flipfree/mesh/adjacency.h"
 #include "support/shapes.h"
 
-namespace flipfree::mesh {
+namespace flipfree::mesh::sheets_test {
 namespace {
 
 TEST(Sheets, OfAManifoldAreItsVertices) {
@@ -79,4 +79,4 @@ TEST(Sheets, AnEdgeThatAFanPassesTwiceIsParted) {
 }
 
 }  // namespace
-}  // namespace flipfree::mesh
+}  // namespace flipfree::mesh::sheets_test

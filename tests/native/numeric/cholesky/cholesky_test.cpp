@@ -11,7 +11,7 @@
 
 #include "flipfree/base/error.h"
 
-namespace flipfree::numeric {
+namespace flipfree::numeric::cholesky_test {
 namespace {
 
 using Triplets = std::vector<Eigen::Triplet<double, Index>>;
@@ -207,4 +207,4 @@ TEST(Cholesky, CancelFromAnotherThreadEndsAnalysisAndFactorization) {
 }
 
 }  // namespace
-}  // namespace flipfree::numeric
+}  // namespace flipfree::numeric::cholesky_test

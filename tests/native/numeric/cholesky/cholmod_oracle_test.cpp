@@ -11,7 +11,7 @@
 #include "flipfree/numeric/cholesky/cholesky.h"
 #include "support/shapes.h"
 
-namespace flipfree::numeric {
+namespace flipfree::numeric::cholmod_oracle_test {
 namespace {
 
 using Triplets = std::vector<Eigen::Triplet<double, Index>>;
@@ -162,4 +162,4 @@ TEST(CholmodOracle, TheSameMatricesAreNotPositiveDefinite) {
 }
 
 }  // namespace
-}  // namespace flipfree::numeric
+}  // namespace flipfree::numeric::cholmod_oracle_test

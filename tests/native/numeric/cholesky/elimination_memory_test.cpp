@@ -10,7 +10,7 @@
 
 #include "flipfree/numeric/cholesky/cholesky.h"
 
-namespace flipfree::numeric {
+namespace flipfree::numeric::elimination_memory_test {
 namespace {
 
 constexpr Index kSide = 60;
@@ -94,4 +94,4 @@ TEST(EliminationMemory, SearchesAnewWhereLittleIsKnown) {
 }
 
 }  // namespace
-}  // namespace flipfree::numeric
+}  // namespace flipfree::numeric::elimination_memory_test

@@ -7,7 +7,7 @@
 
 #include "flipfree/numeric/big_float.h"
 
-namespace flipfree::numeric {
+namespace flipfree::numeric::laplacian_factor_test {
 namespace {
 
 TEST(LaplacianFactor, is_accurate_entry_by_entry_where_weights_span_sixty_orders_of_magnitude) {
@@ -91,4 +91,4 @@ TEST(LaplacianFactor, says_when_a_vertex_is_not_connected_to_the_fixed_one) {
 }
 
 }  // namespace
-}  // namespace flipfree::numeric
+}  // namespace flipfree::numeric::laplacian_factor_test

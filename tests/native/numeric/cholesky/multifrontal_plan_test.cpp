@@ -8,7 +8,7 @@
 #include "numeric/cholesky/systems.h"
 #include "support/graphs.h"
 
-namespace flipfree::numeric {
+namespace flipfree::numeric::multifrontal_plan_test {
 namespace {
 
 using test::plan;
@@ -98,4 +98,4 @@ TEST(DoubleBuffer, provides_what_is_asked_for_and_keeps_it_while_that_fits) {
 }
 
 }  // namespace
-}  // namespace flipfree::numeric
+}  // namespace flipfree::numeric::multifrontal_plan_test

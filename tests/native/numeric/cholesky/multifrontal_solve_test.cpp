@@ -8,7 +8,7 @@
 #include "numeric/cholesky/systems.h"
 #include "support/graphs.h"
 
-namespace flipfree::numeric {
+namespace flipfree::numeric::multifrontal_solve_test {
 namespace {
 
 using test::plan;
@@ -71,4 +71,4 @@ TEST(MultifrontalSolve, unit_vectors_give_a_symmetric_inverse) {
 }
 
 }  // namespace
-}  // namespace flipfree::numeric
+}  // namespace flipfree::numeric::multifrontal_solve_test

@@ -8,7 +8,7 @@
 #include "numeric/cholesky/systems.h"
 #include "support/graphs.h"
 
-namespace flipfree::numeric {
+namespace flipfree::numeric::multifrontal_test {
 namespace {
 
 using test::plan;
@@ -96,4 +96,4 @@ TEST(Multifrontal, a_cancelled_factorization_ends_and_progress_ends_at_one) {
 }
 
 }  // namespace
-}  // namespace flipfree::numeric
+}  // namespace flipfree::numeric::multifrontal_test

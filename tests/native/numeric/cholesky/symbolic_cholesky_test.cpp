@@ -7,10 +7,8 @@
 
 #include "support/graphs.h"
 
-namespace flipfree::numeric {
+namespace flipfree::numeric::symbolic_cholesky_test {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 // What the header draws, on random graphs under random orders.
 TEST(SymbolicCholesky, supernodes_partition_the_columns_and_parents_hold_their_rows) {
@@ -123,4 +121,4 @@ TEST(SymbolicCholesky, StructuresContainTheEliminationGame) {
 }
 
 }  // namespace
-}  // namespace flipfree::numeric
+}  // namespace flipfree::numeric::symbolic_cholesky_test

@@ -11,7 +11,12 @@
 #include "flipfree/numeric/cholesky/multifrontal.h"
 #include "flipfree/numeric/ordering/nested_dissection.h"
 
-namespace flipfree::numeric::test {
+namespace flipfree::test {
+
+using numeric::FactorMemory;
+using numeric::Graph;
+using numeric::Multifrontal;
+using numeric::SparseMatrix;
 
 using Triplets = std::vector<Eigen::Triplet<double, Index>>;
 
@@ -61,4 +66,4 @@ inline Multifrontal plan(const System& system, FactorMemory memory = {}) {
       system.matrix.innerIndexPtr(), context, std::move(memory));
 }
 
-}  // namespace flipfree::numeric::test
+}  // namespace flipfree::test

@@ -12,7 +12,7 @@
 #include "flipfree/numeric/cholesky/cholesky.h"
 #include "flipfree/numeric/ordering/nested_dissection.h"
 
-namespace flipfree::numeric {
+namespace flipfree::numeric::dissection_tree_test {
 namespace {
 
 // A triangulated grid whose squares can swap their diagonals: the graph of a mesh under flips.
@@ -198,4 +198,4 @@ TEST(DissectionTree, AGraphThatBecomesQuiteAnotherIsStillSeparated) {
 }
 
 }  // namespace
-}  // namespace flipfree::numeric
+}  // namespace flipfree::numeric::dissection_tree_test

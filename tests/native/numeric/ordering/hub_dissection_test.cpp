@@ -8,7 +8,7 @@
 #include "flipfree/numeric/ordering/nested_dissection.h"
 #include "support/graphs.h"
 
-namespace flipfree::numeric {
+namespace flipfree::numeric::hub_dissection_test {
 namespace {
 
 // Entries of the factor below its diagonal, by the elimination game.
@@ -68,4 +68,4 @@ TEST(HubDissection, hubs_that_make_everything_near_hardly_add_to_the_fill) {
 }
 
 }  // namespace
-}  // namespace flipfree::numeric
+}  // namespace flipfree::numeric::hub_dissection_test

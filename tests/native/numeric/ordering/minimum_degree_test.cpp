@@ -6,7 +6,7 @@
 #include <random>
 #include <set>
 
-namespace flipfree::numeric {
+namespace flipfree::numeric::minimum_degree_test {
 namespace {
 
 // The elimination game on sets: eliminating a vertex joins all its neighbours. Every vertex of the
@@ -73,4 +73,4 @@ TEST(MinimumDegree, of_nothing_is_nothing) {
 }
 
 }  // namespace
-}  // namespace flipfree::numeric
+}  // namespace flipfree::numeric::minimum_degree_test

@@ -9,7 +9,7 @@
 #include "flipfree/base/error.h"
 #include "support/graphs.h"
 
-namespace flipfree::numeric {
+namespace flipfree::numeric::nested_dissection_test {
 namespace {
 
 std::vector<double> drawing(Index columns, Index rows) {
@@ -132,4 +132,4 @@ TEST(NestedDissection, OrdersEveryVertexOnce) {
 }
 
 }  // namespace
-}  // namespace flipfree::numeric
+}  // namespace flipfree::numeric::nested_dissection_test

@@ -8,7 +8,7 @@
 #include "flipfree/base/error.h"
 #include "support/graphs.h"
 
-namespace flipfree::numeric {
+namespace flipfree::numeric::vertex_separator_test {
 namespace {
 
 Subgraph part_of(const Graph& graph) {
@@ -115,4 +115,4 @@ TEST(VertexSeparator, a_cancelled_one_ends) {
 }
 
 }  // namespace
-}  // namespace flipfree::numeric
+}  // namespace flipfree::numeric::vertex_separator_test

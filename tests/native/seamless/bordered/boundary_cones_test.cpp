@@ -9,10 +9,8 @@
 #include "flipfree/mesh/topology.h"
 #include "support/shapes.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::boundary_cones_test {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 // 4 inside, nothing at the boundary.
 std::vector<Index> no_wishes(const mesh::Surface& surface) {
@@ -158,4 +156,4 @@ TEST(PrescribedAngles, AreThoseOfInnerConesAndOfAnAlignedBoundary) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::boundary_cones_test

@@ -9,7 +9,7 @@
 #include <numeric>
 #include <random>
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::corners_test {
 namespace {
 
 using Points = std::vector<std::array<double, 2>>;
@@ -161,4 +161,4 @@ TEST(Corners, TurnAsWantedWhateverTheCurveDoes) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::corners_test

@@ -5,10 +5,8 @@
 #include "flipfree/mesh/adjacency.h"
 #include "support/shapes.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::bordered_loop_turns_test {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 intrinsic::IntrinsicSetup setup_of(const mesh::Surface& surface) {
   return intrinsic::build_intrinsic_mesh(static_cast<Index>(surface.vertices.rows()),
@@ -88,4 +86,4 @@ TEST(TurnsOfDouble, CurvesOfTheBoundaryTurnByTheirCorners) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::bordered_loop_turns_test

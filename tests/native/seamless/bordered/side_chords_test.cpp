@@ -12,10 +12,8 @@
 #include "flipfree/mesh/topology.h"
 #include "support/shapes.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::side_chords_test {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 mesh::Adjacency adjacency_of(const mesh::Surface& surface) {
   return mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
@@ -221,4 +219,4 @@ TEST(SideChords, OfALongFanAreFoundInTime) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::side_chords_test

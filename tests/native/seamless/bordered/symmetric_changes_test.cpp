@@ -8,7 +8,7 @@
 #include "flipfree/conformal/engine/engine.h"
 #include "support/shapes.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::symmetric_changes_test {
 namespace {
 
 using intrinsic::EdgeLabel;
@@ -66,4 +66,4 @@ TEST(FaceShare, TwoCopiesCountHalfEach) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::symmetric_changes_test

@@ -8,7 +8,7 @@
 #include "flipfree/seamless/bordered/boundary_cones.h"
 #include "support/shapes.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::boundaries_test {
 namespace {
 
 mesh::Surface both(const mesh::Surface& a, const mesh::Surface& b) {
@@ -77,4 +77,4 @@ TEST(Boundaries, OnlyEdgesOfAlignedPartsAreStraight) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::boundaries_test

@@ -6,7 +6,7 @@
 
 #include "support/shapes.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::edge_directions_test {
 namespace {
 
 // The sides of two bars of cubes, a chart each, every square a picture of its own, all turned.
@@ -98,4 +98,4 @@ TEST(EdgeDirections, areTheBoundarysWhereThereIsOne) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::edge_directions_test

@@ -13,7 +13,7 @@
 #include "flipfree/seamless/seams.h"
 #include "support/shapes.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::recut_test {
 namespace {
 
 // A torus with four cones, and the map that padding makes: its cut runs through faces.
@@ -106,4 +106,4 @@ TEST(Recut, APaddedMapComesBackToTheUsersTriangles) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::recut_test

@@ -8,7 +8,7 @@
 #include "flipfree/base/error.h"
 #include "support/shapes.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::seamless_map_test {
 namespace {
 
 std::vector<Index> cones_of_a_torus(const mesh::Surface& surface) {
@@ -200,4 +200,4 @@ TEST(SeamlessMap, endsWithItsTime) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::seamless_map_test

@@ -10,7 +10,7 @@
 #include "flipfree/seamless/penner/penner.h"
 #include "support/shapes.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::take_back_test {
 namespace {
 
 // A ball with eight cones, written with a vertex wherever its metric crosses an edge.
@@ -73,4 +73,4 @@ TEST(TakeBack, LeavesAMapOnTheInputsOwnTrianglesAlone) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::take_back_test

@@ -38,7 +38,6 @@ class AdmissibleJudge {
  private:
   using Edge = std::pair<VertexId, VertexId>;
 
-  static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
   const Triangles& faces() const { return cut_.surface.faces; }
   VertexId from(HalfedgeId h) const { return faces()(h / 3, h % 3); }
   VertexId to(HalfedgeId h) const { return faces()(h / 3, (h + 1) % 3); }

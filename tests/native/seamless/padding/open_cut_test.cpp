@@ -6,7 +6,7 @@
 
 #include "seamless/padding/topology/made_cuts.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::open_cut_test {
 namespace {
 
 TEST(OpenCut, HasRightAnglesAtCornersAndTheConesInside) {
@@ -42,4 +42,4 @@ TEST(OpenCut, HasRightAnglesAtCornersAndTheConesInside) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::open_cut_test

@@ -8,7 +8,7 @@
 #include "flipfree/base/error.h"
 #include "seamless/padding/cuts.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::segments_test {
 namespace {
 
 using test::Chain;
@@ -168,4 +168,4 @@ TEST(Segments, CutsThatAreNoneAreNamed) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::segments_test

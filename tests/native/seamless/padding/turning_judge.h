@@ -60,7 +60,6 @@ class TurningJudge {
   Index loops() const { return loops_; }
 
  private:
-  static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
   VertexId from(HalfedgeId h) const { return cut_.surface.faces(h / 3, h % 3); }
   VertexId to(HalfedgeId h) const { return cut_.surface.faces(h / 3, (h + 1) % 3); }
   HalfedgeId opposite(HalfedgeId h) const { return own_.opposite[at(h)]; }

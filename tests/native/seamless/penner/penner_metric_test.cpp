@@ -15,12 +15,10 @@
 #include "seamless/penner/penner_state.h"
 #include "support/shapes.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::penner_metric_test {
 namespace {
 
 constexpr long double kQuarterTurn = std::numbers::pi_v<long double> / 2;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 std::vector<Index> flat(const mesh::Surface& surface) {
   return std::vector<Index>(static_cast<std::size_t>(surface.vertices.rows()), 4);
@@ -223,4 +221,4 @@ TEST(PennerMetric, CanBeCancelledAndLimited) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::penner_metric_test

@@ -8,7 +8,7 @@
 #include "seamless/penner/newton_promises.h"
 #include "seamless/penner/penner_state.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::penner_newton_test {
 
 TEST_P(NewtonInPennerCoordinates, MeetsConesAndLoopsFromTheSurfacesOwnMetric) {
   for (unsigned seed = 1; seed < 4; ++seed) {
@@ -74,4 +74,4 @@ TEST(PennerNewton, APreparedSystemChangesNothing) {
 
 INSTANTIATE_TEST_SUITE_P(Newton, NewtonInPennerCoordinates, testing::Values(&run_penner));
 
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::penner_newton_test

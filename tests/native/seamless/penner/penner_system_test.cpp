@@ -4,10 +4,8 @@
 
 #include "seamless/penner/penner_state.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::penner_system_test {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 TEST(Measure, ErrorsAreThoseOfSumsByTheLawOfCosines) {
   test::PennerState state;
@@ -122,4 +120,4 @@ TEST(PennerSystem, AnglesThatAreNoNumbersHaveNoStep) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::penner_system_test

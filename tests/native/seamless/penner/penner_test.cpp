@@ -11,10 +11,8 @@
 #include "flipfree/base/error.h"
 #include "support/shapes.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::penner_test {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 std::vector<Index> spread_cones(const mesh::Surface& surface, Index genus, Index count) {
   std::vector<Index> cones(static_cast<std::size_t>(surface.vertices.rows()), 4);
@@ -120,4 +118,4 @@ TEST(PennerMap, SumsOfAComponentThatDoNotFitAreRefused) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::penner_test

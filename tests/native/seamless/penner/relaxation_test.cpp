@@ -11,10 +11,8 @@
 #include "flipfree/seamless/penner/penner_metric.h"
 #include "support/shapes.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::relaxation_test {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 // All negative curvature at one end, far from where the surface has it.
 std::vector<Index> crowded_cones(const mesh::Surface& surface, Index genus) {
@@ -138,4 +136,4 @@ TEST(ShortestSystem, StepsAreShortestAndMeetTheEquations) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::relaxation_test

@@ -2,8 +2,8 @@
 
 #include "seamless/penner/newton_promises.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::shortest_newton_test {
 
 INSTANTIATE_TEST_SUITE_P(Shortest, NewtonInPennerCoordinates, testing::Values(&run_shortest));
 
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::shortest_newton_test

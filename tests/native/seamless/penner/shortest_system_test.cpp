@@ -7,7 +7,7 @@
 
 #include "seamless/penner/penner_state.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::shortest_system_test {
 namespace {
 
 Eigen::VectorXd vector_of(const std::vector<double>& x) {
@@ -78,4 +78,4 @@ TEST(ShortestSystem, WithoutLoopsVerticesAloneAreMet) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::shortest_system_test

@@ -8,7 +8,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::chart_pins_test {
 namespace {
 
 // A grid that a seam along its middle column parts.
@@ -119,4 +119,4 @@ TEST(ChartPins, added_cuts_through_pins_are_refused) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::chart_pins_test

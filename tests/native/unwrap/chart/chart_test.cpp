@@ -5,7 +5,7 @@
 #include "flipfree/unwrap/chart/overlapping_faces.h"
 #include "unwrap/chart/touching.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::chart_test {
 namespace {
 
 TEST(FlattenChart, makes_no_cut_that_cuts_nothing_where_the_chart_only_touches_itself) {
@@ -21,4 +21,4 @@ TEST(FlattenChart, makes_no_cut_that_cuts_nothing_where_the_chart_only_touches_i
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::chart_test

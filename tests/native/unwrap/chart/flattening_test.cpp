@@ -11,7 +11,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::flattening_test {
 namespace {
 
 struct Case {
@@ -117,4 +117,4 @@ TEST(Flattening, errors_speak_of_the_users_mesh) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::flattening_test

@@ -8,7 +8,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::join_pieces_test {
 namespace {
 
 // A grid with random cuts, costs and overlaps.
@@ -142,4 +142,4 @@ TEST(JoinPieces, the_most_expensive_cut_goes_first) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::join_pieces_test

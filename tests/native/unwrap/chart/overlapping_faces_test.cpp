@@ -11,7 +11,7 @@
 #include "support/shapes.h"
 #include "unwrap/chart/bent_strip.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::overlapping_faces_test {
 namespace {
 
 // Positive triangles on a coarse lattice, where much touches: all pairs by clipping in rational
@@ -95,4 +95,4 @@ TEST(OverlappingFaces, share_an_area_even_if_no_double_holds_it) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::overlapping_faces_test

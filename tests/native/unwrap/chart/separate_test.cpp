@@ -9,7 +9,7 @@
 #include "support/shapes.h"
 #include "unwrap/chart/bent_strip.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::separate_test {
 namespace {
 
 struct Cut {
@@ -84,4 +84,4 @@ TEST(SeparatingCut, spares_edges_that_shall_not_be_cut) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::separate_test

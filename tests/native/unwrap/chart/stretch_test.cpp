@@ -10,7 +10,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::stretch_test {
 namespace {
 
 Points2 flat(const mesh::Surface& surface, double x, double y) {
@@ -112,4 +112,4 @@ TEST(Eased, a_map_that_keeps_the_bound_or_cannot_stays_as_it_is) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::stretch_test

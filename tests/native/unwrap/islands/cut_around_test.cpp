@@ -8,7 +8,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::cut_around_test {
 namespace {
 
 struct Sheet {
@@ -71,4 +71,4 @@ TEST(CutAround, one_polygon_is_never_cut) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::cut_around_test

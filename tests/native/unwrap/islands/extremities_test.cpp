@@ -9,7 +9,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::extremities_test {
 namespace {
 
 using test::adjacency_of;
@@ -89,4 +89,4 @@ TEST(Extremities, edges_that_must_not_be_cut_are_avoided) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::extremities_test

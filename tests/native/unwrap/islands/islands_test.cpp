@@ -8,7 +8,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::islands_test {
 namespace {
 
 using test::adjacency_of;
@@ -121,4 +121,4 @@ TEST(Islands, added_cuts_avoid_what_must_stay_whole) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::islands_test

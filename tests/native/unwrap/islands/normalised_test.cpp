@@ -6,7 +6,7 @@
 
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::normalised_test {
 namespace {
 
 TEST(Normalised, components_lie_around_the_origin_in_one_unit) {
@@ -28,4 +28,4 @@ TEST(Normalised, components_lie_around_the_origin_in_one_unit) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::normalised_test

@@ -8,7 +8,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::scale_field_test {
 namespace {
 
 TEST(ScaleField, is_zero_on_flat_surfaces_and_at_open_vertices) {
@@ -71,4 +71,4 @@ TEST(ScaleField, foretells_what_closing_an_open_vertex_does) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::scale_field_test

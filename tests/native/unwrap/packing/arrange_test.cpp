@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::arrange_test {
 namespace {
 
 mesh::Chart square(Index first) {
@@ -58,4 +58,4 @@ TEST(Arrange, gaps_are_measured_on_stored_values) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::arrange_test

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::layout_test {
 namespace {
 
 // Rounding of a few operations on numbers of size one.
@@ -65,4 +65,4 @@ TEST(Layout, a_motion_turns_and_moves_but_scales_nothing) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::layout_test

@@ -10,7 +10,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::pack_test {
 namespace {
 
 // Three grids of different size, each a chart, all in one place in the plane.
@@ -126,4 +126,4 @@ TEST(Pack, wrong_options_are_refused) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::pack_test

@@ -8,7 +8,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/certify/measures/flips.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::place_test {
 namespace {
 
 // `count` flat unit squares of two triangles each; chart i is i + 1 times as large.
@@ -174,4 +174,4 @@ TEST(Place, former_places_that_cannot_be_stored_are_given_up) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::place_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::similar_test {
 namespace {
 
 TEST(Similar, turned_copies_are_found_and_put_on_each_other_but_not_other_sizes) {
@@ -39,4 +39,4 @@ TEST(Similar, turned_copies_are_found_and_put_on_each_other_but_not_other_sizes)
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::similar_test

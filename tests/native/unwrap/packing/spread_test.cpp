@@ -6,7 +6,7 @@
 
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::spread_test {
 namespace {
 
 // Squares side by side, of these sides.
@@ -61,4 +61,4 @@ TEST(Spread, nothing_needs_no_tile) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::spread_test

@@ -6,7 +6,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::improve_any_test {
 namespace {
 
 TEST(ImproveAny, maps_with_flips_are_repaired_first) {
@@ -28,4 +28,4 @@ TEST(ImproveAny, sound_maps_are_only_improved) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::improve_any_test

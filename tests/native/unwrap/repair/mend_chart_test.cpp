@@ -8,7 +8,7 @@
 #include "flipfree/certify/measures/flips.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::mend_chart_test {
 namespace {
 
 // A sheet as the only chart of its map.
@@ -113,4 +113,4 @@ TEST(MendChart, pins_that_fold_are_named_by_vertices_of_the_surface) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::mend_chart_test

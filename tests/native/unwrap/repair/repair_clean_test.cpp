@@ -9,7 +9,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::repair_clean_test {
 namespace {
 
 std::int64_t count(const certify::Parametrization& map, const char* key) {
@@ -165,4 +165,4 @@ TEST(RepairClean, the_same_bits_for_any_number_of_threads_when_islands_are_made_
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::repair_clean_test

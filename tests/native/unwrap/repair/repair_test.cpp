@@ -12,7 +12,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::repair_test {
 namespace {
 
 std::int64_t count(const certify::Parametrization& map, const char* key) {
@@ -301,4 +301,4 @@ TEST(Repair, random_damage_is_mended) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::repair_test

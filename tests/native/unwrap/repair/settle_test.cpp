@@ -7,7 +7,7 @@
 #include "flipfree/certify/overlap/island_overlap.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::settle_test {
 namespace {
 
 // Equal squares, each a chart, at given corners.
@@ -130,4 +130,4 @@ TEST(Settle, what_32_bits_do_not_hold_is_named) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::settle_test

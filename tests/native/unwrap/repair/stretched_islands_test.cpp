@@ -9,7 +9,7 @@
 #include "flipfree/certify/measures/flips.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::stretched_islands_test {
 namespace {
 
 // A sheet over the unit square, the only chart of its map, whose map is drawn out by `stretch`
@@ -190,4 +190,4 @@ TEST(StretchedIslands, a_count_ends_with_its_time_but_does_not_fail) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::stretched_islands_test

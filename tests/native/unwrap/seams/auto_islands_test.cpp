@@ -7,7 +7,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::auto_islands_test {
 namespace {
 
 AutoIslands islands_of(const mesh::Surface& surface, const UnwrapOptions& options) {
@@ -45,4 +45,4 @@ TEST(AutoIslands, cut_along_sharp_edges_where_that_is_asked_for) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::auto_islands_test

@@ -11,7 +11,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::creases_test {
 namespace {
 
 std::ptrdiff_t edges_of(const mesh::Surface& surface, double price = 0.0) {
@@ -66,4 +66,4 @@ TEST(Creases, round_things_have_none) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::creases_test

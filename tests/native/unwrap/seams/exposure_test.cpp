@@ -8,7 +8,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::exposure_test {
 namespace {
 
 std::vector<double> exposure_of(const mesh::Surface& surface, int threads = 1) {
@@ -101,4 +101,4 @@ TEST(Exposure, of_what_has_no_area_is_one) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::exposure_test

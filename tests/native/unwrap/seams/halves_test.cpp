@@ -8,7 +8,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::halves_test {
 namespace {
 
 Points2 flat(const mesh::Surface& surface) {
@@ -78,4 +78,4 @@ TEST(Halves, two_of_a_fan_that_is_one_polygon_but_for_a_triangle_are_parted_ther
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::halves_test

@@ -6,7 +6,7 @@
 #include "flipfree/unwrap/unwrap.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::seams_test {
 namespace {
 
 UnwrapOptions automatic() {
@@ -58,4 +58,4 @@ TEST(FindSeams, are_edges_of_the_mesh_where_that_had_to_be_separated) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::seams_test

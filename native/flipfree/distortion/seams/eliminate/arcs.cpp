@@ -5,14 +5,6 @@
 #include "flipfree/base/error.h"
 
 namespace flipfree::distortion {
-namespace {
-
-std::size_t size(Index i) { return static_cast<std::size_t>(i); }
-
-VertexId corner_vertex(const Triangles& faces, CornerId c) { return faces(c / 3, c % 3); }
-
-}  // namespace
-
 std::vector<Arc> list_arcs(Index vertex_count, const Triangles& faces,
                            const std::vector<SeamEdge>& seams) {
   std::vector<Arc> arcs;
@@ -27,14 +19,14 @@ std::vector<Arc> list_arcs(Index vertex_count, const Triangles& faces,
                         "a cut edge.");
     }
     const auto edge = static_cast<Index>(e);
-    arcs.push_back({corner_vertex(faces, h), corner_vertex(faces, next_corner(o)), r, edge});
-    arcs.push_back({corner_vertex(faces, next_corner(h)), corner_vertex(faces, o), r, edge});
+    arcs.push_back({mesh::source(faces, h), mesh::target(faces, o), r, edge});
+    arcs.push_back({mesh::target(faces, h), mesh::source(faces, o), r, edge});
   }
   for (const Arc& a : arcs) {
     if (a.from < 0 || a.to < 0 || a.from >= vertex_count || a.to >= vertex_count) {
       throw_invalid(ErrorCode::kIndexOutOfRange,
                     "A face at a seam edge names a vertex that does not exist. Correct the faces.",
-                    ElementKind::kFace, {seams[size(a.edge)].h / 3});
+                    ElementKind::kFace, {seams[at(a.edge)].h / 3});
     }
   }
   return arcs;

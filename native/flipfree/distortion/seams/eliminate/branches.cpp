@@ -9,8 +9,6 @@ using numeric::LinearForm;
 
 namespace {
 
-std::size_t size(Index i) { return static_cast<std::size_t>(i); }
-
 GaussianInteger conjugate(const GaussianInteger& a) { return {a.re, -a.im}; }
 
 }  // namespace
@@ -22,17 +20,17 @@ Branches::Branches(std::size_t count) : parent_(count), unit_(count, {1, 0}) {
 std::pair<Index, GaussianInteger> Branches::root(Index e) {
   GaussianInteger unit{1, 0};
   Index top = e;
-  while (parent_[size(top)] != top) {
-    unit = unit * unit_[size(top)];
-    top = parent_[size(top)];
+  while (parent_[at(top)] != top) {
+    unit = unit * unit_[at(top)];
+    top = parent_[at(top)];
   }
   // Path compression.
   GaussianInteger rest = unit;
-  while (parent_[size(e)] != top && e != top) {
-    const Index next = parent_[size(e)];
-    const GaussianInteger own = unit_[size(e)];
-    parent_[size(e)] = top;
-    unit_[size(e)] = rest;
+  while (parent_[at(e)] != top && e != top) {
+    const Index next = parent_[at(e)];
+    const GaussianInteger own = unit_[at(e)];
+    parent_[at(e)] = top;
+    unit_[at(e)] = rest;
     rest = rest * conjugate(own);
     e = next;
   }
@@ -49,11 +47,11 @@ LinearForm Branches::join(Index e, const GaussianInteger& unit, Index f) {
   }
   // a t_p = unit b t_q; the lower number stays the root.
   if (p > q) {
-    parent_[size(p)] = q;
-    unit_[size(p)] = conjugate(a) * unit * b;
+    parent_[at(p)] = q;
+    unit_[at(p)] = conjugate(a) * unit * b;
   } else {
-    parent_[size(q)] = p;
-    unit_[size(q)] = conjugate(unit * b) * a;
+    parent_[at(q)] = p;
+    unit_[at(q)] = conjugate(unit * b) * a;
   }
   return {};
 }

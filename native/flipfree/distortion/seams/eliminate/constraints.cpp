@@ -19,9 +19,7 @@ using numeric::LinearForm;
 using numeric::quarter_turn;
 
 // Finer grids for translations than this leave too few of 24 bits.
-constexpr std::int64_t kMostSteps = 4096;
-
-std::size_t size(Index i) { return static_cast<std::size_t>(i); }
+constexpr std::int64_t kMostEliminationSteps = 4096;
 
 // A vertex of the cut surface before the elimination: (i^turns z + shift) / divisor, z the position
 // of the first copy, or nothing if that is a cone's.
@@ -53,8 +51,8 @@ class Builder {
         seam_count_(static_cast<Index>(seams.size())),
         arcs_(list_arcs(vertex_count, faces, seams)),
         branches_(seams.size()),
-        copies_(size(vertex_count)),
-        cones_(size(vertex_count)),
+        copies_(at(vertex_count)),
+        cones_(at(vertex_count)),
         real_(!straight.empty()),
         lines_(straight_lines(vertex_count, faces, straight)) {}
 
@@ -63,7 +61,7 @@ class Builder {
     join_chains();
     for (VertexId v = 0; v < vertex_count_; ++v) {
       if (v % 65536 == 0) context_.check();
-      if (copies_[size(v)].first == kInvalid) go_around(v);
+      if (copies_[at(v)].first == kInvalid) go_around(v);
     }
     Index unknowns = seam_count_;
     if (real_) {
@@ -88,28 +86,28 @@ class Builder {
   }
 
   void index_arcs() {
-    offset_.assign(size(vertex_count_) + 1, 0);
+    offset_.assign(at(vertex_count_) + 1, 0);
     for (const Arc& a : arcs_) {
-      ++offset_[size(a.from) + 1];
-      ++offset_[size(a.to) + 1];
+      ++offset_[at(a.from) + 1];
+      ++offset_[at(a.to) + 1];
     }
-    for (std::size_t v = 0; v < size(vertex_count_); ++v) offset_[v + 1] += offset_[v];
-    at_.resize(size(offset_.back()));
+    for (std::size_t v = 0; v < at(vertex_count_); ++v) offset_[v + 1] += offset_[v];
+    at_.resize(at(offset_.back()));
     std::vector<Index> next(offset_.begin(), offset_.end() - 1);
     for (const Arc& a : arcs_) {
-      at_[size(next[size(a.from)]++)] = {a.to, a.turns, a.edge, {1, 0}};
-      at_[size(next[size(a.to)]++)] = {a.from, -a.turns, a.edge, -quarter_turn(-a.turns)};
+      at_[at(next[at(a.from)]++)] = {a.to, a.turns, a.edge, {1, 0}};
+      at_[at(next[at(a.to)]++)] = {a.from, -a.turns, a.edge, -quarter_turn(-a.turns)};
     }
   }
 
   // Two copies that two seam edges relate by the same turn: the edges have one translation.
   void join_chains() {
     for (VertexId v = 0; v < vertex_count_; ++v) {
-      if (offset_[size(v) + 1] - offset_[size(v)] != 2) continue;
-      const DirectedArc& a = at_[size(offset_[size(v)])];
-      const DirectedArc& b = at_[size(offset_[size(v)]) + 1];
+      if (offset_[at(v) + 1] - offset_[at(v)] != 2) continue;
+      const DirectedArc& a = at_[at(offset_[at(v)])];
+      const DirectedArc& b = at_[at(offset_[at(v)]) + 1];
       const bool pair = a.to == b.to && v < a.to && (a.turns - b.turns) % 4 == 0 &&
-                        offset_[size(a.to) + 1] - offset_[size(a.to)] == 2;
+                        offset_[at(a.to) + 1] - offset_[at(a.to)] == 2;
       if (!pair) continue;
       // a.unit t_a = b.unit t_b
       const GaussianInteger inverse{a.unit.re, -a.unit.im};
@@ -120,19 +118,19 @@ class Builder {
 
   // The copies of one vertex of the surface, from the first one.
   void go_around(VertexId first) {
-    copies_[size(first)].first = first;
+    copies_[at(first)].first = first;
     std::vector<VertexId> queue{first};
     for (std::size_t i = 0; i < queue.size(); ++i) {
       const VertexId v = queue[i];
-      for (Index k = offset_[size(v)]; k < offset_[size(v) + 1]; ++k) {
+      for (Index k = offset_[at(v)]; k < offset_[at(v) + 1]; ++k) {
         context_.check();
-        const DirectedArc& arc = at_[size(k)];
+        const DirectedArc& arc = at_[at(k)];
         const auto [root, unit] = branches_.root(arc.edge);
         const LinearForm own{{root, arc.unit * unit}};
-        const Copy& from = copies_[size(v)];
+        const Copy& from = copies_[at(v)];
         const Index turns = from.turns + arc.turns;
         LinearForm shift = checked(sum(own, quarter_turn(arc.turns), from.shift));
-        Copy& to = copies_[size(arc.to)];
+        Copy& to = copies_[at(arc.to)];
         if (to.first == kInvalid) {
           to = {first, turns, std::move(shift)};
           queue.push_back(arc.to);
@@ -159,7 +157,7 @@ class Builder {
       found.divisor = 2;
       for (numeric::Term& t : found.form) t.factor = {t.factor.re / 2, t.factor.im / 2};
     }
-    Cone& cone = cones_[size(first)];
+    Cone& cone = cones_[at(first)];
     if (cone.divisor == 0) {
       cone = std::move(found);
       return;
@@ -202,15 +200,15 @@ class Builder {
   // Boundary vertices by the lines through them: in the first copy's frame a line of direction d is
   // where the second coordinate of i^-d z is q.
   void put_on_lines() {
-    edges_.resize(size(vertex_count_));
+    edges_.resize(at(vertex_count_));
     for (VertexId v = 0; v < vertex_count_; ++v) {
-      const Copy& copy = copies_[size(v)];
-      for (const LineSide& side : lines_.sides[size(v)]) {
+      const Copy& copy = copies_[at(v)];
+      for (const LineSide& side : lines_.sides[at(v)]) {
         if (side.line == kInvalid) continue;
         const LinearForm shift = imaginary_part(
             checked(sum({}, quarter_turn(-side.direction), over_unknowns(copy.shift))));
         LinearForm q = checked(sum({{first_line() + side.line, {1, 0}}}, {-1, 0}, shift));
-        meet(edges_[size(copy.first)], side.direction - copy.turns, std::move(q));
+        meet(edges_[at(copy.first)], side.direction - copy.turns, std::move(q));
       }
     }
   }
@@ -241,12 +239,12 @@ class Builder {
                                          const numeric::Elimination& solved) const {
     std::int64_t common = 1;
     for (const numeric::Term& t : form)
-      common = std::lcm(common, solved.value[size(t.unknown)].divisor);
-    if (common > kMostSteps) too_large();
+      common = std::lcm(common, solved.value[at(t.unknown)].divisor);
+    if (common > kMostEliminationSteps) too_large();
     numeric::Elimination::Value out;
     for (const numeric::Term& t : form) {
       context_.check();  // either may have as many terms as there are branches
-      const auto& v = solved.value[size(t.unknown)];
+      const auto& v = solved.value[at(t.unknown)];
       const GaussianInteger times{t.factor.re * (common / v.divisor),
                                   t.factor.im * (common / v.divisor)};
       out.form = checked(sum(out.form, times, v.form));
@@ -264,18 +262,18 @@ class Builder {
   std::vector<Index> number_nodes(const numeric::Elimination& solved, Index unknowns,
                                   std::vector<Index>& node_of_vertex, SeamConstraints& out) {
     for (VertexId v = 0; v < vertex_count_; ++v) {
-      if (copies_[size(v)].first != v || cones_[size(v)].divisor != 0) continue;
-      const bool on_line = real_ && edges_[size(v)].on_line;
-      if (on_line && edges_[size(v)].corner) continue;
-      node_of_vertex[size(v)] = out.position_count();
+      if (copies_[at(v)].first != v || cones_[at(v)].divisor != 0) continue;
+      const bool on_line = real_ && edges_[at(v)].on_line;
+      if (on_line && edges_[at(v)].corner) continue;
+      node_of_vertex[at(v)] = out.position_count();
       out.position.push_back(v);
-      out.direction.push_back(on_line ? edges_[size(v)].direction : 0);
+      out.direction.push_back(on_line ? edges_[at(v)].direction : 0);
       out.real.push_back(on_line ? 1 : 0);
     }
-    std::vector<Index> node_of(size(unknowns), kInvalid);
+    std::vector<Index> node_of(at(unknowns), kInvalid);
     const auto add = [&](Index unknown, Index place, ShiftSource::Part part) {
-      if (!solved.free[size(unknown)]) return;
-      node_of[size(unknown)] = out.node_count();
+      if (!solved.free[at(unknown)]) return;
+      node_of[at(unknown)] = out.node_count();
       out.translation.push_back({place, part});
       out.real.push_back(part == ShiftSource::Part::kWhole ? 0 : 1);
     };
@@ -299,17 +297,17 @@ class Builder {
 
   SeamConstraints assemble(const numeric::Elimination& solved, Index unknowns) {
     SeamConstraints out;
-    std::vector<Index> node_of_vertex(size(vertex_count_), kInvalid);
+    std::vector<Index> node_of_vertex(at(vertex_count_), kInvalid);
     const std::vector<Index> node_of_unknown = number_nodes(solved, unknowns, node_of_vertex, out);
-    out.begin.reserve(size(vertex_count_) + 1);
-    out.divisor.reserve(size(vertex_count_));
+    out.begin.reserve(at(vertex_count_) + 1);
+    out.divisor.reserve(at(vertex_count_));
     out.begin.push_back(0);
     for (VertexId v = 0; v < vertex_count_; ++v) {
-      const Copy& copy = copies_[size(v)];
-      const Cone& cone = cones_[size(copy.first)];
-      const Index node = node_of_vertex[size(copy.first)];
+      const Copy& copy = copies_[at(v)];
+      const Cone& cone = cones_[at(copy.first)];
+      const Index node = node_of_vertex[at(copy.first)];
       const Edge* edge =
-          real_ && edges_[size(copy.first)].on_line ? &edges_[size(copy.first)] : nullptr;
+          real_ && edges_[at(copy.first)].on_line ? &edges_[at(copy.first)] : nullptr;
       const Index turns = copy.turns + (edge != nullptr && node != kInvalid ? edge->direction : 0);
       if (node != kInvalid) out.terms.push_back({node, quarter_turn(turns)});
       std::int64_t divisor = 1;
@@ -324,12 +322,12 @@ class Builder {
         if (node != kInvalid)
           out.terms.back().factor = out.terms.back().factor * GaussianInteger{divisor, 0};
         for (const numeric::Term& t : value.form)
-          out.terms.push_back({node_of_unknown[size(t.unknown)], t.factor});
+          out.terms.push_back({node_of_unknown[at(t.unknown)], t.factor});
       }
       out.divisor.push_back(divisor);
       out.begin.push_back(static_cast<Index>(out.terms.size()));
       out.translation_step = std::lcm(out.translation_step, divisor);
-      if (out.translation_step > kMostSteps) too_large();
+      if (out.translation_step > kMostEliminationSteps) too_large();
     }
     return out;
   }

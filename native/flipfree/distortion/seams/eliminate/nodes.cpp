@@ -7,10 +7,6 @@ using numeric::quarter_turn;
 
 namespace {
 
-std::size_t size(Index i) { return static_cast<std::size_t>(i); }
-
-VertexId corner_vertex(const Triangles& faces, CornerId c) { return faces(c / 3, c % 3); }
-
 // factor times (x, y), as complex numbers.
 Vector2 product(const GaussianInteger& factor, const Vector2& p) {
   const auto re = static_cast<double>(factor.re);
@@ -27,28 +23,28 @@ Points2 nodes_of(const SeamConstraints& constraints, const Triangles& faces,
     return product(quarter_turn(-direction), uv.row(v).transpose());
   };
   for (Index n = 0; n < constraints.position_count(); ++n) {
-    nodes.row(n) = turned_back(constraints.position[size(n)], constraints.direction[size(n)]);
-    if (constraints.real[size(n)]) nodes(n, 1) = 0;
+    nodes.row(n) = turned_back(constraints.position[at(n)], constraints.direction[at(n)]);
+    if (constraints.real[at(n)]) nodes(n, 1) = 0;
   }
   std::vector<Vector2> sum(seams.size(), Vector2::Zero());
   std::vector<double> count(seams.size(), 0.0);
   for (std::size_t e = 0; e < seams.size(); ++e) {
     const auto point = [&](CornerId c) -> Vector2 {
-      return uv.row(corner_vertex(faces, c)).transpose();
+      return uv.row(mesh::source(faces, c)).transpose();
     };
     const auto& [h, o, r] = seams[e];
     const GaussianInteger turn = quarter_turn(r);
     const Vector2 own = 0.5 * (point(next_corner(o)) - product(turn, point(h)) + point(o) -
                                product(turn, point(next_corner(h))));
     const GaussianInteger unit = constraints.branch_unit[e];
-    const std::size_t branch = size(constraints.branch[e]);
+    const std::size_t branch = at(constraints.branch[e]);
     sum[branch] += product({unit.re, -unit.im}, own);
     count[branch] += 1;
   }
   for (std::size_t t = 0; t < constraints.translation.size(); ++t) {
     const auto& [place, part] = constraints.translation[t];
     auto node = nodes.row(constraints.position_count() + static_cast<Index>(t));
-    const std::size_t i = size(place);
+    const std::size_t i = at(place);
     if (part == ShiftSource::Part::kWhole) node = (sum[i] / count[i]).transpose();
     if (part == ShiftSource::Part::kReal) node.x() = sum[i].x() / count[i];
     if (part == ShiftSource::Part::kImaginary) node.x() = sum[i].y() / count[i];
@@ -65,7 +61,7 @@ Points2 map_of(const SeamConstraints& constraints, const Points2& nodes) {
   for (std::size_t v = 0; v < count; ++v) {
     Vector2 total = Vector2::Zero();
     for (Index t = constraints.begin[v]; t < constraints.begin[v + 1]; ++t) {
-      const NodeTerm& term = constraints.terms[size(t)];
+      const NodeTerm& term = constraints.terms[at(t)];
       total += product(term.factor, nodes.row(term.node).transpose());
     }
     uv.row(static_cast<Eigen::Index>(v)) =

@@ -8,8 +8,6 @@
 namespace flipfree::intrinsic {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Signed angle from a to b in (-pi, pi].
 // One side of a face with all its points: place 0 is its first corner, last() its second.
 struct Side {

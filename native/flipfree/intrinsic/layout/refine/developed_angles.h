@@ -11,8 +11,8 @@
 #include <array>
 #include <vector>
 
+#include "flipfree/intrinsic/layout/polygon/polygon_triangulation.h"
 #include "flipfree/intrinsic/layout/refine/edge_point_map.h"
-#include "flipfree/intrinsic/layout/refine/polygon/polygon_triangulation.h"
 
 namespace flipfree::intrinsic {
 

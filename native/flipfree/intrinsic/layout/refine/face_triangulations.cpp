@@ -8,10 +8,7 @@
 namespace flipfree::intrinsic {
 namespace {
 
-constexpr std::size_t kFacesPerChunk = 4096;  // of what threads share
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
+constexpr std::size_t kTriangulationsPerChunk = 4096;  // of what threads share
 
 void set_uv(PolygonVertex& v, const Vector2& uv) {
   v.uv = {uv.x(), uv.y()};
@@ -183,7 +180,7 @@ void FaceTriangulations::write_faces(RefinedLayout& out, const ExecutionContext&
       out.provenance.face[at(row++)] = f;
     }
   };
-  parallel_for(context, slot_.size(), kFacesPerChunk,
+  parallel_for(context, slot_.size(), kTriangulationsPerChunk,
                [&](std::size_t begin, std::size_t end, std::size_t) {
                  std::vector<PolygonVertex> polygon;
                  for (auto f = static_cast<FaceId>(begin); f < static_cast<FaceId>(end); ++f)

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/intrinsic/layout/polygon/face_cells.h"
+#include "flipfree/intrinsic/layout/polygon/polygon_triangulation.h"
 #include "flipfree/intrinsic/layout/refine/edge_point_map.h"
-#include "flipfree/intrinsic/layout/refine/polygon/face_cells.h"
-#include "flipfree/intrinsic/layout/refine/polygon/polygon_triangulation.h"
 #include "flipfree/intrinsic/layout/refine/refined_layout.h"
 #include "flipfree/mesh/surface.h"
 

@@ -5,16 +5,13 @@
 
 #include "flipfree/base/check/debug_check.h"
 #include "flipfree/base/parallel.h"
+#include "flipfree/intrinsic/layout/polygon/face_cells.h"
+#include "flipfree/intrinsic/layout/polygon/polygon_triangulation.h"
 #include "flipfree/intrinsic/layout/refine/developed_angles.h"
 #include "flipfree/intrinsic/layout/refine/face_triangulations.h"
-#include "flipfree/intrinsic/layout/refine/polygon/face_cells.h"
-#include "flipfree/intrinsic/layout/refine/polygon/polygon_triangulation.h"
 
 namespace flipfree::intrinsic {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-std::size_t at(std::int64_t i) { return static_cast<std::size_t>(i); }
 
 // Points nearer to each other or to an end than this part of their edge are not told apart: the
 // 32-bit positions that Blender stores could not hold them either.
@@ -25,10 +22,10 @@ constexpr double kGoodDistortion = 8.0;
 constexpr int kThinningPasses = 4;
 constexpr std::size_t kFacesPerChunk = 4096;  // of what threads share
 
-class Refiner {
+class MapRefiner {
  public:
-  Refiner(const mesh::Surface& input, const mesh::Adjacency& adjacency, const EdgePointMap& map,
-          Storage storage, const ExecutionContext& context)
+  MapRefiner(const mesh::Surface& input, const mesh::Adjacency& adjacency, const EdgePointMap& map,
+             Storage storage, const ExecutionContext& context)
       : adjacency_(adjacency),
         map_(map),
         storage_(storage),
@@ -311,7 +308,7 @@ class Refiner {
 RefinedLayout refine_map(const mesh::Surface& input, const mesh::Adjacency& adjacency,
                          const EdgePointMap& map, Refinement refinement, Storage storage,
                          const ExecutionContext& context) {
-  Refiner refiner(input, adjacency, map, storage, context);
+  MapRefiner refiner(input, adjacency, map, storage, context);
   refiner.run(refinement);
   RefinedLayout out = refiner.write();
   debug_check("refine_map", [&] { return find_broken_invariant(input, out); });

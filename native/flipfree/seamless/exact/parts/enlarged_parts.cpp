@@ -11,9 +11,7 @@
 namespace flipfree::seamless {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-struct Part {
+struct MeasuredPart {
   Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
   Vector3 high = Vector3::Constant(-std::numeric_limits<double>::infinity());
   Index faces = 0;
@@ -23,10 +21,10 @@ struct Part {
   double half_extent() const { return (0.5 * high - 0.5 * low).maxCoeff(); }
 };
 
-std::vector<Part> measured(const mesh::Surface& surface, const mesh::Components& parts) {
-  std::vector<Part> result(at(parts.count));
+std::vector<MeasuredPart> measured(const mesh::Surface& surface, const mesh::Components& parts) {
+  std::vector<MeasuredPart> result(at(parts.count));
   for (FaceId f = 0; f < static_cast<FaceId>(surface.faces.rows()); ++f) {
-    Part& part = result[at(parts.of_face[at(f)])];
+    MeasuredPart& part = result[at(parts.of_face[at(f)])];
     ++part.faces;
     for (Index k = 0; k < 3; ++k) {
       const Vector3 p = surface.vertices.row(surface.faces(f, k)).transpose();
@@ -43,11 +41,11 @@ std::optional<EnlargedParts> enlarge_parts(const mesh::Surface& surface,
                                            const mesh::Adjacency& adjacency, double least_edge) {
   const mesh::Components components = mesh::face_components(adjacency);
   if (components.count < 2) return std::nullopt;
-  std::vector<Part> parts = measured(surface, components);
+  std::vector<MeasuredPart> parts = measured(surface, components);
   double largest = 0.0;
-  for (const Part& part : parts) largest = std::max(largest, part.half_extent());
+  for (const MeasuredPart& part : parts) largest = std::max(largest, part.half_extent());
   EnlargedParts result;
-  for (Part& part : parts) {
+  for (MeasuredPart& part : parts) {
     const double extent = part.half_extent();
     const double least = least_edge * largest * std::sqrt(static_cast<double>(part.faces));
     if (!(extent > 0.0) || extent >= least) continue;
@@ -61,7 +59,7 @@ std::optional<EnlargedParts> enlarge_parts(const mesh::Surface& surface,
   if (result.count == 0) return std::nullopt;
   result.surface = surface;
   for (FaceId f = 0; f < static_cast<FaceId>(surface.faces.rows()); ++f) {
-    const Part& part = parts[at(components.of_face[at(f)])];
+    const MeasuredPart& part = parts[at(components.of_face[at(f)])];
     if (part.exponent == 0) continue;
     for (Index k = 0; k < 3; ++k) {
       const VertexId v = surface.faces(f, k);

@@ -23,10 +23,10 @@ namespace {
 // Steps that bring the padded metric nearer to the surface's own before the first attempt to lay it
 // out, which only refines more without them, and before others; and how near is enough.
 constexpr int kFirstNearSteps = 4;
-constexpr int kNearSteps = 12;
-constexpr double kNearEnough = 1.5;
+constexpr int kNextNearSteps = 12;
+constexpr double kPaddedNearEnough = 1.5;
 
-void add_figures(const PaddedMetric& metric, Stats& stats) {
+void add_padding_figures(const PaddedMetric& metric, Stats& stats) {
   stats["padding_components"] = static_cast<std::int64_t>(metric.components);
   stats["padding_segments"] = static_cast<std::int64_t>(metric.segments);
   stats["padding_bits"] = static_cast<std::int64_t>(metric.bits);
@@ -37,9 +37,9 @@ void add_figures(const PaddedMetric& metric, Stats& stats) {
 }
 
 // The metrics of one component after the other, asked for once for each attempt to lay it out.
-class Solver {
+class PaddedMetricSolver {
  public:
-  Solver(RefinedPieces& pieces, Stats& stats) : pieces_(pieces), stats_(stats) {}
+  PaddedMetricSolver(RefinedPieces& pieces, Stats& stats) : pieces_(pieces), stats_(stats) {}
 
   PennerMetric operator()(const mesh::Surface& component, const std::vector<Index>& cones,
                           const PennerOptions& options, ExecutionContext& context) {
@@ -64,8 +64,9 @@ class Solver {
     }
     // A layout that failed asks for a metric that is nearer still.
     const int before = padded_->steps;
-    come_near(cut, cones, again ? kNearSteps : kFirstNearSteps, kNearEnough, *padded_, context);
-    add_figures(*padded_, stats_);
+    come_near(cut, cones, again ? kNextNearSteps : kFirstNearSteps, kPaddedNearEnough, *padded_,
+              context);
+    add_padding_figures(*padded_, stats_);
     if (again && padded_->steps == before) {
       throw_not_converged(ErrorCode::kIterationLimit,
                           "The padded metric cannot be brought nearer to the surface's own. Spread "
@@ -138,9 +139,9 @@ PennerMap map_of_pieces(const RefinedPieces& pieces, Eigen::Index given_vertices
   }
 }
 
-PennerMap map_in_time(const mesh::Surface& given, const std::vector<Index>& cones,
-                      const CutMaker& make_cut, const PennerMapOptions& options,
-                      ExecutionContext& context) {
+PennerMap padding_map_in_time(const mesh::Surface& given, const std::vector<Index>& cones,
+                              const CutMaker& make_cut, const PennerMapOptions& options,
+                              ExecutionContext& context) {
   Stopwatch watch;
   Stats stats;
   RefinedPieces pieces;
@@ -164,7 +165,7 @@ PennerMap map_in_time(const mesh::Surface& given, const std::vector<Index>& cone
   PennerMapOptions own = options;
   own.metric.max_seconds = 0.0;
   own.uncuttable = edges_left(options.uncuttable, pieces.surface);
-  Solver solver(pieces, stats);
+  PaddedMetricSolver solver(pieces, stats);
   own.solver = [&](const mesh::Surface& component, const std::vector<Index>& own_cones,
                    const std::optional<std::vector<LoopTurn>>&, const PennerOptions& metric,
                    ExecutionContext& inner) { return solver(component, own_cones, metric, inner); };
@@ -201,7 +202,7 @@ PennerMap compute_padding_map(const mesh::Surface& surface, const std::vector<In
     throw_invalid(ErrorCode::kBadShape, "cones need one number per vertex.");
   return in_time(context, options.metric.max_seconds, "The seamless map was not reached",
                  "or spread the curvature over more vertices",
-                 [&] { return map_in_time(surface, cones, make_cut, options, context); });
+                 [&] { return padding_map_in_time(surface, cones, make_cut, options, context); });
 }
 
 }  // namespace flipfree::seamless

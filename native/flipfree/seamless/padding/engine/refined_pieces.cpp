@@ -9,8 +9,6 @@
 namespace flipfree::seamless {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Weights of vertex v of the refined surface for the corners of a face of the input that it lies
 // in.
 Vector3 weights_in(const mesh::Surface& input, const RefinedPieces& pieces, VertexId v,

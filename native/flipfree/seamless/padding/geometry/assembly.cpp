@@ -13,8 +13,6 @@ namespace {
 
 using intrinsic::FlipMesh;
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Radians that a frame may miss a quarter turn by.
 constexpr double kLargestClosingError = 1e-2;
 

@@ -5,8 +5,8 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/intrinsic/intrinsic_mesh.h"
-#include "flipfree/seamless/padding/geometry/disks/cut_disks.h"
-#include "flipfree/seamless/padding/geometry/plane/flat_surface.h"
+#include "flipfree/seamless/padding/disks/cut_disks.h"
+#include "flipfree/seamless/padding/plane/flat_surface.h"
 
 namespace flipfree::seamless {
 

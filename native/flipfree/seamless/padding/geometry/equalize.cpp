@@ -11,8 +11,6 @@
 namespace flipfree::seamless {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Lengths are equal if they differ by less than this share of the longest one; every refinement
 // gains some 45 bits of it.
 constexpr int kEqualBits = 160;

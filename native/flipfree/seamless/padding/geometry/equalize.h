@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "flipfree/seamless/padding/geometry/plane/wide_plane.h"
+#include "flipfree/seamless/padding/plane/wide_plane.h"
 #include "flipfree/seamless/padding/segments.h"
 
 namespace flipfree::seamless {

@@ -2,16 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/conformal/engine/engine.h"
 #include "flipfree/intrinsic/loops/surface_loops.h"
+#include "flipfree/seamless/padding/disks/cut_disks.h"
+#include "flipfree/seamless/padding/disks/near_metric.h"
 #include "flipfree/seamless/padding/geometry/assembly.h"
-#include "flipfree/seamless/padding/geometry/disks/cut_disks.h"
-#include "flipfree/seamless/padding/geometry/disks/near_metric.h"
 #include "flipfree/seamless/padding/geometry/equalize.h"
 #include "flipfree/seamless/padding/segments.h"
 #include "flipfree/seamless/penner/penner_newton.h"
@@ -24,13 +24,11 @@ using intrinsic::FlipMesh;
 
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // The half-edges of every side of the cut, in order, and how they are measured.
-class Sides {
+class MeasuredSides {
  public:
-  Sides(const AdmissibleCut& cut, const mesh::Adjacency& adjacency,
-        const intrinsic::IntrinsicSetup& setup, const FlatSurface& flat) {
+  MeasuredSides(const AdmissibleCut& cut, const mesh::Adjacency& adjacency,
+                const intrinsic::IntrinsicSetup& setup, const FlatSurface& flat) {
     halfedges_.resize(2 * cut.branches.size());
     lengths_.resize(halfedges_.size());
     for (std::size_t side = 0; side < halfedges_.size(); ++side) {
@@ -58,7 +56,7 @@ class Sides {
   std::vector<std::vector<Wide>> lengths_;
 };
 
-std::vector<Wide> segment_lengths(const CutSegments& segments, const Sides& sides) {
+std::vector<Wide> segment_lengths(const CutSegments& segments, const MeasuredSides& sides) {
   std::vector<Wide> length;
   for (const CutSegment& segment : segments.segments) {
     length.emplace_back(0.0);
@@ -69,7 +67,7 @@ std::vector<Wide> segment_lengths(const CutSegments& segments, const Sides& side
 
 // Where the vertices of a branch lie in the end, as shares of its length, from its start on: half
 // way between where they lie on its two sides.
-std::vector<Wide> common_shares(const Sides& sides, Index side) {
+std::vector<Wide> common_shares(const MeasuredSides& sides, Index side) {
   const std::vector<Wide>&one = sides.lengths(side), &two = sides.lengths(mate_of(side));
   const Wide all_one = sides.length(side), all_two = sides.length(mate_of(side));
   std::vector<Wide> share{Wide(0.0)};
@@ -90,7 +88,8 @@ struct Move {
 
 class Padder {
  public:
-  Padder(const AdmissibleCut& cut, const CutSegments& segments, Sides& sides, FlatSurface& flat)
+  Padder(const AdmissibleCut& cut, const CutSegments& segments, MeasuredSides& sides,
+         FlatSurface& flat)
       : cut_(cut), segments_(segments), sides_(sides), flat_(flat) {}
 
   // Scales the components, and pads every segment. Returns the largest width, over the longest
@@ -185,7 +184,7 @@ class Padder {
 
   const AdmissibleCut& cut_;
   const CutSegments& segments_;
-  Sides& sides_;
+  MeasuredSides& sides_;
   FlatSurface& flat_;
   std::vector<Wide> width_;         // per segment
   std::vector<Wide> final_length_;  // per side
@@ -241,7 +240,6 @@ ConformalMetric as_metric(const AdmissibleCut& cut, const intrinsic::IntrinsicSe
 
 bool come_near(const AdmissibleCut& cut, const std::vector<Index>& cones, int most, double enough,
                PaddedMetric& padded, ExecutionContext& context) {
-  constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
   constexpr double kTolerance = 1e-6;  // radians, of every step
   constexpr double kWrongTurn = 0.1;
   ConformalMetric& metric = padded.metric;
@@ -325,7 +323,7 @@ PaddedMetric compute_padded_metric(const AdmissibleCut& cut, const std::vector<I
   AssembledSurface assembled = assemble(disks, setup, cut, context);
   out.closing_error = assembled.closing_error;
   FlatSurface& flat = assembled.flat;
-  Sides sides(cut, adjacency, setup, flat);
+  MeasuredSides sides(cut, adjacency, setup, flat);
   out.largest_width = Padder(cut, segments, sides, flat).run(context);
   std::vector<EdgeId> seams;
   for (std::size_t e = 0; e < flat.fixed.size(); ++e) {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "flipfree/seamless/signature.h"
+
 namespace flipfree::seamless {
 namespace {
-
-constexpr Index kFlat = 4;
 
 // How a sum was reached first.
 struct Step {

@@ -7,17 +7,14 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/seamless/padding/paths/fenced_path.h"
+#include "flipfree/seamless/padding/paths/free_path.h"
+#include "flipfree/seamless/padding/paths/separating_path.h"
 #include "flipfree/seamless/padding/topology/cone_subsets.h"
-#include "flipfree/seamless/padding/topology/paths/fenced_path.h"
-#include "flipfree/seamless/padding/topology/paths/free_path.h"
-#include "flipfree/seamless/padding/topology/paths/separating_path.h"
+#include "flipfree/seamless/signature.h"
 
 namespace flipfree::seamless {
 namespace {
-
-constexpr Index kFlat = 4;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 // The excess of the parts that paths between the T-nodes can make, one of each two.
 std::vector<Index> part_excesses(Index genus) {

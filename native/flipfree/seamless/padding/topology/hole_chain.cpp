@@ -5,12 +5,10 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
-#include "flipfree/seamless/padding/topology/paths/free_path.h"
+#include "flipfree/seamless/padding/paths/free_path.h"
 
 namespace flipfree::seamless {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 struct Ends {
   VertexId from = kInvalid;

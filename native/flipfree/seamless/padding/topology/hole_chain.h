@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/seamless/padding/paths/canvas.h"
 #include "flipfree/seamless/padding/topology/holes.h"
-#include "flipfree/seamless/padding/topology/paths/canvas.h"
 #include "flipfree/seamless/padding/topology/short_loops.h"
 
 namespace flipfree::seamless {

@@ -7,30 +7,16 @@
 #include <queue>
 #include <utility>
 
-#include "flipfree/seamless/padding/topology/paths/free_distances.h"
+#include "flipfree/seamless/padding/paths/free_distances.h"
 
 namespace flipfree::seamless {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-// Partners with an odd number of holes between them, the ends of the chain aside.
-bool has_odd_couple(const std::vector<Index>& order) {
-  for (std::size_t i = 1; i + 1 < order.size(); ++i) {
-    for (std::size_t j = i + 2; j + 1 < order.size(); j += 2) {
-      if (order[j] == partner_of(order[i])) return true;
-    }
-  }
-  return false;
-}
 
 // The hole to go on to: the nearest one that is not in the chain yet and not kept for its end.
 Index nearest(Index from, const std::vector<std::vector<std::pair<Index, double>>>& near,
               const std::vector<char>& used) {
   using Entry = std::pair<double, Index>;
-  std::vector<double> distance(near.size(), kInfinity);
+  std::vector<double> distance(near.size(), std::numeric_limits<double>::infinity());
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
   distance[at(from)] = 0.0;
   queue.push({0.0, from});

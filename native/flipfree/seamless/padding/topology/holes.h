@@ -8,11 +8,10 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/seamless/padding/topology/paths/canvas.h"
+#include "flipfree/seamless/padding/paths/canvas.h"
+#include "flipfree/seamless/padding/straight/hole_tour.h"
 
 namespace flipfree::seamless {
-
-constexpr Index partner_of(Index hole) { return hole ^ 1; }
 
 class Holes {
  public:

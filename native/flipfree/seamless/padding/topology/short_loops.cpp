@@ -7,15 +7,13 @@
 
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
-#include "flipfree/seamless/padding/topology/paths/free_distances.h"
+#include "flipfree/seamless/padding/paths/free_distances.h"
 
 namespace flipfree::seamless {
 namespace {
 
 // Loops of one round may be so much longer than its shortest one.
 constexpr double kNotMuchLonger = 2.0;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 // Shortest paths from a root through free vertices, with lowest common ancestors by jump pointers
 // (Myers 1983).
@@ -118,13 +116,6 @@ VertexId any_free(const Canvas& canvas) {
   throw InternalError("a refined surface without free vertices");
 }
 
-std::vector<HalfedgeId> edges_of(const Canvas& canvas, const std::vector<VertexId>& cycle) {
-  std::vector<HalfedgeId> edges;
-  for (std::size_t i = 0; i < cycle.size(); ++i)
-    edges.push_back(canvas.mesh().find(cycle[i], cycle[(i + 1) % cycle.size()]));
-  return edges;
-}
-
 // Some of the cycles of one tree, disjoint.
 std::vector<std::vector<VertexId>> round_of_loops(const Canvas& canvas, std::size_t most,
                                                   const CycleTurns& wished,
@@ -172,7 +163,7 @@ std::vector<std::vector<VertexId>> draw_short_loops(Canvas& canvas, Index genus,
     for (std::vector<VertexId>& loop :
          round_of_loops(canvas, at(genus) - loops.size(), wished, context)) {
       // Drawn one by one, an edge between two of them is split before it could be taken for drawn.
-      canvas.draw(edges_of(canvas, loop), Curve::kLoop);
+      canvas.draw(canvas.edges_of(loop), Curve::kLoop);
       loops.push_back(std::move(loop));
     }
   }

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/seamless/padding/topology/paths/canvas.h"
+#include "flipfree/seamless/padding/paths/canvas.h"
 
 namespace flipfree::seamless {
 

@@ -8,11 +8,11 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/seamless/padding/paths/free_distances.h"
+#include "flipfree/seamless/padding/straight/hole_tour.h"
+#include "flipfree/seamless/padding/straight/straight_loops.h"
 #include "flipfree/seamless/padding/topology/hole_chain.h"
-#include "flipfree/seamless/padding/topology/paths/free_distances.h"
 #include "flipfree/seamless/padding/topology/short_loops.h"
-#include "flipfree/seamless/padding/topology/straight/hole_tour.h"
-#include "flipfree/seamless/padding/topology/straight/straight_loops.h"
 
 namespace flipfree::seamless {
 namespace {
@@ -30,8 +30,6 @@ constexpr Index kMostRefined = 3;
 constexpr double kDetour = 1.5;
 // Above, closing the costs over other holes takes longer than the cut itself.
 constexpr std::size_t kMostClosed = 800;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 double mean_length(const Canvas& canvas, const std::vector<std::vector<VertexId>>& loops) {
   double sum = 0.0;

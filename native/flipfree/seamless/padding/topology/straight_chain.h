@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/seamless/padding/straight/flat_angles.h"
+#include "flipfree/seamless/padding/straight/turning_path.h"
 #include "flipfree/seamless/padding/topology/holes.h"
-#include "flipfree/seamless/padding/topology/straight/flat_angles.h"
-#include "flipfree/seamless/padding/topology/straight/turning_path.h"
 
 namespace flipfree::seamless {
 

@@ -9,12 +9,12 @@
 #include "flipfree/base/failure/outcome.h"
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/mesh/topology.h"
+#include "flipfree/seamless/padding/reroute/branch_graph.h"
+#include "flipfree/seamless/padding/reroute/odd_loop.h"
+#include "flipfree/seamless/padding/straight/flat_angles.h"
+#include "flipfree/seamless/padding/straight/linear_scale.h"
 #include "flipfree/seamless/padding/topology/extra_path.h"
 #include "flipfree/seamless/padding/topology/hole_chain.h"
-#include "flipfree/seamless/padding/topology/reroute/branch_graph.h"
-#include "flipfree/seamless/padding/topology/reroute/odd_loop.h"
-#include "flipfree/seamless/padding/topology/straight/flat_angles.h"
-#include "flipfree/seamless/padding/topology/straight/linear_scale.h"
 #include "flipfree/seamless/padding/topology/straight_chain.h"
 #include "flipfree/seamless/signature.h"
 
@@ -27,8 +27,6 @@ constexpr double kFarOff = 100.0;
 // handle, and along a field, whose loops turn by whole quarters.
 constexpr double kConesPrice = 3.0;
 constexpr double kFieldPrice = 2.0;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 // Draws the cut for one pattern after the other.
 class Drawer {

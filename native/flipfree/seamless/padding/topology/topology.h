@@ -21,7 +21,7 @@
 #include "flipfree/base/context.h"
 #include "flipfree/mesh/surface.h"
 #include "flipfree/seamless/padding/admissible_cut.h"
-#include "flipfree/seamless/padding/topology/reroute/reroute.h"
+#include "flipfree/seamless/padding/reroute/reroute.h"
 
 namespace flipfree::seamless {
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "flipfree/unwrap/packing/nest/mask.h"
+
 namespace flipfree::unwrap {
 namespace {
 
@@ -12,18 +14,9 @@ constexpr int kCells = 256;
 constexpr double kCell = 1.0 / kCells;
 constexpr std::size_t kMostBoxes = 64;
 // Boxes of less than so many cells hold nothing worth the search.
-constexpr int kLeastCells = 9;
+constexpr int kLeastBoxCells = 9;
 
 using Grid = std::vector<char>;  // kCells x kCells, rows upwards
-
-struct Span {
-  double low = std::numeric_limits<double>::infinity();
-  double high = -std::numeric_limits<double>::infinity();
-  void add(double x) {
-    low = std::min(low, x);
-    high = std::max(high, x);
-  }
-};
 
 // The x of the triangle's points with y in [bottom, top], a little widened against rounding.
 Span span_between(const std::array<Vector2, 3>& corners, double bottom, double top, double slack) {
@@ -32,7 +25,7 @@ Span span_between(const std::array<Vector2, 3>& corners, double bottom, double t
     const Vector2& a = corners[k];
     const Vector2& b = corners[(k + 1) % 3];
     if (std::max(a.y(), b.y()) < bottom || std::min(a.y(), b.y()) > top) continue;
-    const auto at = [&](double y) {
+    const auto x_at = [&](double y) {
       if (a.y() == b.y()) return a.x();
       const double t = std::clamp((y - a.y()) / (b.y() - a.y()), 0.0, 1.0);
       return (1.0 - t) * a.x() + t * b.x();
@@ -42,8 +35,8 @@ Span span_between(const std::array<Vector2, 3>& corners, double bottom, double t
       span.add(b.x());
       continue;
     }
-    span.add(at(std::clamp(bottom, std::min(a.y(), b.y()), std::max(a.y(), b.y()))));
-    span.add(at(std::clamp(top, std::min(a.y(), b.y()), std::max(a.y(), b.y()))));
+    span.add(x_at(std::clamp(bottom, std::min(a.y(), b.y()), std::max(a.y(), b.y()))));
+    span.add(x_at(std::clamp(top, std::min(a.y(), b.y()), std::max(a.y(), b.y()))));
   }
   return {span.low - slack, span.high + slack};
 }
@@ -126,7 +119,7 @@ std::vector<FreeBox> free_boxes(const Points2& obstacles, const Vector2& tile, d
   std::vector<FreeBox> boxes;
   while (boxes.size() < kMostBoxes) {
     const CellBox box = largest_free(taken);
-    if (box.area() < kLeastCells) break;
+    if (box.area() < kLeastBoxCells) break;
     for (int row = box.row; row < box.row + box.height; ++row) {
       const auto begin = taken.begin() + row * kCells + box.column;
       std::fill(begin, begin + box.width, char{1});

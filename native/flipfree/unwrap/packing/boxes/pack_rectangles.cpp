@@ -19,10 +19,9 @@ constexpr double kLeastMargin = 0x1p-17;
 // Share of an empty tile's scale below which a tile counts as full.
 constexpr double kLeastShare = 0.125;
 constexpr Index kTilesInRow = 10;
-constexpr Index kTiles = 100;
 // Bisection ends within this factor; what is packed is not monotone in the scale, so that a few
 // scales above are tried as well.
-constexpr double kFine = 1.001;
+constexpr double kFineFactor = 1.001;
 constexpr double kLeastSearched = 0x1p-24;
 constexpr int kScalesAbove = 6;
 // Above this many rectangles shelves do: their waste is small then, and they take no time.
@@ -69,14 +68,16 @@ class Skyline {
       steps_[end].width -= right - steps_[end].x;
       steps_[end].x = right;
     }
-    const auto at = [&](std::size_t i) { return steps_.begin() + static_cast<std::ptrdiff_t>(i); };
+    const auto step_at = [&](std::size_t i) {
+      return steps_.begin() + static_cast<std::ptrdiff_t>(i);
+    };
     const Step step{left, height, width};
     if (end == first) {
-      steps_.insert(at(first), step);
+      steps_.insert(step_at(first), step);
       return;
     }
     steps_[first] = step;
-    steps_.erase(at(first + 1), at(end));
+    steps_.erase(step_at(first + 1), step_at(end));
   }
 
   FreeBox box_;
@@ -204,7 +205,7 @@ Packed pack_into(const std::vector<Vector2>& sizes, const std::vector<Way>& ways
   for (const Way& way : ways) {
     if (attempt(bound, way)) return best;
     // Above the best so far, or from where something fits at all.
-    double low = best.scale * kFine;
+    double low = best.scale * kFineFactor;
     if (best.scale == 0.0) {
       for (low = 0.5 * bound; low > bound * kLeastSearched; low *= 0.5)
         if (attempt(low, way)) break;
@@ -213,11 +214,11 @@ Packed pack_into(const std::vector<Vector2>& sizes, const std::vector<Way>& ways
     }
     if (best.scale < low) continue;
     double high = bound;
-    while (high > low * kFine) {
+    while (high > low * kFineFactor) {
       const double middle = std::sqrt(low) * std::sqrt(high);  // their product may overflow
       (attempt(middle, way) ? low : high) = middle;
     }
-    for (int i = 0; i < kScalesAbove; ++i) attempt(std::min(bound, low *= kFine), way);
+    for (int i = 0; i < kScalesAbove; ++i) attempt(std::min(bound, low *= kFineFactor), way);
   }
   return best;
 }

@@ -20,6 +20,9 @@ struct RoomOptions {
   Index first_tile = 0;  // where the search for one with room begins
 };
 
+// Unit tiles that UDIM has.
+inline constexpr Index kTiles = 100;
+
 // Lower left corner of a unit tile: column + 10 row, as UDIM counts (less 1001).
 Vector2 tile_corner(Index tile);
 

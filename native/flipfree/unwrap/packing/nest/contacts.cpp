@@ -123,12 +123,12 @@ class EdgeGrid {
         double low = std::min(a.x(), b.x());
         double high = std::max(a.x(), b.x());
         if (last > first) {
-          const auto at = [&](double y) {
+          const auto x_at = [&](double y) {
             const double t = std::clamp((y - a.y()) / (b.y() - a.y()), 0.0, 1.0);
             return a.x() + t * (b.x() - a.x());
           };
-          const double x0 = at(row * cell_);
-          const double x1 = at((row + 1) * cell_);
+          const double x0 = x_at(row * cell_);
+          const double x1 = x_at((row + 1) * cell_);
           const double care = 1e-9 * cell_;
           low = std::max(low, std::min(x0, x1) - care);
           high = std::min(high, std::max(x0, x1) + care);
@@ -191,13 +191,9 @@ bool nearest_on(const std::vector<Corner>& corners, Index edge, const Vector2& p
   return found.distance <= reach;
 }
 
-double distance_to(const std::vector<Corner>& corners, Index edge, const Vector2& p) {
+double distance_to_edge(const std::vector<Corner>& corners, Index edge, const Vector2& p) {
   const Corner& from = corners[static_cast<std::size_t>(edge)];
-  const Vector2 side = corners[static_cast<std::size_t>(from.next)].at - from.at;
-  const Vector2 off = p - from.at;
-  const double square = side.squaredNorm();
-  const double t = square > 0.0 ? std::clamp(off.dot(side) / square, 0.0, 1.0) : 0.0;
-  return (off - t * side).norm();
+  return distance_to_segment(p, from.at, corners[static_cast<std::size_t>(from.next)].at);
 }
 
 // Of all that is near one corner, what it touches: from outside every nearest place, from inside
@@ -264,7 +260,7 @@ void Contacts::remember(const std::vector<Pose>& poses, double scale, double rea
                    own.clear();
                    const Corner& corner = corners_[c];
                    grid.near(corner.at, corner.shape, within_, [&](Index e) {
-                     if (distance_to(corners_, e, corner.at) <= within_) own.push_back(e);
+                     if (distance_to_edge(corners_, e, corner.at) <= within_) own.push_back(e);
                    });
                    // An edge is met in every cell that it passes through.
                    std::sort(own.begin(), own.end());

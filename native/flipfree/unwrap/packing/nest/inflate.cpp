@@ -13,8 +13,8 @@ namespace {
 constexpr double kAtRest = 2e-7;  // gaps may be so much narrower within this file
 constexpr double kFirstGrowth = 0.01;
 constexpr double kLeastGrowth = 1e-4;
-constexpr int kRounds = 24;  // of contacts, until a layout is at rest or given up
-constexpr int kSweeps = 12;  // over the contacts of a round
+constexpr int kContactRounds = 24;  // of contacts, until a layout is at rest or given up
+constexpr int kSweeps = 12;         // over the contacts of a round
 
 struct Body {
   Pose pose;
@@ -43,7 +43,7 @@ class Dynamics {
   bool settle(Layout& layout, double& work, const ExecutionContext& context) {
     const double scale = layout.scale;
     start(layout);
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < kContactRounds; ++round) {
       context.check();
       const double reach = options_.margin + allowance(scale) + 2.0 * slack(scale);
       contacts_ = near_.find(poses(), scale, reach, context);

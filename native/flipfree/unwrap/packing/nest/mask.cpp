@@ -9,17 +9,8 @@
 namespace flipfree::unwrap {
 namespace {
 
-struct Span {
-  double low = std::numeric_limits<double>::infinity();
-  double high = -std::numeric_limits<double>::infinity();
-  void add(double x) {
-    low = std::min(low, x);
-    high = std::max(high, x);
-  }
-};
-
 // Against rounding of what touches a cell's edge, in cells.
-constexpr double kCare = 1e-9;
+constexpr double kTouchingCare = 1e-9;
 
 // The x of the disc's points with y in [bottom, bottom + 1].
 void add_disc(const Vector2& p, double radius, double bottom, Span& span) {
@@ -31,11 +22,11 @@ void add_disc(const Vector2& p, double radius, double bottom, Span& span) {
 }
 
 // A side of a strip: from its lower end to its upper one.
-struct Side {
+struct StripSide {
   Vector2 low, high;
   double slope;  // of x by y
 
-  Side(const Vector2& a, const Vector2& b)
+  StripSide(const Vector2& a, const Vector2& b)
       : low(a.y() <= b.y() ? a : b), high(a.y() <= b.y() ? b : a) {
     const double rise = high.y() - low.y();
     slope = rise < 1e-12 ? 0.0 : (high.x() - low.x()) / rise;
@@ -172,7 +163,7 @@ void set_cells(Word* row, int width, double first, double last) {
 
 void draw_segment(const Vector2& a, const Vector2& b, double radius, int width, int height,
                   int words, std::vector<Word>& bits) {
-  const double reach = radius + kCare;
+  const double reach = radius + kTouchingCare;
   const auto row_of = [&](double y) {
     return static_cast<int>(std::clamp(std::floor(y), -1.0, static_cast<double>(height)));
   };
@@ -183,8 +174,8 @@ void draw_segment(const Vector2& a, const Vector2& b, double radius, int width, 
   const Vector2 off =
       length > 0.0 ? Vector2(-side.y(), side.x()) * (reach / length) : Vector2(0.0, 0.0);
   // The strip's ends are within the discs.
-  const Side left(a + off, b + off);
-  const Side right(a - off, b - off);
+  const StripSide left(a + off, b + off);
+  const StripSide right(a - off, b - off);
   for (int row = first; row <= last; ++row) {
     Span span;
     add_disc(a, reach, row, span);
@@ -222,7 +213,7 @@ Mask draw_shape(const Shape& shape, const Vector2& turn, double scale, double ra
     pen.begin.push_back(pen.points.size());
   }
   Mask mask;
-  const Vector2 care = Vector2::Constant(radius + 2.0 * kCare);
+  const Vector2 care = Vector2::Constant(radius + 2.0 * kTouchingCare);
   mask.origin = care - low;
   const Vector2 size = high - low + 2.0 * care;
   mask.width = std::max(1, static_cast<int>(std::ceil(size.x())));

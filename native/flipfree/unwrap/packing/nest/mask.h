@@ -1,7 +1,9 @@
 // Shapes as cells of a grid, 64 to a word.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "flipfree/unwrap/packing/nest/shape.h"
@@ -9,6 +11,16 @@
 namespace flipfree::unwrap {
 
 using Word = std::uint64_t;
+
+// The x of what lies in a row.
+struct Span {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -std::numeric_limits<double>::infinity();
+  void add(double x) {
+    low = std::min(low, x);
+    high = std::max(high, x);
+  }
+};
 
 // Cells from `first` to `last` of a row, both included.
 struct Run {

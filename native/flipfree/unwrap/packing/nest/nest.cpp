@@ -15,14 +15,14 @@ namespace {
 
 // Cells to a side per square root of shapes: some 48 across each shape.
 constexpr double kCellsAcross = 48.0;
-constexpr double kLeastCells = 384.0;
-constexpr double kMostCells = 4096.0;
-constexpr double kFirstFill = 0.62;  // of the tile, where the search begins
-constexpr double kFine = 0.004;      // the search for a scale ends at this share of it
-constexpr double kSearched = 0.02;   // scales below this share of the bound are not looked for
-constexpr std::size_t kMany = 2000;  // shapes, of which fewer directions are tried
-constexpr std::size_t kFew = 150;    // shapes, for which more rules are tried
-constexpr double kMuch = 0.2;        // of all area: such shapes are tried as square as they go too
+constexpr double kLeastCellsToSide = 384.0;
+constexpr double kMostCellsToSide = 4096.0;
+constexpr double kFirstFill = 0.62;   // of the tile, where the search begins
+constexpr double kFineShare = 0.004;  // the search for a scale ends at this share of it
+constexpr double kSearched = 0.02;    // scales below this share of the bound are not looked for
+constexpr std::size_t kManyShapes = 2000;  // shapes, of which fewer directions are tried
+constexpr std::size_t kFewShapes = 150;    // shapes, for which more rules are tried
+constexpr double kMuch = 0.2;  // of all area: such shapes are tried as square as they go too
 constexpr double kEffortForRules = 0.5;
 constexpr double kLongerForFew = 2.0;  // with that effort, as it is half a second still
 constexpr double kMendWords = 6e7;     // per unit of effort, for some hundred shapes
@@ -98,15 +98,16 @@ std::vector<std::size_t> largest_first(const std::vector<Shape>& shapes) {
 Problem problem_of(const std::vector<Shape>& shapes, const NestOptions& options) {
   const auto n = static_cast<double>(shapes.size());
   const int cells =
-      64 *
-      static_cast<int>(std::clamp(kCellsAcross * std::sqrt(n), kLeastCells, kMostCells) / 64.0);
+      64 * static_cast<int>(
+               std::clamp(kCellsAcross * std::sqrt(n), kLeastCellsToSide, kMostCellsToSide) / 64.0);
   std::vector<Loop> fixed = loops_of(options.fixed);
   Tile empty = tile_of(fixed, cells, 0.5 * options.margin);
   Problem problem{shapes, {}, {}, largest_first(shapes), std::move(fixed), cells, std::move(empty)};
   std::vector<Vector2> turns = {Vector2(1.0, 0.0)};
   if (options.rotation == Rotation::kQuarters) turns = even_turns(4);
-  if (options.rotation == Rotation::kFree) turns = even_turns(shapes.size() > kMany ? 4 : 8);
-  if (options.rotation == Rotation::kStraight) turns = even_turns(shapes.size() > kMany ? 4 : 8);
+  if (options.rotation == Rotation::kFree) turns = even_turns(shapes.size() > kManyShapes ? 4 : 8);
+  if (options.rotation == Rotation::kStraight)
+    turns = even_turns(shapes.size() > kManyShapes ? 4 : 8);
   problem.turns.assign(shapes.size(), turns);
   const bool any = options.rotation == Rotation::kFree || options.rotation == Rotation::kStraight;
   problem.may_turn.assign(shapes.size(), any ? 1 : 0);
@@ -122,7 +123,7 @@ Problem problem_of(const std::vector<Shape>& shapes, const NestOptions& options)
     area += s.area;
     radius = std::max(radius, s.radius);
   }
-  if (any && shapes.size() <= kFew) {
+  if (any && shapes.size() <= kFewShapes) {
     const std::vector<Vector2> quarters = even_turns(4);
     for (std::size_t i = 0; i < shapes.size(); ++i) {
       if (shapes[i].area < kMuch * area || problem.may_turn[i] == 0) continue;
@@ -139,8 +140,8 @@ Problem problem_of(const std::vector<Shape>& shapes, const NestOptions& options)
 }
 
 // Fills the tile with this rule at this scale; true, and better, if it holds everything.
-bool attempt(const Problem& problem, const Rule& rule, double scale, Found& best, double& missing,
-             const ExecutionContext& context) {
+bool attempt_filling(const Problem& problem, const Rule& rule, double scale, Found& best,
+                     double& missing, const ExecutionContext& context) {
   const Masks masks =
       draw_shapes(problem.shapes, problem.turns, scale, problem.cells, problem.radius, context);
   Filling filling = fill(problem.shapes, masks, problem.empty, problem.order, rule, 0.3, context);
@@ -158,7 +159,7 @@ Found surpass(const Problem& problem, const Rule& rule, double known,
   double scale = known;
   while (scale < problem.bound) {
     scale = std::min(problem.bound, kBetter * scale);
-    if (!attempt(problem, rule, scale, best, missing, context)) break;
+    if (!attempt_filling(problem, rule, scale, best, missing, context)) break;
   }
   return best;
 }
@@ -168,24 +169,24 @@ Found search(const Problem& problem, const Rule& rule, double guess, double leas
              const ExecutionContext& context) {
   Found best;
   double missing = 0.0;
-  if (wanted && attempt(problem, rule, problem.bound, best, missing, context)) return best;
+  if (wanted && attempt_filling(problem, rule, problem.bound, best, missing, context)) return best;
   double high = problem.bound;
   const double low = std::max(least, kSearched * problem.bound);
   double scale = std::min(std::max(guess, 0.5 * (low + high)), 0.99 * high);
   while (scale > low) {
-    if (attempt(problem, rule, scale, best, missing, context)) {
-      if (high - scale < kFine * high) break;
+    if (attempt_filling(problem, rule, scale, best, missing, context)) {
+      if (high - scale < kFineShare * high) break;
       scale = std::min(0.5 * (scale + high), 1.04 * scale);
       continue;
     }
     high = scale;
     const double guessed = scale * std::sqrt(std::max(0.3, 1.0 - missing)) * 0.995;
     if (best.scale > 0.0) {
-      if (high - best.scale < kFine * high) break;
+      if (high - best.scale < kFineShare * high) break;
       scale = std::max(std::min(guessed, 0.997 * high), 0.5 * (best.scale + high));
     } else {
       // One shape that is most of all says little by what it misses.
-      if (high - low < kFine * high) break;
+      if (high - low < kFineShare * high) break;
       scale = std::min(std::max(guessed, 0.5 * (low + high)), 0.99 * high);
     }
   }
@@ -226,7 +227,7 @@ Layout nest(const std::vector<Shape>& shapes, const NestOptions& options,
   const Problem problem = problem_of(shapes, options);
   const double n = static_cast<double>(shapes.size());
   const bool wanted = options.scale > 0.0;
-  const bool thorough = options.effort >= kEffortForRules && shapes.size() <= kFew;
+  const bool thorough = options.effort >= kEffortForRules && shapes.size() <= kFewShapes;
   const double effort = thorough ? kLongerForFew * options.effort : options.effort;
   std::array<Found, kRules.size()> found;
   // One shape lies as low by any rule.
@@ -255,11 +256,12 @@ Layout nest(const std::vector<Shape>& shapes, const NestOptions& options,
     found[0] = better;
   }
   context.report("packing", 0.4);
-  if (better.scale < problem.bound && options.effort > 0.0 && shapes.size() <= kMany &&
+  if (better.scale < problem.bound && options.effort > 0.0 && shapes.size() <= kManyShapes &&
       shapes.size() > 1) {
     const Found start = better;
     // Longer for some more shapes, as each step mends only what is near.
-    const double work = effort * kMendWords * (n <= kFew ? 1.6 : std::clamp(n / 500.0, 0.5, 2.0));
+    const double work =
+        effort * kMendWords * (n <= kFewShapes ? 1.6 : std::clamp(n / 500.0, 0.5, 2.0));
     each([&](std::size_t i, const ExecutionContext& part) {
       found[i] = grow(problem, start, 100 * (i + 1), work, part);
     });

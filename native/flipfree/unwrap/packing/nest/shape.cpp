@@ -12,19 +12,12 @@
 namespace flipfree::unwrap {
 namespace {
 
-double distance_to(const Vector2& p, const Vector2& a, const Vector2& b) {
-  const Vector2 side = b - a;
-  const double square = side.squaredNorm();
-  const double t = square > 0.0 ? std::clamp((p - a).dot(side) / square, 0.0, 1.0) : 0.0;
-  return (p - a - t * side).norm();
-}
-
 // The corner strictly between first and last (cyclic) that is farthest from their line.
 std::pair<std::size_t, double> farthest(const Loop& loop, std::size_t first, std::size_t last) {
   const std::size_t n = loop.size();
   std::pair<std::size_t, double> found{first, -1.0};
   for (std::size_t i = first + 1; i < last; ++i) {
-    const double d = distance_to(loop[i % n], loop[first % n], loop[last % n]);
+    const double d = distance_to_segment(loop[i % n], loop[first % n], loop[last % n]);
     if (d > found.second) found = {i, d};
   }
   return found;

@@ -1,6 +1,7 @@
 // What is packed: outlines in the plane that turn, move and grow as one.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "flipfree/base/types.h"
@@ -28,6 +29,14 @@ struct Pose {
             scale * (turn.y() * p.x() + turn.x() * p.y()) + centre.y()};
   }
 };
+
+// Of a point from the segment from a to b, which may be a point.
+inline double distance_to_segment(const Vector2& p, const Vector2& a, const Vector2& b) {
+  const Vector2 side = b - a;
+  const double square = side.squaredNorm();
+  const double t = square > 0.0 ? std::clamp((p - a).dot(side) / square, 0.0, 1.0) : 0.0;
+  return (p - a - t * side).norm();
+}
 
 // The loop with fewer corners, none of its points farther than `tolerance` from it (Douglas and
 // Peucker); at least three corners if it has them. Cost: O(n log n) as a rule.

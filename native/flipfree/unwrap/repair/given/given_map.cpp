@@ -16,8 +16,6 @@
 namespace flipfree::unwrap {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Corners around vertices, and what is known about their places.
 class Corners {
  public:

@@ -13,9 +13,7 @@
 namespace flipfree::unwrap {
 namespace {
 
-constexpr double kDrawnOut = 4.0;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+constexpr double kDrawnOutOverMedian = 4.0;
 
 class Rejoining {
  public:
@@ -110,7 +108,7 @@ class Rejoining {
       const double energy = energy_of(f);
       if (std::isfinite(energy)) energies.emplace_back(energy, parts_(f, 2));
     }
-    limit_ = kDrawnOut * weighted_median(std::move(energies));
+    limit_ = kDrawnOutOverMedian * weighted_median(std::move(energies));
   }
 
   double energy_of(FaceId f) const {

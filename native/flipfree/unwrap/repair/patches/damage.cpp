@@ -11,18 +11,17 @@
 #include "flipfree/certify/measures/energy.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/mesh/own_unit.h"
+#include "flipfree/unwrap/packing/layout.h"
 
 namespace flipfree::unwrap {
 namespace {
 
 // So many times the energy of healthy faces is no shape that somebody wanted.
-constexpr double kDrawnOut = 25.0;
+constexpr double kDrawnOutOverHealthy = 25.0;
 // Beside a face that cannot stay, so many are enough.
 constexpr double kDrawnOutBeside = 4.0;
 // Energy up to which a face tells how large its chart was meant to be.
 constexpr double kOrdinary = 10.0;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 // Interior vertices whose faces, all positive, wind around them other than once (certify/measures:
 // G2; here of some vertices only).
@@ -117,10 +116,7 @@ double median_density(const mesh::Surface& surface, const Points2& uv) {
 
 std::vector<double> face_energies(const mesh::Surface& surface, const Points2& uv, double density) {
   const Triangles& faces = surface.faces;
-  Points2 corners(faces.size(), 2);
-  for (CornerId c = 0; c < static_cast<CornerId>(corners.rows()); ++c)
-    corners.row(c) = uv.row(faces.data()[c]);
-  const Points3 parts = certify::symmetric_dirichlet_parts(surface, corners);
+  const Points3 parts = certify::symmetric_dirichlet_parts(surface, by_corner(faces, uv));
   const double s2 = density * density;
   std::vector<double> energies(at(static_cast<Index>(faces.rows())));
   for (FaceId f = 0; f < faces.rows(); ++f) {
@@ -140,7 +136,7 @@ Healthy healthy_energy(const std::vector<double>& area, const std::vector<double
   double sum = 0.0;
   double weight = 0.0;
   for (const auto& [energy, a] : finite) {
-    if (energy > kDrawnOut * healthy.median) continue;
+    if (energy > kDrawnOutOverHealthy * healthy.median) continue;
     sum += a * energy;
     weight += a;
   }
@@ -167,7 +163,7 @@ Damage find_damage(const DamagedChart& chart, const Points2& uv,
     add(f);
   }
   for (FaceId f = 0; f < faces.rows(); ++f) {
-    if (spoilt && energies[at(f)] > kDrawnOut * healthy.median) add(f);
+    if (spoilt && energies[at(f)] > kDrawnOutOverHealthy * healthy.median) add(f);
     for (Index k = 0; k < 3; ++k) {
       if (chart.unknown[at(faces(f, k))] != 0) add(f);
     }

@@ -15,10 +15,8 @@
 namespace flipfree::unwrap {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Rings by which a part grows, round by round; the first moves single vertices.
-constexpr Index kRings[] = {0, 0, 1, 2, 4, 8, 16};
+constexpr Index kGrowingRings[] = {0, 0, 1, 2, 4, 8, 16};
 // A part may have more energy than the healthy faces' mean, or that around it, by this share of its
 // own, or by that of the whole chart's.
 constexpr double kOwnExcess = 0.25;
@@ -151,7 +149,7 @@ std::vector<VertexId> held(const Patch& patch) {
 }
 
 // Least distortion at the chart's density, from a map that is flip-free.
-void relax(Patch& patch, double density, ExecutionContext& context) {
+void relax_patch(Patch& patch, double density, ExecutionContext& context) {
   distortion::MinimizeOptions minimize;
   minimize.fixed = held(patch);
   minimize.unit = density;
@@ -196,9 +194,9 @@ class Mender {
       energies_ = face_energies(chart_.surface, uv_, chart_.density);
       const Damage damage = find_damage(now, uv_, energies_, healthy_, true, context_);
       if (damage.count == 0) return true;
-      if (round == std::size(kRings)) return false;
+      if (round == std::size(kGrowingRings)) return false;
       const std::vector<char> free =
-          round == 0 ? cover(damage.bad) : free_around(chart_, damage.bad, kRings[round]);
+          round == 0 ? cover(damage.bad) : free_around(chart_, damage.bad, kGrowingRings[round]);
       std::vector<Patch> patches = patches_of(chart_, free, uv_);
       // Parts that are as large as the chart come to nothing more than unwrapping it does.
       std::erase_if(patches, [&](const Patch& patch) { return !worth_it(patch, round); });
@@ -267,7 +265,7 @@ class Mender {
     const auto one = [&](Patch& patch, ExecutionContext& context) {
       even_out(patch);
       if (!patch.uv.allFinite() || !unfold(patch, chart_.density, context)) return;
-      relax(patch, chart_.density, context);
+      relax_patch(patch, chart_.density, context);
       patch.solved = bearable(patch);
     };
     if (patches.size() == 1) {
@@ -335,7 +333,7 @@ Points2 relaxed_around(const DamagedChart& chart, const std::vector<char>& over,
   Points2 result = uv;
   for (Patch& patch : patches_of(chart, free, uv)) {
     if (std::find(patch.fixed.begin(), patch.fixed.end(), 1) == patch.fixed.end()) continue;
-    relax(patch, chart.density, context);
+    relax_patch(patch, chart.density, context);
     for (std::size_t v = 0; v < patch.vertices.size(); ++v)
       result.row(patch.vertices[v]) = patch.uv.row(static_cast<Eigen::Index>(v));
   }

@@ -13,19 +13,11 @@
 namespace flipfree::unwrap {
 namespace {
 
-struct Box {
-  Eigen::RowVector2d low, high;
-  explicit Box(const Points2& uv) : low(uv.colwise().minCoeff()), high(uv.colwise().maxCoeff()) {}
-  bool meets(const Box& other) const {
-    return (low.array() < other.high.array()).all() && (other.low.array() < high.array()).all();
-  }
-};
-
 // Boxes by size and place: of each size in squares not smaller than they are, so that only few
 // squares hold what may meet another box.
 class BoxesByPlace {
  public:
-  void add(std::size_t chart, const Box& box) {
+  void add(std::size_t chart, const BoundingBox& box) {
     const int size = std::ilogb((box.high - box.low).maxCoeff()) + 1;
     Boxes& same = by_size_[size];
     same.all.push_back(chart);
@@ -34,7 +26,7 @@ class BoxesByPlace {
 
   // Is `wanted` true of one whose box may meet this one? Some more are asked.
   template <typename Wanted>
-  bool any(const Box& box, Wanted wanted) const {
+  bool any(const BoundingBox& box, Wanted wanted) const {
     for (const auto& [size, boxes] : by_size_) {
       const Square first = square(box.low, size);
       const Square last = square(box.high, size);
@@ -76,7 +68,7 @@ class BoxesByPlace {
 };
 
 // The corners of those faces that may meet the box, below what is there.
-void append_near(const Triangles& faces, const Points2& uv, const Box& box, Index island,
+void append_near(const Triangles& faces, const Points2& uv, const BoundingBox& box, Index island,
                  mesh::Components& islands, std::vector<Eigen::RowVector2d>& corners) {
   for (Eigen::Index f = 0; f < faces.rows(); ++f) {
     const Eigen::RowVector2d a = uv.row(faces(f, 0)), b = uv.row(faces(f, 1)),
@@ -90,8 +82,8 @@ void append_near(const Triangles& faces, const Points2& uv, const Box& box, Inde
 
 bool share_area(const Triangles& faces_a, const Points2& uv_a, const Triangles& faces_b,
                 const Points2& uv_b) {
-  const Box a(uv_a);
-  const Box b(uv_b);
+  const BoundingBox a(uv_a);
+  const BoundingBox b(uv_b);
   if (!a.meets(b)) return false;
   mesh::Components two;
   two.count = 2;
@@ -118,7 +110,7 @@ std::vector<char> make_way(const std::vector<StandingChart>& charts, bool all_ap
     return std::pair(!charts[a].may_move, charts[a].faces->rows()) >
            std::pair(!charts[b].may_move, charts[b].faces->rows());
   });
-  std::vector<Box> boxes;
+  std::vector<BoundingBox> boxes;
   boxes.reserve(charts.size());
   for (const StandingChart& chart : charts) boxes.emplace_back(*chart.uv);
   BoxesByPlace staying;

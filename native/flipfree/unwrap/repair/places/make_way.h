@@ -8,6 +8,16 @@
 
 namespace flipfree::unwrap {
 
+// Of a map, sides along the axes.
+struct BoundingBox {
+  Eigen::RowVector2d low, high;
+  explicit BoundingBox(const Points2& uv)
+      : low(uv.colwise().minCoeff()), high(uv.colwise().maxCoeff()) {}
+  bool meets(const BoundingBox& other) const {
+    return (low.array() < other.high.array()).all() && (other.low.array() < high.array()).all();
+  }
+};
+
 struct StandingChart {
   const Triangles* faces = nullptr;
   const Points2* uv = nullptr;  // #V x 2, finite

@@ -9,7 +9,7 @@
 namespace flipfree::unwrap {
 namespace {
 
-constexpr double kSame = 1.1;
+constexpr double kSameDensity = 1.1;
 constexpr double kMost = 2.0 / 3.0;
 
 // Of those that are not remade, or of all if there are no others; 0 if they have none in common.
@@ -28,7 +28,7 @@ double common(const std::vector<ScaledChart>& charts, const std::vector<double>&
   const double median = weighted_median(standing);
   double same = 0.0;
   for (const auto& [density, area] : standing) {
-    if (density <= kSame * median && median <= kSame * density) same += area;
+    if (density <= kSameDensity * median && median <= kSameDensity * density) same += area;
   }
   return same >= kMost * total ? median : 0.0;
 }

@@ -9,10 +9,6 @@
 namespace flipfree::unwrap {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-constexpr double kNever = mesh::ShortestPaths::kUnreached;
-
 using Chain = std::vector<VertexId>;
 
 std::vector<char> on_boundary(const Triangles& faces, const mesh::Adjacency& adjacency,
@@ -60,11 +56,11 @@ std::vector<Chain> chains_of(const mesh::Surface& few, const mesh::Adjacency& ad
   return chains;
 }
 
-class Carrier {
+class CutCarrier {
  public:
-  Carrier(const mesh::Surface& whole, const mesh::Adjacency& adjacency,
-          const std::vector<mesh::Decimated>& levels, const mesh::EdgeFlags& uncuttable,
-          ExecutionContext& context)
+  CutCarrier(const mesh::Surface& whole, const mesh::Adjacency& adjacency,
+             const std::vector<mesh::Decimated>& levels, const mesh::EdgeFlags& uncuttable,
+             ExecutionContext& context)
       : whole_(whole),
         adjacency_(adjacency),
         few_(levels.back().surface),
@@ -113,7 +109,7 @@ class Carrier {
     const auto may = [&](VertexId v) {
       return near[at(into_[at(v)])] != 0 && (boundary_[at(v)] == 0 || v == begin || v == end);
     };
-    std::vector<double> length(length_.size(), kNever);
+    std::vector<double> length(length_.size(), mesh::ShortestPaths::kUnreached);
     for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(length.size()); ++h) {
       if (adjacency_.opposite[at(h)] == kInvalid) continue;
       if (may(mesh::source(whole_.faces, h)) && may(mesh::target(whole_.faces, h)))
@@ -122,7 +118,7 @@ class Carrier {
     mesh::ShortestPaths paths(whole_.faces, adjacency_, length);
     paths.add_source(begin);
     paths.grow(context_);
-    if (begin == end || paths.distance(end) == kNever) return false;
+    if (begin == end || paths.distance(end) == mesh::ShortestPaths::kUnreached) return false;
     for (VertexId v = end; v != begin; v = paths.before(v)) {
       const HalfedgeId h = paths.arrival(v);
       cut[at(h)] = cut[at(adjacency_.opposite[at(h)])] = 1;
@@ -150,7 +146,7 @@ mesh::EdgeFlags carried_cut(const mesh::Surface& whole, const mesh::Adjacency& a
       mesh::build_adjacency(static_cast<Index>(few.vertices.rows()), few.faces);
   const std::vector<Chain> chains = chains_of(few, own, cut);
   if (chains.empty()) return {};
-  mesh::EdgeFlags carried = Carrier(whole, adjacency, levels, uncuttable, context).run(chains);
+  mesh::EdgeFlags carried = CutCarrier(whole, adjacency, levels, uncuttable, context).run(chains);
   const auto pieces = [](const mesh::Adjacency& sides, const mesh::EdgeFlags& flags) {
     return mesh::components_between(sides, flags).count;
   };

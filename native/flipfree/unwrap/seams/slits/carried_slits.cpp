@@ -12,15 +12,14 @@
 namespace flipfree::unwrap {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
-constexpr int kRounds = 4;
+constexpr int kCarryingRounds = 4;
 // A bound that the chart's own map misses is tightened in proportion, and by this.
-constexpr double kTighter = 0.9;
+constexpr double kTighterForChart = 0.9;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 double tighter(double aim, double reached, double most) {
-  return reached > most ? 1.0 + kTighter * (aim - 1.0) * (most - 1.0) / (reached - 1.0) : aim;
+  return reached > most ? 1.0 + kTighterForChart * (aim - 1.0) * (most - 1.0) / (reached - 1.0)
+                        : aim;
 }
 
 using Ways = std::vector<std::vector<VertexId>>;
@@ -81,10 +80,11 @@ std::vector<char> neighbourhood(const mesh::Decimated& few, const Ways& ways) {
   return of_chart;
 }
 
-class Carrier {
+class SlitCarrier {
  public:
-  Carrier(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
-          const std::vector<double>& cost, const SlitOptions& options, ExecutionContext& context)
+  SlitCarrier(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
+              const std::vector<double>& cost, const SlitOptions& options,
+              ExecutionContext& context)
       : chart_(chart), adjacency_(adjacency), cost_(cost), options_(options), context_(context) {
     for (const double c : cost) uncuttable_.push_back(c == kNever ? 1 : 0);
   }
@@ -100,7 +100,7 @@ class Carrier {
       SlitSearch search(few.surface, adjacency, cost, kNoMirror, options_, context_);
       Stretch aim = options_.bound;
       double done = 0.2;
-      for (int round = 0; round < kRounds; ++round) {
+      for (int round = 0; round < kCarryingRounds; ++round) {
         const Slits found = search.run(aim);
         if (search.opened_anyhow()) return {};
         context_.report("finding seams", done);
@@ -112,7 +112,7 @@ class Carrier {
         // What the few need not be divided for may need some more slits, rather than to be divided.
         SlitOptions own = options_;
         own.may_add_cuts =
-            options_.may_add_cuts && (found.apart.rows() > 0 || round + 1 == kRounds);
+            options_.may_add_cuts && (found.apart.rows() > 0 || round + 1 == kCarryingRounds);
         LevelMap map = map_by_levels(chart_, adjacency_, cut, uncuttable_, own, context_);
         best = std::move(map.slits);
         if (map.stretch.within(options_.bound) || search.exhausted()) break;
@@ -159,7 +159,7 @@ class Carrier {
 Slits carried_slits(const mesh::Surface& chart, const mesh::Adjacency& adjacency,
                     const std::vector<double>& cost, const SlitOptions& options,
                     ExecutionContext& context) {
-  return Carrier(chart, adjacency, cost, options, context).run();
+  return SlitCarrier(chart, adjacency, cost, options, context).run();
 }
 
 }  // namespace flipfree::unwrap

@@ -13,21 +13,20 @@
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/mesh/islands/part.h"
 #include "flipfree/mesh/topology.h"
+#include "flipfree/unwrap/packing/layout.h"
 
 namespace flipfree::unwrap {
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
-
 // Energy of a triangle that is drawn out, and the rings around such that move with it.
-constexpr double kDrawnOut = 2.0;
-constexpr int kRings = 4;
-constexpr double kTolerance = 1e-2;
+constexpr double kDrawnOutEnergy = 2.0;
+constexpr int kMovingRings = 4;
+constexpr double kDrawnOutTolerance = 1e-2;
 constexpr int kMostSteps = 30;
 // Of a place that is a larger share of the map, relaxing all of it is no more work.
 constexpr double kMostOfMap = 0.5;
 
-struct Place {
+struct DrawnOutPlace {
   mesh::Surface surface;
   std::vector<VertexId> vertices;  // of the map
   std::vector<VertexId> fixed;     // its own
@@ -40,9 +39,7 @@ struct Measured {
 };
 
 Measured measure(const mesh::Surface& surface, const Points2& uv, bool keep_boundary) {
-  Points2 corners(surface.faces.size(), 2);
-  for (CornerId c = 0; c < corners.rows(); ++c) corners.row(c) = uv.row(surface.faces.data()[c]);
-  const Points3 parts = certify::symmetric_dirichlet_parts(surface, corners);
+  const Points3 parts = certify::symmetric_dirichlet_parts(surface, by_corner(surface.faces, uv));
   // By areas: the best scale of the energy would follow what is drawn out.
   double area = 0.0;
   double in_map = 0.0;
@@ -58,10 +55,10 @@ Measured measure(const mesh::Surface& surface, const Points2& uv, bool keep_boun
   for (FaceId f = 0; f < surface.faces.rows(); ++f) {
     if (!(parts(f, 2) > 0.0)) continue;
     const double energy = 0.25 * (parts(f, 0) * unit + parts(f, 1) / unit);
-    for (Index k = 0; k < 3 && !(energy <= kDrawnOut); ++k)
+    for (Index k = 0; k < 3 && !(energy <= kDrawnOutEnergy); ++k)
       result.moves[at(surface.faces(f, k))] = 1;
   }
-  for (int ring = 0; ring < kRings; ++ring) {
+  for (int ring = 0; ring < kMovingRings; ++ring) {
     const std::vector<char> before = result.moves;
     for (FaceId f = 0; f < surface.faces.rows(); ++f) {
       const auto face = surface.faces.row(f);
@@ -79,8 +76,8 @@ Measured measure(const mesh::Surface& surface, const Points2& uv, bool keep_boun
 }
 
 // Faces with vertices that move, in parts that share no edge.
-std::vector<Place> places_of(const mesh::Surface& surface, const Points2& uv,
-                             const std::vector<char>& moves) {
+std::vector<DrawnOutPlace> places_of(const mesh::Surface& surface, const Points2& uv,
+                                     const std::vector<char>& moves) {
   std::vector<FaceId> chosen;
   for (FaceId f = 0; f < surface.faces.rows(); ++f) {
     const auto face = surface.faces.row(f);
@@ -91,12 +88,12 @@ std::vector<Place> places_of(const mesh::Surface& surface, const Points2& uv,
   const mesh::Part whole = mesh::part_of(surface.faces, chosen, local);
   const mesh::Components parts = mesh::face_components(
       mesh::build_adjacency(static_cast<Index>(whole.vertices.size()), whole.faces));
-  std::vector<Place> places(at(parts.count));
+  std::vector<DrawnOutPlace> places(at(parts.count));
   std::vector<std::vector<FaceId>> faces_of(places.size());
   for (std::size_t i = 0; i < chosen.size(); ++i)
     faces_of[at(parts.of_face[i])].push_back(chosen[i]);
   for (std::size_t p = 0; p < places.size(); ++p) {
-    Place& place = places[p];
+    DrawnOutPlace& place = places[p];
     mesh::Part part = mesh::part_of(surface.faces, faces_of[p], local);
     place.surface.faces = std::move(part.faces);
     place.vertices = std::move(part.vertices);
@@ -113,10 +110,10 @@ std::vector<Place> places_of(const mesh::Surface& surface, const Points2& uv,
   return places;
 }
 
-void relax(Place& place, double density, ExecutionContext& context) try {
+void relax_place(DrawnOutPlace& place, double density, ExecutionContext& context) try {
   distortion::MinimizeOptions options;
   options.max_iterations = kMostSteps;
-  options.tolerance = kTolerance;
+  options.tolerance = kDrawnOutTolerance;
   options.fixed = place.fixed;
   options.unit = density;
   options.keep_last = true;
@@ -133,17 +130,17 @@ void relax(Place& place, double density, ExecutionContext& context) try {
 Points2 relaxed_where_drawn_out(const mesh::Surface& surface, Points2 uv, bool keep_boundary,
                                 ExecutionContext& context) {
   const Measured measured = measure(surface, uv, keep_boundary);
-  std::vector<Place> places = places_of(surface, uv, measured.moves);
+  std::vector<DrawnOutPlace> places = places_of(surface, uv, measured.moves);
   const double most = kMostOfMap * static_cast<double>(surface.faces.rows());
-  std::erase_if(places, [&](const Place& place) {
+  std::erase_if(places, [&](const DrawnOutPlace& place) {
     return place.fixed.empty() || static_cast<double>(place.surface.faces.rows()) > most;
   });
   parallel_for(context, places.size(), 1, [&](std::size_t i, std::size_t, std::size_t) {
     ExecutionContext part(&context, 1);
-    relax(places[i], measured.density, part);
+    relax_place(places[i], measured.density, part);
   });
   // A vertex that moves has all its faces in one place.
-  for (const Place& place : places) {
+  for (const DrawnOutPlace& place : places) {
     for (std::size_t i = 0; i < place.vertices.size(); ++i)
       uv.row(place.vertices[i]) = place.uv.row(static_cast<Eigen::Index>(i));
   }

@@ -11,18 +11,18 @@
 #include "flipfree/mesh/decimated/decimated.h"
 #include "flipfree/mesh/decimated/prolong.h"
 #include "flipfree/unwrap/chart/stretch.h"
+#include "flipfree/unwrap/packing/layout.h"
+#include "flipfree/unwrap/seams/search/trial_map.h"
 #include "flipfree/unwrap/seams/slits/carried_cut.h"
 #include "flipfree/unwrap/seams/slits/drawn_out.h"
-#include "flipfree/unwrap/seams/slits/search/trial_map.h"
 
 namespace flipfree::unwrap {
 namespace {
 
-constexpr double kTolerance = 1e-3;
 // Newton steps of the whole map: one where it keeps the bound already.
-constexpr int kSteps = 12;
+constexpr int kWholeSteps = 12;
 constexpr int kStepsBetween = 6;
-constexpr int kHeldSteps = 4;
+constexpr int kHeldLevelSteps = 4;
 // Triangles of a level over those of the next, at most.
 constexpr double kRatio = 10.0;
 // Triangles of a piece from which on it has levels.
@@ -53,7 +53,7 @@ class Levels {
         mesh::build_adjacency(static_cast<Index>(few.vertices.rows()), few.faces);
     TrialMap coarse(few);
     const mesh::EdgeFlags none(adjacency.opposite.size(), 0);
-    coarse.relax(adjacency, none, kTolerance, context_);
+    coarse.relax(adjacency, none, kTrialTolerance, context_);
     if (!options_.bijective || !coarse.overlaps_itself(context_)) {
       Points2 free = back(coarse.corner_uv(), false);
       if (free.rows() == 0) return without_levels();
@@ -113,10 +113,10 @@ class Levels {
   // With its boundary held apart: where it is already, if that is good enough.
   Points2 settle_apart(const mesh::Surface& surface, const Points2& uv) {
     const Points2 inside = settle_inside(surface, uv);
-    if (stretch_of(surface, by_corner(surface, inside)).within(options_.bound)) return inside;
+    if (stretch_of(surface, by_corner(surface.faces, inside)).within(options_.bound)) return inside;
     distortion::MinimizeOptions options;
-    options.max_iterations = kHeldSteps;
-    options.tolerance = kTolerance;
+    options.max_iterations = kHeldLevelSteps;
+    options.tolerance = kTrialTolerance;
     options.bijective = options.held_apart = true;
     Stats ignored;
     return distortion::minimize_distortion(surface, inside, options, context_, ignored);
@@ -125,7 +125,7 @@ class Levels {
   Points2 settle_inside(const mesh::Surface& surface, const Points2& uv) {
     distortion::MinimizeOptions options;
     options.max_iterations = steps_for(surface, uv);
-    options.tolerance = kTolerance;
+    options.tolerance = kTrialTolerance;
     options.fixed =
         distortion::find_boundary(static_cast<Index>(uv.rows()), surface.faces).vertices;
     Stats ignored;
@@ -133,13 +133,14 @@ class Levels {
   }
 
   int steps_for(const mesh::Surface& surface, const Points2& uv) const {
-    return stretch_of(surface, by_corner(surface, uv)).within(options_.bound) ? 1 : kSteps;
+    return stretch_of(surface, by_corner(surface.faces, uv)).within(options_.bound) ? 1
+                                                                                    : kWholeSteps;
   }
 
   Points2 settle(const mesh::Surface& surface, const Points2& uv, int steps) {
     distortion::MinimizeOptions options;
     options.max_iterations = steps;
-    options.tolerance = kTolerance;
+    options.tolerance = kTrialTolerance;
     Stats ignored;
     return distortion::minimize_distortion(surface, uv, options, context_, ignored);
   }
@@ -149,15 +150,9 @@ class Levels {
         distortion::find_boundary(static_cast<Index>(uv.rows()), surface.faces), uv, context_);
   }
 
-  static Points2 by_corner(const mesh::Surface& surface, const Points2& uv) {
-    Points2 corners(surface.faces.size(), 2);
-    for (CornerId c = 0; c < corners.rows(); ++c) corners.row(c) = uv.row(surface.faces.data()[c]);
-    return corners;
-  }
-
   LevelMap result(const Points2& uv) const {
     LevelMap map;
-    map.slits = {cut_, by_corner(slit_, uv), {}};
+    map.slits = {cut_, by_corner(slit_.faces, uv), {}};
     map.stretch = stretch_of(chart_, map.slits.corner_uv);
     return map;
   }
@@ -170,7 +165,7 @@ class Levels {
       const mesh::Adjacency own = mesh::build_adjacency(
           static_cast<Index>(piece.surface.vertices.rows()), piece.surface.faces);
       TrialMap trial(piece.surface);
-      trial.relax(own, mesh::EdgeFlags(own.opposite.size(), 0), kTolerance, context_);
+      trial.relax(own, mesh::EdgeFlags(own.opposite.size(), 0), kTrialTolerance, context_);
       if (!trial.overlaps_itself(context_)) continue;
       const TrialMap::Apart apart = trial.hold_apart(options_.bound, true, {}, context_);
       if (apart.cut.empty()) continue;
@@ -224,7 +219,7 @@ class Levels {
   LevelMap without_levels() {
     TrialMap trial(chart_);
     LevelMap map;
-    map.stretch = trial.relax(adjacency_, cut_, kTolerance, context_);
+    map.stretch = trial.relax(adjacency_, cut_, kTrialTolerance, context_);
     map.slits = {cut_, trial.corner_uv(), {}};
     if (!options_.bijective || !trial.overlaps_itself(context_)) return map;
     TrialMap::Apart apart =

@@ -5,7 +5,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/mesh/cut_graph/cut.h"
-#include "flipfree/unwrap/seams/slits/search/search.h"
+#include "flipfree/unwrap/seams/search/search.h"
 
 namespace flipfree::unwrap {
 

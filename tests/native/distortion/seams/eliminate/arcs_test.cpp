@@ -4,7 +4,7 @@
 
 #include "flipfree/base/error.h"
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::arcs_test {
 namespace {
 
 // Two triangles that are neighbours across the first one's side 1-2 and the second one's 3-4.
@@ -31,4 +31,4 @@ TEST(ListArcs, RefusesWhatDoesNotExist) {
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::arcs_test

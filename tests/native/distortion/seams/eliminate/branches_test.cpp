@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::branches_test {
 namespace {
 
 using numeric::GaussianInteger;
@@ -27,4 +27,4 @@ TEST(Branches, WhatContradictsIsSaid) {
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::branches_test

@@ -6,13 +6,11 @@
 #include "flipfree/base/error.h"
 #include "flipfree/distortion/seams/eliminate/nodes.h"
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::constraints_test {
 namespace {
 
 using numeric::LinearForm;
 using numeric::quarter_turn;
-
-std::size_t size(Index i) { return static_cast<std::size_t>(i); }
 
 // Every seam edge's constraint over all cut vertices, unstructured.
 std::vector<LinearForm> all_rows(const CutMap& map) {
@@ -39,10 +37,10 @@ bool solves(const SeamConstraints& c, const std::vector<LinearForm>& rows) {
   for (const LinearForm& row : rows) {
     LinearForm total;
     for (const numeric::Term& t : row) {
-      const std::size_t v = size(t.unknown);
+      const std::size_t v = at(t.unknown);
       const std::int64_t scale = 4096 / c.divisor[v];
       for (Index k = c.begin[v]; k < c.begin[v + 1]; ++k) {
-        const NodeTerm& term = c.terms[size(k)];
+        const NodeTerm& term = c.terms[at(k)];
         total.push_back({term.node, t.factor * term.factor * numeric::GaussianInteger{scale, 0}});
       }
     }
@@ -111,4 +109,4 @@ TEST(SeamConstraints, cancelling_ends_the_elimination) {
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::constraints_test

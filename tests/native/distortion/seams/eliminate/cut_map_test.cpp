@@ -8,7 +8,7 @@
 #include "distortion/seams/flat_square.h"
 #include "distortion/seams/polycubes.h"
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::cut_map_test {
 namespace {
 
 Vector2 turned(Vector2 p, Index quarter_turns) {
@@ -116,4 +116,4 @@ TEST(StraightBoundary, runs_around_a_square_once_with_each_edge_along_its_axis) 
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::cut_map_test

@@ -4,10 +4,8 @@
 
 #include "distortion/seams/flat_square.h"
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::nodes_test {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 // A square: one number per side, one per vertex inside a side, two inside.
 TEST(Nodes, BoundaryVerticesHaveOneFreeCoordinateAndCornersNone) {
@@ -35,4 +33,4 @@ TEST(Nodes, BoundaryVerticesHaveOneFreeCoordinateAndCornersNone) {
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::nodes_test

@@ -4,7 +4,7 @@
 
 #include "distortion/seams/flat_square.h"
 
-namespace flipfree::distortion {
+namespace flipfree::distortion::straight_lines_test {
 namespace {
 
 TEST(StraightLines, ASquareHasFour) {
@@ -18,4 +18,4 @@ TEST(StraightLines, ASquareHasFour) {
 }
 
 }  // namespace
-}  // namespace flipfree::distortion
+}  // namespace flipfree::distortion::straight_lines_test

@@ -12,7 +12,7 @@
 #include "flipfree/intrinsic/layout/refine/face_triangulations.h"
 #include "intrinsic/layout/refine/edge_points.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::developed_angles_test {
 namespace {
 
 // One triangle, whose image has its corner 0 at the origin and sides that bend.
@@ -56,4 +56,4 @@ TEST_F(DevelopedAngles, OfAFlatTriangleAreItsOwn) {
 
 // A corner of 1.5 pi: its triangle (0, 1, 2) as it stands would turn the other way round.
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::developed_angles_test

@@ -9,7 +9,7 @@
 #include "intrinsic/layout/refine/edge_points.h"
 #include "support/shapes.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::face_triangulations_test {
 namespace {
 
 class FaceTriangulationsTest : public testing::Test {
@@ -85,4 +85,4 @@ TEST_F(FaceTriangulationsTest, WritesTrianglesWithProvenanceOfTheirOwnFace) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::face_triangulations_test

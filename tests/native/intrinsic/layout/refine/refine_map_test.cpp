@@ -9,7 +9,7 @@
 #include "intrinsic/layout/refine/edge_points.h"
 #include "support/shapes.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::refine_map_test {
 namespace {
 
 // Bends the sheet so that straight edges would fold it: a shear that grows with the square.
@@ -55,4 +55,4 @@ TEST(RefineMap, NewVerticesLieWhereTheMapSays) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::refine_map_test

@@ -9,7 +9,7 @@
 #include "intrinsic/layout/refine/edge_points.h"
 #include "support/shapes.h"
 
-namespace flipfree::intrinsic {
+namespace flipfree::intrinsic::refined_layout_test {
 namespace {
 
 // A square of two triangles whose diagonal has a vertex in its middle.
@@ -57,4 +57,4 @@ TEST(RefinedLayout, WithFacesThatAreNamedInvalidPositivityIsNotAsked) {
 }
 
 }  // namespace
-}  // namespace flipfree::intrinsic
+}  // namespace flipfree::intrinsic::refined_layout_test

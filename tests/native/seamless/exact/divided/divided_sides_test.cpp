@@ -7,10 +7,8 @@
 #include "flipfree/seamless/bordered/side_chords.h"
 #include "support/shapes.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::divided_sides_test {
 namespace {
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 mesh::Adjacency adjacency_of(const mesh::Surface& surface) {
   return mesh::build_adjacency(static_cast<Index>(surface.vertices.rows()), surface.faces);
@@ -92,4 +90,4 @@ TEST(DividedSides, KeepsDiagonalsAndPlaces) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::divided_sides_test

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::chart_places_test {
 namespace {
 
 constexpr double kStep = 0x1p-20;
@@ -70,4 +70,4 @@ TEST(ChartPlaces, whatWouldNotFitTheGridStays) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::chart_places_test

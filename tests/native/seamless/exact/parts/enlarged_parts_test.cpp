@@ -7,7 +7,7 @@
 
 #include "support/shapes.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::enlarged_parts_test {
 namespace {
 
 // A tetrahedron at `place`, so many times as large, behind one of the ordinary size.
@@ -91,4 +91,4 @@ TEST(EnlargedParts, addedVerticesLieWhereTheirProvenanceSays) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::enlarged_parts_test

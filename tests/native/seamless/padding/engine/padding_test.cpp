@@ -8,7 +8,7 @@
 #include "seamless/padding/engine/side_by_side.h"
 #include "seamless/padding/geometry/hand_cuts.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::padding_test {
 namespace {
 
 AdmissibleCut plain_cut(const mesh::Surface& component, const std::vector<Index>& cones,
@@ -108,4 +108,4 @@ TEST(PaddingMap, WhatFailsOnTheRefinedSurfaceNamesFacesOfTheGivenOne) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::padding_test

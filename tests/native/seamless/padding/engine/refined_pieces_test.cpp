@@ -9,7 +9,7 @@
 #include "seamless/padding/engine/side_by_side.h"
 #include "support/shapes.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::refined_pieces_test {
 namespace {
 
 AdmissibleCut plain_cut(const mesh::Surface& component, const std::vector<Index>& cones,
@@ -33,4 +33,4 @@ TEST(RefinedPieces, KeepTheInputsVerticesAndLieInItsFaces) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::refined_pieces_test

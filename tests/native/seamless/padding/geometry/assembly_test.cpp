@@ -5,7 +5,7 @@
 
 #include "seamless/padding/geometry/hand_cuts.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::assembly_test {
 namespace {
 
 TEST(Assembly, PiecesAreFlatAndTheCutIsStraight) {
@@ -39,4 +39,4 @@ TEST(Assembly, FlipsLeadFromTheSurfaceToIt) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::assembly_test

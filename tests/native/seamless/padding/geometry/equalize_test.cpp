@@ -7,7 +7,7 @@
 
 #include "seamless/padding/geometry/hand_cuts.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::equalize_test {
 namespace {
 
 std::vector<Wide> lengths_of(std::size_t count, double growth) {
@@ -70,4 +70,4 @@ TEST(Equalize, ComponentsGetTheScaleAtWhichTheirMatesAgree) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::equalize_test

@@ -6,7 +6,7 @@
 #include "flipfree/seamless/penner/penner_metric.h"
 #include "seamless/padding/geometry/hand_cuts.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::padded_metric_test {
 namespace {
 
 void expect_seamless(const test::ConedCut& cut, PaddedMetric& padded) {
@@ -54,4 +54,4 @@ TEST(PaddedMetric, ComesNearAndStaysSeamless) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::padded_metric_test

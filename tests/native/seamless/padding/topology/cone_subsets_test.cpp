@@ -6,7 +6,7 @@
 #include <random>
 #include <set>
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::cone_subsets_test {
 namespace {
 
 TEST(ConeSubsets, AreFoundWhereverThereAreAny) {
@@ -41,4 +41,4 @@ TEST(ConeSubsets, FlatVerticesAreNoCones) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::cone_subsets_test

@@ -2,11 +2,11 @@
 #include "flipfree/seamless/padding/topology/extra_path.h"
 
 #include "flipfree/base/error.h"
+#include "flipfree/seamless/padding/reroute/branch_graph.h"
 #include "flipfree/seamless/padding/topology/hole_chain.h"
-#include "flipfree/seamless/padding/topology/reroute/branch_graph.h"
-#include "seamless/padding/topology/paths/canvases.h"
+#include "seamless/padding/paths/canvases.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::extra_path_test {
 namespace {
 
 void divide(Canvas& canvas) {
@@ -163,4 +163,4 @@ TEST(ExtraPath, LoopsGoAroundConesOfOneQuarterTurn) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::extra_path_test

@@ -5,9 +5,9 @@
 #include <map>
 
 #include "flipfree/seamless/padding/topology/short_loops.h"
-#include "seamless/padding/topology/paths/canvases.h"
+#include "seamless/padding/paths/canvases.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::hole_chain_test {
 namespace {
 
 std::map<std::size_t, Index> node_degrees(const Canvas& canvas) {
@@ -98,4 +98,4 @@ TEST(HoleChain, ATwistedOneHasTNodesOnItsFirstLoopWithHalfOfTheCornersBetween) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::hole_chain_test

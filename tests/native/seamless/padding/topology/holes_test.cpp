@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "flipfree/seamless/padding/topology/short_loops.h"
-#include "seamless/padding/topology/paths/canvases.h"
+#include "seamless/padding/paths/canvases.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::holes_test {
 namespace {
 
 using test::GridTorus;
@@ -103,4 +103,4 @@ TEST(Holes, OddCouplesAreMadeWhereThereAreNone) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::holes_test

@@ -2,9 +2,9 @@
 #include "flipfree/seamless/padding/topology/short_loops.h"
 
 #include "flipfree/base/disjoint_sets.h"
-#include "seamless/padding/topology/paths/canvases.h"
+#include "seamless/padding/paths/canvases.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::short_loops_test {
 namespace {
 
 // Pieces of the surface cut along what is drawn.
@@ -52,4 +52,4 @@ TEST(ShortLoops, GoAroundTheTubeOfAThinTorus) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::short_loops_test

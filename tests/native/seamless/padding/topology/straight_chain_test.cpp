@@ -6,9 +6,9 @@
 #include <map>
 
 #include "flipfree/seamless/padding/topology/short_loops.h"
-#include "seamless/padding/topology/paths/canvases.h"
+#include "seamless/padding/paths/canvases.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::straight_chain_test {
 namespace {
 
 using test::GridTorus;
@@ -128,4 +128,4 @@ TEST(StraightChain, CostsAreSymmetricAndFinite) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::straight_chain_test

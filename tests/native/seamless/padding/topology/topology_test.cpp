@@ -2,10 +2,10 @@
 #include "flipfree/seamless/padding/topology/topology.h"
 
 #include "flipfree/base/error.h"
-#include "flipfree/seamless/padding/topology/straight/linear_scale.h"
+#include "flipfree/seamless/padding/straight/linear_scale.h"
 #include "seamless/padding/topology/made_cuts.h"
 
-namespace flipfree::seamless {
+namespace flipfree::seamless::topology_test {
 namespace {
 
 using Corners = std::multiset<Index>;
@@ -207,4 +207,4 @@ TEST(Topology, CanBeCancelled) {
 }
 
 }  // namespace
-}  // namespace flipfree::seamless
+}  // namespace flipfree::seamless::topology_test

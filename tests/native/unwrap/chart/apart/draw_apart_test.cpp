@@ -7,7 +7,7 @@
 #include "flipfree/unwrap/chart/overlapping_faces.h"
 #include "unwrap/chart/touching.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::draw_apart_test {
 namespace {
 
 // Diagonals of the squares.
@@ -41,4 +41,4 @@ TEST(DrawApart, opens_corners_that_lie_on_each_other_but_for_rounding) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::draw_apart_test

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <random>
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::free_boxes_test {
 namespace {
 
 Points2 random_triangles(Eigen::Index count, unsigned seed) {
@@ -87,4 +87,4 @@ TEST(FreeBoxes, obstacles_count_in_their_own_tile) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::free_boxes_test

@@ -10,7 +10,7 @@
 
 #include "flipfree/base/error.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::pack_rectangles_test {
 namespace {
 
 // Rounding of a few operations on numbers of size one.
@@ -254,4 +254,4 @@ TEST(PackRectangles, huge_obstacles_are_drawn_without_overflow) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::pack_rectangles_test

@@ -8,7 +8,7 @@
 
 #include "unwrap/packing/nest/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::contacts_test {
 namespace {
 
 double narrowest(const std::vector<Contact>& contacts) {
@@ -86,4 +86,4 @@ TEST(Contacts, what_is_fixed_counts_and_holes_are_empty) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::contacts_test

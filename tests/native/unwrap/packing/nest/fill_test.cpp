@@ -4,7 +4,7 @@
 
 #include "unwrap/packing/nest/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::fill_test {
 namespace {
 
 struct Squares {
@@ -75,4 +75,4 @@ TEST(Fill, what_is_carried_to_a_larger_scale_is_missing_where_it_does_not_fit) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::fill_test

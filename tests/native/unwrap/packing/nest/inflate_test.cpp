@@ -5,7 +5,7 @@
 #include "flipfree/unwrap/packing/nest/contacts.h"
 #include "unwrap/packing/nest/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::inflate_test {
 namespace {
 
 TEST(Inflate, squares_grow_until_they_fill_their_rows) {
@@ -42,4 +42,4 @@ TEST(Inflate, shapes_that_may_not_turn_do_not) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::inflate_test

@@ -6,7 +6,7 @@
 
 #include "unwrap/packing/nest/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::mask_test {
 namespace {
 
 bool at(const Mask& mask, int x, int y) {
@@ -68,4 +68,4 @@ TEST(Mask, runs_are_the_bits) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::mask_test

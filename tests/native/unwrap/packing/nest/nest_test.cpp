@@ -7,7 +7,7 @@
 #include "flipfree/unwrap/packing/nest/contacts.h"
 #include "unwrap/packing/nest/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::nest_test {
 namespace {
 
 std::vector<Shape> mixed() {
@@ -124,4 +124,4 @@ TEST(Nest, cancelling_ends_it) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::nest_test

@@ -7,7 +7,7 @@
 
 #include "unwrap/packing/nest/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::shape_test {
 namespace {
 
 TEST(Shape, corners_that_stand_out_by_less_than_the_tolerance_are_dropped) {
@@ -88,4 +88,4 @@ TEST(Shape, a_pose_turns_scales_and_moves) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::shape_test

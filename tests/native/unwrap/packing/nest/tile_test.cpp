@@ -6,7 +6,7 @@
 
 #include "unwrap/packing/nest/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::tile_test {
 namespace {
 
 Mask mask_of(const Shape& shape, double angle = 0.0) {
@@ -70,4 +70,4 @@ TEST(Tile, contact_is_full_in_a_niche_and_none_in_the_open) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::tile_test

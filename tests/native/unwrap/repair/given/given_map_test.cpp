@@ -8,7 +8,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::given_map_test {
 namespace {
 
 struct Given {
@@ -148,4 +148,4 @@ TEST(GivenMap, pins_that_nothing_can_meet_are_refused) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::given_map_test

@@ -6,7 +6,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::rejoin_test {
 namespace {
 
 struct Torn {
@@ -114,4 +114,4 @@ TEST(Rejoin, seams_and_fixed_corners_are_respected) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::rejoin_test

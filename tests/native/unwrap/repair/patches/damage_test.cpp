@@ -7,7 +7,7 @@
 #include "flipfree/base/stats.h"
 #include "unwrap/repair/charts.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::damage_test {
 namespace {
 
 using test_charts::Sheet;
@@ -119,4 +119,4 @@ TEST(Damage, vertices_in_one_place_are_stacked) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::damage_test

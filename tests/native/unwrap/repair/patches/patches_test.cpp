@@ -5,7 +5,7 @@
 #include "flipfree/distortion/energy/energy.h"
 #include "unwrap/repair/charts.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::patches_test {
 namespace {
 
 using test_charts::Sheet;
@@ -70,4 +70,4 @@ TEST(Patches, only_what_is_around_the_flagged_faces_is_relaxed) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::patches_test

@@ -9,7 +9,7 @@
 #include "flipfree/base/stats.h"
 #include "flipfree/certify/overlap/island_overlap.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::make_way_test {
 namespace {
 
 // Squares of two triangles each.
@@ -159,4 +159,4 @@ TEST(MakeWay, many_charts_side_by_side_cost_little_more_than_their_number) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::make_way_test

@@ -4,7 +4,7 @@
 
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::one_scale_test {
 namespace {
 
 // Sheets with maps of these densities.
@@ -58,4 +58,4 @@ TEST(OneScale, a_map_without_a_size_is_left_alone) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::one_scale_test

@@ -6,7 +6,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::carried_cut_test {
 namespace {
 
 mesh::Components pieces_of(mesh::Adjacency adjacency, const mesh::EdgeFlags& cut) {
@@ -87,4 +87,4 @@ TEST_F(CarriedCut, what_has_no_ends_is_not_carried) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::carried_cut_test

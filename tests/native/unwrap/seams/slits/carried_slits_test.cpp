@@ -12,7 +12,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::carried_slits_test {
 namespace {
 
 mesh::Topology shape_of(const mesh::Surface& chart, const Slits& slits) {
@@ -88,4 +88,4 @@ TEST(CarriedSlits, are_none_where_time_is_over_at_once) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::carried_slits_test

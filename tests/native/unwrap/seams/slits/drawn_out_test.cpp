@@ -6,7 +6,7 @@
 #include "flipfree/distortion/energy/energy.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::drawn_out_test {
 namespace {
 
 double most_energy(const mesh::Surface& surface, const Points2& uv) {
@@ -55,4 +55,4 @@ TEST_F(DrawnOut, the_number_of_threads_does_not_change_a_bit) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::drawn_out_test

@@ -5,11 +5,11 @@
 #include "flipfree/certify/measures/energy.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/minimize/boundary_grid.h"
-#include "flipfree/unwrap/seams/slits/search/trial_map.h"
+#include "flipfree/unwrap/seams/search/trial_map.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::level_map_test {
 namespace {
 
 TEST(LevelMap, is_as_good_as_the_map_made_at_once) {
@@ -74,4 +74,4 @@ TEST(LevelMap, is_held_apart_or_divided_where_it_would_lie_on_itself) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::level_map_test

@@ -11,7 +11,7 @@
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 
-namespace flipfree::unwrap {
+namespace flipfree::unwrap::slits_test {
 namespace {
 
 Slits slits_of(const mesh::Surface& chart, const SlitOptions& options = {}) {
@@ -79,4 +79,4 @@ TEST(Slits, time_that_is_over_leaves_an_open_surface) {
 }
 
 }  // namespace
-}  // namespace flipfree::unwrap
+}  // namespace flipfree::unwrap::slits_test

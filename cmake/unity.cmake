@@ -1,0 +1,35 @@
+# Unity builds: several sources are compiled as one, so that what they include is read, and its templates are instantiated, once.
+# A batch holds sources of one folder below ROOT (a stage), in the order of their paths, up to FLIPFREE_UNITY_BYTES; names in
+# anonymous namespaces are therefore unique within a stage (scripts/check_house.py). A source that alone takes as long as a
+# batch stays alone. Sanitizer, fuzz and coverage builds compile each source by itself: what one takes from its neighbours by
+# accident is an error there.
+option(FLIPFREE_UNITY "Compile several sources as one" ON)
+set(FLIPFREE_UNITY_BYTES 120000 CACHE STRING "Most bytes of source in one batch")
+if(FLIPFREE_SANITIZE OR FLIPFREE_FUZZ OR FLIPFREE_COVERAGE)
+  set(FLIPFREE_UNITY OFF)
+endif()
+
+# unite(TARGET ROOT SOURCE...): SOURCEs are absolute paths of TARGET's, below ROOT.
+function(unite target root)
+  if(NOT FLIPFREE_UNITY)
+    return()
+  endif()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+  set(stage "")
+  set(filled 0)
+  foreach(source IN LISTS ARGN)
+    file(RELATIVE_PATH path ${root} ${source})
+    string(REGEX MATCH "^[^/]+" folder ${path})
+    file(SIZE ${source} bytes)
+    math(EXPR filled "${filled} + ${bytes}")
+    if(NOT folder STREQUAL stage)
+      set(stage ${folder})
+      set(batch 1)
+      set(filled ${bytes})
+    elseif(filled GREATER FLIPFREE_UNITY_BYTES)
+      math(EXPR batch "${batch} + 1")
+      set(filled ${bytes})
+    endif()
+    set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${stage}_${batch})
+  endforeach()
+endfunction()
