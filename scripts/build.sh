@@ -2,6 +2,8 @@
 # Configures and builds into build/. Options for CMake come first, targets after --:
 #
 #   scripts/build.sh [-DNAME=VALUE ...] [-- TARGET ...]
+#
+# Says every tenth of the way how far it is.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -15,4 +17,8 @@ done
 log=build/configure.log
 cmake -S . -B build -G Ninja -DCMAKE_BUILD_TYPE=Release -DPython_EXECUTABLE="$PWD/build/venv/bin/python" "${options[@]}" \
   > "$log" 2>&1 || { cat "$log" >&2; exit 1; }
-ninja -C build --quiet "$@"
+# What is no line of progress is what a compiler says.
+NINJA_STATUS='at %p ' ninja -C build "$@" | awk '
+  /^ninja: (no work|Entering)/ { next }
+  /^at +[0-9]+%/ { tenth = int($2 / 10); if (tenth > shown) { shown = tenth; print "   " 10 * tenth " %"; fflush() } next }
+  { print; fflush() }'

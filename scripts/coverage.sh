@@ -2,13 +2,13 @@
 # Branch coverage of the rooms that decide whether a map is valid - base, numeric, mesh, certify - by their native tests and
 # the replayed fuzz corpora: a table per file and room, and every line of certify/ with a branch that was not taken.
 #   scripts/coverage.sh [FOLDER]      also writes an HTML report into FOLDER
-# Branches that the compiler makes for exceptions are left out. Needs what scripts/setup.sh installs; gcovr comes from PyPI.
+# Branches that the compiler makes for exceptions are left out. Needs what scripts/setup.sh --tests installs; gcovr comes from PyPI.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 folder=build/coverage
 python=$PWD/build/venv/bin/python
 "$python" -c 'import gcovr' 2>/dev/null || "$python" -m pip install --quiet --disable-pip-version-check 'gcovr>=8'
-cmake -S . -B "$folder" -G Ninja -DCMAKE_BUILD_TYPE=Release -DFLIPFREE_COVERAGE=ON -DFLIPFREE_PYTHON=OFF -DFLIPFREE_BENCHMARKS=OFF \
+cmake -S . -B "$folder" -G Ninja -DCMAKE_BUILD_TYPE=Release -DFLIPFREE_COVERAGE=ON -DFLIPFREE_TESTS=ON -DFLIPFREE_PYTHON=OFF \
   >/dev/null
 cmake --build "$folder" --target base_tests numeric_tests mesh_tests certify_tests fuzz_replay
 find "$folder" -name '*.gcda' -delete

@@ -8,26 +8,27 @@
 set -euo pipefail
 mesh=${1:+$(realpath "$1")}
 cd "$(dirname "$0")/.."
+source scripts/steps.sh
 
-bash scripts/setup.sh
-bash scripts/setup-blender.sh trixie build/blender-4.3
-echo "Building (a few minutes the first time) ..."
-FLIPFREE_PACKAGE_FOR=build/blender-4.3 bash scripts/package.sh
+step "Tools and libraries" bash scripts/setup.sh
+step "Blender 4.3" bash scripts/setup-blender.sh trixie build/blender-4.3
+step "Build of the solver and of one Python module" env FLIPFREE_PACKAGE_FOR=build/blender-4.3 bash scripts/package.sh
 
 blender=$PWD/build/blender-4.3/blender
 export BLENDER_USER_RESOURCES=$PWD/build/profile-demo
 rm -rf "$BLENDER_USER_RESOURCES" build/demo
 mkdir -p "$BLENDER_USER_RESOURCES" build/demo out
 zip=$(find dist -name '*-py313.zip' | sort | tail -1)
-"$blender" --command extension install-file -r user_default --enable "$zip" > build/install-demo.log 2>&1 || {
-  cat build/install-demo.log >&2
-  exit 1
+
+logged() {  # logged LOG COMMAND...: Blender says much; what it says stays in a file unless something fails
+  local log=$1
+  shift
+  "$@" > "$log" 2>&1 || { tail -20 "$log" >&2; return 1; }
 }
-# Blender says much about rendering; what it says stays in a file unless something fails.
-"$blender" -b --python-exit-code 1 --python scripts/demo/in_blender.py -- build/demo ${mesh:+"$mesh"} > build/demo.log 2>&1 || {
-  tail -20 build/demo.log >&2
-  exit 1
-}
+step "Extension into Blender" logged build/install-demo.log \
+  "$blender" --command extension install-file -r user_default --enable "$zip"
+step "Unwrap in Blender" logged build/demo.log \
+  "$blender" -b --python-exit-code 1 --python scripts/demo/in_blender.py -- build/demo ${mesh:+"$mesh"}
 grep -E 'vertices, |Info: |^certificate|^  ' build/demo.log | grep -v 'Saved\|Time' || true
-build/venv/bin/python scripts/demo/picture.py build/demo out/demo.png
+step "Picture" build/venv/bin/python scripts/demo/picture.py build/demo out/demo.png
 echo "See out/demo.png"

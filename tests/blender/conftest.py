@@ -12,6 +12,8 @@ import pytest
 TESTS = Path(__file__).resolve().parent.parent
 sys.path += [str(TESTS), str(TESTS / "python"), str(TESTS.parent / "benchmarks")]
 
+from sampling import pytest_collection_modifyitems, pytest_configure, pytest_report_header  # noqa: E402, F401
+
 PACKAGE = "bl_ext.user_default.flipfree_uv"
 
 

@@ -16,6 +16,8 @@ import shapes
 
 from flipfree.batch.results import MEASURED
 
+pytestmark = pytest.mark.sample(2)  # a Blender of its own each
+
 
 def start(*arguments):
     return subprocess.Popen(

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 import shapes
 
+pytestmark = pytest.mark.sample(6)  # a Blender of its own each
+
 
 def command(*arguments):
     return subprocess.run(

@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 import shapes
 
+pytestmark = pytest.mark.sample(6)  # a Blender of its own each
+
 
 @pytest.fixture
 def wanted(part):

@@ -3,6 +3,7 @@
 //
 //   replay TARGET FOLDER [RANDOM_INPUTS [SEED]]
 //
+// RANDOM_INPUTS: 40, or 200 in a long run (FLIPFREE_LONG). SEED: FLIPFREE_SEED, or 1.
 // Exit status 1 at the first finding; the input is written as text to the standard output.
 #include <algorithm>
 #include <chrono>
@@ -45,6 +46,11 @@ void print_text(const Input& input) {
     std::printf("%02x%s", input[i], i % 32 == 31 || i + 1 == input.size() ? "\n" : "");
 }
 
+long number(const char* variable, long otherwise) {
+  const char* text = std::getenv(variable);
+  return text == nullptr ? otherwise : std::atol(text);
+}
+
 bool run(const flipfree::fuzz::Target& target, const std::string& name, const Input& input) {
   // Said before, so that a crash has a name too.
   std::printf("%s\n", name.c_str());
@@ -85,8 +91,9 @@ int main(int argc, char** argv) {
   for (const auto& file : files) {
     if (!run(*target, file.string(), read_text(file))) return 1;
   }
-  const long inputs = argc > 3 ? std::atol(argv[3]) : 0;
-  const unsigned long seed = argc > 4 ? std::stoul(argv[4]) : 1;
+  const long inputs = argc > 3 ? std::atol(argv[3]) : number("FLIPFREE_LONG", 0) != 0 ? 200 : 40;
+  const auto seed =
+      static_cast<unsigned long>(argc > 4 ? std::atol(argv[4]) : number("FLIPFREE_SEED", 1));
   for (long i = 0; i < inputs; ++i) {
     std::seed_seq sequence{seed, static_cast<unsigned long>(i)};
     std::mt19937 random(sequence);

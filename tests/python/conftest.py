@@ -11,6 +11,8 @@ for folder in (HERE, HERE.parent, HERE.parent / "fuzz", HERE.parent.parent / "be
     if str(folder) not in sys.path:
         sys.path.insert(0, str(folder))
 
+from sampling import pytest_collection_modifyitems, pytest_configure, pytest_report_header  # noqa: E402, F401
+
 
 @pytest.fixture
 def package_for_children(monkeypatch):

@@ -205,6 +205,7 @@ def test_children_of_a_killed_run_die_with_it(here):
         time.sleep(0.05)
 
 
+@pytest.mark.sample(1)
 @pytest.mark.parametrize("seed", range(3))
 def test_a_run_that_is_killed_at_any_moment_and_resumed_gives_the_same_results(here, seed):
     kinds = ["write", "refuse", "fail", "sleep 0.1", "sleep 0.3", "bug"]

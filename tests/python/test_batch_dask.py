@@ -15,6 +15,8 @@ from flipfree.batch.results import MEASURED
 
 pytest.importorskip("distributed", reason="pip install distributed: the farm of --dask")
 
+pytestmark = pytest.mark.sample(1)  # of workers that are killed and a scheduler that is silent
+
 DRIVER = Path(__file__).with_name("acting_models.py")
 CALM = {"DASK_DISTRIBUTED__DASHBOARD__LINK": "", "DASK_LOGGING__DISTRIBUTED": "error"}
 

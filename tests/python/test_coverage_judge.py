@@ -192,8 +192,10 @@ def test_turns_are_exact_next_to_a_line() -> None:
 def test_pairs_are_those_of_rational_clipping(generator: str) -> None:
     compared = 0
     for number in range(100):
+        if compared >= 6:
+            break
         map_ = map_number(generator, 3, number)
-        if len(map_.faces) > 60 or compared == 6:
+        if len(map_.faces) > 60:
             continue
         for uv in (map_.uv, map_.uv.astype(np.float32)):
             found = coverage(map_.faces, uv)

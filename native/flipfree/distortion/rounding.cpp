@@ -7,6 +7,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure/elements.h"
+#include "flipfree/base/stored.h"
 #include "flipfree/distortion/minimize/boundary_grid.h"
 #include "flipfree/distortion/minimize/minimizer.h"
 #include "flipfree/mesh/islands/part.h"
@@ -299,7 +300,7 @@ void require_finite(const Triangles& faces, const Points2& points) {
 
 Points2f round_to_storage(const Triangles& faces, const Points2& uv, const RoundingOptions& options,
                           ExecutionContext& context, Stats& stats) {
-  const Points2 nearest = uv.cast<float>().cast<double>();
+  const Points2 nearest = as_stored(uv);
   require_finite(faces, nearest);
   const bool good =
       is_flip_free(faces, nearest, context) &&
@@ -324,7 +325,7 @@ Points2f round_to_storage(const Triangles& faces, const Points2& uv, const Round
       } catch (const NotConverged&) {
         give_up(std::move(bad), left);  // too small or too thin for doubles, let alone floats
       }
-      points = wide.cast<float>().cast<double>();
+      points = as_stored(wide);
       seeds = repair.seeds(bad);
       left = seeds.empty() ? seeds : repair.sweep(seeds, bad);
       if (!left.empty() && everything) give_up(std::move(bad), left);

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include "flipfree/base/stored.h"
 #include "flipfree/embedding/disk/boundary.h"
 #include "flipfree/numeric/predicates.h"
 
@@ -48,7 +49,7 @@ std::vector<HalfedgeId> chords_to_split(const Triangles& faces, Index vertex_cou
   const Index n = static_cast<Index>(loop.size());
   std::vector<Index> place(static_cast<Size>(vertex_count), kInvalid);
   for (Index i = 0; i < n; ++i) place[static_cast<Size>(loop[static_cast<Size>(i)])] = i;
-  const Points2 stored = float32 ? round_to_float(boundary) : boundary;
+  const Points2 stored = float32 ? as_stored(boundary) : boundary;
   const double resolution = 4 * (float32 ? 0x1p-24 : 0x1p-53) * boundary.cwiseAbs().maxCoeff();
   std::vector<HalfedgeId> chords;
   for (HalfedgeId h = 0; h < faces.size(); ++h) {

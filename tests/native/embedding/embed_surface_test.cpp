@@ -6,6 +6,7 @@
 
 #include "embedding/disks.h"
 #include "flipfree/base/error.h"
+#include "flipfree/base/stored.h"
 #include "flipfree/embedding/tutte/tutte.h"
 
 namespace flipfree::embedding::embed_surface_test {
@@ -80,12 +81,12 @@ TEST(MakeStorable, repairs_what_rounding_would_flip_and_leaves_the_boundary) {
     uv.row(v) = Eigen::RowVector2d(0.7, 0.6) + 3e-7 * uv.row(v);
   }
   ASSERT_EQ(count_flips(disk.surface.faces, uv, context), 0U);
-  ASSERT_GT(count_flips(disk.surface.faces, round_to_float(uv), context), 0U);
+  ASSERT_GT(count_flips(disk.surface.faces, as_stored(uv), context), 0U);
   const Points2 before = uv;
   Stats stats;
   ASSERT_TRUE(make_storable(disk.surface.faces, disk.loop, uv, context, stats));
   EXPECT_EQ(count_flips(disk.surface.faces, uv, context), 0U);
-  EXPECT_EQ(count_flips(disk.surface.faces, round_to_float(uv), context), 0U);
+  EXPECT_EQ(count_flips(disk.surface.faces, as_stored(uv), context), 0U);
   for (const VertexId v : disk.loop) EXPECT_EQ(uv.row(v), before.row(v));
 }
 

@@ -6,6 +6,7 @@
 
 #include "embedding/disks.h"
 #include "flipfree/base/error.h"
+#include "flipfree/base/stored.h"
 #include "flipfree/embedding/tutte/tutte.h"
 
 namespace flipfree::embedding::embed_test {
@@ -20,7 +21,7 @@ Embedding embed(const test::Disk& disk, const EmbedOptions& options, Stats& stat
 void expect_flip_free(const Embedding& e) {
   ExecutionContext context;
   EXPECT_EQ(count_flips(e.faces, e.uv, context), 0U);
-  EXPECT_EQ(count_flips(e.faces, round_to_float(e.uv), context), 0U);
+  EXPECT_EQ(count_flips(e.faces, as_stored(e.uv), context), 0U);
 }
 
 std::string rung(const Stats& stats) { return std::get<std::string>(stats.at("rung")); }

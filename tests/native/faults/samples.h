@@ -1,4 +1,4 @@
-// Which of many places tests try, always the same ones.
+// Which of many places tests try: a sample by FLIPFREE_SEED.
 #pragma once
 
 #include <cstdint>
@@ -8,15 +8,23 @@
 
 namespace flipfree::test {
 
-// `standard` times the environment's FLIPFREE_FAULTS, a factor; without it `standard`.
-inline int sample_count(int standard) {
-  const char* factor = std::getenv("FLIPFREE_FAULTS");
-  return factor == nullptr ? standard : static_cast<int>(standard * std::atof(factor));
+// `whole` in a long run (FLIPFREE_LONG), else a quarter; FLIPFREE_FAULTS is another factor.
+inline int sample_count(int whole) {
+  if (const char* factor = std::getenv("FLIPFREE_FAULTS"))
+    return static_cast<int>(whole * std::atof(factor));
+  const char* all = std::getenv("FLIPFREE_LONG");
+  return all != nullptr && std::atoi(all) != 0 ? whole : (whole + 3) / 4;
+}
+
+inline unsigned sample_seed() {
+  const char* seed = std::getenv("FLIPFREE_SEED");
+  return seed == nullptr ? 1 : static_cast<unsigned>(std::atol(seed));
 }
 
 // Numbers of [1, total], ascending: all if there are no more than `count`, else one at random of
 // each of `count` equal parts.
-inline std::vector<std::int64_t> spread(std::int64_t total, int count, unsigned seed = 1) {
+inline std::vector<std::int64_t> spread(std::int64_t total, int count,
+                                        unsigned seed = sample_seed()) {
   std::vector<std::int64_t> chosen;
   std::mt19937_64 random(seed);
   if (total <= count) count = static_cast<int>(total);

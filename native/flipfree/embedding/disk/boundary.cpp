@@ -11,14 +11,13 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
+#include "flipfree/base/stored.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::embedding {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-
-double to_float(double value) { return static_cast<double>(static_cast<float>(value)); }
 
 // Lengths with every entry raised to at least `share` of the mean, and scaled to sum 1.
 std::vector<double> raised(const std::vector<double>& lengths, double share) {
@@ -77,7 +76,7 @@ Points2 exact_circle_points(const std::vector<double>& fractions) {
 }
 
 Points2 circle_points(const std::vector<double>& fractions) {
-  return round_to_float(exact_circle_points(fractions));
+  return as_stored(exact_circle_points(fractions));
 }
 
 Points2 place_circle(const std::vector<double>& lengths) {
@@ -128,8 +127,8 @@ BoundaryPlacement place_polygon(const std::vector<double>& lengths,
       double along = 0.0;
       for (Index i = begin; i < end; ++i) {
         const double t = along / total;
-        result.positions(i, 0) = to_float((1 - t) * a.x() + t * b.x());
-        result.positions(i, 1) = to_float((1 - t) * a.y() + t * b.y());
+        result.positions(i, 0) = as_stored((1 - t) * a.x() + t * b.x());
+        result.positions(i, 1) = as_stored((1 - t) * a.y() + t * b.y());
         along += fractions[static_cast<std::size_t>(i)];
       }
     }
@@ -143,11 +142,9 @@ BoundaryPlacement place_polygon(const std::vector<double>& lengths,
 
 }  // namespace
 
-Points2 round_to_float(const Points2& points) { return points.cast<float>().cast<double>(); }
-
 Points2 spread_on_circle(const std::vector<double>& edge_lengths) {
   const Points2 exact = exact_circle_points(raised(edge_lengths, 0.02));
-  const Points2 stored = round_to_float(exact);
+  const Points2 stored = as_stored(exact);
   return is_strictly_convex(stored) ? stored : exact;
 }
 
@@ -212,7 +209,7 @@ Points2 lattice_circle(Index count) {
     points.row(i) =
         all.row(static_cast<Index>(static_cast<std::int64_t>(i) * (4 * quarter) / count));
   }
-  if (points != round_to_float(points) || !is_strictly_convex(points)) return {};
+  if (points != as_stored(points) || !is_strictly_convex(points)) return {};
   return points;
 }
 
@@ -240,7 +237,7 @@ BoundaryPlacement place_boundary(BoundaryShape shape, const std::vector<double>&
     }
     case BoundaryShape::kTriangle: {
       Points2 triangle(3, 2);
-      const double half = to_float(std::sqrt(3.0) / 2);
+      const double half = as_stored(std::sqrt(3.0) / 2);
       triangle << -half, -0.5, half, -0.5, 0.0, 1.0;
       return place_polygon(edge_lengths, triangle);
     }

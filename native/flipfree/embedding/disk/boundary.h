@@ -51,7 +51,4 @@ void require_convex(const Points2& polygon, const std::vector<VertexId>& loop);
 // Every three consecutive points turn strictly left (exact), and the polygon winds once.
 bool is_strictly_convex(const Points2& polygon);
 
-// The nearest 32-bit values, as doubles.
-Points2 round_to_float(const Points2& points);
-
 }  // namespace flipfree::embedding

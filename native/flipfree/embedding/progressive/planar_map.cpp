@@ -26,7 +26,7 @@ PlanarMap make_planar_map(const Triangles& faces, const std::vector<VertexId>& l
   map.invalid_energy = float32 ? kInvalidEnergyFloat : kInvalidEnergyDouble;
   map.unit = std::abs(polygon_area(polygon)) / static_cast<double>(faces.rows());
   if (float32) {
-    const Points2 rounded = round_to_float(uv);
+    const Points2 rounded = as_stored(uv);
     for (VertexId v = 0; v < n; ++v) {
       if (!map.mesh.is_boundary(v)) map.uv.row(v) = rounded.row(v);
     }

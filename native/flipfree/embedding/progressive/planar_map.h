@@ -13,6 +13,7 @@
 #include <cmath>
 #include <vector>
 
+#include "flipfree/base/stored.h"
 #include "flipfree/base/types.h"
 #include "flipfree/embedding/progressive/planar_mesh.h"
 #include "flipfree/numeric/predicates.h"
@@ -39,7 +40,7 @@ struct PlanarMap {
   // The nearest value that the grid holds.
   Vector2 snap(const Vector2& p) const {
     if (!float32) return p;
-    return p.cast<float>().cast<double>();
+    return as_stored(p);
   }
   // Is the triangle positive, as given and as stored? Exact.
   bool positive(VertexId a, VertexId b, VertexId c) const {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "flipfree/base/plane.h"
+#include "flipfree/base/stored.h"
 #include "flipfree/matchmaker/request/polygon.h"
 #include "flipfree/numeric/predicates.h"
 
@@ -128,7 +129,7 @@ bool VertexRemover::triangulate(const Side& side, bool turned_over,
   }
   // As stored: triangles between held vertices could not be repaired when the map is rounded.
   Polygon stored;
-  for (const Vector2& p : polygon) stored.push_back(p.cast<float>().cast<double>());
+  for (const Vector2& p : polygon) stored.push_back(as_stored(p));
   const auto chord = [](std::size_t, std::size_t) { return true; };
   const auto cost = [&](std::size_t i, std::size_t k, std::size_t j, double) {
     const bool positive = numeric::orientation(polygon[i], polygon[k], polygon[j]) > 0 &&

@@ -7,6 +7,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
+#include "flipfree/base/stored.h"
 #include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/untangle.h"
@@ -101,7 +102,7 @@ void split_blind_chords(mesh::RefinedSurface& surface, const Constraints& constr
   // In the 32-bit values that are stored as well: chords along straight sides are seen by rounding
   // alone.
   Polygon stored = constraints.outline;
-  for (Vector2& p : stored) p = p.cast<float>().cast<double>();
+  for (Vector2& p : stored) p = as_stored(p);
   const auto sees_in = [&](const Polygon& outline, std::size_t i, std::size_t j) {
     const Vector2& a = outline[i];
     const Vector2& b = outline[j];

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/stored.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::embedding::boundary_test {
@@ -22,7 +23,7 @@ TEST(Boundary, CircleIsStrictlyConvexAsStoredFromThreeToAHundredThousandPoints) 
   for (const Index count : {3, 4, 5, 7, 100, 3000, 9001, 30000, 100000}) {
     const std::vector<double> lengths(static_cast<std::size_t>(count), 1.0);
     const Points2 p = place_boundary(BoundaryShape::kCircle, lengths).positions;
-    EXPECT_EQ(p, round_to_float(p)) << count;
+    EXPECT_EQ(p, as_stored(p)) << count;
     EXPECT_TRUE(is_strictly_convex(p)) << count;
     EXPECT_NEAR(p.rowwise().norm().minCoeff(), 1.0, 0.05) << count;
     EXPECT_LE(p.rowwise().norm().maxCoeff(), 1.0 + 1e-7) << count;
@@ -40,7 +41,7 @@ TEST(Boundary, CircleWithEdgesOfWildlyDifferentLengthStaysStrictlyConvex) {
   std::vector<double> lengths;
   for (int i = 0; i < 2000; ++i) lengths.push_back(std::pow(10.0, -(i * 7 % 13)));
   const Points2 p = place_boundary(BoundaryShape::kCircle, lengths).positions;
-  EXPECT_EQ(p, round_to_float(p));
+  EXPECT_EQ(p, as_stored(p));
   EXPECT_TRUE(is_strictly_convex(p));
 }
 
@@ -58,7 +59,7 @@ TEST(Boundary, SquareAndTriangleHaveAPointInEveryCornerAndDistinctStoredPoints) 
     const Points2& p = placement.positions;
     const std::size_t sides = shape == BoundaryShape::kSquare ? 4 : 3;
     ASSERT_EQ(placement.corners.size(), sides);
-    EXPECT_EQ(p, round_to_float(p));
+    EXPECT_EQ(p, as_stored(p));
     std::set<std::pair<double, double>> distinct;
     for (Index i = 0; i < p.rows(); ++i) distinct.emplace(p(i, 0), p(i, 1));
     EXPECT_EQ(distinct.size(), lengths.size());

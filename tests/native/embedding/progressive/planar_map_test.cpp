@@ -8,6 +8,7 @@
 #include <random>
 
 #include "embedding/disks.h"
+#include "flipfree/base/stored.h"
 #include "flipfree/embedding/tutte/tutte.h"
 
 namespace flipfree::embedding::planar_map_test {
@@ -55,8 +56,7 @@ TEST(PlanarMap, inner_vertices_are_on_the_grid_and_boundary_ones_where_they_were
     for (const double share : map.share) EXPECT_EQ(share, 1.0);
   }
   // A boundary of floats needs no second copy.
-  EXPECT_EQ(make_planar_map(disk.surface.faces, disk.loop, round_to_float(uv), true).stored.rows(),
-            0);
+  EXPECT_EQ(make_planar_map(disk.surface.faces, disk.loop, as_stored(uv), true).stored.rows(), 0);
 }
 
 TEST(PlanarMap, faces_are_positive_only_if_they_are_as_given_and_as_stored) {

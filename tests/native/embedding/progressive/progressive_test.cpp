@@ -6,6 +6,7 @@
 
 #include "embedding/disks.h"
 #include "flipfree/base/error.h"
+#include "flipfree/base/stored.h"
 #include "flipfree/embedding/progressive/simplify.h"
 #include "flipfree/embedding/tutte/tutte.h"
 
@@ -31,7 +32,7 @@ void expect_flip_free(const test::Disk& disk, const Points2& uv, bool float32) {
   ExecutionContext context;
   EXPECT_EQ(count_flips(disk.surface.faces, uv, context), 0U);
   if (float32) {
-    EXPECT_EQ(count_flips(disk.surface.faces, round_to_float(uv), context), 0U);
+    EXPECT_EQ(count_flips(disk.surface.faces, as_stored(uv), context), 0U);
   }
   for (std::size_t i = 0; i < disk.loop.size(); ++i) {
     EXPECT_EQ(uv.row(disk.loop[i]), disk.boundary.row(static_cast<Index>(i)));
@@ -65,7 +66,7 @@ TEST(Progressive, FromNothingEveryHardDiskIsEmbeddedAsStored) {
     const Points2 uv = solve(disk, with_boundary(disk, Points2::Zero(disk.vertex_count(), 2)),
                              ProgressiveStart::kNothing, true);
     expect_flip_free(disk, uv, true);
-    EXPECT_EQ(uv, round_to_float(uv));
+    EXPECT_EQ(uv, as_stored(uv));
   }
 }
 
