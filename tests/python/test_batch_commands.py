@@ -139,6 +139,21 @@ def test_in_and_out_make_one_map():
     assert again.returncode == 2 and "--out FOLDER" in again.stderr
 
 
+@pytest.mark.parametrize(
+    "name", ["unwrap", "match", "conformal", "seamless", "field", "improve", "repair", "pack"]
+)
+def test_in_and_out_may_lie_in_one_folder_whatever_they_are_called(name):
+    source, target = "Würfel (alt) #1.obj", "Würfel neu ß.obj"
+    vertices, faces = surfaces.bumpy_grid(5)
+    ff.write(source, (vertices, faces, vertices[faces][:, :, :2]))
+    Path(f"{source}.pins.json").write_text(json.dumps({"points": {"0": [0.25, 0.5]}}))
+    record = run(name, source, target)
+    assert (record["input"], record["output"]) == (source, target)
+    assert record["status"] in ("certified", "warned"), record["message"]
+    judged(target)
+    assert command(name, source, source).returncode == 2
+
+
 def test_what_a_killed_run_left_half_written_goes():
     write("torus.obj", surfaces.torus())
     Path("uv").mkdir()
