@@ -47,6 +47,7 @@ class _Statements:
             for face in self.faces
             for word in face.words
         ]
+        found = [v if 0 <= v < len(self.vertices) else -1 for v in found]  # of faces of two corners
         begin = np.zeros(len(self.faces) + 1, np.int32)
         np.cumsum([len(face.words) for face in self.faces], out=begin[1:])
         return np.array(found, np.int32), begin
