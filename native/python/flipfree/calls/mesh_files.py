@@ -174,12 +174,13 @@ def write(
         )
     corner_uv = np.zeros((0, 2)) if uv is None else as_corner_uv(uv, "uv", len(face_array))
     refuse_beyond_storage(corner_uv, "uv")
-    with _named(file):
-        content = _native.write_mesh(
-            os.fsencode(file), positions, face_array, polygons, corner_uv.astype(np.float32)
-        )
     if keep is not None:
         content = _kept(_as_path(keep), file, mesh, positions, face_array, corner_uv)
+    else:
+        with _named(file):
+            content = _native.write_mesh(
+                os.fsencode(file), positions, face_array, polygons, corner_uv.astype(np.float32)
+            )
     _replace(file, content)
 
 
@@ -219,6 +220,15 @@ def _kept(
     if len(corner_uv) == 0:
         corner_uv = np.full((3 * len(faces), 2), np.nan)
     uv = corner_uv.astype(np.float32).reshape(-1, 3, 2)
+    is_known = np.isfinite(uv).all(axis=(1, 2)) | np.isnan(uv).all(axis=(1, 2))
+    odd = np.flatnonzero(~is_known)
+    if len(odd):
+        raise InvalidInput(
+            f"Face {odd[0]} has a texture coordinate that is not finite. Unwrap it again, or leave uv out.",
+            code=MALFORMED,
+            kind="face",
+            elements=odd[:1].tolist(),
+        )
     own = _own_vertices(faces, old.faces[parent], vertices)
     new = NewMap(old.faces, old.polygons, own, uv, parent, vertices[count:], origins, weights)
     return _REWRITERS[ending](content, new)

@@ -60,13 +60,14 @@ def rewritten(content: bytes, new: NewMap) -> bytes:
     placed = on_polygons(corners, begin, new)
     numbers = _Numbers(corners, begin, new, placed)
     _write_others(found, numbers, renumber=len(new.vertices) > 0)
+    textures, begins = numbers.of_corner.tolist(), begin.tolist()
     for polygon, face in enumerate(found.faces):
-        own = slice(begin[polygon], begin[polygon + 1])
+        own = slice(begins[polygon], begins[polygon + 1])
         if polygon in placed.pieces:
             text = numbers.pieces(placed.pieces[polygon], face.tail)
         else:
             vertices = (corners[own] + 1).tolist() if len(new.vertices) else None
-            text = _face(face, numbers.of_corner[own].tolist(), vertices)
+            text = _face(face, textures[own], vertices)
         found.lines[face.line] = text
     return _joined(found, numbers.lines, new)
 
@@ -116,10 +117,9 @@ def _logical_lines(content: bytes) -> list[bytes]:
 def _face_of(number: int, text: bytes, found: _Statements) -> _Face:
     end = b"\r" if text.endswith(b"\r") else b""
     words = text.split()
-    comment = next((k for k, word in enumerate(words) if word.startswith(b"#")), None)
-    if comment is not None:
+    if b"#" in text:
         end = b" " + text[text.index(b"#") :]
-        words = words[:comment]
+        words = text[: text.index(b"#")].split()
     return _Face(number, words, end, len(found.vertices))
 
 
@@ -133,14 +133,15 @@ def _face(face: _Face, textures: list[int], vertices: list[int] | None) -> bytes
     """textures: their numbers, 0 for none. vertices: instead of the file's words for them."""
     corners = []
     for k, word in enumerate(face.words):
-        parts = word.split(b"/")
-        vertex = parts[0] if vertices is None else b"%d" % vertices[k]
-        normal = parts[2] if len(parts) > 2 else b""
-        if textures[k]:
-            vertex = b"%s/%d" % (vertex, textures[k])
-        elif normal:
-            vertex += b"/"
-        corners.append(vertex + b"/" + normal if normal else vertex)
+        vertex, _, more = word.partition(b"/")
+        normal = more.partition(b"/")[2]
+        if vertices is not None:
+            vertex = b"%d" % vertices[k]
+        texture = b"%d" % textures[k] if textures[k] else b""
+        if normal:
+            corners.append(b"%s/%s/%s" % (vertex, texture, normal))
+        else:
+            corners.append(b"%s/%s" % (vertex, texture) if texture else vertex)
     return b"f " + b" ".join(corners) + face.tail
 
 

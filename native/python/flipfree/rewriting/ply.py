@@ -164,13 +164,13 @@ def _faces(element: _Element, places: Places, body: Body, new: NewMap) -> Iterat
 
     index = body.cells("i4", np.concatenate([corners, new.faces[rows].ravel()]))
     uv = np.concatenate([placed.corner_uv, new.uv[rows].reshape(-1, 2)])
-    has_uv = np.isfinite(uv).all(axis=1)
+    missing = np.concatenate([[0], np.cumsum(~np.isfinite(uv).all(axis=1))]).tolist()
     texture = body.cells("f4", uv.ravel())
     size = body.cells(length, np.arange(256 if is_small else 2 * int(counts.max(initial=3)) + 1))
 
     def row_of(row: list[int], a: int, b: int) -> bytes:
         """A face with the corners from a to b."""
-        if has_uv[a:b].all():
+        if missing[a] == missing[b]:
             cell = [size(2 * (b - a), 2 * (b - a) + 1), texture(2 * a, 2 * b)]
         else:
             cell = [size(0, 1)]
@@ -185,10 +185,10 @@ def _faces(element: _Element, places: Places, body: Body, new: NewMap) -> Iterat
             parts += instead.get(k) or [body.cut(row[k], row[k + 1])]
         return body.row(parts)
 
-    at = len(corners)
+    at, begins = len(corners), begin.tolist()
     for p, row in enumerate(places.tolist()):
         if p not in placed.pieces:
-            yield row_of(row, begin[p], begin[p + 1])
+            yield row_of(row, begins[p], begins[p + 1])
             continue
         for _ in placed.pieces[p]:
             yield row_of(row, at, at + 3)
