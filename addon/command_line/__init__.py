@@ -82,7 +82,8 @@ def _run_one_file(given) -> int:
 def _run_batch(given) -> int:
     items, formats = None, files.formats()
     if arguments.is_one_file(given):
-        items = [one_file(Path(given.inputs[0]), Path(given.inputs[1]), formats)]
+        source, target = map(Path, given.inputs)
+        items = [one_file(source, target, formats, again=given.resume)]
     return arguments.main(given, formats, unit.engine_of, unit.versions(), items=items)
 
 

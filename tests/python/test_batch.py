@@ -322,6 +322,24 @@ def test_list_says_what_would_be_done_and_does_nothing(here):
     assert out.splitlines() == ["in/a.in -> out/a.in  (done)", "in/b.in -> out/b.in"]
 
 
+def test_a_file_of_another_type_has_a_line_and_is_named_in_the_sum(here):
+    put(a="write", c="write")
+    Path("in/b.flat").write_text("write")
+    status, _, said = batch(*ALL)
+    assert status == 0
+    found = records()
+    assert [found[name]["status"] for name in "abc"] == ["certified", "refused", "certified"]
+    assert found["b"]["reason"] == "file type" and "--suffix" in found["b"]["message"]
+    assert "2 certified, 1 refused" in said.splitlines()[-2]
+    assert said.splitlines()[-1] == "Not mapped, as files of another type: in/b.flat"
+    assert "3 of 3 models are done already" in batch(*ALL, "--resume")[2]
+    assert batch(*ALL, "--resume", "--suffix", ".out")[0] == 0
+    assert Path("out/b.out").read_text() == "write" and records()["b"]["status"] == "certified"
+    _, listed, _ = batch("in", "--out", "new", "--list")
+    assert "in/b.flat  (.flat files hold no texture coordinates" in listed
+    assert batch("in/b.flat", "--out", "new")[0] == 2
+
+
 def test_two_runs_do_not_share_a_file_of_results(here):
     put(a="sleep 20")
     process = start(*ALL)

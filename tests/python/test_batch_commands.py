@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,9 @@ import pytest
 
 import flipfree as ff
 from flipfree.__main__ import main
+from flipfree.batch.messages import in_command_line_terms
 from flipfree.batch.models.figures import percentiles
+from flipfree.batch.models.model import LEAST_SECONDS, read_model
 from flipfree.batch.models.welding import welded
 
 import surfaces
@@ -137,6 +140,21 @@ def test_in_and_out_make_one_map():
     judged("new/uv.ply", bijective=True)
     again = command("unwrap", "torus.obj", "new/uv.ply")
     assert again.returncode == 2 and "--out FOLDER" in again.stderr
+
+
+@pytest.mark.parametrize(
+    "name", ["unwrap", "match", "conformal", "seamless", "field", "improve", "repair", "pack"]
+)
+def test_in_and_out_may_lie_in_one_folder_whatever_they_are_called(name):
+    source, target = "Würfel (alt) #1.obj", "Würfel neu ß.obj"
+    vertices, faces = surfaces.bumpy_grid(5)
+    ff.write(source, (vertices, faces, vertices[faces][:, :, :2]))
+    Path(f"{source}.pins.json").write_text(json.dumps({"points": {"0": [0.25, 0.5]}}))
+    record = run(name, source, target)
+    assert (record["input"], record["output"]) == (source, target)
+    assert record["status"] in ("certified", "warned"), record["message"]
+    judged(target)
+    assert command(name, source, source).returncode == 2
 
 
 def test_what_a_killed_run_left_half_written_goes():
@@ -305,6 +323,35 @@ def test_a_map_with_flips_is_refused_by_check():
     record = run("check", "turned.obj")
     assert record["status"] == "refused" and record["reason"] == "certificate failed"
     assert record["certificate"]["flips32"] == len(faces) and not record["certificate"]["ok"]
+
+
+def test_a_limit_of_time_is_that_of_the_model_and_errors_name_it():
+    """Calls of one model share it: many parts, and what follows them, do not get it once each."""
+    spheres = [surfaces.octahedron_sphere(5) for _ in range(12)]
+    write("many.obj", *spheres)
+    for name in ("conformal", "seamless"):
+        limit = 0.8
+        begin = time.monotonic()
+        record = run(name, "many.obj", "--out", "uv", "--max-seconds", limit)
+        assert time.monotonic() - begin < 20
+        if record["status"] == "failed":
+            assert record["reason"] == "time limit reached"
+            assert f"(--max-seconds {limit})" in record["message"]
+        else:
+            assert record["status"] in ("certified", "warned")
+
+
+def test_what_calls_of_a_model_are_left_with_is_what_former_ones_did_not_take():
+    write("sheet.obj", surfaces.bumpy_grid(3))
+    model = read_model(Path("sheet.obj"), merge=True, max_seconds=100.0, threads=1)
+    model.begin -= 40.0
+    assert 59.0 < model.limits["max_seconds"] <= 60.0
+    model.begin -= 100.0
+    assert model.limits == {"max_seconds": LEAST_SECONDS, "threads": 1}
+    free = read_model(Path("sheet.obj"), merge=True, max_seconds=None, threads=2)
+    assert free.limits == {"max_seconds": None, "threads": 2}
+    said = "No map in the time allowed (max_seconds = 2.98e-05). Allow more time."
+    assert "(--max-seconds 6)" in in_command_line_terms(said, 6.0)
 
 
 def test_unknown_commands_and_options_say_so():

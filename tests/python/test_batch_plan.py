@@ -2,6 +2,7 @@
 
 import itertools
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -98,13 +99,36 @@ def test_an_input_that_another_ones_output_would_overwrite_is_refused(models):
 def test_inputs_without_room_for_uvs_need_another_suffix(models):
     Path("m/part.stl").touch()
     with pytest.raises(PlanError, match="hold no texture coordinates. Add --suffix"):
-        outputs("m")
+        outputs("m/part.stl")
     assert outputs("m/part.stl", suffix=".ply") == {"m/part.stl": "uv/part.ply"}
     Path("m/part.obj").touch()
     with pytest.raises(
         PlanError, match=r"part.obj and m/part.stl have the same output, uv/part.obj"
     ):
         outputs("m/part.obj", "m/part.stl", suffix=".obj")
+
+
+@pytest.mark.parametrize(
+    "given", [["m"], ["m/*", "m/b/c.OBJ"], ["m/a.obj", "m/b/c.OBJ", "m/part.stl"]]
+)
+def test_a_file_of_another_type_costs_no_other_one(models, given):
+    Path("m/part.stl").touch()
+    items = {
+        item.source.as_posix(): item
+        for item in plan(given, out=Path("uv"), suffix=None, formats=FORMATS, writes=True)
+    }
+    other = items.pop("m/part.stl")
+    assert other.target is None and "Add --suffix with one of .obj, .ply" in other.refusal
+    assert items.keys() >= {"m/a.obj", "m/b/c.OBJ"}
+    assert all(item.target and not item.refusal for item in items.values())
+
+
+def test_a_file_that_cannot_be_read_costs_no_other_one_that_is_named(models):
+    named = plan(
+        ["m/a.obj", "m/b/readme.txt"], out=None, suffix=None, formats=FORMATS, writes=False
+    )
+    assert [bool(item.refusal) for item in named] == [False, True]
+    assert ".txt files cannot be read" in named[1].refusal
 
 
 def test_inputs_that_differ_in_their_ending_alone_can_be_told_apart_as_the_error_says(models):
@@ -154,10 +178,39 @@ def test_shards_that_are_none_are_refused(share):
         shard([], share)
 
 
-def test_one_file_has_an_output_of_its_own_name(models):
-    item = one_file(Path("m/a.obj"), Path("new/other.ply"), FORMATS)
-    assert item.target == Path("new/other.ply")
+@pytest.mark.parametrize("folder", ["m", "new/folder", "."])
+@pytest.mark.parametrize("name", ["other.obj", "other.ply", "größer als zuvor.OBJ"])
+def test_one_file_has_an_output_of_its_own_name_in_any_folder(models, folder, name):
+    source, target = Path("m/a.obj"), Path(folder, name)
+    assert one_file(source, target, FORMATS) == Item(source, target)
+
+
+def test_the_output_of_one_file_is_not_overwritten_but_by_its_own_run(models):
     with pytest.raises(PlanError, match="there already"):
         one_file(Path("m/a.obj"), Path("m/b/a.obj"), FORMATS)
-    with pytest.raises(PlanError, match="files of this type"):
-        one_file(Path("m/a.obj"), Path("new/other.stl"), FORMATS)
+    assert one_file(Path("m/a.obj"), Path("m/b/a.obj"), FORMATS, again=True).target
+    for target in ("m/a.obj", "m/b/../a.obj", "m"):
+        with pytest.raises(PlanError, match="there already"):
+            one_file(Path("m/a.obj"), Path(target), FORMATS, again=True)
+
+
+@pytest.mark.parametrize(
+    ("source", "target", "words"),
+    [
+        ("m/a.obj", "new/other.stl", ".stl files hold no texture coordinates. Use .obj, .ply"),
+        ("m/a.obj", "new/other", "files without an ending hold no texture coordinates"),
+        ("m/b/readme.txt", "new/other.obj", ".txt files cannot be read"),
+        ("m/nowhere.obj", "new/other.obj", "no such file"),
+        ("m", "new", "--out FOLDER"),
+        ("m", "new.obj", "--out FOLDER"),
+        ("m/*.obj", "new.obj", "--out FOLDER"),
+    ],
+)
+def test_one_file_that_cannot_be_mapped_is_refused_with_the_cure(models, source, target, words):
+    with pytest.raises(PlanError, match=re.escape(words)):
+        one_file(Path(source), Path(target), FORMATS)
+
+
+def test_a_name_with_a_wildcard_in_it_is_one_file_if_it_is_there(models):
+    Path("m/a[1].obj").touch()
+    assert one_file(Path("m/a[1].obj"), Path("m/b.obj"), FORMATS).target == Path("m/b.obj")

@@ -280,7 +280,8 @@ certify::Parametrization improve_clean(const mesh::Surface& surface, const Point
   bool hurried = false;
   {
     const ProgressRange range(context, 0.05, 0.93);
-    const double left = limit_of(options.max_seconds) - watch.seconds();
+    const double left =
+        std::min(limit_of(options.max_seconds) - watch.seconds(), context.seconds_left());
     const TimeLimit limit(context,
                           seconds_to_search(left, static_cast<Index>(surface.faces.rows())));
     improve_all(charts, options,

@@ -5,6 +5,7 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
+#include "flipfree/base/stats.h"
 #include "flipfree/mesh/cut_graph/cut.h"
 #include "flipfree/mesh/own_unit.h"
 #include "flipfree/mesh/topology.h"
@@ -38,6 +39,7 @@ std::vector<Index> suggested_turns(const mesh::Surface& surface,
   const std::vector<mesh::Chart> parts = mesh::split_into_charts(surface.vertices, whole);
   conformal::SuggestConesOptions own = options;
   own.quantum = kQuarterTurn;
+  const Stopwatch watch;
   std::vector<Index> turns(at(vertex_count), 4);
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const double count = static_cast<double>(parts.size());
@@ -45,6 +47,9 @@ std::vector<Index> suggested_turns(const mesh::Surface& surface,
                               static_cast<double>(i + 1) / count);
     std::vector<VertexId> vertices;
     for (const VertexId v : parts[i].vertices) vertices.push_back(whole.vertex_origin[at(v)]);
+    constexpr double kLeastSeconds = 1e-3;
+    if (options.enough_seconds > 0.0)  // what a part leaves is the next ones'
+      own.enough_seconds = std::max(kLeastSeconds, options.enough_seconds - watch.seconds());
     conformal::SuggestedCones found;
     try {
       found = conformal::suggest_cones(mesh::InOwnUnit(parts[i].surface).surface(), own, context);

@@ -36,7 +36,8 @@ def main(argv: list[str]) -> int:
     try:
         given = parser().parse_args(arguments.with_lists(argv))
         if arguments.is_one_file(given):
-            items = [one_file(Path(given.inputs[0]), Path(given.inputs[1]), FORMATS)]
+            source, target = map(Path, given.inputs)
+            items = [one_file(source, target, FORMATS, again=given.resume)]
     except PlanError as error:
         print(f"flipfree: {error}", file=sys.stderr)
         return 2

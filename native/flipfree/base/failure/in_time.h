@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <typeinfo>
 #include <utility>
 
 #include "flipfree/base/context.h"
@@ -10,8 +11,9 @@
 namespace flipfree {
 
 // work(), with `context` limited to max_seconds; 0: no limit. Throws NotConverged (kTimeLimit) when
-// they are over: `what` did not happen, `cure` besides more time. What a limit around this one ends
-// is not ours: TimeIsOver goes on.
+// they are over: `what` did not happen, `cure` besides more time. A step of the work that had a
+// share of them, and says so, is one of this call, whose number and cure the caller knows. What a
+// limit around this one ends is not ours: TimeIsOver goes on.
 template <typename Work>
 auto in_time(ExecutionContext& context, double max_seconds, const std::string& what,
              const std::string& cure, Work&& work) {
@@ -20,6 +22,11 @@ auto in_time(ExecutionContext& context, double max_seconds, const std::string& w
     return std::forward<Work>(work)();
   } catch (const TimeIsOver&) {
     if (!(max_seconds > 0.0) || context.time_is_over()) throw;
+    throw_out_of_time(what, max_seconds, cure);
+  } catch (const NotConverged& failure) {
+    if (!(max_seconds > 0.0) || failure.error().code != ErrorCode::kTimeLimit ||
+        typeid(failure) != typeid(NotConverged))
+      throw;
     throw_out_of_time(what, max_seconds, cure);
   }
 }

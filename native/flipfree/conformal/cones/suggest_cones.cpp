@@ -5,11 +5,13 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <string>
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure/give_up.h"
 #include "flipfree/base/failure/in_time.h"
+#include "flipfree/base/stats.h"
 #include "flipfree/conformal/cones/boundary_angles.h"
 #include "flipfree/conformal/cones/cone_placement.h"
 #include "flipfree/conformal/cones/cone_rounding.h"
@@ -85,6 +87,14 @@ struct Problem {
   bool closed = true;
   Index euler = 0;
   double allowed = 0.0;  // range of u
+  Stopwatch watch = {};
+
+  bool is_limited() const { return options.max_seconds > 0.0 || options.enough_seconds > 0.0; }
+  // Seconds of a TimeLimit from where there are cones on.
+  double enough_left() const {
+    return options.enough_seconds > 0.0 ? std::max(0.0, options.enough_seconds - watch.seconds())
+                                        : limit_of(0.0);
+  }
 };
 
 Problem make_problem(const mesh::Surface& surface, const SuggestConesOptions& options,
@@ -133,6 +143,7 @@ PinnedMetric place_truly(const Problem& p, std::vector<char> pinned, std::vector
   std::size_t measured = 0;  // cones of `metric`
   const bool in_time = ended_in_time([&] {
     for (int round = 0; round < kTrueRounds; ++round) {
+      const TimeLimit enough(context, is_usable(metric) ? p.enough_left() : limit_of(0.0));
       context.report("suggest cones", 0.5 + 0.3 * round / kTrueRounds);
       metric = compute_pinned_metric(p.surface, p.flat, pinned, kPinnedTolerance, context);
       measured = cones.size();
@@ -150,7 +161,7 @@ PinnedMetric place_truly(const Problem& p, std::vector<char> pinned, std::vector
   });
   if (!in_time) {
     // Cones whose angles are positive serve, though the bound does not hold.
-    if (!(p.options.max_seconds > 0.0) || !is_usable(metric)) throw TimeIsOver();
+    if (!p.is_limited() || !is_usable(metric)) throw TimeIsOver();
     cones.resize(measured);
   }
   for (std::size_t v = 0; v < metric.angles.size(); ++v) {
@@ -218,6 +229,7 @@ void quantise(const Problem& p, LinearPlacement& linear, SuggestedCones& out,
   // What was measured best: it is the result also where time is over in the search for better.
   MeasuredCones best_measured;
   FoundCones best{{}, std::numeric_limits<double>::infinity()};
+  std::optional<TimeLimit> enough;  // from the first ones on
   const auto scale_of = [&](const ConeSteps& cones) {
     // Other cones may have a metric, or can take the curvature in whole quanta.
     Outcome<MeasuredCones> measured = attempt_part([&] { return measure(p, cones, context); });
@@ -226,6 +238,7 @@ void quantise(const Problem& p, LinearPlacement& linear, SuggestedCones& out,
     if (!scale.u.empty() && scale.range < best.range) {
       best = {cones, scale.range};
       best_measured = std::move(*measured);
+      if (!enough) enough.emplace(context, p.enough_left());
     }
     return scale;
   };
@@ -246,8 +259,8 @@ void quantise(const Problem& p, LinearPlacement& linear, SuggestedCones& out,
       angles = linear_angles(p, linear, cones.front());
     }
   });
-  if (!in_time && (!(p.options.max_seconds > 0.0) || best_measured.scale.u.empty()))
-    throw TimeIsOver();
+  enough.reset();
+  if (!in_time && (!p.is_limited() || best_measured.scale.u.empty())) throw TimeIsOver();
   if (best_measured.scale.u.empty() && !p.closed) best_measured = measure(p, {}, context);
   if (best_measured.scale.u.empty()) {
     throw_not_converged(ErrorCode::kIterationLimit,

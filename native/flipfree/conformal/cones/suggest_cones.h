@@ -28,6 +28,8 @@ struct SuggestConesOptions {
   double least_angle = 0.5235987755982988;  // pi / 6
   // 0 = never. When they are over the best cones whose metric was measured are returned.
   double max_seconds = 0.0;
+  // The same, but where there are no such cones yet the search goes on until there are.
+  double enough_seconds = 0.0;
 };
 
 struct SuggestedCones {

@@ -23,6 +23,9 @@ bool holds_corner_uv(Format format);
 
 // A mesh as it stands in a file, whatever its faces do: nothing is merged, oriented or dropped, but
 // STL names no vertices: equal corners become one, and triangles left with two corners are none.
+// Faces with fewer than three corners are none either, but are counted in the numbers of the
+// others; texture coordinates that are not there, or are no numbers, are none, and then their whole
+// polygon has none.
 struct MeshFile {
   Points3 vertices;             // #V x 3, used by faces or not
   Triangles faces;              // #F x 3, polygons as fans around their first corner

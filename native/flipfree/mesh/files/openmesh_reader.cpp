@@ -142,9 +142,13 @@ Polygons read_with_openmesh(const PlainForm& plain) {
   const bool whole =
       is_stl ? found <= static_cast<std::size_t>(plain.polygons)
              : found == static_cast<std::size_t>(plain.polygons) &&
-                   collector.n_vertices() == static_cast<std::size_t>(plain.positions.rows());
+                   collector.n_vertices() ==
+                       static_cast<std::size_t>(plain.positions.rows()) + plain.again.size();
   if (!done || !whole || (!polygons.uv.empty() && polygons.uv.size() != 2 * corners))
     throw InternalError("OpenMesh read another mesh than the file has.");
+  const auto own = static_cast<Index>(plain.positions.rows());
+  for (Index& v : polygons.corners)
+    if (!plain.again.empty() && v >= own) v = plain.again.at(static_cast<std::size_t>(v - own));
   return polygons;
 }
 

@@ -12,6 +12,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "flipfree/base/types.h"
 
@@ -21,8 +22,14 @@ struct PlainForm {
   std::string text;            // for OpenMesh
   const char* extension = "";  // that tells it which reader to take, ".obj"
   bool binary = false;
-  Points3 positions;       // as written; no rows for STL
-  Index polygons = 0;      // how many faces OpenMesh must find; STL: at most
+  Points3 positions;   // as written; no rows for STL
+  Index polygons = 0;  // how many faces OpenMesh must find; STL: at most
+  // Which of the file's faces each of these is: those with fewer than three corners are passed
+  // over. None for STL: all.
+  std::vector<Index> numbers;
+  // A vertex that a face uses again is another one for OpenMesh, which passes over it otherwise:
+  // behind the positions, the vertices that these are.
+  std::vector<Index> again;
   bool corner_uv = false;  // a polygon has texture coordinates
   bool vertex_uv = false;  // vertices have
 };

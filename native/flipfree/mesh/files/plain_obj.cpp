@@ -1,5 +1,7 @@
 // Wavefront OBJ. Indices count from 1, or back from the last element so far where negative.
 #include <algorithm>
+#include <numeric>
+#include <span>
 #include <vector>
 
 #include "flipfree/mesh/files/plain_form.h"
@@ -11,6 +13,11 @@ namespace {
 struct Corner {
   long long vertex = 0, texture = 0;  // from 1; texture 0: none
 };
+
+// Index from 1 of one that may count back from the last element so far, where negative.
+long long resolved(long long index, std::size_t so_far) {
+  return index < 0 ? static_cast<long long>(so_far) + 1 + index : index;
+}
 
 // The largest index that was used, and where: elements may follow the faces that use them.
 struct Largest {
@@ -38,8 +45,8 @@ class Obj {
         face(rest, lines);
       }
     }
-    check(largest_vertex_, coordinates_.size() / 3, "vertex");
-    check(largest_texture_, textures_, "texture coordinate");
+    check_vertices();
+    write_faces();
     plain_.extension = ".obj";
     plain_.positions = to_points(coordinates_);
   }
@@ -65,85 +72,122 @@ class Obj {
     plain_.text += "v 0 0 0\n";
   }
 
+  // A new map may be made of a file whose old one is broken.
   void texture_coordinate(std::string_view rest, const std::string& place) {
-    const float u = to_float(next_word(rest), place, "a texture coordinate");
-    const std::string_view second = next_word(rest);
-    const float v = second.empty() ? 0.0F : to_float(second, place, "a texture coordinate");
-    count_of(++textures_, place);
+    float u = 0.0F, v = 0.0F;
+    bool known = true;
+    try {
+      u = to_float(next_word(rest), place, "a texture coordinate");
+      const std::string_view second = next_word(rest);
+      if (!second.empty()) v = to_float(second, place, "a texture coordinate");
+    } catch (const InvalidInput&) {
+      known = false;
+    }
+    textures_.push_back(known ? 1 : 0);
+    count_of(textures_.size(), place);
     plain_.text += "vt ";
-    append_number(plain_.text, u);
+    append_number(plain_.text, known ? u : 0.0F);
     plain_.text += ' ';
-    append_number(plain_.text, v);
+    append_number(plain_.text, known ? v : 0.0F);
     plain_.text += '\n';
-  }
-
-  // One of a corner's indices, from 1.
-  static long long resolve(std::string_view word, std::size_t so_far, const std::string& place) {
-    const long long index = to_integer(word, place, "an index of a face");
-    const long long resolved = index < 0 ? static_cast<long long>(so_far) + 1 + index : index;
-    if (resolved < 1)
-      refuse(place, "a face has the index " + std::to_string(index) + ", which names nothing");
-    return resolved;
   }
 
   Corner corner(std::string_view word, const std::string& place) const {
     const std::size_t slash = word.find('/');
+    const long long index = to_integer(word.substr(0, slash), place, "an index of a face");
     Corner result;
-    result.vertex = resolve(word.substr(0, slash), coordinates_.size() / 3, place);
+    result.vertex = resolved(index, coordinates_.size() / 3);
+    if (result.vertex < 1)
+      refuse(place, "a face has the index " + std::to_string(index) + ", which names nothing");
     if (slash == std::string_view::npos) return result;
     const std::string_view texture = word.substr(slash + 1, word.find('/', slash + 1) - slash - 1);
-    if (!texture.empty()) result.texture = resolve(texture, textures_, place);
+    if (!texture.empty())
+      result.texture = std::max(
+          resolved(to_integer(texture, place, "an index of a face"), textures_.size()), 0LL);
     return result;
   }
 
   void face(std::string_view rest, const Lines& lines) {
     const std::string place = lines.place();
-    corners_.clear();
+    const std::size_t first = corners_.size();
     for (auto word = next_word(rest); !word.empty() && word[0] != '#'; word = next_word(rest))
       corners_.push_back(corner(word, place));
-    check_corners(place);
-    plain_.text += 'f';
-    for (const Corner& c : corners_) {
-      plain_.text += ' ';
-      append_number(plain_.text, c.vertex);
-      largest_vertex_.see(c.vertex, lines);
-      if (c.texture == 0) continue;
-      plain_.text += '/';
-      append_number(plain_.text, c.texture);
-      largest_texture_.see(c.texture, lines);
+    count_of(++faces_, place);
+    if (corners_.size() < first + 3) {
+      corners_.resize(first);
+      return;
     }
-    plain_.text += '\n';
-    plain_.corner_uv = plain_.corner_uv || corners_[0].texture != 0;
-    plain_.polygons = count_of(static_cast<std::size_t>(plain_.polygons) + 1, place);
+    for (std::size_t c = first; c < corners_.size(); ++c)
+      largest_vertex_.see(corners_[c].vertex, lines);
+    plain_.numbers.push_back(static_cast<Index>(faces_ - 1));
+    ends_.push_back(corners_.size());
   }
 
-  void check_corners(const std::string& place) {
-    if (corners_.size() < 3) refuse(place, "a face has fewer than three corners");
-    const bool textured = corners_[0].texture != 0;
-    if (!std::all_of(corners_.begin(), corners_.end(),
-                     [&](const Corner& c) { return (c.texture != 0) == textured; }))
-      refuse(place, "some corners of a face have texture coordinates and some have not");
-    used_.clear();
-    for (const Corner& c : corners_) used_.push_back(c.vertex);
-    std::sort(used_.begin(), used_.end());
-    if (std::adjacent_find(used_.begin(), used_.end()) != used_.end())
-      refuse(place, "a face uses one vertex twice",
-             "Delete such faces (Merge by Distance), and write the file again");
+  void check_vertices() const {
+    const auto count = static_cast<long long>(coordinates_.size() / 3);
+    if (largest_vertex_.index > count)
+      refuse(largest_vertex_.place, "a face uses vertex " + std::to_string(largest_vertex_.index) +
+                                        ", the file has " + std::to_string(count));
   }
 
-  static void check(const Largest& largest, std::size_t count, const char* what) {
-    if (largest.index > static_cast<long long>(count))
-      refuse(largest.place, std::string("a face uses ") + what + " " +
-                                std::to_string(largest.index) + ", the file has " +
-                                std::to_string(count));
+  bool has_texture(const Corner& c) const {
+    return c.texture > 0 && c.texture <= static_cast<long long>(textures_.size()) &&
+           textures_[static_cast<std::size_t>(c.texture - 1)] != 0;
+  }
+
+  // Faces behind all elements that they use.
+  void write_faces() {
+    std::string faces;
+    std::size_t first = 0;
+    for (const std::size_t end : ends_) {
+      const std::span<Corner> own(corners_.data() + first, end - first);
+      const bool textured =
+          std::all_of(own.begin(), own.end(), [&](const Corner& c) { return has_texture(c); });
+      tell_apart(own);
+      faces += 'f';
+      for (const Corner& c : own) {
+        faces += ' ';
+        append_number(faces, c.vertex);
+        if (!textured) continue;
+        faces += '/';
+        append_number(faces, c.texture);
+      }
+      faces += '\n';
+      plain_.corner_uv = plain_.corner_uv || textured;
+      first = end;
+    }
+    plain_.polygons = static_cast<Index>(ends_.size());
+    for (std::size_t v = 0; v < plain_.again.size(); ++v) plain_.text += "v 0 0 0\n";
+    plain_.text += faces;
+  }
+
+  // Vertices that one face uses again become others.
+  void tell_apart(std::span<Corner> own) {
+    order_.resize(own.size());
+    std::iota(order_.begin(), order_.end(), std::size_t{0});
+    std::sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) {
+      return own[a].vertex != own[b].vertex ? own[a].vertex < own[b].vertex : a < b;
+    });
+    long long last = 0;
+    for (const std::size_t k : order_) {
+      const long long vertex = own[k].vertex;
+      if (vertex == last) {
+        plain_.again.push_back(static_cast<Index>(vertex - 1));
+        const std::size_t number = coordinates_.size() / 3 + plain_.again.size();
+        own[k].vertex = count_of(number, "End of the file");
+      }
+      last = vertex;
+    }
   }
 
   PlainForm plain_;
   std::vector<double> coordinates_;
-  std::size_t textures_ = 0;
-  Largest largest_vertex_, largest_texture_;
-  std::vector<Corner> corners_;
-  std::vector<long long> used_;
+  std::vector<char> textures_;  // whether it is one
+  std::size_t faces_ = 0;
+  Largest largest_vertex_;
+  std::vector<Corner> corners_;     // of all faces
+  std::vector<std::size_t> ends_;   // of each face's corners
+  std::vector<std::size_t> order_;  // of one face's corners
   std::string joined_;
 };
 

@@ -20,13 +20,15 @@ class Off {
     const long long faces = to_integer(next_word(counts), lines_.place(), "a count");
     if (vertices < 0 || faces < 0) refuse(lines_.place(), "a count is negative");
     count_of(static_cast<std::size_t>(vertices), lines_.place());
-    plain_.polygons = count_of(static_cast<std::size_t>(faces), lines_.place());
+    count_of(static_cast<std::size_t>(faces), lines_.place());
     plain_.extension = ".off";
-    plain_.text = "OFF\n" + std::to_string(vertices) + " " + std::to_string(faces) + " 0\n";
     std::vector<double> coordinates;
     for (long long v = 0; v < vertices; ++v) vertex(needed("vertex", v, vertices), coordinates);
-    for (long long f = 0; f < faces; ++f) face(needed("face", f, faces), vertices);
+    for (long long f = 0; f < faces; ++f) face(needed("face", f, faces), f, vertices);
     plain_.positions = to_points(coordinates);
+    plain_.polygons = static_cast<Index>(plain_.numbers.size());
+    plain_.text.insert(
+        0, "OFF\n" + std::to_string(vertices) + " " + std::to_string(plain_.polygons) + " 0\n");
     return std::move(plain_);
   }
 
@@ -76,10 +78,12 @@ class Off {
     plain_.text += "0 0 0\n";
   }
 
-  void face(std::string_view rest, long long vertices) {
+  void face(std::string_view rest, long long number, long long vertices) {
     const std::string place = lines_.place();
     const long long corners = to_integer(next_word(rest), place, "a number of corners");
-    if (corners < 3) refuse(place, "a face has fewer than three corners");
+    if (corners < 0) refuse(place, "a number of corners is negative");
+    if (corners < 3) return;
+    plain_.numbers.push_back(static_cast<Index>(number));
     append_number(plain_.text, corners);
     for (long long k = 0; k < corners; ++k) {
       const long long index = to_integer(next_word(rest), place, "an index of a face");

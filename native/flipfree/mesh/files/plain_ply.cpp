@@ -65,8 +65,17 @@ class Body {
     if (!std::isfinite(value)) refuse(place, std::string(what) + " is NaN or infinite");
     return value;
   }
-  float real32(Type type, const std::string& place, const char* what) {
-    return narrowed(real(type, place, what), place, what);
+  // NaN where there is no number that 32 bits hold: a new map may be made of such a file.
+  float texture(Type type, const std::string& place) {
+    const std::string_view bytes = raw(type, place);
+    try {
+      const double value = encoding_ == Encoding::kText
+                               ? to_number(bytes, place, "a texture coordinate")
+                               : decode(bytes, type);
+      if (std::isfinite(value)) return narrowed(value, place, "a texture coordinate");
+    } catch (const InvalidInput&) {
+    }
+    return std::numeric_limits<float>::quiet_NaN();
   }
   long long integer(Type type, const std::string& place, const char* what) {
     const std::string_view bytes = raw(type, place);
@@ -195,6 +204,7 @@ class Ply {
     if (vertices == nullptr || faces == nullptr)
       refuse("Header", "the file has no " + std::string(vertices == nullptr ? "vertices" : "faces"),
              "Export faces, not strips or points only");
+    plain_.polygons = static_cast<Index>(plain_.numbers.size());
     plain_.text = plain_header(vertices->count) + vertex_bytes_ + face_bytes_;
     plain_.extension = ".ply";
     plain_.binary = true;
@@ -250,7 +260,7 @@ class Ply {
               body_.real(property.type, place, "a coordinate");
         } else if (side != texture.end()) {
           uv[static_cast<std::size_t>(side - texture.begin())] =
-              body_.real32(property.type, place, "a texture coordinate");
+              body_.texture(property.type, place);
         } else {
           skip_property(property, place);
         }
@@ -284,20 +294,21 @@ class Ply {
           read_polygon(property, place, vertices);
         } else if (&property == texture) {
           const long long n = body_.integer(*property.count, place, "the length of a list");
-          for (long long i = 0; i < n; ++i)
-            uv_.push_back(body_.real32(property.type, place, "a texture coordinate"));
+          for (long long i = 0; i < n; ++i) uv_.push_back(body_.texture(property.type, place));
         } else {
           skip_property(property, place);
         }
       }
-      plain_.polygons = count_of(static_cast<std::size_t>(plain_.polygons) + 1, place);
-      append_face(place);
+      const Index number = count_of(static_cast<std::size_t>(f) + 1, place) - 1;
+      if (polygon_.size() < 3) continue;
+      plain_.numbers.push_back(number);
+      append_face();
     }
   }
 
   void read_polygon(const Property& property, const std::string& place, long long vertices) {
     const long long n = body_.integer(*property.count, place, "the number of corners");
-    if (n < 3) refuse(place, "it has fewer than three corners");
+    if (n < 0) refuse(place, "its number of corners is negative");
     for (long long k = 0; k < n; ++k) {
       const long long index = body_.integer(property.type, place, "an index");
       if (index < 0 || index >= vertices)
@@ -307,12 +318,11 @@ class Ply {
     }
   }
 
-  void append_face(const std::string& place) {
+  void append_face() {
     append_bytes(face_bytes_, static_cast<std::int32_t>(polygon_.size()));
     for (const Index index : polygon_) append_bytes(face_bytes_, index);
     if (!plain_.corner_uv) return;
-    if (!uv_.empty() && uv_.size() != 2 * polygon_.size())
-      refuse(place, "texcoord should have two numbers for each of its corners");
+    if (uv_.size() != 2 * polygon_.size()) uv_.clear();
     append_bytes(face_bytes_, static_cast<std::int32_t>(uv_.size()));
     for (const float t : uv_) append_bytes(face_bytes_, t);
   }

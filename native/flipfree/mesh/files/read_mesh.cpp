@@ -2,6 +2,7 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <limits>
 
 #include "flipfree/base/error.h"
 #include "flipfree/mesh/files/mesh_file.h"
@@ -46,10 +47,26 @@ Format format_of(std::string_view path) {
 
 bool holds_corner_uv(Format format) { return format == Format::kObj || format == Format::kPly; }
 
+namespace {
+
+// A polygon has texture coordinates at all of its corners, or none: NaN.
+void drop_partial_uv(Polygons& polygons) {
+  if (polygons.uv.empty()) return;
+  for (std::size_t p = 0; p + 1 < polygons.begin.size(); ++p) {
+    const auto first = polygons.uv.begin() + 2 * polygons.begin[p];
+    const auto last = polygons.uv.begin() + 2 * polygons.begin[p + 1];
+    if (std::any_of(first, last, [](float t) { return std::isnan(t); }))
+      std::fill(first, last, std::numeric_limits<float>::quiet_NaN());
+  }
+}
+
+}  // namespace
+
 MeshFile read_mesh(std::string_view bytes, Format format) {
   PlainForm plain = plain_form(bytes, format);
   Polygons polygons = read_with_openmesh(plain);
   plain.text = std::string();
+  drop_partial_uv(polygons);
   if (std::all_of(polygons.uv.begin(), polygons.uv.end(), [](float t) { return std::isnan(t); }))
     polygons.uv.clear();
   MeshFile mesh;
@@ -70,7 +87,7 @@ MeshFile read_mesh(std::string_view bytes, Format format) {
         if (mesh.uv.rows() > 0)
           mesh.uv.row(3 * f + i) << polygons.uv[2 * c], polygons.uv[2 * c + 1];
       }
-      mesh.polygons.push_back(static_cast<Index>(p));
+      mesh.polygons.push_back(plain.numbers.empty() ? static_cast<Index>(p) : plain.numbers[p]);
     }
   }
   return mesh;

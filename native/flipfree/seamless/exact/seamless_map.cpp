@@ -355,8 +355,8 @@ certify::Parametrization map_with_suggested_cones(const mesh::Surface& surface,
           // Saddles of many quarters each are far from any surface with many handles.
           suggestion.max_cones =
               std::max(suggestion.max_cones, 4 * std::abs(euler_characteristic(surface)));
-          // The best cones that half of the time finds, where it is limited.
-          if (options.max_seconds > 0.0) suggestion.max_seconds = 0.5 * context.seconds_left();
+          // The best cones that half of the time finds, where it is limited, or else the first.
+          if (options.max_seconds > 0.0) suggestion.enough_seconds = 0.5 * context.seconds_left();
           cones = suggested_turns(surface, suggestion, context);
         }
         const ProgressRange range(context, kSuggestionShare, 1.0);

@@ -27,14 +27,14 @@ certify::Parametrization improve_any(const mesh::Surface& surface, const Points2
     const ProgressRange range(context, 0.0, 0.5);
     return repair(surface, corner_uv, mending, context);
   }();
-  distortion::ImproveOptions rest = options;
-  if (options.max_seconds > 0.0) {
-    constexpr double kLeastSeconds = 1e-3;
-    rest.max_seconds = std::max(kLeastSeconds, options.max_seconds - watch.seconds());
-  }
+  // What is left of the time; errors speak of all of it.
+  constexpr double kLeastSeconds = 1e-3;
+  const TimeLimit left(context, options.max_seconds > 0.0
+                                    ? std::max(kLeastSeconds, options.max_seconds - watch.seconds())
+                                    : limit_of(0.0));
   const ProgressRange range(context, 0.5, 1.0);
   certify::Parametrization map =
-      distortion::improve(surface, mended.uv32.cast<double>(), rest, context);
+      distortion::improve(surface, mended.uv32.cast<double>(), options, context);
   map.stats["energy_before"] = std::numeric_limits<double>::infinity();
   map.stats.insert(mended.stats.begin(), mended.stats.end());
   map.stats["seconds"] = watch.seconds();

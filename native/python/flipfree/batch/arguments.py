@@ -222,5 +222,6 @@ def _print_list(items: list[Item], left: list[Item]) -> None:
         sys.stdout.reconfigure(errors="surrogateescape")
     undone = {item.source for item in left}
     for item in items:
-        state = "" if item.source in undone else "  (done)"
+        state = f"  ({item.refusal})" if item.refusal else ""
+        state = state if item.source in undone else "  (done)"
         print(f"{item.source} -> {item.target}{state}" if item.target else f"{item.source}{state}")

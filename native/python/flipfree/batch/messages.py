@@ -24,7 +24,10 @@ _WORDS = {
 }
 
 
-def in_command_line_terms(text: str) -> str:
+def in_command_line_terms(text: str, max_seconds: float | None = None) -> str:
+    """max_seconds: as given, where solvers got a part of it."""
+    if max_seconds is not None:
+        text = re.sub(r"\bmax_seconds = [\d.e+-]*\d", f"max_seconds = {max_seconds:g}", text)
     for words, option in _WORDS.items():
         text = re.sub(words, option, text)
     return text

@@ -6,11 +6,14 @@ import glob
 import os
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 #: Complaints of one kind that are listed one by one.
 _MOST_LISTED = 5
+
+#: Reason of a record: the input or its output is a file of a type that cannot be read or written.
+OTHER_KIND = "file type"
 
 
 class PlanError(ValueError):
@@ -19,10 +22,11 @@ class PlanError(ValueError):
 
 @dataclass(frozen=True)
 class Item:
-    """One input file. ``target`` is None where nothing is written."""
+    """One input file. ``target`` is None where nothing is written. ``refusal``: why it is not even tried; else empty."""
 
     source: Path
     target: Path | None
+    refusal: str = ""
 
 
 @dataclass(frozen=True)
@@ -42,7 +46,8 @@ def plan(
     writes: bool,
     keep_endings: bool = False,
 ) -> list[Item]:
-    """All items in the order of their names.
+    """All items in the order of their names. Files of types that cannot be read or written are refused one by one, so that
+    they do not cost the others.
 
     Args:
         inputs: files, folders (with all below them) and patterns.
@@ -53,7 +58,8 @@ def plan(
         writes: whether there are outputs at all.
 
     Raises:
-        PlanError: what is not there, cannot be read or written, two inputs for one output, an input that would be overwritten.
+        PlanError: what is not there, nothing that can be read and written, two inputs for one output, an input that would be
+            overwritten.
     """
     if writes and out is None and suffix is None:
         raise PlanError(
@@ -69,10 +75,14 @@ def plan(
         for source, place in _expanded(text, formats, out):
             found.setdefault(os.path.abspath(source), (source, place))
     items = [
-        Item(source, _target(source, place, out, suffix, keep_endings) if writes else None)
+        _item(
+            source, _target(source, place, out, suffix, keep_endings) if writes else None, formats
+        )
         for source, place in found.values()
     ]
-    _refuse_unwritable(items, formats)
+    if all(item.refusal for item in items):
+        paths = listed([item.source for item in items])
+        raise PlanError(f"{paths}: {' '.join(sorted({item.refusal for item in items}))}")
     _refuse_conflicts(items, suffix if keep_endings else None)
     return sorted(items, key=lambda item: item.source.as_posix())
 
@@ -83,10 +93,6 @@ def _expanded(text: str, formats: Formats, out: Path | None) -> Iterator[tuple[P
         files: Iterable[Path] = path.rglob("*")
         yield from _models(text, path, files, formats, out)
     elif path.is_file():
-        if path.suffix.lower() not in formats.reads:
-            raise PlanError(
-                f"{path}: files of this type cannot be read. Use {', '.join(formats.reads)}."
-            )
         yield path, Path(path.name)
     elif glob.has_magic(text):
         steady = re.split(r"[*?\[]", text, maxsplit=1)[0]
@@ -132,14 +138,19 @@ def _target(
     return target.with_name(target.name + suffix) if changes else target
 
 
-def _refuse_unwritable(items: list[Item], formats: Formats) -> None:
-    bad = [i for i in items if i.target and i.target.suffix.lower() not in formats.writes]
-    if bad:
-        kinds = ", ".join(sorted({i.source.suffix.lower() for i in bad}))
-        raise PlanError(
-            f"{_listed([i.source for i in bad])}: files {kinds} hold no texture coordinates. "
-            f"Add --suffix with one of {', '.join(formats.writes)}."
-        )
+def _item(source: Path, target: Path | None, formats: Formats) -> Item:
+    """Refused, without a target, where files of such types cannot be read or written."""
+    if source.suffix.lower() not in formats.reads:
+        use = ", ".join(formats.reads)
+        return Item(source, None, f"{_kind(source)} cannot be read. Use {use}.")
+    if target is not None and target.suffix.lower() not in formats.writes:
+        use = f"Add --suffix with one of {', '.join(formats.writes)}."
+        return Item(source, None, f"{_kind(target)} hold no texture coordinates. {use}")
+    return Item(source, target)
+
+
+def _kind(path: Path) -> str:
+    return f"{path.suffix.lower()} files" if path.suffix else "files without an ending"
 
 
 def _refuse_conflicts(items: list[Item], added: str | None) -> None:
@@ -180,7 +191,7 @@ def _key(path: Path) -> str:
     return os.path.normcase(os.path.realpath(path))
 
 
-def _listed(paths: list[Path]) -> str:
+def listed(paths: Sequence[Path | str]) -> str:
     more = f" and {len(paths) - _MOST_LISTED} more" if len(paths) > _MOST_LISTED else ""
     return ", ".join(map(str, paths[:_MOST_LISTED])) + more
 
@@ -194,13 +205,20 @@ def shard(items: list[Item], share: str) -> list[Item]:
     return items[index - 1 :: count]
 
 
-def one_file(source: Path, target: Path, formats: Formats) -> Item:
-    """IN OUT: one input with an output of its own name. Raises PlanError."""
-    if target.exists():
+def one_file(source: Path, target: Path, formats: Formats, *, again: bool = False) -> Item:
+    """IN OUT: one input with an output of its own name. again: it may be there from a former run. Raises PlanError."""
+    several = "For several inputs say where the maps go (--out FOLDER)"
+    if source.is_dir() or (glob.has_magic(str(source)) and not source.exists()):
+        raise PlanError(f"{source}: IN OUT maps one file. {several}.")
+    if not source.is_file():
+        raise PlanError(f"{source}: there is no such file.")
+    if target.exists() and (_same(source, target) or not (again and target.is_file())):
+        raise PlanError(f"{target} is there already. {several}; else delete it.")
+    item = _item(source, target, formats)
+    if not item.refusal:
+        return item
+    if source.suffix.lower() in formats.reads:
         raise PlanError(
-            f"{target} is there already. For two inputs say where the maps go (--out FOLDER); else delete it."
+            f"{target}: {_kind(target)} hold no texture coordinates. Use {', '.join(formats.writes)}."
         )
-    (item,) = plan(
-        [str(source)], out=target.parent, suffix=target.suffix, formats=formats, writes=True
-    )
-    return replace(item, target=target)
+    raise PlanError(f"{source}: {item.refusal}")

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import TextIO
 
 from ..texts import counted
-from .plan import Item
+from .plan import OTHER_KIND, Item, listed
 from .results import STATUSES, Record
 
 #: Bytes of input that cost as much as what every model costs.
@@ -21,6 +21,7 @@ class Progress:
     def __init__(self, stream: TextIO | None) -> None:
         self._stream = stream
         self._counts: collections.Counter[str] = collections.Counter()
+        self._other_kinds: list[str] = []
 
     def begin(self, items: Sequence[Item], left: Sequence[Item]) -> None:
         self._begin = time.monotonic()
@@ -35,6 +36,8 @@ class Progress:
     def ended(self, record: Record) -> None:
         self._done += 1
         self._counts[record["status"]] += 1
+        if record["reason"] == OTHER_KIND:
+            self._other_kinds.append(record["input"])
         self._size_left -= self._sizes.get(record["input"], 0)
         width = len(str(self._total))
         line = f"[{self._done:{width}}/{self._total}] {record['status']:9} {record['input']}  {record['seconds']:.2f} s"
@@ -49,6 +52,8 @@ class Progress:
         self._say(
             f"{counted(self._counts.total(), 'model')} in {seconds}: {', '.join(parts) or 'none'}"
         )
+        if self._other_kinds:
+            self._say(f"Not mapped, as files of another type: {listed(self._other_kinds)}")
 
     def _left(self) -> str:
         done = self._size - self._size_left

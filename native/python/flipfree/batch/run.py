@@ -13,7 +13,7 @@ from typing import Any
 
 from ..texts import counted
 from .child import Child, Engine, Limits, NotStarted
-from .plan import Item, PlanError
+from .plan import OTHER_KIND, Item, PlanError
 from .progress import Progress
 from .results import Record, Results, hash_of, in_use, load, still_holds
 
@@ -65,7 +65,10 @@ def solve_item(child: Child, item: Item, work: Work) -> Record | None:
     source = work.root / item.source
     target = None if item.target is None else str(work.root / item.target)
     content = hash_of(source)
-    answer = child.solve({"source": str(source), "target": target})
+    if item.refusal:
+        answer: Record | None = _refused(item)
+    else:
+        answer = child.solve({"source": str(source), "target": target})
     if answer is None:
         return None
     answer.pop("restart", None)
@@ -80,6 +83,15 @@ def solve_item(child: Child, item: Item, work: Work) -> Record | None:
         **work.said,
     }
     return record | {name: answer[name] for name in sorted(answer)}
+
+
+def _refused(item: Item) -> Record:
+    return {
+        "status": "refused",
+        "reason": OTHER_KIND,
+        "message": item.refusal,
+        "seconds": 0.0,
+    }
 
 
 def on_this_machine(jobs: int) -> Runner:

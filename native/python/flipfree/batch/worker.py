@@ -29,22 +29,26 @@ def serve(unit_of: Callable[[Mapping[str, Any]], Unit]) -> int:
     if not die_with(opening["parent"]):
         os._exit(1)
     unit = unit_of(opening["settings"])
+    limit = opening["settings"].get("options", {}).get("max_seconds")
     _say({"ready": True})
     for line in iter(sys.stdin.buffer.readline, b""):
         request = json.loads(line)
         target = request["target"]
-        _say(answer(unit, Path(request["source"]), None if target is None else Path(target)))
+        source = Path(request["source"])
+        _say(answer(unit, source, None if target is None else Path(target), limit))
     return 0
 
 
-def answer(unit: Unit, source: Path, target: Path | None) -> Record:
-    """The record of one model, whatever happens, short of the end of the process."""
+def answer(
+    unit: Unit, source: Path, target: Path | None, max_seconds: float | None = None
+) -> Record:
+    """The record of one model, whatever happens, short of the end of the process. max_seconds: of the command line."""
     begin = time.perf_counter()
     _reset_peak()
     try:
         record = unit(source, target)
     except FlipfreeError as error:
-        record = of_error(error)
+        record = of_error(error, max_seconds)
         record["message"] = record["message"].removeprefix(f"{source}: ")
     except MemoryError:
         text = "there is not enough memory: fewer --jobs, or a machine with more"
@@ -60,13 +64,13 @@ def answer(unit: Unit, source: Path, target: Path | None) -> Record:
     return record
 
 
-def of_error(error: FlipfreeError) -> Record:
+def of_error(error: FlipfreeError, max_seconds: float | None = None) -> Record:
     """What cannot be mapped is refused; what the solver could not do, or a file that cannot be reached, failed."""
     refused = isinstance(error, (InvalidInput, Infeasible)) and error.code != "file not accessible"
     record: Record = {
         "status": "refused" if refused else "failed",
         "reason": error.code or type(error).__name__,
-        "message": in_command_line_terms(str(error)),
+        "message": in_command_line_terms(str(error), max_seconds),
     }
     if error.code == "out of memory":
         record |= {"reason": "memory", "restart": True}

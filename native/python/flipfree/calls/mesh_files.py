@@ -14,11 +14,21 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _native
-from ..arrays import BAD_SHAPE, as_corner_uv, as_floats, as_indices, refuse_beyond_storage
+from ..arrays import (
+    BAD_SHAPE,
+    FloatArray,
+    IntArray,
+    as_corner_uv,
+    as_floats,
+    as_indices,
+    refuse_beyond_storage,
+)
 from ..errors import InvalidInput
 from ..job import ours_only
 from ..options import shown
 from ..results import Parametrization
+from ..rewriting import obj, ply
+from ..rewriting.polygons import NewMap
 from ..texts import counted
 
 NO_ACCESS = "file not accessible"
@@ -95,6 +105,22 @@ def _no_access(path: Path, doing: str, error: OSError) -> InvalidInput:
     )
 
 
+def _content_of(file: Path) -> bytes:
+    try:
+        if file.exists() and not file.is_file():
+            raise InvalidInput(f"{file} is not a file. Give the path of one.", code=NO_ACCESS)
+        return file.read_bytes()
+    except OSError as error:
+        raise _no_access(file, "read", error) from error
+
+
+def _mesh_of(file: Path, content: bytes) -> MeshFile:
+    with _named(file):
+        vertices, faces, polygons, uv = _native.read_mesh(os.fsencode(file), content)
+    corner_uv = uv.astype(np.float64).reshape(-1, 3, 2) if len(uv) else None
+    return MeshFile(vertices, faces, corner_uv, polygons)
+
+
 @ours_only
 def read(path: str | os.PathLike[str]) -> MeshFile:
     """The mesh of an .obj, .ply, .off or .stl file.
@@ -108,20 +134,13 @@ def read(path: str | os.PathLike[str]) -> MeshFile:
             message names the line or element, and what to do.
     """
     file = _as_path(path)
-    try:
-        if file.exists() and not file.is_file():
-            raise InvalidInput(f"{file} is not a file. Give the path of one.", code=NO_ACCESS)
-        content = file.read_bytes()
-    except OSError as error:
-        raise _no_access(file, "read", error) from error
-    with _named(file):
-        vertices, faces, polygons, uv = _native.read_mesh(os.fsencode(file), content)
-    corner_uv = uv.astype(np.float64).reshape(-1, 3, 2) if len(uv) else None
-    return MeshFile(vertices, faces, corner_uv, polygons)
+    return _mesh_of(file, _content_of(file))
 
 
 @ours_only
-def write(path: str | os.PathLike[str], mesh: Any) -> None:
+def write(
+    path: str | os.PathLike[str], mesh: Any, *, keep: str | os.PathLike[str] | None = None
+) -> None:
     """Writes an .obj, .ply, .off or .stl file, whole or not at all.
 
     Texture coordinates are written as the 32-bit numbers that are stored, with all their digits, so that a certificate holds
@@ -131,10 +150,13 @@ def write(path: str | os.PathLike[str], mesh: Any) -> None:
         path: of the file; what is there is replaced.
         mesh: a Parametrization, of which ``uv32()`` is written; or a MeshFile, whose polygons are joined again; or
             (vertices, faces) or (vertices, faces, uv) with uv (m, 3, 2).
+        keep: the .obj or .ply file that the mesh was read from, of the same type as ``path``. All that it has besides
+            texture coordinates is in the new file too: polygons, materials, groups, normals, colours, comments, and
+            whatever else. Polygons to which the map adds vertices, or which it tears, become triangles at their places.
 
     Raises:
-        InvalidInput: also for texture coordinates in formats that have none for corners (.off, .stl), and where the file
-            cannot be written (code "file not accessible").
+        InvalidInput: also for texture coordinates in formats that have none for corners (.off, .stl), where ``keep`` has
+            another mesh, and where the file cannot be written (code "file not accessible").
     """
     file = _as_path(path)
     vertices, faces, uv, polygons = _parts(mesh)
@@ -152,11 +174,79 @@ def write(path: str | os.PathLike[str], mesh: Any) -> None:
         )
     corner_uv = np.zeros((0, 2)) if uv is None else as_corner_uv(uv, "uv", len(face_array))
     refuse_beyond_storage(corner_uv, "uv")
-    with _named(file):
-        content = _native.write_mesh(
-            os.fsencode(file), positions, face_array, polygons, corner_uv.astype(np.float32)
-        )
+    if keep is not None:
+        content = _kept(_as_path(keep), file, mesh, positions, face_array, corner_uv)
+    else:
+        with _named(file):
+            content = _native.write_mesh(
+                os.fsencode(file), positions, face_array, polygons, corner_uv.astype(np.float32)
+            )
     _replace(file, content)
+
+
+def _kept(
+    source: Path,
+    file: Path,
+    mesh: Any,
+    vertices: FloatArray,
+    faces: IntArray,
+    corner_uv: FloatArray,
+) -> bytes:
+    """The content of ``source`` with these texture coordinates (3 m, 2); none: without any."""
+    ending = file.suffix.lower()
+    if source.suffix.lower() != ending or ending not in _REWRITERS:
+        raise InvalidInput(
+            f"keep must be a file of the type of path, .obj or .ply, not {source.name} for {file.name}. Leave it out.",
+            code="bad option",
+        )
+    content = _content_of(source)
+    old = _mesh_of(source, content)
+    is_map = isinstance(mesh, Parametrization)
+    parent = mesh.parent_face if is_map else np.arange(len(faces), dtype=np.int32)
+    count = len(old.vertices)
+    if (
+        not np.array_equal(vertices[:count], old.vertices)
+        or (len(faces) and not 0 <= parent.min() <= parent.max() < len(old.faces))
+        or (not is_map and (len(vertices) != count or len(faces) != len(old.faces)))
+    ):
+        raise InvalidInput(
+            f"keep names {source}, which has another mesh. Give the file that the mesh was read from.",
+            code="bad option",
+        )
+    origins, weights = np.zeros((0, 3), np.int32), np.zeros((0, 3))
+    if is_map:
+        origins = old.faces[mesh.vertex_parent[count:]]
+        weights = mesh.vertex_barycentric[count:]
+    if len(corner_uv) == 0:
+        corner_uv = np.full((3 * len(faces), 2), np.nan)
+    uv = corner_uv.astype(np.float32).reshape(-1, 3, 2)
+    is_known = np.isfinite(uv).all(axis=(1, 2)) | np.isnan(uv).all(axis=(1, 2))
+    odd = np.flatnonzero(~is_known)
+    if len(odd):
+        raise InvalidInput(
+            f"Face {odd[0]} has a texture coordinate that is not finite. Unwrap it again, or leave uv out.",
+            code=MALFORMED,
+            kind="face",
+            elements=odd[:1].tolist(),
+        )
+    own = _own_vertices(faces, old.faces[parent], vertices)
+    new = NewMap(old.faces, old.polygons, own, uv, parent, vertices[count:], origins, weights)
+    return _REWRITERS[ending](content, new)
+
+
+_REWRITERS = {".obj": obj.rewritten, ".ply": ply.rewritten}
+
+
+def _own_vertices(faces: IntArray, parents: IntArray, vertices: FloatArray) -> IntArray:
+    """Faces with the vertices of their parents (m, 3), where they have others at the same places: those of merged ones."""
+    found = faces.copy()
+    row, corner = np.nonzero((faces[:, :, None] != parents[:, None, :]).all(axis=2))
+    there = vertices[parents[row]] == vertices[faces[row, corner]][:, None, :]
+    same = there.all(axis=2)
+    known = same.any(axis=1)
+    chosen = parents[row, same.argmax(axis=1)]
+    found[row[known], corner[known]] = chosen[known]
+    return found
 
 
 def _parts(mesh: Any) -> tuple[Any, Any, Any, npt.NDArray[np.int32]]:

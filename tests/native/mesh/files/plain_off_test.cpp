@@ -36,5 +36,12 @@ TEST(PlainOff, RefusalsNameThePlaceAndTheCure) {
             "Line 4: a face uses vertex 1, the last is 0." + kAgain);
 }
 
+TEST(PlainOff, FacesOfTwoCornersAreCountedAndPassedOver) {
+  const MeshFile mesh =
+      read_mesh("OFF\n3 3 0\n0 0 0\n1 0 0\n0 1 0\n2 0 1\n3 0 1 2\n1 2\n", Format::kOff);
+  ASSERT_EQ(mesh.faces.rows(), 1);
+  EXPECT_EQ(mesh.polygons, (std::vector<Index>{1}));
+}
+
 }  // namespace
 }  // namespace flipfree::mesh::plain_off_test

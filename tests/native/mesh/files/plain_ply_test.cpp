@@ -81,7 +81,19 @@ TEST(PlainPly, RefusalsNameThePlaceAndTheCure) {
   EXPECT_EQ(ply(vertex + "end_header\n0 0 0\n"),
             "Header: the file has no faces. Export faces, not strips or points only.");
   EXPECT_EQ(ply(face + "0 0 0\n3 0 0 1\n"), "Face 0: it uses vertex 1, the last is 0." + kAgain);
-  EXPECT_EQ(ply(face + "0 0 0\n2 0 0\n"), "Face 0: it has fewer than three corners." + kAgain);
+}
+
+TEST(PlainPly, OddFacesAndTextureCoordinatesCostNoOtherFace) {
+  const MeshFile mesh = read_mesh(
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+      "property float z\nelement face 5\nproperty list uchar int vertex_indices\n"
+      "property list uchar float texcoord\nend_header\n0 0 0\n1 0 0\n0 1 0\n"
+      "2 0 1 4 1 2 3 4\n3 0 1 2 6 0 0 1 0 0 1\n0 0\n3 0 1 2 2 5 5\n3 0 1 2 6 0 0 nan 0 0 1\n",
+      Format::kPly);
+  EXPECT_EQ(mesh.polygons, (std::vector<Index>{1, 3, 4}));
+  ASSERT_EQ(mesh.uv.rows(), 9);
+  EXPECT_EQ(mesh.uv(1, 0), 1.0F);
+  for (Index c = 3; c < 9; ++c) EXPECT_TRUE(std::isnan(mesh.uv(c, 0)) && std::isnan(mesh.uv(c, 1)));
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -21,19 +22,32 @@ from .welding import welded
 
 IntArray = npt.NDArray[np.int32]
 
+#: What a call is left with when the time is over: it says so then, or has something to return.
+LEAST_SECONDS = 1e-3
+
 
 @dataclass(eq=False)
 class Model:
     """What one input holds. ``faces`` name each vertex once that the file has several times.
 
     Attributes:
-        limits: max_seconds and threads, for every call of a solver.
+        max_seconds: of all solving, None is no limit. begin: when it began, by time.monotonic.
     """
 
     source: Path
     file: MeshFile
     faces: IntArray
-    limits: dict[str, Any]
+    max_seconds: float | None
+    threads: int
+    begin: float = field(default_factory=time.monotonic)
+
+    @property
+    def limits(self) -> dict[str, Any]:
+        """For the next call of a solver: the time that former ones left, and threads."""
+        left = self.max_seconds
+        if left is not None:
+            left = max(left - (time.monotonic() - self.begin), LEAST_SECONDS)
+        return {"max_seconds": left, "threads": self.threads}
 
     @property
     def vertices(self) -> npt.NDArray[np.float64]:
@@ -104,7 +118,7 @@ def read_model(source: Path, *, merge: bool, max_seconds: float | None, threads:
     faces = file.faces
     if merge and len(faces):
         faces = welded(file.vertices, faces)[faces]
-    return Model(source, file, faces, {"max_seconds": max_seconds, "threads": threads})
+    return Model(source, file, faces, max_seconds, threads)
 
 
 def as_written(model: Model, result: Parametrization) -> Parametrization | MeshFile:

@@ -82,7 +82,7 @@ def match(model: Model, options: dict[str, Any]) -> Solved:
         pins=points,
         bijective=not options["allow_overlaps"],
         aspect=options["aspect"],
-        threads=model.limits["threads"],
+        threads=model.threads,
     )
     return Solved(replace(judged, mends=clean.mends), whole)
 
@@ -276,7 +276,7 @@ def _placed(
             stored.astype(np.float64),
             seamless=True,
             cones={v: k * math.pi / 2 for v, k in cones.items()},
-            threads=model.limits["threads"],
+            threads=model.threads,
         )
         found = replace(found, uv=uv, uv64=uv, _uv32=stored)
     whole = clean.on_input(replace(found, certificate=certificate))

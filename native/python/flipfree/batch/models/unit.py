@@ -61,7 +61,8 @@ def unit_of(settings: Mapping[str, Any]) -> Unit:
             target.parent.mkdir(parents=True, exist_ok=True)
             for left in target.parent.glob(f".{glob.escape(target.name)}.*.part"):
                 left.unlink(missing_ok=True)  # of a process that was killed while it wrote
-            write(target, as_written(model, solved.map))
+            keep = source if source.suffix.lower() == target.suffix.lower() else None
+            write(target, as_written(model, solved.map), keep=keep)
         except (OSError, InvalidInput) as error:
             return not_written(target, error)
         return record | {"written": True, "vertices_added": added(model, solved)}

@@ -1,0 +1,283 @@
+"""Files that get a new map keep all else that they have: only texture coordinates are new."""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import flipfree as ff
+
+from judges import polygon_files as judge
+from surfaces import bumpy_grid
+
+OBJ = """# made by hand
+mtllib rich stuff.mtl
+o Cube
+v 0 0 0 0.1 0.2 0.3
+v 1 0 0 1 0 0
+v 1 1 0 0 1 0
+v 0 1 0 0 0 1
+vn 0 0 1
+vt 0 0
+vt 1 0
+vt 1 1
+vt 0.5 0.25 0
+
+g left  side
+usemtl red
+s 1
+f 1/1/1 2/2/1 3/3/1 4/4/1   # a quad
+o Second
+v 2 0 1
+v 3 0 1
+v 3 1 1
+usemtl blue
+s off
+f -3//-1 -2//-1 \\
+  -1//-1
+l 5/4 6/2
+p 7
+"""
+
+
+def flat(mesh: ff.MeshFile) -> np.ndarray:
+    """A map that nobody takes for the old one."""
+    return mesh.vertices[mesh.faces][:, :, :2] * 0.125 + 0.5
+
+
+def rewritten(tmp_path: Path, name: str, content: bytes) -> tuple[ff.MeshFile, bytes]:
+    """The mesh that was read, and the file with its flat map."""
+    source, target = tmp_path / name, tmp_path / f"new_{name}"
+    source.write_bytes(content)
+    mesh = ff.read(source)
+    ff.write(target, replace(mesh, uv=flat(mesh)), keep=source)
+    back = ff.read(target)
+    assert np.array_equal(back.vertices, mesh.vertices)
+    assert np.array_equal(back.faces, mesh.faces)
+    assert np.array_equal(back.polygons, mesh.polygons)
+    assert back.uv is not None and np.array_equal(back.uv, flat(mesh).astype(np.float32))
+    return mesh, target.read_bytes()
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_an_obj_keeps_its_lines_but_for_texture_coordinates(tmp_path: Path, end: str) -> None:
+    _, content = rewritten(tmp_path, "rich.obj", OBJ.replace("\n", end).encode())
+    lines = content.decode().split(end)
+    assert "\n" not in "".join(lines)
+    old = [line for line in OBJ.splitlines() if not line.startswith(("vt", "f", "l", "  -1"))]
+    assert [line for line in lines if not line.startswith(("vt", "f", "l"))] == [*old, ""]
+    faces = [line for line in lines if line.startswith("f")]
+    assert faces == ["f 1/1/1 2/2/1 3/3/1 4/4/1 # a quad", "f -3/5/-1 -2/6/-1 -1/7/-1"]
+    assert lines.index(faces[0]) > lines.index("s 1") and lines.index("s off") < lines.index(
+        faces[1]
+    )
+    assert [line for line in lines if line.startswith("vt")][7:] == ["vt 0.5 0.25 0", "vt 1 0"]
+    assert "l 5/8 6/9" in lines
+
+
+def test_an_obj_keeps_its_lines_where_it_had_no_map(tmp_path: Path) -> None:
+    bare = "".join(line for line in OBJ.splitlines(True) if not line.startswith(("vt", "l")))
+    for old, new in (("/1/1", "//1"), ("/2/1", "//1"), ("/3/1", "//1"), ("/4/1", "//1")):
+        bare = bare.replace(old, new)
+    _, content = rewritten(tmp_path, "bare.obj", bare.encode())
+    without = [line for line in content.decode().splitlines() if not line.startswith("vt")]
+    assert [line for line in without if line[:2] != "f "] == [
+        line for line in bare.splitlines() if line[:2] not in ("f ", "  ")
+    ]
+
+
+def test_a_map_that_is_left_out_leaves_all_else(tmp_path: Path) -> None:
+    source = tmp_path / "rich.obj"
+    source.write_text(OBJ)
+    ff.write(tmp_path / "bare.obj", replace(ff.read(source), uv=None), keep=source)
+    text = (tmp_path / "bare.obj").read_text()
+    assert "f 1//1 2//1 3//1 4//1 # a quad" in text and "f -3//-1 -2//-1 -1//-1" in text
+    assert ff.read(tmp_path / "bare.obj").uv is None
+
+
+def ply(order: str, old_map: str) -> bytes:
+    """Two quads and a triangle with all that a file may have besides; order: struct's, or "" for text."""
+    names = {"<": "binary_little_endian", ">": "binary_big_endian", "": "ascii"}
+    uv = {"vertex": "property float s\nproperty float t\n"}.get(old_map, "")
+    lists = {"corner": "property list uchar float texcoord\n"}.get(old_map, "")
+    header = f"""ply
+format {names[order]} 1.0
+comment TextureFile wood.png
+obj_info made by hand
+element vertex 7
+property float x
+property float y
+property double z
+{uv}property uchar red
+element material 2
+property int shininess
+property list uchar short codes
+element face 3
+property int flags
+property list uchar uint vertex_indices
+{lists}property list uchar float weights
+element edge 1
+property int vertex1
+property int vertex2
+end_header
+"""
+    points = [(0, 0), (1, 0), (1, 1), (0, 1), (2, 0), (2, 1), (3, 0.5)]
+    rows: list[list[tuple[str, float]]] = []
+    for i, (x, y) in enumerate(points):
+        texture = [("f", 0.25), ("f", 0.5)] if old_map == "vertex" else []
+        rows.append([("f", x), ("f", y), ("d", 0.0), *texture, ("B", 20 + i)])
+    rows += [[("i", -7), ("B", 0)], [("i", 7), ("B", 2), ("h", -3), ("h", 300)]]
+    for flags, face in ((5, (0, 1, 2, 3)), (-6, (1, 4, 5, 2)), (7, (4, 6, 5))):
+        row = [("i", flags), ("B", len(face)), *(("I", v) for v in face)]
+        if old_map == "corner":
+            row += [("B", 2 * len(face)), *(("f", 0.5) for _ in range(2 * len(face)))]
+        rows.append([*row, ("B", 1), ("f", 0.75)])
+    rows.append([("i", 0), ("i", 6)])
+    if order:
+        body = b"".join(struct.pack(order + kind, v) for row in rows for kind, v in row)
+        return header.encode() + body
+    return (header + "".join(" ".join(f"{v:g}" for _, v in row) + "\n" for row in rows)).encode()
+
+
+@pytest.mark.parametrize("order", ["<", ">", ""])
+@pytest.mark.parametrize("old_map", ["none", "corner", "vertex"])
+def test_a_ply_keeps_its_elements_and_properties(tmp_path: Path, order: str, old_map: str) -> None:
+    """With the same map in its place, a file with one of corners is the same to the byte."""
+    mesh, content = rewritten(tmp_path, "rich.ply", ply(order, old_map))
+    given, found = judge.ply(ply(order, old_map)), judge.ply(content)
+    assert (found.points, found.polygons) == (given.points, given.polygons)
+    assert found.rest == given.rest
+    assert b"property float s" not in content
+    if old_map != "corner":  # a list that was not there stands last
+        assert b"weights\nproperty list uchar float texcoord\nelement edge" in content
+        return
+    expected = ply(order, "corner")
+    start = 0
+    for polygon, uv in zip(found.polygons, found.uv, strict=True):
+        values = [x for place in uv or [] for x in place]
+        assert len(values) == 2 * len(polygon)
+        if order:
+            old = struct.pack(f"{order}B{len(values)}f", len(values), *[0.5] * len(values))
+            new = struct.pack(f"{order}B{len(values)}f", len(values), *values)
+        else:
+            old = (f"{len(values)} " + " ".join(["0.5"] * len(values))).encode()
+            new = (f"{len(values)} " + " ".join(f"{x:.9g}" for x in values)).encode()
+        start = expected.index(old, start)
+        expected = expected[:start] + new + expected[start + len(old) :]
+    assert content == expected
+
+
+def test_polygons_with_a_corner_in_several_places_stay_one(tmp_path: Path) -> None:
+    """A square with a window, whose bridge is run along twice: by two vertices in each place, of two files."""
+    outer, inner = [(0, 0), (4, 0), (4, 4), (0, 4)], [(1, 1), (1, 3), (3, 3), (3, 1)]
+    points = [*outer, (0, 0), (1, 1), *inner[1:], (1, 1)]
+    order = [1, 2, 3, 4, 5, 10, 9, 8, 7, 6]
+    text = "".join(f"v {x} {y} 0\n" for x, y in points) + f"f {' '.join(map(str, order))}\n"
+    source, target = tmp_path / "window.obj", tmp_path / "out.obj"
+    source.write_text(text)
+    mesh = ff.read(source)
+    uv = mesh.vertices[mesh.faces][:, :, :2]
+    ff.write(target, replace(mesh, uv=uv), keep=source)
+    (face,) = [line.split()[1:] for line in target.read_text().splitlines() if line[0] == "f"]
+    assert [int(word.split("/")[0]) for word in face] == order
+    textures = [line for line in target.read_text().splitlines() if line.startswith("vt")]
+    for word in face:
+        vertex, texture = map(int, word.split("/"))
+        assert tuple(map(float, textures[texture - 1].split()[1:])) == points[vertex - 1]
+
+
+@pytest.mark.parametrize("ending", ["obj", "ply"])
+def test_maps_that_add_vertices_leave_the_other_polygons(tmp_path: Path, ending: str) -> None:
+    vertices, faces = bumpy_grid(3, 3)
+    quads = faces.reshape(-1, 6)[:, [0, 1, 2, 5]]
+    assert all(len(set(q)) == 4 for q in quads.tolist())
+    if ending == "obj":
+        lines = [
+            f"v {x!r} {y!r} {z!r} 0.{i % 9} 0 1" for i, (x, y, z) in enumerate(vertices.tolist())
+        ]
+        for i, q in enumerate(quads + 1):
+            lines += [f"usemtl m{i}", "f " + " ".join(map(str, q))]
+        content = "\n".join(lines).encode()
+    else:
+        head = f"ply\nformat ascii 1.0\nelement vertex {len(vertices)}\nproperty double x\nproperty double y\n"
+        head += f"property double z\nproperty uchar red\nelement face {len(quads)}\n"
+        head += "property list uchar uchar vertex_indices\nproperty int material\nend_header\n"
+        rows = [f"{x!r} {y!r} {z!r} {i}" for i, (x, y, z) in enumerate(vertices.tolist())]
+        rows += [f"4 {' '.join(map(str, q))} {i}" for i, q in enumerate(quads)]
+        content = (head + "\n".join(rows)).encode()
+    source, target = tmp_path / f"grid.{ending}", tmp_path / f"map.{ending}"
+    source.write_bytes(content)
+    mesh = ff.read(source)
+    places = {v: (float(x), float(y)) for v, (x, y) in enumerate(mesh.vertices[:, :2])}
+    places |= {5: places[10], 10: places[5]}
+    found = ff.match(mesh.vertices, mesh.faces, points=places)
+    assert len(found.vertices) > len(vertices)
+    ff.write(target, found, keep=source)
+    back = ff.read(target)
+    assert np.array_equal(back.vertices, found.vertices)
+    assert back.uv is not None
+    certificate = ff.certify(back.vertices, back.faces, back.uv)
+    assert certificate.ok and certificate.triangles == len(found.faces)
+    assert certificate.energy == pytest.approx(found.certificate.energy)
+
+    triangles = np.bincount(mesh.polygons[found.parent_face])
+    expected = [1 if count == 2 else count for count in triangles]
+    text = target.read_text()
+    if ending == "obj":
+        runs = text.split("usemtl ")[1:]
+        assert [run.count("f ") for run in runs] == expected
+        assert [int(run.splitlines()[0][1:]) for run in runs] == list(range(len(quads)))
+        colours = [line.split()[4:] for line in text.splitlines() if line[:2] == "v "]
+        assert all(
+            len(colour) == 3 and colour[1:] in (["0", "1"], ["0.0", "1.0"]) for colour in colours
+        )
+    else:
+        rows = [row.split() for row in text.partition("end_header\n")[2].splitlines()]
+        material = [
+            int(row[-1 if len(row) == 0 else 1 + int(row[0])]) for row in rows[len(back.vertices) :]
+        ]
+        assert np.bincount(material).tolist() == expected
+        assert all(0 <= int(row[3]) <= len(vertices) for row in rows[: len(back.vertices)])
+
+
+def test_what_is_kept_is_of_the_same_mesh_and_type(tmp_path: Path) -> None:
+    source = tmp_path / "rich.obj"
+    source.write_text(OBJ)
+    mesh = ff.read(source)
+    mapped = replace(mesh, uv=flat(mesh))
+    torn = flat(mesh)
+    torn[1, 2, 0] = np.nan
+    for path, one, keep, words in (
+        ("a.ply", mapped, source, "of the type of path"),
+        ("a.obj", replace(mapped, vertices=mesh.vertices + 1), source, "has another mesh"),
+        ("a.obj", (mesh.vertices, mesh.faces[:2], flat(mesh)[:2]), source, "has another mesh"),
+        ("a.obj", mapped, tmp_path / "nowhere.obj", "cannot be read"),
+        ("a.obj", mapped, 7, "must be the path"),
+        (
+            "a.obj",
+            replace(mesh, uv=torn),
+            source,
+            "Face 1 has a texture coordinate that is not finite",
+        ),
+    ):
+        with pytest.raises(ff.InvalidInput, match=words):
+            ff.write(tmp_path / path, one, keep=keep)
+    assert [path.name for path in tmp_path.iterdir()] == ["rich.obj"]
+
+
+def test_a_polygon_that_the_map_tears_becomes_triangles_in_its_place(tmp_path: Path) -> None:
+    source, target = tmp_path / "rich.obj", tmp_path / "torn.obj"
+    source.write_text(OBJ)
+    mesh = ff.read(source)
+    uv = flat(mesh)
+    uv[1] += 0.25
+    ff.write(target, replace(mesh, uv=uv), keep=source)
+    back = ff.read(target)
+    assert back.uv is not None and np.array_equal(back.uv, uv.astype(np.float32))
+    assert np.array_equal(back.faces, mesh.faces)
+    run = target.read_text().partition("s 1\n")[2].partition("\no Second")[0]
+    assert len(run.splitlines()) == 2
