@@ -46,6 +46,7 @@ def of_task(task, line: str, advice: str) -> dict:
     for field, stat in _REPAIRED.items():
         if stat in stats:
             record[field] = int(stats[stat])
+    record["stretched"] = common.by_area(certificates, "stretched")
     record["poor"] = any(c.poor for c in certificates)
     record["poor_islands"] = common.poor_islands([task])
     record["separated"] = common.mends(certificates)

@@ -73,6 +73,8 @@ def summary(tasks: list[CheckTask]) -> str:
     text = common.figures([t.certificate for t in tasks], sum(t.islands for t in tasks))
     wrong = sum(len(t.failed_faces()) for t in tasks)
     verdict = f"{common.plural(wrong, 'face')} wrong, now selected" if wrong else "Nothing wrong"
+    if any(t.certificate.poor for t in tasks) and not wrong:
+        verdict = "No flips and no overlaps, but stretched"
     nowhere = [text for t in tasks for text in t.certificate.failures]
     if not wrong and nowhere:  # of the whole map, no face in particular
         verdict = nowhere[0]

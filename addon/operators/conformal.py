@@ -24,6 +24,8 @@ AS_STORED = (
     "max_energy",
     "energy_p99",
     "poor",
+    "stretched",
+    "area",
     "poor_islands",
     "failed_faces",
 )

@@ -18,8 +18,9 @@ from ..runs import steps
 from . import common
 
 
-def joint_of(context, snapshots):
-    """For modal.Run: the layout of these snapshots' tasks, clear of what else the edited meshes have in UV space."""
+def following(context, tasks):
+    """For modal.Run: the layout of these tasks, clear of what else the edited meshes have in UV space."""
+    snapshots = [task.snapshot for task in tasks]
     found = [s.uv[s.other_loops] for s in snapshots if s.layer_name]
     if context.mode == "EDIT_MESH":
         names = {s.object_name for s in snapshots}
@@ -27,19 +28,29 @@ def joint_of(context, snapshots):
             if ob.name not in names and ob.data.uv_layers.active is not None:
                 found.append(_map_of(ob))
     obstacles = np.concatenate([np.zeros((0, 3, 2), np.float32), *found]).astype(np.float64)
-    return functools.partial(joint, obstacles=_laid_out(obstacles))
+    return of_tasks(tasks, _laid_out(obstacles))
+
+
+def of_tasks(tasks, obstacles=None):
+    """For modal.Run: the layout of these tasks. Their solvers are told that one follows: packing each object's islands first
+    took longer than all the rest of a scene of many small ones."""
+    packing = [task for task in tasks if getattr(task, "packs", False)]
+    # A solver knows the surface without the scale of its object.
+    alone = len(packing) == 1 and (obstacles is None or not len(obstacles))
+    alone = alone and not scene.uneven(bpy.data.objects.get(packing[0].snapshot.object_name))
+    for task in packing:
+        task.packs_alone = task.packs_alone and alone
+    return functools.partial(joint, obstacles=obstacles)
 
 
 def joint(done: list, obstacles=None) -> "JointLayout | None":
-    """The task that lays out what these tasks found; None if their solvers have done so, or none wants it."""
+    """The task that lays out what these tasks found; None if their solver has done so, or none wants it."""
     tasks = [task for task in done if getattr(task, "packs", False)]
     kept = [task.snapshot.uv[task.snapshot.other_loops] for task in tasks if task.leaves_out]
     if kept:
         known = [] if obstacles is None else [obstacles]
         obstacles = _laid_out(np.concatenate([*known, *kept]).astype(np.float64))
-    # A solver knows the surface without the scale of its object.
-    alone = len(tasks) == 1 and tasks[0].packs_alone and (obstacles is None or not len(obstacles))
-    alone = alone and not scene.uneven(bpy.data.objects.get(tasks[0].snapshot.object_name))
+    alone = len(tasks) == 1 and tasks[0].packs_alone
     return None if not tasks or alone else JointLayout(done, tasks, obstacles)
 
 

@@ -11,6 +11,8 @@ these classes. `tests/blender/test_registration.py` looks at every operator's pr
 
 import bpy
 
+from flipfree.distortion import STRETCH_BOUND
+
 from .. import aspect, modal, preferences
 from ..meshes import mesh_io
 from . import common, layout
@@ -50,7 +52,7 @@ class Stretch:
             "Of automatic seams: lengths may change by about this factor. Lower is more seams: 1.1 is hardly any "
             "stretch, 1.25 suits most textures, 2 is few cuts"
         ),
-        default=1.25,
+        default=STRETCH_BOUND,
         min=1.01,
         soft_max=3.0,
         max=100.0,
@@ -225,5 +227,5 @@ class MapOperator(modal.SolverOperator):
         for snapshot in snapshots:
             tasks.append(self.make_task(snapshot, **values))
             yield
-        joint = layout.joint_of(context, snapshots) if self.joint_layout else None
+        joint = layout.following(context, tasks) if self.joint_layout else None
         return modal.Run(tasks, failures, layout=joint)

@@ -7,12 +7,12 @@ import dataclasses
 import bpy
 import numpy as np
 
+from flipfree.calls.unwrapping import SEAMS
+from flipfree.distortion import STRETCH_BOUND
+
 from .. import modal, solver
 from ..meshes import islands, labels, mesh_io, selection
 from . import common, options
-
-# Distortion from which seams would help: mean, what 99 % of the surface stay below, the worst triangle (a crushed tip).
-_MEAN, _NEARLY_ALL, _WORST = 1.25, 4.0, 25.0
 
 
 class MapTask(modal.StagedTask):
@@ -111,8 +111,8 @@ class UnwrapTask(MapTask):
         self,
         snapshot,
         *,
-        seams="given",
-        stretch=1.25,
+        seams=SEAMS,
+        stretch=STRETCH_BOUND,
         bijective=True,
         may_add_cuts=True,
         cut_extremities=True,
@@ -151,7 +151,8 @@ class UnwrapTask(MapTask):
             may_add_cuts=self.may_add_cuts,
             cut_extremities=self.cut_extremities,
             margin=self.margin,
-            keep_places=self.keep_placement,
+            keep_places=self.keep_placement and self.packs_alone,
+            effort=solver.QUICK_PACKING if self.packs_alone else 0.0,
         )
         yield from self.take(result)
         if self.aspect != 1.0 and pins:
@@ -183,6 +184,16 @@ class UnwrapTask(MapTask):
             return self._laid_out
         return self.result.uv if self.aspect == 1.0 else self.result.uv / [self.aspect, 1.0]
 
+    @property
+    def poor_cure(self):
+        if self.pins():
+            return "Move or unpin some of the pins, or mark more seams there"
+        if self.seams == "given":
+            return "*Seams: Automatic* cuts there, or mark seams yourself"
+        if self.stretch > STRETCH_BOUND:
+            return "A lower *Stretch* cuts there, or mark seams yourself"
+        return common.MORE_SEAMS
+
     def automatic_cuts(self) -> np.ndarray:
         """Edges that the solver cut although they are no seams."""
         cut = mesh_io.edge_ids(self.snapshot, self.result.cut_edges)
@@ -204,19 +215,6 @@ def summary(tasks: list[UnwrapTask]) -> str:
     if cuts:
         text += f", {common.plural(cuts, 'edge')} cut automatically"
     return text + layout_notes(tasks)
-
-
-def hint(tasks: list[UnwrapTask]) -> str:
-    """What a newcomer may have missed: nothing says where to cut, and it shows. "" if all is well."""
-    for task in tasks:
-        found, snapshot = task.certificate, task.snapshot
-        stretched = (
-            found.energy > _MEAN or found.energy_p99 > _NEARLY_ALL or found.max_energy > _WORST
-        )
-        open_to_it = task.seams == "given" and not snapshot.seams.any() and not task.pins()
-        if stretched and open_to_it:
-            return "No seam is marked: Auto Seams, or *Seams: Automatic*, cut where that lowers the distortion"
-    return ""
 
 
 def layout_notes(tasks: list[MapTask]) -> str:
@@ -271,16 +269,21 @@ class UV_OT_flipfree_unwrap(
 
     seams: bpy.props.EnumProperty(
         name="Seams",
-        description="Where islands end. Automatic seams are not for meshes with pinned UVs, unless Keep Pins is off",
+        description="Where islands end. On meshes with pinned UVs no seams are looked for, unless Keep Pins is off",
         items=(
-            ("given", "Marked", "Along the edges that are marked as seams"),
             (
                 "auto",
                 "Automatic",
-                "Also along short seams that are found, as many as it takes to stretch no more than allowed",
+                "Along the edges that are marked as seams, and where an island is closed, has handles or would be stretched more "
+                "than allowed, also along short seams that are found",
+            ),
+            (
+                "given",
+                "Marked",
+                "Along the edges that are marked as seams, and no others that are not needed",
             ),
         ),
-        default="given",
+        default=SEAMS,
     )
     may_add_cuts: bpy.props.BoolProperty(
         name="May Add Cuts",
@@ -317,9 +320,6 @@ class UV_OT_flipfree_unwrap(
 
     def summary(self, tasks):
         return summary(tasks)
-
-    def hint(self, tasks):
-        return hint(tasks)
 
 
 CLASSES = (UV_OT_flipfree_unwrap,)

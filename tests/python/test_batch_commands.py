@@ -58,7 +58,7 @@ def judged(path, **wanted):
 
 def test_repair_gives_places_to_faces_that_have_none():
     vertices, faces = surfaces.torus()
-    uv = ff.unwrap(vertices, faces).uv.copy()
+    uv = ff.unwrap(vertices, faces, seams="given").uv.copy()
     uv[7] = uv[7, ::-1]
     ff.write("torn.obj", (vertices, faces, uv))
     lines = Path("torn.obj").read_text().splitlines()
@@ -93,7 +93,7 @@ def test_unwrap_maps_files_of_every_type(name):
             "unwrap --margin 0.5",
             "unwrap --margin wide",
         ),
-        *("unwrap --auto-seams 1", "unwrap --auto-seams inf", "unwrap --max-seconds 0"),
+        *("unwrap --stretch 1", "unwrap --stretch inf", "unwrap --max-seconds 0"),
         *("unwrap --timeout nan", "unwrap --memory -1", "unwrap --threads 0", "unwrap --jobs 1.5"),
         *("improve --iterations -1", "improve --iterations 3000000000", "repair --margin inf"),
         *("pack --margin-pixels -1", "pack --margin-pixels nan", "pack --texture-size 0"),
@@ -123,11 +123,12 @@ def test_a_gap_of_half_the_texture_is_refused_by_its_name_before_any_model_is_re
 
 def test_unwrap_finds_seams_that_keep_the_stretch():
     write("ball.obj", surfaces.octahedron_sphere(3))
-    record = run("unwrap", "ball.obj", "--out", "uv", "--auto-seams", "1.25")
+    record = run("unwrap", "ball.obj", "--out", "uv")
     assert record["status"] == "certified" and record["energy"] <= 1.025
-    assert record["options"]["auto_seams"] == 1.25
+    assert record["options"]["seams"] == "auto" and record["options"]["stretch"] == 1.25
+    assert record["certificate"]["stretched"] <= 0.5 and not record["certificate"]["poor"]
     judged("uv/ball.obj", bijective=True, disjoint=True)
-    process = command("unwrap", "ball.obj", "--out", "uv", "--auto-seams", "1")
+    process = command("unwrap", "ball.obj", "--out", "uv", "--stretch", "1")
     assert process.returncode == 2 and "number above 1" in process.stderr
 
 
@@ -296,7 +297,9 @@ def test_a_poor_map_is_a_warning_in_the_words_of_the_command_line():
     vertices, faces = surfaces.bumpy_grid(8)[:2]
     ff.write("thin.obj", (vertices, faces, vertices[faces][:, :, :2] * [1.0, 0.01]))
     record = run("check", "thin.obj")
-    assert record["status"] == "warned" and "distorted" in record["message"]
+    assert record["status"] == "warned"
+    assert "100 % of the surface is stretched beyond 1.25" in record["message"]
+    assert record["certificate"]["stretched"] == 1.0 and record["certificate"]["poor"]
 
 
 def test_a_map_with_flips_is_refused_by_check():

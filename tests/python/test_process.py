@@ -109,7 +109,7 @@ def test_exceptions_come_with_their_places(process):
     vertices, faces = sheet(4)
     vertices[7, 0] = np.nan
     with pytest.raises(ff.InvalidInput) as here:
-        ff.unwrap(vertices, faces)
+        ff.unwrap(vertices, faces, seams="given")
     with pytest.raises(ff.InvalidInput) as there:
         process.start("unwrap", vertices, faces).result()
     assert str(there.value) == str(here.value)
@@ -257,7 +257,7 @@ def test_without_a_process_calls_are_refused_or_solved_here(command):
     process = client.SolverProcess(command, or_here=True)
     for _ in range(2):
         found = process.start("unwrap", vertices, faces)
-        same(found.result(), ff.unwrap(vertices, faces))
+        same(found.result(), ff.unwrap(vertices, faces, seams="given"))
     assert process.solved_here
     with pytest.raises(ff.InvalidInput):
         process.start("unwrap", vertices, faces + 100).result()

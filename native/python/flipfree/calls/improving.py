@@ -93,7 +93,7 @@ def improve(
         as_flag(repair, "repair"),
         as_threads(threads),
     )
-    return Job(native, partial(parametrization_from, positions=positions))
+    return Job(native, partial(parametrization_from, positions=positions, aspect=options.aspect))
 
 
 @solver_call
@@ -168,4 +168,4 @@ def repair(
         max_seconds=as_seconds(max_seconds, "max_seconds"),
     )
     native = _native.repair(positions.scaled, face_array, corner_uv, options, as_threads(threads))
-    return Job(native, partial(parametrization_from, positions=positions))
+    return Job(native, partial(parametrization_from, positions=positions, aspect=options.aspect))
