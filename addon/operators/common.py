@@ -200,6 +200,26 @@ def mends(certificates) -> dict[str, int]:
     return found
 
 
+def own_overlaps(task) -> int:
+    """Pairs of islands on each other within one object."""
+    if hasattr(task, "island_overlaps"):  # of the parts together
+        return max(task.island_overlaps, 0)
+    return sum(max(judged.certificate.island_overlaps, 0) for judged in task.judged)
+
+
+def between_text(tasks) -> str:
+    """What lies on what among the objects of a run, as the end of a report's figures; "" for one object."""
+    mapped = [task for task in tasks if task.judged]
+    if len(mapped) < 2:
+        return ""
+    pairs = max(task.object_overlaps for task in mapped)
+    if pairs < 0:
+        return ", overlaps between objects not counted"
+    if pairs == 0:
+        return ""
+    return ", " + plural(pairs, "pair") + " of islands of different objects on each other"
+
+
 def texture_text(aspect: float) -> str:
     """For which texture a map was made or measured, as the end of a report's figures; "" for a square."""
     return "" if aspect == 1.0 else f", for a texture {aspect:.4g} times as wide as high"

@@ -174,6 +174,9 @@ class MapOperator(modal.SolverOperator):
     def advice(self, tasks):
         return common.advice(tasks)
 
+    def between(self, tasks):
+        return common.between_text(tasks)
+
     def make_task(self, snapshot, **options) -> modal.Task:
         """options: the operator's properties named in `option_names`."""
         raise NotImplementedError
@@ -227,5 +230,5 @@ class MapOperator(modal.SolverOperator):
         for snapshot in snapshots:
             tasks.append(self.make_task(snapshot, **values))
             yield
-        joint = layout.following(context, tasks) if self.joint_layout else None
+        joint = layout.following(context, tasks) if self.joint_layout else layout.looking
         return modal.Run(tasks, failures, layout=joint)

@@ -12,6 +12,7 @@ from flipfree.distortion import STRETCH_BOUND
 
 from .. import modal, solver
 from ..meshes import islands, labels, mesh_io, selection
+from ..runs import steps
 from . import common, options
 
 
@@ -66,9 +67,29 @@ class MapTask(modal.StagedTask):
         """(#St, 3, 2) the map as a layout of all objects takes it."""
         return self.result.uv
 
-    def lay_out(self, uv, stored, certificate, stats):
-        """Stages that take another layout of the same map: uv (m, 3, 2) float64, what is stored of it, and what was certified."""
-        return self.take(
+    def surface(self):
+        """(vertices, triangles) of the map."""
+        return self.snapshot.vertices, self.snapshot.triangles
+
+    def in_snapshot(self, kind, ids):
+        """Ids of the surface as those of the snapshot."""
+        return kind, ids.tolist()
+
+    def stored_map(self):
+        return *self.surface(), self.result.uv32()
+
+    def lay_out(self, uv, stored, stats):
+        """Stages that certify and take another layout of the same map: uv (m, 3, 2) float64, and what is stored of it."""
+        values = yield from modal.paused(steps.doubles(stored))
+        certificate = yield solver.certify(
+            self.snapshot,
+            values,
+            pins=self.pins(),
+            bijective=self.bijective and self.certificate.overlaps == 0,
+            aspect=self.aspect,
+        )
+        yield modal.Pause()
+        yield from self.take(
             dataclasses.replace(
                 self.result,
                 uv=uv,
@@ -189,9 +210,9 @@ class UnwrapTask(MapTask):
         if self.pins():
             return "Move or unpin some of the pins, or mark more seams there"
         if self.seams == "given":
-            return "*Seams: Automatic* cuts there, or mark seams yourself"
+            return "'Seams: Automatic' cuts there, or mark seams yourself"
         if self.stretch > STRETCH_BOUND:
-            return "A lower *Stretch* cuts there, or mark seams yourself"
+            return "A lower 'Stretch' cuts there, or mark seams yourself"
         return common.MORE_SEAMS
 
     def automatic_cuts(self) -> np.ndarray:
@@ -217,6 +238,10 @@ def summary(tasks: list[UnwrapTask]) -> str:
     return text + layout_notes(tasks)
 
 
+def left_tiles_text(count: int) -> str:
+    return f", {common.plural(count, 'island')} beyond the tile that {'it was' if count == 1 else 'they were'} in"
+
+
 def layout_notes(tasks: list[MapTask]) -> str:
     """What a user might wonder about where the islands went."""
     stats = tasks[0].result.stats
@@ -228,6 +253,8 @@ def layout_notes(tasks: list[MapTask]) -> str:
         text += ", packed, as old places were missing, overlapping or outside the unit square"
     if stats.get("enlarged_islands", 0):
         text += f", {stats['enlarged_islands']} too small for 32 bits enlarged"
+    if stats.get("left_tiles", 0):
+        text += left_tiles_text(stats["left_tiles"])
     if stats.get("tile", 0):
         text += f", in tile {1001 + stats['tile']} beside other islands, which leave no room"
     return text

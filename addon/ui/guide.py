@@ -80,7 +80,8 @@ def _by_certificate(kept) -> Step:
             1,
             (
                 f"{100.0 * (figures['stretched'] or 0.0):.0f} % of the surface is",
-                "stretched beyond 1.25.",
+                "stretched beyond 1.25:",
+                "cut there, or unwrap anew.",
             ),
             ("uv.flipfree_select_poor", _UNWRAP),
             "ERROR",

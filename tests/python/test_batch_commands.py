@@ -56,6 +56,12 @@ def judged(path, **wanted):
     return mesh
 
 
+def holds(record):
+    """Certified; with a warning exactly where the map is above the stretch bound."""
+    found = record["certificate"]
+    assert found["ok"] and record["status"] == ("warned" if found["poor"] else "certified")
+
+
 def test_repair_gives_places_to_faces_that_have_none():
     vertices, faces = surfaces.torus()
     uv = ff.unwrap(vertices, faces, seams="given").uv.copy()
@@ -68,7 +74,7 @@ def test_repair_gives_places_to_faces_that_have_none():
     record = run("improve", "torn.obj", "--out", "improved")
     assert record["status"] == "refused" and "no texture coordinates" in record["message"]
     record = run("repair", "torn.obj", "--out", "mended")
-    assert record["status"] == "certified"
+    holds(record)
     judged("mended/torn.obj", bijective=True)
 
 
@@ -187,7 +193,8 @@ def test_improve_and_pack_take_the_map_of_the_file():
     before = run("check", "flat.obj")["energy"]
     assert run("improve", "flat.obj", "--out", "better")["energy"] < before
     packed = run("pack", "better/flat.obj", "--out", "packed", "--margin-pixels", 4)
-    assert packed["status"] == "certified" and 0 < packed["fill"] <= 1
+    holds(packed)
+    assert 0 < packed["fill"] <= 1
     judged("packed/flat.obj", bijective=True, disjoint=True)
     write("bare.obj", surfaces.bumpy_grid(4))
     assert "no texture coordinates" in run("pack", "bare.obj", "--out", "packed")["message"]
@@ -349,11 +356,13 @@ def test_pins_are_met_on_textures_that_are_no_squares():
     )
     plain = run("match", "sheet.obj", "--out", "square")
     record = run("match", "sheet.obj", "--out", "wide", "--aspect", "16:9")
-    assert record["status"] == "certified" and record["certificate"]["pin_failures"] == 0
+    holds(record)
+    assert record["certificate"]["pin_failures"] == 0
     mesh = judged("wide/sheet.obj", pins={v: tuple(uv) for v, uv in corner.items()})
     other = ff.read("square/sheet.obj")
     seen = [ff.certify(m.vertices, m.faces, m.uv, aspect=16 / 9).energy for m in (mesh, other)]
-    assert plain["status"] == "certified" and seen[0] < seen[1]
+    holds(plain)
+    assert seen[0] < seen[1]
     assert record["energy"] == pytest.approx(seen[0], rel=1e-6)
 
 

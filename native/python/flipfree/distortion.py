@@ -1,7 +1,9 @@
 """How far a map is from the surface, triangle by triangle, and the stretch bound.
 
-The energy of a triangle is (|J|^2 + |J^-1|^2) / 4 at the map's best scale, 1 where it is isometric. Its *stretch* s is what has
-this energy where areas are kept: lengths along one direction s times those across, s + 1/s = 2 energy.
+The energy of a triangle is (|J|^2 + |J^-1|^2) / 4, 1 where it is isometric. Its *stretch* s is what has this energy where areas
+are kept: lengths along one direction s times those across, s + 1/s = 2 energy. Here both are measured at the scale that half
+of the surface is above and half below: at the scale of the least mean, which the certificate's energy has, one island that is
+crushed makes all others look stretched. So a map with a mean above the bound has triangles and islands above it here as well.
 """
 
 from __future__ import annotations
@@ -37,13 +39,19 @@ def energies(vertices: Array, faces: Array, uv: Array, aspect: float = 1.0) -> t
         squares = _dot(u, u) * _dot(y, y) - 2.0 * _dot(u, v) * _dot(x, y) + _dot(v, v) * _dot(x, x)
         direct, inverse = squares / twice**2, squares / mapped**2
         measured = np.isfinite(direct) & np.isfinite(inverse) & (twice > 0.0)
-        weight = np.where(measured, twice, 0.0)
-        # direct s^2 + inverse / s^2 is smallest in the mean at s^4 = mean inverse / mean direct.
-        means = weight @ np.where(measured, inverse, 0.0), weight @ np.where(measured, direct, 0.0)
-        scale = np.sqrt(means[0] / means[1]) if min(means) > 0.0 else 1.0
+        # Each triangle's own: direct s^2 + inverse / s^2 is smallest at s^4 = inverse / direct.
+        scale = _median(np.sqrt(inverse[measured] / direct[measured]), twice[measured])
         energy = (direct * scale + inverse / scale) / 4.0
     energy[~np.isfinite(energy)] = np.inf
     return energy, twice / 2.0
+
+
+def _median(values: Array, weights: Array) -> float:
+    if not len(values):
+        return 1.0
+    order = np.argsort(values, kind="stable")
+    total = np.cumsum(weights[order])
+    return float(values[order[min(int(np.searchsorted(total, total[-1] / 2)), len(order) - 1)]])
 
 
 def _dot(a: Array, b: Array) -> Array:
