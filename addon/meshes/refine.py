@@ -4,9 +4,9 @@
 A new vertex lies on an edge or in the interior of one of the user's triangles (design: guarantee G7). Everything the
 mesh carries is interpolated there as the map is, linearly on the triangles that were mapped: vertex groups, shape keys, colours,
 other UV maps, custom normals (as vectors). Where the two sides of an edge had one value at both its ends they have one value
-on all of it, to the bit (mixing.py). Pieces of an edge keep its seam, sharpness and crease; new faces keep their face's material.
-Nothing else moves. What the user marked vertices with is theirs alone: new vertices are neither pinned nor in groups of pins
-or cones.
+on all of it, to the bit (writing/mixing.py). Pieces of an edge keep its seam, sharpness and crease; new faces keep their face's
+material. Nothing else moves. What the user marked vertices with is theirs alone: new vertices are neither pinned nor in groups
+of pins or cones.
 """
 
 from dataclasses import dataclass
@@ -16,7 +16,8 @@ import bpy
 import numpy as np
 
 from .. import compat
-from . import cones, mesh_io, mixing, normals, turns
+from . import cones, mesh_io, normals, turns
+from .writing import mixing
 
 PIN_GROUP = "Pins"  # its vertices are pinned, as if their UVs were
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from .arrays import Positions
-from .distortion import BOUND_ENERGY, energies, stretched_islands, stretched_share
+from .maps.distortion import BOUND_ENERGY, energies, stretched_islands, stretched_share
 from .results import Certificate, ConformalMetric, Mend, Parametrization, Transitions, frozen
 
 

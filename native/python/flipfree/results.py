@@ -73,7 +73,7 @@ class Certificate:
         energy: symmetric Dirichlet, area-weighted mean at the best global scale, 1 = isometric; max_energy: of the
             worst triangle; energy_p99: 99th percentile by area. Of the 64-bit map or of the stored one, whichever is worse.
             -1: not measured (``conformal`` with ``lengths``).
-        poor: valid, but above the stretch bound: energy above 1.03, about what ``distortion.STRETCH_BOUND`` 1.25 has.
+        poor: valid, but above the stretch bound: energy above 1.03, about what ``maps.distortion.STRETCH_BOUND`` 1.25 has.
         stretched: share of the surface's area whose own stretch is above the bound, 0 to 1. -1: not measured.
         area: of the surface, in the unit of its vertices; -1 where ``stretched`` was not measured.
         poor_islands: (k,) a face of each chart whose own mean energy is above the bound, worst first, at most 100.

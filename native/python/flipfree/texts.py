@@ -23,6 +23,6 @@ def mended(count: int, what: str) -> str:
 
 
 def above_bound(share: float) -> str:
-    """Of a map, how much of the surface is stretched beyond the bound (distortion.py)."""
+    """Of a map, how much of the surface is stretched beyond the bound (maps/distortion.py)."""
     percent = "less than 1" if share < 0.01 else f"{int(100.0 * share)}"
     return f"{percent} % of the surface is stretched beyond 1.25"

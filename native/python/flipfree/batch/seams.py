@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from ..calls.unwrapping import SEAMS
-from ..distortion import STRETCH_BOUND
+from ..maps.distortion import STRETCH_BOUND
 from . import numbers
 
 

@@ -10,6 +10,7 @@ from ..arrays import as_corner_uv, as_indices, as_vertices, refuse_beyond_storag
 from ..conversions import parametrization_from
 from ..errors import InvalidInput
 from ..job import Job, Progress, solver_call
+from ..maps.tiles import improved, repaired
 from ..options import (
     as_aspect,
     as_choice,
@@ -22,7 +23,6 @@ from ..options import (
     filled,
 )
 from ..results import Parametrization
-from ..tiles import improved, repaired
 from .certification import Pins, pins_to_corners
 
 

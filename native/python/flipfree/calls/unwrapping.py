@@ -18,9 +18,9 @@ from ..arrays import (
     as_vertices,
 )
 from ..conversions import parametrization_from
-from ..distortion import STRETCH_BOUND
 from ..errors import InvalidInput
 from ..job import Job, Progress, solver_call
+from ..maps.distortion import STRETCH_BOUND
 from ..options import (
     as_choice,
     as_count,

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .calls.fans import islands
+from ..calls.fans import islands
 
 Array = npt.NDArray[Any]
 

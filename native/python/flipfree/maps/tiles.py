@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .arrays import FloatArray, IntArray
-from .calls.certification import Pins, certify
-from .calls.fans import islands
-from .calls.packing import pack
-from .errors import FlipfreeError
-from .job import Job, job_of
-from .results import Certificate, Parametrization, frozen
+from ..arrays import FloatArray, IntArray
+from ..calls.certification import Pins, certify
+from ..calls.fans import islands
+from ..calls.packing import pack
+from ..errors import FlipfreeError
+from ..job import Job, job_of
+from ..results import Certificate, Parametrization, frozen
 
 Boxes = tuple[FloatArray, FloatArray]
 
