@@ -300,6 +300,7 @@ def compare(
                     vertices,
                     faces,
                     cuts=result.cut_edges,
+                    seams="given",
                     pins=pins,  # type: ignore[arg-type]
                     may_add_cuts=options["overlaps"] != "open",
                     threads=1,

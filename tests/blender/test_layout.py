@@ -502,3 +502,22 @@ def test_objects_on_each_other_are_counted_by_check_and_by_maps_that_are_not_pac
     shapes.set_uv(large, shapes.uv_of(large) + np.float32(5.0))
     assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
     assert "different objects" not in capfd.readouterr().out
+
+
+def test_islands_of_several_objects_are_packed_once(part, monkeypatch):
+    """A search for a dense layout of each object's own took most of the time of a scene of many small ones."""
+    solver = part("solver")
+    efforts, unwrapped = [], solver.unwrap
+
+    def unwrap_and_tell(*arguments, **options):
+        efforts.append(options["effort"])
+        return unwrapped(*arguments, **options)
+
+    monkeypatch.setattr(solver, "unwrap", unwrap_and_tell)
+    objects = [shapes.grid(2, f"Sheet{i}", x=3.0 * i) for i in range(3)]
+    unwrap()
+    assert efforts.pop() == solver.QUICK_PACKING and not efforts, "one object packs for itself"
+    for ob in objects:
+        ob.select_set(True)
+    unwrap()
+    assert efforts == [0.0] * 3

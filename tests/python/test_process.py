@@ -39,7 +39,7 @@ def process():
 @pytest.fixture
 def slow(process):
     """A call that takes seconds, in the middle of it."""
-    job = process.start("unwrap", *sheet(300, 6.0))
+    job = process.start("unwrap", *sheet(300, 6.0), seams="given")
     until(lambda: job.wait(0.0) or job.progress()[1] > 0.0)
     assert not job.ended, "too small a mesh for this test"
     return job

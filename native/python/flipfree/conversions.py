@@ -14,17 +14,19 @@ from .results import Certificate, ConformalMetric, Mend, Parametrization, Transi
 def certificate_from(
     data: dict[str, Any],
     *,
-    vertices: Any,
-    faces: Any,
-    uv32: Any,
+    vertices: Any = None,
+    faces: Any = None,
+    uv32: Any = None,
     exponent: int = 0,
     aspect: float = 1.0,
 ) -> Certificate:
-    """The dataclass from what the compiled module returns for this map, as stored, of vertices in units of 2 to the exponent."""
+    """The dataclass from what the compiled module returns for this map, as stored, of vertices in units of 2 to the exponent.
+    Errors have one without its map, and so without ``stretched`` and what goes with it."""
     data = dict(data) | {"stretched": -1.0, "area": -1.0, "poor": False}
     data["poor_islands"] = np.zeros(0, np.int32)
     if data["energy"] != -1.0:  # a metric that is not the surface's has none
         data["poor"] = not data["energy"] <= BOUND_ENERGY
+    if data["energy"] != -1.0 and uv32 is not None:
         energy, area = energies(vertices, faces, uv32, aspect)
         with np.errstate(over="ignore", under="ignore"):
             data["area"] = float(np.ldexp(area.sum(), 2 * exponent))

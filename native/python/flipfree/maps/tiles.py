@@ -60,9 +60,10 @@ def strays(found: Parametrization, before: FloatArray, pinned: IntArray) -> Stra
 
 def _boxes(uv: FloatArray, island: npt.NDArray[np.int64], count: int) -> Boxes:
     low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
-    for axis in range(2):
-        np.minimum.at(low[:, axis], island, uv[:, :, axis].min(axis=1))
-        np.maximum.at(high[:, axis], island, uv[:, :, axis].max(axis=1))
+    with np.errstate(invalid="ignore"):  # of places that are no numbers: no tile has them
+        for axis in range(2):
+            np.minimum.at(low[:, axis], island, uv[:, :, axis].min(axis=1))
+            np.maximum.at(high[:, axis], island, uv[:, :, axis].max(axis=1))
     return low, high
 
 
