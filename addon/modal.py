@@ -86,6 +86,10 @@ class SolverOperator:
         """The report line for tasks that were written."""
         raise NotImplementedError
 
+    def between(self, tasks: list[Task]) -> str:
+        """What the tasks' results have to do with each other, as the end of the summary."""
+        return ""
+
     def hint(self, tasks: list[Task]) -> str:
         """What would do better, although all is well; "" if nothing is known."""
         return ""
@@ -234,7 +238,7 @@ class SolverOperator:
         mends.remember(run.done)
         yield
         yield from certificates.remember(run.done, self.verb)
-        text = f"{self.summary(run.done)}, {seconds:.2f} s"
+        text = f"{self.summary(run.done)}{self.between(run.done)}, {seconds:.2f} s"
         yield
         if run.ended_early:
             text += ", accepted early"

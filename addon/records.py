@@ -37,8 +37,9 @@ def of_task(task, line: str, advice: str) -> dict:
     for name in _COUNTS:
         values = [getattr(c, name) for c in certificates]
         record[name] = sum(values) if values and min(values) >= 0 else -1
-    if hasattr(task, "island_overlaps"):  # of the parts together
-        record["island_overlaps"] = task.island_overlaps
+    if hasattr(task, "island_overlaps"):
+        record["island_overlaps"] = common.own_overlaps(task)
+    record["object_overlaps"] = task.object_overlaps
     for name in ("energy", "energy_p99", "max_energy"):
         record[name] = _worst([getattr(c, name) for c in certificates])
     stats = getattr(getattr(task, "result", None), "stats", {})
@@ -46,6 +47,7 @@ def of_task(task, line: str, advice: str) -> dict:
     for field, stat in _REPAIRED.items():
         if stat in stats:
             record[field] = int(stats[stat])
+    record["stretched"] = common.by_area(certificates, "stretched")
     record["poor"] = any(c.poor for c in certificates)
     record["poor_islands"] = common.poor_islands([task])
     record["separated"] = common.mends(certificates)

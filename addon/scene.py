@@ -27,11 +27,13 @@ def uneven(ob: bpy.types.Object | None) -> bool:
     return bool(sizes[0] - sizes[-1] > _UNEVEN * sizes[0])
 
 
-def placed_vertices(snapshot, ob: bpy.types.Object | None) -> np.ndarray:
-    """(#Sv, 3) of a snapshot of the object, turned and scaled into the scene; as they are, if no face has an area there."""
-    points = placed(snapshot.vertices, ob)
+def placed_vertices(
+    vertices: np.ndarray, triangles: np.ndarray, ob: bpy.types.Object | None
+) -> np.ndarray:
+    """(n, 3) of a surface of the object, turned and scaled into the scene; as they are, if no face has an area there."""
+    points = placed(vertices, ob)
     if np.linalg.det(matrix(ob)) != 0.0 and np.isfinite(points).all():
         return points  # what has an area has one there
-    corners = points[snapshot.triangles]
+    corners = points[triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return points if np.isfinite(normals).all() and normals.any() else snapshot.vertices
+    return points if np.isfinite(normals).all() and normals.any() else vertices

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import flipfree
+from flipfree.maps.distortion import STRETCH_BOUND
 
 from . import preferences
 from .preferences import threads
@@ -85,11 +86,12 @@ def unwrap(
     cut_extremities,
     margin,
     keep_places,
-    seams="given",
-    stretch=1.25,
+    seams,
+    stretch=STRETCH_BOUND,
+    effort=QUICK_PACKING,
 ):
     """Starts the unwrap of a snapshot. keep_places: islands stay where they were if that is a usable layout; otherwise all
-    are packed. seams: given, or auto, as many more as `stretch` needs."""
+    are packed. seams: given, or auto, as many more as `stretch` needs. effort: of the packing, 0 where a layout follows."""
     old = snapshot.corner_uv if keep_places and snapshot.layer_name else None
     return jobs.unwrap(
         snapshot.vertices,
@@ -105,6 +107,7 @@ def unwrap(
         may_add_cuts=may_add_cuts,
         cut_extremities=cut_extremities,
         margin=margin,
+        effort=effort,
         place_like=old,
         **_limits(),
     )
@@ -113,7 +116,12 @@ def unwrap(
 def unwrap_island(island, *, bijective):
     """Starts the unwrap of one island without pins."""
     return jobs.unwrap(
-        island.vertices, island.faces, bijective=bijective, may_add_cuts=False, **_limits()
+        island.vertices,
+        island.faces,
+        seams="given",
+        bijective=bijective,
+        may_add_cuts=False,
+        **_limits(),
     )
 
 

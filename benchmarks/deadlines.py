@@ -121,7 +121,7 @@ class Maps:
     def of(self, case: Case) -> Any:
         if case[0] not in self._known:
             try:
-                self._known[case[0]] = ff.unwrap(case[1], case[2], max_seconds=20)
+                self._known[case[0]] = ff.unwrap(case[1], case[2], max_seconds=20, seams="given")
             except ff.FlipfreeError:
                 self._known[case[0]] = None
         return self._known[case[0]]
@@ -160,7 +160,7 @@ def calls(maps: Maps) -> dict[str, tuple[Call, Callable[[Case], bool]]]:
         return ff.repair(m.vertices, m.faces, spoilt(m.uv), max_seconds=limit)
 
     table: dict[str, tuple[Call, Callable[[Case], bool]]] = {
-        "unwrap": (lambda c, s: ff.unwrap(c[1], c[2], max_seconds=s), every),
+        "unwrap": (lambda c, s: ff.unwrap(c[1], c[2], max_seconds=s, seams="given"), every),
         "unwrap, automatic seams": (
             lambda c, s: ff.unwrap(c[1], c[2], seams="auto", max_seconds=s),
             every,

@@ -136,7 +136,7 @@ def cut_model(vertices: Array, faces: Faces, count: int) -> Layout:
             other = first.setdefault(edge, f)
             if owner[other] != owner[f]:
                 cuts.append(edge)
-    found = ff.unwrap(vertices, faces, cuts=np.array(cuts, np.int32))
+    found = ff.unwrap(vertices, faces, cuts=np.array(cuts, np.int32), seams="given")
     return flat(found.uv)
 
 

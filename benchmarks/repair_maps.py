@@ -197,7 +197,7 @@ def spoilt(
         given_map, seams = map_of(faces, atlas), None
     else:
         cuts = None if broken else random_cuts((vertices, faces), random)
-        base = ff.unwrap(vertices, faces, cuts=cuts, threads=1, max_seconds=LIMIT)
+        base = ff.unwrap(vertices, faces, cuts=cuts, threads=1, max_seconds=LIMIT, seams="given")
         given_map, seams = map_of(faces, base.uv32().astype(np.float64)), base.cut_edges
     names = list(DAMAGES)
     damage = task.damage or names[random.integers(len(names))]
@@ -300,6 +300,7 @@ def compare(
                     vertices,
                     faces,
                     cuts=result.cut_edges,
+                    seams="given",
                     pins=pins,  # type: ignore[arg-type]
                     may_add_cuts=options["overlaps"] != "open",
                     threads=1,
@@ -395,7 +396,7 @@ def mesh_for_blender(seed: int) -> dict[str, npt.NDArray[Any]]:
     seams = random_cuts((vertices, faces), random)
     if seams is None:
         # A closed surface without seams is none that Blender unwraps: those of an unwrap.
-        seams = ff.unwrap(vertices, faces, threads=1, max_seconds=LIMIT).cut_edges
+        seams = ff.unwrap(vertices, faces, threads=1, max_seconds=LIMIT, seams="given").cut_edges
     return {"vertices": vertices, "faces": np.asarray(faces, np.int64), "seams": seams}
 
 

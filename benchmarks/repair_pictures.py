@@ -54,7 +54,7 @@ def main() -> None:
     if folder is None:
         sys.exit("The shared data folder is not here (FLIPFREE_DATA).")
     mesh = read_mesh(folder / "general" / "octopus.obj")
-    base = ff.unwrap(mesh.vertices, mesh.faces)
+    base = ff.unwrap(mesh.vertices, mesh.faces, seams="given")
     given = damaged(mesh.faces, base.uv32().astype(np.float64))
     result = ff.repair(mesh.vertices, mesh.faces, given.uv)
     e, d = given.uv[:, 1] - given.uv[:, 0], given.uv[:, 2] - given.uv[:, 0]

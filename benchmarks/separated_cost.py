@@ -45,7 +45,7 @@ def main() -> None:
                 ff.separate(vertices, faces)
             least = min(least, cost.cpu)
         with timed() as cost:
-            result = ff.unwrap(vertices, faces)
+            result = ff.unwrap(vertices, faces, seams="given")
         mended = sum(mend.count for mend in result.certificate.mends)
         million = 1e6 * least / len(faces)
         print(

@@ -30,8 +30,8 @@ def outcome(seed: int, auto: bool) -> tuple[str, str, float, int]:
     kind, (vertices, faces) = broken_mesh(seed)
     begin = time.perf_counter()
     try:
-        seams = {"seams": "auto"} if auto else {}
-        result = ff.unwrap(vertices, faces, max_seconds=LIMIT, threads=1, **seams)
+        seams = "auto" if auto else "given"
+        result = ff.unwrap(vertices, faces, max_seconds=LIMIT, threads=1, seams=seams)
     except ff.FlipfreeError as error:
         return kind, f"{type(error).__name__}: {error}", time.perf_counter() - begin, len(faces)
     seconds = time.perf_counter() - begin

@@ -47,7 +47,11 @@ def main() -> int:
         start = time.perf_counter()
         try:
             result = ff.unwrap(
-                mesh.vertices, mesh.faces, cuts=mesh.seams, bijective=not arguments.overlap
+                mesh.vertices,
+                mesh.faces,
+                cuts=mesh.seams,
+                bijective=not arguments.overlap,
+                seams="given",
             )
         except ff.InvalidInput as error:
             print(f"| {path.name} | {len(mesh.faces)} | refused: {error} |")

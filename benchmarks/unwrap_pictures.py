@@ -32,7 +32,7 @@ def main() -> None:
     for row, name in zip(axes, MODELS, strict=True):
         mesh = read_mesh(folder / "embedding" / name)
         for panel, slit in zip(row, (False, True), strict=True):
-            result = ff.unwrap(mesh.vertices, mesh.faces, cut_extremities=slit)
+            result = ff.unwrap(mesh.vertices, mesh.faces, cut_extremities=slit, seams="given")
             colour = distortion(mesh.vertices, mesh.faces, result.uv)
             energy = result.certificate.energy
             title = f"{len(result.cut_edges)} edges cut, energy {energy:.2f}"

@@ -43,13 +43,13 @@ def measure(triangles: int, cancels: int) -> None:
 
     start = time.perf_counter()
     with timed() as cost:
-        result = ff.unwrap(vertices, faces, progress=watch)
+        result = ff.unwrap(vertices, faces, progress=watch, seams="given")
     longest_gap = max(np.diff([start, *calls]))
     monotone = fractions == sorted(fractions)
     peak = peak_gigabytes()
     latencies = []
     for i in range(cancels):
-        job = ff.jobs.unwrap(vertices, faces)
+        job = ff.jobs.unwrap(vertices, faces, seams="given")
         job.wait(cost.wall * (i + 0.5) / cancels)
         asked = time.perf_counter()
         job.cancel()

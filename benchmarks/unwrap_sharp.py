@@ -110,7 +110,12 @@ def unwrapped(
     with timed() as cost:
         try:
             result = ff.unwrap(
-                mesh.vertices, mesh.faces, cuts=seams, bijective=bijective, max_seconds=max_seconds
+                mesh.vertices,
+                mesh.faces,
+                cuts=seams,
+                bijective=bijective,
+                max_seconds=max_seconds,
+                seams="given",
             )
         except ff.FlipfreeError as error:
             result, failure = None, error

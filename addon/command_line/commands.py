@@ -5,7 +5,7 @@ task."""
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from flipfree.batch import numbers
+from flipfree.batch import numbers, seams
 
 from ..fields import arguments as field_arguments
 from ..operators import check, common, conformal, match, seamless, unwrap
@@ -37,12 +37,7 @@ _OVERLAPS = "islands may overlap themselves"
 
 
 def _unwrap_arguments(parser):
-    parser.add_argument(
-        "--auto-seams",
-        type=numbers.stretch,
-        metavar="STRETCH",
-        help="find seams beyond those marked, so that lengths change by about this factor at most, such as 1.25",
-    )
+    seams.arguments(parser)
     _flags(
         parser,
         keep_placement="islands stay where they were, if that is a usable layout; otherwise all are packed",
@@ -215,8 +210,8 @@ def _unwrap_options(given):
         unwrap.summary,
         {
             "bijective": not given.allow_overlaps,
-            "seams": "given" if given.auto_seams is None else "auto",
-            "stretch": given.auto_seams or 1.25,
+            "seams": given.seams,
+            "stretch": given.stretch,
             "may_add_cuts": not given.no_new_cuts,
             "cut_extremities": not given.short_cuts,
             "use_pins": not given.ignore_pins,

@@ -36,7 +36,7 @@ def solve(objects, command: Command, given) -> list[Ended]:
         except mesh_io.MeshProblem as problem:
             failures.append(errors.from_problem(ob.name, problem))
     # This is no session that another process would save.
-    run = modal.Run(tasks, failures, layout=layout.joint, separate=False)
+    run = modal.Run(tasks, failures, layout=layout.of_tasks(tasks), separate=False)
     while not run.advance(1.0):
         pass
     run.finish()

@@ -69,7 +69,11 @@ class FieldAlignedTask(seamless.SeamlessTask):
     """All connected parts of the faces in one map that follows a field, with its cones."""
 
     failed_cure = "take a smoother field, or clean up thin faces"
-    poor_cure = "Take a smoother field, or less difference in density"
+
+    @property
+    def poor_cure(self):
+        cure = "Subdivide or remesh where polygons are coarse, or take a smoother field"
+        return cure if self.given.sizing is None else f"{cure}, or less difference in density"
 
     def __init__(
         self,

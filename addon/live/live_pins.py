@@ -89,6 +89,8 @@ class Session:
             return f"{self.problem}: the last good map stays"
         if not all(one.idle for one in self.followed):
             return "following the pins ..."
+        if not any(one.pinned.any() for one in self.followed):
+            return "no UV is pinned yet: pin some with P and move them"
         return f"{common.plural(self.updates, 'update')}, all pins met"
 
     def stop(self) -> None:

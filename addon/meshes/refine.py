@@ -2,9 +2,11 @@
 """Writes a map whose solver had to subdivide some triangles: those faces are replaced, all others stay as they are.
 
 A new vertex lies on an edge or in the interior of one of the user's triangles (design: guarantee G7). Everything the
-mesh carries is interpolated there by Blender's own code: vertex groups, shape keys, colours, other UV maps, custom normals
-(as vectors); pieces of an edge keep its seam, sharpness and crease; new faces keep their face's material. Nothing else
-moves. What the user marked vertices with is theirs alone: new vertices are neither pinned nor in groups of pins or cones.
+mesh carries is interpolated there as the map is, linearly on the triangles that were mapped: vertex groups, shape keys, colours,
+other UV maps, custom normals (as vectors). Where the two sides of an edge had one value at both its ends they have one value
+on all of it, to the bit (writing/mixing.py). Pieces of an edge keep its seam, sharpness and crease; new faces keep their face's
+material. Nothing else moves. What the user marked vertices with is theirs alone: new vertices are neither pinned nor in groups
+of pins or cones.
 """
 
 from dataclasses import dataclass
@@ -15,6 +17,7 @@ import numpy as np
 
 from .. import compat
 from . import cones, mesh_io, normals, turns
+from .writing import mixing
 
 PIN_GROUP = "Pins"  # its vertices are pinned, as if their UVs were
 
@@ -159,8 +162,12 @@ def _rebuild(bm, snapshot, result, todo, mark_cuts, cut_turns) -> list:
 
     points = [old_vertices[i] for i in snapshot.vertex_ids.tolist()]
     n = len(points)
+    between = {}  # new vertex -> the old ones that it lies between, with their weights
     for v in range(n, len(result.vertices)):
-        points.append(_new_vertex(bm, snapshot, result, points, v))
+        vertex, weights = _new_vertex(bm, snapshot, result, points, v)
+        points.append(vertex)
+        between[vertex] = weights
+    mix = mixing.Corners(bm, between)
 
     for child in todo.kept.tolist():
         parent = int(result.parent_face[child])
@@ -178,13 +185,13 @@ def _rebuild(bm, snapshot, result, todo, mark_cuts, cut_turns) -> list:
         old_edges.update(face.edges)
         for child in children:
             _make_pieces_of_edges(bm, faces[child], points, todo.supports, n)
-            new = _new_face(bm, [points[v] for v in faces[child]], face)
+            new = _new_face(bm, [points[v] for v in faces[child]], face, mix)
             for corner, loop in enumerate(new.loops):
                 loop[layer].uv = uv[child][corner]
     for face, outline in neighbours:
         doomed.append(face)
         old_edges.update(face.edges)
-        _new_face(bm, outline, face)
+        _new_face(bm, outline, face, mix)
     bmesh.ops.delete(bm, geom=doomed, context="FACES_ONLY")
     loose = [edge for edge in old_edges if edge.is_valid and not edge.link_faces]
     bmesh.ops.delete(bm, geom=loose, context="EDGES")
@@ -203,15 +210,17 @@ def _mark(bm, points, cut_edges) -> None:
             edge.seam = True
 
 
-def _new_face(bm, outline, face):
+def _new_face(bm, outline, face, mix):
     """A face that lies in `face`, with what that carries: exactly at its own corners, interpolated elsewhere."""
     new = bm.faces.new(outline, face)
-    new.select = face.select
+    if face.select:
+        new.select = True
     old_loops = {loop.vert: loop for loop in face.loops}
     for loop in new.loops:
         old = old_loops.get(loop.vert)
         if old is None:
-            compat.interpolate_loop(loop, face)
+            compat.interpolate_loop(loop, face)  # what Python cannot reach
+            mix.fill(loop, old_loops)
         else:
             loop.copy_from(old)
     return new
@@ -241,12 +250,10 @@ def _outside_neighbours(bm, todo, points, old_faces, n) -> list:
 
 
 def _new_vertex(bm, snapshot, result, points, v):
-    """Vertex v of the result, with the weighted mean of what the corners of its triangle carry."""
+    """Vertex v of the result, with the weighted mean of what the corners of its triangle carry; these, and their weights."""
     corners = snapshot.triangles[result.vertex_parent[v]].tolist()
-    weighted = [
-        (w, points[c]) for w, c in zip(result.vertex_barycentric[v].tolist(), corners, strict=True)
-    ]
-    weighted = [pair for pair in weighted if pair[0] > 0.0]
+    shares = sorted(zip(corners, result.vertex_barycentric[v].tolist(), strict=True))
+    weighted = [(w, points[c]) for c, w in shares if w > 0.0]
     vertex = bm.verts.new(_place(snapshot, result, corners, v))
     total, first = weighted[0]
     if len(weighted) == 1:
@@ -255,7 +262,8 @@ def _new_vertex(bm, snapshot, result, points, v):
         total += weight
         vertex.copy_from_vert_interp((first, corner), weight / total)
         first = vertex
-    return vertex
+    mixing.keep_whole(bm.verts.layers, vertex, max(weighted, key=lambda pair: pair[0])[1])
+    return vertex, weighted
 
 
 def _place(snapshot, result, corners, v) -> list[float]:
@@ -284,4 +292,6 @@ def _make_pieces_of_edges(bm, vertices, points, supports, n) -> None:
         if old is not None:
             # Not edge.copy_from: it leaves Blender's own reference to the copy dangling.
             piece = bm.edges.new((points[a], points[b]), old)
-            piece.seam, piece.smooth, piece.select = old.seam, old.smooth, old.select
+            piece.seam, piece.smooth = old.seam, old.smooth
+            if old.select:  # to take it away would take it from the ends, too
+                piece.select = True

@@ -31,6 +31,9 @@ class CheckTask(modal.StagedTask):
     def island_count(self) -> int:
         return self.islands
 
+    def stored_map(self):
+        return self.snapshot.vertices, self.snapshot.triangles, self.snapshot.corner_uv
+
     def stages(self):
         common.refuse_nonfinite_uvs(self.snapshot)
         yield modal.Pause()
@@ -73,6 +76,8 @@ def summary(tasks: list[CheckTask]) -> str:
     text = common.figures([t.certificate for t in tasks], sum(t.islands for t in tasks))
     wrong = sum(len(t.failed_faces()) for t in tasks)
     verdict = f"{common.plural(wrong, 'face')} wrong, now selected" if wrong else "Nothing wrong"
+    if any(t.certificate.poor for t in tasks) and not wrong:
+        verdict = "No flips and no overlaps, but stretched"
     nowhere = [text for t in tasks for text in t.certificate.failures]
     if not wrong and nowhere:  # of the whole map, no face in particular
         verdict = nowhere[0]
@@ -96,7 +101,9 @@ def advice(tasks: list[CheckTask]) -> str:
     if any(len(t.stacked()) for t in tasks):
         texts.append("Pack the islands, or allow stacked ones in the redo panel")
     if any(t.certificate.flips32 > 0 or t.certificate.overlaps > 0 for t in tasks):
-        texts.append("Unwrap Flip-Free makes a map without flips and overlaps")
+        texts.append(
+            "Repair Flips mends them and leaves the rest of the map as it is, Unwrap Flip-Free makes a new one"
+        )
     elif not texts and any(len(t.failed_faces()) for t in tasks):
         texts.append("Unwrap it anew")
     elif not texts and not all(t.certificate.ok for t in tasks):

@@ -165,10 +165,22 @@ def figures(certificates, islands: int, island_overlaps: int | None = None) -> s
         overlaps_text(sum(max(c.overlaps, 0) for c in certificates), island_overlaps),
     ]
     if known:
-        mean = sum(c.energy * c.triangles for c in known) / max(sum(c.triangles for c in known), 1)
+        mean = by_area(known, "energy")
         worst = max(c.max_energy for c in known)
         parts.append(f"distortion mean {mean:.3f} max {worst:.3g}")
     return f"{', '.join(parts)} on {plural(triangles, 'triangle')}{separated_text(certificates)}"
+
+
+def by_area(certificates, name: str) -> float | None:
+    """Mean of a figure over the surface of all certificates that have it; None if none has."""
+    known = [(getattr(c, name), c.area) for c in certificates]
+    known = [(value, area) for value, area in known if math.isfinite(value) and value >= 0.0]
+    whole = sum(area for _, area in known)
+    if not known:
+        return None
+    if not 0.0 < whole < math.inf:
+        return max(value for value, _ in known)
+    return sum(value * area for value, area in known) / whole
 
 
 def separated_text(certificates) -> str:
@@ -186,6 +198,26 @@ def mends(certificates) -> dict[str, int]:
         for mend in certificate.mends:
             found[mend.what] = found.get(mend.what, 0) + mend.count
     return found
+
+
+def own_overlaps(task) -> int:
+    """Pairs of islands on each other within one object."""
+    if hasattr(task, "island_overlaps"):  # of the parts together
+        return max(task.island_overlaps, 0)
+    return sum(max(judged.certificate.island_overlaps, 0) for judged in task.judged)
+
+
+def between_text(tasks) -> str:
+    """What lies on what among the objects of a run, as the end of a report's figures; "" for one object."""
+    mapped = [task for task in tasks if task.judged]
+    if len(mapped) < 2:
+        return ""
+    pairs = max(task.object_overlaps for task in mapped)
+    if pairs < 0:
+        return ", overlaps between objects not counted"
+    if pairs == 0:
+        return ""
+    return ", " + plural(pairs, "pair") + " of islands of different objects on each other"
 
 
 def texture_text(aspect: float) -> str:
@@ -258,14 +290,13 @@ def _about_poor(tasks) -> str:
         return ""
     cure = getattr(poor[0], "poor_cure", MORE_SEAMS)
     found = poor_islands(tasks)
+    share = by_area([judged.certificate for task in tasks for judged in task.judged], "stretched")
+    text = texts.above_bound(share or 0.0)
     if not found:
-        return (
-            "Badly distorted in places: a hundredth of the surface is stretched or shrunk many times. "
-            f"{cure}"
-        )
+        return f"{text[0].upper()}{text[1:]}. {cure}"
     refined = any(getattr(task, "new_vertices", 0) for task in tasks)
     where = "" if refined else f", the worst at face {found[0]}"  # new faces shift the ids
     return (
-        f"Badly distorted: {plural(len(found), 'island')}{where}. {cure}: "
+        f"{text[0].upper()}{text[1:]}: {plural(len(found), 'island')}{where}. {cure}: "
         "Flipfree > Select Distorted Islands selects them"
     )

@@ -17,15 +17,8 @@ ROUNDING = 2e-6
 
 # Of a certificate, what depends on how the map is rounded.
 AS_STORED = (
-    "triangles",
-    "flips32",
-    "overlaps",
-    "energy",
-    "max_energy",
-    "energy_p99",
-    "poor",
-    "poor_islands",
-    "failed_faces",
+    *("triangles", "flips32", "overlaps", "energy", "max_energy", "energy_p99"),
+    *("poor", "stretched", "area", "poor_islands", "failed_faces"),
 )
 
 BOUNDARIES = (
@@ -61,6 +54,12 @@ REFINED_STARTS = (
 class ConformalTask(parts.PartsTask):
     """Every connected part of the faces is a surface of its own, with cones that must fit it alone."""
 
+    packs_alone = (
+        True  # where no other object takes part; otherwise all are laid out together (layout.py)
+    )
+    keep_placement = False
+    aspect = 1.0
+
     poor_cure = "Suggest Cones finds where cones would even the scale out, or cut the surface there"
 
     def __init__(
@@ -82,10 +81,17 @@ class ConformalTask(parts.PartsTask):
         self.boundary = boundary
         self.refined_start = refined_start
         self.mark_cuts = mark_cuts
-        self.pack = pack
-        self.scale_true = scale_true
+        self.packs = pack
+        self.pack_options = {"together": True, "scale_true": scale_true}
         self.margin = margin
         self.angle_error = 0.0
+        self._pieces = []
+
+    def pins(self) -> dict:
+        return {}
+
+    def uv_on_texture(self) -> np.ndarray:
+        return self.result.uv
 
     def stages(self):
         self._refuse_bad_angles()
@@ -113,23 +119,27 @@ class ConformalTask(parts.PartsTask):
         self.solving = None
         self.result = islands.combine(self.snapshot, pieces)
         self.result.cut_edges = self._combined_cuts(pieces)
-        if self.pack:
+        self._pieces = pieces
+        if self.packs and not self.packs_alone:
+            return
+        if self.packs:
             packed = yield solver.pack(
-                self.result.vertices,
-                self.result.faces,
-                self.result.uv,
-                margin=self.margin,
-                together=True,
-                scale_true=self.scale_true,
+                *self.surface(), self.result.uv, margin=self.margin, **self.pack_options
             )
             self.result.uv, self.result.stored = packed.uv, packed.uv32()
-        yield from self._look_at_stored(pieces)
+        yield from self._look_at_stored()
         yield from self.look_at_islands()
 
-    def _look_at_stored(self, pieces):
+    def lay_out(self, uv, stored, stats):
+        """Stages that take a layout of all objects."""
+        self.result.uv, self.result.stored = uv, stored
+        yield from self._look_at_stored()
+        yield from self.look_at_islands()
+
+    def _look_at_stored(self):
         """The solver judged its own map in 64 bits; the report speaks of what will be stored, where overlaps may be others."""
         result = self.result
-        for i, piece in enumerate(pieces):
+        for i, piece in enumerate(self._pieces):
             rows = np.isin(result.parent_face, piece.triangles)
             found = yield solver.certify_arrays(
                 result.vertices, result.faces[rows], result.uv32()[rows], bijective=True
@@ -229,6 +239,7 @@ class UV_OT_flipfree_conformal(
     )
     bl_options = {"REGISTER", "UNDO"}
     verb = "Conformal Map"
+    joint_layout = True
     option_names = (
         "boundary",
         "refined_start",

@@ -12,14 +12,16 @@ import functools
 import bpy
 import numpy as np
 
+import flipfree
+
 from .. import modal, scene, solver, watch
 from ..meshes import mesh_io
-from ..runs import steps
 from . import common
 
 
-def joint_of(context, snapshots):
-    """For modal.Run: the layout of these snapshots' tasks, clear of what else the edited meshes have in UV space."""
+def following(context, tasks):
+    """For modal.Run: the layout of these tasks, clear of what else the edited meshes have in UV space."""
+    snapshots = [task.snapshot for task in tasks]
     found = [s.uv[s.other_loops] for s in snapshots if s.layer_name]
     if context.mode == "EDIT_MESH":
         names = {s.object_name for s in snapshots}
@@ -27,20 +29,32 @@ def joint_of(context, snapshots):
             if ob.name not in names and ob.data.uv_layers.active is not None:
                 found.append(_map_of(ob))
     obstacles = np.concatenate([np.zeros((0, 3, 2), np.float32), *found]).astype(np.float64)
-    return functools.partial(joint, obstacles=_laid_out(obstacles))
+    return of_tasks(tasks, _laid_out(obstacles))
+
+
+def of_tasks(tasks, obstacles=None):
+    """For modal.Run: the layout of these tasks. Their solvers are told that one follows: packing each object's islands first
+    took longer than all the rest of a scene of many small ones."""
+    packing = [task for task in tasks if getattr(task, "packs", False)]
+    # A solver knows the surface without the scale of its object.
+    alone = len(packing) == 1 and (obstacles is None or not len(obstacles))
+    alone = alone and not scene.uneven(bpy.data.objects.get(packing[0].snapshot.object_name))
+    for task in packing:
+        task.packs_alone = task.packs_alone and alone
+    return functools.partial(joint, obstacles=obstacles)
 
 
 def joint(done: list, obstacles=None) -> "JointLayout | None":
-    """The task that lays out what these tasks found; None if their solvers have done so, or none wants it."""
+    """The task that lays out what these tasks found; None if their solver has done so, or none wants it."""
     tasks = [task for task in done if getattr(task, "packs", False)]
     kept = [task.snapshot.uv[task.snapshot.other_loops] for task in tasks if task.leaves_out]
     if kept:
         known = [] if obstacles is None else [obstacles]
         obstacles = _laid_out(np.concatenate([*known, *kept]).astype(np.float64))
-    # A solver knows the surface without the scale of its object.
-    alone = len(tasks) == 1 and tasks[0].packs_alone and (obstacles is None or not len(obstacles))
-    alone = alone and not scene.uneven(bpy.data.objects.get(tasks[0].snapshot.object_name))
-    return None if not tasks or alone else JointLayout(done, tasks, obstacles)
+    if not tasks:
+        return looking(done)
+    alone = len(tasks) == 1 and tasks[0].packs_alone
+    return None if alone else JointLayout(done, tasks, obstacles)
 
 
 def _map_of(ob) -> np.ndarray:
@@ -113,9 +127,9 @@ class JointLayout(modal.StagedTask):
         self.done = done  # of the run: a task that fails here is taken out
         self.tasks = tasks
         self.obstacles = obstacles
-        snapshots = [task.snapshot for task in tasks]
-        self.first_vertex = np.cumsum([0] + [len(s.vertices) for s in snapshots])
-        self.first_face = np.cumsum([0] + [len(s.triangles) for s in snapshots])
+        surfaces = [task.surface() for task in tasks]
+        self.first_vertex = np.cumsum([0] + [len(vertices) for vertices, _ in surfaces])
+        self.first_face = np.cumsum([0] + [len(triangles) for _, triangles in surfaces])
         self.failed = list(tasks)
 
     def stages(self):
@@ -124,15 +138,11 @@ class JointLayout(modal.StagedTask):
         keep = tasks[0].keep_placement and all(s.layer_name for s in snapshots)
         there = watch.objects_by_name()
         placed = []
-        for s in snapshots:
-            placed.append(scene.placed_vertices(s, there.get(s.object_name)))
+        for task in tasks:
+            ob = there.get(task.snapshot.object_name)
+            placed.append(scene.placed_vertices(*task.surface(), ob))
             yield modal.Pause()
-        triangles = _joined(
-            [
-                s.triangles + np.int32(n) if n else s.triangles
-                for s, n in zip(snapshots, self.first_vertex.tolist(), strict=False)
-            ]
-        )
+        triangles = _numbered([task.surface()[1] for task in tasks], self.first_vertex)
         yield modal.Pause()
         uv = _joined([task.uv_on_texture() for task in tasks])
         yield modal.Pause()
@@ -157,16 +167,8 @@ class JointLayout(modal.StagedTask):
         for i, task in enumerate(tasks):
             own = slice(self.first_face[i], self.first_face[i + 1])
             self._blame(i)
-            values = yield from modal.paused(steps.doubles(stored[own]))
-            certificate = yield solver.certify(
-                task.snapshot,
-                values,
-                pins=task.pins(),
-                bijective=task.bijective and task.certificate.overlaps == 0,
-                aspect=task.aspect,
-            )
-            yield modal.Pause()
-            yield from task.lay_out(packed.uv[own], stored[own], certificate, stats)
+            yield from task.lay_out(packed.uv[own], stored[own], stats)
+        note_overlaps(tasks, packed.certificate.island_overlaps)
 
     def _options(self) -> dict:
         """How the first task wants it packed; quickly, unless it says otherwise."""
@@ -198,7 +200,7 @@ class JointLayout(modal.StagedTask):
         limits = width * first
         i = int(np.searchsorted(limits, ids.ravel()[0], side="right")) - 1
         inside = (ids >= limits[i]) & (ids < limits[i + 1])
-        error.elements = (ids[inside] - limits[i]).tolist()
+        error.kind, error.elements = self.tasks[i].in_snapshot(error.kind, ids[inside] - limits[i])
         self._blame(i)
 
     def instead(self):
@@ -206,3 +208,48 @@ class JointLayout(modal.StagedTask):
         for task in self.failed:
             self.done.remove(task)
         return joint(self.done, self.obstacles)
+
+
+def _numbered(triangles: list, first_vertex: np.ndarray) -> np.ndarray:
+    """Of several surfaces, in the numbers of all their vertices one after the other."""
+    firsts = first_vertex.tolist()
+    return _joined([t + np.int32(n) if n else t for t, n in zip(triangles, firsts, strict=False)])
+
+
+def looking(done: list) -> "LookBetween | None":
+    """For modal.Run, where nothing is laid out: how many islands of different objects lie on each other."""
+    maps = [(task, task.stored_map()) for task in done if hasattr(task, "stored_map")]
+    found = [(task, stored) for task, stored in maps if stored is not None]
+    return LookBetween(found) if len(found) > 1 else None
+
+
+class LookBetween(modal.StagedTask):
+    """Counts pairs of islands of different objects that share area. Changes nothing, and if it fails nothing was counted."""
+
+    writes = False
+
+    def __init__(self, maps: list):
+        """maps: [(task, (vertices, triangles, uv (m, 3, 2)))]"""
+        super().__init__(maps[0][0].snapshot)
+        self.maps = maps
+
+    def stages(self):
+        surfaces = [stored for _, stored in self.maps]
+        first = np.cumsum([0] + [len(vertices) for vertices, _, _ in surfaces])
+        try:
+            found = yield solver.certify_arrays(
+                np.concatenate([vertices for vertices, _, _ in surfaces]),
+                _numbered([triangles for _, triangles, _ in surfaces], first),
+                np.concatenate([uv for _, _, uv in surfaces]),
+                bijective=False,
+            )
+        except flipfree.NotConverged:
+            return
+        note_overlaps([task for task, _ in self.maps], found.island_overlaps)
+
+
+def note_overlaps(tasks: list, pairs: int) -> None:
+    """pairs: of islands on each other in all their maps together. What lies on what within one object was counted with it."""
+    own = sum(common.own_overlaps(task) for task in tasks)
+    for task in tasks:
+        task.object_overlaps = max(pairs - own, 0) if pairs >= 0 else -1

@@ -189,11 +189,13 @@ class MatchTask(parts.PartsTask):
         result = yield solver.unwrap(
             part,
             pins={},
+            seams="given",
             bijective=self.bijective,
             may_add_cuts=False,
             cut_extremities=False,
             margin=0.005,
             keep_places=False,
+            effort=0.0,  # packed beside the others
         )
         return result, used
 

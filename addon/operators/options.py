@@ -11,6 +11,8 @@ these classes. `tests/blender/test_registration.py` looks at every operator's pr
 
 import bpy
 
+from flipfree.maps.distortion import STRETCH_BOUND
+
 from .. import aspect, modal, preferences
 from ..meshes import mesh_io
 from . import common, layout
@@ -50,7 +52,7 @@ class Stretch:
             "Of automatic seams: lengths may change by about this factor. Lower is more seams: 1.1 is hardly any "
             "stretch, 1.25 suits most textures, 2 is few cuts"
         ),
-        default=1.25,
+        default=STRETCH_BOUND,
         min=1.01,
         soft_max=3.0,
         max=100.0,
@@ -172,6 +174,9 @@ class MapOperator(modal.SolverOperator):
     def advice(self, tasks):
         return common.advice(tasks)
 
+    def between(self, tasks):
+        return common.between_text(tasks)
+
     def make_task(self, snapshot, **options) -> modal.Task:
         """options: the operator's properties named in `option_names`."""
         raise NotImplementedError
@@ -225,5 +230,5 @@ class MapOperator(modal.SolverOperator):
         for snapshot in snapshots:
             tasks.append(self.make_task(snapshot, **values))
             yield
-        joint = layout.joint_of(context, snapshots) if self.joint_layout else None
+        joint = layout.following(context, tasks) if self.joint_layout else layout.looking
         return modal.Run(tasks, failures, layout=joint)

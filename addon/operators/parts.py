@@ -41,6 +41,23 @@ class PartsTask(modal.StagedTask):
         self.certificates.append(certificate)
         self.judged.append(common.Judged(certificate, faces))
 
+    def surface(self):
+        """(vertices, triangles) of the map."""
+        return self.result.vertices, self.result.faces
+
+    def in_snapshot(self, kind, ids):
+        """Ids of the surface as those of the snapshot, which has no new vertices."""
+        if kind == "face":
+            ids = self.result.parent_face[ids]
+        elif kind == "corner":
+            kind, ids = "face", self.result.parent_face[ids // 3]
+        elif (ids >= len(self.snapshot.vertices)).any():
+            return "none", []
+        return kind, ids.tolist()
+
+    def stored_map(self):
+        return *self.surface(), self.result.uv32()
+
     def look_at_islands(self):
         """Last stage: counts the islands that lie on each other in the map as it will be stored."""
         result = self.result

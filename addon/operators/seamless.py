@@ -32,7 +32,7 @@ NO_MAP = (
     "factorization failed",
 )
 
-SUGGEST_QUARTERS = "Suggest Cones with *Quarter Turns*"
+SUGGEST_QUARTERS = "Suggest Cones with 'Quarter Turns'"
 BALANCE = f"run {SUGGEST_QUARTERS}, which places them; Mark Cone adds and removes single ones"
 
 BOUNDARIES = (
@@ -109,7 +109,7 @@ class SeamlessTask(parts.PartsTask):
     def cure(self, others: str) -> str:
         """What helps where boundaries that have to be straight may be at fault, and the others."""
         if self.boundary != "free" and self.boundary_vertices.any():
-            return f"Choose *Boundary: Free*, or {others}"
+            return f"Choose 'Boundary: Free', or {others}"
         return others[0].upper() + others[1:]
 
     def stages(self):
@@ -181,7 +181,7 @@ class SeamlessTask(parts.PartsTask):
                 f"{math.degrees(self.cone_angles[bad[0]]):.6g} degrees, and seamless maps have multiples of 90, 90 at "
                 "least. Run "
                 + SUGGEST_QUARTERS
-                + ", or take the marks away with Clear Cones or choose *Cones: Suggested*, "
+                + ", or take the marks away with Clear Cones or choose 'Cones: Suggested', "
                 "and let the cones be suggested",
                 "vertex",
                 ids,

@@ -158,7 +158,7 @@ class UV_OT_flipfree_select_poor(options.MeasureAspect, options.MapOperator, bpy
     bl_idname = "uv.flipfree_select_poor"
     bl_label = "Select Distorted Islands"
     bl_description = (
-        "Select the islands of the UV map whose mean distortion is above 5: more seams there give a better map. "
+        "Select the islands of the UV map that are stretched beyond 1.25: more seams there give a better map. "
         "At most the hundred worst"
     )
     bl_options = {"REGISTER", "UNDO"}
@@ -172,9 +172,11 @@ class UV_OT_flipfree_select_poor(options.MeasureAspect, options.MapOperator, bpy
 
     def summary(self, tasks):
         if not _show_faces(tasks):
-            return "No island is distorted badly"
+            return "No island is stretched beyond 1.25"
         count = common.plural(sum(task.islands for task in tasks), "island")
-        return f"{count} distorted badly, now selected. Mark more seams there and unwrap again"
+        return (
+            f"{count} stretched beyond 1.25, now selected. Mark more seams there and unwrap again"
+        )
 
 
 WHAT = (

@@ -7,12 +7,13 @@ import dataclasses
 import bpy
 import numpy as np
 
+from flipfree.calls.unwrapping import SEAMS
+from flipfree.maps.distortion import STRETCH_BOUND
+
 from .. import modal, solver
 from ..meshes import islands, labels, mesh_io, selection
+from ..runs import steps
 from . import common, options
-
-# Distortion from which seams would help: mean, what 99 % of the surface stay below, the worst triangle (a crushed tip).
-_MEAN, _NEARLY_ALL, _WORST = 1.25, 4.0, 25.0
 
 
 class MapTask(modal.StagedTask):
@@ -66,9 +67,29 @@ class MapTask(modal.StagedTask):
         """(#St, 3, 2) the map as a layout of all objects takes it."""
         return self.result.uv
 
-    def lay_out(self, uv, stored, certificate, stats):
-        """Stages that take another layout of the same map: uv (m, 3, 2) float64, what is stored of it, and what was certified."""
-        return self.take(
+    def surface(self):
+        """(vertices, triangles) of the map."""
+        return self.snapshot.vertices, self.snapshot.triangles
+
+    def in_snapshot(self, kind, ids):
+        """Ids of the surface as those of the snapshot."""
+        return kind, ids.tolist()
+
+    def stored_map(self):
+        return *self.surface(), self.result.uv32()
+
+    def lay_out(self, uv, stored, stats):
+        """Stages that certify and take another layout of the same map: uv (m, 3, 2) float64, and what is stored of it."""
+        values = yield from modal.paused(steps.doubles(stored))
+        certificate = yield solver.certify(
+            self.snapshot,
+            values,
+            pins=self.pins(),
+            bijective=self.bijective and self.certificate.overlaps == 0,
+            aspect=self.aspect,
+        )
+        yield modal.Pause()
+        yield from self.take(
             dataclasses.replace(
                 self.result,
                 uv=uv,
@@ -111,8 +132,8 @@ class UnwrapTask(MapTask):
         self,
         snapshot,
         *,
-        seams="given",
-        stretch=1.25,
+        seams=SEAMS,
+        stretch=STRETCH_BOUND,
         bijective=True,
         may_add_cuts=True,
         cut_extremities=True,
@@ -151,7 +172,8 @@ class UnwrapTask(MapTask):
             may_add_cuts=self.may_add_cuts,
             cut_extremities=self.cut_extremities,
             margin=self.margin,
-            keep_places=self.keep_placement,
+            keep_places=self.keep_placement and self.packs_alone,
+            effort=solver.QUICK_PACKING if self.packs_alone else 0.0,
         )
         yield from self.take(result)
         if self.aspect != 1.0 and pins:
@@ -183,6 +205,16 @@ class UnwrapTask(MapTask):
             return self._laid_out
         return self.result.uv if self.aspect == 1.0 else self.result.uv / [self.aspect, 1.0]
 
+    @property
+    def poor_cure(self):
+        if self.pins():
+            return "Move or unpin some of the pins, or mark more seams there"
+        if self.seams == "given":
+            return "'Seams: Automatic' cuts there, or mark seams yourself"
+        if self.stretch > STRETCH_BOUND:
+            return "A lower 'Stretch' cuts there, or mark seams yourself"
+        return common.MORE_SEAMS
+
     def automatic_cuts(self) -> np.ndarray:
         """Edges that the solver cut although they are no seams."""
         cut = mesh_io.edge_ids(self.snapshot, self.result.cut_edges)
@@ -206,17 +238,8 @@ def summary(tasks: list[UnwrapTask]) -> str:
     return text + layout_notes(tasks)
 
 
-def hint(tasks: list[UnwrapTask]) -> str:
-    """What a newcomer may have missed: nothing says where to cut, and it shows. "" if all is well."""
-    for task in tasks:
-        found, snapshot = task.certificate, task.snapshot
-        stretched = (
-            found.energy > _MEAN or found.energy_p99 > _NEARLY_ALL or found.max_energy > _WORST
-        )
-        open_to_it = task.seams == "given" and not snapshot.seams.any() and not task.pins()
-        if stretched and open_to_it:
-            return "No seam is marked: Auto Seams, or *Seams: Automatic*, cut where that lowers the distortion"
-    return ""
+def left_tiles_text(count: int) -> str:
+    return f", {common.plural(count, 'island')} beyond the tile that {'it was' if count == 1 else 'they were'} in"
 
 
 def layout_notes(tasks: list[MapTask]) -> str:
@@ -230,6 +253,8 @@ def layout_notes(tasks: list[MapTask]) -> str:
         text += ", packed, as old places were missing, overlapping or outside the unit square"
     if stats.get("enlarged_islands", 0):
         text += f", {stats['enlarged_islands']} too small for 32 bits enlarged"
+    if stats.get("left_tiles", 0):
+        text += left_tiles_text(stats["left_tiles"])
     if stats.get("tile", 0):
         text += f", in tile {1001 + stats['tile']} beside other islands, which leave no room"
     return text
@@ -271,16 +296,21 @@ class UV_OT_flipfree_unwrap(
 
     seams: bpy.props.EnumProperty(
         name="Seams",
-        description="Where islands end. Automatic seams are not for meshes with pinned UVs, unless Keep Pins is off",
+        description="Where islands end. On meshes with pinned UVs no seams are looked for, unless Keep Pins is off",
         items=(
-            ("given", "Marked", "Along the edges that are marked as seams"),
             (
                 "auto",
                 "Automatic",
-                "Also along short seams that are found, as many as it takes to stretch no more than allowed",
+                "Along the edges that are marked as seams, and where an island is closed, has handles or would be stretched more "
+                "than allowed, also along short seams that are found",
+            ),
+            (
+                "given",
+                "Marked",
+                "Along the edges that are marked as seams, and no others that are not needed",
             ),
         ),
-        default="given",
+        default=SEAMS,
     )
     may_add_cuts: bpy.props.BoolProperty(
         name="May Add Cuts",
@@ -317,9 +347,6 @@ class UV_OT_flipfree_unwrap(
 
     def summary(self, tasks):
         return summary(tasks)
-
-    def hint(self, tasks):
-        return hint(tasks)
 
 
 CLASSES = (UV_OT_flipfree_unwrap,)

@@ -33,6 +33,8 @@ class Task:
     object_uid: int | None = None
     # Certificates of what it made, with the mesh faces they speak of (operators.common.Judged).
     judged = ()
+    # Pairs of islands on each other, of different objects of the run; -1: nobody looked.
+    object_overlaps = -1
     # Of the task's progress, what its present job makes.
     span = (0.0, 1.0)
     # Said with the failure in whose place it is done (instead()): what of the object stays as it was.

@@ -78,8 +78,12 @@ def _by_certificate(kept) -> Step:
     if figures["poor"]:
         return Step(
             1,
-            ("Valid, but badly distorted:", "more seams are needed there."),
-            ("uv.flipfree_select_poor",),
+            (
+                f"{100.0 * (figures['stretched'] or 0.0):.0f} % of the surface is",
+                "stretched beyond 1.25:",
+                "cut there, or unwrap anew.",
+            ),
+            ("uv.flipfree_select_poor", _UNWRAP),
             "ERROR",
         )
     return Step(

@@ -82,8 +82,11 @@ def rows(kept) -> list[tuple[str, str, str]]:
         ("Worst", "max_energy"),
     ):
         value = figures[key]
-        icon = "ERROR" if key == "energy" and figures["poor"] else "BLANK1"
-        found.append((name, "unbounded" if value is None else f"{value:.3f}", icon))
+        found.append((name, "unbounded" if value is None else f"{value:.3f}", "BLANK1"))
+    share, icon = figures["stretched"], "ERROR" if figures["poor"] else "BLANK1"
+    found.append(
+        ("Beyond 1.25", "not measured" if share is None else f"{100.0 * share:.1f} %", icon)
+    )
     found.append(("Islands", str(figures["islands"]), "BLANK1"))
     if figures["seam_edges"] > 0:
         found.append(

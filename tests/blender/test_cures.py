@@ -140,7 +140,7 @@ def test_flat_text_gets_a_seamless_map_with_a_free_boundary(operator):
     try:
         run()
     except RuntimeError as error:
-        assert "Choose *Boundary: Free*" in str(error)
+        assert "Choose 'Boundary: Free'" in str(error)
     assert run(boundary="free") == {"FINISHED"}
     assert shapes.exact_flips(bpy.context.object) == 0
 

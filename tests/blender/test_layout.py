@@ -10,7 +10,8 @@ import shapes
 
 
 def unwrap(**options):
-    assert bpy.ops.uv.flipfree_unwrap(**options) == {"FINISHED"}
+    """Along marked seams, and no others that are not needed."""
+    assert bpy.ops.uv.flipfree_unwrap(**{"seams": "given"} | options) == {"FINISHED"}
 
 
 def triangles_of(ob):
@@ -344,7 +345,7 @@ def test_improve_names_the_cure_where_islands_come_to_lie_on_each_other(capfd):
     shapes.set_uv(ob, uv)
     assert bpy.ops.uv.flipfree_improve() == {"FINISHED"}
     assert "1 pair of islands overlaps" in (said := capfd.readouterr().out)
-    assert "*Pack Islands* keeps islands apart" in said
+    assert "'Pack Islands' keeps islands apart" in said
     assert bpy.ops.uv.flipfree_improve(pack=True) == {"FINISHED"}
     assert "keeps islands apart" not in capfd.readouterr().out
 
@@ -445,3 +446,78 @@ def test_an_uneven_scale_is_warned_of(capfd, operator, scale, warned):
     assert getattr(bpy.ops.uv, f"flipfree_{operator}")() == {"FINISHED"}
     line = "Warning: .*Sheet has a non-uniform scale: apply it"
     assert bool(re.search(line, capfd.readouterr().out)) == warned
+
+
+def sheets_of_two_sizes():
+    """A sheet, and one of twice its size, each an object."""
+    small = shapes.grid(4, "Small", bump=0.2)
+    large = shapes.grid(4, "Large", bump=0.2, x=4.0)
+    large.scale = (2.0, 2.0, 2.0)
+    bpy.context.view_layer.update()
+    small.select_set(True)
+    return small, large
+
+
+def density_of(ob):
+    """Length in the map by length in the scene."""
+    _, uv = triangles_of(ob)
+    mesh = ob.data
+    corner = np.array([[mesh.vertices[v].co for v in t.vertices] for t in mesh.loop_triangles])
+    corner = corner @ np.array(ob.matrix_world.to_3x3()).T
+    cross = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    sides = uv[:, 1:] - uv[:, :1]
+    plane = np.abs(np.linalg.det(sides)).sum()
+    return np.sqrt(plane / np.linalg.norm(cross, axis=1).sum())
+
+
+@pytest.mark.parametrize("name", ["unwrap", "conformal"])
+def test_objects_of_a_run_are_one_layout_at_one_density_beside_each_other(name, capfd):
+    small, large = sheets_of_two_sizes()
+    assert getattr(bpy.ops.uv, f"flipfree_{name}")() == {"FINISHED"}
+    assert density_of(small) == pytest.approx(density_of(large), rel=0.01)
+    boxes = [shapes.uv_of(ob) for ob in (small, large)]
+    (a, b), (c, d) = ((box.min(axis=0), box.max(axis=0)) for box in boxes)
+    assert (b <= c).any() or (d <= a).any(), "boxes do not meet"
+    assert min(a.min(), c.min()) >= 0.0 and max(b.max(), d.max()) <= 1.0
+    assert "different objects" not in capfd.readouterr().out
+
+
+def test_objects_on_each_other_are_counted_by_check_and_by_maps_that_are_not_packed(capfd):
+    for ob in sheets_of_two_sizes():
+        ob.select_set(True)
+    small, large = bpy.data.objects["Small"], bpy.data.objects["Large"]
+    for ob in (small, large):
+        ob.data.uv_layers.new(name="UVMap")
+        at = np.array([ob.data.vertices[loop.vertex_index].co[:2] for loop in ob.data.loops])
+        shapes.set_uv(ob, (at - at.min(axis=0)) / 4)
+    text = "1 pair of islands of different objects on each other"
+    for call in (
+        bpy.ops.uv.flipfree_check,
+        lambda: bpy.ops.uv.flipfree_conformal(pack=False),
+        bpy.ops.uv.flipfree_improve,
+        bpy.ops.uv.flipfree_repair,
+    ):
+        assert call() == {"FINISHED"}
+        assert text in capfd.readouterr().out
+    shapes.set_uv(large, shapes.uv_of(large) + np.float32(5.0))
+    assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
+    assert "different objects" not in capfd.readouterr().out
+
+
+def test_islands_of_several_objects_are_packed_once(part, monkeypatch):
+    """A search for a dense layout of each object's own took most of the time of a scene of many small ones."""
+    solver = part("solver")
+    efforts, unwrapped = [], solver.unwrap
+
+    def unwrap_and_tell(*arguments, **options):
+        efforts.append(options["effort"])
+        return unwrapped(*arguments, **options)
+
+    monkeypatch.setattr(solver, "unwrap", unwrap_and_tell)
+    objects = [shapes.grid(2, f"Sheet{i}", x=3.0 * i) for i in range(3)]
+    unwrap()
+    assert efforts.pop() == solver.QUICK_PACKING and not efforts, "one object packs for itself"
+    for ob in objects:
+        ob.select_set(True)
+    unwrap()
+    assert efforts == [0.0] * 3

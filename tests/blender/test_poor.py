@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Results that are valid but distorted badly: a warning that says where, and Select Distorted Islands."""
+"""Results that are valid but stretched beyond the bound: a warning that says where, and Select Distorted Islands."""
 
 import bpy
+import numpy as np
 import pytest
 import shapes
 
@@ -16,8 +17,9 @@ def test_a_poor_result_is_a_warning_that_names_the_islands(operator, capfd):
     assert getattr(bpy.ops.uv, f"flipfree_{operator}")() == {"FINISHED"}
     (line,) = warnings(capfd.readouterr().out)
     assert "2 islands, 0 flips, 0 overlaps" in line
-    assert "Badly distorted: 1 island" in line and "at face 16" in line
-    cure = "Move pins nearer" if operator == "match" else "Mark more seams there"
+    assert "3 % of the surface is stretched beyond 1.25: 1 island" in line and "at face 16" in line
+    cure = {"match": "Move pins nearer", "unwrap": "unpin some of the pins"}.get(operator)
+    cure = cure or "Mark more seams there"
     assert cure in line and "Select Distorted Islands" in line
 
 
@@ -26,7 +28,7 @@ def test_a_good_result_is_none(operator, capfd):
     shapes.two_sheets()
     assert getattr(bpy.ops.uv, f"flipfree_{operator}")() == {"FINISHED"}
     out = capfd.readouterr().out
-    assert not warnings(out) and "Badly" not in out
+    assert not warnings(out) and "stretched" not in out
 
 
 def test_check_warns_of_a_poor_map_though_nothing_is_wrong(capfd):
@@ -34,7 +36,10 @@ def test_check_warns_of_a_poor_map_though_nothing_is_wrong(capfd):
     chosen = shapes.selection(ob)
     assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
     (line,) = warnings(capfd.readouterr().out)
-    assert "Nothing wrong: 2 islands" in line and "the worst at face 16" in line
+    assert (
+        "No flips and no overlaps, but stretched: 2 islands" in line
+        and "the worst at face 16" in line
+    )
     assert shapes.selection(ob) == chosen
 
 
@@ -46,7 +51,7 @@ def test_distorted_islands_are_selected_whole(mode, capfd):
     if mode == "EDIT":  # what is selected before does not matter
         shapes.select_faces(ob, [3])
     assert bpy.ops.uv.flipfree_select_poor() == {"FINISHED"}
-    assert "1 island distorted badly, now selected" in capfd.readouterr().out
+    assert "1 island stretched beyond 1.25, now selected" in capfd.readouterr().out
     assert bpy.context.mode == "EDIT_MESH"
     bpy.ops.object.mode_set(mode="OBJECT")
     assert shapes.selected(ob, "face") == list(range(16, 32))
@@ -58,7 +63,7 @@ def test_where_no_island_is_distorted_the_selection_stays(capfd):
     bpy.ops.object.mode_set(mode="EDIT")
     shapes.select_faces(ob, [3])
     assert bpy.ops.uv.flipfree_select_poor() == {"FINISHED"}
-    assert "No island is distorted badly" in capfd.readouterr().out
+    assert "No island is stretched beyond 1.25" in capfd.readouterr().out
     bpy.ops.object.mode_set(mode="OBJECT")
     assert shapes.selected(ob, "face") == [3]
 
@@ -66,3 +71,14 @@ def test_where_no_island_is_distorted_the_selection_stays(capfd):
 def test_without_a_uv_map_nothing_can_be_selected():
     shapes.grid(3)
     assert not bpy.ops.uv.flipfree_select_poor.poll()
+
+
+def test_a_mean_just_above_the_bound_is_a_warning_and_just_below_is_none(capfd):
+    ob = shapes.grid(4, bump=0.0, uv=True)
+    at = np.array([ob.data.vertices[loop.vertex_index].co[:2] for loop in ob.data.loops])
+    for stretch, above in ((1.2, False), (1.35, True)):
+        shapes.set_uv(ob, (at * [stretch**0.5, stretch**-0.5] + 2) / 4)
+        assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
+        out = capfd.readouterr().out
+        assert bool(warnings(out)) == above
+        assert ("Nothing wrong" in out) != above and ("100 % of the surface" in out) == above

@@ -92,7 +92,8 @@ def test_stacked_islands_are_to_be_packed(step, kept):
 def test_poor_maps_want_seams(step, kept):
     ob = shapes.two_sheets(squeezed=True)
     assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
-    assert ob and step().operators == ("uv.flipfree_select_poor",)
+    assert ob and step().operators == ("uv.flipfree_select_poor", "uv.flipfree_unwrap")
+    assert step().icon == "ERROR" and step().lines[0].startswith("4 % of the surface")
 
 
 def test_an_object_that_is_not_selected_is_named(step):

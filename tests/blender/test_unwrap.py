@@ -9,7 +9,8 @@ import shapes
 
 
 def unwrap(**options):
-    assert bpy.ops.uv.flipfree_unwrap(**options) == {"FINISHED"}
+    """Along marked seams, and no others that are not needed."""
+    assert bpy.ops.uv.flipfree_unwrap(**{"seams": "given"} | options) == {"FINISHED"}
 
 
 def counter_islands(ob):
@@ -318,20 +319,41 @@ def reported(capfd, **options):
     return capfd.readouterr().out
 
 
-@pytest.mark.parametrize("make", ["cone", "monkey"])
-def test_a_distorted_map_without_any_seam_has_a_hint_at_seams(make, capfd):
+@pytest.mark.parametrize("make", ["cone", "monkey", "uv_sphere", "cube"])
+def test_by_default_seams_are_found_that_keep_the_bound(make, capfd):
     getattr(bpy.ops.mesh, f"primitive_{make}_add")()
     ob = bpy.context.object
     line = reported(capfd)
-    assert "No seam is marked: Auto Seams, or *Seams: Automatic*" in line
-    assert "Info: " in line or "Badly distorted" in line  # by itself no warning
-    assert "No seam" not in reported(capfd, seams="auto")
-    assert bpy.ops.uv.flipfree_auto_seams() == {"FINISHED"}
-    capfd.readouterr()
-    assert any(edge.use_seam for edge in ob.data.edges)
-    assert "No seam" not in reported(capfd)
+    assert "Warning" not in line and "stretched" not in line
+    assert float(line.split("distortion mean ")[1].split()[0]) <= 1.03
+    assert not any(edge.use_seam for edge in ob.data.edges)
+    line = reported(capfd, seams="given")
+    assert "% of the surface is stretched beyond 1.25" in line and "Warning" in line
+    assert "'Seams: Automatic' cuts there" in line
 
 
-def test_a_good_map_has_no_hint(capfd):
-    shapes.grid(4, bump=0.0)
-    assert "No seam" not in reported(capfd)
+def test_seams_that_are_marked_are_kept_and_no_others_added_where_the_bound_holds(capfd):
+    ob = shapes.grid(4, bump=0.0)
+    middle = [
+        e for e in ob.data.edges if all(abs(ob.data.vertices[v].co.x) < 1e-6 for v in e.vertices)
+    ]
+    assert len(middle) == 4
+    for edge in middle:
+        edge.use_seam = True
+    line = reported(capfd)
+    assert "2 islands" in line and "cut automatically" not in line and "stretched" not in line
+
+
+def test_pins_and_automatic_seams_do_not_exclude_each_other(capfd):
+    """Where pins are, nothing is cut that has not to be; the report names the pins, not a seam."""
+    ob = shapes.grid(4, bump=0.0, uv=True)
+    at = np.array([ob.data.vertices[loop.vertex_index].co[:2] for loop in ob.data.loops])
+    shapes.set_uv(ob, (at * [1.0, 0.2] + 1) / 4)
+    shapes.set_pins(ob, np.ones(len(at), bool))
+    line = reported(capfd)
+    assert (
+        "100 % of the surface is stretched beyond 1.25" in line and "unpin some of the pins" in line
+    )
+    assert shapes.uv_of(ob) == pytest.approx((at * [1.0, 0.2] + 1) / 4)
+    line = reported(capfd, use_pins=False)
+    assert "stretched" not in line

@@ -87,7 +87,9 @@ def corner_uv(mesh: Mesh, random: Random) -> Any:
     kind = random.random()
     if kind < 0.6:
         try:
-            return ff.unwrap(mesh.vertices, mesh.faces, iterations=3, max_seconds=1.0).uv64
+            return ff.unwrap(
+                mesh.vertices, mesh.faces, iterations=3, max_seconds=1.0, seams="given"
+            ).uv64
         except ff.FlipfreeError:
             pass
     try:

@@ -42,7 +42,13 @@ def _unwrapped(random: Random) -> PlaneMap:
         try:
             bijective = bool(random.random() < 0.8)
             result = ff.unwrap(
-                vertices, faces, cuts=cuts, bijective=bijective, iterations=20, threads=1
+                vertices,
+                faces,
+                cuts=cuts,
+                bijective=bijective,
+                iterations=20,
+                threads=1,
+                seams="given",
             )
         except ff.FlipfreeError:
             continue

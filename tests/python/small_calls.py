@@ -20,7 +20,7 @@ def cones() -> np.ndarray:
 
 #: Name -> call with options of every call (max_seconds, progress), which returns an array.
 CALLS = {
-    "unwrap": lambda **options: ff.unwrap(*BALL, **options).uv,
+    "unwrap": lambda **options: ff.unwrap(*BALL, seams="given", **options).uv,
     "seams": lambda **options: ff.auto_seams(*BALL, **options),
     "auto": lambda **options: ff.unwrap(*BALL, seams="auto", **options).uv,
     "embed": lambda **options: ff.embed(*GRID, optimise=True, **options).uv,

@@ -15,12 +15,12 @@ from surfaces import bumpy_grid
 
 def energy_of(n: int) -> float:
     vertices, faces = bumpy_grid(n, n)
-    return ff.unwrap(vertices, faces).certificate.energy
+    return ff.unwrap(vertices, faces, seams="given").certificate.energy
 
 
 def test_a_long_unwrap_that_is_accepted_ends_soon_with_a_certified_map() -> None:
     vertices, faces = bumpy_grid(250, 250)
-    job = jobs.unwrap(vertices, faces)
+    job = jobs.unwrap(vertices, faces, seams="given")
     assert not job.wait(0.3), "too small a mesh for this test"
     job.accept()
     result = job.result()
@@ -32,7 +32,7 @@ def test_a_long_unwrap_that_is_accepted_ends_soon_with_a_certified_map() -> None
 @pytest.mark.parametrize("bijective", [True, False])
 def test_accepting_before_there_is_a_map_waits_for_the_first_one(bijective: bool) -> None:
     vertices, faces = bumpy_grid(40, 40)
-    job = jobs.unwrap(vertices, faces, bijective=bijective)
+    job = jobs.unwrap(vertices, faces, bijective=bijective, seams="given")
     job.accept()
     early = job.result()
     assert early.certificate.ok
@@ -51,7 +51,7 @@ def test_accepting_an_improvement_keeps_at_least_the_old_map() -> None:
 
 def test_accepting_calls_without_a_map_on_the_way_changes_nothing() -> None:
     vertices, faces = bumpy_grid(20, 20)
-    uv = ff.unwrap(vertices, faces).uv
+    uv = ff.unwrap(vertices, faces, seams="given").uv
     job = jobs.certify(vertices, faces, uv)
     job.accept()
     assert job.result().ok
@@ -62,7 +62,7 @@ def test_accepting_calls_without_a_map_on_the_way_changes_nothing() -> None:
 
 def test_accepting_after_the_end_is_allowed() -> None:
     vertices, faces = bumpy_grid(10, 10)
-    job = jobs.unwrap(vertices, faces)
+    job = jobs.unwrap(vertices, faces, seams="given")
     deadline = time.monotonic() + 60
     while not job.wait(0.05):
         assert time.monotonic() < deadline

@@ -95,7 +95,7 @@ def test_seams_keep_the_distortion_within_the_bound(name: str) -> None:
 def test_an_unwrap_along_the_seams_cuts_nothing_more(name: str) -> None:
     vertices, faces = SURFACES[name]()
     seams = ff.auto_seams(vertices, faces)
-    result = ff.unwrap(vertices, faces, cuts=seams)
+    result = ff.unwrap(vertices, faces, cuts=seams, seams="given")
     assert result.stats["added_cuts"] == 0
     assert result.certificate.energy <= BOUND
     assert as_set(result.cut_edges) == as_set(seams)
@@ -106,7 +106,7 @@ def test_less_stretch_is_bought_with_longer_seams() -> None:
     lengths = []
     for stretch in (1.1, 1.25, 1.6):
         seams = ff.auto_seams(vertices, faces, stretch=stretch)
-        energy = ff.unwrap(vertices, faces, cuts=seams).certificate.energy
+        energy = ff.unwrap(vertices, faces, cuts=seams, seams="given").certificate.energy
         assert energy <= 0.5 * (stretch + 1 / stretch)
         lengths.append(length_of(vertices, seams))
     assert lengths[0] > lengths[1] > lengths[2]
@@ -165,7 +165,7 @@ def test_sharp_edges_are_seams_if_asked() -> None:
     vertices, faces, diagonals = cube()
     seams = ff.auto_seams(vertices, faces, sharp_angle=1.0, uncuttable=diagonals)
     assert len(seams) == 12
-    assert ff.unwrap(vertices, faces, cuts=seams).stats["charts"] == 6
+    assert ff.unwrap(vertices, faces, cuts=seams, seams="given").stats["charts"] == 6
 
 
 def test_weights_lead_seams_and_forbid_them() -> None:
@@ -225,7 +225,7 @@ def test_a_handle_that_uncuttable_edges_leave_closed_is_refused() -> None:
     sphere, its_faces = octahedron_sphere(3)
     edges = edges_of(its_faces)
     with pytest.raises(ff.InvalidInput, match="Leave some of them out"):
-        ff.unwrap(sphere, its_faces, uncuttable=edges)
+        ff.unwrap(sphere, its_faces, uncuttable=edges, seams="given")
     assert ff.unwrap(sphere, its_faces, uncuttable=edges, seams="auto").certificate.ok
 
 
@@ -246,10 +246,27 @@ def test_meshes_that_are_no_clean_surface_get_seams(kind: Callable[..., Any]) ->
     assert ff.unwrap(vertices, faces, seams="auto").certificate.ok
 
 
-def test_pins_and_automatic_seams_exclude_each_other() -> None:
+def test_without_a_word_about_seams_they_are_found_where_the_bound_asks_and_nowhere_else() -> None:
+    ball, its_faces = octahedron_sphere(3)
+    found = ff.unwrap(ball, its_faces)
+    same = ff.unwrap(ball, its_faces, seams="auto", stretch=1.25)
+    assert np.array_equal(found.uv, same.uv) and found.certificate.energy <= 1.025
+    assert not found.certificate.poor
+    given = ff.unwrap(ball, its_faces, seams="given")
+    assert given.certificate.poor and given.certificate.stretched > 0.5
+    sheet, its_faces = bumpy_grid(8, 8)
+    flat = sheet * [1.0, 1.0, 0.05]
+    assert len(ff.unwrap(flat, its_faces).cut_edges) == 0
+    whole = ff.unwrap(flat, its_faces, cuts=its_faces[:1, :2])
+    assert whole.stats["charts"] == 1 and not whole.certificate.poor
+
+
+def test_with_pins_no_seams_are_looked_for() -> None:
     vertices, faces = octahedron_sphere(2)
-    with pytest.raises(ff.InvalidInput, match="pins"):
-        ff.unwrap(vertices, faces, seams="auto", pins={0: (0.0, 0.0)})
+    pinned = [
+        ff.unwrap(vertices, faces, seams=seams, pins={0: (0.0, 0.0)}) for seams in ("auto", "given")
+    ]
+    assert np.array_equal(pinned[0].uv, pinned[1].uv)
 
 
 @pytest.mark.parametrize(
@@ -297,7 +314,7 @@ def test_rough_patches_that_lie_on_themselves_are_divided_rather_than_stretched(
     bound = 0.5 * (stretch + 1.0 / stretch)
     seams = ff.auto_seams(rough, faces, stretch=stretch)
     for found in (
-        ff.unwrap(rough, faces, cuts=seams),
+        ff.unwrap(rough, faces, cuts=seams, seams="given"),
         ff.unwrap(rough, faces, seams="auto", stretch=stretch),
     ):
         assert found.certificate.ok

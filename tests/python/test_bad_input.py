@@ -140,7 +140,9 @@ CASES: dict[str, tuple[Callable[[], Any], type[ff.FlipfreeError], str, list[str]
         ff.InvalidInput, "bad option", ["progress", "function"],
     ),
     "uncuttable edges all around": (
-        lambda: ff.unwrap(*octahedron_sphere(0), uncuttable=edges_of(octahedron_sphere(0)[1])),
+        lambda: ff.unwrap(
+            *octahedron_sphere(0), uncuttable=edges_of(octahedron_sphere(0)[1]), seams="given"
+        ),
         ff.InvalidInput, "bad option", ["uncuttable", "Leave some of them out"],
     ),
     "complex numbers": (

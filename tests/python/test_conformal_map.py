@@ -361,3 +361,4 @@ def test_with_lengths_the_map_is_theirs_wherever_the_vertices_are(positions: str
     # Distortion is measured against positions, and these have no area.
     assert result.certificate.energy == result.certificate.max_energy == -1.0
     assert result.certificate.energy_p99 == -1.0 and not result.certificate.poor
+    assert result.certificate.stretched == result.certificate.area == -1.0

@@ -55,7 +55,7 @@ def test_a_limit_of_time_ends_in_a_result_or_says_so(name):
 def test_accepting_at_any_moment_gives_a_certified_map():
     random = np.random.default_rng(6)
     for delay in random.uniform(0, 0.5, 10):
-        job = ff.jobs.unwrap(*BALL)
+        job = ff.jobs.unwrap(*BALL, seams="given")
         job.wait(delay)
         job.accept()
         assert job.result().certificate.ok

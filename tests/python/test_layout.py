@@ -240,7 +240,7 @@ def sheets(count: int) -> tuple[Array, npt.NDArray[np.int32]]:
 def test_unwrapped_charts_have_one_density_and_keep_clear_of_pinned_ones() -> None:
     vertices, faces = sheets(5)
     m = len(faces) // 5
-    free = ff.unwrap(vertices, faces)
+    free = ff.unwrap(vertices, faces, seams="given")
     pins = {0: (0.5, 0.5)}
     pinned = ff.unwrap(vertices, faces, pins=pins)
     for result, moved in ((free, range(5)), (pinned, range(1, 5))):
@@ -255,11 +255,11 @@ def test_unwrapped_charts_have_one_density_and_keep_clear_of_pinned_ones() -> No
 def test_former_places_of_an_unwrap_are_all_kept_or_none() -> None:
     vertices, faces = sheets(3)
     m = len(faces) // 3
-    before = 0.5 * ff.unwrap(vertices, faces).uv + 0.3
-    kept = ff.unwrap(vertices, faces, place_like=before)
+    before = 0.5 * ff.unwrap(vertices, faces, seams="given").uv + 0.3
+    kept = ff.unwrap(vertices, faces, place_like=before, seams="given")
     assert kept.stats["kept_places"] == 1 and np.abs(kept.uv - before).max() < 1e-3
     before[:m] += before[m : 2 * m].mean((0, 1)) - before[:m].mean((0, 1))
-    packed = ff.unwrap(vertices, faces, place_like=before)
+    packed = ff.unwrap(vertices, faces, place_like=before, seams="given")
     assert packed.stats["kept_places"] == 0
     assert_apart(list(packed.uv32().astype(np.float64).reshape(3, m, 3, 2)))
     assert packed.uv.max() > 0.9

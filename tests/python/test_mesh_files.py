@@ -50,12 +50,12 @@ def test_seams_of_a_file_are_cuts_that_keep_its_charts(tmp_path: Path) -> None:
         [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]]
         + [[2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
     )
-    unwrapped = ff.unwrap(box, faces)
+    unwrapped = ff.unwrap(box, faces, seams="given")
     ff.write(tmp_path / "box.obj", unwrapped)
     mesh = ff.read(tmp_path / "box.obj")
     seams = {tuple(sorted(edge)) for edge in mesh.seams().tolist()}
     assert seams == {tuple(sorted(edge)) for edge in unwrapped.cut_edges.tolist()}
-    again = ff.unwrap(mesh.vertices, mesh.faces, cuts=mesh.seams())
+    again = ff.unwrap(mesh.vertices, mesh.faces, cuts=mesh.seams(), seams="given")
     assert {tuple(sorted(edge)) for edge in again.cut_edges.tolist()} == seams
     assert len(ff.MeshFile(mesh.vertices, mesh.faces, None, mesh.polygons).seams()) == 0
 
@@ -65,7 +65,7 @@ def test_polygons_get_new_texture_coordinates_and_stay_polygons(tmp_path: Path) 
     mesh = ff.read(tmp_path / "quad.obj")
     assert mesh.uv is None
     assert mesh.polygons.tolist() == [0, 0]
-    mapped = ff.unwrap(mesh.vertices, mesh.faces)
+    mapped = ff.unwrap(mesh.vertices, mesh.faces, seams="given")
     ff.write(tmp_path / "mapped.obj", replace(mesh, uv=mapped.uv))
     lines = (tmp_path / "mapped.obj").read_text().splitlines()
     assert [line for line in lines if line.startswith("f")] == ["f 1/1 2/2 3/3 4/4"]

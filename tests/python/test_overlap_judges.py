@@ -70,7 +70,7 @@ def test_a_wrong_certificate_is_found_out(
 def test_rings_are_unwrapped_without_overlap(seed: int) -> None:
     """Rings of 16 to 36 faces that tempt a solver to lay the inner rim across itself."""
     vertices, faces = rough_ring(np.random.default_rng(seed))
-    result = ff.unwrap(vertices, faces)
+    result = ff.unwrap(vertices, faces, seams="given")
     for uv in (result.uv, result.uv32()):
         found = coverage(result.faces, uv)
         assert len(found.flipped) == len(found.within) == len(found.between) == 0

@@ -39,7 +39,7 @@ def process():
 @pytest.fixture
 def slow(process):
     """A call that takes seconds, in the middle of it."""
-    job = process.start("unwrap", *sheet(300, 6.0))
+    job = process.start("unwrap", *sheet(300, 6.0), seams="given")
     until(lambda: job.wait(0.0) or job.progress()[1] > 0.0)
     assert not job.ended, "too small a mesh for this test"
     return job
@@ -259,6 +259,8 @@ def test_without_a_process_calls_are_refused_or_solved_here(command):
         found = process.start("unwrap", vertices, faces)
         same(found.result(), ff.unwrap(vertices, faces))
     assert process.solved_here
+    if not Path(command[0]).exists():  # the system's own words name no command
+        assert str(error.value).count(command[0]) and process.solved_here.startswith(command[0])
     with pytest.raises(ff.InvalidInput):
         process.start("unwrap", vertices, faces + 100).result()
 

@@ -42,7 +42,7 @@ def sound(result: ff.Parametrization) -> bool:
 @pytest.mark.parametrize("mesh", MESHES)
 def test_whatever_happened_to_a_map_it_is_mended(mesh: str, damage: str) -> None:
     vertices, faces = MESHES[mesh]
-    base = ff.unwrap(vertices, faces)
+    base = ff.unwrap(vertices, faces, seams="given")
     for seed in range(3):
         given = map_of(faces, base.uv32().astype(np.float64))
         DAMAGES[damage](given, np.random.default_rng(seed))
@@ -55,7 +55,7 @@ def test_whatever_happened_to_a_map_it_is_mended(mesh: str, damage: str) -> None
 @pytest.mark.parametrize("seed", range(40))
 def test_maps_of_broken_meshes_are_mended(seed: int) -> None:
     _, (vertices, faces) = broken_mesh(seed)
-    base = ff.unwrap(vertices, faces)
+    base = ff.unwrap(vertices, faces, seams="given")
     random = np.random.default_rng(seed)
     given = map_of(faces, base.uv32().astype(np.float64))
     list(DAMAGES.values())[seed % len(DAMAGES)](given, random)
@@ -127,7 +127,7 @@ def test_where_mended_charts_cannot_be_stored_all_are_made_anew() -> None:
 @pytest.mark.parametrize("mesh", MESHES)
 def test_a_sound_map_comes_back_bit_for_bit(mesh: str) -> None:
     vertices, faces = MESHES[mesh]
-    base = ff.unwrap(vertices, faces)
+    base = ff.unwrap(vertices, faces, seams="given")
     result = ff.repair(vertices, faces, base.uv32().astype(np.float64), disjoint=True)
     assert np.array_equal(result.uv32(), base.uv32())
     assert np.array_equal(result.uv, base.uv32())
@@ -215,7 +215,7 @@ def test_a_stretched_island_stays_and_is_counted_unless_it_is_to_be_improved() -
     assert np.array_equal(better.uv[~right], uv[~right])
     assert better.stats["charts_improved"] == 1 and better.stats["stretched_charts"] == 0
     assert sound(better)
-    anew = ff.unwrap(vertices, faces, cuts=kept.cut_edges)
+    anew = ff.unwrap(vertices, faces, cuts=kept.cut_edges, seams="given")
     own = ff.certify(vertices, faces[right], better.uv[right]).energy
     assert own < 1.1 * ff.certify(vertices, faces[right], anew.uv[right]).energy
     middles = better.uv[right].mean((0, 1)), uv[right].mean((0, 1))
@@ -281,7 +281,7 @@ def test_a_stacked_island_moves_only_on_demand() -> None:
 @pytest.mark.parametrize("overlaps", ["cut", "open", "keep"])
 def test_same_bits_for_any_number_of_threads(overlaps: str) -> None:
     vertices, faces = octahedron_sphere(4)
-    base = ff.unwrap(vertices, faces)
+    base = ff.unwrap(vertices, faces, seams="given")
     given = map_of(faces, base.uv32().astype(np.float64))
     for damage in ("throw_points", "drag_over", "zero_corners"):
         DAMAGES[damage](given, np.random.default_rng(4))

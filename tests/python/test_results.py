@@ -103,7 +103,7 @@ def test_a_vertex_without_faces_decides_nothing(name: str, far: float) -> None:
 def test_a_vertex_without_faces_that_is_not_finite_is_named() -> None:
     vertices, faces = bumpy_grid(2, 2)
     with pytest.raises(ff.InvalidInput, match="Vertex 9"):
-        ff.unwrap(np.vstack([vertices, [0.0, np.nan, 0.0]]), faces)
+        ff.unwrap(np.vstack([vertices, [0.0, np.nan, 0.0]]), faces, seams="given")
 
 
 def test_where_no_face_has_an_area_there_is_no_distortion_to_measure() -> None:
@@ -119,7 +119,7 @@ def test_where_no_face_has_an_area_there_is_no_distortion_to_measure() -> None:
 @pytest.mark.parametrize("ratio", [1e-12, 1e-100, 1e-200, 1e100])
 def test_components_of_very_different_size_are_each_in_their_own_unit(ratio: float) -> None:
     vertices, faces = bumpy_grid(5, 4)
-    alone = ff.unwrap(vertices, faces, max_seconds=20.0)
+    alone = ff.unwrap(vertices, faces, max_seconds=20.0, seams="given")
     ratio = 2.0 ** np.round(np.log2(ratio))
     both = np.vstack([vertices, vertices * ratio])
     twice = np.vstack([faces, faces + len(vertices)])
@@ -130,7 +130,7 @@ def test_components_of_very_different_size_are_each_in_their_own_unit(ratio: flo
         return lengths / lengths.sum()
 
     try:
-        result = ff.unwrap(both, twice)
+        result = ff.unwrap(both, twice, seams="given")
     except ff.NotConverged as error:
         # In one square of 32-bit floats the smaller one may have no room.
         assert error.code == "rounding to 32 bits flips triangles"
@@ -186,7 +186,7 @@ def test_long_strips_are_unwrapped(exponent: int) -> None:
     for columns in (1, 4, 10):
         vertices, faces = bumpy_grid(columns, 1, height=0.0)
         vertices = vertices * [10.0**exponent, 1.0, 1.0]
-        result = ff.unwrap(vertices, faces)
+        result = ff.unwrap(vertices, faces, seams="given")
         assert result.certificate.ok
 
 
@@ -249,5 +249,5 @@ def test_one_of_a_kind_is_said_in_the_singular(what: str, one: str) -> None:
 
 
 def test_a_map_of_one_face_is_shown_in_the_singular() -> None:
-    found = ff.unwrap(np.eye(3), np.array([[0, 1, 2]]))
+    found = ff.unwrap(np.eye(3), np.array([[0, 1, 2]]), seams="given")
     assert ", 1 face, 0 cut edges; certificate ok: 1 triangle, " in repr(found)

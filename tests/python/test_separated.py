@@ -154,7 +154,7 @@ def test_materials_decide_between_faces_at_equal_angles() -> None:
     vertices = [(0, 0, 0), (0, 0, 1), *[(x, y, 0) for x, y in corner]]
     faces = [(0, 1, 2), (0, 1, 3), (0, 1, 4)]
     for materials in ([0, 0, 1], [0, 1, 0], [1, 0, 0]):
-        result = ff.unwrap(vertices, faces, materials=materials)
+        result = ff.unwrap(vertices, faces, materials=materials, seams="given")
         pairs = [
             (a, b)
             for a in range(3)
@@ -207,7 +207,9 @@ def test_polygons_stay_in_one_piece(seed) -> None:
     ends = np.sort(np.concatenate([faces[:, e] for e in ((0, 1), (1, 2), (2, 0))]), axis=1)
     rows = np.column_stack([np.tile(polygon, 3), ends])
     distinct, times = np.unique(rows, axis=0, return_counts=True)
-    result = ff.unwrap(vertices, faces, uncuttable=distinct[times > 1][:, 1:], polygons=polygon)
+    result = ff.unwrap(
+        vertices, faces, uncuttable=distinct[times > 1][:, 1:], polygons=polygon, seams="given"
+    )
     assert result.certificate.ok
     places: dict[tuple[int, int], bytes] = {}
     for f, k in enumerate(polygon.tolist()):
@@ -220,7 +222,7 @@ def test_polygons_need_one_number_per_face() -> None:
     with pytest.raises(ff.InvalidInput, match="polygons"):
         ff.separate(np.eye(3), [(0, 1, 2)], polygons=[1, 2])
     with pytest.raises(ff.InvalidInput, match="polygons"):
-        ff.unwrap(np.eye(3), [(0, 1, 2)], polygons=[1, 2])
+        ff.unwrap(np.eye(3), [(0, 1, 2)], polygons=[1, 2], seams="given")
 
 
 def test_faces_that_were_turned_over_by_mistake_still_go_with_their_neighbours() -> None:

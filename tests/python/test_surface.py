@@ -101,6 +101,6 @@ def test_one_idea_has_one_name() -> None:
 
 def test_jobs_are_jobs() -> None:
     vertices, faces = [[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]
-    job = ff.jobs.unwrap(vertices, faces)
+    job = ff.jobs.unwrap(vertices, faces, seams="given")
     assert isinstance(job, Job)
     assert job.result().certificate.ok

@@ -86,8 +86,8 @@ def sheet_cones(mesh: Mesh) -> dict[int, int]:
 
 
 CALLS: dict[str, Callable[[Size, int], bytes]] = {
-    "unwrap": lambda s, t: map_bits(ff.unwrap(*s.grid, threads=t)),
-    "unwrap, closed": lambda s, t: map_bits(ff.unwrap(*s.ball, threads=t)),
+    "unwrap": lambda s, t: map_bits(ff.unwrap(*s.grid, threads=t, seams="given")),
+    "unwrap, closed": lambda s, t: map_bits(ff.unwrap(*s.ball, threads=t, seams="given")),
     "unwrap, automatic seams": lambda s, t: map_bits(ff.unwrap(*s.ball, seams="auto", threads=t)),
     "auto_seams": lambda s, t: bits(ff.auto_seams(*s.ball, threads=t)),
     "improve": lambda s, t: map_bits(ff.improve((*s.grid, flat(s.grid)), threads=t)),
@@ -148,10 +148,12 @@ def test_the_bits_are_the_same_for_every_number_of_threads(name: str, size: str)
 
 def test_more_threads_than_the_blas_has_room_for_are_no_more_than_that() -> None:
     mesh = cylinder(60, 40)
-    one = ff.unwrap(*mesh, threads=1)
-    assert np.array_equal(ff.unwrap(*mesh, threads=1024).uv, one.uv)
+    one = ff.unwrap(*mesh, threads=1, seams="given")
+    assert np.array_equal(ff.unwrap(*mesh, threads=1024, seams="given").uv, one.uv)
 
 
 def test_no_number_is_one_thread_for_each_core() -> None:
     mesh = bumpy_grid(6, 6)
-    assert np.array_equal(ff.unwrap(*mesh).uv, ff.unwrap(*mesh, threads=0).uv)
+    assert np.array_equal(
+        ff.unwrap(*mesh, seams="given").uv, ff.unwrap(*mesh, threads=0, seams="given").uv
+    )

@@ -35,7 +35,7 @@ def exact_flips(uv: np.ndarray) -> int:
 @pytest.mark.parametrize("name", SURFACES)
 def test_every_topology_is_unwrapped_flip_free_and_without_overlaps(name: str) -> None:
     vertices, faces = SURFACES[name]()
-    result = ff.unwrap(vertices, faces)
+    result = ff.unwrap(vertices, faces, seams="given")
     assert result.certificate.ok
     assert (
         result.certificate.flips64 == result.certificate.flips32 == result.certificate.overlaps == 0
@@ -51,14 +51,18 @@ def test_a_developable_surface_is_unwrapped_isometrically() -> None:
     x, y = np.meshgrid(np.linspace(0, 1, 31), np.linspace(0, 1, 21))
     _, faces = bumpy_grid(30, 20)
     rolled = np.stack([np.cos(2 * x), np.sin(2 * x), y], -1).reshape(-1, 3)
-    assert ff.unwrap(rolled, faces).certificate.energy == pytest.approx(1.0, abs=1e-5)
+    assert ff.unwrap(rolled, faces, seams="given").certificate.energy == pytest.approx(
+        1.0, abs=1e-5
+    )
 
 
 @pytest.mark.parametrize("size", [1e-9, 1e-30, 1e-300])
 def test_a_speck_beside_a_large_part_is_enlarged_until_32_bits_hold_it(size: float) -> None:
     vertices, faces = bumpy_grid(6, 6)
     result = ff.unwrap(
-        np.vstack([vertices, size * vertices]), np.vstack([faces, faces + len(vertices)])
+        np.vstack([vertices, size * vertices]),
+        np.vstack([faces, faces + len(vertices)]),
+        seams="given",
     )
     assert result.certificate.ok and result.stats["enlarged_islands"] == 1
     assert exact_flips(result.uv32()) == 0
@@ -70,7 +74,7 @@ def test_seams_become_charts_and_only_they_are_cut() -> None:
     vertices, faces = bumpy_grid(10, 8)
     column = np.arange(9) * 11 + 5
     seam = np.stack([column[:-1], column[1:]], -1)
-    result = ff.unwrap(vertices, faces, cuts=seam)
+    result = ff.unwrap(vertices, faces, cuts=seam, seams="given")
     assert result.stats["charts"] == 2
     assert result.stats["added_cuts"] == 0
     assert {tuple(e) for e in result.cut_edges.tolist()} == {
@@ -80,20 +84,20 @@ def test_seams_become_charts_and_only_they_are_cut() -> None:
 
 def test_closed_and_handled_pieces_report_their_added_cuts() -> None:
     for make, charts in ((octahedron_sphere, 1), (torus, 1)):
-        result = ff.unwrap(*make())
+        result = ff.unwrap(*make(), seams="given")
         assert result.stats["opened_charts"] == charts
         assert result.stats["added_cuts"] == len(result.cut_edges) > 0
 
 
 def test_the_annulus_keeps_its_hole() -> None:
-    result = ff.unwrap(*cylinder())
+    result = ff.unwrap(*cylinder(), seams="given")
     assert result.stats["added_cuts"] == 0
 
 
 def test_components_are_unwrapped_side_by_side() -> None:
     v1, f1 = bumpy_grid(6, 6)
     v2, f2 = octahedron_sphere(2)
-    result = ff.unwrap(np.vstack([v1, v2 + 5]), np.vstack([f1, f2 + len(v1)]))
+    result = ff.unwrap(np.vstack([v1, v2 + 5]), np.vstack([f1, f2 + len(v1)]), seams="given")
     assert result.stats["charts"] == 2
     stored = result.uv32().astype(np.float64)
     assert narrowest([stored[: len(f1)], stored[len(f1) :]], 0.01).distance >= 0.005
@@ -103,23 +107,26 @@ def test_components_are_unwrapped_side_by_side() -> None:
 @pytest.mark.parametrize("name", SURFACES)
 def test_scale_and_place_of_the_input_change_nothing_but_rounding(name: str, scale: float) -> None:
     vertices, faces = SURFACES[name]()
-    reference = ff.unwrap(vertices, faces).certificate.energy
-    moved = ff.unwrap(vertices * scale + 3.0 * scale, faces)
+    reference = ff.unwrap(vertices, faces, seams="given").certificate.energy
+    moved = ff.unwrap(vertices * scale + 3.0 * scale, faces, seams="given")
     assert moved.certificate.ok
     assert moved.certificate.energy == pytest.approx(reference, rel=1e-3)
 
 
 def test_a_power_of_two_changes_no_bit() -> None:
     vertices, faces = bumpy_grid()
-    assert np.array_equal(ff.unwrap(vertices, faces).uv, ff.unwrap(vertices * 2.0**20, faces).uv)
+    assert np.array_equal(
+        ff.unwrap(vertices, faces, seams="given").uv,
+        ff.unwrap(vertices * 2.0**20, faces, seams="given").uv,
+    )
 
 
 def test_rotation_of_the_input_changes_nothing_but_rounding() -> None:
     vertices, faces = bumpy_grid()
     rotation, _ = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))
     rotation *= np.sign(np.linalg.det(rotation))
-    a = ff.unwrap(vertices, faces).certificate.energy
-    b = ff.unwrap(vertices @ rotation.T, faces).certificate.energy
+    a = ff.unwrap(vertices, faces, seams="given").certificate.energy
+    b = ff.unwrap(vertices @ rotation.T, faces, seams="given").certificate.energy
     assert a == pytest.approx(b, rel=1e-3)
 
 
@@ -127,15 +134,15 @@ def test_rotation_of_the_input_changes_nothing_but_rounding() -> None:
 @pytest.mark.parametrize("name", SURFACES)
 def test_order_of_vertices_and_faces_does_not_decide_success(name: str, seed: int) -> None:
     mesh = SURFACES[name]()
-    assert ff.unwrap(*shuffled(mesh, seed)).certificate.ok
+    assert ff.unwrap(*shuffled(mesh, seed), seams="given").certificate.ok
 
 
 @pytest.mark.parametrize("name", SURFACES)
 def test_every_number_of_threads_gives_the_same_bits(name: str) -> None:
     vertices, faces = SURFACES[name]()
-    one = ff.unwrap(vertices, faces, threads=1)
+    one = ff.unwrap(vertices, faces, threads=1, seams="given")
     for threads in (2, 3, 16, None, 0):
-        other = ff.unwrap(vertices, faces, threads=threads)
+        other = ff.unwrap(vertices, faces, threads=threads, seams="given")
         assert np.array_equal(one.uv, other.uv)
         assert np.array_equal(one.uv32(), other.uv32())
 
@@ -146,16 +153,18 @@ def test_many_charts_give_the_same_bits_on_every_number_of_threads() -> None:
         np.stack([np.arange(24) + 25 * r, np.arange(1, 25) + 25 * r], -1) for r in range(4, 24, 4)
     ]
     cuts = np.vstack(rows)
-    one = ff.unwrap(vertices, faces, cuts=cuts, threads=1)
+    one = ff.unwrap(vertices, faces, cuts=cuts, threads=1, seams="given")
     assert one.stats["charts"] == 6
     for threads in range(2, 17):
-        assert np.array_equal(one.uv, ff.unwrap(vertices, faces, cuts=cuts, threads=threads).uv)
+        assert np.array_equal(
+            one.uv, ff.unwrap(vertices, faces, cuts=cuts, threads=threads, seams="given").uv
+        )
 
 
 def test_islands_keep_their_place_when_asked_to() -> None:
     vertices, faces = bumpy_grid(8, 8)
     before = vertices[faces][:, :, :2] * 0.25 + [0.6, 0.1]
-    result = ff.unwrap(vertices, faces, place_like=before)
+    result = ff.unwrap(vertices, faces, place_like=before, seams="given")
     assert np.abs(result.uv.mean((0, 1)) - before.mean((0, 1))).max() < 0.02
     assert np.abs(np.ptp(result.uv.reshape(-1, 2), axis=0) - 0.25).max() < 0.08
 
@@ -167,7 +176,7 @@ def test_progress_is_monotone_and_ends_at_one() -> None:
         seen.append((stage, fraction))
         return True
 
-    ff.unwrap(*bumpy_grid(120, 120), progress=progress)
+    ff.unwrap(*bumpy_grid(120, 120), progress=progress, seams="given")
     fractions = [fraction for _, fraction in seen]
     assert fractions == sorted(fractions)
     assert fractions[-1] == 1.0
@@ -177,8 +186,8 @@ def test_progress_is_monotone_and_ends_at_one() -> None:
 def test_returning_false_cancels_and_the_next_call_works() -> None:
     mesh = bumpy_grid(200, 200)
     with pytest.raises(ff.Cancelled):
-        ff.unwrap(*mesh, progress=lambda stage, fraction: False)
-    assert ff.unwrap(*bumpy_grid()).certificate.ok
+        ff.unwrap(*mesh, progress=lambda stage, fraction: False, seams="given")
+    assert ff.unwrap(*bumpy_grid(), seams="given").certificate.ok
 
 
 def test_an_exception_of_the_progress_function_comes_through() -> None:
@@ -186,7 +195,7 @@ def test_an_exception_of_the_progress_function_comes_through() -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        ff.unwrap(*bumpy_grid(150, 150), progress=progress)
+        ff.unwrap(*bumpy_grid(150, 150), progress=progress, seams="given")
 
 
 def test_the_gil_is_released_while_solving() -> None:
@@ -201,14 +210,14 @@ def test_the_gil_is_released_while_solving() -> None:
 
     thread = threading.Thread(target=count)
     thread.start()
-    ff.unwrap(*bumpy_grid(120, 120))
+    ff.unwrap(*bumpy_grid(120, 120), seams="given")
     stop.set()
     thread.join()
     assert ticks > 3
 
 
 def test_a_job_can_be_polled_and_collected_once() -> None:
-    job = ff.jobs.unwrap(*bumpy_grid(60, 60))
+    job = ff.jobs.unwrap(*bumpy_grid(60, 60), seams="given")
     while not job.wait(0.01):
         stage, fraction = job.progress()
         assert isinstance(stage, str) and 0.0 <= fraction <= 1.0
@@ -218,23 +227,27 @@ def test_a_job_can_be_polled_and_collected_once() -> None:
 
 
 def test_a_job_that_is_dropped_while_running_is_cancelled_quietly() -> None:
-    job = ff.jobs.unwrap(*bumpy_grid(300, 300))
+    job = ff.jobs.unwrap(*bumpy_grid(300, 300), seams="given")
     job.wait(0.05)
     del job
 
 
 def test_one_triangle_and_two_triangles_are_charts_too() -> None:
     assert ff.unwrap(
-        [[0, 0, 0], [3, 0, 0], [0, 1, 2]], [[0, 1, 2]]
+        [[0, 0, 0], [3, 0, 0], [0, 1, 2]],
+        [[0, 1, 2]],
+        seams="given",
     ).certificate.energy == pytest.approx(1)
     square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
-    assert ff.unwrap(square, [[0, 1, 2], [0, 2, 3]]).certificate.energy == pytest.approx(1)
+    assert ff.unwrap(
+        square, [[0, 1, 2], [0, 2, 3]], seams="given"
+    ).certificate.energy == pytest.approx(1)
 
 
 def test_every_face_a_chart_of_its_own() -> None:
     vertices, faces = octahedron_sphere(2)
     edges = {tuple(sorted((int(f[k]), int(f[(k + 1) % 3])))) for f in faces for k in range(3)}
-    result = ff.unwrap(vertices, faces, cuts=sorted(edges))
+    result = ff.unwrap(vertices, faces, cuts=sorted(edges), seams="given")
     assert result.stats["charts"] == len(faces)
     assert result.certificate.energy == pytest.approx(1.0, abs=1e-6)
 
@@ -247,8 +260,8 @@ def spiky_sphere() -> tuple[np.ndarray, np.ndarray]:
 
 def test_closed_islands_are_cut_along_their_horns_unless_told_not_to() -> None:
     vertices, faces = spiky_sphere()
-    short = ff.unwrap(vertices, faces, cut_extremities=False)
-    slit = ff.unwrap(vertices, faces)
+    short = ff.unwrap(vertices, faces, cut_extremities=False, seams="given")
+    slit = ff.unwrap(vertices, faces, seams="given")
     assert slit.stats["charts"] == short.stats["charts"] == 1
     assert slit.stats["added_cuts"] > short.stats["added_cuts"]
     assert slit.certificate.energy < 1.2 < 1.5 < short.certificate.energy
@@ -256,7 +269,7 @@ def test_closed_islands_are_cut_along_their_horns_unless_told_not_to() -> None:
 
 def test_islands_with_pins_are_not_slit_further() -> None:
     vertices, faces = spiky_sphere()
-    short = ff.unwrap(vertices, faces, cut_extremities=False)
+    short = ff.unwrap(vertices, faces, cut_extremities=False, seams="given")
     pinned = ff.unwrap(vertices, faces, pins={100: (0.25, 0.5)})
     assert np.array_equal(pinned.cut_edges, short.cut_edges)
 
@@ -264,6 +277,8 @@ def test_islands_with_pins_are_not_slit_further() -> None:
 def test_out_of_time_before_all_charts_are_flat_is_an_error() -> None:
     vertices, faces = bumpy_grid(60, 60)
     with pytest.raises(ff.NotConverged, match=r"max_seconds = 1e-06.*Allow more time") as error:
-        ff.unwrap(vertices, faces, max_seconds=1e-6)
+        ff.unwrap(vertices, faces, max_seconds=1e-6, seams="given")
     assert error.value.code == "time limit reached"
-    assert ff.unwrap(vertices, faces, max_seconds=1000).stats["time_limit_reached"] == 0
+    assert (
+        ff.unwrap(vertices, faces, max_seconds=1000, seams="given").stats["time_limit_reached"] == 0
+    )

@@ -72,22 +72,22 @@ def test_a_rough_disk_with_slits_and_holes_covers_no_point_twice(seed: int) -> N
     used, faces = np.unique(faces, return_inverse=True)
     vertices, faces = vertices[used], faces.reshape(-1, 3).astype(np.int32)
     cuts = random_slits(vertices, faces, 6, 8, random)
-    result = ff.unwrap(vertices, faces, cuts=cuts)
+    result = ff.unwrap(vertices, faces, cuts=cuts, seams="given")
     assert_covers_nothing_twice(result)
-    free = ff.unwrap(vertices, faces, cuts=cuts, bijective=False)
+    free = ff.unwrap(vertices, faces, cuts=cuts, bijective=False, seams="given")
     assert result.certificate.energy <= 1.2 * free.certificate.energy + 0.05
 
 
 @pytest.mark.parametrize("seed", [1101, 1154, 1288])
 def test_a_rough_ring_covers_no_point_twice(seed: int) -> None:
-    assert_covers_nothing_twice(ff.unwrap(*rough_ring(np.random.default_rng(seed))))
+    assert_covers_nothing_twice(ff.unwrap(*rough_ring(np.random.default_rng(seed)), seams="given"))
 
 
 def test_a_strip_that_winds_more_than_once_is_cut_instead_of_crushed() -> None:
     vertices, faces = funnel(1.6)
-    free = ff.unwrap(vertices, faces, bijective=False)
+    free = ff.unwrap(vertices, faces, bijective=False, seams="given")
     assert free.certificate.overlaps > 0
-    result = ff.unwrap(vertices, faces)
+    result = ff.unwrap(vertices, faces, seams="given")
     assert_covers_nothing_twice(result)
     assert result.stats["charts"] > 1
     assert result.stats["overlap_cuts"] == result.stats["added_cuts"] == len(result.cut_edges) > 0
@@ -98,7 +98,7 @@ def test_a_strip_that_winds_more_than_once_is_cut_instead_of_crushed() -> None:
 
 def test_cuts_are_added_only_where_they_may_be() -> None:
     vertices, faces = funnel(1.6)
-    result = ff.unwrap(vertices, faces, may_add_cuts=False)
+    result = ff.unwrap(vertices, faces, may_add_cuts=False, seams="given")
     assert_covers_nothing_twice(result)
     assert result.stats["charts"] == 1
     assert len(result.cut_edges) == 0
@@ -106,15 +106,15 @@ def test_cuts_are_added_only_where_they_may_be() -> None:
 
 def test_a_strip_that_winds_less_than_once_is_not_cut() -> None:
     vertices, faces = funnel(0.95)
-    result = ff.unwrap(vertices, faces)
+    result = ff.unwrap(vertices, faces, seams="given")
     assert result.stats["charts"] == 1
     assert result.certificate.energy == pytest.approx(1.0, abs=2e-3)
 
 
 def test_a_little_overlap_is_held_apart_without_a_cut() -> None:
     vertices, faces = funnel(1.04)
-    assert ff.unwrap(vertices, faces, bijective=False).certificate.overlaps > 0
-    result = ff.unwrap(vertices, faces)
+    assert ff.unwrap(vertices, faces, bijective=False, seams="given").certificate.overlaps > 0
+    result = ff.unwrap(vertices, faces, seams="given")
     assert_covers_nothing_twice(result)
     assert result.stats["charts"] == 1
     assert result.certificate.energy < 1.05
@@ -127,7 +127,7 @@ def test_diagonals_of_polygons_are_not_cut() -> None:
          if abs(a - c) == 242], np.int32
     )  # fmt: skip
     assert len(diagonals)
-    result = ff.unwrap(vertices, faces, uncuttable=diagonals)
+    result = ff.unwrap(vertices, faces, uncuttable=diagonals, seams="given")
     assert_covers_nothing_twice(result)
     cut = {tuple(sorted(e)) for e in result.cut_edges.tolist()}
     assert cut and not cut & {tuple(d) for d in diagonals.tolist()}
@@ -147,10 +147,10 @@ def test_charts_of_a_few_slivers_are_not_refused(seed: int) -> None:
     x = np.sort(rng.random(count + 3))
     points = np.stack([x, np.arange(count + 3) % 2 * 10.0 ** -rng.integers(1, 9), 0 * x], -1)
     faces = [(i, i + 1, i + 2) if i % 2 else (i, i + 2, i + 1) for i in range(count + 1)]
-    assert_covers_nothing_twice(ff.unwrap(points, np.array(faces, np.int32)))
+    assert_covers_nothing_twice(ff.unwrap(points, np.array(faces, np.int32), seams="given"))
 
 
 def test_threads_do_not_change_a_bit_of_a_map_that_was_cut() -> None:
     vertices, faces = funnel(2.3)
-    maps = [ff.unwrap(vertices, faces, threads=threads) for threads in (1, 2, 3)]
+    maps = [ff.unwrap(vertices, faces, threads=threads, seams="given") for threads in (1, 2, 3)]
     assert all(np.array_equal(maps[0].uv, other.uv) for other in maps[1:])

@@ -71,7 +71,7 @@ def hint(tasks: list[ImproveTask]) -> str:
     """Islands stay at their places but change their outlines, and may come to lie on each other."""
     if tasks[0].packs or not any(t.certificate.island_overlaps > 0 for t in tasks):
         return ""
-    return "*Pack Islands* keeps islands apart"
+    return "'Pack Islands' keeps islands apart"
 
 
 class UV_OT_flipfree_improve(

@@ -7,7 +7,7 @@ import numpy as np
 from ... import solver
 from ...meshes import mesh_io
 from .. import common, options
-from ..unwrap import MapTask
+from ..unwrap import MapTask, left_tiles_text
 
 OVERLAPS = (
     (
@@ -119,6 +119,8 @@ def summary(tasks: list[RepairTask]) -> str:
     if stretched:
         why = " by their pins" if tasks[0].stretched == "improve" else ""
         text += f", {common.plural(stretched, 'island')} stretched{why}"
+    left = sum(int(t.result.stats.get("left_tiles", 0)) for t in tasks)
+    text += left_tiles_text(left) if left else ""
     text += common.texture_text(tasks[0].aspect)
     if not became and all(t.stays() for t in tasks):
         return f"nothing to repair: {text}"
@@ -130,7 +132,7 @@ def summary(tasks: list[RepairTask]) -> str:
 def hint(tasks: list[RepairTask]) -> str:
     if tasks[0].stretched == "improve" or not total(tasks, "stretched_charts"):
         return ""
-    return "*Stretched Islands: Improve* lowers their distortion"
+    return "'Stretched Islands: Improve' lowers their distortion"
 
 
 class UV_OT_flipfree_repair(

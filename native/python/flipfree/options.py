@@ -107,6 +107,13 @@ def as_seconds(value: Any, name: str) -> float:
     return number
 
 
+def as_effort(value: Any) -> float:
+    effort = as_number(value, "effort")
+    if not 0.0 <= effort <= 1000.0:
+        raise InvalidInput(f"effort must lie in [0, 1000], not {shown(value)}.", code="bad option")
+    return effort
+
+
 def as_aspect(value: Any) -> float:
     """``value`` as the width of a texture over its height."""
     aspect = as_number(value, "aspect")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .texts import counted, mended
+from .texts import above_bound, counted, mended
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
@@ -73,8 +73,10 @@ class Certificate:
         energy: symmetric Dirichlet, area-weighted mean at the best global scale, 1 = isometric; max_energy: of the
             worst triangle; energy_p99: 99th percentile by area. Of the 64-bit map or of the stored one, whichever is worse.
             -1: not measured (``conformal`` with ``lengths``).
-        poor: valid, but hardly of use: energy above 5 or energy_p99 above 25.
-        poor_islands: (k,) a face of each chart whose own mean energy is above 5, worst first, at most 100.
+        poor: valid, but above the stretch bound: energy above 1.03, about what ``maps.distortion.STRETCH_BOUND`` 1.25 has.
+        stretched: share of the surface's area whose own stretch is above the bound, 0 to 1. -1: not measured.
+        area: of the surface, in the unit of its vertices; -1 where ``stretched`` was not measured.
+        poor_islands: (k,) a face of each chart whose own mean energy is above the bound, worst first, at most 100.
         mends: what the mesh had to be separated for, empty for a clean surface. Faces that use a vertex twice have no
             triangle and are not judged; all others are.
         failures: what failed, in words. failed_faces: (k,) faces named there, at most 1000.
@@ -104,6 +106,8 @@ class Certificate:
     max_energy: float
     energy_p99: float
     poor: bool
+    stretched: float
+    area: float
     poor_islands: IntArray
     mends: tuple[Mend, ...]
     failures: list[str]
@@ -124,6 +128,8 @@ class Certificate:
             f"flips {self.flips64} (64-bit) {self.flips32} (32-bit), overlaps {overlaps}, "
             f"energy {self.energy:.6g} (worst triangle {self.max_energy:.4g}){seams}"
         ]
+        if self.poor:
+            lines.append(f"  above the stretch bound: {above_bound(self.stretched)}")
         if self.mends:
             lines.append("  separated: " + ", ".join(str(mend) for mend in self.mends))
         return "\n".join(lines + [f"  {failure}" for failure in self.failures])

@@ -167,6 +167,8 @@ class ShapedJob(Job[Parametrization]):
                 energy=seen.energy,
                 max_energy=seen.max_energy,
                 energy_p99=seen.energy_p99,
+                stretched=seen.stretched,
+                area=seen.area,
                 poor=seen.poor,
                 poor_islands=seen.poor_islands,
             ),

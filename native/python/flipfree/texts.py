@@ -20,3 +20,9 @@ def mended(count: int, what: str) -> str:
         first = re.sub(r"\w+$", lambda found: _ONE[found[0]], what[:end])
         what = first + re.sub(r"\b(use|their)\b", lambda found: _ONE[found[0]], what[end:])
     return f"{count} {what}"
+
+
+def above_bound(share: float) -> str:
+    """Of a map, how much of the surface is stretched beyond the bound (maps/distortion.py)."""
+    percent = "less than 1" if share < 0.01 else f"{int(100.0 * share)}"
+    return f"{percent} % of the surface is stretched beyond 1.25"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -152,6 +153,7 @@ def certify(
             as_indices(parent[3], "vertex_parent"),
             as_floats(parent[4], "vertex_barycentric", 3),
         )
+    texture = as_aspect(aspect)
     native = _native.certify(
         positions.scaled,
         face_array,
@@ -167,8 +169,18 @@ def certify(
         require_bijective=as_flag(bijective, "bijective"),
         require_disjoint=as_flag(disjoint, "disjoint"),
         require_seamless=must_be_seamless,
-        aspect=as_aspect(aspect),
+        aspect=texture,
         max_seconds=as_seconds(max_seconds, "max_seconds"),
         threads=as_threads(threads),
     )
-    return Job(native, certificate_from)
+    with np.errstate(over="ignore"):
+        stored = corner_uv.astype(np.float32)
+    convert = partial(
+        certificate_from,
+        vertices=positions.scaled,
+        faces=face_array,
+        uv32=stored,
+        exponent=positions.exponent,
+        aspect=texture,
+    )
+    return Job(native, convert)

@@ -10,6 +10,7 @@ from ..arrays import as_corner_uv, as_indices, as_vertices, refuse_beyond_storag
 from ..conversions import parametrization_from
 from ..errors import InvalidInput
 from ..job import Job, Progress, solver_call
+from ..maps.tiles import improved, repaired
 from ..options import (
     as_aspect,
     as_choice,
@@ -42,7 +43,8 @@ def improve(
     """Lowers the distortion of a map; every step keeps every triangle open.
 
     The map is cut where the UVs on the two sides of an edge differ. Charts get one common scale and keep their
-    centres and directions; they are not packed again. Without pins the energy is never higher than before.
+    centres and directions, and their UDIM tiles: they are moved back into these, and all made smaller if one would not fit.
+    They are not packed again. Without pins the energy is never higher than before.
 
     Args:
         map_or_arrays: a Parametrization, or (vertices, faces, uv) with any triangles and uv (m, 3, 2), one per face corner.
@@ -93,7 +95,16 @@ def improve(
         as_flag(repair, "repair"),
         as_threads(threads),
     )
-    return Job(native, partial(parametrization_from, positions=positions))
+    job = Job(native, partial(parametrization_from, positions=positions, aspect=options.aspect))
+    return improved(
+        job,
+        before=corner_uv.reshape(-1, 3, 2),
+        pinned=pin_corners,
+        pins=pins,
+        bijective=options.keep_bijective,
+        aspect=options.aspect,
+        threads=threads,
+    )
 
 
 @solver_call
@@ -121,6 +132,7 @@ def repair(
     The map is cut where the UVs on the two sides of an edge differ. A chart without damage stays bit for bit. One whose
     faces are mostly flipped is mirrored; else few vertices of what is bad are placed anew between those around, or
     more and more of them; a chart of which not enough is left is unwrapped, and put where it was at the scale that it had.
+    Islands stay in their UDIM tiles where there is room; ``stats["left_tiles"]`` counts others.
     ``stats`` tells what the map had ("flips_before", "winding_failures_before", "overlaps_before",
     "island_overlaps_before", "corners_without_place"), how many corners were torn off and are joined to others again
     ("corners_rejoined"), and what became of its charts ("charts_mirrored",
@@ -168,4 +180,13 @@ def repair(
         max_seconds=as_seconds(max_seconds, "max_seconds"),
     )
     native = _native.repair(positions.scaled, face_array, corner_uv, options, as_threads(threads))
-    return Job(native, partial(parametrization_from, positions=positions))
+    job = Job(native, partial(parametrization_from, positions=positions, aspect=options.aspect))
+    if options.aspect != 1.0:  # packing is of squares
+        return job
+    return repaired(
+        job,
+        before=corner_uv.reshape(-1, 3, 2),
+        pinned=pin_corners,
+        margin=options.margin,
+        threads=threads,
+    )

@@ -17,6 +17,7 @@ from ..options import (
     as_aspect,
     as_choice,
     as_count,
+    as_effort,
     as_flag,
     as_margin,
     as_number,
@@ -134,7 +135,7 @@ def pack(
         stack=as_flag(stack_similar, "stack_similar"),
         first_tile=first if square else 0,
         tiles=many,
-        effort=_as_effort(effort),
+        effort=as_effort(effort),
         together=as_flag(together, "together"),
         scale_true=as_flag(scale_true, "scale_true"),
         keep_bijective=as_flag(keep_bijective, "keep_bijective"),
@@ -187,13 +188,6 @@ def _as_pixels(value: Any, size: int) -> float:
             code="bad option",
         )
     return pixels
-
-
-def _as_effort(value: Any) -> float:
-    effort = as_number(value, "effort")
-    if not 0.0 <= effort <= 1000.0:
-        raise InvalidInput(f"effort must lie in [0, 1000], not {shown(value)}.", code="bad option")
-    return effort
 
 
 def _packed_from(data: dict[str, Any], positions: Positions) -> Parametrization:

@@ -20,9 +20,11 @@ from ..arrays import (
 from ..conversions import parametrization_from
 from ..errors import InvalidInput
 from ..job import Job, Progress, solver_call
+from ..maps.distortion import STRETCH_BOUND
 from ..options import (
     as_choice,
     as_count,
+    as_effort,
     as_flag,
     as_margin,
     as_number,
@@ -37,6 +39,9 @@ from ..results import IntArray, Parametrization
 from ..texts import counted
 from .certification import Pins, pins_to_corners
 
+#: Where islands end unless a caller says otherwise.
+SEAMS = "auto"
+
 
 @solver_call
 def unwrap(
@@ -44,8 +49,8 @@ def unwrap(
     faces: Any,
     *,
     cuts: Any = None,
-    seams: str = "given",
-    stretch: float = 1.25,
+    seams: str = SEAMS,
+    stretch: float = STRETCH_BOUND,
     uncuttable: Any = None,
     materials: Any = None,
     polygons: Any = None,
@@ -56,6 +61,7 @@ def unwrap(
     iterations: int = 200,
     tolerance: float = 1e-4,
     margin: float = 0.005,
+    effort: float = 0.2,
     place_like: Any = None,
     max_seconds: float | None = None,
     threads: int | None = None,
@@ -66,15 +72,16 @@ def unwrap(
     All charts have one scale (the same area per area of their surface) and are packed into the unit square. Charts with
     pins stay; the others keep clear of them and take their scale if there is room.
 
-    Closed islands and islands with handles are cut along a short cut graph (``cut_edges`` has it,
-    ``stats["added_cuts"]`` counts it); islands with holes keep them.
+    Islands end at ``cuts``, and by default at the seams that are found where one is closed, has handles, or would end above the
+    stretch bound; all others stay whole, with their holes (``cut_edges`` has the cuts, ``stats["added_cuts"]`` counts those
+    that opened something).
 
     Args:
         vertices: (n, 3) float64. faces: (m, 3), any triangles. What keeps them from being an oriented
             surface is separated first and listed in ``certificate.mends``.
         cuts: (s, 2) vertex pairs: seam edges.
-        seams: "given": the cuts and no more than topology needs beyond them; "auto": and whatever it takes to stay within
-            ``stretch``, as ``auto_seams`` finds it. Not with pins.
+        seams: "auto": the cuts, and whatever it takes to stay within ``stretch``, as ``auto_seams`` finds it; "given": the cuts
+            and no more than a short cut graph of what is closed or has handles. So it is with pins, whatever is asked for.
         stretch: with automatic seams, the factor by which lengths may change, about; see ``auto_seams``.
         uncuttable: (d, 2) vertex pairs that automatic cuts avoid, such as diagonals of polygons. Where they leave no way to
             open a closed part or a handle, that is refused; with automatic seams a sphere is opened along some of them.
@@ -91,6 +98,7 @@ def unwrap(
             whatever else a flat map would have to shrink many times. Off: one short cut. Not done if there are pins.
         iterations: most optimiser iterations per chart. tolerance: share of the energy that a step must promise.
         margin: space between charts, in units of the unit square.
+        effort: of the search for a dense layout, see ``pack``; 0 where another layout follows.
         place_like: (m, 3, 2) former UVs, whose places are kept if that leaves a usable layout: every island without pins
             was a flip-free island there and, turned and moved to fit at one common scale, lies in the unit square on
             top of no other. Then ``stats["kept_places"]`` is 1; otherwise all islands without pins are packed.
@@ -115,7 +123,7 @@ def unwrap(
         material=as_face_numbers(materials, "materials", len(face_array)),
         polygon=as_face_numbers(polygons, "polygons", len(face_array)),
         pins=(pin_corners, pin_uv),
-        find_seams=as_choice(seams, "seams", ("given", "auto")) == "auto",
+        find_seams=as_choice(seams, "seams", ("given", "auto")) == "auto" and not len(pin_corners),
         stretch=as_stretch(stretch),
         bijective=as_flag(bijective, "bijective"),
         may_add_cuts=as_flag(may_add_cuts, "may_add_cuts"),
@@ -123,6 +131,7 @@ def unwrap(
         iterations=as_count(iterations, "iterations"),
         tolerance=as_positive(tolerance, "tolerance"),
         margin=as_margin(margin),
+        effort=as_effort(effort),
         max_seconds=as_seconds(max_seconds, "max_seconds"),
     )
     native = _native.unwrap(positions.scaled, face_array, options, reference, as_threads(threads))
@@ -135,7 +144,7 @@ def auto_seams(
     faces: Any,
     *,
     cuts: Any = None,
-    stretch: float = 1.25,
+    stretch: float = STRETCH_BOUND,
     sharp_angle: float | None = None,
     weights: Any = None,
     uncuttable: Any = None,

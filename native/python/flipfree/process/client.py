@@ -81,10 +81,11 @@ class SolverProcess:
             store.write(self._folder / f"call-{self._calls}", (name, arguments, options))
         except OSError as error:
             self.close()
+            why = f"{self._command[0]}: {error.strerror or error}"  # the system names no command
             if self._or_here:
-                self.solved_here = str(error)
+                self.solved_here = why
                 return self.here(name, arguments, options)
-            raise not_started(str(error)) from error
+            raise not_started(why) from error
         self.send({"call": self._calls})
         self._job = ProcessJob(self, self._calls, (name, arguments, options))
         return self._job

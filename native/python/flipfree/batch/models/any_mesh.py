@@ -10,7 +10,7 @@ from ...calls.improving import improve as improve_map
 from ...calls.improving import repair as repair_map
 from ...calls.packing import pack as pack_map
 from ...calls.unwrapping import unwrap as unwrap_mesh
-from .. import numbers
+from .. import numbers, seams
 from . import texture
 from .model import Model, Solved
 
@@ -21,15 +21,10 @@ def flags(parser: argparse.ArgumentParser, **texts: str) -> None:
 
 
 def unwrap_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--auto-seams",
-        type=numbers.stretch,
-        metavar="STRETCH",
-        help="find seams, so that lengths change by about this factor at most, such as 1.25",
-    )
+    seams.arguments(parser)
     flags(
         parser,
-        keep_charts="cut where the file's charts end, and nowhere else if it can be helped",
+        keep_charts="cut where the file's charts end",
         allow_overlaps="islands may overlap themselves",
         no_new_cuts="crush islands that would lie on top of themselves rather than cut them",
         short_cuts="do not cut closed parts along legs and fingers",
@@ -47,12 +42,13 @@ def unwrap(model: Model, options: dict[str, Any]) -> Solved:
         cuts=model.seams if options["keep_charts"] else None,
         uncuttable=model.diagonals,
         polygons=model.file.polygons,
-        seams="given" if options["auto_seams"] is None else "auto",
-        stretch=options["auto_seams"] or 1.25,
+        seams=options["seams"],
+        stretch=options["stretch"],
         bijective=not options["allow_overlaps"],
         may_add_cuts=not options["no_new_cuts"],
         cut_extremities=not options["short_cuts"],
         margin=options["margin"],
+        effort=0.2 if options["aspect"] == 1.0 else 0.0,
         **model.limits,
     )
     if options["aspect"] != 1.0:

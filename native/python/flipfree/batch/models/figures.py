@@ -27,6 +27,7 @@ def of_certificate(certificate: Certificate) -> dict[str, Any]:
     for name in ("energy", "energy_p99", "max_energy"):
         value = float(getattr(certificate, name))
         found[name] = value if math.isfinite(value) and value >= 0 else None
+    found["stretched"] = certificate.stretched if certificate.stretched >= 0 else None
     found["poor"] = certificate.poor
     found["poor_islands"] = certificate.poor_islands.tolist()
     found["mends"] = {mend.what: mend.count for mend in certificate.mends}

@@ -15,12 +15,13 @@ import numpy as np
 from ... import _native
 from ...calls.mesh_files import write
 from ...errors import InvalidInput
+from ...texts import above_bound
 from ..child import Engine
 from ..plan import Formats
 from ..results import Record
 from ..run import not_written
 from ..worker import Unit
-from .commands import COMMANDS
+from .commands import COMMANDS, Command
 from .figures import of_certificate, percentiles
 from .model import Model, Solved, as_written, read_model
 
@@ -54,7 +55,7 @@ def unit_of(settings: Mapping[str, Any]) -> Unit:
             threads=settings["threads"],
         )
         solved = command.solve(model, options)
-        record = record_of(solved, options)
+        record = record_of(command, solved, options)
         if target is None or solved.map is None:
             return record
         try:
@@ -74,12 +75,13 @@ def added(model: Model, solved: Solved) -> int:
     return 0 if solved.map is None else len(solved.map.vertices) - len(model.vertices)
 
 
-def record_of(solved: Solved, options: Mapping[str, Any]) -> Record:
+def record_of(command: Command, solved: Solved, options: Mapping[str, Any]) -> Record:
     certificate, found = solved.certificate, solved.map
     warnings = list(solved.warnings)
     if certificate.poor:
         warnings.append(
-            f"The map is valid, but distorted (mean energy {certificate.energy:.3g}, 1 is none): more seams or cones even it out."
+            f"The map is valid, but {above_bound(certificate.stretched)} (mean energy {certificate.energy:.3g}, 1 is none): "
+            f"{command.cure}."
         )
     if found is not None and found.stats.get("time_limit_reached", 0):
         warnings.append("Time was over (--max-seconds); this is the best map by then.")

@@ -1,0 +1,1 @@
+"""What is known of a map by its values alone, and what follows from it."""

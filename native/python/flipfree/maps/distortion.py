@@ -1,0 +1,78 @@
+"""How far a map is from the surface, triangle by triangle, and the stretch bound.
+
+The energy of a triangle is (|J|^2 + |J^-1|^2) / 4, 1 where it is isometric. Its *stretch* s is what has this energy where areas
+are kept: lengths along one direction s times those across, s + 1/s = 2 energy. Here both are measured at the scale that half
+of the surface is above and half below: at the scale of the least mean, which the certificate's energy has, one island that is
+crushed makes all others look stretched. So a map with a mean above the bound has triangles and islands above it here as well.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..calls.fans import islands
+
+Array = npt.NDArray[Any]
+
+#: As much as a map that is no warning stretches; automatic seams keep to it by default.
+STRETCH_BOUND = 1.25
+#: The energy of that stretch is 1.025; the rest is what one scale for all islands and 32 bits may cost.
+BOUND_ENERGY = 1.03
+
+_MOST_ISLANDS = 100
+
+
+def energies(vertices: Array, faces: Array, uv: Array, aspect: float = 1.0) -> tuple[Array, Array]:
+    """((m,) energy, (m,) area on the surface) of the triangles of uv (m, 3, 2), whichever way they run there; those without
+    area in the map have infinite energy. aspect: of the texture on which they are measured."""
+    corner = np.asarray(vertices, np.float64)[faces]
+    x, y = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
+    plane = np.asarray(uv, np.float64).reshape(-1, 3, 2) * [aspect, 1.0]
+    u, v = plane[:, 1] - plane[:, 0], plane[:, 2] - plane[:, 0]
+    with np.errstate(all="ignore"):
+        twice = np.linalg.norm(np.cross(x, y), axis=1)
+        mapped = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+        # |J|^2 is a ratio of dot products and areas (Pinkall and Polthier 1993); |J^-1| = |J| / |det J|.
+        squares = _dot(u, u) * _dot(y, y) - 2.0 * _dot(u, v) * _dot(x, y) + _dot(v, v) * _dot(x, x)
+        direct, inverse = squares / twice**2, squares / mapped**2
+        measured = np.isfinite(direct) & np.isfinite(inverse) & (twice > 0.0)
+        # Each triangle's own: direct s^2 + inverse / s^2 is smallest at s^4 = inverse / direct.
+        scale = _median(np.sqrt(inverse[measured] / direct[measured]), twice[measured])
+        energy = (direct * scale + inverse / scale) / 4.0
+    energy[~np.isfinite(energy)] = np.inf
+    return energy, twice / 2.0
+
+
+def _median(values: Array, weights: Array) -> float:
+    if not len(values):
+        return 1.0
+    order = np.argsort(values, kind="stable")
+    total = np.cumsum(weights[order])
+    return float(values[order[min(int(np.searchsorted(total, total[-1] / 2)), len(order) - 1)]])
+
+
+def _dot(a: Array, b: Array) -> Array:
+    found: Array = np.einsum("ij,ij->i", a, b)
+    return found
+
+
+def stretched_share(energy: Array, area: Array) -> float:
+    """Share of the surface, by area, that is stretched beyond the bound."""
+    whole = float(area.sum())
+    return float(area[energy > BOUND_ENERGY].sum()) / whole if whole > 0.0 else 0.0
+
+
+def stretched_islands(faces: Array, uv: Array, energy: Array, area: Array) -> npt.NDArray[np.int32]:
+    """(k,) a face of each island with a mean energy above the bound, the worst first, at most 100."""
+    label = islands(faces, np.asarray(uv, np.float32).reshape(-1, 3, 2))[0]
+    counted = area > 0.0
+    whole = np.bincount(label, area, len(label))
+    with np.errstate(all="ignore"):
+        sums = np.bincount(label[counted], (energy * area)[counted], len(label))
+        mean = sums / whole
+    found = np.flatnonzero((whole > 0.0) & (mean > BOUND_ENERGY))
+    worst = found[np.argsort(-mean[found], kind="stable")]
+    return worst[:_MOST_ISLANDS].astype(np.int32)

@@ -1,0 +1,94 @@
+"""The stretch bound: what a certificate says is beyond it, against maps whose stretch is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import flipfree as ff
+from flipfree.maps.distortion import BOUND_ENERGY, STRETCH_BOUND, energies
+from flipfree.texts import above_bound
+
+from surfaces import bumpy_grid
+
+
+def sheets(widths, heights):
+    """((vertices, faces, uv) of unit squares side by side, each mapped to its width by its height."""
+    square = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], float)
+    vertices, faces, uv = [], [], []
+    for i, size in enumerate(zip(widths, heights, strict=True)):
+        vertices.append(np.c_[square + [2.0 * i, 0.0], np.zeros(4)])
+        for triangle in ((0, 1, 2), (0, 2, 3)):
+            faces.append(4 * i + np.array(triangle))
+            uv.append(square[list(triangle)] * size + [3.0 * i, 0.0])
+    return np.concatenate(vertices), np.array(faces, np.int32), np.array(uv)
+
+
+def test_a_map_of_stretch_s_has_the_energy_of_s():
+    for stretch in (1.0, STRETCH_BOUND, 2.0, 9.0):
+        mesh = sheets([stretch**0.5], [stretch**-0.5])
+        found = ff.certify(*mesh)
+        assert found.energy == pytest.approx((stretch + 1 / stretch) / 2, rel=1e-6)
+        assert found.poor == (stretch > STRETCH_BOUND)
+    assert 1.025 < BOUND_ENERGY < 1.05
+
+
+def test_the_share_beyond_the_bound_is_by_area_and_the_islands_are_named_worst_first():
+    vertices, faces, uv = sheets([1.0, 1.0, 2.0, 3.0], [1.0, 1.0, 0.5, 1 / 3])
+    found = ff.certify(vertices, faces, uv)
+    assert found.poor and found.stretched == pytest.approx(0.5)
+    assert found.poor_islands.tolist() == [6, 4] and found.area == pytest.approx(4.0)
+    large = ff.certify(vertices * 1e150, faces, uv)
+    assert large.stretched == pytest.approx(0.5) and large.area == pytest.approx(4e300)
+    assert "50 % of the surface is stretched beyond 1.25" in str(found)
+
+
+def test_a_map_within_the_bound_says_nothing():
+    vertices, faces, uv = sheets([1.0] * 20 + [1.4], [1.0] * 20 + [1 / 1.4])
+    found = ff.certify(vertices, faces, uv)
+    assert not found.poor and found.stretched == pytest.approx(1 / 21)
+    assert found.poor_islands.tolist() == [40] and "stretch" not in str(found)
+
+
+@pytest.mark.parametrize("aspect", [1.0, 0.5, 3.0])
+def test_energies_are_those_of_the_singular_values_at_the_median_scale(aspect):
+    vertices, faces = bumpy_grid(9, 9)
+    uv = (vertices[faces][:, :, :2] * [1.3, 0.9]).astype(np.float32)
+    energy, area = energies(vertices, faces, uv, aspect)
+    values, sizes = [], []
+    for corner, plane in zip(vertices[faces], uv.astype(float) * [aspect, 1.0], strict=True):
+        x, y = corner[1:] - corner[0]
+        along = x / np.linalg.norm(x)
+        across = np.cross(np.cross(x, y), along)
+        across /= np.linalg.norm(across)
+        flat = np.array([[x @ along, y @ along], [0.0, y @ across]])
+        jacobian = (plane[1:] - plane[0]).T @ np.linalg.inv(flat)
+        values.append(np.linalg.svd(jacobian)[1])
+        sizes.append(np.linalg.norm(np.cross(x, y)) / 2)
+    own = 1.0 / np.prod(values, axis=1)
+    order = np.argsort(own)
+    half = np.searchsorted(np.cumsum(np.array(sizes)[order]), np.sum(sizes) / 2)
+    scaled = np.array(values) ** 2 * own[order[half]]
+    expected = (scaled + 1 / scaled).sum(axis=1) / 4
+    assert energy == pytest.approx(expected, rel=1e-9) and area == pytest.approx(np.array(sizes))
+    found = ff.certify(vertices, faces, uv, aspect=aspect)
+    assert found.stretched == area[energy > BOUND_ENERGY].sum() / area.sum()
+
+
+def test_one_crushed_island_does_not_make_the_others_stretched():
+    vertices, faces, uv = sheets([1.0] * 9 + [0.01], [1.0] * 10)
+    found = ff.certify(vertices, faces, uv)
+    assert found.poor and found.energy > 1.5
+    assert found.stretched == pytest.approx(0.1) and found.poor_islands.tolist() == [18]
+
+
+def test_faces_without_area_count_nowhere_in_space_and_as_stretched_in_the_map():
+    vertices, faces, uv = sheets([1.0, 1.0], [1.0, 1.0])
+    uv[0] = uv[0, 0]
+    needle = np.vstack([faces, [0, 1, 1]])
+    found = ff.certify(vertices, needle, np.concatenate([uv, np.zeros((1, 3, 2))]))
+    assert found.stretched == pytest.approx(0.25) and found.flips32 >= 1
+
+
+def test_words_for_shares():
+    assert above_bound(0.004).startswith("less than 1 %") and above_bound(0.349).startswith("34 %")
