@@ -40,12 +40,15 @@ f 2 5 5 6 3
 """
 
 
-@pytest.mark.parametrize("end", ["", "f 3/1 6/2 4\n", "f 6\n"])
-def test_one_odd_element_refuses_no_file(end: str) -> None:
+THIN = "faces without area, or thinner than 1e-8 of their length"
+
+
+@pytest.mark.parametrize(("end", "more"), [("", {}), ("f 3/1 6/2 4\n", {THIN: 1}), ("f 6\n", {})])
+def test_one_odd_element_refuses_no_file(end: str, more: dict[str, int]) -> None:
     Path("odd.obj").write_text(ODD + end)
     record = run("unwrap")
     assert record["status"] == "certified" and record["written"], record
-    assert record["certificate"]["mends"] == {"faces that use a vertex twice": 1}
+    assert record["certificate"]["mends"] == {"faces that use a vertex twice": 1, **more}
     lines = Path("unwrap/odd.obj").read_text().splitlines()
     assert [line for line in lines if line[0] in "vu" and line[:2] != "vt"] == [
         line for line in ODD.splitlines() if line[0] in "vu" and line[:2] != "vt"
