@@ -20,15 +20,17 @@ py::tuple read(const std::string& path, const py::bytes& content) {
     mesh = mesh::read_mesh(bytes, mesh::format_of(path));
   }
   return py::make_tuple(from_matrix(mesh.vertices), from_matrix(mesh.faces),
-                        from_vector(mesh.polygons), from_matrix(mesh.uv));
+                        from_vector(mesh.polygons), from_matrix(mesh.corners),
+                        from_matrix(mesh.uv));
 }
 
 py::bytes write(const std::string& path, const Array<double>& vertices, const Array<Index>& faces,
-                const Array<Index>& polygons, const Array<float>& uv) {
+                const Array<Index>& polygons, const Array<Index>& corners, const Array<float>& uv) {
   mesh::MeshFile mesh;
   mesh.vertices = to_matrix<Points3>(vertices, "vertices");
   mesh.faces = to_matrix<Triangles>(faces, "faces");
   mesh.polygons.assign(polygons.data(), polygons.data() + polygons.size());
+  mesh.corners = to_matrix<Triangles>(corners, "corners");
   mesh.uv = to_matrix<Points2f>(uv, "uv");
   std::string content;
   {
@@ -43,7 +45,7 @@ py::bytes write(const std::string& path, const Array<double>& vertices, const Ar
 void bind_files(py::module_& module) {
   module.def("read_mesh", &read, py::arg("path"), py::arg("content"));
   module.def("write_mesh", &write, py::arg("path"), py::arg("vertices"), py::arg("faces"),
-             py::arg("polygons"), py::arg("uv"));
+             py::arg("polygons"), py::arg("corners"), py::arg("uv"));
 }
 
 }  // namespace flipfree::python

@@ -28,8 +28,9 @@ bool holds_corner_uv(Format format);
 // polygon has none.
 struct MeshFile {
   Points3 vertices;             // #V x 3, used by faces or not
-  Triangles faces;              // #F x 3, polygons as fans around their first corner
+  Triangles faces;              // #F x 3, polygons as they lie (mesh/polygon_triangles.h)
   std::vector<Index> polygons;  // #F, ascending: the file's polygon that a triangle is part of
+  Triangles corners;            // #F x 3: which corner of the file, counted through its polygons
   Points2f uv;                  // 3 #F x 2, NaN where a polygon has none; no rows if none has
 };
 
@@ -42,9 +43,11 @@ struct MeshFile {
 MeshFile read_mesh(std::string_view bytes, Format format);
 
 // The file's bytes. Positions and texture coordinates have all their digits, so that reading gives
-// the same bits; consecutive triangles of one polygon that are a fan become one face again. STL has
-// 32-bit positions. Preconditions: indices exist, positions are finite, uv has 3 #F rows or none,
-// polygons #F entries or none. Throws InvalidInput (kBadFile) for texture coordinates in a format
+// the same bits; the triangles of one polygon become one face again, with its corners in the order
+// of their numbers, unless these have several texture coordinates (the map is cut through it).
+// Without `corners` triangles are faces. STL has 32-bit positions, and triangles. Preconditions:
+// indices exist, positions are finite, uv has 3 #F rows or none, polygons #F entries or none,
+// corners #F rows or none. Throws InvalidInput (kBadFile) for texture coordinates in a format
 // without them, or that are not finite (NaN: as read).
 std::string write_mesh(const MeshFile& mesh, Format format);
 

@@ -8,6 +8,7 @@
 #include "flipfree/mesh/files/mesh_file.h"
 #include "flipfree/mesh/files/openmesh_reader.h"
 #include "flipfree/mesh/files/text.h"
+#include "flipfree/mesh/polygon_triangles.h"
 
 namespace flipfree::mesh {
 namespace {
@@ -75,19 +76,26 @@ MeshFile read_mesh(std::string_view bytes, Format format) {
   const std::size_t count = polygons.begin.size() - 1;
   const Index triangles = count_of(polygons.corners.size() - 2 * count, "End of the file");
   mesh.faces.resize(triangles, 3);
+  mesh.corners.resize(triangles, 3);
   mesh.uv.resize(polygons.uv.empty() ? 0 : 3 * triangles, 2);
   Index f = 0;
+  std::vector<Vector3> places;
   for (std::size_t p = 0; p < count; ++p) {
     const Index first = polygons.begin[p];
-    for (Index k = first + 2; k < polygons.begin[p + 1]; ++k, ++f) {
-      const std::array<Index, 3> corners{first, k - 1, k};
+    places.clear();
+    for (Index c = first; c < polygons.begin[p + 1]; ++c)
+      places.emplace_back(mesh.vertices.row(polygons.corners[at(c)]));
+    for (const PolygonTriangle& triangle : triangles_of_polygon(places)) {
       for (Index i = 0; i < 3; ++i) {
-        const auto c = static_cast<std::size_t>(corners[static_cast<std::size_t>(i)]);
+        const Index corner = first + triangle[at(i)];
+        const auto c = at(corner);
+        mesh.corners(f, i) = corner;
         mesh.faces(f, i) = polygons.corners[c];
         if (mesh.uv.rows() > 0)
           mesh.uv.row(3 * f + i) << polygons.uv[2 * c], polygons.uv[2 * c + 1];
       }
       mesh.polygons.push_back(plain.numbers.empty() ? static_cast<Index>(p) : plain.numbers[p]);
+      ++f;
     }
   }
   return mesh;

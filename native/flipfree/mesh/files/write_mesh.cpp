@@ -15,6 +15,8 @@ namespace {
 
 using Corners = std::vector<CornerId>;
 
+VertexId vertex_of(const MeshFile& mesh, CornerId c) { return mesh.faces(c / 3, c % 3); }
+
 bool same_bits(const MeshFile& mesh, CornerId a, CornerId b) {
   for (Index i = 0; i < 2 && mesh.uv.rows() > 0; ++i)
     if (std::bit_cast<std::uint32_t>(mesh.uv(a, i)) != std::bit_cast<std::uint32_t>(mesh.uv(b, i)))
@@ -22,28 +24,48 @@ bool same_bits(const MeshFile& mesh, CornerId a, CornerId b) {
   return true;
 }
 
-// Whether triangle f goes on with the fan of the triangle before it.
-bool continues_fan(const MeshFile& mesh, FaceId f) {
-  const auto at = static_cast<std::size_t>(f);
-  return f > 0 && !mesh.polygons.empty() && mesh.polygons[at] == mesh.polygons[at - 1] &&
-         mesh.faces(f, 0) == mesh.faces(f - 1, 0) && mesh.faces(f, 1) == mesh.faces(f - 1, 2) &&
-         same_bits(mesh, 3 * f, 3 * f - 3) && same_bits(mesh, 3 * f + 1, 3 * f - 1);
-}
-
-// The corners of every polygon.
-std::vector<Corners> polygon_corners(const MeshFile& mesh) {
-  std::vector<Corners> polygons;
-  for (FaceId f = 0; f < mesh.faces.rows(); ++f) {
-    if (continues_fan(mesh, f)) {
-      polygons.back().push_back(3 * f + 2);
+// Of the corners of a polygon's triangles one for each number, in their order; false, and nothing
+// done, if the map is cut through the polygon.
+bool join_corners(const MeshFile& mesh, Corners& polygon) {
+  const auto number = [&](CornerId c) { return mesh.corners(c / 3, c % 3); };
+  Corners joined = polygon;
+  std::sort(joined.begin(), joined.end(), [&](CornerId a, CornerId b) {
+    return std::pair(number(a), a) < std::pair(number(b), b);
+  });
+  std::size_t kept = 0;
+  for (const CornerId c : joined) {
+    if (kept > 0 && number(joined[kept - 1]) == number(c)) {
+      if (vertex_of(mesh, joined[kept - 1]) != vertex_of(mesh, c) ||
+          !same_bits(mesh, joined[kept - 1], c))
+        return false;
     } else {
-      polygons.push_back({3 * f, 3 * f + 1, 3 * f + 2});
+      joined[kept++] = c;
     }
   }
-  return polygons;
+  joined.resize(kept);
+  polygon = std::move(joined);
+  return true;
 }
 
-VertexId vertex_of(const MeshFile& mesh, CornerId c) { return mesh.faces(c / 3, c % 3); }
+// The corners of every face that is written.
+std::vector<Corners> polygon_corners(const MeshFile& mesh) {
+  const bool joined = mesh.corners.rows() > 0 && !mesh.polygons.empty();
+  std::vector<Corners> faces;
+  for (FaceId f = 0; f < mesh.faces.rows();) {
+    const FaceId first = f;
+    Corners polygon;
+    do {
+      for (CornerId c = 3 * f; c < 3 * f + 3; ++c) polygon.push_back(c);
+      ++f;
+    } while (joined && f < mesh.faces.rows() && mesh.polygons[at(f)] == mesh.polygons[at(first)]);
+    if (!joined || join_corners(mesh, polygon)) {
+      faces.push_back(std::move(polygon));
+      continue;
+    }
+    for (CornerId c = 3 * first; c < 3 * f; c += 3) faces.push_back({c, c + 1, c + 2});
+  }
+  return faces;
+}
 
 bool has_uv(const MeshFile& mesh, const Corners& polygon) {
   return mesh.uv.rows() > 0 && !std::isnan(mesh.uv(polygon[0], 0));

@@ -41,16 +41,19 @@ class MeshFile:
 
     Attributes:
         vertices: (n, 3) float64, as written.
-        faces: (m, 3) int32; polygons are fans around their first corner.
+        faces: (m, 3) int32; polygons as triangles that lie where they lie, concave ones too.
         uv: (m, 3, 2) float64, one per face corner: 32-bit numbers, as UVs are stored. NaN at faces without; None if no
             face has any.
         polygons: (m,) int32, ascending: the file's polygon that each triangle is part of.
+        corners: (m, 3) int32, which of the file's corners each is, counted through its polygons: what makes polygons of
+            triangles again. None: triangles are all there is.
     """
 
     vertices: npt.NDArray[np.float64]
     faces: npt.NDArray[np.int32]
     uv: npt.NDArray[np.float64] | None
     polygons: npt.NDArray[np.int32]
+    corners: npt.NDArray[np.int32] | None = None
 
     def seams(self) -> npt.NDArray[np.int32]:
         """(s, 2) edges on whose two sides the texture coordinates differ: the ``cuts`` of :func:`unwrap` that keep the
@@ -116,9 +119,9 @@ def _content_of(file: Path) -> bytes:
 
 def _mesh_of(file: Path, content: bytes) -> MeshFile:
     with _named(file):
-        vertices, faces, polygons, uv = _native.read_mesh(os.fsencode(file), content)
+        vertices, faces, polygons, corners, uv = _native.read_mesh(os.fsencode(file), content)
     corner_uv = uv.astype(np.float64).reshape(-1, 3, 2) if len(uv) else None
-    return MeshFile(vertices, faces, corner_uv, polygons)
+    return MeshFile(vertices, faces, corner_uv, polygons, corners)
 
 
 @ours_only
@@ -159,7 +162,7 @@ def write(
             another mesh, and where the file cannot be written (code "file not accessible").
     """
     file = _as_path(path)
-    vertices, faces, uv, polygons = _parts(mesh)
+    vertices, faces, uv, polygons, corners = _parts(mesh)
     face_array = as_indices(faces, "faces", 3)
     positions = as_floats(vertices, "vertices", 3)
     if face_array.size and not (0 <= face_array.min() and face_array.max() < len(positions)):
@@ -179,7 +182,12 @@ def write(
     else:
         with _named(file):
             content = _native.write_mesh(
-                os.fsencode(file), positions, face_array, polygons, corner_uv.astype(np.float32)
+                os.fsencode(file),
+                positions,
+                face_array,
+                polygons,
+                corners,
+                corner_uv.astype(np.float32),
             )
     _replace(file, content)
 
@@ -249,22 +257,25 @@ def _own_vertices(faces: IntArray, parents: IntArray, vertices: FloatArray) -> I
     return found
 
 
-def _parts(mesh: Any) -> tuple[Any, Any, Any, npt.NDArray[np.int32]]:
-    """Vertices, faces, uv or None, and polygons (m,) or none."""
-    none = np.zeros(0, np.int32)
+def _parts(mesh: Any) -> tuple[Any, Any, Any, Any, Any]:
+    """Vertices, faces, uv or None, polygons (m,) and corners (m, 3), or none of both."""
+    none = (np.zeros(0, np.int32), np.zeros((0, 3), np.int32))
     if isinstance(mesh, Parametrization):
-        return mesh.vertices, mesh.faces, mesh.uv32(), none
+        return mesh.vertices, mesh.faces, mesh.uv32(), *none
     if isinstance(mesh, MeshFile):
         polygons = as_indices(mesh.polygons, "polygons")
         if len(polygons) != len(mesh.faces):
             raise InvalidInput("polygons must have one entry per face.", code=BAD_SHAPE)
-        return mesh.vertices, mesh.faces, mesh.uv, polygons
+        corners = none[1] if mesh.corners is None else as_indices(mesh.corners, "corners", 3)
+        if mesh.corners is not None and len(corners) != len(mesh.faces):
+            raise InvalidInput("corners must have one row per face.", code=BAD_SHAPE)
+        return mesh.vertices, mesh.faces, mesh.uv, polygons, corners
     try:
         parts = list(islice(iter(mesh), 4))
     except Exception:  # it has no parts
         parts = []
     if len(parts) in (2, 3):
-        return parts[0], parts[1], parts[2] if len(parts) == 3 else None, none
+        return parts[0], parts[1], parts[2] if len(parts) == 3 else None, *none
     raise InvalidInput(
         "write takes a Parametrization, a MeshFile, (vertices, faces) or (vertices, faces, uv).",
         code=BAD_SHAPE,

@@ -48,7 +48,7 @@ TEST(WriteMesh, OpenMeshReadsWhatIsWritten) {
   }
 }
 
-TEST(WriteMesh, PolygonsAreFansThatAreJoinedAgain) {
+TEST(WriteMesh, TrianglesOfPolygonsAreJoinedAgain) {
   const std::string text =
       std::string(kSquare) +
       "v 2 2 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\nf 3/1 5/2 4/3\n";
