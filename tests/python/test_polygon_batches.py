@@ -20,9 +20,6 @@ def test_convex_polygons_come_out_as_they_went_in() -> None:
     assert run(range(24), Path("all"), concave=False) == {}
 
 
-@pytest.mark.xfail(
-    strict=True, raises=AssertionError, reason="polygons are read as fans around their first corner"
-)
 def test_concave_polygons_come_out_as_they_went_in() -> None:
     assert run(range(12), Path("all")) == {}
 
