@@ -77,12 +77,11 @@ TEST(PlainObj, CornersThatAreThereTwiceStayWithTheirTextureCoordinates) {
 }
 
 TEST(PlainObj, PolygonsWithTextureCoordinatesThatAreNotThereHaveNone) {
-  const std::string ends = "f 1/1 2/2 3/3\n";
+  std::string begin(kSquare);
+  begin += "vt 0 0\nvt 1 0\nvt 2 0\nvt nan 0\nvt 1e39 0\n";
   for (const std::string odd : {"f 1/1 2/2 3/9\n", "f 1/1 2/2 3/0\n", "f 1/-9 2/2 3/3\n",
                                 "f 1/1 2 3/3\n", "f 1/1 2/2 3/4\n", "f 1/1 2/2 3/5\n"}) {
-    const MeshFile mesh = read_mesh(
-        std::string(kSquare) + "vt 0 0\nvt 1 0\nvt 2 0\nvt nan 0\nvt 1e39 0\n" + odd + ends,
-        Format::kObj);
+    const MeshFile mesh = read_mesh(begin + odd + "f 1/1 2/2 3/3\n", Format::kObj);
     ASSERT_EQ(mesh.uv.rows(), 6);
     for (Index c = 0; c < 3; ++c) {
       EXPECT_TRUE(std::isnan(mesh.uv(c, 0)) && std::isnan(mesh.uv(c, 1))) << odd;
