@@ -13,7 +13,7 @@ def big_run(part):
     """A run that takes seconds, just started, and its object."""
     ob = shapes.slow()
     snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
-    task = part("operators.unwrap").UnwrapTask(snapshot)
+    task = part("operators.unwrap").UnwrapTask(snapshot, seams="given")
     run = part("modal").Run([task])
     assert run.advance(0.05) is False, "too small a mesh for this test"
     yield ob, run
@@ -57,7 +57,9 @@ def test_accepting_takes_the_map_as_it_is(big_run):
 def test_accepting_counts_for_all_objects_that_are_left(part):
     objects = [shapes.grid(30, f"Grid{i}", bump=3.0, uv=True) for i in range(3)]
     tasks = [
-        part("operators.unwrap").UnwrapTask(part("meshes.mesh_io").read(ob, only_selected=False))
+        part("operators.unwrap").UnwrapTask(
+            part("meshes.mesh_io").read(ob, only_selected=False), seams="given"
+        )
         for ob in objects
     ]
     run = part("modal").Run(tasks)
@@ -93,7 +95,7 @@ def test_an_object_that_was_deleted_meanwhile_is_a_failure_not_a_crash(part):
 
     ob = shapes.grid(4, uv=True)
     snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
-    task = part("operators.unwrap").UnwrapTask(snapshot)
+    task = part("operators.unwrap").UnwrapTask(snapshot, seams="given")
     run = part("modal").Run([task])
     while not run.advance(0.05):
         pass
@@ -106,7 +108,11 @@ def test_an_object_that_was_renamed_meanwhile_gets_its_map(part):
     ob = shapes.grid(4, uv=True)
     before = shapes.uv_of(ob)
     run = part("modal").Run(
-        [part("operators.unwrap").UnwrapTask(part("meshes.mesh_io").read(ob, only_selected=False))]
+        [
+            part("operators.unwrap").UnwrapTask(
+                part("meshes.mesh_io").read(ob, only_selected=False), seams="given"
+            )
+        ]
     )
     while not run.advance(0.05):
         pass
@@ -120,7 +126,11 @@ def test_another_object_of_the_same_name_is_left_alone(part):
 
     ob = shapes.grid(4, uv=True)
     run = part("modal").Run(
-        [part("operators.unwrap").UnwrapTask(part("meshes.mesh_io").read(ob, only_selected=False))]
+        [
+            part("operators.unwrap").UnwrapTask(
+                part("meshes.mesh_io").read(ob, only_selected=False), seams="given"
+            )
+        ]
     )
     while not run.advance(0.05):
         pass

@@ -97,7 +97,7 @@ def test_every_operator_gives_the_same_bits_in_a_process(name, wanted, processes
 
 def test_it_takes_meshes_from_a_size_on(part, wanted):
     ob = shapes.grid(8, uv=True)
-    tasks = [part("operators.unwrap").UnwrapTask(snapshot_of(ob, part))]
+    tasks = [part("operators.unwrap").UnwrapTask(snapshot_of(ob, part), seams="given")]
     for choice, size, expected in (
         ("never", 1, False),
         ("above", 129, False),
@@ -110,7 +110,9 @@ def test_it_takes_meshes_from_a_size_on(part, wanted):
 
 def begun(part, ob):
     """A run whose process has begun to solve."""
-    run = part("modal").Run([part("operators.unwrap").UnwrapTask(snapshot_of(ob, part))])
+    run = part("modal").Run(
+        [part("operators.unwrap").UnwrapTask(snapshot_of(ob, part), seams="given")]
+    )
     deadline = time.monotonic() + 60.0
     while not run.advance(0.02) and run.progress()[1] == 0.0:
         assert time.monotonic() < deadline
@@ -183,7 +185,9 @@ def test_return_is_heard_there(part):
 def test_the_process_ends_with_its_run_and_with_the_extension(part, wanted):
     wanted("always")
     ob = shapes.grid(8, uv=True)
-    run = part("modal").Run([part("operators.unwrap").UnwrapTask(snapshot_of(ob, part))])
+    run = part("modal").Run(
+        [part("operators.unwrap").UnwrapTask(snapshot_of(ob, part), seams="given")]
+    )
     while not run.advance(0.02):
         process = run._process._process
     assert process.wait(10.0) is not None and run.process_id is None
@@ -222,7 +226,9 @@ def test_without_a_process_it_is_solved_in_blender_or_refused(part, wanted, monk
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
     assert shapes.exact_flips(ob) == 0 and shapes.everything(ob) != before
     assert said == [operator.verb]
-    run = part("modal").Run([part("operators.unwrap").UnwrapTask(snapshot_of(ob, part))])
+    run = part("modal").Run(
+        [part("operators.unwrap").UnwrapTask(snapshot_of(ob, part), seams="given")]
+    )
     while not run.advance(0.05):
         pass
     assert "/nowhere/python" in run.solved_here
