@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -67,12 +68,16 @@ TEST(PlainObj, CornersThatAreThereTwiceStayWithTheirTextureCoordinates) {
   EXPECT_EQ(mesh.vertices.rows(), 4);
   EXPECT_EQ(mesh.polygons, (std::vector<Index>{0, 0, 0, 1}));
   const std::array<Index, 5> vertices{0, 1, 1, 2, 0};
+  std::set<Index> used;
   for (Index t = 0; t < 3; ++t)
     for (Index i = 0; i < 3; ++i) {
-      const Index corner = i == 0 ? 0 : t + i;
-      EXPECT_EQ(mesh.faces(t, i), vertices[static_cast<std::size_t>(corner)]);
+      const Index corner = mesh.corners(t, i);
+      ASSERT_LT(corner, 5);
+      used.insert(corner);
+      EXPECT_EQ(mesh.faces(t, i), vertices[at(corner)]);
       EXPECT_EQ(mesh.uv(3 * t + i, 0), static_cast<float>(corner));
     }
+  EXPECT_EQ(used.size(), 5U);
   EXPECT_EQ(mesh.faces(3, 2), 3);
 }
 
