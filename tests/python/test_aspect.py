@@ -145,6 +145,7 @@ def test_certify_measures_distortion_in_pixels_and_judges_the_values_themselves(
 @pytest.mark.parametrize("aspect", [2.0, 16 / 9, 1 / 3])
 def test_improve_ends_where_the_texture_shows_the_best_map(aspect: float) -> None:
     vertices, faces, uv = stretched_sheet()
+    uv = 0.5 + 0.4 * (uv - 0.5)  # with room in its tile
     best = ff.improve((vertices, faces, uv)).certificate.energy
     found = ff.improve((vertices, faces, uv), aspect=aspect)
     assert found.certificate.ok
@@ -156,6 +157,14 @@ def test_improve_ends_where_the_texture_shows_the_best_map(aspect: float) -> Non
         found.uv.reshape(-1, 2).mean(axis=0), uv.reshape(-1, 2).mean(axis=0), atol=0.05
     )
     assert areas(found.uv).sum() == pytest.approx(areas(uv).sum(), rel=0.1)
+
+
+def test_improve_makes_what_would_leave_its_tile_smaller() -> None:
+    vertices, faces, uv = stretched_sheet()
+    found = ff.improve((vertices, faces, uv), aspect=2.0)
+    assert found.certificate.ok and found.stats["left_tiles"] == 0
+    assert 0 <= found.uv.min() and found.uv.max() <= 1
+    assert areas(found.uv).sum() < areas(uv).sum()
 
 
 def test_improve_meets_pins_bit_for_bit_on_any_texture() -> None:

@@ -9,6 +9,7 @@ import pytest
 
 import flipfree as ff
 
+from judges.rational import overlapping_pairs
 from surfaces import bumpy_grid, cylinder, octahedron_sphere, torus
 
 SHAPES = [
@@ -68,8 +69,13 @@ def test_damaged_meshes_are_unwrapped_or_refused(seed: int) -> None:
     except ff.FlipfreeError as error:
         assert len(str(error)) > 20
         return
+    assert result.certificate.ok
     check = ff.certify(vertices, faces, result.uv32(), bijective=arguments.get("bijective", True))
-    assert check.ok, check.failures
+    if any(mend.what == "edges with more than two faces" for mend in check.mends):
+        # Which of them are joined, the map knows and its coordinates alone do not: what lies on what is judged instead.
+        assert check.flips32 == 0 and overlapping_pairs(result.uv32().astype(np.float64)) == []
+    else:
+        assert check.ok, check.failures
 
 
 @pytest.mark.parametrize(
