@@ -193,7 +193,8 @@ Filling carry(const std::vector<Shape>& shapes, const Masks& masks, const Tile& 
 }
 
 Filling mend(const std::vector<Shape>& shapes, const Masks& masks, const Tile& empty,
-             Filling filling, std::uint64_t seed, double work, const ExecutionContext& context) {
+             Filling filling, std::uint64_t seed, const MendLimits& limits,
+             const ExecutionContext& context) {
   const double whole = total_area(shapes);
   const std::size_t n = shapes.size();
   Tile tile = empty;
@@ -209,8 +210,9 @@ Filling mend(const std::vector<Shape>& shapes, const Masks& masks, const Tile& e
     }
   }
   Random random(seed);
-  for (int step = 0; !missing.empty(); ++step) {
-    if (static_cast<double>(tile.looked()) + kStep * step > work) break;
+  std::size_t idle = 0;
+  for (int step = 0; !missing.empty() && idle < limits.tries; ++step, ++idle) {
+    if (static_cast<double>(tile.looked()) + kStep * step > limits.work) break;
     if (step % 16 == 0) context.check();
     // Around one that is placed, a few times as large as one that is missing.
     const std::size_t wanted = missing[random.below(missing.size())];
@@ -265,6 +267,7 @@ Filling mend(const std::vector<Shape>& shapes, const Masks& masks, const Tile& e
       tile.put(mask_of(i), choice.cell);
     }
     if (now <= filling.missing * (1.0 + 1e-12)) {
+      if (now < filling.missing * (1.0 - 1e-12)) idle = 0;
       filling.missing = now;
       missing = std::move(still);
       continue;

@@ -49,10 +49,16 @@ Filling carry(const std::vector<Shape>& shapes, const Masks& masks, const Tile& 
               const Filling& filling);
 
 // Tries to complete a filling: takes away what lies around a random place, puts back what is
-// missing there first, and goes on from what it has unless more is missing than before. Ends when
-// it has looked at `work` words of the tile. Deterministic.
+// missing there first, and goes on from what it has unless more is missing than before. Ends after
+// so many tries in a row after which no less is missing, or when it has looked at `work` words of
+// the tile. Deterministic.
+struct MendLimits {
+  std::size_t tries = 0;
+  double work = 0.0;
+};
 Filling mend(const std::vector<Shape>& shapes, const Masks& masks, const Tile& empty,
-             Filling filling, std::uint64_t seed, double work, const ExecutionContext& context);
+             Filling filling, std::uint64_t seed, const MendLimits& limits,
+             const ExecutionContext& context);
 
 // Where the shapes of a filling lie, in units of the tile.
 std::vector<Pose> poses_of(const Filling& filling, const Masks& masks,

@@ -13,9 +13,10 @@
 namespace flipfree::unwrap {
 namespace {
 
-// Cells to a side per square root of shapes: some 48 across each shape.
+// Cells to a side per square root of shapes: some 48 across each shape. Few shapes are nested
+// twice, as which layouts there are to find depends on the cells.
 constexpr double kCellsAcross = 48.0;
-constexpr double kLeastCellsToSide = 384.0;
+constexpr std::array<double, 2> kLeastCellsToSide = {128.0, 192.0};
 constexpr double kMostCellsToSide = 4096.0;
 constexpr double kFirstFill = 0.62;   // of the tile, where the search begins
 constexpr double kFineShare = 0.004;  // the search for a scale ends at this share of it
@@ -29,6 +30,10 @@ constexpr double kMendWords = 6e7;     // per unit of effort, for some hundred s
 constexpr double kInflateWork = 3e6;
 // Times that at most: beyond 500 shapes the gain is below 0.005 of the tile for seconds of work.
 constexpr double kMostInflated = 5.0;
+// Tries in a row to mend a filling that gain nothing, until it is given up.
+constexpr std::size_t kLeastTries = 16;
+constexpr std::size_t kTriesPerShape = 2;  // more
+constexpr double kGain = 1.001;            // in scale; what is less is none
 constexpr std::array<Rule, 2> kRules = {{{0.5, 1.0}, {1.0, 2.0}}};
 constexpr std::array<Rule, 8> kOtherRules = {{{0.0, 1.0},
                                               {1.0, 0.0},
@@ -95,11 +100,12 @@ std::vector<std::size_t> largest_first(const std::vector<Shape>& shapes) {
   return order;
 }
 
-Problem problem_of(const std::vector<Shape>& shapes, const NestOptions& options) {
+Problem problem_of(const std::vector<Shape>& shapes, const NestOptions& options,
+                   double least_cells) {
   const auto n = static_cast<double>(shapes.size());
   const int cells =
-      64 * static_cast<int>(
-               std::clamp(kCellsAcross * std::sqrt(n), kLeastCellsToSide, kMostCellsToSide) / 64.0);
+      64 * static_cast<int>(std::clamp(kCellsAcross * std::sqrt(n), least_cells, kMostCellsToSide) /
+                            64.0);
   std::vector<Loop> fixed = loops_of(options.fixed);
   Tile empty = tile_of(fixed, cells, 0.5 * options.margin);
   Problem problem{shapes, {}, {}, largest_first(shapes), std::move(fixed), cells, std::move(empty)};
@@ -193,21 +199,22 @@ Found search(const Problem& problem, const Rule& rule, double guess, double leas
   return best;
 }
 
-// Larger and larger, mending what finds no place, until nothing works any more.
-Found grow(const Problem& problem, Found best, std::uint64_t seed, double whole_work,
+// Larger and larger, mending what finds no place, in smaller and smaller steps until none is left
+// that works, or the work is spent, of which what is left comes back.
+Found grow(const Problem& problem, Found best, std::uint64_t seed, double& work,
            const ExecutionContext& context) {
-  double work = whole_work;
+  const double whole_work = work;
+  const std::size_t tries = kLeastTries + kTriesPerShape * problem.shapes.size();
   double step = 0.01;
   constexpr double kLeastStep = 0.0005;
-  constexpr double kNextStep = 0.004;
-  while (work > 0.0 && best.scale < problem.bound) {
-    if (step < kLeastStep) step = kNextStep;
+  while (step >= kLeastStep && work > 0.0 && best.scale < problem.bound) {
     const double scale = std::min(problem.bound, best.scale * (1.0 + step));
     const Masks masks =
         draw_shapes(problem.shapes, problem.turns, scale, problem.cells, problem.radius, context);
     Filling filling = carry(problem.shapes, masks, problem.empty, best.filling);
-    const double part = std::min(work, 0.25 * work + 2e6);
-    filling = mend(problem.shapes, masks, problem.empty, std::move(filling), ++seed, part, context);
+    const MendLimits limits{tries, std::min(work, 0.25 * work + 2e6)};
+    filling =
+        mend(problem.shapes, masks, problem.empty, std::move(filling), ++seed, limits, context);
     // Drawing costs as well, at least this share of all.
     work -= filling.looked + 4e4 * static_cast<double>(problem.shapes.size()) + 0.01 * whole_work;
     if (filling.complete()) {
@@ -219,66 +226,79 @@ Found grow(const Problem& problem, Found best, std::uint64_t seed, double whole_
   return best;
 }
 
+// The largest of what the rules fill the tile with; scale 0 if none does.
+Found begin(const Problem& problem, const NestOptions& options, bool thorough,
+            ExecutionContext& context) {
+  const bool wanted = options.scale > 0.0;
+  const double guess = problem.bound * std::sqrt(kFirstFill);
+  // One shape lies as low by any rule.
+  const std::size_t rules = problem.shapes.size() > 1 ? kRules.size() : 1;
+  std::array<Found, kRules.size()> found;
+  parallel_for(context, rules, 1, [&](std::size_t i, std::size_t, std::size_t) {
+    const ExecutionContext part(&context, 1);
+    found[i] = search(problem, kRules[i], guess, options.least_scale, wanted, part);
+  });
+  Found best = std::move(found[0].scale >= found[1].scale ? found[0] : found[1]);
+  if (!(best.scale > 0.0) || best.scale >= problem.bound || !thorough || rules == 1) return best;
+  std::array<Found, kOtherRules.size()> others;
+  parallel_for(context, others.size(), 1, [&](std::size_t i, std::size_t, std::size_t) {
+    const ExecutionContext part(&context, 1);
+    others[i] = surpass(problem, kOtherRules[i], best.scale, part);
+  });
+  for (Found& other : others)
+    if (other.scale > best.scale) best = std::move(other);
+  return best;
+}
+
 }  // namespace
 
 Layout nest(const std::vector<Shape>& shapes, const NestOptions& options,
             ExecutionContext& context) {
   if (shapes.empty()) return {};
-  const Problem problem = problem_of(shapes, options);
   const double n = static_cast<double>(shapes.size());
-  const bool wanted = options.scale > 0.0;
   const bool thorough = options.effort >= kEffortForRules && shapes.size() <= kFewShapes;
   const double effort = thorough ? kLongerForFew * options.effort : options.effort;
-  std::array<Found, kRules.size()> found;
-  // One shape lies as low by any rule.
-  const std::size_t rules = shapes.size() > 1 ? kRules.size() : 1;
-  const double guess = problem.bound * std::sqrt(kFirstFill);
-  const auto each = [&](const auto& body) {
-    parallel_for(context, rules, 1, [&](std::size_t i, std::size_t, std::size_t) {
-      const ExecutionContext part(&context, 1);
-      body(i, part);
-    });
-  };
   context.report("packing", 0.1);
-  each([&](std::size_t i, const ExecutionContext& part) {
-    found[i] = search(problem, kRules[i], guess, options.least_scale, wanted, part);
-  });
-  Found better = found[0].scale >= found[1].scale ? found[0] : found[1];
+  const std::array<Problem, 2> problems = {problem_of(shapes, options, kLeastCellsToSide[0]),
+                                           problem_of(shapes, options, kLeastCellsToSide[1])};
+  const bool mends = options.effort > 0.0 && shapes.size() <= kManyShapes && shapes.size() > 1;
+  std::array<Found, 2> found;
+  found[0] = begin(problems[0], options, thorough, context);
+  found[1] = mends && problems[1].cells != problems[0].cells
+                 ? begin(problems[1], options, thorough, context)
+                 : found[0];
+  const Found& better = found[0].scale >= found[1].scale ? found[0] : found[1];
   if (!(better.scale > 0.0)) return {};
-  if (better.scale < problem.bound && thorough && rules > 1) {
-    std::array<Found, kOtherRules.size()> others;
-    parallel_for(context, others.size(), 1, [&](std::size_t i, std::size_t, std::size_t) {
-      const ExecutionContext part(&context, 1);
-      others[i] = surpass(problem, kOtherRules[i], better.scale, part);
-    });
-    for (Found& other : others)
-      if (other.scale > better.scale) better = std::move(other);
-    found[0] = better;
-  }
   context.report("packing", 0.4);
-  if (better.scale < problem.bound && options.effort > 0.0 && shapes.size() <= kManyShapes &&
-      shapes.size() > 1) {
-    const Found start = better;
-    // Longer for some more shapes, as each step mends only what is near.
-    const double work =
-        effort * kMendWords * (n <= kFewShapes ? 1.6 : std::clamp(n / 500.0, 0.5, 2.0));
-    each([&](std::size_t i, const ExecutionContext& part) {
-      found[i] = grow(problem, start, 100 * (i + 1), work, part);
-    });
-  }
-  context.report("packing", 0.7);
   InflateOptions inflating;
   inflating.margin = options.margin;
-  inflating.may_turn = problem.may_turn;
-  inflating.most_scale = wanted ? problem.bound : 0.0;
-  inflating.fixed = &problem.fixed;
+  inflating.may_turn = problems[0].may_turn;
+  inflating.most_scale = options.scale > 0.0 ? problems[0].bound : 0.0;
+  inflating.fixed = &problems[0].fixed;
   inflating.work = effort * kInflateWork * std::clamp(n / 100.0, 1.0, kMostInflated);
-  std::array<Layout, kRules.size()> layouts;
-  each([&](std::size_t i, const ExecutionContext& part) {
-    if (!(found[i].scale > 0.0)) return;
-    layouts[i] = inflate(shapes, {found[i].poses, found[i].scale}, inflating, part);
-  });
-  return layouts[0].scale >= layouts[1].scale ? layouts[0] : layouts[1];
+  if (!mends || better.scale >= problems[0].bound)
+    return inflate(shapes, {better.poses, better.scale}, inflating, context);
+  // Longer for some more shapes, as each step mends only what is near.
+  std::array<double, 2> work;
+  work.fill(effort * kMendWords * (n <= kFewShapes ? 1.6 : std::clamp(n / 500.0, 0.5, 2.0)));
+  Layout best;
+  // Once more from where it began, by other chances, as long as that gains.
+  std::uint64_t seed = 100;
+  for (bool gained = true; gained && std::max(work[0], work[1]) > 0.0; seed += 200) {
+    std::array<Layout, 2> layouts;
+    parallel_for(context, layouts.size(), 1, [&](std::size_t i, std::size_t, std::size_t) {
+      if (!(found[i].scale > 0.0) || !(work[i] > 0.0)) return;
+      const ExecutionContext part(&context, 1);
+      const Found grown = grow(problems[i], found[i], seed + 100 * i, work[i], part);
+      layouts[i] = inflate(shapes, {grown.poses, grown.scale}, inflating, part);
+    });
+    gained = false;
+    for (Layout& layout : layouts) {
+      gained = gained || layout.scale > kGain * best.scale;
+      if (layout.scale > best.scale) best = std::move(layout);
+    }
+  }
+  return best;
 }
 
 }  // namespace flipfree::unwrap

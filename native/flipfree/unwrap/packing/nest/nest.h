@@ -1,4 +1,4 @@
-// Shapes nested into the unit tile, as large as can be found within a budget of work.
+// Shapes nested into the unit tile, larger until nothing is gained or a budget of work is spent.
 #pragma once
 
 #include <vector>
@@ -18,7 +18,7 @@ struct NestOptions {
   double scale = 0.0;              // wanted; 0: the largest
   double least_scale = 0.0;        // of no interest below
   const Points2* fixed = nullptr;  // 3 k x 2: triangles to keep clear of, of either orientation
-  double effort = 1.0;             // of the search, about seconds for some hundred shapes
+  double effort = 1.0;             // at most, about seconds for some hundred shapes
 };
 
 // The layout's scale is 0 if none was found. Gaps are those of inflate(). Deterministic, the same

@@ -62,8 +62,12 @@ TEST(Fill, a_hole_that_was_left_is_mended) {
   Filling filling = fill(squares.shapes, masks, Tile(256), squares.order, {}, 1.0, squares.context);
   filling.turn[17] = -1;
   filling.missing = 1.0 / 80.0;
-  EXPECT_TRUE(mend(squares.shapes, masks, Tile(256), filling, 1, 1e8, squares.context).complete());
-  EXPECT_FALSE(mend(squares.shapes, masks, Tile(256), filling, 1, 0.0, squares.context).complete());
+  EXPECT_TRUE(
+      mend(squares.shapes, masks, Tile(256), filling, 1, {100, 1e8}, squares.context).complete());
+  EXPECT_FALSE(
+      mend(squares.shapes, masks, Tile(256), filling, 1, {100, 0.0}, squares.context).complete());
+  EXPECT_FALSE(
+      mend(squares.shapes, masks, Tile(256), filling, 1, {0, 1e8}, squares.context).complete());
 }
 
 TEST(Fill, what_is_carried_to_a_larger_scale_is_missing_where_it_does_not_fit) {

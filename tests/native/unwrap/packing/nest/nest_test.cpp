@@ -117,6 +117,20 @@ TEST(Nest, what_is_fixed_is_kept_clear_of) {
   }
 }
 
+TEST(Nest, effort_is_not_spent_where_nothing_is_gained) {
+  // The whole of a hundred times the effort would be minutes.
+  for (const int count : {2, 3, 6, 9}) {
+    const std::vector<Shape> squares(static_cast<std::size_t>(count), test::box_shape(1.0, 1.0));
+    ExecutionContext context;
+    NestOptions options;
+    const Layout layout = nest(squares, options, context);
+    options.effort = 100.0;
+    EXPECT_EQ(nest(squares, options, context).scale, layout.scale) << count;
+    const double side = std::ceil(std::sqrt(count));
+    EXPECT_NEAR(layout.scale, 1.0 / side - options.margin, 1e-6) << count;
+  }
+}
+
 TEST(Nest, cancelling_ends_it) {
   ExecutionContext context;
   context.cancel();
