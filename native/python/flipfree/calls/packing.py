@@ -89,7 +89,8 @@ def pack(
             scale, which is the largest that the fullest allows. ``stats["tiles"]``: how many were taken.
         aspect: width over height of the texture that the unit square shows. Charts turn, and gaps and distortion are measured,
             in its pixels, the longer side being the unit of margins and densities and of ``texture_size``. In one tile only.
-        effort: of the search for a dense layout, at most: 0 puts boxes side by side, 1 is about a second of processor for 300 charts.
+        effort: of the search for a dense layout, at most: 0 puts boxes side by side, 1 is about a second of processor for 300
+            charts.
             Below 0.5 more than 300 charts are put as boxes too.
         unmoved: corners 3 face + corner that stay bit for bit, and their charts with them. The others keep clear of
             them, and with scale_true take their area-weighted density if there is room.
