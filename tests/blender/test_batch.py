@@ -227,12 +227,14 @@ def test_check_takes_folders_and_writes_nothing(models, tmp_path):
     assert sorted(tmp_path.rglob("*")) == sorted([*there, results])
 
 
-def test_types_without_uvs_are_refused_before_anything_is_solved(models, tmp_path):
+def test_types_without_uvs_are_refused_and_the_others_mapped(models, tmp_path):
     scene(cube)
     bpy.ops.wm.stl_export(filepath=str(models / "part.stl"))
-    said = batch("unwrap", models, "--out", tmp_path / "out", status=2)
+    said = batch("unwrap", models, "--out", tmp_path / "out")
     assert "hold no texture coordinates. Add --suffix" in said
-    assert not (tmp_path / "out").exists()
+    assert "Not mapped, as files of another type" in said and "part.stl" in said
+    assert (tmp_path / "out" / "cube.glb").exists()
+    assert not list((tmp_path / "out").rglob("part.*"))
 
 
 def test_external_files_of_a_gltf_come_along(models, tmp_path):
