@@ -24,7 +24,8 @@ Error refusal(const Triangles& faces, Index vertices, const std::vector<VertexId
 struct Case {
   test::Disk disk = test::make_disk(test::grid(4, 3), BoundaryShape::kCircle);
   Error refusal() const {
-    return require_disk_test::refusal(disk.surface.faces, disk.vertex_count(), disk.loop, disk.boundary);
+    return require_disk_test::refusal(disk.surface.faces, disk.vertex_count(), disk.loop,
+                                      disk.boundary);
   }
 };
 
