@@ -164,11 +164,6 @@ def figures(certificates, islands: int, island_overlaps: int | None = None) -> s
         plural(flips, "flip"),
         overlaps_text(sum(max(c.overlaps, 0) for c in certificates), island_overlaps),
     ]
-    if any(c.overlaps < 0 and c.flips32 > 0 for c in certificates):
-        parts[2] = ", ".join(
-            ["overlaps of islands with flips not counted"]
-            + ([parts[2]] if parts[2] != overlaps_text(0, 0) else [])
-        )
     if known:
         mean = by_area(known, "energy")
         worst = max(c.max_energy for c in known)

@@ -34,12 +34,11 @@ class Orienter {
 
   Orientation run(const ExecutionContext& context) {
     constexpr Index kCheckEvery = 1 << 14;
-    Orientation result;
-    if (corner_uv_ == nullptr) part_pages(result);
     for (FaceId f = 0; f < faces_.rows(); ++f) {
       if (f % kCheckEvery == 0) context.check();
       if (side_[at(f)] == kUnknown) orient_part(f);
     }
+    Orientation result;
     result.turned = side_;
     for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(mate_.size()); ++h) {
       const HalfedgeId o = mate_[at(h)];
@@ -47,7 +46,6 @@ class Orienter {
       mate_[at(h)] = mate_[at(o)] = kInvalid;
       if (at_seam_[at(h)] == 0) result.one_sided.push_back(h);
     }
-    std::sort(result.one_sided.begin(), result.one_sided.end());
     return result;
   }
 
@@ -65,69 +63,6 @@ class Orienter {
     const Vector3 b = unit_ * positions_.row(faces_(f, 1));
     const Vector3 c = unit_ * positions_.row(faces_(f, 2));
     return (b - a).cross(c - a).norm();
-  }
-
-  // Undoes mates between regions of one winding where a cut costs less than mirrored faces.
-  void part_pages(Orientation& result) {
-    std::vector<HalfedgeId> opposed;
-    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(mate_.size()); ++h) {
-      if (mate_[at(h)] > h && at_seam_[at(h)] == 0 && same_direction(h, mate_[at(h)]))
-        opposed.push_back(h);
-    }
-    if (opposed.empty()) return;
-    DisjointSets joined(static_cast<Index>(faces_.rows())),
-        parts(static_cast<Index>(faces_.rows()));
-    std::vector<char> open(side_.size(), 0);
-    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(mate_.size()); ++h) {
-      const HalfedgeId o = mate_[at(h)];
-      if (o < h) continue;
-      parts.join(h / 3, o / 3);
-      const bool in_polygon =
-          polygon_ != nullptr && (*polygon_)[at(h / 3)] == (*polygon_)[at(o / 3)];
-      if (at_seam_[at(h)] == 0 && (in_polygon || !same_direction(h, o))) joined.join(h / 3, o / 3);
-    }
-    std::vector<double> areas(side_.size(), 0.0), whole(side_.size(), 0.0),
-        border(side_.size(), 0.0);
-    std::vector<Index> count(side_.size(), 0);
-    for (FaceId f = 0; f < faces_.rows(); ++f) {
-      const double own = 0.5 * area(f);
-      areas[at(joined.find(f))] += own;
-      whole[at(parts.find(f))] += own;
-      ++count[at(joined.find(f))];
-      for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h)
-        if (mate_[at(h)] == kInvalid) open[at(parts.find(f))] = 1;
-    }
-    const auto is_large = [&](FaceId region) {
-      return count[at(region)] >= kPageTriangles &&
-             areas[at(region)] >= kPageShare * whole[at(parts.find(region))];
-    };
-    std::vector<double> litter(side_.size(), 0.0);
-    for (FaceId f = 0; f < faces_.rows(); ++f) {
-      if (joined.find(f) == f && !is_large(f)) litter[at(parts.find(f))] += areas[at(f)];
-    }
-    const auto smaller = [&](HalfedgeId h) {
-      const FaceId a = joined.find(h / 3), b = joined.find(mate_[at(h)] / 3);
-      return std::pair(areas[at(a)], a) < std::pair(areas[at(b)], b) ? a : b;
-    };
-    const auto is_one = [&](HalfedgeId h) {
-      return joined.find(h / 3) == joined.find(mate_[at(h)] / 3);
-    };
-    for (const HalfedgeId h : opposed) {
-      if (!is_one(h))
-        border[at(smaller(h))] +=
-            unit_ * (positions_.row(source(faces_, h)) - positions_.row(target(faces_, h))).norm();
-    }
-    for (const HalfedgeId h : opposed) {
-      const FaceId page = smaller(h), part = parts.find(h / 3);
-      const bool costs_little = open[at(part)] != 0 && is_large(page) &&
-                                litter[at(part)] <= kLitter * whole[at(part)] &&
-                                border[at(page)] <= kPageBorder * std::sqrt(areas[at(page)]);
-      const bool one = is_one(h);
-      if (!one && !costs_little) continue;
-      (one ? result.one_sided : result.opposed).push_back(h);
-      mate_[at(mate_[at(h)])] = kInvalid;
-      mate_[at(h)] = kInvalid;
-    }
   }
 
   // Marks the faces that hang together with contradicting windings.

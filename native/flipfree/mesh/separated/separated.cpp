@@ -86,7 +86,6 @@ class Separator {
     const Orientation orientation = orient(pairing, pairs, context_);
     list_edges(MendKind::kCrowdedEdge, firsts(pairs.crowded));
     list_edges(MendKind::kOneSidedEdge, orientation.one_sided);
-    list_edges(MendKind::kOpposedEdge, orientation.opposed);
     list_faces(MendKind::kDuplicateFace, pairs.duplicate);
     std::vector<FaceId> turned;
     for (FaceId f = 0; f < faces_.rows(); ++f) {
@@ -269,8 +268,6 @@ std::string_view describe(MendKind kind) {
       return "faces wound against their part";
     case MendKind::kOneSidedEdge:
       return "edges cut, as the surface has one side only";
-    case MendKind::kOpposedEdge:
-      return "edges cut, as whole parts are wound against each other there";
     case MendKind::kPartedEdge:
       return "edges cut, as sheets meet there more than once";
     case MendKind::kPinchedVertex:

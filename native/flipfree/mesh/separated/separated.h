@@ -24,7 +24,6 @@ enum class MendKind {
   kCrowdedEdge,     // edges of more than two faces: paired, those left over have a border there
   kTurnedFace,      // faces wound against most of their part
   kOneSidedEdge,    // edges cut because the part has one side only (Moebius strip)
-  kOpposedEdge,     // edges cut between pages wound against each other (orientation.h)
   kPartedEdge,      // edges cut because sheets that meet there could not be told apart
   kPinchedVertex,   // vertices where fans touch: one copy each
   kDuplicateFace,   // faces with the same vertices as an earlier one: sheets of their own

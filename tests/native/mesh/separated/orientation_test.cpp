@@ -97,53 +97,5 @@ TEST(Orientation, IsEachPartsOwnBetweenSeams) {
   }
 }
 
-TEST(Orientation, PagesAreCutOffAndStrayFacesAreTurned) {
-  // The right half is turned, and a face in the middle of either half.
-  const Index columns = 12;
-  std::vector<char> turned(2 * 12 * 6, 0), stray(turned.size(), 0);
-  for (std::size_t f = 0; f < turned.size(); ++f) turned[f] = f / 2 % columns >= 6 ? 1 : 0;
-  for (const std::size_t f : {62U, 63U, 80U}) {
-    stray[f] = 1;
-    turned[f] = turned[f] == 0 ? 1 : 0;
-  }
-  Turned g = turned_grid(columns, 6, turned);
-  const std::vector<char> no_seams(g.pairs.mate.size(), 0);
-  const Orientation found =
-      orient({g.surface.vertices, g.surface.faces, no_seams}, g.pairs, ExecutionContext());
-  EXPECT_EQ(found.turned, stray);
-  EXPECT_EQ(found.opposed.size(), 6U);
-  EXPECT_TRUE(found.one_sided.empty());
-  for (const HalfedgeId h : found.opposed) {
-    EXPECT_EQ(g.pairs.mate[static_cast<std::size_t>(h)], kInvalid);
-    EXPECT_EQ(source(g.surface.faces, h) % (columns + 1), 6);
-    EXPECT_EQ(target(g.surface.faces, h) % (columns + 1), 6);
-  }
-}
-
-TEST(Orientation, AOneSidedPartIsCutWhereItsWindingsSay) {
-  // Moebius strips wound along: whichever face comes first, none is turned.
-  for (Index n = 3; n < 12; ++n) {
-    for (Index first = 0; first < n; ++first) {
-      Surface s{Points3(2 * n, 3), Triangles(2 * n, 3)};
-      for (Index i = 0; i < n; ++i) {
-        s.vertices.row(2 * i) << i, 0, i % 2;
-        s.vertices.row(2 * i + 1) << i, 1, i % 3;
-        const bool last = i + 1 == n;
-        const VertexId a = 2 * i, b = 2 * i + 1, c = last ? 1 : 2 * i + 2, d = last ? 0 : 2 * i + 3;
-        const Index at_row = 2 * ((i + first) % n);
-        s.faces.row(at_row) << a, c, d;
-        s.faces.row(at_row + 1) << a, d, b;
-      }
-      const std::vector<char> at_seam(static_cast<std::size_t>(s.faces.size()), 0);
-      const PairingInput input{s.vertices, s.faces, at_seam};
-      EdgePairs pairs = pair_edges(input, ExecutionContext());
-      const Orientation found = orient(input, pairs, ExecutionContext());
-      EXPECT_EQ(found.turned, std::vector<char>(static_cast<std::size_t>(2 * n), 0));
-      EXPECT_EQ(found.one_sided.size(), 1U);
-      EXPECT_TRUE(found.opposed.empty());
-    }
-  }
-}
-
 }  // namespace
 }  // namespace flipfree::mesh::orientation_test

@@ -15,7 +15,7 @@ import numpy as np
 from ... import _native
 from ...calls.mesh_files import write
 from ...errors import InvalidInput
-from ...texts import above_bound, counted
+from ...texts import above_bound
 from ..child import Engine
 from ..plan import Formats
 from ..results import Record
@@ -82,11 +82,6 @@ def record_of(command: Command, solved: Solved, options: Mapping[str, Any]) -> R
         warnings.append(
             f"The map is valid, but {above_bound(certificate.stretched)} (mean energy {certificate.energy:.3g}, 1 is none): "
             f"{command.cure}."
-        )
-    if certificate.turned:
-        warnings.append(
-            f"{counted(certificate.turned, 'face')} turned over, as windings contradict each other: the texture is on the back "
-            "there. Recalculate normals where a renderer hides backs."
         )
     if found is not None and found.stats.get("time_limit_reached", 0):
         warnings.append("Time was over (--max-seconds); this is the best map by then.")
