@@ -2,7 +2,8 @@
 # A batch holds sources of one folder below ROOT (a stage), in the order of their paths, up to FLIPFREE_UNITY_BYTES; names in
 # anonymous namespaces are therefore unique within a stage (scripts/check_house.py). A source that alone takes as long as a
 # batch stays alone. Sanitizer, fuzz and coverage builds compile each source by itself: what one takes from its neighbours by
-# accident is an error there.
+# accident is an error there. Sources with the property FLIPFREE_ALONE stay alone too: tests have the linker redirect calls of
+# their functions (tests/native/faults/poison.cpp), and it knows none within one batch.
 option(FLIPFREE_UNITY "Compile several sources as one" ON)
 set(FLIPFREE_UNITY_BYTES 120000 CACHE STRING "Most bytes of source in one batch")
 if(FLIPFREE_SANITIZE OR FLIPFREE_FUZZ OR FLIPFREE_COVERAGE)
@@ -18,6 +19,10 @@ function(unite target root)
   set(stage "")
   set(filled 0)
   foreach(source IN LISTS ARGN)
+    get_source_file_property(alone ${source} FLIPFREE_ALONE)
+    if(alone)
+      continue()
+    endif()
     file(RELATIVE_PATH path ${root} ${source})
     string(REGEX MATCH "^[^/]+" folder ${path})
     file(SIZE ${source} bytes)
