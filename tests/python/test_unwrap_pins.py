@@ -72,3 +72,16 @@ def test_charts_without_pins_are_not_affected_by_those_of_others() -> None:
     result = ff.unwrap(*mesh, pins={3: (5.0, 5.0)})
     other = result.uv[len(f1) :]
     assert other.min() >= 0.0 and other.max() <= 1.0
+
+
+def test_many_pins_at_one_point_are_refused_only_where_an_edge_joins_two() -> None:
+    vertices, faces = bumpy_grid(12, 12)
+    side = round(len(vertices) ** 0.5)
+    apart = [3 * i * side + 3 * j for i in range(4) for j in range(4)]
+    pins = {v: (0.5, 0.5) for v in apart}
+    with pytest.raises(ff.NotConverged) as failed:  # a surface drawn together into a point
+        ff.unwrap(vertices, faces, pins=pins, bijective=False)
+    assert "same point" not in str(failed.value)
+    with pytest.raises(ff.Infeasible, match="same point") as error:
+        ff.unwrap(vertices, faces, pins={**pins, apart[5] + 1: (0.5, 0.5)}, bijective=False)
+    assert sorted(error.value.elements) == [apart[5], apart[5] + 1]

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <map>
 #include <string>
+#include <tuple>
 
 #include "flipfree/base/error.h"
 #include "flipfree/matchmaker/target/carry.h"
@@ -195,19 +196,18 @@ SheetTarget sheet_target(const mesh::RefinedSurface& surface, const Constraints&
     follow_lines(result, constraints);
     find_only_sheets(true);
   }
-  for (std::size_t i = 0; i < result.pins.size(); ++i) {
-    const SheetPin& p = result.pins[i];
+  std::map<std::tuple<double, double, FaceId>, VertexId> taken;
+  for (const SheetPin& p : result.pins) {
     check_off_edges(result.domain, p.pin, p.face);
-    for (std::size_t j = 0; j < i; ++j) {
-      if (result.pins[j].pin.uv != p.pin.uv || result.pins[j].face != p.face) continue;
-      throw_infeasible(ErrorCode::kContradictoryPins,
-                       "Vertices " + std::to_string(result.pins[j].pin.vertex) + " and " +
-                           std::to_string(p.pin.vertex) +
-                           " are pinned to the same point of one sheet. Move or release one of "
-                           "them.",
-                       {"same place", {{"place", numbers_of({p.pin.uv})}}}, ElementKind::kVertex,
-                       {result.pins[j].pin.vertex, p.pin.vertex});
-    }
+    const auto [other, added] =
+        taken.try_emplace({p.pin.uv.x(), p.pin.uv.y(), p.face}, p.pin.vertex);
+    if (added) continue;
+    throw_infeasible(ErrorCode::kContradictoryPins,
+                     "Vertices " + std::to_string(other->second) + " and " +
+                         std::to_string(p.pin.vertex) +
+                         " are pinned to the same point of one sheet. Move or release one of them.",
+                     {"same place", {{"place", numbers_of({p.pin.uv})}}}, ElementKind::kVertex,
+                     {other->second, p.pin.vertex});
   }
   if (!constraints.simple_outline) refuse_crossings(result, constraints, context);
   return result;

@@ -1,6 +1,7 @@
 #include "flipfree/unwrap/chart/chart.h"
 
 #include <algorithm>
+#include <array>
 #include <string>
 #include <utility>
 
@@ -127,33 +128,54 @@ Similarity place_by_pins(const Points2& uv, const std::vector<std::pair<VertexId
   return fit_similarity(from, to);
 }
 
+// Two of the pins, which are sorted by their points, that may not be at one point: neighbours in
+// that order or, with `joined`, those of one edge. {first, second}, both kInvalid if there are
+// none. Cost: O(pins), with `joined` O(#V + #F).
+std::array<Index, 2> coincident_pins(const mesh::Surface& chart, bool joined,
+                                     const std::vector<std::pair<VertexId, Vector2>>& sorted,
+                                     const ExecutionContext& context) {
+  const auto count = static_cast<Index>(sorted.size());
+  std::vector<Index> place(sorted.size(), 0);  // a number per point
+  for (Index i = 1; i < count; ++i) {
+    const bool same = sorted[at(i)].second == sorted[at(i - 1)].second;
+    if (same && !joined) return {i - 1, i};
+    place[at(i)] = place[at(i - 1)] + (same ? 0 : 1);
+  }
+  std::array<Index, 2> found{kInvalid, kInvalid};
+  if (!joined || count == 0 || place.back() == count - 1) return found;
+  std::vector<Index> pin_of(at(static_cast<Index>(chart.vertices.rows())), kInvalid);
+  for (Index i = 0; i < count; ++i) pin_of[at(sorted[at(i)].first)] = i;
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(chart.faces.size()); ++h) {
+    if (h % 65536 == 0) context.check();
+    const Index a = pin_of[at(mesh::source(chart.faces, h))];
+    const Index b = pin_of[at(mesh::target(chart.faces, h))];
+    if (a == kInvalid || b == kInvalid || place[at(a)] != place[at(b)]) continue;
+    const Index first = std::min(a, b);
+    const Index second = std::max(a, b);
+    if (found[1] == kInvalid || second < found[1] || (second == found[1] && first > found[0]))
+      found = {first, second};
+  }
+  return found;
+}
+
 // A chart that does not overlap itself has no two vertices at one point; another one has no edge
 // between them.
 void reject_coincident_pins(const mesh::Surface& chart, bool bijective,
-                            const std::vector<std::pair<VertexId, Vector2>>& pins) {
+                            const std::vector<std::pair<VertexId, Vector2>>& pins,
+                            const ExecutionContext& context) {
   std::vector<std::pair<VertexId, Vector2>> sorted = pins;
   std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
     return a.second.x() != b.second.x() ? a.second.x() < b.second.x() : a.second.y() < b.second.y();
   });
-  const auto joined = [&](VertexId a, VertexId b) {
-    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(chart.faces.size()); ++h) {
-      const std::pair ends(mesh::source(chart.faces, h), mesh::target(chart.faces, h));
-      if (ends == std::pair(a, b) || ends == std::pair(b, a)) return true;
-    }
-    return false;
-  };
-  for (std::size_t i = 1; i < sorted.size(); ++i) {
-    for (std::size_t j = i; j-- > 0 && sorted[j].second == sorted[i].second;) {
-      if (!bijective && !joined(sorted[i].first, sorted[j].first)) continue;
-      throw_infeasible(ErrorCode::kContradictoryPins,
-                       "Two vertices of one chart are pinned to the same point (" +
-                           std::to_string(sorted[i].second.x()) + ", " +
-                           std::to_string(sorted[i].second.y()) +
-                           "). Unpin one of them or move its pin.",
-                       {"same place", {{"place", {sorted[i].second.x(), sorted[i].second.y()}}}},
-                       ElementKind::kVertex, {sorted[j].first, sorted[i].first});
-    }
-  }
+  const auto [first, second] = coincident_pins(chart, !bijective, sorted, context);
+  if (second == kInvalid) return;
+  const auto& [vertex, point] = sorted[at(second)];
+  throw_infeasible(ErrorCode::kContradictoryPins,
+                   "Two vertices of one chart are pinned to the same point (" +
+                       std::to_string(point.x()) + ", " + std::to_string(point.y()) +
+                       "). Unpin one of them or move its pin.",
+                   {"same place", {{"place", {point.x(), point.y()}}}}, ElementKind::kVertex,
+                   {sorted[at(first)].first, vertex});
 }
 
 distortion::MinimizeOptions minimize_options(const FlattenOptions& options) {
@@ -314,7 +336,7 @@ FlatChart flatten_piece(const mesh::Surface& piece, Points2 uv, Points2 apart,
 
 FlatChart flatten_chart(const mesh::Surface& chart, const FlattenOptions& options,
                         ExecutionContext& context, Stats& stats) {
-  reject_coincident_pins(chart, options.bijective, options.pins);
+  reject_coincident_pins(chart, options.bijective, options.pins, context);
   FlatChart flat;
   {
     const ProgressRange range(context, 0.0, 0.2);
