@@ -158,6 +158,9 @@ class Repair {
     const double grain =
         std::max(std::abs(start.x()), std::abs(start.y())) * std::numeric_limits<float>::epsilon();
     const double high_enough = enough_ * grain;
+    const auto [centre, radius] = star(v);
+    if (!std::isfinite(radius)) return false;  // a neighbour lies beyond the range of floats
+    find_near(v, kFarthest * radius + grain);
     double best = score(v, high_enough);
     double gained = best;  // without the price of the way
     Vector2 place = start;
@@ -179,8 +182,6 @@ class Repair {
         }
       }
     };
-    const auto [centre, radius] = star(v);
-    if (!std::isfinite(radius)) return false;  // a neighbour lies beyond the range of floats
     // From the neighbouring floats to the whole star's size, until nothing is wrong; then back down
     // from the best point so far.
     // At the origin floats are as fine as one likes.
@@ -234,15 +235,32 @@ class Repair {
     return std::min(lowest, enough) - penalty - kFlipPenalty * conflicts(v);
   }
 
+  // Boundary edges that those at v can meet while it is moved by no more than `reach` along an
+  // axis.
+  void find_near(VertexId v, double reach) {
+    near_.clear();
+    if (!options_.bijective || edges_at_[at(v)].empty()) return;
+    const Eigen::RowVector2d low = points_.row(v).array() - reach;
+    const Eigen::RowVector2d high = points_.row(v).array() + reach;
+    for (std::size_t f = 0; f < boundary_.edges.size(); ++f) {
+      const auto c = points_.row(boundary_.edges[f][0]);
+      const auto d = points_.row(boundary_.edges[f][1]);
+      if ((c.cwiseMax(d).array() >= low.array()).all() &&
+          (c.cwiseMin(d).array() <= high.array()).all())
+        near_.push_back(static_cast<Index>(f));
+    }
+  }
+
+  // Precondition: find_near(v).
   double conflicts(VertexId v) const {
     if (!options_.bijective || edges_at_[at(v)].empty()) return 0;
     double count = 0;
     const auto point = [&](VertexId w) -> Vector2 { return points_.row(w).transpose(); };
     for (const Index e : edges_at_[at(v)]) {
       const auto& [a, b] = boundary_.edges[at(e)];
-      for (std::size_t f = 0; f < boundary_.edges.size(); ++f) {
-        const auto& [c, d] = boundary_.edges[f];
-        if (static_cast<Index>(f) == e) continue;
+      for (const Index f : near_) {
+        const auto& [c, d] = boundary_.edges[at(f)];
+        if (f == e) continue;
         const bool joined = a == c || a == d || b == c || b == d;
         const bool same = !joined && (point(a) == point(c) || point(a) == point(d) ||
                                       point(b) == point(c) || point(b) == point(d));
@@ -258,6 +276,8 @@ class Repair {
   static constexpr double kFirstHeight = 16.0;
   // Of two places that are as good the nearer one; little beside the height that is won.
   static constexpr double kPriceOfWay = 1e-3;
+  // From where it was, in radii of its star, a vertex is moved by at most: one, then by halves.
+  static constexpr double kFarthest = 4.0;
 
   const Triangles& faces_;
   const RoundingOptions& options_;
@@ -269,6 +289,7 @@ class Repair {
   std::vector<CornerId> corners_;
   Boundary boundary_;
   std::vector<std::vector<Index>> edges_at_;
+  std::vector<Index> near_;
 };
 
 [[noreturn]] void give_up(const std::vector<FaceId>& bad, const std::vector<VertexId>& seeds) {
