@@ -21,8 +21,8 @@ give_up() {
   exit 1
 }
 native() { ctest --test-dir build --output-on-failure --quiet -j "$(nproc)" --output-junit "$PWD/$reports/native.xml" "$@"; }
-python() {  # two at a time; those of one file in one process
-  PYTHONPATH=build/python build/venv/bin/python -m pytest -q -n "$(nproc)" --dist loadfile --junitxml "$reports/python.xml" "$@"
+python() {  # one more process than cores, as some wait
+  PYTHONPATH=build/python build/venv/bin/python -m pytest -q -n "$(($(nproc) + 1))" --dist worksteal --junitxml "$reports/python.xml" "$@"
 }
 totals() { build/venv/bin/python scripts/totals.py "$reports" "$@"; }
 

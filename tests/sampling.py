@@ -30,6 +30,14 @@ def sampled(values: Sequence[T], keep: int, name: str = "") -> list[T]:
     return [values[i] for i in sorted(chosen)]
 
 
+def halved(values: Sequence[T], half: int, name: str = "") -> list[T]:
+    """One half of the values in their order, where half is even, or the other; all of them in a long run."""
+    if LONG:
+        return list(values)
+    order = random.Random(f"{SEED} {name}").sample(range(len(values)), len(values))
+    return [values[i] for i in sorted(order[half % 2 :: 2])]
+
+
 def pytest_configure(config: Any) -> None:
     config.addinivalue_line(
         "markers",

@@ -61,6 +61,7 @@ def damaged(random: np.random.Generator) -> tuple[Any, Any, dict[str, Any]]:
     return vertices, faces, arguments
 
 
+@pytest.mark.sample(60)
 @pytest.mark.parametrize("seed", range(150))
 def test_damaged_meshes_are_unwrapped_or_refused(seed: int) -> None:
     vertices, faces, arguments = damaged(np.random.default_rng(seed))

@@ -48,6 +48,7 @@ def test_the_functions_are_also_jobs() -> None:
         assert parameters == [*job_parameters, "progress"]
 
 
+@pytest.mark.sample(80)
 @pytest.mark.parametrize(("name", "parameter"), PLACES)
 def test_unexpected_arguments_are_taken_or_refused(name: str, parameter: str) -> None:
     refused = 0

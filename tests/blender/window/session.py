@@ -5,11 +5,13 @@
 
 Each test is a generator: it yields the seconds that Blender shall go on (drawing, timers, events) before its next line. REPORT is
 a JUnit file. With SHOTS, a folder, pictures of the screen are put there (needs ImageMagick's `import`); some are those of
-docs/images. With WORDs, only tests run whose names have one of them.
+docs/images. With WORDs, only tests run whose names have one of them. Without, each test runs in one of two Blenders that follow
+each other by their major version (tests/sampling.py), or with FLIPFREE_LONG=1 in both.
 """
 
 import os
 import sys
+import time
 import traceback
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -17,7 +19,7 @@ from pathlib import Path
 import bpy
 
 HERE = Path(__file__).parent
-sys.path[:0] = [str(HERE), str(HERE.parent)]
+sys.path[:0] = [str(HERE), str(HERE.parent), str(HERE.parent.parent)]
 sys.dont_write_bytecode = True
 
 import menus  # noqa: E402
@@ -27,12 +29,16 @@ import solving  # noqa: E402
 import stage  # noqa: E402
 import views  # noqa: E402
 
+import sampling  # noqa: E402
+
 TESTS = [
     function
     for module in (solving, menus, views, pins, robust)
     for name, function in vars(module).items()
     if name.startswith("test_") and (not stage.WORDS or any(word in name for word in stage.WORDS))
 ]
+if not stage.WORDS:
+    TESTS = sampling.halved(TESTS, bpy.app.version[0], "windows")
 
 
 def run_all():
@@ -41,6 +47,7 @@ def run_all():
     yield 0.5
     for test in TESTS:
         case = ET.SubElement(suite, "testcase", name=test.__name__, classname="window")
+        start = time.monotonic()
         try:
             stage.reset()
             yield from test()
@@ -50,6 +57,7 @@ def run_all():
             for run in list(stage.modal.live_runs):
                 run.close()
             yield 0.5
+        case.set("time", f"{time.monotonic() - start:.3f}")
     ET.ElementTree(suite).write(stage.REPORT)
     sys.stdout.flush()
     os._exit(0)
