@@ -69,8 +69,6 @@ py::dict to_dict(const certify::Certificate& c) {
   d["energy"] = c.energy;
   d["max_energy"] = c.max_energy;
   d["energy_p99"] = c.energy_p99;
-  d["poor"] = c.poor;
-  d["poor_islands"] = from_vector(c.poor_islands);
   py::list mends;
   for (const mesh::Mend& mend : c.mends) {
     mends.append(py::make_tuple(std::string(describe(mend.kind)), kind_name(mend.element),

@@ -18,10 +18,4 @@ inline constexpr double kProvenanceTolerance = 1e-9;
 // quarter turn must remain recognisable.
 inline constexpr double kStoredAngleTolerance = 0.3;
 
-// A map with a larger mean energy is called poor, and so is one with a hundredth of its area above
-// the second bound: triangles stretched or shrunk by more than 3 and 7 in all directions. They
-// judge what a person would keep, not what is valid.
-inline constexpr double kPoorEnergy = 5.0;
-inline constexpr double kPoorPercentile = 25.0;
-
 }  // namespace flipfree

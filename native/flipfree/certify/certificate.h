@@ -57,10 +57,6 @@ struct Certificate {
                                                                  // scale, 1 = isometric
   double max_energy = std::numeric_limits<double>::quiet_NaN();  // worst triangle at the same scale
   double energy_p99 = std::numeric_limits<double>::quiet_NaN();  // 99th percentile by area
-  // Valid, but hardly of use: `energy` or `energy_p99` is above its bound (base/tolerances.h).
-  bool poor = false;
-  std::vector<FaceId> poor_islands;  // a face of each chart whose own mean energy is above the
-                                     // bound, worst first, at most 100
   // What the mesh had to be separated for; empty of a clean surface. Faces that use a vertex twice
   // were not judged, all others were.
   std::vector<mesh::Mend> mends;

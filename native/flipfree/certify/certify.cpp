@@ -317,13 +317,6 @@ struct Certifier {
     certificate.energy = energy.mean;
     certificate.max_energy = energy.maximum;
     certificate.energy_p99 = energy.percentile99;
-    certificate.poor = energy.mean > kPoorEnergy || energy.percentile99 > kPoorPercentile;
-    if (!(energy.maximum > kPoorEnergy)) return;
-    constexpr std::size_t kMostIslands = 100;
-    certificate.poor_islands = charts_above(surface, stored, charts_of(adjacency, cuts32),
-                                            energy32.scale, kPoorEnergy, request.aspect);
-    if (certificate.poor_islands.size() > kMostIslands)
-      certificate.poor_islands.resize(kMostIslands);
   }
 
   // Where triangles are so small or thin that their areas vanish among doubles.

@@ -157,8 +157,7 @@ Error in_input_terms(const mesh::SeparatedSurface& separated, Error error) {
 }
 
 Certificate in_input_terms(const mesh::SeparatedSurface& separated, Certificate certificate) {
-  for (auto* faces :
-       {&certificate.failed_faces, &certificate.poor_islands, &certificate.island_overlap_faces}) {
+  for (auto* faces : {&certificate.failed_faces, &certificate.island_overlap_faces}) {
     for (FaceId& f : *faces) f = separated.face_origin[at(f)];
   }
   for (auto& [v, k] : certificate.quarter_cones) v = separated.vertex_origin[at(v)];

@@ -186,7 +186,6 @@ TEST(CertifyRequest, distortion_that_is_not_required_is_minus_one_unless_it_is_f
   c.surface.vertices.setZero();
   const Certificate certificate = c.measure();
   EXPECT_TRUE(certificate.ok);
-  EXPECT_FALSE(certificate.poor);
   EXPECT_EQ(certificate.energy, -1.0);
   EXPECT_EQ(certificate.max_energy, -1.0);
   EXPECT_EQ(certificate.energy_p99, -1.0);
@@ -215,39 +214,6 @@ TEST(CertifyRequest, at_most_a_thousand_faces_are_named) {
   const Certificate certificate = c.measure();
   EXPECT_EQ(certificate.flips64, 1600);
   EXPECT_EQ(certificate.failed_faces.size(), 1000U);
-}
-
-TEST(CertifyRequest, poor_islands_are_named_worst_first_up_to_a_hundred) {
-  // Triangles apart from each other, each stretched more than the one before.
-  constexpr Index kTriangles = 150;
-  Case c;
-  c.surface.vertices.resize(3 * kTriangles, 3);
-  c.surface.faces.resize(kTriangles, 3);
-  Points2 places(3 * kTriangles, 2);
-  for (Index f = 0; f < kTriangles; ++f) {
-    c.surface.vertices.middleRows<3>(3 * f) << f, 0, 0, f + 1, 0, 0, f, 1, 0;
-    c.surface.faces.row(f) << 3 * f, 3 * f + 1, 3 * f + 2;
-    const double stretch = 100.0 + f;
-    places.middleRows<3>(3 * f) << 0, 2 * f, stretch, 2 * f, 0, 2 * f + 1 / stretch;
-  }
-  c.uv = corners(c.surface, places);
-  const Certificate certificate = c.measure();
-  EXPECT_TRUE(certificate.ok);
-  EXPECT_TRUE(certificate.poor);
-  ASSERT_EQ(certificate.poor_islands.size(), 100U);
-  EXPECT_EQ(certificate.poor_islands.front(), kTriangles - 1);
-}
-
-TEST(CertifyRequest, a_map_is_poor_by_a_hundredth_of_its_area_alone) {
-  Case c;
-  c.surface = test::grid(10, 10);
-  c.uv = flat(c.surface);
-  // Two of the 200 triangles are drawn out, cut off from the rest and put beside it.
-  for (CornerId k = 0; k < 9; ++k)
-    c.uv.row(k) = Eigen::RowVector2d(c.uv(k, 0) * 9, c.uv(k, 1) / 9 - 3);
-  const Certificate certificate = c.measure();
-  EXPECT_LT(certificate.energy, 5.0);
-  EXPECT_TRUE(certificate.poor);
 }
 
 }  // namespace

@@ -132,32 +132,4 @@ EnergyFigures worse_of(const EnergyFigures& a, const EnergyFigures& b) {
   return worse;
 }
 
-std::vector<FaceId> charts_above(const mesh::Surface& surface, const Points2& corner_uv,
-                                 const mesh::Components& charts, double scale, double bound,
-                                 double aspect) {
-  struct Sum {
-    double energy = 0.0;
-    double area = 0.0;
-    FaceId face = kInvalid;
-    double mean() const { return energy / area; }
-  };
-  std::vector<Sum> sums(static_cast<std::size_t>(charts.count));
-  const Points3 parts = symmetric_dirichlet_parts(surface, corner_uv, aspect);
-  const double s2 = scale * scale;
-  for (Eigen::Index f = 0; f < parts.rows(); ++f) {
-    Sum& sum = sums[static_cast<std::size_t>(charts.of_face[static_cast<std::size_t>(f)])];
-    if (sum.face == kInvalid) sum.face = static_cast<FaceId>(f);
-    if (!(parts(f, 2) > 0.0)) continue;
-    sum.energy += parts(f, 2) * (parts(f, 0) * s2 + parts(f, 1) / s2) / 4.0;
-    sum.area += parts(f, 2);
-  }
-  std::erase_if(sums, [&](const Sum& sum) { return !(sum.mean() > bound); });
-  std::stable_sort(sums.begin(), sums.end(),
-                   [](const Sum& a, const Sum& b) { return a.mean() > b.mean(); });
-  std::vector<FaceId> faces;
-  faces.reserve(sums.size());
-  for (const Sum& sum : sums) faces.push_back(sum.face);
-  return faces;
-}
-
 }  // namespace flipfree::certify

@@ -2,10 +2,7 @@
 // = isometric.
 #pragma once
 
-#include <vector>
-
 #include "flipfree/mesh/surface.h"
-#include "flipfree/mesh/topology.h"
 
 namespace flipfree::certify {
 
@@ -24,12 +21,6 @@ EnergyFigures symmetric_dirichlet(const mesh::Surface& surface, const Points2& c
 
 // Each figure the worse one of two maps of a surface; the scale is that of the worse mean.
 EnergyFigures worse_of(const EnergyFigures& a, const EnergyFigures& b);
-
-// One face of every chart whose own mean at the map's scale (EnergyFigures::scale) is above
-// `bound`, worst first. Cost: O(#F).
-std::vector<FaceId> charts_above(const mesh::Surface& surface, const Points2& corner_uv,
-                                 const mesh::Components& charts, double scale, double bound,
-                                 double aspect = 1.0);
 
 // Per face (|J|^2, |J^-1|^2, 3D area): the parts from which the figures come. #F x 3.
 Points3 symmetric_dirichlet_parts(const mesh::Surface& surface, const Points2& corner_uv,

@@ -6,7 +6,6 @@
 #include "flipfree/base/failure/renumber.h"
 #include "flipfree/base/failure/translate_errors.h"
 #include "flipfree/base/plane.h"
-#include "flipfree/base/tolerances.h"
 #include "flipfree/distortion/energy/energy.h"
 #include "flipfree/distortion/minimize/boundary_grid.h"
 #include "flipfree/mesh/own_unit.h"
@@ -29,6 +28,8 @@ constexpr double kEnoughHealthy = 0.3;
 constexpr double kLittleOverlap = 0.1;
 // A flipped or mirrored chart so much larger or smaller than the others has no size to keep.
 constexpr double kOddSize = 5.0;
+// Mean energy of a mirrored chart that is not worth turning over.
+constexpr double kMostMirroredEnergy = 5.0;
 
 class ChartMender {
  public:
@@ -59,7 +60,7 @@ class ChartMender {
                                  false, context_)
                          .count > 0;
     const bool odd = has_odd_size();
-    const bool poor = flipped_only && mean_of(energies) > kPoorEnergy;
+    const bool poor = flipped_only && mean_of(energies) > kMostMirroredEnergy;
     if (((bad || flipped_only) && odd) || poor) {
       if (odd) damaged_.density = given_.density * own_.unit();
       flatten(before);

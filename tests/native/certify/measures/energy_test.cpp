@@ -138,33 +138,6 @@ TEST(Energy, of_positive_triangles_too_thin_for_doubles_is_that_of_their_true_ar
   EXPECT_GT(thin, 100);
 }
 
-TEST(ChartsAbove, come_worst_first_by_their_own_mean) {
-  const Soup soup = random_soup(60, 5);
-  mesh::Components charts;
-  charts.count = 20;
-  std::vector<double> energy(20, 0.0), area(20, 0.0);
-  const double scale = 1.7;
-  const Points3 parts = symmetric_dirichlet_parts(soup.surface, soup.uv);
-  for (FaceId f = 0; f < 60; ++f) {
-    const Index c = f % 20;
-    charts.of_face.push_back(c);
-    const Vector2 s = scale * stretches(soup, f);
-    energy[static_cast<std::size_t>(c)] +=
-        parts(f, 2) * (s.squaredNorm() + s.cwiseInverse().squaredNorm()) / 4.0;
-    area[static_cast<std::size_t>(c)] += parts(f, 2);
-  }
-  const auto mean = [&](FaceId f) {
-    return energy[static_cast<std::size_t>(f % 20)] / area[static_cast<std::size_t>(f % 20)];
-  };
-  std::vector<double> means;
-  for (FaceId f = 0; f < 20; ++f) means.push_back(mean(f));
-  std::sort(means.begin(), means.end());
-  const double bound = 0.5 * (means[9] + means[10]);
-  const std::vector<FaceId> found = charts_above(soup.surface, soup.uv, charts, scale, bound);
-  ASSERT_EQ(found.size(), 10U);
-  for (std::size_t i = 0; i < 10; ++i) EXPECT_NEAR(mean(found[i]) / means[19 - i], 1.0, 1e-9);
-}
-
 TEST(Energy, of_flipped_maps_is_infinite_and_of_surfaces_without_area_not_a_number) {
   mesh::Surface surface = test::grid(2, 2);
   Points2 uv = flat(surface);
@@ -176,14 +149,11 @@ TEST(Energy, of_flipped_maps_is_infinite_and_of_surfaces_without_area_not_a_numb
   EXPECT_TRUE(std::isnan(none.percentile99));
 }
 
-TEST(Energy, leaves_faces_without_area_out_also_where_charts_are_named) {
+TEST(Energy, leaves_faces_without_area_out) {
   mesh::Surface surface = test::grid(2, 2);
   const Points2 uv = flat(surface);
   surface.vertices.row(surface.faces(0, 0)) = surface.vertices.row(surface.faces(0, 1)).eval();
   EXPECT_TRUE(std::isfinite(symmetric_dirichlet(surface, uv).mean));
-  const mesh::Components charts = charts_of(adjacency_of(surface), mesh::EdgeFlags(24, 0));
-  EXPECT_EQ(charts_above(surface, uv, charts, 1.0, 1e9).size(), 0U);
-  EXPECT_EQ(charts_above(surface, uv, charts, 1.0, 0.0).size(), 1U);
 }
 
 // A triangle whose area is positive, and zero in doubles.

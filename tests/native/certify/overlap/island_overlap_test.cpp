@@ -228,17 +228,6 @@ TEST(IslandOverlap, trees_of_many_triangles_are_searched_on_both_sides) {
   }
 }
 
-TEST(Certify, a_map_with_a_hundredth_of_its_area_stretched_beyond_use_is_poor_and_names_the_chart) {
-  const Pair pair = two_grids(Vector2(5, 0));
-  Points2 uv = pair.uv;
-  EXPECT_FALSE(measure(pair.surface, uv).poor);
-  uv.bottomRows(uv.rows() / 2) *= 0.02;
-  const Certificate c = measure(pair.surface, uv);
-  EXPECT_TRUE(c.poor);
-  EXPECT_GT(c.energy_p99, 25.0);
-  ASSERT_FALSE(c.poor_islands.empty());
-}
-
 TEST(IslandOverlap, triangles_are_separated_by_a_side_of_either) {
   const mesh::Surface surface = loose_triangles(2);
   const mesh::Components charts = charts_of(adjacency_of(surface), mesh::EdgeFlags(6, 0));
