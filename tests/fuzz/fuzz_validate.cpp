@@ -15,7 +15,7 @@ namespace flipfree::fuzz {
 namespace {
 
 // What is wrong with a mesh, from the definitions.
-struct Judge {
+struct MeshJudge {
   std::set<ErrorCode> codes;
 
   bool values(const mesh::Surface& surface) {
@@ -114,7 +114,7 @@ void fuzz_validate(Bytes bytes) {
   require(allowed([&] { defects = mesh::find_defects(surface, options); }),
           "find_defects has thrown");
 
-  Judge judge;
+  MeshJudge judge;
   if (judge.values(surface)) {
     judge.edges(surface.faces);
     if (judge.codes.empty()) judge.vertices(surface, options.allow_isolated_vertices);

@@ -14,7 +14,7 @@
 #include "faults/samples.h"
 #include "flipfree/base/error.h"
 
-namespace flipfree::test {
+namespace flipfree::test::allocation_test {
 namespace {
 
 enum class Outcome { kResult, kNoMemory, kGaveUp };
@@ -120,4 +120,4 @@ INSTANTIATE_TEST_SUITE_P(Calls, Allocation, testing::ValuesIn(all_calls()),
                          [](const auto& info) { return identifier(info.param.name); });
 
 }  // namespace
-}  // namespace flipfree::test
+}  // namespace flipfree::test::allocation_test

@@ -17,7 +17,7 @@
 #include "faults/samples.h"
 #include "flipfree/base/error.h"
 
-namespace flipfree::test {
+namespace flipfree::test::interruption_test {
 namespace {
 
 constexpr double kLongTime = 1e9;  // seconds: the clock is asked, time is never over by itself
@@ -200,4 +200,4 @@ TEST(Interruptions, come_at_random_and_calls_end_soon) {
 }
 
 }  // namespace
-}  // namespace flipfree::test
+}  // namespace flipfree::test::interruption_test

@@ -14,7 +14,7 @@
 #include "faults/samples.h"
 #include "flipfree/base/error.h"
 
-namespace flipfree::test {
+namespace flipfree::test::poison_test {
 namespace {
 
 constexpr double kForeverSeconds = 60;  // a call of some milliseconds that lasts so long is endless
@@ -109,4 +109,4 @@ INSTANTIATE_TEST_SUITE_P(Steps, PoisonedStep,
                          [](const auto& info) { return identifier(poisoned_steps()[info.param]); });
 
 }  // namespace
-}  // namespace flipfree::test
+}  // namespace flipfree::test::poison_test

@@ -33,7 +33,7 @@ void start(std::thread* self, ThreadState state, void (*depend)()) {
   real_start(self, std::move(state), depend);
 }
 
-namespace flipfree::test {
+namespace flipfree::test::threads_test {
 namespace {
 
 // Threads that live (base/threads/helpers.h) are not asked for again: none may at the start.
@@ -63,4 +63,4 @@ TEST(Threads, that_are_not_given_are_done_without) {
 }
 
 }  // namespace
-}  // namespace flipfree::test
+}  // namespace flipfree::test::threads_test

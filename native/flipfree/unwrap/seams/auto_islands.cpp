@@ -51,6 +51,71 @@ void prefer_hidden(std::vector<double>& cost, const Triangles& faces,
   }
 }
 
+KnownMaps nothing_known(const Triangles& faces) {
+  return {Points2(3 * faces.rows(), 2), Points2(3 * faces.rows(), 2),
+          std::vector<char>(static_cast<std::size_t>(faces.rows()), KnownMaps::kNothing)};
+}
+
+// The map (#V x 2) of a chart, as known.
+void take_down(const mesh::Chart& chart, const Points2& uv, char kind, KnownMaps& known) {
+  for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h) {
+    const std::size_t corner = in_surface(chart, h);
+    known.of_face[corner / 3] = kind;
+    known.corner_uv.row(static_cast<Eigen::Index>(corner)) = uv.row(chart.surface.faces.data()[h]);
+  }
+}
+
+// Is the map (#V x 2) within the bound, eased where that helps?
+bool ease_to(const Stretch& bound, const mesh::Surface& chart, bool apart, Points2& uv,
+             ExecutionContext& context) {
+  const auto within = [&] {
+    Points2 corners(chart.faces.size(), 2);
+    for (CornerId k = 0; k < corners.rows(); ++k) corners.row(k) = uv.row(chart.faces.data()[k]);
+    return stretch_of(chart, corners).within(bound);
+  };
+  if (within()) return true;
+  if (context.time_is_over()) return false;
+  uv = eased(chart, uv, bound, apart, context);
+  return within();
+}
+
+// Maps of the islands that the given seams bound, none of which had to be opened, within the bound
+// of stretch and not on themselves: what is cut well enough is cut no further.
+KnownMaps known_by_seams(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
+                         const mesh::EdgeFlags& seams, const mesh::EdgeFlags& uncuttable,
+                         Islands& islands, const UnwrapOptions& options, bool acceptable,
+                         ExecutionContext& context, Stats& stats) {
+  KnownMaps known = nothing_known(surface.faces);
+  std::vector<char> candidate(islands.charts.size(), 0);
+  for (std::size_t c = 0; c < candidate.size(); ++c) {
+    const mesh::Chart& chart = islands.charts[c];
+    bool opened = false;
+    for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h) {
+      const std::size_t corner = in_surface(chart, h);
+      opened = opened || islands.added[corner] != 0;
+      if (islands.cut[corner] != 0 && seams[corner] != 0) candidate[c] = 1;
+    }
+    if (opened) candidate[c] = 0;
+    // The others are passed over as if they were known.
+    if (candidate[c] == 0)
+      for (const FaceId f : chart.faces) known.of_face[at(f)] = KnownMaps::kFlat;
+  }
+  if (std::find(candidate.begin(), candidate.end(), 1) == candidate.end())
+    return nothing_known(surface.faces);
+  UnwrapOptions whole = options;
+  whole.may_add_cuts = false;
+  std::vector<Points2> uv = flatten_islands(islands, surface, adjacency, uncuttable, ChartPins{},
+                                            whole, acceptable, context, stats, &known);
+  known = nothing_known(surface.faces);
+  const Stretch bound = stretch_bound(options.seams.stretch);
+  for (std::size_t c = 0; c < candidate.size(); ++c) {
+    const mesh::Surface& chart = islands.charts[c].surface;
+    if (candidate[c] != 0 && ease_to(bound, chart, options.bijective, uv[c], context))
+      take_down(islands.charts[c], uv[c], KnownMaps::kFlat, known);
+  }
+  return known;
+}
+
 // Charts are searched again, for what they have become since, with a bound that is tighter by this.
 constexpr int kSearchRounds = 4;
 constexpr double kTighterEachRound = 0.8;
@@ -60,16 +125,14 @@ class Finder {
  public:
   Finder(const mesh::Surface& surface, const mesh::Adjacency& adjacency,
          const mesh::EdgeFlags& uncuttable, const UnwrapOptions& options, std::vector<double> cost,
-         Islands islands)
+         Islands islands, KnownMaps known)
       : surface_(surface),
         adjacency_(adjacency),
         uncuttable_(uncuttable),
         options_(options),
         cost_(std::move(cost)),
         islands_(std::move(islands)),
-        known_{Points2(3 * surface.faces.rows(), 2), Points2(3 * surface.faces.rows(), 2),
-               std::vector<char>(static_cast<std::size_t>(surface.faces.rows()),
-                                 KnownMaps::kNothing)} {}
+        known_(std::move(known)) {}
 
   AutoIslands run(bool acceptable, ExecutionContext& context, Stats& stats) {
     const Stretch bound = stretch_bound(options_.seams.stretch);
@@ -182,23 +245,9 @@ class Finder {
     bool any = false;
     for (std::size_t c = 0; c < islands_.charts.size(); ++c) {
       const mesh::Chart& chart = islands_.charts[c];
-      Points2 corners(chart.surface.faces.size(), 2);
-      for (CornerId k = 0; k < corners.rows(); ++k)
-        corners.row(k) = uv[c].row(chart.surface.faces.data()[k]);
-      bool above = !stretch_of(chart.surface, corners).within(bound);
-      if (above && !context.time_is_over()) {
-        uv[c] = eased(chart.surface, uv[c], bound, options_.bijective, context);
-        for (CornerId k = 0; k < corners.rows(); ++k)
-          corners.row(k) = uv[c].row(chart.surface.faces.data()[k]);
-        above = !stretch_of(chart.surface, corners).within(bound);
-      }
-      any = any || above;
-      for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h) {
-        const std::size_t corner = in_surface(chart, h);
-        known_.of_face[corner / 3] = above ? KnownMaps::kNothing : KnownMaps::kFlat;
-        known_.corner_uv.row(static_cast<Eigen::Index>(corner)) =
-            corners.row(static_cast<Eigen::Index>(h));
-      }
+      const bool within = ease_to(bound, chart.surface, options_.bijective, uv[c], context);
+      any = any || !within;
+      take_down(chart, uv[c], within ? KnownMaps::kFlat : KnownMaps::kNothing, known_);
     }
     return any;
   }
@@ -219,18 +268,38 @@ AutoIslands find_islands(const mesh::Surface& surface, const Points3& placed,
                          const mesh::Adjacency& adjacency, const mesh::EdgeFlags& seams,
                          const mesh::EdgeFlags& uncuttable, const UnwrapOptions& options,
                          bool acceptable, ExecutionContext& context, Stats& stats) {
+  KnownMaps known = nothing_known(surface.faces);
+  double begin = 0.0;
+  if (std::find(seams.begin(), seams.end(), 1) != seams.end()) {
+    Islands given =
+        make_islands(surface, adjacency, seams, uncuttable, false, context, {{}, {}, false});
+    begin = 0.2;
+    const ProgressRange range(context, 0.0, begin);
+    known = known_by_seams(surface, adjacency, seams, uncuttable, given, options, acceptable,
+                           context, stats);
+    if (std::find(known.of_face.begin(), known.of_face.end(), KnownMaps::kNothing) ==
+        known.of_face.end()) {
+      std::vector<Points2> uv = flatten_islands(given, surface, adjacency, uncuttable, ChartPins{},
+                                                options, acceptable, context, stats, &known);
+      return {std::move(given), std::move(uv)};
+    }
+  }
+  const ProgressRange range(context, begin, 1.0);
   std::vector<double> cost = edge_costs(surface, adjacency, uncuttable, options.seams);
   prefer_hidden(cost, surface.faces, exposure(placed, surface.faces, adjacency, context));
   mesh::EdgeFlags never(cost.size(), 0);
-  for (std::size_t h = 0; h < cost.size(); ++h)
+  for (std::size_t h = 0; h < cost.size(); ++h) {
+    if (known.of_face[h / 3] != KnownMaps::kNothing) cost[h] = mesh::ShortestPaths::kUnreached;
     never[h] = cost[h] == mesh::ShortestPaths::kUnreached ? 1 : 0;
+  }
   mesh::EdgeFlags wanted =
       with_sharp_edges(surface, adjacency, seams, never, options.seams.sharp_angle);
   const mesh::EdgeFlags creases = crease_seams(surface, adjacency, wanted, cost);
   for (std::size_t h = 0; h < wanted.size(); ++h) wanted[h] |= creases[h];
   Islands islands = make_islands(surface, adjacency, wanted, uncuttable, false, context,
                                  {{}, positive(surface, cost), false});
-  return Finder(surface, adjacency, uncuttable, options, std::move(cost), std::move(islands))
+  return Finder(surface, adjacency, uncuttable, options, std::move(cost), std::move(islands),
+                std::move(known))
       .run(acceptable, context, stats);
 }
 
