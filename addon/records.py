@@ -11,6 +11,7 @@ from .operators import common
 _COUNTS = (
     "triangles",
     "flips32",
+    "turned",
     "overlaps",
     "island_overlaps",
     "seam_edges",

@@ -18,7 +18,10 @@ from . import files
 from .commands import COMMANDS
 from .solving import Ended, solve
 
-_SUMS = ("triangles", "flips32", "overlaps", "island_overlaps", "islands", "added_vertices")
+_SUMS = (
+    *("triangles", "flips32", "turned", "overlaps", "island_overlaps"),
+    *("islands", "added_vertices"),
+)
 _WORST = ("energy", "energy_p99", "max_energy")
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flipfree import texts
+from flipfree import results, texts
 
 from .. import errors, scene, watch
 from ..meshes import mesh_io
@@ -159,16 +159,21 @@ def figures(certificates, islands: int, island_overlaps: int | None = None) -> s
     known = [c for c in certificates if math.isfinite(c.energy) and c.energy >= 0]
     if island_overlaps is None:
         island_overlaps = sum(max(c.island_overlaps, 0) for c in certificates)
-    parts = [
-        plural(islands, "island"),
-        plural(flips, "flip"),
-        overlaps_text(sum(max(c.overlaps, 0) for c in certificates), island_overlaps),
-    ]
+    turned = sum(c.turned for c in certificates)
+    parts = [plural(islands, "island"), plural(flips, "flip")]
+    if turned:
+        parts.append(f"{plural(turned, 'face')} turned over")
+    own = sum(max(c.overlaps, 0) for c in certificates)
+    uncounted = any(c.overlaps < 0 < max(c.flips64, c.flips32) for c in certificates)
+    if own or island_overlaps or not uncounted:
+        parts.append(overlaps_text(own, island_overlaps))
+    if uncounted:
+        parts.append("overlaps of islands with themselves not counted where a map has flips")
     if known:
         mean = by_area(known, "energy")
         worst = max(c.max_energy for c in known)
         parts.append(f"distortion mean {mean:.3f} max {worst:.3g}")
-    return f"{', '.join(parts)} on {plural(triangles, 'triangle')}{separated_text(certificates)}"
+    return f"{', '.join(parts)} on {plural(triangles, 'triangle')}{separated_text(certificates, False)}"
 
 
 def by_area(certificates, name: str) -> float | None:
@@ -183,9 +188,11 @@ def by_area(certificates, name: str) -> float | None:
     return sum(value * area for value, area in known) / whole
 
 
-def separated_text(certificates) -> str:
-    """What meshes were separated for, as the end of a report's figures; "" if all were clean."""
+def separated_text(certificates, turned: bool = True) -> str:
+    """What meshes were separated for, as the end of a report's figures; "" if all were clean. turned: turned faces, too."""
     mended = mends(certificates)
+    if not turned:
+        mended.pop(results.TURNED, None)
     if not mended:
         return ""
     return "; separated: " + ", ".join(texts.mended(count, what) for what, count in mended.items())
@@ -252,8 +259,14 @@ MORE_SEAMS = "Mark more seams there"
 def advice(tasks) -> str:
     """What to do about poor maps among `tasks`, about boundaries that are not as they were asked for, and about objects whose
     scale the maps know nothing of; "" if all is well."""
-    about = (_about_poor, _about_freed, _about_enlarged, _about_scale)
+    about = (_about_poor, _about_turned, _about_freed, _about_enlarged, _about_scale)
     return ". ".join(filter(None, (say(tasks) for say in about)))
+
+
+def _about_turned(tasks) -> str:
+    turned = sum(judged.certificate.turned for task in tasks for judged in task.judged)
+    cure = "Recalculate normals (Mesh > Normals > Recalculate Outside)"
+    return f"{texts.turned_over(turned)}. {cure}" if turned else ""
 
 
 def _about_freed(tasks) -> str:

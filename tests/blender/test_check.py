@@ -35,7 +35,9 @@ def test_flipped_faces_are_counted_and_selected(mode, capfd):
     if mode == "EDIT":
         bpy.ops.mesh.select_all(action="SELECT")
     assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
-    assert f"{flips} flips" in capfd.readouterr().out.replace("1 flip,", "1 flips,")
+    report = capfd.readouterr().out.replace("1 flip,", "1 flips,")
+    assert f"{flips} flips" in report and "0 overlaps" not in report
+    assert "overlaps of islands with themselves not counted where a map has flips" in report
     bpy.ops.object.mode_set(mode="OBJECT")
     chosen = shapes.selected(ob, "face")
     assert chosen and set(chosen) <= {f.index for f in ob.data.polygons if 14 in f.vertices}
@@ -47,6 +49,18 @@ def test_mirrored_islands_count_as_flipped(capfd):
     shapes.set_uv(ob, shapes.uv_of(ob) * np.float32([-1, 1]))
     bpy.ops.uv.flipfree_check()
     assert "18 flips" in capfd.readouterr().out
+
+
+def test_turned_faces_are_counted_and_said_to_be_mirrored(capfd):
+    ob = shapes.grid(5, uv=True)
+    for face in (7, 12):
+        ob.data.polygons[face].flip()
+    flat_map(ob)
+    turned = sum(len(ob.data.polygons[face].vertices) - 2 for face in (7, 12))
+    assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
+    report = capfd.readouterr().out
+    assert f"1 island, 0 flips, {turned} faces turned over, 0 overlaps" in report
+    assert "Recalculate normals" in report
 
 
 def cubes(count, apart):

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 import pytest
-from broken_meshes import KINDS
+from broken_meshes import KINDS, broken_mesh
 
 import flipfree as ff
 
 from judges.any_triangles import judge_any
+from judges.exact import turns
 from surfaces import bumpy_grid
 
 
@@ -103,6 +105,56 @@ def test_solvers_that_want_a_clean_surface_take_its_parts(solver: str) -> None:
         pinned = {0: (0.0, 0.0), len(sheet_vertices) - 1: (1.0, 1.0)}
         result = ff.match(sheet_vertices, sheet, points=pinned)
     assert result.certificate.ok
+
+
+def against(faces: npt.NDArray[np.int64], some: npt.NDArray[np.bool_]) -> npt.NDArray[np.int64]:
+    """With some of them wound against the others."""
+    return np.where(some[:, None], faces[:, [0, 2, 1]], faces)
+
+
+def test_stray_faces_are_turned_and_counted() -> None:
+    vertices, faces = bumpy_grid(12, 12)
+    stray = against(faces, np.isin(np.arange(len(faces)), [50, 51, 120]))
+    found = ff.unwrap(vertices, stray)
+    assert found.certificate.turned == ff.certify(vertices, stray, found.uv).turned == 3
+    assert "flips 0 (64-bit) 0 (32-bit), 3 faces turned over, overlaps 0" in str(found.certificate)
+    assert len(judge_any(stray, found.uv)) == 0
+
+
+def test_whole_pages_are_cut_off_where_maps_are_laid_out_in_islands() -> None:
+    vertices, faces = bumpy_grid(12, 12)
+    right = vertices[faces][:, :, 0].mean(axis=1) > np.median(vertices[:, 0])
+    pages = against(faces, right)
+    found = ff.unwrap(vertices, pages, seams="given")
+    assert found.certificate.turned == 0 and found.stats["charts"] == 2
+    assert (turns(*np.moveaxis(found.uv, 1, 0)) > 0).all()
+    again = ff.certify(vertices, pages, found.uv)
+    assert again.ok and again.turned == 0
+    # A surface that is to stay joined is joined, and so is a map that its maker joined there.
+    assert ff.separate(vertices, pages).turned.sum() == right.sum() == len(faces) // 2
+    joined = ff.unwrap(vertices, faces, seams="given").uv.copy()
+    joined[right] = joined[right][:, [0, 2, 1]]
+    assert ff.certify(vertices, pages, joined).turned == right.sum()
+
+
+@pytest.mark.parametrize("first", range(0, 48, 12))
+def test_certificates_of_one_map_agree_about_windings(first: int) -> None:
+    for seed in range(first, first + 12):
+        _, (vertices, faces) = broken_mesh(seed)
+        cuts = np.sort(faces[::7, :2], axis=1)
+        cuts = cuts[cuts[:, 0] < cuts[:, 1]] if seed % 2 else None
+        found = ff.unwrap(vertices, faces, cuts=cuts)
+        again = ff.certify(vertices, faces, found.uv)
+        assert again.ok
+        for word in ("wound against", "one side"):
+            own, read = (
+                [(m.what, m.count, m.elements.tolist()) for m in c.mends if word in m.what]
+                for c in (found.certificate, again)
+            )
+            assert own == read, seed
+        # What is turned over runs clockwise in its own winding.
+        solid = np.array([len(set(face)) == 3 for face in faces.tolist()], bool)
+        assert (turns(*np.moveaxis(found.uv[solid], 1, 0)) < 0).sum() == again.turned
 
 
 def test_a_refined_map_comes_back_on_the_input() -> None:

@@ -117,7 +117,8 @@ struct OutlineCost {
 };
 
 OutlineCost cost_of(const Outline& outline, Index i, Index k, Index j) {
-  const double turned = !outline.has_normal() || outline.positive(i, k, j) ? 0.0 : 1.0;
+  // Without area: not turned, but as slender as can be.
+  const double turned = outline.has_normal() && outline.positive(j, k, i) ? 1.0 : 0.0;
   return {turned, outline.excess(i, k, j), outline.slenderness(i, k, j)};
 }
 

@@ -52,6 +52,10 @@ class Mend:
         return mended(self.count, self.what)
 
 
+#: The mend of faces that are mapped against their own winding.
+TURNED = "faces wound against their part"
+
+
 @dataclass(frozen=True, eq=False)
 class Certificate:
     """What was measured about a map, on the given values and after rounding to what is stored. Counts of -1 and figures of
@@ -68,7 +72,8 @@ class Certificate:
             map is from seamless. seam_vertices: (s, 2), the edges, with the side that ``seam_transitions`` lead from on
             the left.
         quarter_cones: (k, 2) interior vertices and their quarter turns of angle, where these are not 4 and G4 holds.
-        overlaps: places where a chart covers points twice or touches itself; 0: the charts are one-to-one.
+        overlaps: places where a chart covers points twice or touches itself; 0: the charts are one-to-one; -1: not
+            counted, as they are not where the map has flips.
         island_overlaps: pairs of charts that share area. island_overlap_faces: (k,) faces of such charts, at most 1000.
         energy: symmetric Dirichlet, area-weighted mean at the best global scale, 1 = isometric; max_energy: of the
             worst triangle; energy_p99: 99th percentile by area. Of the 64-bit map or of the stored one, whichever is worse.
@@ -113,8 +118,17 @@ class Certificate:
     failures: list[str]
     failed_faces: IntArray
 
+    @property
+    def turned(self) -> int:
+        """Faces that are mapped against their own winding, as that of their part contradicts it: a renderer that culls
+        backs shows the texture on them mirrored, or not at all. ``flips64`` and ``flips32`` do not count them."""
+        return sum(mend.count for mend in self.mends if mend.what == TURNED)
+
     def __str__(self) -> str:
-        overlaps = "not counted" if self.overlaps < 0 else str(self.overlaps)
+        overlaps = str(self.overlaps)
+        if self.overlaps < 0:
+            because = " where a map has flips" if max(self.flips64, self.flips32) > 0 else ""
+            overlaps = f"of islands with themselves not counted{because}"
         if self.island_overlaps > 0:
             overlaps += f", islands on top of each other {counted(self.island_overlaps, 'pair')}"
         seams = (
@@ -125,7 +139,9 @@ class Certificate:
         )
         lines = [
             f"certificate {'ok' if self.ok else 'FAILED'}: {counted(self.triangles, 'triangle')}, "
-            f"flips {self.flips64} (64-bit) {self.flips32} (32-bit), overlaps {overlaps}, "
+            f"flips {self.flips64} (64-bit) {self.flips32} (32-bit), "
+            + (f"{counted(self.turned, 'face')} turned over, " if self.turned else "")
+            + f"overlaps {overlaps}, "
             f"energy {self.energy:.6g} (worst triangle {self.max_energy:.4g}){seams}"
         ]
         if self.poor:

@@ -26,3 +26,9 @@ def above_bound(share: float) -> str:
     """Of a map, how much of the surface is stretched beyond the bound (maps/distortion.py)."""
     percent = "less than 1" if share < 0.01 else f"{int(100.0 * share)}"
     return f"{percent} % of the surface is stretched beyond 1.25"
+
+
+def turned_over(count: int) -> str:
+    """Of a map, what it means that so many faces are mapped against their own winding."""
+    are, their = ("is", "its") if count == 1 else ("are", "their")
+    return f"{counted(count, 'face')} {are} wound against the others: {their} texture is mirrored, seen from the front"

@@ -304,6 +304,19 @@ TEST(PolygonTriangles, CornersAtOnePlaceBehindEachOtherGetTrianglesWithoutArea) 
   expect_inside(twin, false);
 }
 
+TEST(PolygonTriangles, PolygonsThatTouchThemselvesInAPointOrOnASideStayInside) {
+  // Two squares at a point; a window whose corner lies on the wall's side.
+  for (Outline2 outline :
+       {Outline2{{0, 0}, {1, 0}, {1, 1}, {2, 1}, {2, 2}, {1, 2}, {1, 1}, {0, 1}},
+        Outline2{{0, 0}, {8, 0}, {8, 8}, {0, 8}, {4, 4}, {6, 3}, {4, 0}, {2, 3}, {4, 4}, {0, 8}}}) {
+    for (std::size_t first = 0; first < outline.size(); ++first) {
+      std::rotate(outline.begin(), outline.begin() + 1, outline.end());
+      expect_inside(outline, false);
+      ASSERT_FALSE(HasFatalFailure()) << "from corner " << first;
+    }
+  }
+}
+
 TEST(PolygonTriangles, LargePolygonsTakeLinearTime) {
   Random random(39);
   std::vector<double> seconds;

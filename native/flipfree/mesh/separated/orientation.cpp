@@ -9,6 +9,7 @@
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/mesh/adjacency.h"
+#include "flipfree/mesh/separated/pages.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::mesh {
@@ -19,9 +20,10 @@ class Orienter {
   Orienter(const PairingInput& input, EdgePairs& pairs)
       : positions_(input.positions),
         faces_(input.faces),
-        at_seam_(input.at_seam),
+        closed_(input.at_seam),
         corner_uv_(input.corner_uv),
         polygon_(input.polygon),
+        cut_pages_(input.cut_pages),
         pairs_(pairs),
         mate_(pairs.mate) {
     // Areas are compared only: in a unit in which they neither overflow nor vanish.
@@ -33,18 +35,23 @@ class Orienter {
   }
 
   Orientation run(const ExecutionContext& context) {
-    constexpr Index kCheckEvery = 1 << 14;
-    for (FaceId f = 0; f < faces_.rows(); ++f) {
-      if (f % kCheckEvery == 0) context.check();
-      if (side_[at(f)] == kUnknown) orient_part(f);
+    if (corner_uv_ == nullptr) close_where_regions_contradict_themselves();
+    orient_parts(context);
+    if (cut_pages_) {
+      for (const HalfedgeId h : opposed_mates()) close(h);
+      PairingInput input{positions_, faces_, closed_};
+      input.polygon = polygon_;
+      const std::vector<HalfedgeId> lines = lines_between_pages(input, mate_, side_);
+      for (const HalfedgeId h : lines) close(h);
+      if (!lines.empty()) orient_parts(context);
     }
     Orientation result;
     result.turned = side_;
-    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(mate_.size()); ++h) {
-      const HalfedgeId o = mate_[at(h)];
-      if (o == kInvalid || o < h || agree(h, o)) continue;
-      mate_[at(h)] = mate_[at(o)] = kInvalid;
-      if (at_seam_[at(h)] == 0) result.one_sided.push_back(h);
+    const std::vector<HalfedgeId> opposed = opposed_mates();
+    if (!opposed.empty()) list(opposed, result);
+    for (const HalfedgeId h : opposed) {
+      mate_[at(mate_[at(h)])] = kInvalid;
+      mate_[at(h)] = kInvalid;
     }
     return result;
   }
@@ -63,6 +70,71 @@ class Orienter {
     const Vector3 b = unit_ * positions_.row(faces_(f, 1));
     const Vector3 c = unit_ * positions_.row(faces_(f, 2));
     return (b - a).cross(c - a).norm();
+  }
+
+  void close(HalfedgeId h) { closed_[at(h)] = closed_[at(mate_[at(h)])] = 1; }
+  bool are_of_polygon(FaceId f, FaceId g) const {
+    return polygon_ != nullptr && (*polygon_)[at(f)] == (*polygon_)[at(g)];
+  }
+
+  // Faces that all agree and still contradict each other somewhere are a surface with one side
+  // (around a vertex, or a handle, contradictions are even in number): no turning helps there.
+  void close_where_regions_contradict_themselves() {
+    DisjointSets region(static_cast<Index>(faces_.rows()));
+    std::vector<HalfedgeId> opposed;
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(mate_.size()); ++h) {
+      const HalfedgeId o = mate_[at(h)];
+      if (o < h || closed_[at(h)] != 0) continue;
+      if (!same_direction(h, o)) {
+        region.join(h / 3, o / 3);
+      } else if (!are_of_polygon(h / 3, o / 3)) {
+        opposed.push_back(h);
+      }
+    }
+    for (const HalfedgeId h : opposed) {
+      if (region.find(h / 3) == region.find(mate_[at(h)] / 3)) close(h);
+    }
+  }
+
+  void orient_parts(const ExecutionContext& context) {
+    constexpr Index kCheckEvery = 1 << 14;
+    std::fill(side_.begin(), side_.end(), kUnknown);
+    for (FaceId f = 0; f < faces_.rows(); ++f) {
+      if (f % kCheckEvery == 0) context.check();
+      if (side_[at(f)] == kUnknown) orient_part(f);
+    }
+  }
+
+  // The lower half-edges, ascending.
+  std::vector<HalfedgeId> opposed_mates() const {
+    std::vector<HalfedgeId> result;
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(mate_.size()); ++h) {
+      if (mate_[at(h)] > h && !agree(h, mate_[at(h)])) result.push_back(h);
+    }
+    return result;
+  }
+
+  // By what is to be seen with a map and without: all mates across seams too, but no crowd.
+  void list(const std::vector<HalfedgeId>& opposed, Orientation& result) const {
+    std::vector<char> crowded(mate_.size(), 0);
+    for (const EdgeUse& use : pairs_.crowded) {
+      for (const HalfedgeId h : use.halfedges) crowded[at(h)] = 1;
+    }
+    // Every face twice, once a side: f and count + f.
+    const auto count = static_cast<Index>(faces_.rows());
+    DisjointSets sides(2 * count);
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(mate_.size()); ++h) {
+      const HalfedgeId o = mate_[at(h)];
+      if (o < h || crowded[at(h)] != 0) continue;
+      const Index across = same_direction(h, o) ? count : 0;
+      sides.join(h / 3, o / 3 + across);
+      sides.join(h / 3 + count, o / 3 + count - across);
+    }
+    for (const HalfedgeId h : opposed) {
+      if (crowded[at(h)] != 0) continue;
+      const bool one = sides.find(h / 3) == sides.find(h / 3 + count);
+      (one ? result.one_sided : result.opposed).push_back(h);
+    }
   }
 
   // Marks the faces that hang together with contradicting windings.
@@ -110,8 +182,8 @@ class Orienter {
       const FaceId f = part_[i];
       for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
         const HalfedgeId o = mate_[at(h)];
-        if (o == kInvalid || at_seam_[at(h)] != 0 || side_[at(o / 3)] != kUnknown) continue;
-        if ((*polygon_)[at(o / 3)] != (*polygon_)[at(f)]) continue;
+        if (o == kInvalid || closed_[at(h)] != 0 || side_[at(o / 3)] != kUnknown) continue;
+        if (!are_of_polygon(f, o / 3)) continue;
         side_[at(o / 3)] = side_across(h, o);
         part_.push_back(o / 3);
       }
@@ -129,7 +201,7 @@ class Orienter {
       (side_[at(f)] == 0 ? kept : turned) += area(f);
       for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
         const HalfedgeId o = mate_[at(h)];
-        if (o == kInvalid || at_seam_[at(h)] != 0 || side_[at(o / 3)] != kUnknown) continue;
+        if (o == kInvalid || closed_[at(h)] != 0 || side_[at(o / 3)] != kUnknown) continue;
         take(o / 3, side_across(h, o));
       }
     }
@@ -146,9 +218,10 @@ class Orienter {
 
   const Points3& positions_;
   const Triangles& faces_;
-  const std::vector<char>& at_seam_;
+  std::vector<char> closed_;  // 3 #F: no part goes on there
   const Points2* corner_uv_;
   const std::vector<Index>* polygon_;
+  bool cut_pages_;
   const EdgePairs& pairs_;
   std::vector<HalfedgeId>& mate_;
   double unit_ = 1.0;

@@ -10,18 +10,24 @@
 namespace flipfree::mesh {
 
 struct Orientation {
-  std::vector<char> turned;           // #F: the face is to be turned over
-  std::vector<HalfedgeId> one_sided;  // lower half-edge of the pairs that were undone, ascending
+  std::vector<char> turned;  // #F: the face is to be turned over
+  // Lower half-edges of the mates that were undone, ascending: of surfaces with one side, and
+  // others. Those of crowded edges are not among them.
+  std::vector<HalfedgeId> one_sided, opposed;
 };
 
 // Parts are faces joined by mates, but not at seams (3 #F). Within each, faces are turned until
-// mates run in opposite directions; the least area is turned, the first face stays if both
-// ways are equal. Where a part comes back to itself from its other side, mates are undone, and so
-// are mates at seams that still run in one direction; those are not listed. With a map of the faces
-// (3 #F x 2, or null), parts that hang together with contradicting windings or crowded edges,
-// across seams too, are turned until most of their area in the map is positive: which way they were
-// meant is not to be known. Mates within a polygon (input.polygon) are undone only if that alone
-// has one side. Cost: O(#F).
+// mates run in opposite directions; the least area is turned, the first face stays if both ways
+// are equal. Mates that still run in one direction are undone:
+//   - at seams;
+//   - where faces contradict each other that are joined by others which all agree (a Moebius strip
+//     that is wound along); what then still comes back to itself from its other side is cut
+//     between the fronts of a breadth-first walk;
+//   - with input.cut_pages between whole pages (pages.h), which are not turned.
+// With a map of the faces (3 #F x 2, or null), parts that hang together with contradicting windings
+// or crowded edges, across seams too, are turned until most of their area in the map is positive:
+// which way they were meant is not to be known. Mates within a polygon (input.polygon) are undone
+// only if that alone has one side. Cost: O(#F).
 Orientation orient(const PairingInput& input, EdgePairs& pairs, const ExecutionContext& context);
 
 }  // namespace flipfree::mesh

@@ -83,9 +83,11 @@ class Separator {
       if (o != kInvalid && !continues_in_map(faces_, *map, h, o)) at_seam[at(h)] = 1;
     }
     const std::vector<HalfedgeId> paired = pairs.mate;
+    pairing.cut_pages = options_.cut_pages && map == nullptr;
     const Orientation orientation = orient(pairing, pairs, context_);
     list_edges(MendKind::kCrowdedEdge, firsts(pairs.crowded));
     list_edges(MendKind::kOneSidedEdge, orientation.one_sided);
+    list_edges(MendKind::kOpposedEdge, orientation.opposed);
     list_faces(MendKind::kDuplicateFace, pairs.duplicate);
     std::vector<FaceId> turned;
     for (FaceId f = 0; f < faces_.rows(); ++f) {
@@ -268,6 +270,8 @@ std::string_view describe(MendKind kind) {
       return "faces wound against their part";
     case MendKind::kOneSidedEdge:
       return "edges cut, as the surface has one side only";
+    case MendKind::kOpposedEdge:
+      return "edges cut between parts wound against each other";
     case MendKind::kPartedEdge:
       return "edges cut, as sheets meet there more than once";
     case MendKind::kPinchedVertex:

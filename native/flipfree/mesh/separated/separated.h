@@ -23,7 +23,8 @@ namespace flipfree::mesh {
 enum class MendKind {
   kCrowdedEdge,     // edges of more than two faces: paired, those left over have a border there
   kTurnedFace,      // faces wound against most of their part
-  kOneSidedEdge,    // edges cut because the part has one side only (Moebius strip)
+  kOpposedEdge,     // edges, seams too, between faces that stay wound against each other
+  kOneSidedEdge,    // the same on a surface that has one side only (Moebius strip)
   kPartedEdge,      // edges cut because sheets that meet there could not be told apart
   kPinchedVertex,   // vertices where fans touch: one copy each
   kDuplicateFace,   // faces with the same vertices as an earlier one: sheets of their own
@@ -66,6 +67,9 @@ struct SeparateOptions {
   // edges where they differ are seams. Where windings contradict each other, each island's is that
   // of most of its area in the map.
   const Points2* corner_uv = nullptr;
+  // For maps that are laid out in islands: whole pages that are wound against the rest are cut off
+  // (pages.h). Else, and of surfaces whose parts are to stay joined, they are turned over.
+  bool cut_pages = false;
 };
 
 // Deterministic. Errors: InvalidInput for what has no meaning: no faces, indices out of range,

@@ -14,7 +14,7 @@ from ...results import Certificate
 _SHARES = (5, 50, 95, 99)
 
 _COUNTS = (
-    *("triangles", "flips64", "flips32", "overlaps", "island_overlaps"),
+    *("triangles", "flips64", "flips32", "turned", "overlaps", "island_overlaps"),
     *("winding_failures", "pin_failures", "seam_failures", "cone_failures"),
     *("seam_edges", "seams_exact32"),
 )

@@ -56,12 +56,14 @@ class Model:
     @cached_property
     def diagonals(self) -> IntArray:
         """(k, 2) edges inside polygons, which no map is cut along: a corner of a polygon has one UV."""
-        count = len(self.faces)
-        start, end = self.faces.ravel(), np.roll(self.faces, -1, axis=1).ravel()
-        low, high = np.minimum(start, end), np.maximum(start, end)
-        rows = np.stack([np.repeat(self.file.polygons, 3)[: 3 * count], low, high], axis=1)
-        distinct, times = np.unique(rows, axis=0, return_counts=True)
-        return np.ascontiguousarray(distinct[times > 1][:, 1:].astype(np.int32))
+        corners = self.file.corners
+        if corners is None:
+            return np.zeros((0, 2), np.int32)
+        sides = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], -1).reshape(-1, 2))
+        ends = np.stack([self.faces, np.roll(self.faces, -1, axis=1)], -1).reshape(-1, 2)
+        # By corners: a side of a polygon is none, though the polygon may be on both sides of it.
+        _, first, times = np.unique(sides, axis=0, return_index=True, return_counts=True)
+        return np.unique(np.sort(ends[first[times > 1]]), axis=0).astype(np.int32)
 
     @cached_property
     def seams(self) -> IntArray:

@@ -15,7 +15,7 @@ import numpy as np
 from ... import _native
 from ...calls.mesh_files import write
 from ...errors import InvalidInput
-from ...texts import above_bound
+from ...texts import above_bound, turned_over
 from ..child import Engine
 from ..plan import Formats
 from ..results import Record
@@ -83,6 +83,8 @@ def record_of(command: Command, solved: Solved, options: Mapping[str, Any]) -> R
             f"The map is valid, but {above_bound(certificate.stretched)} (mean energy {certificate.energy:.3g}, 1 is none): "
             f"{command.cure}."
         )
+    if certificate.turned:
+        warnings.append(f"{turned_over(certificate.turned)}. Recalculate normals.")
     if found is not None and found.stats.get("time_limit_reached", 0):
         warnings.append("Time was over (--max-seconds); this is the best map by then.")
     if not certificate.ok:
