@@ -66,7 +66,7 @@ def test_an_unwrap_along_the_marks_needs_no_further_cut(name):
     ob = primitive(name)
     auto_seams()
     marked = seam_count(ob)
-    assert bpy.ops.uv.flipfree_unwrap(seams="given", mark_seams=True) == {"FINISHED"}
+    assert bpy.ops.uv.flipfree_unwrap(mark_seams=True) == {"FINISHED"}
     assert seam_count(ob) == marked
     assert shapes.exact_flips(ob) == 0
 
