@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import small_degenerate
 from degenerate_meshes import outcome, random_call, run_children
 
 import flipfree as ff
@@ -62,6 +63,13 @@ def test_random_degenerate_calls_neither_crash_nor_raise_foreign_errors() -> Non
     assert len(rows) == 100
     assert [row for row in rows if row[2].startswith("BAD")] == []
     assert sum(row[2] == "result" for row in rows) > 40
+
+
+def test_small_meshes_end_without_a_limit_of_time() -> None:
+    # tests/fuzz/small_degenerate.py makes ten thousand, with five seconds each; hangs were minutes.
+    rows = small_degenerate.run(0, 100, 60.0)
+    assert [row for row in rows if row[2].startswith("BAD")] == []
+    assert sum(row[2] == "result" for row in rows) > 50
 
 
 #: Seeds of random_call whose call once crashed, came back late or had numbers that were none.
