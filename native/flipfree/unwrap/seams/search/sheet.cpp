@@ -206,8 +206,14 @@ void Sheet::open_vertex(VertexId v) {
   if (loop_of_[at(v)] != kInvalid) open_loop(loop_of_[at(v)]);
 }
 
+// A vertex is on one loop: none of those here opens another one. Cost: O(its length).
 void Sheet::open_loop(Index loop) {
-  for (const HalfedgeId h : loops_[at(loop)]) open_vertex(mesh::source(surface_.faces, h));
+  for (const HalfedgeId h : loops_[at(loop)]) {
+    const VertexId v = mesh::source(surface_.faces, h);
+    if (open_[at(v)] != 0) continue;
+    open_[at(v)] = 1;
+    paths_.add_source(v);
+  }
 }
 
 void Sheet::slit_to(VertexId end) {
