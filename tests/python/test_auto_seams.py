@@ -261,6 +261,21 @@ def test_without_a_word_about_seams_they_are_found_where_the_bound_asks_and_nowh
     assert whole.stats["charts"] == 1 and not whole.certificate.poor
 
 
+def test_islands_that_given_seams_leave_within_the_bound_stay_and_closed_ones_are_opened() -> None:
+    ball, its_faces = octahedron_sphere(3)
+    seams = ff.auto_seams(ball, its_faces)
+    again = ff.unwrap(ball, its_faces, cuts=seams)
+    assert as_set(again.cut_edges) == as_set(seams)
+    # A seam within a closed part opens nothing; beside it lies an island that is cut well.
+    vertices = np.concatenate([ball, ball + 3.0])
+    both = np.concatenate([its_faces, its_faces + len(ball)])
+    lone = its_faces[:1, :2] + len(ball)
+    mixed = ff.unwrap(vertices, both, cuts=np.concatenate([seams, lone]))
+    assert mixed.certificate.ok and not mixed.certificate.poor
+    first = {edge for edge in as_set(mixed.cut_edges) if max(edge) < len(ball)}
+    assert first == as_set(seams)
+
+
 def test_with_pins_no_seams_are_looked_for() -> None:
     vertices, faces = octahedron_sphere(2)
     pinned = [

@@ -89,11 +89,13 @@ KnownMaps known_by_seams(const mesh::Surface& surface, const mesh::Adjacency& ad
   std::vector<char> candidate(islands.charts.size(), 0);
   for (std::size_t c = 0; c < candidate.size(); ++c) {
     const mesh::Chart& chart = islands.charts[c];
+    const mesh::Adjacency local = mesh::build_adjacency(
+        static_cast<Index>(chart.surface.vertices.rows()), chart.surface.faces);
     bool opened = false;
-    for (std::size_t h = 0; h < 3 * chart.faces.size(); ++h) {
+    for (std::size_t h = 0; h < local.opposite.size(); ++h) {
       const std::size_t corner = in_surface(chart, h);
       opened = opened || islands.added[corner] != 0;
-      if (islands.cut[corner] != 0 && seams[corner] != 0) candidate[c] = 1;
+      if (local.opposite[h] == kInvalid && seams[corner] != 0) candidate[c] = 1;
     }
     if (opened) candidate[c] = 0;
     // The others are passed over as if they were known.
