@@ -282,3 +282,16 @@ def test_out_of_time_before_all_charts_are_flat_is_an_error() -> None:
     assert (
         ff.unwrap(vertices, faces, max_seconds=1000, seams="given").stats["time_limit_reached"] == 0
     )
+
+
+def test_a_long_spiral_is_unfolded_as_it_lies() -> None:
+    # Its conformal map drowns in rounding; from the circle it was a thousand times the work, and a cut.
+    t = np.arange(50 * 80 + 1) / 80
+    way = np.stack([np.cos(2 * np.pi * t), np.sin(2 * np.pi * t), 0 * t], -1)
+    vertices = np.vstack([way * (t + 1.5)[:, None], way * (t + 1.0)[:, None]])
+    a = np.arange(len(t) - 1)
+    b, d = a + 1, a + len(t)
+    faces = np.vstack([np.stack([a, b, d + 1], -1), np.stack([a, d + 1, d], -1)]).astype(np.int32)
+    result = ff.unwrap(vertices, faces)
+    assert result.stats["charts"] == 1 and result.stats["added_cuts"] == 0
+    assert result.certificate.energy < 1 + 1e-9

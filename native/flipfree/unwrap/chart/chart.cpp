@@ -22,6 +22,7 @@
 #include "flipfree/unwrap/chart/apart/draw_apart.h"
 #include "flipfree/unwrap/chart/overlapping_faces.h"
 #include "flipfree/unwrap/chart/separate.h"
+#include "flipfree/unwrap/chart/unfolded.h"
 #include "flipfree/unwrap/packing/layout.h"
 
 namespace flipfree::unwrap {
@@ -94,21 +95,26 @@ double energy_of(const mesh::Surface& chart, const Points2& uv) {
 }
 
 // The conformal map if it is flip-free and one-to-one, by exact test, and less distorted than the
-// map on the circle; the optimiser then needs about half the iterations.
+// map on the circle; the optimiser then needs about half the iterations. A long strip bends so
+// easily that rounding decides where its conformal map lies; unfolded it is flat.
 Points2 better_start(const mesh::Surface& chart, Points2 circle, ExecutionContext& context,
                      Stats& stats) {
   context.report("conformal start", 0.0);
   const Points2 conformal = distortion::spectral_conformal_map(chart, circle, context);
   if (conformal.rows() == 0) return circle;
+  const auto usable = [&](const Points2& uv) {
+    return uv.rows() > 0 && uv.allFinite() && distortion::is_flip_free(chart.faces, uv, context) &&
+           !distortion::overlaps_itself(
+               distortion::find_boundary(static_cast<Index>(chart.vertices.rows()), chart.faces),
+               uv, context);
+  };
   const double energy = energy_of(chart, conformal);
-  const bool usable =
-      conformal.allFinite() && distortion::is_flip_free(chart.faces, conformal, context) &&
-      !distortion::overlaps_itself(
-          distortion::find_boundary(static_cast<Index>(chart.vertices.rows()), chart.faces),
-          conformal, context);
+  const bool conformal_usable = usable(conformal);
   stats["conformal_start.energy"] = energy;
-  stats["conformal_start.usable"] = static_cast<std::int64_t>(usable);
-  return usable && energy < energy_of(chart, circle) ? conformal : circle;
+  stats["conformal_start.usable"] = static_cast<std::int64_t>(conformal_usable);
+  if (conformal_usable) return energy < energy_of(chart, circle) ? conformal : circle;
+  Points2 flat = unfolded(chart, context);
+  return usable(flat) && energy_of(chart, flat) < energy_of(chart, circle) ? flat : circle;
 }
 
 void apply(const Similarity& similarity, Points2& uv) {
