@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import small_degenerate
-from degenerate_meshes import outcome, random_call, run_children
+from degenerate_meshes import degenerate_mesh, outcome, random_call, run_children
 
 import flipfree as ff
 
@@ -70,6 +70,15 @@ def test_small_meshes_end_without_a_limit_of_time() -> None:
     rows = small_degenerate.run(0, 100, 60.0)
     assert [row for row in rows if row[2].startswith("BAD")] == []
     assert sum(row[2] == "result" for row in rows) > 50
+
+
+@pytest.mark.parametrize("seed", [23, 27, 112, 200, 322, 335])
+def test_needles_without_a_round_boundary_end_with_a_reason(seed: int) -> None:
+    vertices, faces = degenerate_mesh(np.random.default_rng(seed))
+    try:
+        assert np.isfinite(ff.boundary_angles(vertices, faces, "circle", max_seconds=60)).all()
+    except ff.NotConverged as error:
+        assert error.code != "time limit reached"
 
 
 #: Seeds of random_call whose call once crashed, came back late or had numbers that were none.

@@ -34,6 +34,11 @@ constexpr double kLessError = 0.3;  // of the error before a relaxed step: leavi
 // An error at the start beyond kFar radians goes by relaxed steps from the beginning (kRelaxed).
 // Measured with single cones on g-tori (docs/measurements/conformal.md).
 constexpr double kFar = 200.0;
+// Delaunay tests in full precision, per edge and anyway, after which a run leads nowhere: among
+// needles thinner than scale factors can be told apart every vertex that is relaxed takes all the
+// moves that it may, and Newton steps creep. They cost nearly all of its time.
+constexpr std::size_t kTestsPerEdge = 2000;
+constexpr std::size_t kTestsAnyway = 20'000;
 // Relaxed steps need angles that are known to less than what relaxation leaves.
 constexpr double kMostNoise = 0.01;
 
@@ -155,6 +160,10 @@ bool line_search(Ray& ray, double first_step, bool ask_norm, const std::vector<d
   }
 }
 
+bool is_worn_out(const MetricEngine& engine) {
+  return engine.exact_tests() > kTestsAnyway + kTestsPerEdge * engine.mesh().edge_count();
+}
+
 // Thesis 4.6.4 describes the stalls: where triangles are nearly degenerate, a few stiff unknowns -
 // the scale of a vertex among neighbours that are far away - allow only tiny steps, and one step
 // length serves all. Our cure is nonlinear elimination: those vertices solve their own equation
@@ -172,12 +181,12 @@ bool relax(MetricEngine& engine, Ray& ray, const Relaxation& how, Gradient& grad
     for (std::size_t v = 0; v < gradient.value.size(); ++v) {
       if (std::abs(gradient.value[v]) > how.error) list.push_back(static_cast<VertexId>(v));
     }
-    if (list.empty() || deadline.over()) break;
+    if (list.empty() || deadline.over() || is_worn_out(engine)) break;
     std::stable_sort(list.begin(), list.end(), [&](VertexId a, VertexId b) {
       return std::abs(gradient.value[static_cast<std::size_t>(a)]) >
              std::abs(gradient.value[static_cast<std::size_t>(b)]);
     });
-    const auto stop = [&] { return deadline.over(); };
+    const auto stop = [&] { return deadline.over() || is_worn_out(engine); };
     followed = engine.relax(list, 0.1 * how.error, stop, context);
     if (!followed) break;
     ray.evaluate(gradient, context);
@@ -250,7 +259,7 @@ void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& op
       run.end = NewtonEnd::kConverged;
       return;
     }
-    if (run.iterations >= options.max_iterations) {
+    if (run.iterations >= options.max_iterations || is_worn_out(engine)) {
       run.end = NewtonEnd::kIterations;
       return;
     }

@@ -293,7 +293,7 @@ void throw_not_reached(const ConformalMetric& metric, const MetricOptions& optio
   const char* cure =
       seconds ? "Allow more seconds (max_seconds), or spread the curvature over more vertices."
       : metric.end == NewtonEnd::kIterations
-          ? "Allow more iterations, or spread the curvature over more vertices."
+          ? "Spread the curvature over more vertices, or remove nearly degenerate triangles."
       : options.bits != 0 ? "Use precision=\"auto\" or more bits."
                           : "Spread the curvature over more vertices.";
   throw_not_converged(seconds ? ErrorCode::kTimeLimit : ErrorCode::kIterationLimit,

@@ -72,7 +72,7 @@ TEST(PrecisionLadder, WhatItDidNotReachIsReturnedOrThrownAsAsked) {
     FAIL() << "went on";
   } catch (const NotConverged& e) {
     EXPECT_EQ(e.error().code, ErrorCode::kIterationLimit);
-    EXPECT_NE(e.error().message.find("Allow more iterations"), std::string::npos);
+    EXPECT_NE(e.error().message.find("Spread the curvature"), std::string::npos);
   }
 }
 
