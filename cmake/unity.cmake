@@ -5,7 +5,7 @@
 # accident is an error there. Sources with the property FLIPFREE_ALONE stay alone too: tests have the linker redirect calls of
 # their functions (tests/native/faults/poison.cpp), and it knows none within one batch.
 option(FLIPFREE_UNITY "Compile several sources as one" ON)
-set(FLIPFREE_UNITY_BYTES 120000 CACHE STRING "Most bytes of source in one batch")
+set(FLIPFREE_UNITY_BYTES 240000 CACHE STRING "Most bytes of source in one batch")
 if(FLIPFREE_SANITIZE OR FLIPFREE_FUZZ OR FLIPFREE_COVERAGE)
   set(FLIPFREE_UNITY OFF)
 endif()

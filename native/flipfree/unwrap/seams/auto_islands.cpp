@@ -156,7 +156,11 @@ class Finder {
         if (options_.seams.edges_only) break;
         throw;
       }
-      if (!any_above(bound, uv, context) || context.time_is_over()) break;
+      if (!any_above(bound, uv, context)) break;
+      if (context.time_is_over()) {
+        stats["time_limit_reached"] = std::int64_t{1};
+        break;
+      }
       if (round + 1 >= kSearchRounds && !halve(context)) break;
       aim.energy = 1.0 + kTighterEachRound * (aim.energy - 1.0);
     }
