@@ -1,17 +1,17 @@
 # Unity builds: several sources are compiled as one, so that what they include is read, and its templates are instantiated, once.
-# A batch holds sources of one folder below ROOT (a stage), in the order of their paths, up to FLIPFREE_UNITY_BYTES; names in
+# A batch holds sources of one folder below ROOT (a stage), in the order of their paths, up to BYTES; names in
 # anonymous namespaces are therefore unique within a stage (scripts/check_house.py). A source that alone takes as long as a
 # batch stays alone. Sanitizer, fuzz and coverage builds compile each source by itself: what one takes from its neighbours by
 # accident is an error there. Sources with the property FLIPFREE_ALONE stay alone too: tests have the linker redirect calls of
 # their functions (tests/native/faults/poison.cpp), and it knows none within one batch.
 option(FLIPFREE_UNITY "Compile several sources as one" ON)
-set(FLIPFREE_UNITY_BYTES 240000 CACHE STRING "Most bytes of source in one batch")
 if(FLIPFREE_SANITIZE OR FLIPFREE_FUZZ OR FLIPFREE_COVERAGE)
   set(FLIPFREE_UNITY OFF)
 endif()
 
-# unite(TARGET ROOT SOURCE...): SOURCEs are absolute paths of TARGET's, below ROOT.
-function(unite target root)
+# unite(TARGET ROOT BYTES SOURCE...): SOURCEs are absolute paths of TARGET's, below ROOT. Large batches are compiled in fewer
+# seconds all in all, small ones sooner after an edit of one source.
+function(unite target root most)
   if(NOT FLIPFREE_UNITY)
     return()
   endif()
@@ -31,7 +31,7 @@ function(unite target root)
       set(stage ${folder})
       set(batch 1)
       set(filled ${bytes})
-    elseif(filled GREATER FLIPFREE_UNITY_BYTES)
+    elseif(filled GREATER most)
       math(EXPR batch "${batch} + 1")
       set(filled ${bytes})
     endif()

@@ -1,6 +1,5 @@
 #include "flipfree/conformal/cones/boundary_angles.h"
 
-#include <Eigen/QR>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -14,6 +13,7 @@
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/topology.h"
 #include "flipfree/mesh/validate.h"
+#include "flipfree/numeric/dense_factors.h"
 
 namespace flipfree::conformal {
 namespace {
@@ -140,7 +140,7 @@ class Anderson {
     for (std::size_t i = 0; i < changes_.size(); ++i) {
       matrix.col(static_cast<Eigen::Index>(i)) = changes_[i];
     }
-    const Eigen::VectorXd weight = matrix.colPivHouseholderQr().solve(residual);
+    const Eigen::VectorXd weight = numeric::solve_least_squares(matrix, residual);
     Eigen::VectorXd out = g;
     for (std::size_t i = 0; i < steps_.size(); ++i) {
       out -= weight[static_cast<Eigen::Index>(i)] * steps_[i];

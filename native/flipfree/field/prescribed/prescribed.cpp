@@ -8,6 +8,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/field/topology/tree_cotree.h"
+#include "flipfree/numeric/dense_factors.h"
 
 namespace flipfree::field {
 namespace {
@@ -164,7 +165,7 @@ void choose_turns(const Triangles& faces, const mesh::Adjacency& adjacency, cons
     }
     context.check();
   }
-  const Eigen::VectorXd by = gram.ldlt().solve(-share);
+  const Eigen::VectorXd by = numeric::solve_symmetric(gram, -share);
   for (std::size_t j = 0; j < chains.size(); ++j) {
     const double whole = std::round(by[static_cast<Eigen::Index>(j)]);
     if (std::abs(whole) < 1e6) add_along(adjacency, chains[j], static_cast<Index>(whole), field);

@@ -1,11 +1,11 @@
 #include "flipfree/field/smoothest/smoothest.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "flipfree/base/error.h"
 #include "flipfree/field/smoothest/coarsen.h"
+#include "flipfree/numeric/dense_factors.h"
 
 namespace flipfree::field {
 namespace {
@@ -58,14 +58,14 @@ Eigenvectors least_eigenvectors(const CrossGraph& graph, const FieldSystem& syst
     const double beta = next.norm();
     const bool last = k + 1 == most || beta <= 1e-12 * projected(0, 0);
     if (last || (k + 1) % kStepsBetweenChecks == 0) {
-      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> small(
-          projected.topLeftCorner(k + 1, k + 1));
+      const auto small =
+          numeric::symmetric_eigen(Eigen::MatrixXd(projected.topLeftCorner(k + 1, k + 1)));
       const auto vector = [&](Eigen::Index i) -> Crosses {
-        const Eigen::VectorXd share = small.eigenvectors().col(i);
+        const Eigen::VectorXd share = small.vectors.col(i);
         return (basis.leftCols(k + 1) * share.cast<std::complex<double>>()).cwiseQuotient(root);
       };
-      const double left = beta * std::abs(small.eigenvectors()(k, k));
-      if (last || left <= kResidual * small.eigenvalues()[k])
+      const double left = beta * std::abs(small.vectors(k, k));
+      if (last || left <= kResidual * small.values[k])
         return {vector(k), vector(std::max<Eigen::Index>(k - 1, 0))};
     }
     projected(k, k + 1) = projected(k + 1, k) = beta;

@@ -1,6 +1,6 @@
 #include "flipfree/matchmaker/patches/embed_patches.h"
 
-#include <Eigen/Dense>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cstddef>
 #include <string>
@@ -11,6 +11,7 @@
 #include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/embedding/embed.h"
 #include "flipfree/embedding/tutte/tutte.h"
+#include "flipfree/numeric/dense_factors.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::matchmaker {
@@ -47,9 +48,9 @@ Frame round_frame(const Points2& polygon) {
       polygon.rowwise() - frame.origin.transpose();
   const Eigen::Matrix2d spread =
       centred.transpose() * centred / static_cast<double>(polygon.rows());
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(spread);
-  const Vector2 size = eigen.eigenvalues().cwiseMax(1e-30 * eigen.eigenvalues()[1]).cwiseSqrt();
-  Eigen::Matrix2d axes = eigen.eigenvectors();
+  const auto [values, vectors] = numeric::symmetric_eigen(spread);
+  const Vector2 size = values.cwiseMax(1e-30 * values[1]).cwiseSqrt();
+  Eigen::Matrix2d axes = vectors;
   if (axes.determinant() < 0) axes.col(0) *= -1;
   frame.to_round = size.cwiseInverse().asDiagonal() * axes.transpose();
   frame.from_round = axes * size.asDiagonal();

@@ -1,8 +1,8 @@
 #include "flipfree/seamless/penner/shortest_system.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/SparseCore>
 
+#include "flipfree/numeric/dense_factors.h"
 #include "flipfree/seamless/bordered/symmetric_changes.h"
 
 namespace flipfree::seamless {
@@ -71,9 +71,9 @@ bool ShortestSystem::solve(const IntrinsicMesh& mesh, const intrinsic::LoopCarri
     const Eigen::MatrixXd x = cholesky_.solve(mixed, context);
     const Eigen::Map<const Eigen::VectorXd> f(angles.loops.data(),
                                               static_cast<Eigen::Index>(loops.size()));
-    const Eigen::LDLT<Eigen::MatrixXd> schur(Eigen::MatrixXd(q.transpose() * q) -
-                                             mixed.transpose() * x);
-    const Eigen::VectorXd m = schur.solve(f - q.transpose() * w - x.transpose() * right);
+    const Eigen::MatrixXd schur = Eigen::MatrixXd(q.transpose() * q) - mixed.transpose() * x;
+    const Eigen::VectorXd m =
+        numeric::solve_symmetric(schur, f - q.transpose() * w - x.transpose() * right);
     d += q * m;
     const Eigen::VectorXd rest = right - mixed * m;
     d += cut * cholesky_.solve(rest, context);

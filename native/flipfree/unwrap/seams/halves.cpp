@@ -1,6 +1,5 @@
 #include "flipfree/unwrap/seams/halves.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <numeric>
@@ -9,6 +8,7 @@
 
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/mesh/cut_graph/cut.h"
+#include "flipfree/numeric/dense_factors.h"
 #include "flipfree/unwrap/chart/separate.h"
 
 namespace flipfree::unwrap {
@@ -137,7 +137,7 @@ mesh::EdgeFlags halving_cut(const mesh::Surface& chart, const mesh::Adjacency& a
     centre.row(f) = corner_uv.middleRows(3 * f, 3).colwise().mean();
   const Points2 offset = centre.rowwise() - centre.colwise().mean();
   const Eigen::Matrix2d spread = offset.transpose() * offset;
-  const Vector2 axis = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(spread).eigenvectors().col(1);
+  const Vector2 axis = numeric::symmetric_eigen(spread).vectors.col(1);
   std::vector<FaceId> order(count);
   std::iota(order.begin(), order.end(), FaceId{0});
   std::stable_sort(order.begin(), order.end(), [&](FaceId a, FaceId b) {

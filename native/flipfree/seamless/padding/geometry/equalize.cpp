@@ -1,12 +1,13 @@
 #include "flipfree/seamless/padding/geometry/equalize.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
 
 #include "flipfree/base/error.h"
+#include "flipfree/numeric/dense_factors.h"
 
 namespace flipfree::seamless {
 namespace {
@@ -64,7 +65,7 @@ std::vector<double> component_scales(const CutSegments& segments, const Equaliza
     right[a] += wish;
     right[b] -= wish;
   }
-  const Eigen::VectorXd logarithms = normal.ldlt().solve(right);
+  const Eigen::VectorXd logarithms = numeric::solve_symmetric(normal, right);
   std::vector<double> scale;
   for (Eigen::Index i = 0; i < count; ++i) scale.push_back(std::exp(logarithms[i]));
   return scale;
