@@ -128,25 +128,6 @@ class Repair {
     return wider;
   }
 
-  // All that is connected to the region. Cost: O(#V + #F).
-  std::vector<VertexId> connected(std::vector<VertexId> region) const {
-    std::vector<char> seen(movable_.size(), 0);
-    for (const VertexId v : region) seen[at(v)] = 1;
-    for (std::size_t next = 0; next < region.size(); ++next) {
-      const VertexId v = region[next];
-      for (Index i = offset_[at(v)]; i < offset_[at(v) + 1]; ++i) {
-        for (int k = 0; k < 3; ++k) {
-          const VertexId w = faces_(corners_[at(i)] / 3, k);
-          if (seen[at(w)]) continue;
-          seen[at(w)] = 1;
-          region.push_back(w);
-        }
-      }
-    }
-    std::sort(region.begin(), region.end());
-    return region;
-  }
-
   // Moves the points of a region that starts at `seeds` and slowly grows; returns the vertices
   // still at fault.
   std::vector<VertexId> sweep(std::vector<VertexId> faulty, std::vector<FaceId>& bad) {
@@ -354,16 +335,10 @@ Points2f round_to_storage(const Triangles& faces, const Points2& uv, const Round
     std::vector<FaceId> bad;
     std::vector<VertexId> seeds = repair.seeds(bad);
     std::vector<VertexId> region = seeds;
-    // Where most triangles are at fault points have no neighbours that they could keep to.
-    const bool crowded = 2 * bad.size() > at(static_cast<Index>(faces.rows()));
-    std::vector<VertexId> left = crowded ? seeds : repair.sweep(seeds, bad);
+    std::vector<VertexId> left = repair.sweep(seeds, bad);
     for (int rings = kFirstRings; !left.empty(); rings *= 2) {
-      if (crowded) {
-        region = repair.connected(seeds);
-      } else {
-        region.insert(region.end(), seeds.begin(), seeds.end());
-        for (int r = 0; r < rings; ++r) region = repair.grow(region);
-      }
+      region.insert(region.end(), seeds.begin(), seeds.end());
+      for (int r = 0; r < rings; ++r) region = repair.grow(region);
       // All that is connected to the vertices at fault, which need not be the whole mesh.
       const bool everything = repair.grow(region).size() == region.size();
       try {
