@@ -57,7 +57,7 @@ complete() {  # is everything that is asked for in build/venv?
 if ! complete; then
   mkdir -p build
   [ -x build/venv/bin/python ] || python3 -m venv build/venv
-  build/venv/bin/python -m pip install --quiet --disable-pip-version-check "${requirements[@]}" 2>build/venv/pip.log || {
+  build/venv/bin/python -m pip install --quiet --no-compile --disable-pip-version-check "${requirements[@]}" 2>build/venv/pip.log || {
     cat build/venv/pip.log >&2
     exit 1
   }

@@ -30,18 +30,23 @@ def sampled(values: Sequence[T], keep: int, name: str = "") -> list[T]:
     return [values[i] for i in sorted(chosen)]
 
 
-def halved(values: Sequence[T], half: int, name: str = "") -> list[T]:
-    """One half of the values in their order, where half is even, or the other; all of them in a long run."""
+def halved(values: Sequence[T], name: str = "") -> list[T]:
+    """One half of the values in their order, the other in Pythons that are one version apart, as those of the two Blenders
+    are; all of them in a long run."""
     if LONG:
         return list(values)
     order = random.Random(f"{SEED} {name}").sample(range(len(values)), len(values))
-    return [values[i] for i in sorted(order[half % 2 :: 2])]
+    return [values[i] for i in sorted(order[sys.version_info.minor % 2 :: 2])]
 
 
 def pytest_configure(config: Any) -> None:
     config.addinivalue_line(
         "markers",
         "sample(keep): a run takes so many of the marked tests of a file, a long run takes all",
+    )
+    config.addinivalue_line(
+        "markers",
+        "halved: each of the marked tests runs in one of two Blenders, in a long run in both",
     )
 
 
@@ -63,6 +68,8 @@ def pytest_collection_modifyitems(config: Any, items: list[Any]) -> None:
         for (file, keep), group in groups.items()
         for item in set(group) - set(sampled(group, keep, file))
     }
+    marked = [item for item in items if item.get_closest_marker("halved")]
+    left |= {id(item) for item in set(marked) - set(halved(marked, "tests"))}
     if left:
         config.hook.pytest_deselected(items=[item for item in items if id(item) in left])
         items[:] = [item for item in items if id(item) not in left]

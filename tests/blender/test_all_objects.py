@@ -8,6 +8,8 @@ from all_objects import OBJECTS
 
 from judges.any_triangles import judge_any
 
+pytestmark = pytest.mark.halved
+
 
 @pytest.mark.parametrize("name", OBJECTS)
 def test_every_face_gets_a_place_of_its_own(name):

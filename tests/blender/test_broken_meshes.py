@@ -13,6 +13,8 @@ from broken_meshes import KINDS
 
 from judges.any_triangles import judge_any
 
+pytestmark = pytest.mark.halved
+
 
 def add(vertices, faces):
     mesh = bpy.data.meshes.new("broken")

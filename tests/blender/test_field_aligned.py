@@ -10,6 +10,8 @@ import pytest
 import shapes
 from test_seamless import check, holed, judge, quarters, refined_case
 
+pytestmark = pytest.mark.halved
+
 run = bpy.ops.uv.flipfree_field_aligned
 
 

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 import shapes
 
+pytestmark = pytest.mark.halved
+
 
 def unwrap(**options):
     """Along marked seams, and no others that are not needed."""

@@ -7,6 +7,8 @@ from types import SimpleNamespace
 import pytest
 import shapes
 
+pytestmark = pytest.mark.halved
+
 
 @pytest.fixture
 def big_run(part):

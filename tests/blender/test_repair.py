@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 import shapes
 
+pytestmark = pytest.mark.halved
+
 
 def corner_vertices(ob):
     return np.array([loop.vertex_index for loop in ob.data.loops])

@@ -18,6 +18,8 @@ from flipfree.batch.models.welding import welded
 
 import surfaces
 
+pytestmark = pytest.mark.sample(40)  # a process of its own each
+
 
 def command(*arguments):
     return subprocess.run(

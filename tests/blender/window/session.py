@@ -5,8 +5,8 @@
 
 Each test is a generator: it yields the seconds that Blender shall go on (drawing, timers, events) before its next line. REPORT is
 a JUnit file. With SHOTS, a folder, pictures of the screen are put there (needs ImageMagick's `import`); some are those of
-docs/images. With WORDs, only tests run whose names have one of them. Without, each test runs in one of two Blenders that follow
-each other by their major version (tests/sampling.py), or with FLIPFREE_LONG=1 in both.
+docs/images. With WORDs, only tests run whose names have one of them. Without, each test runs in one of two Blenders
+(tests/sampling.py), or with FLIPFREE_LONG=1 in both.
 """
 
 import os
@@ -38,7 +38,7 @@ TESTS = [
     if name.startswith("test_") and (not stage.WORDS or any(word in name for word in stage.WORDS))
 ]
 if not stage.WORDS:
-    TESTS = sampling.halved(TESTS, bpy.app.version[0], "windows")
+    TESTS = sampling.halved(TESTS, "windows")
 
 
 def run_all():
