@@ -33,7 +33,6 @@ IndexPairs find_on_separated(const mesh::Surface& surface, const UnwrapOptions& 
                              ExecutionContext& context) {
   mesh::SeparateOptions separating;
   separating.seams = &options.cuts;
-  separating.cut_pages = true;
   separating.diagonals = &options.uncuttable;
   if (!options.material.empty()) separating.material = &options.material;
   if (!options.polygon.empty()) separating.polygon = &options.polygon;
