@@ -28,7 +28,6 @@ struct PairingInput {
   const std::vector<Index>* material = nullptr;  // #F
   const Points2* corner_uv = nullptr;            // 3 #F x 2
   const std::vector<Index>* polygon = nullptr;   // #F
-  bool cut_pages = false;                        // see orient()
 };
 
 // 3 #F: half-edges between the vertices of one of the pairs (null: none). Pairs that are no edge

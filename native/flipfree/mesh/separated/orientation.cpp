@@ -9,7 +9,6 @@
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/mesh/adjacency.h"
-#include "flipfree/mesh/separated/pages.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::mesh {
@@ -23,7 +22,6 @@ class Orienter {
         closed_(input.at_seam),
         corner_uv_(input.corner_uv),
         polygon_(input.polygon),
-        cut_pages_(input.cut_pages),
         pairs_(pairs),
         mate_(pairs.mate) {
     // Areas are compared only: in a unit in which they neither overflow nor vanish.
@@ -37,14 +35,6 @@ class Orienter {
   Orientation run(const ExecutionContext& context) {
     if (corner_uv_ == nullptr) close_where_regions_contradict_themselves();
     orient_parts(context);
-    if (cut_pages_) {
-      for (const HalfedgeId h : opposed_mates()) close(h);
-      PairingInput input{positions_, faces_, closed_};
-      input.polygon = polygon_;
-      const std::vector<HalfedgeId> lines = lines_between_pages(input, mate_, side_);
-      for (const HalfedgeId h : lines) close(h);
-      if (!lines.empty()) orient_parts(context);
-    }
     Orientation result;
     result.turned = side_;
     const std::vector<HalfedgeId> opposed = opposed_mates();
@@ -221,7 +211,6 @@ class Orienter {
   std::vector<char> closed_;  // 3 #F: no part goes on there
   const Points2* corner_uv_;
   const std::vector<Index>* polygon_;
-  bool cut_pages_;
   const EdgePairs& pairs_;
   std::vector<HalfedgeId>& mate_;
   double unit_ = 1.0;

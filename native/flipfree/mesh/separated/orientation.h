@@ -22,8 +22,7 @@ struct Orientation {
 //   - at seams;
 //   - where faces contradict each other that are joined by others which all agree (a Moebius strip
 //     that is wound along); what then still comes back to itself from its other side is cut
-//     between the fronts of a breadth-first walk;
-//   - with input.cut_pages between whole pages (pages.h), which are not turned.
+//     between the fronts of a breadth-first walk.
 // With a map of the faces (3 #F x 2, or null), parts that hang together with contradicting windings
 // or crowded edges, across seams too, are turned until most of their area in the map is positive:
 // which way they were meant is not to be known. Mates within a polygon (input.polygon) are undone

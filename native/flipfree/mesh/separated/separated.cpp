@@ -83,7 +83,6 @@ class Separator {
       if (o != kInvalid && !continues_in_map(faces_, *map, h, o)) at_seam[at(h)] = 1;
     }
     const std::vector<HalfedgeId> paired = pairs.mate;
-    pairing.cut_pages = options_.cut_pages && map == nullptr;
     const Orientation orientation = orient(pairing, pairs, context_);
     list_edges(MendKind::kCrowdedEdge, firsts(pairs.crowded));
     list_edges(MendKind::kOneSidedEdge, orientation.one_sided);

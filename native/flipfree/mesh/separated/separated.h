@@ -67,9 +67,6 @@ struct SeparateOptions {
   // edges where they differ are seams. Where windings contradict each other, each island's is that
   // of most of its area in the map.
   const Points2* corner_uv = nullptr;
-  // For maps that are laid out in islands: whole pages that are wound against the rest are cut off
-  // (pages.h). Else, and of surfaces whose parts are to stay joined, they are turned over.
-  bool cut_pages = false;
 };
 
 // Deterministic. Errors: InvalidInput for what has no meaning: no faces, indices out of range,

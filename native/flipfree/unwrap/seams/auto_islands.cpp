@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure/outcome.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/mesh/cut_graph/shortest_paths.h"
 #include "flipfree/mesh/own_unit.h"
@@ -106,14 +107,18 @@ KnownMaps known_by_seams(const mesh::Surface& surface, const mesh::Adjacency& ad
     return nothing_known(surface.faces);
   UnwrapOptions whole = options;
   whole.may_add_cuts = false;
-  std::vector<Points2> uv = flatten_islands(islands, surface, adjacency, uncuttable, ChartPins{},
-                                            whole, acceptable, context, stats, &known);
+  // What cannot be flattened whole is searched like what is stretched.
+  Outcome<std::vector<Points2>> uv = attempt([&] {
+    return flatten_islands(islands, surface, adjacency, uncuttable, ChartPins{}, whole, acceptable,
+                           context, stats, &known);
+  });
   known = nothing_known(surface.faces);
+  if (!uv) return known;
   const Stretch bound = stretch_bound(options.seams.stretch);
   for (std::size_t c = 0; c < candidate.size(); ++c) {
     const mesh::Surface& chart = islands.charts[c].surface;
-    if (candidate[c] != 0 && ease_to(bound, chart, options.bijective, uv[c], context))
-      take_down(islands.charts[c], uv[c], KnownMaps::kFlat, known);
+    if (candidate[c] != 0 && ease_to(bound, chart, options.bijective, (*uv)[c], context))
+      take_down(islands.charts[c], (*uv)[c], KnownMaps::kFlat, known);
   }
   return known;
 }
@@ -281,8 +286,13 @@ AutoIslands find_islands(const mesh::Surface& surface, const Points3& placed,
         make_islands(surface, adjacency, seams, uncuttable, false, context, {{}, {}, false});
     begin = 0.2;
     const ProgressRange range(context, 0.0, begin);
-    known = known_by_seams(surface, adjacency, seams, uncuttable, given, options, acceptable,
-                           context, stats);
+    try {
+      known = known_by_seams(surface, adjacency, seams, uncuttable, given, options, acceptable,
+                             context, stats);
+    } catch (const TimeIsOver&) {
+      if (options.seams.edges_only) return {std::move(given), {}};
+      throw;
+    }
     if (std::find(known.of_face.begin(), known.of_face.end(), KnownMaps::kNothing) ==
         known.of_face.end()) {
       std::vector<Points2> uv = flatten_islands(given, surface, adjacency, uncuttable, ChartPins{},

@@ -99,85 +99,6 @@ TEST(Orientation, IsEachPartsOwnBetweenSeams) {
   }
 }
 
-// The half-edges whose mates were undone.
-std::vector<HalfedgeId> undone(const std::vector<HalfedgeId>& before, const EdgePairs& after) {
-  std::vector<HalfedgeId> found;
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(before.size()); ++h) {
-    const auto i = static_cast<std::size_t>(h);
-    if (before[i] > h && after.mate[i] == kInvalid) found.push_back(h);
-  }
-  return found;
-}
-
-TEST(Orientation, PagesAreCutOffAndStrayFacesAreTurned) {
-  // The right half is turned, and of all faces one in twelve, at the line between, too.
-  const Index columns = 12, rows = 6;
-  std::mt19937 random(5);
-  for (int round = 0; round < 50; ++round) {
-    std::vector<char> turned(static_cast<std::size_t>(2 * columns * rows), 0), stray(turned);
-    for (std::size_t f = 0; f < turned.size(); ++f) {
-      stray[f] = round > 0 && random() % 12 == 0 ? 1 : 0;
-      turned[f] = (f / 2 % columns >= columns / 2 ? 1 : 0) ^ stray[f];
-    }
-    Turned g = turned_grid(columns, rows, turned);
-    const std::vector<char> no_seams(g.pairs.mate.size(), 0);
-    const std::vector<HalfedgeId> before = g.pairs.mate;
-    PairingInput input{g.surface.vertices, g.surface.faces, no_seams};
-    EdgePairs whole = g.pairs;
-    const Orientation joined = orient(input, whole, ExecutionContext());
-    EXPECT_TRUE(joined.opposed.empty() && joined.one_sided.empty() && whole.mate == before);
-    input.cut_pages = true;
-    const Orientation found = orient(input, g.pairs, ExecutionContext());
-    EXPECT_TRUE(found.one_sided.empty());
-    EXPECT_EQ(found.opposed, undone(before, g.pairs));
-    // Stray faces at the line may go with either page, of which they are, or are not, a part.
-    EXPECT_GE(found.opposed.size(), 6U);
-    for (std::size_t f = 0; f < turned.size(); ++f) {
-      const auto column = static_cast<Index>(f) / 2 % columns;
-      if (column < columns / 2 - 3 || column > columns / 2 + 2) {
-        EXPECT_EQ(found.turned[f], stray[f]) << round << ", face " << f;
-      }
-    }
-    if (round > 0) continue;
-    EXPECT_EQ(found.turned, stray);
-    EXPECT_EQ(found.opposed.size(), 6U);
-    for (const HalfedgeId h : found.opposed) {
-      EXPECT_EQ(source(g.surface.faces, h) % (columns + 1), columns / 2);
-      EXPECT_EQ(target(g.surface.faces, h) % (columns + 1), columns / 2);
-    }
-  }
-}
-
-// Of a grid whose faces in these columns and rows are turned, the edges that are cut.
-std::size_t edges_cut(Index columns, Index rows, Index from, Index to, Index bottom, Index top) {
-  std::vector<char> turned(static_cast<std::size_t>(2 * columns * rows), 0);
-  for (std::size_t f = 0; f < turned.size(); ++f) {
-    const auto quad = static_cast<Index>(f / 2);
-    const Index x = quad % columns, y = quad / columns;
-    turned[f] = x >= from && x < to && y >= bottom && y < top ? 1 : 0;
-  }
-  Turned g = turned_grid(columns, rows, turned);
-  const std::vector<char> no_seams(g.pairs.mate.size(), 0);
-  PairingInput input{g.surface.vertices, g.surface.faces, no_seams};
-  input.cut_pages = true;
-  const Orientation found = orient(input, g.pairs, ExecutionContext());
-  const bool is_turned =
-      std::find(found.turned.begin(), found.turned.end(), 1) != found.turned.end();
-  EXPECT_EQ(is_turned, found.opposed.empty());
-  return found.opposed.size();
-}
-
-TEST(Orientation, APageIsLargeAndLiesMostlyAtTheBorder) {
-  EXPECT_EQ(edges_cut(12, 6, 0, 2, 0, 6), 6U);    // an end of a sixth
-  EXPECT_EQ(edges_cut(12, 6, 0, 1, 0, 6), 0U);    // of a twelfth
-  EXPECT_EQ(edges_cut(12, 12, 0, 6, 0, 6), 12U);  // a corner
-  EXPECT_EQ(edges_cut(12, 6, 4, 8, 0, 6), 0U);    // a band across of a third: 12 of 20
-  EXPECT_EQ(edges_cut(12, 4, 4, 8, 0, 4), 8U);    // 8 of 16
-  EXPECT_EQ(edges_cut(8, 1, 0, 4, 0, 1), 1U);
-  EXPECT_EQ(edges_cut(8, 1, 0, 3, 0, 1), 0U);    // six triangles
-  EXPECT_EQ(edges_cut(12, 12, 3, 9, 3, 9), 0U);  // in the middle
-}
-
 TEST(Orientation, HalfOfAClosedSurfaceIsTurned) {
   for (const bool open : {false, true}) {
     Surface s = test::sphere(16, 9);
@@ -189,8 +110,7 @@ TEST(Orientation, HalfOfAClosedSurfaceIsTurned) {
       ++half;
     }
     const std::vector<char> no_seams(static_cast<std::size_t>(s.faces.size()), 0);
-    PairingInput input{s.vertices, s.faces, no_seams};
-    input.cut_pages = true;
+    const PairingInput input{s.vertices, s.faces, no_seams};
     EdgePairs pairs = pair_edges(input, ExecutionContext());
     const Orientation found = orient(input, pairs, ExecutionContext());
     EXPECT_EQ(std::count(found.turned.begin(), found.turned.end(), 1), half);

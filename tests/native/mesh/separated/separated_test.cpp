@@ -174,20 +174,16 @@ TEST(Separate, TurnsTheFewerFaces) {
   EXPECT_EQ(topology_of(result).components, 1);
 }
 
-TEST(Separate, CutsPagesWhereAsked) {
+TEST(Separate, TurnsWholePages) {
   Surface s = test::grid(8, 4);
   for (FaceId f = 0; f < s.faces.rows(); ++f) {
     if (f / 2 % 8 < 4 || f == 12) std::swap(s.faces(f, 1), s.faces(f, 2));
   }
-  SeparateOptions options;
-  for (const bool cut : {false, true}) {
-    options.cut_pages = cut;
-    const SeparatedSurface result = separated(s, options);
-    EXPECT_EQ(broken(s, result), "");
-    EXPECT_EQ(topology_of(result).components, cut ? 2 : 1);
-    EXPECT_EQ(mended(result, MendKind::kTurnedFace), cut ? 1U : 31U);
-    EXPECT_EQ(mended(result, MendKind::kOpposedEdge), cut ? 4U : 0U);
-  }
+  const SeparatedSurface result = separated(s);
+  EXPECT_EQ(broken(s, result), "");
+  EXPECT_EQ(topology_of(result).components, 1);
+  EXPECT_EQ(mended(result, MendKind::kTurnedFace), 31U);
+  EXPECT_EQ(mended(result, MendKind::kOpposedEdge), 0U);
 }
 
 TEST(Separate, CutsAMoebiusStripOnce) {
@@ -294,7 +290,6 @@ TEST(Separate, MakesAnyTrianglesManifold) {
     for (Index& v : seams.reshaped()) v = below(vertices);
     SeparateOptions options;
     if (round % 2 == 0) options.seams = &seams;
-    options.cut_pages = round % 4 < 2;
     const SeparatedSurface result = separated(s, options);
     ASSERT_EQ(broken(s, result), "") << "round " << round;
     for (const Mend& mend : result.mends) ++kinds[mend.kind];
