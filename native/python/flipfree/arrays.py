@@ -8,6 +8,7 @@ from itertools import islice
 from typing import Any
 
 import numpy as np
+import numpy.ma
 import numpy.typing as npt
 
 from .errors import InvalidInput

@@ -7,6 +7,7 @@ arrays (they are copied at the start).
 
 from __future__ import annotations
 
+import errno
 import inspect
 from collections.abc import Callable
 from functools import wraps
@@ -31,7 +32,8 @@ def _raise_ours(error: Exception) -> NoReturn:
     """Raises what is no error of the caller's as one of the package's exceptions."""
     if isinstance(error, FlipfreeError):
         raise error
-    if isinstance(error, MemoryError):
+    out_of_memory = isinstance(error, OSError) and error.errno == errno.ENOMEM
+    if out_of_memory or isinstance(error, MemoryError):
         raise NotConverged(
             "Not enough memory for this mesh. Split it, or close other programs.",
             code="out of memory",
