@@ -37,14 +37,11 @@ def aligned(mesh: Mesh, field: ff.CrossField, way: str, seconds: float) -> ff.Pa
     _, vertices, faces = mesh
     face_array = as_indices(faces, "faces", 3)
     positions = as_vertices(vertices, face_array)
-    options = _native.AlignedOptions()
-    options.engine = _native.SeamlessEngine.__members__[way.split(",")[0]]
-    options.reroute = way != "padding, as it is"
-    options.max_seconds = seconds
-    arrays = arrays_of(field, face_array)
-    native = _native.field_aligned(
-        positions.scaled, face_array, arrays, _native.FieldOptions(), options, 0
+    options = dict(
+        engine=way.split(",")[0], reroute=way != "padding, as it is", max_seconds=seconds
     )
+    arrays = arrays_of(field, face_array)
+    native = _native.field_aligned(positions.scaled, face_array, arrays, {}, options, 0)
     return run(Job(native, partial(parametrization_from, positions=positions)))
 
 

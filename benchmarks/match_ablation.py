@@ -156,14 +156,13 @@ def large() -> Iterator[Case]:
 
 
 def switched(without: str) -> SimpleNamespace:
-    """The native module, whose options for a match switch a device off."""
+    """The native module, whose matches have a device switched off."""
 
-    def options() -> Any:
-        result = _native.MatchOptions()
-        result.without = [without] if without else []
-        return result
+    def match(vertices: Any, faces: Any, request: Any, options: Any, threads: int) -> Any:
+        devices = [without] if without else []
+        return _native.match(vertices, faces, request, {**options, "without": devices}, threads)
 
-    return SimpleNamespace(**{**vars(_native), "MatchOptions": options})
+    return SimpleNamespace(**{**vars(_native), "match": match})
 
 
 def run(case: Case, without: str, limit: float, threads: int) -> dict[str, Any]:

@@ -81,29 +81,6 @@ std::vector<certify::CornerPin> to_corner_pins(const Array<Index>& corners,
 std::optional<std::vector<intrinsic::LoopTurn>> to_loops(const pybind11::object& given);
 pybind11::list from_loops(const std::vector<intrinsic::LoopTurn>& loops);
 
-// Setters of a bound option struct's array members: from an array of the shape of a matrix, or of
-// ids.
-template <typename Options, typename Matrix>
-auto matrix_setter(Matrix Options::*member, const char* name) {
-  return [member, name](Options& options, const Array<typename Matrix::Scalar>& array) {
-    options.*member = to_matrix<Matrix>(array, name);
-  };
-}
-template <typename Options>
-auto ids_setter(std::vector<Index> Options::*member) {
-  return [member](Options& options, const Array<Index>& ids) {
-    (options.*member).assign(ids.data(), ids.data() + ids.size());
-  };
-}
-
-// Setter of pins, from (corners, uv).
-template <typename Options>
-auto pins_setter(std::vector<certify::CornerPin> Options::*member) {
-  return [member](Options& options, const std::pair<Array<Index>, Array<double>>& pins) {
-    options.*member = to_corner_pins(pins.first, pins.second);
-  };
-}
-
 // (n,3) and (m,3) -> surface.
 mesh::Surface to_surface(const Array<double>& vertices, const Array<Index>& faces);
 

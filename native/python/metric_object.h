@@ -3,14 +3,13 @@
 
 #include <pybind11/pybind11.h>
 
-#include <string>
-
 #include "flipfree/conformal/metric/refined_metric.h"
+#include "options.h"
 
 namespace flipfree::python {
 
 pybind11::object to_object(const conformal::ConformalMetric& metric);
-// "auto", "on" or "off"; anything else is "auto".
-conformal::StartRefinement to_start_refinement(const std::string& name);
+void read_metric(OptionReader& read, conformal::MetricOptions& options);
+void read_start_refinement(OptionReader& read, conformal::StartRefinement& refinement);
 
 }  // namespace flipfree::python

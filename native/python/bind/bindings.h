@@ -7,7 +7,9 @@
 #include <utility>
 
 #include "arrays.h"
+#include "flipfree/seamless/exact/seamless_map.h"
 #include "job.h"
+#include "options.h"
 
 namespace flipfree::python {
 
@@ -22,6 +24,9 @@ void bind_matchmaker(pybind11::module_& module);
 void bind_mesh(pybind11::module_& module);
 void bind_seamless(pybind11::module_& module);
 void bind_unwrap(pybind11::module_& module);
+
+// The options "engine" and "boundary" of seamless and field-aligned maps.
+void read_ways(OptionReader& read, seamless::Engine& engine, seamless::Boundary& boundary);
 
 // Runs `solve(context) -> certify::Parametrization` as a job whose result is the map's dict.
 template <typename Solve>

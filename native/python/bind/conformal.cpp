@@ -89,10 +89,20 @@ void add_mesh(const conformal::ConformalMetric& metric, py::dict& d) {
 
 }  // namespace
 
-conformal::StartRefinement to_start_refinement(const std::string& name) {
-  if (name == "on") return conformal::StartRefinement::kOn;
-  if (name == "off") return conformal::StartRefinement::kOff;
-  return conformal::StartRefinement::kAuto;
+void read_metric(OptionReader& read, conformal::MetricOptions& options) {
+  read("tolerance", options.tolerance);
+  read("bits", options.bits);
+  read("iterations", options.max_iterations);
+  read("max_seconds", options.max_seconds);
+  read("require_convergence", options.require_convergence);
+}
+
+void read_start_refinement(OptionReader& read, conformal::StartRefinement& refinement) {
+  using conformal::StartRefinement;
+  read.choice("intrinsic_refinement", refinement,
+              {{"auto", StartRefinement::kAuto},
+               {"on", StartRefinement::kOn},
+               {"off", StartRefinement::kOff}});
 }
 
 py::object to_object(const conformal::ConformalMetric& metric) {
@@ -114,25 +124,19 @@ py::object to_object(const conformal::ConformalMetric& metric) {
 }
 
 void bind_conformal(py::module_& module) {
-  using conformal::MetricOptions;
-  py::class_<MetricOptions>(module, "MetricOptions")
-      .def(py::init<>())
-      .def_readwrite("tolerance", &MetricOptions::tolerance)
-      .def_readwrite("bits", &MetricOptions::bits)
-      .def_readwrite("iterations", &MetricOptions::max_iterations)
-      .def_readwrite("max_seconds", &MetricOptions::max_seconds)
-      .def_readwrite("require_convergence", &MetricOptions::require_convergence);
   module.def(
       "conformal_metric",
       [](const Array<double>& vertices, const Array<Index>& faces,
-         const Array<double>& target_angles, const MetricOptions& options,
-         const std::string& intrinsic_refinement, const py::object& lengths, int threads) {
+         const Array<double>& target_angles, const py::dict& options, const py::object& lengths,
+         int threads) {
         MetricRequest request;
         request.surface = to_surface(vertices, faces);
         request.target_angles.assign(target_angles.data(),
                                      target_angles.data() + target_angles.size());
-        request.options = options;
-        request.refinement = to_start_refinement(intrinsic_refinement);
+        OptionReader read(options);
+        read_metric(read, request.options);
+        read_start_refinement(read, request.refinement);
+        read.end();
         if (!lengths.is_none())
           request.lengths = to_matrix<Points3>(lengths.cast<Array<double>>(), "lengths");
         return start_job(
@@ -142,7 +146,7 @@ void bind_conformal(py::module_& module) {
             [](const conformal::ConformalMetric& metric) { return to_object(metric); }, threads);
       },
       py::arg("vertices"), py::arg("faces"), py::arg("target_angles"), py::arg("options"),
-      py::arg("intrinsic_refinement"), py::arg("lengths"), py::arg("threads"));
+      py::arg("lengths"), py::arg("threads"));
 }
 
 }  // namespace flipfree::python

@@ -15,10 +15,19 @@ namespace py = pybind11;
 namespace flipfree::python {
 namespace {
 
-intrinsic::Refinement to_refinement(const std::string& name) {
-  if (name == "never") return intrinsic::Refinement::kNever;
-  if (name == "full") return intrinsic::Refinement::kFull;
-  return intrinsic::Refinement::kAuto;
+conformal::ConformalMapOptions to_map_options(const py::dict& given) {
+  using intrinsic::Refinement;
+  conformal::ConformalMapOptions options;
+  OptionReader read(given);
+  read("cuts", options.cuts);
+  read("uncuttable", options.uncuttable);
+  read_metric(read, options.metric);
+  read.choice(
+      "refinement", options.refinement,
+      {{"auto", Refinement::kAuto}, {"never", Refinement::kNever}, {"full", Refinement::kFull}});
+  read_start_refinement(read, options.intrinsic_refinement);
+  read.end();
+  return options;
 }
 
 // {map, figures, error, metric}: error is None or {message, code, kind, elements}, with the metric;
@@ -50,33 +59,22 @@ py::object to_object(conformal::ConformalMapResult&& result) {
 }  // namespace
 
 void bind_conformal_map(py::module_& module) {
-  using Options = conformal::ConformalMapOptions;
-  py::class_<Options>(module, "ConformalMapOptions")
-      .def(py::init<>())
-      .def_property("cuts", nullptr, matrix_setter(&Options::cuts, "cuts"))
-      .def_property("uncuttable", nullptr, matrix_setter(&Options::uncuttable, "uncuttable"))
-      .def_readwrite("metric", &Options::metric)
-      .def_property("refinement", nullptr,
-                    [](Options& o, const std::string& name) { o.refinement = to_refinement(name); })
-      .def_property("intrinsic_refinement", nullptr, [](Options& o, const std::string& name) {
-        o.intrinsic_refinement = to_start_refinement(name);
-      });
   module.def(
       "conformal",
       [](const Array<double>& vertices, const Array<Index>& faces,
-         const Array<double>& target_angles, const Options& options, const py::object& lengths,
+         const Array<double>& target_angles, const py::dict& options, const py::object& lengths,
          int threads) {
         struct Request {
           mesh::Surface surface;
           std::vector<double> target_angles;
           Points3 lengths;
-          Options options;
+          conformal::ConformalMapOptions options;
         };
         Request request;
         request.surface = to_surface(vertices, faces);
         request.target_angles.assign(target_angles.data(),
                                      target_angles.data() + target_angles.size());
-        request.options = options;
+        request.options = to_map_options(options);
         const bool own_lengths = !lengths.is_none();
         if (own_lengths)
           request.lengths = to_matrix<Points3>(lengths.cast<Array<double>>(), "lengths");

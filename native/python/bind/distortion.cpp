@@ -46,25 +46,29 @@ certify::Parametrization exact_map(const mesh::Surface& surface, const Points2& 
   return map;
 }
 
+distortion::ImproveOptions to_improve_options(const py::dict& given) {
+  distortion::ImproveOptions options;
+  OptionReader read(given);
+  read("pins", options.pins);
+  read("keep_bijective", options.keep_bijective);
+  read("iterations", options.max_iterations);
+  read("tolerance", options.tolerance);
+  read("max_seconds", options.max_seconds);
+  read("aspect", options.aspect);
+  read.end();
+  return options;
+}
+
 }  // namespace
 
 void bind_distortion(py::module_& module) {
-  using distortion::ImproveOptions;
-  py::class_<ImproveOptions>(module, "ImproveOptions")
-      .def(py::init<>())
-      .def_property("pins", nullptr, pins_setter(&ImproveOptions::pins))
-      .def_readwrite("keep_bijective", &ImproveOptions::keep_bijective)
-      .def_readwrite("iterations", &ImproveOptions::max_iterations)
-      .def_readwrite("tolerance", &ImproveOptions::tolerance)
-      .def_readwrite("max_seconds", &ImproveOptions::max_seconds)
-      .def_readwrite("aspect", &ImproveOptions::aspect);
   module.def(
       "improve",
       [](const Array<double>& vertices, const Array<Index>& faces, const Array<double>& uv,
-         const ImproveOptions& options, bool repair, int threads) {
+         const py::dict& options, bool repair, int threads) {
         return start_map_job(
-            [surface = to_surface(vertices, faces), uv = to_matrix<Points2>(uv, "uv"), options,
-             repair](ExecutionContext& context) {
+            [surface = to_surface(vertices, faces), uv = to_matrix<Points2>(uv, "uv"),
+             options = to_improve_options(options), repair](ExecutionContext& context) {
               return repair ? unwrap::improve_any(surface, uv, options, context)
                             : distortion::improve(surface, uv, options, context);
             },

@@ -42,62 +42,52 @@ struct Described {
   Stats stats;
 };
 
-void bind_field_options(py::module_& module) {
-  py::class_<FieldOptions>(module, "FieldOptions")
-      .def(py::init<>())
-      .def_readwrite("alignment", &FieldOptions::alignment)
-      .def_property("edges", nullptr, matrix_setter(&FieldOptions::edges, "sharp_edges"))
-      .def_readwrite("boundary", &FieldOptions::boundary)
-      .def_readwrite("edge_weight", &FieldOptions::edge_weight)
-      .def_readwrite("simplify", &FieldOptions::simplify)
-      .def_property("sizing", nullptr,
-                    [](FieldOptions& options, const Array<double>& sizing) {
-                      options.sizing = to_vector(sizing);
-                    })
-      .def_property("cones", nullptr,
-                    [](FieldOptions& options, const Array<Index>& cones) {
-                      options.cones = to_vector(cones);
-                    })
-      .def_property(
-          "loops", nullptr,
-          [](FieldOptions& options, const py::object& loops) { options.loops = to_loops(loops); })
-      .def_readwrite("max_seconds", &FieldOptions::max_seconds);
+FieldOptions to_field_options(const py::dict& given) {
+  FieldOptions options;
+  OptionReader read(given);
+  read("alignment", options.alignment);
+  read("edges", options.edges);
+  read("boundary", options.boundary);
+  read("edge_weight", options.edge_weight);
+  read("simplify", options.simplify);
+  read("sizing", options.sizing);
+  read("cones", options.cones);
+  read("loops", options.loops);
+  read("max_seconds", options.max_seconds);
+  read.end();
+  return options;
+}
+
+holonomy::AlignedOptions to_aligned_options(const py::dict& given) {
+  holonomy::AlignedOptions options;
+  OptionReader read(given);
+  read("uncuttable", options.engine.uncuttable);
+  read("engine_iterations", options.engine.metric.max_iterations);
+  read("sizing", options.sizing);
+  read_ways(read, options.which, options.boundary);
+  read("optimise", options.optimise);
+  read("exact", options.exact);
+  read("reroute", options.reroute);
+  read("max_iterations", options.max_iterations);
+  read("max_seconds", options.max_seconds);
+  read.end();
+  return options;
 }
 
 void bind_aligned(py::module_& module) {
-  using holonomy::AlignedOptions;
-  py::class_<AlignedOptions>(module, "AlignedOptions")
-      .def(py::init<>())
-      .def_property("uncuttable", nullptr,
-                    [](AlignedOptions& options, const Array<Index>& edges) {
-                      options.engine.uncuttable = to_matrix<IndexPairs>(edges, "uncuttable");
-                    })
-      .def_property(
-          "engine_iterations", nullptr,
-          [](AlignedOptions& options, int count) { options.engine.metric.max_iterations = count; })
-      .def_property("sizing", nullptr,
-                    [](AlignedOptions& options, const Array<double>& sizing) {
-                      options.sizing = to_vector(sizing);
-                    })
-      .def_readwrite("engine", &AlignedOptions::which)
-      .def_readwrite("boundary", &AlignedOptions::boundary)
-      .def_readwrite("optimise", &AlignedOptions::optimise)
-      .def_readwrite("exact", &AlignedOptions::exact)
-      .def_readwrite("reroute", &AlignedOptions::reroute)
-      .def_readwrite("max_iterations", &AlignedOptions::max_iterations)
-      .def_readwrite("max_seconds", &AlignedOptions::max_seconds);
   module.def(
       "field_aligned",
       [](const Array<double>& vertices, const Array<Index>& faces, const py::object& given,
-         const FieldOptions& made, const AlignedOptions& options, int threads) {
+         const py::dict& made, const py::dict& options, int threads) {
         std::optional<GivenField> field;
         if (!given.is_none()) {
           const auto parts = given.cast<std::tuple<Array<double>, Array<double>, Array<Index>>>();
           field = to_field(std::get<0>(parts), std::get<1>(parts), std::get<2>(parts));
         }
         return start_job(
-            [surface = to_surface(vertices, faces), field = std::move(field), made,
-             options](ExecutionContext& context) {
+            [surface = to_surface(vertices, faces), field = std::move(field),
+             made = to_field_options(made),
+             options = to_aligned_options(options)](ExecutionContext& context) {
               return in_time(
                   context, options.max_seconds, "The field-aligned map was not reached",
                   "or simplify the field", [&] {
@@ -179,15 +169,15 @@ void bind_cut(py::module_& module) {
 }  // namespace
 
 void bind_field(py::module_& module) {
-  bind_field_options(module);
   bind_aligned(module);
   bind_cut(module);
   module.def(
       "cross_field",
-      [](const Array<double>& vertices, const Array<Index>& faces, const FieldOptions& options,
+      [](const Array<double>& vertices, const Array<Index>& faces, const py::dict& options,
          int threads) {
         return start_job(
-            [surface = to_surface(vertices, faces), options](ExecutionContext& context) {
+            [surface = to_surface(vertices, faces),
+             options = to_field_options(options)](ExecutionContext& context) {
               field::FoundField found = field::compute_cross_field(surface, options, context);
               return Described{field::describe(surface, found.field), std::move(found.cones),
                                std::move(found.stats)};

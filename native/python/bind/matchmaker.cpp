@@ -28,16 +28,6 @@ std::vector<VertexId> to_ids(const py::handle& array) {
   return {ids.data(), ids.data() + ids.size()};
 }
 
-matchmaker::MatchEngine engine_of(const std::string& name) {
-  using matchmaker::MatchEngine;
-  if (name == "first try") return MatchEngine::kFirstTry;
-  if (name == "outline") return MatchEngine::kOutline;
-  if (name == "overlay") return MatchEngine::kOverlay;
-  if (name == "arms") return MatchEngine::kArms;
-  if (name == "matchmaker") return MatchEngine::kMatchmaker;
-  return MatchEngine::kAuto;
-}
-
 matchmaker::Devices device_named(const std::string& name) {
   const auto& names = matchmaker::kDeviceNames;
   const auto at = std::find(names.begin(), names.end(), name) - names.begin();
@@ -46,71 +36,72 @@ matchmaker::Devices device_named(const std::string& name) {
   return matchmaker::Devices{1} << at;
 }
 
-void bind_request(py::module_& module) {
-  using matchmaker::MatchRequest;
-  py::class_<MatchRequest>(module, "MatchRequest")
-      .def(py::init<>())
-      .def_property("points", nullptr,
-                    [](MatchRequest& request, const py::tuple& vertices_and_uv) {
-                      const std::vector<VertexId> pinned = to_ids(vertices_and_uv[0]);
-                      const matchmaker::Polygon targets = to_polygon(vertices_and_uv[1], "points");
-                      if (pinned.size() != targets.size())
-                        throw_invalid(ErrorCode::kBadShape, "points must give one target each.");
-                      for (std::size_t i = 0; i < pinned.size(); ++i)
-                        request.points.push_back({pinned[i], targets[i]});
-                    })
-      .def_property("lines", nullptr,
-                    [](MatchRequest& request, const py::list& lines) {
-                      for (const py::handle& line : lines) {
-                        const auto pair = line.cast<py::tuple>();
-                        request.lines.push_back({to_ids(pair[0]), to_polygon(pair[1], "lines")});
-                      }
-                    })
-      .def_property("boundary_loop", nullptr, ids_setter(&MatchRequest::boundary_loop))
-      .def_property("boundary_uv", nullptr,
-                    [](MatchRequest& request, const Array<double>& uv) {
-                      request.boundary_uv = to_polygon(uv, "boundary_uv");
-                    })
-      .def_property("paths", nullptr,
-                    [](MatchRequest& request, const py::list& paths) {
-                      for (const py::handle& path : paths) request.paths.push_back(to_ids(path));
-                    })
-      .def_property("movable", nullptr, ids_setter(&MatchRequest::movable));
+matchmaker::MatchRequest to_request(const py::dict& given) {
+  matchmaker::MatchRequest request;
+  OptionReader read(given);
+  if (const py::object points = read.value("points")) {
+    const auto pair = points.cast<py::tuple>();
+    const std::vector<VertexId> pinned = to_ids(pair[0]);
+    const matchmaker::Polygon targets = to_polygon(pair[1], "points");
+    if (pinned.size() != targets.size())
+      throw_invalid(ErrorCode::kBadShape, "points must give one target each.");
+    for (std::size_t i = 0; i < pinned.size(); ++i)
+      request.points.push_back({pinned[i], targets[i]});
+  }
+  if (const py::object lines = read.value("lines")) {
+    for (const py::handle line : lines) {
+      const auto pair = line.cast<py::tuple>();
+      request.lines.push_back({to_ids(pair[0]), to_polygon(pair[1], "lines")});
+    }
+  }
+  read("boundary_loop", request.boundary_loop);
+  if (const py::object uv = read.value("boundary_uv"))
+    request.boundary_uv = to_polygon(uv, "boundary_uv");
+  if (const py::object paths = read.value("paths")) {
+    for (const py::handle path : paths) request.paths.push_back(to_ids(path));
+  }
+  read("movable", request.movable);
+  read.end();
+  return request;
 }
 
-void bind_match_options(py::module_& module) {
-  using matchmaker::MatchOptions;
-  py::class_<MatchOptions>(module, "MatchOptions")
-      .def(py::init<>())
-      .def_readwrite("optimise", &MatchOptions::optimise)
-      .def_readwrite("bijective", &MatchOptions::bijective)
-      .def_readwrite("iterations", &MatchOptions::max_iterations)
-      .def_readwrite("max_seconds", &MatchOptions::max_seconds)
-      .def_property(
-          "engine", nullptr,
-          [](MatchOptions& options, const std::string& name) { options.engine = engine_of(name); })
-      // For benchmarks/match_ablation.py alone.
-      .def_property("without", nullptr, [](MatchOptions& options, const py::list& devices) {
-        for (const py::handle& device : devices)
-          options.ablated |= device_named(device.cast<std::string>());
-      });
-  py::list names;
-  for (const std::string_view name : matchmaker::kDeviceNames) names.append(py::str(name));
-  module.attr("match_devices") = names;
+matchmaker::MatchOptions to_match_options(const py::dict& given) {
+  using matchmaker::MatchEngine;
+  matchmaker::MatchOptions options;
+  OptionReader read(given);
+  read("optimise", options.optimise);
+  read("bijective", options.bijective);
+  read("iterations", options.max_iterations);
+  read("max_seconds", options.max_seconds);
+  read.choice("engine", options.engine,
+              {{"auto", MatchEngine::kAuto},
+               {"first try", MatchEngine::kFirstTry},
+               {"outline", MatchEngine::kOutline},
+               {"overlay", MatchEngine::kOverlay},
+               {"arms", MatchEngine::kArms},
+               {"matchmaker", MatchEngine::kMatchmaker}});
+  // For benchmarks/match_ablation.py alone.
+  if (const py::object devices = read.value("without")) {
+    for (const py::handle device : devices)
+      options.ablated |= device_named(device.cast<std::string>());
+  }
+  read.end();
+  return options;
 }
 
 }  // namespace
 
 void bind_matchmaker(py::module_& module) {
-  bind_request(module);
-  bind_match_options(module);
+  py::list names;
+  for (const std::string_view name : matchmaker::kDeviceNames) names.append(py::str(name));
+  module.attr("match_devices") = names;
   module.def(
       "match",
-      [](const Array<double>& vertices, const Array<Index>& faces,
-         const matchmaker::MatchRequest& request, const matchmaker::MatchOptions& options,
-         int threads) {
+      [](const Array<double>& vertices, const Array<Index>& faces, const py::dict& request,
+         const py::dict& options, int threads) {
         return start_map_job(
-            [surface = to_surface(vertices, faces), request, options](ExecutionContext& context) {
+            [surface = to_surface(vertices, faces), request = to_request(request),
+             options = to_match_options(options)](ExecutionContext& context) {
               return matchmaker::match_piece(surface, request, options, context);
             },
             threads);

@@ -37,46 +37,45 @@ py::object to_object(PennerMap&& result) {
   return d;
 }
 
+seamless::SeamlessOptions to_seamless_options(const py::dict& given) {
+  seamless::SeamlessOptions options;
+  OptionReader read(given);
+  read("uncuttable", options.engine.uncuttable);
+  read("engine_iterations", options.engine.metric.max_iterations);
+  read_ways(read, options.which, options.boundary);
+  read("loops", options.loops);
+  read("optimise", options.optimise);
+  read("exact", options.exact);
+  read("max_iterations", options.max_iterations);
+  read("max_seconds", options.max_seconds);
+  read.end();
+  return options;
+}
+
 }  // namespace
 
+void read_ways(OptionReader& read, seamless::Engine& engine, seamless::Boundary& boundary) {
+  using seamless::Boundary;
+  using seamless::Engine;
+  read.choice(
+      "engine", engine,
+      {{"auto", Engine::kAuto}, {"penner", Engine::kPenner}, {"padding", Engine::kPadding}});
+  read.choice("boundary", boundary,
+              {{"aligned", Boundary::kAligned},
+               {"aligned_or_free", Boundary::kAlignedOrFree},
+               {"free", Boundary::kFree}});
+}
+
 void bind_seamless(py::module_& module) {
-  using seamless::SeamlessOptions;
-  py::enum_<seamless::Boundary>(module, "SeamlessBoundary")
-      .value("aligned", seamless::Boundary::kAligned)
-      .value("aligned_or_free", seamless::Boundary::kAlignedOrFree)
-      .value("free", seamless::Boundary::kFree);
-  py::enum_<seamless::Engine>(module, "SeamlessEngine")
-      .value("auto", seamless::Engine::kAuto)
-      .value("penner", seamless::Engine::kPenner)
-      .value("padding", seamless::Engine::kPadding);
-  py::class_<SeamlessOptions>(module, "SeamlessOptions")
-      .def(py::init<>())
-      .def_property("uncuttable", nullptr,
-                    [](SeamlessOptions& options, const Array<Index>& edges) {
-                      options.engine.uncuttable = to_matrix<IndexPairs>(edges, "uncuttable");
-                    })
-      .def_property(
-          "engine_iterations", nullptr,
-          [](SeamlessOptions& options, int count) { options.engine.metric.max_iterations = count; })
-      .def_readwrite("boundary", &SeamlessOptions::boundary)
-      .def_property("loops", nullptr,
-                    [](SeamlessOptions& options, const py::object& loops) {
-                      options.loops = to_loops(loops);
-                    })
-      .def_readwrite("engine", &SeamlessOptions::which)
-      .def_readwrite("optimise", &SeamlessOptions::optimise)
-      .def_readwrite("exact", &SeamlessOptions::exact)
-      .def_readwrite("max_iterations", &SeamlessOptions::max_iterations)
-      .def_readwrite("max_seconds", &SeamlessOptions::max_seconds);
   module.def(
       "seamless",
       [](const Array<double>& vertices, const Array<Index>& faces, const py::object& cones,
-         const SeamlessOptions& options, int threads) {
+         const py::dict& options, int threads) {
         std::optional<std::vector<Index>> turns;
         if (!cones.is_none()) turns = to_cones(cones.cast<Array<Index>>());
         return start_job(
             [surface = to_surface(vertices, faces), turns = std::move(turns),
-             options](ExecutionContext& context) {
+             options = to_seamless_options(options)](ExecutionContext& context) {
               return turns ? seamless::compute_seamless_map(surface, *turns, options, context)
                            : seamless::map_with_suggested_cones(surface, options, context);
             },

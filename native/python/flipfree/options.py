@@ -160,10 +160,3 @@ def as_choice(value: Any, name: str, choices: Sequence[str], otherwise: str = ""
         f"{name} must be one of {', '.join(choices)}{otherwise}, not {shown(value)}.",
         code="bad option",
     )
-
-
-def filled(options: Any, **values: Any) -> Any:
-    """An option struct of the compiled module with these fields set; the others keep the solver's defaults."""
-    for name, value in values.items():
-        setattr(options, name, value)
-    return options

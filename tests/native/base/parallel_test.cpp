@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <initializer_list>
 #include <mutex>
 #include <set>
 #include <string>
@@ -16,8 +17,8 @@ namespace flipfree::parallel_test {
 namespace {
 
 TEST(ParallelFor, chunks_are_those_of_the_grain_whatever_the_number_of_threads) {
-  for (const std::size_t count : {0, 1, 6, 7, 8, 50}) {
-    for (const std::size_t grain : {1, 7, 100}) {
+  for (const std::size_t count : std::initializer_list<std::size_t>{0, 1, 6, 7, 8, 50}) {
+    for (const std::size_t grain : std::initializer_list<std::size_t>{1, 7, 100}) {
       for (const int threads : {-1, 0, 1, 3}) {
         ExecutionContext context;
         context.threads = threads;

@@ -17,7 +17,6 @@ from ..options import (
     as_positive,
     as_seconds,
     as_threads,
-    filled,
     shown,
 )
 from ..results import ConformalMetric
@@ -91,20 +90,21 @@ def conformal_metric(
     exponent = positions.exponent
     if lengths is not None:
         edge_lengths, exponent = as_lengths(lengths)
-    options = filled(
-        _native.MetricOptions(),
+    options = dict(
         tolerance=as_positive(tolerance, "tolerance"),
         bits=bits,
         iterations=as_count(iterations, "iterations"),
         max_seconds=as_seconds(max_seconds, "max_seconds"),
         require_convergence=as_flag(require_convergence, "require_convergence"),
+        intrinsic_refinement=as_choice(
+            intrinsic_refinement, "intrinsic_refinement", REFINEMENT_CHOICES
+        ),
     )
     native = _native.conformal_metric(
         positions.scaled,
         face_array,
         as_floats(target_angles, "target_angles"),
         options,
-        as_choice(intrinsic_refinement, "intrinsic_refinement", REFINEMENT_CHOICES),
         edge_lengths,
         as_threads(threads),
     )

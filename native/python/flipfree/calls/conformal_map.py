@@ -10,7 +10,7 @@ from ..arrays import Positions, as_floats, as_indices, as_lengths, as_vertices
 from ..conversions import metric_from, parametrization_from
 from ..errors import InvalidInput, NotConverged
 from ..job import Job, Progress, solver_call
-from ..options import as_choice, as_flag, as_positive, as_seconds, as_threads, filled, shown
+from ..options import as_choice, as_flag, as_positive, as_seconds, as_threads, shown
 from ..results import Parametrization
 from .conformal import REFINEMENT_CHOICES, precision_bits
 
@@ -95,17 +95,12 @@ def conformal(
     edge_lengths, metric_exponent = None, positions.exponent
     if lengths is not None:
         edge_lengths, metric_exponent = as_lengths(lengths)
-    metric = filled(
-        _native.MetricOptions(),
+    options = dict(
         tolerance=as_positive(tolerance, "tolerance"),
         bits=precision_bits(precision),
         max_seconds=as_seconds(max_seconds, "max_seconds"),
-    )
-    options = filled(
-        _native.ConformalMapOptions(),
         cuts=as_indices([] if cuts is None else cuts, "cuts", 2),
         uncuttable=as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
-        metric=metric,
         refinement=refinement,
         intrinsic_refinement=as_choice(
             intrinsic_refinement, "intrinsic_refinement", REFINEMENT_CHOICES

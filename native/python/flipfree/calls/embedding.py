@@ -9,7 +9,7 @@ from .. import _native
 from ..arrays import as_floats, as_indices, as_places, as_vertices
 from ..conversions import parametrization_from
 from ..job import Job, Progress, solver_call
-from ..options import as_choice, as_count, as_flag, as_positive, as_seconds, as_threads, filled
+from ..options import as_choice, as_count, as_flag, as_positive, as_seconds, as_threads
 from ..results import Parametrization
 
 SHAPES = ("circle", "square", "triangle")
@@ -64,19 +64,18 @@ def embed(
     Raises:
         InvalidInput, Infeasible (the polygon has no room in these numbers), NotConverged, Cancelled.
     """
-    options = _native.EmbedOptions()
+    options: dict[str, object] = {}
     if isinstance(boundary, str):
-        options.shape = as_choice(boundary, "boundary", SHAPES, ", or an array of positions")
+        options["shape"] = as_choice(boundary, "boundary", SHAPES, ", or an array of positions")
     else:
-        options.polygon = as_places(boundary, "boundary")
+        options["polygon"] = as_places(boundary, "boundary")
     face_array = as_indices(faces, "faces", 3)
     positions = as_vertices(vertices, face_array)
     if boundary_loop is not None:
-        options.loop = as_indices(boundary_loop, "boundary_loop").tolist()
+        options["loop"] = as_indices(boundary_loop, "boundary_loop")
     if initial_uv is not None:
-        options.initial = as_floats(initial_uv, "initial_uv", 2)
-    filled(
-        options,
+        options["initial"] = as_floats(initial_uv, "initial_uv", 2)
+    options.update(
         method=as_choice(method, "method", METHODS),
         start_from_tutte=as_choice(start, "start", STARTS) == "tutte",
         low_distortion=as_flag(low_distortion, "low_distortion"),

@@ -20,7 +20,6 @@ from ..options import (
     as_positive,
     as_seconds,
     as_threads,
-    filled,
 )
 from ..results import Parametrization
 from .certification import Pins, pins_to_corners
@@ -78,13 +77,13 @@ def improve(
     corner_uv = as_corner_uv(uv, "uv", len(face_array))
     refuse_beyond_storage(corner_uv, "uv")
     positions = as_vertices(vertices, face_array)
-    options = filled(
-        _native.ImproveOptions(),
+    shape, bijective = as_aspect(aspect), as_flag(keep_bijective, "keep_bijective")
+    options = dict(
         pins=(pin_corners, pin_uv),
-        keep_bijective=as_flag(keep_bijective, "keep_bijective"),
+        keep_bijective=bijective,
         iterations=as_count(iterations, "iterations"),
         tolerance=as_positive(tolerance, "tolerance"),
-        aspect=as_aspect(aspect),
+        aspect=shape,
         max_seconds=as_seconds(max_seconds, "max_seconds"),
     )
     native = _native.improve(
@@ -95,14 +94,14 @@ def improve(
         as_flag(repair, "repair"),
         as_threads(threads),
     )
-    job = Job(native, partial(parametrization_from, positions=positions, aspect=options.aspect))
+    job = Job(native, partial(parametrization_from, positions=positions, aspect=shape))
     return improved(
         job,
         before=corner_uv.reshape(-1, 3, 2),
         pinned=pin_corners,
         pins=pins,
-        bijective=options.keep_bijective,
-        aspect=options.aspect,
+        bijective=bijective,
+        aspect=shape,
         threads=threads,
     )
 
@@ -165,28 +164,28 @@ def repair(
     pin_corners, pin_uv = pins_to_corners(pins, face_array)
     corner_uv = as_corner_uv(uv, "uv", len(face_array))
     positions = as_vertices(vertices, face_array)
-    options = filled(
-        _native.RepairOptions(),
+    shape, room = as_aspect(aspect), as_margin(margin)
+    options = dict(
         cuts=as_indices([] if cuts is None else cuts, "cuts", 2),
         uncuttable=as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
         pins=(pin_corners, pin_uv),
         overlaps=as_choice(overlaps, "overlaps", ("cut", "open", "keep")),
         stretched=as_choice(stretched, "stretched", ("keep", "improve")),
         disjoint=as_flag(disjoint, "disjoint"),
-        margin=as_margin(margin),
+        margin=room,
         iterations=as_count(iterations, "iterations"),
         tolerance=as_positive(tolerance, "tolerance"),
-        aspect=as_aspect(aspect),
+        aspect=shape,
         max_seconds=as_seconds(max_seconds, "max_seconds"),
     )
     native = _native.repair(positions.scaled, face_array, corner_uv, options, as_threads(threads))
-    job = Job(native, partial(parametrization_from, positions=positions, aspect=options.aspect))
-    if options.aspect != 1.0:  # packing is of squares
+    job = Job(native, partial(parametrization_from, positions=positions, aspect=shape))
+    if shape != 1.0:  # packing is of squares
         return job
     return repaired(
         job,
         before=corner_uv.reshape(-1, 3, 2),
         pinned=pin_corners,
-        margin=options.margin,
+        margin=room,
         threads=threads,
     )

@@ -14,7 +14,7 @@ from ..arrays import as_floats, as_indices, as_list, as_place, as_places, as_ver
 from ..conversions import parametrization_from
 from ..errors import InvalidInput
 from ..job import Job, Progress, solver_call
-from ..options import as_choice, as_count, as_flag, as_seconds, as_threads, filled, shown
+from ..options import as_choice, as_count, as_flag, as_seconds, as_threads, shown
 from ..results import Parametrization
 
 Points = Mapping[int, tuple[float, float]]
@@ -99,8 +99,7 @@ def match(
         raise InvalidInput("boundary_loop is given without boundary_uv.", code="bad boundary")
     face_array = as_indices(faces, "faces", 3)
     positions = as_vertices(vertices, face_array)
-    request = filled(
-        _native.MatchRequest(),
+    request = dict(
         points=(as_indices(list(pins), "points"), as_floats(targets, "points", 2)),
         lines=_lines(lines),
         boundary_loop=as_indices([] if boundary_loop is None else boundary_loop, "boundary_loop"),
@@ -108,8 +107,7 @@ def match(
         paths=native_paths,
         movable=as_indices([] if movable is None else movable, "movable"),
     )
-    options = filled(
-        _native.MatchOptions(),
+    options = dict(
         optimise=as_flag(optimise, "optimise"),
         bijective=as_flag(bijective, "bijective"),
         iterations=as_count(iterations, "iterations"),

@@ -24,7 +24,6 @@ from ..options import (
     as_positive,
     as_seconds,
     as_threads,
-    filled,
     shown,
 )
 from ..results import Parametrization
@@ -128,8 +127,7 @@ def pack(
     if not square:
         given = np.concatenate([texture.in_pixels(given), texture.beside().reshape(-1, 2)])
         places = None if places is None else texture.in_pixels(places)
-    options = filled(
-        _native.PackOptions(),
+    options = dict(
         margin=as_margin(margin),
         rotation=as_choice(rotation, "rotation", ("free", "straight", "quarters", "none")),
         groups=as_indices([] if groups is None else groups, "groups"),

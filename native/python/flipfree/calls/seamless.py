@@ -20,7 +20,6 @@ from ..options import (
     as_flag,
     as_seconds,
     as_threads,
-    filled,
     shown,
     whole_number,
 )
@@ -192,10 +191,9 @@ def seamless(
     """
     face_array = as_indices(faces, "faces", 3)
     positions = as_vertices(vertices, face_array)
-    options = filled(
-        _native.SeamlessOptions(),
-        engine=_native.SeamlessEngine.__members__[as_choice(engine, "engine", ENGINES)],
-        boundary=_native.SeamlessBoundary.__members__[as_choice(boundary, "boundary", BOUNDARIES)],
+    options = dict(
+        engine=as_choice(engine, "engine", ENGINES),
+        boundary=as_choice(boundary, "boundary", BOUNDARIES),
         optimise=as_flag(optimise, "optimise"),
         exact=as_flag(exact, "exact"),
         uncuttable=as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),

@@ -32,7 +32,6 @@ from ..options import (
     as_seconds,
     as_stretch,
     as_threads,
-    filled,
     shown,
 )
 from ..results import IntArray, Parametrization
@@ -116,8 +115,7 @@ def unwrap(
         None if place_like is None else as_corner_uv(place_like, "place_like", len(face_array))
     )
     positions = as_vertices(vertices, face_array)
-    options = filled(
-        _native.UnwrapOptions(),
+    options = dict(
         cuts=as_indices([] if cuts is None else cuts, "cuts", 2),
         uncuttable=as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
         material=as_face_numbers(materials, "materials", len(face_array)),
@@ -182,8 +180,7 @@ def auto_seams(
     face_array = as_indices(faces, "faces", 3)
     positions = as_vertices(vertices, face_array)
     weighted, factors = _as_weights(weights)
-    options = filled(
-        _native.UnwrapOptions(),
+    options = dict(
         cuts=as_indices([] if cuts is None else cuts, "cuts", 2),
         uncuttable=as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
         material=as_face_numbers(materials, "materials", len(face_array)),

@@ -10,7 +10,7 @@ from ..arrays import as_indices, as_vertices
 from ..conversions import parametrization_from
 from ..errors import InvalidInput
 from ..job import Job, Progress, solver_call
-from ..options import as_choice, as_count, as_flag, as_seconds, as_threads, filled
+from ..options import as_choice, as_count, as_flag, as_seconds, as_threads
 from ..results import Parametrization
 from .cross_fields import CrossField, Signature, arrays_of, as_signature, as_sizing
 
@@ -74,24 +74,23 @@ def field_aligned(
         )
     face_array = as_indices(faces, "faces", 3)
     positions = as_vertices(vertices, face_array)
-    made = filled(_native.FieldOptions(), boundary=open_boundary == "aligned")
+    made: dict[str, object] = dict(boundary=open_boundary == "aligned")
     if signature is not None:
         cones, loops = as_signature(signature, face_array, len(positions.scaled))
-        filled(made, cones=cones, loops=loops)
-    options = filled(
-        _native.AlignedOptions(),
+        made.update(cones=cones, loops=loops)
+    options = dict(
         uncuttable=as_indices([] if uncuttable is None else uncuttable, "uncuttable", 2),
-        engine=_native.SeamlessEngine.__members__[as_choice(engine, "engine", ENGINES)],
+        engine=as_choice(engine, "engine", ENGINES),
         engine_iterations=as_count(iterations, "iterations", 1),
-        boundary=_native.SeamlessBoundary.__members__[open_boundary],
+        boundary=open_boundary,
         optimise=as_flag(optimise, "optimise"),
         exact=as_flag(exact, "exact"),
         max_seconds=as_seconds(max_seconds, "max_seconds"),
     )
     if sizing is not None:
         sizes = as_sizing(sizing, len(positions.scaled))
-        filled(options, sizing=sizes)
-        filled(made, sizing=sizes)
+        options.update(sizing=sizes)
+        made.update(sizing=sizes)
     native = _native.field_aligned(
         positions.scaled,
         face_array,

@@ -27,7 +27,6 @@ from ..options import (
     as_number,
     as_seconds,
     as_threads,
-    filled,
     shown,
     whole_number,
 )
@@ -301,8 +300,7 @@ def cross_field(
     """
     face_array = as_indices(faces, "faces", 3)
     positions = as_vertices(vertices, face_array)
-    options = filled(
-        _native.FieldOptions(),
+    options = dict(
         alignment=as_number(alignment, "alignment"),
         edges=as_indices([] if sharp_edges is None else sharp_edges, "sharp_edges", 2),
         boundary=as_flag(boundary, "boundary"),
@@ -311,10 +309,10 @@ def cross_field(
         max_seconds=as_seconds(max_seconds, "max_seconds"),
     )
     if sizing is not None:
-        filled(options, sizing=as_sizing(sizing, len(positions.scaled)))
+        options.update(sizing=as_sizing(sizing, len(positions.scaled)))
     if signature is not None:
         cones, loops = as_signature(signature, face_array, len(positions.scaled))
-        filled(options, cones=cones, loops=loops)
+        options.update(cones=cones, loops=loops)
     native = _native.cross_field(positions.scaled, face_array, options, as_threads(threads))
     return Job(native, lambda data: _field_from(*data))
 

@@ -10,6 +10,7 @@
 #include "flipfree/certify/overlap/overlap.h"
 #include "fuzz/rational.h"
 #include "support/corner_maps.h"
+#include "support/dense.h"
 #include "support/shapes.h"
 
 namespace flipfree::certify::energy_test {
@@ -56,7 +57,7 @@ Vector2 stretches(const Soup& soup, FaceId f) {
   Eigen::Matrix2d image;
   image.col(0) = soup.uv.row(3 * f + 1) - soup.uv.row(3 * f);
   image.col(1) = soup.uv.row(3 * f + 2) - soup.uv.row(3 * f);
-  return Eigen::JacobiSVD<Eigen::Matrix2d>(image * rest.inverse()).singularValues();
+  return test::singular_values(image * rest.inverse()).values;
 }
 
 TEST(Energy, parts_are_the_singular_values_and_the_area_of_every_face) {

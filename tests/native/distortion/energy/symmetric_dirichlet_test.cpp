@@ -1,8 +1,9 @@
 #include "flipfree/distortion/energy/symmetric_dirichlet.h"
+#include "flipfree/numeric/dense_factors.h"
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <cmath>
 #include <random>
 
@@ -58,8 +59,8 @@ std::vector<Case> cases(double shrink) {
   std::uniform_real_distribution<double> unit(-1, 1);
   std::vector<Case> all;
   while (all.size() < 200) {
-    const Vector2 e1(unit(random), unit(random));
-    const Vector2 e2(unit(random), unit(random));
+    const Vector2 e1{unit(random), unit(random)};  // in this order, which (...) leaves open
+    const Vector2 e2{unit(random), unit(random)};
     Vector6 x;
     for (int i = 0; i < 6; ++i) x(i) = shrink * unit(random);
     const double det = (x(2) - x(0)) * (x(5) - x(1)) - (x(3) - x(1)) * (x(4) - x(0));
@@ -100,9 +101,11 @@ TEST(SymmetricDirichlet, GradientAgreesWithDifferencesOfTheValue) {
 TEST(SymmetricDirichlet, HessianAgreesWithDifferencesOfTheGradientWhereNothingIsClamped) {
   // Stretched maps: the twist eigenvalue 1 - x y (x^2 - x y + y^2) is positive, the Hessian is
   // exact.
+  int exact = 0;
   for (const auto& [rest, x] : cases(30.0)) {
     const auto s = singular_values(jacobian_at(rest, x));
-    ASSERT_GT(s[1], 1.0);
+    if (s[1] <= 1.0) continue;
+    ++exact;
     const Matrix6 h = hessian_at(rest, x);
     Matrix6 difference;
     for (int i = 0; i < 6; ++i) {
@@ -114,6 +117,7 @@ TEST(SymmetricDirichlet, HessianAgreesWithDifferencesOfTheGradientWhereNothingIs
     }
     EXPECT_LT((h - difference).norm(), 1e-6 * h.norm());
   }
+  EXPECT_GT(exact, 100);
 }
 
 TEST(SymmetricDirichlet, HessianIsPositiveSemidefiniteWhereTheTrueOneIsNot) {
@@ -128,13 +132,15 @@ TEST(SymmetricDirichlet, HessianIsPositiveSemidefiniteWhereTheTrueOneIsNot) {
       minus(i) -= 1e-6;
       difference.col(i) = (gradient_at(rest, plus) - gradient_at(rest, minus)) / 2e-6;
     }
-    const Eigen::SelfAdjointEigenSolver<Matrix6> projected(h);
-    const Eigen::SelfAdjointEigenSolver<Matrix6> truth(0.5 * (difference + difference.transpose()));
-    EXPECT_GT(projected.eigenvalues()(0), -1e-10 * projected.eigenvalues()(5));
-    if (truth.eigenvalues()(0) < -1e-4 * truth.eigenvalues()(5)) {
+    const Eigen::VectorXd projected = numeric::symmetric_eigen(Eigen::MatrixXd(h)).values;
+    const Eigen::VectorXd truth =
+        numeric::symmetric_eigen(Eigen::MatrixXd(0.5 * (difference + difference.transpose())))
+            .values;
+    EXPECT_GT(projected(0), -1e-10 * projected(5));
+    if (truth(0) < -1e-4 * truth(5)) {
       ++clamped;
       // Only one eigenvalue of J's four can be negative, so only one of the six.
-      EXPECT_GT(truth.eigenvalues()(1), -1e-4 * truth.eigenvalues()(5));
+      EXPECT_GT(truth(1), -1e-4 * truth(5));
     }
   }
   EXPECT_GT(clamped, 50);

@@ -6,6 +6,7 @@
 
 #include "distortion/random_maps.h"
 #include "flipfree/distortion/energy/rest_shapes.h"
+#include "flipfree/numeric/dense_factors.h"
 
 namespace flipfree::distortion::newton_system_test {
 namespace {
@@ -61,7 +62,7 @@ struct Case {
                      const Eigen::MatrixXd& hessian) {
     const std::vector<Index> rows = unknowns();
     const Eigen::VectorXd g = gradient(rows);
-    const Eigen::VectorXd expected = -Eigen::MatrixXd(hessian(rows, rows)).ldlt().solve(g);
+    const Eigen::VectorXd expected = -numeric::solve_symmetric(hessian(rows, rows), g);
     Points2 direction;
     const double product = system.solve(direction, context);
     EXPECT_NEAR(product / g.dot(expected), 1.0, 1e-6);

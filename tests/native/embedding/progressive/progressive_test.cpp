@@ -97,7 +97,7 @@ TEST(Progressive, AlgorithmOneLeavesOnlyValidFacesAndTouchesNothingElse) {
   uv.row(moved) << 0.9, 0.0;
   PlanarMap map = make_planar_map(disk.surface.faces, disk.loop, uv, true);
   CollapseRecord record;
-  collapse_invalid(map, false, map.mesh.vertex_count(), record, context);
+  collapse_invalid(map, false, static_cast<std::size_t>(map.mesh.vertex_count()), record, context);
   EXPECT_GE(record.size(), 1U);
   EXPECT_LT(record.size(), 20U);
   for (FaceId f = 0; f < map.mesh.face_count(); ++f) {

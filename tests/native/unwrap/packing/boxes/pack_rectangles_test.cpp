@@ -35,13 +35,21 @@ RoomOptions with_margin(double margin) {
 double least_gap(const std::vector<Vector2>& sizes, const Placement& placement) {
   double least = std::numeric_limits<double>::infinity();
   const Vector2 tile(placement.tile % 10, placement.tile / 10);
-  const auto low = [&](std::size_t i) -> Vector2 { return placement.corner[i] - tile; };
-  const auto high = [&](std::size_t i) -> Vector2 { return low(i) + sizes[i] * placement.scale; };
+  std::vector<std::array<double, 4>> boxes;  // low u, low v, -high u, -high v
   for (std::size_t i = 0; i < sizes.size(); ++i) {
-    least = std::min({least, low(i).minCoeff(), 1.0 - high(i).maxCoeff()});
+    const Vector2 low = placement.corner[i] - tile, high = low + sizes[i] * placement.scale;
+    least = std::min({least, low.minCoeff(), 1.0 - high.maxCoeff()});
+    boxes.push_back({low[0], low[1], -high[0], -high[1]});
+  }
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const double* a = boxes[i].data();
     for (std::size_t j = 0; j < i; ++j) {
-      const Vector2 apart = (low(i) - high(j)).cwiseMax(low(j) - high(i));
-      least = std::min(least, apart.maxCoeff());
+      const double* b = boxes[j].data();
+      double apart = a[0] + b[2];
+      if (a[1] + b[3] > apart) apart = a[1] + b[3];
+      if (b[0] + a[2] > apart) apart = b[0] + a[2];
+      if (b[1] + a[3] > apart) apart = b[1] + a[3];
+      if (apart < least) least = apart;
     }
   }
   return least;

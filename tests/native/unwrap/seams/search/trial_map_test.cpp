@@ -30,9 +30,11 @@ TEST(TrialMap, goes_on_from_the_last_map_where_a_slit_is_added) {
 // A saddle's angle is too large for the plane: the sides of a slit into it lie on each other.
 TEST(TrialMap, is_held_apart_or_divided_where_it_overlaps) {
   mesh::Surface saddle = test::grid(16, 16);
+  const double width = saddle.vertices.col(0).maxCoeff(),
+               height = saddle.vertices.col(1).maxCoeff();
   for (Eigen::Index v = 0; v < saddle.vertices.rows(); ++v) {
-    const double x = 2.0 * saddle.vertices(v, 0) / saddle.vertices.col(0).maxCoeff() - 1.0;
-    const double y = 2.0 * saddle.vertices(v, 1) / saddle.vertices.col(1).maxCoeff() - 1.0;
+    const double x = 2.0 * saddle.vertices(v, 0) / width - 1.0;
+    const double y = 2.0 * saddle.vertices(v, 1) / height - 1.0;
     saddle.vertices.row(v) << x, y, 1.2 * x * y;
   }
   const mesh::Adjacency adjacency = test::adjacency_of(saddle);

@@ -28,9 +28,11 @@ TEST(LevelMap, is_as_good_as_the_map_made_at_once) {
 // The sides of a slit into a saddle lie on each other.
 mesh::Surface saddle(Index n) {
   mesh::Surface surface = test::grid(n, n);
+  const double width = surface.vertices.col(0).maxCoeff(),
+               height = surface.vertices.col(1).maxCoeff();
   for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v) {
-    const double x = 2.0 * surface.vertices(v, 0) / surface.vertices.col(0).maxCoeff() - 1.0;
-    const double y = 2.0 * surface.vertices(v, 1) / surface.vertices.col(1).maxCoeff() - 1.0;
+    const double x = 2.0 * surface.vertices(v, 0) / width - 1.0;
+    const double y = 2.0 * surface.vertices(v, 1) / height - 1.0;
     surface.vertices.row(v) << x, y, 1.2 * x * y;
   }
   return surface;
