@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What may happen to a session while a solver runs: saving, undo, mode changes, deleting, loading, quitting."""
 
+import itertools
 import os
 import signal
 import subprocess
@@ -50,11 +51,15 @@ class held:
         self.release()
 
 
+_started = itertools.count()
+
+
 def started():
     """In `held`: a run that has begun, and its object."""
     show("Layout")
     yield 0.5
     ob = shapes.grid(30, uv=True)
+    ob.name = f"Started {next(_started)}"  # undo brings other tests' objects back: none has this name
     bpy.ops.ed.undo_push(message="Before")
     assert invoke() == {"RUNNING_MODAL"}
     yield 0.3
