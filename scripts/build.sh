@@ -21,8 +21,8 @@ fi
 log=build/configure.log
 cmake -S . -B build -G Ninja -DCMAKE_BUILD_TYPE=Release -DPython_EXECUTABLE="$PWD/build/venv/bin/python" "${options[@]}" \
   > "$log" 2>&1 || { cat "$log" >&2; exit 1; }
-# What is no line of progress is what a compiler says.
-NINJA_STATUS='at %p ' ninja -C build "$@" | awk '
+# What is no line of progress is what a compiler says. Ninja would keep its lines back in a pipe.
+NINJA_STATUS='at %p ' stdbuf -oL ninja -C build "$@" | awk '
   /^ninja: (no work|Entering)/ { next }
   /^at +[0-9]+%/ { tenth = int($2 / 10); if (tenth > shown) { shown = tenth; print "   " 10 * tenth " %"; fflush() } next }
   { print; fflush() }'

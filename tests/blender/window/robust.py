@@ -59,7 +59,8 @@ def started():
     show("Layout")
     yield 0.5
     ob = shapes.grid(30, uv=True)
-    ob.name = f"Started {next(_started)}"  # undo brings other tests' objects back: none has this name
+    # Undo brings other tests' objects back: none has this name.
+    ob.name = f"Started {next(_started)}"
     bpy.ops.ed.undo_push(message="Before")
     assert invoke() == {"RUNNING_MODAL"}
     yield 0.3
