@@ -3,6 +3,7 @@
 
 #include <pybind11/pybind11.h>
 
+#include <cstddef>
 #include <initializer_list>
 #include <optional>
 #include <string_view>
@@ -10,7 +11,7 @@
 #include <vector>
 
 #include "flipfree/base/types.h"
-#include "flipfree/certify/parametrization.h"
+#include "flipfree/certify/certify.h"
 #include "flipfree/intrinsic/loops/dual_loops.h"
 
 namespace flipfree::python {
