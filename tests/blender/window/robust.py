@@ -61,6 +61,7 @@ def started():
     ob = shapes.grid(30, uv=True)
     # Undo brings other tests' objects back: none has this name.
     ob.name = f"Started {next(_started)}"
+    bpy.ops.ed.undo_push(message="Created")
     bpy.ops.ed.undo_push(message="Before")
     assert invoke() == {"RUNNING_MODAL"}
     yield 0.3
@@ -101,10 +102,9 @@ def test_undo_during_a_run_neither_crashes_nor_corrupts():
             bpy.ops.ed.undo()
         yield 0.3
     yield from wait_for_end()
-    found = bpy.data.objects.get(name)
+    found = bpy.data.objects[name]
     assert not running()
-    if found is not None:
-        assert np.array_equal(shapes.uv_of(found), before) or shapes.exact_flips(found) == 0
+    assert np.array_equal(shapes.uv_of(found), before) or shapes.exact_flips(found) == 0
 
 
 def test_a_mode_change_during_a_run_is_no_obstacle():
