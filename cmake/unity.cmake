@@ -1,9 +1,10 @@
 # Unity builds: several sources are compiled as one, so that what they include is read, and its templates are instantiated, once.
 # A batch holds sources of one folder below ROOT (a stage), in the order of their paths, up to BYTES; names in
 # anonymous namespaces are therefore unique within a stage (scripts/check_house.py). A source that alone takes as long as a
-# batch stays alone. Sanitizer, fuzz and coverage builds compile each source by itself: what one takes from its neighbours by
-# accident is an error there. Sources with the property FLIPFREE_ALONE stay alone too: tests have the linker redirect calls of
-# their functions (tests/native/faults/poison.cpp), and it knows none within one batch.
+# batch stays alone; all that include CGAL are one batch, as reading it takes five seconds. Sanitizer, fuzz and coverage builds
+# compile each source by itself: what one takes from its neighbours by accident is an error there. Sources with the property
+# FLIPFREE_ALONE stay alone too: tests have the linker redirect calls of their functions (tests/native/faults/poison.cpp), and it
+# knows none within one batch.
 option(FLIPFREE_UNITY "Compile several sources as one" ON)
 if(FLIPFREE_SANITIZE OR FLIPFREE_FUZZ OR FLIPFREE_COVERAGE)
   set(FLIPFREE_UNITY OFF)
@@ -19,6 +20,11 @@ function(unite target root most)
   set(stage "")
   set(filled 0)
   foreach(source IN LISTS ARGN)
+    file(STRINGS ${source} with_cgal REGEX "^#include <CGAL/")
+    if(with_cgal)
+      set_source_files_properties(${source} PROPERTIES UNITY_GROUP cgal)
+      continue()
+    endif()
     get_source_file_property(alone ${source} FLIPFREE_ALONE)
     if(alone)
       continue()

@@ -15,11 +15,13 @@ import hashlib
 import os
 import re
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
 import zipfile
 from pathlib import Path
+from typing import NamedTuple
 
 from elftools.elf.dynamic import DynamicSection
 from elftools.elf.elffile import ELFFile
@@ -29,7 +31,8 @@ DISTRIBUTION = "flipfree_uv"
 LIBRARY_FOLDER = f"{DISTRIBUTION}.libs"
 PREFIX = "ffuv_"
 
-STB_GLOBAL, STB_GNU_UNIQUE = 1, 10
+SHN_UNDEF = 0
+STB_LOCAL, STB_GLOBAL, STB_WEAK, STB_GNU_UNIQUE = 0, 1, 2, 10
 
 GLIBC = re.compile(
     r"(libc|libm|libpthread|libdl|librt|libutil|libresolv|ld-linux-x86-64|ld-linux-aarch64)\.so\.\d+"
@@ -58,23 +61,31 @@ def needed(path: Path) -> list[str]:
         return [tag.needed for tag in section.iter_tags("DT_NEEDED")]
 
 
-def dynamic_symbols(path: Path) -> tuple[set[str], set[str]]:
-    """(defined, undefined) names."""
-    defined, undefined = set(), set()
-    with path.open("rb") as f:
-        for symbol in ELFFile(f).get_section_by_name(".dynsym").iter_symbols():
-            if symbol.name and symbol["st_info"]["bind"] != "STB_LOCAL":
-                (undefined if symbol["st_shndx"] == "SHN_UNDEF" else defined).add(symbol.name)
-    return defined, undefined
+class Symbol(NamedTuple):
+    name: str
+    bind: int
+    defined: bool
 
 
-def weak_undefined(path: Path) -> set[str]:
+def dynamic_symbols(path: Path) -> list[Symbol]:
+    """All but local ones. Read from the bytes: pyelftools takes seconds for OpenBLAS's, and has names for bindings that are
+    not always theirs."""
     with path.open("rb") as f:
-        return {
-            s.name
-            for s in ELFFile(f).get_section_by_name(".dynsym").iter_symbols()
-            if s["st_shndx"] == "SHN_UNDEF" and s["st_info"]["bind"] == "STB_WEAK"
-        }
+        elf = ELFFile(f)
+        section = elf.get_section_by_name(".dynsym")
+        names = elf.get_section(section["sh_link"]).data()
+        data = section.data()
+    assert elf.elfclass == 64 and elf.little_endian, path
+    symbols = []
+    for name, info, _, section_index, _, _ in struct.iter_unpack("<IBBHQQ", data):  # Elf64_Sym
+        if info >> 4 != STB_LOCAL:
+            text = names[name : names.index(0, name)].decode()
+            symbols.append(Symbol(text, info >> 4, section_index != SHN_UNDEF))
+    return symbols
+
+
+def defined_symbols(path: Path) -> set[str]:
+    return {symbol.name for symbol in dynamic_symbols(path) if symbol.defined}
 
 
 def glibc_version(paths) -> tuple[int, int]:
@@ -141,7 +152,7 @@ def bundle(module: Path, folder: Path) -> list[Path]:
     renames = set()
     for name, copy in copies.items():
         if not COMPILER_RUNTIME.match(name):
-            renames |= dynamic_symbols(copy)[0]
+            renames |= defined_symbols(copy)
     # _init and _fini are found by the loader through the dynamic section, never by name.
     renames -= {"_init", "_fini", "_edata", "_end", "__bss_start"}
 
@@ -180,29 +191,23 @@ def share_nothing(path: Path) -> None:
                 f.write(bytes([STB_GLOBAL << 4 | info & 0xF]))
 
 
-def bindings(path: Path) -> list[int]:
-    """Of all dynamic symbols, as numbers: pyelftools may have other names for them."""
-    with path.open("rb") as f:
-        section = ELFFile(f).get_section_by_name(".dynsym")
-        data, size = section.data(), section["sh_entsize"]
-    return [data[at + 4] >> 4 for at in range(0, len(data), size)]
-
-
 def check(module: Path, libraries: list[Path]):
     """Every library that is needed is bundled or glibc's; every prefixed symbol is defined in the bundle."""
     names = {path.name for path in libraries}
-    defined = set().union(*(dynamic_symbols(path)[0] for path in libraries)) if libraries else set()
+    defined = set().union(*map(defined_symbols, libraries))
     for path in [module, *libraries]:
         foreign = [n for n in needed(path) if n not in names and not GLIBC.fullmatch(n)]
         if foreign:
             sys.exit(f"{path.name} would need {', '.join(foreign)} from the user's machine")
-        lost = {s for s in dynamic_symbols(path)[1] if s.startswith(PREFIX)} - defined
-        if lost - weak_undefined(path):
+        symbols = dynamic_symbols(path)
+        asked = {s.name for s in symbols if not s.defined and s.bind != STB_WEAK}
+        lost = {name for name in asked if name.startswith(PREFIX)} - defined
+        if lost:
             sys.exit(f"{path.name}: {', '.join(sorted(lost)[:5])} is defined nowhere in the wheel")
-        if any(bind == STB_GNU_UNIQUE for bind in bindings(path)):
+        if any(symbol.bind == STB_GNU_UNIQUE for symbol in symbols):
             sys.exit(f"{path.name} has symbols of which a process has one only")
     # The module itself offers its init function and nothing that another library could pick up.
-    exported = dynamic_symbols(module)[0]
+    exported = defined_symbols(module)
     if exported != {"PyInit__native"}:
         sys.exit(f"{module.name} exports more than its init function: {sorted(exported)[:5]}")
 

@@ -13,6 +13,9 @@ cd "$(dirname "$0")/.."
 source scripts/steps.sh
 export FLIPFREE_DATA=${FLIPFREE_DATA:-$PWD/../shared/data}
 export FLIPFREE_SEED=${FLIPFREE_SEED:-$((0x$(git rev-parse --short=6 HEAD 2>/dev/null || echo 1)))}
+# Modules are compiled once, not by each of the hundreds of processes that tests start.
+export PYTHONPYCACHEPREFIX=$PWD/build/pycache
+unset PYTHONDONTWRITEBYTECODE
 reports=build/reports
 
 give_up() {

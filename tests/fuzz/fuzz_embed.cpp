@@ -61,7 +61,7 @@ void fuzz_embed(Bytes bytes) {
     options.initial = &initial;
   }
   ExecutionContext context;
-  const TimeLimit limit(context, 20.0);
+  const TimeLimit limit(context, 5.0);
   Stats stats;
   Points2 polygon;
   embedding::Embedding result;

@@ -209,7 +209,7 @@ def test_children_of_a_killed_run_die_with_it(here):
 @pytest.mark.parametrize("seed", range(3))
 def test_a_run_that_is_killed_at_any_moment_and_resumed_gives_the_same_results(here, seed):
     kinds = ["write", "refuse", "fail", "sleep 0.1", "sleep 0.3", "bug"]
-    put(**{f"m{i:02}": kinds[i % len(kinds)] for i in range(30)} | {"crash": "crash"})
+    put(**{f"m{i:02}": kinds[i % len(kinds)] for i in range(16)} | {"crash": "crash"})
     batch("in", "--out", "whole", "--json", "whole.jsonl", "--jobs", 2)
     chance = random.Random(seed)
     kills = 0

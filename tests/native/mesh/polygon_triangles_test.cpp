@@ -13,6 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "faults/samples.h"
+
 namespace flipfree::mesh::polygon_triangles_test {
 namespace {
 
@@ -214,9 +216,10 @@ Outline2 windows(Random& random, int count) {
 }
 
 TEST(PolygonTriangles, ConcavePolygonsStayInsideFromAnyFirstCorner) {
-  Random random(35);
-  int tried = 0;
-  for (int trial = 0; trial < 4000; ++trial) {
+  const std::vector<unsigned> trials = test::sampled_seeds(4000);
+  std::size_t tried = 0;
+  for (const unsigned trial : trials) {
+    Random random(trial);
     const std::size_t n = 4 + static_cast<std::size_t>(random() % (trial % 40 == 0 ? 60 : 14));
     const Outline2 outline = uncrossed(random, n, trial % 3 == 0 ? 9 : 1000);
     if (!is_simple(outline)) continue;
@@ -224,13 +227,13 @@ TEST(PolygonTriangles, ConcavePolygonsStayInsideFromAnyFirstCorner) {
     expect_inside_from_any_corner(outline, true);
     ASSERT_FALSE(HasFatalFailure()) << "polygon " << trial;
   }
-  EXPECT_GT(tried, 3000);
+  EXPECT_GT(4 * tried, 3 * trials.size());
 }
 
 TEST(PolygonTriangles, CornersOnOneLineCostNoTriangleItsArea) {
-  Random random(36);
-  for (int trial = 0; trial < 60; ++trial) {
-    const Outline2 outline = maze(random, 2 + trial % 9);
+  for (const unsigned trial : test::sampled_seeds(60)) {
+    Random random(trial);
+    const Outline2 outline = maze(random, 2 + static_cast<int>(trial % 9));
     expect_inside_from_any_corner(outline, true);
     ASSERT_FALSE(HasFatalFailure()) << "maze " << trial;
   }

@@ -42,9 +42,8 @@ double mean_length(const Canvas& canvas, const std::vector<std::vector<VertexId>
 
 }  // namespace
 
-HoleFrames::HoleFrames(const TurnMeter& meter, const Holes& holes,
-                       const std::vector<std::vector<VertexId>>& loops)
-    : meter_(meter), holes_(holes), places_(2 * loops.size()) {
+HoleFrames::HoleFrames(const TurnMeter& meter, const std::vector<std::vector<VertexId>>& loops)
+    : meter_(meter), places_(2 * loops.size()) {
   const Canvas& canvas = meter.canvas();
   for (std::size_t hole = 0; hole < places_.size(); ++hole) {
     std::vector<VertexId> loop = loops[hole / 2];
@@ -168,7 +167,7 @@ class StraightChain {
         ways_left_(std::min(kMostWays, kWaysPerVertex * canvas.vertex_count())),
         price_{straight.quarter_price * mean_length(canvas, loops_), &ways_left_},
         holes_(canvas, straightened(first.empty() ? 0 : 1)),
-        frames_(meter_, holes_, loops_),
+        frames_(meter_, loops_),
         most_vertices_(kMostRefined * canvas.vertex_count()) {}
 
   const Holes& holes() const { return holes_; }

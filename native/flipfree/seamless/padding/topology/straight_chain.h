@@ -21,16 +21,14 @@ namespace flipfree::seamless {
 // turned evenly all along.
 class HoleFrames {
  public:
-  // `loops`: those of `holes`; `meter`'s canvas has them drawn.
-  HoleFrames(const TurnMeter& meter, const Holes& holes,
-             const std::vector<std::vector<VertexId>>& loops);
+  // `loops`: hole 2i is on the left of loop i, hole 2i + 1 on its right; `meter`'s canvas has them drawn.
+  HoleFrames(const TurnMeter& meter, const std::vector<std::vector<VertexId>>& loops);
 
   // How far to the left of that a half-edge heads which leaves the hole's loop on the hole's side.
   double deviation(Index hole, HalfedgeId departure) const;
 
  private:
   const TurnMeter& meter_;
-  const Holes& holes_;
   struct Place {
     VertexId next = kInvalid;  // along the loop, the hole on the left
     double offset = 0.0;       // of the edge to it, from straight ahead

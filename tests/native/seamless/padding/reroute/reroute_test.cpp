@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "faults/samples.h"
 #include "flipfree/base/error.h"
 #include "flipfree/seamless/padding/reroute/turn_changes.h"
 #include "seamless/padding/reroute/wished_fields.h"
@@ -72,7 +73,7 @@ TEST(Reroute, GenusTwoTurnsAsTheFieldDoes) {
 }
 
 TEST(Reroute, CutsThatEndInALoopBendAtIt) {
-  for (unsigned seed = 0; seed < 3; ++seed) {
+  for (const unsigned seed : test::sampled_seeds(3)) {
     Reroutings done;
     const mesh::Surface torus = test::of_genus(1, 1);
     EXPECT_TRUE(check(torus, test::scattered(torus, {1, 3, 8}, seed), 1, seed, done));
@@ -119,7 +120,7 @@ TEST(Reroute, CutsAmongEvenConesTurnByOddNumbersWhereTheFieldDoes) {
 }
 
 TEST(Reroute, ConesOfDifferentEvenSizesFitATwistedChain) {
-  for (unsigned seed = 0; seed < 6; ++seed) {
+  for (const unsigned seed : test::sampled_seeds(6)) {
     Reroutings done;
     const mesh::Surface plate = test::of_genus(3, 1);
     EXPECT_TRUE(check(plate, test::scattered(plate, {10, 14, 2, 2, 8}, seed), 1, seed, done));

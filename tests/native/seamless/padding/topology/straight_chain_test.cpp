@@ -87,8 +87,7 @@ TEST(StraightChain, StraightAheadIsAcrossTheLoopOnBothSides) {
   test::Chain closed = row;
   closed.push_back(row.front());
   canvas.draw(test::along(canvas, closed), Curve::kLoop);
-  const Holes holes(canvas, {row});
-  const HoleFrames frames(meter, holes, {row});
+  const HoleFrames frames(meter, {row});
   for (Index i = 0; i < 24; i += 5) {
     const HalfedgeId up = canvas.mesh().find(torus.at(i, 0), torus.at(i, 1));
     const HalfedgeId down = canvas.mesh().find(torus.at(i, 0), torus.at(i, -1));
@@ -109,7 +108,7 @@ TEST(StraightChain, CostsAreSymmetricAndFinite) {
   const TurnMeter meter(canvas, crossings);
   const auto loops = draw_short_loops(canvas, genus, {}, nullptr, context);
   const Holes holes(canvas, loops);
-  const HoleFrames frames(meter, holes, loops);
+  const HoleFrames frames(meter, loops);
   const auto free = connector_costs(meter, holes, frames, {0.0}, context);
   const auto cost = connector_costs(meter, holes, frames, {5.0}, context);
   for (std::size_t a = 0; a < cost.size(); ++a) {
