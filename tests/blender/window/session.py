@@ -44,7 +44,8 @@ if not stage.WORDS:
 def run_all():
     suite = ET.Element("testsuite", name="window")
     bpy.context.preferences.view.show_splash = False
-    if stage.SHOTS is None:  # software smooths what nobody looks at in a quarter of the time of all tests
+    # Software would smooth what nobody looks at in a quarter of the time of all tests.
+    if stage.SHOTS is None:
         system = bpy.context.preferences.system
         system.viewport_aa = "OFF"
         system.use_overlay_smooth_wire = system.use_edit_mode_smooth_wire = False

@@ -21,7 +21,8 @@ namespace flipfree::seamless {
 // turned evenly all along.
 class HoleFrames {
  public:
-  // `loops`: hole 2i is on the left of loop i, hole 2i + 1 on its right; `meter`'s canvas has them drawn.
+  // `loops`: hole 2 l is on the left of loop l, hole 2 l + 1 on its right; `meter`'s canvas has
+  // them drawn.
   HoleFrames(const TurnMeter& meter, const std::vector<std::vector<VertexId>>& loops);
 
   // How far to the left of that a half-edge heads which leaves the hole's loop on the hole's side.
