@@ -16,7 +16,7 @@ import bpy
 import numpy as np
 
 from .. import compat
-from . import cones, mesh_io, normals, turns
+from . import cones, mesh_io, normals, selection, turns
 from .writing import mixing
 
 PIN_GROUP = "Pins"  # its vertices are pinned, as if their UVs were
@@ -104,6 +104,7 @@ def write(
     else:
         bm = bmesh.new()
         bm.from_mesh(ob.data)
+        selection.carry(bm, ob.data)
     try:
         loops = sum(len(face.loops) for face in bm.faces)
         same = (len(bm.verts), len(bm.edges), loops, len(bm.faces)) == snapshot.counts
@@ -118,8 +119,9 @@ def write(
         if editing:
             bmesh.update_edit_mesh(ob.data)
         else:
+            selected = selection.carried(bm, new)
             bm.to_mesh(ob.data)
-            ob.data.update()
+            selection.store(ob.data, *selected)
     finally:
         if not editing:
             bm.free()

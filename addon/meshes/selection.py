@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is selected: which faces are worked on, and showing places, in Edit Mode and outside."""
 
+from collections.abc import Iterable
+
 import bmesh
 import bpy
 import numpy as np
@@ -73,8 +75,51 @@ def select_only(ob: bpy.types.Object, kind: str, elements: np.ndarray, *, modes=
     elif kind == "edge":
         edges = compat.edge_vertices(mesh)
         chosen["vertex"][edges[chosen["edge"]].ravel()] = True
+    store(mesh, chosen["vertex"], chosen["edge"], chosen["face"])
+
+
+_CARRIED = "flipfree_selected"  # 1: selected, 2: not; 0: of an element that the mesh had not
+
+
+def carry(bm: bmesh.types.BMesh, mesh: bpy.types.Mesh) -> None:
+    """Notes in `bm`, just read from `mesh`, what is selected there. Blender's own marks do not last: what is deleted or made
+    selects all faces whose vertices are selected. Makes references to elements stale."""
+    for sequence, elements in _kinds(bm, mesh):
+        layer = sequence.layers.int.new(_CARRIED)
+        for element, chosen in zip(sequence, _flags(elements, "select").tolist(), strict=True):
+            element[layer] = 1 if chosen else 2
+
+
+def carried(bm: bmesh.types.BMesh, new_vertices: Iterable[bmesh.types.BMVert]) -> list[np.ndarray]:
+    """What `carry` noted, for vertices, edges and faces, in their order; new vertices and edges are selected with a face. Takes the
+    notes out."""
+    vertex, edge, face = (s.layers.int[_CARRIED] for s in (bm.verts, bm.edges, bm.faces))
+    for v in new_vertices:
+        v[vertex] = 0  # not what it was interpolated from
+
+    def chosen(element, layer):
+        with_face = element[layer] == 0 and any(f[face] == 1 for f in element.link_faces)
+        return with_face or element[layer] == 1
+
+    found = [
+        np.array([chosen(v, vertex) for v in bm.verts], bool),
+        np.array([chosen(e, edge) for e in bm.edges], bool),
+        np.array([f[face] == 1 for f in bm.faces], bool),
+    ]
+    bm.verts.layers.int.remove(vertex)
+    bm.edges.layers.int.remove(edge)
+    bm.faces.layers.int.remove(face)
+    return found
+
+
+def store(mesh: bpy.types.Mesh, vertices: np.ndarray, edges: np.ndarray, faces: np.ndarray) -> None:
+    """In object mode, (#elements,) bool each."""
     compat.repair_selection(mesh)
-    mesh.vertices.foreach_set("select", chosen["vertex"])
-    mesh.edges.foreach_set("select", chosen["edge"])
-    mesh.polygons.foreach_set("select", chosen["face"])
+    mesh.vertices.foreach_set("select", vertices)
+    mesh.edges.foreach_set("select", edges)
+    mesh.polygons.foreach_set("select", faces)
     mesh.update()
+
+
+def _kinds(bm, mesh):
+    return (bm.verts, mesh.vertices), (bm.edges, mesh.edges), (bm.faces, mesh.polygons)

@@ -141,6 +141,33 @@ def test_halves_of_an_edge_keep_what_it_carried(refined):
     assert sum(e.use_seam for e in mesh.edges) == 2
 
 
+def test_outside_edit_mode_the_same_is_selected_as_before(part):
+    """In face mode: all faces around one that is not selected; Blender's own tools select that too, by its vertices."""
+    ob = shapes.grid(3, bump=0.0, uv=True)
+    mesh = ob.data
+    ring = np.arange(9) != 4
+    selection = part("meshes.selection")
+    selection.select_only(ob, "face", np.flatnonzero(ring))
+    snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
+    diagonal = next(
+        tuple(sorted(pair))
+        for pair in (
+            (a, b)
+            for t in snapshot.triangles[:2].tolist()
+            for a, b in zip(t, t[1:] + t[:1], strict=True)
+        )
+        if sum(set(pair) <= set(t) for t in snapshot.triangles[:2].tolist()) == 2
+    )
+    places = [tuple(polygon.center) for polygon in mesh.polygons]
+    part("meshes.refine").write(ob, snapshot, split(snapshot, {diagonal}), mark_cuts=False)
+    chosen = {tuple(polygon.center): polygon.select for polygon in mesh.polygons}
+    assert [chosen[place] for place in places[1:]] == ring[1:].tolist()
+    assert len(mesh.polygons) == 12 and sum(polygon.select for polygon in mesh.polygons) == 11
+    assert all(vertex.select for vertex in mesh.vertices)
+    assert all(edge.select for edge in mesh.edges)
+    assert not [a.name for a in mesh.attributes if "flipfree" in a.name]
+
+
 def test_new_vertices_are_neither_pinned_nor_cones(part):
     ob = shapes.grid(2, bump=0.0, uv=True)
     shapes.set_pins(ob, np.ones(len(ob.data.loops), bool))
