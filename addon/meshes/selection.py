@@ -91,8 +91,8 @@ def carry(bm: bmesh.types.BMesh, mesh: bpy.types.Mesh) -> None:
 
 
 def carried(bm: bmesh.types.BMesh, new_vertices: Iterable[bmesh.types.BMVert]) -> list[np.ndarray]:
-    """What `carry` noted, for vertices, edges and faces, in their order; new vertices and edges are selected with a face. Takes the
-    notes out."""
+    """What `carry` noted, for vertices, edges and faces, in their order; new vertices and edges are selected with a face. The
+    notes are taken out."""
     vertex, edge, face = (s.layers.int[_CARRIED] for s in (bm.verts, bm.edges, bm.faces))
     for v in new_vertices:
         v[vertex] = 0  # not what it was interpolated from
