@@ -76,6 +76,34 @@ def plan(snapshot: mesh_io.Snapshot, result) -> Plan:
     return Plan(np.flatnonzero(~replaced), children, supports)
 
 
+def check(snapshot: mesh_io.Snapshot, result) -> None:
+    """Raises MeshProblem if Blender could not have the faces that the result needs: two polygons that share two sides in a row
+    may both have the triangle of these, bent apart, and Blender has no two faces with the same vertices. `write` asks this
+    itself; earlier is for those who write something else before."""
+    _refuse_doubled(snapshot, result, plan(snapshot, result))
+
+
+def _refuse_doubled(snapshot, result, todo: Plan) -> None:
+    face_of: dict = {}  # vertices of a face to come, or of a triangle that the mesh has -> its polygon
+    first = np.flatnonzero(np.bincount(snapshot.triangle_face)[snapshot.triangle_face] == 1)
+    for t in first.tolist():
+        face_of[frozenset(snapshot.triangles[t].tolist())] = int(snapshot.triangle_face[t])
+    doubled: set[int] = set()
+    for face, children in todo.children.items():
+        for child in children:
+            other = face_of.setdefault(frozenset(result.faces[child].tolist()), face)
+            if other != face:
+                doubled |= {face, other}
+    if doubled:
+        named = ", ".join(map(str, sorted(doubled)[:4]))
+        raise mesh_io.MeshProblem(
+            f"{snapshot.object_name}: faces {named} share two sides in a row and are bent there: with new vertices they would "
+            "need two faces between the same corners, which Blender does not have. Select them and use Face > Poke Faces",
+            "face",
+            sorted(doubled),
+        )
+
+
 def _corner_of(triangle: np.ndarray, vertex: int) -> int:
     found = np.flatnonzero(triangle == vertex)
     if len(found) != 1:
@@ -97,6 +125,7 @@ def write(
     turns.py. Raises MeshProblem, with nothing changed, if the mesh is no longer the one that was read.
     """
     todo = plan(snapshot, result)
+    _refuse_doubled(snapshot, result, todo)
     editing = ob.mode == "EDIT"
     custom = normals.take(ob)
     if editing:

@@ -216,11 +216,14 @@ class SeamlessTask(parts.PartsTask):
             cones.add(ob, curvature)
 
     def writing(self, ob):
+        snapshot, result = separated.on_whole(self.snapshot, self.result)
+        new_faces = refine.needs_new_faces(snapshot, result)
+        if new_faces:
+            refine.check(snapshot, result)
         if mesh_io.counts(ob) == self.snapshot.counts:
             self.mark(ob)  # before the mesh is refined: ids hold still
         wanted = self.turns if self.mark_cuts else None
-        snapshot, result = separated.on_whole(self.snapshot, self.result)
-        if refine.needs_new_faces(snapshot, result):
+        if new_faces:
             self.new_vertices = refine.write(
                 ob, snapshot, result, mark_cuts=self.mark_cuts, cut_turns=wanted
             )

@@ -207,3 +207,28 @@ def test_a_mesh_changed_meanwhile_is_left_alone(part):
     with pytest.raises(part("meshes.mesh_io").MeshProblem, match="changed"):
         part("meshes.refine").write(ob, snapshot, result, mark_cuts=False)
     assert shapes.everything(ob) == before
+
+
+def test_faces_that_blender_cannot_have_are_refused_before_anything_is_written(part):
+    """Two quads that share a peak's two sides: Blender gives each the triangle of these. The cure that is named works."""
+    ob = shapes.add(
+        "Peak",
+        [(-0.3, 0, 0), (0, 0, 1), (0.3, 0, 0), (0, 1, 0), (0, -1, 0)],
+        [(0, 1, 2, 3), (2, 1, 0, 4)],
+        uv=True,
+    )
+    read, refine = part("meshes.mesh_io").read, part("meshes.refine")
+    snapshot = read(ob, only_selected=False)
+    assert sum(set(t) == {0, 1, 2} for t in snapshot.triangles.tolist()) == 2
+    before = [tuple(polygon.vertices) for polygon in ob.data.polygons]
+    with pytest.raises(part("meshes.mesh_io").MeshProblem, match="Poke Faces") as caught:
+        refine.write(ob, snapshot, split(snapshot, {(0, 1)}), mark_cuts=False)
+    assert caught.value.kind == "face" and caught.value.elements.tolist() == [0, 1]
+    assert [tuple(polygon.vertices) for polygon in ob.data.polygons] == before
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.ops.mesh.poke()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    snapshot = read(ob, only_selected=False)
+    refine.write(ob, snapshot, split(snapshot, {(0, 1)}), mark_cuts=False)
+    assert len(ob.data.vertices) == 8 and len(ob.data.polygons) == 10
