@@ -34,7 +34,7 @@ def empty_scene():
     """Every test starts in object mode without objects."""
     if bpy.context.mode != "OBJECT":
         bpy.ops.object.mode_set(mode="OBJECT")
-    for collection in (bpy.data.objects, bpy.data.meshes):
+    for collection in (bpy.data.objects, bpy.data.meshes, bpy.data.materials):
         bpy.data.batch_remove(list(collection))
     settings = bpy.context.tool_settings
     settings.mesh_select_mode = (True, False, False)
