@@ -14,7 +14,7 @@ while [ $# -gt 0 ] && [ "$1" != -- ]; do
 done
 [ $# -eq 0 ] || shift
 
-# Clang takes three quarters of GCC's time (1120 CPU seconds of 1491), most of it saved in the tests' templates, and gives the same maps to the bit.
+# Clang takes three quarters of GCC's time, most of it saved in the tests' templates, and gives the same maps to the bit.
 if [ -z "${CXX:-}" ] && command -v clang++ >/dev/null; then
   export CC=clang CXX=clang++
 fi

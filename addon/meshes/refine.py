@@ -85,15 +85,16 @@ def check(snapshot: mesh_io.Snapshot, result) -> None:
 
 def _refuse_doubled(snapshot, result, todo: Plan) -> None:
     face_of: dict = {}  # vertices of a face to come, or of a triangle that the mesh has -> its polygon
-    first = np.flatnonzero(np.bincount(snapshot.triangle_face)[snapshot.triangle_face] == 1)
-    for t in first.tolist():
+    whole = np.flatnonzero(np.bincount(snapshot.triangle_face)[snapshot.triangle_face] == 1)
+    for t in whole.tolist():
         face_of[frozenset(snapshot.triangles[t].tolist())] = int(snapshot.triangle_face[t])
     doubled: set[int] = set()
     for face, children in todo.children.items():
         for child in children:
-            other = face_of.setdefault(frozenset(result.faces[child].tolist()), face)
-            if other != face:
-                doubled |= {face, other}
+            corners = frozenset(result.faces[child].tolist())
+            if corners in face_of:  # of the same polygon, too, if that touches itself
+                doubled |= {face, face_of[corners]}
+            face_of[corners] = face
     if doubled:
         named = ", ".join(map(str, sorted(doubled)[:4]))
         raise mesh_io.MeshProblem(
@@ -122,7 +123,7 @@ def write(
     """Replaces the faces that need it and stores all UVs; returns the number of new vertices.
 
     mark_cuts: edges along which the map is cut become seams. cut_turns: quarter turns across each, for the attribute of
-    turns.py. Raises MeshProblem, with nothing changed, if the mesh is no longer the one that was read.
+    turns.py. Raises MeshProblem, with nothing changed, if the mesh is no longer the one that was read, or as `check` does.
     """
     todo = plan(snapshot, result)
     _refuse_doubled(snapshot, result, todo)
