@@ -34,9 +34,9 @@ constexpr double kLessError = 0.3;  // of the error before a relaxed step: leavi
 // An error at the start beyond kFar radians goes by relaxed steps from the beginning (kRelaxed).
 // Measured with single cones on g-tori (docs/measurements/conformal.md).
 constexpr double kFar = 200.0;
-// Delaunay tests in full precision, per edge and anyway, after which a run leads nowhere: among
+// Delaunay tests in full precision, per edge and anyway, after which more lead nowhere: among
 // needles thinner than scale factors can be told apart every vertex that is relaxed takes all the
-// moves that it may, and Newton steps creep. They cost nearly all of its time.
+// moves that it may, and Newton steps creep. They cost nearly all of the time.
 constexpr std::size_t kTestsPerEdge = 2000;
 constexpr std::size_t kTestsAnyway = 20'000;
 // Relaxed steps need angles that are known to less than what relaxation leaves.
@@ -160,8 +160,21 @@ bool line_search(Ray& ray, double first_step, bool ask_norm, const std::vector<d
   }
 }
 
-bool is_worn_out(const MetricEngine& engine) {
-  return engine.exact_tests() > kTestsAnyway + kTestsPerEdge * engine.mesh().edge_count();
+// Where a run ends that has not arrived.
+struct Limits {
+  Deadline deadline;
+  std::size_t most_tests;  // of the engine
+
+  bool time_is_over() const { return deadline.over(); }
+  bool are_reached(const MetricEngine& engine) const {
+    return time_is_over() || is_worn_out(engine);
+  }
+  bool is_worn_out(const MetricEngine& engine) const { return engine.exact_tests() > most_tests; }
+};
+
+Limits limits_of(const MetricEngine& engine, const NewtonOptions& options) {
+  const std::size_t most = kTestsAnyway + kTestsPerEdge * engine.mesh().edge_count();
+  return {Deadline(options.max_seconds), most - std::min(most, options.earlier_tests)};
 }
 
 // Thesis 4.6.4 describes the stalls: where triangles are nearly degenerate, a few stiff unknowns -
@@ -172,7 +185,7 @@ bool is_worn_out(const MetricEngine& engine) {
 // vertex whose scale is far too small is joined to hundreds of others, and each of their flips
 // would pass by it.
 bool relax(MetricEngine& engine, Ray& ray, const Relaxation& how, Gradient& gradient,
-           const Deadline& deadline, NewtonRun& run, ExecutionContext& context) {
+           const Limits& limits, NewtonRun& run, ExecutionContext& context) {
   const Stopwatch watch;
   std::vector<VertexId> list;
   bool followed = true;
@@ -181,12 +194,12 @@ bool relax(MetricEngine& engine, Ray& ray, const Relaxation& how, Gradient& grad
     for (std::size_t v = 0; v < gradient.value.size(); ++v) {
       if (std::abs(gradient.value[v]) > how.error) list.push_back(static_cast<VertexId>(v));
     }
-    if (list.empty() || deadline.over() || is_worn_out(engine)) break;
+    if (list.empty() || limits.are_reached(engine)) break;
     std::stable_sort(list.begin(), list.end(), [&](VertexId a, VertexId b) {
       return std::abs(gradient.value[static_cast<std::size_t>(a)]) >
              std::abs(gradient.value[static_cast<std::size_t>(b)]);
     });
-    const auto stop = [&] { return deadline.over() || is_worn_out(engine); };
+    const auto stop = [&] { return limits.are_reached(engine); };
     followed = engine.relax(list, 0.1 * how.error, stop, context);
     if (!followed) break;
     ray.evaluate(gradient, context);
@@ -204,14 +217,14 @@ enum class Found { kStep, kNone, kDeadline };
 
 Found relaxed_step(MetricEngine& engine, const FineVector& direction, double first_step,
                    const NewtonOptions& options, const Gradient& start, Gradient& trial,
-                   const Deadline& deadline, NewtonRun& run, ExecutionContext& context) {
+                   const Limits& limits, NewtonRun& run, ExecutionContext& context) {
   const double start_norm = norm(start.value);
   const Relaxation how{std::min(kThorough.error, kLessError * start.max_error), kThorough.sweeps};
   const Energy before = engine.energy(context);
   engine.remember();
   for (double step = first_step; step > kNormStep * first_step; step *= 0.5) {
     Ray ray(engine, direction, options.tolerance, run);
-    if (ray.move(step, trial, context) && relax(engine, ray, how, trial, deadline, run, context)) {
+    if (ray.move(step, trial, context) && relax(engine, ray, how, trial, limits, run, context)) {
       const Energy after = engine.energy(context);
       const double change = after.value - before.value;
       const double noise = before.noise + after.noise;
@@ -228,7 +241,7 @@ Found relaxed_step(MetricEngine& engine, const FineVector& direction, double fir
       }
     }
     engine.go_back();
-    if (deadline.over()) return Found::kDeadline;
+    if (limits.time_is_over()) return Found::kDeadline;
   }
   return Found::kNone;
 }
@@ -236,7 +249,7 @@ Found relaxed_step(MetricEngine& engine, const FineVector& direction, double fir
 // Algorithm 3.
 void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& options,
              Descent& descent, NewtonRun& run, ExecutionContext& context) {
-  const Deadline deadline(options.max_seconds);
+  const Limits limits = limits_of(engine, options);
   const bool limited = options.max_seconds > 0.0;
   if (limited) engine.remember();
   Gradient gradient;
@@ -259,11 +272,11 @@ void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& op
       run.end = NewtonEnd::kConverged;
       return;
     }
-    if (run.iterations >= options.max_iterations || is_worn_out(engine)) {
+    if (run.iterations >= options.max_iterations || limits.is_worn_out(engine)) {
       run.end = NewtonEnd::kIterations;
       return;
     }
-    if (deadline.over()) {
+    if (limits.time_is_over()) {
       run.end = NewtonEnd::kSeconds;
       return;
     }
@@ -290,7 +303,7 @@ void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& op
     const double first_step = range > most ? most / range : 1.0;
     Found found = Found::kStep;
     if (descent == Descent::kRelaxed) {
-      found = relaxed_step(engine, direction, first_step, options, gradient, trial, deadline, run,
+      found = relaxed_step(engine, direction, first_step, options, gradient, trial, limits, run,
                            context);
       ++run.relaxed_iterations;
     }
@@ -299,15 +312,15 @@ void iterate(MetricEngine& engine, NewtonSystem& system, const NewtonOptions& op
       found = Found::kStep;
       Ray ray(engine, direction, options.tolerance, run);
       if (!line_search(ray, first_step, !hard, direction.high, system.slope(), gradient, trial,
-                       deadline, context)) {
-        found = deadline.over() ? Found::kDeadline : Found::kNone;
+                       limits.deadline, context)) {
+        found = limits.time_is_over() ? Found::kDeadline : Found::kNone;
       } else {
         const bool cut = ray.step() < kShortStep;
         hard = hard || cut;
         const Relaxation& how = cut ? kThorough : kQuick;
         if (cut || (quick && (ray.step() < 1.0 || trial.max_error > how.error))) {
           ++run.relaxed_iterations;
-          if (!relax(engine, ray, how, trial, deadline, run, context)) {
+          if (!relax(engine, ray, how, trial, limits, run, context)) {
             run.reason = "relaxation left the range of numbers";
             return;
           }

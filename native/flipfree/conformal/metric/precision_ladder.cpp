@@ -194,6 +194,7 @@ class Ladder {
     ++totals_.rungs;
     const double seconds = limit_ > 0.0 ? std::max(1e-3, limit_ - watch_.seconds()) : 0.0;
     newton_.max_iterations = options_.max_iterations - result_.iterations;
+    newton_.earlier_tests = totals_.exact_tests;
     newton_.more_bits = options_.bits == 0 ? bits < kLargestBits : bits < options_.bits;
     NewtonRun run;
     run.end = NewtonEnd::kPrecision;

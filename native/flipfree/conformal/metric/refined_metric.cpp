@@ -25,7 +25,7 @@ constexpr char kCure[] = "or spread the curvature over more vertices";
 // Vertices added at most: per vertex of the input, but this many are always allowed, and never
 // more than that.
 constexpr std::int64_t kMostGrowth = 30;
-constexpr std::int64_t kMostAnyway = 20'000;
+constexpr std::int64_t kMostAnyway = 1000;
 constexpr std::int64_t kMostEver = 5'000'000;
 
 // The surface with points added where its intrinsic Delaunay triangulation is bad; null if it is

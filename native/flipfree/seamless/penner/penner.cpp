@@ -79,13 +79,14 @@ void turn_to_axes(certify::Parametrization& map) {
 }
 
 // One connected component, its branches not yet found; by the first attempt, from that of the
-// options on, that finds a metric. `attempt`: which one that was.
+// options on, that finds a metric. `attempt`: which one that was, or kInvalid.
 PennerMap attempt_component(const mesh::Surface& surface, const std::vector<Index>& cones,
                             const std::optional<std::vector<LoopTurn>>& loops,
                             const PennerMapOptions& options, int& attempt,
                             ExecutionContext& context) {
   PennerMap result;
   PennerMetric solved;
+  attempt = kInvalid;
   {
     const ProgressRange range(context, 0.0, 0.7);
     PennerOptions metric = options.metric;
@@ -134,7 +135,8 @@ PennerMap attempt_component(const mesh::Surface& surface, const std::vector<Inde
 
 // Attempts until a metric can be written as a map in 64 bits, each with as much relaxation as its
 // scale asks for, with little and with all that helps: loops that turn otherwise than the conformal
-// metric's stretch it without changing its scale. The first failure if none can.
+// metric's stretch it without changing its scale. The first failure if none can, or if there is no
+// metric to relax: whether there is one does not depend on relaxation.
 PennerMap map_component(const mesh::Surface& surface, const std::vector<Index>& cones,
                         const std::optional<std::vector<LoopTurn>>& loops,
                         const PennerMapOptions& options, ExecutionContext& context) {
@@ -152,7 +154,7 @@ PennerMap map_component(const mesh::Surface& surface, const std::vector<Index>& 
     const int round = maps % 3;
     if (options.metric.relaxation >= 0 && round > 0) continue;
     if (options.metric.relaxation < 0) own.metric.relaxation = kRelaxations[round];
-    int attempt = own.metric.first_attempt;
+    int attempt = kInvalid;
     try {
       PennerMap found = attempt_component(surface, all, loops, own, attempt, context);
       found.cones = all;
@@ -160,6 +162,7 @@ PennerMap map_component(const mesh::Surface& surface, const std::vector<Index>& 
     } catch (const NotConverged&) {
       if (!failure) failure = std::current_exception();
     }
+    if (attempt == kInvalid) break;
     own.metric.first_attempt = round < 2 && options.metric.relaxation < 0 ? attempt : attempt + 1;
   }
   std::rethrow_exception(failure);
