@@ -2,7 +2,7 @@
 """What the user is told when a map cannot be made: what is wrong, where in their mesh, and what to do in Blender.
 
 The solver names a defect by a fixed code and by ids of its own submesh; here both are put into the user's terms.
-docs/messages.md has the same table for readers; tests/blender/test_errors.py makes one mesh for each.
+docs/errors.md has the same table for readers; tests/blender/test_errors.py makes one mesh for each.
 """
 
 import functools

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What meshes were separated for (docs/method/separated-surfaces.md), by place: for Select Mends and for records."""
+"""What meshes were separated for (docs/method/unwrap.md), by place: for Select Mends and for records."""
 
 from dataclasses import dataclass
 

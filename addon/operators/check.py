@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Check: the certificate of any UV map, ours or not; selects what is wrong (docs/improve-check.md)."""
+"""Check: the certificate of any UV map, ours or not; selects what is wrong (docs/repair.md)."""
 
 import bpy
 import numpy as np

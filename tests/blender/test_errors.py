@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Each kind of bad input: its own message, the mesh and the selection untouched, the place shown on demand (docs/messages.md).
+"""Each kind of bad input: its own message, the mesh and the selection untouched, the place shown on demand (docs/errors.md).
 
 What to do about each, done as it is said, is in test_cures.py.
 """
@@ -239,7 +239,7 @@ def test_every_code_of_the_solver_has_a_text_for_users(part):
 
 
 def test_the_documented_messages_are_the_real_ones(part):
-    page = (REPOSITORY / "docs/messages.md").read_text()
+    page = (REPOSITORY / "docs/errors.md").read_text()
     for what, cure in part("errors").TEXTS.values():
         assert what in page and cure in page
 

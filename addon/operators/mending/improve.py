@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Improve: less distortion for a map, without a flip on the way (docs/improve-check.md)."""
+"""Improve: less distortion for a map, without a flip on the way (docs/repair.md)."""
 
 import bpy
 

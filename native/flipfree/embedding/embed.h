@@ -1,4 +1,4 @@
-// Every disk onto every convex polygon, without flips (thesis 3.2; docs/method/embedding.md).
+// Every disk onto every convex polygon, without flips (thesis 3.2; docs/method/pins.md).
 //
 // A ladder, each rung checked exactly and only climbed when the one below failed:
 //   tutte        uniform weights, one Cholesky solve

@@ -18,7 +18,7 @@ namespace flipfree::unwrap {
 // Throws InvalidInput (a mesh without meaning, options), Infeasible (pins), NotConverged with what
 // failed (kTimeLimit: some chart was not flat in max_seconds), Cancelled. Nothing is returned that
 // did not pass the certificate. Cost: a few factorizations of a planar-like system per chart;
-// docs/measurements/unwrap.md.
+// docs/benchmarks.md.
 certify::Parametrization unwrap(const mesh::Surface& surface, const UnwrapOptions& options,
                                 ExecutionContext& context);
 

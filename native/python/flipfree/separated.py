@@ -161,7 +161,7 @@ def _turned(values: npt.NDArray[Any], turned: npt.NDArray[np.bool_]) -> npt.NDAr
 def separate(
     vertices: Any, faces: Any, *, seams: Any = None, materials: Any = None, polygons: Any = None
 ) -> SeparatedSurface:
-    """A clean surface of any triangles, with the way back: see docs/method/separated-surfaces.md.
+    """A clean surface of any triangles, with the way back: see docs/method/unwrap.md.
 
     Args:
         vertices: (n, 3). faces: (m, 3), in any order and winding, as many at an edge as there are.

@@ -22,7 +22,7 @@ constexpr double kMuchLess = 0.5;  // a first step that lowers the norm so far n
 // Vertices whose angle is off by more than `error` radians are relaxed one by one, `sweeps` times
 // at most: kThorough when a line search had to cut its step below kShortStep; kQuick, in double,
 // after any step that was not whole or left more than that, since a sweep costs a tenth of a Newton
-// step. Chosen by measurement (docs/measurements/conformal.md).
+// step. Chosen by measurement (docs/benchmarks.md).
 struct Relaxation {
   double error;
   int sweeps;
@@ -32,7 +32,7 @@ constexpr Relaxation kThorough{0.03, 8};
 constexpr Relaxation kQuick{0.1, 1};
 constexpr double kLessError = 0.3;  // of the error before a relaxed step: leaving less is thorough
 // An error at the start beyond kFar radians goes by relaxed steps from the beginning (kRelaxed).
-// Measured with single cones on g-tori (docs/measurements/conformal.md).
+// Measured with single cones on g-tori (docs/benchmarks.md).
 constexpr double kFar = 200.0;
 // Delaunay tests in full precision, per edge and anyway, after which more lead nowhere: among
 // needles thinner than scale factors can be told apart every vertex that is relaxed takes all the

@@ -1,7 +1,7 @@
 // Progressive embedding (thesis 3.2.2): collapse what is invalid, insert it again one vertex at a
 // time, smooth.
 //
-// Deviations from the thesis, measured in docs/method/embedding.md: smoothing covers a work queue
+// Deviations from the thesis, measured in docs/method/pins.md: smoothing covers a work queue
 // around each insertion instead of the whole mesh, and whole-mesh sweeps run only each time the
 // mesh has grown by a fixed ratio, so that the total is near-linear; the energy's reference
 // triangles carry shares (planar_map.h); positions are kept on the grid of 32-bit floats when the
