@@ -1,4 +1,4 @@
-"""Pictures of conformal maps for docs/method/conformal-map.md: hierarchical grid texture, cones, scale factor.
+"""Pictures of conformal maps for docs/method/conformal.md: hierarchical grid texture, cones, scale factor.
 
     PYTHONPATH=build/python python3 scripts/render_conformal.py OUTPUT_FOLDER [NAME ...]
 
