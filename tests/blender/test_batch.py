@@ -13,8 +13,7 @@ import bpy
 import numpy as np
 import pytest
 import shapes
-
-from flipfree.batch.results import MEASURED
+from acting_models import steady
 
 pytestmark = pytest.mark.sample(2)  # a Blender of its own each
 
@@ -40,14 +39,6 @@ def records(path):
     return {
         Path(line["input"]).name: line for line in map(json.loads, path.read_text().splitlines())
     }
-
-
-def steady(path):
-    lines = [json.loads(line) for line in path.read_text().splitlines()]
-    for line in lines:
-        for name in MEASURED:
-            line.pop(name, None)
-    return sorted(lines, key=lambda line: line["input"])
 
 
 def scene(*makers):
@@ -271,7 +262,4 @@ def test_a_batch_that_is_killed_goes_on(models, tmp_path):
     process.send_signal(signal.SIGKILL)
     process.communicate()
     batch(*given, "--resume")
-    expected = steady(whole)
-    for line in expected:
-        line["output"] = line["output"].replace("/whole/", "/out/")
-    assert steady(results) == expected
+    assert steady(results) == steady(whole, folder="whole")

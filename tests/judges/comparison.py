@@ -10,26 +10,12 @@ import numpy as np
 import flipfree as ff
 
 from .coverage import Coverage, coverage
-from .developments import cells, coverings, cut_up, islands, ribbons, triangle_tree
+from .generators import coverings, islands, slits
 from .maps import PlaneMap, Random
 from .mutations import mutations
-from .slits import holes, slits
 
 Generator = Callable[[Random], PlaneMap]
-GENERATORS: dict[str, Generator] = {
-    g.__name__: g
-    for g in (
-        slits,
-        holes,
-        cells,
-        triangle_tree,
-        ribbons,
-        coverings,
-        islands,
-        cut_up,
-        mutations,
-    )
-}
+GENERATORS: dict[str, Generator] = {g.__name__: g for g in (slits, coverings, islands, mutations)}
 
 
 @dataclass

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from .boxes import meeting_boxes
 from .charts import Charts, charts_of
-from .exact import UNKNOWN, Floats, Signs, exact_turns, filtered_turns, turns
+from .exact import Floats, Signs, turns
 
 Ints = npt.NDArray[np.integer]
 _CHUNK = 200_000
@@ -34,7 +34,7 @@ class Coverage:
 
 def coverage(faces: npt.ArrayLike, uv: npt.ArrayLike) -> Coverage:
     """Faces (m, 3), corner UVs (m, 3, 2) in 32 or 64 bits. Charts are those of these very values: rounding can make two sides of
-    a cut equal. Cost: some 4 s for 100k triangles, and the pairs' numbers."""
+    a cut equal. Cost: pairs of boxes, and rational numbers where points lie on a line."""
     points = np.asarray(uv).astype(np.float64)
     if not np.isfinite(points).all() or np.abs(points).max(initial=0.0) > 1e140:
         raise ValueError("UVs must be finite and below 1e140.")
@@ -72,40 +72,12 @@ def overlapping_triangles(points: Floats, orientation: Signs) -> npt.NDArray[np.
 def _overlap(s: Floats, t: Floats) -> npt.NDArray[np.bool_]:
     """Of counter-clockwise triangles s[i], t[i]: does no edge of either have the whole other triangle on its outer side?"""
     separated = np.zeros(len(s), bool)
-    unknown = np.zeros(len(s), bool)
-    for first, second in ((s, t), (t, s)):
-        todo = np.flatnonzero(~separated)
-        for k in range(3):
-            a, b = first[todo, k], first[todo, (k + 1) % 3]
-            sides = filtered_turns(a[:, None], b[:, None], second[todo])
-            inside = (sides == 1).any(1)
-            outside = (sides <= 0).all(1)
-            separated[todo[outside]] = True
-            unknown[todo[~inside & ~outside]] = True
-    open_ = np.flatnonzero(unknown & ~separated)
-    separated[open_] = _separated_exactly(s[open_], t[open_])
-    return ~separated
-
-
-def _separated_exactly(s: Floats, t: Floats) -> npt.NDArray[np.bool_]:
-    separated = np.zeros(len(s), bool)
     for first, second in ((s, t), (t, s)):
         for k in range(3):
             todo = np.flatnonzero(~separated)
-            if len(todo) == 0:
-                return separated
             a, b = first[todo, k, None], first[todo, (k + 1) % 3, None]
-            sides = filtered_turns(a, b, second[todo])
-            outside = (sides != 1).all(1)
-            sides, todo = sides[outside], todo[outside]
-            hard = np.argwhere(sides == UNKNOWN)
-            if len(hard):
-                f = todo[hard[:, 0]]
-                sides[hard[:, 0], hard[:, 1]] = exact_turns(
-                    first[f, k], first[f, (k + 1) % 3], second[f, hard[:, 1]]
-                )
-            separated[todo[(sides <= 0).all(1)]] = True
-    return separated
+            separated[todo] = (turns(a, b, second[todo]) <= 0).all(1)
+    return ~separated
 
 
 def overwound(points: Floats, charts: Charts) -> npt.NDArray[np.int64]:

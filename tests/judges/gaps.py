@@ -23,6 +23,11 @@ class Gap:
     second: int = -1
 
 
+def area(triangles: Array) -> float:
+    a, b = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+    return float(np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / 2)
+
+
 def edges_of(triangles: Array) -> Array:
     """(3 k, 2, 2): start and end of every edge."""
     return np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2, 2)

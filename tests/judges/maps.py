@@ -135,12 +135,6 @@ def inner_edges(sheet: Sheet) -> Ints:
     return edges[count == 2]
 
 
-def is_surface(sheet: Sheet) -> bool:
-    """No edge has more than two faces."""
-    edge = np.sort(np.stack([sheet.corner, np.roll(sheet.corner, -1, 1)], -1).reshape(-1, 2), 1)
-    return bool(np.unique(edge, axis=0, return_counts=True)[1].max() <= 2)
-
-
 def together(sheets: list[Sheet]) -> Sheet:
     """Several sheets as one mesh of several pieces."""
     corners, places, vertices, points, offset = [], [], [], 0, 0

@@ -9,6 +9,7 @@ import numpy as np
 import flipfree as ff
 
 from .charts import charts_of
+from .generators import path
 from .maps import (
     Floats,
     Ints,
@@ -24,7 +25,6 @@ from .maps import (
     only,
     opened,
 )
-from .slits import path
 from surfaces import bumpy_grid, cylinder, octahedron_sphere
 
 

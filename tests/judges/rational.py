@@ -51,34 +51,11 @@ def common(s: list[Point], t: list[Point]) -> list[Point]:
     return polygon
 
 
-def common_area(s: list[Point], t: list[Point]) -> Fraction:
-    polygon = common(s, t)
-    return area_twice(polygon) / 2 if len(polygon) > 2 else Fraction(0)
-
-
 def overlapping_pairs(uv: npt.ArrayLike) -> list[tuple[int, int]]:
     """All pairs of positive triangles (m, 3, 2) whose interiors meet, tried one by one."""
     triangles = triangles_of(uv)
     return [
         (i, j)
         for i, j in combinations(range(len(triangles)), 2)
-        if common_area(triangles[i], triangles[j]) > 0
+        if len(shared := common(triangles[i], triangles[j])) > 2 and area_twice(shared) > 0
     ]
-
-
-def covering(uv: npt.ArrayLike, point: Point) -> list[int]:
-    """The positive triangles (m, 3, 2) that have the point in their interior."""
-    return [
-        f
-        for f, t in enumerate(triangles_of(uv))
-        if all(turn(t[k], t[(k + 1) % 3], point) > 0 for k in range(3))
-    ]
-
-
-def point_inside(triangle: npt.ArrayLike, random: np.random.Generator) -> Point:
-    """A rational point strictly inside a triangle (3, 2)."""
-    weights = [Fraction(int(w)) for w in random.integers(1, 1000, 3)]
-    corners = triangles_of([triangle])[0]
-    total = sum(weights)
-    x, y = (sum(w * c[d] for w, c in zip(weights, corners, strict=True)) / total for d in range(2))
-    return x, y

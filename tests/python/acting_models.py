@@ -5,6 +5,7 @@ if FILE is not there, and makes it), "after" (crashes unless its process is fres
 """
 
 import argparse
+import json
 import os
 import signal
 import sys
@@ -15,9 +16,26 @@ import flipfree as ff
 from flipfree.batch import arguments, worker
 from flipfree.batch.child import Engine
 from flipfree.batch.plan import Formats, PlanError
+from flipfree.batch.results import MEASURED
 from flipfree.batch.run import NOT_WRITTEN
 
 FORMATS = Formats(reads=(".in", ".flat"), writes=(".in", ".out"))
+
+
+def records(path="results.jsonl"):
+    """{name of the input without its ending: its line}"""
+    lines = [json.loads(line) for line in Path(path).read_text().splitlines()]
+    return {Path(line["input"]).stem: line for line in lines}
+
+
+def steady(path="results.jsonl", *, ignored=(), folder="out"):
+    """Lines without what is measured, in order of the inputs; `folder`: where the outputs lie, named as if it were out."""
+    lines = [json.loads(line) for line in Path(path).read_text().splitlines()]
+    for line in lines:
+        for name in (*MEASURED, *ignored):
+            line.pop(name, None)
+        line["output"] = line["output"] and line["output"].replace(f"{folder}/", "out/")
+    return sorted(lines, key=lambda line: line["input"])
 
 
 def unit_of(settings):

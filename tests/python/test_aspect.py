@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import flipfree as ff
-from flipfree import jobs
 
 from surfaces import bumpy_grid
 
@@ -97,32 +96,6 @@ def test_the_tile_is_where_it_was_asked_for() -> None:
     assert (np.floor(packed.uv32()) == 1.0).all()
 
 
-def test_what_it_does_not_take_is_refused() -> None:
-    vertices, faces, uv = sheets(2)
-    for options in ({"aspect": 0.0}, {"aspect": 17.0}, {"aspect": float("nan")}, {"aspect": "2"}):
-        with pytest.raises(ff.InvalidInput, match="aspect"):
-            ff.pack(vertices, faces, uv, **options)
-    with pytest.raises(ff.InvalidInput, match="one tile"):
-        ff.pack(vertices, faces, uv, aspect=2.0, tiles=2)
-
-
-def test_as_a_job_it_can_be_waited_for_and_cancelled() -> None:
-    vertices, faces, uv = sheets()
-    job = jobs.pack(vertices, faces, uv, aspect=2.0)
-    while not job.wait(0.01):
-        assert 0.0 <= job.progress()[1] <= 1.0
-    assert job.result().certificate.ok
-    with pytest.raises(ff.InvalidInput, match="already collected"):
-        job.result()
-    job = jobs.pack(vertices, faces, uv, aspect=2.0, effort=1000.0)
-    job.cancel()
-    with pytest.raises(ff.Cancelled):
-        job.result()
-    calls: list[float] = []
-    packed = ff.pack(vertices, faces, uv, aspect=2.0, progress=lambda _, f: calls.append(f) or True)
-    assert packed.certificate.ok and calls == sorted(calls)
-
-
 def stretched_sheet() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """A bumpy sheet with its own unwrap: right on a square texture."""
     vertices, faces = bumpy_grid(8, 8)
@@ -198,14 +171,3 @@ def test_repair_leaves_what_is_right_and_shapes_what_it_makes_anew_for_the_textu
         alone = ff.certify(vertices, faces, found.uv32()[part].astype(np.float64), aspect=aspect)
         assert alone.energy < 1.1
     assert ff.repair(both, triangles, given).certificate.energy > 1.02
-
-
-def test_all_that_take_the_shape_of_a_texture_refuse_what_is_none() -> None:
-    vertices, faces, uv = stretched_sheet()
-    for aspect in (0.0, -1.0, 17.0, float("nan"), "2"):
-        with pytest.raises(ff.InvalidInput, match="aspect"):
-            ff.certify(vertices, faces, uv, aspect=aspect)
-        with pytest.raises(ff.InvalidInput, match="aspect"):
-            ff.improve((vertices, faces, uv), aspect=aspect)
-        with pytest.raises(ff.InvalidInput, match="aspect"):
-            ff.repair(vertices, faces, uv, aspect=aspect)

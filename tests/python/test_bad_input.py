@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import pickle
 from collections.abc import Callable
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 
 import flipfree as ff
 
+from hostile_values import FUNCTIONS, arguments_of
 from surfaces import bumpy_grid, octahedron_sphere, torus
 
 DOCS = Path(__file__).resolve().parent.parent.parent / "docs" / "errors.md"
@@ -34,11 +36,6 @@ def with_vertex(index: int, value: list[float]) -> tuple[Any, Any]:
 
 def edges_of(faces: np.ndarray) -> np.ndarray:
     return np.vstack([faces[:, [k, (k + 1) % 3]] for k in range(3)])
-
-
-def two_disks() -> tuple[Any, Any]:
-    vertices, faces = bumpy_grid(3, 3)
-    return np.vstack([vertices, vertices + 3]), np.vstack([faces, faces + len(vertices)])
 
 
 #: name -> (call, exception, code, words that the message must contain)
@@ -304,12 +301,6 @@ def test_certificates_measure_in_any_unit(scale: float) -> None:
     assert not ff.certify(moved, refined.faces, refined.uv, parent=parent).ok
 
 
-def test_anything_false_but_none_cancels() -> None:
-    with pytest.raises(ff.Cancelled):
-        ff.unwrap(*bumpy_grid(3, 3), progress=lambda _stage, _fraction: np.bool_(False))
-    assert ff.unwrap(*bumpy_grid(3, 3), progress=lambda _stage, _fraction: None).certificate.ok
-
-
 def test_results_can_be_kept_copied_and_shown() -> None:
     result = ff.unwrap(*bumpy_grid(3, 3))
     again = pickle.loads(pickle.dumps(result))
@@ -335,12 +326,101 @@ def test_errors_can_be_sent_between_processes() -> None:
     )
 
 
-def test_several_components_are_no_error_for_unwrap() -> None:
-    assert ff.unwrap(*two_disks()).certificate.ok
+OCTAGON = np.stack([np.cos(np.arange(8) * np.pi / 4), np.sin(np.arange(8) * np.pi / 4)], 1)
+LOOP = {"boundary_loop": [0, 1, 2, 5, 8, 7, 6, 3]}
+DENT = OCTAGON * np.where(np.arange(8) == 3, 0.2, 1.0)[:, None]
+
+#: (call, arguments beside those of hostile_values.arguments_of, words of the message)
+BAD_OPTIONS: list[tuple[str, dict[str, Any], str]] = [
+    *(("unwrap", {"tolerance": value}, "tolerance") for value in (0.0, np.nan)),
+    *(("unwrap", {"margin": value}, "margin") for value in (-1.0, np.nan)),
+    ("unwrap", {"iterations": -1}, "iterations"),
+    ("unwrap", {"cuts": [[0.5, 1]]}, "cuts"),
+    ("unwrap", {"cuts": [0, 1]}, "cuts"),
+    ("unwrap", {"pins": {"abc": (0, 0)}}, "pin"),
+    ("unwrap", {"pins": {0: (1, 2, 3)}}, "pin"),
+    ("unwrap", {"pins": {(0, 5): (1, 2)}}, "pin"),
+    ("unwrap", {"pins": [1, 2]}, "pins"),
+    ("unwrap", {"place_like": np.zeros((1, 3, 2))}, "place_like"),
+    ("auto_seams", {"stretch": 1.0}, "stretch"),
+    ("auto_seams", {"sharp_angle": 4.0}, "sharp_angle"),
+    ("auto_seams", {"weights": 3}, "weights"),
+    ("auto_seams", {"weights": ([[0, 1]], [-1.0])}, "negative"),
+    ("auto_seams", {"weights": ([[0, 1]], [1.0, 2.0])}, "one factor for each edge"),
+    ("auto_seams", {"weights": ([[0, 0]], [1.0])}, "edge"),
+    ("embed", {"boundary": "pentagon"}, "circle, square, triangle"),
+    ("embed", {"method": "magic"}, "ladder"),
+    ("embed", {"start": "random"}, "tutte"),
+    ("embed", {"boundary": np.zeros((3, 3))}, "boundary must have shape"),
+    ("embed", {"boundary": np.zeros((3, 2))}, "one position per vertex"),
+    ("embed", {**LOOP, "boundary": DENT}, "not convex at point 3"),
+    ("embed", {"initial_uv": np.zeros((3, 2))}, "one finite position per vertex"),
+    ("embed", {"boundary_loop": [0, 1, 99]}, "vertex 99"),
+    ("embed", {"boundary_loop": [0, 1, 2]}, "boundary loop"),
+    ("embed", {"tolerance": -1.0}, "tolerance"),
+    ("embed", dict(zip(("vertices", "faces"), octahedron_sphere(0), strict=True)), "boundary"),
+    ("conformal", {"tolerance": 0.0}, "tolerance"),
+    *(("conformal", {"precision": value}, "precision") for value in (12, "high")),
+    ("conformal", {"original_triangles": "maybe"}, "original_triangles"),
+    ("conformal", {"intrinsic_refinement": "sometimes"}, "intrinsic_refinement"),
+    ("conformal", {"cuts": [[0, 8]]}, "vertices 0 and 8"),
+    *(("conformal_metric", {"precision": value}, "precision") for value in (20, "high")),
+    ("conformal_metric", {"lengths": np.ones((2, 3))}, "lengths"),
+    ("conformal_metric", {"target_angles": np.ones(5)}, "target_angles"),
+    ("boundary_angles", {"boundary": "wavy"}, "boundary"),
+    ("boundary_angles", {"boundary": "straight", "corners": [4]}, "[Cc]orner"),
+    ("boundary_angles", {"boundary": "free", "cones": {0: 1.0}}, "cone"),
+    ("boundary_angles", {"boundary": "free", "cones": {4: -1.0}}, "cone"),
+    ("match", {"points": {9999: (0, 0)}}, "9999"),
+    ("match", {"points": {3: (np.nan, 0)}}, "vertex 3 is not finite"),
+    ("match", {"boundary_uv": np.zeros((3, 2))}, "boundary"),
+    ("match", {"boundary_loop": [0, 1, 2]}, "boundary"),
+    ("match", {"lines": [([0, 8], [(0, 0), (1, 1)])]}, "line"),
+    ("match", {"engine": "magic"}, "engine"),
+    (
+        "match",
+        {**LOOP, "boundary_uv": OCTAGON, "points": {4: (0.0, 0.0)}, "paths": {4: [4, 6]}},
+        "[Pp]ath",
+    ),
+    ("pack", {"obstacles": 3.0}, "obstacles"),
+    ("pack", {"obstacles": [[0.0, 1.0]]}, "obstacles"),
+    ("pack", {"obstacles": [[[0.0, 0.0], [1.0, np.nan], [0.0, 1.0]]]}, "obstacle"),
+    (
+        "pack",
+        {"obstacles": [[[-50.0, -50.0], [900.0, -50.0], [-50.0, 900.0]]]},
+        "no room for the islands",
+    ),
+    *(("pack", {"density": value}, "density") for value in (0.0, "high")),
+    ("pack", {"place_like": np.zeros((1, 3, 2))}, "place_like"),
+    ("pack", {"place_like": np.zeros((8, 3, 2)), "together": True}, "together"),
+    ("pack", {"rotation": "some"}, "^rotation "),
+    ("pack", {"tile": 1000}, "^tile "),
+    ("pack", {"tiles": 0}, "^tiles "),
+    ("pack", {"tile": 1098, "tiles": 4}, "from 1098 on there are 3, not 4"),
+    ("pack", {"aspect": 2.0, "tiles": 2}, "one tile"),
+    ("pack", {"effort": -1.0}, "^effort "),
+    ("pack", {"groups": [1, 2]}, "one number per face"),
+    ("pack", {"texture_size": 0, "margin_pixels": 1}, "^texture_size "),
+    *(("pack", {"margin_pixels": value}, "^margin_pixels ") for value in (512, -1)),
+    ("pack", {"margin": 0.5}, "^margin "),
+]
 
 
-def test_element_ids_come_with_the_error() -> None:
-    with pytest.raises(ff.InvalidInput) as caught:
-        CASES["edge with more than two faces"][0]()
-    assert caught.value.kind == "edge"
-    assert caught.value.elements == [0, 1]
+@pytest.mark.parametrize(("name", "options", "words"), BAD_OPTIONS)
+def test_options_without_meaning_are_refused_by_name(
+    name: str, options: dict[str, Any], words: str
+) -> None:
+    with pytest.raises(ff.InvalidInput, match=words):
+        getattr(ff, name)(**{**arguments_of(name), **options})
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_options_that_many_calls_have_are_refused_by_all_of_them(name: str) -> None:
+    for option, values in {
+        "aspect": (0.0, -1.0, 17.0, float("nan"), "2"),
+        "max_seconds": (-1.0, float("nan"), "soon"),
+        "threads": (-1,),
+    }.items():
+        for value in values if option in inspect.signature(FUNCTIONS[name]).parameters else ():
+            with pytest.raises(ff.InvalidInput, match=option):
+                FUNCTIONS[name](**{**arguments_of(name), option: value})

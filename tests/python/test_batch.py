@@ -10,8 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
-
-from flipfree.batch.results import MEASURED
+from acting_models import records, steady
 
 DRIVER = Path(__file__).with_name("acting_models.py")
 
@@ -41,20 +40,6 @@ def batch(*arguments):
     process = start(*arguments)
     out, err = process.communicate(timeout=120)
     return process.returncode, out, err
-
-
-def records(path="results.jsonl"):
-    lines = [json.loads(line) for line in Path(path).read_text().splitlines()]
-    return {Path(line["input"]).stem: line for line in lines}
-
-
-def steady(path="results.jsonl"):
-    """Lines without what is measured, in order of the inputs."""
-    lines = [json.loads(line) for line in Path(path).read_text().splitlines()]
-    for line in lines:
-        for name in MEASURED:
-            line.pop(name, None)
-    return sorted(lines, key=lambda line: line["input"])
 
 
 ALL = ("in", "--out", "out", "--json", "results.jsonl")
@@ -224,10 +209,7 @@ def test_a_run_that_is_killed_at_any_moment_and_resumed_gives_the_same_results(h
             kills += 1
     assert batch(*ALL, "--jobs", 2, "--resume")[0] == 0
     assert kills > 0
-    expected = steady("whole.jsonl")
-    for line in expected:
-        line["output"] = line["output"].replace("whole/", "out/")
-    assert steady() == expected
+    assert steady() == steady("whole.jsonl", folder="whole")
     written = {p.name: p.read_text() for p in Path("out").glob("*.in")}
     assert written == {p.name: p.read_text() for p in Path("whole").glob("*.in")}
 

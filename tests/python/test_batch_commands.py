@@ -11,9 +11,6 @@ import pytest
 
 import flipfree as ff
 from flipfree.__main__ import main
-from flipfree.batch.messages import in_command_line_terms
-from flipfree.batch.models.figures import percentiles
-from flipfree.batch.models.model import LEAST_SECONDS, read_model
 from flipfree.batch.models.welding import welded
 
 import surfaces
@@ -225,6 +222,11 @@ def test_match_meets_the_pins_beside_the_model():
     write("sheet.obj", (vertices, faces))
     missing = run("match", "sheet.obj", "--out", "uv")
     assert missing["status"] == "refused" and "sheet.obj.pins.json" in missing["message"]
+    hashes = set()
+    for u in (0.0, 1.0):  # changed pins are changed input
+        Path("sheet.obj.pins.json").write_text(json.dumps({"points": {"0": [u, 0.0]}}))
+        hashes.add(run("match", "sheet.obj", "--out", "uv")["hash"])
+    assert len(hashes) == 2
     pins = {"0": [0.25, 0.5], "7": [1.5, 0.125], "40": [0.75, 3.0]}
     Path("sheet.obj.pins.json").write_text(json.dumps({"points": pins}))
     record = run("match", "sheet.obj", "--out", "uv")
@@ -246,16 +248,6 @@ def test_cones_come_from_the_file_beside_the_model():
     assert record["status"] == "refused" and "multiple of 90" in record["message"]
 
 
-def test_changed_pins_are_changed_input():
-    vertices, faces = surfaces.bumpy_grid(8)[:2]
-    write("sheet.obj", (vertices, faces))
-    hashes = set()
-    for u in (0.0, 1.0):
-        Path("sheet.obj.pins.json").write_text(json.dumps({"points": {"0": [u, 0.0]}}))
-        hashes.add(run("match", "sheet.obj", "--out", "uv")["hash"])
-    assert len(hashes) == 2
-
-
 def split(vertices, faces):
     """Every corner a vertex of its own, as formats with one normal a vertex have it at hard edges."""
     return vertices[faces].reshape(-1, 3), np.arange(3 * len(faces), dtype=np.int32).reshape(-1, 3)
@@ -269,34 +261,18 @@ def test_split_vertices_are_one_unless_they_are_to_stay_apart():
     assert apart["islands"] == len(surfaces.torus()[1])
 
 
-def test_welding_joins_what_was_split_and_nothing_else():
-    vertices, faces = surfaces.torus()[:2]
-    torn, own = split(vertices, faces)
-    same = welded(torn, own)[own]
-    assert len(np.unique(same)) == len(vertices)
-    sides = np.sort(np.concatenate([same[:, [0, 1]], same[:, [1, 2]], same[:, [2, 0]]]), axis=1)
-    assert (np.unique(sides, axis=0, return_counts=True)[1] == 2).all()
-    # Already whole: nothing changes. Two tori in one place: no face is joined to the other one's.
-    assert np.array_equal(welded(vertices, faces), np.arange(len(vertices)))
-    twice = np.vstack([vertices, vertices])
-    assert np.array_equal(
-        welded(twice, np.vstack([faces, faces + len(vertices)])), np.arange(len(twice))
-    )
-
-
-def test_welding_leaves_sheets_apart_that_meet_three_at_an_edge_or_turn_over():
+@pytest.mark.parametrize(
+    ("corners", "left"),
+    [
+        (((0, 1, 2), (1, 0, 3)), 4),
+        (((0, 1, 2), (1, 0, 3), (1, 0, 4)), 9),  # three at an edge
+        (((0, 1, 2), (0, 1, 3)), 6),  # turned over
+    ],
+)
+def test_welding_joins_two_faces_that_look_to_one_side(corners, left):
     points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1]], float)
-
-    def sheets(*corners):
-        used = [points[list(c)] for c in corners]
-        return np.vstack(used), np.arange(3 * len(used), dtype=np.int32).reshape(-1, 3)
-
-    pair = sheets((0, 1, 2), (1, 0, 3))
-    assert len(np.unique(welded(*pair)[pair[1]])) == 4
-    three = sheets((0, 1, 2), (1, 0, 3), (1, 0, 4))
-    assert len(np.unique(welded(*three)[three[1]])) == 9
-    turned = sheets((0, 1, 2), (0, 1, 3))
-    assert len(np.unique(welded(*turned)[turned[1]])) == 6
+    torn, own = split(points, np.array(corners))
+    assert len(np.unique(welded(torn, own)[own])) == left
 
 
 def test_welding_never_makes_two_corners_of_a_face_one():
@@ -304,20 +280,6 @@ def test_welding_never_makes_two_corners_of_a_face_one():
     folded = np.array([[0, 1, 2], [3, 4, 5]], np.int32)  # the first face's sides lie on each other
     same = welded(points, folded)
     assert all(len(set(face)) == 3 for face in same[folded].tolist())
-
-
-def test_percentiles_know_a_stretch():
-    vertices, faces = surfaces.bumpy_grid(12)[:2]
-    vertices = vertices * [1.0, 1.0, 0.0]
-    uv = vertices[faces][:, :, :2]
-    same = percentiles(vertices, faces, uv * 7.0)
-    for figure in ("energy", "angle", "area"):
-        assert np.allclose(list(same[figure].values()), 1.0)
-    stretched = percentiles(vertices, faces, uv * [4.0, 1.0])
-    assert np.allclose(list(stretched["angle"].values()), 4.0)
-    assert np.allclose(list(stretched["area"].values()), 1.0)
-    assert np.allclose(list(stretched["energy"].values()), (4 + 1 / 4) / 2)
-    assert percentiles(vertices * 0.0, faces, uv) is None
 
 
 def test_a_poor_map_is_a_warning_in_the_words_of_the_command_line():
@@ -351,19 +313,6 @@ def test_a_limit_of_time_is_that_of_the_model_and_errors_name_it():
             assert f"(--max-seconds {limit})" in record["message"]
         else:
             assert record["status"] in ("certified", "warned")
-
-
-def test_what_calls_of_a_model_are_left_with_is_what_former_ones_did_not_take():
-    write("sheet.obj", surfaces.bumpy_grid(3))
-    model = read_model(Path("sheet.obj"), merge=True, max_seconds=100.0, threads=1)
-    model.begin -= 40.0
-    assert 59.0 < model.limits["max_seconds"] <= 60.0
-    model.begin -= 100.0
-    assert model.limits == {"max_seconds": LEAST_SECONDS, "threads": 1}
-    free = read_model(Path("sheet.obj"), merge=True, max_seconds=None, threads=2)
-    assert free.limits == {"max_seconds": None, "threads": 2}
-    said = "No map in the time allowed (max_seconds = 2.98e-05). Allow more time."
-    assert "(--max-seconds 6)" in in_command_line_terms(said, 6.0)
 
 
 def test_unknown_commands_and_options_say_so():

@@ -10,8 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
-
-from flipfree.batch.results import MEASURED
+from acting_models import steady
 
 pytest.importorskip("distributed", reason="pip install distributed: the farm of --dask")
 
@@ -19,14 +18,6 @@ pytestmark = pytest.mark.sample(1)  # of workers that are killed and a scheduler
 
 DRIVER = Path(__file__).with_name("acting_models.py")
 CALM = {"DASK_DISTRIBUTED__DASHBOARD__LINK": "", "DASK_LOGGING__DISTRIBUTED": "error"}
-
-
-def steady(path):
-    lines = [json.loads(line) for line in Path(path).read_text().splitlines()]
-    for line in lines:
-        for name in MEASURED:
-            line.pop(name, None)
-    return sorted(lines, key=lambda line: line["input"])
 
 
 @pytest.fixture
@@ -113,10 +104,7 @@ def test_workers_that_are_killed_lose_nothing_and_do_nothing_twice(tmp_path, mon
         run.kill()
     assert run.returncode == 0, said
     assert kills >= 3
-    expected = steady("whole.jsonl")
-    for line in expected:
-        line["output"] = line["output"].replace("whole/", "out/")
-    assert steady("farm.jsonl") == expected
+    assert steady("farm.jsonl") == steady("whole.jsonl", folder="whole")
     assert sorted(p.name for p in Path("out").iterdir()) == sorted(
         p.name for p in Path("whole").iterdir()
     )

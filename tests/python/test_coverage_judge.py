@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
-
 import numpy as np
 import numpy.typing as npt
 import pytest
 
-from judges.boxes import SMALL, meeting_boxes
+from judges.boxes import meeting_boxes
 from judges.charts import charts_of
 from judges.comparison import GENERATORS, map_number
 from judges.coverage import coverage, share_covered_twice
-from judges.exact import UNKNOWN, exact_turns, filtered_turns, turns
-from judges.maps import Sheet, grid, only, opened
-from judges.rational import covering, overlapping_pairs, point_inside, triangles_of, turn
-from judges.slits import inverted_slit
+from judges.exact import turns
+from judges.generators import inverted_slit
+from judges.maps import Sheet, grid, opened
+from judges.rational import overlapping_pairs, triangles_of, turn
 
 Floats = npt.NDArray[np.float64]
 UP, DOWN = np.inf, -np.inf
@@ -42,22 +40,6 @@ def test_what_doubles_overlap_by_floats_may_not() -> None:
     faces, uv = two_triangles(-(2.0**-40))
     assert len(coverage(faces, uv).between) == 1
     assert len(coverage(faces, uv.astype(np.float32)).between) == 0
-
-
-def test_a_grid_covers_nothing_twice() -> None:
-    sheet = grid(6, 5)
-    found = coverage(sheet.corner, sheet.uv())
-    assert found.charts.count == 1 and len(found.charts.boundary) == 22
-    assert (
-        len(found.flipped) == len(found.within) == len(found.touching) == len(found.overwound) == 0
-    )
-
-
-def test_identical_islands_lie_on_each_other() -> None:
-    uv = grid(1, 1).uv()
-    found = coverage(np.arange(12).reshape(4, 3), np.concatenate([uv, uv]))
-    assert found.charts.count == 4  # nothing is joined, as no vertex is shared
-    assert found.between.tolist() == [[0, 2], [1, 3]]
 
 
 def test_an_inverted_slit_overlaps_and_touches_nowhere() -> None:
@@ -87,6 +69,7 @@ def slit(upper: float, lower: float) -> Sheet:
     ("upper", "lower", "overlapping", "touching"),
     [
         (1.2, 0.8, False, False),
+        (1.0, 1.0, False, False),  # a cut whose sides coincide is none
         (np.nextafter(1.0, UP), 1.0, False, False),
         (np.nextafter(1.0, DOWN), 1.0, True, True),
         (0.8, 1.2, True, True),
@@ -101,29 +84,11 @@ def test_slits_with_one_tip(upper: float, lower: float, overlapping: bool, touch
     assert (len(found.touching) > 0) == touching
 
 
-def test_a_cut_whose_sides_coincide_is_none() -> None:
-    sheet = slit(1.0, 1.0)
-    assert sheet.vertex is not None
-    found = coverage(sheet.vertex[sheet.corner], sheet.uv())
-    assert len(found.charts.boundary) == 8 and len(found.touching) == 0
-
-
 def test_a_slit_of_the_mesh_whose_sides_coincide_touches_itself() -> None:
     sheet = opened(grid(2, 2), [(3, 4)], in_mesh=True)
     found = coverage(sheet.corner, sheet.uv())
     assert len(found.charts.boundary) == 10
     # The side and the rim at one copy of the left end meet those at the other.
-    assert len(found.within) == 0 and len(found.touching) == 4
-
-
-def test_squares_that_meet_in_a_point_touch() -> None:
-    """A ring of cells, open at one corner only: 3 x 3 cells without the middle and without a corner."""
-    sheet = grid(3, 3)
-    cell = np.floor(sheet.uv().mean(1)).astype(int).tolist()
-    ring = only(sheet, np.array([f for f, c in enumerate(cell) if c not in ([1, 1], [0, 0])]))
-    found = coverage(ring.corner, ring.uv())
-    assert found.charts.count == 1
-    # Both edges of one copy of the corner meet both of the other's.
     assert len(found.within) == 0 and len(found.touching) == 4
 
 
@@ -143,11 +108,6 @@ def test_flipped_and_flat_triangles_are_named() -> None:
     assert found.between.tolist() == [[0, 1]]
 
 
-def test_refuses_what_is_no_number() -> None:
-    with pytest.raises(ValueError, match="finite"):
-        coverage([(0, 1, 2)], np.full((1, 3, 2), np.nan))
-
-
 def test_charts_are_joined_where_both_ends_agree() -> None:
     faces = np.array([(0, 1, 2), (0, 2, 3)])
     uv = np.array([[(0, 0), (1, 0), (1, 1)], [(0, 0), (1, 1), (0, 1)]], float)
@@ -158,7 +118,7 @@ def test_charts_are_joined_where_both_ends_agree() -> None:
 
 
 @pytest.mark.parametrize("closed", [False, True])
-@pytest.mark.parametrize("count", [0, 1, 2, SMALL + 1, 700])
+@pytest.mark.parametrize("count", [0, 1, 2, 700])
 def test_boxes_that_meet_are_those_of_all_pairs(count: int, closed: bool) -> None:
     random = np.random.default_rng(count)
     low = random.integers(0, 200, (count, 2)) / 4
@@ -176,16 +136,10 @@ def test_turns_are_exact_next_to_a_line() -> None:
     c = a + random.choice([0.0, 0.5, 1.0, 2.0], (400, 1)) * (b - a)
     c += random.choice([0.0, 1e-17, 3e-16], c.shape)
     scale = 2.0 ** random.choice([-1000.0, -300.0, 0.0, 300.0], (400, 1))
-    a, b, c = a * scale, b * scale, c * scale
-    expected = []
-    for p, q, r in zip(*(triangles_of([x])[0] for x in (a, b, c)), strict=True):
-        area = turn(p, q, r)
-        expected.append((area > 0) - (area < 0))
-    assert turns(a, b, c).tolist() == expected
-    assert exact_turns(a, b, c).tolist() == expected
-    quick = filtered_turns(a, b, c)
-    assert (quick[quick != UNKNOWN] == np.array(expected)[quick != UNKNOWN]).all()
-    assert (quick == UNKNOWN).any() and (quick != UNKNOWN).any() and 0 in expected
+    corners = np.stack([a * scale, b * scale, c * scale], 1)
+    areas = [turn(*t) for t in triangles_of(corners)]
+    assert turns(*corners.transpose(1, 0, 2)).tolist() == [(t > 0) - (t < 0) for t in areas]
+    assert 0 in areas
 
 
 @pytest.mark.parametrize("generator", list(GENERATORS))
@@ -206,28 +160,3 @@ def test_pairs_are_those_of_rational_clipping(generator: str) -> None:
                 assert pairs == overlapping_pairs(uv), f"{generator} {number}"
                 compared += 1
     assert compared >= 4
-
-
-@pytest.mark.parametrize("generator", ["slits", "cells", "coverings", "islands"])
-def test_points_lie_in_no_more_triangles_than_pairs_say(generator: str) -> None:
-    """Rational points counted one by one: all triangles around a point overlap each other."""
-    random = np.random.default_rng(8)
-    crowded = 0
-    for number in range(8):
-        map_ = map_number(generator, 4, number)
-        found = coverage(map_.faces, map_.uv)
-        pairs = {*map(tuple, found.within.tolist()), *map(tuple, found.between.tolist())}
-        for face in random.integers(0, len(map_.faces), 5):
-            if face in found.flipped:
-                continue
-            around = covering(map_.uv, point_inside(map_.uv[face], random))
-            assert face in around
-            assert all((i, j) in pairs for i in around for j in around if i < j)
-            crowded += len(around) > 1
-    assert crowded > 0
-
-
-def test_rational_turns_are_not_rounded() -> None:
-    p, q, r = triangles_of([[(0.0, 0.0), (1.0, 0.1), (2.0, 0.2)]])[0]
-    assert turn(p, q, r) == 0
-    assert turn(p, q, (r[0], r[1] + Fraction(1, 10**40))) > 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 import numpy as np
@@ -97,42 +96,3 @@ def test_the_same_call_ends_the_same_way_twice() -> None:
             ends.append(str(error))
     assert str(ends[0]) == str(ends[1])
     assert name
-
-
-def test_every_call_has_a_limit_of_time_and_keeps_it() -> None:
-    # Far more than 0.2 s late only where the machine is busy with other things.
-    vertices, faces = bumpy_grid(80, 60)
-    uv = vertices[faces][:, :, :2]
-    angles = np.full(len(vertices), np.pi * len(faces) / len(vertices))
-    calls: dict[str, Any] = {
-        "certify": lambda limit: ff.certify(vertices, faces, uv, max_seconds=limit),
-        "pack": lambda limit: ff.pack(vertices, faces, uv, max_seconds=limit),
-        "conformal_metric": lambda limit: ff.conformal_metric(
-            vertices, faces, angles, precision=4096, max_seconds=limit
-        ),
-        "conformal": lambda limit: ff.conformal(
-            vertices, faces, angles, precision=4096, max_seconds=limit
-        ),
-        "circle": lambda limit: ff.boundary_angles(vertices, faces, "circle", max_seconds=limit),
-        "free": lambda limit: ff.boundary_angles(vertices, faces, "free", max_seconds=limit),
-        "suggest_cones": lambda limit: ff.suggest_cones(
-            vertices, faces, bound=1.01, quarter_turns=True, max_seconds=limit
-        ),
-    }
-    for name, call in calls.items():
-        for limit in (1e-6, 0.2):
-            start = time.monotonic()
-            try:
-                call(limit)
-            except ff.NotConverged as error:
-                assert error.code == "time limit reached", (name, error)
-                assert "max_seconds" in str(error)
-            assert time.monotonic() - start < limit + 3.0, name
-
-
-@pytest.mark.parametrize("name", ["certify", "pack", "boundary_angles", "suggest_cones"])
-def test_limits_that_are_none_are_refused(name: str) -> None:
-    vertices, faces = bumpy_grid(3, 2)
-    uv = (vertices[faces][:, :, :2],) if name in ("certify", "pack") else ()
-    with pytest.raises(ff.InvalidInput, match="max_seconds"):
-        getattr(ff, name)(vertices, faces, *uv, max_seconds=-1.0)

@@ -7,7 +7,6 @@ import pytest
 
 import flipfree as ff
 from flipfree.maps.distortion import BOUND_ENERGY, STRETCH_BOUND, energies
-from flipfree.texts import above_bound
 
 from surfaces import bumpy_grid
 
@@ -88,7 +87,3 @@ def test_faces_without_area_count_nowhere_in_space_and_as_stretched_in_the_map()
     needle = np.vstack([faces, [0, 1, 1]])
     found = ff.certify(vertices, needle, np.concatenate([uv, np.zeros((1, 3, 2))]))
     assert found.stretched == pytest.approx(0.25) and found.flips32 >= 1
-
-
-def test_words_for_shares():
-    assert above_bound(0.004).startswith("less than 1 %") and above_bound(0.349).startswith("34 %")

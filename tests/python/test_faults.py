@@ -38,6 +38,13 @@ def test_a_call_that_was_cancelled_leaves_nothing_behind(name):
 
 
 @pytest.mark.parametrize("name", CALLS)
+def test_no_time_at_all_is_an_error_that_names_the_limit(name):
+    with pytest.raises(ff.NotConverged, match="max_seconds = 1e-06.*Allow more time") as error:
+        CALLS[name](max_seconds=1e-6)
+    assert error.value.code == "time limit reached"
+
+
+@pytest.mark.parametrize("name", CALLS)
 def test_a_limit_of_time_ends_in_a_result_or_says_so(name):
     call = CALLS[name]
     expected = call()

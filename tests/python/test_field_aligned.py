@@ -287,12 +287,6 @@ def test_a_field_that_knows_the_sizes_lets_the_map_have_them() -> None:
     assert aware.stats["angle_mean"] < plain.stats["angle_mean"]
 
 
-def test_the_same_bits_for_any_number_of_threads() -> None:
-    vertices, faces = torus()
-    one, three = (ff.field_aligned(vertices, faces, threads=t) for t in (1, 3))
-    assert one.uv64.tobytes() == three.uv64.tobytes()
-
-
 def test_what_cannot_be_is_refused_with_a_reason() -> None:
     vertices, faces = torus()
     field = ff.cross_field(vertices, faces)

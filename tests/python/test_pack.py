@@ -7,6 +7,7 @@ import pytest
 
 import flipfree as ff
 
+from judges.gaps import area
 from surfaces import bumpy_grid
 
 
@@ -19,11 +20,6 @@ def two_sheets(second: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     uv = both[faces][:, :, :2].copy()
     uv[len(faces) // 2 :] *= second
     return both, faces, uv
-
-
-def area(uv: np.ndarray) -> float:
-    a, b = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
-    return float(np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / 2)
 
 
 def boxes(uv: np.ndarray, m: int) -> list[tuple[np.ndarray, np.ndarray]]:

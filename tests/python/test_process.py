@@ -13,20 +13,15 @@ import numpy as np
 import pytest
 
 import flipfree as ff
-from flipfree.process import client, store
+from flipfree.process import client
+
+from surfaces import bumpy_grid
 
 posix_only = pytest.mark.skipif(os.name != "posix", reason="signals")
 
 
 def sheet(n, bump=0.3):
-    t = np.linspace(-1.0, 1.0, n + 1)
-    x, y = (a.ravel() for a in np.meshgrid(t, t, indexing="ij"))
-    z = bump * np.exp(-3.0 * (x**2 + y**2))
-    i, j = (a.ravel() for a in np.meshgrid(range(n), range(n), indexing="ij"))
-    a = i * (n + 1) + j
-    b = a + n + 1
-    faces = np.concatenate([np.stack([a, b, b + 1], 1), np.stack([a, b + 1, a + 1], 1)])
-    return np.stack([x, y, z], 1), faces.astype(np.int32)
+    return bumpy_grid(n, n, bump)
 
 
 @pytest.fixture
@@ -224,7 +219,7 @@ def test_it_ends_and_tidies_up_when_its_parent_is_killed(since):
         f"while not job.progress()[1] > {since}: assert not job.wait(0.01)\n"
         "print(process.pid, process._folder, flush=True)\njob.wait(600)\n"
     )
-    search = os.pathsep.join([str(Path(ff.__file__).parents[1]), str(Path(__file__).parent)])
+    search = os.pathsep.join([str(Path(ff.__file__).parents[1]), *sys.path])
     parent = subprocess.Popen(
         [sys.executable, "-c", script],
         stdout=subprocess.PIPE,
@@ -279,27 +274,3 @@ def test_the_files_are_gone_afterwards():
     process.close()
     assert not folder.exists()
     assert result.uv.sum() > 0.0  # and the result stays
-
-
-def test_the_store_keeps_arrays_as_they_are(tmp_path):
-    base = np.arange(24, dtype=np.float64).reshape(4, 6)
-    frozen = np.arange(3)
-    frozen.flags.writeable = False
-    value = {
-        "plain": base,
-        "columns": base[:, ::2],
-        "turned": base.T,
-        "none": np.zeros((0, 3), np.int32),
-        "flags": np.array([True, False]),
-        "frozen": frozen,
-        "text": "ü",
-    }
-    store.write(tmp_path / "file", value)
-    size = (tmp_path / "file").read_bytes()
-    again = store.read(tmp_path / "file")
-    assert again.keys() == value.keys() and again["text"] == "ü"
-    for name in set(value) - {"text"}:
-        assert np.array_equal(again[name], value[name]) and again[name].dtype == value[name].dtype
-    assert again["plain"].ctypes.data % 64 == 0
-    again["plain"][0, 0] = 77.0
-    assert (tmp_path / "file").read_bytes() == size

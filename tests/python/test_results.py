@@ -10,18 +10,10 @@ import numpy as np
 import pytest
 
 import flipfree as ff
-from flipfree.texts import mended
 
 from surfaces import bumpy_grid, octahedron_sphere
 
 Call = Callable[[np.ndarray, np.ndarray], ff.Parametrization]
-
-
-def flat_angles(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    used = np.unique(faces)
-    angles = np.full(len(vertices), 2 * np.pi)
-    angles[used] = ff.boundary_angles(vertices[used], faces)
-    return angles
 
 
 MAPS: dict[str, Call] = {
@@ -230,24 +222,3 @@ def test_an_embedding_is_not_lost_by_optimising_it(seed: int) -> None:
     assert optimised.certificate.energy <= plain.certificate.energy * (1 + 1e-6)
     improved = ff.improve(plain)
     assert improved.certificate.energy <= plain.certificate.energy * (1 + 1e-6)
-
-
-@pytest.mark.parametrize(
-    ("what", "one"),
-    [
-        ("edges with more than two faces", "1 edge with more than two faces"),
-        ("faces wound against their part", "1 face wound against its part"),
-        ("vertices where parts touch", "1 vertex where parts touch"),
-        ("duplicate faces", "1 duplicate face"),
-        ("faces that use a vertex twice", "1 face that uses a vertex twice"),
-        ("edges of length zero", "1 edge of length zero"),
-    ],
-)
-def test_one_of_a_kind_is_said_in_the_singular(what: str, one: str) -> None:
-    assert mended(1, what) == one
-    assert mended(2, what) == f"2 {what}"
-
-
-def test_a_map_of_one_face_is_shown_in_the_singular() -> None:
-    found = ff.unwrap(np.eye(3), np.array([[0, 1, 2]]), seams="given")
-    assert ", 1 face, 0 cut edges; certificate ok: 1 triangle, " in repr(found)

@@ -96,17 +96,6 @@ def test_transitions_join_the_sides_of_every_cut_edge_exactly(stored: bool) -> N
         assert (turned @ first[1] + shift == second[0]).all()
 
 
-def test_several_components_are_one_map() -> None:
-    a, b = torus(), octahedron_sphere(3)
-    vertices = np.concatenate([a[0], b[0] + [10, 0, 0]])
-    faces = np.concatenate([a[1], b[1] + len(a[0])])
-    cones = random_cones(a[1], 1, 8, 2)
-    cones |= {v + len(a[0]): k for v, k in random_cones(b[1], 0, 12, 4).items()}
-    map = ff.seamless(vertices, faces, cones)
-    assert map.certificate.ok
-    assert map.certificate.seams_exact32 == map.certificate.seam_edges > 0
-
-
 def test_optimising_lowers_the_energy() -> None:
     vertices, faces = octahedron_sphere(4)
     cones = random_cones(faces, 0, 24, 7)
@@ -216,14 +205,6 @@ def test_a_foreign_map_is_told_how_far_it_is_from_seamless() -> None:
     assert not foreign.ok and foreign.seam_deviation > 1e-3
 
 
-def test_statistics_say_which_engine_and_what_each_stage_reached() -> None:
-    stats = ff.seamless(*octahedron_sphere(3)).stats
-    assert stats["engine"] in ("penner", "padding")
-    assert 1.0 <= stats["energy.optimised"] == stats["energy"] <= stats["energy.engine"]
-    for name in ("iterations", "distortion.iterations", "added_vertices", "time_limit_reached"):
-        assert stats[name] >= 0
-
-
 def test_the_order_of_vertices_and_faces_does_not_decide() -> None:
     mesh = octahedron_sphere(3)
     cones = {v: 3 for v in range(8)}
@@ -265,14 +246,6 @@ def test_impossible_cones_are_refused_with_a_reason() -> None:
         ff.seamless(vertices, faces, {0: 0, 7: 8})
     with pytest.raises(ff.InvalidInput, match="vertex 99999"):
         ff.seamless(vertices, faces, {99999: 3})
-
-
-def test_progress_can_cancel() -> None:
-    vertices, faces = octahedron_sphere(5)
-    with pytest.raises(ff.Cancelled):
-        ff.seamless(
-            vertices, faces, random_cones(faces, 0, 50, 1), progress=lambda stage, fraction: False
-        )
 
 
 def test_the_map_lies_along_the_edges_of_the_mesh() -> None:

@@ -136,20 +136,6 @@ def test_straight_boundaries_take_corners_and_cones() -> None:
     np.testing.assert_allclose(uv_angles(result, len(vertices))[[100, 200]], np.pi, atol=1e-7)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "match"),
-    [
-        ({"boundary": "wavy"}, "boundary"),
-        ({"boundary": "straight", "corners": [150]}, "[Cc]orner"),
-        ({"boundary": "free", "cones": {0: 1.0}}, "cone"),
-        ({"boundary": "free", "cones": {150: -1.0}}, "cone"),
-    ],
-)
-def test_bad_wishes_are_named(arguments: dict[str, object], match: str) -> None:
-    with pytest.raises(ff.InvalidInput, match=match):
-        ff.boundary_angles(*bumpy_grid(20, 15), **arguments)
-
-
 @pytest.mark.parametrize("arguments", [{"corners": [997]}, {"cones": {997: 1.0}}])
 def test_vertices_that_do_not_exist_are_said_but_not_listed(arguments: dict[str, object]) -> None:
     with pytest.raises(ff.InvalidInput, match="997") as refused:

@@ -89,9 +89,15 @@ CALLS: dict[str, Callable[[Size, int], bytes]] = {
     "unwrap": lambda s, t: map_bits(ff.unwrap(*s.grid, threads=t, seams="given")),
     "unwrap, closed": lambda s, t: map_bits(ff.unwrap(*s.ball, threads=t, seams="given")),
     "unwrap, automatic seams": lambda s, t: map_bits(ff.unwrap(*s.ball, seams="auto", threads=t)),
+    "unwrap, islands": lambda s, t: map_bits(
+        ff.unwrap(*stripes(s.grid)[:2], threads=t, seams="given")
+    ),
     "auto_seams": lambda s, t: bits(ff.auto_seams(*s.ball, threads=t)),
     "improve": lambda s, t: map_bits(ff.improve((*s.grid, flat(s.grid)), threads=t)),
     "repair": lambda s, t: map_bits(ff.repair(*s.grid, spoilt(s.grid), threads=t)),
+    "repair, opened": lambda s, t: map_bits(
+        ff.repair(*s.grid, spoilt(s.grid), overlaps="open", threads=t)
+    ),
     "match": lambda s, t: map_bits(
         ff.match(
             *s.grid,
