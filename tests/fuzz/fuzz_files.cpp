@@ -1,4 +1,6 @@
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include "finding.h"
 #include "flipfree/base/error.h"
@@ -9,54 +11,21 @@ namespace flipfree::fuzz {
 namespace {
 
 // Bytes as they come reach little behind a header: words of the formats, and numbers, do.
+constexpr const char* kWords =
+    "v |vt |f |\n|1 |2 |3 |0 |-1 |0.5 |1/1 |2/2 |3/3 |/|1e39 |nan |OFF\n|STOFF\n|3 1 0\n|ply\n|"
+    "solid |vertex |list |format ascii 1.0\n|element |face |property |float |uchar |int |x\n|y\n|"
+    "z\n|texcoord\n|vertex_indices\n|end_header\n|outer loop\n|endloop\n|endsolid\n|"
+    "format binary_little_endian 1.0\n|\\\n|#";
+
 std::string text_of(Bytes& bytes) {
-  static constexpr const char* kWords[] = {"v ",
-                                           "vt ",
-                                           "f ",
-                                           "\n",
-                                           "1 ",
-                                           "2 ",
-                                           "3 ",
-                                           "0 ",
-                                           "-1 ",
-                                           "0.5 ",
-                                           "1/1 ",
-                                           "2/2 ",
-                                           "3/3 ",
-                                           "/",
-                                           "1e39 ",
-                                           "nan ",
-                                           "OFF\n",
-                                           "STOFF\n",
-                                           "3 1 0\n",
-                                           "ply\n",
-                                           "solid ",
-                                           "vertex ",
-                                           "list ",
-                                           "format ascii 1.0\n",
-                                           "element ",
-                                           "face ",
-                                           "property ",
-                                           "float ",
-                                           "uchar ",
-                                           "int ",
-                                           "x\n",
-                                           "y\n",
-                                           "z\n",
-                                           "texcoord\n",
-                                           "vertex_indices\n",
-                                           "end_header\n",
-                                           "outer loop\n",
-                                           "endloop\n",
-                                           "endsolid\n",
-                                           "format binary_little_endian 1.0\n",
-                                           "\\\n",
-                                           "#"};
+  std::vector<std::string> words;
+  std::istringstream all(kWords);
+  for (std::string word; std::getline(all, word, '|');) words.push_back(word);
   std::string text;
   while (!bytes.empty()) {
     const auto choice = bytes.byte();
-    if (choice < std::size(kWords)) {
-      text += kWords[choice];
+    if (choice < words.size()) {
+      text += words[choice];
     } else {
       text += static_cast<char>(choice == 255 ? bytes.byte() : choice);
     }

@@ -10,17 +10,10 @@ namespace flipfree::fuzz {
 
 // find_defects() says the same as a slow judge of meshes.
 void fuzz_validate(Bytes bytes);
-// cut_along, split_into_charts, planar_cut, make_islands: charts are connected, planar and open,
-// and every face and edge is where it was.
-void fuzz_cut(Bytes bytes);
 // embed_disk_refined: every face positive in 64 and 32 bits, the boundary where it was wanted.
 void fuzz_embed(Bytes bytes);
-// Symmetric flips: invariants hold, doing and undoing gives lengths and mesh back.
-void fuzz_flips(Bytes bytes);
 // compute_conformal_metric: angles are reached and the triangulation is Delaunay.
 void fuzz_metric(Bytes bytes);
-// find_self_overlap says the same as the plain dynamic programme, and its triangles are a disk.
-void fuzz_self_overlap(Bytes bytes);
 // match: pins bit for bit on a certified map.
 void fuzz_pins(Bytes bytes);
 // unwrap: certified, without overlaps where that was asked for.
