@@ -4,7 +4,7 @@
     random_aligned.py [--calls 1000] [--seed 0] [--jobs 2] [--slack 2.0] [--report FILE.json]
     random_aligned.py --repeat SEED
 
-The closed surfaces of random_seamless.py and the open ones of random_bordered.py, along the smoothest field or one that follows
+The surfaces of random_seamless.py, along the smoothest field or one that follows
 curvature, with cones merged or not, sizes or none, by all engines, with aligned and with free boundaries. A map that comes back
 has no flip, no seam edge that is not exact and, where the boundary is aligned, no edge of it that is off its axis, in 64 and in
 32 bits (tests/judges/seams.py). Its inner cones are the field's, and the corners of every curve of its boundary turn together as
@@ -16,23 +16,19 @@ from __future__ import annotations
 
 import sys
 from collections import defaultdict
-from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
-from random_bordered import opened, polygon, sheet, tube
 from random_calls import timed_call
 from random_maps import main_of, outcome_of, work_through
-from random_seamless import check_subdivision, degenerated
-from random_seamless import surface as closed_surface
+from random_seamless import Case, closed, judged_maps, opened, polygon, random_surface, sheet, tube
 
 import flipfree as ff
 
 from judges import fields, holonomy
 from judges.disjoint_sets import DisjointSets
-from judges.seams import SeamCount, seam_count
-from random_meshes import Mesh
+from judges.seams import SeamCount
 from verdict import Finding, check_error
 
 NAME = "field_aligned"
@@ -40,36 +36,10 @@ LOOPS = 6
 Random = np.random.Generator
 
 
-@dataclass
-class Case:
-    mesh: Mesh
-    sound: bool  # no triangle is nearly degenerate
-    boundary: str
-
-
-def closed(random: Random) -> tuple[Any, Any]:
-    vertices, faces, _, _ = closed_surface(random)
-    return np.array(vertices, float), np.asarray(faces)
-
-
 def random_case(random: Random) -> Case:
     parts = 1 if random.random() < 0.8 else int(random.integers(2, 4))
     boundary = str(random.choice(["aligned", "free"], p=[0.8, 0.2]))
-    vertices, faces, what, sound, start = [], [], [], True, 0
-    for _ in range(parts):
-        shape = [sheet, polygon, opened, tube, closed][random.integers(5)]
-        v, f = shape(random)
-        what.append(shape.__name__)
-        sound = degenerated(v, f, random, what) and sound
-        vertices.append(v * (1.0 if parts == 1 else 10.0 ** random.uniform(-3, 3)))
-        faces.append(f + start)
-        start += len(v)
-    points = np.concatenate(vertices)
-    if random.random() < 0.2:
-        points *= 10.0 ** random.uniform(-30, 30)
-        what.append("another unit")
-    what.append(boundary)
-    return Case(Mesh(points, np.concatenate(faces).astype(np.int32), what), sound, boundary)
+    return random_surface((sheet, polygon, opened, tube, closed), parts, boundary, random)
 
 
 def random_options(case: Case, random: Random) -> dict[str, Any]:
@@ -205,24 +175,8 @@ def check_map(
     options: dict[str, Any],
     random: Random,
 ) -> None:
-    if not map.certificate.ok:
-        raise Finding(f"a map came back that failed: {map.certificate.failures}")
-    check_subdivision(map, case.mesh)
-    exact = options.get("exact", True)
-    for bits, uv in ((64, map.uv64), (32, map.uv32())):
-        judged = seam_count(map.faces, uv)
-        if judged.flipped:
-            raise Finding(f"{judged.flipped} flips in {bits} bits")
-        if not exact:
-            continue
-        if judged.exact < judged.edges or judged.torn:
-            raise Finding(
-                f"{judged.edges - judged.exact} of {judged.edges} seam edges wrong in {bits} bits, {judged.torn} torn"
-            )
-        if case.boundary == "aligned" and judged.slanted:
-            raise Finding(
-                f"{judged.slanted} edges of the boundary are off their axis in {bits} bits"
-            )
+    exact, aligned = options.get("exact", True), case.boundary == "aligned"
+    for bits, judged in judged_maps(map, case.mesh, exact=exact, aligned=aligned):
         check_cones(judged, case, field, bits)
     if exact:
         check_turns(map, case, field, random)

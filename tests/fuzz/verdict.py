@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -10,20 +9,12 @@ import numpy as np
 import flipfree as ff
 
 from judges.any_triangles import judge_any
+from judges.exact import flips
 from random_meshes import Mesh
 
 
 class Finding(Exception):
     """A promise that was broken, in words."""
-
-
-def _flips(uv: np.ndarray) -> int:
-    """Triangles without positive area, in rational numbers."""
-    count = 0
-    for a, b, c in uv:
-        ax, ay, bx, by, cx, cy = (Fraction(float(x)) for x in (*a, *b, *c))
-        count += (bx - ax) * (cy - ay) <= (cx - ax) * (by - ay)
-    return count
 
 
 def _check_certificate(certificate: ff.Certificate) -> None:
@@ -46,7 +37,7 @@ def _check_map(result: ff.Parametrization, arguments: dict[str, Any]) -> None:
             # Windings may contradict each other, and some faces may have no triangle.
             wrong = judge_any(result.faces, uv, disjoint=False)
         else:
-            wrong = [f"{_flips(uv)} flips"] if _flips(uv) else []
+            wrong = [f"{count} flips"] if (count := flips(uv)) else []
         if wrong:
             raise Finding(f"{name} has {wrong}")
     if not np.array_equal(result.uv.astype(np.float32), result.uv32()):
