@@ -1,41 +1,36 @@
-"""Automatic seams on the shared models beside Smart UV Project and xatlas: islands, seams, distortion, seconds.
+"""Automatic seams: 49 models beside Smart UV Project and xatlas, each by itself, and large ones.
 
-    PYTHONPATH=build/python:XATLAS python3 benchmarks/auto_seams.py [--blender build/blender-5.2/blender] [--stretch S ...]
-        [NAME ...]
+    auto_seams.py peers [--blender PROGRAM] [--stretch 1.25]    a row per method
+    auto_seams.py models [--stretch 1.25]                       a row per model
+    auto_seams.py large                                         models subdivided (Loop 1987), from mesh to packed islands
 
-XATLAS: a folder with xatlas from PyPI; left out if it is not there. Needs the shared data folder (FLIPFREE_DATA). Seam length: of
-the edges whose sides differ, each once, over the square root of the surface's area. Energy: mean at the map's best scale, and the
-worst island at its own. 99 %: the longest singular value and the area ratio that a hundredth of the area is above, either way,
-at the map's best scale; for the worst island at its own, the larger of both. Exit status 1 if one of ours is not certified, or an
-island of it above its bounds.
+Models: the shared data folder's seams/. xatlas is left out where it cannot be imported. Seam: length of the edges whose sides differ,
+each once, over the square root of the surface's area. Energy: mean at the map's best scale, the worst island at its own. 99 %: the
+longest singular value and the area ratio that a hundredth of the area is above, either way, at the map's best scale; for the worst
+island at its own, the larger of both. Exit status 1 if one of ours is not certified, or an island of it above its bounds.
 """
 
 from __future__ import annotations
 
 import argparse
-import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from runner import Options, Row, data, in_blender, main, numbers, table, timed
 
 import flipfree as ff
 
-from cost import timed
-from mesh_files import data_folder, read_mesh
+from mesh_files import read_mesh
 
 Array = npt.NDArray[np.float64]
-WORKER = Path(__file__).resolve().parent / "blender_smart_worker.py"
-
-
-def most_ratio(stretch: float) -> float:
-    """The factor by which all but a hundredth of an island may change in length or area (stretch_bound in the solver)."""
-    return 1.0 + 3.0 * (stretch - 1.0)
+Model = tuple[str, Array, Any]
+LARGE = "bunny:0 bunny:1 bunny:2 horse_f10000:2 bunny:3 face_f10000:3 cat_noUV:3 kingkong_f20000:3"
 
 
 @dataclass
@@ -51,6 +46,11 @@ class Figures:
     fill: float
     valid: bool
     seconds: float
+
+    def cells(self) -> list[Any]:
+        ratios = [f"{x:.2f}" for x in (self.length99, self.area99, self.worst99, self.fill)]
+        energies = f"{self.energy:.4f}", f"{self.worst:.4f}"
+        return [self.faces, self.islands, f"{self.seam:.2f}", *energies, *ratios, self.valid]
 
 
 def singular_values(vertices: Array, faces: Any, uv: Array) -> tuple[Array, Array]:
@@ -128,7 +128,6 @@ def judge(vertices: Array, faces: Any, uv: Any, seconds: float) -> Figures:
         energy, scale = energy_at_best_scale(s, area)
         parts = [(s[island == i], area[island == i]) for i in np.unique(island)]
         own = [energy_at_best_scale(*part) for part in parts]
-        worst = max(energy for energy, _ in own)
         length99, area99 = ratios99(s * scale, area)
         worst99 = max(
             max(ratios99(part * unit, size))
@@ -140,7 +139,7 @@ def judge(vertices: Array, faces: Any, uv: Any, seconds: float) -> Figures:
         len(np.unique(island)),
         float(np.linalg.norm(np.subtract(*vertices[seams.T]), axis=1).sum() / np.sqrt(area.sum())),
         energy,
-        worst,
+        max(energy for energy, _ in own),
         length99,
         area99,
         worst99,
@@ -150,19 +149,24 @@ def judge(vertices: Array, faces: Any, uv: Any, seconds: float) -> Figures:
     )
 
 
-def ours(vertices: Array, faces: Any, stretch: float) -> Figures:
+def ours(model: Model, stretch: float, options: Options) -> Figures:
+    name, vertices, faces = model
     with timed() as cost:
         result = ff.unwrap(vertices, faces, seams="auto", stretch=stretch)
-    return judge(vertices, faces, result.uv32(), cost.cpu)
+    found = judge(vertices, faces, result.uv32(), cost.cpu)
+    # The solver's stretch_bound: the mean energy, and what all but a hundredth of an island may change by.
+    above = found.worst > 0.5 * (stretch + 1.0 / stretch) + 1e-5
+    if not found.valid or above or found.worst99 > 1.0 + 3.0 * (stretch - 1.0) + 1e-4:
+        options.fail(f"{name}, stretch {stretch:g}: {found}")
+    return found
 
 
-def xatlas(vertices: Array, faces: Any) -> Figures | None:
-    """None if it is not installed. Its maps are in pixels."""
-    try:
-        import xatlas as peer
-    except ImportError:
-        return None
-    atlas = peer.Atlas()
+def by_xatlas(model: Model) -> Figures:
+    """Its maps are in pixels."""
+    import xatlas
+
+    _, vertices, faces = model
+    atlas = xatlas.Atlas()
     atlas.add_mesh(vertices.astype(np.float32), faces.astype(np.uint32))
     with timed() as cost:
         atlas.generate()
@@ -171,87 +175,127 @@ def xatlas(vertices: Array, faces: Any) -> Figures | None:
     return judge(vertices, faces, pixels[corners.reshape(-1, 3)], cost.cpu)
 
 
-def smart(program: str, models: dict[str, tuple[Array, Any]]) -> dict[str, Figures]:
-    """Smart UV Project on all models, in one Blender."""
-    found = {}
+def by_smart_project(program: str, models: list[Model]) -> Iterator[Figures]:
+    """All models in one Blender."""
     with tempfile.TemporaryDirectory() as folder:
-        for name, (vertices, faces) in models.items():
+        for name, vertices, faces in models:
             np.savez(Path(folder) / f"{name}.npz", vertices=vertices, faces=faces)
-        command = [program, "-b", "--factory-startup", "--python-exit-code", "1", "--python"]
-        subprocess.run([*command, str(WORKER), "--", folder], check=True, capture_output=True)
-        for name, (vertices, faces) in models.items():
-            data = np.load(Path(folder) / f"{name}.smart.npz")
-            found[name] = judge(vertices, faces, data["uv"], float(data["seconds"][1]))
-    return found
+        in_blender(program, "smart", folder)
+        for name, vertices, faces in models:
+            found = np.load(Path(folder) / f"{name}.smart.npz")
+            yield judge(vertices, faces, found["uv"], float(found["seconds"][1]))
 
 
-def row(f: Figures) -> str:
-    return (
-        f"{f.islands} | {f.seam:.2f} | {f.energy:.4f} | {f.worst:.4f} | {f.length99:.2f} | {f.area99:.2f} | {f.worst99:.2f} | "
-        f"{f.fill:.2f} | {'yes' if f.valid else 'no'} | {f.seconds:.2f}"
-    )
+def chosen(options: Options) -> list[Model]:
+    paths = options.cases(sorted((data() / "seams").glob("*.obj")))
+    meshes = [(path.stem, read_mesh(path)) for path in paths]
+    return [(name, mesh.vertices, mesh.faces) for name, mesh in meshes]
 
 
-def summary(name: str, all_of: Iterable[Figures]) -> str:
-    figures = list(all_of)
-
-    def median(key: str) -> float:
-        return float(np.median([getattr(f, key) for f in figures]))
+def summary(name: str, figures: list[Figures]) -> Row:
+    def median(key: str, digits: int = 2) -> str:
+        return f"{np.median([getattr(f, key) for f in figures]):.{digits}f}"
 
     islands, seams = [f.islands for f in figures], [f.seam for f in figures]
     per_10k = 1e4 * sum(f.seconds for f in figures) / sum(f.faces for f in figures)
-    return (
-        f"| {name} | {np.median(islands):g} / {np.mean(islands):.1f} / {max(islands)} | {np.median(seams):.2f} / "
-        f"{np.mean(seams):.2f} / {max(seams):.2f} | {median('energy'):.4f} / {max(f.energy for f in figures):.4f} | "
-        f"{max(f.worst for f in figures):.4f} | {median('length99'):.2f} | {median('area99'):.2f} | {max(f.worst99 for f in figures):.2f} | {median('fill'):.2f} | "
-        f"{sum(f.valid for f in figures)} of {len(figures)} | {median('seconds'):.2f} / {per_10k:.2f} |"
-    )
+    yield name
+    yield f"{np.median(islands):g} / {np.mean(islands):.1f} / {max(islands)}"
+    yield f"{np.median(seams):.2f} / {np.mean(seams):.2f} / {max(seams):.2f}"
+    yield f"{median('energy', 4)} / {max(f.energy for f in figures):.4f}"
+    yield f"{max(f.worst for f in figures):.4f}"
+    yield median("length99")
+    yield median("area99")
+    yield f"{max(f.worst99 for f in figures):.2f}"
+    yield median("fill")
+    yield f"{sum(f.valid for f in figures)} of {len(figures)}"
+    yield f"{median('seconds')} / {per_10k:.2f}"
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("names", nargs="*")
-    parser.add_argument("--blender")
-    parser.add_argument("--stretch", type=float, nargs="+", default=[1.25])
-    arguments = parser.parse_args()
-    folder = data_folder()
-    if folder is None:
-        sys.exit("The shared data folder is not here (FLIPFREE_DATA).")
-    models = {}
-    for path in sorted((folder / "seams").glob("*.obj")):
-        if not arguments.names or path.stem in arguments.names:
-            mesh = read_mesh(path)
-            models[path.stem] = mesh.vertices, mesh.faces
-    found: dict[str, dict[str, Figures]] = {}
-    wrong = 0
-    print(
-        "| model | triangles | islands | seam | energy | worst island | 99 % length | 99 % area | 99 % worst island | fill | valid | CPU s |"
+@table(
+    "method | islands: median / mean / most | seam: median / mean / most | energy: median / most"
+    " | worst island | 99 % length | 99 % area | 99 % worst island | fill | valid"
+    " | CPU s: median / per 10 000 triangles"
+)
+def peers(options: Options) -> Iterator[Row]:
+    found = chosen(options)
+    for stretch in numbers(options.stretch):
+        yield summary(f"ours, {stretch:g}", [ours(model, stretch, options) for model in found])
+    if options.blender:
+        yield summary("Smart UV Project", list(by_smart_project(options.blender, found)))
+    try:
+        import xatlas as _  # noqa: F401
+    except ImportError:
+        return
+    yield summary("xatlas", [by_xatlas(model) for model in found])
+
+
+COLUMNS = (
+    "model | triangles | islands | seam | energy | worst island | 99 % length | 99 % area"
+    " | 99 % worst island | fill | valid | CPU s"
+)
+
+
+@table(COLUMNS)
+def models(options: Options) -> Iterator[Row]:
+    for stretch in numbers(options.stretch):
+        for model in chosen(options):
+            found = ours(model, stretch, options)
+            yield model[0], *found.cells(), f"{found.seconds:.2f}"
+
+
+def subdivided(vertices: Array, faces: Any) -> tuple[Array, Any]:
+    """Loop's scheme once."""
+    count = len(vertices)
+    halfedges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    apexes = np.concatenate([faces[:, 2], faces[:, 0], faces[:, 1]])
+    ends = np.sort(halfedges, 1).astype(np.int64)
+    keys, place, sides = np.unique(
+        ends[:, 0] * count + ends[:, 1], return_inverse=True, return_counts=True
     )
-    print("|---|---|---|---|---|---|---|---|---|---|---|---|")
-    for stretch in arguments.stretch:
-        name = f"ours, {stretch:g}"
-        found[name] = {}
-        bound = 0.5 * (stretch + 1.0 / stretch)
-        for model, (vertices, faces) in models.items():
-            figures = ours(vertices, faces, stretch)
-            found[name][model] = figures
-            wrong += not figures.valid or figures.worst > bound + 1e-5
-            wrong += figures.worst99 > most_ratio(stretch) + 1e-4
-            print(f"| {model} | {figures.faces} | {row(figures)} |", flush=True)
-    if arguments.blender:
-        found["Smart UV Project"] = smart(arguments.blender, models)
-    peers = {model: xatlas(*arrays) for model, arrays in models.items()}
-    found["xatlas"] = {model: f for model, f in peers.items() if f is not None}
-    print(
-        "\n| method | islands: median / mean / most | seam: median / mean / most | energy: median / most | worst island | "
-        "99 % length | 99 % area | 99 % worst island | fill | valid | CPU s: median / per 10 000 |"
+    a, b = keys // count, keys % count
+    inner = sides == 2
+    across = np.zeros((len(keys), 3))
+    np.add.at(across, place, vertices[apexes])
+    middle = 0.5 * (vertices[a] + vertices[b])
+    middle[inner] = 0.75 * middle[inner] + 0.125 * across[inner]
+    valence = np.maximum(np.bincount(np.concatenate([a, b]), minlength=count), 1)
+    around = np.zeros((count, 3))
+    np.add.at(around, a, vertices[b])
+    np.add.at(around, b, vertices[a])
+    share = (0.625 - (0.375 + 0.25 * np.cos(2 * np.pi / valence)) ** 2) / valence
+    moved = (1 - valence * share)[:, None] * vertices + share[:, None] * around
+    along = np.zeros((count, 3))
+    np.add.at(along, a[~inner], vertices[b[~inner]])
+    np.add.at(along, b[~inner], vertices[a[~inner]])
+    border = np.unique(np.concatenate([a[~inner], b[~inner]]))
+    moved[border] = 0.75 * vertices[border] + 0.125 * along[border]
+    e = count + place.reshape(3, -1)
+    corners = (
+        (faces[:, 0], e[0], e[2]),
+        (faces[:, 1], e[1], e[0]),
+        (faces[:, 2], e[2], e[1]),
+        (e[0], e[1], e[2]),
     )
-    print("|---|---|---|---|---|---|---|---|---|---|---|")
-    for name, figures_of in found.items():
-        if figures_of:
-            print(summary(name, figures_of.values()))
-    return int(wrong > 0)
+    finer = np.concatenate([np.stack(c, 1) for c in corners]).astype(np.int32)
+    return np.concatenate([moved, middle]), finer
+
+
+@table(COLUMNS)
+def large(options: Options) -> Iterator[Row]:
+    for case in options.cases(LARGE.split()):
+        name, levels = case.split(":")
+        mesh = read_mesh(data() / "seams" / f"{name}.obj")
+        vertices, faces = mesh.vertices, mesh.faces
+        for _ in range(int(levels)):
+            vertices, faces = subdivided(vertices, faces)
+        found = ours((case, vertices, faces), 1.25, options)
+        yield f"{name}, {levels} times", *found.cells(), f"{found.seconds:.1f}"
+
+
+def more(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--blender", help="program")
+    parser.add_argument("--stretch", default="1.25", help="or several, by commas")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(__doc__, more))

@@ -1,9 +1,8 @@
 """A thousand models through one batch that is killed three times: are the results the same, and how many a second?
 
-    export PYTHONPATH=build/python:tests:tests/python:tests/fuzz:benchmarks
-    real_models.py fetch                    # Debian's packages, below build/corpora
-    batch_models.py make [--count 1000]     # models real, generated and broken, below build/batch/models
-    batch_models.py run [--jobs 2]          # a whole run; one that is killed at random moments and resumed; calls one by one
+    real_models.py fetch                  Debian's packages, below build/corpora
+    batch_models.py make [--count 1000]   models real, generated and broken, below build/batch/models
+    batch_models.py runs [--jobs 2]       a whole run; one that is killed at random moments and resumed; calls one by one
 
 Exit status 1 where results or maps differ, where a failure has no reason, or where a crash is among them.
 """
@@ -11,7 +10,6 @@ Exit status 1 where results or maps differ, where a failure has no reason, or wh
 from __future__ import annotations
 
 import argparse
-import collections
 import json
 import random
 import resource
@@ -20,11 +18,14 @@ import signal
 import subprocess
 import sys
 import time
+from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from model_files import SUFFIXES, read_model
+from model_files import NATIVE, SUFFIXES, read_model
+from runner import Options, Row, main, table
 
 import flipfree as ff
 from flipfree.batch.results import MEASURED
@@ -35,8 +36,6 @@ from mesh_files import ROOT
 BATCH = ROOT / "build" / "batch"
 MODELS = BATCH / "models"
 CORPORA = ROOT / "build" / "corpora" / "files"
-#: Formats that ff.read knows; models of others are written as one of these in turn.
-NATIVE = (".obj", ".ply", ".off", ".stl")
 MOST_FACES = 20_000
 ONE_BY_ONE = 60
 
@@ -107,7 +106,9 @@ def make_broken(folder: Path, count: int, sources: list[Path]) -> None:
         (folder / f"{i:04}{source.suffix}").write_bytes(data)
 
 
-def make(options: argparse.Namespace) -> None:
+@table("models | number")
+def make(options: Options) -> Iterator[Row]:
+    """Those of formats that ff.read does not know are written as one of its own in turn."""
     shutil.rmtree(MODELS, ignore_errors=True)
     for name in ("real", "generated", "broken"):
         (MODELS / name).mkdir(parents=True)
@@ -115,9 +116,9 @@ def make(options: argparse.Namespace) -> None:
     broken = options.count * 3 // 20
     make_generated(MODELS / "generated", options.count - real - broken)
     make_broken(MODELS / "broken", broken, sorted((MODELS / "generated").iterdir()))
-    print(
-        f"{real} real, {options.count - real - broken} generated, {broken} broken models in {MODELS}"
-    )
+    yield "real", real
+    yield "generated", options.count - real - broken
+    yield "broken", broken
 
 
 def batch(name: str, *more: str) -> list[str]:
@@ -169,94 +170,50 @@ def killed_run(jobs: str, whole: float) -> int:
     return kills
 
 
-def one_by_one(known: dict[str, dict[str, Any]]) -> tuple[int, float, float]:
-    """(models, seconds of the clock, of processors) of a call for each of some that are mapped."""
-    good = [path for path, line in sorted(known.items()) if line["status"] == "certified"]
-    chosen = random.Random(5).sample(good, min(ONE_BY_ONE, len(good)))
-    # Outputs of a list lie side by side, so that no two may have one name.
-    chosen = list({Path(path).stem: path for path in chosen}.values())
-    wall = used = 0.0
+def one_by_one(chosen: list[str]) -> float:
+    """Processor seconds of a call for each of some models."""
+    used = 0.0
     for i, path in enumerate(chosen):
-        target = BATCH / "single" / f"{i}.obj"
-        call = [
-            sys.executable,
-            "-m",
-            "flipfree",
-            "unwrap",
-            path,
-            str(target),
-            "--quiet",
-            "--threads",
-            "1",
-        ]
-        seconds = seconds_of(call)
-        wall, used = wall + seconds[0], used + seconds[1]
-    (BATCH / "chosen").write_text("\n".join(chosen) + "\n")
-    return len(chosen), wall, used
+        target = str(BATCH / "single" / f"{i}.obj")
+        call = [sys.executable, "-m", "flipfree", "unwrap", path, target, "--quiet"]
+        used += seconds_of([*call, "--threads", "1"])[1]
+    return used
 
 
-def run(options: argparse.Namespace) -> int:
+@table("models | number | certified | warned | refused | failed | processor s")
+def runs(options: Options) -> Iterator[Row]:
     for name in ("whole", "killed", "single", "again"):
         shutil.rmtree(BATCH / name, ignore_errors=True)
         (BATCH / f"{name}.jsonl").unlink(missing_ok=True)
-    jobs = str(options.jobs)
-    wall, used = seconds_of(batch("whole", "--jobs", jobs))
+    wall, used = seconds_of(batch("whole", "--jobs", str(options.jobs)))
     whole = steady("whole")
-    table(whole, wall, used, options.jobs)
-    kills = killed_run(jobs, wall)
-    same = whole == steady("killed")
-    same_maps = maps("whole") == maps("killed")
-    print(f"killed {kills} times: the same results {same}, the same maps {same_maps}")
-
-    count, single_wall, single_used = one_by_one(whole)
+    for kind in ("real", "generated", "broken", ""):
+        group = [line for path, line in whole.items() if f"/{kind}" in path]
+        counts = Counter(line["status"] for line in group)
+        figures = [counts[name] for name in ("certified", "warned", "refused", "failed")]
+        yield kind or "all", len(group), *figures, "" if kind else f"{used:.0f}"
+    kills = killed_run(str(options.jobs), wall)
+    if kills < 3 or whole != steady("killed") or maps("whole") != maps("killed"):
+        options.fail(f"killed {kills} times: other results or maps")
+    for line in whole.values():
+        unexplained = line["status"] in ("refused", "failed") and not line["message"]
+        if unexplained or line["reason"] in ("crash", "internal error"):
+            options.fail(json.dumps(line)[:400])
+    good = [path for path, line in sorted(whole.items()) if line["status"] == "certified"]
+    some = random.Random(5).sample(good, min(ONE_BY_ONE, len(good)))
+    # Outputs of a list lie side by side, so that no two may have one name.
+    some = list({Path(path).stem: path for path in some}.values())
+    (BATCH / "chosen").write_text("\n".join(some) + "\n")
+    yield "of the certified, a call each", len(some), *[""] * 4, f"{one_by_one(some):.1f}"
     again = batch("again", "--jobs", "1", "--threads", "1")
     again[again.index(str(MODELS))] = f"@{BATCH / 'chosen'}"
-    again_wall, again_used = seconds_of(again)
-    print(
-        f"{count} of them, processor seconds: {single_used:.1f} by a call each, {again_used:.1f} as a batch"
-    )
-    print(
-        f"{count} of them, seconds of the clock: {single_wall:.1f} by a call each, {again_wall:.1f} as a batch"
-    )
-    crashes = [line for line in whole.values() if line["reason"] in ("crash", "internal error")]
-    unexplained = [
-        line
-        for line in whole.values()
-        if line["status"] in ("refused", "failed") and not line["message"]
-    ]
-    for line in crashes + unexplained:
-        print(json.dumps(line)[:400])
-    return 0 if same and same_maps and kills == 3 and not crashes and not unexplained else 1
+    yield "the same as a batch, one job", len(some), *[""] * 4, f"{seconds_of(again)[1]:.1f}"
 
 
-def table(lines: dict[str, dict[str, Any]], wall: float, used: float, jobs: int) -> None:
-    kinds = ("real", "generated", "broken")
-    print("| models | number | certified | warned | refused | failed |\n|---|---|---|---|---|---|")
-    for kind in (*kinds, ""):
-        group = [line for path, line in lines.items() if f"/{kind}" in path]
-        counts = collections.Counter(line["status"] for line in group)
-        names = ("certified", "warned", "refused", "failed")
-        row = " | ".join(str(counts[name]) for name in names)
-        print(f"| {kind or 'all'} | {len(group)} | {row} |")
-    reasons = collections.Counter(line["reason"] for line in lines.values() if line["reason"])
-    print("reasons:", ", ".join(f"{reason} {n}" for reason, n in reasons.most_common()))
-    rate = len(lines) / used
-    print(
-        f"{wall:.0f} s of the clock with --jobs {jobs}, {used:.0f} processor seconds: {rate:.2f} models per core and second"
-    )
-
-
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("command", choices=["make", "run"])
-    parser.add_argument("--count", type=int, default=1000)
+def more(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--count", type=int, default=1000, help="of make")
     parser.add_argument("--jobs", type=int, default=2)
-    options = parser.parse_args()
-    if options.command == "make":
-        make(options)
-        return 0
-    return run(options)
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(main(__doc__, more))

@@ -1,12 +1,11 @@
 """How late every public call comes back when its time is over.
 
-    PYTHONPATH=build/python python3 benchmarks/deadlines.py [--limits 0.1 1 10] [--calls NAME ...] [--budget SECONDS]
+    deadlines.py calls [--only TEXT] [--limits 0.1,1,10] [--limit N]
 
-Every call of the package over a corpus - small, medium and degenerate generated meshes, and the surfaces of the shared
-data folder if there is one - with each limit. Prints a markdown table: cases, results, errors by kind, and per limit the
-latest return after its end, with the mesh. A case that ends early in every sense (a result or another error within the
-limit) counts as not late. Exit status 1 if a call raised anything but the package's own errors. On a loaded machine the
-lateness is that of the machine as well.
+Every call of the package over a corpus - small, medium and degenerate generated meshes, and the surfaces of the shared data
+folder if there is one - with each limit. Cases, results, errors by kind, and per limit the latest return after its end, with the
+mesh. A case that ends early in every sense (a result or another error within the limit) counts as not late. Exit status 1 if a
+call raised anything but the package's own errors. On a loaded machine the lateness is that of the machine as well.
 """
 
 from __future__ import annotations
@@ -23,6 +22,7 @@ import numpy as np
 import numpy.typing as npt
 from degenerate_meshes import degenerate_mesh
 from embedding_meshes import boundary_loop, corridors, fingers, stacked, tube, wavy_grid
+from runner import Options, Row, main, numbers, table
 
 import flipfree as ff
 
@@ -130,7 +130,7 @@ class Maps:
 Call = Callable[[Case, float], Any]
 
 
-def calls(maps: Maps) -> dict[str, tuple[Call, Callable[[Case], bool]]]:
+def public_calls(maps: Maps) -> dict[str, tuple[Call, Callable[[Case], bool]]]:
     """Name -> (call, whether it takes this mesh)."""
 
     def every(case: Case) -> bool:
@@ -223,56 +223,37 @@ def without_a_row() -> set[str]:
     """Public calls that take a limit of time, but are not measured here."""
     functions = {n: getattr(ff, n) for n in ff.__all__ if inspect.isfunction(getattr(ff, n))}
     limited = {n for n, f in functions.items() if "max_seconds" in inspect.signature(f).parameters}
-    return limited - {name.split(",")[0] for name in calls(Maps())}
+    return limited - {name.split(",")[0] for name in public_calls(Maps())}
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--limits", type=float, nargs="+", default=[0.1, 1.0, 10.0])
-    parser.add_argument("--calls", nargs="*", default=None)
-    parser.add_argument(
-        "--budget", type=float, default=None, help="stop beginning calls after so long"
-    )
-    options = parser.parse_args()
-    begin = time.monotonic()
-    foreign = 0
+@table("call | cases | results | time limit | other errors | latest return after its limit")
+def calls(options: Options) -> Iterator[Row]:
     meshes = list(corpus())
-    titles = " | ".join(f"latest after {limit:g} s" for limit in options.limits)
-    print(f"| call | cases | results | time limit | other errors | {titles} |")
-    print("|---" * (5 + len(options.limits)) + "|")
-    for name, (call, takes) in calls(Maps()).items():
-        if options.calls and not any(name.startswith(wanted) for wanted in options.calls):
-            continue
+    for name, (call, takes) in options.cases(public_calls(Maps()).items(), lambda item: item[0]):
         count: Counter[str] = Counter()
-        latest = {limit: (0.0, "-") for limit in options.limits}
-        for case in meshes:
-            if options.budget and time.monotonic() - begin > options.budget:
-                break
-            if not takes(case):
-                continue
-            for limit in options.limits:
+        latest: dict[float, tuple[float, str]] = {}
+        for case in filter(takes, meshes):
+            for limit in numbers(options.limits):
                 start = time.monotonic()
                 try:
                     call(case, limit)
                     kind = "result"
                 except ff.FlipfreeError as error:
-                    late = error.code == "time limit reached"
-                    kind = "limit" if late else "error"
+                    kind = "limit" if error.code == "time limit reached" else "error"
                 except Exception as error:
-                    kind = "foreign"
-                    foreign += 1
-                    print(f"{name}, {case[0]}: {error!r}", file=sys.stderr)
-                seconds = time.monotonic() - start
+                    kind = "error"
+                    options.fail(f"{name}, {case[0]}: {error!r}")
+                late = max(0.0, time.monotonic() - start - limit)
                 count[kind] += 1
-                latest[limit] = max(latest[limit], (seconds - limit, case[0]))
-        cells = " | ".join(f"{late:.2f} s ({where})" for late, where in latest.values())
-        print(
-            f"| {name} | {sum(count.values())} | {count['result']} | {count['limit']} |"
-            f" {count['error'] + count['foreign']} | {cells} |",
-            flush=True,
-        )
-    return int(foreign > 0)
+                latest[limit] = max(latest.get(limit, (0.0, "-")), (late, case[0]))
+        ends = [f"{limit:g} s: {late:.2f} s ({where})" for limit, (late, where) in latest.items()]
+        kinds = count["result"], count["limit"], count["error"]
+        yield name, count.total(), *kinds, ", ".join(ends)
+
+
+def more(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--limits", default="0.1,1,10", help="seconds")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(__doc__, more))

@@ -1,48 +1,49 @@
-"""Field-aligned seamless maps of the shared data folder's closed models, with given fields and with our own.
+"""Field-aligned seamless maps: along given and own fields, on open surfaces, random signatures, cuts, rerouting, sizes.
 
-    PYTHONPATH=build/python:tests python3 benchmarks/field_aligned.py [--only TEXT] [--own] [--random N] [--reach 1] [--halves]
-                                                                     [--open aligned] [--engine padding] [--cuts] [--seconds 120] [--markdown]
+    field_aligned.py given [--engine padding]     fields/ with its fields, the two cones on a torus that no map has among them
+    field_aligned.py own [--simplify]             closed models with their smoothest field (near cones merged)
+    field_aligned.py opened [--boundary free]     the models of general/ with a boundary, which the field follows if it is aligned
+    field_aligned.py random [--count 20] [--reach 1] [--halves]      signatures on each of six surfaces of genus 1 to 6
+    field_aligned.py cuts                         the cuts of the engine "padding" for fields/ (thesis table 6.1)
+    field_aligned.py rerouting                    what rerouting is for (thesis table 6.2)
+    field_aligned.py sizes [--ratio 4]            how near maps come to sizes that they are asked for
 
-Cases: fields/ with its fields, the two cones on a torus that no map has (torus_twosings) among them; `--open aligned` or `free`: the
-models of general/ with a boundary, which the field follows if it is aligned (`G6` is then the certificate's own); `--own`: the closed
-models of general/ and embedding/, and those of fields/, with the smoothest field, near cones merged with `--simplify`. `--random N`: N signatures on each of six surfaces of
-genus 1 to 6: cones of 2 to 8 quarter turns (of 2 and 6 with `--halves`) at random vertices, and loops that turn by up to `--reach`
-quarters more or less, at random, than needs the least rotation.
-`G6` is the second judge's: on a homology basis that nobody has seen, does the map turn as the field does (judges/)? Angles are between
-isolines and field, degrees, by area; `engine` before the alignment. CPU seconds are those of all threads.
-`--cuts`: no maps, but the cuts of the engine "padding" for all cases of genus 1 and more: how many of the loops of a homology basis
-turned otherwise than the field, by how many quarter turns together, and how many branches took the shortest detour (guided) or went
-around cones one by one (fallback), as in thesis table 6.1; `as it is`: vertices that the cut adds whose loops turn as they happen to
-(thesis 5), `length`: of the cut over that one's. A cut whose loops would not turn as the field does is an error; what the cuts are like
-else, tests judge.
-The exit status is 1 if a case is neither certified nor refused as Infeasible, or if the judge disagrees.
+`judged`: on a homology basis that nobody has seen, the map turns as the field does (tests/judges); of open surfaces the certificate's
+own. Angles are between isolines and field, degrees, by area; `engine` before the alignment. Random: cones of 2 to 8 quarter turns (2 and
+6 with --halves), loops that turn by up to --reach quarters more or less than needs the least rotation. cuts: how many loops turned
+otherwise than the field, by how many quarter turns together, and branches that took the shortest detour (guided) or went around cones
+one by one (fallback). rerouting: E_A is the mean of |J - T|^2 / 2 by area, E has 1e-3 times the symmetric Dirichlet energy besides.
+sizes: a length in the map grows by --ratio from one end of the model's longest axis to the other; `size` is the root of the mean
+square of log2 of the size reached over the one asked for. Exit status 1 if a case is neither certified and judged alike nor refused
+as Infeasible, or if rerouting makes a map worse.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
-import time
-from collections.abc import Iterator
-from itertools import chain
+from collections.abc import Iterable, Iterator
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from runner import Options, Row, data, main, table, timed
 
 import flipfree as ff
 from flipfree import _native
 from flipfree.arrays import as_indices, as_vertices
+from flipfree.conversions import parametrization_from
 from flipfree.fields.cross_fields import arrays_of
+from flipfree.job import Job, run
 
 from judges import fields, holonomy
-from judges.unfoldings import Unfolding, unfolding
-from mesh_files import data_folder, read_mesh
+from judges.unfoldings import unfolding
+from mesh_files import read_mesh
 
-COLUMNS = "case | F | cones | certified | G6 | engine angle | mean angle | 95 % | energy | added V | engine s | CPU s"
-
-CUT_COLUMNS = "case | genus | F | cones | loops | quarters off | rerouted | guided | fallback | added V | as it is | length | CPU s"
-
+Mesh = tuple[str, npt.NDArray[np.float64], npt.NDArray[np.int32]]
+Case = tuple[Mesh, ff.CrossField | None]  # None: the smoothest
 RANDOM_MODELS = (
     "fields/rocker-arm2500.obj",
     "fields/eight766.obj",
@@ -50,95 +51,73 @@ RANDOM_MODELS = (
     "fields/fertility_input.obj",
     "conformal/gtorus006.obj",
 )
-
 NO_SURFACES = ("nonmanifold_toy", "zeroarea_48")
+SMOOTHNESS = 1e-3
+WAYS = ("padding, rerouted", "padding, as it is", "penner")
 
-Mesh = tuple[str, npt.NDArray[np.float64], npt.NDArray[np.int32]]
 
-
-def given(folder: Path) -> Iterator[tuple[Mesh, ff.CrossField]]:
-    for path in sorted((folder / "fields").glob("*_kappa_hat.gz")):
+def with_fields() -> Iterator[Case]:
+    """Fields as vectors (.rawfield) have no matching."""
+    folder = data() / "fields"
+    for path in [*sorted(folder.glob("*_kappa_hat.gz")), *sorted(folder.glob("*.rawfield"))]:
         name = path.name.removesuffix("_kappa_hat.gz")
-        mesh = read_mesh(path.with_name(name + ".obj"))
+        models = path.with_name(name + ".obj"), path.with_suffix(".off"), folder / "torus.obj"
+        mesh = read_mesh(next(model for model in models if model.exists()))
         field = ff.CrossField.read(path, mesh.vertices, mesh.faces)
         yield (name, mesh.vertices, mesh.faces), field
-
-
-def given_raw(folder: Path) -> Iterator[tuple[Mesh, ff.CrossField]]:
-    """Fields without a matching; that of the torus with cones 3 and 5 has no map."""
-    for path in sorted((folder / "fields").glob("*.rawfield")):
-        own = path.with_suffix(".off")
-        mesh = read_mesh(own if own.exists() else path.with_name("torus.obj"))
-        field = ff.CrossField.read(path, mesh.vertices, mesh.faces)
-        yield (path.name, mesh.vertices, mesh.faces), field
-
-
-def closed(folder: Path) -> Iterator[Mesh]:
-    paths = [
-        *folder.glob("fields/*.obj"),
-        *folder.glob("general/*.o??"),
-        *folder.glob("embedding/*.obj"),
-    ]
-    for path in sorted(paths):
-        mesh = read_mesh(path)
-        if (holonomy.opposite_halfedges(mesh.faces) >= 0).all():
-            yield path.stem, mesh.vertices, mesh.faces
-
-
-def perforated_plate(holes: int) -> Unfolding:
-    """Cubes, three rows of them, with square holes in the middle one."""
-    cells = [(x, y, 0) for x in range(2 * holes + 1) for y in range(3) if y != 1 or x % 2 == 0]
-    return unfolding(cells, 4, 0)
-
-
-def genus_of(mesh: Mesh) -> int:
-    """Of a closed connected one; of several components less one each."""
-    _, vertices, faces = mesh
-    return 1 - (len(vertices) - len(faces) // 2) // 2
 
 
 def has_boundary(faces: npt.NDArray[np.int32]) -> bool:
     return bool((holonomy.opposite_halfedges(faces) < 0).any())
 
 
-def opened(folder: Path) -> Iterator[Mesh]:
-    for path in sorted(folder.glob("general/*.o??")):
+def models(*patterns: str, open_ones: bool = False) -> Iterator[Mesh]:
+    for path in sorted(path for pattern in patterns for path in data().glob(pattern)):
         mesh = read_mesh(path)
-        if has_boundary(mesh.faces) and path.stem not in NO_SURFACES:
+        if has_boundary(mesh.faces) == open_ones and path.stem not in NO_SURFACES:
             yield path.stem, mesh.vertices, mesh.faces
 
 
+def closed() -> Iterator[Mesh]:
+    return models("fields/*.obj", "general/*.o??", "embedding/*.obj")
+
+
+def genus_of(mesh: Mesh) -> int:
+    """Of a closed connected one; of several components less one each."""
+    return 1 - (len(mesh[1]) - len(mesh[2]) // 2) // 2
+
+
 def random_signature(
-    mesh: Mesh, random: np.random.Generator, reach: int, halves: bool
+    mesh: Mesh, chance: np.random.Generator, reach: int, halves: bool
 ) -> ff.Signature:
     _, vertices, faces = mesh
     euler = len(vertices) - len(faces) // 2
     choice = [2, 6] if halves else [2, 3, 3, 3, 5, 5, 5, 6, 8]
-    quarters = [int(k) for k in random.choice(choice, int(random.integers(2, 13)))]
+    quarters = [int(k) for k in chance.choice(choice, int(chance.integers(2, 13)))]
     missing = 4 * euler - sum(4 - k for k in quarters)
     step = 2 if halves else 1
     quarters += [4 - step if missing > 0 else 4 + step] * (abs(missing) // step)
-    places = random.permutation(len(vertices))
+    places = chance.permutation(len(vertices))
     cones = {int(v): k for v, k in zip(places, quarters, strict=False)}
     near = ff.cross_field(vertices, faces, signature=ff.Signature(cones, []))
     loops = [
-        (strip, turns + int(random.integers(-reach, reach + 1)))
+        (strip, turns + int(chance.integers(-reach, reach + 1)))
         for strip, turns in ff.signature(vertices, faces, near).loops
     ]
     return ff.Signature(cones, loops)
 
 
-def at_random(
-    folder: Path, count: int, reach: int, halves: bool, only: str
-) -> Iterator[tuple[Mesh, ff.CrossField]]:
-    meshes = [(Path(name).stem, read_mesh(folder / name)) for name in RANDOM_MODELS]
-    for name, mesh in [*meshes, ("plate of genus 5", perforated_plate(5))]:
-        for seed in range(count):
+def with_random_fields(options: Options) -> Iterator[Case]:
+    meshes = [(Path(name).stem, read_mesh(data() / name)) for name in RANDOM_MODELS]
+    # Cubes, three rows of them, with square holes in the middle one.
+    cells = [(x, y, 0) for x in range(11) for y in range(3) if y != 1 or x % 2 == 0]
+    for name, mesh in [*meshes, ("plate of genus 5", unfolding(cells, 4, 0))]:
+        for seed in range(options.count):
             case = (f"{name} #{seed}", mesh.vertices, mesh.faces)
-            if only not in case[0]:
-                continue
-            signature = random_signature(case, np.random.default_rng(seed), reach, halves)
-            yield case, ff.cross_field(mesh.vertices, mesh.faces, signature=signature)
+            if options.only in case[0]:
+                chance = np.random.default_rng(seed)
+                signature = random_signature(case, chance, options.reach, options.halves)
+                yield case, ff.cross_field(mesh.vertices, mesh.faces, signature=signature)
 
 
 def agrees(mesh: Mesh, field: ff.CrossField, map: ff.Parametrization) -> bool:
@@ -152,6 +131,66 @@ def agrees(mesh: Mesh, field: ff.CrossField, map: ff.Parametrization) -> bool:
     return exact and judged.turns == wanted.turns
 
 
+COLUMNS = (
+    "case | F | cones | certified | judged | engine angle | mean angle | 95 % | energy | added V"
+    " | engine s | CPU s"
+)
+
+
+def rows(cases: Iterable[Case], options: Options, boundary: str = "aligned") -> Iterator[Row]:
+    for mesh, given_field in options.cases(cases, lambda case: case[0][0]):
+        name, vertices, faces = mesh
+        try:
+            field = given_field or ff.cross_field(
+                vertices, faces, boundary=boundary == "aligned", simplify=options.simplify
+            )
+            count = len(ff.signature(vertices, faces, field).cones)
+            with timed() as cost:
+                map = ff.field_aligned(
+                    vertices,
+                    faces,
+                    field=field,
+                    boundary=boundary,
+                    engine=options.engine,
+                    max_seconds=options.seconds,
+                )
+        except ff.FlipfreeError as error:
+            if not isinstance(error, ff.Infeasible):
+                options.fail(f"{name}: {error}")
+            yield name, len(faces), "", f"refused: {error.code}", *[""] * 8
+            continue
+        s, c = map.stats, map.certificate
+        same = c.holonomy_failures == 0 if has_boundary(faces) else agrees(mesh, field, map)
+        if not (c.ok and same):
+            options.fail(f"{name}: certified {c.ok}, judged {same}")
+        angles = [np.degrees(s[key]) for key in ("angle_mean_engine", "angle_mean", "angle_p95")]
+        parts = ("seconds_cut", "seconds_conformal", "seconds_newton", "seconds_map")
+        spent = f"{sum(s.get(part, 0.0) for part in parts):.2f}", f"{cost.cpu:.2f}"
+        figures = *[f"{angle:.2f}" for angle in angles], c.energy, s["added_vertices"]
+        yield name, len(faces), count, c.ok, same, *figures, *spent
+
+
+@table(COLUMNS)
+def given(options: Options) -> Iterator[Row]:
+    yield from rows(with_fields(), options)
+
+
+@table(COLUMNS)
+def own(options: Options) -> Iterator[Row]:
+    yield from rows(((mesh, None) for mesh in closed()), options)
+
+
+@table(COLUMNS)
+def opened(options: Options) -> Iterator[Row]:
+    found = models("general/*.o??", open_ones=True)
+    yield from rows(((mesh, None) for mesh in found), options, options.boundary)
+
+
+@table(COLUMNS)
+def random(options: Options) -> Iterator[Row]:
+    yield from rows(with_random_fields(options), options)
+
+
 def drawn_cut(mesh: Mesh, field: ff.CrossField, reroute: bool) -> tuple[dict[str, int], float]:
     """What was done to padding's cut, and how long it is."""
     _, vertices, faces = mesh
@@ -162,109 +201,102 @@ def drawn_cut(mesh: Mesh, field: ff.CrossField, reroute: bool) -> tuple[dict[str
     return stats, sum(np.linalg.norm(np.diff(line, axis=0), axis=1).sum() for line in lines)
 
 
-def cut_row(mesh: Mesh, field: ff.CrossField) -> tuple[str, bool]:
-    name, vertices, faces = mesh
-    start = time.process_time()
-    try:
-        s, length = drawn_cut(mesh, field, True)
-    except ff.FlipfreeError as error:
-        refused = isinstance(error, ff.Infeasible)
-        return f"| {name} | {genus_of(mesh)} | {len(faces)} | {error.code}: {error} |", refused
-    cpu = time.process_time() - start
-    bare, bare_length = drawn_cut(mesh, field, False)
-    count = len(ff.signature(vertices, faces, field).cones)
-    rerouted = s["guided"] + s["fallback"]
-    return (
-        f"| {name} | {genus_of(mesh)} | {len(faces)} | {count} | {s['loops']} | {s['quarters']} | {rerouted} | "
-        f"{s['guided']} | {s['fallback']} | {s['added_vertices']} | {bare['added_vertices']} | "
-        f"{length / bare_length:.2f} | {cpu:.2f} |",
-        True,
-    )
+@table(
+    "case | genus | F | loops | quarters off | guided | fallback | added V | added V as it is"
+    " | length over that as it is | CPU s"
+)
+def cuts(options: Options) -> Iterator[Row]:
+    for mesh, field in options.cases(with_fields(), lambda case: case[0][0]):
+        if genus_of(mesh) < 1:
+            continue
+        with timed() as cost:
+            try:
+                s, length = drawn_cut(mesh, field, True)
+            except ff.FlipfreeError as error:
+                if not isinstance(error, ff.Infeasible):
+                    options.fail(f"{mesh[0]}: {error}")
+                continue
+        bare, bare_length = drawn_cut(mesh, field, False)
+        done = s["loops"], s["quarters"], s["guided"], s["fallback"], s["added_vertices"]
+        ratio = f"{length / bare_length:.2f}", f"{cost.cpu:.2f}"
+        yield mesh[0], genus_of(mesh), len(mesh[2]), *done, bare["added_vertices"], *ratio
 
 
-def row(
-    mesh: Mesh, field: ff.CrossField, boundary: str, engine: str, seconds: float
-) -> tuple[str, bool]:
-    name, vertices, faces = mesh
-    count = len(ff.signature(vertices, faces, field).cones)
-    start = time.process_time()
-    try:
-        map = ff.field_aligned(
-            vertices, faces, field=field, boundary=boundary, engine=engine, max_seconds=seconds
-        )
-    except ff.FlipfreeError as error:
-        refused = isinstance(error, ff.Infeasible)
-        return f"| {name} | {len(faces)} | {count} | {error.code}: {error} |", refused
-    cpu = time.process_time() - start
-    s, c = map.stats, map.certificate
-    same = c.holonomy_failures == 0 if has_boundary(faces) else agrees(mesh, field, map)
-    degrees = [np.degrees(s[key]) for key in ("angle_mean_engine", "angle_mean", "angle_p95")]
-    parts = ("seconds_cut", "seconds_conformal", "seconds_newton", "seconds_map")
-    spent = sum(s.get(part, 0.0) for part in parts)
-    figures = " | ".join(f"{d:.2f}" for d in degrees)
-    return (
-        f"| {name} | {len(faces)} | {count} | {'yes' if c.ok else 'no'} | {'yes' if same else 'NO'} | {figures} | "
-        f"{c.energy:.4g} | {s['added_vertices']} | {spent:.2f} | {cpu:.2f} |",
-        c.ok and same,
-    )
+def aligned(mesh: Mesh, field: ff.CrossField, way: str, seconds: float) -> ff.Parametrization:
+    _, vertices, faces = mesh
+    face_array = as_indices(faces, "faces", 3)
+    positions = as_vertices(vertices, face_array)
+    how = dict(engine=way.split(",")[0], reroute=way != WAYS[1], max_seconds=seconds)
+    arrays = arrays_of(field, face_array)
+    native = _native.field_aligned(positions.scaled, face_array, arrays, {}, how, 0)
+    return run(Job(native, partial(parametrization_from, positions=positions)))
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--only", default="", help="cases whose name contains this")
-    parser.add_argument("--own", action="store_true", help="our smoothest fields")
-    parser.add_argument("--simplify", action="store_true", help="our fields: merge near cones")
-    parser.add_argument("--open", choices=("aligned", "free"), help="open models")
-    parser.add_argument("--random", type=int, default=0, help="signatures per surface")
+@table("model | genus | rerouted | " + " | ".join(f"{way}: E | E_A | mean angle" for way in WAYS))
+def rerouting(options: Options) -> Iterator[Row]:
+    for mesh, field in options.cases(with_fields(), lambda case: case[0][0]):
+        if mesh[0].endswith(".rawfield"):
+            continue
+        cells: list[str] = []
+        total: list[float] = []
+        rerouted = 0
+        for way in WAYS:
+            map = aligned(mesh, field, way, options.seconds)
+            if way == WAYS[0]:
+                rerouted = map.stats["reroutings.guided"] + map.stats["reroutings.fallback"]
+            part = float(map.stats["alignment.energy"])
+            total.append(part + SMOOTHNESS * map.certificate.energy)
+            angle = np.degrees(map.stats["angle_mean"])
+            cells += [f"{total[-1]:.4f}", f"{part:.4f}", f"{angle:.1f}"]
+        if rerouted and total[0] >= total[1]:
+            options.fail(f"{mesh[0]}: no lower with rerouting")
+        yield mesh[0], genus_of(mesh), rerouted, *cells
+
+
+def spread(map: ff.Parametrization, wished: npt.NDArray[np.float64]) -> float:
+    """wished: per face of the map."""
+    a, b = map.uv64[:, 1] - map.uv64[:, 0], map.uv64[:, 2] - map.uv64[:, 0]
+    p = map.vertices[map.faces]
+    area = np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1)
+    reached = 0.5 * np.log2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / area)
+    off = reached - np.log2(wished)
+    return float(np.sqrt(np.average((off - np.average(off, weights=area)) ** 2, weights=area)))
+
+
+@table(
+    "model | F | size, field as it is | mean angle | cones | size, field for these sizes"
+    " | mean angle | cones | CPU s"
+)
+def sizes(options: Options) -> Iterator[Row]:
+    for name, vertices, faces in options.cases(models("fields/*.obj"), lambda mesh: mesh[0]):
+        axis = int(np.ptp(vertices, axis=0).argmax())
+        along = (vertices[:, axis] - vertices[:, axis].min()) / np.ptp(vertices[:, axis])
+        sizing = options.ratio**along
+        cells: list[Any] = []
+        with timed() as cost:
+            for known in (None, sizing):
+                try:
+                    field = ff.cross_field(vertices, faces, sizing=known)
+                    how = {"field": field, "sizing": sizing, "max_seconds": options.seconds}
+                    map = ff.field_aligned(vertices, faces, **how)
+                except ff.FlipfreeError as error:
+                    cells += [error.code, "", ""]
+                    continue
+                angle = np.degrees(map.stats["angle_mean"])
+                size = spread(map, sizing[faces[map.parent_face]].mean(axis=1))
+                cells += [f"{size:.3f}", f"{angle:.2f}", (field.stats or {})["cones"]]
+        yield name, len(faces), *cells, f"{cost.cpu:.2f}"
+
+
+def more(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--engine", choices=("auto", "penner", "padding"), default="auto")
+    parser.add_argument("--simplify", action="store_true", help="own fields: near cones merged")
+    parser.add_argument("--boundary", choices=("aligned", "free"), default="aligned")
+    parser.add_argument("--count", type=int, default=20, help="of random, per surface")
     parser.add_argument("--reach", type=int, default=1, help="of random turns, quarters")
     parser.add_argument("--halves", action="store_true", help="random cones of index +-1/2 only")
-    parser.add_argument("--engine", choices=("auto", "penner", "padding"), default="auto")
-    parser.add_argument("--cuts", action="store_true", help="padding's cuts alone")
-    parser.add_argument("--seconds", type=float, default=120.0, help="give a case up after so long")
-    parser.add_argument("--markdown", action="store_true")
-    arguments = parser.parse_args()
-    folder = data_folder()
-    if folder is None:
-        sys.exit("The shared data folder is not here (FLIPFREE_DATA).")
-    columns = CUT_COLUMNS if arguments.cuts else COLUMNS
-    print(f"| {columns} |")
-    if arguments.markdown:
-        print("|" + "---|" * (columns.count("|") + 1))
-    cases: Iterator[tuple[Mesh, ff.CrossField | None]]
-    if arguments.random > 0:
-        a = arguments
-        cases = iter(at_random(folder, a.random, a.reach, a.halves, a.only))
-    elif arguments.open:
-        cases = ((mesh, None) for mesh in opened(folder))
-    elif arguments.own:
-        cases = ((mesh, None) for mesh in closed(folder))
-    else:
-        cases = chain(given(folder), given_raw(folder))
-    good = total = 0
-    for mesh, field in cases:
-        if arguments.only not in mesh[0] or (arguments.cuts and genus_of(mesh) < 1):
-            continue
-        total += 1
-        try:
-            boundary = arguments.open or "aligned"
-            follows = boundary == "aligned"
-            own = field or ff.cross_field(
-                mesh[1], mesh[2], boundary=follows, simplify=arguments.simplify
-            )
-            if arguments.cuts:
-                text, fine = cut_row(mesh, own)
-            else:
-                text, fine = row(mesh, own, boundary, arguments.engine, arguments.seconds)
-        except ff.FlipfreeError as error:
-            text, fine = f"| {mesh[0]} | {len(mesh[2])} | - | no field: {error} |", False
-        good += fine
-        print(text, flush=True)
-    verdict = (
-        "turn as the field does" if arguments.cuts else "certified and judged alike, or refused"
-    )
-    print(f"{good} of {total} {verdict}")
-    return int(good < total)
+    parser.add_argument("--ratio", type=float, default=4.0, help="of sizes")
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(__doc__, more))

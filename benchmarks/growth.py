@@ -1,11 +1,11 @@
-"""How does the cost of every public call grow on shapes that are anything but round?
+"""How the cost of every public call grows on shapes that are anything but round.
 
-    PYTHONPATH=build/python:tests:benchmarks python3 benchmarks/growth.py [--faces 2000] [--only TEXT] [--limit 120]
+    growth.py calls [--faces 2000] [--only TEXT] [--seconds 120]
 
 Long ribbons, flat spirals, combs, stars, fans around one vertex, thousands of parts, and a bumpy sheet for comparison: CPU
-seconds of all threads at n, 2n and 4n faces, and the exponent between the first and the last (1: linear). Rows whose exponent
-is above 1.2 are marked. A call that ends in an error is timed as well; its code stands beside. Costs below 0.05 s at 4n are
-those of the call itself: no exponent. --limit bounds each call; a row whose call came close to it is not measured further.
+seconds at n, 2n and 4n faces, and the exponent between the first and the last (1: linear). Exit status 1 if one is above 1.2. A
+call that ends in an error is timed as well; its code stands beside. Costs below 0.05 s at 4n are those of the call itself: no
+exponent. A row whose call came close to --seconds is not measured further.
 """
 
 from __future__ import annotations
@@ -13,18 +13,18 @@ from __future__ import annotations
 import argparse
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from runner import Options, Row, main, table, timed
 
 import flipfree as ff
 
-from cost import timed
 from surfaces import Mesh, bumpy_grid, torus
 
-#: Above this the growth is marked, as is wanted of every call.
+#: The most that is wanted of any call.
 WANTED = 1.2
 #: CPU seconds at 4n below which nothing is said of growth.
 TOO_SHORT = 0.05
@@ -206,66 +206,42 @@ def angles(shape: Shape) -> npt.NDArray[np.float64]:
     return total
 
 
-def closed_calls() -> dict[str, tuple[Callable[[int], Any], Callable[..., Any]]]:
-    return {
-        "seamless": (rod, lambda s, **o: ff.seamless(s[0], s[1], {}, **o)),
-        "field_aligned": (rod, lambda s, **o: ff.field_aligned(s[0], s[1], **o)),
-        "unwrap": (rod, lambda s, **o: ff.unwrap(s[0], s[1], **o)),
-        "auto_seams": (rod, lambda s, **o: ff.auto_seams(s[0], s[1], **o)),
-    }
-
-
-def measure(call: Callable[..., Any], shape: Any, limit: float) -> tuple[float, str]:
-    """CPU seconds, and how it ended where it was in an error."""
-    end = ""
-    with timed() as cost:
-        try:
-            call(shape, max_seconds=limit)
-        except ff.FlipfreeError as error:
-            end = error.code
-    return cost.cpu, end
-
-
-def row(name: str, make: Callable[[int], Any], call: Callable[..., Any], args: Any) -> bool:
-    """Prints it. False if it grows faster than wanted."""
-    costs: list[float] = []
-    ends: list[str] = []
-    for factor in (1, 2, 4):
-        cpu, end = measure(call, make(factor * args.faces), args.limit)
-        costs.append(cpu)
-        ends.append(end)
-        if end == "time limit reached" or cpu > args.limit / 4:
-            break
-    growth = ""
-    if costs[-1] >= TOO_SHORT and len(costs) > 1:
-        exponent = math.log2(costs[-1] / costs[0]) / (len(costs) - 1)
-        growth = f"{exponent:.2f}" + ("  ABOVE" if exponent > WANTED else "")
-    elif costs[-1] >= TOO_SHORT:
-        growth = "too long"
-    shown = "".join(f"{cost:9.3f}" for cost in costs) + " " * (9 * (3 - len(costs)))
-    print(
-        f"{name:26s}{shown}  {growth:14s}{'; '.join(sorted(set(filter(None, ends))))}", flush=True
-    )
-    return "ABOVE" not in growth and growth != "too long"
-
-
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--faces", type=int, default=2000)
-    parser.add_argument("--only", default="", help="part of 'call, shape'")
-    parser.add_argument("--limit", type=float, default=120.0)
-    args = parser.parse_args()
-    n = args.faces
-    print(f"{'call, shape':26s}{n:9d}{2 * n:9d}{4 * n:9d}  growth")
-    rows = [
+@table("call, shape | n | 2 n | 4 n | exponent | ends")
+def calls(options: Options) -> Iterator[Row]:
+    cases: list[tuple[str, Callable[[int], Any], Callable[..., Any]]] = [
         (f"{name}, {shape}", make, call)
         for name, call in CALLS.items()
         for shape, make in SHAPES.items()
-    ] + [(f"{name}, rod", make, call) for name, (make, call) in closed_calls().items()]
-    good = [row(*one, args) for one in rows if args.only in one[0]]
-    print(f"{sum(good)} of {len(good)} rows grow as wanted")
-    return 0 if all(good) else 1
+    ]
+    for name in ("unwrap", "auto_seams", "field_aligned"):
+        cases.append((f"{name}, rod", rod, CALLS[name]))
+    cases.append(("seamless, rod", rod, lambda s, **o: ff.seamless(s[0], s[1], {}, **o)))
+    for name, make, call in options.cases(cases, lambda case: case[0]):
+        costs: list[float] = []
+        ends: set[str] = set()
+        for factor in (1, 2, 4):
+            shape = make(factor * options.faces)
+            with timed() as cost:
+                try:
+                    call(shape, max_seconds=options.seconds)
+                except ff.FlipfreeError as error:
+                    ends.add(error.code)
+            costs.append(cost.cpu)
+            if "time limit reached" in ends or cost.cpu > options.seconds / 4:
+                break
+        growth = ""
+        if costs[-1] >= TOO_SHORT:
+            exponent = math.log2(costs[-1] / costs[0]) / max(1, len(costs) - 1)
+            growth = f"{exponent:.2f}" if len(costs) > 1 else "too long"
+            if len(costs) == 1 or exponent > WANTED:
+                options.fail(f"{name}: {growth}")
+        cells = [f"{seconds:.3f}" for seconds in costs] + [""] * (3 - len(costs))
+        yield name, *cells, growth, "; ".join(sorted(ends))
+
+
+def more(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--faces", type=int, default=2000)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(__doc__, more))

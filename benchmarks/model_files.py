@@ -1,4 +1,4 @@
-"""Triangles of the files that games, simulators and libraries of parts ship: AC3D, VRML, Collada, MD3, 3DS, glTF, PMD.
+"""Triangles of the files that games, simulators and libraries of parts ship: AC3D, VRML, MD3, PMD.
 
 Only what a mesh is made of is read: positions and polygons, polygons fanned, all parts of a file in one mesh, as an artist
 who joins them has it; no transformations of parts. `ff.read` reads OBJ, PLY, OFF and STL.
@@ -6,14 +6,11 @@ who joins them has it; no transformations of parts. `ff.read` reads OBJ, PLY, OF
 
 from __future__ import annotations
 
-import base64
 import gzip
-import json
 import re
 import struct
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from xml.etree import ElementTree
 
 import numpy as np
 import numpy.typing as npt
@@ -93,40 +90,6 @@ def read_vrml(data: bytes) -> Mesh:
     return joined(parts)
 
 
-def read_collada(data: bytes) -> Mesh:
-    root = re.sub(rb'\sxmlns="[^"]*"', b"", data, count=1)
-    parts = []
-    for mesh in ElementTree.fromstring(root).iter("mesh"):
-        position = mesh.find("vertices/input[@semantic='POSITION']")
-        if position is None:
-            continue
-        name = position.get("source", "")[1:]
-        source = next((s for s in mesh.iter("source") if s.get("id") == name), None)
-        values = None if source is None else source.find("float_array")
-        if values is None:
-            continue
-        triangles = []
-        for kind in ("triangles", "polylist", "polygons"):
-            for group in mesh.iter(kind):
-                inputs = group.findall("input")
-                stride = 1 + max(int(i.get("offset", 0)) for i in inputs)
-                at = next(int(i.get("offset", 0)) for i in inputs if i.get("semantic") == "VERTEX")
-                rows = [
-                    [int(x) for x in (p.text or "").split()][at::stride] for p in group.iter("p")
-                ]
-                if kind == "polygons":
-                    triangles += fanned(rows)
-                    continue
-                corners = sum(rows, [])
-                counts = group.findtext("vcount", "").split() or ["3"] * (len(corners) // 3)
-                ends = np.cumsum([int(n) for n in counts])
-                triangles += fanned(
-                    corners[e - int(n) : e] for e, n in zip(ends, counts, strict=True)
-                )
-        parts.append(([float(x) for x in (values.text or "").split()], triangles))
-    return joined(parts)
-
-
 def read_md3(data: bytes) -> Mesh:
     if data[:4] != b"IDP3":
         raise Unreadable("no MD3 file")
@@ -139,71 +102,6 @@ def read_md3(data: bytes) -> Mesh:
         place = np.frombuffer(data, "<i2", 4 * vertices, at + to_vertices).reshape(-1, 4)[:, :3]
         parts.append((place / 64.0, np.frombuffer(data, "<i4", 3 * faces, at + to_faces)))
         at += to_end
-    return welded(joined(parts))
-
-
-def read_3ds(data: bytes) -> Mesh:
-    parts: list[tuple[npt.ArrayLike, npt.ArrayLike]] = []
-    vertices = np.zeros((0, 3))
-
-    def walk(at: int, end: int) -> None:
-        nonlocal vertices
-        while at + 6 <= end:
-            kind, size = struct.unpack_from("<HI", data, at)
-            size = max(6, size)
-            if kind in (0x4D4D, 0x3D3D, 0x4100):
-                walk(at + 6, at + size)
-            elif kind == 0x4000:
-                walk(data.index(b"\0", at + 6) + 1, at + size)
-            elif kind == 0x4110:
-                (count,) = struct.unpack_from("<H", data, at + 6)
-                vertices = np.frombuffer(data, "<f4", 3 * count, at + 8).reshape(-1, 3)
-            elif kind == 0x4120:
-                (count,) = struct.unpack_from("<H", data, at + 6)
-                faces = np.frombuffer(data, "<u2", 4 * count, at + 8).reshape(-1, 4)[:, :3]
-                parts.append((vertices, faces))
-            at += size
-
-    walk(0, len(data))
-    return joined(parts)
-
-
-def read_gltf(data: bytes, folder: Path) -> Mesh:
-    chunk = b""
-    if data[:4] == b"glTF":
-        (size,) = struct.unpack_from("<I", data, 12)
-        chunk = data[20 + size + 8 :]
-        data = data[20 : 20 + size]
-    scene = json.loads(data)
-    if not isinstance(scene.get("meshes"), list):
-        raise Unreadable("no glTF 2 with meshes")
-
-    def accessor(index: int) -> npt.NDArray[np.float64]:
-        own = scene["accessors"][index]
-        width = {"SCALAR": 1, "VEC3": 3}[own["type"]]
-        kind = {5121: "<u1", 5123: "<u2", 5125: "<u4", 5126: "<f4"}[own["componentType"]]
-        view = scene["bufferViews"][own["bufferView"]]
-        uri = scene["buffers"][view["buffer"]].get("uri")
-        if uri is None:
-            raw = chunk
-        elif uri.startswith("data:"):
-            raw = base64.b64decode(uri.split(",", 1)[1])
-        else:
-            raw = (folder / uri).read_bytes()
-        at = view.get("byteOffset", 0) + own.get("byteOffset", 0)
-        size = np.dtype(kind).itemsize * width
-        stride = view.get("byteStride", size)
-        rows = [raw[at + i * stride : at + i * stride + size] for i in range(own["count"])]
-        return np.frombuffer(b"".join(rows), kind).reshape(-1, width).astype(np.float64)
-
-    parts = []
-    for mesh in scene["meshes"]:
-        for part in mesh["primitives"]:
-            if part.get("mode", 4) != 4 or "POSITION" not in part["attributes"]:
-                continue
-            vertices = accessor(part["attributes"]["POSITION"])
-            faces = accessor(part["indices"]) if "indices" in part else np.arange(len(vertices))
-            parts.append((vertices, faces.astype(np.int64)))
     return welded(joined(parts))
 
 
@@ -223,34 +121,31 @@ def read_pmd(data: bytes) -> Mesh:
 READERS: dict[str, Callable[[bytes], Mesh]] = {
     ".ac": read_ac3d,
     ".wrl": read_vrml,
-    ".dae": read_collada,
     ".md3": read_md3,
-    ".3ds": read_3ds,
     ".pmd": read_pmd,
 }
-SUFFIXES = {*READERS, ".gltf", ".glb", ".obj", ".ply", ".off", ".stl"}
+NATIVE = (".obj", ".ply", ".off", ".stl")
+SUFFIXES = {*READERS, *NATIVE}
 
 
 def read_model(path: Path) -> Mesh:
     """Raises Unreadable for files that are broken, empty or of another kind than their name says."""
     suffix = path.suffix.lower()
     try:
-        if suffix in (".obj", ".ply", ".off", ".stl"):
+        if suffix in NATIVE:
             mesh = ff.read(path)
             return mesh.vertices, mesh.faces
         data = path.read_bytes()
         data = gzip.decompress(data) if data[:2] == b"\x1f\x8b" else data
-        if suffix in (".gltf", ".glb"):
-            return read_gltf(data, path.parent)
         return READERS[suffix](data)
-    except (ff.FlipfreeError, ArithmeticError, LookupError, ValueError, OSError) as error:
-        raise Unreadable(f"{type(error).__name__}: {error}") from error
     except (
-        struct.error,
-        ElementTree.ParseError,
-        StopIteration,
+        ff.FlipfreeError,
+        ArithmeticError,
+        LookupError,
+        OSError,
         RuntimeError,
-        TypeError,
-        AttributeError,  # numbers where a glTF should have objects
+        StopIteration,
+        ValueError,
+        struct.error,
     ) as error:
         raise Unreadable(f"{type(error).__name__}: {error}") from error

@@ -1,33 +1,36 @@
-"""Meshes that no one here made, by the thousand: is every face mapped, how long does it take, what does a slow judge say?
+"""Meshes that no one here made, and broken ones made at random: is every face mapped, what does a slow judge say, how long does it take?
 
-    export PYTHONPATH=build/python:tests:tests/python:benchmarks
-    real_models.py fetch                      # Debian's packages, unpacked below build/corpora (some 2 GB of downloads)
-    real_models.py run [--folder F] [--share 1] [--only TEXT] [--jobs 2] [--limit 30]
-    real_models.py run --above 2 [--stretch 1.25]      # the files whose energy was above, with automatic seams
-    real_models.py table                      # from the last run's build/corpora/outcomes.jsonl
+    real_models.py fetch                          Debian's packages, unpacked below build/corpora (some 2 GB of downloads)
+    real_models.py files [--share 1] [--jobs 2]   every file of these packages is one mesh, unwrapped on one thread
+    real_models.py seams --above 2                the files whose energy was above in the last run, with automatic seams
+    real_models.py generated [--meshes 10000] [--seed 0]      tests/python/broken_meshes.py
 
-Every file is one mesh, unwrapped with its own process' limit; one in `--judged` is judged by `judges.any_triangles`. Exit
-status 1 at a refusal other than of coordinates that are not finite, indices out of range and no faces, and at a crash, a face
-that is not mapped, a flip, a point covered twice.
+One file in ten, of up to 4000 faces, is judged by `judges.any_triangles`, which shares no code with ours, on the 64-bit and on the
+32-bit values; all of the generated ones are. Exit status 1 at a refusal other than of coordinates that are not finite, indices out of
+range and no faces, and at a crash, a face that is not mapped, a flip, a point covered twice, an energy above the bound of the seams.
 """
 
 from __future__ import annotations
 
 import argparse
-import collections
 import json
 import multiprocessing
 import statistics
 import subprocess
+import sys
 import time
 import zipfile
 import zlib
+from collections import defaultdict
+from collections.abc import Iterator
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from broken_meshes import broken_mesh
 from model_files import SUFFIXES, Unreadable, read_model
+from runner import Options, Row, main, table, timed
 
 import flipfree as ff
 
@@ -36,6 +39,7 @@ from mesh_files import ROOT
 
 CORPORA = ROOT / "build" / "corpora"
 OUTCOMES = CORPORA / "outcomes.jsonl"
+STRETCH = 1.25
 
 #: Package -> what is taken out of it, and out of archives inside it.
 PACKAGES = {
@@ -81,56 +85,56 @@ def fetch() -> None:
                 archive.unlink()
 
 
-def outcome(path: str, limit: float, judged: bool, options: dict[str, Any]) -> dict[str, Any]:
-    """What became of one file, as a line of JSON. Options: those of the unwrap."""
+def mapped(vertices: Any, faces: Any, judged: bool, limit: float, seams: str) -> dict[str, Any]:
+    """What became of a mesh."""
+    with timed() as cost:
+        try:
+            how = {"max_seconds": limit, "threads": 1, "seams": seams}
+            result, error = ff.unwrap(vertices, faces, stretch=STRETCH, **how), ""
+        except ff.FlipfreeError as given:
+            result, error = None, f"{type(given).__name__}: {given}"
+    record: dict[str, Any] = {"faces": len(faces), "seconds": cost.cpu}
+    if result is None:
+        return record | {"error": error}
+    c = result.certificate
+    record |= {"energy": c.energy, "charts": result.stats["charts"]}
+    record["mends"] = [mend.what for mend in c.mends]
+    solid = sum(len(set(face)) == 3 for face in faces.tolist())
+    wrong = [] if c.triangles == solid else ["not every face is mapped"]
+    wrong += [] if c.ok and c.flips64 == c.flips32 == 0 else ["not certified"]
+    if seams == "auto" and c.energy > 0.5 * (STRETCH + 1.0 / STRETCH) + 1e-5:
+        wrong.append(f"energy {c.energy}")
+    if judged:
+        record["judged"] = True
+        wrong += judge_any(faces, result.uv32()) + judge_any(faces, result.uv)
+        wrong += ff.certify(vertices, faces, result.uv).failures
+    return record | ({"wrong": wrong} if wrong else {})
+
+
+def outcome(path: str, judged: bool, limit: float, seams: str) -> dict[str, Any]:
     try:
         vertices, faces = read_model(Path(path))
     except Unreadable as error:
         return {"path": path, "unreadable": str(error)}
-    record: dict[str, Any] = {"path": path, "faces": len(faces)}
-    begin = time.process_time()  # one thread: what a clock shows on an idle machine
-    try:
-        result = ff.unwrap(vertices, faces, max_seconds=limit, threads=1, **options)
-    except ff.FlipfreeError as error:
-        seconds = time.process_time() - begin
-        return record | {"error": f"{type(error).__name__}: {error}", "seconds": seconds}
-    record["seconds"] = time.process_time() - begin
-    c = result.certificate
-    record |= {
-        "energy": c.energy,
-        "charts": result.stats["charts"],
-        "mends": {mend.what: mend.count for mend in c.mends},
-        "limit": bool(result.stats["time_limit_reached"]),
-    }
-    if "stretch" in options:
-        record["bound"] = 0.5 * (options["stretch"] + 1.0 / options["stretch"])
-    solid = sum(len(set(face)) == 3 for face in faces.tolist())
-    wrong = [] if c.triangles == solid else ["not every face is mapped"]
-    wrong += [] if c.ok and c.flips64 == c.flips32 == 0 else ["not certified"]
-    if judged and len(faces) <= JUDGED_FACES:
-        record["judged"] = True
-        wrong += judge_any(faces, result.uv32()) + judge_any(faces, result.uv)
-    return record | ({"wrong": wrong} if wrong else {})
+    judged = judged and len(faces) <= JUDGED_FACES
+    return {"path": path} | mapped(vertices, faces, judged, limit, seams)
 
 
-def work(pipe: Connection, limit: float, options: dict[str, Any]) -> None:
+def work(pipe: Connection, limit: float, seams: str) -> None:
     while task := pipe.recv():
-        pipe.send(outcome(*task[:1], limit, task[1], options))
+        pipe.send(outcome(*task, limit, seams))
 
 
 class Worker:
     """A process that may crash or hang: then the next task gets a new one."""
 
-    def __init__(self, limit: float, options: dict[str, Any]) -> None:
-        self.limit = limit
-        self.options = options
+    def __init__(self, limit: float, seams: str) -> None:
+        self.how = limit, seams
         self.begin()
 
     def begin(self) -> None:
         self.pipe, own = multiprocessing.Pipe()
-        self.process = multiprocessing.Process(
-            target=work, args=(own, self.limit, self.options), daemon=True
-        )
+        self.process = multiprocessing.Process(target=work, args=(own, *self.how), daemon=True)
         self.process.start()
         own.close()
 
@@ -155,42 +159,26 @@ class Worker:
         return {"path": self.path, "error": why, "seconds": seconds}
 
 
-def judged_one(path: str, every: int) -> bool:
-    return zlib.crc32(path.encode()) % every == 0
-
-
-def run(options: argparse.Namespace) -> None:
-    files = sorted(p for p in options.folder.rglob("*") if p.suffix.lower() in SUFFIXES)
-    chosen = [str(p) for p in files if options.only in str(p)][:: options.share]
-    if options.above is not None:
-        before = [json.loads(line) for line in options.outcomes.read_text().splitlines()]
-        bent = {r["path"] for r in before if r.get("energy", 0.0) > options.above}
-        chosen = [path for path in chosen if path in bent]
-        options.outcomes = options.outcomes.with_suffix(".auto.jsonl")
-    tasks = iter(sorted(chosen, key=lambda path: zlib.crc32(path.encode())))
-    patience = 3 * options.limit + 60
-    how = {} if options.above is None else {"seams": "auto", "stretch": options.stretch}
-    workers = [Worker(options.limit, how) for _ in range(options.jobs)]
+def outcomes(paths: list[str], options: Options, seams: str) -> Iterator[dict[str, Any]]:
+    tasks = iter(sorted(paths, key=lambda path: zlib.crc32(path.encode())))
+    workers = [Worker(options.seconds, seams) for _ in range(options.jobs)]
     busy: list[Worker] = []
-    with options.outcomes.open("w") as out:
-        while True:
-            for worker in [w for w in workers if w not in busy]:
-                path = next(tasks, None)
-                if path is not None:
-                    worker.give(path, judged_one(path, options.judged))
-                    busy.append(worker)
-            if not busy:
-                break
-            wait([w.pipe for w in busy], timeout=1.0)
-            for worker in list(busy):
-                record = worker.answer(patience)
-                if record is None:
-                    continue
+    while True:
+        for worker in [w for w in workers if w not in busy]:
+            path = next(tasks, None)
+            if path is not None:
+                worker.give(path, zlib.crc32(path.encode()) % 10 == 0)
+                busy.append(worker)
+        if not busy:
+            return
+        wait([w.pipe for w in busy], timeout=1.0)
+        for worker in list(busy):
+            record = worker.answer(3 * options.seconds + 60)
+            if record is not None:
                 busy.remove(worker)
-                out.write(json.dumps(record) + "\n")
-                out.flush()
-                if "error" in record or "wrong" in record or record.get("seconds", 0) > 10:
-                    print(json.dumps(record)[:400], flush=True)
+                if "wrong" in record or ("error" in record and not refused(record)):
+                    options.fail(json.dumps(record)[:500])
+                yield record
 
 
 MEANINGLESS = (
@@ -208,92 +196,80 @@ def refused(record: dict[str, Any]) -> bool:
     return error.startswith("InvalidInput") and any(word in error for word in MEANINGLESS)
 
 
-def row(name: str, group: list[dict[str, Any]]) -> str:
-    mapped = [r for r in group if "energy" in r and "wrong" not in r]
-    energies = [r["energy"] for r in mapped if np.isfinite(r["energy"])]
-    energy = f"{statistics.median(energies):.3f}" if energies else "-"
-    slowest = max(group, key=lambda r: r["seconds"])
-    return (
-        f"| {name} | {len(group)} | {sum(r.get('faces', 0) for r in group)} | {len(mapped)} | "
-        f"{sum(map(refused, group))} | {sum('judged' in r for r in mapped)} | {energy} | "
-        f"{sum(r['seconds'] for r in group):.0f} | {slowest['seconds']:.1f} |"
-    )
+COLUMNS = (
+    "models | number | faces | all faces mapped, certified | refused | judged again | median energy"
+    " | islands: median, most | CPU s | slowest"
+)
 
 
-def seams_table(records: list[dict[str, Any]]) -> int:
-    """Of runs with automatic seams."""
-    mapped = [r for r in records if "energy" in r and "wrong" not in r]
-    above = sum(r["energy"] > r["bound"] + 1e-5 for r in mapped)
-    faces, seconds = sum(r["faces"] for r in mapped), sum(r["seconds"] for r in records)
-    energies, charts = ([r[key] for r in mapped] for key in ("energy", "charts"))
-    print(
-        "| models | faces | certified | mean energy above the bound | "
-        "median energy | most | islands: median / most | seconds |\n|---|---|---|---|---|---|---|---|"
-    )
-    print(
-        f"| {len(records)} | {faces} | {len(mapped)} | {above} | {statistics.median(energies):.4f} | "
-        f"{max(energies):.4f} | {statistics.median(charts):g} / {max(charts)} | {seconds:.0f} |"
-    )
-    bad = [r for r in records if "wrong" in r or ("error" in r and not refused(r))]
-    for r in bad + [r for r in mapped if r["energy"] > r["bound"] + 1e-5]:
-        print(json.dumps(r)[:500])
-    return 1 if bad else 0
+def row(name: str, group: list[dict[str, Any]]) -> Row:
+    good = [r for r in group if "energy" in r and "wrong" not in r]
+    energies = [r["energy"] for r in good if np.isfinite(r["energy"])]
+    charts = [r["charts"] for r in good]
+    seconds = [r["seconds"] for r in group]
+    yield from (name, len(group), sum(r.get("faces", 0) for r in group), len(good))
+    yield from (sum(map(refused, group)), sum("judged" in r for r in good))
+    yield f"{statistics.median(energies):.3f}" if energies else "-"
+    yield f"{statistics.median(charts):g}, {max(charts)}" if charts else "-"
+    yield from (f"{sum(seconds):.0f}", f"{max(seconds):.1f}")
 
 
-def table(records: list[dict[str, Any]]) -> int:
-    unreadable = [r for r in records if "unreadable" in r]
+@table(COLUMNS)
+def files(options: Options) -> Iterator[Row]:
+    found = sorted(p for p in (CORPORA / "files").rglob("*") if p.suffix.lower() in SUFFIXES)
+    chosen = [str(p) for p in options.cases(found[:: options.share])]
+    records = []
+    with OUTCOMES.open("w") as out:
+        for record in outcomes(chosen, options, "given"):
+            records.append(record)
+            print(json.dumps(record), file=out, flush=True)
     tried = [r for r in records if "unreadable" not in r]
-    kinds: dict[str, list[dict[str, Any]]] = collections.defaultdict(list)
+    kinds: dict[str, list[dict[str, Any]]] = defaultdict(list)
     for r in tried:
-        for kind in r.get("mends", {}):
+        for kind in r.get("mends", ["without a map"]) or ["clean"]:
             kinds[kind].append(r)
-    print(
-        "| models | number | faces | all faces mapped, certified | refused | judged again | median energy | seconds | slowest |"
-    )
-    print("|---|---|---|---|---|---|---|---|---|")
-    clean = [r for r in tried if "mends" in r and not r["mends"]]
-    rest = [r for r in tried if "mends" not in r]
-    for name, group in [
-        ("clean", clean),
-        *sorted(kinds.items()),
-        ("without a map", rest),
-        ("all", tried),
-    ]:
-        if group:
-            print(row(name, group))
-    slow = [r for r in tried if r["seconds"] > 10 and r.get("faces", 0) < 20_000]
-    bad = [r for r in tried if "wrong" in r or ("error" in r and not refused(r))]
-    print(
-        f"\n{len(unreadable)} files hold no mesh; {len(slow)} of less than 20 000 faces took more than 10 s."
-    )
-    for r in bad + slow:
-        print(json.dumps(r)[:500])
-    return 1 if bad else 0
+    for kind, group in sorted(kinds.items()):
+        yield row(kind, group)
+    if tried:
+        yield row("all", tried)
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("command", choices=["fetch", "run", "table"])
-    parser.add_argument("--folder", type=Path, default=CORPORA / "files")
-    parser.add_argument("--outcomes", type=Path, default=OUTCOMES)
+@table(COLUMNS)
+def seams(options: Options) -> Iterator[Row]:
+    before = [json.loads(line) for line in OUTCOMES.read_text().splitlines()]
+    bent = [r["path"] for r in before if r.get("energy", 0.0) > options.above]
+    yield row("automatic seams", list(outcomes(list(options.cases(bent)), options, "auto")))
+
+
+def made_and_mapped(seed: int) -> tuple[str, dict[str, Any]]:
+    kind, (vertices, faces) = broken_mesh(seed)
+    return kind, mapped(vertices, np.asarray(faces), True, 60.0, "given")
+
+
+@table(COLUMNS)
+def generated(options: Options) -> Iterator[Row]:
+    kinds: dict[str, list[dict[str, Any]]] = defaultdict(list)
+    seeds = range(options.seed, options.seed + options.meshes)
+    with multiprocessing.Pool(options.jobs) as pool:
+        made = pool.imap(made_and_mapped, seeds, chunksize=16)
+        for seed, (kind, record) in zip(seeds, made, strict=True):
+            kinds[kind].append(record)
+            if "wrong" in record or "error" in record:
+                options.fail(f"seed {seed} ({kind}): {record}")
+    for kind in options.cases(sorted(kinds)):
+        yield row(kind, kinds[kind])
+    yield row("all", sum(kinds.values(), []))
+
+
+def more(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--share", type=int, default=1, help="only every so manieth file")
-    parser.add_argument("--only", default="", help="paths with this text")
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--limit", type=float, default=30.0)
-    parser.add_argument("--judged", type=int, default=10)
-    parser.add_argument(
-        "--above", type=float, help="only files of the last run with more energy, seams found"
-    )
-    parser.add_argument("--stretch", type=float, default=1.25)
-    options = parser.parse_args()
-    if options.command == "fetch":
-        fetch()
-        return 0
-    if options.command == "run":
-        run(options)
-    records = [json.loads(line) for line in options.outcomes.read_text().splitlines()]
-    return seams_table(records) if options.above is not None else table(records)
+    parser.add_argument("--above", type=float, default=2.0, help="of seams: least energy before")
+    parser.add_argument("--meshes", type=int, default=10_000, help="of generated")
+    parser.add_argument("--seed", type=int, default=0, help="of generated")
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    if sys.argv[1:] == ["fetch"]:
+        sys.exit(fetch())
+    sys.exit(main(__doc__, more))

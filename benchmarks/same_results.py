@@ -1,7 +1,7 @@
 """Have results changed? Every public call over the corpus, compared to the last bit with what an earlier build gave.
 
-    PYTHONPATH=build/python:tests:benchmarks python3 benchmarks/same_results.py write FILE [--only TEXT] [--faces 30000]
-    PYTHONPATH=build/python:tests:benchmarks python3 benchmarks/same_results.py compare BEFORE AFTER
+    same_results.py write FILE [--only TEXT] [--faces 30000]
+    same_results.py compare BEFORE AFTER
 
 `write` notes a row per case: a hash of the surface, of the coordinates in 64 and of those stored in 32 bits, the certificate's
 numbers, or the error's text. Inputs: the meshes of tests/surfaces.py, and the shared data folder's up to --faces triangles where
@@ -20,12 +20,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from match_constraints import read_targets
-from seamless_maps import prescribed
+from conformal import pairs_of
+from match import held, read_targets
+from runner import timed
+from seamless import prescribed
 
 import flipfree as ff
 
-from cost import timed
 from mesh_files import data_folder, read_mesh
 from surfaces import bumpy_grid, cylinder, octahedron_sphere, torus
 
@@ -116,21 +117,12 @@ def shared(folder: Path, most_faces: int) -> Iterator[Case]:
                 lambda m=mesh, p=pins: ff.match(m.vertices, m.faces, points=p),
             )
         for targets in sorted(path.parent.glob(f"{path.stem}_bd_*.txt")):
-            outline = read_targets(targets)
+            outline = held(read_targets(targets))
             yield (
                 f"match {targets.stem}",
-                lambda m=mesh, o=outline: ff.match(
-                    m.vertices,
-                    m.faces,
-                    boundary_loop=list(o),
-                    boundary_uv=np.array(list(o.values())),
-                ),
+                lambda m=mesh, o=outline: ff.match(m.vertices, m.faces, **o),
             )
-    for path in sorted((folder / "conformal").glob("*_Th_hat")):
-        model = max(
-            (p for p in path.parent.glob("*.obj") if path.name.startswith(p.stem)),
-            key=lambda p: len(p.stem),
-        )
+    for model, path in pairs_of(folder / "conformal"):
         mesh, angles = read_mesh(model), np.loadtxt(path)
         if len(mesh.faces) <= most_faces and len(angles) == len(mesh.vertices):
             yield (
@@ -139,7 +131,7 @@ def shared(folder: Path, most_faces: int) -> Iterator[Case]:
                     ff.conformal_metric(m.vertices, m.faces, a, max_seconds=60).scale_factors
                 ),
             )
-    for case in prescribed(folder):
+    for case in prescribed():
         if len(case.faces) <= most_faces:
             for engine in ("penner", "padding"):
                 yield (
@@ -162,7 +154,7 @@ def write(path: Path, only: str, most_faces: int) -> int:
                 rows[name] = row(call())
             except ff.FlipfreeError as error:
                 rows[name] = {"error": type(error).__name__, "text": str(error)}
-        rows[name]["seconds"] = round(cost.user, 2)
+        rows[name]["seconds"] = round(cost.cpu, 2)
         path.write_text(json.dumps(rows, indent=1))
     total = sum(r["seconds"] for r in rows.values())
     refused = sum("error" in r for r in rows.values())

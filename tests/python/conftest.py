@@ -1,4 +1,4 @@
-"""Makes the helpers beside the tests, the slow judges, the random calls and the mesh reader of the benchmarks importable."""
+"""Makes the helpers beside the tests, the slow judges, the random calls and the benchmarks importable."""
 
 import os
 import sys

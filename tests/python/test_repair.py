@@ -7,7 +7,7 @@ import numpy.typing as npt
 import pytest
 from broken_meshes import broken_mesh
 from map_damage import DAMAGES, map_of
-from repair_maps import Task, repaired
+from random_repairs import Task, repaired
 
 import flipfree as ff
 
@@ -276,29 +276,3 @@ def test_a_stacked_island_moves_only_on_demand() -> None:
     assert result.certificate.island_overlaps == 0
     assert result.stats["charts_moved"] == 1
     assert (result.uv == uv).all(axis=(1, 2)).mean() > 0.6
-
-
-@pytest.mark.parametrize("overlaps", ["cut", "open", "keep"])
-def test_same_bits_for_any_number_of_threads(overlaps: str) -> None:
-    vertices, faces = octahedron_sphere(4)
-    base = ff.unwrap(vertices, faces, seams="given")
-    given = map_of(faces, base.uv32().astype(np.float64))
-    for damage in ("throw_points", "drag_over", "zero_corners"):
-        DAMAGES[damage](given, np.random.default_rng(4))
-        given = map_of(faces, given.uv)
-    results = [
-        ff.repair(vertices, faces, given.uv, overlaps=overlaps, threads=t) for t in (1, 2, 5)
-    ]
-    for other in results[1:]:
-        assert np.array_equal(other.uv, results[0].uv)
-        assert np.array_equal(other.uv32(), results[0].uv32())
-
-
-def test_cancel_and_the_limit_of_time() -> None:
-    vertices, faces = bumpy_grid(120, 120)
-    nothing = np.zeros((len(faces), 3, 2))
-    with pytest.raises(ff.Cancelled):
-        ff.repair(vertices, faces, nothing, progress=lambda *_: False)
-    with pytest.raises(ff.NotConverged, match="max_seconds") as error:
-        ff.repair(vertices, faces, nothing, max_seconds=1e-5)
-    assert error.value.code == "time limit reached"

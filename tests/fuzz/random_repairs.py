@@ -1,16 +1,8 @@
 """Maps spoilt in many ways, repaired, and judged by other code (tests/judges).
 
-    export PYTHONPATH=build/python:tests:tests/python:benchmarks
-    repair_maps.py [--maps 2000] [--seed 0] [--jobs 2] [--broken | --xatlas | --blender PATH] [--only SEED] [--damage NAME]
-
---xatlas: its maps instead of an unwrap's (the package must be there). --blender: maps of Blender's own unwrap after pins of it
-were moved, not spoilt any further; rows say how many faces that folded.
-
-Each is the map of an unwrap, cut into random islands or as it comes, spoilt once or twice (map_damage.py) and repaired with
-random options and pins. --broken: of meshes that are no clean surface (tests/python/broken_meshes.py). Exit status 1 where the
-repair fails without pins, or the judge finds in 64 or 32 bits what the options exclude.
-
-Each map is repaired twice, stretched islands kept and improved, and both are judged.
+Each is the map of an unwrap, cut into random islands or as it comes, spoilt once or twice (tests/map_damage.py) and repaired with
+random options and pins, twice: stretched islands kept and improved. Or of a mesh that is no clean surface (broken_meshes.py), or a
+peer's. benchmarks/repair.py runs them by the thousand.
 
 Energy: of the stored map, beside that of an unwrap along the same cuts, and beside the larger of that and the energy of the
 faces that the spoilt map had open, which stay as they are; islands that were upside down as a whole count as turned over. Only
@@ -20,22 +12,15 @@ pins as well (the unwrap has the same ones, or none if it cannot hold them).
 
 from __future__ import annotations
 
-import argparse
-import multiprocessing
 import os
-import sys
-import tempfile
 import time
-from collections import defaultdict
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from broken_meshes import broken_mesh
 from map_damage import DAMAGES, Map, map_of
-from other_maps import blender_maps, xatlas_map
 
 import flipfree as ff
 
@@ -158,67 +143,52 @@ def turned_over(
 @dataclass
 class Task:
     seed: int
-    source: str = "unwrap"  # or "broken", "xatlas", "blender"
+    source: str = "unwrap"  # or "broken", "peer"
     damage: str = ""
-    folder: Path = Path()  # of Blender's maps
+    map: Path | None = (
+        None  # a peer's: vertices, faces, uv and seams; not spoilt any further if there is a name for it
+    )
+    name: str = ""
 
 
-def folds(faces: npt.NDArray[np.int64], uv: npt.NDArray[np.float64]) -> int:
-    """Faces turned over, of the islands that are not turned over as a whole."""
-    given = map_of(faces, uv)
-    is_open = open_faces(uv)
-    number = np.bincount(given.island)
-    right = np.bincount(given.island, is_open)
-    return int(np.minimum(right, number - right).sum())
+def damaged(
+    task: Task, random: Random, given: Map, seams: npt.NDArray[np.int64] | None
+) -> tuple[Map, npt.NDArray[np.int64] | None, str]:
+    names = list(DAMAGES)
+    damage = task.damage or names[random.integers(len(names))]
+    DAMAGES[damage](given, random)
+    if random.random() < 0.2:
+        if np.isfinite(given.uv).all():
+            given = map_of(given.faces, given.uv)
+        DAMAGES[names[random.integers(len(names))]](given, random)
+    return given, seams, damage
 
 
-def blender_row(faces: npt.NDArray[np.int64], uv: npt.NDArray[np.float64]) -> str:
-    count = folds(faces, uv)
-    bounds = ("no fold", 1), ("1 to 9 folds", 10), ("10 to 99", 100), ("100 to 1023", 1024)
-    return "Blender, " + next((name for name, end in bounds if count < end), "more folds")
-
-
-def spoilt(
-    task: Task, random: Random
-) -> tuple[Mesh, Map, npt.NDArray[np.int64] | None, str] | None:
-    """Mesh, map, seams that are known, and what was done to it; None: there is no such map."""
-    if task.source == "blender":
-        given = np.load(task.folder / f"{task.seed}.npz")
-        faces, uv = given["faces"], given["uv"].astype(np.float64)
-        row = blender_row(faces, uv)
-        return (given["vertices"], faces), map_of(faces, uv), given["seams"], row
+def spoilt(task: Task, random: Random) -> tuple[Mesh, Map, npt.NDArray[np.int64] | None, str]:
+    """Mesh, map, seams that are known, and what was done to it."""
+    if task.map is not None:
+        given = np.load(task.map)
+        vertices, faces, seams = given["vertices"], given["faces"], given["seams"]
+        given_map = map_of(faces, given["uv"].astype(np.float64))
+        if task.name:
+            return (vertices, faces), given_map, seams, task.name
+        return (vertices, faces), *damaged(task, random, given_map, None)
     broken = task.source == "broken"
     mesh = broken_mesh(task.seed)[1] if broken else random_mesh(random)
     vertices, faces = np.asarray(mesh[0]), np.asarray(mesh[1], np.int64)
-    if task.source == "xatlas":
-        atlas = xatlas_map(vertices, faces)
-        if atlas is None:
-            return None
-        given_map, seams = map_of(faces, atlas), None
-    else:
-        cuts = None if broken else random_cuts((vertices, faces), random)
-        base = ff.unwrap(vertices, faces, cuts=cuts, threads=1, max_seconds=LIMIT, seams="given")
-        given_map, seams = map_of(faces, base.uv32().astype(np.float64)), base.cut_edges
-    names = list(DAMAGES)
-    damage = task.damage or names[random.integers(len(names))]
-    DAMAGES[damage](given_map, random)
-    if random.random() < 0.2:
-        if np.isfinite(given_map.uv).all():
-            given_map = map_of(faces, given_map.uv)
-        DAMAGES[names[random.integers(len(names))]](given_map, random)
-    return (vertices, faces), given_map, seams, damage
+    cuts = None if broken else random_cuts((vertices, faces), random)
+    base = ff.unwrap(vertices, faces, cuts=cuts, threads=1, max_seconds=LIMIT, seams="given")
+    given_map = map_of(faces, base.uv32().astype(np.float64))
+    return (vertices, faces), *damaged(task, random, given_map, base.cut_edges)
 
 
-def repaired(task: Task) -> Outcome | None:
+def repaired(task: Task) -> Outcome:
     seed, broken = task.seed, task.source == "broken"
     random = np.random.default_rng(seed)
     try:
-        found_map = spoilt(task, random)
+        (vertices, faces), given, seams, damage = spoilt(task, random)
     except ff.FlipfreeError as error:
         return Outcome(seed, "unwrap", f"unwrap: {error}")
-    if found_map is None:
-        return None
-    (vertices, faces), given, seams, damage = found_map
     options: dict[str, object] = {
         "overlaps": ["cut", "cut", "open", "keep"][random.integers(4)],
         "disjoint": bool(random.random() < 0.4),
@@ -361,111 +331,3 @@ def beside_by_island(
     )
     ratio: Floats = np.bincount(island, area * energy) / np.bincount(island, area * other)
     return ratio
-
-
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--maps", type=int, default=2000)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--jobs", type=int, default=2)
-    source = parser.add_mutually_exclusive_group()
-    source.add_argument("--broken", action="store_true")
-    source.add_argument("--xatlas", action="store_true")
-    source.add_argument("--blender", type=Path)
-    parser.add_argument("--only", type=int)
-    parser.add_argument("--damage", default="")
-    options = parser.parse_args()
-    name = "broken" if options.broken else "xatlas" if options.xatlas else "unwrap"
-    name = "blender" if options.blender else name
-    seeds = range(options.seed, options.seed + options.maps)
-    if options.only is not None:
-        seeds = range(options.only, options.only + 1)
-    with tempfile.TemporaryDirectory() as folder:
-        if options.blender:
-            blender_maps(options.blender, Path(folder), {s: mesh_for_blender(s) for s in seeds})
-        tasks = [Task(s, name, options.damage, Path(folder)) for s in seeds]
-        if options.only is not None:
-            print(repaired(tasks[0]))
-            return 0
-        return int(all_repaired(tasks, options.jobs))
-
-
-def mesh_for_blender(seed: int) -> dict[str, npt.NDArray[Any]]:
-    random = np.random.default_rng(seed)
-    vertices, faces = random_mesh(random)
-    seams = random_cuts((vertices, faces), random)
-    if seams is None:
-        # A closed surface without seams is none that Blender unwraps: those of an unwrap.
-        seams = ff.unwrap(vertices, faces, threads=1, max_seconds=LIMIT, seams="given").cut_edges
-    return {"vertices": vertices, "faces": np.asarray(faces, np.int64), "seams": seams}
-
-
-def above(ratios: list[float]) -> list[str]:
-    compared = [ratio for ratio in ratios if ratio > 0]
-    return [
-        f"{sum(ratio > 1.1 for ratio in compared)} of {len(compared)}",
-        f"{max(compared, default=0):.2f}",
-    ]
-
-
-def row(name: str, all_of: list[Outcome]) -> str:
-    done = [o for o in all_of if o.stats and not o.said]
-    cells = [len(all_of), len(done), sum(bool(o.said) for o in all_of)]
-    cells.append(sum(o.missed for o in all_of))
-    text = [name, *map(str, cells)]
-    text.append(f"{np.mean([o.sound for o in done] or [0]):.2f}")
-    text.append(f"{np.mean([o.kept for o in done] or [0]):.2f}")
-    text += above([o.energy for o in done])
-    text += above([o.beside_unwrap for o in done])
-    text.append(f"{sum(o.seconds for o in done):.1f}")
-    improved = [o.improved for o in done if o.improved is not None]
-    text.append(f"{np.mean([o.kept for o in improved] or [0]):.2f}")
-    text += above([o.beside_unwrap for o in improved])
-    for pinned in (False, True):
-        compared = [o for o in improved if o.pinned == pinned]
-        text.append(
-            f"{sum(o.islands_above for o in compared)} of {sum(o.islands for o in compared)}"
-        )
-    text.append(str(sum(o.forced for o in improved)))
-    text.append(f"{sum(o.seconds for o in improved):.1f}")
-    return "| " + " | ".join(text) + " |"
-
-
-def all_repaired(tasks: list[Task], jobs: int) -> bool:
-    """Prints the table; whether something failed."""
-    rows: dict[str, list[Outcome]] = defaultdict(list)
-    failed = False
-    with multiprocessing.Pool(jobs) as pool:
-        for outcome in pool.imap(repaired, tasks, chunksize=2):
-            if outcome is None:
-                continue
-            rows[outcome.damage].append(outcome)
-            if outcome.said:
-                failed = True
-                print(f"seed {outcome.seed} ({outcome.damage}): {outcome.said}", flush=True)
-            better = outcome.improved
-            if better is not None and (better.beside_unwrap > 1.1 or better.islands_above > 0):
-                print(
-                    f"seed {outcome.seed} ({outcome.damage}): improved {better.beside_unwrap:.3f}, islands above "
-                    f"{better.islands_above}{', pins' if better.pinned else ''}, said {better.forced}",
-                    file=sys.stderr,
-                )
-            if outcome.energy > 1.1:
-                print(
-                    f"seed {outcome.seed} ({outcome.damage}): energy {outcome.energy:.3f}, beside the unwrap's {outcome.beside_unwrap:.3f}",
-                    file=sys.stderr,
-                )
-    print(
-        "| damage | maps | repaired | judged wrong | pins missed | faces open before | corners kept "
-        "| energy above 1.1 | worst | beside the unwrap's: above 1.1 | worst | CPU s "
-        "| improved: corners kept | above 1.1 | worst | islands above | with pins | said | CPU s |"
-    )
-    print("|" + "---|" * 19)
-    everything = [outcome for all_of in rows.values() for outcome in all_of]
-    for name, all_of in [*sorted(rows.items()), ("all", everything)]:
-        print(row(name, all_of))
-    return failed
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

@@ -1,6 +1,6 @@
 """Random layouts through ff.pack: does the slow judge find an overlap or a gap that is too small, as stored?
 
-    PYTHONPATH=build/python:tests:benchmarks python3 benchmarks/packing_attack.py [--layouts 2000] [--seed 0] [--jobs 2]
+    PYTHONPATH=build/python:tests python3 tests/fuzz/random_layouts.py [--layouts 2000] [--seed 0] [--jobs 2]
 
 Kinds, numbers of islands, margins, rotations, efforts and tiles at random; some islands are made much larger or smaller, thin, or far away.
 Exit status 1 at a finding, which is printed with its seed.

@@ -1,6 +1,6 @@
 """Small valid meshes that are as degenerate as doubles allow, and calls of the conformal half of the package on them.
 
-    PYTHONPATH=build/python python3 benchmarks/degenerate_meshes.py [--count 1000] [--seed 0] [--limit 0.5]
+    PYTHONPATH=build/python python3 tests/degenerate_meshes.py [--count 1000] [--seed 0] [--limit 0.5]
 
 runs that many random calls in child processes and prints what came out: results, errors by code, crashes, foreign
 exceptions, results that are not what they should be, and how late the latest call came back. Exit status 1 if a call

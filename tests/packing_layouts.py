@@ -1,58 +1,14 @@
-"""Layouts to pack: islands of real models and of drawn shapes, 5 to 10 000 of them, each a map without flips.
-
-    for name, layout in layouts(): ...     # Layout: vertices, faces, uv, all flat: z = 0 and the surface is the map
-
-Real ones: a model's faces are grown together from seeds that lie far apart, in as many patches as wanted; `ff.unwrap` flattens them.
-Drawn ones: blobs, letters, rings and strips of random size. Both need nothing but this package.
-"""
+"""Layouts to pack: drawn islands of random size, blobs, letters, rings and strips, each a map without flips."""
 
 from __future__ import annotations
 
-import heapq
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-import flipfree as ff
-
-from mesh_files import data_folder, read_mesh
-
 Array = npt.NDArray[np.float64]
 Faces = npt.NDArray[np.int32]
-
-# Model of the shared data folder's seams/ and the patches it is cut into.
-CUT_MODELS = (
-    ("bunny", 5),
-    ("hand1", 8),
-    ("cow2", 10),
-    ("planck1", 12),
-    ("kingkong_f20000", 16),
-    ("horse_f10000", 20),
-    ("lucy_o_f8000", 25),
-    ("venus", 32),
-    ("chinese_lion_i_f10000", 40),
-    ("camel_vova_f10000", 50),
-    ("male_body_i_f10000", 64),
-    ("santa_i_f10000", 80),
-    ("buddha2_f10000", 100),
-    ("dilo_o_f10000", 150),
-    ("statue_5_i_f10000", 200),
-    ("girl1", 300),
-)
-# Name, count and seed of layouts of drawn islands.
-DRAWN = (
-    ("blobs", 7, 1),
-    ("letters", 30, 2),
-    ("rings", 60, 3),
-    ("mixed", 120, 4),
-    ("mixed", 300, 5),
-    ("sizes", 500, 6),
-    ("blobs", 1000, 7),
-    ("mixed", 3000, 8),
-    ("mixed", 10000, 9),
-)
 
 
 @dataclass
@@ -68,76 +24,6 @@ class Layout:
     @property
     def islands(self) -> int:
         return int(self.island.max()) + 1
-
-
-def layouts(names: set[str] | None = None) -> Iterator[tuple[str, Layout]]:
-    """All of them, or those named; real ones only where the shared data folder is."""
-    folder = data_folder()
-    for model, patches in CUT_MODELS if folder is not None else ():
-        name = f"{model}/{patches}"
-        if names is None or name in names:
-            assert folder is not None
-            mesh = read_mesh(folder / "seams" / f"{model}.obj")
-            yield name, cut_model(mesh.vertices, mesh.faces, patches)
-    for kind, count, seed in DRAWN:
-        name = f"{kind}/{count}"
-        if names is None or name in names:
-            yield name, drawn(kind, count, seed)
-
-
-def patches_of(vertices: Array, faces: Faces, count: int) -> npt.NDArray[np.int32]:
-    """Faces grown together from seeds that lie far apart, over short ways and small turns."""
-    corners = vertices[faces]
-    centre = corners.mean(1)
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-    size = float(np.ptp(vertices, axis=0).max())
-    beside: dict[tuple[int, int], list[int]] = {}
-    for f, triangle in enumerate(faces.tolist()):
-        for k in range(3):
-            a, b = triangle[k], triangle[(k + 1) % 3]
-            beside.setdefault((min(a, b), max(a, b)), []).append(f)
-    ways: list[list[tuple[int, float]]] = [[] for _ in faces]
-    for pair in beside.values():
-        if len(pair) == 2:
-            f, g = pair
-            turn = 1.0 - float(normal[f] @ normal[g])
-            length = float(np.linalg.norm(centre[f] - centre[g])) / size + 0.3 * turn
-            ways[f].append((g, length))
-            ways[g].append((f, length))
-    distance = np.full(len(faces), np.inf)
-    owner = np.zeros(len(faces), np.int32)
-    seed = 0
-    for patch in range(count):
-        heap = [(0.0, seed)]
-        distance[seed] = 0.0
-        owner[seed] = patch
-        while heap:
-            d, f = heapq.heappop(heap)
-            if d > distance[f] or owner[f] != patch:
-                continue
-            for g, length in ways[f]:
-                if d + length < distance[g]:
-                    distance[g] = d + length
-                    owner[g] = patch
-                    heapq.heappush(heap, (d + length, g))
-        seed = int(np.argmax(distance))
-    return owner
-
-
-def cut_model(vertices: Array, faces: Faces, count: int) -> Layout:
-    owner = patches_of(vertices, faces, count)
-    first: dict[tuple[int, int], int] = {}
-    cuts = []
-    for f, triangle in enumerate(faces.tolist()):
-        for k in range(3):
-            a, b = triangle[k], triangle[(k + 1) % 3]
-            edge = (min(a, b), max(a, b))
-            other = first.setdefault(edge, f)
-            if owner[other] != owner[f]:
-                cuts.append(edge)
-    found = ff.unwrap(vertices, faces, cuts=np.array(cuts, np.int32), seams="given")
-    return flat(found.uv)
 
 
 def flat(uv: Array) -> Layout:

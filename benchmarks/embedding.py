@@ -1,0 +1,188 @@
+"""ff.embed: beside published codes, every disk onto every polygon from every start, every outer face, a million triangles.
+
+    embedding.py speed        pure progressive embedding, the ladder, and with optimisation, beside published codes' seconds
+    embedding.py disks        all disks onto circle, square, triangle and a given polygon, from Tutte and from three random starts
+    embedding.py start        what ff.unwrap starts from, and what it makes of it
+    embedding.py faces        a closed mesh (thesis' Propeller) once for each of its faces as the outer triangle
+    embedding.py million [--triangles 100000,1000000]     seconds and peak memory, one process per size
+
+Disks: the shared data folder's embedding/, closed meshes without their last face, and synthetic ones. speed: into the equilateral
+triangle, or the given circle (retinal); theirs are user seconds from the folder's README (same kind of machine) and thesis table 3.1.
+Energies: mean symmetric Dirichlet of the certified 32-bit result, 1 is isometric. Exit status 1 if anything is not certified.
+"""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from embedding_meshes import Disk, boundary_loop, corpus, synthetic, tube, wavy_grid
+from runner import Options, Row, data, main, numbers, peak_gigabytes, table, timed
+
+import flipfree as ff
+
+from mesh_files import read_mesh
+
+#: Name -> authors' progressive embedding, foldover-free maps, thesis table 3.1; None: no figure.
+THEIRS = {
+    "62415_sf": (13.8, 10.4, 11.6),
+    "retinal_random_init": (42.0, 2.9, 95.0),
+    "octopus_f500": (18.0, 44.0, None),
+    "human_f10575": (759.0, 289.0, None),
+    "scorpion_f12624": (1200.0, 222.0, None),
+    "tube_n8_L60": (16.8, None, None),
+    "nested_tri_200": (18.5, None, None),
+    "stacked_100": (0.35, None, None),
+}
+METHODS = ("ladder", "schnyder", "progressive")
+SEEDS = 3
+
+
+def embedded(disk: Disk, options: Options, **how: Any) -> tuple[ff.Parametrization, float]:
+    """The map and its CPU seconds."""
+    with timed() as cost:
+        result = ff.embed(disk.vertices, disk.faces, **how)
+    if not result.certificate.ok:
+        options.fail(f"{disk.name}, {how}: not certified")
+    return result, cost.cpu
+
+
+def ratio(theirs: float | None, ours: float) -> str:
+    return "" if theirs is None else f"{theirs:g} ({theirs / ours:.0f} x)"
+
+
+def random_start(disk: Disk, seed: int) -> Any:
+    return np.random.default_rng(seed).random((len(disk.vertices), 2))
+
+
+@table(
+    "mesh | triangles | progressive from Tutte: CPU s, E | from nothing: CPU s, E | random: CPU s"
+    " | authors' code s (ratio) | thesis table 3.1 s (ratio) | ladder: CPU s, rung"
+    " | foldover-free s (ratio) | ladder + optimisation: CPU s, E at start, E"
+)
+def speed(options: Options) -> Iterator[Row]:
+    for disk in options.cases(corpus(), lambda disk: disk.name):
+        how: dict[str, Any] = {"boundary": "triangle"}
+        start = random_start(disk, 0)
+        if disk.uv is not None and disk.loop is not None:  # the file's own random start
+            how, start = {"boundary": disk.uv[disk.loop], "boundary_loop": disk.loop}, disk.uv
+        if disk.name.startswith("fingers"):
+            how = {"boundary": "circle"}
+        ways: dict[str, dict[str, Any]] = {
+            "Tutte": {"method": "progressive"},
+            "nothing": {"method": "progressive", "start": "nothing"},
+            "random": {"method": "progressive", "initial_uv": start},
+            "ladder": {},
+            "optimised": {"optimise": True},
+        }
+        found = {name: embedded(disk, options, **how, **way) for name, way in ways.items()}
+        seconds = {name: cpu for name, (_, cpu) in found.items()}
+        energy = {name: result.certificate.energy for name, (result, _) in found.items()}
+        slowest = max(seconds[name] for name in ("Tutte", "nothing", "random"))
+        authors, foldover, thesis = THEIRS.get(disk.name, (None, None, None))
+        first = found["optimised"][0].stats["energy_embedding"]
+        yield (
+            disk.name,
+            len(disk.faces),
+            *[f"{seconds[name]:.3f}, {energy[name]:.3g}" for name in ("Tutte", "nothing")],
+            f"{seconds['random']:.3f}",
+            ratio(authors, slowest),
+            ratio(thesis, slowest),
+            f"{seconds['ladder']:.4f}, {found['ladder'][0].stats['rung']}",
+            ratio(foldover, seconds["ladder"]),
+            f"{seconds['optimised']:.2f}, {first:.3g}, {energy['optimised']:.4g}",
+        )
+
+
+def polygons(disk: Disk, count: int) -> Iterator[tuple[str, Any]]:
+    """Name and boundary argument."""
+    if count == 4:
+        yield "square", "square"
+        return
+    yield "circle", "circle"
+    if count > 4:
+        yield "square", "square"
+    yield "triangle", "triangle"
+    angle = 2 * np.pi * np.arange(count) / count
+    ellipse = [3 + 2 * np.cos(angle) + 0.3 * np.sin(angle), 1 + 0.5 * np.sin(angle)]
+    own = disk.name == "retinal_random_init" and disk.uv is not None
+    yield "given", disk.uv[disk.loop] if own else np.stack(ellipse, -1)
+
+
+@table(
+    "disk | triangles | onto | rung | ladder CPU s | added V | random starts, progressive: certified, slowest CPU s"
+)
+def disks(options: Options) -> Iterator[Row]:
+    opened = [disk for disk in corpus(2) if len(boundary_loop(disk.faces)) == 4]
+    for disk in options.cases([*corpus(), *opened, *synthetic()], lambda disk: disk.name):
+        loop = boundary_loop(disk.faces) if disk.loop is None else disk.loop
+        for name, boundary in polygons(disk, len(loop)):
+            how = {"boundary": boundary, "boundary_loop": loop}
+            result, seconds = embedded(disk, options, **how)
+            more = {"method": "progressive"}
+            starts = [
+                embedded(disk, options, initial_uv=random_start(disk, i), **how, **more)
+                for i in range(SEEDS)
+            ]
+            good = sum(again.certificate.ok for again, _ in starts)
+            figures = result.stats["rung"], f"{seconds:.3f}", result.stats["added_vertices"]
+            slowest = max(cpu for _, cpu in starts)
+            yield disk.name, len(disk.faces), name, *figures, f"{good} of {SEEDS}, {slowest:.3f}"
+
+
+@table("disk | ladder: E, CPU s | low_distortion: E, CPU s | ff.unwrap: E, CPU s")
+def start(options: Options) -> Iterator[Row]:
+    for disk in options.cases([*corpus(), tube(8, 400)], lambda disk: disk.name):
+        cells = []
+        for how in ({}, {"low_distortion": True}):
+            result, seconds = embedded(disk, options, **how)
+            cells.append(f"{result.certificate.energy:.4g}, {seconds:.2f}")
+        with timed() as cost:
+            energy = ff.unwrap(disk.vertices, disk.faces, seams="given").certificate.energy
+        yield disk.name, *cells, f"{energy:.4g}, {cost.cpu:.2f}"
+
+
+@table("method | certified | rungs | CPU ms: mean, largest")
+def faces(options: Options) -> Iterator[Row]:
+    mesh = read_mesh(data() / "embedding" / "62415_sf.obj")
+    for method in options.cases(METHODS):
+        seconds = []
+        rungs: Counter[str] = Counter()
+        for f in range(len(mesh.faces))[: options.limit]:
+            disk = Disk(f"face {f}", mesh.vertices, np.delete(mesh.faces, f, axis=0))
+            result, cpu = embedded(disk, options, boundary="triangle", method=method)
+            rungs[result.stats["rung"]] += result.certificate.ok
+            seconds.append(1e3 * cpu)
+        good = f"{rungs.total()} of {len(seconds)}"
+        yield method, good, ", ".join(rungs), f"{np.mean(seconds):.2f}, {max(seconds):.1f}"
+
+
+def measured(triangles: int) -> list[Any]:
+    side = round((triangles / 2) ** 0.5)
+    disk = wavy_grid(side, side)
+    with timed() as cost:
+        result = ff.embed(disk.vertices, disk.faces)
+    c, s = result.certificate, result.stats
+    head = [len(disk.faces), s["rung"], f"{c.flips64} / {c.flips32}"]
+    seconds = [f"{x:.2f}" for x in (s["seconds_embedding"], cost.wall, cost.cpu)]
+    return [*head, *seconds, f"{1024 * peak_gigabytes():.0f}", c.energy]
+
+
+@table("triangles | rung | flips 64 / 32 | embedding s | whole call s | CPU s | peak MB | energy")
+def million(options: Options) -> Iterator[Row]:
+    for triangles in numbers(options.triangles):
+        with multiprocessing.get_context("spawn").Pool(1) as pool:
+            yield pool.apply(measured, (int(triangles),))
+
+
+def more(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--triangles", default="100000,1000000", help="of million")
+
+
+if __name__ == "__main__":
+    sys.exit(main(__doc__, more))
