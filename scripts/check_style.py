@@ -9,6 +9,7 @@ import xml.etree.ElementTree as ET
 from functools import partial
 from pathlib import Path
 
+import benchmark_page
 import check_docs
 import check_house
 
@@ -51,7 +52,7 @@ def house() -> str | None:
 
 
 def pages() -> str | None:
-    return "\n".join(check_docs.complaints(Path("."))) or None
+    return "\n".join(check_docs.complaints(Path(".")) + benchmark_page.complaints()) or None
 
 
 def clang_format_missing() -> str | None:

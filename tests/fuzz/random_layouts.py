@@ -2,8 +2,8 @@
 
     PYTHONPATH=build/python:tests python3 tests/fuzz/random_layouts.py [--layouts 2000] [--seed 0] [--jobs 2]
 
-Kinds, numbers of islands, margins, rotations, efforts and tiles at random; some islands are made much larger or smaller, thin, or far away.
-Exit status 1 at a finding, which is printed with its seed.
+Kinds, numbers of islands, margins, rotations, efforts and tiles at random; some islands are made much larger or smaller, thin,
+or far away. Exit status 1 at a finding, which is printed with its seed.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Maps spoilt in many ways, repaired, and judged by other code (tests/judges).
 
-Each is the map of an unwrap, cut into random islands or as it comes, spoilt once or twice (tests/map_damage.py) and repaired with
-random options and pins, twice: stretched islands kept and improved. Or of a mesh that is no clean surface (broken_meshes.py), or a
-peer's. benchmarks/repair.py runs them by the thousand.
+Each is the map of an unwrap, cut into random islands or as it comes, spoilt once or twice (tests/map_damage.py) and repaired
+with random options and pins, twice: stretched islands kept and improved. Or of a mesh that is no clean surface, or a peer's.
+benchmarks/repair.py runs them by the thousand.
 
 Energy: of the stored map, beside that of an unwrap along the same cuts, and beside the larger of that and the energy of the
 faces that the spoilt map had open, which stay as they are; islands that were upside down as a whole count as turned over. Only

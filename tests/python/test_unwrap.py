@@ -1,4 +1,4 @@
-"""Properties of ff.unwrap over generated surfaces; the shared meshes are benchmarks/unwrap_corpus.py's."""
+"""Properties of ff.unwrap over generated surfaces; the shared meshes are those of benchmarks/unwrap.py corpus."""
 
 from __future__ import annotations
 

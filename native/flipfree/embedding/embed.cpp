@@ -26,7 +26,7 @@ namespace {
 using Size = std::size_t;
 
 // More bad faces than this share: repairing them costs more, and gives worse maps, than starting
-// from nothing. benchmarks/embedding_start.py measures it.
+// from nothing. benchmarks/embedding.py start measures it.
 constexpr double kRepairableShare = 0.02;
 constexpr int kSchnyderSweeps = 10;
 // How far the progress bar is after Tutte's and after the Schnyder-weighted embedding, where these
@@ -37,7 +37,7 @@ constexpr double kRepairShare = 0.6;
 // Of the time left, for each way that is tried before the start from nothing.
 constexpr double kShareOfTime = 0.4;
 // Of the inner vertices: repairs that collapse more give worse maps than a start from nothing, and
-// take longer. benchmarks/embedding_start.py measures it.
+// take longer. benchmarks/embedding.py start measures it.
 constexpr double kMostRepaired = 0.25;
 
 // Faces whose vertices all lie on the boundary have no freedom: they must be positive as they are.

@@ -80,7 +80,7 @@ matchmaker::MatchOptions to_match_options(const py::dict& given) {
                {"overlay", MatchEngine::kOverlay},
                {"arms", MatchEngine::kArms},
                {"matchmaker", MatchEngine::kMatchmaker}});
-  // For benchmarks/match_ablation.py alone.
+  // For measuring what each of them earns.
   if (const py::object devices = read.value("without")) {
     for (const py::handle device : devices)
       options.ablated |= device_named(device.cast<std::string>());

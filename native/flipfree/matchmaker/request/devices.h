@@ -1,4 +1,4 @@
-// The ways and devices of this stage that benchmarks/match_ablation.py switches off, one at a time,
+// The ways and devices of this stage that can be switched off, one at a time,
 // to see what each of them earns. Nobody else does: all of them are in use.
 #pragma once
 

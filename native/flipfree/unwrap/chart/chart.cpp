@@ -194,10 +194,10 @@ distortion::MinimizeOptions minimize_options(const FlattenOptions& options) {
 }
 
 // A chart that overlaps itself by this share of its area at most is held apart before a cut is
-// thought of; more has never come near the free map (benchmarks/unwrap_sharp.py).
+// thought of; more has never come near the free map (benchmarks/unwrap.py sharp).
 constexpr double kMildOverlap = 0.2;
 // What a map without overlap may have more than the free one before a cut is the better way.
-// benchmarks/unwrap_sharp.py measures both.
+// benchmarks/unwrap.py sharp measures both.
 constexpr double kEnergyFactor = 1.1;
 constexpr double kEnergyExcess = 0.02;
 // Of the chart's area; what overlaps by no more than this touches itself but for rounding.

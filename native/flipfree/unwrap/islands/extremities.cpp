@@ -13,7 +13,7 @@ namespace {
 
 // A peak is high where lengths would shrink or grow by e^2, about 7; it stands out by e^1.5. On the
 // shared corpus this brings the energy of closed models from 1.1 - 4.6 to 1.02 - 1.15
-// (benchmarks/unwrap_corpus.py); lower values add seams for a per cent of energy.
+// (benchmarks/unwrap.py corpus); lower values add seams for a per cent of energy.
 constexpr double kHigh = 2.0;
 constexpr double kProminence = 1.5;
 // Slits lower the peaks beside them; what is left after so many rounds is small.
