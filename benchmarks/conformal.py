@@ -7,7 +7,6 @@
     conformal.py bits [--count 20]     what each precision reaches in at most 50 steps (thesis 4.6.3)
     conformal.py holes                 one cone takes all curvature of plates with holes, tolerance 1e-25 (thesis figure 4.11)
     conformal.py needles               what intrinsic refinement of the start does (thesis 4.6.4)
-    conformal.py needle_maps           the same for maps
     conformal.py cones                 what ff.suggest_cones reaches with whole quarter turns
 
 Seeds are fixed. `reference`: seconds of the public code of the thesis' authors, from the data folder's README. Needles: prisms as
@@ -295,8 +294,8 @@ def few_cones(mesh: Mesh) -> Array:
     return angles
 
 
-def thin(options: Options, maps_too: bool) -> Iterator[tuple[Case, str]]:
-    """Each case without refinement and with; for maps the small ones with few cones."""
+def thin(options: Options) -> Iterator[tuple[Case, str]]:
+    """Each case without refinement and with."""
     meshes = {f"prism {n}": prism(n) for n in (200, 2000, 8000)}
     meshes |= {f"clusters {size:g}": clusters(size) for size in (1e-2, 1e-4)}
     cases: list[Case] = []
@@ -306,34 +305,20 @@ def thin(options: Options, maps_too: bool) -> Iterator[tuple[Case, str]]:
     for seed in range(9):
         *mesh, angles = strip_of_needles(seed)
         cases += [(f"strip {seed}, random", (mesh[0], mesh[1]), angles)]
-    small = [c for c in cases if "few" in c[0] and len(c[1][0]) <= 1000]
-    for case in options.cases(small if maps_too else cases, lambda case: case[0]):
+    for case in options.cases(cases, lambda case: case[0]):
         yield case, "off"
         yield case, "on"
 
 
 @table("case | V | refined | added | steps | relaxed | bits | flips | range of u | error | CPU s")
 def needles(options: Options) -> Iterator[Row]:
-    for (name, mesh, target), mode in thin(options, False):
+    for (name, mesh, target), mode in thin(options):
         m, seconds = solve(mesh, target, intrinsic_refinement=mode)
         if not m.converged:
             options.fail(f"{name}, {mode}: {m.angle_error}")
         head = name, len(mesh[0]), mode, m.stats["intrinsic_refinement"], m.iterations
         figures = m.stats["relaxed_iterations"], m.bits, m.flips, f"{m.scale_range:.1f}"
         yield *head, *figures, f"{m.angle_error:.1e}", f"{seconds:.2f}"
-
-
-@table("case | V | refined | outcome | crossings | added V | map s")
-def needle_maps(options: Options) -> Iterator[Row]:
-    for (name, mesh, target), mode in thin(options, True):
-        try:
-            found = ff.conformal(*mesh, target, intrinsic_refinement=mode)
-            outcome = "certified"
-        except ff.NotConverged as error:
-            found, outcome = error.parametrization, error.code
-        s = found.stats
-        figures = s["overlay_crossings"], s["added_vertices"], f"{s['seconds_map']:.3f}"
-        yield name, len(mesh[0]), mode, outcome, *figures
 
 
 @table("surface | bound | ratio of largest to smallest scale | cones | CPU s")

@@ -16,6 +16,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -133,90 +134,60 @@ Call = Callable[[Case, float], Any]
 def public_calls(maps: Maps) -> dict[str, tuple[Call, Callable[[Case], bool]]]:
     """Name -> (call, whether it takes this mesh)."""
 
-    def every(case: Case) -> bool:
-        return True
+    def many_bits(case: Case, limit: float) -> Any:
+        how: dict[str, Any] = {"precision": 4096, "tolerance": 1e-30, "max_seconds": limit}
+        return ff.conformal_metric(case[1], case[2], far_angles(case), **how)
 
-    def mapped(case: Case) -> bool:
-        return maps.of(case) is not None
-
-    def metric(case: Case, limit: float) -> Any:
-        return ff.conformal_metric(case[1], case[2], far_angles(case), max_seconds=limit)
-
-    def metric_of_many_bits(case: Case, limit: float) -> Any:
-        return ff.conformal_metric(
-            case[1], case[2], far_angles(case), precision=4096, tolerance=1e-30, max_seconds=limit
-        )
-
-    def certify(case: Case, limit: float) -> Any:
+    def on_map(call: Callable[..., Any], case: Case, limit: float, spoil: bool = False) -> Any:
         m = maps.of(case)
-        return ff.certify(m.vertices, m.faces, turned(m.uv), bijective=True, max_seconds=limit)
+        return call(m.vertices, m.faces, (spoilt if spoil else turned)(m.uv), max_seconds=limit)
 
-    def pack(case: Case, limit: float) -> Any:
-        m = maps.of(case)
-        return ff.pack(m.vertices, m.faces, turned(m.uv), max_seconds=limit)
+    def on_mesh(call: Callable[..., Any], **more: Any) -> Call:
+        return lambda case, limit: call(case[1], case[2], max_seconds=limit, **more)
 
-    def repair(case: Case, limit: float) -> Any:
-        m = maps.of(case)
-        return ff.repair(m.vertices, m.faces, spoilt(m.uv), max_seconds=limit)
+    def to_angles(call: Callable[..., Any]) -> Call:
+        return lambda case, limit: call(case[1], case[2], far_angles(case), max_seconds=limit)
 
-    table: dict[str, tuple[Call, Callable[[Case], bool]]] = {
-        "unwrap": (lambda c, s: ff.unwrap(c[1], c[2], max_seconds=s, seams="given"), every),
-        "unwrap, automatic seams": (
-            lambda c, s: ff.unwrap(c[1], c[2], seams="auto", max_seconds=s),
-            every,
-        ),
-        "auto_seams": (lambda c, s: ff.auto_seams(c[1], c[2], max_seconds=s), every),
-        "embed": (lambda c, s: ff.embed(c[1], c[2], max_seconds=s), is_disk),
-        "embed, optimise": (
-            lambda c, s: ff.embed(c[1], c[2], optimise=True, max_seconds=s),
-            is_disk,
-        ),
-        "match": (lambda c, s: ff.match(c[1], c[2], points=far_pins(c), max_seconds=s), is_disk),
-        "improve": (lambda c, s: ff.improve(maps.of(c), max_seconds=s), mapped),
-        "repair": (repair, mapped),
-        "pack": (pack, mapped),
-        "certify": (certify, mapped),
-        "conformal_metric": (metric, every),
-        "conformal_metric, 4096 bits": (metric_of_many_bits, every),
-        "conformal": (
-            lambda c, s: ff.conformal(c[1], c[2], far_angles(c), max_seconds=s),
-            every,
-        ),
-        "suggest_cones": (
-            lambda c, s: ff.suggest_cones(c[1], c[2], bound=1.5, max_seconds=s),
-            every,
-        ),
-        "suggest_cones, quarters": (
-            lambda c, s: ff.suggest_cones(c[1], c[2], quarter_turns=True, max_seconds=s),
-            every,
-        ),
-        "seamless": (lambda c, s: ff.seamless(c[1], c[2], max_seconds=s), is_closed),
-        "seamless, padding": (
-            lambda c, s: ff.seamless(c[1], c[2], engine="padding", max_seconds=s),
-            is_closed,
-        ),
-        "cross_field": (
-            lambda c, s: ff.cross_field(c[1], c[2], alignment=0.3, simplify=True, max_seconds=s),
-            every,
-        ),
-        "field_aligned": (lambda c, s: ff.field_aligned(c[1], c[2], max_seconds=s), every),
-        "signature": (
-            lambda c, s: ff.signature(c[1], c[2], plain_field(c), max_seconds=s),
-            every,
-        ),
-        "boundary_angles, free": (
-            lambda c, s: ff.boundary_angles(c[1], c[2], max_seconds=s),
-            every,
-        ),
+    any_mesh: dict[str, Call] = {
+        "unwrap": on_mesh(ff.unwrap, seams="given"),
+        "unwrap, automatic seams": on_mesh(ff.unwrap, seams="auto"),
+        "auto_seams": on_mesh(ff.auto_seams),
+        "conformal_metric": to_angles(ff.conformal_metric),
+        "conformal_metric, 4096 bits": many_bits,
+        "conformal": to_angles(ff.conformal),
+        "suggest_cones": on_mesh(ff.suggest_cones, bound=1.5),
+        "suggest_cones, quarters": on_mesh(ff.suggest_cones, quarter_turns=True),
+        "cross_field": on_mesh(ff.cross_field, alignment=0.3, simplify=True),
+        "field_aligned": on_mesh(ff.field_aligned),
+        "signature": lambda c, s: ff.signature(c[1], c[2], plain_field(c), max_seconds=s),
+        "boundary_angles, free": on_mesh(ff.boundary_angles),
+        "boundary_angles, circle": on_mesh(ff.boundary_angles, boundary="circle"),
         # Linear, without a limit: within any.
-        "split_fans": (lambda c, _: ff.split_fans(c[2]), every),
-        "islands": (lambda c, _: ff.islands(c[2]), every),
-        "boundary_angles, circle": (
-            lambda c, s: ff.boundary_angles(c[1], c[2], "circle", max_seconds=s),
-            every,
-        ),
+        "split_fans": lambda c, _: ff.split_fans(c[2]),
+        "islands": lambda c, _: ff.islands(c[2]),
     }
-    return table
+    disks: dict[str, Call] = {
+        "embed": on_mesh(ff.embed),
+        "embed, optimise": on_mesh(ff.embed, optimise=True),
+        "match": lambda c, s: ff.match(c[1], c[2], points=far_pins(c), max_seconds=s),
+    }
+    mapped: dict[str, Call] = {
+        "improve": lambda c, s: ff.improve(maps.of(c), max_seconds=s),
+        "repair": lambda c, s: on_map(ff.repair, c, s, spoil=True),
+        "pack": lambda c, s: on_map(ff.pack, c, s),
+        "certify": lambda c, s: on_map(partial(ff.certify, bijective=True), c, s),
+    }
+    closed: dict[str, Call] = {
+        "seamless": on_mesh(ff.seamless),
+        "seamless, padding": on_mesh(ff.seamless, engine="padding"),
+    }
+    takes: list[tuple[dict[str, Call], Callable[[Case], bool]]] = [
+        (any_mesh, lambda _: True),
+        (disks, is_disk),
+        (mapped, lambda case: maps.of(case) is not None),
+        (closed, is_closed),
+    ]
+    return {name: (call, suits) for group, suits in takes for name, call in group.items()}
 
 
 def without_a_row() -> set[str]:

@@ -1,15 +1,13 @@
-"""Match Pins: prescribed outlines and pins, random pins, space-filling targets, large surfaces, limits of time, Blender beside it.
+"""Match Pins: prescribed outlines and pins, random pins, space-filling targets, large surfaces, Blender beside it.
 
     match.py constraints [--engine matchmaker]        outlines and pins of the shared data folder, targets that overlap themselves
     match.py random [--pins 10,50] [--seeds 1]        random pins, free boundary, on all disks of the folder (thesis 3.4.2)
     match.py hilbert [--orders 3] [--seeds 1]         a surface into Hilbert's curve, thickened, with three inner pins
     match.py large [--triangles 100000] [--seeds 5]   ten random pins on a bumpy square
-    match.py limits [--cases 66]                      how late a call with a limit of time comes back
     match.py blender --blender PROGRAM                six pins moved by a share of the square, on a monkey's largest island
 
 Faces are against the input's. blender: flips, overlaps and energy of both sides are measured by ff.certify on the stored values; the
-pin error is the largest distance between a stored UV and its pin. limits: 3 to 50 pins, free boundary, circle or star, limits of 0.05
-to 12 s; every map is certified and has its pins bit for bit, or the exit status is 1.
+pin error is the largest distance between a stored UV and its pin.
 """
 
 from __future__ import annotations
@@ -39,17 +37,6 @@ SHAPES = ("G", "S", "comb", "spiral")
 SPOKES, RINGS = 80, 12
 FOLDERS = ("constraints", "conformal", "embedding", "general")
 HILBERT = ("constraints/camel_b_uv.obj", "constraints/cow_uv.obj", "conformal/disk5k.obj")
-LIMITED = (
-    "constraints/camel_b_uv.obj",
-    "constraints/cow_uv.obj",
-    "conformal/fertility_tri.obj",
-    "embedding/nested_tri_200.obj",
-    "general/bimba1.obj",
-    "general/hand_lowres.obj",
-    "general/lucy_o_f24136.obj",
-    "general/snail.obj",
-    "general/torusOnPlane.obj",
-)
 
 
 def pinned(ids: Array, places: Array) -> Pins:
@@ -270,42 +257,6 @@ def large(options: Options) -> Iterator[Row]:
     yield from rows(((f"seed {i}", vertices, faces, {"points": p}) for i, p in seeds), options)
 
 
-@table("case | disk | pins | boundary | limit, s | later, s | outcome")
-def limits(options: Options) -> Iterator[Row]:
-    for case in range(options.number):
-        chance = np.random.default_rng(case)
-        file = LIMITED[chance.integers(len(LIMITED))]
-        vertices, faces = max(cut_pieces(read_mesh(data() / file)), key=lambda p: len(p[1]))
-        boundary = ("free", "circle", "star")[chance.integers(3)]
-        ids = chance.choice(np.unique(faces), chance.choice([3, 10, 20, 30, 50]), replace=False)
-        request: dict[str, Any] = {}
-        low, size = 0.0, 1.0
-        if boundary != "free":
-            loop = boundary_loop(faces)
-            angle = 2 * np.pi * np.arange(len(loop)) / len(loop)
-            radius = 1 + (0.5 * np.sin(4 * angle) if boundary == "star" else 0)
-            target = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
-            request = {"boundary_loop": loop, "boundary_uv": target}
-            ids = np.setdiff1d(ids, loop)
-            low, size = -0.3, 0.6
-        request["points"] = pinned(ids, low + size * chance.random((len(ids), 2)))
-        limit = float(np.exp(chance.uniform(np.log(0.05), np.log(12))))
-        with timed() as cost:
-            try:
-                result = ff.match(vertices, faces, max_seconds=limit, threads=1, **request)
-            except ff.NotConverged as error:
-                result, outcome = None, error.code
-        if result is not None:
-            points = request["points"].items()
-            if not result.certificate.ok or any(
-                (result.uv[result.faces == v] != p).any() for v, p in points
-            ):
-                options.fail(f"case {case}: no certified map with its pins")
-            outcome = "map, could be better" if result.stats["time_limit_reached"] else "map"
-        late = f"{limit:.2f}", f"{cost.wall - limit:+.2f}"
-        yield case, Path(file).stem, len(ids), boundary, *late, outcome
-
-
 @table(
     "moved by | seed | method | flips | overlaps | pin error | energy | wall s | CPU s | added V"
 )
@@ -354,7 +305,6 @@ def more(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--orders", default="3", help="of hilbert")
     parser.add_argument("--triangles", type=int, default=100_000, help="of large")
-    parser.add_argument("--cases", dest="number", type=int, default=66, help="of limits")
     parser.add_argument("--blender", help="program")
     parser.add_argument("--level", default="3", help="of subdivision: 40k triangles in the island")
 

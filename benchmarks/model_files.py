@@ -1,4 +1,4 @@
-"""Triangles of the files that games, simulators and libraries of parts ship: AC3D, VRML, MD3, PMD.
+"""Triangles of the files that games, simulators and libraries of parts ship: AC3D, VRML, PMD.
 
 Only what a mesh is made of is read: positions and polygons, polygons fanned, all parts of a file in one mesh, as an artist
 who joins them has it; no transformations of parts. `ff.read` reads OBJ, PLY, OFF and STL.
@@ -90,21 +90,6 @@ def read_vrml(data: bytes) -> Mesh:
     return joined(parts)
 
 
-def read_md3(data: bytes) -> Mesh:
-    if data[:4] != b"IDP3":
-        raise Unreadable("no MD3 file")
-    _, _, count, _ = struct.unpack_from("<4i", data, 76)
-    (at,) = struct.unpack_from("<i", data, 100)
-    parts = []
-    for _ in range(count):
-        head = struct.unpack_from("<10i", data, at + 72)
-        vertices, faces, to_faces, to_vertices, to_end = head[2], head[3], head[4], head[7], head[8]
-        place = np.frombuffer(data, "<i2", 4 * vertices, at + to_vertices).reshape(-1, 4)[:, :3]
-        parts.append((place / 64.0, np.frombuffer(data, "<i4", 3 * faces, at + to_faces)))
-        at += to_end
-    return welded(joined(parts))
-
-
 def read_pmd(data: bytes) -> Mesh:
     if data[:4] != b"PSMD":
         raise Unreadable("no PMD file")
@@ -121,7 +106,6 @@ def read_pmd(data: bytes) -> Mesh:
 READERS: dict[str, Callable[[bytes], Mesh]] = {
     ".ac": read_ac3d,
     ".wrl": read_vrml,
-    ".md3": read_md3,
     ".pmd": read_pmd,
 }
 NATIVE = (".obj", ".ply", ".off", ".stl")

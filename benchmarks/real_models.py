@@ -47,7 +47,6 @@ PACKAGES = {
     "flightgear-data-ai": (["*.ac"], []),
     "flightgear-data-models": (["*.ac"], []),
     "libcgal-demo": (["*.tar.gz"], [".off", ".ply", ".stl", ".obj"]),
-    "openarena-081-players": (["*.pk3"], [".md3"]),
     "kicad-packages3d": (["*.wrl"], []),
     "0ad-data": (["*/public.zip"], [".pmd"]),
 }
@@ -71,7 +70,7 @@ def fetch() -> None:
             subprocess.run(
                 ["tar", "-x", "-C", target, "--wildcards", *patterns], stdin=tar.stdout, check=True
             )
-        for archive in [p for p in target.rglob("*") if p.suffix in (".zip", ".pk3", ".gz")]:
+        for archive in [p for p in target.rglob("*") if p.suffix in (".zip", ".gz")]:
             if archive.suffix == ".gz":
                 patterns = [f"*{suffix}" for suffix in inner]
                 subprocess.run(
@@ -186,7 +185,6 @@ MEANINGLESS = (
     "not finite",
     "does not exist",
     "no faces",
-    "uses a vertex twice",
     "No face",
 )
 

@@ -23,7 +23,7 @@ namespace flipfree::intrinsic {
 enum class FlipRule { kEuclidean, kPtolemy };
 
 // How much is done per check for cancel: with the most bits a Delaunay test or a flip takes some
-// 30 us, an angle or a logarithm half a millisecond (benchmarks/flips_benchmark.cpp).
+// 30 us, an angle or a logarithm half a millisecond.
 template <typename T>
 struct ChecksPer {
   static constexpr bool kIsDouble = numeric::ScalarTraits<T>::kIsDouble;

@@ -19,7 +19,7 @@ namespace flipfree::conformal {
 namespace {
 
 // Flips per edge from which on a direct way is worth its search: an overlay replays a flip in some
-// 50 ns, while the search costs about a microsecond per edge (benchmarks/flips_benchmark.cpp).
+// 50 ns, while the search costs about a microsecond per edge.
 constexpr std::size_t kLongWay = 4;
 constexpr double kFineAngles =
     1e-13;                           // radians: what the angles of a result are known to, at least

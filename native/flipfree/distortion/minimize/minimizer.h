@@ -20,7 +20,7 @@
 namespace flipfree::distortion {
 
 // The step goes this far towards the first flip; closer would leave a triangle whose barrier
-// dominates the next step. benchmarks/minimize_benchmark.cpp measures it.
+// dominates the next step. benchmarks/unwrap.py scale measures it.
 inline constexpr double kShareOfFlip = 0.9;
 inline constexpr double kSufficientDecrease = 1e-4;  // Armijo's constant
 
