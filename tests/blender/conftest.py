@@ -29,6 +29,31 @@ def part():
     return lambda name: importlib.import_module(f"{PACKAGE}.{name}")
 
 
+@pytest.fixture
+def unwrapping(part):
+    """unwrapping(object, ...): a run that unwraps them, along marked seams, and has not begun."""
+
+    def run(*objects, **options):
+        read, task = part("meshes.mesh_io").read, part("operators.unwrap").UnwrapTask
+        options = {"seams": "given"} | options
+        return part("modal").Run([task(read(ob, only_selected=False), **options) for ob in objects])
+
+    return run
+
+
+@pytest.fixture
+def solved(unwrapping):
+    """solved(object, ...): the same, solved and not written."""
+
+    def run(*objects):
+        run = unwrapping(*objects)
+        while not run.advance(0.05):
+            pass
+        return run
+
+    return run
+
+
 @pytest.fixture(autouse=True)
 def empty_scene():
     """Every test starts in object mode without objects."""

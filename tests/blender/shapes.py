@@ -1,8 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Meshes for the tests, made from nothing, and looks at what is stored in them."""
 
+import re
+import sys
+from pathlib import Path
+
+import bmesh
 import bpy
 import numpy as np
+
+sys.path.append(str(Path(__file__).resolve().parent.parent))
+from judges.exact import flips  # noqa: E402
 
 
 def add(name, vertices, faces, *, uv=False, edges=()):
@@ -116,6 +124,43 @@ def set_uv(ob, values):
     ob.data.attributes[ob.data.uv_layers.active.name].data.foreach_set("vector", flat)
 
 
+def corners(ob):
+    """(loops,) the vertex of each."""
+    return np.array([loop.vertex_index for loop in ob.data.loops])
+
+
+def plane(ob):
+    """(loops, 2) x and y of each corner."""
+    return np.array([v.co[:2] for v in ob.data.vertices], np.float32)[corners(ob)]
+
+
+def flat(ob):
+    """UVs of the sheet = its x, y; returns these and the vertex of each loop."""
+    set_uv(ob, plane(ob))
+    return plane(ob), corners(ob)
+
+
+def seam_in_the_middle(ob):
+    """Along x = 0; returns (loops,) bool of what lies to the right."""
+    for edge in ob.data.edges:
+        edge.use_seam = all(abs(ob.data.vertices[v].co.x) < 1e-6 for v in edge.vertices)
+    sizes = [p.loop_total for p in ob.data.polygons]
+    return np.array([p.center.x > 0 for p in ob.data.polygons]).repeat(sizes)
+
+
+def cut_all(ob):
+    for edge in ob.data.edges:
+        edge.use_seam = True
+    return ob
+
+
+def pins_of(ob):
+    """(loops,) bool"""
+    mask = np.empty(len(ob.data.loops), bool)
+    ob.data.attributes[f".pn.{ob.data.uv_layers.active.name}"].data.foreach_get("value", mask)
+    return mask
+
+
 def set_pins(ob, loops):
     name = ob.data.uv_layers.active.name
     mask = np.zeros(len(ob.data.loops), bool)
@@ -126,17 +171,28 @@ def set_pins(ob, loops):
     attribute.data.foreach_set("value", mask)
 
 
-def select_faces(ob, faces):
-    """Selects these faces only, in edit mode."""
-    import bmesh
+def enter(mode):
+    """That mode; everything is selected in Edit Mode."""
+    bpy.ops.object.mode_set(mode=mode)
+    if mode == "EDIT":
+        bpy.ops.mesh.select_all(action="SELECT")
 
-    bpy.context.tool_settings.mesh_select_mode = (False, False, True)
+
+def select(ob, kind, elements):
+    """Selects these vertices, edges or faces only, in edit mode."""
+    kinds = ("vertex", "edge", "face")
+    bpy.context.tool_settings.mesh_select_mode = [kind == one for one in kinds]
     bpy.ops.mesh.select_all(action="DESELECT")
     bm = bmesh.from_edit_mesh(ob.data)
-    bm.faces.ensure_lookup_table()
-    for face in faces:
-        bm.faces[face].select_set(True)
+    sequence = (bm.verts, bm.edges, bm.faces)[kinds.index(kind)]
+    sequence.ensure_lookup_table()
+    for element in elements:
+        sequence[element].select_set(True)
     bmesh.update_edit_mesh(ob.data)
+
+
+def select_faces(ob, faces):
+    select(ob, "face", faces)
 
 
 def selected(ob, kind):
@@ -193,22 +249,22 @@ def everything(ob):
     return co.tobytes(), corners.tobytes(), seams.tobytes(), layers
 
 
+def refused(ob, words, call, **options):
+    """The operator refuses in such words and leaves everything alone; returns the message."""
+    before, chosen = everything(ob), selection(ob)
+    message = None
+    try:
+        call(**options)
+    except RuntimeError as error:
+        message = str(error)
+    assert message and re.search(words, message), message
+    assert everything(ob) == before and selection(ob) == chosen
+    return message
+
+
 def exact_flips(ob):
     """Flipped or degenerate triangles of the stored UVs, by rational arithmetic that shares nothing with the solver."""
-    from fractions import Fraction
-
-    mesh = ob.data
-    mesh.calc_loop_triangles()
-    uv = uv_of(ob).astype(np.float64)
-    loops = np.array([tri.loops for tri in mesh.loop_triangles])
-    a, b, c = (uv[loops[:, k]] for k in range(3))
-    area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    clear = area > 1e-12 * (np.abs(uv).max() + 1) ** 2
-    flips = 0
-    for p, q, r in zip(a[~clear], b[~clear], c[~clear], strict=True):
-        (ax, ay), (bx, by), (cx, cy) = (map(Fraction, map(float, t)) for t in (p, q, r))
-        flips += (bx - ax) * (cy - ay) - (by - ay) * (cx - ax) <= 0
-    return flips
+    return flips(triangles_of(ob)[1])
 
 
 def face_of_triangles(ob):

@@ -53,9 +53,7 @@ def test_every_island_meets_the_density(mode, scale):
     ob.scale = (scale,) * 3
     bpy.context.view_layer.update()
     middle = (uv[:64].min(0) + uv[:64].max(0)) / 2
-    bpy.ops.object.mode_set(mode=mode)
-    if mode == "EDIT":
-        bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter(mode)
     assert bpy.ops.uv.flipfree_set_density(density=100.0, texture_size=2048) == {"FINISHED"}
     bpy.ops.object.mode_set(mode="OBJECT")
     assert density(ob, 2048) == pytest.approx(100.0, rel=1e-3)

@@ -88,9 +88,7 @@ def test_seams_that_are_there_stay_unless_they_are_cleared(mode):
     ]
     for i in equator:
         ob.data.edges[i].use_seam = True
-    bpy.ops.object.mode_set(mode=mode)
-    if mode == "EDIT":
-        bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter(mode)
     auto_seams()
     bpy.ops.object.mode_set(mode="OBJECT")
     assert all(ob.data.edges[i].use_seam for i in equator)

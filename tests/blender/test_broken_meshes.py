@@ -16,16 +16,6 @@ from judges.any_triangles import judge_any
 pytestmark = pytest.mark.halved
 
 
-def add(vertices, faces):
-    mesh = bpy.data.meshes.new("broken")
-    mesh.from_pydata(np.asarray(vertices).tolist(), [], np.asarray(faces).tolist())
-    ob = bpy.data.objects.new("broken", mesh)
-    bpy.context.collection.objects.link(ob)
-    bpy.context.view_layer.objects.active = ob
-    ob.select_set(True)
-    return ob
-
-
 def faces_and_uv(ob):
     corners = np.array([loop.vertex_index for loop in ob.data.loops]).reshape(-1, 3)
     return corners, shapes.uv_of(ob).reshape(-1, 3, 2)
@@ -40,7 +30,7 @@ def whole(mesh):
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
 def test_every_face_of_a_broken_mesh_gets_a_place_of_its_own(kind):
     vertices, faces = whole(kind(np.random.default_rng(5)))
-    ob = add(vertices, faces)
+    ob = shapes.add("broken", vertices, faces)
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
     corners, uv = faces_and_uv(ob)
     assert corners.tolist() == faces.tolist()
@@ -65,22 +55,13 @@ def test_quads_of_a_broken_mesh_stay_whole(seed, seams):
         faces.append([face[0], face[1], len(vertices) - 1])
     faces += [list(faces[k]) for k in random.integers(0, 500, 5)]
     faces = [face[::-1] if random.random() < 0.2 else face for face in faces]
-    bpy.data.objects.remove(ob)
-    ob = bpy.data.objects.new("broken", bpy.data.meshes.new("broken"))
-    ob.data.from_pydata(vertices, [], faces)
-    bpy.context.collection.objects.link(ob)
-    bpy.context.view_layer.objects.active = ob
-    ob.select_set(True)
+    ob = shapes.add("broken", vertices, faces)
     assert bpy.ops.uv.flipfree_unwrap(seams=seams) == {"FINISHED"}
-    ob.data.calc_loop_triangles()
-    triangles = ob.data.loop_triangles
-    corners = np.array([t.vertices[:] for t in triangles])
-    uv = shapes.uv_of(ob)[np.array([t.loops[:] for t in triangles])]
-    assert judge_any(corners, uv) == []
+    assert judged_faces(ob) == []
 
 
 def test_the_report_names_what_was_separated(tmp_path):
-    add(*KINDS[1](np.random.default_rng(5)))
+    shapes.add("broken", *KINDS[1](np.random.default_rng(5)))
     blend, target = tmp_path / "wall.blend", tmp_path / "record.json"
     bpy.ops.wm.save_as_mainfile(filepath=str(blend))
     done = subprocess.run(
@@ -96,25 +77,17 @@ def test_the_report_names_what_was_separated(tmp_path):
 
 def wall():
     """A T of three boards at one edge, and a flat board of its own."""
-    vertices = [
-        (0, 0, 0),
-        (0, 1, 0),
-        (1, 0, 0),
-        (1, 1, 0),
-        (-1, 0, 0),
-        (-1, 1, 0),
-        (0, 0, 1),
-        (0, 1, 1),
-    ]
+    vertices = [(x, y, z) for x, z in ((0, 0), (1, 0), (-1, 0), (0, 1)) for y in (0, 1)]
     vertices += [(5, 0, 0), (6, 0, 0), (6, 1, 0), (5, 1, 0)]
     faces = [(0, 2, 3, 1), (0, 1, 5, 4), (0, 6, 7, 1), (8, 9, 10, 11)]
-    mesh = bpy.data.meshes.new("wall")
-    mesh.from_pydata(vertices, [], faces)
-    ob = bpy.data.objects.new("wall", mesh)
-    bpy.context.collection.objects.link(ob)
-    bpy.context.view_layer.objects.active = ob
-    ob.select_set(True)
-    return ob
+    return shapes.add("wall", vertices, faces)
+
+
+def paint(ob, slots):
+    while len(ob.data.materials) < 2:
+        ob.data.materials.append(bpy.data.materials.new("wood"))
+    for face, slot in enumerate(slots):
+        ob.data.polygons[face].material_index = slot
 
 
 def joined_at_spine(ob):
@@ -130,10 +103,7 @@ def test_the_flat_boards_of_a_wall_stay_together_unless_materials_say_otherwise(
     ob = wall()
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
     assert joined_at_spine(ob) == [(0, 1)]
-    for name in ("brick", "wood"):
-        ob.data.materials.append(bpy.data.materials.new(name))
-    for face, slot in enumerate((0, 1, 1, 0)):
-        ob.data.polygons[face].material_index = slot
+    paint(ob, (0, 1, 1, 0))
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
     assert joined_at_spine(ob) == [(0, 1)], "flat comes first"
 
@@ -145,11 +115,8 @@ def test_of_boards_at_one_angle_those_of_one_material_go_together():
     ):
         for k, y in ((i, 0), (i + 1, 1)):
             ob.data.vertices[k].co = (x, y, z)
-    for name in ("brick", "wood"):
-        ob.data.materials.append(bpy.data.materials.new(name))
     for slots in ((0, 1, 1, 0), (1, 1, 0, 0)):  # the boards 0 and 2 are wound against each other
-        for face, slot in enumerate(slots):
-            ob.data.polygons[face].material_index = slot
+        paint(ob, slots)
         assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
         (pair,) = joined_at_spine(ob)
         assert slots[pair[0]] == slots[pair[1]]

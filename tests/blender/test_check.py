@@ -31,9 +31,7 @@ def test_flipped_faces_are_counted_and_selected(mode, capfd):
     shapes.set_uv(ob, uv)
     flips = shapes.exact_flips(ob)
     assert flips > 0
-    bpy.ops.object.mode_set(mode=mode)
-    if mode == "EDIT":
-        bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter(mode)
     assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
     report = capfd.readouterr().out.replace("1 flip,", "1 flips,")
     assert f"{flips} flips" in report and "0 overlaps" not in report
@@ -80,9 +78,7 @@ def cubes(count, apart):
 def test_stacked_islands_are_wrong_named_and_selected(mode, capfd):
     ob = cubes(40, 0.0)
     before = shapes.everything(ob)
-    bpy.ops.object.mode_set(mode=mode)
-    if mode == "EDIT":
-        bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter(mode)
     assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
     report = capfd.readouterr().out
     pairs = 6 * 40 * 39 // 2
@@ -133,8 +129,7 @@ def test_uvs_that_differ_in_the_last_bits_come_with_a_cure(capfd):
     assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
     report = capfd.readouterr().out
     assert "0 overlaps" not in report and "in the last bits only" in report
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     bpy.ops.uv.select_all(action="SELECT")
     bpy.ops.uv.remove_doubles(threshold=1e-4)
     bpy.ops.object.mode_set(mode="OBJECT")

@@ -83,8 +83,7 @@ def test_seams_are_those_that_mark_seam_makes(part):
 def test_faces_selected_in_the_uv_editor_are_found(part):
     """Blender's own operator selects; what is read must agree with it."""
     ob = shapes.grid(3, uv=True)
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     bm = bmesh.from_edit_mesh(ob.data)
     layer = bm.loops.layers.uv.verify()
     bm.faces.ensure_lookup_table()

@@ -105,9 +105,7 @@ def sphere():
 @pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
 def test_cones_that_were_suggested_for_conformal_maps_are_no_dead_end_for_seamless_ones(mode, cure):
     ob = sphere()
-    bpy.ops.object.mode_set(mode=mode)
-    if mode == "EDIT":
-        mesh.select_all(action="SELECT")
+    shapes.enter(mode)
     assert bpy.ops.uv.flipfree_suggest_cones() == {"FINISHED"}
     with pytest.raises(RuntimeError, match="multiples of 90.*Quarter Turns.*Clear Cones"):
         bpy.ops.uv.flipfree_seamless()

@@ -172,8 +172,7 @@ def test_select_where_it_failed_is_off_after_a_run_that_went_well():
 def test_places_of_a_mesh_that_changed_are_not_shown():
     ob = with_a_pin_that_is_no_number()
     refused(ob, "face 2", "pinned UV")
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     bpy.ops.mesh.subdivide()
     with pytest.raises(RuntimeError, match="no longer the one"):
         bpy.ops.uv.flipfree_select_failed()

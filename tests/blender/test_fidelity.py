@@ -9,90 +9,55 @@ import shapes
 from test_refine import split
 
 
-def run_on_all(ob, mode, call):
-    bpy.ops.object.mode_set(mode=mode)
-    if mode == "EDIT":
-        bpy.ops.mesh.select_all(action="SELECT")
-    assert call() == {"FINISHED"}
+def refine(part, ob, mode, edges):
+    """Halves one diagonal, and these edges; returns what the solver is said to have found."""
+    shapes.enter(mode)
+    snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
+    result = split(snapshot, {tuple(sorted(snapshot.diagonals[0].tolist())), *edges})
+    assert part("meshes.refine").needs_new_faces(snapshot, result)
+    written = part("meshes.refine").write(ob, snapshot, result, mark_cuts=False)
+    assert written == 1 + len(edges)
     bpy.ops.object.mode_set(mode="OBJECT")
-
-
-@pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
-@pytest.mark.parametrize(
-    "name", ["unwrap", "improve", "pack", "conformal", "set_density", "orient"]
-)
-def test_where_nothing_is_added_only_the_active_map_changes(name, mode):
-    ob = rich.mesh(4)
-    at = rich.places(ob.data, "CORNER")[:, :2]
-    shapes.set_uv(ob, at * [0.3, 0.1] + 0.5)
-    before, keys = rich.attributes(ob), shape_keys(ob)
-    run_on_all(ob, mode, getattr(bpy.ops.uv, f"flipfree_{name}"))
-    after = rich.attributes(ob)
-    changed = {key for key in before.keys() | after.keys() if before.get(key) != after.get(key)}
-    seams = {"uv_seam", ".uv_seam"}  # the conformal map marks its cuts
-    assert "UVMap" in changed and changed <= {"UVMap"} | (seams if name == "conformal" else set())
-    assert shape_keys(ob) == keys
-
-
-def shape_keys(ob):
-    found = []
-    for block in ob.data.shape_keys.key_blocks:
-        at = np.empty(3 * len(block.data), np.float32)
-        block.data.foreach_get("co", at)
-        found.append((block.name, at.tobytes()))
-    return found
+    return result
 
 
 @pytest.fixture(params=["OBJECT", "EDIT"])
 def refined(request, part):
-    """A sheet that carries everything, one diagonal and two edges between faces halved; the lengths of its edges before."""
+    """A sheet that carries everything, one diagonal and two edges between faces halved; values of its edges and faces before."""
     ob = rich.mesh(4)
-    before = edge_values(ob)
-    faces = face_values(ob)
-    bpy.ops.object.mode_set(mode=request.param)
-    if request.param == "EDIT":
-        bpy.ops.mesh.select_all(action="SELECT")
-    snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
-    diagonal = tuple(sorted(snapshot.diagonals[0].tolist()))
-    result = split(snapshot, {diagonal, (12, 17), (6, 7)})
-    assert part("meshes.refine").write(ob, snapshot, result, mark_cuts=False) == 3
-    bpy.ops.object.mode_set(mode="OBJECT")
-    return ob, before, faces
+    edges, faces = element_values(ob, "EDGE"), element_values(ob, "FACE")
+    result = refine(part, ob, request.param, [(12, 17), (6, 7)])
+    return ob, edges, faces, result
 
 
-def edge_values(ob):
-    """{(midpoint, direction) of each straight edge: values of all edge attributes}, for finding what lies on an old edge."""
+def element_values(ob, domain):
+    """[(places of the corners, {name: value} of all attributes)] of each edge or face."""
     mesh = ob.data
     points = np.array([v.co for v in mesh.vertices])
-    names = sorted(
-        a.name
+    columns = {
+        a.name: rich.values(a)
         for a in mesh.attributes
-        if a.domain == "EDGE" and not a.name.startswith(".") and "select" not in a.name
-    )
-    columns = {name: rich.values(mesh.attributes[name]) for name in names}
-    return [
-        (points[list(edge.vertices)], {name: columns[name][edge.index].tolist() for name in names})
-        for edge in mesh.edges
-    ]
-
-
-def face_values(ob):
-    mesh = ob.data
-    points = np.array([v.co for v in mesh.vertices])
-    names = sorted(
-        a.name
-        for a in mesh.attributes
-        if a.domain == "FACE" and not a.name.startswith(".") and "select" not in a.name
-    )
-    columns = {name: rich.values(mesh.attributes[name]) for name in names}
+        if a.domain == domain and not a.name.startswith(".") and "select" not in a.name
+    }
     return [
         (
-            points[list(p.vertices)],
-            {name: columns[name][p.index].tolist() for name in names}
-            | {"smooth": p.use_smooth, "material": p.material_index},
+            points[list(one.vertices)],
+            {name: values[one.index].tolist() for name, values in columns.items()},
         )
-        for p in mesh.polygons
+        for one in (mesh.edges if domain == "EDGE" else mesh.polygons)
     ]
+
+
+def test_uvs_are_the_results_bit_for_bit(refined):
+    ob, *_, result = refined
+    uv = shapes.uv_of(ob)
+    expected = {}
+    for face, values in zip(result.faces, result.uv32(), strict=True):
+        expected |= {v: value.tobytes() for v, value in zip(face.tolist(), values, strict=True)}
+    for loop in ob.data.loops:
+        assert uv[loop.index].tobytes() == expected[loop.vertex_index]
+    assert sum(p.area for p in ob.data.polygons) == pytest.approx(4.0, rel=1e-3)
+    assert not [e for e in ob.data.edges if e.is_loose]
 
 
 def test_values_of_vertices_and_corners_are_interpolated(refined):
@@ -126,9 +91,9 @@ def test_groups_maps_and_shapes_are_interpolated(refined):
 
 
 def test_pieces_of_edges_keep_what_the_edge_carried_and_new_ones_carry_nothing(refined):
-    ob, before, _ = refined
+    ob, before, *_ = refined
     pieces = 0
-    for ends, found in edge_values(ob):
+    for ends, found in element_values(ob, "EDGE"):
         old = [values for line, values in before if lies_on(ends, line)]
         if old:
             assert {k: v for k, v in found.items() if k in old[0]} == old[0]
@@ -147,9 +112,9 @@ def lies_on(ends, line):
 
 
 def test_pieces_of_faces_keep_what_the_face_carried(refined):
-    ob, _, before = refined
+    ob, _, before, _ = refined
     quads = 0
-    for corners, found in face_values(ob):
+    for corners, found in element_values(ob, "FACE"):
         middle = corners.mean(axis=0)
         (old,) = [values for outline, values in before if inside(middle, outline)]
         assert found == old
@@ -182,14 +147,7 @@ def corner_normals(mesh):
 @pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
 def test_custom_normals_stay_and_are_interpolated(mode, part):
     ob = slanted_normals(shapes.grid(4, bump=0.0, uv=True))
-    bpy.ops.object.mode_set(mode=mode)
-    if mode == "EDIT":
-        bpy.ops.mesh.select_all(action="SELECT")
-    snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
-    diagonal = tuple(sorted(snapshot.diagonals[0].tolist()))
-    result = split(snapshot, {diagonal, (12, 17), (6, 7)})
-    assert part("meshes.refine").write(ob, snapshot, result, mark_cuts=False) == 3
-    bpy.ops.object.mode_set(mode="OBJECT")
+    refine(part, ob, mode, [(12, 17), (6, 7)])
     mesh = ob.data
     assert mesh.has_custom_normals
     at = rich.places(mesh, "CORNER")
@@ -202,7 +160,9 @@ def test_custom_normals_stay_and_are_interpolated(mode, part):
 def test_custom_normals_stay_where_nothing_is_added(mode):
     ob = slanted_normals(shapes.grid(4, bump=0.3, uv=True))
     before = corner_normals(ob.data)
-    run_on_all(ob, mode, bpy.ops.uv.flipfree_unwrap)
+    shapes.enter(mode)
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    bpy.ops.object.mode_set(mode="OBJECT")
     assert np.abs(corner_normals(ob.data) - before).max() < 1e-4
 
 
@@ -241,10 +201,7 @@ def linked(path):
 
 def test_linked_meshes_are_refused_with_the_reason(library):
     ob = linked(library)
-    before = shapes.everything(ob)
-    with pytest.raises(RuntimeError, match="Linked.*another file.*Make Local"):
-        bpy.ops.uv.flipfree_unwrap()
-    assert shapes.everything(ob) == before
+    shapes.refused(ob, "Linked.*another file.*Make Local", bpy.ops.uv.flipfree_unwrap)
 
 
 def test_meshes_of_library_overrides_are_refused_with_the_reason(library):

@@ -73,8 +73,7 @@ def test_a_vertex_on_a_seam_is_one_on_both_sides(part, mode, sides):
     ob = seam_in_the_middle()
     before = len(ob.data.vertices)
     if mode == "EDIT":
-        bpy.ops.object.mode_set(mode="EDIT")
-        bpy.ops.mesh.select_all(action="SELECT")
+        shapes.enter("EDIT")
     snapshot = mesh_io.read(ob, only_selected=mode == "EDIT")
     left, right = islands.islands_of(snapshot)
     places = [0.5] if sides == "one" else [0.5, 0.5 if "one" in sides else 0.25]

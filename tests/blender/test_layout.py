@@ -7,6 +7,16 @@ import bpy
 import numpy as np
 import pytest
 import shapes
+from layouts import (
+    assert_usable,
+    both,
+    cube_with_seams,
+    cylinder_with_seams,
+    densities,
+    islands,
+)
+
+from judges.gaps import narrowest
 
 pytestmark = pytest.mark.halved
 
@@ -16,120 +26,36 @@ def unwrap(**options):
     assert bpy.ops.uv.flipfree_unwrap(**{"seams": "given"} | options) == {"FINISHED"}
 
 
-def triangles_of(ob):
-    """(loops (m, 3), UVs (m, 3, 2) float64) of the object's triangles."""
-    mesh = ob.data
-    mesh.calc_loop_triangles()
-    loops = np.array([t.loops for t in mesh.loop_triangles])
-    return loops, shapes.uv_of(ob).astype(np.float64)[loops]
+def spread(*objects):
+    """Of the densities of their islands."""
+    found = densities(*objects)
+    return found.max() / found.min()
 
 
-def islands_of(ob):
-    """UV triangles (k, 3, 2) of each island: triangles that share an edge and its two UVs."""
-    loops, uv = triangles_of(ob)
-    vertex = np.array([loop.vertex_index for loop in ob.data.loops])
-    parent = list(range(len(loops)))
-
-    def find(i):
-        while parent[i] != i:
-            i = parent[i]
-        return i
-
-    seen = {}
-    for t in range(len(loops)):
-        for k in range(3):
-            ends = [(int(vertex[loops[t, e]]), uv[t, e].tobytes()) for e in (k, (k + 1) % 3)]
-            other = seen.setdefault(frozenset(ends), t)
-            parent[find(t)] = find(other)
-    roots = np.array([find(t) for t in range(len(loops))])
-    return [np.flatnonzero(roots == root) for root in np.unique(roots)]
+def two_cubes():
+    return both(cube_with_seams("First"), cube_with_seams("Second"))
 
 
-def area(uv):
-    a, b = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
-    return float(np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / 2)
-
-
-def density(ob, triangles, size=1.0):
-    """Length in UV space per length of the surface."""
-    loops, uv = triangles_of(ob)
-    mesh = ob.data
-    at = np.array([mesh.vertices[mesh.loops[i].vertex_index].co for i in loops[triangles].ravel()])
-    at = at.reshape(-1, 3, 3) * size
-    surface = np.linalg.norm(np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]), axis=1).sum() / 2
-    return float(np.sqrt(area(uv[triangles]) / surface))
-
-
-def overlapping(first, second):
-    """Whether two sets of UV triangles share a point: some pair is separated by none of its six sides."""
-
-    def sides(uv):
-        ahead = np.roll(uv, -1, axis=1) - uv
-        return np.stack([-ahead[..., 1], ahead[..., 0]], -1)
-
-    for t in first:
-        box = (second.min(1) <= t.max(0)).all(1) & (second.max(1) >= t.min(0)).all(1)
-        for s in second[box]:
-            normals = np.concatenate([sides(t[None])[0], sides(s[None])[0]])
-            a, b = normals @ t.T, normals @ s.T
-            if not ((a.max(1) < b.min(1)) | (b.max(1) < a.min(1))).any():
-                return True
-    return False
-
-
-def everything(*objects):
-    """All islands of these objects, as UV triangles."""
-    return [triangles_of(ob)[1][island] for ob in objects for island in islands_of(ob)]
-
-
-def assert_usable(*objects):
-    """Nothing outside the unit square, nothing on top of anything."""
-    found = everything(*objects)
-    for i, one in enumerate(found):
-        assert one.min() >= 0.0 and one.max() <= 1.0
-        assert not any(overlapping(one, other) for other in found[:i])
-    return found
-
-
-def cylinder_with_seams():
-    """A cylinder with caps, cut along both rims and one line down its side; its UVs are Blender's own."""
-    bpy.ops.mesh.primitive_cylinder_add(vertices=32, radius=1.0, depth=2.0)
-    ob = bpy.context.object
-    mesh = ob.data
-    z = [v.co.z for v in mesh.vertices]
-    upright = [e for e in mesh.edges if z[e.vertices[0]] != z[e.vertices[1]]]
-    for edge in mesh.edges:
-        edge.use_seam = z[edge.vertices[0]] == z[edge.vertices[1]]
-    upright[0].use_seam = True
-    return ob
-
-
-def cube_with_seams(name="Cube"):
-    bpy.ops.mesh.primitive_cube_add()
-    ob = bpy.context.object
-    ob.name = name
-    for edge in ob.data.edges:
-        edge.use_seam = True
-    return ob
+def mapped_cube():
+    ob = cube_with_seams()
+    unwrap()
+    return ob, shapes.uv_of(ob)
 
 
 def test_a_cylinder_with_its_three_seams_is_three_islands_at_one_scale(capfd):
     ob = cylinder_with_seams()
     unwrap()
-    assert len(assert_usable(ob)) == 3
-    scales = [density(ob, island) for island in islands_of(ob)]
-    assert max(scales) / min(scales) < 1.0 + 1e-4
+    assert_usable(ob, of=3)
+    assert spread(ob) < 1.0 + 1e-4
     line = next(text for text in capfd.readouterr().out.splitlines() if "distortion" in text)
     assert float(line.split("distortion mean ")[1].split()[0]) == pytest.approx(1.0, abs=1e-3)
 
 
 def test_a_cube_with_seams_is_six_squares_of_one_size():
-    ob = cube_with_seams()
-    unwrap()
-    assert len(assert_usable(ob)) == 6
-    scales = [density(ob, island) for island in islands_of(ob)]
-    assert max(scales) / min(scales) < 1.0 + 1e-5
-    assert min(scales) * 2 > 0.3, "six squares fill more than half of the square"
+    ob, _ = mapped_cube()
+    assert_usable(ob, of=6)
+    assert spread(ob) < 1.0 + 1e-5
+    assert densities(ob).min() * 2 > 0.3, "six squares fill more than half of the square"
 
 
 @pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
@@ -138,27 +64,12 @@ def test_objects_of_one_run_share_one_layout(mode):
     third = shapes.grid(6, "Third", uv=True)
     for ob in (first, second, third):
         shapes.activate(ob, only=False)
-    if mode == "EDIT":
-        bpy.ops.object.mode_set(mode="EDIT")
-        bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter(mode)
     unwrap()
     bpy.ops.object.mode_set(mode="OBJECT")
-    assert len(assert_usable(first, second, third)) == 6 + 3 + 1
-    scales = [density(ob, island) for ob in (first, second, third) for island in islands_of(ob)]
-    assert max(scales) / min(scales) < 1.0 + 1e-4
+    assert_usable(first, second, third, of=6 + 3 + 1)
+    assert spread(first, second, third) < 1.0 + 1e-4
     assert all(shapes.exact_flips(ob) == 0 for ob in (first, second, third))
-
-
-def test_scaled_objects_count_with_their_size_in_the_scene():
-    small, large = cube_with_seams("Small"), cube_with_seams("Large")
-    large.scale = (3.0, 3.0, 3.0)
-    bpy.context.view_layer.update()
-    shapes.activate(small, only=False)
-    unwrap()
-    assert_usable(small, large)
-    assert density(large, islands_of(large)[0]) == pytest.approx(
-        3.0 * density(small, islands_of(small)[0]), rel=1e-4
-    )
 
 
 def test_one_object_that_fails_leaves_the_others_in_one_layout():
@@ -169,7 +80,7 @@ def test_one_object_that_fails_leaves_the_others_in_one_layout():
         shapes.activate(ob, only=False)
     before = shapes.uv_of(bad).tobytes()
     unwrap()
-    assert len(assert_usable(first, second)) == 9
+    assert_usable(first, second, of=9)
     assert shapes.uv_of(bad).tobytes() == before
 
 
@@ -183,7 +94,8 @@ def test_an_object_too_small_beside_the_others_is_enlarged(capfd):
     unwrap()
     assert "1 too small for 32 bits enlarged" in capfd.readouterr().out
     for ob in (wide, dense):
-        assert len(assert_usable(ob)) == 1 and shapes.exact_flips(ob) == 0
+        assert_usable(ob, of=1)
+        assert shapes.exact_flips(ob) == 0
 
 
 def test_unselected_islands_are_avoided():
@@ -200,18 +112,16 @@ def test_unselected_islands_are_avoided():
     unwrap()
     bpy.ops.object.mode_set(mode="OBJECT")
     assert shapes.uv_of(ob)[loop_caps].tobytes() == kept
-    loops, found = triangles_of(ob)
-    sides = found[~loop_caps[loops[:, 0]]]
-    assert sides.min() >= 0.0 and sides.max() <= 1.0
-    assert not overlapping(sides, found[loop_caps[loops[:, 0]]])
+    found = shapes.triangles_of(ob)[1].astype(float)
+    above = caps[shapes.face_of_triangles(ob)]
+    assert found[~above].min() >= 0.0 and found[~above].max() <= 1.0
+    assert narrowest([found[~above], found[above]], 1e-3).distance > 0.0
 
 
 def test_islands_of_edited_meshes_without_a_selected_face_are_avoided():
-    first, second = cube_with_seams("First"), cube_with_seams("Second")
-    shapes.activate(first, only=False)
+    first, second = two_cubes()
     unwrap()
-    uv = shapes.uv_of(second)
-    shapes.set_uv(second, uv * np.float32(0.5))
+    shapes.set_uv(second, shapes.uv_of(second) * np.float32(0.5))
     kept = shapes.uv_of(second).tobytes()
     bpy.ops.object.mode_set(mode="EDIT")
     bpy.ops.mesh.select_all(action="DESELECT")
@@ -220,7 +130,7 @@ def test_islands_of_edited_meshes_without_a_selected_face_are_avoided():
     unwrap()
     bpy.ops.object.mode_set(mode="OBJECT")
     assert shapes.uv_of(second).tobytes() == kept
-    assert len(assert_usable(first, second)) == 12
+    assert_usable(first, second, of=12)
 
 
 def test_faces_that_were_never_laid_out_are_no_obstacle():
@@ -238,10 +148,8 @@ def test_faces_that_were_never_laid_out_are_no_obstacle():
 
 def test_without_room_beside_the_others_the_next_tile_is_taken(capfd):
     ob = shapes.grid(6, uv=True)
-    uv = np.array([ob.data.vertices[loop.vertex_index].co[:2] for loop in ob.data.loops])
-    uv[:, 0] = (uv[:, 0] + 1) * 3.0 - 3.0  # the unselected half of the sheet fills the square
-    uv[:, 1] = (uv[:, 1] + 1) * 0.5
-    shapes.set_uv(ob, uv)
+    # The unselected half of the sheet fills the square.
+    shapes.set_uv(ob, (shapes.plane(ob) + 1) * [3.0, 0.5] - [3.0, 0.0])
     bpy.ops.object.mode_set(mode="EDIT")
     shapes.select_faces(ob, range(18))  # of x < 0
     unwrap()
@@ -252,38 +160,34 @@ def test_without_room_beside_the_others_the_next_tile_is_taken(capfd):
 
 
 def test_keep_placement_keeps_what_is_usable_at_one_scale():
-    ob = cube_with_seams()
-    unwrap()
-    before = shapes.uv_of(ob)
+    ob, before = mapped_cube()
     # The same layout upside down, in a corner of the square.
     shapes.set_uv(ob, np.float32(0.9) - before * np.float32(0.4))
     moved = shapes.uv_of(ob)
     unwrap(keep_placement=True)
     assert np.abs(shapes.uv_of(ob) - moved).max() < 1e-3
-    assert_usable(ob)
+    assert_usable(ob, of=6)
     unwrap()
     assert np.abs(shapes.uv_of(ob) - moved).max() > 0.1, "only on request"
-    assert_usable(ob)
+    assert_usable(ob, of=6)
 
 
-@pytest.mark.parametrize("fault", ["overlap", "outside"])
-def test_keep_placement_packs_what_is_not_usable(fault, capfd):
-    ob = cube_with_seams()
-    unwrap()
-    uv = shapes.uv_of(ob)
-    if fault == "overlap":
-        uv[:4] += uv[4:8].mean(axis=0) - uv[:4].mean(axis=0)
-    else:
-        uv += np.float32(0.5)
-    shapes.set_uv(ob, uv)
+def onto_the_second(uv):
+    uv[:4] += uv[4:8].mean(axis=0) - uv[:4].mean(axis=0)
+    return uv
+
+
+@pytest.mark.parametrize("spoil", [onto_the_second, lambda uv: uv + np.float32(0.5)])
+def test_keep_placement_packs_what_is_not_usable(spoil, capfd):
+    ob, uv = mapped_cube()
+    shapes.set_uv(ob, spoil(uv))
     unwrap(keep_placement=True)
-    assert len(assert_usable(ob)) == 6
+    assert_usable(ob, of=6)
     assert "packed, as old places were" in capfd.readouterr().out
 
 
 def test_keep_placement_looks_at_all_objects_of_the_run():
-    first, second = cube_with_seams("First"), cube_with_seams("Second")
-    shapes.activate(first, only=False)
+    first, second = two_cubes()
     unwrap()
     apart = [shapes.uv_of(first), shapes.uv_of(second)]
     unwrap(keep_placement=True)
@@ -291,58 +195,44 @@ def test_keep_placement_looks_at_all_objects_of_the_run():
         assert np.abs(shapes.uv_of(ob) - before).max() < 1e-3
     shapes.set_uv(second, apart[0])  # each by itself is usable, both together are not
     unwrap(keep_placement=True)
-    assert len(assert_usable(first, second)) == 12
+    assert_usable(first, second, of=12)
 
 
 def test_keep_placement_gives_way_to_unselected_islands():
-    ob = cube_with_seams()
-    unwrap()
-    uv = shapes.uv_of(ob)
-    uv[:4] += uv[4:8].mean(axis=0) - uv[:4].mean(axis=0)  # the first face onto the second
-    shapes.set_uv(ob, uv)
+    ob, uv = mapped_cube()
+    shapes.set_uv(ob, onto_the_second(uv))
     bpy.ops.object.mode_set(mode="EDIT")
     shapes.select_faces(ob, [0])
     unwrap(keep_placement=True)
     bpy.ops.object.mode_set(mode="OBJECT")
     assert shapes.uv_of(ob)[4:].tobytes() == uv[4:].tobytes()
-    assert len(assert_usable(ob)) == 6
+    assert_usable(ob, of=6)
 
 
 @pytest.mark.parametrize("others", [0, 1])
 def test_pinned_islands_stay_and_give_the_scale(others):
-    ob = cube_with_seams()
-    unwrap()
-    uv = shapes.uv_of(ob) * np.float32(0.5)
+    ob, uv = mapped_cube()
+    uv *= np.float32(0.5)
     shapes.set_uv(ob, uv)
     shapes.set_pins(ob, np.arange(8, 12))
-    objects = [ob]
-    if others:
-        objects.append(cube_with_seams("Other"))
-        shapes.activate(ob, only=False)
+    objects = both(ob, cube_with_seams("Other")) if others else (ob,)
     unwrap()
-    after = shapes.uv_of(ob)
-    assert after[8:12].tobytes() == uv[8:12].tobytes()
-    assert len(assert_usable(*objects)) == 6 * len(objects)
-    scales = [density(each, island) for each in objects for island in islands_of(each)]
-    assert max(scales) / min(scales) < 1.0 + 1e-4
+    assert shapes.uv_of(ob)[8:12].tobytes() == uv[8:12].tobytes()
+    assert_usable(*objects, of=6 * len(objects))
+    assert spread(*objects) < 1.0 + 1e-4
 
 
 def test_improve_packs_the_islands_of_all_objects_on_demand():
-    first, second = cube_with_seams("First"), cylinder_with_seams()
-    shapes.activate(first, only=False)
+    first, second = both(cube_with_seams("First"), cylinder_with_seams())
     unwrap()
-    for ob in (first, second):
-        shapes.set_uv(ob, shapes.uv_of(ob) * np.float32(2.0 if ob is first else 1.0))
+    shapes.set_uv(first, shapes.uv_of(first) * np.float32(2.0))
     assert bpy.ops.uv.flipfree_improve(pack=True) == {"FINISHED"}
-    assert len(assert_usable(first, second)) == 9
-    scales = [density(ob, island) for ob in (first, second) for island in islands_of(ob)]
-    assert max(scales) / min(scales) < 1.0 + 1e-4
+    assert_usable(first, second, of=9)
+    assert spread(first, second) < 1.0 + 1e-4
 
 
 def test_improve_names_the_cure_where_islands_come_to_lie_on_each_other(capfd):
-    ob = cube_with_seams()
-    unwrap()
-    uv = shapes.uv_of(ob)
+    ob, uv = mapped_cube()
     uv[4:8] = uv[:4]  # the second face's island onto that of the first
     shapes.set_uv(ob, uv)
     assert bpy.ops.uv.flipfree_improve() == {"FINISHED"}
@@ -352,56 +242,17 @@ def test_improve_names_the_cure_where_islands_come_to_lie_on_each_other(capfd):
     assert "keeps islands apart" not in capfd.readouterr().out
 
 
-def test_the_judge_of_overlaps_knows_them():
-    square = np.array([[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]], float)
-    assert overlapping(square, square + 0.5)
-    assert overlapping(square, square * 0.1 + 0.3)
-    assert not overlapping(square, square + [1.1, 0.0])
-    assert not overlapping(square[:1], square[1:] + [-0.1, 0.1])
-
-
-def in_scene(ob, triangles):
-    """Length in UV space per length of the surface as it stands in the scene, which may be scaled unevenly."""
-    loops, uv = triangles_of(ob)
-    mesh = ob.data
-    at = [
-        ob.matrix_world @ mesh.vertices[mesh.loops[i].vertex_index].co
-        for i in loops[triangles].ravel()
-    ]
-    at = np.array(at).reshape(-1, 3, 3)
-    surface = np.linalg.norm(np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 0]), axis=1).sum() / 2
-    return float(np.sqrt(area(uv[triangles]) / surface))
-
-
-def scaled_cube(name, scale):
-    ob = cube_with_seams(name)
-    ob.scale = scale
-    bpy.context.view_layer.update()
-    return ob
-
-
 UNEVEN = (10.0, 1.0, 1.0)
 
 
-def test_islands_of_an_unevenly_scaled_object_have_one_density_in_the_scene():
-    ob = scaled_cube("Beam", UNEVEN)
+@pytest.mark.parametrize("scale", [(3.0,) * 3, UNEVEN, (1.0, 1.0, 0.01), (-3.0, 2.0, 1.0)])
+def test_scaled_objects_and_others_have_one_density_in_the_scene(scale):
+    cube, beam = both(cube_with_seams("Cube"), cube_with_seams("Beam", scale))
     unwrap()
-    found = [in_scene(ob, island) for island in islands_of(ob)]
-    assert len(found) == 6
-    assert max(found) / min(found) < 1.0 + 1e-4
-
-
-@pytest.mark.parametrize("scale", [UNEVEN, (1.0, 1.0, 0.01), (-3.0, 2.0, 1.0)])
-def test_unevenly_scaled_objects_and_others_have_one_density_in_the_scene(scale):
-    cube, beam = scaled_cube("Cube", (1, 1, 1)), scaled_cube("Beam", scale)
-    shapes.activate(cube, only=False)
-    unwrap()
-    found = [in_scene(ob, island) for ob in (cube, beam) for island in islands_of(ob)]
-    assert max(found) / min(found) < 1.0 + 1e-4
-    assert_usable(cube, beam)
+    assert spread(cube, beam) < 1.0 + 1e-4
+    assert_usable(cube, beam, of=12)
     assert bpy.ops.uv.flipfree_set_density(density=64.0, texture_size=1024) == {"FINISHED"}
-    found = [1024 * in_scene(ob, island) for ob in (cube, beam) for island in islands_of(ob)]
-    assert found == pytest.approx([64.0] * 12, rel=1e-4)
+    assert 1024 * densities(cube, beam) == pytest.approx([64.0] * 12, rel=1e-4)
 
 
 def test_a_flat_sheet_without_height_in_the_scene_has_a_density():
@@ -410,7 +261,7 @@ def test_a_flat_sheet_without_height_in_the_scene_has_a_density():
     bpy.context.view_layer.update()
     unwrap()
     assert bpy.ops.uv.flipfree_set_density(density=64.0, texture_size=1024) == {"FINISHED"}
-    assert 1024 * in_scene(ob, np.arange(32)) == pytest.approx(64.0, rel=1e-4)
+    assert 1024 * densities(ob) == pytest.approx([64.0], rel=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -418,7 +269,7 @@ def test_a_flat_sheet_without_height_in_the_scene_has_a_density():
     [(0.0, 0.0, 0.0), (0.0, 1.0, 1.0), (-1.0, 1.0, 1.0), (1e-20, 1e-20, 1e-20), (1e20, 1.0, 1.0)],
 )
 def test_an_object_that_the_scene_scales_away_is_mapped_as_its_mesh_is(scale):
-    ob = scaled_cube("Cube", scale)
+    ob = cube_with_seams("Cube", scale)
     unwrap()
     for operator in ("check", "pack", "improve", "orient", "get_density"):
         assert getattr(bpy.ops.uv, f"flipfree_{operator}")() == {"FINISHED"}, operator
@@ -460,37 +311,22 @@ def sheets_of_two_sizes():
     return small, large
 
 
-def density_of(ob):
-    """Length in the map by length in the scene."""
-    _, uv = triangles_of(ob)
-    mesh = ob.data
-    corner = np.array([[mesh.vertices[v].co for v in t.vertices] for t in mesh.loop_triangles])
-    corner = corner @ np.array(ob.matrix_world.to_3x3()).T
-    cross = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    sides = uv[:, 1:] - uv[:, :1]
-    plane = np.abs(np.linalg.det(sides)).sum()
-    return np.sqrt(plane / np.linalg.norm(cross, axis=1).sum())
-
-
 @pytest.mark.parametrize("name", ["unwrap", "conformal"])
 def test_objects_of_a_run_are_one_layout_at_one_density_beside_each_other(name, capfd):
-    small, large = sheets_of_two_sizes()
+    objects = sheets_of_two_sizes()
     assert getattr(bpy.ops.uv, f"flipfree_{name}")() == {"FINISHED"}
-    assert density_of(small) == pytest.approx(density_of(large), rel=0.01)
-    boxes = [shapes.uv_of(ob) for ob in (small, large)]
-    (a, b), (c, d) = ((box.min(axis=0), box.max(axis=0)) for box in boxes)
+    assert spread(*objects) < 1.01
+    (a, b), (c, d) = ((uv.min((0, 1)), uv.max((0, 1))) for uv in islands(*objects))
     assert (b <= c).any() or (d <= a).any(), "boxes do not meet"
     assert min(a.min(), c.min()) >= 0.0 and max(b.max(), d.max()) <= 1.0
     assert "different objects" not in capfd.readouterr().out
 
 
 def test_objects_on_each_other_are_counted_by_check_and_by_maps_that_are_not_packed(capfd):
-    for ob in sheets_of_two_sizes():
-        ob.select_set(True)
-    small, large = bpy.data.objects["Small"], bpy.data.objects["Large"]
-    for ob in (small, large):
+    objects = sheets_of_two_sizes()
+    for ob in objects:
         ob.data.uv_layers.new(name="UVMap")
-        at = np.array([ob.data.vertices[loop.vertex_index].co[:2] for loop in ob.data.loops])
+        at = shapes.plane(ob)
         shapes.set_uv(ob, (at - at.min(axis=0)) / 4)
     text = "1 pair of islands of different objects on each other"
     for call in (
@@ -501,6 +337,7 @@ def test_objects_on_each_other_are_counted_by_check_and_by_maps_that_are_not_pac
     ):
         assert call() == {"FINISHED"}
         assert text in capfd.readouterr().out
+    large = objects[1]
     shapes.set_uv(large, shapes.uv_of(large) + np.float32(5.0))
     assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
     assert "different objects" not in capfd.readouterr().out

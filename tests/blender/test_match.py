@@ -38,9 +38,7 @@ def met(ob, moves, uv, corner):
 def test_moved_pins_are_met_without_a_flip(mode):
     moves = {20: (0.05, 0.0), 40: (0.0, -0.06), 60: (-0.05, 0.03)}
     ob, uv, corner = pinned_sheet(moves)
-    bpy.ops.object.mode_set(mode=mode)
-    if mode == "EDIT":
-        bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter(mode)
     assert bpy.ops.uv.flipfree_match() == {"FINISHED"}
     bpy.ops.object.mode_set(mode="OBJECT")
     assert shapes.exact_flips(ob) == 0
@@ -89,9 +87,7 @@ def test_new_vertices_are_no_pins(capfd):
 @pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
 def test_pins_that_need_new_vertices_are_refused_if_there_may_be_none(mode):
     ob, _, _ = pinned_sheet(SWAP)
-    bpy.ops.object.mode_set(mode=mode)
-    if mode == "EDIT":
-        bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter(mode)
     before, chosen = shapes.everything(ob), shapes.selection(ob)
     with pytest.raises(
         RuntimeError,

@@ -75,8 +75,7 @@ def test_cuts_and_diagonals_agree_with_sets(part):
     """On a mesh with triangles, quads and n-gons, of which any part is selected."""
     ob = shapes.monkey(0)
     mesh = ob.data
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     bpy.ops.mesh.dissolve_limited(angle_limit=0.2)
     bpy.ops.object.mode_set(mode="OBJECT")
     random = np.random.default_rng(5)
@@ -117,8 +116,7 @@ def test_reading_in_edit_mode_sees_what_was_just_edited_and_leaves_no_mesh_behin
     import bmesh
 
     ob = shapes.grid(2, uv=True)
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     bm = bmesh.from_edit_mesh(ob.data)
     bm.verts.ensure_lookup_table()
     bm.verts[0].co.z = 7.0
@@ -164,9 +162,7 @@ def test_values_are_stored_bit_for_bit_and_other_loops_keep_theirs(part, mode):
 def test_a_mesh_without_uv_map_gets_one(part, mode):
     mesh_io = part("meshes.mesh_io")
     ob = shapes.grid(2)
-    bpy.ops.object.mode_set(mode=mode)
-    if mode == "EDIT":
-        bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter(mode)
     snapshot = mesh_io.read(ob, only_selected=mode == "EDIT")
     assert snapshot.layer_name == ""
     loops = np.unique(snapshot.triangle_loops)
@@ -179,8 +175,7 @@ def test_a_mesh_changed_meanwhile_is_left_alone(part, mode):
     mesh_io = part("meshes.mesh_io")
     ob = shapes.grid(2, uv=True)
     snapshot = mesh_io.read(ob, only_selected=False)
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     bpy.ops.mesh.subdivide()
     bpy.ops.object.mode_set(mode=mode)
     before = shapes.uv_of(ob).tobytes()

@@ -56,9 +56,7 @@ def refined(request, part):
     snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
     diagonal = tuple(sorted(snapshot.diagonals[0].tolist()))
     halved = {diagonal, (12, 17), (6, 7), (12, 13)}
-    bpy.ops.object.mode_set(mode=request.param)
-    if request.param == "EDIT":
-        bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter(request.param)
     assert part("meshes.refine").write(ob, snapshot, split(snapshot, halved), mark_cuts=False) == 4
     bpy.ops.object.mode_set(mode="OBJECT")
     ends = {}

@@ -11,12 +11,10 @@ pytestmark = pytest.mark.halved
 
 
 @pytest.fixture
-def big_run(part):
+def big_run(unwrapping):
     """A run that takes seconds, just started, and its object."""
     ob = shapes.slow()
-    snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
-    task = part("operators.unwrap").UnwrapTask(snapshot, seams="given")
-    run = part("modal").Run([task])
+    run = unwrapping(ob)
     assert run.advance(0.05) is False, "too small a mesh for this test"
     yield ob, run
     run.close()
@@ -56,15 +54,9 @@ def test_accepting_takes_the_map_as_it_is(big_run):
     assert run.done[0].certificate.ok
 
 
-def test_accepting_counts_for_all_objects_that_are_left(part):
+def test_accepting_counts_for_all_objects_that_are_left(unwrapping):
     objects = [shapes.grid(30, f"Grid{i}", bump=3.0, uv=True) for i in range(3)]
-    tasks = [
-        part("operators.unwrap").UnwrapTask(
-            part("meshes.mesh_io").read(ob, only_selected=False), seams="given"
-        )
-        for ob in objects
-    ]
-    run = part("modal").Run(tasks)
+    run = unwrapping(*objects)
     run.accept()
     while not run.advance(0.05):
         pass
@@ -92,50 +84,30 @@ def test_closing_ends_the_solvers_thread(big_run, part):
     assert job.wait(0.0)
 
 
-def test_an_object_that_was_deleted_meanwhile_is_a_failure_not_a_crash(part):
+def test_an_object_that_was_deleted_meanwhile_is_a_failure_not_a_crash(solved):
     import bpy
 
     ob = shapes.grid(4, uv=True)
-    snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
-    task = part("operators.unwrap").UnwrapTask(snapshot, seams="given")
-    run = part("modal").Run([task])
-    while not run.advance(0.05):
-        pass
+    run = solved(ob)
     bpy.data.objects.remove(ob)
     run.finish()
     assert not run.done and "deleted" in str(run.failures[0])
 
 
-def test_an_object_that_was_renamed_meanwhile_gets_its_map(part):
+def test_an_object_that_was_renamed_meanwhile_gets_its_map(solved):
     ob = shapes.grid(4, uv=True)
     before = shapes.uv_of(ob)
-    run = part("modal").Run(
-        [
-            part("operators.unwrap").UnwrapTask(
-                part("meshes.mesh_io").read(ob, only_selected=False), seams="given"
-            )
-        ]
-    )
-    while not run.advance(0.05):
-        pass
+    run = solved(ob)
     ob.name = "Renamed"
     run.finish()
     assert len(run.done) == 1 and (shapes.uv_of(ob) != before).any()
 
 
-def test_another_object_of_the_same_name_is_left_alone(part):
+def test_another_object_of_the_same_name_is_left_alone(solved):
     import bpy
 
     ob = shapes.grid(4, uv=True)
-    run = part("modal").Run(
-        [
-            part("operators.unwrap").UnwrapTask(
-                part("meshes.mesh_io").read(ob, only_selected=False), seams="given"
-            )
-        ]
-    )
-    while not run.advance(0.05):
-        pass
+    run = solved(ob)
     bpy.data.objects.remove(ob)
     bpy.context.view_layer.update()
     other = shapes.grid(4, uv=True)

@@ -44,8 +44,7 @@ def test_unwrap_follows_the_deformed_surface(mode):
     ob = tapered()
     if mode == "EDIT":
         ob.modifiers[0].show_in_editmode = True
-        bpy.ops.object.mode_set(mode="EDIT")
-        bpy.ops.mesh.select_all(action="SELECT")
+        shapes.enter("EDIT")
     assert bpy.ops.uv.flipfree_unwrap(use_modifiers=True) == {"FINISHED"}
     if mode == "EDIT":
         bpy.ops.object.mode_set(mode="OBJECT")

@@ -7,21 +7,10 @@ import bpy
 import numpy as np
 import pytest
 import shapes
+from layouts import assert_usable, both, cube_with_seams, cylinder_with_seams, islands
 from test_cli import command
-from test_layout import area, assert_usable, cube_with_seams, cylinder_with_seams, everything
 
-
-def gap(first, second):
-    """Between the corners and edges of two sets of UV triangles that do not overlap."""
-
-    def one_way(a, b):
-        points = a.reshape(-1, 1, 2)
-        start, end = b.reshape(-1, 2), np.roll(b, -1, axis=1).reshape(-1, 2)
-        side, off = end - start, points - start
-        t = np.clip((off * side).sum(-1) / np.maximum((side**2).sum(-1), 1e-300), 0.0, 1.0)
-        return np.linalg.norm(off - t[..., None] * side, axis=-1).min()
-
-    return min(one_way(first, second), one_way(second, first))
+from judges.gaps import area, narrowest
 
 
 def pack(**options):
@@ -29,22 +18,25 @@ def pack(**options):
 
 
 def two_objects():
-    objects = cube_with_seams("First"), cylinder_with_seams()
-    for ob in objects:
-        shapes.activate(ob, only=False)
+    objects = both(cube_with_seams("First"), cylinder_with_seams())
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
     return objects
+
+
+def mapped_cube():
+    ob = cube_with_seams()
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    return ob
 
 
 @pytest.mark.parametrize(("pixels", "size"), [(2.0, 1024), (8.0, 512)])
 def test_islands_of_all_objects_are_so_many_pixels_apart(pixels, size):
     objects = two_objects()
     pack(margin_pixels=pixels, texture_size=size)
-    found = assert_usable(*objects)
-    assert len(found) == 9
-    for i, one in enumerate(found):
+    found = assert_usable(*objects, of=9)
+    assert narrowest(found, 2 * pixels / size).distance >= pixels / size
+    for one in found:
         assert one.min() >= 0.5 * pixels / size and one.max() <= 1.0 - 0.5 * pixels / size
-        assert all(gap(one, other) >= pixels / size for other in found[:i])
 
 
 def test_a_larger_effort_is_no_looser_and_the_fill_is_reported(capfd):
@@ -52,15 +44,14 @@ def test_a_larger_effort_is_no_looser_and_the_fill_is_reported(capfd):
     fills = []
     for effort in (0.0, 1.0):
         pack(effort=effort)
-        fills.append(sum(area(island) for island in everything(*objects)))
+        fills.append(sum(area(island) for island in islands(*objects)))
         lines = [text for text in capfd.readouterr().out.splitlines() if "% filled" in text]
         assert f"{100 * fills[-1]:.0f} % filled" in lines[-1]
     assert fills[1] >= fills[0]
 
 
 def test_islands_are_not_turned_where_they_may_not_be():
-    ob = cube_with_seams()
-    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    ob = mapped_cube()
     before = shapes.uv_of(ob).astype(float)
     pack(rotation="none")
     after = shapes.uv_of(ob).astype(float)
@@ -71,8 +62,7 @@ def test_islands_are_not_turned_where_they_may_not_be():
 
 
 def test_similar_islands_are_stacked_on_request():
-    ob = cube_with_seams()
-    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    ob = mapped_cube()
     pack(stack_similar=True)
     uv = shapes.uv_of(ob).astype(float)
     assert np.ptp(uv, axis=0).min() > 0.9
@@ -83,16 +73,14 @@ def test_similar_islands_are_stacked_on_request():
 
 
 def test_the_tile_is_the_one_that_is_asked_for():
-    ob = cube_with_seams()
-    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    ob = mapped_cube()
     pack(tile=1012)
     uv = shapes.uv_of(ob).astype(float) - [1.0, 1.0]
     assert uv.min() > 0.0 and uv.max() < 1.0
 
 
 def test_islands_are_spread_over_tiles():
-    ob = cube_with_seams()
-    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    ob = mapped_cube()
     pack(tile=1002, tiles=3)
     islands = shapes.uv_of(ob).astype(float).reshape(-1, 4, 2)
     assert {int(island[0, 0]) for island in islands} == {1, 2, 3}
@@ -100,8 +88,7 @@ def test_islands_are_spread_over_tiles():
 
 
 def test_what_is_not_selected_stays_and_is_kept_clear_of():
-    ob = cube_with_seams()
-    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    ob = mapped_cube()
     before = shapes.uv_of(ob).copy()
     bpy.ops.object.mode_set(mode="EDIT")
     shapes.select_faces(ob, [face for face in range(6) if face != 3])
@@ -109,8 +96,7 @@ def test_what_is_not_selected_stays_and_is_kept_clear_of():
     bpy.ops.object.mode_set(mode="OBJECT")
     loops = list(ob.data.polygons[3].loop_indices)
     assert np.array_equal(shapes.uv_of(ob)[loops], before[loops])
-    found = everything(ob)
-    assert all(gap(a, b) >= 2 / 1024 for i, a in enumerate(found) for b in found[:i])
+    assert narrowest(islands(ob), 4 / 1024).distance >= 2 / 1024
 
 
 def test_the_command_packs_and_writes_the_fill(tmp_path):

@@ -42,10 +42,6 @@ def processes_started(part, monkeypatch):
     return found
 
 
-def snapshot_of(ob, part):
-    return part("meshes.mesh_io").read(ob, only_selected=False)
-
-
 def pinned_grid():
     """Its corners pinned where they are, one of them moved."""
     ob = shapes.grid(8, uv=True)
@@ -95,9 +91,9 @@ def test_every_operator_gives_the_same_bits_in_a_process(name, wanted, processes
     assert found[0] == found[1]
 
 
-def test_it_takes_meshes_from_a_size_on(part, wanted):
+def test_it_takes_meshes_from_a_size_on(part, wanted, unwrapping):
     ob = shapes.grid(8, uv=True)
-    tasks = [part("operators.unwrap").UnwrapTask(snapshot_of(ob, part), seams="given")]
+    tasks = unwrapping(ob)._waiting
     for choice, size, expected in (
         ("never", 1, False),
         ("above", 129, False),
@@ -108,11 +104,8 @@ def test_it_takes_meshes_from_a_size_on(part, wanted):
         assert (part("runs.processes").of(tasks) is not None) == expected
 
 
-def begun(part, ob):
+def begun(run):
     """A run whose process has begun to solve."""
-    run = part("modal").Run(
-        [part("operators.unwrap").UnwrapTask(snapshot_of(ob, part), seams="given")]
-    )
     deadline = time.monotonic() + 60.0
     while not run.advance(0.02) and run.progress()[1] == 0.0:
         assert time.monotonic() < deadline
@@ -122,10 +115,10 @@ def begun(part, ob):
 
 @pytest.mark.skipif(os.name != "posix", reason="signals")
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSEGV])
-def test_a_killed_solver_leaves_blender_the_mesh_and_the_selection(part, number):
+def test_a_killed_solver_leaves_blender_the_mesh_and_the_selection(number, unwrapping):
     ob = shapes.slow()
     before, chosen = shapes.everything(ob), shapes.selection(ob)
-    run = begun(part, ob)
+    run = begun(unwrapping(ob))
     os.kill(run.process_id, number)
     assert run.advance(30.0)
     run.finish()
@@ -160,10 +153,10 @@ def test_the_other_objects_of_a_run_get_their_maps(part, wanted, monkeypatch):
     assert shapes.everything(small) != small_before and shapes.exact_flips(small) == 0
 
 
-def test_cancelling_ends_the_process(part):
+def test_cancelling_ends_the_process(unwrapping):
     ob = shapes.slow()
     before = shapes.everything(ob)
-    run = begun(part, ob)
+    run = begun(unwrapping(ob))
     process = run._process._process
     run.cancel()
     assert run.advance(0.0) and run.cancelled and not run.failures
@@ -171,9 +164,9 @@ def test_cancelling_ends_the_process(part):
     assert shapes.everything(ob) == before
 
 
-def test_return_is_heard_there(part):
+def test_return_is_heard_there(unwrapping):
     ob = shapes.slow()
-    run = begun(part, ob)
+    run = begun(unwrapping(ob))
     run.accept()
     while not run.advance(0.05):
         pass
@@ -182,16 +175,14 @@ def test_return_is_heard_there(part):
     assert shapes.exact_flips(ob) == 0
 
 
-def test_the_process_ends_with_its_run_and_with_the_extension(part, wanted):
+def test_the_process_ends_with_its_run_and_with_the_extension(part, wanted, unwrapping):
     wanted("always")
     ob = shapes.grid(8, uv=True)
-    run = part("modal").Run(
-        [part("operators.unwrap").UnwrapTask(snapshot_of(ob, part), seams="given")]
-    )
+    run = unwrapping(ob)
     while not run.advance(0.02):
         process = run._process._process
     assert process.wait(10.0) is not None and run.process_id is None
-    run = begun(part, shapes.slow())
+    run = begun(unwrapping(shapes.slow()))
     process = run._process._process
     part("modal").close_all()
     assert process.wait(10.0) is not None
@@ -209,7 +200,7 @@ def test_errors_select_their_place_as_ever(wanted):
     assert shapes.shown("vertex") == [8, 72]
 
 
-def test_without_a_process_it_is_solved_in_blender_or_refused(part, wanted, monkeypatch):
+def test_without_a_process_it_is_solved_in_blender_or_refused(part, wanted, monkeypatch, solved):
     monkeypatch.setattr(part("runs.processes"), "command", lambda: ["/nowhere/python"])
     ob = shapes.grid(8, uv=True)
     before = shapes.everything(ob)
@@ -226,11 +217,7 @@ def test_without_a_process_it_is_solved_in_blender_or_refused(part, wanted, monk
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
     assert shapes.exact_flips(ob) == 0 and shapes.everything(ob) != before
     assert said == [operator.verb]
-    run = part("modal").Run(
-        [part("operators.unwrap").UnwrapTask(snapshot_of(ob, part), seams="given")]
-    )
-    while not run.advance(0.05):
-        pass
+    run = solved(ob)
     assert "/nowhere/python" in run.solved_here
 
 

@@ -47,100 +47,6 @@ def split(snapshot, edges):
     )
 
 
-@pytest.fixture(params=["OBJECT", "EDIT"])
-def refined(request, part):
-    """A 2 x 2 sheet, with one diagonal and one edge between two faces halved by refine.write."""
-    ob = shapes.grid(2, bump=0.0, uv=True)
-    mesh = ob.data
-    group = ob.vertex_groups.new(name="Weight")
-    for v in range(9):
-        group.add([v], v / 8, "REPLACE")
-    other = mesh.uv_layers.new(name="Other", do_init=False)
-    other.active = False
-    mesh.uv_layers.active = mesh.uv_layers["UVMap"]
-    second = np.array([mesh.vertices[loop.vertex_index].co[:2] for loop in mesh.loops], np.float32)
-    mesh.attributes["Other"].data.foreach_set("vector", second.ravel())
-    mesh.materials.append(bpy.data.materials.new("A"))
-    mesh.materials.append(bpy.data.materials.new("B"))
-    mesh.polygons[0].material_index = 1
-    edge = next(e for e in mesh.edges if set(e.vertices) == {4, 7})
-    edge.use_seam = edge.use_edge_sharp = True
-    ob.shape_key_add(name="Basis")
-    key = ob.shape_key_add(name="Up")
-    for point in key.data:
-        point.co.z += 1.0
-    bpy.ops.object.mode_set(mode=request.param)
-    if request.param == "EDIT":
-        bpy.ops.mesh.select_all(action="SELECT")
-    snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
-    diagonal = tuple(snapshot.diagonals[0].tolist())
-    result = split(snapshot, {tuple(sorted(diagonal)), (4, 7)})
-    before = sum(p.area for p in mesh.polygons)
-    assert part("meshes.refine").needs_new_faces(snapshot, result)
-    assert part("meshes.refine").write(ob, snapshot, result, mark_cuts=False) == 2
-    bpy.ops.object.mode_set(mode="OBJECT")
-    return SimpleNamespace(ob=ob, result=result, area=before)
-
-
-def test_only_faces_with_refined_triangles_are_replaced(refined):
-    mesh = refined.ob.data
-    # The first face becomes 4 triangles; the two at the halved edge 3 each; the last stays a quad.
-    assert sorted(len(p.vertices) for p in mesh.polygons) == [3] * 10 + [4]
-    assert len(mesh.vertices) == 11
-    assert sum(p.area for p in mesh.polygons) == pytest.approx(refined.area, rel=1e-3)
-    assert not [e for e in mesh.edges if e.is_loose]
-
-
-def test_uvs_are_the_results_bit_for_bit(refined):
-    mesh = refined.ob.data
-    uv = shapes.uv_of(refined.ob)
-    expected = {}
-    for face, values in zip(refined.result.faces, refined.result.uv32(), strict=True):
-        for v, value in zip(face.tolist(), values, strict=True):
-            expected[v] = value.tobytes()
-    for loop in mesh.loops:
-        assert uv[loop.index].tobytes() == expected[loop.vertex_index]
-
-
-def test_everything_the_mesh_carries_is_interpolated(refined):
-    ob, mesh = refined.ob, refined.ob.data
-    ends = {9: None, 10: None}
-    for new in ends:
-        co = np.array(mesh.vertices[new].co)
-        weights = [ob.vertex_groups["Weight"].weight(a) for a in range(9)]
-        points = np.array([mesh.vertices[a].co for a in range(9)])
-        pairs = [
-            (a, b)
-            for a in range(9)
-            for b in range(a)
-            if np.abs((points[a] + points[b]) / 2 - co).max() < 1e-6
-        ]
-        assert pairs
-        got = ob.vertex_groups["Weight"].weight(new)
-        assert any(got == pytest.approx((weights[a] + weights[b]) / 2, abs=1e-3) for a, b in pairs)
-    other = shapes.uv_of(ob, "Other")
-    for loop in mesh.loops:
-        assert other[loop.index] == pytest.approx(mesh.vertices[loop.vertex_index].co[:2], abs=1e-4)
-    up, basis = mesh.shape_keys.key_blocks["Up"], mesh.shape_keys.key_blocks["Basis"]
-    for a, b in zip(up.data, basis.data, strict=True):
-        assert a.co.z - b.co.z == pytest.approx(1.0, abs=1e-4)
-    assert sorted(p.material_index for p in mesh.polygons) == [0] * 7 + [1] * 4
-
-
-def test_halves_of_an_edge_keep_what_it_carried(refined):
-    mesh = refined.ob.data
-    middle = next(
-        v.index
-        for v in mesh.vertices
-        if v.index >= 9
-        and {4, 7} <= {u for e in mesh.edges if v.index in e.vertices for u in e.vertices}
-    )
-    for end in (4, 7):
-        edge = next(e for e in mesh.edges if set(e.vertices) == {end, middle})
-        assert edge.use_seam and edge.use_edge_sharp
-    assert sum(e.use_seam for e in mesh.edges) == 2
-
-
 def test_outside_edit_mode_the_same_is_selected_as_before(part):
     """In face mode: all faces around one that is not selected; Blender's own tools select that too, by its vertices."""
     ob = shapes.grid(3, bump=0.0, uv=True)
@@ -225,8 +131,7 @@ def test_faces_that_blender_cannot_have_are_refused_before_anything_is_written(p
         refine.write(ob, snapshot, split(snapshot, {(0, 1)}), mark_cuts=False)
     assert caught.value.kind == "face" and caught.value.elements.tolist() == [0, 1]
     assert [tuple(polygon.vertices) for polygon in ob.data.polygons] == before
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     bpy.ops.mesh.poke()
     bpy.ops.object.mode_set(mode="OBJECT")
     snapshot = read(ob, only_selected=False)

@@ -32,9 +32,7 @@ def test_a_vertex_dragged_over_its_neighbours_goes_back_and_nothing_else_moves(m
     uv[corner == 40] += np.float32(0.9)
     shapes.set_uv(ob, uv)
     assert shapes.exact_flips(ob) > 0
-    bpy.ops.object.mode_set(mode=mode)
-    if mode == "EDIT":
-        bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter(mode)
     assert bpy.ops.uv.flipfree_repair() == {"FINISHED"}
     bpy.ops.object.mode_set(mode="OBJECT")
     after = shapes.uv_of(ob)
@@ -206,8 +204,7 @@ def test_what_blender_unwraps_around_moved_pins_is_unfolded(method, moved):
         uv[corner == v] += random.normal(size=2).astype(np.float32) * np.float32(0.15)
     shapes.set_uv(ob, uv)
     shapes.set_pins(ob, np.isin(corner, chosen))
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     bpy.ops.uv.select_all(action="SELECT")
     assert bpy.ops.uv.unwrap(method=method, margin=0.0) == {"FINISHED"}
     bpy.ops.object.mode_set(mode="OBJECT")

@@ -2,13 +2,16 @@
 """Seamless Map through its operator: seams in rational numbers, cones, what is marked, what is refused."""
 
 import math
-from fractions import Fraction
 
 import bmesh
 import bpy
 import numpy as np
 import pytest
 import shapes
+
+import flipfree as ff
+
+from judges.seams import seam_count
 
 
 def holed(genus=2, cuts=1):
@@ -37,51 +40,9 @@ def holed(genus=2, cuts=1):
     return ob
 
 
-def minus(p, q):
-    return p[0] - q[0], p[1] - q[1]
-
-
-def turned(p, k):
-    for _ in range(k % 4):
-        p = -p[1], p[0]
-    return p
-
-
-def judge(ob):
-    """[(edge, is it cut, quarter turns across it or None)] of every edge, as stored, in rational numbers: from the face in
-    which its first vertex comes before its second one."""
-    mesh = ob.data
-    uv = [(Fraction(float(x)), Fraction(float(y))) for x, y in shapes.uv_of(ob)]
-    sides = {}
-    for polygon in mesh.polygons:
-        loops = list(polygon.loop_indices)
-        for a, b in zip(loops, loops[1:] + loops[:1], strict=True):
-            sides[mesh.loops[a].vertex_index, mesh.loops[b].vertex_index] = uv[a], uv[b]
-    found = []
-    for edge in mesh.edges:
-        i, j = edge.vertices
-        if (i, j) not in sides or (j, i) not in sides:
-            continue
-        (a, b), (d, c) = sides[i, j], sides[j, i]
-        cut = a != c or b != d
-        turns = next((k for k in range(4) if turned(minus(b, a), k) == minus(d, c)), None)
-        found.append((edge, cut, turns))
-    return found
-
-
-def quarters(ob):
-    """{vertex: quarter turns of its angle} where these are not 4."""
-    mesh = ob.data
-    mesh.calc_loop_triangles()
-    uv = shapes.uv_of(ob).astype(float)
-    total = np.zeros(len(mesh.vertices))
-    for triangle in mesh.loop_triangles:
-        p = uv[list(triangle.loops)]
-        for k in range(3):
-            a, b = p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]
-            total[triangle.vertices[k]] += abs(math.atan2(a[0] * b[1] - a[1] * b[0], a @ b))
-    turns = np.rint(total / (math.pi / 2)).astype(int)
-    return {int(v): int(turns[v]) for v in np.flatnonzero(turns != 4)}
+def judged(ob):
+    """Seams and cones of the map as stored, in rational numbers."""
+    return seam_count(*shapes.triangles_of(ob))
 
 
 def turns_of(ob):
@@ -92,34 +53,62 @@ def turns_of(ob):
     return values
 
 
+def marks(ob):
+    """{vertex: quarter turns of the cone that its group says}"""
+    return {
+        v.index: 4 - int(ob.vertex_groups[g.group].name.split()[1])
+        for v in ob.data.vertices
+        for g in v.groups
+    }
+
+
+def exact(ob):
+    found = judged(ob)
+    assert found.flipped == found.torn == 0 and found.exact == found.edges
+    return found
+
+
 def check(ob, genus):
     """Whatever the operator wrote: no flip, every seam exact, marked, with its turns; cones that sum up; in the unit square."""
-    assert shapes.exact_flips(ob) == 0
+    found = exact(ob)
+    assert sum(4 - k for k in found.cones.values()) == 8 - 8 * genus
+    corners, uv = shapes.triangles_of(ob)
+    points = np.array([v.co for v in ob.data.vertices], float)
+    certificate = ff.certify(points, corners, uv, seamless=True)
+    across = zip(
+        certificate.seam_vertices.tolist(),
+        certificate.seam_transitions.quarter_turns.tolist(),
+        strict=True,
+    )
+    turns = {(v, w): k for (v, w), k in across}
+    turns |= {(w, v): -k % 4 for (v, w), k in turns.items()}
     stored = turns_of(ob)
-    for edge, cut, turns in judge(ob):
-        assert turns is not None
-        assert not cut or edge.use_seam
-        if cut:
-            assert stored[edge.index] == (turns or 4)
-        elif stored[edge.index]:
-            assert stored[edge.index] == 4, "a cut that happens to join"
-    assert sum(4 - k for k in quarters(ob).values()) == 8 - 8 * genus
+    assert found.edges == sum(tuple(edge.vertices) in turns for edge in ob.data.edges)
+    for edge in ob.data.edges:
+        if tuple(edge.vertices) in turns:
+            assert edge.use_seam and stored[edge.index] == (turns[tuple(edge.vertices)] or 4)
+        else:
+            assert stored[edge.index] in (0, 4), "a cut that happens to join"
     uv = shapes.uv_of(ob)
     assert uv.min() >= 0.0 and 0.5 < uv.max() <= 1.0
+
+
+def box_corners(ob):
+    box = np.array([v.co for v in ob.data.vertices])
+    ends = (np.abs(box - box.min(0)) < 1e-6) | (np.abs(box - box.max(0)) < 1e-6)
+    return np.flatnonzero(ends.all(1)).tolist()
 
 
 @pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
 @pytest.mark.parametrize("genus", [0, 1, 2])
 def test_a_closed_mesh_of_any_genus_is_mapped_with_the_defaults(genus, mode, capfd):
     ob = holed(genus, 2)
-    bpy.ops.object.mode_set(mode=mode)
-    if mode == "EDIT":
-        bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter(mode)
     assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
     line = capfd.readouterr().out
     bpy.ops.object.mode_set(mode="OBJECT")
     check(ob, genus)
-    edges = sum(cut for _, cut, _ in judge(ob))
+    edges = judged(ob).edges
     assert f"{edges} of {edges} seam edges exact, 0 flips" in line
     assert "suggested" in line
 
@@ -135,7 +124,7 @@ def test_a_cube_unfolds_without_any_distortion(capfd):
     ob = shapes.cube()
     assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
     check(ob, 0)
-    assert quarters(ob) == dict.fromkeys(range(8), 3)
+    assert judged(ob).cones == dict.fromkeys(range(8), 3)
     assert "8 cones (8 suggested), 7 of 7 seam edges exact" in capfd.readouterr().out
     assert [len(p.vertices) for p in ob.data.polygons] == [4] * 6
 
@@ -144,12 +133,7 @@ def test_suggested_cones_are_marked_and_taken_again(capfd):
     ob = holed(1, 2)
     assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
     first = shapes.uv_of(ob).tobytes()
-    found = quarters(ob)
-    marked = {}
-    for vertex in ob.data.vertices:
-        for entry in vertex.groups:
-            marked[vertex.index] = 4 - int(ob.vertex_groups[entry.group].name.split()[1])
-    assert marked == found
+    assert marks(ob) == judged(ob).cones
     capfd.readouterr()
     assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
     assert "suggested" not in capfd.readouterr().out
@@ -158,13 +142,11 @@ def test_suggested_cones_are_marked_and_taken_again(capfd):
 
 def test_marked_cones_are_met_and_nothing_is_marked_on_request():
     ob = holed(0, 2)
-    box = np.array([v.co for v in ob.data.vertices])
-    ends = (np.abs(box - box.min(0)) < 1e-6) | (np.abs(box - box.max(0)) < 1e-6)
-    corners = np.flatnonzero(ends.all(1)).tolist()
+    corners = box_corners(ob)
     assert len(corners) == 8
     ob.vertex_groups.new(name="Cone +2").add(corners[:4], 1.0, "REPLACE")
     assert bpy.ops.uv.flipfree_seamless(mark_cuts=False) == {"FINISHED"}
-    assert quarters(ob) == dict.fromkeys(corners[:4], 2)
+    assert judged(ob).cones == dict.fromkeys(corners[:4], 2)
     assert not any(e.use_seam for e in ob.data.edges)
     assert "seam_turns" not in ob.data.attributes
     assert bpy.ops.uv.flipfree_seamless(cones_from="suggested", mark_cones=False) == {"FINISHED"}
@@ -179,7 +161,7 @@ def test_angles_of_the_attribute_are_cones_too():
     values[a], values[b] = math.pi, 3 * math.pi
     ob.data.attributes.new("cone_angle", "FLOAT", "POINT").data.foreach_set("value", values)
     assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
-    assert quarters(ob) == {a: 2, b: 6}
+    assert judged(ob).cones == {a: 2, b: 6}
     check(ob, 1)
 
 
@@ -187,7 +169,7 @@ def test_a_torus_without_cones():
     bpy.ops.mesh.primitive_torus_add()
     ob = bpy.context.object
     assert bpy.ops.uv.flipfree_seamless(cones_from="marked") == {"FINISHED"}
-    assert quarters(ob) == {}
+    assert judged(ob).cones == {}
     assert set(turns_of(ob).tolist()) == {0, 4}
     check(ob, 1)
 
@@ -202,8 +184,7 @@ def test_several_parts_lie_beside_each_other_at_one_scale():
     bpy.ops.object.join()
     ob = bpy.context.object
     assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
-    assert shapes.exact_flips(ob) == 0
-    assert all(turns is not None for _, _, turns in judge(ob))
+    exact(ob)
     right = np.array([p.center.x > -3 for p in ob.data.polygons]).repeat(
         [p.loop_total for p in ob.data.polygons]
     )
@@ -250,14 +231,12 @@ def test_a_refined_mesh_keeps_what_it_carries(mode):
     ob = refined_case()
     before = len(ob.data.vertices)
     area = sum(p.area for p in ob.data.polygons)
-    bpy.ops.object.mode_set(mode=mode)
-    if mode == "EDIT":
-        bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter(mode)
     assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
     bpy.ops.object.mode_set(mode="OBJECT")
     assert len(ob.data.vertices) > before, "this case is meant to need new vertices"
     assert sum(p.area for p in ob.data.polygons) == pytest.approx(area, rel=1e-2)
-    assert quarters(ob) == {0: 2, 21: 2, 30: 8}
+    assert judged(ob).cones == {0: 2, 21: 2, 30: 8}
     check(ob, 1)
     marked = [v.index for v in ob.data.vertices for g in v.groups if g.group > 0]
     assert sorted(marked) == [0, 21, 30], "new vertices are no cones"
@@ -273,18 +252,18 @@ def test_the_scale_of_the_surface_on_request():
     assert area == pytest.approx([4.0] * 6, rel=1e-4)
 
 
-def refused(ob, words, **options):
-    before = shapes.everything(ob)
-    with pytest.raises(RuntimeError, match=words):
-        bpy.ops.uv.flipfree_seamless(**options)
-    assert shapes.everything(ob) == before
-    assert "seam_turns" not in ob.data.attributes
+def refused(ob, words, operator="seamless", **options):
+    shapes.refused(ob, words, getattr(bpy.ops.uv, f"flipfree_{operator}"), **options)
+    assert not {"seam_turns", "flipfree_field"} & set(ob.data.attributes.keys())
 
 
-def test_cones_that_do_not_sum_up_are_refused_with_the_part():
+@pytest.mark.parametrize(
+    ("operator", "options"), [("seamless", {}), ("field_aligned", {"field_from": "cones"})]
+)
+def test_cones_that_do_not_sum_up_are_refused_with_the_part(operator, options):
     ob = holed(2, 0)
     ob.vertex_groups.new(name="Cone +1").add([0], 1.0, "REPLACE")
-    refused(ob, r"Still missing:\n.*-9 quarter turns")
+    refused(ob, r"Still missing:\n.*-9 quarter turns", operator, **options)
     assert shapes.shown("face")
 
 
@@ -317,25 +296,10 @@ def test_what_the_solver_gives_up_on_is_cured_by_cones_not_by_seams(part):
     assert "lower Scale Bound" in str(errors.from_solver(snapshot, error, task.cures))
 
 
-def slanted_boundary(ob):
-    """Boundary edges that do not run exactly along u or v, as stored."""
-    mesh, uv = ob.data, shapes.uv_of(ob)
-    uses = np.bincount([loop.edge_index for loop in mesh.loops], minlength=len(mesh.edges))
-    found = 0
-    for polygon in mesh.polygons:
-        loops = list(polygon.loop_indices)
-        for a, b in zip(loops, loops[1:] + loops[:1], strict=True):
-            if uses[mesh.loops[a].edge_index] == 1:
-                found += int((uv[a] != uv[b]).all())
-    return found
-
-
 def test_an_open_sheet_becomes_a_rectangle():
     ob = shapes.grid(8, bump=0.3)
     assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
-    assert shapes.exact_flips(ob) == 0
-    assert slanted_boundary(ob) == 0
-    assert all(turns is not None for _, _, turns in judge(ob))
+    assert exact(ob).slanted == 0
 
 
 def test_corners_are_the_marked_boundary_vertices():
@@ -347,7 +311,7 @@ def test_corners_are_the_marked_boundary_vertices():
     corners = rim[::6]
     ob.vertex_groups.new(name="Cone +1").add(corners, 1.0, "REPLACE")
     assert bpy.ops.uv.flipfree_seamless(cones_from="marked") == {"FINISHED"}
-    assert shapes.exact_flips(ob) == 0 and slanted_boundary(ob) == 0
+    assert exact(ob).slanted == 0
     uv = shapes.uv_of(ob)
     where = {loop.vertex_index: uv[loop.index] for loop in ob.data.loops}
     box = np.array([where[v] for v in corners])
@@ -374,8 +338,7 @@ def test_the_monkey_is_mapped_with_the_defaults():
     for edge in ob.data.edges:
         edge.use_seam = False
     assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
-    assert shapes.exact_flips(ob) == 0 and slanted_boundary(ob) == 0
-    assert all(turns is not None for _, _, turns in judge(ob))
+    assert exact(ob).slanted == 0
 
 
 def written(text, **curve):
@@ -410,24 +373,24 @@ def written(text, **curve):
 def test_flat_text_has_its_borders_along_the_axes(text, capfd):
     ob = written(text)
     assert bpy.ops.uv.flipfree_seamless(boundary="aligned") == {"FINISHED"}
-    assert shapes.exact_flips(ob) == 0 and slanted_boundary(ob) == 0
-    assert all(turns is not None for _, _, turns in judge(ob))
+    assert exact(ob).slanted == 0
     out = capfd.readouterr().out
     assert float(out.split("mean ")[1].split()[0]) < 1.4
     assert "Badly distorted" not in out
 
 
-def test_a_part_without_room_for_corners_is_free_and_the_report_says_so(capfd):
+@pytest.mark.parametrize(
+    ("operator", "said"), [("seamless", "1 part has"), ("field_aligned", "2 parts have")]
+)
+def test_a_part_without_room_for_corners_is_free_and_the_report_says_so(operator, said, capfd):
     triangle = [(9, 0, 0), (10, 0, 0), (9, 1, 0)]
     square = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
     ob = shapes.add("Parts", square + triangle, [(0, 1, 2, 3), (4, 5, 6)])
-    assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}
-    assert shapes.exact_flips(ob) == 0 and 0 < slanted_boundary(ob) <= 3
-    assert "1 part has a free boundary" in capfd.readouterr().out
-    before = shapes.uv_of(ob).copy()
-    with pytest.raises(RuntimeError, match="Free"):
-        bpy.ops.uv.flipfree_seamless(boundary="aligned")
-    assert (shapes.uv_of(ob) == before).all()
+    run = getattr(bpy.ops.uv, f"flipfree_{operator}")
+    assert run() == {"FINISHED"}
+    assert exact(ob).slanted > 0
+    assert f"{said} a free boundary" in capfd.readouterr().out
+    shapes.refused(ob, "Free", run, boundary="aligned")
 
 
 def test_some_faces_of_a_closed_mesh_are_a_surface_with_boundary():

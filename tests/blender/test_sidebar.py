@@ -107,9 +107,7 @@ def test_a_certificate_holds_until_the_map_changes_and_again_after_going_back(
 ):
     ob = shapes.grid(6, uv=True)
     assert kept() is None
-    bpy.ops.object.mode_set(mode=mode)
-    if mode == "EDIT":
-        bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter(mode)
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
     assert kept().verb == "Unwrap Flip-Free" and kept().figures["flips32"] == 0
     assert holds() is True

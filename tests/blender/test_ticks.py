@@ -79,21 +79,27 @@ def test_cancelling_between_two_jobs_leaves_what_they_found(part, in_steps):
     assert run.cancelled and not run.done and log[0] == 0 and "written" not in log
 
 
-def test_cancelling_between_two_jobs_starts_none_any_more(part, in_steps, monkeypatch):
+def test_cancelling_between_two_jobs_starts_none_any_more(part, in_steps, monkeypatch, unwrapping):
     started = []
     monkeypatch.setattr(part("solver"), "unwrap", lambda *_, **__: started.append(1))
-    snapshot = part("meshes.mesh_io").read(shapes.grid(4, uv=True), only_selected=False)
-    run = part("modal").Run([part("operators.unwrap").UnwrapTask(snapshot)])
+    run = unwrapping(shapes.grid(4, uv=True), seams="auto")
     while not isinstance(run._job, part("modal").Pause):
         assert not run.advance(0.0)
     run.cancel()
     assert run.advance(0.0) and run.cancelled and not run.done and not started
 
 
+def begun(part, *arguments):
+    """Writing UVs, some slices of them done."""
+    writing = part("meshes.mesh_io").writing_uv(*arguments)
+    for _ in range(9):
+        next(writing)
+    return writing
+
+
 def edited(uv=True):
     ob = shapes.grid(6, uv=uv)
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     return ob
 
 
@@ -127,9 +133,7 @@ def test_writing_that_is_given_up_leaves_no_mesh_half_written(part, in_steps, uv
     ob = edited(uv)
     snapshot, loops, values = new_values(part, ob)
     before = snapshot.uv.copy()
-    writing = part("meshes.mesh_io").writing_uv(ob, snapshot, loops, values)
-    for _ in range(9):
-        next(writing)
+    writing = begun(part, ob, snapshot, loops, values)
     assert not np.array_equal(_edited_uv(ob), before), "nothing was written yet"
     writing.close()
     bpy.ops.object.mode_set(mode="OBJECT")
@@ -142,45 +146,35 @@ def test_a_mesh_that_leaves_edit_mode_meanwhile_gets_its_map_back(part, in_steps
     ob = edited()
     snapshot, loops, values = new_values(part, ob)
     before = snapshot.uv.copy()
-    writing = part("meshes.mesh_io").writing_uv(ob, snapshot, loops, values)
-    for _ in range(9):
-        next(writing)
+    writing = begun(part, ob, snapshot, loops, values)
     bpy.ops.object.mode_set(mode="OBJECT")
     with pytest.raises(part("meshes.mesh_io").MeshProblem, match="changed while"):
-        for _ in writing:
-            pass
+        list(writing)
     assert np.array_equal(shapes.uv_of(ob), before)
 
 
 def test_a_mesh_that_changes_meanwhile_is_said_and_not_written_further(part, in_steps):
     ob = edited()
     snapshot, loops, values = new_values(part, ob)
-    writing = part("meshes.mesh_io").writing_uv(ob, snapshot, loops, values)
-    for _ in range(9):
-        next(writing)
+    writing = begun(part, ob, snapshot, loops, values)
     bm = bmesh.from_edit_mesh(ob.data)
     bm.faces.ensure_lookup_table()
     bmesh.ops.delete(bm, geom=[bm.faces[0]], context="FACES")
     bmesh.update_edit_mesh(ob.data)
     with pytest.raises(part("meshes.mesh_io").MeshProblem, match="changed while"):
-        for _ in writing:
-            pass
+        list(writing)
     bpy.ops.object.mode_set(mode="OBJECT")
 
 
 def test_an_object_that_is_removed_while_others_are_written_is_a_failure_not_a_crash(
-    part, in_steps
+    in_steps, solved
 ):
     first, second = shapes.grid(3, "First", uv=True), shapes.grid(3, "Second", uv=True)
-    read, task = part("meshes.mesh_io").read, part("operators.unwrap").UnwrapTask
-    run = part("modal").Run([task(read(ob, only_selected=False)) for ob in (first, second)])
-    while not run.advance(0.05):
-        pass
+    run = solved(first, second)
     writing = run.writing()
     next(writing)
     bpy.data.objects.remove(second)
-    for _ in writing:
-        pass
+    list(writing)
     assert len(run.done) == 1 and "deleted" in str(run.failures[0])
 
 
@@ -203,10 +197,9 @@ class Operator:
         return self.driver.modal(self.context, SimpleNamespace(type=kind, value=value))
 
 
-def test_writing_goes_on_tick_by_tick_and_escape_is_too_late_then(part, in_steps):
+def test_writing_goes_on_tick_by_tick_and_escape_is_too_late_then(part, in_steps, unwrapping):
     ob = edited()
-    snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
-    run = part("modal").Run([part("operators.unwrap").UnwrapTask(snapshot)])
+    run = unwrapping(ob, seams="auto")
     operator = Operator(part, run)
     ticks = 0
     while (status := operator.event()) == {"RUNNING_MODAL"}:
@@ -220,11 +213,10 @@ def test_writing_goes_on_tick_by_tick_and_escape_is_too_late_then(part, in_steps
     assert not run.cancelled and shapes.exact_flips(ob) == 0
 
 
-def test_a_file_that_is_closed_while_it_is_written_keeps_its_map(part, in_steps):
+def test_a_file_that_is_closed_while_it_is_written_keeps_its_map(part, in_steps, unwrapping):
     ob = edited()
     before = _edited_uv(ob)
-    snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
-    run = part("modal").Run([part("operators.unwrap").UnwrapTask(snapshot)])
+    run = unwrapping(ob, seams="auto")
     operator = Operator(part, run)
     for _ in range(10_000):
         operator.event()
@@ -252,26 +244,19 @@ def test_other_uv_maps_may_come_and_go_while_one_is_written(part, in_steps):
     ob.data.uv_layers.new(name="Second")
     ob.data.uv_layers.active_index = 1
     snapshot, loops, values = new_values(part, ob)
-    writing = part("meshes.mesh_io").writing_uv(ob, snapshot, loops, values)
-    for _ in range(9):
-        next(writing)
+    writing = begun(part, ob, snapshot, loops, values)
     ob.data.uv_layers.remove(ob.data.uv_layers[0])
-    for _ in writing:
-        pass
+    list(writing)
     assert np.array_equal(shapes.uv_of(ob, "Second"), values)
 
 
-def test_an_object_that_is_removed_while_it_is_written_is_a_failure(part, in_steps):
+def test_an_object_that_is_removed_while_it_is_written_is_a_failure(in_steps, solved):
     for ob in (shapes.grid(6, uv=True), edited()):
-        snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
-        run = part("modal").Run([part("operators.unwrap").UnwrapTask(snapshot)])
-        while not run.advance(0.05):
-            pass
+        run = solved(ob)
         writing = run.writing()
         next(writing)
         bpy.data.objects.remove(ob)
-        for _ in writing:
-            pass
+        list(writing)
         assert not run.done and "deleted" in str(run.failures[0])
 
 
@@ -342,14 +327,11 @@ def test_nothing_to_read_is_said_once_and_ends_it(part, in_steps):
     assert ob.mode == "EDIT"
 
 
-def test_the_certificate_is_kept_for_the_object_that_was_renamed_not_for_another(part):
+def test_the_certificate_is_kept_for_the_object_that_was_renamed_not_for_another(part, solved):
     certificates = part("certificates")
     certificates.forget()
     first, second = shapes.grid(3, "First", uv=True), shapes.grid(3, "Second", uv=True)
-    read, task = part("meshes.mesh_io").read, part("operators.unwrap").UnwrapTask
-    run = part("modal").Run([task(read(first, only_selected=False))])
-    while not run.advance(0.05):
-        pass
+    run = solved(first)
     first.name, second.name = "Third", "First"
     run.finish()
     for _ in certificates.remember(run.done, "Unwrap"):

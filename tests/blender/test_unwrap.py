@@ -51,9 +51,7 @@ def test_both_modes_give_the_same_bits(mode):
     unwrap()
     expected = shapes.uv_of(ob)
     other = shapes.grid(12, uv=True)
-    bpy.ops.object.mode_set(mode=mode)
-    if mode == "EDIT":
-        bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter(mode)
     unwrap()
     assert bpy.context.mode == ("EDIT_MESH" if mode == "EDIT" else "OBJECT")
     bpy.ops.object.mode_set(mode="OBJECT")
@@ -115,8 +113,7 @@ def test_several_objects_at_once_and_shared_meshes_once():
 def test_several_objects_in_edit_mode():
     first, second = shapes.grid(6, "First", uv=True), shapes.grid(5, "Second", uv=True)
     shapes.activate(first, only=False)
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     unwrap()
     bpy.ops.object.mode_set(mode="OBJECT")
     for ob in (first, second):
@@ -221,8 +218,7 @@ def test_the_uv_editors_own_selection_counts_where_it_is_in_use(part, monkeypatc
     from types import SimpleNamespace
 
     ob = shapes.grid(3, uv=True)
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     bm = bmesh.from_edit_mesh(ob.data)
     layer = bm.loops.layers.uv.verify()
     for face in bm.faces:

@@ -31,8 +31,7 @@ def test_the_menus_draw_the_submenu():
     show("UV Editing")
     yield 0.5
     shapes.monkey(2)
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     invoke()
     yield from wait_for_end()
     with bpy.context.temp_override(**area_of("IMAGE_EDITOR")):
@@ -90,8 +89,7 @@ def test_the_sidebars_of_both_editors_show_the_tab():
         open_sidebar(kind)
     yield 0.5
     shot("panel_first")
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     with modal_from_the_start():
         assert invoke() == {"RUNNING_MODAL"}
         yield 0.5
@@ -131,8 +129,7 @@ def ready():
     """Selected in Edit Mode: a ring with a map."""
     ob = ring(0)
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     return ob
 
 

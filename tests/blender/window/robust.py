@@ -120,8 +120,7 @@ def test_a_mode_change_during_a_run_is_no_obstacle():
 def test_a_mesh_that_changes_during_a_run_is_left_alone():
     with held():
         ob = yield from started()
-        bpy.ops.object.mode_set(mode="EDIT")
-        bpy.ops.mesh.select_all(action="SELECT")
+        shapes.enter("EDIT")
         bpy.ops.mesh.quads_convert_to_tris()
         bpy.ops.object.mode_set(mode="OBJECT")
         before = shapes.everything(ob)

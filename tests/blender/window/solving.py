@@ -59,8 +59,7 @@ def test_a_poor_result_is_a_warning_and_its_islands_can_be_selected():
     show("UV Editing")
     yield 0.5
     ob = shapes.two_sheets(squeezed=True)
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     with modal_from_the_start():
         assert invoke() == {"RUNNING_MODAL"}
         yield 0.5
@@ -80,8 +79,7 @@ def test_distorted_islands_are_selected_in_a_uv_editor_with_its_own_selection():
     show("UV Editing")
     yield 0.5
     ob = shapes.two_sheets(squeezed=True)
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     bpy.context.tool_settings.use_uv_select_sync = False
     with bpy.context.temp_override(**area_of("IMAGE_EDITOR")):
         assert bpy.ops.uv.flipfree_select_poor("INVOKE_DEFAULT") == {"FINISHED"}
@@ -105,8 +103,7 @@ def test_check_of_stacked_cubes_names_and_selects_them():
         ob.select_set(True)
     bpy.ops.object.join()
     ob = bpy.context.object
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     with modal_from_the_start():
         assert invoke("check") == {"RUNNING_MODAL"}
         yield 0.5
@@ -143,8 +140,7 @@ def test_a_run_from_the_menu_writes_a_map_and_is_one_undo_step():
 
 def test_undo_in_edit_mode_is_one_step_too():
     ob = shapes.grid(40, uv=True)
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     bpy.ops.ed.undo_push(message="Before")
     yield 0.2
     before = shapes.uv_of(ob).tobytes()
@@ -210,8 +206,7 @@ def test_match_pins_from_the_menu_meets_them_and_is_one_undo_step():
     yield 0.5
     ob, targets = pinned_monkey(2, 0.05)
     name = ob.name
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     bpy.ops.ed.undo_push(message="Before")
     frame_all()
     yield 0.4
@@ -261,8 +256,7 @@ def test_contradictory_pins_are_selected_on_demand():
     first, second = sorted(targets)[:2]
     uv[np.isin(corner, [first, second])] = 0.5
     shapes.set_uv(ob, uv)
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     # Scripts get errors as exceptions; the window shows them at the bottom.
     try:
         invoke("match")
@@ -301,8 +295,7 @@ def test_check_selects_flipped_faces_and_improve_lowers_the_distortion():
     shapes.set_uv(ob, folded)
     flips = shapes.exact_flips(ob)
     assert flips > 10
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     with modal_from_the_start():
         assert invoke("check") == {"RUNNING_MODAL"}
         yield 0.5
@@ -314,8 +307,7 @@ def test_check_selects_flipped_faces_and_improve_lowers_the_distortion():
     assert 0 < len(shapes.selected(ob, "face")) <= 2 * flips
     shapes.set_uv(ob, drawn)
     assert shapes.exact_flips(ob) == 0
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     frame_all()
     yield 0.5
     shot("improve_before")
@@ -346,8 +338,7 @@ def test_conformal_maps_of_several_parts_are_packed():
         ob.data.uv_layers.new(name="UVMap")
     assert ob.name == sheet.name
     assert bpy.ops.uv.flipfree_suggest_cones(quarter_turns=True) == {"FINISHED"}
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     assert invoke("conformal") <= {"RUNNING_MODAL", "FINISHED"}
     yield from wait_for_end()
     frame_all()
@@ -366,8 +357,7 @@ def test_a_seamless_map_from_the_menu_is_one_undo_step():
     yield 0.5
     ob = ring(1)
     name = ob.name
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     bpy.ops.ed.undo_push(message="Before")
     before = shapes.uv_of(ob).tobytes()
     with modal_from_the_start():
@@ -414,8 +404,7 @@ def test_a_refused_run_shows_its_options_where_one_of_them_helps():
     yield 0.5
     ob = shapes.cube()
     shapes.set_pins(ob, np.arange(4))
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     bpy.ops.ed.undo_push(message="Before")
     yield 0.3
     before = shapes.uv_of(ob)

@@ -123,8 +123,7 @@ def test_faces_are_coloured_in_both_editors_and_the_figures_follow_the_map():
         yield 0.3
         shot(f"show_{what}")
     bpy.context.window_manager.flipfree_faces = "distortion"
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     yield from until_drawn(ob.name)
     yield 1.0
     shot("show_edit")
@@ -256,8 +255,7 @@ def test_faces_are_selected_by_what_is_wrong_with_them_in_a_uv_editor():
     show("UV Editing")
     yield 0.5
     ob = stretched_monkey()
-    bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
+    shapes.enter("EDIT")
     bpy.context.tool_settings.use_uv_select_sync = True
     with bpy.context.temp_override(**area_of("IMAGE_EDITOR")):
         assert bpy.ops.uv.flipfree_select_faces("INVOKE_DEFAULT", what="worst") == {"FINISHED"}
