@@ -4,7 +4,6 @@
 #include <chrono>
 
 #include "flipfree/base/error.h"
-#include "flipfree/base/threads/work_meter.h"
 
 namespace flipfree {
 
@@ -24,7 +23,6 @@ double ExecutionContext::seconds_left() const {
 }
 
 void ExecutionContext::report(const char* stage, double fraction) {
-  if (meter != nullptr) meter->enter(stage);
   show(stage, fraction);
   check();
 }

@@ -12,13 +12,12 @@
 #include <functional>
 #include <limits>
 
-#include "flipfree/base/threads/helpers.h"
+#include "flipfree/base/helpers.h"
 #include "flipfree/base/types.h"
 
 namespace flipfree {
 
 class SharedProgress;
-class WorkMeter;
 
 class ExecutionContext {
  public:
@@ -30,9 +29,6 @@ class ExecutionContext {
   // Seconds on a clock that never goes back; null: the machine's. Tests set their own, before the
   // work begins; it may be asked from several threads.
   std::function<double()> clock;
-  // Measures what more cores would do (base/threads/work_meter.h) and must outlive the context;
-  // null: nothing is measured. With a meter one thread does everything.
-  WorkMeter* meter = nullptr;
 
   ExecutionContext() = default;
   // A context for one part of a job, for example one chart of many solved side by side: it has a
@@ -42,7 +38,6 @@ class ExecutionContext {
       : threads(part_threads),
         seed(parent->seed),
         clock(parent->clock),
-        meter(parent->meter),
         deadline_(parent->deadline_),
         in_hand_(parent->in_hand_),
         parent_(parent) {}

@@ -6,8 +6,7 @@
 #include <functional>
 #include <mutex>
 
-#include "flipfree/base/threads/helpers.h"
-#include "flipfree/base/threads/work_meter.h"
+#include "flipfree/base/helpers.h"
 
 namespace flipfree {
 
@@ -16,15 +15,6 @@ void parallel_for(const ExecutionContext& context, std::size_t count, std::size_
   const std::size_t chunks = chunk_count(count, grain);
   const std::size_t workers = std::min(
       chunks, context.threads > 0 ? static_cast<std::size_t>(context.threads) : core_count());
-  if (context.meter != nullptr && workers > 1) {
-    WorkMeter::Loop loop(*context.meter, chunks);
-    for (std::size_t c = 0; c < chunks; ++c) {
-      context.check();
-      body(c * grain, std::min(count, (c + 1) * grain), c);
-      loop.end_chunk();
-    }
-    return;
-  }
   if (workers <= 1) {
     for (std::size_t c = 0; c < chunks; ++c) {
       context.check();

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "flipfree/base/check/debug_check.h"
+#include "flipfree/base/debug_check.h"
 
 namespace flipfree::intrinsic {
 std::string at_halfedge(const char* what, HalfedgeId h) {

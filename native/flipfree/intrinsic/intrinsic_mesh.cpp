@@ -5,7 +5,7 @@
 #include <numeric>
 #include <utility>
 
-#include "flipfree/base/check/debug_check.h"
+#include "flipfree/base/debug_check.h"
 #include "flipfree/mesh/adjacency.h"
 
 namespace flipfree::intrinsic {

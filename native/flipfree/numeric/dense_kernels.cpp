@@ -9,7 +9,7 @@
 #include <new>
 #include <vector>
 
-#include "flipfree/base/threads/helpers.h"
+#include "flipfree/base/helpers.h"
 
 // LAPACK, part of the same library; it has no C header of its own everywhere.
 extern "C" void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info,

@@ -6,7 +6,7 @@
 namespace flipfree::numeric::dense {
 
 // Lives while kernels are called, on up to so many threads at once (0 and less: one for each core;
-// never more than kMostThreads, base/threads/helpers.h): keeps the BLAS from starting
+// never more than kMostThreads, base/helpers.h): keeps the BLAS from starting
 // threads of its own, and has it take its work buffers (128 MB of addresses for each thread, kept
 // for ever, and touched only as far as they are used) now: where it finds no memory for one it
 // would try again without end. Throws std::bad_alloc.

@@ -1,6 +1,6 @@
 #include "flipfree/conformal/metric/metric.h"
 
-#include "flipfree/base/check/debug_check.h"
+#include "flipfree/base/debug_check.h"
 #include "flipfree/conformal/metric/metric_input.h"
 #include "flipfree/conformal/metric/precision_ladder.h"
 

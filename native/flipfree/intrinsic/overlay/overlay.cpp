@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "flipfree/base/check/debug_check.h"
+#include "flipfree/base/debug_check.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "flipfree/base/check/debug_check.h"
+#include "flipfree/base/debug_check.h"
 #include "flipfree/intrinsic/refined_start/face_triangulation.h"
 #include "flipfree/mesh/refined/invariants.h"
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "flipfree/base/check/debug_check.h"
+#include "flipfree/base/debug_check.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/matchmaker/finish/usable_map.h"
@@ -26,7 +26,7 @@ namespace {
 // Outlines with more turns in sharp corners than this are not reached by a homotopy. Measured:
 // narrow spirals of three turns have none and need few new vertices on the way; Hilbert's curve,
 // thickened, has 6 (order 2), 27, 107, 427, and even for order 2 it takes longer and splits more
-// than cuts (benchmarks/match_hilbert.py).
+// than cuts (benchmarks/match.py hilbert).
 constexpr double kMostTurning = 4.0;
 constexpr double kSharp = std::numbers::pi / 6;
 

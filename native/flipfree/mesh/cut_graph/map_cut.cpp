@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "flipfree/base/check/debug_check.h"
+#include "flipfree/base/debug_check.h"
 #include "flipfree/base/disjoint_sets.h"
 #include "flipfree/mesh/cut_graph/shortest_paths.h"
 #include "flipfree/mesh/topology.h"

@@ -1,8 +1,8 @@
 // Meshes in files: OBJ, PLY, OFF and STL, from bytes to arrays and back.
 //
-// Reading goes through OpenMesh's readers, behind a strict pass of our own (plain_form.h says why).
-// Writing is ours: OpenMesh 9 writes positions with 32 bits, loses small numbers to fixed notation,
-// and knows no texture coordinates per corner in PLY (docs/architecture.md, "Mesh files").
+// Reading is ours but for STL (file_polygons.h says why). Writing is ours: OpenMesh 9 writes
+// positions with 32 bits, loses small numbers to fixed notation, and knows no texture coordinates
+// per corner in PLY (docs/architecture.md, "Mesh files").
 #pragma once
 
 #include <string>
@@ -38,8 +38,7 @@ struct MeshFile {
 // ones nearest to what is written. Materials, groups, normals, colours and lines are passed over,
 // no other file is opened, the locale has no say. Throws InvalidInput (kBadFile) for bytes that are
 // no such file, which names the line or element and what to do; never anything else but bad_alloc.
-// Memory and time grow with the bytes, not with what they promise. Safe to call from any thread;
-// OpenMesh's readers are single objects, so that calls wait for each other.
+// Memory and time grow with the bytes, not with what they promise. Safe to call from any thread.
 MeshFile read_mesh(std::string_view bytes, Format format);
 
 // The file's bytes. Positions and texture coordinates have all their digits, so that reading gives

@@ -5,24 +5,24 @@
 #include <limits>
 
 #include "flipfree/base/error.h"
+#include "flipfree/mesh/files/file_polygons.h"
 #include "flipfree/mesh/files/mesh_file.h"
-#include "flipfree/mesh/files/openmesh_reader.h"
 #include "flipfree/mesh/files/text.h"
 #include "flipfree/mesh/polygon_triangles.h"
 
 namespace flipfree::mesh {
 namespace {
 
-PlainForm plain_form(std::string_view bytes, Format format) {
+FilePolygons polygons_of(std::string_view bytes, Format format) {
   switch (format) {
     case Format::kObj:
-      return plain_obj(bytes);
+      return read_obj(bytes);
     case Format::kPly:
-      return plain_ply(bytes);
+      return read_ply(bytes);
     case Format::kOff:
-      return plain_off(bytes);
+      return read_off(bytes);
     case Format::kStl:
-      return plain_stl(bytes);
+      return read_stl(bytes);
   }
   throw InternalError("A format without a reader.");
 }
@@ -51,7 +51,7 @@ bool holds_corner_uv(Format format) { return format == Format::kObj || format ==
 namespace {
 
 // A polygon has texture coordinates at all of its corners, or none: NaN.
-void drop_partial_uv(Polygons& polygons) {
+void drop_partial_uv(FilePolygons& polygons) {
   if (polygons.uv.empty()) return;
   for (std::size_t p = 0; p + 1 < polygons.begin.size(); ++p) {
     const auto first = polygons.uv.begin() + 2 * polygons.begin[p];
@@ -64,14 +64,12 @@ void drop_partial_uv(Polygons& polygons) {
 }  // namespace
 
 MeshFile read_mesh(std::string_view bytes, Format format) {
-  PlainForm plain = plain_form(bytes, format);
-  Polygons polygons = read_with_openmesh(plain);
-  plain.text = std::string();
+  FilePolygons polygons = polygons_of(bytes, format);
   drop_partial_uv(polygons);
   if (std::all_of(polygons.uv.begin(), polygons.uv.end(), [](float t) { return std::isnan(t); }))
     polygons.uv.clear();
   MeshFile mesh;
-  mesh.vertices = format == Format::kStl ? polygons.positions : std::move(plain.positions);
+  mesh.vertices = std::move(polygons.positions);
 
   const std::size_t count = polygons.begin.size() - 1;
   const Index triangles = count_of(polygons.corners.size() - 2 * count, "End of the file");
@@ -94,7 +92,8 @@ MeshFile read_mesh(std::string_view bytes, Format format) {
         if (mesh.uv.rows() > 0)
           mesh.uv.row(3 * f + i) << polygons.uv[2 * c], polygons.uv[2 * c + 1];
       }
-      mesh.polygons.push_back(plain.numbers.empty() ? static_cast<Index>(p) : plain.numbers[p]);
+      mesh.polygons.push_back(polygons.numbers.empty() ? static_cast<Index>(p)
+                                                       : polygons.numbers[p]);
       ++f;
     }
   }

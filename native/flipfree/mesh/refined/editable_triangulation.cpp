@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "flipfree/base/check/debug_check.h"
+#include "flipfree/base/debug_check.h"
 #include "flipfree/base/error.h"
 
 namespace flipfree::mesh {

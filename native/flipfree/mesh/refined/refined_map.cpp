@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "flipfree/base/check/debug_check.h"
+#include "flipfree/base/debug_check.h"
 #include "flipfree/mesh/refined/invariants.h"
 
 namespace flipfree::mesh {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "flipfree/base/check/debug_check.h"
+#include "flipfree/base/debug_check.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/seamless/bordered/symmetric_changes.h"
 

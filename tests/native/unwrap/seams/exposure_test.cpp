@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "flipfree/base/threads/work_meter.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"
 

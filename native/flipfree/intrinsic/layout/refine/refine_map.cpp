@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "flipfree/base/check/debug_check.h"
+#include "flipfree/base/debug_check.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/intrinsic/layout/polygon/face_cells.h"
 #include "flipfree/intrinsic/layout/polygon/polygon_triangulation.h"

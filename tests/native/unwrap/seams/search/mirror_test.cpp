@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "flipfree/base/threads/work_meter.h"
 #include "flipfree/unwrap/islands/edge_costs.h"
 #include "support/corner_maps.h"
 #include "support/shapes.h"
