@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Draws pictures of docs/images anew: maps on their surfaces, and maps in the plane.
+
+    PYTHONPATH=build/python:tests:benchmarks python3 scripts/pictures.py FOLDER [NAME ...]
+
+On surfaces: the chart beside the surface, a checker through the seams, seams red, cones red (sharp) and green (saddles). In the
+plane: colour is the logarithm of a face's symmetric Dirichlet energy, flipped faces are red, pins blue. Needs matplotlib and the
+shared data folder (FLIPFREE_DATA). Look at them before committing.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+from map_damage import DAMAGES, map_of
+from match import into_hilbert, overlapping, prescribed
+from matplotlib.collections import LineCollection, PolyCollection
+from render_conformal import View, camera, rasterise, shade
+
+import flipfree as ff
+
+from judges.unfoldings import TWO_HOLES, unfolding
+from mesh_files import data_folder, read_mesh
+from surfaces import cylinder, torus
+
+LIGHT, DARK = np.array([0.93, 0.90, 0.82]), np.array([0.33, 0.42, 0.52])
+RED, GREEN, BLUE = "#d4261c", "#1f9d3a", "#1030c0"
+Drawing = Callable[[Path], None]
+
+
+def data() -> Path:
+    folder = data_folder()
+    if folder is None:
+        sys.exit("The shared data folder is not here (FLIPFREE_DATA).")
+    return folder
+
+
+def model(path: str) -> Any:
+    return read_mesh(data() / path)
+
+
+def checker(uv: np.ndarray, size: float) -> np.ndarray:
+    """(..., 3) colours: fields of this size, a corner at the origin."""
+    odd = (np.floor(uv / size + 1e-5).sum(-1) % 2)[..., None]
+    return LIGHT * (1 - odd) + DARK * odd
+
+
+def draw_surface(panel: Any, map: ff.Parametrization, view: View, size: float) -> None:
+    cones = map.certificate.quarter_cones
+    ends = map.vertices[map.cut_edges]
+    pieces = np.linspace(ends[:, 0], ends[:, 1], 9).transpose(1, 0, 2).reshape(-1, 3)
+    every = np.concatenate([map.vertices, pieces, map.vertices[cones[:, 0]]])
+    screen = camera(every, view)
+    n, m = len(map.vertices), len(map.vertices) + len(pieces)
+    face, weights, depth = rasterise(screen[:n], map.faces)
+    light = shade(map.vertices, map.faces, view)[face][..., None]
+    colour = checker((weights[..., None] * map.uv[face]).sum(2), size)
+    panel.imshow(np.where(face[..., None] < 0, 1.0, colour * light))
+    x, y = (np.clip(np.rint(screen[:, k]).astype(int), 0, len(depth) - 1) for k in (0, 1))
+    seen = screen[:, 2] > depth[y, x] - 0.01 * np.ptp(screen[:n, 2])
+    lines = screen[n:m, :2].reshape(-1, 9, 2)
+    shown = seen[n:m].reshape(-1, 9)
+    segments = np.stack([lines[:, :-1], lines[:, 1:]], 2)[shown[:, :-1] & shown[:, 1:]]
+    panel.add_collection(LineCollection(segments, colors=RED, linewidths=1.2))
+    colours = np.where(cones[:, 1] < 4, RED, GREEN)[seen[m:]]
+    panel.scatter(*screen[m:][seen[m:], :2].T, s=22, c=colours, zorder=3, edgecolors="white")
+
+
+def energies(map: ff.Parametrization, uv: np.ndarray) -> np.ndarray:
+    """Of every face at the map's best scale; nan where flipped."""
+    p = map.vertices[map.faces]
+    e, d = p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]
+    length = np.linalg.norm(e, axis=1)
+    x = (e * d).sum(1) / length
+    y = np.linalg.norm(np.cross(e, d), axis=1) / length
+    a = (uv[:, 1] - uv[:, 0]) / length[:, None]
+    b = (uv[:, 2] - uv[:, 0] - a * x[:, None]) / y[:, None]
+    square, det = (a**2 + b**2).sum(1), a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    inverse = np.where(det > 0, square / np.where(det > 0, det, 1.0) ** 2, np.nan)
+    weight = length * y
+    scale = np.sqrt(np.nansum(weight * inverse) / (weight * square)[det > 0].sum())
+    return np.where(det > 0, (square * scale + inverse / scale) / 4, np.nan)
+
+
+def draw_plane(panel: Any, map: ff.Parametrization, uv: Any, title: str, pins: Any = None) -> None:
+    triangles = np.asarray(uv, np.float64)
+    value = np.log10(energies(map, triangles))
+    faces = PolyCollection(triangles, array=value, cmap="viridis", edgecolors="#00000060", lw=0.2)
+    faces.set_clim(0.0, 1.0)
+    panel.add_collection(faces)
+    wrong = triangles[np.isnan(value)]
+    panel.add_collection(PolyCollection(wrong, facecolors=RED, edgecolors=RED, lw=0.6))
+    if pins:
+        panel.plot(*np.array(list(pins.values())).T, "s", color=BLUE, markersize=4)
+    panel.autoscale_view()
+    panel.set_title(title, fontsize=11)
+
+
+def saved(path: Path, figure: Any, panels: Any) -> None:
+    for panel in np.atleast_1d(panels).ravel():
+        panel.set_aspect("equal")
+        panel.set_axis_off()
+    figure.savefig(path, dpi=90, bbox_inches="tight")
+    plt.close(figure)
+
+
+def on_surface(make: Callable[[], ff.Parametrization], view: View, size: float = 0.0) -> Drawing:
+    def draw(path: Path) -> None:
+        map = make()
+        figure, (left, right) = plt.subplots(1, 2, figsize=(11, 5))
+        draw_plane(left, map, map.uv, f"energy {map.certificate.energy:.3f}")
+        draw_surface(right, map, view, size or float(np.ptp(map.vertices, axis=0).max()) / 30)
+        saved(path, figure, (left, right))
+
+    return draw
+
+
+def matched(case: Callable[[], Any]) -> Drawing:
+    def draw(path: Path) -> None:
+        name, vertices, faces, request = case()
+        map = ff.match(vertices, faces, **request)
+        figure, panel = plt.subplots(figsize=(6, 6))
+        draw_plane(panel, map, map.uv, name, request.get("points"))
+        saved(path, figure, panel)
+
+    return draw
+
+
+def named(name: str) -> Callable[[], Any]:
+    return lambda: next(case for case in [*prescribed(), *overlapping()] if case[0] == name)
+
+
+def extremities(path: Path) -> None:
+    figure, rows = plt.subplots(2, 2, figsize=(9, 8))
+    for row, name in zip(rows, ("octopus_f500", "human_f10575"), strict=True):
+        mesh = model(f"embedding/{name}.obj")
+        for panel, slit in zip(row, (False, True), strict=True):
+            map = ff.unwrap(mesh.vertices, mesh.faces, cut_extremities=slit, seams="given")
+            title = f"{len(map.cut_edges)} edges cut, energy {map.certificate.energy:.2f}"
+            draw_plane(panel, map, map.uv, title)
+    saved(path, figure, rows)
+
+
+def repaired(path: Path) -> None:
+    mesh = model("general/camel_f_withSUV.obj")
+    base = ff.unwrap(mesh.vertices, mesh.faces, cuts=mesh.seams, seams="given")
+    given = map_of(mesh.faces, base.uv.astype(np.float64))
+    for damage in ("drag_over", "mirror_part", "mirror_faces"):
+        DAMAGES[damage](given, np.random.default_rng(3))
+    map = ff.repair(mesh.vertices, mesh.faces, given.uv)
+    figure, panels = plt.subplots(1, 2, figsize=(11, 5))
+    draw_plane(panels[0], base, given.uv, "spoilt")
+    draw_plane(panels[1], map, map.uv, f"repaired, {map.stats['corners_kept']} corners kept")
+    saved(path, figure, panels)
+
+
+def auto(make: Callable[[], Any]) -> Callable[[], ff.Parametrization]:
+    def unwrapped() -> ff.Parametrization:
+        mesh = make()
+        vertices, faces = mesh if isinstance(mesh, tuple) else (mesh.vertices, mesh.faces)
+        return ff.unwrap(vertices, faces, seams="auto")
+
+    return unwrapped
+
+
+def of_mesh(call: Callable[..., ff.Parametrization], make: Callable[[], Any]) -> Any:
+    def mapped() -> ff.Parametrization:
+        mesh = make()
+        return call(mesh.vertices, mesh.faces)
+
+    return mapped
+
+
+PICTURES: dict[str, Drawing] = {
+    "auto_seams_cylinder": on_surface(auto(cylinder), View(20, 20)),
+    "auto_seams_torus": on_surface(auto(torus), View(20, 35)),
+    **{
+        f"auto_seams_{name}": on_surface(auto(lambda n=name: model(f"seams/{n}.obj")), view)
+        for name, view in (
+            ("hand_1_i_f5000", View(20, 10)),
+            ("horse_f10000", View(60, 10, "y")),
+            ("planck1", View(20, 10, "y")),
+        )
+    },
+    "seamless_frame": on_surface(
+        of_mesh(ff.seamless, lambda: unfolding(TWO_HOLES, 6, 1)), View(25, 52), 0.25
+    ),
+    "seamless_eight": on_surface(
+        of_mesh(ff.seamless, lambda: model("fields/eight.obj")), View(20, 30)
+    ),
+    "field_fertility": on_surface(
+        of_mesh(ff.field_aligned, lambda: model("fields/fertility_input.obj")), View(20, 70)
+    ),
+    "unwrap_extremities": extremities,
+    "repair": repaired,
+    "match_camel_b_comb": matched(named("camel_b comb")),
+    "match_cow_S": matched(named("cow S")),
+    "match_cow_spiral": matched(named("cow spiral")),
+    "match_ribbon_2.4": matched(named("ribbon 2.4")),
+    "match_lobes_one": matched(named("lobes one")),
+    "match_lobes_other": matched(named("lobes other")),
+    "match_doodle_one": matched(named("doodle one")),
+    "match_doodle_other": matched(named("doodle other")),
+    "match_hilbert_3": matched(
+        lambda: next(iter(into_hilbert("constraints/camel_b_uv.obj", 3, 1)))
+    ),
+}
+
+
+def main(folder: str, *names: str) -> None:
+    for name in names or PICTURES:
+        PICTURES[name](Path(folder) / f"{name}.png")
+        print(name, flush=True)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
