@@ -69,14 +69,13 @@ def make_generated(folder: Path, count: int) -> None:
     chance = random.Random(2)
     for i in range(count):
         size = chance.choice([4, 8, 16, 32, 48])
-        mesh: Any = chance.choice(
-            [
-                lambda size=size: surfaces.torus(2 * size, size),
-                lambda size=size: surfaces.bumpy_grid(size),
-                lambda size=size: surfaces.octahedron_sphere(2 + size // 12),
-                lambda size=size: surfaces.cylinder(size, size),
-            ]
-        )()
+        makers: list[Any] = [
+            lambda size=size: surfaces.torus(2 * size, size),
+            lambda size=size: surfaces.bumpy_grid(size),
+            lambda size=size: surfaces.octahedron_sphere(2 + size // 12),
+            lambda size=size: surfaces.cylinder(size, size),
+        ]
+        mesh = chance.choice(makers)()
         vertices = np.asarray(mesh[0]) * 10.0 ** chance.uniform(-3, 3)
         vertices += np.random.default_rng(i).normal(0, 1e-3, vertices.shape) * np.ptp(vertices)
         ff.write(folder / f"{i:04}{NATIVE[i % 4]}", (vertices, mesh[1]))
@@ -164,7 +163,8 @@ def killed_run(jobs: str, whole: float) -> int:
             process.send_signal(signal.SIGKILL)
             process.wait()
             kills += 1
-            done = len((BATCH / "killed.jsonl").read_bytes().splitlines())
+            found = BATCH / "killed.jsonl"
+            done = found.read_bytes().count(b"\n") if found.exists() else 0
             print(f"kill -9 after {done} models")
     subprocess.run(command, check=True)
     return kills
