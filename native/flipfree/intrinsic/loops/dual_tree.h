@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/intrinsic/loops/dual_loops.h"
+#include "flipfree/base/types.h"
 
 namespace flipfree::intrinsic {
 
@@ -86,8 +86,8 @@ void for_each_uncrossed(const Dual& dual, const DualTree& tree, HalfedgeId halfe
 // The half-edges that are crossed on the way from face `a` to face `b` of one component through the
 // tree, without what the ways to both share.
 struct TreePath {
-  DualLoop up;    // in order, towards the root
-  DualLoop down;  // in order, away from it
+  std::vector<HalfedgeId> up;    // in order, towards the root
+  std::vector<HalfedgeId> down;  // in order, away from it
 };
 template <typename Dual>
 TreePath path_between(const Dual& dual, const DualTree& tree, FaceId a, FaceId b) {
@@ -110,9 +110,9 @@ TreePath path_between(const Dual& dual, const DualTree& tree, FaceId a, FaceId b
 
 // From the tree's root across h and back, without what both ways share.
 template <typename Dual>
-DualLoop loop_across(const Dual& dual, const DualTree& tree, HalfedgeId h) {
+std::vector<HalfedgeId> loop_across(const Dual& dual, const DualTree& tree, HalfedgeId h) {
   const TreePath path = path_between(dual, tree, dual.face_of(dual.opposite(h)), dual.face_of(h));
-  DualLoop loop = path.down;
+  std::vector<HalfedgeId> loop = path.down;
   loop.push_back(h);
   loop.insert(loop.end(), path.up.begin(), path.up.end());
   return loop;
