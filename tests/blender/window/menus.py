@@ -6,66 +6,53 @@ import numpy as np
 import shapes
 from stage import (
     area_of,
-    click,
+    ended,
     frame_all,
-    invoke,
-    modal_from_the_start,
     part,
+    picture,
+    picture_of_options,
+    pointer,
+    press,
     reset,
     ring,
     shot,
     show,
-    simulate,
+    timed,
     wait_for_end,
 )
 
 
-def press(*keys):
+def pressed(*keys):
     for key in keys:
-        simulate(key)
-        simulate(key, "RELEASE")
+        press(key)
         yield 0.4
 
 
 def test_the_menus_draw_the_submenu():
-    show("UV Editing")
-    yield 0.5
+    yield from show("UV Editing")
     shapes.monkey(2)
     shapes.enter("EDIT")
-    invoke()
-    yield from wait_for_end()
-    with bpy.context.temp_override(**area_of("IMAGE_EDITOR")):
-        bpy.ops.image.view_all(fit_view=True)
-    with bpy.context.temp_override(**area_of("VIEW_3D")):
-        bpy.ops.view3d.view_selected()
+    yield from ended()
+    frame_all()
     yield 0.4
-    hud = next(r for r in area_of("VIEW_3D")["area"].regions if r.type == "HUD")
-    assert hud.width > 1, "no redo panel"
-    click(hud.x + 20, hud.y + hud.height // 2)
-    yield 0.5
-    shot("result")
-    region = area_of("VIEW_3D")["region"]
-    x, y = region.x + region.width // 3, region.y + region.height * 2 // 3
-    window = bpy.context.window_manager.windows[0]
-    window.event_simulate(type="MOUSEMOVE", value="NOTHING", x=x, y=y)
+    yield from picture_of_options("result")
+    pointer("VIEW_3D", 1 / 3, 2 / 3)
     yield 0.2
     with bpy.context.temp_override(**area_of("VIEW_3D")):
         bpy.ops.wm.call_menu(name="VIEW3D_MT_uv_map")
     yield 0.3
-    yield from press("UP_ARROW", "RIGHT_ARROW")  # the last entry is ours; it opens
+    yield from pressed("UP_ARROW", "RIGHT_ARROW")  # the last entry is ours; it opens
     shot("menu")
-    yield from press("ESC", "ESC")
+    yield from pressed("ESC", "ESC")
     bpy.ops.object.mode_set(mode="OBJECT")
     for kind in ("VIEW_3D", "IMAGE_EDITOR"):
-        region = area_of(kind)["region"]
-        x, y = region.x + region.width // 3, region.y + region.height * 2 // 3
-        window.event_simulate(type="MOUSEMOVE", value="NOTHING", x=x, y=y)
+        pointer(kind, 1 / 3, 2 / 3)
         yield 0.2
         with bpy.context.temp_override(**area_of(kind)):
             bpy.ops.wm.call_menu(name="VIEW3D_MT_flipfree")
         yield 0.4
         shot(f"menu_object_{kind.lower()}")
-        yield from press("ESC")
+        yield from pressed("ESC")
 
 
 def open_sidebar(kind, category="Flipfree"):
@@ -77,8 +64,7 @@ def open_sidebar(kind, category="Flipfree"):
 
 
 def test_the_sidebars_of_both_editors_show_the_tab():
-    show("UV Editing")
-    yield 0.5
+    yield from show("UV Editing")
     shapes.monkey(1)
     with bpy.context.temp_override(**area_of("VIEW_3D")):
         bpy.ops.view3d.view_selected()
@@ -90,13 +76,8 @@ def test_the_sidebars_of_both_editors_show_the_tab():
     yield 0.5
     shot("panel_first")
     shapes.enter("EDIT")
-    with modal_from_the_start():
-        assert invoke() == {"RUNNING_MODAL"}
-        yield 0.5
-    yield from wait_for_end()
-    frame_all()
-    yield 0.6
-    shot("panel_unwrapped")
+    yield from timed()
+    yield from picture("panel_unwrapped")
     for kind in ("VIEW_3D", "IMAGE_EDITOR"):
         assert open_sidebar(kind).active_panel_category == "Flipfree"
         area_of(kind)["area"].spaces.active.show_region_ui = False
@@ -104,22 +85,19 @@ def test_the_sidebars_of_both_editors_show_the_tab():
 
 
 def test_set_texel_density_starts_with_what_get_found_and_the_margin_is_that_of_the_preferences():
-    show("Layout")
-    yield 0.5
+    yield from show("Layout")
     ob = shapes.grid(6, uv=True)
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
     before = shapes.uv_of(ob)
     with bpy.context.temp_override(**area_of("VIEW_3D")):
         assert bpy.ops.uv.flipfree_get_density("INVOKE_DEFAULT", texture_size=512) == {"FINISHED"}
     shapes.set_uv(ob, before * 0.5)
-    assert invoke("set_density") <= {"FINISHED", "RUNNING_MODAL"}
-    yield from wait_for_end()
+    yield from ended("set_density")
     assert np.allclose(np.ptp(shapes.uv_of(ob), axis=0), np.ptp(before, axis=0), rtol=1e-3)
     preferences = bpy.context.preferences.addons[part("preferences").__package__].preferences
     preferences.margin = 0.1
     try:
-        assert invoke("unwrap") <= {"FINISHED", "RUNNING_MODAL"}
-        yield from wait_for_end()
+        yield from ended("unwrap")
         assert shapes.uv_of(ob).min() > 0.04
     finally:
         preferences.margin = 0.005
@@ -146,8 +124,7 @@ REFUSED = {
 
 
 def test_every_operator_runs_from_both_editors_or_says_why_not():
-    show("UV Editing")
-    yield 0.5
+    yield from show("UV Editing")
     for tool in part("ui.tools").all_tools():
         for kind in ("VIEW_3D", "IMAGE_EDITOR"):
             reset()

@@ -5,15 +5,14 @@ import bmesh
 import bpy
 import numpy as np
 import shapes
-from stage import area_of, invoke, part, shot, show, simulate, until, wait_for_end
+from stage import area_of, invoke, part, press, shot, show, undo, until, wait_for_end
 
 live = part("live.live_pins")
 
 
 def selected_corner(n=12):
     """An unwrapped sheet in Edit Mode, pinned at its corners, one of which is selected in the UV editor; (object, its loops)."""
-    show("UV Editing")
-    yield 0.5
+    yield from show("UV Editing")
     ob = shapes.grid(n, uv=True)
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
     vertex = np.array([loop.vertex_index for loop in ob.data.loops])
@@ -75,11 +74,6 @@ def at_rest():
     return session is None or all(one.idle for one in session.followed)
 
 
-def undo():
-    with bpy.context.temp_override(**area_of("IMAGE_EDITOR")):
-        bpy.ops.ed.undo()
-
-
 def test_live_pins_follow_a_transform_while_it_goes_on():
     ob, loops = yield from selected_corner()
     before = shapes.uv_of(ob)
@@ -103,13 +97,12 @@ def test_live_pins_follow_a_transform_while_it_goes_on():
     moved = shapes.uv_of(ob)
     assert not np.allclose(moved[loops], before[loops], atol=1e-3)
     # One step takes the pin back, and all that followed it.
-    undo()
+    undo("IMAGE_EDITOR")
     yield 0.5
     yield from until(at_rest, "it does not come to rest")
     assert np.array_equal(shapes.uv_of(bpy.context.object), before)
     assert live.current() is not None, "undo ended it"
-    simulate("ESC")
-    simulate("ESC", "RELEASE")
+    press("ESC")
     yield from until(lambda: live.current() is None, "Esc does not end it")
     yield 0.4
     bpy.ops.object.mode_set(mode="OBJECT")
@@ -121,8 +114,7 @@ def test_live_pins_cancelled_drags_and_pins_out_of_reach_leave_the_good_map():
     before = shapes.uv_of(ob)
     assert invoke("live_pins") == {"RUNNING_MODAL"}
     yield from drag(-60, -60)
-    simulate("ESC")
-    simulate("ESC", "RELEASE")
+    press("ESC")
     yield 0.5
     assert live.current() is not None, "Esc was the transform's"
     yield from until(at_rest, "it does not come to rest")
@@ -162,12 +154,11 @@ def test_what_live_pins_wrote_beside_no_other_operator_is_one_undo_step():
     bmesh.update_edit_mesh(ob.data)
     yield from until(lambda: live.current().updates > 0, "nothing follows")
     yield from until(at_rest, "it does not come to rest")
-    simulate("ESC")
-    simulate("ESC", "RELEASE")
+    press("ESC")
     yield from until(lambda: live.current() is None, "Esc does not end it")
     yield 0.5
     assert not np.array_equal(shapes.uv_of(bpy.context.object), before)
-    undo()
+    undo("IMAGE_EDITOR")
     yield 0.5
     assert bpy.context.mode == "EDIT_MESH"
     assert np.array_equal(shapes.uv_of(bpy.context.object), before)

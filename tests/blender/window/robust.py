@@ -10,18 +10,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 import shapes
-from stage import (
-    area_of,
-    invoke,
-    modal,
-    part,
-    running,
-    shot,
-    show,
-    simulate,
-    until,
-    wait_for_end,
-)
+from stage import ended, invoke, modal, part, press, running, shot, show, undo, until, wait_for_end
 
 controls, refresh = part("views.controls"), part("views.refresh")
 
@@ -56,8 +45,7 @@ _started = itertools.count()
 
 def started():
     """In `held`: a run that has begun, and its object."""
-    show("Layout")
-    yield 0.5
+    yield from show("Layout")
     ob = shapes.grid(30, uv=True)
     # Undo brings other tests' objects back: none has this name.
     ob.name = f"Started {next(_started)}"
@@ -98,8 +86,7 @@ def test_undo_during_a_run_neither_crashes_nor_corrupts():
     with held():
         ob = yield from started()
         name, before = ob.name, shapes.uv_of(ob)
-        with bpy.context.temp_override(**area_of("VIEW_3D")):
-            bpy.ops.ed.undo()
+        undo()
         yield 0.3
     yield from wait_for_end()
     found = bpy.data.objects[name]
@@ -156,8 +143,7 @@ def test_another_file_during_a_run_ends_the_solver():
 
 
 def test_a_killed_solver_leaves_the_session_and_the_mesh():
-    show("Layout")
-    yield 0.5
+    yield from show("Layout")
     ob = shapes.slow()
     before, chosen = shapes.everything(ob), shapes.selection(ob)
     assert invoke() == {"RUNNING_MODAL"}
@@ -172,21 +158,18 @@ def test_a_killed_solver_leaves_the_session_and_the_mesh():
     assert shapes.everything(ob) == before and shapes.selection(ob) == chosen
     # And the next run is as ever.
     small = shapes.grid(8, "Small", uv=True)
-    assert invoke() <= {"RUNNING_MODAL", "FINISHED"}
-    yield from wait_for_end()
+    yield from ended()
     assert shapes.exact_flips(small) == 0
 
 
 def test_escape_ends_the_process_that_solves():
-    show("Layout")
-    yield 0.5
+    yield from show("Layout")
     shapes.slow()
     assert invoke() == {"RUNNING_MODAL"}
     run = yield from with_process()
     process = run._process._process
     yield 0.4
-    simulate("ESC")
-    simulate("ESC", "RELEASE")
+    press("ESC")
     yield from wait_for_end(10.0)
     yield from until(lambda: process.poll() is not None, "the process outlives Esc", 10.0)
 

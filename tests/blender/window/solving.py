@@ -6,16 +6,21 @@ import numpy as np
 import shapes
 from stage import (
     area_of,
+    ended,
+    escaped,
     frame_all,
     invoke,
-    modal_from_the_start,
-    open_redo_panel,
     part,
+    picture,
+    picture_of_options,
+    pointer,
+    press,
     ring,
     running,
     shot,
     show,
-    simulate,
+    timed,
+    undo,
     wait_for_end,
 )
 
@@ -25,29 +30,20 @@ compat, labels = part("compat"), part("meshes.labels")
 def test_escape_cancels_and_leaves_everything():
     ob = shapes.slow()
     before = shapes.everything(ob)
-    assert invoke() == {"RUNNING_MODAL"}
-    yield 0.6
-    assert running(), "too small a mesh for this test"
-    shot("progress")
-    simulate("ESC")
-    simulate("ESC", "RELEASE")
-    yield from wait_for_end(10.0)
+    yield from escaped("unwrap", 0.6, "progress")
     assert shapes.everything(ob) == before
-    assert not running()
 
 
 def test_return_takes_the_map_as_it_is():
     # Where no UV editor draws: 5.2 takes ten seconds for so many faces without a graphics card.
-    show("Layout")
-    yield 0.5
+    yield from show("Layout")
     ob = shapes.slow()
     before = shapes.uv_of(ob).tobytes()
     assert invoke() == {"RUNNING_MODAL"}
     yield 0.6
     assert running(), "too small a mesh for this test"
     shot("accept_before")
-    simulate("RET")
-    simulate("RET", "RELEASE")
+    press("RET")
     yield 0.2
     shot("accept_after")
     yield from wait_for_end(60.0)
@@ -56,17 +52,11 @@ def test_return_takes_the_map_as_it_is():
 
 
 def test_a_poor_result_is_a_warning_and_its_islands_can_be_selected():
-    show("UV Editing")
-    yield 0.5
+    yield from show("UV Editing")
     ob = shapes.two_sheets(squeezed=True)
     shapes.enter("EDIT")
-    with modal_from_the_start():
-        assert invoke() == {"RUNNING_MODAL"}
-        yield 0.5
-    yield from wait_for_end()
-    frame_all()
-    yield 0.5
-    shot("poor_warning")
+    yield from timed()
+    yield from picture("poor_warning")
     with bpy.context.temp_override(**area_of("VIEW_3D")):
         assert bpy.ops.uv.flipfree_select_poor("INVOKE_DEFAULT") == {"FINISHED"}
     yield 1.0
@@ -76,8 +66,7 @@ def test_a_poor_result_is_a_warning_and_its_islands_can_be_selected():
 
 
 def test_distorted_islands_are_selected_in_a_uv_editor_with_its_own_selection():
-    show("UV Editing")
-    yield 0.5
+    yield from show("UV Editing")
     ob = shapes.two_sheets(squeezed=True)
     shapes.enter("EDIT")
     bpy.context.tool_settings.use_uv_select_sync = False
@@ -93,8 +82,7 @@ def test_distorted_islands_are_selected_in_a_uv_editor_with_its_own_selection():
 
 
 def test_check_of_stacked_cubes_names_and_selects_them():
-    show("UV Editing")
-    yield 0.5
+    yield from show("UV Editing")
     objects = []
     for i in range(40):
         bpy.ops.mesh.primitive_cube_add(location=(2.5 * (i % 8), 2.5 * (i // 8), 0))
@@ -104,16 +92,9 @@ def test_check_of_stacked_cubes_names_and_selects_them():
     bpy.ops.object.join()
     ob = bpy.context.object
     shapes.enter("EDIT")
-    with modal_from_the_start():
-        assert invoke("check") == {"RUNNING_MODAL"}
-        yield 0.5
-    yield from wait_for_end()
-    frame_all()
-    yield 0.5
-    shot("check_stacked")
-    open_redo_panel()
-    yield 0.4
-    shot("check_stacked_options")
+    yield from timed("check")
+    yield from picture("check_stacked")
+    yield from picture_of_options("check_stacked_options")
     bpy.ops.object.mode_set(mode="OBJECT")
     assert len(shapes.selected(ob, "face")) == 240
 
@@ -124,11 +105,9 @@ def test_a_run_from_the_menu_writes_a_map_and_is_one_undo_step():
     shapes.set_uv(ob, np.zeros((len(ob.data.loops), 2)))
     bpy.ops.ed.undo_push(message="Before")
     before = shapes.uv_of(ob).tobytes()
-    assert invoke() <= {"RUNNING_MODAL", "FINISHED"}
-    yield from wait_for_end()
+    yield from ended()
     assert shapes.exact_flips(ob) == 0
-    with bpy.context.temp_override(**area_of("VIEW_3D")):
-        bpy.ops.ed.undo()
+    undo()
     yield 0.2
     ob = bpy.data.objects[name]
     assert shapes.uv_of(ob).tobytes() == before
@@ -144,35 +123,29 @@ def test_undo_in_edit_mode_is_one_step_too():
     bpy.ops.ed.undo_push(message="Before")
     yield 0.2
     before = shapes.uv_of(ob).tobytes()
-    assert invoke() <= {"RUNNING_MODAL", "FINISHED"}
-    yield from wait_for_end()
+    yield from ended()
     assert shapes.uv_of(ob).tobytes() != before
-    with bpy.context.temp_override(**area_of("VIEW_3D")):
-        bpy.ops.ed.undo()
+    undo()
     yield 0.2
     assert bpy.context.mode == "EDIT_MESH"
     assert shapes.uv_of(bpy.context.object).tobytes() == before
 
 
 def test_keys_do_not_reach_the_mesh_while_solving():
-    show("Layout")  # as above
-    yield 0.5
+    yield from show("Layout")
     ob = shapes.slow()
     assert invoke() == {"RUNNING_MODAL"}
     yield 0.3
     assert running()
     window = bpy.context.window_manager.windows[0]
-    region = area_of("VIEW_3D")["region"]
-    x, y = region.x + region.width // 2, region.y + region.height // 2
-    window.event_simulate(type="MOUSEMOVE", value="NOTHING", x=x, y=y)
+    x, y = pointer("VIEW_3D")
     yield 0.2
     for key in ("X", "TAB"):
         window.event_simulate(type=key, value="PRESS", x=x, y=y)
         window.event_simulate(type=key, value="RELEASE", x=x, y=y)
     yield 0.5
     assert bpy.context.mode == "OBJECT" and ob.name in bpy.data.objects
-    simulate("ESC")
-    simulate("ESC", "RELEASE")
+    press("ESC")
     yield from wait_for_end(10.0)
 
 
@@ -202,23 +175,17 @@ def pinned_monkey(levels, move):
 
 
 def test_match_pins_from_the_menu_meets_them_and_is_one_undo_step():
-    show("UV Editing")
-    yield 0.5
+    yield from show("UV Editing")
     ob, targets = pinned_monkey(2, 0.05)
     name = ob.name
     shapes.enter("EDIT")
     bpy.ops.ed.undo_push(message="Before")
-    frame_all()
-    yield 0.4
-    shot("match_before")
+    yield from picture("match_before")
     before = shapes.uv_of(ob).tobytes()
-    assert invoke("match") <= {"RUNNING_MODAL", "FINISHED"}
-    yield from wait_for_end()
+    yield from ended("match")
     frame_all()
-    yield 0.4
-    open_redo_panel()
     yield 0.5
-    shot("match_after")
+    yield from picture_of_options("match_after")
     bpy.ops.object.mode_set(mode="OBJECT")
     ob = bpy.data.objects[name]
     after = shapes.uv_of(ob)
@@ -227,9 +194,8 @@ def test_match_pins_from_the_menu_meets_them_and_is_one_undo_step():
         assert {value.tobytes() for value in after[corner == vertex]} == {target}
     assert shapes.exact_flips(ob) == 0
     bpy.ops.object.mode_set(mode="EDIT")
-    with bpy.context.temp_override(**area_of("VIEW_3D")):
-        while shapes.uv_of(bpy.context.object).tobytes() != before:
-            assert bpy.ops.ed.undo() == {"FINISHED"}
+    while shapes.uv_of(bpy.context.object).tobytes() != before:
+        assert undo() == {"FINISHED"}
     yield 0.2
     assert shapes.uv_of(bpy.data.objects[name]).tobytes() == before
 
@@ -237,19 +203,12 @@ def test_match_pins_from_the_menu_meets_them_and_is_one_undo_step():
 def test_escape_stops_match_pins_and_leaves_everything():
     ob, _ = pinned_monkey(4, 0.3)
     before = shapes.everything(ob)
-    assert invoke("match") == {"RUNNING_MODAL"}
-    yield 0.5
-    assert running(), "too small a mesh for this test"
-    shot("match_progress")
-    simulate("ESC")
-    simulate("ESC", "RELEASE")
-    yield from wait_for_end(10.0)
+    yield from escaped("match", 0.5, "match_progress")
     assert shapes.everything(ob) == before
 
 
 def test_contradictory_pins_are_selected_on_demand():
-    show("UV Editing")
-    yield 0.5
+    yield from show("UV Editing")
     ob, targets = pinned_monkey(2, 0.05)
     uv = shapes.uv_of(ob)
     corner = np.array([loop.vertex_index for loop in ob.data.loops])
@@ -274,8 +233,7 @@ def test_contradictory_pins_are_selected_on_demand():
 
 
 def test_check_selects_flipped_faces_and_improve_lowers_the_distortion():
-    show("UV Editing")
-    yield 0.5
+    yield from show("UV Editing")
     ob = shapes.monkey(1)
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
     good = shapes.uv_of(ob)
@@ -296,38 +254,25 @@ def test_check_selects_flipped_faces_and_improve_lowers_the_distortion():
     flips = shapes.exact_flips(ob)
     assert flips > 10
     shapes.enter("EDIT")
-    with modal_from_the_start():
-        assert invoke("check") == {"RUNNING_MODAL"}
-        yield 0.5
-    yield from wait_for_end()
-    frame_all()
-    yield 0.5
-    shot("check_flips")
+    yield from timed("check")
+    yield from picture("check_flips")
     bpy.ops.object.mode_set(mode="OBJECT")
     assert 0 < len(shapes.selected(ob, "face")) <= 2 * flips
     shapes.set_uv(ob, drawn)
     assert shapes.exact_flips(ob) == 0
     shapes.enter("EDIT")
+    yield from picture("improve_before")
+    yield from timed("improve", pack=True)
     frame_all()
     yield 0.5
-    shot("improve_before")
-    with modal_from_the_start():
-        assert invoke("improve", pack=True) == {"RUNNING_MODAL"}
-        yield 0.5
-    yield from wait_for_end()
-    frame_all()
-    yield 0.5
-    open_redo_panel()
-    yield 0.5
-    shot("improve_after")
+    yield from picture_of_options("improve_after")
     bpy.ops.object.mode_set(mode="OBJECT")
     assert shapes.exact_flips(ob) == 0
     assert shapes.uv_of(ob).tobytes() != drawn.tobytes()
 
 
 def test_conformal_maps_of_several_parts_are_packed():
-    show("UV Editing")
-    yield 0.5
+    yield from show("UV Editing")
     bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=4)
     ball = bpy.context.object
     sheet = shapes.grid(30, bump=0.8, x=3.0)
@@ -339,13 +284,10 @@ def test_conformal_maps_of_several_parts_are_packed():
     assert ob.name == sheet.name
     assert bpy.ops.uv.flipfree_suggest_cones(quarter_turns=True) == {"FINISHED"}
     shapes.enter("EDIT")
-    assert invoke("conformal") <= {"RUNNING_MODAL", "FINISHED"}
-    yield from wait_for_end()
+    yield from ended("conformal")
     frame_all()
-    yield 0.4
-    open_redo_panel()
     yield 0.5
-    shot("conformal")
+    yield from picture_of_options("conformal")
     bpy.ops.object.mode_set(mode="OBJECT")
     uv = shapes.uv_of(ob)
     assert shapes.exact_flips(ob) == 0
@@ -353,30 +295,23 @@ def test_conformal_maps_of_several_parts_are_packed():
 
 
 def test_a_seamless_map_from_the_menu_is_one_undo_step():
-    show("UV Editing")
-    yield 0.5
+    yield from show("UV Editing")
     ob = ring(1)
     name = ob.name
     shapes.enter("EDIT")
     bpy.ops.ed.undo_push(message="Before")
     before = shapes.uv_of(ob).tobytes()
-    with modal_from_the_start():
-        assert invoke("seamless", bound=1.5) == {"RUNNING_MODAL"}
-        yield 0.5
-        yield from wait_for_end()
+    yield from timed("seamless", bound=1.5)
     frame_all()
     yield 0.5
-    open_redo_panel()
-    yield 0.6
-    shot("seamless")
+    yield from picture_of_options("seamless")
     bpy.ops.object.mode_set(mode="OBJECT")
     ob = bpy.data.objects[name]
     assert shapes.exact_flips(ob) == 0
     assert "seam_turns" in ob.data.attributes and any(g.name == "Cone +1" for g in ob.vertex_groups)
     bpy.ops.object.mode_set(mode="EDIT")
-    with bpy.context.temp_override(**area_of("VIEW_3D")):
-        while shapes.uv_of(bpy.context.object).tobytes() != before:
-            assert bpy.ops.ed.undo() == {"FINISHED"}
+    while shapes.uv_of(bpy.context.object).tobytes() != before:
+        assert undo() == {"FINISHED"}
     yield 0.2
     bpy.ops.object.mode_set(mode="OBJECT")
     ob = bpy.data.objects[name]
@@ -384,52 +319,34 @@ def test_a_seamless_map_from_the_menu_is_one_undo_step():
 
 
 def test_escape_stops_a_seamless_map_and_leaves_everything():
-    show("Layout")
-    yield 0.5
+    yield from show("Layout")
     ob = ring(4)
     before = shapes.everything(ob)
-    assert invoke("seamless") == {"RUNNING_MODAL"}
-    yield 0.5
-    assert running(), "too small a mesh for this test"
-    shot("seamless_progress")
-    simulate("ESC")
-    simulate("ESC", "RELEASE")
-    yield from wait_for_end(10.0)
+    yield from escaped("seamless", 0.5, "seamless_progress")
     assert shapes.everything(ob) == before
     assert not ob.vertex_groups
 
 
 def test_a_refused_run_shows_its_options_where_one_of_them_helps():
-    show("UV Editing")
-    yield 0.5
+    yield from show("UV Editing")
     ob = shapes.cube()
     shapes.set_pins(ob, np.arange(4))
     shapes.enter("EDIT")
     bpy.ops.ed.undo_push(message="Before")
     yield 0.3
     before = shapes.uv_of(ob)
-    with modal_from_the_start():
-        assert invoke("match") == {
-            "RUNNING_MODAL"
-        }  # as from a menu: scripts would get an exception
-        yield 0.5
-    yield from wait_for_end()
+    yield from timed("match")
     yield 0.5
     shot("refused_error")
     assert np.array_equal(shapes.uv_of(ob), before)
     last = bpy.context.window_manager.operators[-1]
     assert last.bl_idname == "UV_OT_flipfree_match"
-    region = area_of("VIEW_3D")["region"]
-    x, y = region.x + region.width // 2, region.y + region.height // 2
-    window = bpy.context.window_manager.windows[0]
-    window.event_simulate(type="MOUSEMOVE", value="NOTHING", x=x, y=y)  # away from the popup
+    pointer("VIEW_3D")  # away from the popup
     yield 0.5
-    open_redo_panel()
-    yield 0.5
-    shot("refused_options")
+    yield from picture_of_options("refused_options")
     # What changing an option in the panel does: the step is undone, and done again with it.
+    undo()
     with bpy.context.temp_override(**area_of("VIEW_3D")):
-        bpy.ops.ed.undo()
         assert bpy.ops.uv.flipfree_match(cut_open=True) == {"FINISHED"}
     yield 0.4
     bpy.ops.object.mode_set(mode="OBJECT")

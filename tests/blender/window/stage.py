@@ -34,6 +34,7 @@ def area_of(kind):
 def show(workspace):
     """Switches to one of Blender's own workspaces; the change takes a moment."""
     bpy.context.window_manager.windows[0].workspace = bpy.data.workspaces[workspace]
+    yield 0.5
 
 
 def shot(name):
@@ -74,6 +75,25 @@ def simulate(kind, value="PRESS"):
     window.event_simulate(type=kind, value=value, x=window.width // 2, y=window.height // 2)
 
 
+def press(key):
+    simulate(key)
+    simulate(key, "RELEASE")
+
+
+def undo(kind="VIEW_3D"):
+    with bpy.context.temp_override(**area_of(kind)):
+        return bpy.ops.ed.undo()
+
+
+def pointer(kind, x=0.5, y=0.5):
+    """Moves it to this share of an area; returns the place."""
+    region = area_of(kind)["region"]
+    x, y = region.x + int(region.width * x), region.y + int(region.height * y)
+    window = bpy.context.window_manager.windows[0]
+    window.event_simulate(type="MOUSEMOVE", value="NOTHING", x=x, y=y)
+    return x, y
+
+
 def click(x, y):
     window = bpy.context.window_manager.windows[0]
     window.event_simulate(type="MOUSEMOVE", value="NOTHING", x=x, y=y)
@@ -99,6 +119,45 @@ def wait_for_end(seconds=120.0):
         assert time.monotonic() < deadline, "the operator does not end"
         yield 0.1
     yield 0.4
+
+
+def ended(name="unwrap", **options):
+    """A run from the menu, however short it is, until it has ended."""
+    assert invoke(name, **options) <= {"RUNNING_MODAL", "FINISHED"}
+    yield from wait_for_end()
+
+
+def timed(name="unwrap", **options):
+    """The same through the timer."""
+    with modal_from_the_start():
+        assert invoke(name, **options) == {"RUNNING_MODAL"}
+        yield 0.5
+    yield from wait_for_end()
+
+
+def escaped(name, after, picture=""):
+    """A run that Esc ends so many seconds after its beginning."""
+    assert invoke(name) == {"RUNNING_MODAL"}
+    yield after
+    assert running(), "too small a mesh for this test"
+    if picture:
+        shot(picture)
+    press("ESC")
+    yield from wait_for_end(10.0)
+    assert not running()
+
+
+def picture(name, wait=0.5):
+    """Of the whole map and the whole model."""
+    frame_all()
+    yield wait
+    shot(name)
+
+
+def picture_of_options(name):
+    open_redo_panel()
+    yield 0.5
+    shot(name)
 
 
 def frame_all():

@@ -6,16 +6,17 @@ import numpy as np
 import shapes
 from stage import (
     area_of,
+    ended,
     frame_all,
     frame_view,
-    invoke,
-    modal_from_the_start,
     part,
+    picture,
     ring,
     shot,
     show,
+    timed,
+    undo,
     until,
-    wait_for_end,
 )
 
 controls, refresh, state = part("views.controls"), part("views.refresh"), part("views.state")
@@ -41,13 +42,9 @@ def legend():
 
 
 def test_the_field_is_drawn_over_the_model_until_it_is_switched_off():
-    show("Layout")
-    yield 0.5
+    yield from show("Layout")
     ob = ring(1)
-    with modal_from_the_start():
-        assert invoke("field_aligned", field_from="flow") == {"RUNNING_MODAL"}
-        yield 0.5
-        yield from wait_for_end()
+    yield from timed("field_aligned", field_from="flow")
     frame_view()
     yield 0.4
     shot("field_off")
@@ -78,8 +75,7 @@ def test_the_field_is_drawn_over_the_model_until_it_is_switched_off():
 
 
 def test_cones_of_a_figure_are_drawn():
-    show("Layout")
-    yield 0.5
+    yield from show("Layout")
     ob = shapes.monkey(1)
     assert bpy.ops.uv.flipfree_field_aligned() == {"FINISHED"}
     frame_view()
@@ -106,8 +102,7 @@ def is_shown(scale):
 
 
 def test_faces_are_coloured_in_both_editors_and_the_figures_follow_the_map():
-    show("UV Editing")
-    yield 0.5
+    yield from show("UV Editing")
     ob = stretched_monkey()
     yield 0.3
     frame_all()
@@ -130,8 +125,7 @@ def test_faces_are_coloured_in_both_editors_and_the_figures_follow_the_map():
     before, reads = legend(), refresh.reads()
     yield 2.0
     assert refresh.reads() == reads, "a mesh at rest is not read again"
-    assert invoke("improve") <= {"RUNNING_MODAL", "FINISHED"}
-    yield from wait_for_end()
+    yield from ended("improve")
     yield from until(lambda: refresh.reads() > reads and legend() != before, legend)
     assert bpy.ops.uv.flipfree_hide_all() == {"FINISHED"}
     assert not state.anything() and not refresh.entries
@@ -139,8 +133,7 @@ def test_faces_are_coloured_in_both_editors_and_the_figures_follow_the_map():
 
 
 def test_wrong_faces_are_found_while_one_works():
-    show("UV Editing")
-    yield 0.5
+    yield from show("UV Editing")
     ob = shapes.two_sheets()
     uv = shapes.uv_of(ob)
     corner = np.array([loop.vertex_index for loop in ob.data.loops])
@@ -163,8 +156,7 @@ def test_wrong_faces_are_found_while_one_works():
 
 
 def test_cones_seams_and_turns_are_shown_in_both_editors():
-    show("UV Editing")
-    yield 0.5
+    yield from show("UV Editing")
     ob = ring(1)
     assert bpy.ops.uv.flipfree_seamless(bound=1.5) == {"FINISHED"}
     frame_all()
@@ -185,8 +177,7 @@ def test_cones_seams_and_turns_are_shown_in_both_editors():
 
 
 def test_cleared_cones_vanish_from_both_editors_and_undo_brings_them_back():
-    show("UV Editing")
-    yield 0.5
+    yield from show("UV Editing")
     name = ring(1).name
     assert bpy.ops.uv.flipfree_seamless(bound=1.5) == {"FINISHED"}
     bpy.ops.ed.undo_push(message="Before")
@@ -200,15 +191,13 @@ def test_cleared_cones_vanish_from_both_editors_and_undo_brings_them_back():
         assert bpy.ops.uv.flipfree_clear_cones("INVOKE_DEFAULT", True) == {"FINISHED"}
     yield from until(lambda: f"{name}: 0 cones" in legend(), legend)
     shot("cones_cleared")
-    with bpy.context.temp_override(**area_of("VIEW_3D")):
-        assert bpy.ops.ed.undo() == {"FINISHED"}
+    assert undo() == {"FINISHED"}
     yield from until(lambda: counted in legend(), legend)
     controls.switch_off()
 
 
 def test_pins_that_contradict_each_other_are_red():
-    show("UV Editing")
-    yield 0.5
+    yield from show("UV Editing")
     ob = shapes.grid(8, uv=True)
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
     corner = np.array([loop.vertex_index for loop in ob.data.loops])
@@ -227,8 +216,7 @@ def test_pins_that_contradict_each_other_are_red():
 
 
 def test_the_checker_is_seen_in_solid_shading_and_leaves_it_as_it_was():
-    show("UV Editing")
-    yield 0.5
+    yield from show("UV Editing")
     ob = shapes.monkey(1)
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
     frame_all()
@@ -252,15 +240,12 @@ def test_the_checker_is_seen_in_solid_shading_and_leaves_it_as_it_was():
 
 
 def test_faces_are_selected_by_what_is_wrong_with_them_in_a_uv_editor():
-    show("UV Editing")
-    yield 0.5
+    yield from show("UV Editing")
     ob = stretched_monkey()
     shapes.enter("EDIT")
     bpy.context.tool_settings.use_uv_select_sync = True
     with bpy.context.temp_override(**area_of("IMAGE_EDITOR")):
         assert bpy.ops.uv.flipfree_select_faces("INVOKE_DEFAULT", what="worst") == {"FINISHED"}
-    frame_all()
-    yield 0.6
-    shot("select_worst")
+    yield from picture("select_worst")
     bpy.ops.object.mode_set(mode="OBJECT")
     assert 0 < len(shapes.selected(ob, "face")) < len(ob.data.polygons) // 2
