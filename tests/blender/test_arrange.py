@@ -3,22 +3,17 @@
 
 import math
 
-import bmesh
 import bpy
 import numpy as np
 import pytest
 import shapes
 
 
-def corners(ob):
-    return np.array([loop.vertex_index for loop in ob.data.loops])
-
-
 def flat_grid(n=4, scale=0.2, name="Grid", x=0.0):
     """Mapped by x and y, times scale."""
     ob = shapes.grid(n, name, bump=0.0, uv=True, x=x)
     at = np.array([v.co[:2] for v in ob.data.vertices])
-    shapes.set_uv(ob, (at[corners(ob)] - [x, 0]) * scale + 0.5)
+    shapes.set_uv(ob, (at[shapes.corners(ob)] - [x, 0]) * scale + 0.5)
     return ob
 
 
@@ -132,14 +127,9 @@ def test_the_longest_side_lies_along_the_axis(degrees, axis):
 
 def select_edges(ob, pairs):
     """These edges only, in edit mode."""
+    edges = {tuple(sorted(edge.vertices)): edge.index for edge in ob.data.edges}
     bpy.ops.object.mode_set(mode="EDIT")
-    bpy.context.tool_settings.mesh_select_mode = (False, True, False)
-    bpy.ops.mesh.select_all(action="DESELECT")
-    bm = bmesh.from_edit_mesh(ob.data)
-    bm.verts.ensure_lookup_table()
-    for a, b in pairs:
-        bm.edges.get((bm.verts[a], bm.verts[b])).select_set(True)
-    bmesh.update_edit_mesh(ob.data)
+    shapes.select(ob, "edge", [edges[tuple(sorted(pair))] for pair in pairs])
 
 
 @pytest.mark.parametrize("degrees", [10, 40, 50, 130, -20])
@@ -149,7 +139,7 @@ def test_selected_edges_lie_along_the_nearest_axis(degrees):
     select_edges(ob, [(6, 7), (7, 8)])
     assert bpy.ops.uv.flipfree_orient(by="edge") == {"FINISHED"}
     bpy.ops.object.mode_set(mode="OBJECT")
-    uv, corner = shapes.uv_of(ob), corners(ob)
+    uv, corner = shapes.uv_of(ob), shapes.corners(ob)
     way = np.abs(uv[corner == 8][0] - uv[corner == 6][0])
     assert min(way) < 1e-5 < max(way)
     was = np.abs(before[corner == 8][0] - before[corner == 6][0])
@@ -208,13 +198,13 @@ def bumpy():
 @pytest.mark.parametrize("direction", ["ends", "axis"])
 def test_a_chain_lies_on_a_line_and_nothing_folds(direction):
     ob, row = bumpy()
-    corner = corners(ob)
+    corner = shapes.corners(ob)
     before = shapes.uv_of(ob)
     select_edges(ob, list(zip(row, row[1:], strict=False)))
     assert bpy.ops.uv.flipfree_straighten(direction=direction) == {"FINISHED"}
     bpy.ops.object.mode_set(mode="OBJECT")
     uv = shapes.uv_of(ob)
-    corner = corners(ob)
+    corner = shapes.corners(ob)
     at = np.array([uv[corner == v][0] for v in row]).astype(float)
     start, end = at[0], at[-1]
     way = end - start
@@ -243,17 +233,15 @@ def corners_of_before(before, row):
 
 def test_pins_are_met_beside_the_chain_and_not_left_behind():
     ob, row = bumpy()
-    corner = corners(ob)
+    corner = shapes.corners(ob)
     shapes.set_pins(ob, corner == 0)
     target = shapes.uv_of(ob)[corner == 0][0].tobytes()
     select_edges(ob, list(zip(row[2:6], row[3:7], strict=False)))
     assert bpy.ops.uv.flipfree_straighten() == {"FINISHED"}
     bpy.ops.object.mode_set(mode="OBJECT")
-    corner = corners(ob)
+    corner = shapes.corners(ob)
     assert {v.tobytes() for v in shapes.uv_of(ob)[corner == 0]} == {target}
-    pinned = np.zeros(len(ob.data.loops), bool)
-    ob.data.attributes[".pn.UVMap"].data.foreach_get("value", pinned)
-    assert set(corner[pinned].tolist()) == {0}
+    assert set(corner[shapes.pins_of(ob)].tolist()) == {0}
 
 
 @pytest.mark.parametrize(

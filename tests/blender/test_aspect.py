@@ -115,7 +115,7 @@ def energy_on(ob, aspect):
     """(on that texture, in the unit square)."""
     ob.data.calc_loop_triangles()
     loops = np.array([t.loops[:] for t in ob.data.loop_triangles])
-    corners = np.array([loop.vertex_index for loop in ob.data.loops])[loops]
+    corners = shapes.corners(ob)[loops]
     vertices = np.array([v.co for v in ob.data.vertices], np.float64)
     uv = shapes.uv_of(ob).astype(np.float64)[loops]
     return [

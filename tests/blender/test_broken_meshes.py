@@ -17,7 +17,7 @@ pytestmark = pytest.mark.halved
 
 
 def faces_and_uv(ob):
-    corners = np.array([loop.vertex_index for loop in ob.data.loops]).reshape(-1, 3)
+    corners = shapes.corners(ob).reshape(-1, 3)
     return corners, shapes.uv_of(ob).reshape(-1, 3, 2)
 
 
@@ -158,7 +158,7 @@ def test_nothing_to_select_where_nothing_was_separated():
 def two_grids_one_with_contradicting_pins():
     ob = shapes.two_sheets()
     shapes.set_pins(ob, np.zeros(len(ob.data.loops), bool))
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    corner = shapes.corners(ob)
     uv = shapes.uv_of(ob)
     uv[np.isin(corner, [31, 36])] = 0.5  # of the small one
     shapes.set_uv(ob, uv)
@@ -195,7 +195,7 @@ def test_what_was_packed_keeps_clear_of_the_island_that_failed():
 def test_a_map_with_one_flipped_island_is_packed_elsewhere():
     ob = shapes.two_sheets()
     shapes.set_pins(ob, np.zeros(len(ob.data.loops), bool))
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    corner = shapes.corners(ob)
     uv = shapes.uv_of(ob)
     large = corner < 25
     uv[large, 0] *= 3.0
@@ -243,7 +243,7 @@ def test_maps_with_cones_take_broken_meshes(name, turned):
 def test_pins_on_broken_meshes_are_met(turned):
     ob = fin(turned=turned)
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    corner = shapes.corners(ob)
     uv = shapes.uv_of(ob)
     pinned = np.isin(corner, [0, 4, 20, 24])
     uv[pinned] += np.float32([0.25, -0.125])
@@ -260,7 +260,7 @@ def test_pins_on_broken_meshes_are_met(turned):
 def test_a_refined_map_of_a_broken_mesh_leaves_it_joined():
     ob = fin(turned=True)
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    corner = shapes.corners(ob)
     uv = shapes.uv_of(ob)
     place = {
         v: uv[np.flatnonzero(corner == v)[0]].copy() for v in (6, 7, 8, 11, 12, 13, 16, 17, 18)

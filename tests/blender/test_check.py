@@ -26,7 +26,7 @@ def test_flipped_faces_are_counted_and_selected(mode, capfd):
     ob = shapes.grid(5, uv=True)
     flat_map(ob)
     uv = shapes.uv_of(ob)
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    corner = shapes.corners(ob)
     uv[corner == 14] += np.float32([0.45, 0.0])  # beyond its neighbours
     shapes.set_uv(ob, uv)
     flips = shapes.exact_flips(ob)

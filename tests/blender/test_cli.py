@@ -116,8 +116,7 @@ def test_records_have_the_numbers_of_the_certificate(bumpy_obj, tmp_path):
 
 def test_records_say_what_is_poor_and_what_failed(tmp_path):
     ob = shapes.grid(4, "Flat", bump=0.0, uv=True)
-    corner = [loop.vertex_index for loop in ob.data.loops]
-    flat = np.array([ob.data.vertices[v].co[:2] for v in corner], np.float32)
+    flat = shapes.plane(ob)
     shapes.set_uv(ob, flat * np.float32([1.0, 0.01]))
     shapes.add("Line", [(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(0, 1, 2)], uv=True)
     bad = shapes.add("Bad", [(0, 0, 0), (1, 0, 0), (1, 1, 0)], [(0, 1, 2)], uv=True)
@@ -176,8 +175,8 @@ def test_cures_are_options_of_the_command_line(pinned_blend, tmp_path):
 def pinned_blend(tmp_path):
     """A .blend with a sheet of which two vertices are pinned, one of them elsewhere."""
     ob = shapes.grid(8, bump=0.2, uv=True)
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
-    uv = np.array([ob.data.vertices[v].co[:2] for v in corner], np.float32)
+    corner = shapes.corners(ob)
+    uv = shapes.plane(ob)
     uv[corner == 40] += np.float32([0.1, 0.05])
     shapes.set_uv(ob, uv)
     shapes.set_pins(ob, np.isin(corner, [0, 40]))
@@ -209,7 +208,7 @@ def test_every_map_can_be_made_in_batches(pinned_blend, tmp_path, arguments):
 def test_pins_that_contradict_give_status_1_and_no_file(pinned_blend, tmp_path):
     bpy.ops.wm.open_mainfile(filepath=str(pinned_blend))
     ob = next(ob for ob in bpy.data.objects if ob.type == "MESH")
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    corner = shapes.corners(ob)
     uv = shapes.uv_of(ob)
     uv[np.isin(corner, [0, 40])] = 0.5
     shapes.set_uv(ob, uv)

@@ -5,7 +5,6 @@ Each cure starts from what a user has after the error: everything selected, as b
 selected. A text that names neither works from both.
 """
 
-import bmesh
 import bpy
 import numpy as np
 import pytest
@@ -50,7 +49,7 @@ def test_a_face_that_uses_a_vertex_twice_is_mapped_as_far_as_it_is_one(operator)
 @pytest.mark.parametrize("cure", ["repair", "unwrap"])
 def test_a_map_with_flips_is_repaired_or_unwrapped_first(cure):
     ob = shapes.grid(3, uv=True)
-    uv = np.array([ob.data.vertices[loop.vertex_index].co[:2] for loop in ob.data.loops])
+    uv = shapes.plane(ob)
     shapes.set_uv(ob, uv * (-1, 1))
     with pytest.raises(RuntimeError, match="Use Repair Flips, or unwrap it first"):
         bpy.ops.uv.flipfree_pack()
@@ -60,8 +59,8 @@ def test_a_map_with_flips_is_repaired_or_unwrapped_first(cure):
 
 def test_pins_that_contradict_each_other_are_unpinned_where_it_failed():
     ob = shapes.grid(4, uv=True)
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
-    uv = np.array([ob.data.vertices[v].co[:2] for v in corner], np.float32)
+    corner = shapes.corners(ob)
+    uv = shapes.plane(ob)
     uv[np.isin(corner, [6, 18])] = 0.0
     shapes.set_uv(ob, uv)
     shapes.set_pins(ob, np.isin(corner, [6, 18]))
@@ -76,8 +75,7 @@ def test_stacked_islands_are_packed(capfd):
     ob = shapes.cube()
     uv = np.tile(np.float32([[0, 0], [1, 0], [1, 1], [0, 1]]), (6, 1))
     shapes.set_uv(ob, uv)
-    for edge in ob.data.edges:
-        edge.use_seam = True
+    shapes.cut_all(ob)
     assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
     assert "Pack the islands" in capfd.readouterr().out
     assert bpy.ops.uv.flipfree_improve(pack=True) == {"FINISHED"}
@@ -165,11 +163,7 @@ def test_cones_that_no_seamless_map_has_are_marked_anew():
     with pytest.raises(RuntimeError, match="[+]1 quarter turns(.|\n)*Quarter Turns.*Mark Cone"):
         bpy.ops.uv.flipfree_seamless()
     bpy.ops.object.mode_set(mode="EDIT")
-    mesh.select_all(action="DESELECT")
-    bm = bmesh.from_edit_mesh(ob.data)
-    bm.verts.ensure_lookup_table()
-    bm.verts[0].select_set(True)
-    bmesh.update_edit_mesh(ob.data)
+    shapes.select(ob, "vertex", [0])
     assert bpy.ops.mesh.flipfree_mark_cone(quarter_turns=1) == {"FINISHED"}
     mesh.select_all(action="SELECT")
     assert bpy.ops.uv.flipfree_seamless() == {"FINISHED"}

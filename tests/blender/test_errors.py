@@ -39,10 +39,7 @@ def test_packing_a_map_with_flips():
     shapes.set_uv(ob, [(-x, y) for x, y in shapes.uv_of(ob)])
     if not shapes.exact_flips(ob):  # it was mirrored before
         shapes.set_uv(ob, [(-x, y) for x, y in shapes.uv_of(ob)])
-    before = shapes.everything(ob)
-    with pytest.raises(RuntimeError, match="is flipped.*Use Repair Flips"):
-        bpy.ops.uv.flipfree_pack()
-    assert shapes.everything(ob) == before
+    shapes.refused(ob, "is flipped.*Use Repair Flips", bpy.ops.uv.flipfree_pack)
     assert shapes.shown("face")
 
 
@@ -120,7 +117,7 @@ def test_pin_that_is_no_number():
 def test_two_vertices_pinned_to_one_point():
     ob = shapes.grid(3, uv=True)
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    corner = shapes.corners(ob)
     uv = shapes.uv_of(ob)
     uv[np.isin(corner, [5, 10])] = 0.5
     shapes.set_uv(ob, uv)
@@ -130,7 +127,7 @@ def test_two_vertices_pinned_to_one_point():
 
 def test_one_vertex_pinned_to_two_points():
     ob = shapes.grid(3, uv=True)
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    corner = shapes.corners(ob)
     uv = np.random.default_rng(2).random((len(corner), 2), np.float32)
     shapes.set_uv(ob, uv)
     shapes.set_pins(ob, corner == 5)
@@ -181,8 +178,7 @@ def test_places_of_a_mesh_that_changed_are_not_shown():
 def flipped_grid(name, faces):
     """Mapped by x, y, but for these faces, which lie apart and upside down."""
     ob = shapes.grid(3, name, uv=True)
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
-    uv = np.array([ob.data.vertices[v].co[:2] for v in corner], np.float32)
+    uv = shapes.plane(ob)
     for face in faces:
         for loop in ob.data.polygons[face].loop_indices:
             uv[loop] = uv[loop] * (-1, 1) + 5
@@ -262,7 +258,7 @@ def slit_grid():
         ends = at[list(edge.vertices)]
         edge.use_seam = bool((np.abs(ends[:, 0]) < 1e-6).all() and (ends[:, 1] < 0.1).all())
     vertex = int(np.flatnonzero((np.abs(at[:, 0]) < 1e-6) & (np.abs(at[:, 1] + 0.5) < 1e-6))[0])
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    corner = shapes.corners(ob)
     uv = (at[corner] + 1) / 2
     shapes.set_uv(ob, uv)
     shapes.set_pins(ob, corner == vertex)
@@ -290,7 +286,7 @@ def test_one_vertex_on_two_sides_of_a_slit_is_named_once(operator, cure):
 
 def test_the_solvers_words_name_vertices_of_the_mesh():
     ob = shapes.two_sheets()
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    corner = shapes.corners(ob)
     uv = shapes.uv_of(ob)
     uv[np.isin(corner, [30, 40])] = uv[np.flatnonzero(corner == 30)[0]]
     shapes.set_uv(ob, uv)

@@ -12,12 +12,8 @@ import shapes
 def seam_in_the_middle(n=4):
     """A flat sheet with a seam along x = 0 and UVs = its x, y, the right half moved away."""
     ob = shapes.grid(n, bump=0.0, uv=True)
-    mesh = ob.data
-    for edge in mesh.edges:
-        edge.use_seam = all(abs(mesh.vertices[v].co.x) < 1e-6 for v in edge.vertices)
-    uv = np.array([mesh.vertices[loop.vertex_index].co[:2] for loop in mesh.loops], np.float32)
-    uv[np.array([p.center.x > 0 for p in mesh.polygons]).repeat(4)] += np.float32([3.0, 0.0])
-    shapes.set_uv(ob, uv)
+    right = shapes.seam_in_the_middle(ob)
+    shapes.set_uv(ob, shapes.plane(ob) + np.outer(right, np.float32([3.0, 0.0])))
     return ob
 
 

@@ -7,17 +7,9 @@ import pytest
 import shapes
 
 
-def flat(ob):
-    """UVs of the sheet = its x, y; returns (loops, 2) and the vertex of each loop."""
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
-    uv = np.array([ob.data.vertices[v].co[:2] for v in corner], np.float32)
-    shapes.set_uv(ob, uv)
-    return uv, corner
-
-
 def pinned_sheet(moves, n=8):
     ob = shapes.grid(n, bump=0.2, uv=True)
-    uv, corner = flat(ob)
+    uv, corner = shapes.flat(ob)
     for vertex, offset in moves.items():
         uv[corner == vertex] += np.float32(offset)
     shapes.set_uv(ob, uv)
@@ -28,7 +20,7 @@ def pinned_sheet(moves, n=8):
 def met(ob, moves, uv, corner):
     """Every corner of a pinned vertex has its target, bit for bit."""
     after = shapes.uv_of(ob)
-    now = np.array([loop.vertex_index for loop in ob.data.loops])
+    now = shapes.corners(ob)
     for vertex in moves:
         target = uv[corner == vertex][0].tobytes()
         assert {value.tobytes() for value in after[now == vertex]} == {target}
@@ -69,10 +61,8 @@ def test_new_vertices_are_no_pins(capfd):
     assert bpy.ops.uv.flipfree_match() == {"FINISHED"}
     assert f"{len(ob.data.vertices) - before} vertices added" in capfd.readouterr().out
     assert len(ob.data.vertices) > before
-    name = f".pn.{ob.data.uv_layers.active.name}"
-    pinned = np.empty(len(ob.data.loops), bool)
-    ob.data.attributes[name].data.foreach_get("value", pinned)
-    now = np.array([loop.vertex_index for loop in ob.data.loops])
+    pinned = shapes.pins_of(ob)
+    now = shapes.corners(ob)
     assert set(now[pinned].tolist()) == set(moves)
     grouped = {g.name: set() for g in ob.vertex_groups}
     for vertex in ob.data.vertices:
@@ -88,13 +78,12 @@ def test_new_vertices_are_no_pins(capfd):
 def test_pins_that_need_new_vertices_are_refused_if_there_may_be_none(mode):
     ob, _, _ = pinned_sheet(SWAP)
     shapes.enter(mode)
-    before, chosen = shapes.everything(ob), shapes.selection(ob)
-    with pytest.raises(
-        RuntimeError,
-        match=r"cannot be met without \d+ new vert(ex|ices) in \d+ faces?.*May Add Vertices",
-    ):
-        bpy.ops.uv.flipfree_match(may_add=False)
-    assert shapes.everything(ob) == before and shapes.selection(ob) == chosen
+    shapes.refused(
+        ob,
+        r"cannot be met without \d+ new vert(ex|ices) in \d+ faces?.*May Add Vertices",
+        bpy.ops.uv.flipfree_match,
+        may_add=False,
+    )
     assert shapes.shown("face")
 
 
@@ -108,7 +97,7 @@ def test_pins_that_the_mesh_can_meet_are_met_without_new_vertices():
 
 def test_islands_on_each_other_are_counted(capfd):
     ob, uv, corner = pinned_sheet({20: (0.05, 0.0), 60: (0.0, 0.0)})
-    right = seam_along_y(ob)
+    right = shapes.seam_in_the_middle(ob)
     uv[right] -= np.float32([0.9, 0.0])
     shapes.set_uv(ob, uv)
     assert bpy.ops.uv.flipfree_match() == {"FINISHED"}
@@ -126,11 +115,9 @@ def test_the_group_pins_counts():
 
 def test_islands_without_pins_stay():
     ob, uv, corner = pinned_sheet({10: (0.02, 0.01)})
-    for edge in ob.data.edges:
-        edge.use_seam = all(abs(ob.data.vertices[v].co.x) < 1e-6 for v in edge.vertices)
+    right = shapes.seam_in_the_middle(ob)
     assert bpy.ops.uv.flipfree_match() == {"FINISHED"}
     after = shapes.uv_of(ob)
-    right = np.array([p.center.x > 0 for p in ob.data.polygons]).repeat(4)
     assert after[right].tobytes() == uv[right].tobytes()
     assert (after[~right] != uv[~right]).any()
 
@@ -139,31 +126,21 @@ def test_two_vertices_on_one_point_are_named_and_selected():
     ob, uv, corner = pinned_sheet({30: (0.0, 0.0), 50: (0.0, 0.0)})
     uv[np.isin(corner, [30, 50])] = 0.25
     shapes.set_uv(ob, uv)
-    before = shapes.everything(ob)
-    with pytest.raises(RuntimeError, match="contradict"):
-        bpy.ops.uv.flipfree_match()
-    assert shapes.everything(ob) == before
+    shapes.refused(ob, "contradict", bpy.ops.uv.flipfree_match)
     assert shapes.shown("vertex") == [30, 50]
 
 
 def test_without_pins_there_is_nothing_to_match():
     ob = shapes.grid(4, uv=True)
-    flat(ob)
+    shapes.flat(ob)
     with pytest.raises(RuntimeError, match="no UV is pinned"):
         bpy.ops.uv.flipfree_match()
-
-
-def seam_along_y(ob):
-    """The sheet becomes two islands, x < 0 and x > 0; returns (loops,) bool of the right one."""
-    for edge in ob.data.edges:
-        edge.use_seam = all(abs(ob.data.vertices[v].co.x) < 1e-6 for v in edge.vertices)
-    return np.array([p.center.x > 0 for p in ob.data.polygons]).repeat(4)
 
 
 def test_each_island_meets_its_own_pins():
     moves = {20: (0.05, 0.0), 60: (-0.05, 0.03)}  # left and right of x = 0
     ob, uv, corner = pinned_sheet(moves)
-    right = seam_along_y(ob)
+    right = shapes.seam_in_the_middle(ob)
     uv[right] += np.float32([4.0, 0.0])
     shapes.set_uv(ob, uv)
     assert bpy.ops.uv.flipfree_match() == {"FINISHED"}
@@ -175,7 +152,7 @@ def test_each_island_meets_its_own_pins():
 
 def test_islands_without_pins_are_unwrapped_on_demand(capfd):
     ob, uv, corner = pinned_sheet({10: (0.02, 0.01)})
-    right = seam_along_y(ob)
+    right = shapes.seam_in_the_middle(ob)
     uv[right] = uv[right] * np.float32([1.0, 0.2]) + np.float32([4.0, 0.0])
     shapes.set_uv(ob, uv)
     assert bpy.ops.uv.flipfree_match(rest="unwrap") == {"FINISHED"}
@@ -231,10 +208,9 @@ def pinned_cube():
 
 def test_a_closed_island_is_named_with_the_cure():
     ob, _, _ = pinned_cube()
-    before = shapes.everything(ob)
-    with pytest.raises(RuntimeError, match=r"island of face 0 \(6 faces\) is closed.*Cut Open"):
-        bpy.ops.uv.flipfree_match()
-    assert shapes.everything(ob) == before
+    shapes.refused(
+        ob, r"island of face 0 \(6 faces\) is closed.*Cut Open", bpy.ops.uv.flipfree_match
+    )
     assert shapes.shown("face") == list(range(6))
 
 
@@ -352,8 +328,8 @@ def test_vertices_that_pins_need_on_a_seam_split_both_sides():
     on_seam = 0
     for seed in range(24):
         ob = shapes.grid(8, bump=0.2, uv=True)
-        uv, corner = flat(ob)
-        seam_along_y(ob)
+        uv, corner = shapes.flat(ob)
+        shapes.seam_in_the_middle(ob)
         random = np.random.default_rng(seed)
         x = np.array([v.co.x for v in ob.data.vertices])
         pins = np.concatenate(
@@ -383,10 +359,9 @@ def test_vertices_that_pins_need_on_a_seam_split_both_sides():
 
 def test_without_time_nothing_is_changed_and_the_limit_is_named():
     ob, _, _ = pinned_sheet({30: (0.5, 0.0), 32: (-0.5, 0.0)}, n=40)
-    before = shapes.everything(ob)
-    with pytest.raises(RuntimeError, match="in the time allowed.*Allow more time"):
-        bpy.ops.uv.flipfree_match(max_seconds=1e-4)
-    assert shapes.everything(ob) == before
+    shapes.refused(
+        ob, "in the time allowed.*Allow more time", bpy.ops.uv.flipfree_match, max_seconds=1e-4
+    )
 
 
 def test_there_is_a_limit_of_time_unless_it_is_turned_off():

@@ -86,7 +86,7 @@ def test_operators_that_messages_name_are_there_under_that_name(addon):
 
 def test_check_of_flips_names_repair_first_and_it_mends_them(capfd):
     ob = shapes.grid(6, uv=True)
-    at = np.array([ob.data.vertices[loop.vertex_index].co[:2] for loop in ob.data.loops])
+    at = shapes.plane(ob)
     uv = ((at + 1) / 3).astype(np.float32)
     uv[12:16] = uv[12:16][::-1]
     shapes.set_uv(ob, uv)

@@ -46,7 +46,7 @@ def pinned_grid():
     """Its corners pinned where they are, one of them moved."""
     ob = shapes.grid(8, uv=True)
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    corner = shapes.corners(ob)
     uv = shapes.uv_of(ob)
     uv[corner == 80] += np.float32([0.01, 0.02])
     shapes.set_uv(ob, uv)
@@ -190,7 +190,7 @@ def test_the_process_ends_with_its_run_and_with_the_extension(part, wanted, unwr
 
 def test_errors_select_their_place_as_ever(wanted):
     ob = pinned_grid()
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    corner = shapes.corners(ob)
     uv = shapes.uv_of(ob)
     uv[np.isin(corner, [8, 72])] = 0.5
     shapes.set_uv(ob, uv)

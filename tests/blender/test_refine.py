@@ -85,10 +85,7 @@ def test_new_vertices_are_neither_pinned_nor_cones(part):
     assert len(ob.data.vertices) == 10
     names = [{ob.vertex_groups[g.group].name for g in v.groups} for v in ob.data.vertices]
     assert names[9] == {"Weight"} and all(len(found) == 4 for found in names[:9])
-    pinned = np.empty(len(ob.data.loops), bool)
-    ob.data.attributes[".pn.UVMap"].data.foreach_get("value", pinned)
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
-    assert np.array_equal(pinned, corner != 9)
+    assert np.array_equal(shapes.pins_of(ob), shapes.corners(ob) != 9)
     angle = np.empty(10, np.float32)
     ob.data.attributes["cone_angle"].data.foreach_get("value", angle)
     assert angle.tolist() == [1.0] * 9 + [0.0]

@@ -9,14 +9,10 @@ import shapes
 pytestmark = pytest.mark.halved
 
 
-def corner_vertices(ob):
-    return np.array([loop.vertex_index for loop in ob.data.loops])
-
-
 def flat_grid(n=8, name="Grid"):
     """Mapped by x, y."""
     ob = shapes.grid(n, name, uv=True)
-    uv = np.array([ob.data.vertices[v].co[:2] for v in corner_vertices(ob)], np.float32)
+    uv = np.array([ob.data.vertices[v].co[:2] for v in shapes.corners(ob)], np.float32)
     shapes.set_uv(ob, uv)
     return ob, uv
 
@@ -28,7 +24,7 @@ def said(capfd):
 @pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
 def test_a_vertex_dragged_over_its_neighbours_goes_back_and_nothing_else_moves(mode, capfd):
     ob, uv = flat_grid()
-    corner = corner_vertices(ob)
+    corner = shapes.corners(ob)
     uv[corner == 40] += np.float32(0.9)
     shapes.set_uv(ob, uv)
     assert shapes.exact_flips(ob) > 0
@@ -45,7 +41,7 @@ def test_a_vertex_dragged_over_its_neighbours_goes_back_and_nothing_else_moves(m
 
 def test_undo_brings_the_old_map_back():
     ob, uv = flat_grid()
-    uv[corner_vertices(ob) == 40] += np.float32(0.9)
+    uv[shapes.corners(ob) == 40] += np.float32(0.9)
     shapes.set_uv(ob, uv)
     bpy.ops.ed.undo_push(message="damaged")
     assert bpy.ops.uv.flipfree_repair("EXEC_DEFAULT", True) == {"FINISHED"}
@@ -73,7 +69,7 @@ def test_a_mirrored_island_is_turned_over(capfd):
 
 def test_uvs_that_are_no_numbers_get_a_place(capfd):
     ob, uv = flat_grid()
-    corner = corner_vertices(ob)
+    corner = shapes.corners(ob)
     uv[corner == 40] = np.nan
     shapes.set_uv(ob, uv)
     assert bpy.ops.uv.flipfree_repair() == {"FINISHED"}
@@ -107,8 +103,7 @@ def test_corners_that_only_come_back_are_no_map_without_repairs(capfd):
 
 def test_islands_at_one_point_are_unwrapped_along_the_seams():
     ob = shapes.cube()
-    for edge in ob.data.edges:
-        edge.use_seam = True
+    shapes.cut_all(ob)
     if not ob.data.uv_layers.active:
         ob.data.uv_layers.new(name="UVMap")
     shapes.set_uv(ob, np.full((len(ob.data.loops), 2), 0.5, np.float32))
@@ -122,7 +117,7 @@ def test_islands_at_one_point_are_unwrapped_along_the_seams():
 @pytest.mark.parametrize("overlaps", ["cut", "open", "keep"])
 def test_an_island_on_itself(overlaps):
     ob = shapes.grid(12, uv=True)
-    flat = np.array([ob.data.vertices[v].co[:2] for v in corner_vertices(ob)])
+    flat = np.array([ob.data.vertices[v].co[:2] for v in shapes.corners(ob)])
     angle, radius = 1.5 * np.pi * (flat[:, 0] + 1.0), 3.0 - flat[:, 1]
     for vertex in ob.data.vertices:
         vertex.co.x *= 12.0
@@ -157,7 +152,7 @@ def test_a_stretched_island_is_counted_and_improved_on_demand(capfd):
 
 def test_pins_hold_while_the_rest_is_improved():
     ob, uv = flat_grid()
-    corner = corner_vertices(ob)
+    corner = shapes.corners(ob)
     places = uv * np.float32([1, 3])
     shapes.set_uv(ob, places)
     border = [v for v in range(len(ob.data.vertices)) if v % 9 in (0, 8)]
@@ -175,7 +170,7 @@ def shapes_flipped(ob, uv):
 
 def test_pins_hold():
     ob, uv = flat_grid()
-    corner = corner_vertices(ob)
+    corner = shapes.corners(ob)
     uv[corner == 40] += np.float32([0.3, 0.1])
     uv[corner == 20] += np.float32(0.9)
     shapes.set_uv(ob, uv)
@@ -191,7 +186,7 @@ def test_what_blender_unwraps_around_moved_pins_is_unfolded(method, moved):
     """Blender's own unwrap meets pins by folding faces."""
     ob = shapes.monkey(1)
     assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
-    corner = corner_vertices(ob)
+    corner = shapes.corners(ob)
     uv = shapes.uv_of(ob)
     random = np.random.default_rng(moved)
     inner = [
@@ -216,7 +211,7 @@ def test_what_blender_unwraps_around_moved_pins_is_unfolded(method, moved):
 
 def test_improve_repairs_first(capfd):
     ob, uv = flat_grid()
-    uv[corner_vertices(ob) == 40] += np.float32(0.9)
+    uv[shapes.corners(ob) == 40] += np.float32(0.9)
     shapes.set_uv(ob, uv)
     assert bpy.ops.uv.flipfree_improve() == {"FINISHED"}
     assert shapes.exact_flips(ob) == 0
@@ -226,7 +221,7 @@ def test_improve_repairs_first(capfd):
 def test_all_objects_of_a_run_are_repaired():
     pairs = [flat_grid(4, "First"), flat_grid(5, "Second")]
     for ob, uv in pairs:
-        uv[corner_vertices(ob) == 8] += np.float32(0.9)
+        uv[shapes.corners(ob) == 8] += np.float32(0.9)
         shapes.set_uv(ob, uv)
         shapes.activate(ob, only=False)
     for ob, _ in pairs:

@@ -40,8 +40,8 @@ def test_whole_islands():
     """What was torn off is an island of its own."""
     ob = sheets()
     uv = shapes.uv_of(ob)
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
-    plane = np.array([ob.data.vertices[v].co[:2] for v in corner], np.float32)
+    corner = shapes.corners(ob)
+    plane = shapes.plane(ob)
     uv[:64] = plane[:64] * 0.1
     uv[corner == 12] += [0.2, 0.2]
     shapes.set_uv(ob, uv)
@@ -81,8 +81,7 @@ def test_where_nothing_is_wrong_the_selection_stays():
 
 def test_small_faces_are_those_with_the_least_pixels():
     ob = shapes.grid(4, bump=0.0, uv=True)
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
-    uv = np.array([ob.data.vertices[v].co[:2] for v in corner], np.float32)
+    uv = shapes.plane(ob)
     uv[:, 0] = np.where(uv[:, 0] < 0, 0.1, 1.0) * uv[:, 0]
     shapes.set_uv(ob, uv)
     assert chosen(what="small", share=50.0) == list(range(8))

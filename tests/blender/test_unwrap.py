@@ -62,7 +62,7 @@ def test_a_flat_sheet_is_only_moved_turned_and_scaled():
     ob = shapes.grid(6, bump=0.0, uv=True)
     unwrap()
     uv = shapes.uv_of(ob).astype(float)
-    co = np.array([ob.data.vertices[loop.vertex_index].co[:2] for loop in ob.data.loops])
+    co = shapes.plane(ob)
     d_uv = np.linalg.norm(uv[:, None] - uv[None], axis=2)
     d_co = np.linalg.norm(co[:, None] - co[None], axis=2)
     scale = d_uv.sum() / d_co.sum()
@@ -125,7 +125,7 @@ def test_pins_stay_bit_for_bit(pins):
     ob = shapes.grid(10, uv=True)
     unwrap()
     uv = shapes.uv_of(ob)
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    corner = shapes.corners(ob)
     pinned = np.isin(corner, pins)
     uv[corner == 60] += np.float32([0.01, -0.013])
     shapes.set_uv(ob, uv)
@@ -343,7 +343,7 @@ def test_seams_that_are_marked_are_kept_and_no_others_added_where_the_bound_hold
 def test_pins_and_automatic_seams_do_not_exclude_each_other(capfd):
     """Where pins are, nothing is cut that has not to be; the report names the pins, not a seam."""
     ob = shapes.grid(4, bump=0.0, uv=True)
-    at = np.array([ob.data.vertices[loop.vertex_index].co[:2] for loop in ob.data.loops])
+    at = shapes.plane(ob)
     shapes.set_uv(ob, (at * [1.0, 0.2] + 1) / 4)
     shapes.set_pins(ob, np.ones(len(at), bool))
     line = reported(capfd)

@@ -120,8 +120,7 @@ def test_every_visible_triangle_is_coloured_on_the_model_and_in_the_map(what, mo
 
 def test_density_counts_the_size_in_the_scene(part):
     ob = shapes.grid(4, bump=0.0, uv=True)
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
-    shapes.set_uv(ob, np.array([ob.data.vertices[v].co[:2] for v in corner]) / 2)
+    shapes.set_uv(ob, shapes.plane(ob) / 2)
     assert drawn(part, ob, "density").values == pytest.approx(512.0)
     for scale in ((2.0, 2.0, 2.0), (4.0, 1.0, 1.0), (4.0, -1.0, 0.0)):  # four times the area
         ob.scale = scale
@@ -138,7 +137,7 @@ def test_a_mesh_without_a_map_says_so(part):
 
 def test_wrong_faces_are_named_by_kind(part):
     ob = shapes.two_sheets()
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    corner = shapes.corners(ob)
     uv = shapes.uv_of(ob)
     uv[corner == 12] += [0.25, 0.1]
     uv[corner >= 25] -= [0.5, 0.0]
@@ -184,7 +183,7 @@ def test_cones_come_with_their_turns_and_what_is_missing(part):
     on_model = [mark for mark in drawing.marks if mark.place == "SURFACE"]
     assert [mark.text for mark in on_model] == ["+1"] * 7 and all(m.normal for m in on_model)
     in_map = {mark.at[:2] for mark in drawing.marks if mark.place == "MAP"}
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
+    corner = shapes.corners(ob)
     assert in_map == {tuple(uv) for uv in shapes.uv_of(ob)[corner < 7].tolist()}
 
 
@@ -196,8 +195,8 @@ def contradicting(part, ob):
 
 def test_pins_contradict_each_other_where_no_map_can_meet_both(part):
     ob = shapes.grid(4, bump=0.0, uv=True)
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
-    uv = np.array([ob.data.vertices[v].co[:2] for v in corner], np.float32)
+    corner = shapes.corners(ob)
+    uv = shapes.plane(ob)
     shapes.set_uv(ob, uv)
     shapes.set_pins(ob, np.isin(corner, [6, 12, 18]))
     assert contradicting(part, ob) == ([], 3)
@@ -211,12 +210,9 @@ def test_pins_contradict_each_other_where_no_map_can_meet_both(part):
 
 def test_a_vertex_on_a_seam_may_have_two_pins(part):
     ob = shapes.grid(4, bump=0.0, uv=True)
-    corner = np.array([loop.vertex_index for loop in ob.data.loops])
-    uv = np.array([ob.data.vertices[v].co[:2] for v in corner], np.float32)
-    right = np.repeat([f.center.x > 0 for f in ob.data.polygons], 4)
-    uv[right] += [3.0, 0.0]
-    for edge in ob.data.edges:
-        edge.use_seam = all(abs(ob.data.vertices[v].co.x) < 1e-6 for v in edge.vertices)
+    corner = shapes.corners(ob)
+    uv = shapes.plane(ob)
+    uv[shapes.seam_in_the_middle(ob)] += [3.0, 0.0]
     shapes.set_uv(ob, uv)
     shapes.set_pins(ob, corner == 12)
     assert contradicting(part, ob) == ([], 2)
