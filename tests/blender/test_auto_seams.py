@@ -5,7 +5,6 @@ import math
 
 import bmesh
 import bpy
-import numpy as np
 import pytest
 import shapes
 
@@ -139,19 +138,3 @@ def test_less_stretch_is_more_seams():
         auto_seams(stretch=stretch)
         counts.append(seam_count(ob))
     assert counts[0] > counts[1] > counts[2]
-
-
-def test_unwrap_finds_seams_itself():
-    ob = primitive("monkey")
-    assert bpy.ops.uv.flipfree_unwrap(seams="auto", mark_seams=True) == {"FINISHED"}
-    assert shapes.exact_flips(ob) == 0
-    assert seam_count(ob) > 0
-    assert np.isfinite(shapes.uv_of(ob)).all()
-
-
-def test_where_there_are_pins_no_seams_are_added():
-    ob = shapes.two_sheets()
-    assert bpy.ops.uv.flipfree_unwrap(seams="auto") == {"FINISHED"}
-    assert seam_count(ob) == 0 and shapes.exact_flips(ob) == 0
-    assert bpy.ops.uv.flipfree_unwrap(seams="auto", use_pins=False) == {"FINISHED"}
-    assert shapes.exact_flips(ob) == 0

@@ -41,14 +41,6 @@ def test_flipped_faces_are_counted_and_selected(mode, capfd):
     assert chosen and set(chosen) <= {f.index for f in ob.data.polygons if 14 in f.vertices}
 
 
-def test_mirrored_islands_count_as_flipped(capfd):
-    ob = shapes.grid(3, uv=True)
-    flat_map(ob)
-    shapes.set_uv(ob, shapes.uv_of(ob) * np.float32([-1, 1]))
-    bpy.ops.uv.flipfree_check()
-    assert "18 flips" in capfd.readouterr().out
-
-
 def test_turned_faces_are_counted_and_said_to_be_mirrored(capfd):
     ob = shapes.grid(5, uv=True)
     for face in (7, 12):
@@ -111,12 +103,6 @@ def test_stacked_islands_may_be_allowed(capfd):
     assert "Nothing wrong: 18 islands, 0 flips, 18 pairs of islands overlap" in report
     assert "Warning" not in report
     assert shapes.selection(ob) == chosen
-
-
-def test_cubes_side_by_side_have_nothing_wrong(capfd):
-    cubes(5, 1.0)
-    assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
-    assert "Nothing wrong: 30 islands, 0 flips, 0 overlaps" in capfd.readouterr().out
 
 
 def test_uvs_that_differ_in_the_last_bits_come_with_a_cure(capfd):

@@ -134,18 +134,6 @@ def test_one_vertex_pinned_to_two_points():
     refused(ob, "pin")
 
 
-def test_one_bad_object_does_not_spoil_the_others(capfd):
-    good = shapes.grid(4, "Good", uv=True)
-    bad = shapes.add("Bad", [(0, 0, 0), (1, 0, 0), (1, 1, 0)], [(0, 1, 2)], uv=True)
-    bad.data.vertices[2].co.x = float("nan")
-    before = shapes.everything(bad)
-    shapes.activate(good, only=False)
-    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
-    assert shapes.exact_flips(good) == 0
-    assert shapes.everything(bad) == before
-    assert "Bad: vertex 2 has a coordinate that is no number" in capfd.readouterr().out
-
-
 @pytest.mark.parametrize("mode", ["VERT", "EDGE", "FACE"])
 def test_the_selection_before_a_failed_run_in_edit_mode_is_kept(mode):
     ob = with_a_pin_that_is_no_number()

@@ -72,16 +72,17 @@ def test_objects_of_one_run_share_one_layout(mode):
     assert all(shapes.exact_flips(ob) == 0 for ob in (first, second, third))
 
 
-def test_one_object_that_fails_leaves_the_others_in_one_layout():
+def test_one_object_that_fails_leaves_the_others_in_one_layout(capfd):
     first, second = cube_with_seams("First"), cylinder_with_seams()
     bad = shapes.add("Bad", [(0, 0, 0), (1, 0, 0), (1, 1, 0)], [(0, 1, 2)], uv=True)
     bad.data.vertices[2].co.x = float("nan")
     for ob in (first, second, bad):
         shapes.activate(ob, only=False)
-    before = shapes.uv_of(bad).tobytes()
+    before = shapes.everything(bad)
     unwrap()
+    assert "Bad: vertex 2 has a coordinate that is no number" in capfd.readouterr().out
     assert_usable(first, second, of=9)
-    assert shapes.uv_of(bad).tobytes() == before
+    assert shapes.everything(bad) == before
 
 
 def test_an_object_too_small_beside_the_others_is_enlarged(capfd):

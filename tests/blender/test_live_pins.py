@@ -40,6 +40,7 @@ def test_the_island_follows_a_pin_and_meets_it_bit_for_bit(live, at_rest):
     ob, at = pinned_grid()
     before = shapes.uv_of(ob)
     session = live.Session([ob])
+    assert session.text() == "0 updates, all pins met"
     for step in (0.05, 0.1, 0.2):
         target = np.float32(before[at[3][0]] + [step, step / 2])
         move(ob, at[3], target)
@@ -53,6 +54,12 @@ def test_the_island_follows_a_pin_and_meets_it_bit_for_bit(live, at_rest):
     assert shapes.exact_flips(ob) == 0
     moved = (after != before).any(axis=1)
     assert moved.sum() > len(before) / 2, "the rest stayed behind"
+
+
+def test_without_a_pin_it_says_what_to_do(live):
+    session = live.Session([edited(shapes.grid(4, uv=True))])
+    assert session.text() == "no UV is pinned yet: pin some with P and move them"
+    session.close()
 
 
 def test_an_island_with_one_pin_goes_with_it_as_it_is(live):

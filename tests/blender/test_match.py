@@ -122,14 +122,6 @@ def test_islands_without_pins_stay():
     assert (after[~right] != uv[~right]).any()
 
 
-def test_two_vertices_on_one_point_are_named_and_selected():
-    ob, uv, corner = pinned_sheet({30: (0.0, 0.0), 50: (0.0, 0.0)})
-    uv[np.isin(corner, [30, 50])] = 0.25
-    shapes.set_uv(ob, uv)
-    shapes.refused(ob, "contradict", bpy.ops.uv.flipfree_match)
-    assert shapes.shown("vertex") == [30, 50]
-
-
 def test_without_pins_there_is_nothing_to_match():
     ob = shapes.grid(4, uv=True)
     shapes.flat(ob)

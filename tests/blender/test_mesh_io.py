@@ -36,39 +36,11 @@ def test_closed_fans_that_touch_tip_to_tip_get_two_vertices(part):
     assert len(ids) == 8 and len(set(triangles[:, 0])) == 2
 
 
-def test_manifold_meshes_keep_their_vertices(part):
-    ob = shapes.cube()
-    snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
-    assert snapshot.vertex_ids.tolist() == list(range(8))
-
-
 def test_faces_at_an_overfull_edge_stay_together(part):
     """The solver must see the edge to name it; a split would hide it."""
     fan = np.array([[0, 1, 2], [1, 0, 3], [0, 1, 4]])
     triangles, ids = part("meshes.mesh_io").split_fans(fan)
     assert np.array_equal(ids[triangles], fan) and len(ids) == 5
-
-
-def test_seams_become_cuts_between_submesh_vertices(part):
-    ob = shapes.grid(4)
-    seams = [
-        e.index
-        for e in ob.data.edges
-        if all(abs(ob.data.vertices[v].co.x) < 1e-6 for v in e.vertices)
-    ]
-    for index in seams:
-        ob.data.edges[index].use_seam = True
-    snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
-    cut = {tuple(sorted(p)) for p in snapshot.vertex_ids[snapshot.cuts].tolist()}
-    assert cut == {tuple(sorted(ob.data.edges[i].vertices)) for i in seams}
-    assert part("meshes.mesh_io").edge_ids(snapshot, snapshot.cuts).tolist() == seams
-
-
-def test_diagonals_are_the_edges_inside_faces(part):
-    ob = shapes.grid(3)
-    snapshot = part("meshes.mesh_io").read(ob, only_selected=False)
-    assert len(snapshot.diagonals) == 9
-    assert len(part("meshes.mesh_io").edge_ids(snapshot, snapshot.diagonals)) == 0
 
 
 def test_cuts_and_diagonals_agree_with_sets(part):
@@ -213,14 +185,3 @@ def test_elements_of_the_solver_become_elements_of_the_mesh(part):
     assert kind == "edge" and set(ob.data.edges[ids[0]].vertices) == set(
         snapshot.vertex_ids[[a, b]].tolist()
     )
-
-
-def test_islands_are_counted_by_their_uvs(part):
-    triangles = np.array([[0, 1, 2], [1, 3, 2], [2, 3, 4]])
-    uv = np.random.default_rng(3).random((5, 2))[triangles]
-    count = part("meshes.labels").count_islands
-    assert count(triangles, uv) == 1
-    uv[0] += 3
-    assert count(triangles, uv) == 2
-    uv[2] += 1
-    assert count(triangles, uv) == 3

@@ -52,12 +52,6 @@ def labels():
     return options, names
 
 
-def test_no_message_has_asterisks(addon):
-    """Blender shows them as they are."""
-    found = [(name, text) for name, text in texts(addon) if re.search(r"\*[A-Za-z]", text)]
-    assert not [one for one in found if "://" not in one[1] and " " in one[1]]
-
-
 def test_options_that_messages_name_are_there_under_that_name(addon):
     options, _ = labels()
     seen = 0
@@ -97,26 +91,6 @@ def test_check_of_flips_names_repair_first_and_it_mends_them(capfd):
     capfd.readouterr()
     assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
     assert "0 flips, 0 overlaps" in capfd.readouterr().out
-
-
-def test_live_pins_without_a_pin_says_so(part):
-    ob = shapes.grid(4, uv=True)
-    bpy.ops.object.mode_set(mode="EDIT")
-    session = part("live.live_pins").Session([ob])
-    try:
-        assert session.text() == "no UV is pinned yet: pin some with P and move them"
-    finally:
-        for one in session.followed:
-            one.close()
-    bpy.ops.object.mode_set(mode="OBJECT")
-    shapes.set_pins(ob, [0])
-    bpy.ops.object.mode_set(mode="EDIT")
-    session = part("live.live_pins").Session([ob])
-    try:
-        assert session.text() == "0 updates, all pins met"
-    finally:
-        for one in session.followed:
-            one.close()
 
 
 @pytest.mark.parametrize("density", [None, np.ones(3)])

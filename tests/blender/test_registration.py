@@ -44,14 +44,6 @@ def test_options_of_shared_classes_reach_blender(name, addon):
     assert set(getattr(bpy.types, f"UV_OT_{name}").option_names) == own
 
 
-def test_an_option_can_have_another_default_in_one_operator(addon):
-    def default(operator):
-        return operator.get_rna_type().properties["pack"].default
-
-    assert default(bpy.ops.uv.flipfree_conformal) is True
-    assert default(bpy.ops.uv.flipfree_improve) is False
-
-
 def drawn_in(menu):
     """Names of the functions that extensions have added to a menu."""
     return [f"{f.__module__}.{f.__name__}" for f in menu._dyn_ui_initialize()]

@@ -57,16 +57,6 @@ def test_a_tick_takes_one_step_between_jobs(part, in_steps):
     assert len(run.done) == 1
 
 
-def test_large_arrays_are_filled_in_steps(part, monkeypatch):
-    steps = part("runs.steps")
-    monkeypatch.setattr(steps, "_ROWS", 3)
-    values = np.random.default_rng(1).random((8, 3, 2)).astype(np.float32)
-    found = steps.doubles(values)
-    assert [next(found) for _ in range(3)] == [None] * 3
-    assert np.array_equal(steps.result_of(found), values.astype(np.float64))
-    assert steps.result_of(steps.doubles(values[:0])).shape == (0, 3, 2)
-
-
 def test_cancelling_between_two_jobs_leaves_what_they_found(part, in_steps):
     log = []
     run = part("modal").Run([staged(part, shapes.grid(2, uv=True), log)])
@@ -340,10 +330,6 @@ def test_the_certificate_is_kept_for_the_object_that_was_renamed_not_for_another
 
 
 def test_islands_are_moved_one_after_another_in_ticks(part, in_steps):
-    labels = part("meshes.labels")
-    label = np.array([4, 0, 4, 7, 0], np.int64)
-    assert [list(members) for members in labels.groups(label)] == [[1, 4], [0, 2], [3]]
-    assert labels.groups(label[:0]) == []
     ob = shapes.grid(40, uv=True)  # every face an island of its own
     shapes.set_uv(ob, np.random.default_rng(1).random((len(ob.data.loops), 2), np.float32))
     task = part("operators.arrange.density").DensityTask(

@@ -47,16 +47,6 @@ def test_the_legend_of_distortion_has_the_figures_of_the_certificate(part):
     assert (drawing.face_values[first] == drawing.face_values[first + 1]).all()
 
 
-def test_shear_and_area_of_known_maps(part):
-    measures = part("views.measures")
-    points = np.array([[[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[5, 0, 0], [6, 0, 0], [5, 1, 0]]], float)
-    uv = np.array([[[0, 0], [3, 0], [0, 1]], [[0, 0], [1, 0], [0, 1]]], float)
-    found = measures.stretch(points, uv)
-    assert measures.angle(found) == pytest.approx([3.0, 1.0])
-    assert measures.area(found) == pytest.approx([1.5, 0.5])
-    assert measures.density(found, 500) == pytest.approx([500 * 3**0.5, 500])
-
-
 def test_flipped_faces_have_no_bound_and_faces_without_area_no_value(part):
     measures = part("views.measures")
     points = np.array(

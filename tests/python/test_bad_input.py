@@ -371,6 +371,7 @@ BAD_OPTIONS: list[tuple[str, dict[str, Any], str]] = [
     ("boundary_angles", {"boundary": "straight", "corners": [4]}, "[Cc]orner"),
     ("boundary_angles", {"boundary": "free", "cones": {0: 1.0}}, "cone"),
     ("boundary_angles", {"boundary": "free", "cones": {4: -1.0}}, "cone"),
+    *(("cross_field", {"sizing": v}, "sizing") for v in (np.zeros(9), np.full(9, np.nan), [1.0])),
     ("match", {"points": {9999: (0, 0)}}, "9999"),
     ("match", {"points": {3: (np.nan, 0)}}, "vertex 3 is not finite"),
     ("match", {"boundary_uv": np.zeros((3, 2))}, "boundary"),

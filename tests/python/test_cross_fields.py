@@ -153,13 +153,6 @@ def test_a_field_for_a_map_of_varying_size_turns_as_that_map_does() -> None:
     assert (plain.directions == same.directions).all()
 
 
-def test_sizes_are_one_positive_number_for_each_vertex() -> None:
-    vertices, faces = torus()
-    for sizing in (np.zeros(len(vertices)), np.full(len(vertices), np.nan), [1.0]):
-        with pytest.raises(ff.InvalidInput, match="sizing"):
-            ff.cross_field(vertices, faces, sizing=sizing)
-
-
 def test_simplifying_says_what_it_did() -> None:
     vertices, faces = octahedron_sphere(4)
     vertices = vertices * (1 + 0.2 * np.sin(9 * vertices[:, :1]) * np.cos(8 * vertices[:, 1:2]))

@@ -128,13 +128,6 @@ def test_whole_boundary_with_collinear_samples() -> None:
     assert result.certificate.overlaps == 0
 
 
-def test_figure_eight_is_refused_with_the_reason() -> None:
-    vertices, faces = bumpy_grid(10, 10)
-    t = 2 * np.pi * np.arange(40) / 40 + 0.05
-    with pytest.raises(ff.Infeasible, match="turning number 0"):
-        ff.match(vertices, faces, boundary_uv=np.stack([np.sin(2 * t), np.sin(t)], 1))
-
-
 def test_two_vertices_at_one_point_are_named() -> None:
     vertices, faces = bumpy_grid(10, 10)
     with pytest.raises(ff.Infeasible) as caught:

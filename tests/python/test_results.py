@@ -62,17 +62,6 @@ def test_results_are_read_only_also_after_copying(name: str) -> None:
     assert result.uv32().any()
 
 
-def test_pins_are_held_in_64_bits_and_as_stored() -> None:
-    vertices, faces = bumpy_grid(4, 4)
-    pins = {0: (0.1, 0.3), 24: (0.9, 0.7)}
-    result = ff.unwrap(vertices, faces, pins=pins)
-    for vertex, place in pins.items():
-        assert (result.uv64[faces == vertex] == place).all()
-        assert (result.uv[faces == vertex] == place).all()
-        assert (result.uv32()[faces == vertex] == np.float32(place)).all()
-    assert ff.certify(vertices, faces, result.uv, pins=pins).ok
-
-
 @pytest.mark.parametrize("far", [1e5, 1e100, 1e200, 1e308, -1e308, 1e-308])
 @pytest.mark.parametrize("name", MAPS)
 def test_a_vertex_without_faces_decides_nothing(name: str, far: float) -> None:

@@ -236,18 +236,6 @@ def test_a_map_that_is_accepted_early_is_certified() -> None:
     assert map.certificate.ok and map.certificate.seams_exact32 == map.certificate.seam_edges > 0
 
 
-def test_impossible_cones_are_refused_with_a_reason() -> None:
-    vertices, faces = torus()
-    with pytest.raises(ff.Infeasible, match="3 and 5"):
-        ff.seamless(vertices, faces, {0: 3, 7: 5})
-    with pytest.raises(ff.Infeasible, match="Add 1 to"):
-        ff.seamless(vertices, faces, {0: 3})
-    with pytest.raises(ff.InvalidInput, match="quarter turns"):
-        ff.seamless(vertices, faces, {0: 0, 7: 8})
-    with pytest.raises(ff.InvalidInput, match="vertex 99999"):
-        ff.seamless(vertices, faces, {99999: 3})
-
-
 def test_the_map_lies_along_the_edges_of_the_mesh() -> None:
     frame = unfolding(RING, 3, 4)
     sides = frame.vertices[np.roll(frame.faces, -1, 1)] - frame.vertices[frame.faces]

@@ -9,7 +9,6 @@ import deadlines
 import pytest
 
 import flipfree as ff
-from flipfree.job import Job
 
 from hostile_values import FUNCTIONS
 from random_options import PARAMETERS
@@ -49,10 +48,3 @@ def test_options_of_the_random_calls_exist() -> None:
 
 def test_lateness_is_measured_of_every_call_with_a_limit() -> None:
     assert deadlines.without_a_row() == set()
-
-
-def test_jobs_are_jobs() -> None:
-    vertices, faces = [[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]
-    job = ff.jobs.unwrap(vertices, faces, seams="given")
-    assert isinstance(job, Job)
-    assert job.result().certificate.ok

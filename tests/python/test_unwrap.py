@@ -154,16 +154,6 @@ def test_the_gil_is_released_while_solving() -> None:
     assert ticks > 3
 
 
-def test_a_job_can_be_polled_and_collected_once() -> None:
-    job = ff.jobs.unwrap(*bumpy_grid(60, 60), seams="given")
-    while not job.wait(0.01):
-        stage, fraction = job.progress()
-        assert isinstance(stage, str) and 0.0 <= fraction <= 1.0
-    assert job.result().certificate.ok
-    with pytest.raises(ff.FlipfreeError):
-        job.result()
-
-
 def test_a_job_that_is_dropped_while_running_is_cancelled_quietly() -> None:
     job = ff.jobs.unwrap(*bumpy_grid(300, 300), seams="given")
     job.wait(0.05)
