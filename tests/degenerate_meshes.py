@@ -1,19 +1,8 @@
-"""Small valid meshes that are as degenerate as doubles allow, and calls of the conformal half of the package on them.
-
-    PYTHONPATH=build/python python3 tests/degenerate_meshes.py [--count 1000] [--seed 0] [--limit 0.5]
-
-runs that many random calls in child processes and prints what came out: results, errors by code, crashes, foreign
-exceptions, results that are not what they should be, and how late the latest call came back. Exit status 1 if a call
-ended in anything but a result of finite numbers or one of the package's own errors.
-"""
+"""Small valid meshes that are as degenerate as doubles allow, and calls of the conformal half of the package on them."""
 
 from __future__ import annotations
 
-import argparse
-import subprocess
-import sys
 import time
-from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -23,9 +12,6 @@ import numpy.typing as npt
 import flipfree as ff
 
 from surfaces import Mesh, bumpy_grid, torus
-
-#: Calls per child process.
-BATCH = 50
 
 
 def hull(count: int, random: np.random.Generator) -> Mesh:
@@ -212,57 +198,3 @@ def outcome(seed: int, limit: float) -> tuple[str, str, float]:
         return name, f"{'BAD ' if foreign else ''}{type(error).__name__}: {error.code}", seconds
     except Exception as error:
         return name, f"BAD {type(error).__name__}: {error}", time.monotonic() - start
-
-
-def _work(first: int, last: int, limit: float) -> None:
-    for seed in range(first, last):
-        print(f"{seed}\tstarted", flush=True)
-        name, what, seconds = outcome(seed, limit)
-        print(f"{seed}\t{name}\t{what}\t{seconds:.3f}", flush=True)
-
-
-def run_children(first: int, last: int, limit: float) -> list[tuple[int, str, str, float]]:
-    """(seed, call, what came of it, seconds) of all seeds; a crash costs its own call only."""
-    rows: list[tuple[int, str, str, float]] = []
-    while first < last:
-        end = min(last, first + BATCH)
-        child = [sys.executable, __file__, "--work", str(first), str(end), "--limit", str(limit)]
-        done = subprocess.run(child, capture_output=True, text=True, check=False)
-        begun = first
-        for line in done.stdout.splitlines():
-            part = line.split("\t")
-            if part[1] == "started":
-                begun = int(part[0])
-            else:
-                rows.append((int(part[0]), part[1], part[2], float(part[3])))
-        if done.returncode == 0:
-            first = end
-            continue
-        rows.append((begun, "?", f"BAD crash {done.returncode} {done.stderr[-300:]}", 0.0))
-        first = begun + 1
-    return rows
-
-
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=1000)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--limit", type=float, default=0.5)
-    parser.add_argument("--work", type=int, nargs=2)
-    options = parser.parse_args()
-    if options.work:
-        _work(*options.work, options.limit)
-        return 0
-    rows = run_children(options.seed, options.seed + options.count, options.limit)
-    for (name, what), count in sorted(Counter((row[1], row[2]) for row in rows).items()):
-        print(f"{count:6d}  {name}: {what}")
-    for seed, name, what, _ in rows:
-        if what.startswith("BAD"):
-            print(f"seed {seed}: {name}: {what}")
-    late = max(rows, key=lambda row: row[3])
-    print(f"latest return: {late[3]:.3f} s with a limit of {options.limit} s, seed {late[0]}")
-    return any(row[2].startswith("BAD") for row in rows)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -95,7 +95,6 @@ def grid_points(polygon: list[Point], kind: type[np.floating[Any]]) -> int:
     count = 0
     for y in rows:
         # Where the row is inside every edge, bounds on x: only whether there is room is asked here.
-        low = max((p[0] for p in polygon), default=Fraction(0))
         low, high = min(p[0] for p in polygon), max(p[0] for p in polygon)
         inside = True
         for a, b in edges:
@@ -175,7 +174,6 @@ def match(**constraints: Any) -> Any:
 
 
 ROUND = disk()[0][1:, :2]
-MILNOR = [(0, 0), (4, 0), (4, 4), (-1, 3), (-2, 1), (6, 1.5), (5, 5), (1, -1.0)]
 EIGHT = [(0, 0), (2, 2), (3, 2), (3, 0), (2, 0), (0, 2), (-1, 2), (-1, 0)]
 FLAT = [[-0.5, 1], [0.5, 1], [0, 1 + 2.0**-52]]
 
