@@ -100,6 +100,16 @@ def monkey(levels=1):
     return ob
 
 
+def stretched_monkey():
+    """Unwrapped, then drawn out to the right: more so the further up."""
+    ob = monkey(1)
+    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
+    good = uv_of(ob)
+    set_uv(ob, good * 0.7 + np.outer(good[:, 1] ** 2, [0.3, 0.0]))
+    ob.data.update()
+    return ob
+
+
 def uv_of(ob, layer=None):
     """(loops, 2) float32, in either mode."""
     if ob.mode == "EDIT":

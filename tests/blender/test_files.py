@@ -5,20 +5,12 @@ import pytest
 
 import flipfree as ff
 
-
-def grid(side):
-    x, y = np.meshgrid(np.linspace(0, 1, side), np.linspace(0, 1, side))
-    vertices = np.stack([x, y, 0.1 * np.sin(7 * x) * np.cos(5 * y)], -1).reshape(-1, 3)
-    v = np.arange(side * (side - 1)).reshape(side - 1, side)[:, :-1].ravel()
-    faces = np.concatenate(
-        [np.stack([v, v + 1, v + side], -1), np.stack([v + 1, v + side + 1, v + side], -1)]
-    )
-    return vertices, faces
+from surfaces import bumpy_grid
 
 
 @pytest.mark.parametrize("ending", ["obj", "ply", "off", "stl"])
 def test_meshes_come_back_from_files(tmp_path, ending):
-    vertices, faces = grid(60)
+    vertices, faces = bumpy_grid(60, 60)
     uv = vertices[faces][:, :, :2] if ending in ("obj", "ply") else None
     ff.write(tmp_path / f"mesh.{ending}", (vertices, faces, uv))
     mesh = ff.read(tmp_path / f"mesh.{ending}")

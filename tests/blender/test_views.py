@@ -19,14 +19,6 @@ def drawn(part, ob, what):
         state.switch_all_off()
 
 
-def stretched_monkey():
-    ob = shapes.monkey(1)
-    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
-    good = shapes.uv_of(ob)
-    shapes.set_uv(ob, good * 0.7 + np.outer(good[:, 1] ** 2, [0.3, 0.0]))
-    return ob
-
-
 def certificate_of(part, ob):
     part("certificates").forget()
     assert bpy.ops.uv.flipfree_check() == {"FINISHED"}
@@ -34,7 +26,7 @@ def certificate_of(part, ob):
 
 
 def test_the_legend_of_distortion_has_the_figures_of_the_certificate(part):
-    ob = stretched_monkey()  # of quads, the two triangles of which differ
+    ob = shapes.stretched_monkey()  # of quads, the two triangles of which differ
     figures = certificate_of(part, ob)
     drawing = drawn(part, ob, "distortion")
     ours = part("views.measures").figures(drawing.values, drawing.weights)

@@ -85,17 +85,6 @@ def test_cones_of_a_figure_are_drawn():
     controls.switch_off()
 
 
-def stretched_monkey():
-    """Unwrapped, then drawn out to the right: more so the further up."""
-    ob = shapes.monkey(1)
-    assert bpy.ops.uv.flipfree_unwrap() == {"FINISHED"}
-    good = shapes.uv_of(ob)
-    drawn_out = good * 0.7 + np.outer(good[:, 1] ** 2, [0.3, 0.0])
-    shapes.set_uv(ob, drawn_out)
-    ob.data.update()
-    return ob
-
-
 def is_shown(scale):
     bar = refresh.current_legend().bar
     return bar is not None and bar.scale is scale
@@ -103,7 +92,7 @@ def is_shown(scale):
 
 def test_faces_are_coloured_in_both_editors_and_the_figures_follow_the_map():
     yield from show("UV Editing")
-    ob = stretched_monkey()
+    ob = shapes.stretched_monkey()
     yield 0.3
     frame_all()
     for what, *_ in state.FACES:
@@ -241,7 +230,7 @@ def test_the_checker_is_seen_in_solid_shading_and_leaves_it_as_it_was():
 
 def test_faces_are_selected_by_what_is_wrong_with_them_in_a_uv_editor():
     yield from show("UV Editing")
-    ob = stretched_monkey()
+    ob = shapes.stretched_monkey()
     shapes.enter("EDIT")
     bpy.context.tool_settings.use_uv_select_sync = True
     with bpy.context.temp_override(**area_of("IMAGE_EDITOR")):
