@@ -133,15 +133,11 @@ PennerMap attempt_component(const mesh::Surface& surface, const std::vector<Inde
   return result;
 }
 
-// Attempts until a metric can be written as a map in 64 bits, each with as much relaxation as its
-// scale asks for, with little and with all that helps: loops that turn otherwise than the conformal
-// metric's stretch it without changing its scale. The first failure if none can, or if there is no
-// metric to relax: whether there is one does not depend on relaxation.
+// The first metric that is found, and where it cannot be written as a map in 64 bits, the next one:
+// a single cone far from all handles. The first failure if neither can, or if there is none.
 PennerMap map_component(const mesh::Surface& surface, const std::vector<Index>& cones,
                         const std::optional<std::vector<LoopTurn>>& loops,
                         const PennerMapOptions& options, ExecutionContext& context) {
-  constexpr int kMostMaps = 6;
-  constexpr int kRelaxations[] = {-1, 3, 20};
   PennerMapOptions own = options;
   if (options.metric.boundary == Boundary::kGiven) {
     const bool given = std::find(cones.begin(), cones.end(), kNotGiven) == cones.end();
@@ -149,21 +145,24 @@ PennerMap map_component(const mesh::Surface& surface, const std::vector<Index>& 
   }
   const std::vector<Index> all =
       own.metric.boundary == Boundary::kAligned ? aligned_cones(surface, cones, context) : cones;
+  int found = kInvalid;
+  const auto map = [&] {
+    PennerMap result = attempt_component(surface, all, loops, own, found, context);
+    result.cones = all;
+    return result;
+  };
   std::exception_ptr failure;
-  for (int maps = 0; maps < kMostMaps; ++maps) {
-    const int round = maps % 3;
-    if (options.metric.relaxation >= 0 && round > 0) continue;
-    if (options.metric.relaxation < 0) own.metric.relaxation = kRelaxations[round];
-    int attempt = kInvalid;
+  try {
+    return map();
+  } catch (const NotConverged&) {
+    failure = std::current_exception();
+  }
+  if (found != kInvalid) {
+    own.metric.first_attempt = found + 1;
     try {
-      PennerMap found = attempt_component(surface, all, loops, own, attempt, context);
-      found.cones = all;
-      return found;
+      return map();
     } catch (const NotConverged&) {
-      if (!failure) failure = std::current_exception();
     }
-    if (attempt == kInvalid) break;
-    own.metric.first_attempt = round < 2 && options.metric.relaxation < 0 ? attempt : attempt + 1;
   }
   std::rethrow_exception(failure);
 }
