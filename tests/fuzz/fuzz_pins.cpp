@@ -55,7 +55,7 @@ void fuzz_pins(Bytes bytes) {
   constexpr std::array kEngines{
       matchmaker::MatchEngine::kAuto,     matchmaker::MatchEngine::kAuto,
       matchmaker::MatchEngine::kFirstTry, matchmaker::MatchEngine::kOutline,
-      matchmaker::MatchEngine::kOverlay,  matchmaker::MatchEngine::kArms,
+      matchmaker::MatchEngine::kAuto,     matchmaker::MatchEngine::kArms,
       matchmaker::MatchEngine::kAuto,     matchmaker::MatchEngine::kMatchmaker};
   options.engine = kEngines[static_cast<std::size_t>(wishes >> 5) % kEngines.size()];
   options.max_iterations = 20;

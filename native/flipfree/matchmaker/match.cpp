@@ -10,7 +10,6 @@
 #include "flipfree/base/failure/outcome.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/certify/certify.h"
-#include "flipfree/matchmaker/finish/store_map.h"
 #include "flipfree/matchmaker/finish/usable_map.h"
 #include "flipfree/matchmaker/start/first_try.h"
 #include "flipfree/matchmaker/ways/solve.h"
@@ -115,7 +114,6 @@ certify::Parametrization match_in_time(const mesh::Surface& surface, const Match
   Constraints constraints = read_constraints(
       refined, request, options.bijective ? SelfOverlaps::kRefused : SelfOverlaps::kAllowed);
   constraints.one_to_one = options.bijective && constraints.free_boundary();
-  constraints.ablated = options.ablated;
   // A boundary that moves away from a simple outline stays simple.
   const bool bijective =
       constraints.one_to_one || (!constraints.movable.empty() && constraints.simple_outline);
@@ -123,8 +121,7 @@ certify::Parametrization match_in_time(const mesh::Surface& surface, const Match
   Solution solution;
   {
     const ProgressRange range(context, 0.0, 0.85);
-    Targets targets(refined, constraints);
-    solution = solve({refined, constraints, options, targets}, context, stats);
+    solution = solve({refined, constraints, options}, context, stats);
   }
   mesh::RefinedMap& found = solution.map;
   const double seconds_map = watch.seconds();

@@ -9,16 +9,16 @@
 #include "flipfree/base/context.h"
 #include "flipfree/certify/parametrization.h"
 #include "flipfree/matchmaker/request/constraints.h"
-#include "flipfree/matchmaker/request/options.h"
+#include "flipfree/matchmaker/request/request.h"
 
 namespace flipfree::matchmaker {
 
 // surface: a disk. Guarantee: the certificate of the result holds: no flips in 64 and 32 bits (G1),
 // corners wind once (G2), constraints are met bit for bit in 64 bits and, rounded, in 32 (G3), the
 // mesh subdivides the input (G7). Throws InvalidInput, Infeasible (see constraints.h,
-// build_target.h), NotConverged (kTimeLimit: no map was found in max_seconds), Cancelled. Stats:
+// outline_target.h), NotConverged (kTimeLimit: no map was found in max_seconds), Cancelled. Stats:
 // "engine" (what made the map: "first try", "continuation", "planned", "arms", "coarse to fine",
-// "homotopy", "outline overlay", "unwrapped", "matchmaker"),
+// "homotopy", "unwrapped", "matchmaker"),
 // "added_vertices", "energy", "seconds_*", "first_try.*", "matchmaker.*", "distortion.*",
 // "rounding.*", "time_limit_reached" (1: the map might have become better, or have fewer vertices,
 // with more time). Deterministic for any number of threads as long as no limit of time is reached.

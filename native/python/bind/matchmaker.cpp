@@ -1,14 +1,10 @@
-#include <algorithm>
-#include <iterator>
 #include <string>
-#include <string_view>
 #include <utility>
 
 #include "arrays.h"
 #include "bind/bindings.h"
 #include "flipfree/base/error.h"
 #include "flipfree/matchmaker/match_piece.h"
-#include "flipfree/matchmaker/request/devices.h"
 #include "job.h"
 
 namespace py = pybind11;
@@ -26,14 +22,6 @@ matchmaker::Polygon to_polygon(const py::handle& array, const char* name) {
 std::vector<VertexId> to_ids(const py::handle& array) {
   const auto ids = array.cast<Array<Index>>();
   return {ids.data(), ids.data() + ids.size()};
-}
-
-matchmaker::Devices device_named(const std::string& name) {
-  const auto& names = matchmaker::kDeviceNames;
-  const auto at = std::find(names.begin(), names.end(), name) - names.begin();
-  if (at == std::ssize(names))
-    throw_invalid(ErrorCode::kBadOption, "There is no device " + name + ".");
-  return matchmaker::Devices{1} << at;
 }
 
 matchmaker::MatchRequest to_request(const py::dict& given) {
@@ -77,14 +65,8 @@ matchmaker::MatchOptions to_match_options(const py::dict& given) {
               {{"auto", MatchEngine::kAuto},
                {"first try", MatchEngine::kFirstTry},
                {"outline", MatchEngine::kOutline},
-               {"overlay", MatchEngine::kOverlay},
                {"arms", MatchEngine::kArms},
                {"matchmaker", MatchEngine::kMatchmaker}});
-  // For measuring what each of them earns.
-  if (const py::object devices = read.value("without")) {
-    for (const py::handle device : devices)
-      options.ablated |= device_named(device.cast<std::string>());
-  }
   read.end();
   return options;
 }
@@ -92,9 +74,6 @@ matchmaker::MatchOptions to_match_options(const py::dict& given) {
 }  // namespace
 
 void bind_matchmaker(py::module_& module) {
-  py::list names;
-  for (const std::string_view name : matchmaker::kDeviceNames) names.append(py::str(name));
-  module.attr("match_devices") = names;
   module.def(
       "match",
       [](const Array<double>& vertices, const Array<Index>& faces, const py::dict& request,

@@ -181,9 +181,6 @@ void add_matches(std::vector<Call>& calls) {
   matchmaker::MatchOptions walked;
   walked.engine = matchmaker::MatchEngine::kOutline;
   calls.push_back(match_call("match, outline", bumps, round, walked));
-  matchmaker::MatchOptions laid;
-  laid.engine = matchmaker::MatchEngine::kOverlay;
-  calls.push_back(match_call("match, overlay", bumps, round, laid));
 }
 
 }  // namespace

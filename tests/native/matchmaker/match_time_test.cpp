@@ -129,8 +129,7 @@ TEST(MatchTime, PrescribedBoundariesEndAnywhereWithAMapOrTheTimeLimit) {
     request.boundary_loop.push_back(v);
     request.boundary_uv.emplace_back(surface.vertices.row(v).head<2>().transpose());
   }
-  for (const MatchEngine engine :
-       {MatchEngine::kAuto, MatchEngine::kOverlay, MatchEngine::kOutline}) {
+  for (const MatchEngine engine : {MatchEngine::kAuto, MatchEngine::kOutline}) {
     MatchOptions options;
     options.engine = engine;
     end_anywhere(surface, request, options, 5);

@@ -12,7 +12,7 @@
 #include "flipfree/certify/measures/winding.h"
 #include "flipfree/distortion/untangle.h"
 #include "flipfree/matchmaker/at_once/class_overlay.h"
-#include "flipfree/matchmaker/coarsening/remove_added.h"
+#include "flipfree/matchmaker/coarsening/remove_vertex.h"
 #include "support/shapes.h"
 
 namespace flipfree::test {

@@ -14,13 +14,9 @@
 #include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/minimize/targets.h"
 #include "flipfree/embedding/embed.h"
-#include "flipfree/matchmaker/coarsening/coarsening_rounds.h"
-#include "flipfree/matchmaker/finish/ease.h"
-#include "flipfree/matchmaker/finish/unfold_wholes.h"
-#include "flipfree/matchmaker/overlay/star_map.h"
-#include "flipfree/matchmaker/request/time_share.h"
-#include "flipfree/matchmaker/smooth/relax.h"
-#include "flipfree/matchmaker/start/equal_area_metric.h"
+#include "flipfree/matchmaker/at_once/star_map.h"
+#include "flipfree/matchmaker/coarsening/relax.h"
+#include "flipfree/matchmaker/coarsening/remove_vertex.h"
 #include "flipfree/matchmaker/start/first_try.h"
 
 namespace flipfree::matchmaker {
@@ -34,35 +30,11 @@ constexpr int kStepsOfStar = 30;
 constexpr std::size_t kShort = 24;
 constexpr std::size_t kLifted = 8;
 constexpr std::size_t kTried = 4;
-// Rounds of taking refinement back for the one that is taken, and Newton steps of each. They end
-// when one frees less than this share (in per cent).
-constexpr int kCoarseningRounds = 16;
-constexpr int kStepsPerCoarseningRound = 10;
-// Then whole faces are unfolded, so often, after so many Newton steps each.
-constexpr int kUnfoldings = 2;
-constexpr int kStepsPerUnfolding = 30;
+// Newton steps of each round in which they are compared.
+constexpr int kStepsOfTry = 10;
 
 double part_of(std::size_t i, std::size_t count) {
   return static_cast<double>(i) / static_cast<double>(count);
-}
-double part_of(int i, int count) { return static_cast<double>(i) / count; }
-
-// The surface in a circle, all of it with room.
-mesh::RefinedMap in_circle(const mesh::RefinedSurface& surface, ExecutionContext& context) {
-  const auto count = static_cast<double>(surface.boundary.size());
-  Points2 circle(static_cast<Eigen::Index>(surface.boundary.size()), 2);
-  for (Eigen::Index i = 0; i < circle.rows(); ++i) {
-    const double angle = 2 * std::numbers::pi * static_cast<double>(i) / count;
-    circle.row(i) << std::cos(angle), std::sin(angle);
-  }
-  embedding::EmbedOptions options;
-  options.float32 = false;
-  options.low_distortion = true;
-  Stats unused;
-  const Points2 uv = embedding::embed_disk(surface.mesh.faces(), surface.mesh.vertex_count(),
-                                           surface.boundary, circle, options, context, unused);
-  const mesh::Surface room = equal_area_metric(surface, uv, context);
-  return {surface, room.vertices.leftCols(2)};
 }
 
 // A star, by itself and with the surface on it.
@@ -150,16 +122,6 @@ std::vector<Candidate> best_stars(const mesh::RefinedMap& disk, const Constraint
   return all;
 }
 
-// Takes refinement back and lowers the distortion, in so many rounds.
-void coarsen_and_relax(mesh::RefinedMap& map, const Constraints& constraints, Index keep,
-                       int rounds, ExecutionContext& context) {
-  const std::vector<VertexId> held = held_vertices(map.surface, constraints);
-  numeric::EliminationMemory order(keep);
-  coarsen_in_rounds(map, held, keep, {.rounds = rounds}, context, [&] {
-    return relax(map, held, {kStepsPerCoarseningRound, true, &order}, context);
-  });
-}
-
 // The star that bears the surface best.
 std::optional<mesh::RefinedMap> best_map(const mesh::RefinedMap& disk, std::vector<Candidate> stars,
                                          const Constraints& constraints, ExecutionContext& context,
@@ -177,13 +139,15 @@ std::optional<mesh::RefinedMap> best_map(const mesh::RefinedMap& disk, std::vect
   keep_best(stars, kTried);
   if (stars.empty()) return std::nullopt;
   stats["arms.lifted"] = static_cast<std::int64_t>(stars.front().cost);
+  const std::vector<VertexId> held = held_vertices(disk.surface, constraints);
   for (double done = 0; stars.size() > 1;) {
     // Half of the work that is left is in this round.
     const double share = 0.5 * (1 - done);
     for (std::size_t i = 0; i < stars.size(); ++i) {
       const ProgressRange range(context, done + share * part_of(i, stars.size()),
                                 done + share * part_of(i + 1, stars.size()));
-      coarsen_and_relax(stars[i].map, constraints, keep, 1, context);
+      thin_out(stars[i].map, held, keep, context);
+      relax(stars[i].map, held, {kStepsOfTry, true, nullptr}, context);
       stars[i].cost = energy_of(stars[i].map, context);
     }
     keep_best(stars, (stars.size() + 1) / 2);
@@ -195,47 +159,42 @@ std::optional<mesh::RefinedMap> best_map(const mesh::RefinedMap& disk, std::vect
 
 }  // namespace
 
+mesh::RefinedMap in_circle(const mesh::RefinedSurface& surface, ExecutionContext& context) {
+  const auto count = static_cast<double>(surface.boundary.size());
+  Points2 circle(static_cast<Eigen::Index>(surface.boundary.size()), 2);
+  for (Eigen::Index i = 0; i < circle.rows(); ++i) {
+    const double angle = 2 * std::numbers::pi * static_cast<double>(i) / count;
+    circle.row(i) << std::cos(angle), std::sin(angle);
+  }
+  embedding::EmbedOptions options;
+  options.float32 = false;
+  options.low_distortion = true;
+  Stats unused;
+  const Points2 uv = embedding::embed_disk(surface.mesh.faces(), surface.mesh.vertex_count(),
+                                           surface.boundary, circle, options, context, unused);
+  const mesh::Surface room = equal_area_metric(surface, uv, context);
+  return {surface, room.vertices.leftCols(2)};
+}
+
 bool move_with_arms(mesh::RefinedMap& map, const Constraints& constraints,
                     ExecutionContext& context, Stats& stats) {
   if (!constraints.free_boundary() || constraints.one_to_one || !constraints.edges.empty() ||
       constraints.pins.size() < kFewestPins)
     return false;
-  const Index keep = map.surface.mesh.vertex_count();
   mesh::RefinedMap disk;
   std::vector<Candidate> stars;
   {
-    const ProgressRange range(context, 0.0, 0.1);
+    const ProgressRange range(context, 0.0, 0.2);
     Outcome<mesh::RefinedMap> circle = attempt(
         [&] { return distortion::with_own_map([&] { return in_circle(map.surface, context); }); });
     if (!circle) return false;
     disk = std::move(*circle);
     stars = best_stars(disk, constraints, context);
   }
-  std::optional<mesh::RefinedMap> best;
-  {
-    const ProgressRange range(context, 0.1, 0.5);
-    best = best_map(disk, std::move(stars), constraints, context, stats);
-  }
+  const ProgressRange range(context, 0.2, 1.0);
+  std::optional<mesh::RefinedMap> best =
+      best_map(disk, std::move(stars), constraints, context, stats);
   if (!best) return false;
-  const std::vector<VertexId> held = held_vertices(best->surface, constraints);
-  numeric::EliminationMemory order(keep);
-  const auto added = [&] { return best->surface.mesh.vertex_count() - keep; };
-  // All pins are met: the rest may end anywhere.
-  while_time_lasts(*best, [&] {
-    {
-      const ProgressRange range(context, 0.5, 0.7);
-      coarsen_and_relax(*best, constraints, keep, kCoarseningRounds, context);
-    }
-    for (int round = 0; round < kUnfoldings && added() > 0; ++round) {
-      const ProgressRange range(context, 0.7 + 0.2 * part_of(round, kUnfoldings),
-                                0.7 + 0.2 * part_of(round + 1, kUnfoldings));
-      relax(*best, held, {kStepsPerUnfolding, true, &order}, context);
-      if (constraints.use(Device::kUnfold)) unfold_wholes(*best, held, keep, context, &order);
-    }
-    const ProgressRange range(context, 0.9, 1.0);
-    if (constraints.use(Device::kEase)) ease(*best, held, keep, 0, order, context);
-  });
-  stats["arms.left"] = static_cast<std::int64_t>(added());
   map = std::move(*best);
   return true;
 }

@@ -5,9 +5,9 @@
 // targets and may cross each other. So nothing winds around anything, in whatever order the pins
 // are, and what is added grows linearly with their number: a map that is one-to-one has to wind
 // lines around lines (MatchMaker++, thesis 3.3), and so does one that grows out of such a map by
-// moving pins past each other (move_pins.h). A star depends on the point that the pins are seen
+// moving pins past each other. A star depends on the point that the pins are seen
 // from. Several are tried as they are, a few of them with the surface on them, and of these the one
-// that comes to rest with the least distortion is taken; refinement is then taken back.
+// that comes to rest with the least distortion is taken; taking refinement back is for the caller.
 #pragma once
 
 #include "flipfree/base/context.h"
@@ -16,6 +16,9 @@
 #include "flipfree/mesh/refined/refined_map.h"
 
 namespace flipfree::matchmaker {
+
+// The surface in a circle, all of it with room.
+mesh::RefinedMap in_circle(const mesh::RefinedSurface& surface, ExecutionContext& context);
 
 // Precondition: map.uv is flip-free. True: the map is flip-free by exact test, all pins are where
 // they should be bit for bit; vertices were added at the end of the numbering, some of them on the

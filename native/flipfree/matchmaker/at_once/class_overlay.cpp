@@ -9,21 +9,116 @@
 #include <numeric>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "flipfree/base/plane.h"
 #include "flipfree/distortion/untangle.h"
-#include "flipfree/matchmaker/coarsening/remove_added.h"
-#include "flipfree/matchmaker/finish/simplify_plane_map.h"
-#include "flipfree/matchmaker/overlay/mesh_overlay.h"
-#include "flipfree/matchmaker/plan/plan_motion.h"
+#include "flipfree/matchmaker/at_once/mesh_overlay.h"
+#include "flipfree/matchmaker/at_once/plan_motion.h"
+#include "flipfree/matchmaker/coarsening/relax.h"
+#include "flipfree/matchmaker/coarsening/remove_vertex.h"
+#include "flipfree/matchmaker/coarsening/untangle_removal.h"
 #include "flipfree/matchmaker/request/polygon.h"
-#include "flipfree/matchmaker/smooth/relax.h"
-#include "flipfree/matchmaker/start/equal_area_metric.h"
 #include "flipfree/matchmaker/start/first_try.h"
+#include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/refined/curve_overlay.h"
+#include "flipfree/mesh/topology.h"
 
 namespace flipfree::matchmaker {
 namespace {
+
+// Turns, both planes in each, and Newton steps after each pass.
+constexpr int kTurns = 3;
+constexpr int kStepsAfterPass = 10;
+// The frame's corners come first in the numbering.
+constexpr Index kFrame = 3;
+
+// One input face that holds a whole plane: then stars may be filled in any way that is positive in
+// it. Its size is a power of two, so that coordinates are weights without rounding.
+mesh::Surface frame_around(const Points2& points) {
+  const double reach = std::max(points.cwiseAbs().maxCoeff(), 1e-300);
+  const double size = std::ldexp(1.0, std::ilogb(reach) + 1);
+  mesh::Surface frame;
+  frame.vertices = Points3::Zero(kFrame, 3);
+  frame.vertices(1, 0) = size;
+  frame.vertices(2, 1) = size;
+  frame.faces.resize(1, 3);
+  frame.faces << 0, 1, 2;
+  return frame;
+}
+
+// The map from one plane to the other, its vertices after the frame's, which no face uses.
+mesh::RefinedMap framed(const mesh::Surface& frame, const Triangles& faces, const Points2& from,
+                        const Points2& to) {
+  mesh::RefinedMap map;
+  mesh::RefinedSurface& surface = map.surface;
+  const auto count = static_cast<Index>(from.rows());
+  const double size = frame.vertices(1, 0);
+  surface.input = &frame;
+  map.uv.resize(kFrame + count, 2);
+  for (VertexId v = 0; v < kFrame; ++v) {
+    surface.support.push_back({{v, kInvalid, kInvalid}, {1.0, 0.0, 0.0}});
+    surface.position.emplace_back(frame.vertices.row(v).transpose());
+    map.uv.row(v) = to.row(0);
+  }
+  for (VertexId v = 0; v < count; ++v) {
+    const double x = from(v, 0) / size;
+    const double y = from(v, 1) / size;
+    surface.support.push_back({{0, 1, 2}, {1.0 - x - y, x, y}});
+    surface.position.emplace_back(from(v, 0), from(v, 1), 0.0);
+    map.uv.row(kFrame + v) = to.row(v);
+  }
+  const Triangles shifted = faces.array() + kFrame;
+  surface.mesh = mesh::EditableTriangulation(kFrame + count, shifted);
+  for (FaceId f = 0; f < surface.mesh.face_slots(); ++f) surface.mesh.set_parent(f, 0);
+  surface.boundary =
+      mesh::boundary_loops(shifted, mesh::build_adjacency(kFrame + count, shifted)).front();
+  surface.outer_boundary = surface.boundary;
+  return map;
+}
+
+// One turn: vertices go, others move in the plane `to`.
+void simplify_one_way(Triangles& faces, Points2& from, Points2& to, Index held,
+                      ExecutionContext& context) {
+  const mesh::Surface frame = frame_around(from);
+  mesh::RefinedMap map = framed(frame, faces, from, to);
+  const Index keep = kFrame + held;
+  std::vector<VertexId> fixed(static_cast<std::size_t>(keep));
+  std::iota(fixed.begin(), fixed.end(), 0);
+  thin_out(map, fixed, keep, context);
+  relax(map, fixed, {kStepsAfterPass, true, nullptr}, context);
+  UntangleRemovalOptions untangling;
+  untangling.iterations = kThoroughIterations;
+  if (remove_by_untangling(map, fixed, keep, context, untangling) > 0)
+    map = mesh::compacted_map(map);
+  relax(map, fixed, {kStepsAfterPass, true, nullptr}, context);
+  const Eigen::Index count = map.uv.rows() - kFrame;
+  faces = map.surface.mesh.faces().array() - kFrame;
+  to = map.uv.bottomRows(count);
+  from.resize(count, 2);
+  for (Eigen::Index v = 0; v < count; ++v)
+    from.row(v) = map.surface.position[static_cast<std::size_t>(kFrame + v)].head(2).transpose();
+}
+
+// Takes vertices away from a piecewise linear map between two triangulations of the same disk.
+//
+// Two triangulations laid over each other have a vertex per crossing. Few of these are needed, and
+// whatever follows the map has to bend at every edge that stays. Neither triangulation is worth
+// keeping, so stars are filled as is best in both planes, and vertices move in both, by turns: one
+// plane is taken for a surface and the other for its map, then the other way round. (Compatible
+// triangulations, as Surazhsky and Gotsman 2004 simplify them.)
+//
+// Precondition: both sides of `plane` are flip-free; the vertices below `held`, the boundary's
+// among them, stay where they are in both planes, all others are kInvalid in plane.vertex.
+// Guarantee: no vertex more; both sides are flip-free afterwards by exact test. Cost: up to a
+// millisecond per vertex.
+void simplify_plane_map(PlaneMap& plane, Index held, ExecutionContext& context) {
+  for (int turn = 0; turn < kTurns; ++turn) {
+    simplify_one_way(plane.faces, plane.before, plane.after, held, context);
+    simplify_one_way(plane.faces, plane.after, plane.before, held, context);
+  }
+  plane.vertex.resize(static_cast<std::size_t>(plane.before.rows()));
+}
 
 // Corners of the ring, at first, and at most, where pins lie near the boundary.
 constexpr std::size_t kRingCorners = 16;
@@ -35,6 +130,9 @@ constexpr int kStepsOfOverlay = 40;
 // Before, crossings are thinned out so often, with so many steps each time.
 constexpr int kThinnings = 10;
 constexpr int kStepsOfThinning = 10;
+// More pins are beyond measure: planning grows with the square of their number, and so does what
+// following the plan adds.
+constexpr std::size_t kMostPins = 40;
 
 // A polygon around all pins inside a convex outline, and where it is joined to it.
 struct Ring {
@@ -264,8 +362,7 @@ std::optional<mesh::RefinedMap> overlay(const mesh::Surface& base, const MovingP
 // The coarse map: laid out evenly at the sources, and with little distortion at the targets.
 // Crossings that the map bears to lose need not be followed. The vertices below `held` are the
 // boundary's and the pins'.
-std::optional<PlaneMap> coarse_map(mesh::RefinedMap map, Index held, bool simplify,
-                                   ExecutionContext& context) {
+std::optional<PlaneMap> coarse_map(mesh::RefinedMap map, Index held, ExecutionContext& context) {
   std::vector<VertexId> fixed(at(held));
   std::iota(fixed.begin(), fixed.end(), 0);
   for (int round = 0; round < kThinnings; ++round) {
@@ -278,7 +375,7 @@ std::optional<PlaneMap> coarse_map(mesh::RefinedMap map, Index held, bool simpli
     plane = {before.faces, flat(before), map.uv, {}};
     plane.vertex.assign(static_cast<std::size_t>(map.uv.rows()), kInvalid);
   }
-  if (simplify) simplify_plane_map(plane, held, context);
+  simplify_plane_map(plane, held, context);
   mesh::Surface even;
   even.faces = plane.faces;
   even.vertices = Points3::Zero(plane.before.rows(), 3);
@@ -298,7 +395,8 @@ std::optional<PlaneMap> coarse_map(mesh::RefinedMap map, Index held, bool simpli
 
 bool place_pins(mesh::RefinedMap& map, const Constraints& constraints, ExecutionContext& context,
                 Stats& stats) {
-  if (constraints.pins.empty() || constraints.free_boundary() || !constraints.edges.empty() ||
+  if (constraints.pins.empty() || constraints.pins.size() > kMostPins ||
+      constraints.free_boundary() || !constraints.edges.empty() ||
       !is_locally_convex(constraints.outline))
     return false;
   std::vector<Vector2> from;
@@ -327,8 +425,7 @@ bool place_pins(mesh::RefinedMap& map, const Constraints& constraints, Execution
   std::optional<mesh::RefinedMap> fine = overlay(base, pins, outline, context);
   if (!fine) return false;
   const Index held = outline + pins.pin_count();
-  std::optional<PlaneMap> plane =
-      coarse_map(std::move(*fine), held, constraints.use(Device::kSimplifyPlane), context);
+  std::optional<PlaneMap> plane = coarse_map(std::move(*fine), held, context);
   if (!plane) return false;
   std::copy(map.surface.boundary.begin(), map.surface.boundary.end(), plane->vertex.begin());
   for (Index i = 0; i < pins.pin_count(); ++i)

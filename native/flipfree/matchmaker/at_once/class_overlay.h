@@ -17,8 +17,8 @@ namespace flipfree::matchmaker {
 // Preconditions: map.uv is flip-free, `constraints` prescribe a simple boundary that map.uv meets.
 // True: the map is flip-free by exact test and meets all pins bit for bit; vertices were added at
 // the end of the numbering, some of them along a ring inside the boundary. False, and the map
-// unchanged, where the outline is not convex, there are lines, pins lie next to the boundary, or
-// doubles are not enough. Stats: "plan.*".
+// unchanged, where the outline is not convex, there are lines or very many pins, pins lie next to
+// the boundary, or doubles are not enough. Stats: "plan.*".
 bool place_pins(mesh::RefinedMap& map, const Constraints& constraints, ExecutionContext& context,
                 Stats& stats);
 

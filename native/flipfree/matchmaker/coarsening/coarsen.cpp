@@ -1,105 +1,120 @@
 #include "flipfree/matchmaker/coarsening/coarsen.h"
 
-#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <utility>
 
-#include "flipfree/matchmaker/coarsening/coarsening_rounds.h"
+#include "flipfree/matchmaker/coarsening/relax.h"
+#include "flipfree/matchmaker/coarsening/remove_vertex.h"
+#include "flipfree/matchmaker/coarsening/unfold_wholes.h"
 #include "flipfree/matchmaker/coarsening/untangle_removal.h"
 #include "flipfree/matchmaker/request/time_share.h"
-#include "flipfree/matchmaker/smooth/relax.h"
-#include "flipfree/matchmaker/start/first_try.h"
 
 namespace flipfree::matchmaker {
 namespace {
 
-constexpr int kRelaxIterations = 6;
-// So many idle rounds in a row are the last.
-constexpr int kIdle = 2;
-// Passes in which what is left is untangled vertex by vertex: while each frees this share (in per
-// cent), and if there is not more left than so many times the vertices to keep.
-constexpr int kMostEasings = 4;
-constexpr Index kWorthEasing = 10;
-constexpr Index kMostEased = 2;
+// Plain removals: Newton steps after each round; one that removes less than this share (in per
+// cent) is the last.
+constexpr int kStepsOfRound = 8;
+constexpr Index kWorthwhile = 2;
+// Untangling: rounds at most, and Newton steps after each. One that frees less than one vertex in
+// so many (with neighbourhoods of one ring, of two) is followed by larger neighbourhoods.
+constexpr int kUntanglingRounds = 12;
+constexpr int kStepsOfUntangling = 20;
+constexpr std::array<Index, 2> kWorthwhileUntangling = {7, 12};
+// Vertices to be looked at when there are few enough, in units of those that are kept.
+constexpr Index kMostLookedAt = 4;
 
-// A map whose refinement is being taken back, relaxed on the way.
+// Unfolding: so often, after so many Newton steps each.
+constexpr int kUnfoldings = 2;
+constexpr int kStepsOfUnfolding = 30;
+
 class Coarsener {
  public:
-  Coarsener(mesh::RefinedMap map, const Constraints& constraints, Index keep,
+  Coarsener(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
             ExecutionContext& context)
-      : map_(std::move(map)),
-        constraints_(constraints),
-        keep_(keep),
-        context_(context),
-        order_(keep) {}
+      : map_(map), held_(held), keep_(keep), context_(context), order_(keep) {}
 
-  // The map so far, valid at every check of the context.
-  mesh::RefinedMap& map() { return map_; }
-
-  void all() {
+  void run(const CoarsenOptions& options) {
     {
-      const ProgressRange range(context_, 0.0, 0.8);
-      run({.idle = kIdle});
+      const ProgressRange range(context_, 0.0, 0.5);
+      remove_plainly(options.rounds);
     }
-    const ProgressRange rest(context_, 0.8, 1.0);
-    if (constraints_.use(Device::kUntangle)) untangle_one_by_one();
+    const ProgressRange rest(context_, 0.5, 1.0);
+    if (added() > options.most_untangled * keep_) return;
+    if (options.unfold) unfold();
+    untangle(options.enough);
   }
-
-  void bounded() { run({.worthwhile = 0}); }
-
-  std::int64_t passes() const { return passes_; }
 
  private:
   Index added() const { return map_.surface.mesh.vertex_count() - keep_; }
-  std::vector<VertexId> held() const { return held_vertices(map_.surface, constraints_); }
 
-  // False when the map is too squeezed; what is removed is removed.
-  bool relaxed() {
-    RelaxOptions options;
-    options.steps = kRelaxIterations;
-    options.memory = &order_;
-    return relax(map_, held(), options, context_);
+  std::vector<VertexId> beside() const { return beside_added(map_.surface.mesh, keep_); }
+
+  // Near these and what is added still. False when the map is too squeezed; what is removed is
+  // removed.
+  bool relaxed(const std::vector<VertexId>& seeds, int steps) {
+    return relax_near_added(map_, seeds, keep_, held_, {steps, true, &order_}, context_);
   }
 
-  void run(const Schedule& schedule) {
-    passes_ +=
-        coarsen_in_rounds(map_, held(), keep_, schedule, context_, [&] { return relaxed(); });
-  }
-
-  void untangle_one_by_one() {
-    for (int pass = 0; pass < kMostEasings && added() > 0 && added() <= kMostEased * keep_;
-         ++pass) {
-      const Index there = added();
-      if (remove_by_untangling(map_, held(), keep_, context_) == 0) return;
-      map_ = mesh::compacted_map(map_);
-      if (!relaxed()) return;
-      thin_out(map_, held(), keep_, context_);
-      if (100 * (there - added()) < kWorthEasing * there) return;
+  void remove_plainly(int rounds) {
+    for (int round = 0; round < rounds && added() > 0; ++round) {
+      const double share = 1.0 / rounds;
+      const ProgressRange range(context_, round * share, (round + 1) * share);
+      context_.report("taking refinement back", 0.0);
+      const Index before = added();
+      const std::vector<VertexId> seeds = beside();
+      const Index removed = thin_out(map_, held_, keep_, context_);
+      if (removed == 0 || !relaxed(seeds, kStepsOfRound) || 100 * removed < kWorthwhile * before)
+        return;
     }
   }
 
-  mesh::RefinedMap map_;
-  const Constraints& constraints_;
+  void unfold() {
+    for (int i = 0; i < kUnfoldings && added() > 0; ++i) {
+      relaxed(beside(), kStepsOfUnfolding);
+      unfold_wholes(map_, held_, keep_, context_, order_);
+    }
+  }
+
+  void untangle(Index enough) {
+    VainRemovals vain;
+    UntangleRemovalOptions options;
+    options.rings = 1;
+    options.iterations = kThoroughIterations;
+    options.vain = &vain;
+    Index looked_at = 0;
+    for (int round = 0; round < kUntanglingRounds && added() > 0; ++round) {
+      if (added() <= enough && looked_at > kMostLookedAt * keep_) return;
+      const double share = 1.0 / kUntanglingRounds;
+      const ProgressRange range(context_, round * share, (round + 1) * share);
+      const Index before = added();
+      looked_at += before;
+      const std::vector<VertexId> seeds = beside();
+      remove_by_untangling(map_, held_, keep_, context_, options);
+      map_ = mesh::compacted_map(map_);
+      relaxed(seeds, kStepsOfUntangling);
+      thin_out(map_, held_, keep_, context_);
+      const auto size = static_cast<std::size_t>(options.rings);
+      if (kWorthwhileUntangling[size - 1] * (before - added()) >= before) continue;
+      if (size == kWorthwhileUntangling.size()) return;
+      ++options.rings;
+    }
+  }
+
+  mesh::RefinedMap& map_;
+  const std::vector<VertexId>& held_;
   Index keep_;
   ExecutionContext& context_;
   numeric::EliminationMemory order_;
-  std::int64_t passes_ = 0;
 };
 
 }  // namespace
 
-mesh::RefinedMap coarsen(mesh::RefinedMap map, const Constraints& constraints, Index keep,
-                         ExecutionContext& context, Stats& stats, Coarsening how) {
-  const Index before = map.surface.mesh.vertex_count();
-  Coarsener coarsener(std::move(map), constraints, keep, context);
-  const bool to_the_end = while_time_lasts(coarsener.map(), [&] {
-    how == Coarsening::kBounded ? coarsener.bounded() : coarsener.all();
-  });
-  if (!to_the_end) note_time_limit(stats);
-  stats["coarsen.passes"] = coarsener.passes();
-  mesh::RefinedMap result = std::move(coarsener.map());
-  stats["coarsen.removed"] = static_cast<std::int64_t>(before - result.surface.mesh.vertex_count());
-  return result;
+void coarsen(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
+             const CoarsenOptions& options, ExecutionContext& context, Stats& stats) {
+  const auto run = [&] { Coarsener(map, held, keep, context).run(options); };
+  if (!while_time_lasts(map, run)) note_time_limit(stats);
 }
 
 }  // namespace flipfree::matchmaker

@@ -1,34 +1,41 @@
 // Takes refinement back: removes added vertices wherever the map stays valid without them
 // (thesis 3.3 leaves them in).
 //
-// Removing a vertex retriangulates its star so that every new triangle is positive in the map and
-// in the input face it lies in, both by exact test, and no more distorted than the worst it
-// replaces or a few times the mean. A star that lies on an edge of the input is retriangulated on
-// both sides of that edge. Between passes the map is relaxed, which frees further vertices; at the
-// end the rest is untangled vertex by vertex (untangle_removal.h).
+// First, round after round, all vertices that can go as the map stands (remove_vertex.h); between
+// rounds the map is relaxed, which frees further ones. Then the rest by unfolding whole faces
+// (unfold_wholes.h), and by untangling
+// (untangle_removal.h): with small neighbourhoods first, with larger ones when these free little.
 #pragma once
+
+#include <limits>
+#include <vector>
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
-#include "flipfree/matchmaker/request/constraints.h"
 #include "flipfree/mesh/refined/refined_map.h"
 
 namespace flipfree::matchmaker {
 
-enum class Coarsening {
-  // As above: most vertices go, and the energy may rise without bound.
-  kAll,
-  // By thin_out() and relaxing alone: fewer vertices go, and the energy stays about what it was.
-  // For maps whose refinement is what makes them good, not what was in the way of finding them.
-  kBounded,
+struct CoarsenOptions {
+  int rounds = 12;  // of plain removals, at most
+  // Vertices are untangled away where no more are added than so many times those to keep; 0:
+  // nowhere, for maps whose refinement is what makes them good.
+  double most_untangled = 2.0;
+  // First, whole faces are unfolded, where the boundary is free to give way for them.
+  bool unfold = false;
+  // Once so few are added, untangling soon ends: each vertex less costs more time and more energy
+  // than the one before.
+  Index enough = 0;
 };
 
-// Guarantee: valid as before, constraints as before, no vertex more. Vertices below `keep` are not
-// removed. Stats: "coarsen.removed", "coarsen.passes". Cost: O(valence^3) per removal and a few
-// Newton steps per pass. When the context's time is over it ends with what it has
-// ("time_limit_reached").
-mesh::RefinedMap coarsen(mesh::RefinedMap map, const Constraints& constraints, Index keep,
-                         ExecutionContext& context, Stats& stats,
-                         Coarsening how = Coarsening::kAll);
+constexpr double kAllUntangled = std::numeric_limits<double>::infinity();
+
+// Precondition: map.uv is flip-free, inner vertices wind once. Guarantee: so it is afterwards, also
+// whenever a check of the context throws; `held` vertices are where they were, those below `keep`
+// are there still, no vertex more. When the context's time is over it ends with what it has, which
+// `stats` ("time_limit_reached") are told. Cost: O(valence^3) per removal, a few Newton steps per
+// round; a fifth of a millisecond per vertex and round of untangling at first.
+void coarsen(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
+             const CoarsenOptions& options, ExecutionContext& context, Stats& stats);
 
 }  // namespace flipfree::matchmaker

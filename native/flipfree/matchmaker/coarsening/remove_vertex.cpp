@@ -197,4 +197,18 @@ void VertexRemover::measure() {
   }
 }
 
+Index thin_out(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
+               ExecutionContext& context) {
+  std::vector<char> stays(map.surface.position.size(), 0);
+  for (const VertexId v : held) stays[static_cast<std::size_t>(v)] = 1;
+  VertexRemover remover(map);
+  Index removed = 0;
+  for (VertexId v = map.surface.mesh.vertex_count(); v-- > keep;) {
+    if (v % 256 == 0) context.check();
+    if (stays[static_cast<std::size_t>(v)] == 0 && remover.remove(v)) ++removed;
+  }
+  if (removed > 0) map = mesh::compacted_map(map);
+  return removed;
+}
+
 }  // namespace flipfree::matchmaker

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "flipfree/base/context.h"
 #include "flipfree/mesh/refined/fill_polygon.h"
 #include "flipfree/mesh/refined/refined_map.h"
 
@@ -62,5 +63,11 @@ class VertexRemover {
   double bound_ = 0;   // of the new triangles of the star at hand
   mesh::PolygonFiller filler_;
 };
+
+// One pass over the vertices from `keep` on that are not held, the last added first: each goes
+// where the map stays valid without it. Removed ones are compacted away; vertices below `keep` keep
+// their ids. Returns the number removed.
+Index thin_out(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
+               ExecutionContext& context);
 
 }  // namespace flipfree::matchmaker

@@ -7,8 +7,8 @@
 
 #include "flipfree/base/parallel.h"
 #include "flipfree/distortion/untangle.h"
+#include "flipfree/matchmaker/coarsening/relax.h"
 #include "flipfree/matchmaker/coarsening/remove_vertex.h"
-#include "flipfree/matchmaker/smooth/neighbourhood.h"
 
 namespace flipfree::matchmaker {
 namespace {

@@ -1,18 +1,107 @@
 #include "flipfree/matchmaker/finish/usable_map.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <string>
 #include <utility>
 
+#include "flipfree/base/error.h"
 #include "flipfree/base/failure/outcome.h"
 #include "flipfree/certify/overlap/overlap.h"
 #include "flipfree/distortion/energy/own_map.h"
 #include "flipfree/distortion/minimize/minimize.h"
+#include "flipfree/distortion/rounding.h"
 #include "flipfree/matchmaker/coarsening/coarsen.h"
+#include "flipfree/matchmaker/coarsening/relax.h"
+#include "flipfree/matchmaker/coarsening/remove_vertex.h"
+#include "flipfree/matchmaker/coarsening/untangle_removal.h"
 #include "flipfree/matchmaker/request/time_share.h"
-#include "flipfree/matchmaker/smooth/relax.h"
 #include "flipfree/matchmaker/start/first_try.h"
 
 namespace flipfree::matchmaker {
+namespace {
+
+// Attempts to make room for triangles that are too thin, and Newton steps of each.
+constexpr int kAttempts = 2;
+constexpr int kStepsPerAttempt = 60;
+// See seconds_to_store().
+constexpr double kSecondsAtLeast = 0.02;
+constexpr double kSecondsPerFace = 1e-5;
+
+// Takes added vertices away, as nothing fits between held vertices that are neighbours among the
+// 32-bit points, and relaxes the map.
+void make_room(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
+               ExecutionContext& context) {
+  // Added vertices that are held would lose their ids.
+  const bool all_low = std::all_of(held.begin(), held.end(), [&](VertexId v) { return v < keep; });
+  if (all_low) {
+    if (remove_by_untangling(map, held, keep, context) > 0) map = mesh::compacted_map(map);
+    thin_out(map, held, keep, context);
+  }
+  relax(map, held, {kStepsPerAttempt, true, nullptr}, context);
+}
+
+[[noreturn]] void give_up(const mesh::RefinedMap& map, const std::vector<Index>& thin) {
+  std::vector<FaceId> slots;
+  map.surface.mesh.faces(&slots);
+  std::vector<Index> inputs;
+  for (const Index f : thin)
+    inputs.push_back(map.surface.mesh.parent(slots[static_cast<std::size_t>(f)]));
+  std::sort(inputs.begin(), inputs.end());
+  inputs.erase(std::unique(inputs.begin(), inputs.end()), inputs.end());
+  const std::string first =
+      inputs.empty() ? "" : ", the first is " + std::to_string(inputs.front());
+  const std::string count = std::to_string(inputs.size());
+  throw_not_converged(ErrorCode::kRoundingFlips,
+                      "A map without flips was found, but parts of " + count + " faces" + first +
+                          ", are too thin in it for the 32-bit values that are stored. Move pins "
+                          "nearer to where their surroundings are, or pin fewer vertices.",
+                      ElementKind::kFace, std::move(inputs));
+}
+
+// Vertices are not named: those that touch are added ones, as a rule, which the caller never saw.
+[[noreturn]] void refuse_touching() {
+  throw_not_converged(
+      ErrorCode::kRoundingFlips,
+      "A map without flips that does not overlap itself was found, but parts of its "
+      "boundary are so near each other that they meet in the 32-bit values that are "
+      "stored. Allow overlaps, or move pins nearer to where their surroundings are.");
+}
+
+}  // namespace
+
+double seconds_to_store(const mesh::RefinedSurface& surface) {
+  return kSecondsAtLeast + kSecondsPerFace * static_cast<double>(surface.mesh.face_slots());
+}
+
+Points2f store_map(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
+                   bool bijective, ExecutionContext& context, Stats& stats) {
+  distortion::RoundingOptions rounding;
+  rounding.fixed = held;
+  rounding.bijective = bijective;
+  std::vector<VertexId> still = held;
+  if (bijective)
+    still.insert(still.end(), map.surface.boundary.begin(), map.surface.boundary.end());
+  for (int attempt = 0;; ++attempt) {
+    stats["rounding.rooms"] = std::int64_t{attempt};
+    // As a rule far less; where nothing fits, repairing goes on for minutes.
+    const double seconds = std::max(context.seconds_left(), seconds_to_store(map.surface));
+    Outcome<Points2f> stored = flipfree::attempt([&] {
+      const Overtime storing(context);
+      const TimeLimit limit(context, seconds);
+      return distortion::round_to_storage(to_surface(map.surface).faces, map.uv, rounding, context,
+                                          stats);
+    });
+    if (stored) return std::move(*stored);
+    if (stored.error().code != ErrorCode::kRoundingFlips) throw NotConverged(stored.error());
+    const std::vector<Index>& thin = stored.error().elements;
+    // Of a boundary that meets itself, vertices are named.
+    if (stored.error().kind != ElementKind::kFace) refuse_touching();
+    if (attempt == kAttempts) give_up(map, thin);
+    make_room(map, still, keep, context);
+  }
+}
+
 namespace {
 
 // A refined map is optimised for so many Newton steps times vertices, but this many steps at least.
@@ -59,10 +148,6 @@ bool overlaps(const mesh::RefinedSurface& surface, const Points2& uv) {
   return certify::boundary_overlaps(faces, adjacency, no_cuts, corner_uv).places() > 0;
 }
 
-bool untangling_is_safe(const Constraints& constraints) {
-  return !constraints.free_boundary() && constraints.turning_number == 1;
-}
-
 mesh::RefinedMap made_usable(mesh::RefinedMap fine, const mesh::RefinedSurface& surface,
                              const Constraints& constraints, bool bijective,
                              ExecutionContext& context, Stats& stats) {
@@ -79,15 +164,18 @@ mesh::RefinedMap made_usable(mesh::RefinedMap fine, const mesh::RefinedSurface& 
   // Fewer vertices are worth more distortion, but not one that nothing can be done with.
   constexpr double kMostLoss = 10.0;
   const Index keep = surface.mesh.vertex_count();
-  mesh::RefinedMap coarse = coarsen(fine, constraints, keep, context, stats);
+  const std::vector<VertexId> held = held_vertices(surface, constraints);
   const auto fit = [&](const mesh::RefinedMap& map) {
     const Untimed judging(context);
     return energy_of(map, context) <= kMostLoss * energy_of(fine, context) &&
            !(bijective && overlaps(map.surface, map.uv));
   };
-  if (fit(coarse)) return coarse;
-  coarse = coarsen(fine, constraints, keep, context, stats, Coarsening::kBounded);
-  return fit(coarse) ? coarse : fine;
+  for (const double untangled : {2.0, 0.0}) {
+    mesh::RefinedMap coarse = fine;
+    coarsen(coarse, held, keep, {.most_untangled = untangled}, context, stats);
+    if (fit(coarse)) return coarse;
+  }
+  return fine;
 }
 
 }  // namespace flipfree::matchmaker

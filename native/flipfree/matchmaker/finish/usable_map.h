@@ -11,6 +11,20 @@
 
 namespace flipfree::matchmaker {
 
+// The last step: a valid map in 64 bits becomes one in the 32 bits that are stored.
+
+// round_to_storage() of the map. Where that finds no 32-bit points for some triangles, added
+// vertices are taken away, the map is relaxed around them, and `map` changed accordingly. With
+// `bijective` its boundary does not meet itself and does not move. Vertices below `keep` stay, held
+// ones where they are. Stats: "rounding.*", "rounding.rooms" (how often room was made). Throws
+// NotConverged (kRoundingFlips) naming input faces if that does not help.
+// When the context's time is over, or nearly so, it has seconds_to_store() for each attempt.
+Points2f store_map(mesh::RefinedMap& map, const std::vector<VertexId>& held, Index keep,
+                   bool bijective, ExecutionContext& context, Stats& stats);
+
+// Seconds that rounding and certifying a map takes, generously, unless much has to be repaired.
+double seconds_to_store(const mesh::RefinedSurface& surface);
+
 // Lowers the distortion with the constraints held, as far as time allows. Returns the map unchanged
 // if there is nothing to move. Stats: "distortion.*", "optimise_failure", "time_limit_reached".
 Points2 optimise(const mesh::RefinedSurface& surface, std::vector<VertexId> held, const Points2& uv,
@@ -22,13 +36,9 @@ int affordable_steps(const mesh::RefinedSurface& surface, int wanted);
 // Does the image of the boundary meet itself? Exact.
 bool overlaps(const mesh::RefinedSurface& surface, const Points2& uv);
 
-// Positive triangles alone keep interior vertices from winding twice exactly if the boundary is
-// prescribed and turns once (the count of angles in self_overlapping.h).
-bool untangling_is_safe(const Constraints& constraints);
-
 // `fine`, a valid map that is finely cut and much distorted, made usable: optimised and coarsened;
 // the vertices of `surface` stay. With `bijective` the result does not overlap itself if `fine`
-// does not. Stats: "coarsen.*", "time_limit_reached".
+// does not. Stats: "time_limit_reached".
 mesh::RefinedMap made_usable(mesh::RefinedMap fine, const mesh::RefinedSurface& surface,
                              const Constraints& constraints, bool bijective,
                              ExecutionContext& context, Stats& stats);

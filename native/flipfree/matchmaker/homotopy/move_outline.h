@@ -6,14 +6,17 @@
 // steps of the distortion's energy (distortion/targets.h). A frame that makes the energy jump is
 // refused and a nearer one tried; where steps become hard, the edges that are too long to bend with
 // the outline are split: those of the triangles that would fold first if every vertex rode on the
-// homotopy (carry.h). Every map on the way is valid, so inner vertices keep winding once, and the
+// homotopy (Carrier). Every map on the way is valid, so inner vertices keep winding once, and the
 // disk that the homotopy's triangulation stands for, one of perhaps several with that outline, is
 // the one that is reached.
 #pragma once
 
+#include <optional>
+
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
 #include "flipfree/matchmaker/homotopy/outline_homotopy.h"
+#include "flipfree/matchmaker/request/request.h"
 #include "flipfree/mesh/refined/refined_map.h"
 
 namespace flipfree::matchmaker {
@@ -30,5 +33,14 @@ mesh::RefinedMap first_frame(const mesh::RefinedSurface& surface, const OutlineH
 bool move_outline(mesh::RefinedMap& map, const OutlineHomotopy& homotopy,
                   const std::vector<std::pair<VertexId, VertexId>>& uncut, Index added_limit,
                   ExecutionContext& context, Stats& stats);
+
+// The way to an outline that winds: a map onto a convex polygon, the first frame of a homotopy
+// (outline_homotopy.h), and from there to the last.
+
+// Precondition: a prescribed boundary. `share`: of the time that is left, for all but taking
+// refinement back. Nothing if the way is blocked; why, is in the stats "outline.failure". Stats:
+// "outline.*".
+std::optional<Solution> by_homotopy(const Problem& problem, double share, ExecutionContext& context,
+                                    Stats& stats);
 
 }  // namespace flipfree::matchmaker

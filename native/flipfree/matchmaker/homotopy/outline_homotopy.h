@@ -17,16 +17,9 @@
 #include <utility>
 #include <vector>
 
-#include "flipfree/matchmaker/request/constraints.h"
-#include "flipfree/matchmaker/target/target_domain.h"
+#include "flipfree/matchmaker/target/sheet_target.h"
 
 namespace flipfree::matchmaker {
-
-// A pin and the triangle (sheet) of the target in whose closure it lies.
-struct SheetPin {
-  PinnedVertex pin;
-  FaceId face = kInvalid;
-};
 
 class OutlineHomotopy {
  public:

@@ -60,13 +60,12 @@ Frame round_frame(const Points2& polygon) {
 class PatchEmbedder {
  public:
   PatchEmbedder(mesh::RefinedSurface& surface, const TargetDomain& domain,
-                const ConvexPartition& partition, const Paths& paths, std::vector<Vector2>* drawing)
+                const ConvexPartition& partition, const Paths& paths)
       : surface_(surface),
         mesh_(surface.mesh),
         domain_(domain),
         partition_(partition),
-        paths_(paths),
-        drawing_(drawing) {}
+        paths_(paths) {}
 
   Points2 run(ExecutionContext& context, Stats& stats) {
     std::vector<SurfacePatch> patches;
@@ -166,13 +165,7 @@ class PatchEmbedder {
         const std::size_t j = find(mesh_.target(h));
         if (j != n && share_side(i, j)) chords.push_back(mesh_.target(h));
       }
-      for (const VertexId w : chords) {
-        surface_.split_edge(mesh_.find(patch.loop[i], w));
-        if (drawing_ == nullptr) continue;
-        const Vector2& a = (*drawing_)[static_cast<std::size_t>(patch.loop[i])];
-        const Vector2& b = (*drawing_)[static_cast<std::size_t>(w)];
-        drawing_->push_back(0.5 * (a + b));
-      }
+      for (const VertexId w : chords) surface_.split_edge(mesh_.find(patch.loop[i], w));
     }
   }
 
@@ -186,10 +179,7 @@ class PatchEmbedder {
       for (std::size_t i = 0; i + 1 < path.size(); ++i) {
         const auto from = static_cast<std::size_t>(path[i]);
         const auto to = static_cast<std::size_t>(path[i + 1]);
-        along.push_back(along.back() +
-                        (drawing_ != nullptr
-                             ? ((*drawing_)[to] - (*drawing_)[from]).norm()
-                             : (surface_.position[to] - surface_.position[from]).norm()));
+        along.push_back(along.back() + (surface_.position[to] - surface_.position[from]).norm());
       }
       // No step gets less than a tenth of the mean: equal points would leave no room for any map.
       const double total = along.back();
@@ -218,17 +208,6 @@ class PatchEmbedder {
       }
     }
     std::sort(patch.faces.begin(), patch.faces.end());
-  }
-
-  // Mean-value weights of the drawing keep the patch's shape there as far as the polygon allows,
-  // where equal weights squeeze what hangs on one side. Nothing if the drawing has folds.
-  Points2 as_drawn(const Disk& disk, const Points2& boundary, ExecutionContext& context) const {
-    Eigen::MatrixXd shape(static_cast<Eigen::Index>(disk.vertices.size()), 2);
-    for (std::size_t v = 0; v < disk.vertices.size(); ++v)
-      shape.row(static_cast<Eigen::Index>(v)) =
-          (*drawing_)[static_cast<std::size_t>(disk.vertices[v])].transpose();
-    if (embedding::count_flips(disk.faces, shape, context) > 0) return {};
-    return embedding::tutte_mean_value(disk.faces, shape, disk.loop, boundary, context);
   }
 
   void embed(const SurfacePatch& patch, ExecutionContext& context, Stats& stats) {
@@ -263,15 +242,12 @@ class PatchEmbedder {
     const Frame plain{Vector2::Zero(), Eigen::Matrix2d::Identity(), Eigen::Matrix2d::Identity()};
     struct Way {
       const Frame& frame;
-      bool as_drawn;
       embedding::EmbedMethod method;
     };
-    const Way ways[] = {{round, true, embedding::EmbedMethod::kLadder},
-                        {round, false, embedding::EmbedMethod::kLadder},
-                        {round, false, embedding::EmbedMethod::kSchnyder},
-                        {plain, false, embedding::EmbedMethod::kSchnyder}};
+    const Way ways[] = {{round, embedding::EmbedMethod::kLadder},
+                        {round, embedding::EmbedMethod::kSchnyder},
+                        {plain, embedding::EmbedMethod::kSchnyder}};
     for (const Way& way : ways) {
-      if (way.as_drawn && drawing_ == nullptr) continue;
       const ProgressRange quiet(context, 0.0, 0.0);
       Points2 boundary = disk.boundary;
       for (Eigen::Index i = 0; i < boundary.rows(); ++i) {
@@ -280,7 +256,6 @@ class PatchEmbedder {
       }
       Outcome<Points2> uv = attempt([&] {
         return distortion::with_own_map([&] {
-          if (way.as_drawn) return as_drawn(disk, boundary, context);
           embedding::EmbedOptions options;
           options.float32 = false;
           options.method = way.method;
@@ -288,7 +263,7 @@ class PatchEmbedder {
                                        disk.loop, boundary, options, context, stats);
         });
       });
-      if (uv && uv->rows() > 0 && settles(disk, way.frame, *uv, context)) return;
+      if (uv && settles(disk, way.frame, *uv, context)) return;
     }
     // Ids would be the patch's own.
     throw_not_converged(
@@ -314,7 +289,6 @@ class PatchEmbedder {
   const TargetDomain& domain_;
   const ConvexPartition& partition_;
   const Paths& paths_;
-  std::vector<Vector2>* drawing_;
   Points2 uv_;
   std::vector<Index> local_;
   std::vector<bool> visited_;
@@ -324,8 +298,8 @@ class PatchEmbedder {
 
 Points2 embed_patches(mesh::RefinedSurface& surface, const TargetDomain& domain,
                       const ConvexPartition& partition, const Paths& paths,
-                      ExecutionContext& context, Stats& stats, std::vector<Vector2>* drawing) {
-  Points2 uv = PatchEmbedder(surface, domain, partition, paths, drawing).run(context, stats);
+                      ExecutionContext& context, Stats& stats) {
+  Points2 uv = PatchEmbedder(surface, domain, partition, paths).run(context, stats);
   const Triangles faces = surface.mesh.faces();
   for (Eigen::Index f = 0; f < faces.rows(); ++f) {
     const auto corner = [&](Index k) -> Vector2 { return uv.row(faces(f, k)).transpose(); };

@@ -3,22 +3,21 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
-#include "flipfree/matchmaker/patches/build_target.h"
 #include "flipfree/matchmaker/request/constraints.h"
 #include "flipfree/mesh/refined/refined_map.h"
 
 namespace flipfree::matchmaker {
 
-// `target`: full_target() of a prescribed boundary, if there is one already. Guarantee: the result
-// exists for every target that full_target() accepts, up to the resolution of 64-bit coordinates
-// (NotConverged if a piece of the target is thinner). With a free boundary the map is one-to-one.
-// It is refined generously and distorted; optimising it and taking the refinement back come after.
-// Stats: "matchmaker.*". Precondition: at least one pin, or a prescribed boundary.
+// Guarantee: the result exists for every target that full_target() accepts, up to the resolution of
+// 64-bit coordinates (NotConverged if a piece of the target is thinner). With a free boundary the
+// map is one-to-one. It is refined generously and distorted. Stats: "matchmaker.*". Precondition:
+// at least one pin, or a prescribed boundary.
 mesh::RefinedMap run_matchmaker(const mesh::RefinedSurface& surface, const Constraints& constraints,
-                                ExecutionContext& context, Stats& stats,
-                                const Target* target = nullptr);
+                                ExecutionContext& context, Stats& stats);
 
-// Figures for "matchmaker.*" of a map by this partition.
-void note_matchmaker(const mesh::RefinedMap& map, const ConvexPartition& partition, Stats& stats);
+// The same, made fit for use (usable_map.h): the way that is always there. With `bijective`, which
+// only a one-to-one start can hold, the map does not overlap itself.
+mesh::RefinedMap guaranteed(const mesh::RefinedSurface& surface, const Constraints& constraints,
+                            bool bijective, ExecutionContext& context, Stats& stats);
 
 }  // namespace flipfree::matchmaker

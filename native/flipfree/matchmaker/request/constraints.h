@@ -1,4 +1,5 @@
-// What the caller demands, read and checked for contradictions that can be named.
+// What the caller demands, read and checked for contradictions that can be named, each with a proof
+// that others can check (docs/errors.md).
 #pragma once
 
 #include "flipfree/matchmaker/request/request.h"

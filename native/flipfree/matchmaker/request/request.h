@@ -1,13 +1,35 @@
 // What the caller demands of a matched map, and what that comes to for the solver.
 #pragma once
 
+#include <string>
 #include <utility>
 #include <vector>
 
-#include "flipfree/matchmaker/request/devices.h"
 #include "flipfree/matchmaker/request/polygon.h"
+#include "flipfree/mesh/refined/refined_map.h"
 
 namespace flipfree::matchmaker {
+
+// How a match is made.
+
+enum class MatchEngine {
+  kAuto,        // first try, then MatchMaker++
+  kFirstTry,    // for tests and papers: NotConverged if the first try fails
+  kOutline,     // for tests and papers: straight to the homotopy of outlines (move_outline.h)
+  kArms,        // for tests and papers: straight to an arm for every pin (arms.h)
+  kMatchmaker,  // for tests and papers: straight to MatchMaker++
+};
+
+struct MatchOptions {
+  bool optimise = true;  // lower the distortion with all constraints held
+  bool bijective =
+      false;  // with a free boundary: the map must be one-to-one as a whole, not only locally
+  int max_iterations = 200;
+  MatchEngine engine = MatchEngine::kAuto;
+  // Of the clock; 0: no limit. The ways share them (time_share.h). Once a map meets all
+  // constraints, it is returned in the end, however little time there was to make it better.
+  double max_seconds = 0;
+};
 
 struct PinnedVertex {
   VertexId vertex = kInvalid;
@@ -47,13 +69,27 @@ struct Constraints {
   bool one_to_one = false;                   // free boundary: the map may not overlap itself
   std::vector<std::vector<VertexId>> paths;  // each from a pin to the boundary
 
-  Devices ablated = 0;  // MatchOptions::ablated
-
   bool free_boundary() const { return outline.empty(); }
-  bool use(Device device) const { return !contains(ablated, device); }
 };
 
 // May a map with a free boundary overlap itself?
 enum class SelfOverlaps { kRefused, kAllowed };
+
+// What all ways to a map are given, and what they return.
+struct Problem {
+  const mesh::RefinedSurface& surface;  // with the vertices that the constraints need
+  const Constraints& constraints;
+  const MatchOptions& options;
+
+  // A target that overlaps itself: which disk, and on which sheet a pin lies, is for the homotopy
+  // to say.
+  bool overlapping() const { return !constraints.free_boundary() && !constraints.simple_outline; }
+};
+
+struct Solution {
+  mesh::RefinedMap map;
+  std::string engine;  // what really made it
+  Index keep = 0;      // vertices that stay to the end: the surface's, and some splits
+};
 
 }  // namespace flipfree::matchmaker

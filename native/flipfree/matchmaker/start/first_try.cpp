@@ -1,9 +1,12 @@
 #include "flipfree/matchmaker/start/first_try.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
@@ -12,10 +15,99 @@
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/untangle.h"
 #include "flipfree/embedding/embed.h"
-#include "flipfree/matchmaker/start/compose.h"
+#include "flipfree/matchmaker/target/target_domain.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::matchmaker {
+
+namespace {
+
+// A first guess for a map onto a prescribed outline, simple or self-overlapping: through the common
+// disk. The surface is mapped onto a circle (Tutte), the target's triangulation by its outline
+// vertices alone onto the same circle, where it is valid as it stands (all of its vertices are on a
+// convex curve). A vertex goes to the point of the target that shares its place in the disk. The
+// composition is one-to-one; its values at the vertices, joined linearly, may have flips where
+// triangles are large against the target's: a start for untangle.h, nothing more.
+Points2 compose_through_disk(const mesh::RefinedSurface& surface, const TargetDomain& domain,
+                             ExecutionContext& context, Stats& stats) {
+  const std::size_t n = domain.outline.size();
+  std::vector<VertexId> loop;
+  std::vector<double> lengths;
+  for (std::size_t i = 0; i < n; ++i) {
+    loop.push_back(domain.mesh_vertex[static_cast<std::size_t>(domain.outline[i])]);
+    lengths.push_back((domain.point[static_cast<std::size_t>(domain.outline[(i + 1) % n])] -
+                       domain.point[static_cast<std::size_t>(domain.outline[i])])
+                          .norm());
+  }
+  const Points2 circle =
+      embedding::place_boundary(embedding::BoundaryShape::kCircle, lengths).positions;
+  std::vector<Vector2> place(domain.point.size());
+  for (std::size_t i = 0; i < n; ++i) {
+    place[static_cast<std::size_t>(domain.outline[i])] =
+        circle.row(static_cast<Eigen::Index>(i)).transpose();
+  }
+  embedding::EmbedOptions options;
+  options.float32 = false;
+  const Points2 disk = embedding::embed_disk(surface.mesh.faces(), surface.mesh.vertex_count(),
+                                             loop, circle, options, context, stats);
+  // Where it lies in the disk, carried along as the disk becomes the target.
+  return Carrier(surface, disk, domain, place, context).vertices(domain.point);
+}
+
+// Rounds in which triangles come to rest at the shapes that they have, all of one area; the first
+// one aims at equilateral triangles.
+constexpr int kMetricRounds = 9;
+constexpr int kStepsPerMetricRound = 4;
+// Weight of areas against angles.
+constexpr double kAreas = 1.0;
+constexpr double kLeastTriangleHeight = 0.01;
+
+using Shape = std::array<Vector2, 3>;
+
+double twice_area_of(const Shape& t) { return twice_area(t[0], t[1], t[2]); }
+
+}  // namespace
+
+mesh::Surface equal_area_metric(const mesh::RefinedSurface& surface, const Points2& uv,
+                                ExecutionContext& context,
+                                const std::vector<VertexId>& also_fixed) {
+  mesh::Surface flat = to_surface(surface);
+  const auto count = static_cast<std::size_t>(flat.faces.rows());
+  Points2 here = uv;
+  const auto shape = [&](std::size_t f) {
+    const auto row = static_cast<Eigen::Index>(f);
+    return Shape{here.row(flat.faces(row, 0)).transpose(), here.row(flat.faces(row, 1)).transpose(),
+                 here.row(flat.faces(row, 2)).transpose()};
+  };
+  double total = 0;
+  for (std::size_t f = 0; f < count; ++f) total += 0.5 * twice_area_of(shape(f));
+  std::vector<char> fixed(surface.position.size(), 0);
+  for (const VertexId v : surface.boundary) fixed[static_cast<std::size_t>(v)] = 1;
+  for (const VertexId v : also_fixed) fixed[static_cast<std::size_t>(v)] = 1;
+  std::vector<Shape> shapes(count, {Vector2(0, 0), Vector2(1, 0), Vector2(0.5, 0.75)});
+  distortion::Untangler untangler(flat, fixed, context);
+  distortion::UntangleOptions options;
+  options.max_iterations = kStepsPerMetricRound;
+  options.extra_iterations = kStepsPerMetricRound;
+  options.lambda = kAreas;
+  options.target_area = total;
+  options.least_height = kLeastTriangleHeight;
+  options.shapes = &shapes;
+  for (int round = 0; round < kMetricRounds; ++round) {
+    distortion::UntangleResult result = untangler.run(here, options, context);
+    if (result.flips != 0) break;
+    here = std::move(result.uv);
+    for (std::size_t f = 0; f < count; ++f) {
+      shapes[f] = shape(f);
+      const double scale = 1.0 / std::sqrt(twice_area_of(shapes[f]));
+      for (Vector2& p : shapes[f]) p *= scale;
+    }
+  }
+  for (Eigen::Index v = 0; v < here.rows(); ++v)
+    flat.vertices.row(v) << here(v, 0), here(v, 1), 0.0;
+  return flat;
+}
+
 namespace {
 
 // A start with a larger share of flips than this is not worth untangling: letters have 3 to 8 per
@@ -207,11 +299,8 @@ std::optional<Points2> first_try(mesh::RefinedSurface& surface, const Constraint
                           // combinatorics
   }
   split_blind_chords(surface, constraints);
-  Constraints boundary_only;
-  boundary_only.outline = constraints.outline;
-  boundary_only.simple_outline = constraints.simple_outline;
-  boundary_only.turning_number = constraints.turning_number;
-  const Target target = outline_target(surface, boundary_only, context);
+  const Constraints boundary_only = outline_alone(constraints);
+  const Target target = full_target(surface, boundary_only, context);
   const Points2 start = compose_through_disk(surface, target.domain, context, stats);
   const auto folded =
       static_cast<double>(distortion::find_flips(surface.mesh.faces(), start, context).size());

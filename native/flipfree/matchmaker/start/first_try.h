@@ -7,15 +7,30 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/base/stats.h"
-#include "flipfree/matchmaker/patches/build_target.h"
+#include "flipfree/matchmaker/target/outline_target.h"
+#include "flipfree/mesh/refined/refined_surface.h"
 
 namespace flipfree::matchmaker {
+
+// A flat metric on the surface in which every triangle has room inside a prescribed boundary.
+//
+// The surface's own metric against a boundary that it does not like leaves limbs as specks at the
+// rim; pins that are drawn out of them take nothing along, and whatever passes a speck is refined.
+// Lengths measured in a map of nearly equal areas are just as good while pins move: only what is
+// left at the end has to be laid out in the true metric.
+//
+// Precondition: uv is flip-free. Returns the surface's live faces with flat positions (z = 0):
+// those of a flip-free map with the same boundary, whose areas are evened out as far as the shapes
+// bear it. Vertices in `also_fixed` stay where they are as well. Cost: some hundred Newton steps.
+mesh::Surface equal_area_metric(const mesh::RefinedSurface& surface, const Points2& uv,
+                                ExecutionContext& context,
+                                const std::vector<VertexId>& also_fixed = {});
 
 // A flip-free position per vertex (#V x 2) with a prescribed boundary met bit for bit, inner pins
 // not yet; nothing if the search failed, which it cannot with a free boundary.
 //
 // Free boundary: the surface's own flattening, laid over the pins by the best similarity.
-// Prescribed boundary: from compose_through_disk(), untangled; inner edges between boundary
+// Prescribed boundary: composed through the common disk, untangled; inner edges between boundary
 // vertices whose targets do not see each other are split first, in `surface` (no map of the unsplit
 // mesh exists). Stats: "first_try.*".
 std::optional<Points2> first_try(mesh::RefinedSurface& surface, const Constraints& constraints,

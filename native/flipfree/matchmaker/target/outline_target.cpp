@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <map>
 #include <string>
+#include <utility>
 
 #include "flipfree/base/error.h"
 #include "flipfree/matchmaker/target/self_overlapping.h"
@@ -175,14 +176,42 @@ void check_off_edges(const TargetDomain& domain, const PinnedVertex& p, FaceId s
   }
 }
 
-Target outline_target(const mesh::RefinedSurface& surface, const Constraints& constraints,
-                      const ExecutionContext& context) {
+Constraints outline_alone(const Constraints& constraints) {
   Constraints outline;
   outline.outline = constraints.outline;
   outline.turning_number = constraints.turning_number;
   outline.simple_outline = constraints.simple_outline;
-  return outline.simple_outline ? embedded_target(surface, outline)
-                                : immersed_outline(surface, outline, context);
+  return outline;
+}
+
+namespace {
+
+void insert_pins(Target& target, const Constraints& constraints) {
+  std::vector<VertexId> placed = target.domain.mesh_vertex;
+  std::sort(placed.begin(), placed.end());
+  for (const PinnedVertex& p : constraints.pins) {
+    if (std::binary_search(placed.begin(), placed.end(), p.vertex)) continue;
+    const std::vector<FaceId> sheets = sheets_at(target.domain, p.uv);
+    if (sheets.size() != 1) refuse_sheets(p, sheets.size(), constraints);
+    check_off_edges(target.domain, p, sheets[0]);
+    insert_point(target.domain, sheets[0], p.uv, p.vertex);
+  }
+}
+
+}  // namespace
+
+Target full_target(const mesh::RefinedSurface& surface, const Constraints& constraints,
+                   const ExecutionContext& context) {
+  if (constraints.free_boundary() || constraints.simple_outline)
+    return embedded_target(surface, constraints);
+  if (!constraints.edges.empty()) {
+    throw_invalid(ErrorCode::kBadPins,
+                  "Lines inside a target that overlaps itself are not supported. Pin their "
+                  "vertices as points.");
+  }
+  Target target = immersed_outline(surface, constraints, context);
+  insert_pins(target, constraints);
+  return target;
 }
 
 }  // namespace flipfree::matchmaker

@@ -1,4 +1,5 @@
-// From an outline to the domain that it bounds: embedded, or immersed where it overlaps itself.
+// From constraints to the target domain of phase 1 of MatchMaker++: embedded, or immersed where the
+// outline overlaps itself.
 #pragma once
 
 #include <cstddef>
@@ -19,10 +20,8 @@ struct Target {
       singular;  // outline places with more than 2 pi inside (turning number above 1)
 };
 
-// The outline alone: what compose.h needs. Precondition: the boundary is prescribed. Throws
-// Infeasible (kNotSelfOverlapping).
-Target outline_target(const mesh::RefinedSurface& surface, const Constraints& constraints,
-                      const ExecutionContext& context);
+// The constraints without pins, lines and paths.
+Constraints outline_alone(const Constraints& constraints);
 
 // A simple outline, or a box around the pins for a surface with a collar and a free boundary, with
 // all pins and lines in it.
@@ -40,5 +39,11 @@ Target immersed_outline(const mesh::RefinedSurface& surface, const Constraints& 
 
 // Infeasible (kContradictoryPins) if the pin lies on a corner or a fixed edge of its triangle.
 void check_off_edges(const TargetDomain& domain, const PinnedVertex& pin, FaceId sheet);
+
+// Everything: outline (or a box around the pins, for a surface with a collar), pins, lines, paths.
+// In a target that overlaps itself a pin without a path must have one sheet to lie in: none is
+// Infeasible (kContradictoryPins), several are InvalidInput (kBadPins; give a path).
+Target full_target(const mesh::RefinedSurface& surface, const Constraints& constraints,
+                   const ExecutionContext& context);
 
 }  // namespace flipfree::matchmaker

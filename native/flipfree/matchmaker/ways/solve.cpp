@@ -12,12 +12,13 @@
 #include "flipfree/base/debug_check.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
-#include "flipfree/matchmaker/finish/usable_map.h"
+#include "flipfree/matchmaker/continuation/continuation.h"
+#include "flipfree/matchmaker/homotopy/move_outline.h"
+#include "flipfree/matchmaker/patches/matchmaker_pp.h"
 #include "flipfree/matchmaker/request/polygon.h"
 #include "flipfree/matchmaker/request/time_share.h"
-#include "flipfree/matchmaker/ways/continued.h"
-#include "flipfree/matchmaker/ways/guaranteed.h"
-#include "flipfree/matchmaker/ways/outlined.h"
+#include "flipfree/matchmaker/target/outline_target.h"
+#include "flipfree/matchmaker/target/sheet_target.h"
 #include "flipfree/mesh/refined/invariants.h"
 
 namespace flipfree::matchmaker {
@@ -57,9 +58,11 @@ bool homotopy_helps(const Problem& problem) {
          (problem.options.engine != MatchEngine::kAuto || !has_convex_outline(problem.constraints));
 }
 
+// Positive triangles alone keep inner vertices from winding twice if the prescribed boundary turns
+// once (the count of angles in self_overlapping.h).
 bool continuation_applies(const Problem& problem) {
   return problem.constraints.free_boundary() ||
-         (untangling_is_safe(problem.constraints) &&
+         (problem.constraints.turning_number == 1 &&
           (!problem.overlapping() || problem.constraints.pins.empty()));
 }
 
@@ -69,18 +72,15 @@ bool homotopy_applies(const Problem& problem) {
           sharp_turning(problem.constraints.outline) < kMostTurning);
 }
 
-// Straight lines would be cut.
-bool outline_overlay_applies(const Problem& problem) {
-  return homotopy_helps(problem) && problem.constraints.edges.empty();
-}
-
 bool matchmaker_applies(const Problem& problem) {
   return !problem.overlapping() || problem.constraints.edges.empty();
 }
 
-std::optional<Solution> matchmaker(const Problem& problem, double, ExecutionContext& context,
-                                   Stats& stats) {
-  return by_matchmaker(problem, context, stats);
+std::optional<Solution> by_matchmaker(const Problem& problem, double, ExecutionContext& context,
+                                      Stats& stats) {
+  return Solution{guaranteed(problem.surface, problem.constraints, problem.constraints.one_to_one,
+                             context, stats),
+                  "matchmaker", problem.surface.mesh.vertex_count()};
 }
 
 // Whatever ways do to the surface in between, what they hand on is a map of the user's: exactly.
@@ -89,9 +89,15 @@ std::string find_broken(const mesh::RefinedMap& map) {
   return broken.empty() ? mesh::find_broken_invariant(map.surface) : broken;
 }
 
+// Lines are edges still, none of which was split.
+bool lines_are_whole(const mesh::RefinedSurface& surface, const Constraints& constraints) {
+  return std::all_of(constraints.edges.begin(), constraints.edges.end(), [&](const auto& edge) {
+    return surface.mesh.find(edge.first, edge.second) != kInvalid;
+  });
+}
+
 struct Way {
   std::vector<MatchEngine> names;  // by which it is asked for alone
-  Device device;
   bool (*applies)(const Problem&);
   std::optional<Solution> (*run)(const Problem&, double share, ExecutionContext&, Stats&);
   double share;     // of the time that is left
@@ -101,19 +107,12 @@ struct Way {
 const std::vector<Way>& all_ways() {
   static const std::vector<Way> ways = {
       {{MatchEngine::kFirstTry, MatchEngine::kArms},
-       Device::kContinuation,
        continuation_applies,
        by_continuation,
        kShareOfWay,
        6},
-      {{MatchEngine::kOutline}, Device::kHomotopy, homotopy_applies, by_homotopy, kShareOfWay, 10},
-      {{MatchEngine::kOverlay},
-       Device::kOutlineOverlay,
-       outline_overlay_applies,
-       by_outline_overlay,
-       kShareOfWay,
-       3},
-      {{MatchEngine::kMatchmaker}, Device::kMatchmaker, matchmaker_applies, matchmaker, 1.0, 0.5},
+      {{MatchEngine::kOutline}, homotopy_applies, by_homotopy, kShareOfWay, 10},
+      {{MatchEngine::kMatchmaker}, matchmaker_applies, by_matchmaker, 1.0, 0.5},
   };
   return ways;
 }
@@ -123,7 +122,7 @@ const std::vector<Way>& all_ways() {
 std::vector<Way> ways_for(const Problem& problem) {
   std::vector<Way> ways;
   for (const Way& way : all_ways()) {
-    if (!way.applies(problem) || !problem.constraints.use(way.device)) continue;
+    if (!way.applies(problem)) continue;
     const bool named =
         std::find(way.names.begin(), way.names.end(), problem.options.engine) != way.names.end();
     if (named) {
@@ -149,9 +148,6 @@ std::vector<Way> ways_for(const Problem& problem) {
           "Arms are for three free pins or more, without lines, where the map may overlap itself. "
           "Use another engine.";
       break;
-    case MatchEngine::kOverlay:
-      what = "The surface was cut too finely for 64-bit coordinates.";
-      break;
     case MatchEngine::kAuto:
     case MatchEngine::kMatchmaker:
       what =
@@ -169,9 +165,9 @@ std::vector<Way> ways_for(const Problem& problem) {
 
 Solution solve(const Problem& problem, ExecutionContext& context, Stats& stats) {
   if (problem.overlapping()) {
-    problem.targets.sheets(context);
+    sheet_target(problem.surface, problem.constraints, context);
   } else if (!problem.constraints.free_boundary()) {
-    problem.targets.full(context);
+    full_target(problem.surface, problem.constraints, context);
   }
   const std::vector<Way> ways = ways_for(problem);
   double all = 0;
@@ -184,7 +180,7 @@ Solution solve(const Problem& problem, ExecutionContext& context, Stats& stats) 
     const bool in_time =
         ended_in_share(context, [&] { solution = way.run(problem, way.share, context, stats); });
     if (!in_time) stats["ways_out_of_time"] = ++out_of_time;
-    if (solution) {
+    if (solution && lines_are_whole(solution->map.surface, problem.constraints)) {
       debug_check("solve", [&] { return find_broken(solution->map); });
       return std::move(*solution);
     }

@@ -3,12 +3,12 @@
 #pragma once
 
 #include "flipfree/base/stats.h"
-#include "flipfree/matchmaker/ways/problem.h"
+#include "flipfree/matchmaker/request/request.h"
 
 namespace flipfree::matchmaker {
 
 // The first map that is found, with its refinement taken back and its distortion as it is. What the
-// target's domain refuses (build_target.h) is refused before any work. Throws NotConverged if no
+// target's domain refuses (outline_target.h) is refused before any work. Throws NotConverged if no
 // way leads there. Stats: those of the ways, "ways_out_of_time" (ways whose share of the time was
 // over).
 Solution solve(const Problem& problem, ExecutionContext& context, Stats& stats);

@@ -61,12 +61,14 @@ double shape(const Vector2& a, const Vector2& b, const Vector2& c) {
 
 class Decimator {
  public:
-  explicit Decimator(const Surface& surface)
+  Decimator(const Surface& surface, const std::vector<VertexId>& held)
       : surface_(surface),
         mesh_(static_cast<Index>(surface.vertices.rows()), surface.faces),
         faces_(static_cast<Index>(surface.faces.rows())),
         quadric_(at(mesh_.vertex_count())),
-        choices_(at(mesh_.vertex_count())) {
+        choices_(at(mesh_.vertex_count())),
+        held_(at(mesh_.vertex_count()), 0) {
+    for (const VertexId v : held) held_[at(v)] = 1;
     for (HalfedgeId h = 0; h < mesh_.halfedge_slots(); ++h) {
       const Vector3 p = place(mesh_.source(h));
       const Vector3 along = place(mesh_.target(h)) - p;
@@ -94,7 +96,8 @@ class Decimator {
       std::vector<std::pair<double, VertexId>> order;
       order.reserve(left.size());
       for (const VertexId v : left) {
-        if (choices_[at(v)].count > 0) order.emplace_back(choices_[at(v)].cost, v);
+        if (choices_[at(v)].count > 0 && held_[at(v)] == 0)
+          order.emplace_back(choices_[at(v)].cost, v);
       }
       const auto most = std::min(
           order.size(), static_cast<std::size_t>(kRound * static_cast<double>(left.size())) + 1);
@@ -325,6 +328,7 @@ class Decimator {
   Index faces_;
   std::vector<Quadric> quadric_;
   std::vector<Choice> choices_;
+  std::vector<char> held_;
   std::vector<Decimated::Gone> gone_;
   std::vector<VertexId> rings_;
   // Of the vertex that is about to go.
@@ -337,8 +341,9 @@ class Decimator {
 
 }  // namespace
 
-Decimated decimate(const Surface& surface, Index faces, ExecutionContext& context) {
-  Decimator decimator(surface);
+Decimated decimate(const Surface& surface, Index faces, ExecutionContext& context,
+                   const std::vector<VertexId>& held) {
+  Decimator decimator(surface, held);
   decimator.run(faces, context);
   return decimator.result();
 }

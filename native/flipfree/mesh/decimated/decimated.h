@@ -32,10 +32,11 @@ struct Decimated {
   std::vector<VertexId> rings;
 };
 
-// Down to `faces` triangles, or until no vertex is left that may go. Boundaries stay, with fewer
-// vertices; so does the topology. Precondition: a validated surface without isolated vertices.
-// Cost: O(#V log #V), some ten rounds that each visit what is left. Deterministic, also in its
-// bits, for any number of threads.
-Decimated decimate(const Surface& surface, Index faces, ExecutionContext& context);
+// Down to `faces` triangles, or until no vertex is left that may go; those that are held stay.
+// Boundaries stay, with fewer vertices; so does the topology. Precondition: a validated surface
+// without isolated vertices. Cost: O(#V log #V), some ten rounds that each visit what is left.
+// Deterministic, also in its bits, for any number of threads.
+Decimated decimate(const Surface& surface, Index faces, ExecutionContext& context,
+                   const std::vector<VertexId>& held = {});
 
 }  // namespace flipfree::mesh

@@ -21,7 +21,7 @@ Points = Mapping[int, tuple[float, float]]
 Lines = Sequence[tuple[Sequence[int], Any]]
 
 #: What ``engine`` may be: both in turn, or one of them alone (for tests and benchmarks).
-ENGINES = ("auto", "first try", "outline", "overlay", "arms", "matchmaker")
+ENGINES = ("auto", "first try", "outline", "arms", "matchmaker")
 
 
 def _lines(lines: Lines | None) -> list[tuple[npt.NDArray[np.int32], npt.NDArray[np.float64]]]:
@@ -72,7 +72,7 @@ def match(
         movable: boundary vertices whose targets are only where they begin: the optimisation may move them.
         optimise: lower the distortion with all constraints held. iterations: at most so many Newton steps.
         bijective: with a free boundary, one-to-one as a whole and not only locally.
-        engine: "auto", or "first try" / "outline" / "overlay" / "arms" / "matchmaker" alone.
+        engine: "auto", or "first try" / "outline" / "arms" / "matchmaker" alone.
         max_seconds: of the clock; None or 0 is no limit. A map that meets all constraints by then is returned, however
             little time there was to take its refinement back and to lower its distortion:
             ``stats["time_limit_reached"]`` is 1 then. If there is none, NotConverged (code "time limit reached").

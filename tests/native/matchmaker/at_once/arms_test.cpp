@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "flipfree/base/error.h"
+#include "flipfree/matchmaker/continuation/continuation.h"
 #include "matchmaker/refined_maps.h"
 #include "support/shapes.h"
 
@@ -28,7 +29,7 @@ TEST(Arms, PinsThatChangePlacesArriveAllAtOnceForFewAddedVertices) {
   const Constraints constraints = exchange(map);
   ExecutionContext context;
   Stats stats;
-  ASSERT_TRUE(move_with_arms(map, constraints, context, stats));
+  ASSERT_EQ(move_pins(map, constraints, false, true, context, stats), Arrival::kArms);
   test::expect_valid(map);
   for (const PinnedVertex& p : constraints.pins)
     EXPECT_EQ(Vector2(map.uv.row(p.vertex).transpose()), p.uv);

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "flipfree/distortion/untangle.h"
-#include "flipfree/matchmaker/coarsening/remove_added.h"
+#include "flipfree/matchmaker/coarsening/remove_vertex.h"
 #include "matchmaker/refined_maps.h"
 
 namespace flipfree::matchmaker::untangle_removal_test {

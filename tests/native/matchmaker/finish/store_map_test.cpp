@@ -1,4 +1,4 @@
-#include "flipfree/matchmaker/finish/store_map.h"
+#include "flipfree/matchmaker/finish/usable_map.h"
 
 #include <gtest/gtest.h>
 

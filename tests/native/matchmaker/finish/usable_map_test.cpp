@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "flipfree/matchmaker/finish/ease.h"
-#include "flipfree/matchmaker/smooth/relax.h"
+#include "flipfree/matchmaker/coarsening/relax.h"
 #include "matchmaker/refined_maps.h"
 
 namespace flipfree::matchmaker::usable_map_test {
@@ -65,20 +64,6 @@ TEST(UsableMap, IsCoarsenedToTheVerticesThatStay) {
   const mesh::RefinedMap whole = made_usable(flat, refined, held, false, context, stats);
   EXPECT_EQ(whole.surface.mesh.vertex_count(), surface.vertices.rows());
   test::expect_valid(whole);
-}
-
-TEST(Ease, FreesVerticesAndStaysValid) {
-  const mesh::Surface surface = test::grid(20, 20);
-  ExecutionContext context;
-  mesh::RefinedMap map = test::drawn_out(surface, kPin, context);
-  const auto keep = static_cast<Index>(surface.vertices.rows());
-  const Index before = map.surface.mesh.vertex_count();
-  const Vector2 place = map.uv.row(kPin).transpose();
-  numeric::EliminationMemory order(keep);
-  ease(map, {kPin}, keep, 0, order, context);
-  EXPECT_LT(map.surface.mesh.vertex_count(), before);
-  EXPECT_EQ(Vector2(map.uv.row(kPin).transpose()), place);
-  test::expect_valid(map);
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <set>
 
-#include "flipfree/matchmaker/homotopy/sheet_target.h"
+#include "flipfree/matchmaker/target/sheet_target.h"
 #include "flipfree/numeric/predicates.h"
 
 namespace flipfree::matchmaker::outline_homotopy_test {

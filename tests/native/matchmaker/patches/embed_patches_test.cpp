@@ -4,7 +4,7 @@
 
 #include "flipfree/base/plane.h"
 #include "flipfree/distortion/untangle.h"
-#include "flipfree/matchmaker/patches/build_target.h"
+#include "flipfree/matchmaker/target/outline_target.h"
 #include "matchmaker/permuted_pins.h"
 #include "support/shapes.h"
 
@@ -21,7 +21,7 @@ TEST(EmbedPatches, EveryPathIsStraightEveryFacePositiveAndPinsAreMet) {
     const Target target = full_target(work, constraints, context);
     const ConvexPartition partition = merge_convex(target.domain);
     const Paths paths =
-        trace_paths(work, target.domain, partition, given_paths(target, partition), context);
+        trace_paths(work, target.domain, partition, Paths(partition.edges.size()), context);
     const Points2 uv = embed_patches(work, target.domain, partition, paths, context, stats);
     ASSERT_EQ(uv.rows(), work.mesh.vertex_count());
     work.mesh.check_invariants();
@@ -42,28 +42,6 @@ TEST(EmbedPatches, EveryPathIsStraightEveryFacePositiveAndPinsAreMet) {
       }
     }
   }
-}
-
-// The way of the whole drawing: a map that is valid already is kept in shape.
-TEST(EmbedPatches, ADrawingThatIsTheTargetComesOutAsItIs) {
-  const mesh::Surface surface = test::grid(6, 6);
-  mesh::RefinedSurface work = mesh::make_refined_surface(surface);
-  Constraints constraints = test::permuted_pins(surface, work, 1, 1);
-  constraints.pins.clear();
-  ExecutionContext context;
-  Stats stats;
-  const Target target = full_target(work, constraints, context);
-  const ConvexPartition partition = merge_convex(target.domain);
-  std::vector<Vector2> drawing;
-  for (Eigen::Index v = 0; v < surface.vertices.rows(); ++v)
-    drawing.emplace_back(surface.vertices.row(v).head<2>().transpose());
-  const Paths paths = trace_paths(work, target.domain, partition, given_paths(target, partition),
-                                  context, &drawing);
-  const Points2 uv = embed_patches(work, target.domain, partition, paths, context, stats, &drawing);
-  ASSERT_EQ(drawing.size(), at(work.mesh.vertex_count()));
-  for (std::size_t v = 0; v < drawing.size(); ++v)
-    EXPECT_LT((Vector2(uv.row(static_cast<Eigen::Index>(v)).transpose()) - drawing[v]).norm(),
-              1e-12);
 }
 
 }  // namespace

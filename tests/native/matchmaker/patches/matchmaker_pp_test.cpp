@@ -46,16 +46,5 @@ TEST(RunMatchmaker, WithAFreeBoundaryTheMapIsOneToOne) {
   EXPECT_EQ(map.surface.boundary, refined.boundary);
 }
 
-TEST(RunMatchmaker, ATargetThatIsThereAlreadyGivesTheSameBits) {
-  const mesh::Surface surface = test::grid(8, 8);
-  const mesh::RefinedSurface refined = mesh::make_refined_surface(surface);
-  const Constraints constraints = test::permuted_pins(surface, refined, 5, 2);
-  ExecutionContext context;
-  Stats stats;
-  const Target target = full_target(refined, constraints, context);
-  const mesh::RefinedMap map = run_matchmaker(refined, constraints, context, stats);
-  EXPECT_EQ(run_matchmaker(refined, constraints, context, stats, &target).uv, map.uv);
-}
-
 }  // namespace
 }  // namespace flipfree::matchmaker::matchmaker_pp_test

@@ -1,4 +1,4 @@
-#include "flipfree/matchmaker/plan/moving_pins.h"
+#include "flipfree/matchmaker/at_once/plan_motion.h"
 
 #include <gtest/gtest.h>
 

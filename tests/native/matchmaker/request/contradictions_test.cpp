@@ -1,4 +1,4 @@
-#include "flipfree/matchmaker/request/contradictions.h"
+#include "flipfree/matchmaker/request/constraints.h"
 
 #include <gtest/gtest.h>
 
@@ -23,9 +23,23 @@ class Circle : public testing::Test {
     }
   }
 
+  // Reads them as a caller gives them.
+  Constraints read(SelfOverlaps overlaps = SelfOverlaps::kRefused) {
+    MatchRequest request;
+    request.points = constraints_.pins;
+    request.boundary_uv = constraints_.outline;
+    for (const auto& [a, b] : constraints_.edges) request.lines.push_back({{a, b}, {at(a), at(b)}});
+    return read_constraints(refined_, request, overlaps);
+  }
+  Vector2 at(VertexId v) const {
+    return std::find_if(constraints_.pins.begin(), constraints_.pins.end(),
+                        [&](const PinnedVertex& p) { return p.vertex == v; })
+        ->uv;
+  }
+
   Error refusal() {
     try {
-      refuse_contradictions(refined_, SelfOverlaps::kRefused, constraints_);
+      read();
     } catch (const Infeasible& failure) {
       EXPECT_FALSE(failure.error().witness.rule.empty()) << failure.what();
       return failure.error();
@@ -40,12 +54,10 @@ class Circle : public testing::Test {
 };
 
 TEST_F(Circle, IsSimpleAndTurnsOnce) {
-  constraints_.turning_number = 7;
-  constraints_.simple_outline = false;
   constraints_.pins = {{24, {0.1, 0.2}}, {25, {-0.3, 0.2}}};
-  EXPECT_NO_THROW(refuse_contradictions(refined_, SelfOverlaps::kRefused, constraints_));
-  EXPECT_EQ(constraints_.turning_number, 1);
-  EXPECT_TRUE(constraints_.simple_outline);
+  const Constraints circle = read();
+  EXPECT_EQ(circle.turning_number, 1);
+  EXPECT_TRUE(circle.simple_outline);
 }
 
 TEST_F(Circle, RefusesAnOutlineThatRunsClockwise) {
@@ -77,7 +89,7 @@ TEST_F(Circle, RefusesLinesThatCrossEachOtherOrTheOutline) {
 TEST_F(Circle, WhereOverlapsAreAllowedPinsThatMeetProveNothing) {
   constraints_.outline.clear();
   constraints_.pins = {{24, {0.1, 0.2}}, {25, {0.1, 0.2}}};
-  EXPECT_THROW(refuse_contradictions(refined_, SelfOverlaps::kAllowed, constraints_), NotConverged);
+  EXPECT_THROW(read(SelfOverlaps::kAllowed), NotConverged);
   EXPECT_EQ(refusal().witness.rule, "same place");
 }
 
@@ -85,8 +97,11 @@ TEST_F(Circle, AClosedLineKeepsItsSense) {
   const std::vector<VertexId> around = {16, 17, 24, 23, 16};
   const Polygon square = {{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0, 0}};
   const Polygon mirrored(square.rbegin(), square.rend());
-  EXPECT_NO_THROW(refuse_reversed_line(refined_.mesh, around, square));
-  EXPECT_THROW(refuse_reversed_line(refined_.mesh, around, mirrored), Infeasible);
+  MatchRequest request;
+  request.lines = {{around, square}};
+  EXPECT_NO_THROW(read_constraints(refined_, request));
+  request.lines = {{around, mirrored}};
+  EXPECT_THROW(read_constraints(refined_, request), Infeasible);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "flipfree/matchmaker/start/equal_area_metric.h"
+#include "flipfree/matchmaker/start/first_try.h"
 
 #include <gtest/gtest.h>
 

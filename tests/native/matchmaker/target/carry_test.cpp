@@ -1,4 +1,4 @@
-#include "flipfree/matchmaker/target/carry.h"
+#include "flipfree/matchmaker/target/target_domain.h"
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ class Riding : public testing::Test {
     Constraints constraints;
     for (const VertexId v : map_.surface.boundary)
       constraints.outline.emplace_back(map_.uv.row(v).transpose());
-    domain_ = outline_target(map_.surface, constraints, context_).domain;
+    domain_ = full_target(map_.surface, outline_alone(constraints), context_).domain;
   }
 
   Vector2 uv(VertexId v) const { return map_.uv.row(v).transpose(); }

@@ -6,9 +6,8 @@
 #include <numbers>
 
 #include "flipfree/base/error.h"
-#include "flipfree/matchmaker/patches/build_target.h"
 #include "flipfree/matchmaker/request/constraints.h"
-#include "flipfree/matchmaker/target/carry.h"
+#include "flipfree/matchmaker/target/target_domain.h"
 #include "support/shapes.h"
 
 namespace flipfree::matchmaker::outline_target_test {
@@ -45,7 +44,7 @@ class Ribbon : public testing::Test {
 TEST_F(Ribbon, HasADiskOfAsManyTrianglesAsItsOutlineAsksFor) {
   const Constraints c = constraints();
   ASSERT_FALSE(c.simple_outline);
-  const Target target = outline_target(refined_, c, context_);
+  const Target target = full_target(refined_, outline_alone(c), context_);
   EXPECT_EQ(target.domain.outline.size(), refined_.boundary.size());
   EXPECT_EQ(target.domain.triangulation.faces().rows(),
             static_cast<Eigen::Index>(refined_.boundary.size()) - 2);
@@ -73,13 +72,13 @@ TEST_F(Ribbon, AFoldedOneIsNoDisk) {
   Constraints c = constraints();
   // The outline's halves change sides: it crosses itself like a figure eight, whatever it turns.
   for (Vector2& p : c.outline) p.x() = -p.x();
-  EXPECT_THROW(outline_target(refined_, c, context_), Infeasible);
+  EXPECT_THROW(full_target(refined_, outline_alone(c), context_), Infeasible);
 }
 
 // A homotopy's frame whose shape is the same carries nothing anywhere.
 TEST_F(Ribbon, CarriesAMapAlong) {
   const Constraints c = constraints();
-  const Target target = outline_target(refined_, c, context_);
+  const Target target = full_target(refined_, outline_alone(c), context_);
   Points2 uv(surface_.vertices.rows(), 2);
   for (Eigen::Index v = 0; v < uv.rows(); ++v)
     uv.row(v) = place(surface_.vertices(v, 0), surface_.vertices(v, 1)).transpose();

@@ -22,7 +22,6 @@ TEST_F(Ways, ThatAreAskedForByNameMakeTheMap) {
   hold_boundary([](double angle) { return 1 + 0.4 * std::cos(3 * angle); });
   EXPECT_EQ(solved(MatchEngine::kFirstTry).engine, "first try");
   EXPECT_EQ(solved(MatchEngine::kOutline).engine, "homotopy");
-  EXPECT_EQ(solved(MatchEngine::kOverlay).engine, "outline overlay");
   EXPECT_EQ(solved(MatchEngine::kMatchmaker).engine.substr(0, 10), "matchmaker");
 }
 

@@ -9,7 +9,7 @@
 #include <optional>
 #include <utility>
 
-#include "flipfree/matchmaker/ways/problem.h"
+#include "flipfree/matchmaker/request/request.h"
 #include "flipfree/mesh/refined/invariants.h"
 #include "matchmaker/refined_maps.h"
 
@@ -38,10 +38,7 @@ class WaysFixture : public testing::Test {
     hold_boundary([](double angle) { return 1 + 0.4 * std::cos(3 * angle); });
   }
 
-  matchmaker::Problem problem() {
-    targets_.emplace(refined_, constraints_);
-    return {refined_, constraints_, options_, *targets_};
-  }
+  matchmaker::Problem problem() { return {refined_, constraints_, options_}; }
 
   // The solution, after it was seen to be valid, with exact provenance, and to meet all constraints
   // bit for bit.
@@ -63,7 +60,6 @@ class WaysFixture : public testing::Test {
   mesh::RefinedSurface refined_;
   matchmaker::Constraints constraints_;
   matchmaker::MatchOptions options_;
-  std::optional<matchmaker::Targets> targets_;
   ExecutionContext context_;
   Stats stats_;
 };

@@ -1,0 +1,333 @@
+#include "flipfree/matchmaker/at_once/mesh_overlay.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+#include "flipfree/base/plane.h"
+#include "flipfree/distortion/untangle.h"
+#include "flipfree/mesh/refined/curve_overlay.h"
+#include "flipfree/numeric/predicates.h"
+
+namespace flipfree::matchmaker {
+namespace {
+
+using Mesh = mesh::EditableTriangulation;
+
+class Overlay {
+ public:
+  Overlay(mesh::RefinedMap& map, const PlaneMap& plane)
+      : surface_(map.surface),
+        mesh_(surface_.mesh),
+        plane_(plane),
+        own_(map.uv.rows()),
+        id_(plane.vertex) {
+    for (Eigen::Index v = 0; v < map.uv.rows(); ++v) place_.push_back(map.uv.row(v).transpose());
+  }
+
+  bool run(mesh::RefinedMap& map, ExecutionContext& context) {
+    insert_all();
+    if (failed_) return false;
+    const Mesh base = mesh_;
+    mesh::CurveOverlay curves(surface_);
+    cut_.resize(at(base.halfedge_slots()));
+    after_ = follow();
+    Index steps = 0;
+    for (FaceId f = 0; f < plane_.faces.rows(); ++f) {
+      for (Index k = 0; k < 3; ++k) {
+        const VertexId a = plane_.faces(f, k);
+        const VertexId b = plane_.faces(f, (k + 1) % 3);
+        if (a > b || on_boundary(base, a, b)) continue;  // the other side has it, or nothing to do
+        if (++steps % 64 == 0) context.check();
+        if (!lay(base, curves, a, b)) return false;
+      }
+    }
+    curves.finish();
+    map.uv =
+        Points2(static_cast<Eigen::Index>(after_.size()), 2);  // a resize that fails frees twice
+    for (std::size_t v = 0; v < after_.size(); ++v)
+      map.uv.row(static_cast<Eigen::Index>(v)) = after_[v].transpose();
+    return distortion::find_flips(mesh_.faces(), map.uv, context).empty();
+  }
+
+ private:
+  struct Cut {
+    double t;  // along the base edge
+    VertexId vertex;
+  };
+
+  const Vector2& place(VertexId v) const { return place_[at(v)]; }
+  Vector2 before(VertexId v) const { return plane_.before.row(v).transpose(); }
+  Vector2 after(VertexId v) const { return plane_.after.row(v).transpose(); }
+
+  bool on_boundary(const Mesh& base, VertexId a, VertexId b) const {
+    const HalfedgeId h = base.find(id_[at(a)], id_[at(b)]);
+    return h != kInvalid && base.is_boundary(h);
+  }
+
+  // Vertices of `plane` that the mesh does not have become some.
+  void insert_all() {
+    std::vector<VertexId> fresh;
+    Points2 points(plane_.before.rows(), 2);
+    Index count = 0;
+    for (VertexId v = 0; v < plane_.before.rows(); ++v) {
+      if (plane_.vertex[at(v)] != kInvalid) continue;
+      points.row(count++) = plane_.before.row(v);
+      fresh.push_back(v);
+    }
+    std::vector<FaceId> slots;
+    const Triangles faces = mesh_.faces(&slots);
+    Points2 uv(own_, 2);
+    for (Eigen::Index v = 0; v < own_; ++v)
+      uv.row(v) = place_[static_cast<std::size_t>(v)].transpose();
+    const std::vector<FaceId> face = locate_points(points.topRows(count), faces, uv);
+    inside_.resize(at(mesh_.face_slots()));
+    for (std::size_t i = 0; i < fresh.size(); ++i) {
+      failed_ = failed_ || face[i] == kInvalid;
+      if (face[i] != kInvalid) inside_[at(slots[at(face[i])])].push_back(fresh[i]);
+    }
+    for (FaceId f = 0; f < static_cast<FaceId>(inside_.size()) && !failed_; ++f) {
+      while (!failed_ && !inside_[at(f)].empty()) insert_one(f);
+    }
+  }
+
+  // The last vertex that waits in a face gets its place; the others are handed on to the parts.
+  void insert_one(FaceId f) {
+    const VertexId v = inside_[at(f)].back();
+    inside_[at(f)].pop_back();
+    const Vector2 p = before(v);
+    const Mesh::Triangle c = mesh_.corners(f);
+    std::array<double, 3> share{};
+    Index on = kInvalid;  // the edge that it lies on
+    Index zeros = 0;
+    for (Index k = 0; k < 3; ++k) {
+      const Vector2& a = place(mesh_.source(3 * f + k));
+      const Vector2& b = place(mesh_.target(3 * f + k));
+      share[at((k + 2) % 3)] = cross(a - p, b - p);
+      if (side_of(a, b, p) > 0) continue;
+      on = 3 * f + k;
+      ++zeros;
+    }
+    const auto support = [&](VertexId w) { return surface_.support[at(w)]; };
+    if (zeros == 2) {
+      // It is the vertex with the greatest share.
+      const auto k = std::max_element(share.begin(), share.end()) - share.begin();
+      id_[at(v)] = c[static_cast<std::size_t>(k)];
+      return;
+    }
+    std::vector<VertexId> waiting;
+    waiting.swap(inside_[at(f)]);
+    VertexId fresh = kInvalid;
+    if (zeros == 1) {
+      const double t = (p - place(mesh_.source(on))).norm() /
+                       (place(mesh_.target(on)) - place(mesh_.source(on))).norm();
+      const mesh::Support where =
+          mesh::rounded_between(support(mesh_.source(on)), support(mesh_.target(on)), t);
+      failed_ = mesh_.is_boundary(on) || !divides(on, where) || !divides(mesh_.opposite(on), where);
+      if (failed_) return;
+      std::vector<VertexId>& beyond = inside_[at(mesh_.opposite(on) / 3)];
+      waiting.insert(waiting.end(), beyond.begin(), beyond.end());
+      beyond.clear();
+      fresh = surface_.split_edge(on, where);
+    } else {
+      const mesh::Support on_edge =
+          mesh::rounded_between(support(c[0]), support(c[1]), share[1] / (share[0] + share[1]));
+      const mesh::Support where = mesh::rounded_between(
+          support(c[2]), on_edge, (share[0] + share[1]) / (share[0] + share[1] + share[2]));
+      for (std::size_t k = 0; k < 3; ++k) {
+        failed_ = failed_ || surface_.orientation_in_parent(mesh_.parent(f), support(c[k]),
+                                                            support(c[(k + 1) % 3]), where) <= 0;
+      }
+      if (failed_) return;
+      fresh = surface_.split_face(f, where);
+    }
+    id_[at(v)] = fresh;
+    place_.push_back(p);
+    inside_.resize(at(mesh_.face_slots()));
+    const std::vector<FaceId> star = mesh_.star(fresh);
+    for (const VertexId w : waiting) {
+      const auto part =
+          std::find_if(star.begin(), star.end(), [&](FaceId g) { return holds(g, before(w)); });
+      failed_ = failed_ || part == star.end();
+      if (part != star.end()) inside_[at(*part)].push_back(w);
+    }
+    // Parts may have slots that were looked through before.
+    for (const FaceId g : star) {
+      while (g < f && !failed_ && !inside_[at(g)].empty()) insert_one(g);
+    }
+  }
+
+  bool holds(FaceId f, const Vector2& p) const {
+    const Mesh::Triangle t = mesh_.corners(f);
+    return side_of(place(t[0]), place(t[1]), p) >= 0 && side_of(place(t[1]), place(t[2]), p) >= 0 &&
+           side_of(place(t[2]), place(t[0]), p) >= 0;
+  }
+
+  // Does a point on h's edge divide its face into two that are positive on the surface?
+  bool divides(HalfedgeId h, const mesh::Support& where) const {
+    const auto support = [&](VertexId w) { return surface_.support[at(w)]; };
+    const FaceId parent = mesh_.parent(h / 3);
+    return surface_.orientation_in_parent(parent, support(mesh_.source(h)), where,
+                                          support(mesh_.apex(h))) > 0 &&
+           surface_.orientation_in_parent(parent, where, support(mesh_.target(h)),
+                                          support(mesh_.apex(h))) > 0;
+  }
+
+  // Where the mesh's own vertices go.
+  std::vector<Vector2> follow() const {
+    std::vector<Vector2> result(place_.size(), Vector2(0, 0));
+    Points2 points(own_, 2);
+    for (Eigen::Index v = 0; v < own_; ++v)
+      points.row(v) = place_[static_cast<std::size_t>(v)].transpose();
+    const std::vector<FaceId> face = locate_points(points, plane_.faces, plane_.before);
+    for (std::size_t v = 0; v < face.size(); ++v) {
+      if (face[v] == kInvalid) continue;  // beside the boundary by rounding, and named below
+      const auto corner = [&](Index k) { return plane_.faces(face[v], k); };
+      const Vector2 a = before(corner(0));
+      const double whole = cross(before(corner(1)) - a, before(corner(2)) - a);
+      const double s = cross(place_[v] - a, before(corner(2)) - a) / whole;
+      const double t = cross(before(corner(1)) - a, place_[v] - a) / whole;
+      result[v] = after(corner(0)) + s * (after(corner(1)) - after(corner(0))) +
+                  t * (after(corner(2)) - after(corner(0)));
+    }
+    for (VertexId v = 0; v < plane_.before.rows(); ++v) result[at(id_[at(v)])] = after(v);
+    return result;
+  }
+
+  // Lays the edge from a to b over the mesh; mesh vertices that it passes through become part of
+  // it.
+  bool lay(const Mesh& base, mesh::CurveOverlay& curves, VertexId a, VertexId b) {
+    const VertexId goal = id_[at(b)];
+    const Vector2 p = place(id_[at(a)]);
+    const Vector2 q = place(goal);
+    VertexId here = id_[at(a)];
+    HalfedgeId h = kInvalid;  // to be crossed next
+    for (VertexId passed = here; passed != kInvalid;) {
+      if (passed != here && !curves.reach(here, passed, 0)) return false;
+      if (passed == goal) return true;
+      if (passed != here) {
+        const double s = (place(passed) - p).norm() / (q - p).norm();
+        after_[at(passed)] = after(a) + s * (after(b) - after(a));
+      }
+      here = passed;
+      passed = kInvalid;
+      h = kInvalid;
+      base.for_each_outgoing(here, [&](HalfedgeId g) {
+        const Vector2& first = place(base.target(g));
+        const int side = side_of(p, q, first);
+        const bool ahead = (q - p).dot(first - place(here)) > 0;
+        if (side == 0 && ahead) passed = base.target(g);
+        // The face at g holds the way if its far edge leads from the right of it to its left, and
+        // not behind: faces have angles of less than half a turn.
+        if (side < 0 && side_of(p, q, place(base.apex(g))) > 0) h = next_corner(g);
+      });
+      while (passed == kInvalid) {
+        if (h == kInvalid || base.is_boundary(h)) return false;
+        here = cross_edge(base, curves, here, h, a, b);
+        if (here == kInvalid) return false;
+        h = base.opposite(h);
+        const VertexId c = base.apex(h);
+        const int side = side_of(p, q, place(c));
+        if (side == 0) passed = c;
+        h = side > 0 ? next_corner(h) : previous_corner(h);
+      }
+    }
+    return false;
+  }
+
+  // Continues the edge from a to b across h.
+  VertexId cross_edge(const Mesh& base, mesh::CurveOverlay& curves, VertexId here, HalfedgeId h,
+                      VertexId a, VertexId b) {
+    const HalfedgeId edge = base.edge(h);
+    const Vector2& p = place(id_[at(a)]);
+    const Vector2& q = place(id_[at(b)]);
+    const Vector2& r = place(base.source(edge));
+    const Vector2& l = place(base.target(edge));
+    const double right = cross(q - p, r - p);
+    const double t = right / (right - cross(q - p, l - p));
+    const double first = cross(l - r, p - r);
+    const double s = std::clamp(first / (first - cross(l - r, q - r)), 0.0, 1.0);
+    std::vector<Cut>& cuts = cut_[at(edge)];
+    const auto found =
+        std::lower_bound(cuts.begin(), cuts.end(), t,
+                         [](const Cut& cut, double value) { return cut.t < value; }) -
+        cuts.begin();
+    const auto count = static_cast<std::ptrdiff_t>(cuts.size());
+    // Where cuts are too close together for rounding to tell their order, one of the pieces beside
+    // fits.
+    for (const std::ptrdiff_t i : {found, found - 1, found + 1}) {
+      if (i < 0 || i > count) continue;
+      const VertexId from =
+          i == 0 ? base.source(edge) : cuts[static_cast<std::size_t>(i - 1)].vertex;
+      const VertexId to = i == count ? base.target(edge) : cuts[static_cast<std::size_t>(i)].vertex;
+      const VertexId fresh = curves.cross(here, from, to, 0);
+      if (fresh == kInvalid) continue;
+      cuts.insert(cuts.begin() + i, {t, fresh});
+      after_.push_back(after(a) + s * (after(b) - after(a)));
+      return fresh;
+    }
+    return kInvalid;
+  }
+
+  mesh::RefinedSurface& surface_;
+  Mesh& mesh_;
+  const PlaneMap& plane_;
+  Eigen::Index own_;                           // vertices of the mesh before
+  std::vector<std::vector<VertexId>> inside_;  // by face slot: vertices that wait for their place
+  std::vector<VertexId> id_;                   // of the plane's vertices in the mesh
+  std::vector<Vector2> place_;                 // of the mesh's vertices, before
+  std::vector<Vector2> after_;
+  std::vector<std::vector<Cut>> cut_;  // by base edge, in order
+  bool failed_ = false;
+};
+
+}  // namespace
+
+bool follow_by(mesh::RefinedMap& map, const PlaneMap& plane, ExecutionContext& context) {
+  mesh::RefinedMap trial = map;
+  if (!Overlay(trial, plane).run(trial, context)) return false;
+  map = std::move(trial);
+  return true;
+}
+
+std::vector<FaceId> locate_points(const Points2& points, const Triangles& faces,
+                                  const Points2& place) {
+  const auto count = static_cast<std::size_t>(points.rows());
+  if (count == 0) return {};
+  const auto side = static_cast<Index>(std::ceil(std::sqrt(static_cast<double>(count))));
+  const Vector2 low = points.colwise().minCoeff().transpose();
+  const Vector2 high = points.colwise().maxCoeff().transpose();
+  const auto cell = [&](const Vector2& p, int axis) {
+    const double share = (p[axis] - low[axis]) / std::max(high[axis] - low[axis], 1e-300);
+    return std::clamp(static_cast<Index>(std::clamp(share, 0.0, 1.0) * side), Index{0}, side - 1);
+  };
+  std::vector<std::vector<Index>> bucket(at(side * side));
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vector2 p = points.row(static_cast<Eigen::Index>(i)).transpose();
+    bucket[at(cell(p, 1) * side + cell(p, 0))].push_back(static_cast<Index>(i));
+  }
+  std::vector<FaceId> result(count, kInvalid);
+  for (FaceId f = 0; f < faces.rows(); ++f) {
+    const auto corner = [&](Index k) -> Vector2 { return place.row(faces(f, k)).transpose(); };
+    const Vector2 a = corner(0);
+    const Vector2 b = corner(1);
+    const Vector2 c = corner(2);
+    const Vector2 least = a.cwiseMin(b).cwiseMin(c);
+    const Vector2 most = a.cwiseMax(b).cwiseMax(c);
+    for (Index y = cell(least, 1); y <= cell(most, 1); ++y) {
+      for (Index x = cell(least, 0); x <= cell(most, 0); ++x) {
+        for (const Index i : bucket[at(y * side + x)]) {
+          const Vector2 p = points.row(i).transpose();
+          if (result[at(i)] == kInvalid && numeric::orientation(a, b, p) >= 0 &&
+              numeric::orientation(b, c, p) >= 0 && numeric::orientation(c, a, p) >= 0)
+            result[at(i)] = f;
+        }
+      }
+    }
+  }
+  return result;
+}
+
+}  // namespace flipfree::matchmaker

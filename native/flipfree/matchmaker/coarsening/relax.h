@@ -1,0 +1,70 @@
+// Lowering the distortion of a refined map on the way: a few Newton steps, of the whole or near
+// what has changed, as a mesh of its own.
+#pragma once
+
+#include <vector>
+
+#include "flipfree/base/context.h"
+#include "flipfree/mesh/refined/refined_map.h"
+#include "flipfree/numeric/cholesky/elimination_memory.h"
+
+namespace flipfree::matchmaker {
+
+// The vertices within so many edges of the seeds, these included; ascending. Seeds may repeat. This
+// and the next two cost O(k log k) for k faces, whatever the size of the map.
+std::vector<VertexId> vertices_near(const mesh::EditableTriangulation& mesh,
+                                    std::vector<VertexId> seeds, int rings);
+// The faces with one of the vertices as a corner; ascending.
+std::vector<FaceId> faces_at(const mesh::EditableTriangulation& mesh,
+                             const std::vector<VertexId>& vertices);
+
+// Some triangles of a map, or triangles that are to be some of it, with numbers of their own.
+struct Patch {
+  std::vector<VertexId> vertices;  // of the map, ascending; their places are the patch's vertices
+  mesh::Surface surface;
+  Points2 uv;
+};
+
+Patch make_patch(const mesh::RefinedMap& map,
+                 const std::vector<mesh::EditableTriangulation::Triangle>& triangles);
+
+// Would an inner vertex wind more often than once with these faces, of vertices of the patch
+// (ascending) mapped by `uv`, in place of the faces `replaced`? Positive triangles can wind twice;
+// angles that differ by 2 pi are told apart beyond rounding. Precondition: no vertex does now.
+bool winds_more(const mesh::RefinedMap& map, const std::vector<VertexId>& vertices,
+                const Triangles& faces, const Points2& uv, const std::vector<FaceId>& replaced);
+
+struct RelaxOptions {
+  int steps = 5;
+  bool lengthen = false;                         // MinimizeOptions::lengthen
+  numeric::EliminationMemory* memory = nullptr;  // MinimizeOptions::memory, by vertex
+};
+
+// Some Newton steps with these vertices where they are. False if the map is too squeezed for the
+// Newton system; it is then as before, and valid.
+bool relax(mesh::RefinedMap& map, const std::vector<VertexId>& fixed, const RelaxOptions& options,
+           ExecutionContext& context);
+
+// The same for the vertices within `rings` edges of the seeds alone, at the scale that is the best
+// for the whole map. Cost: a few sweeps over the map, Newton steps of the neighbourhood.
+bool relax_near(mesh::RefinedMap& map, const std::vector<VertexId>& seeds, int rings,
+                const std::vector<VertexId>& fixed, const RelaxOptions& options,
+                ExecutionContext& context);
+
+// The vertices below `keep` that are neighbours of others, which were added.
+std::vector<VertexId> beside_added(const mesh::EditableTriangulation& mesh, Index keep);
+
+// Relaxes the map near these and near what is added still, which may be all of it.
+bool relax_near_added(mesh::RefinedMap& map, std::vector<VertexId> seeds, Index keep,
+                      const std::vector<VertexId>& fixed, const RelaxOptions& options,
+                      ExecutionContext& context);
+
+// UV length of a surface length 1 at which the map's distortion is least; while the worst triangles
+// are so bad that they would decide this, at which areas are right in the mean (of their
+// logarithms).
+double best_unit(const mesh::RefinedMap& map, const ExecutionContext& context);
+
+// Its symmetric Dirichlet energy at the best scale; infinite if it cannot be told.
+double energy_of(const mesh::RefinedMap& map, ExecutionContext& context);
+
+}  // namespace flipfree::matchmaker

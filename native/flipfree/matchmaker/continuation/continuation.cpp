@@ -1,0 +1,277 @@
+#include "flipfree/matchmaker/continuation/continuation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "flipfree/base/failure/outcome.h"
+#include "flipfree/distortion/energy/own_map.h"
+#include "flipfree/distortion/minimize/targets.h"
+#include "flipfree/distortion/untangle.h"
+#include "flipfree/matchmaker/at_once/arms.h"
+#include "flipfree/matchmaker/at_once/class_overlay.h"
+#include "flipfree/matchmaker/at_once/mesh_overlay.h"
+#include "flipfree/matchmaker/coarsening/coarsen.h"
+#include "flipfree/matchmaker/coarsening/relax.h"
+#include "flipfree/matchmaker/finish/usable_map.h"
+#include "flipfree/matchmaker/start/first_try.h"
+#include "flipfree/mesh/decimated/prolong.h"
+
+namespace flipfree::matchmaker {
+namespace {
+
+// Rounds of continuation, and Newton steps afterwards: for all pins together, and for one.
+constexpr int kPulls = 60;
+constexpr int kSteps = 200;
+constexpr int kPullsPerPin = 12;
+constexpr int kStepsPerPin = 30;
+
+// True if all of these arrive, which then are held; otherwise the map is as before.
+bool pull(mesh::RefinedMap& map, const std::vector<PinnedVertex>& pins, int steps, int pulls,
+          std::vector<VertexId>& held, ExecutionContext& context) {
+  numeric::EliminationMemory order(map.surface.mesh.vertex_count());
+  distortion::MinimizeOptions options;
+  options.max_iterations = steps;
+  options.max_pulls = pulls;
+  options.fixed = held;
+  options.memory = &order;
+  std::vector<std::pair<VertexId, Vector2>> targets;
+  for (const PinnedVertex& p : pins) targets.emplace_back(p.vertex, p.uv);
+  Stats unused;
+  // Too squeezed for the Newton system: blocked, like any other.
+  Outcome<distortion::TargetsResult> result = attempt([&] {
+    return distortion::with_own_map([&] {
+      return distortion::minimize_with_targets(to_surface(map.surface), map.uv, targets, options,
+                                               context, unused);
+    });
+  });
+  if (!result || !result->missed.empty()) return false;
+  map.uv = std::move(result->uv);
+  for (const PinnedVertex& p : pins) held.push_back(p.vertex);
+  return true;
+}
+
+// The nearest first; pins that wait are free, so the others do not wind around them.
+bool pull_one_by_one(mesh::RefinedMap& map, std::vector<PinnedVertex> pins,
+                     std::vector<VertexId>& held, ExecutionContext& context) {
+  const auto way = [&](const PinnedVertex& p) {
+    return (map.uv.row(p.vertex).transpose() - p.uv).squaredNorm();
+  };
+  std::stable_sort(pins.begin(), pins.end(),
+                   [&](const PinnedVertex& a, const PinnedVertex& b) { return way(a) < way(b); });
+  return std::all_of(pins.begin(), pins.end(), [&](const PinnedVertex& p) {
+    return pull(map, {p}, kStepsPerPin, kPullsPerPin, held, context);
+  });
+}
+
+}  // namespace
+
+Arrival move_pins(mesh::RefinedMap& map, const Constraints& constraints, bool together, bool refine,
+                  ExecutionContext& context, Stats& stats) {
+  if (constraints.pins.empty()) return Arrival::kNoPins;
+  if (together) {
+    const ProgressRange range(context, 0.0, 0.2);
+    std::vector<VertexId> fixed;
+    if (!constraints.free_boundary()) fixed = map.surface.boundary;
+    if (pull(map, constraints.pins, kSteps, kPulls, fixed, context) ||
+        (!refine && pull_one_by_one(map, constraints.pins, fixed, context)))
+      return Arrival::kTogether;
+  }
+  if (!refine) return Arrival::kBlocked;
+  const Index keep = map.surface.mesh.vertex_count();
+  Arrival move = Arrival::kBlocked;
+  {
+    const ProgressRange range(context, 0.2, 0.6);
+    if (place_pins(map, constraints, context, stats)) {
+      move = Arrival::kPlanned;
+    } else if (move_with_arms(map, constraints, context, stats)) {
+      move = Arrival::kArms;
+    } else {
+      return move;
+    }
+  }
+  // All pins are met: the rest may end anywhere.
+  const ProgressRange range(context, 0.6, 1.0);
+  const std::vector<VertexId> held = held_vertices(map.surface, constraints);
+  coarsen(map, held, keep, {.most_untangled = kAllUntangled, .unfold = move == Arrival::kArms},
+          context, stats);
+  return move;
+}
+
+namespace {
+
+// Surfaces with more vertices than kSmall have a coarse level of about so many triangles: on fewer,
+// pins are in each other's way.
+constexpr Index kSmall = 4000;
+constexpr Index kCoarseTriangles = 4000;
+// Newton steps that bring the coarse map to rest, and the whole one.
+constexpr int kCoarseSteps = 30;
+constexpr int kWholeSteps = 5;
+
+// The same refinement of another surface with the same faces.
+void lay_on(mesh::RefinedSurface& surface, const mesh::Surface& other) {
+  surface.input = &other;
+  for (std::size_t v = 0; v < surface.position.size(); ++v)
+    surface.position[v] = surface.place(surface.support[v]);
+}
+
+const char* engine_of(Arrival move) {
+  switch (move) {
+    case Arrival::kPlanned:
+      return "planned";
+    case Arrival::kArms:
+      return "arms";
+    case Arrival::kTogether:
+      return "continuation";
+    case Arrival::kNoPins:
+    case Arrival::kBlocked:
+      break;
+  }
+  return "first try";
+}
+
+// The constraints of a surface for a decimated one that has all their vertices.
+Constraints restricted(const Constraints& constraints, const mesh::RefinedSurface& whole,
+                       const mesh::Decimated& few, const mesh::RefinedSurface& coarse) {
+  const auto id = [&](VertexId v) { return few.into[static_cast<std::size_t>(v)]; };
+  Constraints result = constraints;
+  for (PinnedVertex& p : result.pins) p.vertex = id(p.vertex);
+  if (constraints.free_boundary()) return result;
+  std::vector<Vector2> target(few.origin.size(), Vector2::Zero());
+  for (std::size_t i = 0; i < constraints.outline.size(); ++i)
+    target[static_cast<std::size_t>(id(whole.boundary[i]))] = constraints.outline[i];
+  for (std::size_t i = 0; i < coarse.boundary.size(); ++i)
+    result.outline[i] = target[static_cast<std::size_t>(coarse.boundary[i])];
+  return result;
+}
+
+// The map of a decimated surface as one of the whole; empty where 64 bits are too coarse for it.
+Points2 way_back(const mesh::Surface& whole, const mesh::Decimated& few, const Points2& uv,
+                 bool keep_boundary, ExecutionContext& context) {
+  // Stars are judged at the surface's unit.
+  const double unit = best_unit({mesh::make_refined_surface(few.surface), uv}, context);
+  Points2 all = unit * mesh::prolong(whole, few, uv / unit, keep_boundary, context);
+  if (all.rows() == 0) return all;
+  for (std::size_t v = 0; v < few.origin.size(); ++v)
+    all.row(few.origin[v]) = uv.row(static_cast<Eigen::Index>(v));
+  for (std::size_t v = 0; v < few.into.size(); ++v) {
+    if (few.into[v] == kInvalid) all.row(static_cast<Eigen::Index>(v)).setZero();
+  }
+  return distortion::find_flips(whole.faces, all, context).empty() ? all : Points2();
+}
+
+// The coarse map from where the coarse surface lies `flat` in the plane.
+PlaneMap plane_map(const mesh::RefinedMap& coarse, const mesh::Decimated& few,
+                   const Points2& flat) {
+  PlaneMap plane{coarse.surface.mesh.faces(), Points2::Zero(coarse.uv.rows(), 2), coarse.uv,
+                 few.origin};
+  plane.vertex.resize(static_cast<std::size_t>(coarse.uv.rows()), kInvalid);
+  for (Eigen::Index v = 0; v < coarse.uv.rows(); ++v) {
+    const mesh::Support& s = coarse.surface.support[static_cast<std::size_t>(v)];
+    for (std::size_t i = 0; i < 3 && s.vertex[i] != kInvalid; ++i)
+      plane.before.row(v) += s.weight[i] * flat.row(s.vertex[i]);
+  }
+  return plane;
+}
+
+// Moves the pins on a decimated surface. Nothing if it is small, or the pins do not arrive there,
+// or 64 bits are too coarse for the way back.
+std::optional<mesh::RefinedMap> coarse_to_fine(const mesh::RefinedSurface& surface,
+                                               const Constraints& constraints,
+                                               ExecutionContext& context, Stats& stats) {
+  if (surface.mesh.vertex_count() <= kSmall || !constraints.edges.empty() ||
+      constraints.pins.empty() || surface.mesh.vertex_count() > surface.input_vertices())
+    return std::nullopt;
+  const mesh::Surface whole = to_surface(surface);
+  std::vector<VertexId> stay = held_vertices(surface, constraints);
+  const std::vector<VertexId> held = stay;
+  stay.insert(stay.end(), surface.boundary.begin(), surface.boundary.end());
+  // Half of a coarse level's vertices at least are there to move.
+  if (4 * static_cast<Index>(stay.size()) > kCoarseTriangles) return std::nullopt;
+  const mesh::Decimated few = mesh::decimate(whole, kCoarseTriangles, context, stay);
+  mesh::RefinedMap coarse{mesh::make_refined_surface(few.surface), {}};
+  const Index count = coarse.surface.mesh.vertex_count();
+  const Constraints there = restricted(constraints, surface, few, coarse.surface);
+  std::optional<Points2> start = first_try(coarse.surface, there, context, stats);
+  if (!start || coarse.surface.mesh.vertex_count() > count) return std::nullopt;
+  coarse.uv = *start;
+  if (move_pins(coarse, there, true, true, context, stats) == Arrival::kBlocked)
+    return std::nullopt;
+  relax(coarse, held_vertices(coarse.surface, there), {kCoarseSteps, true, nullptr}, context);
+  const bool outline = !constraints.free_boundary();
+  const bool refined = coarse.surface.mesh.vertex_count() > count;
+  mesh::RefinedMap fine{surface, {}};
+  if (!refined) {
+    fine.uv = way_back(whole, few, coarse.uv, outline, context);
+    if (fine.uv.rows() == 0) return std::nullopt;
+    relax(fine, held, {kWholeSteps, true, nullptr}, context);
+  } else {
+    // A plane in which both triangulations cover the same domain once.
+    if (outline && !constraints.simple_outline) return std::nullopt;
+    const Points2 flat =
+        outline ? *start : in_circle(mesh::make_refined_surface(few.surface), context).uv;
+    fine.uv = way_back(whole, few, flat, true, context);
+    if (fine.uv.rows() == 0 || !follow_by(fine, plane_map(coarse, few, flat), context))
+      return std::nullopt;
+    coarsen(fine, held, surface.mesh.vertex_count(), {.unfold = !outline}, context, stats);
+  }
+  stats["continuation.coarsest"] = static_cast<std::int64_t>(count);
+  return fine;
+}
+
+// A map that meets all pins, and how they arrived; nothing if they do not. In the end it lies on
+// the surface itself.
+std::optional<Solution> move_there(const Problem& problem, ExecutionContext& context,
+                                   Stats& stats) {
+  const Constraints& constraints = problem.constraints;
+  const bool refine = problem.options.engine != MatchEngine::kFirstTry;
+  const bool together = problem.options.engine != MatchEngine::kArms;
+  mesh::RefinedMap map{problem.surface, {}};
+  if (refine && together) {
+    const ProgressRange range(context, 0.0, 0.4);
+    if (std::optional<mesh::RefinedMap> fine =
+            coarse_to_fine(map.surface, constraints, context, stats))
+      return Solution{std::move(*fine), "coarse to fine", map.surface.mesh.vertex_count()};
+  }
+  std::optional<Points2> start;
+  {
+    const ProgressRange range(context, 0.4, 0.5);
+    start = first_try(map.surface, constraints, context, stats);
+  }
+  if (!start) return std::nullopt;
+  map.uv = std::move(*start);
+  const Index keep = map.surface.mesh.vertex_count();
+  // Inside a prescribed boundary that has no room at its rim, pins move in another metric.
+  std::unique_ptr<const mesh::Surface> room;
+  if (!constraints.free_boundary() && !constraints.pins.empty() &&
+      keep == map.surface.input_vertices()) {
+    room = std::make_unique<const mesh::Surface>(equal_area_metric(map.surface, map.uv, context));
+    map.uv = room->vertices.leftCols(2);
+    lay_on(map.surface, *room);
+  }
+  const ProgressRange range(context, 0.5, 1.0);
+  const Arrival move = move_pins(map, constraints, together, refine, context, stats);
+  if (move == Arrival::kBlocked) return std::nullopt;
+  if (room) lay_on(map.surface, *problem.surface.input);
+  return Solution{std::move(map), engine_of(move), keep};
+}
+
+}  // namespace
+
+std::optional<Solution> by_continuation(const Problem& problem, double share,
+                                        ExecutionContext& context, Stats& stats) {
+  std::optional<Solution> solution;
+  {
+    const TimeLimit limit(context, share * context.seconds_left());
+    solution = move_there(problem, context, stats);
+  }
+  if (!solution) return std::nullopt;
+  const mesh::RefinedMap& map = solution->map;
+  if (problem.options.bijective && overlaps(map.surface, map.uv)) return std::nullopt;
+  return solution;
+}
+
+}  // namespace flipfree::matchmaker
